@@ -1,0 +1,28 @@
+"""Everything the user can mend is one of these; the command line turns them into exit code 2.
+
+    HeatlensError
+    ├── InputError    a file, a channel or an option: what was found and what would help
+    ├── LensError     a lens that cannot be
+    ├── GpuError      no usable OpenGL, or a picture larger than it takes
+    └── ShaderError   a shader that does not compile: the file, the line and the driver's words
+"""
+
+
+class HeatlensError(Exception):
+    """One or two plain sentences for the person at the keyboard."""
+
+
+class InputError(HeatlensError):
+    """A file, channel or option cannot be used as given."""
+
+
+class LensError(HeatlensError):
+    """A lens that cannot be built: its values contradict physics or each other."""
+
+
+class GpuError(HeatlensError):
+    """No OpenGL 4.3, or a limit of it that the picture exceeds."""
+
+
+class ShaderError(HeatlensError):
+    """A shader failed to compile or link."""
