@@ -1,0 +1,217 @@
+"""Tridiagonal systems along every row or column of a picture: three strategies, one interface.
+
+A `LineSystem` names the network (a shader lib file) that a strategy's shader is built around.
+    SweepSolver      one invocation a line; least arithmetic, for software rasterisers
+    PartitionSolver  a run of pixels an invocation, run ends in shared memory; for GPUs
+    CyclicSolver     cyclic reduction, a pass over memory a level; the 2006 memo's, for comparison
+"""
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Literal
+
+import moderngl
+
+from heatlens.gpu.program import ComputeProgram, Image, groups_for
+
+LINE_LENGTH_MAX = 16384
+SCRATCH_BYTES_MAX = 48 << 20  # a few dozen lines; more only spills the processor's caches
+Axis = Literal["rows", "columns"]
+
+
+@dataclass(frozen=True)
+class LineSystem:
+    """Which network is solved: its lib file, how many poles, complex or real, extra defines."""
+
+    file: str
+    poles: int = 1
+    is_complex: bool = False
+    defines: tuple[tuple[str, object], ...] = ()
+
+    def shader_defines(self, axis: Axis) -> dict[str, object]:
+        """What the shader is built with for this axis."""
+        defines = dict(self.defines) | {
+            "SYSTEM": self.file,
+            "POLES": self.poles,
+            "COMPLEX": int(self.is_complex),
+        }
+        return defines | {"ROWS": 1} if axis == "rows" else defines
+
+    @property
+    def value_bytes(self) -> int:
+        """Bytes of one pixel's Value of one pole."""
+        return 32 if self.is_complex else 16
+
+    @property
+    def num_bytes(self) -> int:
+        """Bytes of one coefficient."""
+        return 8 if self.is_complex else 4
+
+
+@dataclass(frozen=True)
+class Bindings:
+    """What a system reads and writes, by name."""
+
+    textures: Mapping[str, Image] = field(default_factory=dict)
+    images: Mapping[str, Image] = field(default_factory=dict)
+    uniforms: Mapping[str, object] = field(default_factory=dict)
+
+
+class LineSolver(ABC):
+    """Solves every line of a picture; programs are built once a system and kept."""
+
+    name: str
+
+    def __init__(self, ctx: moderngl.Context) -> None:
+        self._ctx = ctx
+        self._programs: dict[tuple[object, ...], ComputeProgram] = {}
+        self._scratch: list[moderngl.Buffer] = []
+
+    def solve(self, system: LineSystem, axis: Axis, size: tuple[int, int], bound: Bindings) -> None:
+        """Solve `system` along `axis` of a picture of `size` (width, height)."""
+        length, lines = size if axis == "rows" else size[::-1]
+        for first, count in self._tiles(system, length, lines):
+            here = {
+                "axis": (1, 0) if axis == "rows" else (0, 1),
+                "first_line": first,
+                "line_count": count,
+                "line_length": length,
+            }
+            tile = Bindings(bound.textures, bound.images, {**bound.uniforms, **here})
+            self._solve_tile(system, axis, length, count, tile)
+
+    def scratch_bytes(self) -> int:
+        """Memory held beside the pictures."""
+        return sum(buffer.size for buffer in self._scratch)
+
+    def release(self) -> None:
+        """Give programs and buffers back."""
+        for held in (*self._programs.values(), *self._scratch):
+            held.release()
+        self._programs.clear()
+        self._scratch.clear()
+
+    @abstractmethod
+    def _solve_tile(
+        self, system: LineSystem, axis: Axis, length: int, count: int, tile: Bindings
+    ) -> None: ...
+
+    @abstractmethod
+    def _bytes_per_pixel(self, system: LineSystem) -> tuple[int, ...]:
+        """Scratch bytes a pixel needs in each buffer."""
+
+    def _tiles(self, system: LineSystem, length: int, lines: int) -> Iterator[tuple[int, int]]:
+        per_line = max(1, sum(self._bytes_per_pixel(system)) * length)
+        step = max(16, SCRATCH_BYTES_MAX // per_line // 16 * 16)
+        for first in range(0, lines, step):
+            yield first, min(step, lines - first)
+
+    def _buffers(self, system: LineSystem, length: int, count: int) -> dict[int, moderngl.Buffer]:
+        """The scratch buffers by binding, grown when a longer line comes."""
+        for binding, per_pixel in enumerate(self._bytes_per_pixel(system)):
+            need = per_pixel * length * count
+            if binding == len(self._scratch):
+                self._scratch.append(self._ctx.buffer(reserve=need))
+            elif self._scratch[binding].size < need:
+                self._scratch[binding].orphan(need)
+        return dict(enumerate(self._scratch))
+
+    def _program(
+        self, shader: str, system: LineSystem, axis: Axis, **defines: object
+    ) -> ComputeProgram:
+        key = (shader, system, axis, *sorted(defines.items()))
+        if key not in self._programs:
+            given = system.shader_defines(axis) | defines
+            self._programs[key] = ComputeProgram(self._ctx, shader, given)
+        return self._programs[key]
+
+
+class SweepSolver(LineSolver):
+    """Thomas elimination in network form, one invocation a line."""
+
+    name = "sweep"
+    _LINES_PER_GROUP = 8  # one vector of a software rasteriser's invocations
+
+    def _bytes_per_pixel(self, system: LineSystem) -> tuple[int, ...]:
+        return system.value_bytes * system.poles, system.num_bytes * system.poles
+
+    def _solve_tile(
+        self, system: LineSystem, axis: Axis, length: int, count: int, tile: Bindings
+    ) -> None:
+        program = self._program(
+            "solve_sweep.comp.glsl", system, axis, LINES_PER_GROUP=self._LINES_PER_GROUP
+        )
+        program.dispatch(
+            (groups_for(count, self._LINES_PER_GROUP), 1),
+            textures=tile.textures,
+            images=tile.images,
+            buffers=self._buffers(system, length, count),
+            uniforms=tile.uniforms,
+        )
+
+
+class PartitionSolver(LineSolver):
+    """Runs eliminated in registers, run ends by cyclic reduction in shared memory."""
+
+    name = "partition"
+    _SLOTS = 512  # 56 bytes each: under the 32 KiB of shared memory that GL 4.3 promises
+    _RUN_WISHED = 8  # pixels an invocation: what fits the registers of a GPU
+
+    def _bytes_per_pixel(self, system: LineSystem) -> tuple[int, ...]:
+        return ()
+
+    def _tiles(self, system: LineSystem, length: int, lines: int) -> Iterator[tuple[int, int]]:
+        yield 0, lines
+
+    def _solve_tile(
+        self, system: LineSystem, axis: Axis, length: int, count: int, tile: Bindings
+    ) -> None:
+        runs = 1
+        while runs < self._SLOTS and runs * self._RUN_WISHED < length:
+            runs *= 2
+        lines_per_group = min(4, self._SLOTS // runs)
+        program = self._program(
+            "solve_partition.comp.glsl",
+            system,
+            axis,
+            RUNS=runs,
+            RUN=max(2, groups_for(length, runs)),
+            LINES_PER_GROUP=lines_per_group,
+        )
+        program.dispatch(
+            (groups_for(count, lines_per_group), 1),
+            textures=tile.textures,
+            images=tile.images,
+            uniforms=tile.uniforms,
+        )
+
+
+class CyclicSolver(LineSolver):
+    """Cyclic reduction over memory, log2(length) passes down and up."""
+
+    name = "cyclic"
+
+    def _bytes_per_pixel(self, system: LineSystem) -> tuple[int, ...]:
+        return system.value_bytes * system.poles, 3 * system.num_bytes * system.poles
+
+    def _solve_tile(
+        self, system: LineSystem, axis: Axis, length: int, count: int, tile: Bindings
+    ) -> None:
+        reaches = [1 << level for level in range(max(0, (length - 1).bit_length()))]
+        stages = [("LOAD", 0), *(("REDUCE", reach) for reach in reaches), ("SUBSTITUTE", 0)]
+        stages += [*(("SUBSTITUTE", reach) for reach in reversed(reaches)), ("STORE", 0)]
+        buffers = self._buffers(system, length, count)
+        for stage, reach in stages:
+            self._program("solve_cyclic.comp.glsl", system, axis, STAGE=stage).dispatch(
+                (groups_for(length, 64), count),
+                textures=tile.textures,
+                images=tile.images,
+                buffers=buffers,
+                uniforms={**tile.uniforms, "reach": reach},
+            )
+
+
+SOLVERS: dict[str, type[LineSolver]] = {
+    solver.name: solver for solver in (SweepSolver, PartitionSolver, CyclicSolver)
+}

@@ -1,0 +1,75 @@
+"""A compute shader that is dispatched by name: every input is named in one call."""
+
+from collections.abc import Mapping
+
+import moderngl
+
+from heatlens.errors import ShaderError
+from heatlens.gpu.shader_source import ShaderSource, assemble
+from heatlens.paths import data_dir
+
+Image = moderngl.Texture | moderngl.TextureArray
+
+
+class ComputeProgram:
+    """One compiled compute shader.
+
+    Samplers end in `_tx`, images in `_img`, storage blocks are `<name>_block`; units are given out
+    once, when the program is built.
+    """
+
+    def __init__(
+        self, ctx: moderngl.Context, name: str, defines: Mapping[str, object] | None = None
+    ) -> None:
+        self.name = name
+        self._ctx = ctx
+        self._program = _compile(ctx, assemble(data_dir("shaders"), name, defines))
+        names = list(self._program)
+        self._units = _give_units(self._program, [n for n in names if n.endswith("_tx")])
+        self._image_units = _give_units(self._program, [n for n in names if n.endswith("_img")])
+
+    def dispatch(
+        self,
+        groups: tuple[int, int] | tuple[int, int, int],
+        *,
+        textures: Mapping[str, Image] | None = None,
+        images: Mapping[str, Image] | None = None,
+        buffers: Mapping[int, moderngl.Buffer] | None = None,
+        uniforms: Mapping[str, object] | None = None,
+    ) -> None:
+        """Run on `groups` workgroups. What the compiler removed as unused may be passed all the same."""
+        for name, texture in (textures or {}).items():
+            if name in self._units:
+                texture.use(self._units[name])
+        for name, image in (images or {}).items():
+            if name in self._image_units:
+                image.bind_to_image(self._image_units[name])
+        for binding, buffer in (buffers or {}).items():
+            buffer.bind_to_storage_buffer(binding)
+        for name, value in (uniforms or {}).items():
+            if name in self._program:
+                self._program[name] = value
+        self._program.run(*groups)
+        self._ctx.memory_barrier()
+
+    def release(self) -> None:
+        """Give the program back to OpenGL."""
+        self._program.release()
+
+
+def _compile(ctx: moderngl.Context, source: ShaderSource) -> moderngl.ComputeShader:
+    try:
+        return ctx.compute_shader(source.text)
+    except moderngl.Error as error:
+        raise ShaderError(f"{source.files[0]}: {source.explained(str(error))}") from error
+
+
+def _give_units(program: moderngl.ComputeShader, names: list[str]) -> dict[str, int]:
+    for unit, name in enumerate(names):
+        program[name] = unit
+    return {name: unit for unit, name in enumerate(names)}
+
+
+def groups_for(size: int, per_group: int) -> int:
+    """How many groups of `per_group` cover `size`."""
+    return -(-size // per_group)

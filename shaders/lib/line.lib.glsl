@@ -1,0 +1,11 @@
+// Lines of a picture: rows when axis is (1, 0), columns when it is (0, 1).
+//
+// A dispatch works on `line_count` lines from `first_line` on, each `line_length` pixels long, so
+// that what a line needs beside its pixels stays small, whatever the picture's size.
+
+uniform ivec2 axis;
+uniform int first_line;
+uniform int line_count;
+uniform int line_length;
+
+ivec2 pixel_at(int line, int i) { return line * axis.yx + i * axis; }

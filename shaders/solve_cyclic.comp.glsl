@@ -1,0 +1,105 @@
+// Plain cyclic reduction, as the 2006 memo has it: each stage is a pass over memory, log2(n) of them
+// down and up. Kept as the checkable baseline of the other two strategies.
+//
+// A stage is one dispatch over (pixels, lines). Pixels that are multiples of 2 `reach` survive stage
+// `reach`; the others are eliminated into them (star-mesh, see solve_partition.comp.glsl) and keep
+// what they need for the way back up.
+//
+// STAGE: LOAD, REDUCE, SUBSTITUTE or STORE.
+
+#include SYSTEM
+
+#define LOAD 0
+#define REDUCE 1
+#define SUBSTITUTE 2
+#define STORE 3
+
+layout(local_size_x = 64) in;
+
+struct Link {
+    Num ground, left, right;
+};
+layout(std430, binding = 0) buffer cyclic_value_block { Value r_buf[]; };
+layout(std430, binding = 1) buffer cyclic_link_block { Link link_buf[]; };
+
+uniform int reach;
+
+int index_of(int slot, int i, int p) { return (slot * line_length + i) * POLES + p; }
+
+Num inverse_sum(Link l) { return inverted(l.ground + l.left + l.right); }
+
+void load(int slot, ivec2 at, int i) {
+    Node node = node_at(at);
+    float left = i > 0 ? conductance(node_at(at - axis), node) : 0.0;
+    float right = i + 1 < line_length ? conductance(node, node_at(at + axis)) : 0.0;
+    for (int p = 0; p < POLES; ++p) {
+        link_buf[index_of(slot, i, p)] =
+            Link(num(specific_heat(node)), kappa[p] * left, kappa[p] * right);
+        r_buf[index_of(slot, i, p)] = source(at, p);
+    }
+}
+
+void reduce(int slot, int i, int p) {
+    int me = index_of(slot, i, p);
+    Link mine = link_buf[me];
+    Value r = r_buf[me];
+    if (i >= reach) {
+        int k = index_of(slot, i - reach, p);
+        Link gone = link_buf[k];
+        Num share = mul(gone.right, inverse_sum(gone));
+        mine.ground += mul(gone.ground, share);
+        mine.left = mul(gone.left, share);
+        r += mul(share, r_buf[k]);
+    }
+    if (i + reach < line_length) {
+        int k = index_of(slot, i + reach, p);
+        Link gone = link_buf[k];
+        Num share = mul(gone.left, inverse_sum(gone));
+        mine.ground += mul(gone.ground, share);
+        mine.right = mul(gone.right, share);
+        r += mul(share, r_buf[k]);
+    }
+    link_buf[me] = mine;
+    r_buf[me] = r;
+}
+
+void substitute(int slot, int i, int p) {
+    int me = index_of(slot, i, p);
+    Link mine = link_buf[me];
+    Value sum = r_buf[me];
+    if (i >= reach) sum += mul(mine.left, r_buf[index_of(slot, i - reach, p)]);
+    if (i + reach < line_length) sum += mul(mine.right, r_buf[index_of(slot, i + reach, p)]);
+    r_buf[me] = mul(inverse_sum(mine), sum);
+}
+
+void store(int slot, ivec2 at, int i) {
+    vec4 sum = vec4(0.0);
+    for (int p = 0; p < POLES; ++p) {
+        Value y = r_buf[index_of(slot, i, p)];
+        sum += real_part(y);
+#ifdef ROWS
+        store_pole(at, p, y);
+#endif
+    }
+#ifndef ROWS
+    store_sum(at, sum);
+#endif
+}
+
+void main() {
+    int i = int(gl_GlobalInvocationID.x), slot = int(gl_GlobalInvocationID.y);
+    if (i >= line_length || slot >= line_count) return;
+    ivec2 at = pixel_at(first_line + slot, i);
+#if STAGE == LOAD
+    load(slot, at, i);
+#elif STAGE == REDUCE
+    if (i % (2 * reach) == 0)
+        for (int p = 0; p < POLES; ++p) reduce(slot, i, p);
+#elif STAGE == SUBSTITUTE
+    // Stage 0 solves the last survivor, which is joined to nothing any more.
+    if (reach > 0 ? i % (2 * reach) == reach : i == 0)
+        for (int p = 0; p < POLES; ++p) substitute(slot, i, p);
+#else
+    store(slot, at, i);
+#endif
+}

@@ -1,0 +1,43 @@
+"""Shared fixtures: one OpenGL context for the session, clean before and after every test."""
+
+from collections.abc import Iterator
+
+import moderngl
+import numpy as np
+import pytest
+
+from heatlens.gpu.context import headless_context
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """`--update-golden` rewrites tests/golden/ from what the program draws now."""
+    parser.addoption("--update-golden", action="store_true", help="rewrite tests/golden/")
+
+
+@pytest.fixture(scope="session")
+def session_context() -> Iterator[moderngl.Context]:
+    """The one context of the run; making one costs 0.2 s."""
+    ctx = headless_context()
+    yield ctx
+    ctx.release()
+
+
+@pytest.fixture
+def ctx(session_context: moderngl.Context) -> Iterator[moderngl.Context]:
+    """The context, with the promise that a test finds and leaves no OpenGL error."""
+    assert session_context.error == "GL_NO_ERROR"
+    yield session_context
+    assert session_context.error == "GL_NO_ERROR"
+
+
+@pytest.fixture
+def rng() -> np.random.Generator:
+    """The same numbers every time."""
+    return np.random.default_rng(20060106)
+
+
+@pytest.fixture(autouse=True)
+def numpy_raises() -> Iterator[None]:
+    """A NaN made silently is a black pixel in somebody's film."""
+    with np.errstate(divide="raise", over="raise", invalid="raise"):
+        yield
