@@ -1,0 +1,47 @@
+"""Half-open integer boxes: windows and regions of a picture in memory."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Box:
+    """Pixels x0 <= x < x1, y0 <= y < y1; y grows downwards. Coordinates may be negative.
+
+    A box without pixels has a width or height of zero or less and is a legal value: a damaged
+    header can hold one, and whoever reads it decides what to say.
+    """
+
+    x0: int
+    y0: int
+    x1: int
+    y1: int
+
+    @property
+    def width(self) -> int:
+        """Pixels across."""
+        return self.x1 - self.x0
+
+    @property
+    def height(self) -> int:
+        """Pixels down."""
+        return self.y1 - self.y0
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """(height, width), as NumPy orders them."""
+        return self.height, self.width
+
+    @property
+    def is_empty(self) -> bool:
+        """True where there is no pixel inside."""
+        return self.width <= 0 or self.height <= 0
+
+    def contains(self, x: float, y: float) -> bool:
+        """True for a point inside: on the first edge yes, on the last edge no."""
+        return self.x0 <= x < self.x1 and self.y0 <= y < self.y1
+
+    def intersection(self, other: "Box") -> "Box":
+        """The pixels in both; of width or height 0 where they do not meet."""
+        x0, y0 = max(self.x0, other.x0), max(self.y0, other.y0)
+        x1, y1 = min(self.x1, other.x1), min(self.y1, other.y1)
+        return Box(x0, y0, max(x0, x1), max(y0, y1))
