@@ -1,0 +1,134 @@
+"""`heatlens info`: what is in a file and how heatlens would read it."""
+
+import argparse
+import json
+from pathlib import Path
+from typing import Any
+
+from heatlens.commands.plate_options import add_plate_options, plate_options
+from heatlens.image.inspection import inspect
+
+_DESCRIPTION = """\
+Says what a render holds and how heatlens would read it: size and windows (pixels), channels, the
+lens in the header (focal length and sensor in mm, focus in metres), the range of the depth (metres)
+and which convention it was taken for, and why. Try the depth options here before a render.
+"""
+
+_CAMERA_LINES = (
+    ("focal length", "focal_length_mm", "mm"),
+    ("f-stop", "f_stop", ""),
+    ("T-stop", "t_stop", ""),
+    ("focus distance", "focus_distance_m", "m"),
+    ("sensor width", "sensor_width_mm", "mm"),
+    ("sensor height", "sensor_height_mm", "mm"),
+)
+_LABEL_WIDTH = 16
+
+Line = tuple[str, str]
+
+
+def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    """Add `info` to the command line."""
+    parser = commands.add_parser(
+        "info",
+        help="say what a render holds and how its depth would be read",
+        description=_DESCRIPTION,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("plate", type=Path, metavar="PLATE.exr", help="the render to look at")
+    parser.add_argument("--json", action="store_true", help="the same as JSON, for programs")
+    add_plate_options(parser)
+    lens = parser.add_argument_group("the lens, for --depth-kind radial without one in the header")
+    lens.add_argument("--focal-length", type=float, metavar="MM", help="focal length in mm")
+    lens.add_argument("--sensor-width", type=float, metavar="MM", help="width of the sensor in mm")
+    parser.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Print the facts; 0 also where no depth was found."""
+    facts = inspect(args.plate, plate_options(args))
+    print(json.dumps(facts, indent=2, allow_nan=False) if args.json else _text(facts))
+    return 0
+
+
+def _text(facts: dict[str, Any]) -> str:
+    """Aligned lines for reading."""
+    lines = [
+        ("file", facts["path"]),
+        ("size", f"{facts['width_px']} x {facts['height_px']} px"),
+        ("data window", _window(facts["data_window"])),
+        ("display window", _window(facts["display_window"])),
+        ("pixel aspect", f"{facts['pixel_aspect_ratio']:g}"),
+        *_part_lines(facts["parts"]),
+        *_camera_lines(facts["camera"]),
+        *_color_lines(facts["color"]),
+        *_depth_lines(facts["depth"]),
+        *(("note", note) for note in facts["notes"]),
+    ]
+    return "\n".join(f"{label:<{_LABEL_WIDTH}}{value}" for label, value in lines)
+
+
+def _window(corners: list[int]) -> str:
+    """First to last pixel, as other EXR tools say it."""
+    x0, y0, x1, y1 = corners
+    return f"({x0}, {y0}) to ({x1 - 1}, {y1 - 1})"
+
+
+def _part_lines(parts: list[dict[str, Any]]) -> list[Line]:
+    """One line for each part and one for each type of channel in it."""
+    lines = []
+    for number, part in enumerate(parts, start=1):
+        name = f" {part['name']!r}" if part["name"] else ""
+        lines.append((f"part {number}", f"{part['type']}, {part['compression']}{name}"))
+        by_type: dict[str, list[str]] = {}
+        for channel, pixel_type in part["channels"].items():
+            by_type.setdefault(pixel_type, []).append(channel)
+        lines += [(f"  {pixel_type}", ", ".join(names)) for pixel_type, names in by_type.items()]
+    return lines
+
+
+def _camera_lines(camera: dict[str, Any]) -> list[Line]:
+    """The lens values that the header has, each with the attribute it comes from."""
+    lines = []
+    for label, name, unit in _CAMERA_LINES:
+        if camera[name] is not None:
+            value = f"{_number(camera[name])} {unit}".rstrip()
+            lines.append((label, f"{value} (header: {camera['sources'][name]})"))
+    return lines or [("camera", "nothing in the header")]
+
+
+def _color_lines(color: dict[str, Any]) -> list[Line]:
+    """Layer and range of the colour, or why there is none."""
+    lines = []
+    if "layer" in color:
+        alpha = "with alpha" if color["has_alpha"] else "no alpha"
+        lines.append(("colour", f"{color['layer'] or 'RGB'}, {alpha}"))
+        span = "no finite value"
+        if color["min"] is not None:
+            span = f"{_number(color['min'])} to {_number(color['max'])}"
+        bad = f"{color['nan_count']} NaN, {color['infinite_count']} infinite"
+        lines.append(("colour range", f"{span}, {bad}"))
+    if "problem" in color:
+        lines.append(("colour", f"none: {color['problem']}"))
+    return lines
+
+
+def _depth_lines(depth: dict[str, Any]) -> list[Line]:
+    """Channel, convention with its reason and range of the depth, or why there is none."""
+    if "problem" in depth:
+        return [("depth", f"none: {depth['problem']}")]
+    lines = [
+        ("depth", f"{depth['channel']}, {depth['convention']}, {depth['kind']}"),
+        ("  why", depth["why"]),
+    ]
+    if "min_px" in depth:
+        span = f"{_number(depth['min_px'])} to {_number(depth['max_px'])} px, signed diameter"
+        return [*lines, ("  range", span)]
+    span = f"{_number(depth['near_m'])} to {_number(depth['far_m'])} m"
+    counts = f"{depth['infinite_count']} px infinite, {depth['repaired_count']} px repaired"
+    return [*lines, ("  range", span), ("  counts", counts)]
+
+
+def _number(value: float | str) -> str:
+    """Five digits; infinity is a word already."""
+    return value if isinstance(value, str) else f"{value:.5g}"

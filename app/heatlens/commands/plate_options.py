@@ -1,0 +1,74 @@
+"""The options that say how to read a plate, the same for every command that reads one."""
+
+import argparse
+import math
+
+from heatlens.image.plate import PlateOptions
+from heatlens.model.units import parse_scene_unit_m
+
+_CONVENTIONS = ("auto", "distance", "inverse", "normalized", "normalized-inverted", "coc")
+
+
+def add_plate_options(parser: argparse.ArgumentParser) -> None:
+    """Add the group `how to read the plate` to `parser`."""
+    group = parser.add_argument_group("how to read the plate")
+    group.add_argument(
+        "--depth-channel",
+        metavar="NAME",
+        help="channel that holds the depth, as `heatlens info` lists it (default: found by name)",
+    )
+    group.add_argument(
+        "--color-layer",
+        metavar="NAME",
+        help="layer that holds R, G, B; '' is the one without a name (default: found by name)",
+    )
+    group.add_argument(
+        "--depth-convention",
+        choices=_CONVENTIONS,
+        default="auto",
+        help="what the depth values are: distance; inverse (1/distance, 0 at infinity); normalized "
+        "(0 near, 1 far) or normalized-inverted (1 near, 0 far), both with --near and --far; coc "
+        "(signed diameter of the circle of confusion in pixels, used as it is); default: auto, a "
+        "guess that says why",
+    )
+    group.add_argument(
+        "--depth-kind",
+        choices=("planar", "radial"),
+        default="planar",
+        help="planar: measured along the optical axis, a wall seen straight on has one depth "
+        "(default); radial: along each ray, which needs focal length and sensor width",
+    )
+    group.add_argument(
+        "--scene-unit",
+        metavar="UNIT",
+        default="m",
+        help="unit of the depth values: m, cm, mm, ft, in, or a number of metres (default: m)",
+    )
+    group.add_argument("--near", metavar="METRES", type=_number, help="near end, normalized depth")
+    group.add_argument("--far", metavar="METRES", type=_number, help="far end, normalized depth")
+
+
+def plate_options(args: argparse.Namespace) -> PlateOptions:
+    """What `args` say; --focal-length and --sensor-width count where the command has them.
+
+    Raises HeatlensError for a unit that is none.
+    """
+    return PlateOptions(
+        depth_channel=args.depth_channel,
+        color_layer=args.color_layer,
+        depth_convention=args.depth_convention,
+        depth_kind=args.depth_kind,
+        scene_unit_m=parse_scene_unit_m(args.scene_unit),
+        near_m=args.near,
+        far_m=args.far,
+        focal_length_mm=getattr(args, "focal_length", None),
+        sensor_width_mm=getattr(args, "sensor_width", None),
+    )
+
+
+def _number(text: str) -> float:
+    """A finite number; argparse turns the ValueError into its own sentence."""
+    value = float(text)
+    if not math.isfinite(value):
+        raise argparse.ArgumentTypeError(f"{text!r} is not a finite number of metres")
+    return value

@@ -1,0 +1,169 @@
+"""A depth channel, in whatever convention, to planar metres: every infinity is settled here."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heatlens.errors import InputError
+from heatlens.image.depth_guess import RawDepth, guess_convention, looked_at
+from heatlens.image.plate import (
+    DepthConvention,
+    DepthKind,
+    DepthReport,
+    FloatImage,
+    PlateOptions,
+)
+from heatlens.image.repair import repair_depth
+
+# Few values of the wrong sign are filtering at edges; this many mean it is no depth channel.
+MAX_WRONG_SIGN_FRACTION = 0.25
+# 1/z at or below this is what a distance of 1e10 or more becomes.
+INVERSE_INFINITE_UP_TO = 1e-10
+
+_Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, eq=False)
+class DepthResult:
+    """Metres (not yet planar where the kind is radial), or CoC diameters in pixels."""
+
+    values: FloatImage
+    report: DepthReport
+    notes: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class _Converted:
+    """Values in metres or pixels, and the pixels where they are infinite or worthless."""
+
+    values: FloatImage
+    infinite: _Mask
+    bad: _Mask
+    notes: tuple[str, ...] = ()
+
+
+def read_depth(values: FloatImage, what: str, channel: str, options: PlateOptions) -> DepthResult:
+    """Depth (H, W) in metres of the raw `values`; `what` starts every sentence about them.
+
+    Raises InputError where the channel is empty, ambiguous or no depth at all.
+    """
+    raw = looked_at(values, what, channel)
+    convention, why = guess_convention(raw, options)
+    with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
+        converted = _convert(raw, convention, options)
+    depth = converted.values
+    depth[converted.infinite] = np.inf
+    repaired = repair_depth(depth, converted.bad, what)
+    kind: DepthKind = "planar" if convention == "coc" else options.depth_kind
+    infinite_count = int(np.count_nonzero(converted.infinite))
+    near, far = finite_range(depth, infinite_count)
+    if convention == "coc":
+        near = far = math.nan
+    report = DepthReport(channel, convention, kind, why, near, far, infinite_count, repaired)
+    return DepthResult(depth, report, (*converted.notes, *_notes(raw, report)))
+
+
+def finite_range(depth: FloatImage, infinite_count: int) -> tuple[float, float]:
+    """Least and greatest finite depth; infinity where there is none."""
+    if infinite_count == depth.size:
+        return math.inf, math.inf
+    near = float(depth.min())
+    far = float(depth.max())
+    if math.isinf(far):
+        far = float(np.max(depth, where=np.isfinite(depth), initial=near))
+    return near, far
+
+
+def _convert(raw: RawDepth, convention: DepthConvention, options: PlateOptions) -> _Converted:
+    """The conversion that belongs to `convention`."""
+    if convention == "coc":
+        none = np.zeros(raw.values.shape, dtype=np.bool_)
+        return _Converted(raw.values.copy(), none, ~np.isfinite(raw.values))
+    if convention == "inverse":
+        return _from_inverse(raw, options.scene_unit_m)
+    if convention == "distance":
+        return _from_distance(raw, options.scene_unit_m)
+    return _from_normalized(raw, convention == "normalized-inverted", options)
+
+
+def _from_distance(raw: RawDepth, scene_unit_m: float) -> _Converted:
+    """Metres of distances in scene units.
+
+    No surface is at distance 0. Where the file has no other mark of infinity, 0 is one: nothing
+    was hit. Where it has, a 0 is a fault and is repaired.
+    """
+    sign, notes = _viewing_sign(raw)
+    depth = raw.values * np.float32(sign * scene_unit_m)
+    bad = ~(depth > 0) & ~raw.infinite  # also true of NaN
+    if raw.infinite.any() or not raw.zero_count:
+        return _Converted(depth, raw.infinite, bad, notes)
+    zero = raw.values == 0
+    notes += (
+        f"{raw.what} is 0 in {raw.zero_count} pixels: taken as nothing hit, infinitely far. "
+        "If it holds 1/z, say --depth-convention inverse.",
+    )
+    return _Converted(depth, zero, bad & ~zero, notes)
+
+
+def _from_inverse(raw: RawDepth, scene_unit_m: float) -> _Converted:
+    """Metres of 1/z, in one over scene units; 0 is infinitely far."""
+    sign, notes = _viewing_sign(raw)
+    inverse = raw.values * np.float32(sign)
+    infinite = np.abs(inverse) <= INVERSE_INFINITE_UP_TO
+    depth: FloatImage = (np.float32(scene_unit_m) / inverse).astype(np.float32)
+    bad = (~(depth > 0) | raw.infinite) & ~infinite
+    return _Converted(depth, infinite, bad, notes)
+
+
+def _from_normalized(raw: RawDepth, inverted: bool, options: PlateOptions) -> _Converted:
+    """Metres of 0..1 between near and far; the far end and beyond is nothing hit."""
+    near, far = options.near_m, options.far_m
+    if near is None or far is None:
+        raise InputError(
+            f"{raw.what} is read as normalised: give the distances of its two ends in metres with "
+            "--near and --far."
+        )
+    if not 0 <= near < far < math.inf:
+        raise InputError(
+            f"--near {near:g} and --far {far:g} cannot be the ends of a depth: both are metres, "
+            "near at least 0 and less than far."
+        )
+    fraction = 1 - raw.values if inverted else raw.values
+    infinite = (fraction >= 1) | raw.infinite
+    below = int(np.count_nonzero(fraction < 0)) if (raw.low < 0 or raw.high > 1) else 0
+    depth = np.float32(near) + np.maximum(fraction, 0) * np.float32(far - near)
+    notes = (f"{raw.what} passes its near end in {below} pixels: set to --near.",) if below else ()
+    return _Converted(depth, infinite, ~(depth > 0) & ~infinite, notes)
+
+
+def _viewing_sign(raw: RawDepth) -> tuple[float, tuple[str, ...]]:
+    """-1 with a note for a camera that looks along -z, else 1; InputError where signs mix."""
+    positive = raw.values.size - raw.infinite_count - raw.zero_count - raw.nan_count
+    positive -= raw.negative_count
+    wrong = min(positive, raw.negative_count)
+    if wrong > MAX_WRONG_SIGN_FRACTION * (positive + raw.negative_count):
+        raise InputError(
+            f"{raw.what} has {raw.negative_count} negative and {positive} positive values, so it "
+            "is no depth. Name the depth with --depth-channel or, if these are diameters of the "
+            "circle of confusion in pixels, say --depth-convention coc."
+        )
+    if raw.negative_count > positive:
+        return -1.0, (f"{raw.what} is negative, as along -z: its sign was turned.",)
+    return 1.0, ()
+
+
+def _notes(raw: RawDepth, report: DepthReport) -> tuple[str, ...]:
+    """What the person should hear about this channel."""
+    notes = []
+    if report.repaired_count:
+        notes.append(
+            f"{raw.what} holds no usable value in {report.repaired_count} of {raw.values.size} "
+            "pixels (NaN, or of the wrong sign): they took the nearest neighbour's."
+        )
+    if raw.low == raw.high and not 0 < report.infinite_count < raw.values.size:
+        notes.append(f"{raw.what} is {raw.low:g} everywhere: the blur will be the same everywhere.")
+    elif report.infinite_count == raw.values.size:
+        notes.append(f"{raw.what} is infinite everywhere: nothing was hit in this frame.")
+    return tuple(notes)

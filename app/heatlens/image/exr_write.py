@@ -1,0 +1,95 @@
+"""Channels to an EXR file, whole or not at all."""
+
+import contextlib
+import io
+import os
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import OpenEXR
+
+from heatlens.errors import InputError
+from heatlens.image.atomic_file import replacing
+from heatlens.image.camera_header import lens_attributes
+from heatlens.image.windows import header_at_box
+from heatlens.model.boxes import Box
+
+__all__ = ["COMPRESSIONS", "lens_attributes", "write_exr"]
+
+# All lossless but the last two, which lose on half only. Those that other programs read.
+COMPRESSIONS = ("none", "rle", "zips", "zip", "piz", "dwaa", "dwab")
+
+_HALF_MAX = 65504.0
+
+
+def write_exr(
+    path: str | os.PathLike[str],
+    channels: Mapping[str, np.ndarray[Any, Any]],
+    data_window: Box,
+    display_window: Box,
+    pixel_aspect_ratio: float = 1.0,
+    attributes: Mapping[str, Any] | None = None,
+    half: bool = True,
+    compression: str = "zip",
+) -> None:
+    """Write `channels`, each (H, W) over `data_window`, by name; depth (Z, depth.Z) stays float.
+
+    Half values are clamped to +-65504, so that nothing bright becomes infinite. Attributes that
+    the library cannot write (rationals, for one) are left out. Raises InputError, and leaves what
+    stood at `path`, when the file cannot be written or a channel has another size.
+    """
+    header = _writable(attributes or {}) | {
+        "compression": _compression(compression),
+        "type": OpenEXR.scanlineimage,
+        "dataWindow": header_at_box(data_window),
+        "displayWindow": header_at_box(display_window),
+        "pixelAspectRatio": float(pixel_aspect_ratio),
+    }
+    shape = (data_window.height, data_window.width)
+    stored = {name: _stored(name, values, shape, half) for name, values in channels.items()}
+    with replacing(path) as beside, contextlib.redirect_stdout(io.StringIO()):
+        OpenEXR.File(header, stored).write(str(beside))
+
+
+def _stored(
+    name: str, values: np.ndarray[Any, Any], shape: tuple[int, int], half: bool
+) -> np.ndarray[Any, Any]:
+    """`values` in the type and memory order of the file.
+
+    Contiguous above all: the library writes a view's memory, not its elements, without a word.
+    """
+    if values.shape != shape:
+        raise InputError(
+            f"Channel {name!r} has {values.shape} values, but the data window needs {shape} "
+            "(height, width)."
+        )
+    if half and name.rpartition(".")[2].lower() not in ("z", "depth"):
+        return np.ascontiguousarray(np.clip(values, -_HALF_MAX, _HALF_MAX), dtype=np.float16)
+    return np.ascontiguousarray(values, dtype=np.float32)
+
+
+def _compression(name: str) -> Any:
+    """The library's value for one of COMPRESSIONS."""
+    if name not in COMPRESSIONS:
+        raise InputError(f"No EXR compression {name!r}: choose one of {', '.join(COMPRESSIONS)}.")
+    return getattr(OpenEXR, f"{name.upper()}_COMPRESSION")
+
+
+def _writable(attributes: Mapping[str, Any]) -> dict[str, Any]:
+    """A new dict of the attributes that the library can write, each tried in a one-pixel file.
+
+    It has no list of the types it takes, and one it does not take spoils the whole file.
+    """
+    return {name: value for name, value in attributes.items() if _can_write(name, value)}
+
+
+def _can_write(name: str, value: Any) -> bool:
+    """True when a file with this attribute alone can be written."""
+    header = {"compression": OpenEXR.NO_COMPRESSION, "type": OpenEXR.scanlineimage, name: value}
+    try:
+        with contextlib.redirect_stdout(io.StringIO()):
+            OpenEXR.File(header, {"Y": np.zeros((1, 1), np.float16)}).write(io.BytesIO())
+    except (RuntimeError, ValueError, TypeError):
+        return False
+    return True

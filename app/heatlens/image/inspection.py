@@ -1,0 +1,134 @@
+"""What is in a file and how it would be read, as plain values ready for JSON."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from heatlens.errors import InputError
+from heatlens.image.camera_header import camera_at_header
+from heatlens.image.channels import (
+    ColorChoice,
+    Header,
+    Part,
+    choose_color,
+    pixels_of,
+    type_name,
+)
+from heatlens.image.depth_read import read_depth_of
+from heatlens.image.exr_read import read_color, read_parts
+from heatlens.image.plate import PlateOptions
+from heatlens.image.windows import box_at_header, pixel_aspect_of
+from heatlens.model.boxes import Box
+
+Facts = dict[str, Any]
+
+
+def inspect(path: Path, options: PlateOptions) -> Facts:
+    """Size, parts, camera, colour and depth of the file at `path`.
+
+    Lengths are metres or millimetres as their names say; windows are [x0, y0, x1, y1], half-open.
+    Where no colour or depth can be had, its entry is {"problem": sentence}. Infinity and NaN
+    become "infinity" and None, for JSON has neither. Raises InputError only when the file cannot
+    be read.
+    """
+    parts = read_parts(path)
+    headers = [header for header, _ in parts]
+    choice, color = _color_facts(path, parts, options)
+    header = headers[choice.rgb[0].part if choice else 0]
+    window = box_at_header(header, "dataWindow")
+    depth, depth_notes = _depth_facts(path, parts, choice, options)
+    aspect, aspect_notes = pixel_aspect_of(path, header)
+    camera = camera_at_header([header, *headers])
+    return {
+        "path": str(path),
+        "width_px": window.width,
+        "height_px": window.height,
+        "data_window": _corners(window),
+        "display_window": _corners(box_at_header(header, "displayWindow")),
+        "pixel_aspect_ratio": aspect,
+        "parts": [_part_facts(part) for part in parts],
+        "camera": {name: _json_value(value) for name, value in asdict(camera).items()},
+        "color": color,
+        "depth": depth,
+        "notes": [*color.pop("notes", ()), *aspect_notes, *depth_notes],
+    }
+
+
+def _part_facts(part: Part) -> Facts:
+    """Name, layout and channels with their types of one part."""
+    header, channels = part
+    return {
+        "name": str(header.get("name", "")),
+        "type": type_name(header),
+        "compression": _compression_name(header),
+        "data_window": _corners(box_at_header(header, "dataWindow")),
+        "channels": {
+            channel.name: _pixel_type(channels[channel.name]) for channel in header["channels"]
+        },
+    }
+
+
+def _compression_name(header: Header) -> str:
+    """As in `--compression`: zip, piz, dwaa ..."""
+    return str(header["compression"]).rpartition(".")[2].removesuffix("_COMPRESSION").lower()
+
+
+def _pixel_type(pixels: np.ndarray[Any, Any]) -> str:
+    """half, float or uint; deep where a pixel holds a list."""
+    return {"f2": "half", "f4": "float", "u4": "uint"}.get(pixels.dtype.str[1:], "deep")
+
+
+def _color_facts(
+    path: Path, parts: Sequence[Part], options: PlateOptions
+) -> tuple[ColorChoice | None, Facts]:
+    """The chosen colour and its range over red, green and blue before any repair."""
+    try:
+        choice = choose_color(path, [header for header, _ in parts], options.color_layer)
+    except InputError as error:
+        return None, {"problem": str(error)}
+    planes = [pixels_of(parts, ref) for ref in dict.fromkeys(choice.rgb)]
+    finite = [plane[np.isfinite(plane)] for plane in planes]
+    facts: Facts = {
+        "layer": choice.layer,
+        "has_alpha": choice.alpha is not None,
+        "min": min((float(values.min()) for values in finite if values.size), default=None),
+        "max": max((float(values.max()) for values in finite if values.size), default=None),
+        "nan_count": sum(int(np.count_nonzero(np.isnan(plane))) for plane in planes),
+        "infinite_count": sum(int(np.count_nonzero(np.isinf(plane))) for plane in planes),
+    }
+    try:
+        facts["notes"] = [*choice.notes, *read_color(path, parts, choice)[1]]
+    except InputError as error:
+        facts["problem"] = str(error)
+    return choice, facts
+
+
+def _depth_facts(
+    path: Path, parts: Sequence[Part], color: ColorChoice | None, options: PlateOptions
+) -> tuple[Facts, tuple[str, ...]]:
+    """How the depth was read, with what to say about it; or why there is none."""
+    try:
+        result = read_depth_of(path, parts, color, options)
+    except InputError as error:
+        return {"problem": str(error)}, ()
+    facts = {name: _json_value(value) for name, value in asdict(result.report).items()}
+    if result.report.convention == "coc":
+        facts["min_px"] = float(result.values.min())
+        facts["max_px"] = float(result.values.max())
+    return facts, result.notes
+
+
+def _corners(box: Box) -> list[int]:
+    """[x0, y0, x1, y1], half-open."""
+    return [box.x0, box.y0, box.x1, box.y1]
+
+
+def _json_value(value: Any) -> Any:
+    """`value`, with a word or None for a float that JSON cannot say."""
+    if isinstance(value, float) and not math.isfinite(value):
+        return "infinity" if value == math.inf else None
+    return value
