@@ -1,0 +1,95 @@
+"""The circle of confusion of a thin lens, and the limits of what looks sharp.
+
+With aperture diameter A, focal length f and focus distance S, a point at depth z makes a disc on
+the sensor of diameter
+
+    coc(z) = A f / (S - f) * (1 - S / z)  =  A f / (S - f)  -  A f S / (S - f) * 1 / z
+
+negative in front of the focus, zero on it, positive behind. That is a straight line over 1/z, the
+dioptres, and stays one for focus at infinity: 0 - A f / z. Everything here follows from the line.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from heatlens.model.lens import Lens
+
+
+@dataclass(frozen=True, slots=True)
+class CocLine:
+    """Signed diameter over dioptres: coc_px = at_infinity_px + per_dioptre_px / depth_m.
+
+    at_infinity_px   diameter of a point at infinity, in pixels across; 0 with focus at infinity
+    per_dioptre_px   pixels for each 1/m that the point is nearer; always negative
+    """
+
+    at_infinity_px: float
+    per_dioptre_px: float
+
+
+def coc_line(lens: Lens, display_width_px: int) -> CocLine:
+    """The line of a spherical lens of this focal length and f-stop, in pixels across.
+
+    `display_width_px` is the width of the display window, which the sensor's width fills.
+    `axis_scales` makes the ellipse of an anamorphic lens or of pixels that are not square of it.
+    """
+    per_dioptre_px = _per_dioptre_mm(lens) * display_width_px / lens.sensor_width_mm
+    # This division undone by `coc_px` gives exactly zero on the focus.
+    return CocLine(-per_dioptre_px / lens.focus_distance_m, per_dioptre_px)
+
+
+def coc_px(depth_m: ArrayLike, line: CocLine) -> NDArray[np.float64]:
+    """Signed diameters in pixels, of the shape of `depth_m`: positive, or infinite for the sky."""
+    return np.asarray(line.at_infinity_px + line.per_dioptre_px / np.asarray(depth_m, np.float64))
+
+
+def axis_scales(squeeze: float, pixel_aspect_ratio: float) -> tuple[float, float]:
+    """(x, y) factors from the diameter of `coc_line` to pixels along each axis.
+
+    A squeeze s narrows the disc to 1/s. `pixel_aspect_ratio` is the width of a pixel over its
+    height: where pixels are wide, the same length covers more of them going down.
+    """
+    return 1.0 / squeeze, pixel_aspect_ratio
+
+
+def hyperfocal_m(lens: Lens) -> float:
+    """The nearest focus distance at which infinity still looks sharp: f + A f / c.
+
+    c is the acceptable circle of confusion; it is measured on the height of the disc, which a
+    squeeze leaves alone.
+    """
+    f_mm = lens.focal_length_mm
+    return 1e-3 * (f_mm + lens.aperture_diameter_mm * f_mm / lens.coc_limit_mm)
+
+
+def near_limit_m(lens: Lens) -> float:
+    """The nearest depth that looks sharp, where coc = -c."""
+    return 1.0 / (1.0 / lens.focus_distance_m + _sharp_dioptres(lens))
+
+
+def far_limit_m(lens: Lens) -> float:
+    """The farthest depth that looks sharp, where coc = +c; infinite from the hyperfocal on."""
+    dioptres = 1.0 / lens.focus_distance_m - _sharp_dioptres(lens)
+    return 1.0 / dioptres if dioptres > 0 else math.inf
+
+
+def depth_of_field_m(lens: Lens) -> float:
+    """From the near to the far limit; infinite from the hyperfocal on."""
+    return far_limit_m(lens) - near_limit_m(lens)
+
+
+def _sharp_dioptres(lens: Lens) -> float:
+    """How far from the focus, in 1/m and to either side, a point still looks sharp."""
+    return lens.coc_limit_mm / -_per_dioptre_mm(lens)
+
+
+def _per_dioptre_mm(lens: Lens) -> float:
+    """Diameter on the sensor in mm for each dioptre; divided by the focus, minus it at infinity.
+
+    -A f / (1 - f / S), which needs no case of its own for focus at infinity.
+    """
+    f_mm = lens.focal_length_mm
+    return -1e-3 * lens.aperture_diameter_mm * f_mm / (1.0 - f_mm / (lens.focus_distance_m * 1e3))

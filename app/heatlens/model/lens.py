@@ -1,0 +1,86 @@
+"""The lens: what is written on its barrel, where it is focused and how wide the sensor is."""
+
+import math
+from dataclasses import dataclass
+
+from heatlens.errors import LensError
+
+# Share of the sensor's width that still looks sharp; a common rule for pictures seen whole.
+_SHARP_SHARE = 1 / 1500
+# No lens or sensor was ever made outside these, in mm or as an f-number: a value beyond them is in
+# the wrong unit. Within them every diameter of blur stays finite in float32.
+_LEAST, _MOST = 1e-3, 1e6
+_SQUEEZE_LEAST, _SQUEEZE_MOST = 1.0, 2.0
+
+
+@dataclass(frozen=True, slots=True)
+class Lens:
+    """A thin lens in front of a flat sensor: hardware in millimetres, distances in metres.
+
+    focal_length_mm    focal length
+    f_stop             N of f/N: with the focal length it fixes the aperture, and so the blur
+    focus_distance_m   from the entrance pupil to the plane in focus; infinite is allowed
+    sensor_width_mm    width of the part of the sensor that the picture shows
+    squeeze            1 spherical to 2 anamorphic: a disc is so many times as tall as wide
+    t_stop             exposure only, None where unknown; it never enters the blur
+    acceptable_coc_mm  diameter that still counts as sharp, None for 1/1500 of the sensor's width
+
+    Raises LensError naming the value and what it may be.
+    """
+
+    focal_length_mm: float
+    f_stop: float
+    focus_distance_m: float
+    sensor_width_mm: float
+    squeeze: float = 1.0
+    t_stop: float | None = None
+    acceptable_coc_mm: float | None = None
+
+    def __post_init__(self) -> None:
+        _check_hardware("focal length", self.focal_length_mm, " mm")
+        _check_hardware("f-stop", self.f_stop, "")
+        _check_hardware("sensor width", self.sensor_width_mm, " mm")
+        if self.t_stop is not None:
+            _check_hardware("T-stop", self.t_stop, "")
+        if self.acceptable_coc_mm is not None:
+            _check_hardware("acceptable circle of confusion", self.acceptable_coc_mm, " mm")
+        _check_squeeze(self.squeeze)
+        _check_focus(self.focus_distance_m, self.focal_length_mm)
+
+    @property
+    def aperture_diameter_mm(self) -> float:
+        """Diameter of the entrance pupil."""
+        return self.focal_length_mm / self.f_stop
+
+    @property
+    def coc_limit_mm(self) -> float:
+        """Diameter on the sensor up to which a point counts as sharp: given, or by the rule."""
+        if self.acceptable_coc_mm is not None:
+            return self.acceptable_coc_mm
+        return self.sensor_width_mm * _SHARP_SHARE
+
+
+def _check_hardware(name: str, value: float, unit: str) -> None:
+    """LensError unless `value` is a size that can be built; NaN fails the comparison."""
+    if not _LEAST <= value <= _MOST:
+        raise LensError(
+            f"The {name} must be between {_LEAST:g}{unit} and {_MOST:,.0f}{unit}, "
+            f"got {value:g}{unit}."
+        )
+
+
+def _check_squeeze(squeeze: float) -> None:
+    if not _SQUEEZE_LEAST <= squeeze <= _SQUEEZE_MOST:
+        raise LensError(
+            f"The squeeze must be between {_SQUEEZE_LEAST:g} (spherical) and {_SQUEEZE_MOST:g} "
+            f"(anamorphic), got {squeeze:g}."
+        )
+
+
+def _check_focus(focus_distance_m: float, focal_length_mm: float) -> None:
+    """Nothing at or within the focal length can be in focus: the image would lie at infinity."""
+    if math.isnan(focus_distance_m) or focus_distance_m * 1e3 <= focal_length_mm:
+        raise LensError(
+            f"The focus distance must be beyond the focal length of {focal_length_mm:g} mm, "
+            f"got {focus_distance_m:g} m."
+        )
