@@ -128,7 +128,7 @@ def choose_depth(
     layer, part = (color.layer, color.rgb[0].part) if color else ("", 0)
     ranked: list[tuple[int, bool, bool, int]] = []
     for index, ref in enumerate(usable):
-        rank = _depth_rank(ref, usable, words)
+        rank = _depth_rank(ref, usable, words, layer)
         if rank is not None:
             far = ref.full_name.partition(".")[0] != layer.partition(".")[0]
             ranked.append((rank, far, ref.part != part, index))
@@ -184,16 +184,18 @@ def _color_rank(choice: ColorChoice, many_parts: bool) -> tuple[int, int]:
     return len(_COLOR_LAYERS) + first + 2 * is_data, choice.rgb[0].part
 
 
-def _depth_rank(ref: ChannelRef, usable: Sequence[ChannelRef], words: Sequence[str]) -> int | None:
+def _depth_rank(
+    ref: ChannelRef, usable: Sequence[ChannelRef], words: Sequence[str], color_layer: str
+) -> int | None:
     """Lower is likelier to be depth; None when the name does not say depth at all."""
     layer, leaf = ref.layer.rpartition(".")[2].lower(), ref.leaf.lower()
     if layer in _DATA_LAYERS:
         return None
     if _squashed(leaf) in words:
         siblings = {r.leaf.lower() for r in usable if (r.part, r.layer) == (ref.part, ref.layer)}
-        if {"x", "y"} & siblings and leaf == "z":
+        if {"x", "y"} <= siblings and leaf == "z":
             return None  # the third axis of a vector
-        known = not layer or layer in _COLOR_LAYERS or _squashed(layer) in words
+        known = layer in _COLOR_LAYERS or _squashed(layer) in words or ref.layer == color_layer
         return 2 * words.index(_squashed(leaf)) + (0 if known else 2 * len(words))
     if _squashed(layer) in words and leaf in _VALUE_LEAVES:
         return 2 * words.index(_squashed(layer)) + 1

@@ -57,7 +57,7 @@ def read_depth(values: FloatImage, what: str, channel: str, options: PlateOption
     depth[converted.infinite] = np.inf
     repaired = repair_depth(depth, converted.bad, what)
     kind: DepthKind = "planar" if convention == "coc" else options.depth_kind
-    infinite_count = int(np.count_nonzero(converted.infinite))
+    infinite_count = int(np.count_nonzero(np.isinf(depth)))  # with those that repair copied
     near, far = finite_range(depth, infinite_count)
     if convention == "coc":
         near = far = math.nan

@@ -92,7 +92,7 @@ def _guess_by_name(channel: str) -> tuple[DepthConvention, str] | None:
     if "coc" in name or "circleofconfusion" in name:
         return "coc", "Its name says circle of confusion."
     if "dispar" in name or "inverse" in name or "invz" in name:
-        return "inverse", "Its name says 1/z."
+        return "inverse", "Its name says that it holds 1/z."
     return None
 
 

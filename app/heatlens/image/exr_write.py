@@ -73,7 +73,7 @@ def _compression(name: str) -> Any:
     """The library's value for one of COMPRESSIONS."""
     if name not in COMPRESSIONS:
         raise InputError(f"No EXR compression {name!r}: choose one of {', '.join(COMPRESSIONS)}.")
-    return getattr(OpenEXR, f"{name.upper()}_COMPRESSION")
+    return getattr(OpenEXR, f"{'NO' if name == 'none' else name.upper()}_COMPRESSION")
 
 
 def _writable(attributes: Mapping[str, Any]) -> dict[str, Any]:

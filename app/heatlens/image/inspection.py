@@ -74,7 +74,8 @@ def _part_facts(part: Part) -> Facts:
 
 def _compression_name(header: Header) -> str:
     """As in `--compression`: zip, piz, dwaa ..."""
-    return str(header["compression"]).rpartition(".")[2].removesuffix("_COMPRESSION").lower()
+    name = str(header["compression"]).rpartition(".")[2].removesuffix("_COMPRESSION").lower()
+    return "none" if name == "no" else name
 
 
 def _pixel_type(pixels: np.ndarray[Any, Any]) -> str:
