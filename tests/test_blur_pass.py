@@ -75,3 +75,83 @@ def test_wide_blur_on_long_lines_agrees_with_float64(
     kernel = named_kernel(name)
     expected = oracle.blur(x.astype(np.float64), coc.astype(np.float64), kernel)
     np.testing.assert_allclose(blurred(solver, x, coc, kernel), expected, atol=1e-5)
+
+
+@pytest.mark.parametrize("name", KERNELS)
+def test_squeeze_scales_each_axis(
+    ctx: moderngl.Context, solver: LineSolver, rng: np.random.Generator, name: str
+) -> None:
+    x, coc = random_plate(rng, (40, 30), 20.0)
+    scales = (0.5, 1.25)
+    expected = oracle.blur(
+        x.astype(np.float64), coc.astype(np.float64), named_kernel(name), scales
+    )
+    result = blurred(solver, x, coc, named_kernel(name), scales)
+    np.testing.assert_allclose(result, expected, atol=1e-5)
+
+
+@pytest.mark.parametrize("steps", [1, 2, 5])
+def test_gaussian_steps_agree_with_float64(
+    ctx: moderngl.Context, solver: LineSolver, rng: np.random.Generator, steps: int
+) -> None:
+    x, coc = random_plate(rng, (33, 21), 30.0)
+    kernel = gaussian_kernel(steps)
+    expected = oracle.blur(x.astype(np.float64), coc.astype(np.float64), kernel)
+    np.testing.assert_allclose(blurred(solver, x, coc, kernel), expected, atol=1e-5)
+
+
+@pytest.mark.parametrize("name", KERNELS)
+def test_constant_picture_stays_constant(
+    ctx: moderngl.Context, solver: LineSolver, rng: np.random.Generator, name: str
+) -> None:
+    _, coc = random_plate(rng, (61, 47), 90.0)
+    x = np.full((47, 61, 4), 0.75, np.float32)
+    np.testing.assert_allclose(blurred(solver, x, coc, named_kernel(name)), x, atol=1e-5)
+
+
+@pytest.mark.parametrize("name", KERNELS)
+def test_light_is_kept(
+    ctx: moderngl.Context, solver: LineSolver, rng: np.random.Generator, name: str
+) -> None:
+    x, coc = random_plate(rng, (61, 47), 90.0)
+    total = blurred(solver, x, coc, named_kernel(name)).sum(axis=(0, 1), dtype=np.float64)
+    np.testing.assert_allclose(total, x.sum(axis=(0, 1), dtype=np.float64), rtol=1e-5)
+
+
+@pytest.mark.parametrize("name", KERNELS)
+def test_pixels_in_focus_keep_every_bit(
+    ctx: moderngl.Context, solver: LineSolver, rng: np.random.Generator, name: str
+) -> None:
+    x, coc = random_plate(rng, (61, 47), 90.0)
+    coc[10:20, 5:50] = 0.0
+    result = blurred(solver, x, coc, named_kernel(name))
+    assert np.array_equal(result[coc == 0.0], x[coc == 0.0])
+    assert not np.array_equal(result, x)
+
+
+@pytest.mark.parametrize("name", ["heat", "disc_4"])
+def test_transposing_commutes(
+    ctx: moderngl.Context, solver: LineSolver, rng: np.random.Generator, name: str
+) -> None:
+    """Exactly so for a uniform plate; rows and columns commute no more where the blur varies."""
+    x = rng.random((39, 52, 4), np.float32)
+    coc = np.full((39, 52), 17.0, np.float32)
+    kernel = named_kernel(name)
+    across = blurred(solver, np.ascontiguousarray(x.swapaxes(0, 1)), coc.T.copy(), kernel)
+    np.testing.assert_allclose(
+        across.swapaxes(0, 1), blurred(solver, x, coc, kernel), atol=1e-5
+    )
+
+
+def test_small_scratch_gives_the_same_picture(
+    ctx: moderngl.Context, rng: np.random.Generator, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Lines are worked on in tiles; where a tile ends must not show."""
+    x, coc = random_plate(rng, (50, 70), 30.0)
+    kernel = named_kernel("disc_3")
+    for solver_type in SOLVERS.values():
+        whole = blurred(solver_type(ctx), x, coc, kernel)
+        with monkeypatch.context() as patch:
+            patch.setattr("heatlens.defocus.line_solver.SCRATCH_BYTES_MAX", 1)
+            tiled = blurred(solver_type(ctx), x, coc, kernel)
+        assert np.array_equal(whole, tiled)

@@ -6,7 +6,7 @@ import moderngl
 import numpy as np
 import numpy.typing as npt
 
-Storage = Literal["f2", "f4"]
+Storage = Literal["f2", "f4", "u4"]
 FloatArray = npt.NDArray[np.float32]
 
 
@@ -51,3 +51,45 @@ def download(texture: moderngl.Texture) -> FloatArray:
     pixels = np.frombuffer(texture.read(), dtype)
     shape = (height, width) if texture.components == 1 else (height, width, texture.components)
     return pixels.reshape(shape).astype(np.float32)
+
+
+class TexturePool:
+    """Textures by name, made when first asked for and again only when size or kind changes."""
+
+    def __init__(self, ctx: moderngl.Context) -> None:
+        self._ctx = ctx
+        self._held: dict[str, tuple[tuple[object, ...], moderngl.Texture]] = {}
+        self._arrays: dict[str, tuple[tuple[object, ...], moderngl.TextureArray]] = {}
+        self._buffers: dict[str, moderngl.Buffer] = {}
+
+    def texture(
+        self, name: str, size: tuple[int, int], components: int, storage: Storage = "f4"
+    ) -> moderngl.Texture:
+        """The texture called `name`; its contents are whatever was last written."""
+        kind = (size, components, storage)
+        if name in self._held and self._held[name][0] == kind:
+            return self._held[name][1]
+        if name in self._held:
+            self._held[name][1].release()
+        self._held[name] = (kind, new_texture(self._ctx, size, components, storage, name))
+        return self._held[name][1]
+
+    def array(
+        self, name: str, size: tuple[int, int], layers: int, components: int
+    ) -> moderngl.TextureArray:
+        """The array called `name`, at least `layers` deep."""
+        kind = (size, layers, components)
+        if name in self._arrays and self._arrays[name][0] == kind:
+            return self._arrays[name][1]
+        if name in self._arrays:
+            self._arrays[name][1].release()
+        self._arrays[name] = (kind, new_array(self._ctx, size, layers, components))
+        return self._arrays[name][1]
+
+    def buffer(self, name: str, size_bytes: int) -> moderngl.Buffer:
+        """The storage buffer called `name`, at least `size_bytes` large."""
+        if name not in self._buffers:
+            self._buffers[name] = self._ctx.buffer(reserve=size_bytes)
+        elif self._buffers[name].size < size_bytes:
+            self._buffers[name].orphan(size_bytes)
+        return self._buffers[name]

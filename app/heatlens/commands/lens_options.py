@@ -1,0 +1,136 @@
+"""The lens on the command line: what is given wins, then the plate's header; each is said aloud."""
+
+import argparse
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from heatlens.errors import InputError
+from heatlens.image.plate import Plate
+from heatlens.model.filmback import filmback_named
+from heatlens.model.lens import Lens
+from heatlens.model.units import format_distance, parse_distance_m
+
+_FULL_FRAME_WIDTH_MM = 36.0
+_FOCUS_AREA_RADIUS_PX = 2  # the median of 5 x 5 pixels: one noisy pixel does not decide
+
+
+@dataclass(frozen=True)
+class _Named:
+    value: float
+    source: str
+
+
+def add_lens_options(parser: argparse.ArgumentParser) -> None:
+    """--focal-length, --sensor-width or --filmback, --f-stop, focus, --squeeze."""
+    group = parser.add_argument_group(
+        "lens", "Values not given are taken from the plate's header where it has them."
+    )
+    group.add_argument("--focal-length", type=float, metavar="MM", help="in millimetres")
+    back = group.add_mutually_exclusive_group()
+    back.add_argument(
+        "--sensor-width", type=float, metavar="MM", help="width of the film back in millimetres"
+    )
+    back.add_argument("--filmback", metavar="NAME", help='a film back by name, as "Super 35"')
+    group.add_argument("--f-stop", type=float, metavar="N", help="2 for f/2; smaller blurs more")
+    focus = group.add_mutually_exclusive_group()
+    focus.add_argument(
+        "--focus-distance", metavar="DISTANCE", help="metres, or with a unit: 190cm, 6'3\", inf"
+    )
+    focus.add_argument(
+        "--focus-at", metavar="X,Y", help="focus on what is seen at this pixel of the picture"
+    )
+    group.add_argument(
+        "--squeeze",
+        type=float,
+        default=1.0,
+        metavar="S",
+        help="anamorphic lens, 1 to 2: discs become S times as tall as wide (default 1)",
+    )
+
+
+def lens_of(args: argparse.Namespace, plate: Plate) -> tuple[Lens, list[str]]:
+    """The lens that the options and the plate's header describe, and a sentence on each value."""
+    camera = plate.camera
+    focal = _from_header(args.focal_length, plate, "focal_length_mm", "--focal-length")
+    f_stop = _from_header(args.f_stop, plate, "f_stop", "--f-stop")
+    if args.filmback is not None:
+        sensor = _Named(filmback_named(args.filmback).width_mm, f"film back {args.filmback}")
+    elif args.sensor_width is None and camera.sensor_width_mm is None:
+        sensor = _Named(_FULL_FRAME_WIDTH_MM, "assumed full frame; --sensor-width changes it")
+    else:
+        sensor = _from_header(args.sensor_width, plate, "sensor_width_mm", "--sensor-width")
+    focus = _focus(args, plate)
+    lens = Lens(
+        focal_length_mm=focal.value,
+        f_stop=f_stop.value,
+        focus_distance_m=focus.value,
+        sensor_width_mm=sensor.value,
+        squeeze=args.squeeze,
+    )
+    said = [
+        f"focal length {focal.value:g} mm ({focal.source})",
+        f"sensor width {sensor.value:g} mm ({sensor.source})",
+        f"f/{f_stop.value:g} ({f_stop.source})",
+        f"focus {format_distance(focus.value)} ({focus.source})",
+    ]
+    return lens, said
+
+
+def _from_header(given: float | None, plate: Plate, field: str, option: str) -> _Named:
+    if given is not None:
+        return _Named(given, option)
+    value = getattr(plate.camera, field)
+    if value is None:
+        raise InputError(
+            f"{plate.path}: the header tells no {field.rsplit('_', 1)[0].replace('_', ' ')}; "
+            f"give it with {option}."
+        )
+    return _Named(value, f"header, {plate.camera.sources.get(field, 'camera')}")
+
+
+def _focus(args: argparse.Namespace, plate: Plate) -> _Named:
+    if args.focus_at is not None:
+        x, y = _pixel(args.focus_at)
+        return _Named(depth_at_m(plate, x, y), f"--focus-at {x},{y}")
+    if args.focus_distance is not None:
+        return _Named(parse_distance_m(args.focus_distance), "--focus-distance")
+    if plate.camera.focus_distance_m is None:
+        raise InputError(
+            f"{plate.path}: the header tells no focus distance; "
+            "give it with --focus-distance or --focus-at."
+        )
+    return _from_header(None, plate, "focus_distance_m", "--focus-distance")
+
+
+def _pixel(text: str) -> tuple[int, int]:
+    try:
+        x, y = (int(part) for part in text.split(","))
+    except ValueError:
+        raise InputError(f"--focus-at takes a pixel as X,Y, for instance 960,540; got {text!r}") from None
+    return x, y
+
+
+def depth_at_m(plate: Plate, x: int, y: int) -> float:
+    """Median depth around a pixel, counted from the display window's corner as viewers show it."""
+    if plate.depth_m is None:
+        raise InputError(
+            f"{plate.path}: its depth channel is a circle of confusion, which has no distances; "
+            "--focus-at cannot be used."
+        )
+    window, display = plate.data_window, plate.display_window
+    column, row = x + display.x0 - window.x0, y + display.y0 - window.y0
+    if not (0 <= column < window.width and 0 <= row < window.height):
+        raise InputError(
+            f"--focus-at {x},{y} is outside the picture, which has pixels "
+            f"{window.x0 - display.x0},{window.y0 - display.y0} to "
+            f"{window.x1 - display.x0 - 1},{window.y1 - display.y0 - 1}."
+        )
+    reach = _FOCUS_AREA_RADIUS_PX
+    area = plate.depth_m[
+        max(0, row - reach) : row + reach + 1, max(0, column - reach) : column + reach + 1
+    ]
+    ordered = np.sort(area, axis=None)
+    middle = float(ordered[len(ordered) // 2])  # np.median would make NaN between two infinities
+    return middle if math.isfinite(middle) else math.inf

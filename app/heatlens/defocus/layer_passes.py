@@ -1,0 +1,148 @@
+"""What happens to one depth layer before and after it is blurred."""
+
+from dataclasses import dataclass
+
+import moderngl
+
+from heatlens.defocus.layer_cuts import LayerCut
+from heatlens.defocus.line_solver import Bindings, LineSolver, LineSystem
+from heatlens.defocus.plate_passes import tiles
+from heatlens.gpu.program import ComputeProgram, groups_for
+
+
+@dataclass(frozen=True)
+class Fragments:
+    """The picture as the layers take it apart, all of one size."""
+
+    color: moderngl.Texture  # rgb
+    far: moderngl.Texture  # rgb, a coverage of the near fragment
+    near: moderngl.Texture  # rgb, a signed coc
+    coc: moderngl.Texture  # signed diameter, pixels
+
+
+@dataclass(frozen=True)
+class Layer:
+    """A layer's pixels."""
+
+    color: moderngl.Texture  # rgb times coverage, a coverage, HIDDEN where it has to be guessed
+    state: moderngl.Texture  # r diameter |coc|, g 1 where the layer has content
+
+
+class LayerSplitPass:
+    """One layer out of the picture."""
+
+    def __init__(self, ctx: moderngl.Context) -> None:
+        self._program = ComputeProgram(ctx, "layer_split.comp.glsl")
+
+    def run(self, picture: Fragments, cut: LayerCut, out: Layer) -> None:
+        """Write the layer between the limits of `cut`."""
+        self._program.dispatch(
+            tiles(picture.coc.size),
+            textures={
+                "color_tx": picture.color,
+                "far_tx": picture.far,
+                "near_tx": picture.near,
+                "coc_tx": picture.coc,
+            },
+            images={"out_layer_img": out.color, "out_state_img": out.state},
+            uniforms={
+                "cut_near_px": cut.near_px,
+                "cut_far_px": cut.far_px,
+                "is_farthest": cut.is_farthest,
+            },
+        )
+
+
+class HiddenFillPass:
+    """Guesses what nearer layers hide, along structures that go on behind them."""
+
+    _DIRECTIONS = 4
+
+    def __init__(self, ctx: moderngl.Context) -> None:
+        self._ctx = ctx
+        self._bits_program = ComputeProgram(ctx, "hidden_bits.comp.glsl")
+        self._ends_program = ComputeProgram(ctx, "hidden_ends.comp.glsl")
+        self._fill_program = ComputeProgram(ctx, "hidden_fill.comp.glsl")
+
+    @staticmethod
+    def bits_bytes(size: tuple[int, int]) -> int:
+        """Bytes of the packed seen-masks of a picture: lines of whole 32-bit words."""
+        return 4 * sum(_words(size))
+
+    def run(
+        self,
+        layer: Layer,
+        bits: moderngl.Buffer,
+        ends: moderngl.Texture,
+        cost: moderngl.Texture,
+        out: Layer,
+    ) -> None:
+        """`layer` with its hidden pixels filled in to `out`; the rest is scratch."""
+        size = layer.color.size
+        seen = {"layer_tx": layer.color, "state_tx": layer.state}
+        self._bits_program.dispatch(
+            (groups_for(max(_words(size)), 64), self._DIRECTIONS), textures=seen, buffers={0: bits}
+        )
+        self._ends_program.dispatch(
+            tiles(size),
+            textures=seen,
+            images={"out_ends_img": ends, "out_cost_img": cost},
+            buffers={0: bits},
+        )
+        self._fill_program.dispatch(
+            tiles(size),
+            textures={**seen, "ends_tx": ends, "cost_tx": cost},
+            images={"out_layer_img": out.color, "out_state_img": out.state},
+        )
+
+
+def _words(size: tuple[int, int]) -> tuple[int, int, int, int]:
+    """Words of the masks along each direction, as lib/hidden.lib.glsl counts them."""
+    width, height = size
+    down = groups_for(height, 32)
+    diagonal = (width + height) * down
+    return height * groups_for(width, 32), width * down, diagonal, diagonal
+
+
+class CocFillPass:
+    """Extends a layer's circle of confusion beyond its content."""
+
+    _SYSTEM = LineSystem("lib/fill_system.lib.glsl")
+
+    def __init__(self, solver: LineSolver) -> None:
+        self._solver = solver
+
+    def run(
+        self, state: moderngl.Texture, rows: moderngl.Texture, out_coc: moderngl.Texture
+    ) -> None:
+        """`rows` (two channels) is scratch; `out_coc` gets a diameter everywhere."""
+        self._solver.solve(
+            self._SYSTEM,
+            "rows",
+            state.size,
+            Bindings({"state_tx": state}, {"out_rows_img": rows}, {"kappa": 1.0}),
+        )
+        self._solver.solve(
+            self._SYSTEM,
+            "columns",
+            state.size,
+            Bindings(
+                {"state_tx": state, "rows_tx": rows}, {"out_coc_img": out_coc}, {"kappa": 1.0}
+            ),
+        )
+
+
+class CompositePass:
+    """A blurred layer over what is behind it."""
+
+    def __init__(self, ctx: moderngl.Context) -> None:
+        self._program = ComputeProgram(ctx, "composite.comp.glsl")
+
+    def run(self, layer: moderngl.Texture, is_farthest: bool, color: moderngl.Texture) -> None:
+        """Put the blurred `layer` over `color`, far to near."""
+        self._program.dispatch(
+            tiles(layer.size),
+            textures={"layer_tx": layer},
+            images={"out_color_img": color},
+            uniforms={"is_farthest": is_farthest},
+        )

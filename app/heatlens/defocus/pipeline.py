@@ -1,0 +1,99 @@
+"""Order of the passes; owns every texture between them and reuses it.
+
+    plate -> proxy -> coc -> fragments -> each layer, far to near: split, fill what is hidden,
+    extend its coc, blur, composite -> picture
+"""
+
+import moderngl
+
+from heatlens.defocus.blur_pass import BlurPass, BlurTargets, pole_layers
+from heatlens.defocus.fragment_pass import FragmentPass
+from heatlens.defocus.kernels import Kernel
+from heatlens.defocus.layer_cuts import NO_CUT_PX, LayerCut, layer_cuts
+from heatlens.defocus.layer_passes import (
+    CocFillPass,
+    CompositePass,
+    Fragments,
+    HiddenFillPass,
+    Layer,
+    LayerSplitPass,
+)
+from heatlens.defocus.line_solver import LineSolver
+from heatlens.defocus.plate_passes import CocPass, ProxyPass
+from heatlens.defocus.quality import kernel_for, layers_for
+from heatlens.gpu.stopwatch import Stopwatch
+from heatlens.gpu.textures import TexturePool
+from heatlens.model.coc import CocLine
+from heatlens.model.settings import DefocusSettings
+
+
+class DefocusPipeline:
+    """Colour and depth to a picture with depth of field."""
+
+    def __init__(self, ctx: moderngl.Context, solver: LineSolver, stopwatch: Stopwatch) -> None:
+        self._time = stopwatch.measure
+        self._pool = TexturePool(ctx)
+        self._proxy = ProxyPass(ctx)
+        self._coc = CocPass(ctx)
+        self._fragments = FragmentPass(ctx)
+        self._split = LayerSplitPass(ctx)
+        self._hidden = HiddenFillPass(ctx)
+        self._coc_fill = CocFillPass(solver)
+        self._blur = BlurPass(solver)
+        self._composite = CompositePass(ctx)
+
+    def run(self, color, depth, coc_line, coc_range, axis_scales, settings):
+        kernel = kernel_for(settings)
+        size = color.size
+        coc = self._pool.texture("coc", size, 1)
+        with self._time("coc"):
+            self._coc.run(depth, coc_line, coc)
+        layers = layers_for(settings)
+        if layers == 1:
+            return self._blurred(color, coc, kernel, axis_scales)
+        picture = self._fragmented(color, coc, coc_line)
+        out = self._pool.texture("out", size, 4)
+        for cut in layer_cuts(*coc_range, layers):
+            layer, layer_coc = self._layer(picture, cut)
+            blurred = self._blurred(layer.color, layer_coc, kernel, axis_scales)
+            with self._time("composite"):
+                self._composite.run(blurred, cut.is_farthest, out)
+        return out
+
+    def _fragmented(self, color, coc, coc_line) -> Fragments:
+        far = self._pool.texture("far", color.size, 4)
+        near = self._pool.texture("near", color.size, 4)
+        with self._time("fragments"):
+            self._fragments.run(color, coc, coc_line.at_infinity_px, far, near)
+        return Fragments(color, far, near, coc)
+
+    def _layer(self, picture: Fragments, cut: LayerCut):
+        size = picture.coc.size
+        pool = self._pool
+        layer = Layer(pool.texture("layer", size, 4), pool.texture("state", size, 2))
+        with self._time("layer split"):
+            self._split.run(picture, cut, layer)
+        if cut.near_px > -NO_CUT_PX:
+            whole = Layer(pool.texture("whole layer", size, 4), pool.texture("whole state", size, 2))
+            with self._time("hidden fill"):
+                self._hidden.run(
+                    layer,
+                    pool.buffer("bits", HiddenFillPass.bits_bytes(size)),
+                    pool.texture("ends", size, 4, "u4"),
+                    pool.texture("cost", size, 4),
+                    whole,
+                )
+            layer = whole
+        layer_coc = pool.texture("layer coc", size, 1)
+        with self._time("coc fill"):
+            self._coc_fill.run(layer.state, pool.texture("fill rows", size, 2), layer_coc)
+        return layer, layer_coc
+
+    def _blurred(self, color, coc, kernel: Kernel, axis_scales):
+        targets = BlurTargets(
+            self._pool.array("poles", color.size, pole_layers(kernel), 4),
+            self._pool.texture("blurred", color.size, 4),
+        )
+        with self._time("blur"):
+            self._blur.run(color, coc, kernel, axis_scales, targets)
+        return targets.out_color

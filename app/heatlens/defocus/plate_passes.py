@@ -1,0 +1,55 @@
+"""From the plate to what the blur works on: the proxy size and the circle of confusion."""
+
+import moderngl
+
+from heatlens.gpu.program import ComputeProgram, groups_for
+from heatlens.model.coc import CocLine
+
+_TILE = 16
+
+
+def tiles(size: tuple[int, int]) -> tuple[int, int]:
+    """Workgroups of 16 x 16 that cover a picture."""
+    return groups_for(size[0], _TILE), groups_for(size[1], _TILE)
+
+
+class CocPass:
+    """Depth in metres to signed circle of confusion in pixels."""
+
+    def __init__(self, ctx: moderngl.Context) -> None:
+        self._program = ComputeProgram(ctx, "coc.comp.glsl")
+
+    def run(self, depth: moderngl.Texture, line: CocLine, out_coc: moderngl.Texture) -> None:
+        """Write the diameter of every pixel's disc, negative in front of the focus plane."""
+        self._program.dispatch(
+            tiles(out_coc.size),
+            textures={"depth_tx": depth},
+            images={"out_coc_img": out_coc},
+            uniforms={
+                "at_infinity_px": line.at_infinity_px,
+                "per_dioptre_px": line.per_dioptre_px,
+            },
+        )
+
+
+class ProxyPass:
+    """A smaller picture: colour averaged, depth sampled."""
+
+    def __init__(self, ctx: moderngl.Context) -> None:
+        self._program = ComputeProgram(ctx, "proxy.comp.glsl")
+
+    def run(
+        self,
+        color: moderngl.Texture,
+        depth: moderngl.Texture,
+        depth_scale: float,
+        out_color: moderngl.Texture,
+        out_depth: moderngl.Texture,
+    ) -> None:
+        """`depth_scale` is 1 for metres and the proxy's scale for a circle of confusion."""
+        self._program.dispatch(
+            tiles(out_color.size),
+            textures={"color_tx": color, "depth_tx": depth},
+            images={"out_color_img": out_color, "out_depth_img": out_depth},
+            uniforms={"depth_scale": depth_scale},
+        )

@@ -1,0 +1,24 @@
+"""What each quality spends."""
+
+from heatlens.defocus.kernels import Kernel, gaussian_kernel, named_kernel
+from heatlens.model.settings import Bokeh, DefocusSettings, Quality
+
+_DISC = {Quality.DRAFT: "disc_2", Quality.PREVIEW: "disc_3", Quality.FILM: "disc_5"}
+_GAUSSIAN_STEPS = {Quality.DRAFT: 2, Quality.PREVIEW: 3, Quality.FILM: 5}
+
+
+def kernel_for(settings: DefocusSettings) -> Kernel:
+    """The kernel of a bokeh at a quality; all have the same variance for the same disc."""
+    if settings.bokeh is Bokeh.HEAT:
+        return named_kernel("heat")
+    if settings.bokeh is Bokeh.GAUSSIAN:
+        return gaussian_kernel(_GAUSSIAN_STEPS[settings.quality])
+    return named_kernel(_DISC[settings.quality])
+
+
+_LAYERS = {Quality.DRAFT: 3, Quality.PREVIEW: 4, Quality.FILM: 6}
+
+
+def layers_for(settings: DefocusSettings) -> int:
+    """How many depth layers at most."""
+    return settings.layers or _LAYERS[settings.quality]

@@ -1,0 +1,74 @@
+"""The one way through: (shot, frame) in, picture out. Window, command line and export call this."""
+
+import moderngl
+import numpy as np
+
+from heatlens.defocus.pipeline import DefocusPipeline
+from heatlens.defocus.solver_choice import fastest_solver
+from heatlens.errors import InputError
+from heatlens.gpu.context import check_picture_fits
+from heatlens.gpu.stopwatch import Stopwatch
+from heatlens.gpu.textures import FloatArray, download, new_texture, upload
+from heatlens.image.plate import Plate
+from heatlens.model.coc import CocLine, axis_scales, coc_line
+from heatlens.model.lens import Lens
+from heatlens.model.shot import Shot
+
+
+class FrameRenderer:
+    """Holds one plate on the GPU and renders it through any lens."""
+
+    def __init__(self, ctx: moderngl.Context) -> None:
+        self.ctx = ctx
+        self.stopwatch = Stopwatch(ctx)
+        self.solver = fastest_solver(ctx)
+        self._pipeline = DefocusPipeline(ctx, self.solver, self.stopwatch)
+        self._plate: Plate | None = None
+        self._color: moderngl.Texture | None = None
+        self._depth: moderngl.Texture | None = None
+
+    def load(self, plate: Plate) -> None:
+        """Take a plate to the GPU; once a file, not once a frame."""
+        check_picture_fits(self.ctx, plate.data_window.width, plate.data_window.height)
+        size = (plate.data_window.width, plate.data_window.height)
+        if self._color is None or self._depth is None or self._color.size != size:
+            for texture in (self._color, self._depth):
+                if texture is not None:
+                    texture.release()
+            self._color = new_texture(self.ctx, size, 4, label="plate colour")
+            self._depth = new_texture(self.ctx, size, 1, label="plate depth")
+        upload(self._color, plate.color)
+        upload(self._depth, _depth_or_coc(plate))
+        self._plate = plate
+
+    def render(self, shot: Shot, frame: int = 0) -> moderngl.Texture:
+        """The picture through the shot's lens at `frame`: RGBA float32, premultiplied, proxy size.
+
+        The texture is the renderer's own; the next render overwrites it.
+        """
+        if self._plate is None or self._color is None or self._depth is None:
+            raise InputError("No plate is loaded.")
+        lens = shot.lens_at(frame)
+        return self._pipeline.run(
+            self._color,
+            self._depth,
+            _coc_line(self._plate, lens),
+            axis_scales(lens.squeeze, self._plate.pixel_aspect_ratio),
+            shot.defocus,
+            has_alpha=self._plate.has_alpha,
+        )
+
+    def pixels(self, shot: Shot, frame: int = 0) -> FloatArray:
+        """`render` read back: (H, W, 4) float32."""
+        return download(self.render(shot, frame))
+
+
+def _depth_or_coc(plate: Plate) -> FloatArray:
+    depth = plate.depth_m if plate.depth_m is not None else plate.coc_px
+    assert depth is not None
+    return np.ascontiguousarray(depth, np.float32)
+
+
+def _coc_line(plate: Plate, lens: Lens) -> CocLine | None:
+    """The lens in two numbers; None where the plate brings its circle of confusion itself."""
+    return None if plate.depth_m is None else coc_line(lens, plate.display_window.width)

@@ -1,0 +1,21 @@
+// Depth to signed circle of confusion: one multiply-add on 1/z.
+//
+// Input
+//   depth_tx     planar depth in metres, infinity where nothing was hit
+// Output
+//   out_coc_img  diameter in pixels, negative in front of the focus plane
+
+layout(local_size_x = 16, local_size_y = 16) in;
+
+uniform sampler2D depth_tx;
+uniform float at_infinity_px;   // diameter of a point infinitely far away
+uniform float per_dioptre_px;   // what a dioptre (1/m) of distance changes
+layout(r32f) uniform writeonly image2D out_coc_img;
+
+void main() {
+    ivec2 at = ivec2(gl_GlobalInvocationID.xy);
+    if (any(greaterThanEqual(at, textureSize(depth_tx, 0)))) return;
+    float depth_m = texelFetch(depth_tx, at, 0).r;
+    float coc_px = at_infinity_px + per_dioptre_px / depth_m;
+    imageStore(out_coc_img, at, vec4(coc_px));
+}

@@ -1,0 +1,98 @@
+// Guesses hidden pixels: along each direction the line between its two ends, directions weighed by
+// how alike the ends are (over a small neighbourhood, so that one pixel does not decide) and how near.
+//
+// Inputs
+//   layer_tx        rgb times coverage, a coverage or HIDDEN
+//   state_tx        r diameter |coc|, g 1 where the layer has content
+//   ends_tx, cost_tx  hidden_ends.comp.glsl
+// Outputs
+//   out_layer_img, out_state_img  the same without hidden pixels
+
+#include "lib/hidden.lib.glsl"
+#include "lib/layer.lib.glsl"
+#include "lib/tone.lib.glsl"
+
+layout(local_size_x = 16, local_size_y = 16) in;
+
+uniform sampler2D layer_tx;
+uniform sampler2D state_tx;
+uniform usampler2D ends_tx;
+uniform sampler2D cost_tx;
+layout(rgba32f) uniform writeonly image2D out_layer_img;
+layout(rg32f) uniform writeonly image2D out_state_img;
+
+#define REACH 2                // costs are averaged over 5 x 5 pixels
+#define ALIKE_VARIANCE 0.04    // of compressed colour: ends that differ by 0.2 count much less
+#define LEAST_LIKENESS 1e-4    // if no direction has alike ends the nearest decide
+#define DISTANCE_POWER 3.0
+#define ONE_END_WEIGHT 0.02    // an end without a partner: colour without structure
+
+const float STEP_LENGTH[DIRECTIONS] = float[](1.0, 1.0, sqrt(2.0), sqrt(2.0));
+
+struct Content {
+    vec4 layer;      // rgb compressed, times coverage, a coverage
+    float diameter;  // times coverage
+};
+
+Content content_at(ivec2 at) {
+    vec4 layer = texelFetch(layer_tx, at, 0);
+    vec3 compressed = toned(layer.rgb / max(layer.a, 1e-4)) * layer.a;
+    return Content(vec4(compressed, layer.a), texelFetch(state_tx, at, 0).r * layer.a);
+}
+
+vec4 mean_cost(ivec2 at, ivec2 size) {
+    vec4 sum = vec4(0.0), count = vec4(0.0);
+    for (int y = -REACH; y <= REACH; ++y)
+        for (int x = -REACH; x <= REACH; ++x) {
+            vec4 cost = texelFetch(cost_tx, clamp(at + ivec2(x, y), ivec2(0), size - 1), 0);
+            vec4 counts = step(0.0, cost);
+            sum += counts * cost;
+            count += counts;
+        }
+    return sum / max(count, 1.0);
+}
+
+void add(inout Content sum, inout float weights, float weight, Content c) {
+    sum.layer += weight * c.layer;
+    sum.diameter += weight * c.diameter;
+    weights += weight;
+}
+
+void fill(ivec2 at, ivec2 size, out vec4 layer, out vec2 state) {
+    uvec4 ends = texelFetch(ends_tx, at, 0);
+    vec4 cost = mean_cost(at, size);
+    Content sum = Content(vec4(0.0), 0.0);
+    float weights = 0.0;
+    for (int k = 0; k < DIRECTIONS; ++k) {
+        int ahead = int(ends[k] >> 16), back = int(ends[k] & 0xffffu);
+        if (ahead == 0 && back == 0) continue;
+        float length_px = float(ahead + back) * STEP_LENGTH[k];
+        if (ahead == 0 || back == 0) {
+            ivec2 end = at + (ahead - back) * DIRECTION[k];
+            add(sum, weights, ONE_END_WEIGHT / pow(2.0 * length_px, DISTANCE_POWER), content_at(end));
+            continue;
+        }
+        float likeness = exp(-cost[k] / (2.0 * ALIKE_VARIANCE)) + LEAST_LIKENESS;
+        float weight = likeness / pow(length_px, DISTANCE_POWER);
+        float to_back = float(ahead) / float(ahead + back);
+        add(sum, weights, weight * (1.0 - to_back), content_at(at + ahead * DIRECTION[k]));
+        add(sum, weights, weight * to_back, content_at(at - back * DIRECTION[k]));
+    }
+    layer = vec4(0.0);
+    state = vec2(0.0);
+    if (weights == 0.0) return;  // nothing of this layer is seen along any direction
+    float cover = sum.layer.a / weights;
+    float per_cover = 1.0 / max(sum.layer.a, 1e-4 * weights);
+    layer = vec4(untoned(sum.layer.rgb * per_cover) * cover, cover);
+    if (cover > THIN) state = vec2(sum.diameter * per_cover, 1.0);
+}
+
+void main() {
+    ivec2 at = ivec2(gl_GlobalInvocationID.xy), size = textureSize(layer_tx, 0);
+    if (any(greaterThanEqual(at, size))) return;
+    vec4 layer = texelFetch(layer_tx, at, 0);
+    vec2 state = texelFetch(state_tx, at, 0).rg;
+    if (layer.a < 0.0) fill(at, size, layer, state);
+    imageStore(out_layer_img, at, layer);
+    imageStore(out_state_img, at, vec4(state, 0.0, 0.0));
+}

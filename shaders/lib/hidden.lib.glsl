@@ -1,0 +1,37 @@
+// Hidden pixels of a layer, and finding the seen ones nearest to them along four directions.
+//
+// A bit a pixel says whether it is seen, packed 32 to a word along each direction, so that a look
+// across 32 hidden pixels is one read. Directions and how their lines are counted:
+//
+//   0 across (1, 0)   line y          position x
+//   1 down   (0, 1)   line x          position y
+//   2 down right      line x - y + h  position y
+//   3 down left       line x + y      position y
+
+#define HIDDEN (-1.0)  // coverage of a pixel that is not known
+#define DIRECTIONS 4
+#define NOWHERE (-1)
+
+const ivec2 DIRECTION[DIRECTIONS] = ivec2[](ivec2(1, 0), ivec2(0, 1), ivec2(1, 1), ivec2(-1, 1));
+
+int line_of(int k, ivec2 at, ivec2 size) {
+    return k == 0 ? at.y : k == 1 ? at.x : k == 2 ? at.x - at.y + size.y : at.x + at.y;
+}
+
+int position_of(int k, ivec2 at) { return k == 0 ? at.x : at.y; }
+
+ivec2 pixel_of(int k, int line, int position, ivec2 size) {
+    if (k == 0) return ivec2(position, line);
+    int x = k == 1 ? line : k == 2 ? line + position - size.y : line - position;
+    return ivec2(x, position);
+}
+
+int words_per_line(int k, ivec2 size) { return ((k == 0 ? size.x : size.y) + 31) / 32; }
+
+int lines_of(int k, ivec2 size) { return k == 0 ? size.y : k == 1 ? size.x : size.x + size.y; }
+
+int first_word(int k, ivec2 size) {
+    int word = 0;
+    for (int j = 0; j < k; ++j) word += lines_of(j, size) * words_per_line(j, size);
+    return word;
+}

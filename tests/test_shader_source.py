@@ -1,0 +1,57 @@
+"""Includes, defines and the way back from a driver's line number."""
+
+from pathlib import Path
+
+import moderngl
+import pytest
+
+from heatlens.errors import ShaderError
+from heatlens.gpu.program import ComputeProgram
+from heatlens.gpu.shader_source import assemble
+
+
+def write(folder: Path, **files: str) -> None:
+    for name, text in files.items():
+        (folder / f"{name}.glsl").write_text(text)
+
+
+def test_include_is_in_place_and_only_once(tmp_path: Path) -> None:
+    write(tmp_path, a='first\n#include "b.glsl"\n#include "b.glsl"\nlast\n', b="inside\n")
+    text = assemble(tmp_path, "a.glsl").text
+    assert text.count("inside") == 1
+    assert text.index("first") < text.index("inside") < text.index("last")
+
+
+def test_include_by_define(tmp_path: Path) -> None:
+    write(tmp_path, a="#include SYSTEM\n", b="inside\n")
+    assert "inside" in assemble(tmp_path, "a.glsl", {"SYSTEM": "b.glsl"}).text
+
+
+def test_defines_come_after_the_version(tmp_path: Path) -> None:
+    write(tmp_path, a="body\n")
+    lines = assemble(tmp_path, "a.glsl", {"POLES": 4}).text.splitlines()
+    assert lines[:2] == ["#version 430 core", "#define POLES 4"]
+
+
+def test_line_numbers_map_back(tmp_path: Path) -> None:
+    write(tmp_path, a='one\n#include "b.glsl"\nthree\n', b="x\ny\n")
+    source = assemble(tmp_path, "a.glsl")
+    assert source.explained("0:10002(3): error: no") == "b.glsl:2(3): error: no"
+    assert source.explained("0:3(1): error: no") == "a.glsl:3(1): error: no"
+    assert "#line 3" in source.text
+
+
+def test_missing_include_names_the_file(tmp_path: Path) -> None:
+    write(tmp_path, a='#include "gone.glsl"\n')
+    with pytest.raises(ShaderError, match=r"gone\.glsl"):
+        assemble(tmp_path, "a.glsl")
+
+
+def test_compile_error_names_file_and_line(
+    ctx: moderngl.Context, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    write(tmp_path, a='layout(local_size_x = 1) in;\n#include "b.glsl"\nvoid main() {}\n')
+    write(tmp_path, b="\nfloat f() { return nothing_of_that_name; }\n")
+    monkeypatch.setattr("heatlens.gpu.program.data_dir", lambda _: tmp_path)
+    with pytest.raises(ShaderError, match=r"b\.glsl:2"):
+        ComputeProgram(ctx, "a.glsl")
