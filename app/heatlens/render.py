@@ -1,8 +1,11 @@
 """The one way through: (shot, frame) in, picture out. Window, command line and export call this."""
 
+import math
+
 import moderngl
 import numpy as np
 
+from heatlens.defocus.optics import Optics
 from heatlens.defocus.pipeline import DefocusPipeline
 from heatlens.defocus.solver_choice import fastest_solver
 from heatlens.errors import InputError
@@ -10,7 +13,7 @@ from heatlens.gpu.context import check_picture_fits
 from heatlens.gpu.stopwatch import Stopwatch
 from heatlens.gpu.textures import FloatArray, download, new_texture, upload
 from heatlens.image.plate import Plate
-from heatlens.model.coc import CocLine, axis_scales, coc_line
+from heatlens.model.coc import axis_scales, coc_line, coc_px
 from heatlens.model.lens import Lens
 from heatlens.model.shot import Shot
 
@@ -50,12 +53,7 @@ class FrameRenderer:
             raise InputError("No plate is loaded.")
         lens = shot.lens_at(frame)
         return self._pipeline.run(
-            self._color,
-            self._depth,
-            _coc_line(self._plate, lens),
-            axis_scales(lens.squeeze, self._plate.pixel_aspect_ratio),
-            shot.defocus,
-            has_alpha=self._plate.has_alpha,
+            self._color, self._depth, optics_of(self._plate, lens), shot.defocus
         )
 
     def pixels(self, shot: Shot, frame: int = 0) -> FloatArray:
@@ -69,6 +67,12 @@ def _depth_or_coc(plate: Plate) -> FloatArray:
     return np.ascontiguousarray(depth, np.float32)
 
 
-def _coc_line(plate: Plate, lens: Lens) -> CocLine | None:
-    """The lens in two numbers; None where the plate brings its circle of confusion itself."""
-    return None if plate.depth_m is None else coc_line(lens, plate.display_window.width)
+def optics_of(plate: Plate, lens: Lens) -> Optics:
+    """The lens in front of this plate, in pixels of its display window."""
+    scales = axis_scales(lens.squeeze, plate.pixel_aspect_ratio)
+    if plate.coc_px is not None:
+        return Optics(None, float(plate.coc_px.min()), float(plate.coc_px.max()), scales)
+    line = coc_line(lens, plate.display_window.width)
+    far_m = math.inf if plate.depth.infinite_count else plate.depth.far_m
+    near, far = (float(coc_px(depth_m, line)) for depth_m in (plate.depth.near_m, far_m))
+    return Optics(line, near, far, scales)

@@ -19,11 +19,11 @@ from heatlens.defocus.layer_passes import (
     LayerSplitPass,
 )
 from heatlens.defocus.line_solver import LineSolver
+from heatlens.defocus.optics import Optics
 from heatlens.defocus.plate_passes import CocPass, ProxyPass
 from heatlens.defocus.quality import kernel_for, layers_for
 from heatlens.gpu.stopwatch import Stopwatch
 from heatlens.gpu.textures import TexturePool
-from heatlens.model.coc import CocLine
 from heatlens.model.settings import DefocusSettings
 
 
@@ -42,32 +42,64 @@ class DefocusPipeline:
         self._blur = BlurPass(solver)
         self._composite = CompositePass(ctx)
 
-    def run(self, color, depth, coc_line, coc_range, axis_scales, settings):
+    def run(
+        self,
+        color: moderngl.Texture,
+        depth: moderngl.Texture,
+        optics: Optics,
+        settings: DefocusSettings,
+    ) -> moderngl.Texture:
+        """The picture with depth of field, RGBA float32, at proxy size; overwritten by the next run.
+
+        `color` is RGBA, `depth` metres, or signed coc in pixels if `optics.line` is None.
+        """
         kernel = kernel_for(settings)
-        size = color.size
-        coc = self._pool.texture("coc", size, 1)
-        with self._time("coc"):
-            self._coc.run(depth, coc_line, coc)
+        if settings.proxy < 1.0:
+            color, depth = self._at_proxy_size(color, depth, optics, settings.proxy)
+            optics = optics.scaled(settings.proxy)
+        coc = self._circle_of_confusion(depth, optics)
         layers = layers_for(settings)
         if layers == 1:
-            return self._blurred(color, coc, kernel, axis_scales)
-        picture = self._fragmented(color, coc, coc_line)
-        out = self._pool.texture("out", size, 4)
-        for cut in layer_cuts(*coc_range, layers):
+            return self._blurred(color, coc, kernel, optics)
+        picture = self._fragmented(color, coc, optics)
+        out = self._pool.texture("out", color.size, 4)
+        for cut in layer_cuts(optics.nearest_px, optics.farthest_px, layers):
             layer, layer_coc = self._layer(picture, cut)
-            blurred = self._blurred(layer.color, layer_coc, kernel, axis_scales)
+            blurred = self._blurred(layer.color, layer_coc, kernel, optics)
             with self._time("composite"):
                 self._composite.run(blurred, cut.is_farthest, out)
         return out
 
-    def _fragmented(self, color, coc, coc_line) -> Fragments:
+    def _at_proxy_size(
+        self, color: moderngl.Texture, depth: moderngl.Texture, optics: Optics, proxy: float
+    ) -> tuple[moderngl.Texture, moderngl.Texture]:
+        size = (max(1, round(color.width * proxy)), max(1, round(color.height * proxy)))
+        out_color = self._pool.texture("proxy colour", size, 4)
+        out_depth = self._pool.texture("proxy depth", size, 1)
+        with self._time("proxy"):
+            scale = proxy if optics.line is None else 1.0
+            self._proxy.run(color, depth, scale, out_color, out_depth)
+        return out_color, out_depth
+
+    def _circle_of_confusion(self, depth: moderngl.Texture, optics: Optics) -> moderngl.Texture:
+        if optics.line is None:
+            return depth
+        coc = self._pool.texture("coc", depth.size, 1)
+        with self._time("coc"):
+            self._coc.run(depth, optics.line, coc)
+        return coc
+
+    def _fragmented(
+        self, color: moderngl.Texture, coc: moderngl.Texture, optics: Optics
+    ) -> Fragments:
         far = self._pool.texture("far", color.size, 4)
         near = self._pool.texture("near", color.size, 4)
         with self._time("fragments"):
-            self._fragments.run(color, coc, coc_line.at_infinity_px, far, near)
+            self._fragments.run(color, coc, optics.at_infinity_px, far, near)
         return Fragments(color, far, near, coc)
 
-    def _layer(self, picture: Fragments, cut: LayerCut):
+    def _layer(self, picture: Fragments, cut: LayerCut) -> tuple[Layer, moderngl.Texture]:
+        """A layer without holes, and its coc everywhere."""
         size = picture.coc.size
         pool = self._pool
         layer = Layer(pool.texture("layer", size, 4), pool.texture("state", size, 2))
@@ -89,11 +121,13 @@ class DefocusPipeline:
             self._coc_fill.run(layer.state, pool.texture("fill rows", size, 2), layer_coc)
         return layer, layer_coc
 
-    def _blurred(self, color, coc, kernel: Kernel, axis_scales):
+    def _blurred(
+        self, color: moderngl.Texture, coc: moderngl.Texture, kernel: Kernel, optics: Optics
+    ) -> moderngl.Texture:
         targets = BlurTargets(
             self._pool.array("poles", color.size, pole_layers(kernel), 4),
             self._pool.texture("blurred", color.size, 4),
         )
         with self._time("blur"):
-            self._blur.run(color, coc, kernel, axis_scales, targets)
+            self._blur.run(color, coc, kernel, optics.axis_scales, targets)
         return targets.out_color

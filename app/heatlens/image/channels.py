@@ -104,12 +104,11 @@ def choose_color(path: Path, headers: Sequence[Header], layer: str | None) -> Co
             raise InputError(
                 f"{path} has no RGB layer {layer!r} for --color-layer; it has: {_listed(layers)}."
             )
-        return layers[wanted]
+        return _without_chroma(path, headers, layers[wanted])
     if not layers:
         raise InputError(_no_color_sentence(path, headers))
     chosen = min(layers.values(), key=lambda choice: _color_rank(choice, len(headers) > 1))
-    _refuse_luma_chroma(path, headers, chosen)
-    return _with_guess_noted(chosen, layers)
+    return _without_chroma(path, headers, _with_guess_noted(chosen, layers))
 
 
 def choose_depth(
@@ -236,14 +235,15 @@ def _with_guess_noted(chosen: ColorChoice, layers: Mapping[str, ColorChoice]) ->
     return replace(chosen, notes=(note,))
 
 
-def _refuse_luma_chroma(path: Path, headers: Sequence[Header], chosen: ColorChoice) -> None:
-    """Luminance alone would show a luminance-chroma picture as grey: refuse it instead."""
-    keys = {ref.key.upper() for ref in list_channels(headers) if ref.part == chosen.rgb[0].part}
+def _without_chroma(path: Path, headers: Sequence[Header], chosen: ColorChoice) -> ColorChoice:
+    """`chosen`; InputError where it is the luminance of colours, which would come out grey."""
+    keys = {ref.leaf.upper() for ref in list_channels(headers) if ref.part == chosen.rgb[0].part}
     if chosen.rgb[0] == chosen.rgb[1] and {"RY", "BY"} & keys:
         raise InputError(
             f"{path} stores luminance and subsampled chroma (Y, RY, BY), which heatlens does not "
             "read; write it as R, G, B."
         )
+    return chosen
 
 
 def _no_color_sentence(path: Path, headers: Sequence[Header]) -> str:

@@ -1,7 +1,5 @@
 """EXR files to plates. Every way the library has of failing ends in an InputError here."""
 
-import contextlib
-import io
 import os
 from collections.abc import Sequence
 from pathlib import Path
@@ -22,6 +20,7 @@ from heatlens.image.channels import (
 )
 from heatlens.image.depth_read import read_depth_of
 from heatlens.image.plate import FloatImage, Plate, PlateOptions
+from heatlens.image.quiet import quiet_library
 from heatlens.image.repair import repair_color
 from heatlens.image.windows import box_at_header, pixel_aspect_of
 
@@ -50,10 +49,10 @@ def read_parts(path: str | os.PathLike[str]) -> list[Part]:
     path = Path(path)
     _check_is_exr(path)
     try:
-        headers = [part.header for part in OpenEXR.File(str(path), header_only=True).parts]
-        _check_headers(path, headers)
-        # Of damaged pixels the library only warns, on Python's stdout, and drops the part.
-        with contextlib.redirect_stdout(io.StringIO()):
+        with quiet_library():
+            headers = [part.header for part in OpenEXR.File(str(path), header_only=True).parts]
+            _check_headers(path, headers)
+            # Of damaged pixels the library only warns, in print, and drops the part.
             parts = OpenEXR.File(str(path), separate_channels=True).parts
         read = [(p.header, {n: c.pixels for n, c in p.channels.items()}) for p in parts]
     except (RuntimeError, ValueError, KeyError, TypeError, OSError, MemoryError) as error:

@@ -1,6 +1,5 @@
 """Channels to an EXR file, whole or not at all."""
 
-import contextlib
 import io
 import os
 from collections.abc import Mapping
@@ -12,6 +11,7 @@ import OpenEXR
 from heatlens.errors import InputError
 from heatlens.image.atomic_file import replacing
 from heatlens.image.camera_header import lens_attributes
+from heatlens.image.quiet import quiet_library
 from heatlens.image.windows import header_at_box
 from heatlens.model.boxes import Box
 
@@ -36,7 +36,7 @@ def write_exr(
     """Write `channels`, each (H, W) over `data_window`, by name; depth (Z, depth.Z) stays float.
 
     Half values are clamped to +-65504, so that nothing bright becomes infinite. Attributes that
-    the library cannot write (rationals, for one) are left out. Raises InputError, and leaves what
+    the library cannot write (bytes, and rationals in older ones) are left out. Raises InputError, and leaves what
     stood at `path`, when the file cannot be written or a channel has another size.
     """
     header = _writable(attributes or {}) | {
@@ -48,8 +48,11 @@ def write_exr(
     }
     shape = (data_window.height, data_window.width)
     stored = {name: _stored(name, values, shape, half) for name, values in channels.items()}
-    with replacing(path) as beside, contextlib.redirect_stdout(io.StringIO()):
-        OpenEXR.File(header, stored).write(str(beside))
+    encoded = io.BytesIO()  # on a full disk the library ends a file short without a word
+    with replacing(path) as beside:
+        with quiet_library():
+            OpenEXR.File(header, stored).write(encoded)
+        beside.write_bytes(encoded.getbuffer())
 
 
 def _stored(
@@ -88,7 +91,7 @@ def _can_write(name: str, value: Any) -> bool:
     """True when a file with this attribute alone can be written."""
     header = {"compression": OpenEXR.NO_COMPRESSION, "type": OpenEXR.scanlineimage, name: value}
     try:
-        with contextlib.redirect_stdout(io.StringIO()):
+        with quiet_library():
             OpenEXR.File(header, {"Y": np.zeros((1, 1), np.float16)}).write(io.BytesIO())
     except (RuntimeError, ValueError, TypeError):
         return False
