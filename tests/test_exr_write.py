@@ -1,5 +1,8 @@
 """Writing EXR: what is read back is what was given, and nothing is ever half there."""
 
+import sys
+from fractions import Fraction
+
 import numpy as np
 import OpenEXR
 import pytest
@@ -96,6 +99,12 @@ def test_what_the_library_cannot_write_is_left_out_and_nothing_is_mutated(tmp_pa
     assert (attributes, channels) == before and channels["R"] is before[1]["R"]
 
 
+def test_a_rational_frame_rate_is_kept_or_left_out_never_changed(tmp_path):
+    rate = Fraction(24000, 1001)
+    header, _ = written(tmp_path, {"R": ramp()}, attributes={"framesPerSecond": rate})
+    assert header.get("framesPerSecond", rate) == rate  # OpenEXR before 3.5 cannot write it
+
+
 def test_lens_attributes_round_trip_in_standard_units(tmp_path):
     lens = lens_attributes(50.0, 2.0, 2.25, 36.0, 24.0, t_stop=2.5)
     header, _ = written(tmp_path, {"R": ramp()}, attributes=lens)
@@ -117,6 +126,26 @@ def test_what_stood_there_stays_when_writing_fails(tmp_path):
         write_exr(path, {"R\x00": ramp(), "": ramp()}, WINDOW, WINDOW)
     assert path.read_bytes() == b"precious"
     assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no limit on the size of files")
+@pytest.mark.parametrize("share", [0.02, 0.5, 0.8, 0.99])
+def test_a_full_disk_is_noticed_wherever_it_fills(tmp_path, share):
+    """A limit on file size stands in for the disk; the library alone misses the later ones."""
+    import resource
+
+    path = tmp_path / "out.exr"
+    write_exr(path, {"R": ramp()}, WINDOW, WINDOW)
+    limit = int(path.stat().st_size * share)
+    path.write_bytes(b"precious")
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (limit, before[1]))
+    try:
+        with pytest.raises(InputError, match="could not be written"):
+            write_exr(path, {"R": ramp()}, WINDOW, WINDOW)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    assert path.read_bytes() == b"precious" and list(tmp_path.iterdir()) == [path]
 
 
 def test_targets_that_cannot_be(tmp_path):

@@ -36,8 +36,8 @@ def write_exr(
     """Write `channels`, each (H, W) over `data_window`, by name; depth (Z, depth.Z) stays float.
 
     Half values are clamped to +-65504, so that nothing bright becomes infinite. Attributes that
-    the library cannot write (bytes, and rationals in older ones) are left out. Raises InputError, and leaves what
-    stood at `path`, when the file cannot be written or a channel has another size.
+    the library cannot write (bytes, and rationals in older ones) are left out. Raises InputError,
+    and leaves what stood at `path`, when it cannot be written or a channel has another size.
     """
     header = _writable(attributes or {}) | {
         "compression": _compression(compression),
