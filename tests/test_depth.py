@@ -102,6 +102,7 @@ GUESSES = [
     ((0.2, 1, 1), {"near_m": 1, "far_m": 9}, "normalized"),
     ((0.2, 0, 0, 1), {"near_m": 1, "far_m": 9}, "normalized-inverted"),
     ((0.2, 0.6), {"near_m": 1, "far_m": 9}, "normalized"),
+    ((0.2, 1.01, 1), {"near_m": 1, "far_m": 9}, "normalized"),
     ((0.2, 0.6), {"depth_convention": "distance"}, "distance"),
 ]
 
@@ -111,6 +112,15 @@ def test_guess_of_the_convention_gives_its_reason(values, options, convention):
     report = read(*values, **options).report
     assert report.convention == convention
     assert len(report.why) > 20 and report.why.endswith(".")
+
+
+def test_a_guess_that_could_be_wrong_is_said_aloud():
+    for options in ({}, {"near_m": 1, "far_m": 9}):
+        (note,) = read(0, 0.2, 0.6, **options).notes
+        assert "a guess, which --depth-convention overrules" in note
+    assert read(1.5, 3).notes == ()
+    (note,) = read(1.5, 3, near_m=1, far_m=9).notes
+    assert "--near and --far are not used" in note
 
 
 @pytest.mark.parametrize("values", [(0.2, 0.6), (0, 0.5, 1), (0.5, 1, 1)])

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heatlens.errors import InputError
-from heatlens.image.depth_guess import RawDepth, guess_convention, looked_at
+from heatlens.image.depth_guess import Guess, RawDepth, guess_convention, looked_at
 from heatlens.image.plate import (
     DepthConvention,
     DepthKind,
@@ -50,7 +50,8 @@ def read_depth(values: FloatImage, what: str, channel: str, options: PlateOption
     Raises InputError where the channel is empty, ambiguous or no depth at all.
     """
     raw = looked_at(values, what, channel)
-    convention, why = guess_convention(raw, options)
+    guess = guess_convention(raw, options)
+    convention = guess.convention
     with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
         converted = _convert(raw, convention, options)
     depth = converted.values
@@ -61,8 +62,8 @@ def read_depth(values: FloatImage, what: str, channel: str, options: PlateOption
     near, far = finite_range(depth, infinite_count)
     if convention == "coc":
         near = far = math.nan
-    report = DepthReport(channel, convention, kind, why, near, far, infinite_count, repaired)
-    return DepthResult(depth, report, (*converted.notes, *_notes(raw, report)))
+    report = DepthReport(channel, convention, kind, guess.why, near, far, infinite_count, repaired)
+    return DepthResult(depth, report, (*converted.notes, *_notes(raw, report, guess)))
 
 
 def finite_range(depth: FloatImage, infinite_count: int) -> tuple[float, float]:
@@ -154,9 +155,11 @@ def _viewing_sign(raw: RawDepth) -> tuple[float, tuple[str, ...]]:
     return 1.0, ()
 
 
-def _notes(raw: RawDepth, report: DepthReport) -> tuple[str, ...]:
+def _notes(raw: RawDepth, report: DepthReport, guess: Guess) -> tuple[str, ...]:
     """What the person should hear about this channel."""
     notes = []
+    if not guess.certain:
+        notes.append(f"{raw.what} is read as {guess.convention}. {guess.why}")
     if report.repaired_count:
         notes.append(
             f"{raw.what} holds no usable value in {report.repaired_count} of {raw.values.size} "

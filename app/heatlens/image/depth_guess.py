@@ -17,7 +17,19 @@ INFINITE_FROM = 1e10
 # Exact values that mean the same: Mantra's far plane and the largest half.
 INFINITE_EXACTLY = (1e6, 65504.0)
 
+# Filtering carries a normalised depth a little past its ends.
+NORMALIZED_UP_TO = 1.5
+
 _Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Guess:
+    """A convention, one sentence saying why, and whether it needs no saying aloud."""
+
+    convention: DepthConvention  # never "auto"
+    why: str
+    certain: bool = True
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,61 +79,68 @@ def looked_at(values: FloatImage, what: str, channel: str) -> RawDepth:
     return RawDepth(values, what, channel, infinite, low, high, zero_count, nan_count, negative)
 
 
-def guess_convention(raw: RawDepth, options: PlateOptions) -> tuple[DepthConvention, str]:
-    """The convention of `raw` and one sentence saying why.
+def guess_convention(raw: RawDepth, options: PlateOptions) -> Guess:
+    """The convention of `raw`, with why.
 
     Raises InputError when its values fit several, naming the options that decide.
     """
     if options.depth_convention != "auto":
-        return options.depth_convention, "Given with --depth-convention."
+        return Guess(options.depth_convention, "Given with --depth-convention.")
     by_name = _guess_by_name(raw.channel)
     if by_name:
         return by_name
     if raw.infinite_count == raw.values.size:
-        return "distance", "Every pixel holds a mark of infinity, as only distances do."
-    if raw.top > 1:
-        return "distance", f"Its values run from {raw.low:g} to {raw.high:g}, beyond 0 to 1."
-    if options.near_m is not None and options.far_m is not None:
+        return Guess("distance", "Every pixel holds a mark of infinity, as only distances do.")
+    has_ends = options.near_m is not None and options.far_m is not None
+    if has_ends and raw.top <= NORMALIZED_UP_TO:
         return _normalized_direction(raw)
+    if raw.top > 1:
+        why = f"Its values run from {raw.low:g} to {raw.high:g}, beyond 0 to 1."
+        if has_ends:
+            return Guess("distance", f"{why} --near and --far are not used.", certain=False)
+        return Guess("distance", why)
     return _guess_within_one(raw)
 
 
-def _guess_by_name(channel: str) -> tuple[DepthConvention, str] | None:
+def _guess_by_name(channel: str) -> Guess | None:
     """What the channel's name says, if anything."""
     name = channel.lower()
     if "coc" in name or "circleofconfusion" in name:
-        return "coc", "Its name says circle of confusion."
+        return Guess("coc", "Its name says circle of confusion.")
     if "dispar" in name or "inverse" in name or "invz" in name:
-        return "inverse", "Its name says that it holds 1/z."
+        return Guess("inverse", "Its name says that it holds 1/z.")
     return None
 
 
-def _normalized_direction(raw: RawDepth) -> tuple[DepthConvention, str]:
+def _normalized_direction(raw: RawDepth) -> Guess:
     """Which way round a 0..1 depth runs: the end that more pixels stand at is the far one."""
-    ones = int(np.count_nonzero(raw.values == 1))
-    why = f"--near and --far are given and its values lie in 0 to 1; {raw.zero_count} pixels are 0"
-    why += f" and {ones} are 1, so that end is taken as far"
-    if raw.zero_count > ones:
-        return "normalized-inverted", f"{why} (0)."
-    if ones > raw.zero_count:
-        return "normalized", f"{why} (1)."
-    return "normalized", (
-        "--near and --far are given and its values lie in 0 to 1; 1 is taken as far, a guess: "
-        "say --depth-convention normalized-inverted if white is near."
+    ones = int(np.count_nonzero((raw.values >= 1) & ~raw.infinite))
+    zeros = int(np.count_nonzero((raw.values <= 0) & ~raw.infinite))
+    convention: DepthConvention = "normalized-inverted" if zeros > ones else "normalized"
+    far = "0, black" if zeros > ones else "1, white"
+    return Guess(
+        convention,
+        f"--near and --far are given and its values lie in 0 to 1; {zeros} pixels stand at 0 and "
+        f"{ones} at 1, so {far}, is taken as far: a guess, which --depth-convention overrules.",
+        certain=False,
     )
 
 
-def _guess_within_one(raw: RawDepth) -> tuple[DepthConvention, str]:
+def _guess_within_one(raw: RawDepth) -> Guess:
     """The convention of values no greater than 1, or a refusal."""
     span = f"{raw.low:g} to {raw.high:g}"
     if raw.infinite_count:
-        return "distance", f"It holds marks of infinity beside values of {span}, as distances do."
+        return Guess(
+            "distance", f"It holds marks of infinity beside values of {span}, as distances do."
+        )
     if raw.low == raw.high:
-        return "distance", f"It is {raw.low:g} everywhere, which says nothing: taken as a distance."
+        return Guess("distance", f"It is {raw.low:g} everywhere: taken as a distance.")
     if raw.zero_count and raw.top < 1:
-        return "inverse", (
-            f"It is 0 in {raw.zero_count} pixels and {span} elsewhere, as 1/z with 0 at infinity: "
-            "a guess, which --depth-convention overrules."
+        return Guess(
+            "inverse",
+            f"It is 0 in {raw.zero_count} pixels and up to {raw.high:g} elsewhere, as 1/z with 0 "
+            "at infinity: a guess, which --depth-convention overrules.",
+            certain=False,
         )
     raise InputError(
         f"{raw.what} holds only values from {span}, which may be a normalised depth, distances or "
