@@ -47,10 +47,18 @@ def test_zero_is_nothing_hit_unless_the_file_marks_that_otherwise():
 
 
 def test_few_negative_and_nan_take_the_nearest_value():
-    result = read(2, NAN, 4, 5, 6, -7, 8, 9)
-    assert result.values[0].tolist() == [2, 2, 4, 5, 6, 6, 8, 9]
+    tail = list(range(10, 60))
+    result = read(2, NAN, 4, 5, 6, -7, 8, 9, *tail)
+    assert result.values[0].tolist() == [2, 2, 4, 5, 6, 6, 8, 9, *tail]
     assert result.report.repaired_count == 2
-    assert any("2 of 8 pixels" in note for note in result.notes)
+    assert any("2 of 58 pixels" in note for note in result.notes)
+
+
+def test_nan_over_much_of_the_frame_is_sky_unless_the_file_marks_that_otherwise():
+    result = read(2, NAN, NAN, 5, NAN)
+    assert result.values[0].tolist() == [2, INF, INF, 5, INF]
+    assert any("NaN in 3 of 5 pixels" in note for note in result.notes)
+    assert metres(2, NAN, 3, 5, INF) == [2, 2, 3, 5, INF]
 
 
 @pytest.mark.parametrize(
@@ -158,7 +166,7 @@ def test_mixed_signs_are_no_depth():
 
 def test_too_many_nan_are_refused():
     with pytest.raises(InputError, match="3 of 5 pixels"):
-        read(2, NAN, NAN, NAN, 4)
+        read(2, NAN, NAN, NAN, 1e10)
 
 
 FLOATS = st.lists(st.floats(width=32), min_size=1, max_size=30)

@@ -19,6 +19,8 @@ from heatlens.image.repair import repair_depth
 
 # Few values of the wrong sign are filtering at edges; this many mean it is no depth channel.
 MAX_WRONG_SIGN_FRACTION = 0.25
+# NaN in a larger part of the frame is a sky, not scattered faults.
+NAN_SKY_FRACTION = 0.05
 # 1/z at or below this is what a distance of 1e10 or more becomes.
 INVERSE_INFINITE_UP_TO = 1e-10
 
@@ -90,22 +92,33 @@ def _convert(raw: RawDepth, convention: DepthConvention, options: PlateOptions) 
 
 
 def _from_distance(raw: RawDepth, scene_unit_m: float) -> _Converted:
-    """Metres of distances in scene units.
-
-    No surface is at distance 0. Where the file has no other mark of infinity, 0 is one: nothing
-    was hit. Where it has, a 0 is a fault and is repaired.
-    """
+    """Metres of distances in scene units."""
     sign, notes = _viewing_sign(raw)
     depth = raw.values * np.float32(sign * scene_unit_m)
-    bad = ~(depth > 0) & ~raw.infinite  # also true of NaN
-    if raw.infinite.any() or not raw.zero_count:
-        return _Converted(depth, raw.infinite, bad, notes)
-    zero = raw.values == 0
-    notes += (
-        f"{raw.what} is 0 in {raw.zero_count} pixels: taken as nothing hit, infinitely far. "
-        "If it holds 1/z, say --depth-convention inverse.",
-    )
-    return _Converted(depth, zero, bad & ~zero, notes)
+    infinite, infinite_notes = _nothing_hit(raw)
+    bad = ~(depth > 0) & ~infinite  # also true of NaN
+    return _Converted(depth, infinite, bad, notes + infinite_notes)
+
+
+def _nothing_hit(raw: RawDepth) -> tuple[_Mask, tuple[str, ...]]:
+    """Where a distance says that nothing was hit, with what to say about it.
+
+    No surface is at distance 0. Where the file has no other mark of infinity, 0 is one; where it
+    has, a 0 is a fault. With neither, NaN over much of the frame is one; a few NaN are faults.
+    """
+    if raw.infinite_count:
+        return raw.infinite, ()
+    if raw.zero_count:
+        return raw.values == 0, (
+            f"{raw.what} is 0 in {raw.zero_count} pixels: taken as nothing hit, infinitely far. "
+            "If it holds 1/z, say --depth-convention inverse.",
+        )
+    if raw.nan_count > NAN_SKY_FRACTION * raw.values.size:
+        return np.isnan(raw.values), (
+            f"{raw.what} is NaN in {raw.nan_count} of {raw.values.size} pixels: taken as nothing "
+            "hit, infinitely far.",
+        )
+    return raw.infinite, ()
 
 
 def _from_inverse(raw: RawDepth, scene_unit_m: float) -> _Converted:
