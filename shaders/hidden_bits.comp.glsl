@@ -11,7 +11,7 @@
 layout(local_size_x = 64) in;
 
 uniform sampler2D layer_tx;
-layout(std430, binding = 0) buffer bits_block { uint bits_buf[]; };
+layout(std430, binding = 1) buffer bits_block { uint bits_buf[]; };
 
 void main() {
     ivec2 size = textureSize(layer_tx, 0);

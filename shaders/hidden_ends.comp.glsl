@@ -4,17 +4,20 @@
 // Inputs
 //   layer_tx       rgb times coverage, a coverage or HIDDEN
 //   bits_buf       seen pixels (hidden_bits.comp.glsl)
-// Outputs
+//   pixel list     what is hidden
+// Outputs (hidden pixels only)
 //   out_ends_img   a direction a channel: steps ahead << 16 | steps back, 0 for none
 //   out_cost_img   a direction a channel: mean squared difference of the ends, < 0 if not both exist
 
+#define PIXEL_LIST_BINDING 0
 #include "lib/hidden.lib.glsl"
+#include "lib/pixel_list.lib.glsl"
 #include "lib/tone.lib.glsl"
 
-layout(local_size_x = 16, local_size_y = 16) in;
+layout(local_size_x = PIXELS_PER_GROUP) in;
 
 uniform sampler2D layer_tx;
-layout(std430, binding = 0) buffer bits_block { uint bits_buf[]; };
+layout(std430, binding = 1) buffer bits_block { uint bits_buf[]; };
 layout(rgba32ui) uniform writeonly uimage2D out_ends_img;
 layout(rgba32f) uniform writeonly image2D out_cost_img;
 
@@ -69,18 +72,16 @@ float difference(ivec2 at, int k, int ahead, int back) {
 }
 
 void main() {
-    ivec2 at = ivec2(gl_GlobalInvocationID.xy);
+    ivec2 at;
+    if (!list_pixel(gl_GlobalInvocationID.x, at)) return;
     size = textureSize(layer_tx, 0);
-    if (any(greaterThanEqual(at, size))) return;
     vec4 cost = vec4(-1.0);
     uvec4 ends = uvec4(0u);
-    if (texelFetch(layer_tx, at, 0).a < 0.0) {
-        for (int k = 0; k < DIRECTIONS; ++k) {
-            int line = line_of(k, at, size), i = position_of(k, at);
-            int ahead = steps_ahead(k, line, i), back = steps_back(k, line, i);
-            ends[k] = uint(ahead) << 16 | uint(back);
-            if (ahead > 0 && back > 0) cost[k] = difference(at, k, ahead, back);
-        }
+    for (int k = 0; k < DIRECTIONS; ++k) {
+        int line = line_of(k, at, size), i = position_of(k, at);
+        int ahead = steps_ahead(k, line, i), back = steps_back(k, line, i);
+        ends[k] = uint(ahead) << 16 | uint(back);
+        if (ahead > 0 && back > 0) cost[k] = difference(at, k, ahead, back);
     }
     imageStore(out_ends_img, at, ends);
     imageStore(out_cost_img, at, cost);

@@ -2,24 +2,26 @@
 // how alike the ends are (over a small neighbourhood, so that one pixel does not decide) and how near.
 //
 // Inputs
-//   layer_tx        rgb times coverage, a coverage or HIDDEN
-//   state_tx        r diameter |coc|, g 1 where the layer has content
 //   ends_tx, cost_tx  hidden_ends.comp.glsl
-// Outputs
-//   out_layer_img, out_state_img  the same without hidden pixels
+//   bits_buf          what is seen (hidden_bits.comp.glsl)
+//   pixel list        what is hidden
+// Read where seen, written where hidden
+//   layer_img         rgb times coverage, a coverage or HIDDEN
+//   state_img         r diameter |coc|, g 1 where the layer has content
 
+#define PIXEL_LIST_BINDING 0
 #include "lib/hidden.lib.glsl"
 #include "lib/layer.lib.glsl"
+#include "lib/pixel_list.lib.glsl"
 #include "lib/tone.lib.glsl"
 
-layout(local_size_x = 16, local_size_y = 16) in;
+layout(local_size_x = PIXELS_PER_GROUP) in;
 
-uniform sampler2D layer_tx;
-uniform sampler2D state_tx;
 uniform usampler2D ends_tx;
 uniform sampler2D cost_tx;
-layout(rgba32f) uniform writeonly image2D out_layer_img;
-layout(rg32f) uniform writeonly image2D out_state_img;
+layout(std430, binding = 1) readonly buffer bits_block { uint bits_buf[]; };
+layout(rgba32f) uniform image2D layer_img;
+layout(rg32f) uniform image2D state_img;
 
 #define REACH 2                // costs are averaged over 5 x 5 pixels
 #define ALIKE_VARIANCE 0.04    // of compressed colour: ends that differ by 0.2 count much less
@@ -35,17 +37,24 @@ struct Content {
 };
 
 Content content_at(ivec2 at) {
-    vec4 layer = texelFetch(layer_tx, at, 0);
+    vec4 layer = imageLoad(layer_img, at);
     vec3 compressed = toned(layer.rgb / max(layer.a, 1e-4)) * layer.a;
-    return Content(vec4(compressed, layer.a), texelFetch(state_tx, at, 0).r * layer.a);
+    return Content(vec4(compressed, layer.a), imageLoad(state_img, at).r * layer.a);
+}
+
+// Along direction 0 the masks' words follow the rows.
+bool is_seen(ivec2 at, ivec2 size) {
+    uint word = bits_buf[at.y * words_per_line(0, size) + (at.x >> 5)];
+    return (word >> (at.x & 31) & 1u) == 1u;
 }
 
 vec4 mean_cost(ivec2 at, ivec2 size) {
     vec4 sum = vec4(0.0), count = vec4(0.0);
     for (int y = -REACH; y <= REACH; ++y)
         for (int x = -REACH; x <= REACH; ++x) {
-            vec4 cost = texelFetch(cost_tx, clamp(at + ivec2(x, y), ivec2(0), size - 1), 0);
-            vec4 counts = step(0.0, cost);
+            ivec2 p = clamp(at + ivec2(x, y), ivec2(0), size - 1);
+            vec4 cost = texelFetch(cost_tx, p, 0);
+            vec4 counts = is_seen(p, size) ? vec4(0.0) : step(0.0, cost);
             sum += counts * cost;
             count += counts;
         }
@@ -88,11 +97,11 @@ void fill(ivec2 at, ivec2 size, out vec4 layer, out vec2 state) {
 }
 
 void main() {
-    ivec2 at = ivec2(gl_GlobalInvocationID.xy), size = textureSize(layer_tx, 0);
-    if (any(greaterThanEqual(at, size))) return;
-    vec4 layer = texelFetch(layer_tx, at, 0);
-    vec2 state = texelFetch(state_tx, at, 0).rg;
-    if (layer.a < 0.0) fill(at, size, layer, state);
-    imageStore(out_layer_img, at, layer);
-    imageStore(out_state_img, at, vec4(state, 0.0, 0.0));
+    ivec2 at;
+    if (!list_pixel(gl_GlobalInvocationID.x, at)) return;
+    vec4 layer;
+    vec2 state;
+    fill(at, imageSize(layer_img), layer, state);
+    imageStore(layer_img, at, layer);
+    imageStore(state_img, at, vec4(state, 0.0, 0.0));
 }

@@ -11,9 +11,12 @@
 // Outputs
 //   out_layer_img rgb times coverage, a coverage or HIDDEN
 //   out_state_img r diameter |coc|, g 1 where the layer has content, else 0
+//   pixel list    what is hidden
 
-#include "lib/layer.lib.glsl"
+#define PIXEL_LIST_BINDING 0
 #include "lib/hidden.lib.glsl"
+#include "lib/layer.lib.glsl"
+#include "lib/pixel_list.lib.glsl"
 
 layout(local_size_x = 16, local_size_y = 16) in;
 
@@ -43,6 +46,7 @@ void main() {
     if (only_near) cover = max(cover, own_near);
     if (is_farthest) cover = 1.0;
     bool hidden = seen <= THIN && !only_near;
+    if (hidden) list_append(at);
     imageStore(out_layer_img, at, hidden ? vec4(HIDDEN) : vec4(color * cover, cover));
     bool content = !hidden && (has_far || only_near);
     imageStore(out_state_img, at, vec4(diameter, content ? 1.0 : 0.0, 0.0, 0.0));

@@ -6,6 +6,7 @@ import moderngl
 
 from heatlens.defocus.layer_cuts import LayerCut
 from heatlens.defocus.line_solver import Bindings, LineSolver, LineSystem
+from heatlens.defocus.pixel_list import clear_list
 from heatlens.defocus.plate_passes import tiles
 from heatlens.gpu.program import ComputeProgram, groups_for
 
@@ -34,8 +35,11 @@ class LayerSplitPass:
     def __init__(self, ctx: moderngl.Context) -> None:
         self._program = ComputeProgram(ctx, "layer_split.comp.glsl")
 
-    def run(self, picture: Fragments, cut: LayerCut, out: Layer) -> None:
-        """Write the layer between the limits of `cut`."""
+    def run(
+        self, picture: Fragments, cut: LayerCut, pixels: moderngl.Buffer, out: Layer
+    ) -> None:
+        """Write the layer between the limits of `cut`, and the list of its hidden `pixels`."""
+        clear_list(pixels)
         self._program.dispatch(
             tiles(picture.coc.size),
             textures={
@@ -45,6 +49,7 @@ class LayerSplitPass:
                 "coc_tx": picture.coc,
             },
             images={"out_layer_img": out.color, "out_state_img": out.state},
+            buffers={0: pixels},
             uniforms={
                 "cut_near_px": cut.near_px,
                 "cut_far_px": cut.far_px,
@@ -72,27 +77,29 @@ class HiddenFillPass:
     def run(
         self,
         layer: Layer,
+        pixels: moderngl.Buffer,
         bits: moderngl.Buffer,
         ends: moderngl.Texture,
         cost: moderngl.Texture,
-        out: Layer,
     ) -> None:
-        """`layer` with its hidden pixels filled in to `out`; the rest is scratch."""
+        """Fill the hidden `pixels` of `layer` in place; `bits`, `ends` and `cost` are scratch."""
         size = layer.color.size
-        seen = {"layer_tx": layer.color, "state_tx": layer.state}
+        buffers = {0: pixels, 1: bits}
+        seen = {"layer_tx": layer.color}
         self._bits_program.dispatch(
-            (groups_for(max(_words(size)), 64), self._DIRECTIONS), textures=seen, buffers={0: bits}
+            (groups_for(max(_words(size)), 64), self._DIRECTIONS), textures=seen, buffers=buffers
         )
-        self._ends_program.dispatch(
-            tiles(size),
+        self._ends_program.dispatch_indirect(
+            pixels,
             textures=seen,
             images={"out_ends_img": ends, "out_cost_img": cost},
-            buffers={0: bits},
+            buffers=buffers,
         )
-        self._fill_program.dispatch(
-            tiles(size),
-            textures={**seen, "ends_tx": ends, "cost_tx": cost},
-            images={"out_layer_img": out.color, "out_state_img": out.state},
+        self._fill_program.dispatch_indirect(
+            pixels,
+            textures={"ends_tx": ends, "cost_tx": cost},
+            images={"layer_img": layer.color, "state_img": layer.state},
+            buffers=buffers,
         )
 
 

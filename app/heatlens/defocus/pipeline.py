@@ -20,6 +20,7 @@ from heatlens.defocus.layer_passes import (
 )
 from heatlens.defocus.line_solver import LineSolver
 from heatlens.defocus.optics import Optics
+from heatlens.defocus.pixel_list import list_bytes
 from heatlens.defocus.plate_passes import CocPass, ProxyPass
 from heatlens.defocus.quality import kernel_for, layers_for
 from heatlens.gpu.stopwatch import Stopwatch
@@ -92,30 +93,36 @@ class DefocusPipeline:
     def _fragmented(
         self, color: moderngl.Texture, coc: moderngl.Texture, optics: Optics
     ) -> Fragments:
-        far = self._pool.texture("far", color.size, 4)
-        near = self._pool.texture("near", color.size, 4)
+        size, pool = color.size, self._pool
+        far, near = pool.texture("far", size, 4), pool.texture("near", size, 4)
         with self._time("fragments"):
-            self._fragments.run(color, coc, optics.at_infinity_px, far, near)
+            self._fragments.run(
+                color,
+                coc,
+                optics.at_infinity_px,
+                pool.texture("rim", size, 1, "f2"),
+                pool.buffer("pixels", list_bytes(size)),
+                far,
+                near,
+            )
         return Fragments(color, far, near, coc)
 
     def _layer(self, picture: Fragments, cut: LayerCut) -> tuple[Layer, moderngl.Texture]:
         """A layer without holes, and its coc everywhere."""
-        size = picture.coc.size
-        pool = self._pool
+        size, pool = picture.coc.size, self._pool
+        pixels = pool.buffer("pixels", list_bytes(size))
         layer = Layer(pool.texture("layer", size, 4), pool.texture("state", size, 2))
         with self._time("layer split"):
-            self._split.run(picture, cut, layer)
+            self._split.run(picture, cut, pixels, layer)
         if cut.near_px > -NO_CUT_PX:
-            whole = Layer(pool.texture("whole layer", size, 4), pool.texture("whole state", size, 2))
             with self._time("hidden fill"):
                 self._hidden.run(
                     layer,
+                    pixels,
                     pool.buffer("bits", HiddenFillPass.bits_bytes(size)),
                     pool.texture("ends", size, 4, "u4"),
                     pool.texture("cost", size, 4),
-                    whole,
                 )
-            layer = whole
         layer_coc = pool.texture("layer coc", size, 1)
         with self._time("coc fill"):
             self._coc_fill.run(layer.state, pool.texture("fill rows", size, 2), layer_coc)

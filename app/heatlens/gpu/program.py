@@ -38,6 +38,31 @@ class ComputeProgram:
         uniforms: Mapping[str, object] | None = None,
     ) -> None:
         """Run on `groups` workgroups. What the compiler removed as unused may be passed all the same."""
+        self._bind(textures, images, buffers, uniforms)
+        self._program.run(*groups)
+        self._ctx.memory_barrier()
+
+    def dispatch_indirect(
+        self,
+        groups: moderngl.Buffer,
+        *,
+        textures: Mapping[str, Image] | None = None,
+        images: Mapping[str, Image] | None = None,
+        buffers: Mapping[int, moderngl.Buffer] | None = None,
+        uniforms: Mapping[str, object] | None = None,
+    ) -> None:
+        """Run on as many workgroups as the first three words of `groups` say."""
+        self._bind(textures, images, buffers, uniforms)
+        self._program.run_indirect(groups)
+        self._ctx.memory_barrier()
+
+    def _bind(
+        self,
+        textures: Mapping[str, Image] | None,
+        images: Mapping[str, Image] | None,
+        buffers: Mapping[int, moderngl.Buffer] | None,
+        uniforms: Mapping[str, object] | None,
+    ) -> None:
         for name, texture in (textures or {}).items():
             if name in self._units:
                 texture.use(self._units[name])
@@ -49,8 +74,6 @@ class ComputeProgram:
         for name, value in (uniforms or {}).items():
             if name in self._program:
                 self._program[name] = value
-        self._program.run(*groups)
-        self._ctx.memory_barrier()
 
     def release(self) -> None:
         """Give the program back to OpenGL."""

@@ -1,0 +1,187 @@
+"""`heatlens compare`: how far a result is from its truth, and whether that is near enough."""
+
+import argparse
+import dataclasses
+import json
+import math
+import sys
+from pathlib import Path
+
+from heatlens.compare.difference import (
+    absolute_difference,
+    check_is_png,
+    flip_map,
+    write_difference,
+)
+from heatlens.compare.metrics import Scores, nonfinite_count, score
+from heatlens.compare.pictures import Picture, read_picture, shared_region
+from heatlens.image.plate import FloatImage
+
+EXIT_NEAR_ENOUGH = 0
+EXIT_TOO_FAR = 1
+
+_DESCRIPTION = """\
+Measures how far RESULT is from TRUTH, two EXR pictures of one frame, and prints:
+
+  PSNR       dB, higher is nearer: 30 good, 40 hard to see, 99 the same
+  SSIM       structure, 1 is the same
+  FLIP       what an eye sees flipping between the two, 0 the same to 1 worst
+  HDR-FLIP   the same over all exposures
+  relMSE     relative squared error of the light, 0 is the same
+  nonfinite  pixels of the result that hold NaN or infinity, counted as black
+
+PSNR, SSIM and FLIP look at the sRGB picture at exposure 0, HDR-FLIP and relMSE at the light.
+Where the data windows differ, what both files hold of the display window is compared.
+
+Exit code: 0 within every limit given, 1 when one is missed, 2 for what you can mend.
+Needs: pip install 'heatlens[compare]'
+"""
+
+
+@dataclasses.dataclass(frozen=True)
+class _Score:
+    """How one score is shown, and in which form."""
+
+    field: str
+    label: str
+    form: str
+
+
+_SHOWN = (
+    _Score("psnr_db", "PSNR", "{:.3f} dB"),
+    _Score("ssim", "SSIM", "{:.5f}"),
+    _Score("flip", "FLIP", "{:.5f}"),
+    _Score("flip_hdr", "HDR-FLIP", "{:.5f}"),
+    _Score("relmse", "relMSE", "{:.6f}"),
+    _Score("nonfinite", "nonfinite", "{:d}"),
+)
+
+
+def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    """Add the parser of `heatlens compare`."""
+    parser = commands.add_parser(
+        "compare",
+        help="measure how far a picture is from its truth",
+        description=_DESCRIPTION,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("result", type=Path, metavar="RESULT.exr", help="the picture to judge")
+    parser.add_argument("truth", type=Path, metavar="TRUTH.exr", help="what it should be")
+    parser.add_argument("--json", action="store_true", help="print the scores as one JSON object")
+    _add_limits(parser)
+    _add_difference(parser)
+    parser.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Compare two files; the exit code says whether every limit is kept."""
+    if args.difference is not None:
+        check_is_png(args.difference)
+    result, truth = _shared_pixels(read_picture(args.result), read_picture(args.truth))
+    scores = score(result, truth)
+    print(_as_json(scores) if args.json else _as_lines(scores))
+    if args.difference is not None:
+        error = _error_panel(args, result, truth)
+        write_difference(args.difference, result, truth, error)
+    missed = _missed_limits(args, scores)
+    _say(*missed)
+    return EXIT_TOO_FAR if missed else EXIT_NEAR_ENOUGH
+
+
+def _add_limits(parser: argparse.ArgumentParser) -> None:
+    group = parser.add_argument_group("limits", "Exit code 1 where one is missed.")
+    group.add_argument("--min-psnr", type=_finite, metavar="DB", help="PSNR at least this, in dB")
+    group.add_argument("--min-ssim", type=_finite, metavar="S", help="SSIM at least this, up to 1")
+    group.add_argument("--max-flip", type=_finite, metavar="F", help="FLIP at most this, 0 to 1")
+
+
+def _add_difference(parser: argparse.ArgumentParser) -> None:
+    group = parser.add_argument_group("difference")
+    group.add_argument(
+        "--difference",
+        type=Path,
+        metavar="FILE.png",
+        help="write result, truth and the error between them side by side",
+    )
+    group.add_argument(
+        "--show",
+        choices=("absolute", "flip"),
+        default="absolute",
+        help="the error as brightness, or as FLIP sees it from black to yellow (default absolute)",
+    )
+    group.add_argument(
+        "--gain",
+        type=_positive,
+        default=4.0,
+        metavar="G",
+        help="how many times brighter than it is the absolute error is drawn (default 4)",
+    )
+
+
+def _finite(text: str) -> float:
+    """A number for a limit: none can be kept or missed against NaN."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise argparse.ArgumentTypeError(f"{text!r} is not a finite number")
+    return value
+
+
+def _positive(text: str) -> float:
+    value = _finite(text)
+    if value <= 0:
+        raise argparse.ArgumentTypeError(f"{text!r} is not above 0")
+    return value
+
+
+def _shared_pixels(result: Picture, truth: Picture) -> tuple[FloatImage, FloatImage]:
+    """What both files hold, (H, W, 3) each; says aloud what is left out or doubtful."""
+    region = shared_region(result, truth)
+    if region != result.data_window or region != truth.data_window:
+        _say(
+            f"the data windows differ: compared are the {region.width} x {region.height} pixels "
+            f"at ({region.x0}, {region.y0}) that both files hold"
+        )
+    pixels = result.over(region), truth.over(region)
+    bad = nonfinite_count(pixels[1])
+    if bad:
+        _say(f"{truth.path}: {bad} pixels of the truth hold NaN or infinity, counted as black")
+    return pixels
+
+
+def _error_panel(args: argparse.Namespace, result: FloatImage, truth: FloatImage) -> FloatImage:
+    if args.show == "flip":
+        return flip_map(result, truth)
+    return absolute_difference(result, truth, args.gain)
+
+
+def _as_lines(scores: Scores) -> str:
+    """One score a line, names and numbers aligned."""
+    width = max(len(shown.label) for shown in _SHOWN)
+    return "\n".join(
+        f"{shown.label:<{width}}  {shown.form.format(getattr(scores, shown.field))}"
+        for shown in _SHOWN
+    )
+
+
+def _as_json(scores: Scores) -> str:
+    return json.dumps(dataclasses.asdict(scores))
+
+
+def _missed_limits(args: argparse.Namespace, scores: Scores) -> list[str]:
+    """A sentence for each limit that is not kept; a score that is NaN keeps none."""
+    missed = []
+    if args.min_psnr is not None and not scores.psnr_db >= args.min_psnr:
+        missed.append(f"PSNR {scores.psnr_db:.3f} dB is below the limit of {args.min_psnr:g} dB")
+    if args.min_ssim is not None and not scores.ssim >= args.min_ssim:
+        missed.append(f"SSIM {scores.ssim:.5f} is below the limit of {args.min_ssim:g}")
+    if args.max_flip is not None and not scores.flip <= args.max_flip:
+        missed.append(f"FLIP {scores.flip:.5f} is above the limit of {args.max_flip:g}")
+    return missed
+
+
+def _say(*sentences: str) -> None:
+    for sentence in sentences:
+        print(f"heatlens: {sentence}", file=sys.stderr)

@@ -1,0 +1,25 @@
+// A list of pixels that need more work, so that a later pass runs on these alone: sparse work costs by
+// its pixels, on a GPU and on a software rasteriser, which runs both sides of every branch.
+//
+// The first three words are the workgroups of the later pass (glDispatchComputeIndirect); the order
+// of pixels differs from run to run, so what is done to one must not depend on another.
+
+#define PIXELS_PER_GROUP 64u
+
+layout(std430, binding = PIXEL_LIST_BINDING) buffer pixel_list_block {
+    uint list_groups[3];
+    uint list_count;
+    uint list_pixels[];  // y << 16 | x
+};
+
+void list_append(ivec2 at) {
+    uint slot = atomicAdd(list_count, 1u);
+    if (slot % PIXELS_PER_GROUP == 0u) atomicAdd(list_groups[0], 1u);
+    list_pixels[slot] = uint(at.y) << 16 | uint(at.x);
+}
+
+bool list_pixel(uint slot, out ivec2 at) {
+    if (slot >= list_count) return false;
+    at = ivec2(list_pixels[slot] & 0xffffu, list_pixels[slot] >> 16);
+    return true;
+}
