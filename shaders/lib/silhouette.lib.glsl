@@ -4,13 +4,36 @@
 uniform sampler2D coc_tx;
 uniform float at_infinity_px;  // signed coc of what is infinitely far away
 
-#define JUMP_PX 3.0       // less of a step in coc cannot be told from a slanted surface
-#define DEPTH_RATIO 0.95  // and a surface nearer by less than this is the same surface
+#define JUMP_PX 3.0        // less of a step in coc cannot be told from a slanted surface
+#define DEPTH_RATIO 0.95   // and a surface nearer by less than this is the same surface
+#define PRIOR_WEIGHT 0.01  // colour contrast^2 below which coverage comes from the depth's outline
+
+// What a pixel is, in kind_tx.
+#define WHOLE 0.0     // one colour
+#define FAR_RIM 1.0   // beside a nearer surface: its colour is mixed with that one's
+#define NEAR_RIM 2.0  // beside a farther surface only: that one's colour shines into it
+
+// Weights of a box-filtered edge as seen from 3 x 3 depth samples; they sum to 1.
+const float OUTLINE_WEIGHT[9] =
+    float[](0.0625, 0.125, 0.0625, 0.125, 0.25, 0.125, 0.0625, 0.125, 0.0625);
 
 ivec2 inside(ivec2 at) { return clamp(at, ivec2(0), textureSize(coc_tx, 0) - 1); }
+ivec2 neighbour(ivec2 at, int k) { return inside(at + ivec2(k % 3, k / 3) - 1); }  // k 0..8
 float coc_at(ivec2 at) { return texelFetch(coc_tx, inside(at), 0).r; }
 float inverse_depth(float coc) { return at_infinity_px - coc; }  // up to a factor
 
 bool is_in_front(float coc, float of) {
     return abs(coc - of) > JUMP_PX && inverse_depth(coc) * DEPTH_RATIO > inverse_depth(of);
+}
+
+bool is_same_surface(float coc, float other) {
+    float a = inverse_depth(coc), b = inverse_depth(other);
+    return min(a, b) >= DEPTH_RATIO * max(a, b);
+}
+
+// Coverage of `near` in x = a near + (1 - a) far by least squares; without contrast the prior.
+float coverage_of(vec3 x, vec3 near, vec3 far, float prior) {
+    vec3 across = near - far;
+    float fitted = dot(x - far, across) + PRIOR_WEIGHT * prior;
+    return fitted / (dot(across, across) + PRIOR_WEIGHT);
 }

@@ -1,4 +1,6 @@
-"""Mixed silhouette pixels split into a near and a far fragment."""
+"""Mixed silhouette pixels split into fragments: what is near in them and what is far."""
+
+from dataclasses import dataclass
 
 import moderngl
 
@@ -7,35 +9,69 @@ from heatlens.defocus.plate_passes import tiles
 from heatlens.gpu.program import ComputeProgram
 
 
+@dataclass(frozen=True)
+class Fragments:
+    """The picture as the layers take it apart, all of one size.
+
+    color   rgb
+    coc     signed diameter, pixels
+    kind    whole, far rim or near rim
+    far     far rim: rgb far fragment, a coverage of the near one; near rim: rgb and coverage of its
+            own; else rgb and 0
+    near    far rim: rgb near fragment, a its coc; near rim: a the coc of what shines through
+    """
+
+    color: moderngl.Texture
+    coc: moderngl.Texture
+    kind: moderngl.Texture
+    far: moderngl.Texture
+    near: moderngl.Texture
+
+    def textures(self) -> dict[str, moderngl.Texture]:
+        """By the names that shaders read them under."""
+        return {
+            "color_tx": self.color,
+            "coc_tx": self.coc,
+            "kind_tx": self.kind,
+            "far_tx": self.far,
+            "near_tx": self.near,
+        }
+
+
 class FragmentPass:
-    """Colour and coc to far fragments (rgb, coverage of the near one) and near ones (rgb, coc)."""
+    """Fills in kind, far and near of a `Fragments` from its colour and coc."""
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._find = ComputeProgram(ctx, "fragments_find.comp.glsl")
-        self._split = ComputeProgram(ctx, "fragments_split.comp.glsl")
+        self._far = ComputeProgram(ctx, "fragments_far.comp.glsl")
+        self._near = ComputeProgram(ctx, "fragments_near.comp.glsl")
 
-    def run(
-        self,
-        color: moderngl.Texture,
-        coc: moderngl.Texture,
-        at_infinity_px: float,
-        rim: moderngl.Texture,
-        pixels: moderngl.Buffer,
-        out_far: moderngl.Texture,
-        out_near: moderngl.Texture,
-    ) -> None:
-        """`at_infinity_px`: coc of what is infinitely far; `rim` (one channel), `pixels`: scratch."""
+    def run(self, picture: Fragments, at_infinity_px: float, pixels: moderngl.Buffer) -> None:
+        """`at_infinity_px`: coc of what is infinitely far; `pixels` is scratch."""
         clear_list(pixels)
-        textures = {"color_tx": color, "coc_tx": coc, "rim_tx": rim}
-        images = {"out_far_img": out_far, "out_near_img": out_near, "out_rim_img": rim}
         uniforms = {"at_infinity_px": at_infinity_px}
         self._find.dispatch(
-            tiles(color.size),
-            textures=textures,
-            images=images,
+            tiles(picture.color.size),
+            textures=picture.textures(),
+            images={
+                "out_kind_img": picture.kind,
+                "out_far_img": picture.far,
+                "out_near_img": picture.near,
+            },
             buffers={0: pixels},
             uniforms=uniforms,
         )
-        self._split.dispatch_indirect(
-            pixels, textures=textures, images=images, buffers={0: pixels}, uniforms=uniforms
+        self._far.dispatch_indirect(
+            pixels,
+            textures=picture.textures(),
+            images={"out_far_img": picture.far, "out_near_img": picture.near},
+            buffers={0: pixels},
+            uniforms=uniforms,
+        )
+        self._near.dispatch_indirect(
+            pixels,
+            textures=picture.textures(),
+            images={"far_img": picture.far, "near_img": picture.near},
+            buffers={0: pixels},
+            uniforms=uniforms,
         )

@@ -4,21 +4,12 @@ from dataclasses import dataclass
 
 import moderngl
 
+from heatlens.defocus.fragment_pass import Fragments
 from heatlens.defocus.layer_cuts import LayerCut
 from heatlens.defocus.line_solver import Bindings, LineSolver, LineSystem
 from heatlens.defocus.pixel_list import clear_list
 from heatlens.defocus.plate_passes import tiles
 from heatlens.gpu.program import ComputeProgram, groups_for
-
-
-@dataclass(frozen=True)
-class Fragments:
-    """The picture as the layers take it apart, all of one size."""
-
-    color: moderngl.Texture  # rgb
-    far: moderngl.Texture  # rgb, a coverage of the near fragment
-    near: moderngl.Texture  # rgb, a signed coc
-    coc: moderngl.Texture  # signed diameter, pixels
 
 
 @dataclass(frozen=True)
@@ -42,12 +33,7 @@ class LayerSplitPass:
         clear_list(pixels)
         self._program.dispatch(
             tiles(picture.coc.size),
-            textures={
-                "color_tx": picture.color,
-                "far_tx": picture.far,
-                "near_tx": picture.near,
-                "coc_tx": picture.coc,
-            },
+            textures=picture.textures(),
             images={"out_layer_img": out.color, "out_state_img": out.state},
             buffers={0: pixels},
             uniforms={

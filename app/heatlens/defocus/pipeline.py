@@ -7,13 +7,12 @@
 import moderngl
 
 from heatlens.defocus.blur_pass import BlurPass, BlurTargets, pole_layers
-from heatlens.defocus.fragment_pass import FragmentPass
+from heatlens.defocus.fragment_pass import FragmentPass, Fragments
 from heatlens.defocus.kernels import Kernel
 from heatlens.defocus.layer_cuts import NO_CUT_PX, LayerCut, layer_cuts
 from heatlens.defocus.layer_passes import (
     CocFillPass,
     CompositePass,
-    Fragments,
     HiddenFillPass,
     Layer,
     LayerSplitPass,
@@ -94,18 +93,17 @@ class DefocusPipeline:
         self, color: moderngl.Texture, coc: moderngl.Texture, optics: Optics
     ) -> Fragments:
         size, pool = color.size, self._pool
-        far, near = pool.texture("far", size, 4), pool.texture("near", size, 4)
+        picture = Fragments(
+            color,
+            coc,
+            pool.texture("kind", size, 1, "f2"),
+            pool.texture("far", size, 4),
+            pool.texture("near", size, 4),
+        )
         with self._time("fragments"):
-            self._fragments.run(
-                color,
-                coc,
-                optics.at_infinity_px,
-                pool.texture("rim", size, 1, "f2"),
-                pool.buffer("pixels", list_bytes(size)),
-                far,
-                near,
-            )
-        return Fragments(color, far, near, coc)
+            pixels = pool.buffer("pixels", list_bytes(size))
+            self._fragments.run(picture, optics.at_infinity_px, pixels)
+        return picture
 
     def _layer(self, picture: Fragments, cut: LayerCut) -> tuple[Layer, moderngl.Texture]:
         """A layer without holes, and its coc everywhere."""

@@ -1,0 +1,51 @@
+// Takes out of each near rim pixel what shines through it from behind.
+//
+// Inputs
+//   color_tx, coc_tx, kind_tx, pixel list    as fragments_find.comp.glsl leaves them
+// Read on the far rim, written on the near rim
+//   far_img       far rim: rgb far fragment; near rim: rgb own colour, a its coverage
+//   near_img      near rim: a signed coc of what shines through
+
+#define PIXEL_LIST_BINDING 0
+#include "lib/pixel_list.lib.glsl"
+#include "lib/rim.lib.glsl"
+
+layout(local_size_x = PIXELS_PER_GROUP) in;
+
+layout(rgba32f) uniform image2D far_img;
+layout(rgba32f) uniform writeonly image2D near_img;
+
+#define LEAST_COVERAGE 0.4  // depth was sampled at the pixel's centre and hit the near surface
+#define SPLIT_FROM_PX 2.0   // a surface in focus keeps its pixels: their mix is already right
+#define SPLIT_FULL_PX 6.0
+
+vec3 far_color(ivec2 at) {
+    return kind_at(at) == FAR_RIM ? imageLoad(far_img, at).rgb : color_at(at);
+}
+
+void main() {
+    ivec2 at;
+    if (!list_pixel(gl_GlobalInvocationID.x, at) || kind_at(at) != NEAR_RIM) return;
+    float coc = coc_at(at);
+    vec3 x = color_at(at), near;
+    if (!unmixed_near(at, near)) {
+        imageStore(far_img, at, vec4(x, 1.0));
+        return;
+    }
+    vec4 through = vec4(0.0);  // a coc
+    float count = 0.0, farther = 0.0;
+    for (int k = 0; k < 9; ++k) {
+        ivec2 p = neighbour(at, k);
+        float other = coc_at(p);
+        if (!is_in_front(coc, other)) continue;
+        through += vec4(far_color(p), other);
+        farther += 0.5 * OUTLINE_WEIGHT[k];
+        count += 1.0;
+    }
+    through /= count;
+    float coverage = clamp(coverage_of(x, near, through.rgb, 1.0 - farther), LEAST_COVERAGE, 1.0);
+    coverage = 1.0 - smoothstep(SPLIT_FROM_PX, SPLIT_FULL_PX, abs(coc)) * (1.0 - coverage);
+    vec3 own = max((x - (1.0 - coverage) * through.rgb) / coverage, 0.0);
+    imageStore(far_img, at, vec4(own, coverage));
+    imageStore(near_img, at, vec4(vec3(0.0), through.a));
+}
