@@ -20,13 +20,14 @@
 uniform sampler2D coc_tx;
 uniform sampler2D color_tx;
 uniform float axis_scale;  // squeeze and pixel aspect: diameter along this axis / coc_tx
+uniform float least_px;    // pixels with a smaller coc are blurred by this
 uniform Num kappa[POLES];
 
 #define LAYERS_PER_POLE (1 + COMPLEX)
 
 #define Node float
 #define NODE_OUTSIDE 0.0
-float node_at(ivec2 at) { return abs(texelFetch(coc_tx, at, 0).r) * axis_scale; }
+float node_at(ivec2 at) { return max(abs(texelFetch(coc_tx, at, 0).r), least_px) * axis_scale; }
 
 float conductance(float d, float d_next) {
     float narrower = min(d, d_next);
@@ -87,7 +88,7 @@ void sources(ivec2 at, out Value r[POLES]) {
 
 // What is exactly in focus keeps its value bit for bit: the weights sum to 1 only up to rounding.
 void store_sum(ivec2 at, vec4 y) {
-    if (texelFetch(coc_tx, at, 0).r == 0.0) y = texelFetch(color_tx, at, 0);
+    if (node_at(at) == 0.0) y = texelFetch(color_tx, at, 0);
     imageStore(out_color_img, at, y);
 }
 #endif

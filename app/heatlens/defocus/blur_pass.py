@@ -34,15 +34,21 @@ class BlurPass:
         kernel: Kernel,
         axis_scales: tuple[float, float],
         targets: BlurTargets,
+        least_px: float = 0.0,
     ) -> None:
-        """Diffuse RGBA `color` by |`coc`| (diameter in pixels) times `axis_scales` (x, y).
+        """Diffuse RGBA `color` by |`coc`| (diameter in pixels), at least `least_px`, times
+        `axis_scales` (x, y).
 
         With several steps out_color is fed back; it must not be `color` itself.
         """
         system = LineSystem(
             "lib/blur_system.lib.glsl", poles=len(kernel.poles), is_complex=kernel.is_complex
         )
-        uniforms = {"kappa": _numbers(kernel, "poles"), "mix_weights": _numbers(kernel, "mix")}
+        uniforms = {
+            "kappa": _numbers(kernel, "poles"),
+            "mix_weights": _numbers(kernel, "mix"),
+            "least_px": least_px,
+        }
         for step in range(kernel.steps):
             source = color if step == 0 else targets.out_color
             textures = {"coc_tx": coc, "color_tx": source}

@@ -8,6 +8,12 @@ import moderngl
 
 from heatlens.defocus.blur_pass import BlurPass, BlurTargets, pole_layers
 from heatlens.defocus.fragment_pass import FragmentPass, Fragments
+from heatlens.defocus.highlight_pass import (
+    HighlightBuffers,
+    HighlightDrawPass,
+    HighlightListPass,
+    HighlightSplitPass,
+)
 from heatlens.defocus.kernels import Kernel
 from heatlens.defocus.layer_cuts import NO_CUT_PX, LayerCut, layer_cuts
 from heatlens.defocus.layer_passes import (
@@ -24,7 +30,7 @@ from heatlens.defocus.plate_passes import CocPass, ProxyPass
 from heatlens.defocus.quality import kernel_for, layers_for
 from heatlens.gpu.stopwatch import Stopwatch
 from heatlens.gpu.textures import TexturePool
-from heatlens.model.settings import DefocusSettings
+from heatlens.model.settings import Bokeh, DefocusSettings
 
 
 class DefocusPipeline:
@@ -41,6 +47,9 @@ class DefocusPipeline:
         self._coc_fill = CocFillPass(solver)
         self._blur = BlurPass(solver)
         self._composite = CompositePass(ctx)
+        self._split_lamps = HighlightSplitPass(ctx, self._blur)
+        self._list_lamps = HighlightListPass(ctx)
+        self._draw_lamps = HighlightDrawPass(ctx)
 
     def run(
         self,
@@ -61,6 +70,9 @@ class DefocusPipeline:
         layers = layers_for(settings)
         if layers == 1:
             return self._blurred(color, coc, kernel, optics)
+        lamps = None
+        if settings.bokeh is Bokeh.DISC:
+            color, lamps = self._without_lamps(color, coc, optics)
         picture = self._fragmented(color, coc, optics)
         out = self._pool.texture("out", color.size, 4)
         for cut in layer_cuts(optics.nearest_px, optics.farthest_px, layers):
@@ -68,6 +80,9 @@ class DefocusPipeline:
             blurred = self._blurred(layer.color, layer_coc, kernel, optics)
             with self._time("composite"):
                 self._composite.run(blurred, cut.is_farthest, out)
+        if lamps is not None:
+            with self._time("lamps drawn"):
+                self._draw_lamps.run(lamps, coc, optics, out)
         return out
 
     def _at_proxy_size(
@@ -88,6 +103,23 @@ class DefocusPipeline:
         with self._time("coc"):
             self._coc.run(depth, optics.line, coc)
         return coc
+
+    def _without_lamps(
+        self, color: moderngl.Texture, coc: moderngl.Texture, optics: Optics
+    ) -> tuple[moderngl.Texture, HighlightBuffers]:
+        size, pool = color.size, self._pool
+        low, high = pool.texture("low", size, 4), pool.texture("layer", size, 4)
+        sizes = HighlightBuffers.sizes(size)
+        lamps = HighlightBuffers(**{name: pool.buffer(name, sizes[name]) for name in sizes})
+        with self._time("lamps found"):
+            targets = BlurTargets(
+                pool.array("surroundings", size, 1, 4), pool.texture("blurred", size, 4)
+            )
+            luminance = pool.texture("far", size, 4)
+            self._split_lamps.run(color, coc, optics, luminance, targets, low, high)
+        with self._time("lamps listed"):
+            self._list_lamps.run(high, optics, lamps, low)
+        return low, lamps
 
     def _fragmented(
         self, color: moderngl.Texture, coc: moderngl.Texture, optics: Optics

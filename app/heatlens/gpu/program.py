@@ -46,14 +46,15 @@ class ComputeProgram:
         self,
         groups: moderngl.Buffer,
         *,
+        offset: int = 0,
         textures: Mapping[str, Image] | None = None,
         images: Mapping[str, Image] | None = None,
         buffers: Mapping[int, moderngl.Buffer] | None = None,
         uniforms: Mapping[str, object] | None = None,
     ) -> None:
-        """Run on as many workgroups as the first three words of `groups` say."""
+        """Run on as many workgroups as three words of `groups` say, `offset` bytes in."""
         self._bind(textures, images, buffers, uniforms)
-        self._program.run_indirect(groups)
+        self._program.run_indirect(groups, offset)
         self._ctx.memory_barrier()
 
     def _bind(
@@ -87,7 +88,9 @@ def _compile(ctx: moderngl.Context, source: ShaderSource) -> moderngl.ComputeSha
         raise ShaderError(f"{source.files[0]}: {source.explained(str(error))}") from error
 
 
-def _give_units(program: moderngl.ComputeShader, names: list[str]) -> dict[str, int]:
+def _give_units(
+    program: moderngl.ComputeShader | moderngl.Program, names: list[str]
+) -> dict[str, int]:
     for unit, name in enumerate(names):
         program[name] = unit
     return {name: unit for unit, name in enumerate(names)}
@@ -96,3 +99,15 @@ def _give_units(program: moderngl.ComputeShader, names: list[str]) -> dict[str, 
 def groups_for(size: int, per_group: int) -> int:
     """How many groups of `per_group` cover `size`."""
     return -(-size // per_group)
+
+
+def draw_program(ctx: moderngl.Context, name: str) -> moderngl.Program:
+    """The vertex and fragment shader `name`.vert.glsl and `name`.frag.glsl; samplers start at unit 0."""
+    folder = data_dir("shaders")
+    texts = [(folder / f"{name}.{stage}.glsl").read_text() for stage in ("vert", "frag")]
+    try:
+        program = ctx.program(vertex_shader=texts[0], fragment_shader=texts[1])
+    except moderngl.Error as error:
+        raise ShaderError(f"{name}: {error}") from error
+    _give_units(program, [n for n in program if n.endswith("_tx")])
+    return program

@@ -1,0 +1,165 @@
+"""Lamps: what outshines its surroundings is taken out and drawn as the discs it becomes."""
+
+from dataclasses import dataclass
+
+import moderngl
+
+from heatlens.defocus.blur_pass import BlurPass, BlurTargets
+from heatlens.defocus.kernels import named_kernel
+from heatlens.defocus.optics import Optics
+from heatlens.defocus.plate_passes import tiles
+from heatlens.gpu.program import ComputeProgram, draw_program, groups_for
+
+SPRITES_MAX = 4096
+_AREA_MAX = 4.0  # pixels drawn for each of the picture
+_SURROUNDINGS_PX = 16.0  # least diameter over which a pixel's surroundings are taken
+_BLOCK, _WORKGROUP = 8, 8
+_TALLY_BYTES, _SPRITE_BYTES = 32, 32
+PLAN_BYTES = 32
+
+
+def block_count(size: tuple[int, int]) -> int:
+    """Blocks of 8 x 8 pixels that cover a picture."""
+    return groups_for(size[0], _BLOCK) * groups_for(size[1], _BLOCK)
+
+
+@dataclass(frozen=True)
+class HighlightBuffers:
+    """Scratch of the highlight passes."""
+
+    tally: moderngl.Buffer
+    plan: moderngl.Buffer
+    offset: moderngl.Buffer
+    sprite: moderngl.Buffer
+
+    @staticmethod
+    def sizes(size: tuple[int, int]) -> dict[str, int]:
+        """Bytes of each for a picture."""
+        blocks = block_count(size)
+        return {
+            "tally": _TALLY_BYTES * blocks,
+            "plan": PLAN_BYTES,
+            "offset": 4 * blocks,
+            "sprite": _SPRITE_BYTES * SPRITES_MAX,
+        }
+
+
+class HighlightSplitPass:
+    """The picture without its lamps, and the lamps."""
+
+    def __init__(self, ctx: moderngl.Context, blur: BlurPass) -> None:
+        self._blur = blur
+        self._luminance = ComputeProgram(ctx, "highlight_luminance.comp.glsl")
+        self._split = ComputeProgram(ctx, "highlight_split.comp.glsl")
+
+    def run(
+        self,
+        color: moderngl.Texture,
+        coc: moderngl.Texture,
+        optics: Optics,
+        luminance: moderngl.Texture,
+        targets: BlurTargets,
+        low: moderngl.Texture,
+        high: moderngl.Texture,
+    ) -> None:
+        """Fill `low` (what is diffused) and `high`; `luminance` and `targets` are scratch."""
+        self._luminance.dispatch(
+            tiles(color.size),
+            textures={"color_tx": color},
+            images={"out_luminance_img": luminance},
+        )
+        self._blur.run(
+            luminance, coc, named_kernel("heat"), optics.axis_scales, targets, _SURROUNDINGS_PX
+        )
+        self._split.dispatch(
+            tiles(color.size),
+            textures={"color_tx": color, "coc_tx": coc, "surroundings_tx": targets.out_color},
+            images={"out_low_img": low, "out_high_img": high},
+        )
+
+
+class HighlightListPass:
+    """Lamps merged into a bounded list of discs, in the picture's order."""
+
+    def __init__(self, ctx: moderngl.Context) -> None:
+        self._count = ComputeProgram(ctx, "highlight_sprites.comp.glsl", {"COUNT": 1})
+        self._plan = ComputeProgram(ctx, "highlight_plan.comp.glsl")
+        self._write = ComputeProgram(ctx, "highlight_sprites.comp.glsl")
+        self._restore = ComputeProgram(ctx, "highlight_restore.comp.glsl")
+
+    def run(
+        self,
+        high: moderngl.Texture,
+        optics: Optics,
+        buffers: HighlightBuffers,
+        low: moderngl.Texture,
+    ) -> None:
+        """Fill the list; where it would be too long, put the lamps back into `low`."""
+        size = high.size
+        bound = {0: buffers.tally, 1: buffers.plan, 2: buffers.offset, 3: buffers.sprite}
+        blocks = (groups_for(size[0], _BLOCK), groups_for(size[1], _BLOCK))
+        groups = (groups_for(blocks[0], _WORKGROUP), groups_for(blocks[1], _WORKGROUP))
+        high_tx, scales = {"high_tx": high}, {"axis_scales": optics.axis_scales}
+        restore_groups = tiles(size)
+        self._count.dispatch(groups, textures=high_tx, buffers=bound, uniforms=scales)
+        self._plan.dispatch(
+            (1, 1),
+            buffers=bound,
+            uniforms={
+                "block_count": blocks[0] * blocks[1],
+                "sprites_max": SPRITES_MAX,
+                "area_max": _AREA_MAX * size[0] * size[1],
+                "restore_groups_x": restore_groups[0],
+                "restore_groups_y": restore_groups[1],
+            },
+        )
+        self._write.dispatch(groups, textures=high_tx, buffers=bound, uniforms=scales)
+        self._restore.dispatch_indirect(
+            buffers.plan, offset=20, textures=high_tx, images={"low_img": low}
+        )
+
+
+class HighlightDrawPass:
+    """The list of discs added to the picture."""
+
+    def __init__(self, ctx: moderngl.Context) -> None:
+        self._ctx = ctx
+        self._program = draw_program(ctx, "highlight_draw")
+        self._quads: tuple[moderngl.Buffer, moderngl.VertexArray] | None = None
+        self._target: tuple[moderngl.Texture, moderngl.Framebuffer] | None = None
+
+    def run(
+        self,
+        buffers: HighlightBuffers,
+        coc: moderngl.Texture,
+        optics: Optics,
+        color: moderngl.Texture,
+    ) -> None:
+        """Add every disc of the list to `color`, where `coc` does not show it hidden."""
+        quads = self._quads_of(buffers.sprite)
+        self._draw_into(color)
+        self._program["picture_size"] = color.size
+        self._program["axis_scales"] = optics.axis_scales
+        self._program["nearest_px"] = optics.nearest_px
+        coc.use(0)
+        self._ctx.enable_only(moderngl.BLEND)
+        self._ctx.blend_func = moderngl.ADDITIVE_BLENDING
+        quads.render_indirect(buffers.plan, moderngl.TRIANGLE_STRIP, 1)
+        self._ctx.disable(moderngl.BLEND)
+
+    def _quads_of(self, sprites: moderngl.Buffer) -> moderngl.VertexArray:
+        if self._quads is None or self._quads[0] is not sprites:
+            layout = [(sprites, "4f 4f/i", "in_place", "in_light")]
+            self._quads = (sprites, self._ctx.vertex_array(self._program, layout))
+        return self._quads[1]
+
+    def _draw_into(self, color: moderngl.Texture) -> None:
+        """Bind `color` as the target. The old one is released last: moderngl would bind the window's
+        framebuffer in its place, and a headless context has none."""
+        before = self._target
+        if before is None or before[0] is not color:
+            self._target = (color, self._ctx.framebuffer([color]))
+        if self._target is not None:
+            self._target[1].use()
+        if before is not None and before is not self._target:
+            before[1].release()

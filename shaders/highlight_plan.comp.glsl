@@ -1,0 +1,63 @@
+// Chooses how far highlights are merged, and where each block writes its own: one workgroup adds up
+// the tallies. So drawing them has a bounded cost, and the same picture gives the same list.
+//
+// Input
+//   tally_buf    highlight_sprites.comp.glsl, COUNT
+// Outputs
+//   plan, offset_buf
+
+#include "lib/highlights.lib.glsl"
+
+#define WORKERS 256
+layout(local_size_x = WORKERS) in;
+
+layout(std430, binding = 0) readonly buffer tally_block { BlockTally tally_buf[]; };
+layout(std430, binding = 1) writeonly buffer plan_block { Plan plan; };
+layout(std430, binding = 2) writeonly buffer offset_block { uint offset_buf[]; };
+
+uniform int block_count;
+uniform uint sprites_max;
+uniform float area_max;         // pixels
+uniform uint restore_groups_x;  // of highlight_restore, if nothing is drawn
+uniform uint restore_groups_y;
+
+shared uvec4 sprites_sh[WORKERS];
+shared vec4 area_sh[WORKERS];
+shared int level_sh;
+
+void main() {
+    int worker = int(gl_LocalInvocationID.x);
+    int each = (block_count + WORKERS - 1) / WORKERS;
+    int first = min(worker * each, block_count), last = min(first + each, block_count);
+    uvec4 sprites = uvec4(0u);
+    vec4 area = vec4(0.0);
+    for (int i = first; i < last; ++i) {
+        sprites += tally_buf[i].sprites;
+        area += tally_buf[i].area;
+    }
+    sprites_sh[worker] = sprites;
+    area_sh[worker] = area;
+    barrier();
+    if (worker == 0) {
+        uvec4 all_sprites = uvec4(0u);
+        vec4 all_area = vec4(0.0);
+        for (int i = 0; i < WORKERS; ++i) {
+            all_sprites += sprites_sh[i];
+            all_area += area_sh[i];
+        }
+        int level = 0;
+        while (level < LEVELS && (all_sprites[level] > sprites_max || all_area[level] > area_max)) ++level;
+        bool drawn = level < LEVELS;
+        plan.draw = uint[4](4u, drawn ? all_sprites[level] : 0u, 0u, 0u);
+        plan.level = uint(level);
+        plan.restore_groups = uint[3](drawn ? 0u : restore_groups_x, drawn ? 0u : restore_groups_y, 1u);
+        level_sh = min(level, LEVELS - 1);
+    }
+    barrier();
+    uint offset = 0u;
+    for (int i = 0; i < worker; ++i) offset += sprites_sh[i][level_sh];
+    for (int i = first; i < last; ++i) {
+        offset_buf[i] = offset;
+        offset += tally_buf[i].sprites[level_sh];
+    }
+}

@@ -1,0 +1,157 @@
+// One invocation a block of 8 x 8 pixels: merges its highlights. Built twice: COUNT tallies every
+// level's list, WRITE writes the chosen one where highlight_plan says, in the picture's order.
+//
+// Inputs
+//   high_tx      rgb what was taken out, a signed coc (highlight_split.comp.glsl)
+// COUNT output   tally_buf        a tally a block
+// WRITE inputs   plan, offset_buf  output  sprite_buf
+
+#include "lib/highlights.lib.glsl"
+
+layout(local_size_x = 8, local_size_y = 8) in;
+
+uniform sampler2D high_tx;
+uniform vec2 axis_scales;  // diameter along x, y / coc
+
+#ifdef COUNT
+layout(std430, binding = 0) writeonly buffer tally_block { BlockTally tally_buf[]; };
+#else
+layout(std430, binding = 1) readonly buffer plan_block { Plan plan; };
+layout(std430, binding = 2) readonly buffer offset_block { uint offset_buf[]; };
+layout(std430, binding = 3) writeonly buffer sprite_block { Sprite sprite_buf[]; };
+#endif
+
+#define SAME_COC_PX 0.5    // pixels of a lamp: this close, or
+#define SAME_COC_PART 0.05 // this part of the coc
+#define NUMERIC_PX 8.0     // discs up to this radius are summed pixel by pixel: light is kept exactly
+
+ivec2 size, corner;
+float energy[BLOCK * BLOCK];
+float coc[BLOCK * BLOCK];
+uint taken[2];
+
+ivec2 pixel(int i) { return corner + ivec2(i % BLOCK, i / BLOCK); }
+vec4 high_at(ivec2 at) { return texelFetch(high_tx, clamp(at, ivec2(0), size - 1), 0); }
+float sum_of(vec3 c) { return c.r + c.g + c.b; }
+bool is_taken(int i) { return (taken[i / 32] >> (i % 32) & 1u) == 1u; }
+
+// A lamp's mixed rim carries the depth of the wall; its coc is that of the brightest pixel around.
+float lamp_coc(ivec2 at) {
+    float best = 0.0, result = 0.0;
+    for (int k = 0; k < 9; ++k) {
+        vec4 high = high_at(at + ivec2(k % 3, k / 3) - 1);
+        if (sum_of(high.rgb) > best) {
+            best = sum_of(high.rgb);
+            result = high.a;
+        }
+    }
+    return result;
+}
+
+bool load_block() {
+    bool any_light = false;
+    for (int i = 0; i < BLOCK * BLOCK; ++i) {
+        ivec2 at = pixel(i);
+        bool inside = all(lessThan(at, size));
+        energy[i] = inside ? sum_of(texelFetch(high_tx, at, 0).rgb) : 0.0;
+        any_light = any_light || energy[i] > 0.0;
+    }
+    if (any_light)
+        for (int i = 0; i < BLOCK * BLOCK; ++i)
+            if (energy[i] > 0.0) coc[i] = lamp_coc(pixel(i));
+    return any_light;
+}
+
+int brightest(ivec2 from, int side) {
+    int best = -1;
+    for (int k = 0; k < side * side; ++k) {
+        int i = (from.y + k / side) * BLOCK + from.x + k % side;
+        if (energy[i] > 0.0 && !is_taken(i) && (best < 0 || energy[i] > energy[best])) best = i;
+    }
+    return best;
+}
+
+// How much of a disc (radius, half ramp, in units of coc) covers the pixel at an offset from its centre.
+float profile(vec2 offset, float radius, float ramp) {
+    return clamp((radius + ramp - length(offset / axis_scales)) / (2.0 * ramp), 0.0, 1.0);
+}
+
+float pixels_covered(vec2 centre, float radius, float ramp) {
+    vec2 reach = (radius + ramp) * axis_scales;
+    if (max(reach.x, reach.y) > NUMERIC_PX)
+        return 3.14159265 * (radius * radius + ramp * ramp / 3.0) * axis_scales.x * axis_scales.y;
+    float sum = 0.0;
+    ivec2 first = ivec2(floor(centre - reach)), last = ivec2(floor(centre + reach));
+    for (int y = first.y; y <= last.y; ++y)
+        for (int x = first.x; x <= last.x; ++x)
+            sum += profile(vec2(x, y) + 0.5 - centre, radius, ramp);
+    return sum;
+}
+
+// All free highlights of the block around `best` that share its coc, as one disc.
+Sprite merged(ivec2 from, int side, int best) {
+    float limit = max(SAME_COC_PX, SAME_COC_PART * abs(coc[best]));
+    vec3 light = vec3(0.0);
+    vec2 moment = vec2(0.0);
+    float weight = 0.0, moment_2 = 0.0;
+    for (int k = 0; k < side * side; ++k) {
+        int i = (from.y + k / side) * BLOCK + from.x + k % side;
+        if (energy[i] <= 0.0 || is_taken(i) || abs(coc[i] - coc[best]) > limit) continue;
+        taken[i / 32] |= 1u << (i % 32);
+        vec2 place = vec2(i % BLOCK, i / BLOCK) + 0.5;
+        light += texelFetch(high_tx, pixel(i), 0).rgb;
+        weight += energy[i];
+        moment += energy[i] * place;
+        moment_2 += energy[i] * dot(place, place);
+    }
+    vec2 centre = moment / weight;
+    // A cluster's disc has a soft rim: as wide as the cluster, at least a pixel.
+    float variance = max(0.5 * (moment_2 / weight - dot(centre, centre)), 0.0);
+    float ramp = sqrt(3.0 * (1.0 / 12.0 + variance));
+    centre += vec2(corner);
+    float covered = pixels_covered(centre, 0.5 * abs(coc[best]), ramp);
+    return Sprite(vec4(centre, coc[best], ramp), vec4(light / max(covered, 1e-6), 0.0));
+}
+
+// Merge at a level; returns how many sprites that makes. WRITE writes them from `offset` on.
+uint make_sprites(int level, uint offset, out float area) {
+    uint count = 0u;
+    area = 0.0;
+    taken[0] = taken[1] = 0u;
+    for (int side = BLOCK; side >= 1; side /= 2)
+        for (int k = 0; k < BLOCK * BLOCK / (side * side); ++k) {
+            ivec2 from = side * ivec2(k % (BLOCK / side), k / (BLOCK / side));
+            int best = brightest(from, side);
+            if (best < 0 || (side > 1 && float(side) > MERGE_SHARE[level] * abs(coc[best]))) continue;
+            Sprite sprite = merged(from, side, best);
+            float width = abs(sprite.place.z) + 2.0 * sprite.place.w;
+            area += width * width * axis_scales.x * axis_scales.y;
+#ifndef COUNT
+            sprite_buf[offset + count] = sprite;
+#endif
+            ++count;
+        }
+    return count;
+}
+
+void main() {
+    size = textureSize(high_tx, 0);
+    ivec2 block = ivec2(gl_GlobalInvocationID.xy), blocks = (size + BLOCK - 1) / BLOCK;
+    if (any(greaterThanEqual(block, blocks))) return;
+    corner = block * BLOCK;
+    int index = block.y * blocks.x + block.x;
+    bool any_light = load_block();
+#ifdef COUNT
+    BlockTally tally = BlockTally(uvec4(0u), vec4(0.0));
+    if (any_light)
+        for (int level = 0; level < LEVELS; ++level) {
+            float area;
+            tally.sprites[level] = make_sprites(level, 0u, area);
+            tally.area[level] = area;
+        }
+    tally_buf[index] = tally;
+#else
+    float area;
+    if (any_light && plan.level < LEVELS) make_sprites(int(plan.level), offset_buf[index], area);
+#endif
+}
