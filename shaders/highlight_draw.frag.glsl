@@ -1,5 +1,3 @@
-#version 430 core
-
 // A highlight's disc, where the lens sees the lamp. Each pixel of the disc is a point of the lens; the
 // ray from there to the lamp crosses nearer depths at places in the picture that move towards the
 // pixel in proportion to the difference in coc. What stands there at that depth hides the lamp.
@@ -8,10 +6,16 @@ flat in vec4 place;  // centre x, y in pixels; signed coc; half the width of the
 flat in vec3 light;
 
 uniform sampler2D coc_tx;
+uniform sampler2D kind_tx;
+uniform sampler2D far_tx;
+uniform sampler2D near_tx;
 uniform vec2 axis_scales;
 uniform float nearest_px;  // least signed coc in the picture
 
 out vec4 out_light;
+
+#define SHARP_PX 1.0       // up to this coc a nearer fragment covers just its own pixel,
+#define BLURRED_PX 4.0     // from this on its blurred layer does what is needed
 
 #define STEPS 16
 #define MARGIN_PX 2.0      // what is nearer by less, or by less than
@@ -19,25 +23,44 @@ out vec4 out_light;
 #define SAME_COC_PX 1.0    // a look at the exact depth must meet the same surface: this close, or
 #define SAME_COC_PART 0.25 // this part of the difference to the lamp
 
-bool coc_at(vec2 at, out float coc) {
-    ivec2 pixel = ivec2(floor(at));
-    if (any(lessThan(pixel, ivec2(0))) || any(greaterThanEqual(pixel, textureSize(coc_tx, 0)))) return false;
-    coc = texelFetch(coc_tx, pixel, 0).r;
-    return true;
+// The four pixels around a place, in the order of textureGather, and how much each weighs there.
+vec4 cocs_around(vec2 at) { return textureGather(coc_tx, at / vec2(textureSize(coc_tx, 0))); }
+vec4 weights_around(vec2 at) {
+    vec2 high = fract(at - 0.5), low = 1.0 - high;
+    return vec4(low.x * high.y, high.x * high.y, high.x * low.y, low.x * low.y);
+}
+bool is_outside(vec2 at) {
+    return any(lessThan(at, vec2(0.0))) || any(greaterThan(at, vec2(textureSize(coc_tx, 0))));
 }
 
-bool is_hidden(vec2 at, vec2 centre, float coc) {
+// How much of the lamp is hidden from this point of the lens, 0..1: smooth across an occluder's edge.
+float hidden_part(vec2 at, vec2 centre, float coc) {
     float start = coc - max(MARGIN_PX, MARGIN_PART * abs(coc));
     float step_px = (start - nearest_px) / float(STEPS);
     vec2 per_px = (at - centre) / coc;
-    for (int k = 0; k < STEPS && step_px > 0.0; ++k) {
-        float level = start - (float(k) + 0.5) * step_px, met, again;
-        if (!coc_at(centre + per_px * (coc - level), met)) return false;
+    float hidden = 0.0;
+    for (int k = 0; k < STEPS && step_px > 0.0 && hidden < 1.0; ++k) {
+        float level = start - (float(k) + 0.5) * step_px;
+        vec2 crossed = centre + per_px * (coc - level);
+        if (is_outside(crossed)) break;
+        vec4 cocs = cocs_around(crossed);
+        float met = min(min(cocs.x, cocs.y), min(cocs.z, cocs.w));
         if (met >= start || abs(met - level) > step_px) continue;
-        if (!coc_at(centre + per_px * (coc - met), again)) continue;
-        if (abs(again - met) <= max(SAME_COC_PX, SAME_COC_PART * (coc - met))) return true;
+        crossed = centre + per_px * (coc - met);
+        float same = max(SAME_COC_PX, SAME_COC_PART * (coc - met));
+        vec4 hits = step(abs(cocs_around(crossed) - met), vec4(same));
+        hidden = max(hidden, dot(hits, weights_around(crossed)));
     }
-    return false;
+    return hidden;
+}
+
+// An anti-aliased silhouette in focus lets through what its nearer fragment does not cover.
+float seen_at(ivec2 at, float coc) {
+    float kind = texelFetch(kind_tx, at, 0).r;
+    vec4 far = texelFetch(far_tx, at, 0);
+    float near_coc = texelFetch(near_tx, at, 0).a;
+    if (kind != 1.0 || near_coc > coc - MARGIN_PX) return 1.0;
+    return mix(1.0 - far.a, 1.0, smoothstep(SHARP_PX, BLURRED_PX, abs(near_coc)));
 }
 
 void main() {
@@ -45,6 +68,8 @@ void main() {
     if (abs(coc) < 1e-3) coc = 1e-3;
     float rim = 0.5 * abs(coc) + ramp - length((gl_FragCoord.xy - place.xy) / axis_scales);
     float inside = clamp(rim / (2.0 * ramp), 0.0, 1.0);
-    if (inside == 0.0 || is_hidden(gl_FragCoord.xy, place.xy, coc)) discard;
+    if (inside > 0.0) inside *= seen_at(ivec2(gl_FragCoord.xy), coc);
+    if (inside > 0.0) inside *= 1.0 - hidden_part(gl_FragCoord.xy, place.xy, coc);
+    if (inside == 0.0) discard;
     out_light = vec4(inside * light, 0.0);
 }

@@ -1,5 +1,3 @@
-#version 430 core
-
 // A quad around each highlight's disc.
 
 in vec4 in_place;  // centre x, y in pixels; signed coc; half the width of the rim's ramp

@@ -5,10 +5,11 @@ from dataclasses import dataclass
 import moderngl
 
 from heatlens.defocus.blur_pass import BlurPass, BlurTargets
+from heatlens.defocus.fragment_pass import Fragments
 from heatlens.defocus.kernels import named_kernel
 from heatlens.defocus.optics import Optics
 from heatlens.defocus.plate_passes import tiles
-from heatlens.gpu.program import ComputeProgram, draw_program, groups_for
+from heatlens.gpu.program import ComputeProgram, DrawProgram, groups_for
 
 SPRITES_MAX = 4096
 _AREA_MAX = 4.0  # pixels drawn for each of the picture
@@ -124,24 +125,28 @@ class HighlightDrawPass:
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
-        self._program = draw_program(ctx, "highlight_draw")
+        self._program = DrawProgram(ctx, "highlight_draw")
         self._quads: tuple[moderngl.Buffer, moderngl.VertexArray] | None = None
         self._target: tuple[moderngl.Texture, moderngl.Framebuffer] | None = None
 
     def run(
         self,
         buffers: HighlightBuffers,
-        coc: moderngl.Texture,
+        picture: Fragments,
         optics: Optics,
         color: moderngl.Texture,
     ) -> None:
-        """Add every disc of the list to `color`, where `coc` does not show it hidden."""
+        """Add every disc of the list to `color`, where `picture` does not show it hidden."""
         quads = self._quads_of(buffers.sprite)
         self._draw_into(color)
-        self._program["picture_size"] = color.size
-        self._program["axis_scales"] = optics.axis_scales
-        self._program["nearest_px"] = optics.nearest_px
-        coc.use(0)
+        self._program.bind(
+            textures=picture.textures(),
+            uniforms={
+                "picture_size": color.size,
+                "axis_scales": optics.axis_scales,
+                "nearest_px": optics.nearest_px,
+            },
+        )
         self._ctx.enable_only(moderngl.BLEND)
         self._ctx.blend_func = moderngl.ADDITIVE_BLENDING
         quads.render_indirect(buffers.plan, moderngl.TRIANGLE_STRIP, 1)
@@ -150,7 +155,7 @@ class HighlightDrawPass:
     def _quads_of(self, sprites: moderngl.Buffer) -> moderngl.VertexArray:
         if self._quads is None or self._quads[0] is not sprites:
             layout = [(sprites, "4f 4f/i", "in_place", "in_light")]
-            self._quads = (sprites, self._ctx.vertex_array(self._program, layout))
+            self._quads = (sprites, self._program.vertex_array(layout))
         return self._quads[1]
 
     def _draw_into(self, color: moderngl.Texture) -> None:

@@ -82,7 +82,7 @@ class DefocusPipeline:
                 self._composite.run(blurred, cut.is_farthest, out)
         if lamps is not None:
             with self._time("lamps drawn"):
-                self._draw_lamps.run(lamps, coc, optics, out)
+                self._draw_lamps.run(lamps, picture, optics, out)
         return out
 
     def _at_proxy_size(

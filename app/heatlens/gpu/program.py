@@ -101,13 +101,34 @@ def groups_for(size: int, per_group: int) -> int:
     return -(-size // per_group)
 
 
-def draw_program(ctx: moderngl.Context, name: str) -> moderngl.Program:
-    """The vertex and fragment shader `name`.vert.glsl and `name`.frag.glsl; samplers start at unit 0."""
-    folder = data_dir("shaders")
-    texts = [(folder / f"{name}.{stage}.glsl").read_text() for stage in ("vert", "frag")]
-    try:
-        program = ctx.program(vertex_shader=texts[0], fragment_shader=texts[1])
-    except moderngl.Error as error:
-        raise ShaderError(f"{name}: {error}") from error
-    _give_units(program, [n for n in program if n.endswith("_tx")])
-    return program
+class DrawProgram:
+    """`name`.vert.glsl and `name`.frag.glsl, with their inputs named in one call."""
+
+    def __init__(self, ctx: moderngl.Context, name: str) -> None:
+        folder = data_dir("shaders")
+        stages = [assemble(folder, f"{name}.{stage}.glsl") for stage in ("vert", "frag")]
+        self._ctx = ctx
+        try:
+            self._program = ctx.program(
+                vertex_shader=stages[0].text, fragment_shader=stages[1].text
+            )
+        except moderngl.Error as error:
+            log = stages["fragment_shader" in str(error)].explained(str(error))
+            raise ShaderError(f"{name}: {log}") from error
+        samplers = [n for n in self._program if n.endswith("_tx")]
+        self._units = _give_units(self._program, samplers)
+
+    def vertex_array(
+        self, layout: list[tuple[moderngl.Buffer, str, str, str]]
+    ) -> moderngl.VertexArray:
+        """What is drawn: buffers and the attributes they hold."""
+        return self._ctx.vertex_array(self._program, layout)
+
+    def bind(self, *, textures: Mapping[str, Image], uniforms: Mapping[str, object]) -> None:
+        """Set what the next draw reads; unused names may be passed all the same."""
+        for name, texture in textures.items():
+            if name in self._units:
+                texture.use(self._units[name])
+        for name, value in uniforms.items():
+            if name in self._program:
+                self._program[name] = value
