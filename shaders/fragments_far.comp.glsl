@@ -14,8 +14,8 @@
 
 layout(local_size_x = PIXELS_PER_GROUP) in;
 
-layout(rgba32f) uniform writeonly image2D out_far_img;
-layout(rgba32f) uniform writeonly image2D out_near_img;
+layout(rgba16f) uniform writeonly image2D out_far_img;
+layout(rgba16f) uniform writeonly image2D out_near_img;
 
 #define FAR_RIM_WEIGHT 0.1  // of a near neighbour that is itself beside something nearer
 #define FAR_REACH 2         // pixels: across a wire's far rim to the next unmixed pixel
@@ -82,6 +82,6 @@ void main() {
     float seen = 1.0 - coverage;
     vec3 rest = (x - far - coverage * (near.rgb - far)) / max(seen, 0.2);
     far = max(far + smoothstep(0.3, 0.7, seen) * rest, 0.0);
-    imageStore(out_far_img, at, vec4(far, coverage));
-    imageStore(out_near_img, at, near);
+    imageStore(out_far_img, at, vec4(min(far, HALF_MAX), coverage));
+    imageStore(out_near_img, at, vec4(min(near.rgb, HALF_MAX), near.a));
 }

@@ -1,13 +1,10 @@
 // Finds both sides of each silhouette: anti-aliasing has mixed colours there, and depth is one sample.
 //
 // Inputs
-//   color_tx      scene-linear rgb
 //   coc_tx        signed circle of confusion, diameter in pixels
 // Outputs
 //   out_kind_img  WHOLE, FAR_RIM or NEAR_RIM
-//   out_far_img   rgb the pixel's own, a 0    (on rims overwritten by fragments_far and
-//   out_near_img  rgb 0, a own coc             fragments_near)
-//   pixel list    both rims
+//   pixel list    both rims, for fragments_far and fragments_near
 
 #define PIXEL_LIST_BINDING 0
 #include "lib/pixel_list.lib.glsl"
@@ -15,10 +12,7 @@
 
 layout(local_size_x = 16, local_size_y = 16) in;
 
-uniform sampler2D color_tx;
 layout(r16f) uniform writeonly image2D out_kind_img;
-layout(rgba32f) uniform writeonly image2D out_far_img;
-layout(rgba32f) uniform writeonly image2D out_near_img;
 
 void main() {
     ivec2 at = ivec2(gl_GlobalInvocationID.xy);
@@ -33,6 +27,4 @@ void main() {
     float kind = beside_nearer ? FAR_RIM : beside_farther ? NEAR_RIM : WHOLE;
     if (kind != WHOLE) list_append(at);
     imageStore(out_kind_img, at, vec4(kind));
-    imageStore(out_far_img, at, vec4(texelFetch(color_tx, at, 0).rgb, 0.0));
-    imageStore(out_near_img, at, vec4(vec3(0.0), coc));
 }

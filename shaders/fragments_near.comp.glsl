@@ -12,8 +12,8 @@
 
 layout(local_size_x = PIXELS_PER_GROUP) in;
 
-layout(rgba32f) uniform image2D far_img;
-layout(rgba32f) uniform writeonly image2D near_img;
+layout(rgba16f) uniform image2D far_img;
+layout(rgba16f) uniform writeonly image2D near_img;
 
 #define LEAST_COVERAGE 0.4  // depth was sampled at the pixel's centre and hit the near surface
 #define SPLIT_FROM_PX 2.0   // a surface in focus keeps its pixels: their mix is already right
@@ -29,7 +29,7 @@ void main() {
     float coc = coc_at(at);
     vec3 x = color_at(at), near;
     if (!unmixed_near(at, near)) {
-        imageStore(far_img, at, vec4(x, 1.0));
+        imageStore(far_img, at, vec4(min(x, HALF_MAX), 1.0));
         return;
     }
     vec4 through = vec4(0.0);  // a coc
@@ -46,6 +46,6 @@ void main() {
     float coverage = clamp(coverage_of(x, near, through.rgb, 1.0 - farther), LEAST_COVERAGE, 1.0);
     coverage = 1.0 - smoothstep(SPLIT_FROM_PX, SPLIT_FULL_PX, abs(coc)) * (1.0 - coverage);
     vec3 own = max((x - (1.0 - coverage) * through.rgb) / coverage, 0.0);
-    imageStore(far_img, at, vec4(own, coverage));
+    imageStore(far_img, at, vec4(min(own, HALF_MAX), coverage));
     imageStore(near_img, at, vec4(vec3(0.0), through.a));
 }

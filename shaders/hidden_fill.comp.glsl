@@ -2,7 +2,7 @@
 // how alike the ends are (over a small neighbourhood, so that one pixel does not decide) and how near.
 //
 // Inputs
-//   ends_tx, cost_tx  hidden_ends.comp.glsl
+//   cost_tx           hidden_cost.comp.glsl
 //   bits_buf          what is seen (hidden_bits.comp.glsl)
 //   pixel list        what is hidden
 // Read where seen, written where hidden
@@ -10,16 +10,14 @@
 //   state_img         r diameter |coc|, g 1 where the layer has content
 
 #define PIXEL_LIST_BINDING 0
-#include "lib/hidden.lib.glsl"
 #include "lib/layer.lib.glsl"
 #include "lib/pixel_list.lib.glsl"
+#include "lib/seen_bits.lib.glsl"
 #include "lib/tone.lib.glsl"
 
 layout(local_size_x = PIXELS_PER_GROUP) in;
 
-uniform usampler2D ends_tx;
 uniform sampler2D cost_tx;
-layout(std430, binding = 1) readonly buffer bits_block { uint bits_buf[]; };
 layout(rgba32f) uniform image2D layer_img;
 layout(rg32f) uniform image2D state_img;
 
@@ -42,12 +40,6 @@ Content content_at(ivec2 at) {
     return Content(vec4(compressed, layer.a), imageLoad(state_img, at).r * layer.a);
 }
 
-// Along direction 0 the masks' words follow the rows.
-bool is_seen(ivec2 at, ivec2 size) {
-    uint word = bits_buf[at.y * words_per_line(0, size) + (at.x >> 5)];
-    return (word >> (at.x & 31) & 1u) == 1u;
-}
-
 vec4 mean_cost(ivec2 at, ivec2 size) {
     vec4 sum = vec4(0.0), count = vec4(0.0);
     for (int y = -REACH; y <= REACH; ++y)
@@ -68,12 +60,12 @@ void add(inout Content sum, inout float weights, float weight, Content c) {
 }
 
 void fill(ivec2 at, ivec2 size, out vec4 layer, out vec2 state) {
-    uvec4 ends = texelFetch(ends_tx, at, 0);
     vec4 cost = mean_cost(at, size);
     Content sum = Content(vec4(0.0), 0.0);
     float weights = 0.0;
     for (int k = 0; k < DIRECTIONS; ++k) {
-        int ahead = int(ends[k] >> 16), back = int(ends[k] & 0xffffu);
+        ivec2 ends = ends_of(k, at, size);
+        int ahead = ends.x, back = ends.y;
         if (ahead == 0 && back == 0) continue;
         float length_px = float(ahead + back) * STEP_LENGTH[k];
         if (ahead == 0 || back == 0) {

@@ -35,8 +35,13 @@ struct Content {
     bool exists;
 };
 
-// A pixel of one colour, or the two fragments of a far rim pixel.
-Content fragments_of(vec3 x, float coc, vec4 far, vec4 near, float visible) {
+Content whole_of(vec3 x, float coc, float visible) {
+    float own = membership(coc);
+    return Content(x, abs(coc), own / visible, own > THIN);
+}
+
+// The two fragments of a far rim pixel.
+Content far_rim_of(vec3 x, float coc, vec4 far, vec4 near, float visible) {
     float own = membership(coc), own_near = far.a * membership(near.a);
     bool has_far = own > THIN, has_near = own_near > THIN;
     if (has_far) return Content(has_near ? x : far.rgb, abs(coc), own / visible, true);
@@ -47,7 +52,7 @@ Content fragments_of(vec3 x, float coc, vec4 far, vec4 near, float visible) {
 // A near rim pixel: without what shines through, if that belongs to another layer.
 Content near_rim_of(vec3 x, float coc, vec4 clean, float coc_through, float visible) {
     float own = membership(coc);
-    if (membership(coc_through) > THIN) return Content(x, abs(coc), own / visible, own > THIN);
+    if (membership(coc_through) > THIN) return whole_of(x, coc, visible);
     return Content(clean.rgb, abs(coc), own / visible * clean.a, own > THIN);
 }
 
@@ -59,9 +64,10 @@ void main() {
     vec4 far = texelFetch(far_tx, at, 0), near = texelFetch(near_tx, at, 0);
     float seen = 1.0 - nearer_than(cut_near_px, coc);  // what no nearer layer takes
     float visible = max(seen, THIN);
-    Content content = texelFetch(kind_tx, at, 0).r == NEAR_RIM
-        ? near_rim_of(x, coc, far, near.a, visible)
-        : fragments_of(x, coc, far, near, visible);
+    float kind = texelFetch(kind_tx, at, 0).r;
+    Content content = whole_of(x, coc, visible);
+    if (kind == FAR_RIM) content = far_rim_of(x, coc, far, near, visible);
+    if (kind == NEAR_RIM) content = near_rim_of(x, coc, far, near.a, visible);
     bool hidden = seen <= THIN && !content.exists;
     float cover = is_farthest ? 1.0 : clamp(content.cover, 0.0, 1.0);
     if (hidden) list_append(at);

@@ -46,12 +46,23 @@ void sources(ivec2 at, out Value r[POLES]) {
     for (int p = 0; p < POLES; ++p) r[p] = x;
 }
 
+// Half storage halves what moves between rows and columns. Rounded here, because drivers differ (Mesa
+// truncates, which darkens), and limited, because an infinity would spread.
+vec4 stored(vec4 v) {
+#ifdef HALF_POLES
+    v = uintBitsToFloat(floatBitsToUint(v) + 0x1000u & 0xffffe000u);
+    return clamp(v, -65504.0, 65504.0);
+#else
+    return v;
+#endif
+}
+
 void store_pole(ivec2 at, int pole, Value y) {
 #if COMPLEX
-    imageStore(out_poles_img, ivec3(at, 2 * pole), y[0]);
-    imageStore(out_poles_img, ivec3(at, 2 * pole + 1), y[1]);
+    imageStore(out_poles_img, ivec3(at, 2 * pole), stored(y[0]));
+    imageStore(out_poles_img, ivec3(at, 2 * pole + 1), stored(y[1]));
 #else
-    imageStore(out_poles_img, ivec3(at, pole), y);
+    imageStore(out_poles_img, ivec3(at, pole), stored(y));
 #endif
 }
 

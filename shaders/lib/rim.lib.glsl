@@ -2,6 +2,8 @@
 
 #include "lib/silhouette.lib.glsl"
 
+#define HALF_MAX 65504.0  // fragments are stored in half
+
 uniform sampler2D color_tx;
 uniform sampler2D kind_tx;
 

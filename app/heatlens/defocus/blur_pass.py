@@ -12,7 +12,7 @@ from heatlens.defocus.line_solver import Bindings, LineSolver, LineSystem
 class BlurTargets:
     """Where the blur works and where it ends, all of the picture's size."""
 
-    poles: moderngl.TextureArray  # one layer a pole, two if complex
+    poles: moderngl.TextureArray  # one layer a pole, two if complex; f4, or f2 to move half
     out_color: moderngl.Texture  # RGBA
 
 
@@ -42,7 +42,10 @@ class BlurPass:
         With several steps out_color is fed back; it must not be `color` itself.
         """
         system = LineSystem(
-            "lib/blur_system.lib.glsl", poles=len(kernel.poles), is_complex=kernel.is_complex
+            "lib/blur_system.lib.glsl",
+            poles=len(kernel.poles),
+            is_complex=kernel.is_complex,
+            defines=(("HALF_POLES", 1),) if targets.poles.dtype == "f2" else (),
         )
         uniforms = {
             "kappa": _numbers(kernel, "poles"),

@@ -17,7 +17,7 @@ class Fragments:
     coc     signed diameter, pixels
     kind    whole, far rim or near rim
     far     far rim: rgb far fragment, a coverage of the near one; near rim: rgb and coverage of its
-            own; else rgb and 0
+            own; elsewhere not written. Half is enough: what is in focus is not read from here
     near    far rim: rgb near fragment, a its coc; near rim: a the coc of what shines through
     """
 
@@ -53,11 +53,7 @@ class FragmentPass:
         self._find.dispatch(
             tiles(picture.color.size),
             textures=picture.textures(),
-            images={
-                "out_kind_img": picture.kind,
-                "out_far_img": picture.far,
-                "out_near_img": picture.near,
-            },
+            images={"out_kind_img": picture.kind},
             buffers={0: pixels},
             uniforms=uniforms,
         )

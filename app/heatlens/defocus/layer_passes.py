@@ -52,7 +52,7 @@ class HiddenFillPass:
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
         self._bits_program = ComputeProgram(ctx, "hidden_bits.comp.glsl")
-        self._ends_program = ComputeProgram(ctx, "hidden_ends.comp.glsl")
+        self._cost_program = ComputeProgram(ctx, "hidden_cost.comp.glsl")
         self._fill_program = ComputeProgram(ctx, "hidden_fill.comp.glsl")
 
     @staticmethod
@@ -65,25 +65,21 @@ class HiddenFillPass:
         layer: Layer,
         pixels: moderngl.Buffer,
         bits: moderngl.Buffer,
-        ends: moderngl.Texture,
         cost: moderngl.Texture,
     ) -> None:
-        """Fill the hidden `pixels` of `layer` in place; `bits`, `ends` and `cost` are scratch."""
+        """Fill the hidden `pixels` of `layer` in place; `bits` and `cost` are scratch."""
         size = layer.color.size
         buffers = {0: pixels, 1: bits}
         seen = {"layer_tx": layer.color}
         self._bits_program.dispatch(
             (groups_for(max(_words(size)), 64), self._DIRECTIONS), textures=seen, buffers=buffers
         )
-        self._ends_program.dispatch_indirect(
-            pixels,
-            textures=seen,
-            images={"out_ends_img": ends, "out_cost_img": cost},
-            buffers=buffers,
+        self._cost_program.dispatch_indirect(
+            pixels, textures=seen, images={"out_cost_img": cost}, buffers=buffers
         )
         self._fill_program.dispatch_indirect(
             pixels,
-            textures={"ends_tx": ends, "cost_tx": cost},
+            textures={"cost_tx": cost},
             images={"layer_img": layer.color, "state_img": layer.state},
             buffers=buffers,
         )

@@ -72,7 +72,7 @@ class DefocusPipeline:
             return self._blurred(color, coc, kernel, optics)
         lamps = None
         if settings.bokeh is Bokeh.DISC:
-            color, lamps = self._without_lamps(color, coc, optics)
+            color, lamps = self._without_lamps(color, coc, kernel, optics)
         picture = self._fragmented(color, coc, optics)
         out = self._pool.texture("out", color.size, 4)
         for cut in layer_cuts(optics.nearest_px, optics.farthest_px, layers):
@@ -105,7 +105,7 @@ class DefocusPipeline:
         return coc
 
     def _without_lamps(
-        self, color: moderngl.Texture, coc: moderngl.Texture, optics: Optics
+        self, color: moderngl.Texture, coc: moderngl.Texture, kernel: Kernel, optics: Optics
     ) -> tuple[moderngl.Texture, HighlightBuffers]:
         size, pool = color.size, self._pool
         low, high = pool.texture("low", size, 4), pool.texture("layer", size, 4)
@@ -113,9 +113,9 @@ class DefocusPipeline:
         lamps = HighlightBuffers(**{name: pool.buffer(name, sizes[name]) for name in sizes})
         with self._time("lamps found"):
             targets = BlurTargets(
-                pool.array("surroundings", size, 1, 4), pool.texture("blurred", size, 4)
+                pool.array("poles", size, pole_layers(kernel), 4, "f2"), pool.texture("blurred", size, 4)
             )
-            luminance = pool.texture("far", size, 4)
+            luminance = pool.texture("out", size, 4)
             self._split_lamps.run(color, coc, optics, luminance, targets, low, high)
         with self._time("lamps listed"):
             self._list_lamps.run(high, optics, lamps, low)
@@ -129,8 +129,8 @@ class DefocusPipeline:
             color,
             coc,
             pool.texture("kind", size, 1, "f2"),
-            pool.texture("far", size, 4),
-            pool.texture("near", size, 4),
+            pool.texture("far", size, 4, "f2"),
+            pool.texture("near", size, 4, "f2"),
         )
         with self._time("fragments"):
             pixels = pool.buffer("pixels", list_bytes(size))
@@ -150,8 +150,7 @@ class DefocusPipeline:
                     layer,
                     pixels,
                     pool.buffer("bits", HiddenFillPass.bits_bytes(size)),
-                    pool.texture("ends", size, 4, "u4"),
-                    pool.texture("cost", size, 4),
+                    pool.texture("blurred", size, 4),
                 )
         layer_coc = pool.texture("layer coc", size, 1)
         with self._time("coc fill"):
@@ -162,7 +161,7 @@ class DefocusPipeline:
         self, color: moderngl.Texture, coc: moderngl.Texture, kernel: Kernel, optics: Optics
     ) -> moderngl.Texture:
         targets = BlurTargets(
-            self._pool.array("poles", color.size, pole_layers(kernel), 4),
+            self._pool.array("poles", color.size, pole_layers(kernel), 4, "f2"),
             self._pool.texture("blurred", color.size, 4),
         )
         with self._time("blur"):

@@ -3,7 +3,7 @@
 from heatlens.defocus.kernels import Kernel, gaussian_kernel, named_kernel
 from heatlens.model.settings import Bokeh, DefocusSettings, Quality
 
-_DISC = {Quality.DRAFT: "disc_2", Quality.PREVIEW: "disc_3", Quality.FILM: "disc_5"}
+_DISC = {Quality.DRAFT: "disc_2", Quality.PREVIEW: "disc_3", Quality.FILM: "disc_4"}
 _GAUSSIAN_STEPS = {Quality.DRAFT: 2, Quality.PREVIEW: 3, Quality.FILM: 5}
 
 

@@ -6,7 +6,7 @@ import moderngl
 import numpy as np
 import numpy.typing as npt
 
-Storage = Literal["f2", "f4", "u4"]
+Storage = Literal["f2", "f4"]
 FloatArray = npt.NDArray[np.float32]
 
 
@@ -45,12 +45,12 @@ def upload(texture: moderngl.Texture, pixels: FloatArray) -> None:
 
 
 def download(texture: moderngl.Texture) -> FloatArray:
-    """The pixels of a texture as float32 (H, W) or (H, W, C), row 0 first."""
+    """The pixels of a float32 texture as (H, W) or (H, W, C), row 0 first."""
     width, height = texture.size
-    dtype = np.float16 if texture.dtype == "f2" else np.float32
-    pixels = np.frombuffer(texture.read(), dtype)
     shape = (height, width) if texture.components == 1 else (height, width, texture.components)
-    return pixels.reshape(shape).astype(np.float32)
+    pixels = np.empty(shape, np.float32)
+    texture.read_into(pixels.data.cast("B"))
+    return pixels
 
 
 class TexturePool:
@@ -75,15 +75,20 @@ class TexturePool:
         return self._held[name][1]
 
     def array(
-        self, name: str, size: tuple[int, int], layers: int, components: int
+        self,
+        name: str,
+        size: tuple[int, int],
+        layers: int,
+        components: int,
+        storage: Storage = "f4",
     ) -> moderngl.TextureArray:
-        """The array called `name`, at least `layers` deep."""
-        kind = (size, layers, components)
+        """The array called `name`, `layers` deep."""
+        kind = (size, layers, components, storage)
         if name in self._arrays and self._arrays[name][0] == kind:
             return self._arrays[name][1]
         if name in self._arrays:
             self._arrays[name][1].release()
-        self._arrays[name] = (kind, new_array(self._ctx, size, layers, components))
+        self._arrays[name] = (kind, new_array(self._ctx, size, layers, components, storage))
         return self._arrays[name][1]
 
     def buffer(self, name: str, size_bytes: int) -> moderngl.Buffer:

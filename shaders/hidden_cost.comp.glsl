@@ -1,0 +1,59 @@
+// For each hidden pixel, along each direction: how much the nearest seen pixels on both sides differ.
+// A stripe that a wire breaks has alike ends along the stripe.
+//
+// Inputs
+//   layer_tx       rgb times coverage, a coverage or HIDDEN
+//   bits_buf       seen pixels (hidden_bits.comp.glsl)
+//   pixel list     what is hidden
+// Output (hidden pixels only)
+//   out_cost_img   a direction a channel: mean squared difference of the ends, < 0 if not both exist
+
+#define PIXEL_LIST_BINDING 0
+#include "lib/pixel_list.lib.glsl"
+#include "lib/seen_bits.lib.glsl"
+#include "lib/tone.lib.glsl"
+
+layout(local_size_x = PIXELS_PER_GROUP) in;
+
+uniform sampler2D layer_tx;
+layout(rgba32f) uniform writeonly image2D out_cost_img;
+
+#define TAPS 2            // compare the ends and one pixel behind each,
+#define TAP_WEIGHT 0.5    // which counts half
+
+ivec2 size;
+
+bool seen_at(ivec2 at, out vec4 toned_layer) {
+    toned_layer = vec4(0.0);
+    if (any(lessThan(at, ivec2(0))) || any(greaterThanEqual(at, size))) return false;
+    vec4 layer = texelFetch(layer_tx, at, 0);
+    if (layer.a < 0.0) return false;
+    toned_layer = vec4(toned(layer.rgb / max(layer.a, 1e-4)) * layer.a, layer.a);
+    return true;
+}
+
+float difference(ivec2 at, int k, ivec2 ends) {
+    float sum = 0.0, weights = 0.0;
+    for (int tap = 0; tap < TAPS; ++tap) {
+        vec4 a, b;
+        bool both = seen_at(at + (ends.x + tap) * DIRECTION[k], a);
+        both = seen_at(at - (ends.y + tap) * DIRECTION[k], b) && both;
+        if (!both) continue;
+        float weight = tap == 0 ? 1.0 : TAP_WEIGHT;
+        sum += weight * dot(a - b, a - b);
+        weights += weight;
+    }
+    return sum / weights;
+}
+
+void main() {
+    ivec2 at;
+    if (!list_pixel(gl_GlobalInvocationID.x, at)) return;
+    size = textureSize(layer_tx, 0);
+    vec4 cost = vec4(-1.0);
+    for (int k = 0; k < DIRECTIONS; ++k) {
+        ivec2 ends = ends_of(k, at, size);
+        if (all(greaterThan(ends, ivec2(0)))) cost[k] = difference(at, k, ends);
+    }
+    imageStore(out_cost_img, at, cost);
+}

@@ -1,0 +1,38 @@
+// Which pixels of a layer are seen, and how far the next seen one is (hidden_bits.comp.glsl writes it).
+
+#include "lib/hidden.lib.glsl"
+
+layout(std430, binding = 1) readonly buffer bits_block { uint bits_buf[]; };
+
+// Along direction 0 the words follow the rows.
+bool is_seen(ivec2 at, ivec2 size) {
+    uint word = bits_buf[at.y * words_per_line(0, size) + (at.x >> 5)];
+    return (word >> (at.x & 31) & 1u) == 1u;
+}
+
+int steps_ahead(int first, int per_line, int i) {
+    int word = i >> 5;
+    uint bits = bits_buf[first + word] & (~0u << (i & 31));
+    while (bits == 0u) {
+        if (++word >= per_line) return 0;
+        bits = bits_buf[first + word];
+    }
+    return word * 32 + findLSB(bits) - i;
+}
+
+int steps_back(int first, int i) {
+    int word = i >> 5;
+    uint bits = bits_buf[first + word] & ((2u << (i & 31)) - 1u);
+    while (bits == 0u) {
+        if (--word < 0) return 0;
+        bits = bits_buf[first + word];
+    }
+    return i - (word * 32 + findMSB(bits));
+}
+
+// Steps from a hidden pixel to the next seen one along direction k, ahead and back; 0 for none.
+ivec2 ends_of(int k, ivec2 at, ivec2 size) {
+    int per_line = words_per_line(k, size), i = position_of(k, at);
+    int first = first_word(k, size) + line_of(k, at, size) * per_line;
+    return ivec2(steps_ahead(first, per_line, i), steps_back(first, i));
+}
