@@ -3,7 +3,7 @@
 //
 // Inputs
 //   layer_tx       rgb times coverage, a coverage or HIDDEN
-//   bits_buf       seen pixels (hidden_bits.comp.glsl)
+//   bits_buf       seen pixels (seen_bits_clear.comp.glsl)
 //   pixel list     what is hidden
 // Output (hidden pixels only)
 //   out_cost_img   a direction a channel: mean squared difference of the ends, < 0 if not both exist

@@ -3,7 +3,7 @@
 //
 // Inputs
 //   cost_tx           hidden_cost.comp.glsl
-//   bits_buf          what is seen (hidden_bits.comp.glsl)
+//   bits_buf          what is seen (seen_bits_clear.comp.glsl)
 //   pixel list        what is hidden
 // Read where seen, written where hidden
 //   layer_img         rgb times coverage, a coverage or HIDDEN

@@ -53,7 +53,11 @@ class FrameRenderer:
             raise InputError("No plate is loaded.")
         lens = shot.lens_at(frame)
         return self._pipeline.run(
-            self._color, self._depth, optics_of(self._plate, lens), shot.defocus
+            self._color,
+            self._depth,
+            optics_of(self._plate, lens),
+            shot.defocus,
+            self._plate.has_alpha,
         )
 
     def pixels(self, shot: Shot, frame: int = 0) -> FloatArray:

@@ -1,4 +1,4 @@
-// Which pixels of a layer are seen, and how far the next seen one is (hidden_bits.comp.glsl writes it).
+// Which pixels of a layer are seen, and how far the next seen one is (seen_bits_all and seen_bits_clear).
 
 #include "lib/hidden.lib.glsl"
 

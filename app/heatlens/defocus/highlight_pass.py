@@ -148,7 +148,7 @@ class HighlightDrawPass:
             },
         )
         self._ctx.enable_only(moderngl.BLEND)
-        self._ctx.blend_func = moderngl.ADDITIVE_BLENDING
+        self._ctx.blend_func = moderngl.ONE, moderngl.ONE
         quads.render_indirect(buffers.plan, moderngl.TRIANGLE_STRIP, 1)
         self._ctx.disable(moderngl.BLEND)
 
@@ -159,8 +159,11 @@ class HighlightDrawPass:
         return self._quads[1]
 
     def _draw_into(self, color: moderngl.Texture) -> None:
-        """Bind `color` as the target. The old one is released last: moderngl would bind the window's
-        framebuffer in its place, and a headless context has none."""
+        """Bind `color` as the target.
+
+        The old one is released last: moderngl would bind the window's framebuffer in its place, and
+        a headless context has none.
+        """
         before = self._target
         if before is None or before[0] is not color:
             self._target = (color, self._ctx.framebuffer([color]))

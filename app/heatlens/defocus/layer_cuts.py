@@ -1,10 +1,11 @@
 """Where the picture is cut into depth layers, by signed circle of confusion.
 
-Near cuts stand at fixed diameters, so that they do not move when the lens or the scene does: a pixel
-passes them smoothly as its own circle of confusion changes, and a rack focus does not flicker.
+Near cuts stand at fixed diameters, so that they do not move when the lens or the scene does: a
+pixel passes them smoothly as its own circle of confusion changes, and a rack focus does not flicker.
 """
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 # Diameters in px, nearest the focus first. -1 parts what is sharp from what is in front of it; then
 # each layer holds a factor of 2.5 of blur, within which one object may insulate another.
@@ -32,7 +33,4 @@ def layer_cuts(nearest_px: float, farthest_px: float, layers_max: int) -> list[L
     if farthest_px > FAR_LEAST_PX:
         cuts.insert(0, farthest_px * FAR_CUT_PART)
     limits = [NO_CUT_PX, *cuts[: layers_max - 1], -NO_CUT_PX]
-    return [
-        LayerCut(near, far, far == NO_CUT_PX)
-        for far, near in zip(limits, limits[1:], strict=False)
-    ]
+    return [LayerCut(near, far, far == NO_CUT_PX) for far, near in pairwise(limits)]

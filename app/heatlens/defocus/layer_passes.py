@@ -26,9 +26,7 @@ class LayerSplitPass:
     def __init__(self, ctx: moderngl.Context) -> None:
         self._program = ComputeProgram(ctx, "layer_split.comp.glsl")
 
-    def run(
-        self, picture: Fragments, cut: LayerCut, pixels: moderngl.Buffer, out: Layer
-    ) -> None:
+    def run(self, picture: Fragments, cut: LayerCut, pixels: moderngl.Buffer, out: Layer) -> None:
         """Write the layer between the limits of `cut`, and the list of its hidden `pixels`."""
         clear_list(pixels)
         self._program.dispatch(
@@ -51,9 +49,11 @@ class HiddenFillPass:
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
-        self._bits_program = ComputeProgram(ctx, "hidden_bits.comp.glsl")
+        self._all_program = ComputeProgram(ctx, "seen_bits_all.comp.glsl")
+        self._clear_program = ComputeProgram(ctx, "seen_bits_clear.comp.glsl")
         self._cost_program = ComputeProgram(ctx, "hidden_cost.comp.glsl")
         self._fill_program = ComputeProgram(ctx, "hidden_fill.comp.glsl")
+        self._all: tuple[tuple[int, int], moderngl.Buffer] | None = None
 
     @staticmethod
     def bits_bytes(size: tuple[int, int]) -> int:
@@ -71,9 +71,8 @@ class HiddenFillPass:
         size = layer.color.size
         buffers = {0: pixels, 1: bits}
         seen = {"layer_tx": layer.color}
-        self._bits_program.dispatch(
-            (groups_for(max(_words(size)), 64), self._DIRECTIONS), textures=seen, buffers=buffers
-        )
+        self._ctx.copy_buffer(bits, self._all_seen(size), self.bits_bytes(size))
+        self._clear_program.dispatch_indirect(pixels, buffers=buffers, uniforms={"size": size})
         self._cost_program.dispatch_indirect(
             pixels, textures=seen, images={"out_cost_img": cost}, buffers=buffers
         )
@@ -83,6 +82,19 @@ class HiddenFillPass:
             images={"layer_img": layer.color, "state_img": layer.state},
             buffers=buffers,
         )
+
+    def _all_seen(self, size: tuple[int, int]) -> moderngl.Buffer:
+        """Masks with nothing hidden, to start each layer from; made once a size."""
+        if self._all is None or self._all[0] != size:
+            if self._all is not None:
+                self._all[1].release()
+            self._all = (size, self._ctx.buffer(reserve=self.bits_bytes(size)))
+            self._all_program.dispatch(
+                (groups_for(max(_words(size)), 64), self._DIRECTIONS),
+                buffers={1: self._all[1]},
+                uniforms={"size": size},
+            )
+        return self._all[1]
 
 
 def _words(size: tuple[int, int]) -> tuple[int, int, int, int]:

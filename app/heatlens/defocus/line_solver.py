@@ -87,8 +87,10 @@ class LineSolver(ABC):
 
     def release(self) -> None:
         """Give programs and buffers back."""
-        for held in (*self._programs.values(), *self._scratch):
-            held.release()
+        for program in self._programs.values():
+            program.release()
+        for buffer in self._scratch:
+            buffer.release()
         self._programs.clear()
         self._scratch.clear()
 

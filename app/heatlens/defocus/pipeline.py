@@ -1,7 +1,7 @@
 """Order of the passes; owns every texture between them and reuses it.
 
-    plate -> proxy -> coc -> fragments -> each layer, far to near: split, fill what is hidden,
-    extend its coc, blur, composite -> picture
+plate -> proxy -> coc -> fragments -> each layer, far to near: split, fill what is hidden,
+extend its coc, blur, composite -> picture
 """
 
 import moderngl
@@ -26,7 +26,7 @@ from heatlens.defocus.layer_passes import (
 from heatlens.defocus.line_solver import LineSolver
 from heatlens.defocus.optics import Optics
 from heatlens.defocus.pixel_list import list_bytes
-from heatlens.defocus.plate_passes import CocPass, ProxyPass
+from heatlens.defocus.plate_passes import AlphaPass, CocPass, ProxyPass
 from heatlens.defocus.quality import kernel_for, layers_for
 from heatlens.gpu.stopwatch import Stopwatch
 from heatlens.gpu.textures import TexturePool
@@ -41,6 +41,7 @@ class DefocusPipeline:
         self._pool = TexturePool(ctx)
         self._proxy = ProxyPass(ctx)
         self._coc = CocPass(ctx)
+        self._alpha = AlphaPass(ctx)
         self._fragments = FragmentPass(ctx)
         self._split = LayerSplitPass(ctx)
         self._hidden = HiddenFillPass(ctx)
@@ -57,32 +58,52 @@ class DefocusPipeline:
         depth: moderngl.Texture,
         optics: Optics,
         settings: DefocusSettings,
+        has_alpha: bool = False,
     ) -> moderngl.Texture:
-        """The picture with depth of field, RGBA float32, at proxy size; overwritten by the next run.
+        """The picture with depth of field, RGBA float32, proxy size; the next run overwrites it.
 
-        `color` is RGBA, `depth` metres, or signed coc in pixels if `optics.line` is None.
+        `color` is RGBA, `depth` metres, or signed coc in pixels if `optics.line` is None. Without
+        `has_alpha` the result's alpha is 1.
         """
-        kernel = kernel_for(settings)
         if settings.proxy < 1.0:
             color, depth = self._at_proxy_size(color, depth, optics, settings.proxy)
             optics = optics.scaled(settings.proxy)
         coc = self._circle_of_confusion(depth, optics)
-        layers = layers_for(settings)
-        if layers == 1:
-            return self._blurred(color, coc, kernel, optics)
-        lamps = None
-        if settings.bokeh is Bokeh.DISC:
-            color, lamps = self._without_lamps(color, coc, kernel, optics)
+        if layers_for(settings) == 1:
+            return self._blurred(color, coc, kernel_for(settings), optics)
+        if not has_alpha:
+            return self._layered(color, coc, optics, settings, "out", settings.bokeh is Bokeh.DISC)
+        alpha_color = self._pool.texture("alpha plate", color.size, 4)
+        self._alpha.as_color(color, alpha_color)
+        alpha = self._layered(alpha_color, coc, optics, settings, "alpha out", lamps=False)
+        out = self._layered(color, coc, optics, settings, "out", settings.bokeh is Bokeh.DISC)
+        self._alpha.join(alpha, out)
+        return out
+
+    def _layered(
+        self,
+        color: moderngl.Texture,
+        coc: moderngl.Texture,
+        optics: Optics,
+        settings: DefocusSettings,
+        name: str,
+        lamps: bool,
+    ) -> moderngl.Texture:
+        """Layers far to near, blurred and put over each other in the texture called `name`."""
+        kernel = kernel_for(settings)
+        out = self._pool.texture(name, color.size, 4)
+        listed = None
+        if lamps:
+            color, listed = self._without_lamps(color, coc, kernel, optics)
         picture = self._fragmented(color, coc, optics)
-        out = self._pool.texture("out", color.size, 4)
-        for cut in layer_cuts(optics.nearest_px, optics.farthest_px, layers):
+        for cut in layer_cuts(optics.nearest_px, optics.farthest_px, layers_for(settings)):
             layer, layer_coc = self._layer(picture, cut)
             blurred = self._blurred(layer.color, layer_coc, kernel, optics)
             with self._time("composite"):
                 self._composite.run(blurred, cut.is_farthest, out)
-        if lamps is not None:
+        if listed is not None:
             with self._time("lamps drawn"):
-                self._draw_lamps.run(lamps, picture, optics, out)
+                self._draw_lamps.run(listed, picture, optics, out)
         return out
 
     def _at_proxy_size(
@@ -113,7 +134,8 @@ class DefocusPipeline:
         lamps = HighlightBuffers(**{name: pool.buffer(name, sizes[name]) for name in sizes})
         with self._time("lamps found"):
             targets = BlurTargets(
-                pool.array("poles", size, pole_layers(kernel), 4, "f2"), pool.texture("blurred", size, 4)
+                pool.array("poles", size, pole_layers(kernel), 4, "f2"),
+                pool.texture("blurred", size, 4),
             )
             luminance = pool.texture("out", size, 4)
             self._split_lamps.run(color, coc, optics, luminance, targets, low, high)

@@ -32,6 +32,26 @@ class CocPass:
         )
 
 
+class AlphaPass:
+    """Alpha defocused as a picture of its own, beside the colour."""
+
+    def __init__(self, ctx: moderngl.Context) -> None:
+        self._as_color = ComputeProgram(ctx, "alpha_as_color.comp.glsl")
+        self._join = ComputeProgram(ctx, "alpha_join.comp.glsl")
+
+    def as_color(self, color: moderngl.Texture, out_color: moderngl.Texture) -> None:
+        """The alpha of `color` in the rgb of `out_color`."""
+        self._as_color.dispatch(
+            tiles(color.size), textures={"color_tx": color}, images={"out_color_img": out_color}
+        )
+
+    def join(self, alpha: moderngl.Texture, color: moderngl.Texture) -> None:
+        """The red of `alpha` to the alpha of `color`."""
+        self._join.dispatch(
+            tiles(color.size), textures={"alpha_tx": alpha}, images={"color_img": color}
+        )
+
+
 class ProxyPass:
     """A smaller picture: colour averaged, depth sampled."""
 

@@ -37,7 +37,7 @@ class ComputeProgram:
         buffers: Mapping[int, moderngl.Buffer] | None = None,
         uniforms: Mapping[str, object] | None = None,
     ) -> None:
-        """Run on `groups` workgroups. What the compiler removed as unused may be passed all the same."""
+        """Run on `groups` workgroups; names that the compiler removed as unused may be passed."""
         self._bind(textures, images, buffers, uniforms)
         self._program.run(*groups)
         self._ctx.memory_barrier()

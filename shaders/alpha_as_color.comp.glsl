@@ -1,0 +1,17 @@
+// The plate's alpha as a picture of its own, so that it is defocused as colour is.
+//
+// Input
+//   color_tx        a alpha
+// Output
+//   out_color_img   alpha in rgb
+
+layout(local_size_x = 16, local_size_y = 16) in;
+
+uniform sampler2D color_tx;
+layout(rgba32f) uniform writeonly image2D out_color_img;
+
+void main() {
+    ivec2 at = ivec2(gl_GlobalInvocationID.xy);
+    if (any(greaterThanEqual(at, textureSize(color_tx, 0)))) return;
+    imageStore(out_color_img, at, vec4(vec3(texelFetch(color_tx, at, 0).a), 1.0));
+}

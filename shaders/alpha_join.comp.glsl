@@ -1,0 +1,18 @@
+// Defocused alpha into the alpha of the defocused picture.
+//
+// Input
+//   alpha_tx        r alpha
+// Output
+//   color_img       a written, rgb kept
+
+layout(local_size_x = 16, local_size_y = 16) in;
+
+uniform sampler2D alpha_tx;
+layout(rgba32f) uniform image2D color_img;
+
+void main() {
+    ivec2 at = ivec2(gl_GlobalInvocationID.xy);
+    if (any(greaterThanEqual(at, textureSize(alpha_tx, 0)))) return;
+    float alpha = clamp(texelFetch(alpha_tx, at, 0).r, 0.0, 1.0);
+    imageStore(color_img, at, vec4(imageLoad(color_img, at).rgb, alpha));
+}

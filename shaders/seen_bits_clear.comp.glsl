@@ -1,0 +1,25 @@
+// Takes a layer's hidden pixels out of the masks of what is seen.
+//
+// Input
+//   pixel list   what is hidden
+// Output
+//   bits_buf     as lib/hidden.lib.glsl counts them
+
+#define PIXEL_LIST_BINDING 0
+#include "lib/hidden.lib.glsl"
+#include "lib/pixel_list.lib.glsl"
+
+layout(local_size_x = PIXELS_PER_GROUP) in;
+
+uniform ivec2 size;
+layout(std430, binding = 1) buffer bits_block { uint bits_buf[]; };
+
+void main() {
+    ivec2 at;
+    if (!list_pixel(gl_GlobalInvocationID.x, at)) return;
+    for (int k = 0; k < DIRECTIONS; ++k) {
+        int i = position_of(k, at);
+        int word = first_word(k, size) + line_of(k, at, size) * words_per_line(k, size) + (i >> 5);
+        atomicAnd(bits_buf[word], ~(1u << (i & 31)));
+    }
+}
