@@ -1,7 +1,8 @@
 """Where the picture is cut into depth layers, by signed circle of confusion.
 
-Near cuts stand at fixed diameters, so that they do not move when the lens or the scene does: a
-pixel passes them smoothly as its own circle of confusion changes, and a rack focus does not flicker.
+Near cuts stand at fixed diameters, so that they do not move when lens or scene do: a pixel passes
+them smoothly as its own circle of confusion changes. A cut exists from the first pixel on that
+reaches into its transition, so that it comes and goes without a jump in a rack focus.
 """
 
 from dataclasses import dataclass
@@ -10,18 +11,44 @@ from itertools import pairwise
 # Diameters in px, nearest the focus first. -1 parts what is sharp from what is in front of it; then
 # each layer holds a factor of 2.5 of blur, within which one object may insulate another.
 NEAR_CUTS_PX = (-1.0, -4.0, -10.0, -25.0, -62.5)
-FAR_CUT_PART = 1 / 3  # of the farthest circle of confusion
-FAR_LEAST_PX = 6.0  # below this the far side needs no cut
-NO_CUT_PX = 1.0e30  # farther than any coc; its transition stays finite in float32
+FAR_CUT_PART = 1 / 3  # of the farthest circle of confusion,
+FAR_CUT_LEAST_PX = 2.0  # but not nearer to the focus than this
+
+# Half width of a cut's transition, as a part of its distance from focus: wide enough to be smooth
+# in a rack focus, narrow enough that few objects live in two layers.
+NEAR_SOFTNESS = 0.1
+FAR_SOFTNESS = 0.2
+_BEYOND_PX = 1.0e30  # where no coc is
+
+
+@dataclass(frozen=True, slots=True)
+class Cut:
+    """A limit between two layers: signed coc, and the half width of its transition, pixels."""
+
+    at_px: float
+    half_width_px: float
+
+
+NEARER_THAN_ALL = Cut(-_BEYOND_PX, 0.1 * _BEYOND_PX)
+FARTHER_THAN_ALL = Cut(_BEYOND_PX, 0.1 * _BEYOND_PX)
 
 
 @dataclass(frozen=True, slots=True)
 class LayerCut:
-    """One layer: from its limit towards the camera to its limit away from it, signed pixels."""
+    """One layer: its limit towards the camera and its limit away from it."""
 
-    near_px: float
-    far_px: float
-    is_farthest: bool
+    near: Cut
+    far: Cut
+
+    @property
+    def is_farthest(self) -> bool:
+        """Nothing is behind it: it covers all that is seen."""
+        return self.far is FARTHER_THAN_ALL
+
+    @property
+    def is_nearest(self) -> bool:
+        """Nothing is in front of it: no part of it is hidden."""
+        return self.near is NEARER_THAN_ALL
 
 
 def layer_cuts(nearest_px: float, farthest_px: float, layers_max: int) -> list[LayerCut]:
@@ -29,8 +56,10 @@ def layer_cuts(nearest_px: float, farthest_px: float, layers_max: int) -> list[L
 
     With fewer layers than the picture asks for, the cuts nearest to the camera go first.
     """
-    cuts = [cut for cut in NEAR_CUTS_PX if cut > nearest_px]
-    if farthest_px > FAR_LEAST_PX:
-        cuts.insert(0, farthest_px * FAR_CUT_PART)
-    limits = [NO_CUT_PX, *cuts[: layers_max - 1], -NO_CUT_PX]
-    return [LayerCut(near, far, far == NO_CUT_PX) for far, near in pairwise(limits)]
+    far_px = max(farthest_px * FAR_CUT_PART, FAR_CUT_LEAST_PX)
+    far = Cut(far_px, far_px * FAR_SOFTNESS)
+    near = [Cut(at_px, -at_px * NEAR_SOFTNESS) for at_px in NEAR_CUTS_PX]
+    cuts = [far] if far.at_px - far.half_width_px < farthest_px else []
+    cuts += [cut for cut in near if cut.at_px + cut.half_width_px > nearest_px]
+    limits = [FARTHER_THAN_ALL, *cuts[: layers_max - 1], NEARER_THAN_ALL]
+    return [LayerCut(near=closer, far=farther) for farther, closer in pairwise(limits)]

@@ -35,8 +35,8 @@ class LayerSplitPass:
             images={"out_layer_img": out.color, "out_state_img": out.state},
             buffers={0: pixels},
             uniforms={
-                "cut_near_px": cut.near_px,
-                "cut_far_px": cut.far_px,
+                "cut_near_px": (cut.near.at_px, cut.near.half_width_px),
+                "cut_far_px": (cut.far.at_px, cut.far.half_width_px),
                 "is_farthest": cut.is_farthest,
             },
         )

@@ -15,7 +15,7 @@ from heatlens.defocus.highlight_pass import (
     HighlightSplitPass,
 )
 from heatlens.defocus.kernels import Kernel
-from heatlens.defocus.layer_cuts import NO_CUT_PX, LayerCut, layer_cuts
+from heatlens.defocus.layer_cuts import LayerCut, layer_cuts
 from heatlens.defocus.layer_passes import (
     CocFillPass,
     CompositePass,
@@ -166,7 +166,7 @@ class DefocusPipeline:
         layer = Layer(pool.texture("layer", size, 4), pool.texture("state", size, 2))
         with self._time("layer split"):
             self._split.run(picture, cut, pixels, layer)
-        if cut.near_px > -NO_CUT_PX:
+        if not cut.is_nearest:
             with self._time("hidden fill"):
                 self._hidden.run(
                     layer,

@@ -1,7 +1,7 @@
 """What each quality spends."""
 
 from heatlens.defocus.kernels import Kernel, gaussian_kernel, named_kernel
-from heatlens.model.settings import Bokeh, DefocusSettings, Quality
+from heatlens.model.settings import LAYERS_MAX, Bokeh, DefocusSettings, Quality
 
 _DISC = {Quality.DRAFT: "disc_2", Quality.PREVIEW: "disc_3", Quality.FILM: "disc_4"}
 _GAUSSIAN_STEPS = {Quality.DRAFT: 2, Quality.PREVIEW: 3, Quality.FILM: 5}
@@ -16,7 +16,7 @@ def kernel_for(settings: DefocusSettings) -> Kernel:
     return named_kernel(_DISC[settings.quality])
 
 
-_LAYERS = {Quality.DRAFT: 3, Quality.PREVIEW: 4, Quality.FILM: 6}
+_LAYERS = {Quality.DRAFT: 3, Quality.PREVIEW: 4, Quality.FILM: LAYERS_MAX}
 
 
 def layers_for(settings: DefocusSettings) -> int:

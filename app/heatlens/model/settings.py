@@ -22,7 +22,7 @@ class Quality(StrEnum):
     FILM = "film"
 
 
-LAYERS_MAX = 6
+LAYERS_MAX = 7
 PROXY_MIN = 1 / 16
 
 
