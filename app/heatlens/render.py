@@ -1,11 +1,10 @@
 """The one way through: (shot, frame) in, picture out. Window, command line and export call this."""
 
-import math
-
 import moderngl
 import numpy as np
+import numpy.typing as npt
 
-from heatlens.defocus.optics import Optics
+from heatlens.defocus.optics import Optics, occupied_values
 from heatlens.defocus.pipeline import DefocusPipeline
 from heatlens.defocus.solver_choice import fastest_solver
 from heatlens.errors import InputError
@@ -13,7 +12,7 @@ from heatlens.gpu.context import check_picture_fits
 from heatlens.gpu.stopwatch import Stopwatch
 from heatlens.gpu.textures import FloatArray, download, new_texture, upload
 from heatlens.image.plate import Plate
-from heatlens.model.coc import axis_scales, coc_line, coc_px
+from heatlens.model.coc import axis_scales, coc_line
 from heatlens.model.lens import Lens
 from heatlens.model.shot import Shot
 
@@ -27,6 +26,7 @@ class FrameRenderer:
         self.solver = fastest_solver(ctx)
         self._pipeline = DefocusPipeline(ctx, self.solver, self.stopwatch)
         self._plate: Plate | None = None
+        self._occupied = np.zeros(0)
         self._color: moderngl.Texture | None = None
         self._depth: moderngl.Texture | None = None
 
@@ -42,6 +42,7 @@ class FrameRenderer:
             self._depth = new_texture(self.ctx, size, 1, label="plate depth")
         upload(self._color, plate.color)
         upload(self._depth, _depth_or_coc(plate))
+        self._occupied = occupied_of(plate)
         self._plate = plate
 
     def render(self, shot: Shot, frame: int = 0) -> moderngl.Texture:
@@ -55,7 +56,7 @@ class FrameRenderer:
         return self._pipeline.run(
             self._color,
             self._depth,
-            optics_of(self._plate, lens),
+            optics_of(self._plate, self._occupied, lens),
             shot.defocus,
             self._plate.has_alpha,
         )
@@ -71,12 +72,19 @@ def _depth_or_coc(plate: Plate) -> FloatArray:
     return np.ascontiguousarray(depth, np.float32)
 
 
-def optics_of(plate: Plate, lens: Lens) -> Optics:
+def occupied_of(plate: Plate) -> npt.NDArray[np.float64]:
+    """Where the plate's surfaces lie: dioptres, or pixels of coc where it brings these."""
+    if plate.coc_px is not None:
+        return occupied_values(plate.coc_px)
+    assert plate.depth_m is not None
+    return occupied_values(np.float32(1.0) / plate.depth_m)
+
+
+def optics_of(plate: Plate, occupied: npt.NDArray[np.float64], lens: Lens) -> Optics:
     """The lens in front of this plate, in pixels of its display window."""
     scales = axis_scales(lens.squeeze, plate.pixel_aspect_ratio)
     if plate.coc_px is not None:
-        return Optics(None, float(plate.coc_px.min()), float(plate.coc_px.max()), scales)
+        return Optics(None, occupied, scales)
     line = coc_line(lens, plate.display_window.width)
-    far_m = math.inf if plate.depth.infinite_count else plate.depth.far_m
-    near, far = (float(coc_px(depth_m, line)) for depth_m in (plate.depth.near_m, far_m))
-    return Optics(line, near, far, scales)
+    coc = line.at_infinity_px + line.per_dioptre_px * occupied
+    return Optics(line, coc[::-1], scales)  # more dioptres, less coc

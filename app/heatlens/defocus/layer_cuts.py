@@ -5,8 +5,11 @@ them smoothly as its own circle of confusion changes. A cut exists from the firs
 reaches into its transition, so that it comes and goes without a jump in a rack focus.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
+
+import numpy as np
+import numpy.typing as npt
 
 # Diameters in px, nearest the focus first. -1 parts what is sharp from what is in front of it; then
 # each layer holds a factor of 2.5 of blur, within which one object may insulate another.
@@ -51,15 +54,26 @@ class LayerCut:
         return self.near is NEARER_THAN_ALL
 
 
-def layer_cuts(nearest_px: float, farthest_px: float, layers_max: int) -> list[LayerCut]:
-    """Layers for a picture whose coc lies in nearest_px..farthest_px, far to near.
+def layer_cuts(occupied_px: npt.NDArray[np.float64], layers_max: int) -> list[LayerCut]:
+    """Layers for a picture with these signed coc (ascending), far to near; empty ones left out.
 
     With fewer layers than the picture asks for, the cuts nearest to the camera go first.
     """
+    nearest_px, farthest_px = float(occupied_px[0]), float(occupied_px[-1])
     far_px = max(farthest_px * FAR_CUT_PART, FAR_CUT_LEAST_PX)
     far = Cut(far_px, far_px * FAR_SOFTNESS)
     near = [Cut(at_px, -at_px * NEAR_SOFTNESS) for at_px in NEAR_CUTS_PX]
     cuts = [far] if far.at_px - far.half_width_px < farthest_px else []
     cuts += [cut for cut in near if cut.at_px + cut.half_width_px > nearest_px]
     limits = [FARTHER_THAN_ALL, *cuts[: layers_max - 1], NEARER_THAN_ALL]
-    return [LayerCut(near=closer, far=farther) for farther, closer in pairwise(limits)]
+    layers = [LayerCut(near=closer, far=farther) for farther, closer in pairwise(limits)]
+    layers = [layer for layer in layers if _holds_any(layer, occupied_px)]
+    return [replace(layers[0], far=FARTHER_THAN_ALL), *layers[1:]]
+
+
+def _holds_any(layer: LayerCut, occupied_px: npt.NDArray[np.float64]) -> bool:
+    """Whether a coc lies in the layer or its transitions."""
+    low = layer.near.at_px - layer.near.half_width_px
+    high = layer.far.at_px + layer.far.half_width_px
+    first = int(np.searchsorted(occupied_px, low))
+    return first < len(occupied_px) and bool(occupied_px[first] <= high)

@@ -96,7 +96,7 @@ class DefocusPipeline:
         if lamps:
             color, listed = self._without_lamps(color, coc, kernel, optics)
         picture = self._fragmented(color, coc, optics)
-        for cut in layer_cuts(optics.nearest_px, optics.farthest_px, layers_for(settings)):
+        for cut in layer_cuts(optics.occupied_px, layers_for(settings)):
             layer, layer_coc = self._layer(picture, cut)
             blurred = self._blurred(layer.color, layer_coc, kernel, optics)
             with self._time("composite"):
