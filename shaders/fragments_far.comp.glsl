@@ -70,9 +70,8 @@ float outline_coverage(ivec2 at, float coc) {
     return nearer;
 }
 
-void main() {
-    ivec2 at;
-    if (!list_pixel(gl_GlobalInvocationID.x, at) || kind_at(at) != FAR_RIM) return;
+void split_far(ivec2 at) {
+    if (kind_at(at) != FAR_RIM) return;
     float coc = coc_at(at);
     vec3 x = color_at(at), far = x;
     vec4 unmixed = far_side(at, coc), near = near_side(at, coc);
@@ -85,3 +84,5 @@ void main() {
     imageStore(out_far_img, at, vec4(min(far, HALF_MAX), coverage));
     imageStore(out_near_img, at, vec4(min(near.rgb, HALF_MAX), near.a));
 }
+
+void main() { FOR_EACH_LISTED(split_far) }

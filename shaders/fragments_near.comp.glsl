@@ -23,9 +23,8 @@ vec3 far_color(ivec2 at) {
     return kind_at(at) == FAR_RIM ? imageLoad(far_img, at).rgb : color_at(at);
 }
 
-void main() {
-    ivec2 at;
-    if (!list_pixel(gl_GlobalInvocationID.x, at) || kind_at(at) != NEAR_RIM) return;
+void split_near(ivec2 at) {
+    if (kind_at(at) != NEAR_RIM) return;
     float coc = coc_at(at);
     vec3 x = color_at(at), near;
     if (!unmixed_near(at, near)) {
@@ -49,3 +48,5 @@ void main() {
     imageStore(far_img, at, vec4(min(own, HALF_MAX), coverage));
     imageStore(near_img, at, vec4(vec3(0.0), through.a));
 }
+
+void main() { FOR_EACH_LISTED(split_near) }

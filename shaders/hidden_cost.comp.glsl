@@ -46,9 +46,7 @@ float difference(ivec2 at, int k, ivec2 ends) {
     return sum / weights;
 }
 
-void main() {
-    ivec2 at;
-    if (!list_pixel(gl_GlobalInvocationID.x, at)) return;
+void compare_ends(ivec2 at) {
     size = textureSize(layer_tx, 0);
     vec4 cost = vec4(-1.0);
     for (int k = 0; k < DIRECTIONS; ++k) {
@@ -57,3 +55,5 @@ void main() {
     }
     imageStore(out_cost_img, at, cost);
 }
+
+void main() { FOR_EACH_LISTED(compare_ends) }

@@ -88,12 +88,12 @@ void fill(ivec2 at, ivec2 size, out vec4 layer, out vec2 state) {
     if (cover > THIN) state = vec2(sum.diameter * per_cover, 1.0);
 }
 
-void main() {
-    ivec2 at;
-    if (!list_pixel(gl_GlobalInvocationID.x, at)) return;
+void fill_pixel(ivec2 at) {
     vec4 layer;
     vec2 state;
     fill(at, imageSize(layer_img), layer, state);
     imageStore(layer_img, at, layer);
     imageStore(state_img, at, vec4(state, 0.0, 0.0));
 }
+
+void main() { FOR_EACH_LISTED(fill_pixel) }

@@ -14,12 +14,12 @@ layout(local_size_x = PIXELS_PER_GROUP) in;
 uniform ivec2 size;
 layout(std430, binding = 1) buffer bits_block { uint bits_buf[]; };
 
-void main() {
-    ivec2 at;
-    if (!list_pixel(gl_GlobalInvocationID.x, at)) return;
+void clear_pixel(ivec2 at) {
     for (int k = 0; k < DIRECTIONS; ++k) {
         int i = position_of(k, at);
         int word = first_word(k, size) + line_of(k, at, size) * words_per_line(k, size) + (i >> 5);
         atomicAnd(bits_buf[word], ~(1u << (i & 31)));
     }
 }
+
+void main() { FOR_EACH_LISTED(clear_pixel) }

@@ -6,9 +6,10 @@ import numpy.typing as npt
 
 from heatlens.defocus.optics import Optics, occupied_values
 from heatlens.defocus.pipeline import DefocusPipeline
+from heatlens.defocus.plate_passes import proxy_size
 from heatlens.defocus.solver_choice import fastest_solver
 from heatlens.errors import InputError
-from heatlens.gpu.context import check_picture_fits
+from heatlens.gpu.context import check_plate_fits, check_work_fits
 from heatlens.gpu.stopwatch import Stopwatch
 from heatlens.gpu.textures import FloatArray, download, new_texture, upload
 from heatlens.image.plate import Plate
@@ -27,13 +28,14 @@ class FrameRenderer:
         self._pipeline = DefocusPipeline(ctx, self.solver, self.stopwatch)
         self._plate: Plate | None = None
         self._occupied = np.zeros(0)
+        self._checked_size = (0, 0)
         self._color: moderngl.Texture | None = None
         self._depth: moderngl.Texture | None = None
 
     def load(self, plate: Plate) -> None:
         """Take a plate to the GPU; once a file, not once a frame."""
-        check_picture_fits(self.ctx, plate.data_window.width, plate.data_window.height)
         size = (plate.data_window.width, plate.data_window.height)
+        check_plate_fits(self.ctx, *size)
         if self._color is None or self._depth is None or self._color.size != size:
             for texture in (self._color, self._depth):
                 if texture is not None:
@@ -52,6 +54,7 @@ class FrameRenderer:
         """
         if self._plate is None or self._color is None or self._depth is None:
             raise InputError("No plate is loaded.")
+        self._check_work(proxy_size(self._color.size, shot.defocus.proxy))
         lens = shot.lens_at(frame)
         return self._pipeline.run(
             self._color,
@@ -60,6 +63,11 @@ class FrameRenderer:
             shot.defocus,
             self._plate.has_alpha,
         )
+
+    def _check_work(self, size: tuple[int, int]) -> None:
+        if size != self._checked_size:
+            check_work_fits(self.ctx, *size)
+            self._checked_size = size
 
     def pixels(self, shot: Shot, frame: int = 0) -> FloatArray:
         """`render` read back: (H, W, 4) float32."""

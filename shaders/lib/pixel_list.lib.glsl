@@ -5,6 +5,7 @@
 // of pixels differs from run to run, so what is done to one must not depend on another.
 
 #define PIXELS_PER_GROUP 64u
+#define GROUPS_MAX 65535u  // what OpenGL promises; longer lists are walked in strides
 
 layout(std430, binding = PIXEL_LIST_BINDING) buffer pixel_list_block {
     uint list_groups[3];
@@ -14,12 +15,17 @@ layout(std430, binding = PIXEL_LIST_BINDING) buffer pixel_list_block {
 
 void list_append(ivec2 at) {
     uint slot = atomicAdd(list_count, 1u);
-    if (slot % PIXELS_PER_GROUP == 0u) atomicAdd(list_groups[0], 1u);
+    bool opens_group = slot % PIXELS_PER_GROUP == 0u && slot / PIXELS_PER_GROUP < GROUPS_MAX;
+    if (opens_group) atomicAdd(list_groups[0], 1u);
     list_pixels[slot] = uint(at.y) << 16 | uint(at.x);
 }
 
-bool list_pixel(uint slot, out ivec2 at) {
-    if (slot >= list_count) return false;
-    at = ivec2(list_pixels[slot] & 0xffffu, list_pixels[slot] >> 16);
-    return true;
+ivec2 list_pixel(uint slot) {
+    return ivec2(list_pixels[slot] & 0xffffu, list_pixels[slot] >> 16);
 }
+
+// What main of a later pass does with the list.
+#define FOR_EACH_LISTED(DO) \
+    for (uint slot = gl_GlobalInvocationID.x; slot < list_count; \
+         slot += gl_NumWorkGroups.x * PIXELS_PER_GROUP) \
+        DO(list_pixel(slot));

@@ -26,7 +26,7 @@ from heatlens.defocus.layer_passes import (
 from heatlens.defocus.line_solver import LineSolver
 from heatlens.defocus.optics import Optics
 from heatlens.defocus.pixel_list import list_bytes
-from heatlens.defocus.plate_passes import AlphaPass, CocPass, ProxyPass
+from heatlens.defocus.plate_passes import AlphaPass, CocPass, ProxyPass, proxy_size
 from heatlens.defocus.quality import kernel_for, layers_for
 from heatlens.gpu.stopwatch import Stopwatch
 from heatlens.gpu.textures import TexturePool
@@ -109,7 +109,7 @@ class DefocusPipeline:
     def _at_proxy_size(
         self, color: moderngl.Texture, depth: moderngl.Texture, optics: Optics, proxy: float
     ) -> tuple[moderngl.Texture, moderngl.Texture]:
-        size = (max(1, round(color.width * proxy)), max(1, round(color.height * proxy)))
+        size = proxy_size(color.size, proxy)
         out_color = self._pool.texture("proxy colour", size, 4)
         out_depth = self._pool.texture("proxy depth", size, 1)
         with self._time("proxy"):

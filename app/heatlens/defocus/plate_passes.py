@@ -13,6 +13,11 @@ def tiles(size: tuple[int, int]) -> tuple[int, int]:
     return groups_for(size[0], _TILE), groups_for(size[1], _TILE)
 
 
+def proxy_size(size: tuple[int, int], proxy: float) -> tuple[int, int]:
+    """The size of a picture at a proxy scale, at least a pixel each way."""
+    return max(1, round(size[0] * proxy)), max(1, round(size[1] * proxy))
+
+
 class CocPass:
     """Depth in metres to signed circle of confusion in pixels."""
 

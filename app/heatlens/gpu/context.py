@@ -1,5 +1,7 @@
 """A headless OpenGL 4.3 context: EGL, no display, a GPU or Mesa's software rasteriser."""
 
+import math
+from pathlib import Path
 from typing import Any
 
 import moderngl
@@ -25,11 +27,41 @@ def is_software(ctx: moderngl.Context) -> bool:
     return any(name in renderer for name in ("llvmpipe", "softpipe", "swrast", "swiftshader"))
 
 
-def check_picture_fits(ctx: moderngl.Context, width: int, height: int) -> None:
-    """Refuse a picture with a side over the largest texture: moderngl itself would not complain."""
+# Measured on a 1920x1080 film render: textures, the plate on both sides, what is read back.
+BYTES_PER_PIXEL = 300
+
+
+def check_plate_fits(ctx: moderngl.Context, width: int, height: int) -> None:
+    """Refuse a plate with a side over the largest texture; OpenGL would not complain by itself."""
     limit = int(ctx.info["GL_MAX_TEXTURE_SIZE"])
     if max(width, height) > limit:
         raise GpuError(
-            f"The picture is {width}x{height}; this OpenGL ({ctx.info['GL_RENDERER']}) "
-            f"takes at most {limit} pixels a side. A smaller --proxy fits."
+            f"The plate is {width}x{height}; this OpenGL ({ctx.info['GL_RENDERER']}) takes at most "
+            f"{limit} pixels a side. Scale it down first."
         )
+
+
+def check_work_fits(ctx: moderngl.Context, width: int, height: int) -> None:
+    """Refuse to work on a picture beyond OpenGL's storage blocks or the machine's memory."""
+    list_limit = int(ctx.info["GL_MAX_SHADER_STORAGE_BLOCK_SIZE"]) // 4 - 4  # a word a pixel
+    if width * height > list_limit:
+        raise GpuError(
+            f"The picture has {width * height / 1e6:.1f} million pixels; this OpenGL's storage "
+            f"blocks hold {list_limit / 1e6:.1f} million. A smaller --proxy fits."
+        )
+    need, free = width * height * BYTES_PER_PIXEL, _free_memory_bytes()
+    if is_software(ctx) and need > free:
+        raise GpuError(
+            f"The picture needs about {need / 1e9:.1f} GB; {free / 1e9:.1f} GB of memory are free. "
+            "A smaller --proxy fits."
+        )
+
+
+def _free_memory_bytes() -> float:
+    """What Linux could give without swapping; infinite where nobody says."""
+    try:
+        lines = Path("/proc/meminfo").read_text().splitlines()
+    except OSError:
+        return math.inf
+    kilobytes = [line.split()[1] for line in lines if line.startswith("MemAvailable:")]
+    return 1024.0 * float(kilobytes[0]) if kilobytes else math.inf

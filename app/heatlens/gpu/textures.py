@@ -6,8 +6,19 @@ import moderngl
 import numpy as np
 import numpy.typing as npt
 
+from heatlens.errors import GpuError
+
 Storage = Literal["f2", "f4"]
 FloatArray = npt.NDArray[np.float32]
+
+
+def _check_memory(ctx: moderngl.Context, what: str) -> None:
+    """moderngl hands out textures that OpenGL refused; ask for its error after each."""
+    error = ctx.error
+    if error != "GL_NO_ERROR":
+        raise GpuError(
+            f"OpenGL could not make {what} ({error}). A smaller --proxy needs less memory."
+        )
 
 
 def new_texture(
@@ -19,6 +30,7 @@ def new_texture(
 ) -> moderngl.Texture:
     """A texture of `size` (width, height), read texel by texel, edge-clamped."""
     texture = ctx.texture(size, components, dtype=storage)
+    _check_memory(ctx, f"a {size[0]}x{size[1]} texture")
     texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
     texture.repeat_x = texture.repeat_y = False
     texture.label = label
@@ -34,6 +46,7 @@ def new_array(
 ) -> moderngl.TextureArray:
     """`layers` images of `size` behind one sampler."""
     array = ctx.texture_array((*size, layers), components, dtype=storage)
+    _check_memory(ctx, f"{layers} layers of {size[0]}x{size[1]}")
     array.filter = (moderngl.NEAREST, moderngl.NEAREST)
     array.repeat_x = array.repeat_y = False
     return array
