@@ -113,6 +113,13 @@ Sprite merged(ivec2 from, int side, int best) {
     return Sprite(vec4(centre, coc[best], ramp), vec4(light / max(covered, 1e-6), 0.0));
 }
 
+// Pixels of the picture that drawing a sprite looks at.
+float area_inside(Sprite sprite) {
+    vec2 reach = (0.5 * abs(sprite.place.z) + sprite.place.w) * axis_scales + 1.0;
+    vec2 low = max(sprite.place.xy - reach, 0.0), high = min(sprite.place.xy + reach, vec2(size));
+    return (high.x - low.x) * (high.y - low.y);
+}
+
 // Merge at a level; returns how many sprites that makes. WRITE writes them from `offset` on.
 uint make_sprites(int level, uint offset, out float area) {
     uint count = 0u;
@@ -124,8 +131,7 @@ uint make_sprites(int level, uint offset, out float area) {
             int best = brightest(from, side);
             if (best < 0 || (side > 1 && float(side) > MERGE_SHARE[level] * abs(coc[best]))) continue;
             Sprite sprite = merged(from, side, best);
-            float width = abs(sprite.place.z) + 2.0 * sprite.place.w;
-            area += width * width * axis_scales.x * axis_scales.y;
+            area += area_inside(sprite);
 #ifndef COUNT
             sprite_buf[offset + count] = sprite;
 #endif

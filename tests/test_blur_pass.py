@@ -83,9 +83,7 @@ def test_squeeze_scales_each_axis(
 ) -> None:
     x, coc = random_plate(rng, (40, 30), 20.0)
     scales = (0.5, 1.25)
-    expected = oracle.blur(
-        x.astype(np.float64), coc.astype(np.float64), named_kernel(name), scales
-    )
+    expected = oracle.blur(x.astype(np.float64), coc.astype(np.float64), named_kernel(name), scales)
     result = blurred(solver, x, coc, named_kernel(name), scales)
     np.testing.assert_allclose(result, expected, atol=1e-5)
 
@@ -138,9 +136,7 @@ def test_transposing_commutes(
     coc = np.full((39, 52), 17.0, np.float32)
     kernel = named_kernel(name)
     across = blurred(solver, np.ascontiguousarray(x.swapaxes(0, 1)), coc.T.copy(), kernel)
-    np.testing.assert_allclose(
-        across.swapaxes(0, 1), blurred(solver, x, coc, kernel), atol=1e-5
-    )
+    np.testing.assert_allclose(across.swapaxes(0, 1), blurred(solver, x, coc, kernel), atol=1e-5)
 
 
 def test_small_scratch_gives_the_same_picture(

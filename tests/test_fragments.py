@@ -1,0 +1,71 @@
+"""Silhouette pixels split into what is near and what is far in them."""
+
+import moderngl
+import numpy as np
+
+from heatlens.defocus.fragment_pass import FragmentPass, Fragments
+from heatlens.defocus.pixel_list import list_bytes
+from heatlens.gpu.textures import FloatArray, new_texture, upload
+
+AT_INFINITY_PX = 30.0
+WHOLE, FAR_RIM, NEAR_RIM = 0.0, 1.0, 2.0
+
+
+def split(ctx: moderngl.Context, color: FloatArray, coc: FloatArray) -> dict[str, FloatArray]:
+    size = coc.shape[::-1]
+    color_tx, coc_tx = new_texture(ctx, size, 4), new_texture(ctx, size, 1)
+    upload(color_tx, np.concatenate([color, np.ones((*coc.shape, 1), np.float32)], axis=-1))
+    upload(coc_tx, coc)
+    kind, far, near = (new_texture(ctx, size, channels, "f2") for channels in (1, 4, 4))
+    picture = Fragments(color_tx, coc_tx, kind, far, near)
+    pixels = ctx.buffer(reserve=list_bytes(size))
+    FragmentPass(ctx).run(picture, AT_INFINITY_PX, pixels)
+
+    def read(texture: moderngl.Texture) -> FloatArray:
+        return np.frombuffer(texture.read(), np.float16).astype(np.float32).reshape(*coc.shape, -1)
+
+    return {"kind": read(kind)[..., 0], "far": read(far), "near": read(near)}
+
+
+def edge(coverage: float) -> tuple[FloatArray, FloatArray]:
+    """Columns 0-4 near (red, coc -20), 5-11 far (green, coc 20); column 5 holds a share of red."""
+    color = np.zeros((9, 12, 3), np.float32)
+    color[:, :5] = (0.8, 0.1, 0.1)
+    color[:, 5:] = (0.1, 0.7, 0.2)
+    color[:, 5] = coverage * color[0, 0] + (1 - coverage) * color[0, 8]
+    coc = np.full((9, 12), 20.0, np.float32)
+    coc[:, :5] = -20.0
+    return color, coc
+
+
+def test_coverage_and_both_colours_are_recovered(ctx: moderngl.Context) -> None:
+    for coverage in (0.1, 0.3, 0.45):
+        color, coc = edge(coverage)
+        parts = split(ctx, color, coc)
+        middle = (4, 5)
+        assert parts["kind"][middle] == FAR_RIM
+        np.testing.assert_allclose(parts["far"][middle][3], coverage, atol=0.03)
+        np.testing.assert_allclose(parts["far"][middle][:3], color[4, 8], atol=0.02)
+        np.testing.assert_allclose(parts["near"][middle], (*color[0, 0], -20.0), atol=0.02)
+
+
+def test_near_rim_gives_back_what_shines_through(ctx: moderngl.Context) -> None:
+    color, coc = edge(0.0)
+    color[:, 4] = 0.7 * color[0, 0] + 0.3 * color[0, 8]
+    parts = split(ctx, color, coc)
+    assert parts["kind"][4, 4] == NEAR_RIM
+    np.testing.assert_allclose(parts["far"][4, 4], (*color[0, 0], 0.7), atol=0.03)
+    assert parts["near"][4, 4, 3] == 20.0
+
+
+def test_a_slanted_surface_has_no_rim(ctx: moderngl.Context) -> None:
+    coc = np.tile(np.linspace(-20, 20, 64, dtype=np.float32), (9, 1))
+    color = np.full((9, 64, 3), 0.5, np.float32)
+    assert np.all(split(ctx, color, coc)["kind"] == WHOLE)
+
+
+def test_rims_are_one_pixel_on_each_side(ctx: moderngl.Context) -> None:
+    kind = split(ctx, *edge(0.5))["kind"]
+    assert np.all(kind[:, 5] == FAR_RIM)
+    assert np.all(kind[:, 4] == NEAR_RIM)
+    assert np.all(np.delete(kind, (4, 5), axis=1) == WHOLE)

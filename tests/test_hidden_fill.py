@@ -1,0 +1,79 @@
+"""What nearer layers hide is guessed along structures that go on behind them."""
+
+import moderngl
+import numpy as np
+
+from heatlens.defocus.layer_passes import HiddenFillPass, Layer
+from heatlens.defocus.pixel_list import list_bytes
+from heatlens.gpu.textures import FloatArray, download, new_texture, upload
+
+HIDDEN = -1.0
+
+
+def filled(
+    ctx: moderngl.Context, layer: FloatArray, state: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    size = layer.shape[1::-1]
+    target = Layer(new_texture(ctx, size, 4), new_texture(ctx, size, 2))
+    upload(target.color, layer)
+    upload(target.state, state)
+    hidden = np.argwhere(layer[..., 3] < 0).astype(np.uint32)
+    head = np.array([-(-len(hidden) // 64), 1, 1, len(hidden)], np.uint32)
+    pixels = ctx.buffer(reserve=list_bytes(size))
+    pixels.write(np.concatenate([head, hidden[:, 0] << 16 | hidden[:, 1]]).tobytes())
+    bits = ctx.buffer(reserve=HiddenFillPass.bits_bytes(size))
+    HiddenFillPass(ctx).run(target, pixels, bits, new_texture(ctx, size, 4))
+    return download(target.color), download(target.state)
+
+
+def layer_with_hole(color: FloatArray, hole: np.ndarray) -> tuple[FloatArray, FloatArray]:
+    layer = np.concatenate([color, np.ones((*hole.shape, 1))], axis=-1).astype(np.float32)
+    layer[hole] = HIDDEN
+    state = np.where(hole[..., None], 0.0, (7.0, 1.0)).astype(np.float32)
+    return layer, state
+
+
+def test_one_colour_goes_on(ctx: moderngl.Context) -> None:
+    hole = np.zeros((70, 90), bool)
+    hole[20:60, 10:80] = True
+    layer, state = layer_with_hole(np.full((70, 90, 3), (0.2, 3.0, 0.5)), hole)
+    color, extended = filled(ctx, layer, state)
+    np.testing.assert_allclose(color, np.broadcast_to((0.2, 3.0, 0.5, 1.0), color.shape), rtol=1e-4)
+    np.testing.assert_allclose(extended, np.broadcast_to((7.0, 1.0), extended.shape), rtol=1e-4)
+
+
+def test_stripes_across_a_wire_join(ctx: moderngl.Context) -> None:
+    """Horizontal and diagonal stripes behind an upright wire come back as they were."""
+    y, x = np.mgrid[:64, :64]
+    hole = (x >= 30) & (x < 34)
+    for phase in (y, x + y, x - y):
+        color = np.repeat((phase // 8 % 2)[..., None], 3, axis=-1) * 0.8 + 0.1
+        result, _ = filled(ctx, *layer_with_hole(color, hole))
+        inner = np.s_[12:52, 30:34]
+        wrong = np.abs(result[inner][..., :3] - color[inner]).max(axis=-1) > 0.25
+        assert wrong.mean() < 0.12
+
+
+def test_a_line_longer_than_a_mask_word_is_crossed(ctx: moderngl.Context) -> None:
+    hole = np.zeros((3, 300), bool)
+    hole[:, 5:290] = True
+    color = np.zeros((3, 300, 3))
+    color[:, 290:] = 1.0
+    result, _ = filled(ctx, *layer_with_hole(color, hole))
+    row = result[1, 5:290, 0]
+    assert np.all(np.diff(row) >= 0) and row[0] < 0.05 and row[-1] > 0.9
+
+
+def test_nothing_seen_is_nothing_guessed(ctx: moderngl.Context) -> None:
+    hole = np.ones((9, 11), bool)
+    color, state = filled(ctx, *layer_with_hole(np.zeros((9, 11, 3)), hole))
+    assert np.all(color == 0.0) and np.all(state == 0.0)
+
+
+def test_seen_pixels_are_not_touched(ctx: moderngl.Context, rng: np.random.Generator) -> None:
+    hole = rng.random((33, 47)) < 0.3
+    layer, state = layer_with_hole(rng.random((33, 47, 3)), hole)
+    color, extended = filled(ctx, layer, state)
+    assert np.array_equal(color[~hole], layer[~hole])
+    assert np.array_equal(extended[~hole], state[~hole])
+    assert color[hole][:, 3].min() > 0.99

@@ -1,0 +1,122 @@
+"""Lamps: taken out, listed within bounds, drawn with their light."""
+
+import moderngl
+import numpy as np
+import pytest
+
+from heatlens.defocus.blur_pass import BlurPass, BlurTargets
+from heatlens.defocus.fragment_pass import Fragments
+from heatlens.defocus.highlight_pass import (
+    SPRITES_MAX,
+    HighlightBuffers,
+    HighlightDrawPass,
+    HighlightListPass,
+    HighlightSplitPass,
+)
+from heatlens.defocus.line_solver import SweepSolver
+from heatlens.defocus.optics import Optics
+from heatlens.gpu.textures import FloatArray, download, new_array, new_texture, upload
+
+
+class Lamps:
+    """The three highlight passes on one picture."""
+
+    def __init__(self, ctx: moderngl.Context, color: FloatArray, coc: FloatArray) -> None:
+        size = coc.shape[::-1]
+        self.optics = Optics(None, np.array([coc.min(), coc.max()], np.float64))
+        self.color, self.coc = new_texture(ctx, size, 4), new_texture(ctx, size, 1)
+        upload(self.color, np.concatenate([color, np.ones((*coc.shape, 1))], -1))
+        upload(self.coc, coc)
+        self.low, self.high, self.out = (new_texture(ctx, size, 4) for _ in range(3))
+        targets = BlurTargets(new_array(ctx, size, 1, 4), new_texture(ctx, size, 4))
+        sizes = HighlightBuffers.sizes(size)
+        self.buffers = HighlightBuffers(**{k: ctx.buffer(reserve=v) for k, v in sizes.items()})
+        luminance = new_texture(ctx, size, 4)
+        split = HighlightSplitPass(ctx, BlurPass(SweepSolver(ctx)))
+        split.run(self.color, self.coc, self.optics, luminance, targets, self.low, self.high)
+        self.taken = download(self.high)[..., :3]
+        HighlightListPass(ctx).run(self.high, self.optics, self.buffers, self.low)
+        kind, far, near = (new_texture(ctx, size, channels, "f2") for channels in (1, 4, 4))
+        picture = Fragments(self.color, self.coc, kind, far, near)
+        HighlightDrawPass(ctx).run(self.buffers, picture, self.optics, self.out)
+
+    @property
+    def count(self) -> int:
+        return int(np.frombuffer(self.buffers.plan.read(), np.uint32)[1])
+
+    @property
+    def drawn(self) -> FloatArray:
+        return download(self.out)[..., :3]
+
+
+def night(shape: tuple[int, int], lamps: dict[tuple[int, int], float]) -> FloatArray:
+    color = np.full((*shape, 3), 0.05, np.float32)
+    for place, brightness in lamps.items():
+        color[place] = (brightness, 0.8 * brightness, 0.5 * brightness)
+    return color
+
+
+@pytest.mark.parametrize("coc_px", [1.0, 3.0, 8.0, 15.0, 40.0])
+def test_light_is_kept(ctx: moderngl.Context, coc_px: float) -> None:
+    color = night((96, 96), {(48, 48): 100.0, (40, 60): 30.0})
+    lamps = Lamps(ctx, color, np.full((96, 96), coc_px, np.float32))
+    assert lamps.count == 2
+    low = download(lamps.low)[..., :3]
+    total = (low + lamps.drawn).sum(axis=(0, 1), dtype=np.float64)
+    np.testing.assert_allclose(total, color.sum(axis=(0, 1), dtype=np.float64), rtol=2e-3)
+
+
+def test_a_lamp_becomes_a_disc_of_its_coc(ctx: moderngl.Context) -> None:
+    lamps = Lamps(ctx, night((80, 80), {(40, 40): 200.0}), np.full((80, 80), 30.0, np.float32))
+    drawn = lamps.drawn[..., 0]
+    y, x = np.mgrid[:80, :80]
+    radius = np.hypot(y - 40, x - 40)
+    plateau = drawn[radius < 13].mean()
+    np.testing.assert_allclose(drawn[radius < 13.5], plateau, rtol=1e-4)
+    assert np.all(drawn[radius > 16.5] == 0.0)
+    assert np.count_nonzero(drawn > plateau / 2) == pytest.approx(np.pi * 15**2, rel=0.02)
+
+
+def test_a_wall_in_front_hides_the_lamp_but_not_its_whole_disc(ctx: moderngl.Context) -> None:
+    coc = np.full((80, 120), 30.0, np.float32)
+    coc[:, :55] = 0.0  # a wall in focus, left of a lamp at column 60
+    lamps = Lamps(ctx, night((80, 120), {(40, 60): 200.0}), coc)
+    drawn = lamps.drawn[..., 0]
+    assert np.all(drawn[:, :54] == 0.0)
+    assert drawn[40, 70] > 0.0
+
+
+def test_what_is_in_focus_is_no_lamp(ctx: moderngl.Context) -> None:
+    color = night((40, 40), {(20, 20): 100.0})
+    lamps = Lamps(ctx, color, np.zeros((40, 40), np.float32))
+    assert lamps.count == 0
+    assert np.array_equal(download(lamps.low)[..., :3], color)
+
+
+def test_near_lamps_merge_and_far_ones_do_not(ctx: moderngl.Context) -> None:
+    cluster = {(33 + i, 33 + j): 50.0 for i in range(3) for j in range(3)}
+    color = night((80, 80), cluster | {(60, 60): 50.0})
+    assert Lamps(ctx, color, np.full((80, 80), 130.0, np.float32)).count == 2
+    assert Lamps(ctx, color, np.full((80, 80), 8.0, np.float32)).count == 10
+
+
+def test_too_many_lamps_stay_in_the_picture(
+    ctx: moderngl.Context, rng: np.random.Generator
+) -> None:
+    """Sparks everywhere under a wide blur: more disc pixels than the bound at every level."""
+    color = night((256, 256), {})
+    color[rng.random((256, 256)) < 0.03] = 40.0
+    lamps = Lamps(ctx, color, np.full((256, 256), 250.0, np.float32))
+    assert lamps.taken.sum() > 0
+    assert lamps.count == 0
+    np.testing.assert_allclose(download(lamps.low)[..., :3], color, rtol=1e-5)
+    assert np.all(lamps.drawn == 0.0)
+
+
+def test_the_list_is_bounded_and_repeats(ctx: moderngl.Context, rng: np.random.Generator) -> None:
+    color = night((512, 512), {})
+    color[rng.random((512, 512)) < 0.02] = 40.0
+    coc = np.full((512, 512), 4.0, np.float32)
+    first, second = Lamps(ctx, color, coc), Lamps(ctx, color, coc)
+    assert 0 < first.count <= SPRITES_MAX
+    assert np.array_equal(first.drawn, second.drawn)

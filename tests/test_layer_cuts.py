@@ -1,0 +1,57 @@
+"""Cuts between layers: they cover everything once, leave out what is empty and move without jumps."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from heatlens.defocus.layer_cuts import NEAR_CUTS_PX, Cut, LayerCut, layer_cuts
+
+COCS = st.lists(st.floats(-300, 300), min_size=1, max_size=40).map(lambda v: np.sort(np.array(v)))
+
+
+def nearer_than(cut: Cut, coc: np.ndarray) -> np.ndarray:
+    """As lib/layer.lib.glsl has it."""
+    t = np.clip((coc - cut.at_px + cut.half_width_px) / (2 * cut.half_width_px), 0, 1)
+    return 1 - t * t * (3 - 2 * t)
+
+
+def membership(layer: LayerCut, coc: np.ndarray) -> np.ndarray:
+    return np.clip(nearer_than(layer.far, coc) - nearer_than(layer.near, coc), 0, 1)
+
+
+@given(COCS, st.integers(1, 7))
+def test_every_coc_belongs_to_layers_once(coc: np.ndarray, layers_max: int) -> None:
+    layers = layer_cuts(coc, layers_max)
+    assert 1 <= len(layers) <= layers_max
+    np.testing.assert_allclose(sum(membership(layer, coc) for layer in layers), 1.0, atol=1e-9)
+
+
+@given(COCS)
+def test_farthest_first_and_nearest_last(coc: np.ndarray) -> None:
+    layers = layer_cuts(coc, 7)
+    assert layers[0].is_farthest
+    assert [layer.near.at_px for layer in layers] == sorted(
+        (layer.near.at_px for layer in layers), reverse=True
+    )
+
+
+def test_one_depth_is_one_layer_however_blurred() -> None:
+    for coc in (-200.0, -2.0, 0.0, 5.0, 200.0):
+        assert len(layer_cuts(np.array([coc, coc]), 7)) == 1
+
+
+def test_few_layers_drop_the_nearest_cuts() -> None:
+    coc = np.linspace(-100, 50, 400)
+    limits = [layer.near.at_px for layer in layer_cuts(coc, 3)]
+    assert limits[:2] == pytest.approx([50 / 3, NEAR_CUTS_PX[0]])
+
+
+@pytest.mark.parametrize("cut_px", NEAR_CUTS_PX)
+def test_a_cut_appears_before_any_pixel_reaches_it(cut_px: float) -> None:
+    """A layer that comes with a deeper nearest coc holds next to nothing of it at first."""
+    start = cut_px * 0.9
+    before = layer_cuts(np.linspace(start + 1e-3, 0, 200), 7)
+    after = layer_cuts(np.linspace(start - 1e-3, 0, 200), 7)
+    assert len(after) == len(before) + 1
+    assert membership(after[-1], np.array([start - 1e-3]))[0] < 1e-4
