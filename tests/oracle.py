@@ -17,6 +17,8 @@ def conductances(diameter: Array) -> Array:
 def solve_line(conductance: Array, kappa: complex, x: npt.NDArray[np.complex128]) -> Array:
     """(1 + kappa L)^-1 x along one line; x (n, channels)."""
     n = len(x)
+    if n == 1:
+        return x.astype(np.complex128)
     flow = kappa * np.concatenate([[0.0], conductance, [0.0]])
     bands = np.zeros((3, n), np.complex128)
     bands[0, 1:] = -flow[1:n]

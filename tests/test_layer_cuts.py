@@ -1,4 +1,4 @@
-"""Cuts between layers: they cover everything once, leave out what is empty and move without jumps."""
+"""Cuts between layers: everything belongs once, empty layers are left out, cuts do not jump."""
 
 import numpy as np
 import pytest
