@@ -1,0 +1,56 @@
+"""Every shader, in every build the program makes of it, passes the reference GLSL compiler.
+
+Mesa is lenient; drivers of real GPUs are not. The compiler is Debian's package glslang-tools.
+"""
+
+import itertools
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from heatlens.gpu.shader_source import assemble
+from heatlens.paths import data_dir
+
+SHADERS = data_dir("shaders")
+SYSTEMS = {"lib/blur_system.lib.glsl": (1, 2, 5), "lib/fill_system.lib.glsl": (1,)}
+STRATEGIES = {
+    "solve_sweep.comp.glsl": [{"LINES_PER_GROUP": 8}],
+    "solve_partition.comp.glsl": [{"LINES_PER_GROUP": 2, "RUNS": 256, "RUN": 8}],
+    "solve_cyclic.comp.glsl": [{"STAGE": s} for s in ("LOAD", "REDUCE", "SUBSTITUTE", "STORE")],
+}
+
+
+def solver_builds() -> list[tuple[str, dict[str, object]]]:
+    builds: list[tuple[str, dict[str, object]]] = []
+    for (system, poles), rows in itertools.product(SYSTEMS.items(), (True, False)):
+        for count, half in itertools.product(poles, (True, False)):
+            defines = {"SYSTEM": system, "POLES": count, "COMPLEX": int(count > 1)}
+            defines |= {"ROWS": 1} if rows else {}
+            defines |= {"HALF_POLES": 1} if half else {}
+            for name, variants in STRATEGIES.items():
+                builds += [(name, defines | variant) for variant in variants]
+    return builds
+
+
+def pass_builds() -> list[tuple[str, dict[str, object]]]:
+    names = [f.name for f in sorted(SHADERS.glob("*.glsl")) if f.name not in STRATEGIES]
+    return [(name, {}) for name in names] + [("highlight_sprites.comp.glsl", {"COUNT": 1})]
+
+
+@pytest.mark.parametrize("builds", [solver_builds(), pass_builds()], ids=["solvers", "passes"])
+def test_reference_compiler_takes_it(builds: list, tmp_path: Path) -> None:
+    assert shutil.which("glslangValidator"), "apt-get install glslang-tools"
+    by_file = {}
+    for number, (name, defines) in enumerate(builds):
+        stage = name.split(".")[1]
+        file = tmp_path / f"{number}.{stage}"
+        source = assemble(SHADERS, name, defines)
+        file.write_text(source.text)
+        by_file[str(file)] = (name, defines, source)
+    run = subprocess.run(["glslangValidator", *by_file], capture_output=True, text=True)
+    for file, (name, defines, source) in by_file.items():
+        assert f"ERROR: {file}" not in run.stdout, (name, defines, source.explained(run.stdout))
+    assert run.returncode == 0, run.stdout
+    assert len(by_file) > 10
