@@ -30,6 +30,18 @@ def ctx(session_context: moderngl.Context) -> Iterator[moderngl.Context]:
     assert session_context.error == "GL_NO_ERROR"
 
 
+@pytest.fixture(scope="module")
+def command_context(session_context: moderngl.Context) -> Iterator[None]:
+    """Commands run inside the tests draw with the session's context.
+
+    One of their own would become the current one, and calls meant for the session's go there.
+    """
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("heatlens.commands.render.headless_context", lambda: session_context)
+        yield
+    assert session_context.error == "GL_NO_ERROR"
+
+
 @pytest.fixture
 def rng() -> np.random.Generator:
     """The same numbers every time."""

@@ -13,6 +13,7 @@ from heatlens.model.lens import Lens
 from heatlens.model.units import format_distance, parse_distance_m
 
 _FULL_FRAME_WIDTH_MM = 36.0
+_LENS_VALUES = ("focal_length", "sensor_width", "filmback", "f_stop", "focus_distance")
 _FOCUS_AREA_RADIUS_PX = 2  # the median of 5 x 5 pixels: one noisy pixel does not decide
 
 
@@ -52,6 +53,8 @@ def add_lens_options(parser: argparse.ArgumentParser) -> None:
 
 def lens_of(args: argparse.Namespace, plate: Plate) -> tuple[Lens, list[str]]:
     """The lens that the options and the plate's header describe, and a sentence on each value."""
+    if plate.coc_px is not None:
+        return _lens_of_coc(args, plate)
     camera = plate.camera
     focal = _from_header(args.focal_length, plate, "focal_length_mm", "--focal-length")
     f_stop = _from_header(args.f_stop, plate, "f_stop", "--f-stop")
@@ -78,15 +81,30 @@ def lens_of(args: argparse.Namespace, plate: Plate) -> tuple[Lens, list[str]]:
     return lens, said
 
 
+def _lens_of_coc(args: argparse.Namespace, plate: Plate) -> tuple[Lens, list[str]]:
+    """A lens of which only the squeeze counts: the plate brings its circle of confusion."""
+    if args.focus_at is not None:
+        raise _no_distances(plate)
+    said = ["none needed, the plate brings its circle of confusion"]
+    given = [name for name in _LENS_VALUES if getattr(args, name) is not None]
+    said += [f"--{name.replace('_', '-')} is not used" for name in given]
+    return Lens(50.0, 2.8, math.inf, _FULL_FRAME_WIDTH_MM, args.squeeze), said
+
+
+def _no_distances(plate: Plate) -> InputError:
+    return InputError(
+        f"{plate.path}: its depth channel is a circle of confusion, which has no distances; "
+        "--focus-at cannot be used."
+    )
+
+
 def _from_header(given: float | None, plate: Plate, field: str, option: str) -> _Named:
     if given is not None:
         return _Named(given, option)
     value = getattr(plate.camera, field)
     if value is None:
-        raise InputError(
-            f"{plate.path}: the header tells no {field.rsplit('_', 1)[0].replace('_', ' ')}; "
-            f"give it with {option}."
-        )
+        name = field.removesuffix("_mm").replace("_", " ")
+        raise InputError(f"{plate.path}: the header tells no {name}; give it with {option}.")
     return _Named(value, f"header, {plate.camera.sources.get(field, 'camera')}")
 
 
@@ -108,17 +126,16 @@ def _pixel(text: str) -> tuple[int, int]:
     try:
         x, y = (int(part) for part in text.split(","))
     except ValueError:
-        raise InputError(f"--focus-at takes a pixel as X,Y, for instance 960,540; got {text!r}") from None
+        raise InputError(
+            f"--focus-at takes a pixel as X,Y, for instance 960,540; got {text!r}."
+        ) from None
     return x, y
 
 
 def depth_at_m(plate: Plate, x: int, y: int) -> float:
     """Median depth around a pixel, counted from the display window's corner as viewers show it."""
     if plate.depth_m is None:
-        raise InputError(
-            f"{plate.path}: its depth channel is a circle of confusion, which has no distances; "
-            "--focus-at cannot be used."
-        )
+        raise _no_distances(plate)
     window, display = plate.data_window, plate.display_window
     column, row = x + display.x0 - window.x0, y + display.y0 - window.y0
     if not (0 <= column < window.width and 0 <= row < window.height):

@@ -1,12 +1,14 @@
 """The command `heatlens`: chooses the subcommand and turns errors into exit codes.
 
 Exit codes: 0 done, 1 `compare` found the pictures further apart than allowed, 2 something the
-user can mend, 130 stopped with Ctrl-C.
+user can mend, 130 stopped with Ctrl-C, 141 nobody reads the output any more (`| head`).
 """
 
 import argparse
+import os
 import sys
 from collections.abc import Sequence
+from typing import Any, NoReturn
 
 from heatlens import __version__
 from heatlens.commands import bench, compare, info, render
@@ -14,7 +16,8 @@ from heatlens.errors import HeatlensError
 
 _EPILOG = """\
 examples:
-  heatlens render plate.exr -o out.exr --focal-length 50 --sensor-width 36 --f-stop 2 --focus-distance 2.24
+  heatlens render plate.exr -o out.exr --f-stop 2 --focus-distance 2.24 \\
+      --focal-length 50 --sensor-width 36
   heatlens render plate.exr -o out.png --focus-at 960,540 --f-stop 1.4
   heatlens info plate.exr
   heatlens compare out.exr truth.exr --min-psnr 30
@@ -23,9 +26,24 @@ examples:
 """
 
 
+class _Parser(argparse.ArgumentParser):
+    """Answers a wrong option in two lines; argparse would put the whole usage before them."""
+
+    def error(self, message: str) -> NoReturn:
+        """Exit code 2. Commands are parsed by this class too: argparse takes the parent's."""
+        self.exit(2, f"heatlens: {message}\n`{self.prog} --help` explains.\n")
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> tuple[Any, list[str]]:
+        """Nothing may be left over; argparse would blame that on the parent, not the command."""
+        parsed, unknown = super().parse_known_args(args, namespace)
+        if unknown:
+            self.error(f"unrecognized arguments: {' '.join(unknown)}")
+        return parsed, unknown
+
+
 def build_parser() -> argparse.ArgumentParser:
     """The whole command line."""
-    parser = argparse.ArgumentParser(
+    parser = _Parser(
         prog="heatlens",
         description="Puts a real lens in front of a pinhole render: depth of field by diffusion.",
         epilog=_EPILOG,
@@ -40,12 +58,31 @@ def build_parser() -> argparse.ArgumentParser:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line `argv`; returns the exit code."""
-    args = build_parser().parse_args(argv)
     try:
-        return int(args.run(args))
+        args = build_parser().parse_args(argv)
+        code = int(args.run(args))
+        sys.stdout.flush()  # a reader that has gone is noticed here, not when Python ends
+        return code
     except HeatlensError as error:
-        print(f"heatlens: {error}", file=sys.stderr)
-        return 2
+        return _failed(str(error))
+    except MemoryError:
+        return _failed("there is not enough memory. A smaller --proxy or fewer --layers need less.")
+    except BrokenPipeError:
+        _drop_output()
+        return 128 + 13  # as the shell counts a program ended by SIGPIPE
+    except OSError as error:  # files are answered for where they are opened: this is a full disk
+        _drop_output()
+        return _failed(f"{error.filename or 'standard output'}: {error.strerror or error}")
     except KeyboardInterrupt:
         print("heatlens: stopped", file=sys.stderr)
         return 130
+
+
+def _drop_output() -> None:
+    """Send what is still buffered nowhere: it would raise once more when Python ends."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+def _failed(sentence: str) -> int:
+    print(f"heatlens: {sentence}", file=sys.stderr)
+    return 2

@@ -4,6 +4,7 @@ import argparse
 import math
 
 from heatlens.image.plate import PlateOptions
+from heatlens.model.filmback import filmback_named
 from heatlens.model.units import parse_scene_unit_m
 
 _CONVENTIONS = ("auto", "distance", "inverse", "normalized", "normalized-inverted", "coc")
@@ -49,10 +50,14 @@ def add_plate_options(parser: argparse.ArgumentParser) -> None:
 
 
 def plate_options(args: argparse.Namespace) -> PlateOptions:
-    """What `args` say; --focal-length and --sensor-width count where the command has them.
+    """What `args` say; the lens and the film back count where the command has options for them.
 
-    Raises HeatlensError for a unit that is none.
+    Raises HeatlensError for a unit or a film back that is none.
     """
+    filmback = getattr(args, "filmback", None)
+    sensor_width_mm = getattr(args, "sensor_width", None)
+    if filmback is not None:
+        sensor_width_mm = filmback_named(filmback).width_mm
     return PlateOptions(
         depth_channel=args.depth_channel,
         color_layer=args.color_layer,
@@ -62,7 +67,7 @@ def plate_options(args: argparse.Namespace) -> PlateOptions:
         near_m=args.near,
         far_m=args.far,
         focal_length_mm=getattr(args, "focal_length", None),
-        sensor_width_mm=getattr(args, "sensor_width", None),
+        sensor_width_mm=sensor_width_mm,
     )
 
 

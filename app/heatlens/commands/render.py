@@ -3,7 +3,9 @@
 import argparse
 import sys
 import time
+from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 from heatlens.commands.lens_options import add_lens_options, lens_of
 from heatlens.commands.plate_options import add_plate_options, plate_options
@@ -21,11 +23,17 @@ from heatlens.model.shot import Shot
 from heatlens.render import FrameRenderer
 
 _SUFFIXES = (".exr", ".png")
+_DESCRIPTION = """\
+Puts a lens in front of a pinhole plate (EXR with colour and depth) and writes the picture:
+EXR scene-linear with the lens in its header, or PNG for a look.
+"""
 _EPILOG = """\
 examples:
-  heatlens render plate.exr -o out.exr --focal-length 50 --sensor-width 36 --f-stop 2 --focus-distance 2.24
+  heatlens render plate.exr -o out.exr --f-stop 2 --focus-distance 2.24 \\
+      --focal-length 50 --sensor-width 36
   heatlens render plate.exr -o out.png --focus-at 960,540 --f-stop 1.4
-  heatlens render plate.exr -o quick.png --f-stop 2 --focus-distance 6'3" --quality draft --proxy 0.5
+  heatlens render plate.exr -o quick.png --f-stop 2 --focus-distance 6'3" \\
+      --quality draft --proxy 0.5
 """
 
 
@@ -34,8 +42,7 @@ def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
     parser = commands.add_parser(
         "render",
         help="render a plate with depth of field",
-        description="Put a lens in front of a pinhole plate (EXR with colour and depth) and write "
-        "the picture: EXR scene-linear with the lens in its header, or PNG for a look.",
+        description=_DESCRIPTION,
         epilog=_EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
@@ -54,20 +61,22 @@ def add_blur_options(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("blur", "How it is computed, never how much of it there is.")
     group.add_argument(
         "--bokeh",
-        type=Bokeh,
-        choices=list(Bokeh),
-        default=Bokeh.DISC,
+        choices=[str(bokeh) for bokeh in Bokeh],
+        default=str(Bokeh.DISC),
         help="shape of a point of light: disc as a lens (default), gaussian, or heat, "
         "the fastest, a four-pointed star",
     )
     group.add_argument(
-        "--quality", type=Quality, choices=list(Quality), default=Quality.FILM, help="default film"
+        "--quality",
+        choices=[str(quality) for quality in Quality],
+        default=str(Quality.FILM),
+        help="how closely that shape is met; the amount of blur is the same (default film)",
     )
     group.add_argument(
         "--layers",
         type=int,
         metavar="N",
-        help=f"depth layers, 1 (nothing uncovers) to {LAYERS_MAX}; default: what the quality brings",
+        help=f"depth layers, 1 (nothing uncovers) to {LAYERS_MAX}; default: as the quality says",
     )
     group.add_argument(
         "--proxy",
@@ -80,13 +89,13 @@ def add_blur_options(parser: argparse.ArgumentParser) -> None:
 
 def settings_of(args: argparse.Namespace) -> DefocusSettings:
     """The blur options as a value."""
-    return DefocusSettings(args.bokeh, args.quality, args.layers, args.proxy)
+    return DefocusSettings(Bokeh(args.bokeh), Quality(args.quality), args.layers, args.proxy)
 
 
 def run(args: argparse.Namespace) -> int:
     """Read, render, write; say what was decided on the way."""
     start = time.perf_counter()
-    _check_output(args.output)
+    _check_output(args.output, args.plate)
     settings = settings_of(args)
     plate = read_plate(args.plate, plate_options(args))
     lens, said = lens_of(args, plate)
@@ -104,29 +113,34 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def write_picture(
-    args: argparse.Namespace, plate: Plate, lens: Lens, pixels: FloatArray
-) -> None:
+def write_picture(args: argparse.Namespace, plate: Plate, lens: Lens, pixels: FloatArray) -> None:
     """Write `pixels` (H, W, 4) as the suffix of --output asks."""
     if args.output.suffix.lower() == ".png":
         write_png(args.output, pixels if plate.has_alpha else pixels[..., :3])
         return
     names = "RGBA" if plate.has_alpha else "RGB"
-    attributes = plate.attributes | lens_attributes(
-        lens.focal_length_mm,
-        lens.f_stop,
-        lens.focus_distance_m,
-        lens.sensor_width_mm,
-        plate.camera.sensor_height_mm,
-    )
     write_exr(
         args.output,
         {name: pixels[..., i] for i, name in enumerate(names)},
         _scaled(plate.data_window, args.proxy, pixels.shape[1::-1]),
         _scaled(plate.display_window, args.proxy),
         plate.pixel_aspect_ratio,
-        attributes,
+        plate.attributes | _lens_header(plate, lens),
         half=not args.float,
+    )
+
+
+def _lens_header(plate: Plate, lens: Lens) -> dict[str, Any]:
+    """The lens as header attributes; none where the plate brought its circle of confusion.
+
+    The height of the sensor is known only to the header, and only for the width that it tells.
+    """
+    if plate.coc_px is not None:
+        return {}
+    camera = plate.camera
+    height_mm = camera.sensor_height_mm if camera.sensor_width_mm == lens.sensor_width_mm else None
+    return lens_attributes(
+        lens.focal_length_mm, lens.f_stop, lens.focus_distance_m, lens.sensor_width_mm, height_mm
     )
 
 
@@ -137,11 +151,16 @@ def _scaled(box: Box, scale: float, size: tuple[int, ...] | None = None) -> Box:
     return Box(x0, y0, x0 + width, y0 + height)
 
 
-def _check_output(path: Path) -> None:
+def _check_output(path: Path, plate: Path) -> None:
+    """What would only fail after the rendering, or destroy what is rendered."""
     if path.suffix.lower() not in _SUFFIXES:
         raise InputError(f"{path}: the output must end in {' or '.join(_SUFFIXES)}.")
     if not path.parent.is_dir():
         raise InputError(f"{path}: there is no folder {path.parent}.")
+    if path.is_dir():
+        raise InputError(f"{path} is a folder: give the name of a file to write.")
+    if path.exists() and plate.exists() and path.samefile(plate):
+        raise InputError(f"{path} is the plate itself: give another name for the output.")
 
 
 def _say(*sentences: str) -> None:
@@ -150,7 +169,7 @@ def _say(*sentences: str) -> None:
 
 
 def _say_stats(renderer: FrameRenderer, at: tuple[float, float, float, float]) -> None:
-    read, render, write = (1e3 * (b - a) for a, b in zip(at, at[1:], strict=False))
+    read, render, write = (1e3 * (b - a) for a, b in pairwise(at))
     _say(f"read {read:.0f} ms, render {render:.0f} ms, write {write:.0f} ms")
     _say(f"on {renderer.ctx.info['GL_RENDERER']}, solver {renderer.solver.name}")
     for name, entry in renderer.stopwatch.times.items():
