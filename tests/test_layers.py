@@ -12,9 +12,10 @@ import pytest
 import heatlens
 
 PACKAGE = Path(heatlens.__file__).parent
-LAYERS = ("base", "model", "image", "gpu", "defocus", "render", "compare", "commands")
+LAYERS = ("base", "model", "image", "gpu", "defocus", "render", "compare", "bench", "commands")
 BASE = ("__init__", "errors", "paths")
-GPU_LAYERS = ("gpu", "defocus", "render")  # render passes textures on, and owns none of its own
+# render passes textures on and owns none of its own; bench owns those it measures with
+GPU_LAYERS = ("gpu", "defocus", "render", "bench")
 LINES_MAX = 300
 FILES = sorted(PACKAGE.rglob("*.py"))
 
