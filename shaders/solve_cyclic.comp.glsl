@@ -34,7 +34,7 @@ void load(int slot, ivec2 at, int i) {
     float right = i + 1 < line_length ? conductance(node, node_at(at + axis)) : 0.0;
     for (int p = 0; p < POLES; ++p) {
         link_buf[index_of(slot, i, p)] =
-            Link(num(specific_heat(node)), kappa[p] * left, kappa[p] * right);
+            Link(num(specific_heat(node)), flow(p, left), flow(p, right));
         r_buf[index_of(slot, i, p)] = source(at, p);
     }
 }

@@ -78,13 +78,13 @@ void solve_pole(int p, int line, int run, out Value y[RUN]) {
     if (inside) {
         g = num(specific_heat(node));
         r = source(pixel_at(line, first), p);
-        if (run > 0) c = kappa[p] * conductance(node_at(pixel_at(line, first - 1)), node);
+        if (run > 0) c = flow(p, conductance(node_at(pixel_at(line, first - 1)), node));
     }
     for (int j = 0; j < RUN - 1; ++j) {
         bool goes_on = line != NO_LINE && first + j + 1 < line_length;
         ivec2 next_at = pixel_at(line, first + j + 1);
         Node next = goes_on ? node_at(next_at) : NODE_OUTSIDE;
-        Num b = goes_on ? kappa[p] * conductance(node, next) : ZERO_NUM;
+        Num b = goes_on ? flow(p, conductance(node, next)) : ZERO_NUM;
         Num inverse_sum = inverted(g + c + b);
         to_left[j] = mul(c, inverse_sum);
         to_next[j] = mul(b, inverse_sum);

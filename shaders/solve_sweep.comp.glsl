@@ -29,7 +29,7 @@ void eliminate_forward(int line, int slot) {
         float b = last ? 0.0 : conductance(node, next);
         sources(at, r);
         for (int p = 0; p < POLES; ++p) {
-            Num b_in = kappa[p] * b_prev, b_out = kappa[p] * b;
+            Num b_in = flow(p, b_prev), b_out = flow(p, b);
             Num u = num(specific_heat(node)) + mul(b_in, t[p]);
             Num inverse_sum = inverted(u + b_out);
             s[p] = mul(inverse_sum, r[p] + mul(b_in, s[p]));

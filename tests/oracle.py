@@ -14,12 +14,24 @@ def conductances(diameter: Array) -> Array:
     return np.minimum(diameter[..., 1:], diameter[..., :-1]) ** 2
 
 
-def solve_line(conductance: Array, kappa: complex, x: npt.NDArray[np.complex128]) -> Array:
-    """(1 + kappa L)^-1 x along one line; x (n, channels)."""
+def compact_weights(conductance: Array, kernel: Kernel) -> Array:
+    """c of the compact Laplacian between neighbours; it fades with d^2 below 4 px."""
+    return kernel.compact * np.minimum(conductance / 16.0, 1.0)
+
+
+def laplacian(weights: Array, x: Array) -> Array:
+    """L x along the first axis; weights (n - 1, ...)."""
+    flow = weights[..., None] * np.diff(x, axis=0)
+    zero = np.zeros((1, *flow.shape[1:]))
+    return np.concatenate([zero, flow]) - np.concatenate([flow, zero])
+
+
+def solve_line(flow: npt.NDArray[np.complex128], x: npt.NDArray[np.complex128]) -> Array:
+    """(1 + L)^-1 x along one line with complex conductances flow (n - 1,); x (n, channels)."""
     n = len(x)
     if n == 1:
         return x.astype(np.complex128)
-    flow = kappa * np.concatenate([[0.0], conductance, [0.0]])
+    flow = np.concatenate([[0.0], flow, [0.0]])
     bands = np.zeros((3, n), np.complex128)
     bands[0, 1:] = -flow[1:n]
     bands[1] = 1.0 + flow[:n] + flow[1 : n + 1]
@@ -29,20 +41,28 @@ def solve_line(conductance: Array, kappa: complex, x: npt.NDArray[np.complex128]
 
 def blur(x: Array, coc: Array, kernel: Kernel, scales: tuple[float, float] = (1.0, 1.0)) -> Array:
     """x (H, W, C) diffused by |coc| (H, W), rows then columns, in complex128."""
+    across, down = (conductances(d) for d in (np.abs(coc) * scales[0], (np.abs(coc) * scales[1]).T))
+    weights = compact_weights(across.T, kernel), compact_weights(down.T, kernel)
     for _ in range(kernel.steps):
-        x = _blur_once(x, np.abs(coc), kernel, scales)
+        x = x - laplacian(weights[1], x)
+        x = x - laplacian(weights[0], x.swapaxes(0, 1)).swapaxes(0, 1)
+        x = _blur_once(x, across, down, kernel)
     return x
 
 
-def _blur_once(x: Array, d: Array, kernel: Kernel, scales: tuple[float, float]) -> Array:
-    by_row, by_column = conductances(d * scales[0]), conductances((d * scales[1]).T)
+def _blur_once(x: Array, across: Array, down: Array, kernel: Kernel) -> Array:
+    def flows(conductance: Array, kappa: complex) -> npt.NDArray[np.complex128]:
+        return kappa * conductance - compact_weights(conductance, kernel)
+
     rows = [
-        np.stack([solve_line(b, kappa, line) for b, line in zip(by_row, x, strict=True)])
+        np.stack(
+            [solve_line(flow, line) for flow, line in zip(flows(across, kappa), x, strict=True)]
+        )
         for kappa in kernel.poles
     ]
     out = np.zeros(x.shape)
     for column_pole, kappa in enumerate(kernel.poles):
         mixed = sum(kernel.mix[a, column_pole] * row for a, row in enumerate(rows))
-        for i, b in enumerate(by_column):
-            out[:, i] += solve_line(b, kappa, mixed[:, i]).real
+        for i, flow in enumerate(flows(down, kappa)):
+            out[:, i] += solve_line(flow, mixed[:, i]).real
     return out

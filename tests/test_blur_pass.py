@@ -36,7 +36,7 @@ def blurred(
         new_array(ctx, (width, height), pole_layers(kernel), 4, storage),
         new_texture(ctx, (width, height), 4),
     )
-    BlurPass(solver).run(color, diameter, kernel, scales, targets)
+    BlurPass(ctx, solver).run(color, diameter, kernel, scales, targets)
     result = download(targets.out_color)
     for texture in (color, diameter, targets.poles, targets.out_color):
         texture.release()

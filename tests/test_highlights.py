@@ -32,7 +32,7 @@ class Lamps:
         sizes = HighlightBuffers.sizes(size)
         self.buffers = HighlightBuffers(**{k: ctx.buffer(reserve=v) for k, v in sizes.items()})
         luminance = new_texture(ctx, size, 4)
-        split = HighlightSplitPass(ctx, BlurPass(SweepSolver(ctx)))
+        split = HighlightSplitPass(ctx, BlurPass(ctx, SweepSolver(ctx)))
         split.run(self.color, self.coc, self.optics, luminance, targets, self.low, self.high)
         self.taken = download(self.high)[..., :3]
         HighlightListPass(ctx).run(self.high, self.optics, self.buffers, self.low)

@@ -8,17 +8,18 @@
 //
 // Inputs
 //   coc_tx      signed circle of confusion, diameter in pixels
-//   color_tx    rgb scene-linear times coverage, a coverage
+//   source_tx   rows only: rgb scene-linear times coverage, a coverage (compact_source.comp.glsl)
+//   color_tx    columns only: the same before it was made a source
 //   poles_tx    columns only: one image a pole, two layers each (real, imaginary) if COMPLEX
 // Outputs
 //   out_poles_img (rows)    out_color_img (columns)
 
+#include "lib/compact.lib.glsl"
 #include "lib/number.lib.glsl"
 #include "lib/each_pole.lib.glsl"
 #include "lib/line.lib.glsl"
 
 uniform sampler2D coc_tx;
-uniform sampler2D color_tx;
 uniform float axis_scale;  // squeeze and pixel aspect: diameter along this axis / coc_tx
 uniform float least_px;    // pixels with a smaller coc are blurred by this
 uniform Num kappa[POLES];
@@ -36,13 +37,16 @@ float conductance(float d, float d_next) {
 
 float specific_heat(float d) { return 1.0; }
 
+Num flow(int pole, float d_2) { return kappa[pole] * d_2 - num(compact_at(d_2)); }
+
 #ifdef ROWS
+uniform sampler2D source_tx;
 uniform writeonly image2DArray out_poles_img;
 
-Value source(ivec2 at, int pole) { return value(texelFetch(color_tx, at, 0)); }
+Value source(ivec2 at, int pole) { return value(texelFetch(source_tx, at, 0)); }
 
 void sources(ivec2 at, out Value r[POLES]) {
-    Value x = value(texelFetch(color_tx, at, 0));
+    Value x = value(texelFetch(source_tx, at, 0));
     for (int p = 0; p < POLES; ++p) r[p] = x;
 }
 
@@ -68,6 +72,7 @@ void store_pole(ivec2 at, int pole, Value y) {
 
 #else
 uniform sampler2DArray poles_tx;
+uniform sampler2D color_tx;
 uniform Num mix_weights[POLES * POLES];  // M, symmetric
 uniform writeonly image2D out_color_img;
 

@@ -26,6 +26,7 @@ float conductance(float content, float next) {
     return (1.0 - min(content, next)) * FILL_CONDUCTANCE;
 }
 float specific_heat(float content) { return content + FILL_LEAK; }
+Num flow(int pole, float conductance) { return kappa[pole] * conductance; }
 
 Value source(ivec2 at, int pole) {
     vec2 state = texelFetch(state_tx, at, 0).rg;

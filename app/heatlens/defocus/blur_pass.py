@@ -6,6 +6,8 @@ import moderngl
 
 from heatlens.defocus.kernels import Kernel
 from heatlens.defocus.line_solver import Bindings, LineSolver, LineSystem
+from heatlens.defocus.plate_passes import tiles
+from heatlens.gpu.program import ComputeProgram
 
 
 @dataclass(frozen=True)
@@ -22,10 +24,11 @@ def pole_layers(kernel: Kernel) -> int:
 
 
 class BlurPass:
-    """y = Re sum_ab M_ab (1 + kappa_b L_y)^-1 (1 + kappa_a L_x)^-1 x."""
+    """y = Re sum_ab M_ab (1 + kappa_b L_y)^-1 (1 + kappa_a L_x)^-1 x, L compact for discs."""
 
-    def __init__(self, solver: LineSolver) -> None:
+    def __init__(self, ctx: moderngl.Context, solver: LineSolver) -> None:
         self._solver = solver
+        self._source = ComputeProgram(ctx, "compact_source.comp.glsl")
 
     def run(
         self,
@@ -36,10 +39,10 @@ class BlurPass:
         targets: BlurTargets,
         least_px: float = 0.0,
     ) -> None:
-        """Diffuse RGBA `color` by |`coc`| (diameter in pixels), at least `least_px`, times
-        `axis_scales` (x, y).
+        """Diffuse RGBA `color` by |`coc`| (diameter in pixels) times `axis_scales` (x, y).
 
-        With several steps out_color is fed back; it must not be `color` itself.
+        A coc under `least_px` counts as that. `color` must not be the target: with several steps
+        the target is fed back, and a compact kernel's source lies there first.
         """
         system = LineSystem(
             "lib/blur_system.lib.glsl",
@@ -50,31 +53,55 @@ class BlurPass:
         uniforms = {
             "kappa": _numbers(kernel, "poles"),
             "mix_weights": _numbers(kernel, "mix"),
+            "compact_c": kernel.compact,
             "least_px": least_px,
         }
-        for step in range(kernel.steps):
-            source = color if step == 0 else targets.out_color
-            textures = {"coc_tx": coc, "color_tx": source}
-            self._solver.solve(
-                system,
-                "rows",
-                color.size,
-                Bindings(
-                    textures,
-                    {"out_poles_img": targets.poles},
-                    uniforms | {"axis_scale": axis_scales[0]},
-                ),
-            )
-            self._solver.solve(
-                system,
-                "columns",
-                color.size,
-                Bindings(
-                    {"coc_tx": coc, "color_tx": color, "poles_tx": targets.poles},
-                    {"out_color_img": targets.out_color},
-                    uniforms | {"axis_scale": axis_scales[1]},
-                ),
-            )
+        source = color
+        if kernel.compact:
+            self._make_source(color, coc, axis_scales, uniforms, targets.out_color)
+            source = targets.out_color
+        for _ in range(kernel.steps):
+            self._step(system, coc, color, source, axis_scales, uniforms, targets)
+            source = targets.out_color
+
+    def _make_source(
+        self,
+        color: moderngl.Texture,
+        coc: moderngl.Texture,
+        axis_scales: tuple[float, float],
+        uniforms: dict[str, object],
+        out_color: moderngl.Texture,
+    ) -> None:
+        self._source.dispatch(
+            tiles(color.size),
+            textures={"color_tx": color, "coc_tx": coc},
+            images={"out_color_img": out_color},
+            uniforms=uniforms | {"axis_scales": axis_scales},
+        )
+
+    def _step(
+        self,
+        system: LineSystem,
+        coc: moderngl.Texture,
+        color: moderngl.Texture,
+        source: moderngl.Texture,
+        axis_scales: tuple[float, float],
+        uniforms: dict[str, object],
+        targets: BlurTargets,
+    ) -> None:
+        """Rows of `source`, then columns; what is in focus is `color` again."""
+        rows = Bindings(
+            {"coc_tx": coc, "source_tx": source},
+            {"out_poles_img": targets.poles},
+            uniforms | {"axis_scale": axis_scales[0]},
+        )
+        columns = Bindings(
+            {"coc_tx": coc, "color_tx": color, "poles_tx": targets.poles},
+            {"out_color_img": targets.out_color},
+            uniforms | {"axis_scale": axis_scales[1]},
+        )
+        self._solver.solve(system, "rows", color.size, rows)
+        self._solver.solve(system, "columns", color.size, columns)
 
 
 def _numbers(kernel: Kernel, field: str) -> object:

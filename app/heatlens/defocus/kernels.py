@@ -16,17 +16,24 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+# Over d = 4..16 px the radius at half height is nearest to the disc's with this one.
+DISC_COMPACT = 0.11
+
 _FILE = Path(__file__).with_name("disc_kernels.json")
 
 
 @dataclass(frozen=True, eq=False)
 class Kernel:
-    """Poles (J,) and mixing weights (J, J), complex128; `steps` times one after the other."""
+    """Poles (J,) and mixing weights (J, J), complex128; `steps` times one after the other.
+
+    `compact` is c of the compact Laplacian L / (1 - c L), see shaders/lib/compact.lib.glsl; 0: L.
+    """
 
     name: str
     poles: npt.NDArray[np.complex128]
     mix: npt.NDArray[np.complex128]
     steps: int = 1
+    compact: float = 0.0
 
     @property
     def is_complex(self) -> bool:
@@ -38,7 +45,8 @@ class Kernel:
 def named_kernel(name: str) -> Kernel:
     """`heat` or `disc_2` ... as fitted; KeyError for a name the file does not have."""
     entry = json.loads(_FILE.read_text())["kernels"][name]
-    return Kernel(name, _complex(entry["kappa"]), _complex(entry["M"]))
+    compact = DISC_COMPACT if name.startswith("disc") else 0.0
+    return Kernel(name, _complex(entry["kappa"]), _complex(entry["M"]), compact=compact)
 
 
 @cache

@@ -46,7 +46,7 @@ class DefocusPipeline:
         self._split = LayerSplitPass(ctx)
         self._hidden = HiddenFillPass(ctx)
         self._coc_fill = CocFillPass(solver)
-        self._blur = BlurPass(solver)
+        self._blur = BlurPass(ctx, solver)
         self._composite = CompositePass(ctx)
         self._split_lamps = HighlightSplitPass(ctx, self._blur)
         self._list_lamps = HighlightListPass(ctx)

@@ -35,7 +35,7 @@ def _probe_seconds(ctx: moderngl.Context, solver: LineSolver, size: tuple[int, i
     poles = new_array(ctx, size, pole_layers(_PROBE_KERNEL), 4)
     upload(coc, np.full(size[::-1], 10.0, np.float32))
     run = partial(
-        BlurPass(solver).run, color, coc, _PROBE_KERNEL, (1.0, 1.0), BlurTargets(poles, out)
+        BlurPass(ctx, solver).run, color, coc, _PROBE_KERNEL, (1.0, 1.0), BlurTargets(poles, out)
     )
     run()  # builds the programs
     ctx.finish()
