@@ -1,13 +1,15 @@
 """Plates made in memory, the same every time, with all that costs time: no file is needed."""
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from heatlens.image.plate import CameraHeader, DepthReport, FloatImage, Plate
+from heatlens.image.plate import CameraHeader, DepthConvention, DepthReport, FloatImage, Plate
 from heatlens.model.boxes import Box
+from heatlens.model.coc import coc_line, coc_px
 from heatlens.model.lens import Lens
 
 # Wide open and focused between the objects: blur on both sides, and every layer is occupied.
@@ -30,23 +32,46 @@ _LAMPS = ((0.15, 0.28), (0.25, 0.28), (0.52, 0.30), (0.66, 0.12), (0.74, 0.22))
 
 def scene_plate(size: tuple[int, int]) -> Plate:
     """A textured ground to the horizon, sky, near and far things before it and a few lamps."""
+    color, depth_m = _scene(size)
+    return _plate(color, depth_m=depth_m)
+
+
+def scene_coc_px(size: tuple[int, int], lens: Lens = LENS) -> FloatImage:
+    """The scene's signed circle of confusion (H, W), diameter in pixels."""
+    _, depth_m = _scene(size)
+    return np.asarray(coc_px(depth_m, coc_line(lens, size[0])), np.float32)
+
+
+def lens_reaching(largest_coc_px: float, size: tuple[int, int]) -> Lens:
+    """`LENS` opened or closed until this is the scene's largest |coc|: it goes with 1 / f-stop."""
+    largest = float(np.max(np.abs(scene_coc_px(size))))
+    return replace(LENS, f_stop=LENS.f_stop * largest / largest_coc_px)
+
+
+def uniform_coc_plate(size: tuple[int, int], diameter_px: float) -> Plate:
+    """The same colours, everywhere behind the focus by `diameter_px` of coc."""
+    width, height = size
+    everywhere = np.full((height, width), diameter_px, np.float32)
+    return _plate(_scene(size)[0], coc=everywhere)
+
+
+def _scene(size: tuple[int, int]) -> tuple[FloatImage, FloatImage]:
+    """Colour (H, W, 3) and metres (H, W)."""
     color, depth_m = _ground_and_sky(size)
     texture = _texture(size)
     width, height = size
     for left, right, top, bottom, away_m, rgb in _POSTS:
-        rows = slice(int(top * height), max(int(bottom * height), int(top * height) + 1))
-        columns = slice(int(left * width), max(int(right * width), int(left * width) + 1))
+        rows, columns = _pixels(top, bottom, height), _pixels(left, right, width)
         depth_m[rows, columns] = away_m
-        color[rows, columns] = texture[rows, columns, None] * np.float32(rgb)
+        color[rows, columns] = texture[rows, columns, None] * np.array(rgb, np.float32)
     for x, y in _LAMPS:
         color[int(y * height), int(x * width)] = _LAMP_LIGHT
-    return _plate(color, depth_m=depth_m)
+    return color, depth_m
 
 
-def uniform_coc_plate(size: tuple[int, int], coc_px: float) -> Plate:
-    """The same colours, everywhere behind the focus by `coc_px` (diameter, pixels)."""
-    width, height = size
-    return _plate(scene_plate(size).color, coc_px=np.full((height, width), coc_px, np.float32))
+def _pixels(start: float, stop: float, count: int) -> slice:
+    """From share to share of `count` pixels, one at least."""
+    return slice(int(start * count), max(int(stop * count), int(start * count) + 1))
 
 
 def _ground_and_sky(size: tuple[int, int]) -> tuple[FloatImage, FloatImage]:
@@ -56,8 +81,8 @@ def _ground_and_sky(size: tuple[int, int]) -> tuple[FloatImage, FloatImage]:
     below_px = np.arange(height, dtype=np.float32)[:, None] + 0.5 - _HORIZON * height
     is_ground = np.broadcast_to(below_px > 0.0, (height, width))
     depth_m = np.where(is_ground, _CAMERA_HEIGHT_M * focal_px / np.maximum(below_px, 0.5), np.inf)
-    ground = _texture(size)[..., None] * np.float32((0.35, 0.30, 0.22))
-    color = np.where(is_ground[..., None], ground, np.float32((0.45, 0.60, 0.90)))
+    ground = _texture(size)[..., None] * np.array((0.35, 0.30, 0.22), np.float32)
+    color = np.where(is_ground[..., None], ground, np.array((0.45, 0.60, 0.90), np.float32))
     return color.astype(np.float32), depth_m.astype(np.float32)
 
 
@@ -72,19 +97,19 @@ def _texture(size: tuple[int, int]) -> FloatImage:
 
 
 def _plate(
-    color: FloatImage, depth_m: FloatImage | None = None, coc_px: FloatImage | None = None
+    color: FloatImage, depth_m: FloatImage | None = None, coc: FloatImage | None = None
 ) -> Plate:
     height, width = color.shape[:2]
     window = Box(0, 0, width, height)
     rgba = np.ones((height, width, 4), np.float32)
-    rgba[..., :3] = color[..., :3]
-    convention = "coc" if depth_m is None else "distance"
+    rgba[..., :3] = color
+    convention: DepthConvention = "coc" if depth_m is None else "distance"
     return Plate(
         path=Path("synthetic"),
         color=rgba,
         has_alpha=False,
         depth_m=depth_m,
-        coc_px=coc_px,
+        coc_px=coc,
         data_window=window,
         display_window=window,
         pixel_aspect_ratio=1.0,

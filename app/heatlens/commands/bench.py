@@ -1,36 +1,132 @@
 """`heatlens bench`: how long a frame takes on this machine, and where the time goes."""
 
 import argparse
+import json
+import re
+import resource
 import sys
-import time
-from statistics import median
+from dataclasses import asdict
 
-from heatlens.bench.synthetic_plate import LENS, scene_plate
+from heatlens.bench.frames import BenchFrames
+from heatlens.bench.measure import (
+    measure_bare,
+    measure_coc_sweep,
+    measure_frame,
+    measure_size_sweep,
+)
+from heatlens.bench.report import BenchReport, report_text
 from heatlens.commands.render import add_blur_options, settings_of
+from heatlens.defocus.line_solver import SOLVERS
+from heatlens.errors import InputError
 from heatlens.gpu.context import headless_context
-from heatlens.model.shot import Shot
-from heatlens.render import FrameRenderer
+from heatlens.model.settings import DefocusSettings
+
+_DESCRIPTION = """\
+Renders a scene made in memory again and again and says what each pass takes: milliseconds, the
+bytes it moves and the least it could move, and how close it comes to the rate of a plain copy.
+"""
+_EPILOG = """\
+examples:
+  heatlens bench
+  heatlens bench --bokeh heat --layers 1 --bare
+  heatlens bench --quality draft --runs 3 --sweep-coc
+  heatlens bench --solver partition --json > partition.json
+"""
 
 
 def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
     """Add `bench` to the command line."""
-    parser = commands.add_parser("bench", help="measure how long a frame takes on this machine")
+    parser = commands.add_parser(
+        "bench",
+        help="measure how long a frame takes on this machine",
+        description=_DESCRIPTION,
+        epilog=_EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument(
+        "--size",
+        type=_size,
+        default=(1920, 1080),
+        metavar="WxH",
+        help="pixels across and down (default 1920x1080)",
+    )
     add_blur_options(parser)
-    parser.add_argument("--runs", type=int, default=5, help="frames to take the median of")
+    _add_measure_options(parser)
     parser.set_defaults(run=run)
 
 
+def _add_measure_options(parser: argparse.ArgumentParser) -> None:
+    group = parser.add_argument_group("what is measured")
+    group.add_argument(
+        "--solver",
+        choices=("auto", *SOLVERS),
+        default="auto",
+        help="how the lines are solved: sweep suits processors, partition GPUs, cyclic is the 2006 "
+        "memo's, for comparison; auto (default) takes what `render` would take here",
+    )
+    group.add_argument(
+        "--runs",
+        type=int,
+        default=5,
+        metavar="N",
+        help="frames to take each median of, after a warm-up (default 5)",
+    )
+    group.add_argument(
+        "--sweep-coc",
+        action="store_true",
+        help="also a frame's time against its circle of confusion, 2 to 200 px, and against its "
+        "size, 960x540 to 3840x2160; minutes on a software rasteriser",
+    )
+    group.add_argument(
+        "--bare",
+        action="store_true",
+        help="also one layer of heat beside the two bare line sweeps that it cannot do without",
+    )
+    group.add_argument("--json", action="store_true", help="one JSON object instead of tables")
+
+
 def run(args: argparse.Namespace) -> int:
-    """Render a synthetic plate `runs` times after a warm-up; print the median."""
-    renderer = FrameRenderer(headless_context())
-    renderer.load(scene_plate((1920, 1080)))
-    shot = Shot(LENS, settings_of(args))
-    seconds = []
-    for _ in range(args.runs + 1):
-        start = time.perf_counter()
-        renderer.render(shot)
-        renderer.ctx.finish()
-        seconds.append(time.perf_counter() - start)
-    print(f"heatlens: {renderer.ctx.info['GL_RENDERER']}", file=sys.stderr)
-    print(f"frame {1e3 * median(seconds[1:]):.1f} ms")
+    """Measure what was asked for; progress to stderr, results to stdout."""
+    settings = settings_of(args)
+    if args.runs < 1:
+        raise InputError(f"--runs must be at least 1, got {args.runs}.")
+    report = _measured(args, BenchFrames(headless_context(), args.solver), settings)
+    if args.json:
+        print(json.dumps(asdict(report), indent=2, allow_nan=False))
+    else:
+        print(report_text(report))
     return 0
+
+
+def _measured(
+    args: argparse.Namespace, frames: BenchFrames, settings: DefocusSettings
+) -> BenchReport:
+    size, runs = args.size, args.runs
+    frames.check_fits(size, settings)
+    coc_sweep = size_sweep = bare = None
+    if args.bare:  # first: its limit is met before minutes are spent
+        bare = measure_bare(frames, size, runs, _say)
+    frame = measure_frame(frames, size, settings, runs, _say)
+    if args.sweep_coc:
+        coc_sweep = measure_coc_sweep(frames, size, settings, runs, _say)
+        size_sweep = measure_size_sweep(frames, settings, runs, _say)
+    return BenchReport(frame, coc_sweep, size_sweep, bare, _peak_memory_mb())
+
+
+def _say(sentence: str) -> None:
+    print(f"heatlens: {sentence}", file=sys.stderr, flush=True)
+
+
+def _size(text: str) -> tuple[int, int]:
+    """WxH; argparse turns the error into its own sentence."""
+    match = re.fullmatch(r"(\d{1,6})x(\d{1,6})", text)
+    size = (int(match[1]), int(match[2])) if match else (0, 0)
+    if min(size) < 1:
+        raise argparse.ArgumentTypeError(f"{text!r} is no size in pixels, such as 1920x1080")
+    return size
+
+
+def _peak_memory_mb() -> float:
+    """The most memory this process ever held; a software rasteriser's textures are part of it."""
+    kilobytes = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss  # kibibytes, on Linux
+    return kilobytes * 1024 / 1e6

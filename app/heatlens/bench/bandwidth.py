@@ -1,0 +1,37 @@
+"""What this machine's memory gives at best: a shader that copies a picture."""
+
+import moderngl
+
+from heatlens.defocus.plate_passes import tiles
+from heatlens.gpu.context import is_software
+from heatlens.gpu.program import ComputeProgram
+from heatlens.gpu.stopwatch import Stopwatch
+from heatlens.gpu.textures import new_texture
+
+_BYTES_PER_PIXEL = 32  # rgba32f read and written
+_LARGE = (4096, 4096)  # 256 MiB: more than the caches of any GPU hold
+_TRIES = 7
+
+
+def copy_bytes_per_second(ctx: moderngl.Context, size: tuple[int, int]) -> float:
+    """Best of several copies, the first not counted; of `size` on a software rasteriser, whose
+    caches the passes meet in the same state, and of a large picture on a GPU."""
+    size = size if is_software(ctx) else _LARGE
+    program = ComputeProgram(ctx, "bandwidth_copy.comp.glsl")
+    source, target = (new_texture(ctx, size, 4) for _ in range(2))
+    source.write(bytes(16 * size[0] * size[1]))  # memory that was never written costs nothing
+    seconds = [_copy_seconds(program, source, target) for _ in range(_TRIES + 1)]
+    for thing in (program, source, target):
+        thing.release()
+    return _BYTES_PER_PIXEL * size[0] * size[1] / min(seconds[1:])
+
+
+def _copy_seconds(
+    program: ComputeProgram, source: moderngl.Texture, target: moderngl.Texture
+) -> float:
+    stopwatch = Stopwatch(source.ctx, on=True)
+    with stopwatch.measure("copy"):
+        program.dispatch(
+            tiles(source.size), textures={"color_tx": source}, images={"out_color_img": target}
+        )
+    return stopwatch.times["copy"].seconds

@@ -1,0 +1,122 @@
+"""A plate on the GPU rendered again and again: whole frames, and the time of each pass."""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from statistics import median
+
+import moderngl
+
+from heatlens.defocus.layer_cuts import layer_cuts
+from heatlens.defocus.line_solver import SOLVERS, LineSolver
+from heatlens.defocus.optics import Optics
+from heatlens.defocus.pipeline import DefocusPipeline
+from heatlens.defocus.plate_passes import proxy_size
+from heatlens.defocus.quality import layers_for
+from heatlens.defocus.solver_choice import fastest_solver
+from heatlens.gpu.context import check_plate_fits, check_work_fits
+from heatlens.gpu.stopwatch import Stopwatch
+from heatlens.gpu.textures import new_texture, upload
+from heatlens.image.plate import Plate
+from heatlens.model.lens import Lens
+from heatlens.model.settings import DefocusSettings
+from heatlens.render import occupied_of, optics_of
+
+
+@dataclass(frozen=True, slots=True)
+class PassSeconds:
+    """One pass over a frame: seconds of all its runs, and how many."""
+
+    seconds: float
+    runs: int
+
+
+class BenchFrames:
+    """The pipeline with a solver of choice, as `FrameRenderer` drives it with the one it chose."""
+
+    def __init__(self, ctx: moderngl.Context, solver: str) -> None:
+        """`solver` is a name of SOLVERS, or "auto" for the one that `render` would choose."""
+        self.ctx = ctx
+        self.solver: LineSolver = fastest_solver(ctx) if solver == "auto" else SOLVERS[solver](ctx)
+        self.stopwatch = Stopwatch(ctx)
+        self._pipeline = DefocusPipeline(ctx, self.solver, self.stopwatch)
+        self._textures: tuple[moderngl.Texture, ...] = ()
+
+    def check_fits(self, size: tuple[int, int], settings: DefocusSettings) -> None:
+        """GpuError for a picture beyond OpenGL or memory; before its plate takes its share."""
+        check_plate_fits(self.ctx, *size)
+        check_work_fits(self.ctx, *proxy_size(size, settings.proxy))
+
+    def frame(self, plate: Plate, lens: Lens, settings: DefocusSettings) -> "Frame":
+        """`plate` taken to the GPU, in the place of the one before."""
+        size = (plate.data_window.width, plate.data_window.height)
+        for texture in self._textures:
+            texture.release()
+        pixels = plate.coc_px if plate.depth_m is None else plate.depth_m
+        assert pixels is not None
+        color, depth = new_texture(self.ctx, size, 4), new_texture(self.ctx, size, 1)
+        self._textures = color, depth
+        upload(color, plate.color)
+        upload(depth, pixels)
+        optics = optics_of(plate, occupied_of(plate), lens)
+        return Frame(self._pipeline, color, depth, optics, settings)
+
+
+@dataclass(frozen=True, eq=False)
+class Frame:
+    """One frame, ready to render; another plate in its place ends it."""
+
+    pipeline: DefocusPipeline
+    color: moderngl.Texture
+    depth: moderngl.Texture
+    optics: Optics
+    settings: DefocusSettings
+
+    def render(self) -> moderngl.Texture:
+        """Issue the frame; the GPU may still be at it."""
+        return self.pipeline.run(self.color, self.depth, self.optics, self.settings)
+
+    @property
+    def layer_count(self) -> int:
+        """How many layers the picture comes in, its proxy size considered."""
+        layers = layers_for(self.settings)
+        if layers == 1:
+            return 1
+        return len(layer_cuts(self.optics.occupied_px * self.settings.proxy, layers))
+
+
+def run_seconds(ctx: moderngl.Context, work: Callable[[], object]) -> float:
+    """Wall clock of `work` until the GPU has finished it."""
+    ctx.finish()
+    start = time.perf_counter()
+    work()
+    ctx.finish()
+    return time.perf_counter() - start
+
+
+def median_seconds(ctx: moderngl.Context, runs: int, *works: Callable[[], object]) -> list[float]:
+    """Median wall clock of each work, taken in turn so that all meet the same machine, after one
+    warm-up each (programs are built, textures made)."""
+    for work in works:
+        work()
+    turns = [[run_seconds(ctx, work) for work in works] for _ in range(runs)]
+    return [median(seconds) for seconds in zip(*turns, strict=True)]
+
+
+def pass_seconds(
+    stopwatch: Stopwatch, runs: int, work: Callable[[], object]
+) -> tuple[float, dict[str, PassSeconds]]:
+    """Median whole frame with the stopwatch on, and of each pass, by name, in order."""
+    frames: list[float] = []
+    passes: list[dict[str, PassSeconds]] = []
+    stopwatch.on = True
+    for _ in range(runs):
+        stopwatch.times.clear()
+        frames.append(run_seconds(stopwatch.ctx, work))
+        passes.append({n: PassSeconds(t.seconds, t.runs) for n, t in stopwatch.times.items()})
+    stopwatch.on = False
+    medians = {
+        name: PassSeconds(median(p[name].seconds for p in passes), entry.runs)
+        for name, entry in passes[0].items()
+    }
+    return median(frames), medians

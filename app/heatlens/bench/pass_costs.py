@@ -1,0 +1,172 @@
+"""How many bytes each pass of the pipeline moves, and the least it could.
+
+moved   what the pass asks of memory as its shaders are written: every texel that a sweep over the
+        picture reads counts once in that sweep (its neighbours find it in a cache), scratch counts
+        each time it is written or read
+least   inputs read once, outputs written once, at their storage sizes
+
+Bytes a pixel. What only runs on listed pixels (rims, hidden pixels, lamps) depends on the plate and
+is left out: such a pass is marked `at_least`. Storage: picture rgba32f 16, coc r32f 4, kind r16f 2,
+fragments rgba16f 8 each, layer rgba32f 16, its state rg32f 8, poles rgba16f 8 a layer.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from heatlens.defocus.blur_pass import pole_layers
+from heatlens.defocus.highlight_pass import block_count
+from heatlens.defocus.kernels import Kernel, named_kernel
+from heatlens.defocus.layer_passes import HiddenFillPass
+from heatlens.defocus.line_solver import LineSystem
+
+_COLOR, _COC, _STATE, _KIND, _FRAGMENT, _POLE_LAYER = 16, 4, 8, 2, 8, 8
+_TALLY, _OFFSET = 32, 4  # a block of 8 x 8 pixels
+
+
+@dataclass(frozen=True, slots=True)
+class Work:
+    """What a frame's cost depends on, beside the plate's pixels."""
+
+    size: tuple[int, int]  # of the picture that is worked on
+    kernel: Kernel
+    solver: str
+    proxy: float = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class Traffic:
+    """Bytes a pixel of all runs in a frame; None where only the plate decides."""
+
+    moved: float | None
+    least: float | None
+    at_least: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class AxisReads:
+    """Bytes a pixel that a line system asks for along one axis.
+
+    node     for its place in the network
+    source   for its right-hand side
+    finish   when the answer is stored
+    written  the answer
+    """
+
+    node: int
+    source: int
+    finish: int
+    written: int
+
+
+def frame_traffic(name: str, work: Work, runs: int) -> Traffic:
+    """What the pass `name` moves when a frame runs it `runs` times; KeyError for an unknown one."""
+    return PASS_COSTS[name](work, runs)
+
+
+def solve_bytes(solver: str, system: LineSystem, reads: AxisReads) -> float:
+    """Bytes a pixel to solve `system` along one axis."""
+    poles, value, link = system.poles, system.value_bytes, 3 * system.num_bytes
+    once = reads.node + reads.source
+    end = reads.finish + reads.written
+    if solver == "partition":  # all between stays on the chip; each pole reads its inputs anew
+        return poles * once + end
+    if solver == "sweep":  # s and the weight of the next pixel: written forward, read backward
+        return once + 2 * poles * (value + system.num_bytes) + end
+    # cyclic, over a long line: LOAD writes a pixel and its links; for each pixel that is eliminated
+    # REDUCE reads it and one that stays, which it writes, and SUBSTITUTE reads it and one answer
+    # beside it, and writes its own; STORE reads the answers
+    load = once + poles * (value + link)
+    reduce = 3 * poles * (value + link)
+    substitute = poles * (value + link + 2 * value)
+    return load + reduce + substitute + poles * value + end
+
+
+def blur_bytes(solver: str, kernel: Kernel) -> float:
+    """Bytes a pixel of a blur: for each step rows, then columns."""
+    system = LineSystem("lib/blur_system.lib.glsl", len(kernel.poles), kernel.is_complex)
+    poles = _POLE_LAYER * pole_layers(kernel)
+    rows = AxisReads(_COC, _COLOR, 0, poles)
+    columns = AxisReads(_COC, poles, _COC, _COLOR)  # coc again: is the pixel in focus?
+    return kernel.steps * (solve_bytes(solver, system, rows) + solve_bytes(solver, system, columns))
+
+
+def _proxy(work: Work, runs: int) -> Traffic:
+    """The whole plate's colour, one depth a pixel; a smaller colour and depth written."""
+    moved = runs * (_COLOR / work.proxy**2 + _COC + _COLOR + _COC)
+    return Traffic(moved, moved)
+
+
+def _coc(work: Work, runs: int) -> Traffic:
+    return Traffic(2 * _COC * runs, 2 * _COC * runs)
+
+
+def _lamps_found(work: Work, runs: int) -> Traffic:
+    """Luminance of the colour, a heat blur of it, the split by it; least: colour and coc in, the
+    two halves out."""
+    luminance = _COLOR + _COLOR
+    split = _COLOR + _COLOR + _COC + _COLOR + _COLOR
+    moved = luminance + blur_bytes(work.solver, named_kernel("heat")) + split
+    return Traffic(runs * moved, runs * (_COLOR + _COC + 2 * _COLOR))
+
+
+def _lamps_listed(work: Work, runs: int) -> Traffic:
+    """Two readings of the lamps; tallies and offsets written, then read (tallies twice)."""
+    width, height = work.size
+    blocks = block_count(work.size) / (width * height)
+    moved = 2 * _COLOR + blocks * (3 * _TALLY + 2 * _OFFSET)
+    return Traffic(runs * moved, runs * _COLOR, at_least=True)
+
+
+def _fragments(work: Work, runs: int) -> Traffic:
+    return Traffic(runs * (_COC + _KIND), runs * (_COC + _KIND), at_least=True)
+
+
+def _layer_split(work: Work, runs: int) -> Traffic:
+    picture = _COLOR + _COC + _KIND + 2 * _FRAGMENT
+    moved = runs * (picture + _COLOR + _STATE)
+    return Traffic(moved, moved, at_least=True)
+
+
+def _hidden_fill(work: Work, runs: int) -> Traffic:
+    """The masks are copied whole; all else is done on hidden pixels, and the least is theirs."""
+    width, height = work.size
+    masks = 2 * HiddenFillPass.bits_bytes(work.size) / (width * height)
+    return Traffic(runs * masks, None, at_least=True)
+
+
+def _coc_fill(work: Work, runs: int) -> Traffic:
+    system = LineSystem("lib/fill_system.lib.glsl")
+    rows = AxisReads(_STATE, 0, 0, _STATE)
+    columns = AxisReads(_STATE, 0, _STATE + _STATE, _COC)  # the state again, and what rows gave
+    moved = sum(solve_bytes(work.solver, system, reads) for reads in (rows, columns))
+    return Traffic(runs * moved, runs * (_STATE + _COC))
+
+
+def _blur(work: Work, runs: int) -> Traffic:
+    return Traffic(runs * blur_bytes(work.solver, work.kernel), runs * (_COLOR + _COC + _COLOR))
+
+
+def _composite(work: Work, runs: int) -> Traffic:
+    """The farthest layer is only written; each nearer one reads what is behind it."""
+    moved = runs * 2 * _COLOR + (runs - 1) * _COLOR
+    return Traffic(moved, moved)
+
+
+def _lamps_drawn(work: Work, runs: int) -> Traffic:
+    """The area of the lamps' discs decides."""
+    return Traffic(None, None)
+
+
+PASS_COSTS: dict[str, Callable[[Work, int], Traffic]] = {
+    "proxy": _proxy,
+    "coc": _coc,
+    "lamps found": _lamps_found,
+    "lamps listed": _lamps_listed,
+    "fragments": _fragments,
+    "layer split": _layer_split,
+    "hidden fill": _hidden_fill,
+    "coc fill": _coc_fill,
+    "blur": _blur,
+    "composite": _composite,
+    "lamps drawn": _lamps_drawn,
+}

@@ -1,0 +1,17 @@
+// A picture copied, texel by texel: what this machine's memory gives at best, 32 bytes a pixel.
+//
+// Input
+//   color_tx        rgba32f
+// Output
+//   out_color_img   the same
+
+layout(local_size_x = 16, local_size_y = 16) in;
+
+uniform sampler2D color_tx;
+layout(rgba32f) uniform writeonly image2D out_color_img;
+
+void main() {
+    ivec2 at = ivec2(gl_GlobalInvocationID.xy);
+    if (any(greaterThanEqual(at, textureSize(color_tx, 0)))) return;
+    imageStore(out_color_img, at, texelFetch(color_tx, at, 0));
+}

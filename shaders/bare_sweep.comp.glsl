@@ -1,0 +1,49 @@
+// The least a diffusion along lines can be: Thomas elimination with the conductances at hand, one
+// invocation a line. What a frame takes is compared with two of these, rows and columns.
+//
+// For each pixel i of a line, with b_i the conductance to the next one (0 at the line's end):
+//   -b_(i-1) y_(i-1) + (1 + b_(i-1) + b_i) y_i - b_i y_(i+1) = r_i
+//
+// Inputs
+//   conductance_img   between a pixel and the next one along `axis`
+//   color_img         r
+// Scratch
+//   weight_buf, part_buf   y_i = part_i + weight_i y_(i+1), pixels of a line side by side
+// Output
+//   out_color_img     y
+
+layout(local_size_x = 8) in;  // one vector of a software rasteriser's invocations
+
+layout(r32f) uniform readonly image2D conductance_img;
+layout(rgba32f) uniform readonly image2D color_img;
+layout(rgba32f) uniform writeonly image2D out_color_img;
+layout(std430, binding = 0) buffer bare_weight_block { float weight_buf[]; };
+layout(std430, binding = 1) buffer bare_part_block { vec4 part_buf[]; };
+
+uniform ivec2 axis;  // (1, 0) rows, (0, 1) columns
+uniform int line_count;
+uniform int line_length;
+
+void main() {
+    int line = int(gl_GlobalInvocationID.x);
+    if (line >= line_count) return;
+    int first = line * line_length;
+    ivec2 start = line * axis.yx;
+    float b_prev = 0.0, weight = 0.0;
+    vec4 part = vec4(0.0);
+    for (int i = 0; i < line_length; ++i) {
+        ivec2 at = start + i * axis;
+        float b = imageLoad(conductance_img, at).r;
+        float inverse = 1.0 / (1.0 + b + b_prev * (1.0 - weight));
+        part = (imageLoad(color_img, at) + b_prev * part) * inverse;
+        weight = b * inverse;
+        weight_buf[first + i] = weight;
+        part_buf[first + i] = part;
+        b_prev = b;
+    }
+    vec4 y = vec4(0.0);
+    for (int i = line_length - 1; i >= 0; --i) {
+        y = part_buf[first + i] + weight_buf[first + i] * y;
+        imageStore(out_color_img, start + i * axis, y);
+    }
+}
