@@ -5,7 +5,6 @@ import math
 import re
 from collections.abc import Iterator
 from dataclasses import replace
-from pathlib import Path
 from types import SimpleNamespace
 
 import moderngl
@@ -16,9 +15,9 @@ import oracle
 from heatlens.bench import measure
 from heatlens.bench.bandwidth import copy_bytes_per_second
 from heatlens.bench.bare_sweep import BareSweeps, conductances
-from heatlens.bench.frames import BenchFrames, PassSeconds, median_seconds, pass_seconds
-from heatlens.bench.measure import pass_row, size_rows
-from heatlens.bench.pass_costs import PASS_COSTS, AxisReads, Work, frame_traffic, solve_bytes
+from heatlens.bench.frames import BenchFrames, median_seconds, pass_seconds
+from heatlens.bench.measure import size_rows
+from heatlens.bench.pass_costs import PASS_COSTS
 from heatlens.bench.report import BenchReport, report_text
 from heatlens.bench.synthetic_plate import (
     LENS,
@@ -28,15 +27,14 @@ from heatlens.bench.synthetic_plate import (
     uniform_coc_plate,
 )
 from heatlens.commands.main import main
-from heatlens.defocus import pipeline
-from heatlens.defocus.kernels import gaussian_kernel, named_kernel
-from heatlens.defocus.line_solver import SOLVERS, LineSystem
+from heatlens.defocus.kernels import named_kernel
+from heatlens.defocus.line_solver import SOLVERS
 from heatlens.errors import GpuError
 from heatlens.gpu.textures import download
 from heatlens.model.settings import LAYERS_MAX, Bokeh, DefocusSettings
 
 SIZE = (64, 48)
-HEAT, DISC_4 = named_kernel("heat"), named_kernel("disc_4")
+HEAT = named_kernel("heat")
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -151,75 +149,6 @@ def test_values_that_cannot_be_are_refused(capsys, words, said):
     assert said in error and len(error.splitlines()) == 1
 
 
-# Costs
-
-
-def test_every_pass_that_the_pipeline_times_has_a_cost():
-    source = Path(pipeline.__file__).read_text(encoding="utf-8")
-    assert set(re.findall(r'_time\("([^"]+)"\)', source)) == set(PASS_COSTS)
-
-
-def test_line_costs_counted_by_hand():
-    heat = LineSystem("lib/blur_system.lib.glsl", 1)
-    disc = LineSystem("lib/blur_system.lib.glsl", 4, True)
-    heat_rows, disc_rows = AxisReads(4, 16, 0, 8), AxisReads(4, 16, 0, 64)
-    # Read coc and colour, write s (rgba32f) and its weight, read both, write half poles.
-    assert solve_bytes("sweep", heat, heat_rows) == 4 + 16 + (16 + 4) + (16 + 4) + 8
-    assert solve_bytes("sweep", disc, disc_rows) == 4 + 16 + 2 * 4 * (32 + 8) + 8 * 8
-    assert solve_bytes("partition", heat, heat_rows) == 4 + 16 + 8
-    assert solve_bytes("partition", disc, disc_rows) == 4 * (4 + 16) + 8 * 8
-    # Load 20 + 28, reduce 3 x 28, substitute 28 + 32, store 16 + 8.
-    assert solve_bytes("cyclic", heat, heat_rows) == 48 + 84 + 60 + 24
-
-
-def test_pass_costs_counted_by_hand():
-    work = Work((640, 480), HEAT, "sweep")
-    assert frame_traffic("coc", work, 1).moved == 4 + 4
-    # Rows as above; columns: coc and half poles, scratch there and back, coc again, picture.
-    assert frame_traffic("blur", work, 1).moved == 68 + (4 + 8 + 2 * 20 + 4 + 16)
-    assert frame_traffic("blur", work, 1).least == 16 + 4 + 16
-    # Rows: state, scratch, rows; columns: state, scratch, state and rows, coc.
-    assert frame_traffic("coc fill", work, 2).moved == 2 * ((8 + 40 + 8) + (8 + 40 + 16 + 4))
-    assert frame_traffic("composite", work, 3).moved == (16 + 16) + 2 * (16 + 16 + 16)
-    assert frame_traffic("proxy", replace(work, proxy=0.5), 1).moved == 4 * 16 + 4 + 16 + 4
-    assert frame_traffic("lamps drawn", work, 1).moved is None
-
-
-def test_steps_cost_as_often_as_they_are_taken():
-    work = Work(SIZE, HEAT, "partition")
-    steps = replace(work, kernel=gaussian_kernel(5))
-    assert frame_traffic("blur", steps, 1).moved == 5 * frame_traffic("blur", work, 1).moved
-
-
-@pytest.mark.parametrize("solver", SOLVERS)
-@pytest.mark.parametrize("name", sorted(set(PASS_COSTS) - {"lamps drawn"}))
-def test_nothing_moves_less_than_the_least(name, solver):
-    for kernel in (HEAT, gaussian_kernel(3), named_kernel("disc_2"), DISC_4):
-        traffic = frame_traffic(name, Work(SIZE, kernel, solver), 3)
-        assert traffic.moved >= (traffic.least or 0.0) >= 0.0
-
-
-def test_a_row_is_bytes_over_time():
-    row = pass_row("coc", PassSeconds(1e-6, 1), Work((10, 10), HEAT, "sweep"), 1.6e9)
-    assert (row.bytes_moved, row.bytes_least, row.ms) == (800, 800, pytest.approx(1e-3))
-    assert row.moved_gb_per_s == pytest.approx(0.8)
-    assert row.copy_share == pytest.approx(0.5)
-
-
-def test_a_row_without_time_or_cost_has_no_rate():
-    work = Work((10, 10), HEAT, "sweep")
-    assert pass_row("coc", PassSeconds(0.0, 1), work, 1e9).moved_gb_per_s is None
-    unknown = pass_row("a pass of tomorrow", PassSeconds(1.0, 1), work, 1e9)
-    assert (unknown.bytes_moved, unknown.copy_share) == (None, None)
-
-
-def test_size_rows_compare_the_time_of_a_pixel():
-    first, second = size_rows([((10, 10), 1.0, 5.0, 2), ((20, 20), 6.0, 20.0, 3)])
-    assert (first.one_layer_per_pixel_ratio, first.layered_per_pixel_ratio) == (1.0, 1.0)
-    assert second.one_layer_per_pixel_ratio == pytest.approx(1.5)
-    assert second.layered_per_pixel_ratio == pytest.approx(1.0)
-
-
 # What is measured
 
 
@@ -271,6 +200,13 @@ def test_bare_sweeps_beyond_a_storage_block_are_refused():
     pixels = np.ones((300, 300), np.float32)
     with pytest.raises(GpuError, match="smaller --size"):
         BareSweeps(small, pixels, pixels)  # type: ignore[arg-type]
+
+
+def test_size_rows_compare_the_time_of_a_pixel():
+    first, second = size_rows([((10, 10), 1.0, 5.0, 2), ((20, 20), 6.0, 20.0, 3)])
+    assert (first.one_layer_per_pixel_ratio, first.layered_per_pixel_ratio) == (1.0, 1.0)
+    assert second.one_layer_per_pixel_ratio == pytest.approx(1.5)
+    assert second.layered_per_pixel_ratio == pytest.approx(1.0)
 
 
 # The plates

@@ -82,12 +82,14 @@ def solve_bytes(solver: str, system: LineSystem, reads: AxisReads) -> float:
 
 
 def blur_bytes(solver: str, kernel: Kernel) -> float:
-    """Bytes a pixel of a blur: for each step rows, then columns."""
+    """Bytes a pixel of a blur: a compact kernel's source, then for each step rows and columns."""
     system = LineSystem("lib/blur_system.lib.glsl", len(kernel.poles), kernel.is_complex)
     poles = _POLE_LAYER * pole_layers(kernel)
     rows = AxisReads(_COC, _COLOR, 0, poles)
     columns = AxisReads(_COC, poles, _COC, _COLOR)  # coc again: is the pixel in focus?
-    return kernel.steps * (solve_bytes(solver, system, rows) + solve_bytes(solver, system, columns))
+    source = _COLOR + _COC + _COLOR if kernel.compact else 0
+    step = solve_bytes(solver, system, rows) + solve_bytes(solver, system, columns)
+    return source + kernel.steps * step
 
 
 def _proxy(work: Work, runs: int) -> Traffic:
