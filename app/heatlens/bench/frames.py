@@ -31,6 +31,15 @@ class PassSeconds:
     runs: int
 
 
+@dataclass(frozen=True, slots=True)
+class FrameSeconds:
+    """Medians: whole frames with the stopwatch off and on, and each pass by name, in order."""
+
+    whole: float
+    timed: float
+    passes: dict[str, PassSeconds]
+
+
 class BenchFrames:
     """The pipeline with a solver of choice, as `FrameRenderer` drives it with the one it chose."""
 
@@ -103,20 +112,21 @@ def median_seconds(ctx: moderngl.Context, runs: int, *works: Callable[[], object
     return [median(seconds) for seconds in zip(*turns, strict=True)]
 
 
-def pass_seconds(
-    stopwatch: Stopwatch, runs: int, work: Callable[[], object]
-) -> tuple[float, dict[str, PassSeconds]]:
-    """Median whole frame with the stopwatch on, and of each pass, by name, in order."""
-    frames: list[float] = []
+def frame_seconds(stopwatch: Stopwatch, runs: int, work: Callable[[], object]) -> FrameSeconds:
+    """A frame with the stopwatch off and on, in turn, after one warm-up."""
+    work()
+    whole: list[float] = []
+    timed: list[float] = []
     passes: list[dict[str, PassSeconds]] = []
-    stopwatch.on = True
     for _ in range(runs):
+        whole.append(run_seconds(stopwatch.ctx, work))
         stopwatch.times.clear()
-        frames.append(run_seconds(stopwatch.ctx, work))
+        stopwatch.on = True
+        timed.append(run_seconds(stopwatch.ctx, work))
+        stopwatch.on = False
         passes.append({n: PassSeconds(t.seconds, t.runs) for n, t in stopwatch.times.items()})
-    stopwatch.on = False
     medians = {
         name: PassSeconds(median(p[name].seconds for p in passes), entry.runs)
         for name, entry in passes[0].items()
     }
-    return median(frames), medians
+    return FrameSeconds(median(whole), median(timed), medians)

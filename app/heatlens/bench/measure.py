@@ -5,7 +5,7 @@ from dataclasses import replace
 
 from heatlens.bench.bandwidth import copy_bytes_per_second
 from heatlens.bench.bare_sweep import BareSweeps
-from heatlens.bench.frames import BenchFrames, PassSeconds, median_seconds, pass_seconds
+from heatlens.bench.frames import BenchFrames, PassSeconds, frame_seconds, median_seconds
 from heatlens.bench.pass_costs import Traffic, Work, frame_traffic
 from heatlens.bench.report import BareReport, CocRow, FrameReport, PassRow, SizeRow
 from heatlens.bench.synthetic_plate import (
@@ -31,14 +31,13 @@ SWEEP_SIZES = ((960, 540), (1920, 1080), (3840, 2160))
 def measure_frame(
     frames: BenchFrames, size: Size, settings: DefocusSettings, runs: int, say: Say
 ) -> FrameReport:
-    """The scene at `size`: whole frames, then the same with every pass timed."""
+    """The scene at `size`: whole frames, and in turn with them the same with every pass timed."""
     worked_on = proxy_size(size, settings.proxy)
     say(f"copying {worked_on[0]}x{worked_on[1]}")
     copy = copy_bytes_per_second(frames.ctx, worked_on)
     say(f"frame of {size[0]}x{size[1]}, {runs} runs, twice")
     frame = frames.frame(scene_plate(size), LENS, settings)
-    (whole,) = median_seconds(frames.ctx, runs, frame.render)
-    timed, passes = pass_seconds(frames.stopwatch, runs, frame.render)
+    seconds = frame_seconds(frames.stopwatch, runs, frame.render)
     work = Work(worked_on, kernel_for(settings), frames.solver.name, settings.proxy)
     return FrameReport(
         renderer=str(frames.ctx.info["GL_RENDERER"]),
@@ -52,9 +51,9 @@ def measure_frame(
         solver=frames.solver.name,
         runs=runs,
         copy_gb_per_s=1e-9 * copy,
-        passes=tuple(pass_row(name, entry, work, copy) for name, entry in passes.items()),
-        frame_ms=1e3 * whole,
-        stopwatch_frame_ms=1e3 * timed,
+        passes=tuple(pass_row(name, entry, work, copy) for name, entry in seconds.passes.items()),
+        frame_ms=1e3 * seconds.whole,
+        stopwatch_frame_ms=1e3 * seconds.timed,
     )
 
 
