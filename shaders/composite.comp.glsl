@@ -1,4 +1,5 @@
-// A blurred layer over what is behind it.
+// A blurred layer over what is behind it. Coverage ripples a little beyond 0..1 as colour does; left
+// as it is the two cancel, so that one colour everywhere stays that colour.
 //
 // Inputs
 //   layer_tx        rgb times coverage, a coverage, both blurred
@@ -19,7 +20,7 @@ void main() {
     if (is_farthest) {
         color = layer.a == 1.0 ? layer.rgb : layer.rgb / max(layer.a, 1e-3);
     } else {
-        color = layer.rgb + (1.0 - clamp(layer.a, 0.0, 1.0)) * imageLoad(out_color_img, at).rgb;
+        color = layer.rgb + (1.0 - layer.a) * imageLoad(out_color_img, at).rgb;
     }
     imageStore(out_color_img, at, vec4(max(color, 0.0), 1.0));
 }

@@ -2,7 +2,7 @@
 // A stripe that a wire breaks has alike ends along the stripe.
 //
 // Inputs
-//   layer_tx       rgb times coverage, a coverage or HIDDEN
+//   layer_tx       rgb times coverage, a coverage, marked if hidden
 //   bits_buf       seen pixels (seen_bits_clear.comp.glsl)
 //   pixel list     what is hidden
 // Output (hidden pixels only)
@@ -27,7 +27,7 @@ bool seen_at(ivec2 at, out vec4 toned_layer) {
     toned_layer = vec4(0.0);
     if (any(lessThan(at, ivec2(0))) || any(greaterThanEqual(at, size))) return false;
     vec4 layer = texelFetch(layer_tx, at, 0);
-    if (layer.a < 0.0) return false;
+    if (is_hidden_mark(layer.a)) return false;
     toned_layer = vec4(toned(layer.rgb / max(layer.a, 1e-4)) * layer.a, layer.a);
     return true;
 }

@@ -2,12 +2,13 @@
 // how alike the ends are (over a small neighbourhood, so that one pixel does not decide) and how near.
 //
 // Inputs
+//   coc_tx            signed coc, pixels
 //   cost_tx           hidden_cost.comp.glsl
 //   bits_buf          what is seen (seen_bits_clear.comp.glsl)
 //   pixel list        what is hidden
 // Read where seen, written where hidden
-//   layer_img         rgb times coverage, a coverage or HIDDEN
-//   state_img         r diameter |coc|, g 1 where the layer has content
+//   layer_img         rgb times coverage, a coverage, marked if hidden
+//   state_img         r diameter |coc|, g how far there is content, 0..1
 
 #define PIXEL_LIST_BINDING 0
 #include "lib/layer.lib.glsl"
@@ -18,6 +19,7 @@
 layout(local_size_x = PIXELS_PER_GROUP) in;
 
 uniform sampler2D cost_tx;
+uniform sampler2D coc_tx;
 layout(rgba32f) uniform image2D layer_img;
 layout(rg32f) uniform image2D state_img;
 
@@ -59,7 +61,12 @@ void add(inout Content sum, inout float weights, float weight, Content c) {
     weights += weight;
 }
 
-void fill(ivec2 at, ivec2 size, out vec4 layer, out vec2 state) {
+struct Guess {
+    vec4 layer;      // rgb times coverage, a coverage
+    float diameter;
+};
+
+void make_guess(ivec2 at, ivec2 size, out Guess guess) {
     vec4 cost = mean_cost(at, size);
     Content sum = Content(vec4(0.0), 0.0);
     float weights = 0.0;
@@ -79,21 +86,27 @@ void fill(ivec2 at, ivec2 size, out vec4 layer, out vec2 state) {
         add(sum, weights, weight * (1.0 - to_back), content_at(at + ahead * DIRECTION[k]));
         add(sum, weights, weight * to_back, content_at(at - back * DIRECTION[k]));
     }
-    layer = vec4(0.0);
-    state = vec2(0.0);
+    guess = Guess(vec4(0.0), 0.0);
     if (weights == 0.0) return;  // nothing of this layer is seen along any direction
     float cover = sum.layer.a / weights;
     float per_cover = 1.0 / max(sum.layer.a, 1e-4 * weights);
-    layer = vec4(untoned(sum.layer.rgb * per_cover) * cover, cover);
-    if (cover > THIN) state = vec2(sum.diameter * per_cover, 1.0);
+    guess = Guess(vec4(untoned(sum.layer.rgb * per_cover) * cover, cover), sum.diameter * per_cover);
 }
 
+// The guess, and what is seen of the pixel itself as far as that goes.
 void fill_pixel(ivec2 at) {
-    vec4 layer;
-    vec2 state;
-    fill(at, imageSize(layer_img), layer, state);
+    Guess guess;
+    make_guess(at, imageSize(layer_img), guess);
+    vec4 own = imageLoad(layer_img, at);
+    vec2 state = imageLoad(state_img, at).rg;
+    own.a = marked_cover(own.a);
+    float known = solidity(visibility(texelFetch(coc_tx, at, 0).r));
+    vec4 layer = mix(guess.layer, own, known);
+    float own_part = known * own.a, guess_part = (1.0 - known) * guess.layer.a;
+    float diameter = (own_part * state.r + guess_part * guess.diameter) / max(own_part + guess_part, 1e-6);
+    float content = mix(solidity(guess.layer.a), state.g, known);
     imageStore(layer_img, at, layer);
-    imageStore(state_img, at, vec4(state, 0.0, 0.0));
+    imageStore(state_img, at, vec4(diameter, content, 0.0, 0.0));
 }
 
 void main() { FOR_EACH_LISTED(fill_pixel) }

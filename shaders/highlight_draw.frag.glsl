@@ -2,6 +2,8 @@
 // ray from there to the lamp crosses nearer depths at places in the picture that move towards the
 // pixel in proportion to the difference in coc. What stands there at that depth hides the lamp.
 
+#include "lib/disc.lib.glsl"
+
 flat in vec4 place;  // centre x, y in pixels; signed coc; half the width of the rim's ramp
 flat in vec3 light;
 
@@ -9,7 +11,6 @@ uniform sampler2D coc_tx;
 uniform sampler2D kind_tx;
 uniform sampler2D far_tx;
 uniform sampler2D near_tx;
-uniform vec2 axis_scales;
 uniform float nearest_px;  // least signed coc in the picture
 
 out vec4 out_light;
@@ -66,8 +67,7 @@ float seen_at(ivec2 at, float coc) {
 void main() {
     float coc = place.z, ramp = place.w;
     if (abs(coc) < 1e-3) coc = 1e-3;
-    float rim = 0.5 * abs(coc) + ramp - length((gl_FragCoord.xy - place.xy) / axis_scales);
-    float inside = clamp(rim / (2.0 * ramp), 0.0, 1.0);
+    float inside = disc_profile(gl_FragCoord.xy - place.xy, 0.5 * abs(coc), ramp);
     if (inside > 0.0) inside *= seen_at(ivec2(gl_FragCoord.xy), coc);
     if (inside > 0.0) inside *= 1.0 - hidden_part(gl_FragCoord.xy, place.xy, coc);
     if (inside == 0.0) discard;

@@ -22,7 +22,8 @@ layout(rgba32f) uniform writeonly image2D out_high_img;
 
 #define TIMES_BRIGHTER 3.0
 #define LEAST_LUMINANCE 0.25  // grain in the dark is no lamp
-#define LEAST_COC_PX 0.5      // smaller discs are pixels
+#define LEAST_COC_PX 0.25     // smaller discs are pixels,
+#define WHOLE_COC_PX 0.75     // larger ones are drawn in full; in between by degrees
 
 void main() {
     ivec2 at = ivec2(gl_GlobalInvocationID.xy);
@@ -31,8 +32,8 @@ void main() {
     float coc = texelFetch(coc_tx, at, 0).r;
     float limit = TIMES_BRIGHTER * texelFetch(surroundings_tx, at, 0).r + LEAST_LUMINANCE;
     float luminance = mean_of(x.rgb);
-    bool is_highlight = luminance > limit && abs(coc) > LEAST_COC_PX;
-    vec3 low = is_highlight ? x.rgb * (limit / luminance) : x.rgb;
-    imageStore(out_low_img, at, vec4(low, x.a));
-    imageStore(out_high_img, at, vec4(is_highlight ? x.rgb - low : vec3(0.0), coc));
+    float drawn = smoothstep(LEAST_COC_PX, WHOLE_COC_PX, abs(coc));
+    float over = luminance > limit ? drawn * (1.0 - limit / luminance) : 0.0;
+    imageStore(out_low_img, at, vec4(x.rgb - over * x.rgb, x.a));
+    imageStore(out_high_img, at, vec4(over * x.rgb, coc));
 }

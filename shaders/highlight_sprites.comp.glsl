@@ -6,12 +6,12 @@
 // COUNT output   tally_buf        a tally a block
 // WRITE inputs   plan, offset_buf  output  sprite_buf
 
+#include "lib/disc.lib.glsl"
 #include "lib/highlights.lib.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
 uniform sampler2D high_tx;
-uniform vec2 axis_scales;  // diameter along x, y / coc
 
 #ifdef COUNT
 layout(std430, binding = 0) writeonly buffer tally_block { BlockTally tally_buf[]; };
@@ -21,6 +21,7 @@ layout(std430, binding = 2) readonly buffer offset_block { uint offset_buf[]; };
 layout(std430, binding = 3) writeonly buffer sprite_block { Sprite sprite_buf[]; };
 #endif
 
+#define PI 3.14159265
 #define SAME_COC_PX 0.5    // pixels of a lamp: this close, or
 #define SAME_COC_PART 0.05 // this part of the coc
 #define NUMERIC_PX 8.0     // discs up to this radius are summed pixel by pixel: light is kept exactly
@@ -71,20 +72,15 @@ int brightest(ivec2 from, int side) {
     return best;
 }
 
-// How much of a disc (radius, half ramp, in units of coc) covers the pixel at an offset from its centre.
-float profile(vec2 offset, float radius, float ramp) {
-    return clamp((radius + ramp - length(offset / axis_scales)) / (2.0 * ramp), 0.0, 1.0);
-}
-
 float pixels_covered(vec2 centre, float radius, float ramp) {
-    vec2 reach = (radius + ramp) * axis_scales;
-    if (max(reach.x, reach.y) > NUMERIC_PX)
-        return 3.14159265 * (radius * radius + ramp * ramp / 3.0) * axis_scales.x * axis_scales.y;
+    vec2 reach = disc_reach(radius, ramp);
+    if (min(reach.x, reach.y) > NUMERIC_PX)
+        return PI * (radius * radius * axis_scales.x * axis_scales.y + ramp * ramp / 3.0);
     float sum = 0.0;
     ivec2 first = ivec2(floor(centre - reach)), last = ivec2(floor(centre + reach));
     for (int y = first.y; y <= last.y; ++y)
         for (int x = first.x; x <= last.x; ++x)
-            sum += profile(vec2(x, y) + 0.5 - centre, radius, ramp);
+            sum += disc_profile(vec2(x, y) + 0.5 - centre, radius, ramp);
     return sum;
 }
 
@@ -115,7 +111,7 @@ Sprite merged(ivec2 from, int side, int best) {
 
 // Pixels of the picture that drawing a sprite looks at.
 float area_inside(Sprite sprite) {
-    vec2 reach = (0.5 * abs(sprite.place.z) + sprite.place.w) * axis_scales + 1.0;
+    vec2 reach = disc_reach(0.5 * abs(sprite.place.z), sprite.place.w) + 1.0;
     vec2 low = max(sprite.place.xy - reach, 0.0), high = min(sprite.place.xy + reach, vec2(size));
     return (high.x - low.x) * (high.y - low.y);
 }

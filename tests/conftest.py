@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from heatlens.gpu.context import headless_context
+from heatlens.render import FrameRenderer
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -40,6 +41,12 @@ def command_context(session_context: moderngl.Context) -> Iterator[None]:
         patch.setattr("heatlens.commands.render.headless_context", lambda: session_context)
         yield
     assert session_context.error == "GL_NO_ERROR"
+
+
+@pytest.fixture(scope="module")
+def renderer(session_context: moderngl.Context) -> FrameRenderer:
+    """One a test file; making one measures the solvers and builds the shaders."""
+    return FrameRenderer(session_context)
 
 
 @pytest.fixture

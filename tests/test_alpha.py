@@ -1,6 +1,5 @@
 """Plates with alpha: premultiplied in, premultiplied out, and blurred like the colour it covers."""
 
-import moderngl
 import numpy as np
 import pytest
 from PIL import Image as PillowImage
@@ -15,11 +14,6 @@ from heatlens.render import FrameRenderer
 from plates import FAR_M, FOCUS_M, NEAR_M, Image, lens_blurring, plate_of, room
 
 KINDS = [(bokeh, quality) for bokeh in Bokeh for quality in Quality]
-
-
-@pytest.fixture(scope="module")
-def renderer(session_context: moderngl.Context) -> FrameRenderer:
-    return FrameRenderer(session_context)
 
 
 def coverage(height: int, width: int) -> Image:

@@ -4,6 +4,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
+
 from heatlens.errors import InputError
 from heatlens.image.channels import choose_color, choose_depth
 

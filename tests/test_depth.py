@@ -4,11 +4,12 @@ import math
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
 from heatlens.errors import InputError
 from heatlens.image.depth import read_depth
 from heatlens.image.plate import PlateOptions
-from hypothesis import given
-from hypothesis import strategies as st
 
 INF = math.inf
 NAN = math.nan

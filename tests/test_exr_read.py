@@ -7,6 +7,7 @@ import sys
 import numpy as np
 import OpenEXR
 import pytest
+
 from exr_files import distances, part_header, rgb, tiled_header, window, write_file, write_parts
 from heatlens.errors import InputError
 from heatlens.image.exr_read import PlateOptions, read_parts, read_plate

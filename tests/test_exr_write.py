@@ -6,6 +6,7 @@ from fractions import Fraction
 import numpy as np
 import OpenEXR
 import pytest
+
 from heatlens.errors import InputError
 from heatlens.image.camera_header import camera_at_header
 from heatlens.image.exr_read import read_parts, read_plate

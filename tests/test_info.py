@@ -5,6 +5,7 @@ import json
 
 import numpy as np
 import pytest
+
 from exr_files import distances, rgb, window, write_file, write_parts
 from heatlens.commands import info
 from heatlens.errors import HeatlensError

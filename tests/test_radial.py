@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from heatlens.errors import InputError
 from heatlens.image.radial import checked_lens_mm, planar_depth_m
 from heatlens.model.boxes import Box

@@ -3,7 +3,6 @@
 import math
 from dataclasses import replace
 
-import moderngl
 import numpy as np
 import pytest
 
@@ -19,11 +18,6 @@ from plates import Image, coc_plate_of, lens_blurring, plate_of, room
 
 LENS = Lens(50.0, 1.4, 2.0, 36.0)
 SETTINGS = [DefocusSettings(b, q) for b in Bokeh for q in (Quality.DRAFT, Quality.FILM)]
-
-
-@pytest.fixture(scope="module")
-def renderer(session_context: moderngl.Context) -> FrameRenderer:
-    return FrameRenderer(session_context)
 
 
 def rendered(

@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
-from heatlens.errors import InputError
-from heatlens.image.repair import repair_color, repair_depth
 from hypothesis import given
 from hypothesis import strategies as st
+
+from heatlens.errors import InputError
+from heatlens.image.repair import repair_color, repair_depth
 
 
 def flat(value=0.5, shape=(7, 9, 4)):

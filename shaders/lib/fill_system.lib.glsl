@@ -4,7 +4,7 @@
 // mask divides the diffused diameter. (Kass, Lefohn, Owens 2006, section 4: blurring underneath.)
 //
 // Inputs
-//   state_tx       r diameter |coc|, g 1 where the layer has content, else 0
+//   state_tx       r diameter |coc|, g how far the layer has content, 0..1
 //   rows_tx        columns only: what the rows gave
 // Outputs
 //   out_rows_img (rows)    r diameter times mask, g mask, diffused
@@ -43,7 +43,7 @@ layout(r32f) uniform writeonly image2D out_coc_img;
 void store_sum(ivec2 at, vec4 y) {
     vec2 state = texelFetch(state_tx, at, 0).rg;
     vec2 both = y.rg + texelFetch(rows_tx, at, 0).rg;
-    float diameter = state.g > 0.5 ? state.r : both.r / max(both.g, 1e-8);
+    float diameter = mix(both.r / max(both.g, 1e-8), state.r, state.g);
     imageStore(out_coc_img, at, vec4(diameter));
 }
 #endif

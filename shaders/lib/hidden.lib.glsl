@@ -8,7 +8,11 @@
 //   2 down right      line x - y + h  position y
 //   3 down left       line x + y      position y
 
-#define HIDDEN (-1.0)  // coverage of a pixel that is not known
+// Coverage of a hidden pixel is stored below -1, so that what little is seen of it is kept.
+float hidden_mark(float cover) { return -1.0 - cover; }
+bool is_hidden_mark(float alpha) { return alpha < 0.0; }
+float marked_cover(float alpha) { return -1.0 - alpha; }
+
 #define DIRECTIONS 4
 #define NOWHERE (-1)
 

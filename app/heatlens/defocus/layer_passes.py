@@ -16,8 +16,8 @@ from heatlens.gpu.program import ComputeProgram, groups_for
 class Layer:
     """A layer's pixels."""
 
-    color: moderngl.Texture  # rgb times coverage, a coverage, HIDDEN where it has to be guessed
-    state: moderngl.Texture  # r diameter |coc|, g 1 where the layer has content
+    color: moderngl.Texture  # rgb times coverage, a coverage, marked where it has to be guessed
+    state: moderngl.Texture  # r diameter |coc|, g how far it has content, 0..1
 
 
 class LayerSplitPass:
@@ -34,12 +34,16 @@ class LayerSplitPass:
             textures=picture.textures(),
             images={"out_layer_img": out.color, "out_state_img": out.state},
             buffers={0: pixels},
-            uniforms={
-                "cut_near_px": (cut.near.at_px, cut.near.half_width_px),
-                "cut_far_px": (cut.far.at_px, cut.far.half_width_px),
-                "is_farthest": cut.is_farthest,
-            },
+            uniforms={**_limits(cut), "is_farthest": cut.is_farthest},
         )
+
+
+def _limits(cut: LayerCut) -> dict[str, object]:
+    """As lib/layer.lib.glsl takes them."""
+    return {
+        "cut_near_px": (cut.near.at_px, cut.near.half_width_px),
+        "cut_far_px": (cut.far.at_px, cut.far.half_width_px),
+    }
 
 
 class HiddenFillPass:
@@ -66,6 +70,8 @@ class HiddenFillPass:
         pixels: moderngl.Buffer,
         bits: moderngl.Buffer,
         cost: moderngl.Texture,
+        coc: moderngl.Texture,
+        cut: LayerCut,
     ) -> None:
         """Fill the hidden `pixels` of `layer` in place; `bits` and `cost` are scratch."""
         size = layer.color.size
@@ -78,9 +84,10 @@ class HiddenFillPass:
         )
         self._fill_program.dispatch_indirect(
             pixels,
-            textures={"cost_tx": cost},
+            textures={"cost_tx": cost, "coc_tx": coc},
             images={"layer_img": layer.color, "state_img": layer.state},
             buffers=buffers,
+            uniforms=_limits(cut),
         )
 
     def _all_seen(self, size: tuple[int, int]) -> moderngl.Buffer:
@@ -146,4 +153,17 @@ class CompositePass:
             textures={"layer_tx": layer},
             images={"out_color_img": color},
             uniforms={"is_farthest": is_farthest},
+        )
+
+
+class LimitsPass:
+    """No negative light, alpha in 0..1."""
+
+    def __init__(self, ctx: moderngl.Context) -> None:
+        self._program = ComputeProgram(ctx, "limits.comp.glsl")
+
+    def run(self, color: moderngl.Texture, is_opaque: bool) -> None:
+        """Limit `color` in place; `is_opaque` makes alpha exactly 1."""
+        self._program.dispatch(
+            tiles(color.size), images={"color_img": color}, uniforms={"is_opaque": is_opaque}
         )

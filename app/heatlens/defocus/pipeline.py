@@ -22,6 +22,7 @@ from heatlens.defocus.layer_passes import (
     HiddenFillPass,
     Layer,
     LayerSplitPass,
+    LimitsPass,
 )
 from heatlens.defocus.line_solver import LineSolver
 from heatlens.defocus.optics import Optics
@@ -48,6 +49,7 @@ class DefocusPipeline:
         self._coc_fill = CocFillPass(solver)
         self._blur = BlurPass(ctx, solver)
         self._composite = CompositePass(ctx)
+        self._limits = LimitsPass(ctx)
         self._split_lamps = HighlightSplitPass(ctx, self._blur)
         self._list_lamps = HighlightListPass(ctx)
         self._draw_lamps = HighlightDrawPass(ctx)
@@ -70,7 +72,10 @@ class DefocusPipeline:
             optics = optics.scaled(settings.proxy)
         coc = self._circle_of_confusion(depth, optics)
         if layers_for(settings) == 1:
-            return self._blurred(color, coc, kernel_for(settings), optics)
+            blurred = self._blurred(color, coc, kernel_for(settings), optics)
+            with self._time("limits"):
+                self._limits.run(blurred, is_opaque=not has_alpha)
+            return blurred
         if not has_alpha:
             return self._layered(color, coc, optics, settings, "out", settings.bokeh is Bokeh.DISC)
         alpha_color = self._pool.texture("alpha plate", color.size, 4)
@@ -173,6 +178,8 @@ class DefocusPipeline:
                     pixels,
                     pool.buffer("bits", HiddenFillPass.bits_bytes(size)),
                     pool.texture("blurred", size, 4),
+                    picture.coc,
+                    cut,
                 )
         layer_coc = pool.texture("layer coc", size, 1)
         with self._time("coc fill"):

@@ -1,0 +1,17 @@
+// Light is not negative and alpha lies in 0..1; a disc kernel's ripple forgets both by a little.
+//
+// In and out
+//   color_img   rgb, a alpha
+
+layout(local_size_x = 16, local_size_y = 16) in;
+
+uniform bool is_opaque;  // alpha is exactly 1
+layout(rgba32f) uniform image2D color_img;
+
+void main() {
+    ivec2 at = ivec2(gl_GlobalInvocationID.xy);
+    if (any(greaterThanEqual(at, imageSize(color_img)))) return;
+    vec4 color = imageLoad(color_img, at);
+    float alpha = is_opaque ? 1.0 : clamp(color.a, 0.0, 1.0);
+    imageStore(color_img, at, vec4(max(color.rgb, 0.0), alpha));
+}
