@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from heatlens.defocus.kernels import gaussian_kernel, named_kernel
+from oracle import compact_weights, conductances, solve_line
 
 NAMES = ["heat", "disc_2", "disc_3", "disc_4", "disc_5"]
 
@@ -33,6 +34,22 @@ def test_elimination_without_pivoting_is_safe(name: str) -> None:
     """cos(phi/2) of every pole: how positive definite the rotated matrix is."""
     phi = np.angle(named_kernel(name).poles)
     assert np.cos(phi / 2).min() > 0.15
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_no_mix_of_diameters_resonates(name: str, rng: np.random.Generator) -> None:
+    """The inverse of every pole's matrix stays small also where the compact c turns its phase."""
+    kernel = named_kernel(name)
+    for trial in range(200):
+        n = int(rng.integers(3, 30))
+        uniform = np.full(n, rng.uniform(0.1, 30.0))
+        d = uniform if trial % 2 else rng.choice([0.0, 1, 2, 4, 5, 7, 9, 11, 13, 16, 25], n)
+        conductance = conductances(d)
+        for kappa in kernel.poles:
+            flow = kappa * conductance - compact_weights(conductance, kernel)
+            unit = np.eye(n, dtype=np.complex128)
+            inverse = solve_line(flow, unit)
+            assert np.linalg.norm(inverse, 2) < 8.0
 
 
 def test_real_kernels_are_solved_in_real_arithmetic() -> None:

@@ -1,0 +1,99 @@
+"""A point of light becomes the disc a lens would make of it, down to a few pixels."""
+
+import moderngl
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.ndimage import map_coordinates
+
+from heatlens.defocus.blur_pass import BlurPass, BlurTargets, pole_layers
+from heatlens.defocus.kernels import Kernel, named_kernel
+from heatlens.defocus.line_solver import PartitionSolver
+from heatlens.gpu.textures import download, new_array, new_texture, upload
+
+DISCS = ["disc_2", "disc_3", "disc_4", "disc_5"]
+DIAMETERS = [4.0, 4.5, 5.0, 6.0, 8.0, 11.0, 16.0, 30.0, 75.0, 200.0]
+TAILS_PX = 30.0
+Picture = NDArray[np.float64]
+
+
+@pytest.fixture(scope="module")
+def blur(session_context: moderngl.Context) -> BlurPass:
+    return BlurPass(session_context, PartitionSolver(session_context))
+
+
+def size_for(diameter: float) -> int:
+    """Wide enough for the tails of the kernel where its variance is measured."""
+    return int((3 if diameter <= TAILS_PX else 1.5) * diameter) // 2 * 2 + 31
+
+
+def point_blurred(
+    ctx: moderngl.Context, blur: BlurPass, kernel: Kernel, diameter: float
+) -> Picture:
+    side = size_for(diameter)
+    x = np.zeros((side, side, 4), np.float32)
+    x[side // 2, side // 2] = 1.0
+    color, coc, out = (new_texture(ctx, (side, side), channels) for channels in (4, 1, 4))
+    poles = new_array(ctx, (side, side), pole_layers(kernel), 4)
+    upload(color, x)
+    upload(coc, np.full((side, side), diameter, np.float32))
+    blur.run(color, coc, kernel, (1.0, 1.0), BlurTargets(poles, out))
+    picture = download(out)[..., 0].astype(np.float64)
+    for texture in (color, coc, out, poles):
+        texture.release()
+    return picture
+
+
+def analytic_disc(diameter: float, samples: int = 16) -> Picture:
+    """The disc as a pixel sees it: its share of each pixel's area, light 1."""
+    side = size_for(diameter)
+    at = (np.arange(side * samples) + 0.5) / samples - 0.5 - side // 2
+    rows = [
+        (y[:, None] ** 2 + at**2 <= diameter**2 / 4).reshape(samples, side, samples).mean((0, 2))
+        for y in at.reshape(side, samples)
+    ]
+    return np.array(rows) / np.sum(rows)
+
+
+def radius_at_half_height(picture: Picture, diameter: float) -> float:
+    """Mean over 32 directions; the height is the mean over the inner half of the disc."""
+    side = len(picture)
+    y, x = np.mgrid[:side, :side] - side // 2
+    plateau = picture[np.hypot(x, y) <= diameter / 4].mean()
+    along = np.arange(0, side / 2 - 1, 0.02)
+    radii = []
+    for angle in np.linspace(0, np.pi / 2, 32, endpoint=False):
+        ray = [side // 2 + along * np.sin(angle), side // 2 + along * np.cos(angle)]
+        radii.append(
+            along[np.flatnonzero(map_coordinates(picture, ray, order=1) > plateau / 2)[-1]]
+        )
+    return float(np.mean(radii))
+
+
+@pytest.mark.parametrize("diameter", DIAMETERS)
+@pytest.mark.parametrize("name", DISCS)
+def test_radius_light_and_variance_are_the_discs(
+    ctx: moderngl.Context, blur: BlurPass, name: str, diameter: float
+) -> None:
+    picture = point_blurred(ctx, blur, named_kernel(name), diameter)
+    expected = radius_at_half_height(analytic_disc(diameter), diameter)
+    assert radius_at_half_height(picture, diameter) == pytest.approx(expected, rel=0.03)
+    assert picture.sum() == pytest.approx(1.0, abs=1e-3)
+    if diameter > TAILS_PX:
+        return
+    offset = np.arange(len(picture)) - len(picture) // 2
+    assert (picture.sum(axis=0) * offset**2).sum() == pytest.approx(diameter**2 / 16, rel=0.01)
+
+
+@pytest.mark.parametrize("diameter", [4.0, 8.0, 30.0])
+def test_more_poles_are_closer_to_the_disc(
+    ctx: moderngl.Context, blur: BlurPass, diameter: float
+) -> None:
+    disc = analytic_disc(diameter)
+    errors = [
+        np.linalg.norm(point_blurred(ctx, blur, named_kernel(name), diameter) - disc)
+        for name in ("heat", "disc_2", "disc_4")
+    ]
+    assert errors[0] > 2 * errors[1]
+    assert errors[1] > 0.9 * errors[2]
+    assert errors[2] < 0.2 * np.linalg.norm(disc)
