@@ -1,5 +1,7 @@
 """The one way through: (shot, frame) in, picture out. Window, command line and export call this."""
 
+from collections.abc import Callable
+
 import moderngl
 import numpy as np
 import numpy.typing as npt
@@ -68,6 +70,10 @@ class FrameRenderer:
         if size != self._checked_size:
             check_work_fits(self.ctx, *size)
             self._checked_size = size
+
+    def listen(self, on_layer: Callable[[int, int], None] | None) -> None:
+        """Have `on_layer(done, layers)` called as a picture comes about; it costs a wait each."""
+        self._pipeline.on_layer = on_layer
 
     def pixels(self, shot: Shot, frame: int = 0) -> FloatArray:
         """`render` read back: (H, W, 4) float32."""

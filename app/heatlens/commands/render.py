@@ -7,6 +7,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
+from heatlens.commands.layer_progress import layer_progress
 from heatlens.commands.lens_options import add_lens_options, lens_of
 from heatlens.commands.plate_options import add_plate_options, plate_options
 from heatlens.errors import InputError
@@ -104,7 +105,8 @@ def run(args: argparse.Namespace) -> int:
     renderer = FrameRenderer(headless_context())
     renderer.stopwatch.on = args.stats
     renderer.load(plate)
-    pixels = renderer.pixels(Shot(lens, settings))
+    with layer_progress(renderer):
+        pixels = renderer.pixels(Shot(lens, settings))
     render_done = time.perf_counter()
     write_picture(args, plate, lens, pixels)
     if args.stats:

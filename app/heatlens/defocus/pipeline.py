@@ -4,6 +4,8 @@ plate -> proxy -> coc -> fragments -> each layer, far to near: split, fill what 
 extend its coc, blur, composite -> picture
 """
 
+from collections.abc import Callable
+
 import moderngl
 
 from heatlens.defocus.blur_pass import BlurPass, BlurTargets, pole_layers
@@ -38,7 +40,9 @@ class DefocusPipeline:
     """Colour and depth to a picture with depth of field."""
 
     def __init__(self, ctx: moderngl.Context, solver: LineSolver, stopwatch: Stopwatch) -> None:
+        self._ctx = ctx
         self._time = stopwatch.measure
+        self.on_layer: Callable[[int, int], None] | None = None  # layers done, of all
         self._pool = TexturePool(ctx)
         self._proxy = ProxyPass(ctx)
         self._coc = CocPass(ctx)
@@ -101,7 +105,9 @@ class DefocusPipeline:
         if lamps:
             color, listed = self._without_lamps(color, coc, kernel, optics)
         picture = self._fragmented(color, coc, optics)
-        for cut in layer_cuts(optics.occupied_px, layers_for(settings)):
+        cuts = layer_cuts(optics.occupied_px, layers_for(settings))
+        for number, cut in enumerate(cuts):
+            self._tell_progress(number, len(cuts))
             layer, layer_coc = self._layer(picture, cut)
             blurred = self._blurred(layer.color, layer_coc, kernel, optics)
             with self._time("composite"):
@@ -110,6 +116,12 @@ class DefocusPipeline:
             with self._time("lamps drawn"):
                 self._draw_lamps.run(listed, picture, optics, out)
         return out
+
+    def _tell_progress(self, done: int, layers: int) -> None:
+        """Only who listens waits for the GPU at each layer."""
+        if self.on_layer is not None:
+            self._ctx.finish()
+            self.on_layer(done, layers)
 
     def _at_proxy_size(
         self, color: moderngl.Texture, depth: moderngl.Texture, optics: Optics, proxy: float
