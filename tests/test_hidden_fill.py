@@ -3,11 +3,14 @@
 import moderngl
 import numpy as np
 
+from heatlens.defocus.layer_cuts import FARTHER_THAN_ALL, Cut, LayerCut
 from heatlens.defocus.layer_passes import HiddenFillPass, Layer
 from heatlens.defocus.pixel_list import list_bytes
 from heatlens.gpu.textures import FloatArray, download, new_texture, upload
 
-HIDDEN = -1.0
+HIDDEN = -1.0  # nothing of the pixel is seen
+FRONT_PX, BEHIND_PX = -20.0, 7.0
+CUT = LayerCut(near=Cut(-10.0, 1.0), far=FARTHER_THAN_ALL)
 
 
 def filled(
@@ -22,7 +25,9 @@ def filled(
     pixels = ctx.buffer(reserve=list_bytes(size))
     pixels.write(np.concatenate([head, hidden[:, 0] << 16 | hidden[:, 1]]).tobytes())
     bits = ctx.buffer(reserve=HiddenFillPass.bits_bytes(size))
-    HiddenFillPass(ctx).run(target, pixels, bits, new_texture(ctx, size, 4))
+    coc = new_texture(ctx, size, 1)
+    upload(coc, np.where(layer[..., 3] < 0, FRONT_PX, BEHIND_PX).astype(np.float32))
+    HiddenFillPass(ctx).run(target, pixels, bits, new_texture(ctx, size, 4), coc, CUT)
     return download(target.color), download(target.state)
 
 
