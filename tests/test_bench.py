@@ -83,7 +83,7 @@ def test_the_solver_asked_for_is_the_one_that_works(capsys, solver):
     words = ("--solver", solver, "--bokeh", "heat", "--layers", "1", "--json")
     report = json.loads(bench(capsys, *words))
     assert report["frame"]["solver"] == solver
-    assert [row["name"] for row in report["frame"]["passes"]] == ["coc", "blur"]
+    assert [row["name"] for row in report["frame"]["passes"]] == ["coc", "blur", "limits"]
     assert report["frame"]["layer_count"] == 1
 
 

@@ -154,6 +154,11 @@ def _composite(work: Work, runs: int) -> Traffic:
     return Traffic(moved, moved)
 
 
+def _limits(work: Work, runs: int) -> Traffic:
+    """One picture, in place."""
+    return Traffic(runs * 2 * _COLOR, runs * 2 * _COLOR)
+
+
 def _lamps_drawn(work: Work, runs: int) -> Traffic:
     """The area of the lamps' discs decides."""
     return Traffic(None, None)
@@ -170,5 +175,6 @@ PASS_COSTS: dict[str, Callable[[Work, int], Traffic]] = {
     "coc fill": _coc_fill,
     "blur": _blur,
     "composite": _composite,
+    "limits": _limits,
     "lamps drawn": _lamps_drawn,
 }
