@@ -118,7 +118,7 @@ def test_sweeps_are_printed(capsys, monkeypatch):
     monkeypatch.setattr(measure, "SWEEP_COC_PX", (2.0,))
     monkeypatch.setattr(measure, "SWEEP_SIZES", ((32, 24),))
     text = bench(capsys, "--sweep-coc", "--bare", "--quality", "draft")
-    assert re.search(r"^ +2 +[\d.]+ +1\.00 +[\d.]+ +1\.00 +[\d.]+ +1\.00 +\d$", text, re.M)
+    assert re.search(r"^ +2 +[\d.]+ +1\.00 +[\d.]+ +1\.00 +\d +[\d.]+ +1\.00 +\d$", text, re.M)
     assert re.search(r"^32x24 +[\d.]+ +1\.00 +[\d.]+ +1\.00 +\d$", text, re.M)
     assert re.search(r"^heat, one layer: frame .* ratio [\d.]+$", text, re.M)
 

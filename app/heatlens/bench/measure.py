@@ -85,28 +85,29 @@ def measure_coc_sweep(
     measured = []
     for coc in SWEEP_COC_PX:
         say(f"circle of confusion {coc:g} px")
-        one_layer = _uniform_ms(frames, size, coc, replace(settings, layers=1), runs)
+        one_layer, _ = _uniform_ms(frames, size, coc, replace(settings, layers=1), runs)
         layered = _uniform_ms(frames, size, coc, settings, runs)
-        scene, layer_count = _scene_ms(frames, size, coc, settings, runs)
-        measured.append((coc, one_layer, layered, scene, layer_count))
-    _, first_one, first_layered, first_scene, _ = measured[0]
+        scene = _scene_ms(frames, size, coc, settings, runs)
+        measured.append((coc, one_layer, layered, scene))
+    _, first_one, (first_layered, _), (first_scene, _) = measured[0]
     return tuple(
-        CocRow(c, one, one / first_one, lay, lay / first_layered, scene, scene / first_scene, n)
-        for c, one, lay, scene, n in measured
+        CocRow(c, one, one / first_one, lay, lay / first_layered, n, scene, scene / first_scene, m)
+        for c, one, (lay, n), (scene, m) in measured
     )
 
 
 def _uniform_ms(
     frames: BenchFrames, size: Size, coc: float, settings: DefocusSettings, runs: int
-) -> float:
+) -> tuple[float, int]:
+    """One coc everywhere: milliseconds, layers."""
     frame = frames.frame(uniform_coc_plate(size, coc), LENS, settings)
-    return 1e3 * median_seconds(frames.ctx, runs, frame.render)[0]
+    return 1e3 * median_seconds(frames.ctx, runs, frame.render)[0], frame.layer_count
 
 
 def _scene_ms(
     frames: BenchFrames, size: Size, coc: float, settings: DefocusSettings, runs: int
 ) -> tuple[float, int]:
-    """The scene through a lens opened or closed until its largest coc is `coc`."""
+    """The scene through a lens whose largest coc there is `coc`: milliseconds, layers."""
     frame = frames.frame(scene_plate(size), lens_reaching(coc, size), settings)
     return 1e3 * median_seconds(frames.ctx, runs, frame.render)[0], frame.layer_count
 

@@ -48,7 +48,7 @@ class FrameReport:
 class CocRow:
     """Frames by circle of confusion; each ratio is to the first row.
 
-    one_layer, layered  the same coc everywhere, without and with layers (one is occupied)
+    one_layer, layered  the same coc everywhere, without layers and with those it falls in
     scene               the lens opened until this is the largest coc, so that layers come and go
     """
 
@@ -57,6 +57,7 @@ class CocRow:
     one_layer_ratio: float
     layered_ms: float
     layered_ratio: float
+    layered_layer_count: int
     scene_ms: float
     scene_ratio: float
     scene_layer_count: int
@@ -153,12 +154,12 @@ def _frame_line(frame: FrameReport) -> str:
 
 def _coc_table(rows: tuple[CocRow, ...]) -> str:
     lines = [
-        "circle of confusion   one layer        layered          scene, this its largest",
-        "                px       ms  ratio         ms  ratio         ms  ratio  layers",
+        "circle of confusion   one layer        layered                  scene, this its largest",
+        "                px       ms  ratio         ms  ratio  layers         ms  ratio  layers",
     ]
     lines += [
         f"{row.coc_px:18g}{row.one_layer_ms:9.1f}{row.one_layer_ratio:7.2f}"
-        f"{row.layered_ms:11.1f}{row.layered_ratio:7.2f}"
+        f"{row.layered_ms:11.1f}{row.layered_ratio:7.2f}{row.layered_layer_count:8d}"
         f"{row.scene_ms:11.1f}{row.scene_ratio:7.2f}{row.scene_layer_count:8d}"
         for row in rows
     ]
