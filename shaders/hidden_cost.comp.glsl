@@ -32,9 +32,9 @@ bool seen_at(ivec2 at, out vec4 toned_layer) {
     return true;
 }
 
-float difference(ivec2 at, int k, ivec2 ends) {
+float difference(ivec2 at, int k, ivec2 ends, int taps) {
     float sum = 0.0, weights = 0.0;
-    for (int tap = 0; tap < TAPS; ++tap) {
+    for (int tap = 0; tap < taps; ++tap) {
         vec4 a, b;
         bool both = seen_at(at + (ends.x + tap) * DIRECTION[k], a);
         both = seen_at(at - (ends.y + tap) * DIRECTION[k], b) && both;
@@ -43,16 +43,17 @@ float difference(ivec2 at, int k, ivec2 ends) {
         sum += weight * dot(a - b, a - b);
         weights += weight;
     }
-    return sum / weights;
+    return weights > 0.0 ? sum / weights : -1.0;
 }
 
 void compare_ends(ivec2 at) {
     size = textureSize(layer_tx, 0);
     vec4 cost = vec4(-1.0);
-    for (int k = 0; k < DIRECTIONS; ++k) {
-        ivec2 ends = ends_of(k, at, size);
-        if (all(greaterThan(ends, ivec2(0)))) cost[k] = difference(at, k, ends);
-    }
+    ivec2 ends[DIRECTIONS];
+    for (int k = 0; k < DIRECTIONS; ++k) ends[k] = ends_of(k, at, size);
+    int taps = is_beyond_reach(ends) ? 0 : TAPS;
+    for (int k = 0; k < DIRECTIONS; ++k)
+        if (all(greaterThan(ends[k], ivec2(0)))) cost[k] = difference(at, k, ends[k], taps);
     imageStore(out_cost_img, at, cost);
 }
 

@@ -42,10 +42,10 @@ Content content_at(ivec2 at) {
     return Content(vec4(compressed, layer.a), imageLoad(state_img, at).r * layer.a);
 }
 
-vec4 mean_cost(ivec2 at, ivec2 size) {
+vec4 mean_cost(ivec2 at, ivec2 size, int reach) {
     vec4 sum = vec4(0.0), count = vec4(0.0);
-    for (int y = -REACH; y <= REACH; ++y)
-        for (int x = -REACH; x <= REACH; ++x) {
+    for (int y = -reach; y <= reach; ++y)
+        for (int x = -reach; x <= reach; ++x) {
             ivec2 p = clamp(at + ivec2(x, y), ivec2(0), size - 1);
             vec4 cost = texelFetch(cost_tx, p, 0);
             vec4 counts = is_seen(p, size) ? vec4(0.0) : step(0.0, cost);
@@ -67,12 +67,15 @@ struct Guess {
 };
 
 void make_guess(ivec2 at, ivec2 size, out Guess guess) {
-    vec4 cost = mean_cost(at, size);
+    ivec2 ends[DIRECTIONS];
+    for (int k = 0; k < DIRECTIONS; ++k) ends[k] = ends_of(k, at, size);
+    bool beyond = is_beyond_reach(ends);
+    vec4 cost = mean_cost(at, size, beyond ? -1 : REACH);
     Content sum = Content(vec4(0.0), 0.0);
     float weights = 0.0;
-    for (int k = 0; k < DIRECTIONS; ++k) {
-        ivec2 ends = ends_of(k, at, size);
-        int ahead = ends.x, back = ends.y;
+    int directions = beyond ? 0 : DIRECTIONS;
+    for (int k = 0; k < directions; ++k) {
+        int ahead = ends[k].x, back = ends[k].y;
         if (ahead == 0 && back == 0) continue;
         float length_px = float(ahead + back) * STEP_LENGTH[k];
         if (ahead == 0 || back == 0) {
@@ -87,7 +90,7 @@ void make_guess(ivec2 at, ivec2 size, out Guess guess) {
         add(sum, weights, weight * to_back, content_at(at - back * DIRECTION[k]));
     }
     guess = Guess(vec4(0.0), 0.0);
-    if (weights == 0.0) return;  // nothing of this layer is seen along any direction
+    if (weights == 0.0) return;  // nothing of this layer is seen along any direction, or near enough
     float cover = sum.layer.a / weights;
     float per_cover = 1.0 / max(sum.layer.a, 1e-4 * weights);
     guess = Guess(vec4(untoned(sum.layer.rgb * per_cover) * cover, cover), sum.diameter * per_cover);

@@ -14,7 +14,7 @@ CUT = LayerCut(near=Cut(-10.0, 1.0), far=FARTHER_THAN_ALL)
 
 
 def filled(
-    ctx: moderngl.Context, layer: FloatArray, state: FloatArray
+    ctx: moderngl.Context, layer: FloatArray, state: FloatArray, reach_px: int = 1000
 ) -> tuple[FloatArray, FloatArray]:
     size = layer.shape[1::-1]
     target = Layer(new_texture(ctx, size, 4), new_texture(ctx, size, 2))
@@ -27,7 +27,7 @@ def filled(
     bits = ctx.buffer(reserve=HiddenFillPass.bits_bytes(size))
     coc = new_texture(ctx, size, 1)
     upload(coc, np.where(layer[..., 3] < 0, FRONT_PX, BEHIND_PX).astype(np.float32))
-    HiddenFillPass(ctx).run(target, pixels, bits, new_texture(ctx, size, 4), coc, CUT)
+    HiddenFillPass(ctx).run(target, pixels, bits, new_texture(ctx, size, 4), coc, CUT, reach_px)
     return download(target.color), download(target.state)
 
 
@@ -82,3 +82,12 @@ def test_seen_pixels_are_not_touched(ctx: moderngl.Context, rng: np.random.Gener
     assert np.array_equal(color[~hole], layer[~hole])
     assert np.array_equal(extended[~hole], state[~hole])
     assert color[hole][:, 3].min() > 0.99
+
+
+def test_beyond_reach_stays_empty(ctx: moderngl.Context) -> None:
+    hole = np.zeros((60, 60), bool)
+    hole[5:55, 5:55] = True
+    color, state = filled(ctx, *layer_with_hole(np.full((60, 60, 3), 0.5), hole), reach_px=10)
+    assert np.all(color[17:43, 17:43] == 0.0) and np.all(state[17:43, 17:43, 1] == 0.0)
+    expected = np.broadcast_to((0.5, 0.5, 0.5, 1.0), (8, 20, 4))
+    np.testing.assert_allclose(color[6:14, 20:40], expected, rtol=1e-4)

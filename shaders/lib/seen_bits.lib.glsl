@@ -30,6 +30,19 @@ int steps_back(int first, int i) {
     return i - (word * 32 + findMSB(bits));
 }
 
+uniform int reach_px;  // what is farther than this from everything seen, no blur uncovers
+
+// The nearest of the ends along all directions is beyond reach. Loops over what such a pixel would need
+// then run zero times, which also a software rasteriser skips; it runs both sides of a branch.
+bool is_beyond_reach(ivec2 ends[DIRECTIONS]) {
+    int nearest = reach_px + 1;
+    for (int k = 0; k < DIRECTIONS; ++k) {
+        if (ends[k].x > 0) nearest = min(nearest, ends[k].x);
+        if (ends[k].y > 0) nearest = min(nearest, ends[k].y);
+    }
+    return nearest > reach_px;
+}
+
 // Steps from a hidden pixel to the next seen one along direction k, ahead and back; 0 for none.
 ivec2 ends_of(int k, ivec2 at, ivec2 size) {
     int per_line = words_per_line(k, size), i = position_of(k, at);

@@ -72,22 +72,27 @@ class HiddenFillPass:
         cost: moderngl.Texture,
         coc: moderngl.Texture,
         cut: LayerCut,
+        reach_px: int,
     ) -> None:
-        """Fill the hidden `pixels` of `layer` in place; `bits` and `cost` are scratch."""
+        """Fill the hidden `pixels` of `layer` in place; `bits` and `cost` are scratch.
+
+        What is farther than `reach_px` from everything seen stays empty.
+        """
         size = layer.color.size
         buffers = {0: pixels, 1: bits}
         seen = {"layer_tx": layer.color}
         self._ctx.copy_buffer(bits, self._all_seen(size), self.bits_bytes(size))
         self._clear_program.dispatch_indirect(pixels, buffers=buffers, uniforms={"size": size})
+        reach = {"reach_px": reach_px}
         self._cost_program.dispatch_indirect(
-            pixels, textures=seen, images={"out_cost_img": cost}, buffers=buffers
+            pixels, textures=seen, images={"out_cost_img": cost}, buffers=buffers, uniforms=reach
         )
         self._fill_program.dispatch_indirect(
             pixels,
             textures={"cost_tx": cost, "coc_tx": coc},
             images={"layer_img": layer.color, "state_img": layer.state},
             buffers=buffers,
-            uniforms=_limits(cut),
+            uniforms=_limits(cut) | reach,
         )
 
     def _all_seen(self, size: tuple[int, int]) -> moderngl.Buffer:

@@ -1,5 +1,6 @@
 """What the blur has to know of lens and plate, in pixels."""
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -8,6 +9,7 @@ import numpy.typing as npt
 from heatlens.model.coc import CocLine
 
 _BINS = 4096
+_UNCOVERED_MARGIN_PX = 8  # a kernel's tail, and the fill's own neighbourhood
 
 
 def occupied_values(values: npt.NDArray[np.float32]) -> npt.NDArray[np.float64]:
@@ -52,6 +54,17 @@ class Optics:
     def at_infinity_px(self) -> float:
         """Coc of what is infinitely far; the farthest there is where no lens tells."""
         return self.farthest_px if self.line is None else self.line.at_infinity_px
+
+    @property
+    def uncovered_px(self) -> int:
+        """How far behind a silhouette something hidden can still show.
+
+        The nearer blur uncovers half its diameter, and the farther one brings in light from half
+        of its own beyond that.
+        """
+        uncovering = max(-self.nearest_px, 0.0)
+        widest = max(uncovering, abs(self.farthest_px))
+        return math.ceil(max(self.axis_scales) * (uncovering + widest) / 2) + _UNCOVERED_MARGIN_PX
 
     def scaled(self, proxy: float) -> "Optics":
         """The same on a picture `proxy` times the size."""

@@ -108,7 +108,7 @@ class DefocusPipeline:
         cuts = layer_cuts(optics.occupied_px, layers_for(settings))
         for number, cut in enumerate(cuts):
             self._tell_progress(number, len(cuts))
-            layer, layer_coc = self._layer(picture, cut)
+            layer, layer_coc = self._layer(picture, cut, optics)
             blurred = self._blurred(layer.color, layer_coc, kernel, optics)
             with self._time("composite"):
                 self._composite.run(blurred, cut.is_farthest, out)
@@ -176,7 +176,9 @@ class DefocusPipeline:
             self._fragments.run(picture, optics.at_infinity_px, pixels)
         return picture
 
-    def _layer(self, picture: Fragments, cut: LayerCut) -> tuple[Layer, moderngl.Texture]:
+    def _layer(
+        self, picture: Fragments, cut: LayerCut, optics: Optics
+    ) -> tuple[Layer, moderngl.Texture]:
         """A layer without holes, and its coc everywhere."""
         size, pool = picture.coc.size, self._pool
         pixels = pool.buffer("pixels", list_bytes(size))
@@ -192,6 +194,7 @@ class DefocusPipeline:
                     pool.texture("blurred", size, 4),
                     picture.coc,
                     cut,
+                    optics.uncovered_px,
                 )
         layer_coc = pool.texture("layer coc", size, 1)
         with self._time("coc fill"):
