@@ -35,6 +35,7 @@ from heatlens.model.settings import LAYERS_MAX, Bokeh, DefocusSettings
 
 SIZE = (64, 48)
 HEAT = named_kernel("heat")
+LAYERED_PASSES = set(PASS_COSTS) - {"limits"}  # those are for a frame of one layer
 
 
 @pytest.fixture(scope="module", autouse=True)

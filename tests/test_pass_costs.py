@@ -45,6 +45,7 @@ def test_pass_costs_counted_by_hand():
     assert frame_traffic("coc fill", work, 2).moved == 2 * ((8 + 40 + 8) + (8 + 40 + 16 + 4))
     assert frame_traffic("composite", work, 3).moved == (16 + 16) + 2 * (16 + 16 + 16)
     assert frame_traffic("proxy", replace(work, proxy=0.5), 1).moved == 4 * 16 + 4 + 16 + 4
+    assert frame_traffic("limits", work, 1).moved == 16 + 16
     assert frame_traffic("lamps drawn", work, 1).moved is None
 
 
