@@ -8,7 +8,7 @@ import pytest
 from heatlens.model.lens import Lens
 from heatlens.model.settings import LAYERS_MAX, Bokeh, DefocusSettings, Quality
 from heatlens.model.shot import Shot
-from plates import FAR_M, lens_blurring, moments, plate_of, room
+from plates import FAR_M, coc_plate_of, lens_blurring, moments, plate_of, room
 from test_alpha import covered_room
 from test_alpha import through as through_alpha
 from test_laws import DIM, HALF_ROUNDING, KINDS, LAMP, SIZE, grey_for, point_plate, through
@@ -73,3 +73,15 @@ def test_focus_that_moves_less_changes_the_picture_less(ctx, renderer, bokeh):
         return float(np.abs(np.diff(np.clip(frames, 0, 1), axis=0)).mean(axis=(1, 2, 3)).max())
 
     assert largest_step(65) < 0.5 * largest_step(9)
+
+
+def test_a_near_corner_blurs_round(ctx, renderer):
+    """A quarter of the disc at a square's corner is square; what lies diagonally is reached too."""
+    color, coc = np.zeros((96, 96, 3), np.float32), np.zeros((96, 96), np.float32)
+    color[32:64, 32:64], coc[32:64, 32:64] = 1.0, -16.0
+    picture = through(renderer, coc_plate_of(color, coc), Lens(50.0, 2.0, 4.0, 36.0))[..., 0]
+    around = picture[22:42, 22:42]
+    assert picture[31:33, 31:33].mean() == pytest.approx(0.25, abs=0.05)
+    assert np.abs(np.diff(around, axis=0)).max() < 0.15
+    assert np.abs(np.diff(around, axis=1)).max() < 0.15
+    np.testing.assert_allclose(around, around.T, atol=0.05)
