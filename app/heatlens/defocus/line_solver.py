@@ -16,7 +16,7 @@ import moderngl
 from heatlens.gpu.program import ComputeProgram, Image, groups_for
 
 LINE_LENGTH_MAX = 16384
-SCRATCH_BYTES_MAX = 16 << 20  # a few dozen lines; more only spills the processor's caches
+SCRATCH_BYTES_MAX = 4 << 20  # a few lines a core; more only spills the processor's caches
 Axis = Literal["rows", "columns"]
 
 
