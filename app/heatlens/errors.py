@@ -1,10 +1,10 @@
 """Everything the user can mend is one of these; the command line turns them into exit code 2.
 
-    HeatlensError
-    ├── InputError    a file, a channel or an option: what was found and what would help
-    ├── LensError     a lens that cannot be
-    ├── GpuError      no usable OpenGL, or a picture larger than it takes
-    └── ShaderError   a shader that does not compile: the file, the line and the driver's words
+HeatlensError
+├── InputError    a file, a channel or an option: what was found and what would help
+├── LensError     a lens that cannot be
+├── GpuError      no usable OpenGL, or a picture larger than it takes
+└── ShaderError   a shader that does not compile: the file, the line and the driver's words
 """
 
 

@@ -6,6 +6,7 @@ import moderngl
 import numpy as np
 import numpy.typing as npt
 
+from heatlens.defocus.line_solver import LineSolver
 from heatlens.defocus.optics import Optics, occupied_values
 from heatlens.defocus.pipeline import DefocusPipeline
 from heatlens.defocus.plate_passes import proxy_size
@@ -23,10 +24,11 @@ from heatlens.model.shot import Shot
 class FrameRenderer:
     """Holds one plate on the GPU and renders it through any lens."""
 
-    def __init__(self, ctx: moderngl.Context) -> None:
+    def __init__(self, ctx: moderngl.Context, solver: LineSolver | None = None) -> None:
+        """`solver` None: the one that is fastest here, by measurement."""
         self.ctx = ctx
         self.stopwatch = Stopwatch(ctx)
-        self.solver = fastest_solver(ctx)
+        self.solver = solver or fastest_solver(ctx)
         self._pipeline = DefocusPipeline(ctx, self.solver, self.stopwatch)
         self._plate: Plate | None = None
         self._occupied = np.zeros(0)
@@ -57,14 +59,16 @@ class FrameRenderer:
         if self._plate is None or self._color is None or self._depth is None:
             raise InputError("No plate is loaded.")
         self._check_work(proxy_size(self._color.size, shot.defocus.proxy))
-        lens = shot.lens_at(frame)
+        optics = self.optics(shot, frame)
         return self._pipeline.run(
-            self._color,
-            self._depth,
-            optics_of(self._plate, self._occupied, lens),
-            shot.defocus,
-            self._plate.has_alpha,
+            self._color, self._depth, optics, shot.defocus, self._plate.has_alpha
         )
+
+    def optics(self, shot: Shot, frame: int = 0) -> Optics:
+        """The shot's lens at `frame` in front of the loaded plate, in its full-size pixels."""
+        if self._plate is None:
+            raise InputError("No plate is loaded.")
+        return optics_of(self._plate, self._occupied, shot.lens_at(frame))
 
     def _check_work(self, size: tuple[int, int]) -> None:
         if size != self._checked_size:

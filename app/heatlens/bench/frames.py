@@ -8,19 +8,16 @@ from statistics import median
 import moderngl
 
 from heatlens.defocus.layer_cuts import layer_cuts
-from heatlens.defocus.line_solver import SOLVERS, LineSolver
-from heatlens.defocus.optics import Optics
-from heatlens.defocus.pipeline import DefocusPipeline
+from heatlens.defocus.line_solver import SOLVERS
 from heatlens.defocus.plate_passes import proxy_size
 from heatlens.defocus.quality import layers_for
-from heatlens.defocus.solver_choice import fastest_solver
 from heatlens.gpu.context import check_plate_fits, check_work_fits
 from heatlens.gpu.stopwatch import Stopwatch
-from heatlens.gpu.textures import new_texture, upload
 from heatlens.image.plate import Plate
 from heatlens.model.lens import Lens
 from heatlens.model.settings import DefocusSettings
-from heatlens.render import occupied_of, optics_of
+from heatlens.model.shot import Shot
+from heatlens.render import FrameRenderer
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,15 +38,14 @@ class FrameSeconds:
 
 
 class BenchFrames:
-    """The pipeline with a solver of choice, as `FrameRenderer` drives it with the one it chose."""
+    """Plates through a `FrameRenderer` with a solver of choice."""
 
     def __init__(self, ctx: moderngl.Context, solver: str) -> None:
         """`solver` is a name of SOLVERS, or "auto" for the one that `render` would choose."""
         self.ctx = ctx
-        self.solver: LineSolver = fastest_solver(ctx) if solver == "auto" else SOLVERS[solver](ctx)
-        self.stopwatch = Stopwatch(ctx)
-        self._pipeline = DefocusPipeline(ctx, self.solver, self.stopwatch)
-        self._textures: tuple[moderngl.Texture, ...] = ()
+        self._renderer = FrameRenderer(ctx, None if solver == "auto" else SOLVERS[solver](ctx))
+        self.solver = self._renderer.solver
+        self.stopwatch = self._renderer.stopwatch
 
     def check_fits(self, size: tuple[int, int], settings: DefocusSettings) -> None:
         """GpuError for a picture beyond OpenGL or memory; before its plate takes its share."""
@@ -58,40 +54,28 @@ class BenchFrames:
 
     def frame(self, plate: Plate, lens: Lens, settings: DefocusSettings) -> "Frame":
         """`plate` taken to the GPU, in the place of the one before."""
-        size = (plate.data_window.width, plate.data_window.height)
-        for texture in self._textures:
-            texture.release()
-        pixels = plate.coc_px if plate.depth_m is None else plate.depth_m
-        assert pixels is not None
-        color, depth = new_texture(self.ctx, size, 4), new_texture(self.ctx, size, 1)
-        self._textures = color, depth
-        upload(color, plate.color)
-        upload(depth, pixels)
-        optics = optics_of(plate, occupied_of(plate), lens)
-        return Frame(self._pipeline, color, depth, optics, settings)
+        self._renderer.load(plate)
+        return Frame(self._renderer, Shot(lens, settings))
 
 
 @dataclass(frozen=True, eq=False)
 class Frame:
     """One frame, ready to render; another plate in its place ends it."""
 
-    pipeline: DefocusPipeline
-    color: moderngl.Texture
-    depth: moderngl.Texture
-    optics: Optics
-    settings: DefocusSettings
+    renderer: FrameRenderer
+    shot: Shot
 
     def render(self) -> moderngl.Texture:
         """Issue the frame; the GPU may still be at it."""
-        return self.pipeline.run(self.color, self.depth, self.optics, self.settings)
+        return self.renderer.render(self.shot)
 
     @property
     def layer_count(self) -> int:
         """How many layers the picture comes in, its proxy size considered."""
-        layers = layers_for(self.settings)
-        if layers == 1:
-            return 1
-        return len(layer_cuts(self.optics.occupied_px * self.settings.proxy, layers))
+        settings = self.shot.defocus
+        optics = self.renderer.optics(self.shot)
+        layers = layers_for(settings)
+        return 1 if layers == 1 else len(layer_cuts(optics.occupied_px * settings.proxy, layers))
 
 
 def run_seconds(ctx: moderngl.Context, work: Callable[[], object]) -> float:

@@ -126,7 +126,7 @@ def measure_size_sweep(
         except GpuError as error:
             say(f"left out: {error}")
             continue
-        single = replace(frame, settings=replace(settings, layers=1))
+        single = replace(frame, shot=replace(frame.shot, defocus=replace(settings, layers=1)))
         one_s, layered_s = median_seconds(frames.ctx, runs, single.render, frame.render)
         measured.append((size, 1e3 * one_s, 1e3 * layered_s, frame.layer_count))
     return size_rows(measured)

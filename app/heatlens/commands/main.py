@@ -21,6 +21,7 @@ examples:
   heatlens render plate.exr -o out.png --focus-at 960,540 --f-stop 1.4
   heatlens info plate.exr
   heatlens compare out.exr truth.exr --min-psnr 30
+  heatlens bench --bokeh disc --quality preview
 
 `heatlens COMMAND --help` explains each command.
 """
