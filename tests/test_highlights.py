@@ -105,7 +105,7 @@ def test_too_many_lamps_stay_in_the_picture(
 ) -> None:
     """Sparks everywhere under a wide blur: more disc pixels than the bound at every level."""
     color = night((256, 256), {})
-    color[rng.random((256, 256)) < 0.03] = 40.0
+    color[rng.random((256, 256)) < 0.05] = 40.0
     lamps = Lamps(ctx, color, np.full((256, 256), 250.0, np.float32))
     assert lamps.taken.sum() > 0
     assert lamps.count == 0
@@ -120,3 +120,10 @@ def test_the_list_is_bounded_and_repeats(ctx: moderngl.Context, rng: np.random.G
     first, second = Lamps(ctx, color, coc), Lamps(ctx, color, coc)
     assert 0 < first.count <= SPRITES_MAX
     assert np.array_equal(first.drawn, second.drawn)
+
+
+def test_wide_blurs_keep_their_lamps(ctx: moderngl.Context) -> None:
+    """A string of lights whose discs are a quarter of the picture wide is drawn all the same."""
+    places = {(int(128 + 60 * np.sin(i)), int(16 + 11.2 * i)): 60.0 for i in range(20)}
+    lamps = Lamps(ctx, night((256, 256), places), np.full((256, 256), 64.0, np.float32))
+    assert lamps.count == 20

@@ -168,10 +168,11 @@ def test_ctrl_c_from_the_keyboard(tmp_path):
     depth = np.linspace(1, 20, size[0] * size[1], dtype=np.float32).reshape(size)
     plate = write_file(tmp_path / "large.exr", large | {"Z": depth}, **CAMERA)
     process = started("render", plate, "-o", tmp_path / "out.exr")
-    first = process.stderr.readline()
+    depth_said, lens_said = process.stderr.readline(), process.stderr.readline()
     process.send_signal(signal.SIGINT)
     out, err = process.communicate()
-    assert first.startswith("heatlens: lens: ")
+    assert depth_said.startswith("heatlens: depth: Z taken as distance, planar. ")
+    assert lens_said.startswith("heatlens: lens: ")
     assert (process.returncode, out, err) == (130, "", "heatlens: stopped\n")
     assert set(folder_of(plate)) == {"large.exr"}
 

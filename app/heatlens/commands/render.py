@@ -100,6 +100,8 @@ def run(args: argparse.Namespace) -> int:
     settings = settings_of(args)
     plate = read_plate(args.plate, plate_options(args))
     lens, said = lens_of(args, plate)
+    depth = plate.depth
+    _say(f"depth: {depth.channel} taken as {depth.convention}, {depth.kind}. {depth.why}")
     _say(*plate.notes, "lens: " + ", ".join(said))
     read_done = time.perf_counter()
     renderer = FrameRenderer(headless_context())

@@ -12,7 +12,7 @@ from heatlens.defocus.plate_passes import tiles
 from heatlens.gpu.program import ComputeProgram, DrawProgram, groups_for
 
 SPRITES_MAX = 4096
-_AREA_MAX = 4.0  # pixels drawn for each of the picture
+_AREA_MAX = 24.0  # pixels drawn for each of the picture: hundreds of lamps a third of it wide
 _SURROUNDINGS_PX = 16.0  # least diameter over which a pixel's surroundings are taken
 _BLOCK, _WORKGROUP = 8, 8
 _TALLY_BYTES, _SPRITE_BYTES = 32, 32

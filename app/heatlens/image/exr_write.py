@@ -52,7 +52,8 @@ def write_exr(
     with replacing(path) as beside:
         with quiet_library():
             OpenEXR.File(header, stored).write(encoded)
-        beside.write_bytes(encoded.getbuffer())
+        with encoded.getbuffer() as data:
+            beside.write_bytes(data)
 
 
 def _stored(

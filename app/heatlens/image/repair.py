@@ -28,8 +28,8 @@ def repair_color(color: FloatImage, what: str) -> int:
     """Replace, in place, the pixels of `color` (H, W, C) that hold NaN or infinity; their count.
 
     Each takes the median of its good neighbours, 3x3 then 5x5, so that one lamp beside it does not
-    decide; with none, 0. Only values of the file are used, never filled ones. Negative values are
-    light like any other and stay. Raises InputError when more than half are bad.
+    decide; inside a larger hole, of those filled before it. Negative values are light like any
+    other and stay. Raises InputError when more than half are bad.
     """
     with np.errstate(over="ignore", invalid="ignore"):
         if np.isfinite(color.sum()):  # NaN and infinity survive a sum: one pass for good pictures
@@ -41,18 +41,23 @@ def repair_color(color: FloatImage, what: str) -> int:
     check_mostly_good(rows.size, bad.size, what)
     padded = np.pad(color, ((2, 2), (2, 2), (0, 0)), constant_values=np.nan)
     padded[2:-2, 2:-2][bad] = np.nan
-    for start in range(0, rows.size, _BATCH):
-        batch = slice(start, start + _BATCH)
-        color[rows[batch], columns[batch]] = _filled(padded, rows[batch], columns[batch])
-    return int(rows.size)
+    count = int(rows.size)
+    while rows.size:  # a hole closes from its rim inwards
+        batches = [slice(start, start + _BATCH) for start in range(0, rows.size, _BATCH)]
+        filled = np.concatenate([_filled(padded, rows[b], columns[b]) for b in batches])
+        color[rows, columns] = padded[rows + 2, columns + 2] = filled
+        left = np.isnan(filled[:, 0])
+        rows, columns = rows[left], columns[left]
+    return count
 
 
 def _filled(padded: FloatImage, rows: NDArray[np.intp], columns: NDArray[np.intp]) -> FloatImage:
-    """New colours (N, C) for the pixels at `rows`, `columns` of the picture inside `padded`."""
+    """New colours (N, C) for the pixels at `rows`, `columns` of the picture inside `padded`; NaN
+    where no neighbour is good yet."""
     colors = _neighbour_median(padded, rows, columns, 1)
     lonely = np.isnan(colors[:, 0])
     colors[lonely] = _neighbour_median(padded, rows[lonely], columns[lonely], 2)
-    return np.nan_to_num(colors, nan=0.0)
+    return colors
 
 
 def _neighbour_median(
