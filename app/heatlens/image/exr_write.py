@@ -52,8 +52,7 @@ def write_exr(
     with replacing(path) as beside:
         with quiet_library():
             OpenEXR.File(header, stored).write(encoded)
-        with encoded.getbuffer() as data:
-            beside.write_bytes(data)
+        beside.write_bytes(encoded.getvalue())  # a view would have to outlive an error
 
 
 def _stored(
