@@ -30,3 +30,10 @@ def test_proxy_scales_everything_but_the_shape() -> None:
     assert optics.line == CocLine(3.0, -7.5)
     assert (optics.nearest_px, optics.farthest_px, optics.at_infinity_px) == (-5.0, 3.0, 3.0)
     assert optics.axis_scales == (0.5, 1.0)
+
+
+def test_values_all_but_the_same_are_one_place() -> None:
+    for low, high in ((0.0, 0.0), (2.0, 2.0), (0.0, 8e-38)):
+        np.testing.assert_array_equal(
+            occupied_values(np.array([low, high], np.float32)), np.array([low, high], np.float32)
+        )
