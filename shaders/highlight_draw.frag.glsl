@@ -3,6 +3,7 @@
 // pixel in proportion to the difference in coc. What stands there at that depth hides the lamp.
 
 #include "lib/disc.lib.glsl"
+#include "lib/kind.lib.glsl"
 
 flat in vec4 place;  // centre x, y in pixels; signed coc; half the width of the rim's ramp
 flat in vec3 light;
@@ -60,7 +61,7 @@ float seen_at(ivec2 at, float coc) {
     float kind = texelFetch(kind_tx, at, 0).r;
     vec4 far = texelFetch(far_tx, at, 0);
     float near_coc = texelFetch(near_tx, at, 0).a;
-    if (kind != 1.0 || near_coc > coc - MARGIN_PX) return 1.0;
+    if (kind != FAR_RIM || near_coc > coc - MARGIN_PX) return 1.0;
     return mix(1.0 - far.a, 1.0, smoothstep(SHARP_PX, BLURRED_PX, abs(near_coc)));
 }
 

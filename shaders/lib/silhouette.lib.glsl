@@ -1,17 +1,14 @@
 // Where one surface ends in front of another, told from the circle of confusion alone: it is a
 // straight line over 1/z, so differences and ratios of 1/z are those of coc - at_infinity_px.
 
+#include "lib/kind.lib.glsl"
+
 uniform sampler2D coc_tx;
 uniform float at_infinity_px;  // signed coc of what is infinitely far away
 
 #define JUMP_PX 3.0        // less of a step in coc cannot be told from a slanted surface
 #define DEPTH_RATIO 0.95   // and a surface nearer by less than this is the same surface
 #define PRIOR_WEIGHT 0.01  // colour contrast^2 below which coverage comes from the depth's outline
-
-// What a pixel is, in kind_tx.
-#define WHOLE 0.0     // one colour
-#define FAR_RIM 1.0   // beside a nearer surface: its colour is mixed with that one's
-#define NEAR_RIM 2.0  // beside a farther surface only: that one's colour shines into it
 
 // Weights of a box-filtered edge as seen from 3 x 3 depth samples; they sum to 1.
 const float OUTLINE_WEIGHT[9] =

@@ -15,7 +15,6 @@ import moderngl
 
 from heatlens.gpu.program import ComputeProgram, Image, groups_for
 
-LINE_LENGTH_MAX = 16384
 SCRATCH_BYTES_MAX = 4 << 20  # a few lines a core; more only spills the processor's caches
 Axis = Literal["rows", "columns"]
 
@@ -80,10 +79,6 @@ class LineSolver(ABC):
             }
             tile = Bindings(bound.textures, bound.images, {**bound.uniforms, **here})
             self._solve_tile(system, axis, length, count, tile)
-
-    def scratch_bytes(self) -> int:
-        """Memory held beside the pictures."""
-        return sum(buffer.size for buffer in self._scratch)
 
     def release(self) -> None:
         """Give programs and buffers back."""
