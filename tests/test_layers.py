@@ -12,10 +12,13 @@ import pytest
 import heatlens
 
 PACKAGE = Path(heatlens.__file__).parent
-LAYERS = ("base", "model", "image", "gpu", "defocus", "render", "compare", "bench", "commands")
+LAYERS = (
+    *("base", "model", "image", "color", "gpu", "defocus", "render"),
+    *("display", "compare", "bench", "ui", "commands"),
+)
 BASE = ("__init__", "errors", "paths")
-# render passes textures on and owns none of its own; bench owns those it measures with
-GPU_LAYERS = ("gpu", "defocus", "render", "bench")
+# render and ui pass textures on; bench owns those it measures with, display those that are seen
+GPU_LAYERS = ("gpu", "defocus", "render", "display", "bench", "ui")
 LINES_MAX = 300
 FILES = sorted(PACKAGE.rglob("*.py"))
 
@@ -87,6 +90,11 @@ def test_model_needs_the_standard_library_and_numpy_only(path):
     if layer_of(module_of(path)) in ("base", "model"):
         foreign = {m.partition(".")[0] for m in imported_modules(path.read_text(encoding="utf-8"))}
         assert not foreign & {"moderngl", "OpenEXR", "PIL", "skimage", "flip_evaluator", "scipy"}
+
+
+def test_only_the_window_knows_its_libraries(path):
+    users = {m.partition(".")[0] for m in imported_modules(path.read_text(encoding="utf-8"))}
+    assert not users & {"imgui_bundle", "glfw"} or layer_of(module_of(path)) == "ui"
 
 
 def test_only_commands_print(path):
