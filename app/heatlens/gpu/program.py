@@ -8,7 +8,7 @@ from heatlens.errors import ShaderError
 from heatlens.gpu.shader_source import ShaderSource, assemble
 from heatlens.paths import data_dir
 
-Image = moderngl.Texture | moderngl.TextureArray
+Image = moderngl.Texture | moderngl.TextureArray | moderngl.Texture3D
 
 
 class ComputeProgram:
@@ -19,11 +19,17 @@ class ComputeProgram:
     """
 
     def __init__(
-        self, ctx: moderngl.Context, name: str, defines: Mapping[str, object] | None = None
+        self,
+        ctx: moderngl.Context,
+        name: str,
+        defines: Mapping[str, object] | None = None,
+        functions: str = "",
     ) -> None:
+        """`functions` is GLSL made elsewhere: what the file declares and leaves undefined."""
         self.name = name
         self._ctx = ctx
-        self._program = _compile(ctx, assemble(data_dir("shaders"), name, defines))
+        source = assemble(data_dir("shaders"), name, defines)
+        self._program = _compile(ctx, source.followed_by(functions) if functions else source)
         names = list(self._program)
         self._units = _give_units(self._program, [n for n in names if n.endswith("_tx")])
         self._image_units = _give_units(self._program, [n for n in names if n.endswith("_img")])

@@ -34,6 +34,12 @@ class ShaderSource:
 
         return _LINE_IN_LOG.sub(place, log)
 
+    def followed_by(self, functions: str) -> "ShaderSource":
+        """With GLSL that comes from no file at its end, in a line range of its own."""
+        line = len(self.files) * LINES_PER_FILE + 1
+        text = f"{self.text}#line {line}\n{functions}\n"
+        return ShaderSource(text, (*self.files, "generated GLSL"))
+
 
 def assemble(folder: Path, name: str, defines: Mapping[str, object] | None = None) -> ShaderSource:
     """The shader `name` of `folder`, its includes in place (each once), `defines` on top."""

@@ -1,0 +1,130 @@
+"""The OpenColorIO config in use: which one, its displays and views, what the plates' colours mean.
+
+Plates are scene-linear. Renderers write Rec.709 (sRGB) primaries unless they are told otherwise, so
+that space is the input where the config knows it.
+"""
+
+import os
+from dataclasses import dataclass
+from typing import Any
+
+from heatlens.color.ocio_library import ocio
+from heatlens.errors import InputError
+
+# Named in full: `ocio://default` becomes another config with another version of the library, and
+# with it every picture. This one (ACES 2.0) is in OpenColorIO 2.5, the VFX Platform's of 2026.
+BUILT_IN = "cg-config-v4.0.0_aces-v2.0_ocio-v2.5"
+
+# What configs call linear Rec.709: ACES since 2.0, the Color Interop Forum, ACES 1, Blender.
+_LINEAR_REC709 = (
+    "Linear Rec.709 (sRGB)",
+    "lin_rec709_scene",
+    "lin_rec709",
+    "Utility - Linear - sRGB",
+    "Utility - Linear - Rec.709",
+    "Linear Rec.709",
+    "lin_srgb",
+)
+
+
+@dataclass(frozen=True, eq=False)
+class ColorConfig:
+    """An OpenColorIO config that was read and found whole."""
+
+    source: str  # where it came from, for the person who wonders
+    config: Any  # PyOpenColorIO.Config
+
+    def displays(self) -> tuple[str, ...]:
+        """Names of the displays, in the config's order; at least one."""
+        return tuple(self.config.getDisplays())
+
+    def views(self, display: str) -> tuple[str, ...]:
+        """Names of the views of `display`, in the config's order; InputError: no such display."""
+        check_known(f"{self.source}: display", display, self.displays())
+        return tuple(self.config.getViews(display))
+
+    @property
+    def default_display(self) -> str:
+        """The display that the config puts first."""
+        return str(self.config.getDefaultDisplay())
+
+    @property
+    def default_view(self) -> str:
+        """The view that the config puts first for its default display.
+
+        The config's word stands: a studio's config shows what its grade starts from, and the
+        built-in one rolls highlights off as film does, where the plain curve would cut every
+        bright disc to one flat white. Who compares with a renderer's own window, which shows that
+        plain curve, chooses "Un-tone-mapped".
+        """
+        return str(self.config.getDefaultView(self.default_display))
+
+    @property
+    def default_input_space(self) -> str:
+        """Linear Rec.709 where the config has it, else its role scene_linear."""
+        return self._default_input()[0]
+
+    @property
+    def default_input_why(self) -> str:
+        """One sentence: why plates are taken to be in `default_input_space`."""
+        return self._default_input()[1]
+
+    def _default_input(self) -> tuple[str, str]:
+        for name in _LINEAR_REC709:
+            space = self.config.getColorSpace(name)
+            if space is not None:
+                found = str(space.getName())
+                return found, f"{found}: the primaries that renderers write if not told otherwise."
+        space = self.config.getColorSpace("scene_linear")
+        if space is None:
+            raise InputError(
+                f"{self.source}: neither a linear Rec.709 space nor the role scene_linear is in "
+                "it, so nothing says what the plate's colours mean. Add that role."
+            )
+        found = str(space.getName())
+        return found, f"{found}: the config's scene_linear; it has no linear Rec.709."
+
+    def input_spaces(self) -> tuple[str, ...]:
+        """Spaces a scene-linear picture may be in, the default first.
+
+        Those marked scene-linear; every space that is not data where the config marks none, as
+        before OpenColorIO 2.
+        """
+        spaces = list(self.config.getColorSpaces())
+        linear = [s for s in spaces if s.getEncoding() == "scene-linear"]
+        names = [s.getName() for s in linear or spaces if not s.isData()]
+        return tuple(dict.fromkeys([self.default_input_space, *names]))
+
+
+def load_color_config(path: str | None) -> ColorConfig:
+    """The config at `path`, else the one $OCIO names, else the built-in one.
+
+    `path` may be a .ocio or .ocioz file or an `ocio://` name. Raises InputError where the config
+    is missing or broken, or OpenColorIO is not installed.
+    """
+    named = path or os.environ.get("OCIO")
+    if not named:
+        return ColorConfig(f"built-in {BUILT_IN}", _read(f"ocio://{BUILT_IN}", "built-in config"))
+    source = named if path else f"$OCIO {named}"
+    return ColorConfig(source, _read(named, source))
+
+
+def _read(address: str, source: str) -> Any:
+    library = ocio()
+    try:
+        config = library.Config.CreateFromFile(address)
+        config.validate()
+    except (library.Exception, library.ExceptionMissingFile) as error:
+        raise InputError(f"{source} is no usable OpenColorIO config: {one_line(error)}") from error
+    if not config.getDisplays():
+        raise InputError(f"{source} names no display, so no picture can be shown with it.")
+    return config
+
+
+def one_line(error: Exception) -> str:
+    return " ".join(str(error).split()).rstrip(".") + "."
+
+
+def check_known(what: str, name: str, known: tuple[str, ...]) -> None:
+    if name not in known:
+        raise InputError(f"{what} {name!r} is not among {', '.join(known)}.")

@@ -1,0 +1,118 @@
+"""From scene-linear light to display values, as a value: GLSL and tables for the GPU, a CPU path.
+
+On both paths: light times 2^exposure_stops, the transform, then display^(1/gamma).
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from heatlens.color.color_config import ColorConfig, check_known, one_line
+from heatlens.color.ocio_library import ocio
+from heatlens.errors import InputError
+from heatlens.image.display import srgb_encoded
+from heatlens.image.plate import FloatImage
+from heatlens.paths import data_dir
+
+# Largest light that is shown, either sign: the largest half float. Infinity would become NaN.
+LIGHT_MAX = 65504.0
+_FUNCTION = "view_transform"
+
+
+@dataclass(frozen=True, eq=False)
+class Lut:
+    """A table that the GLSL samples."""
+
+    sampler: str  # its name in the GLSL, ends in _tx
+    values: FloatImage  # (H, W) or (H, W, 3), or (N, N, N, 3) with red fastest
+    is_linear: bool  # sampled between the entries; otherwise nearest
+
+
+@dataclass(frozen=True)
+class ViewTransform:
+    """One view on one display of pictures in one input space. Equal ones draw the same."""
+
+    display: str
+    view: str
+    input_space: str
+    key: str  # of what is calculated: changes with the config's contents
+    glsl: str = field(repr=False)  # defines vec4 view_transform(vec4 light)
+    luts: tuple[Lut, ...] = field(repr=False, compare=False)
+    encode: Callable[[FloatImage], FloatImage] = field(repr=False, compare=False)
+
+    def apply_cpu(
+        self, rgb: FloatImage, exposure_stops: float = 0.0, gamma: float = 1.0
+    ) -> FloatImage:
+        """Display values of scene-linear `rgb`, both (H, W, 3) float32; NaN counts as black.
+
+        What leaves 0..1 depends on the view: a tone-mapped one stays inside, Raw does not.
+        """
+        light = np.clip(np.nan_to_num(rgb, nan=0.0), -LIGHT_MAX, LIGHT_MAX)
+        shown = self.encode(np.float32(2.0**exposure_stops) * light.astype(np.float32))
+        if gamma == 1.0:
+            return shown
+        bent: FloatImage = np.sign(shown) * np.abs(shown) ** np.float32(1.0 / gamma)
+        return bent
+
+
+def srgb_transform() -> ViewTransform:
+    """The plain curve of IEC 61966-2-1 on linear Rec.709, clipped at white; needs no library."""
+    glsl = (data_dir("shaders") / "lib" / "srgb_view.lib.glsl").read_text()
+    return ViewTransform("sRGB", "sRGB curve", "linear Rec.709", "sRGB", glsl, (), srgb_encoded)
+
+
+def view_transform(config: ColorConfig, display: str, view: str, input_space: str) -> ViewTransform:
+    """The transform of `view` on `display` for light in `input_space`.
+
+    Raises InputError where the config has no such name or cannot carry it out.
+    """
+    check_known(f"{config.source}: view of {display}", view, config.views(display))
+    library = ocio()
+    try:
+        processor = config.config.getProcessor(
+            library.DisplayViewTransform(src=input_space, display=display, view=view)
+        )
+        glsl, luts, key = _for_gpu(library, processor)
+        on_cpu = processor.getDefaultCPUProcessor()
+    except (library.Exception, library.ExceptionMissingFile) as error:
+        raise InputError(
+            f"{config.source}: {view} on {display} from {input_space} cannot be built: "
+            f"{one_line(error)}"
+        ) from error
+    return ViewTransform(display, view, input_space, key, glsl, luts, _encoder(on_cpu))
+
+
+def _encoder(on_cpu: Any) -> Callable[[FloatImage], FloatImage]:
+    def encode(light: FloatImage) -> FloatImage:
+        shown = np.array(light, np.float32, order="C")  # the library writes in place
+        on_cpu.applyRGB(shown)
+        return shown
+
+    return encode
+
+
+def _for_gpu(library: Any, processor: Any) -> tuple[str, tuple[Lut, ...], str]:
+    """GLSL, tables and a key of what both calculate."""
+    on_gpu = processor.getDefaultGPUProcessor()
+    shader = library.GpuShaderDesc.CreateShaderDesc(
+        language=library.GPU_LANGUAGE_GLSL_4_0, functionName=_FUNCTION, resourcePrefix="ocio_"
+    )
+    shader.setAllowTexture1D(False)  # moderngl binds none; the picture would be black
+    on_gpu.extractGpuShaderInfo(shader)
+    luts = [_lut(t, (t.edgeLen,) * 3 + (3,), library) for t in shader.get3DTextures()]
+    for table in shader.getTextures():
+        is_red = table.channel == library.GpuShaderDesc.TEXTURE_RED_CHANNEL
+        size = (max(table.height, 1), table.width)
+        luts.append(_lut(table, size if is_red else (*size, 3), library))
+    glsl = str(shader.getShaderText())
+    for lut in luts:
+        glsl = glsl.replace(lut.sampler.removesuffix("_tx"), lut.sampler)
+    return glsl, tuple(luts), str(on_gpu.getCacheID())
+
+
+def _lut(table: Any, shape: tuple[int, ...], library: Any) -> Lut:
+    values = np.array(table.getValues(), np.float32).reshape(shape)
+    is_linear = table.interpolation != library.INTERP_NEAREST
+    return Lut(f"{table.samplerName}_tx", values, is_linear)

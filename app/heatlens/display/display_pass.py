@@ -1,0 +1,122 @@
+"""What the screen shows of a scene-linear picture: exposure, view transform, gamma."""
+
+from collections import OrderedDict
+from dataclasses import dataclass
+
+import moderngl
+import numpy as np
+
+from heatlens.color.view_transform import Lut, ViewTransform, srgb_transform
+from heatlens.gpu.program import ComputeProgram, Image, groups_for
+
+_TILE = 16
+_KEPT = 6  # transforms whose programs stay compiled, so that switching back costs nothing
+
+
+@dataclass(eq=False)
+class _Built:
+    """A transform on the GPU."""
+
+    picture: ComputeProgram
+    difference: ComputeProgram
+    luts: dict[str, Image]
+
+    def release(self) -> None:
+        for held in (self.picture, self.difference, *self.luts.values()):
+            held.release()
+
+
+class DisplayPass:
+    """Scene-linear premultiplied RGBA to display values over black.
+
+    Starts with the plain sRGB curve. Exposure and gamma are live; only another transform compiles.
+    """
+
+    def __init__(self, ctx: moderngl.Context) -> None:
+        self._ctx = ctx
+        self._built: OrderedDict[ViewTransform, _Built] = OrderedDict()  # latest used last
+        self.set_transform(srgb_transform())
+
+    def set_transform(self, transform: ViewTransform) -> None:
+        """Draw with `transform` from now on; ShaderError where the driver refuses it."""
+        if transform not in self._built:
+            self._built[transform] = _build(self._ctx, transform)
+        self._built.move_to_end(transform)
+        if len(self._built) > _KEPT:
+            self._built.popitem(last=False)[1].release()
+        self._current = self._built[transform]
+
+    def run(
+        self,
+        picture: moderngl.Texture,
+        out: moderngl.Texture,
+        exposure_stops: float = 0.0,
+        gamma: float = 1.0,
+    ) -> None:
+        """Write `picture` to `out` of the same size, RGBA of 8 bits (or float, not clamped)."""
+        self._draw(self._current.picture, {"picture_tx": picture}, out, exposure_stops, gamma)
+
+    def run_difference(
+        self,
+        a: moderngl.Texture,
+        b: moderngl.Texture,
+        out: moderngl.Texture,
+        exposure_stops: float = 0.0,
+        gamma: float = 1.0,
+        gain: float = 1.0,
+    ) -> None:
+        """Write |a - b| `gain`, taken between light, to `out` of the size of `a`.
+
+        `b` of another size is stretched over `a`.
+        """
+        textures: dict[str, Image] = {"a_tx": a, "b_tx": b}
+        self._draw(self._current.difference, textures, out, exposure_stops, gamma, gain)
+
+    def _draw(
+        self,
+        program: ComputeProgram,
+        textures: dict[str, Image],
+        out: moderngl.Texture,
+        exposure_stops: float,
+        gamma: float,
+        gain: float = 1.0,
+    ) -> None:
+        program.dispatch(
+            (groups_for(out.width, _TILE), groups_for(out.height, _TILE)),
+            textures=textures | self._current.luts,
+            images={"out_display_img": out},
+            uniforms={
+                "exposure_scale": 2.0**exposure_stops,
+                "inverse_gamma": 1.0 / gamma,
+                "gain": gain,
+            },
+        )
+
+    def release(self) -> None:
+        """Give every program and table back to OpenGL."""
+        while self._built:
+            self._built.popitem()[1].release()
+
+
+def _build(ctx: moderngl.Context, transform: ViewTransform) -> _Built:
+    return _Built(
+        ComputeProgram(ctx, "display.comp.glsl", functions=transform.glsl),
+        ComputeProgram(ctx, "display_difference.comp.glsl", functions=transform.glsl),
+        {lut.sampler: _texture(ctx, lut) for lut in transform.luts},
+    )
+
+
+def _texture(ctx: moderngl.Context, lut: Lut) -> Image:
+    data = np.ascontiguousarray(lut.values).tobytes()
+    texture: moderngl.Texture | moderngl.Texture3D
+    if lut.values.ndim == 4:
+        depth, height, width, components = lut.values.shape
+        texture = ctx.texture3d((width, height, depth), components, data, dtype="f4")
+        texture.repeat_z = False
+    else:
+        height, width, components = (*lut.values.shape, 1)[:3]
+        texture = ctx.texture((width, height), components, data, dtype="f4")
+    mode = moderngl.LINEAR if lut.is_linear else moderngl.NEAREST
+    texture.filter = (mode, mode)
+    texture.repeat_x = texture.repeat_y = False
+    return texture

@@ -1,0 +1,19 @@
+// A picture as the display shows it, over black.
+//
+// Input
+//   picture_tx        scene-linear rgb, premultiplied; its alpha does not count
+// Output
+//   out_display_img   display values, alpha 1; rounded to the image's own format
+
+#include "lib/view.lib.glsl"
+
+layout(local_size_x = 16, local_size_y = 16) in;
+
+uniform sampler2D picture_tx;
+writeonly uniform image2D out_display_img;
+
+void main() {
+    ivec2 at = ivec2(gl_GlobalInvocationID.xy);
+    if (any(greaterThanEqual(at, imageSize(out_display_img)))) return;
+    imageStore(out_display_img, at, vec4(displayed(texelFetch(picture_tx, at, 0).rgb), 1.0));
+}

@@ -1,0 +1,38 @@
+// How far two pictures lie apart, as light, seen through the display's transform.
+//
+// Inputs
+//   a_tx, b_tx        scene-linear rgb, premultiplied; b may have another size and is then stretched
+//                     over a, bilinear between its pixels
+// Output
+//   out_display_img   display values of |a - b| gain, alpha 1; the size of a
+
+#include "lib/view.lib.glsl"
+
+layout(local_size_x = 16, local_size_y = 16) in;
+
+uniform sampler2D a_tx;
+uniform sampler2D b_tx;
+uniform float gain;
+writeonly uniform image2D out_display_img;
+
+vec3 b_pixel(ivec2 at) {
+    return finite(texelFetch(b_tx, clamp(at, ivec2(0), textureSize(b_tx, 0) - 1), 0).rgb);
+}
+
+// By hand, so that two pictures of one size meet pixel on pixel whatever the texture's filter.
+vec3 b_at(ivec2 at) {
+    vec2 stretch = vec2(textureSize(b_tx, 0)) / vec2(textureSize(a_tx, 0));
+    vec2 place = (vec2(at) + 0.5) * stretch - 0.5;
+    ivec2 corner = ivec2(floor(place));
+    vec2 along = place - floor(place);
+    vec3 upper = mix(b_pixel(corner), b_pixel(corner + ivec2(1, 0)), along.x);
+    vec3 lower = mix(b_pixel(corner + ivec2(0, 1)), b_pixel(corner + 1), along.x);
+    return mix(upper, lower, along.y);
+}
+
+void main() {
+    ivec2 at = ivec2(gl_GlobalInvocationID.xy);
+    if (any(greaterThanEqual(at, imageSize(out_display_img)))) return;
+    vec3 apart = abs(finite(texelFetch(a_tx, at, 0).rgb) - b_at(at));
+    imageStore(out_display_img, at, vec4(displayed(gain * apart), 1.0));
+}

@@ -1,0 +1,7 @@
+// The view that needs no OpenColorIO: the curve of IEC 61966-2-1, clipped at white.
+
+vec4 view_transform(vec4 light) {
+    vec3 shown = clamp(light.rgb, 0.0, 1.0);
+    vec3 curve = 1.055 * pow(shown, vec3(1.0 / 2.4)) - 0.055;
+    return vec4(mix(curve, 12.92 * shown, lessThanEqual(shown, vec3(0.0031308))), light.a);
+}
