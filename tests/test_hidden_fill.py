@@ -27,7 +27,8 @@ def filled(
     bits = ctx.buffer(reserve=HiddenFillPass.bits_bytes(size))
     coc = new_texture(ctx, size, 1)
     upload(coc, np.where(layer[..., 3] < 0, FRONT_PX, BEHIND_PX).astype(np.float32))
-    HiddenFillPass(ctx).run(target, pixels, bits, new_texture(ctx, size, 4), coc, CUT, reach_px)
+    cost = new_texture(ctx, size, 4)
+    list(HiddenFillPass(ctx).steps(target, pixels, bits, cost, coc, CUT, reach_px))
     return download(target.color), download(target.state)
 
 

@@ -33,7 +33,9 @@ class Lamps:
         self.buffers = HighlightBuffers(**{k: ctx.buffer(reserve=v) for k, v in sizes.items()})
         luminance = new_texture(ctx, size, 4)
         split = HighlightSplitPass(ctx, BlurPass(ctx, SweepSolver(ctx)))
-        split.run(self.color, self.coc, self.optics, luminance, targets, self.low, self.high)
+        list(
+            split.steps(self.color, self.coc, self.optics, luminance, targets, self.low, self.high)
+        )
         self.taken = download(self.high)[..., :3]
         HighlightListPass(ctx).run(self.high, self.optics, self.buffers, self.low)
         kind, far, near = (new_texture(ctx, size, channels, "f2") for channels in (1, 4, 4))

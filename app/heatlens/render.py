@@ -1,6 +1,7 @@
 """The one way through: (shot, frame) in, picture out. Window, command line and export call this."""
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import moderngl
 import numpy as np
@@ -8,7 +9,7 @@ import numpy.typing as npt
 
 from heatlens.defocus.line_solver import LineSolver
 from heatlens.defocus.optics import Optics, occupied_values
-from heatlens.defocus.pipeline import DefocusPipeline
+from heatlens.defocus.pipeline import DefocusPasses, DefocusPipeline, Result, Steps
 from heatlens.defocus.plate_passes import proxy_size
 from heatlens.defocus.solver_choice import fastest_solver
 from heatlens.errors import InputError
@@ -21,54 +22,88 @@ from heatlens.model.lens import Lens
 from heatlens.model.shot import Shot
 
 
+@dataclass(frozen=True, eq=False)
+class LoadedPlate:
+    """A plate on the GPU."""
+
+    plate: Plate
+    color: moderngl.Texture  # RGBA, premultiplied
+    depth: moderngl.Texture  # metres, or signed coc in pixels where the plate brings that
+    occupied: npt.NDArray[np.float64]  # where its surfaces lie, see `occupied_of`
+
+
 class FrameRenderer:
     """Holds one plate on the GPU and renders it through any lens."""
+
+    SLOTS = 2  # pictures that can exist at a time: one is looked at while the next comes about
 
     def __init__(self, ctx: moderngl.Context, solver: LineSolver | None = None) -> None:
         """`solver` None: the one that is fastest here, by measurement."""
         self.ctx = ctx
         self.stopwatch = Stopwatch(ctx)
         self.solver = solver or fastest_solver(ctx)
-        self._pipeline = DefocusPipeline(ctx, self.solver, self.stopwatch)
-        self._plate: Plate | None = None
-        self._occupied = np.zeros(0)
+        passes = DefocusPasses(ctx, self.solver)
+        self._pipelines = [DefocusPipeline(ctx, passes) for _ in range(self.SLOTS)]
+        self._loaded: LoadedPlate | None = None
         self._checked_size = (0, 0)
-        self._color: moderngl.Texture | None = None
-        self._depth: moderngl.Texture | None = None
+
+    @property
+    def loaded(self) -> LoadedPlate:
+        """The plate and its textures; InputError before one is loaded."""
+        if self._loaded is None:
+            raise InputError("No plate is loaded.")
+        return self._loaded
 
     def load(self, plate: Plate) -> None:
         """Take a plate to the GPU; once a file, not once a frame."""
         size = (plate.data_window.width, plate.data_window.height)
         check_plate_fits(self.ctx, *size)
-        if self._color is None or self._depth is None or self._color.size != size:
-            for texture in (self._color, self._depth):
-                if texture is not None:
-                    texture.release()
-            self._color = new_texture(self.ctx, size, 4, label="plate colour")
-            self._depth = new_texture(self.ctx, size, 1, label="plate depth")
-        upload(self._color, plate.color)
-        upload(self._depth, _depth_or_coc(plate))
-        self._occupied = occupied_of(plate)
-        self._plate = plate
+        color, depth = self._textures(size)
+        upload(color, plate.color)
+        upload(depth, _depth_or_coc(plate))
+        self._loaded = LoadedPlate(plate, color, depth, occupied_of(plate))
+
+    def _textures(self, size: tuple[int, int]) -> tuple[moderngl.Texture, moderngl.Texture]:
+        """Those of the plate before where they fit, else new ones in their place."""
+        if self._loaded is not None:
+            if self._loaded.color.size == size:
+                return self._loaded.color, self._loaded.depth
+            self._loaded.color.release()
+            self._loaded.depth.release()
+            self._loaded = None
+        return (
+            new_texture(self.ctx, size, 4, label="plate colour"),
+            new_texture(self.ctx, size, 1, label="plate depth"),
+        )
 
     def render(self, shot: Shot, frame: int = 0) -> moderngl.Texture:
         """The picture through the shot's lens at `frame`: RGBA float32, premultiplied, proxy size.
 
         The texture is the renderer's own; the next render overwrites it.
         """
-        if self._plate is None or self._color is None or self._depth is None:
-            raise InputError("No plate is loaded.")
-        self._check_work(proxy_size(self._color.size, shot.defocus.proxy))
-        optics = self.optics(shot, frame)
-        return self._pipeline.run(
-            self._color, self._depth, optics, shot.defocus, self._plate.has_alpha
+        return drained(self.steps(shot, frame))
+
+    def steps(self, shot: Shot, frame: int = 0, slot: int = 0) -> Steps[moderngl.Texture]:
+        """`render` in short steps, each the name of a pass; the last one returns the picture.
+
+        Pictures in different slots do not disturb each other, and steps that are not taken to their
+        end cost nothing more. Nothing else may be loaded in between.
+        """
+        loaded = self.loaded
+        self._check_work(proxy_size(loaded.color.size, shot.defocus.proxy))
+        return self.stopwatch.timed(
+            self._pipelines[slot].steps(
+                loaded.color,
+                loaded.depth,
+                self.optics(shot, frame),
+                shot.defocus,
+                loaded.plate.has_alpha,
+            )
         )
 
     def optics(self, shot: Shot, frame: int = 0) -> Optics:
         """The shot's lens at `frame` in front of the loaded plate, in its full-size pixels."""
-        if self._plate is None:
-            raise InputError("No plate is loaded.")
-        return optics_of(self._plate, self._occupied, shot.lens_at(frame))
+        return optics_of(self.loaded.plate, self.loaded.occupied, shot.lens_at(frame))
 
     def _check_work(self, size: tuple[int, int]) -> None:
         if size != self._checked_size:
@@ -77,11 +112,20 @@ class FrameRenderer:
 
     def listen(self, on_layer: Callable[[int, int], None] | None) -> None:
         """Have `on_layer(done, layers)` called as a picture comes about; it costs a wait each."""
-        self._pipeline.on_layer = on_layer
+        self._pipelines[0].on_layer = on_layer
 
     def pixels(self, shot: Shot, frame: int = 0) -> FloatArray:
         """`render` read back: (H, W, 4) float32."""
         return download(self.render(shot, frame))
+
+
+def drained(steps: Steps[Result]) -> Result:
+    """What `steps` return at their end."""
+    while True:
+        try:
+            next(steps)
+        except StopIteration as end:
+            return end.value  # type: ignore[no-any-return]
 
 
 def _depth_or_coc(plate: Plate) -> FloatArray:

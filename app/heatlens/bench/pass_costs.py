@@ -159,6 +159,13 @@ def _limits(work: Work, runs: int) -> Traffic:
     return Traffic(runs * 2 * _COLOR, runs * 2 * _COLOR)
 
 
+def _alpha(work: Work, runs: int) -> Traffic:
+    """Once out of the plate, once back into the picture, which is read and written with it."""
+    taken_out, joined = _COLOR + _COLOR, _COLOR + _COLOR + _COLOR
+    moved = runs / 2 * (taken_out + joined)
+    return Traffic(moved, moved)
+
+
 def _lamps_drawn(work: Work, runs: int) -> Traffic:
     """The area of the lamps' discs decides."""
     return Traffic(None, None)
@@ -177,4 +184,5 @@ PASS_COSTS: dict[str, Callable[[Work, int], Traffic]] = {
     "composite": _composite,
     "limits": _limits,
     "lamps drawn": _lamps_drawn,
+    "alpha": _alpha,
 }

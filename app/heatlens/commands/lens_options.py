@@ -4,9 +4,8 @@ import argparse
 import math
 from dataclasses import dataclass
 
-import numpy as np
-
 from heatlens.errors import InputError
+from heatlens.image.focus_pick import depth_at_m, no_distances
 from heatlens.image.plate import Plate
 from heatlens.model.filmback import filmback_named
 from heatlens.model.lens import Lens
@@ -14,7 +13,6 @@ from heatlens.model.units import format_distance, parse_distance_m
 
 _FULL_FRAME_WIDTH_MM = 36.0
 _LENS_VALUES = ("focal_length", "sensor_width", "filmback", "f_stop", "focus_distance")
-_FOCUS_AREA_RADIUS_PX = 2  # the median of 5 x 5 pixels: one noisy pixel does not decide
 
 
 @dataclass(frozen=True)
@@ -84,18 +82,11 @@ def lens_of(args: argparse.Namespace, plate: Plate) -> tuple[Lens, list[str]]:
 def _lens_of_coc(args: argparse.Namespace, plate: Plate) -> tuple[Lens, list[str]]:
     """A lens of which only the squeeze counts: the plate brings its circle of confusion."""
     if args.focus_at is not None:
-        raise _no_distances(plate)
+        raise no_distances(plate)
     said = ["none needed, the plate brings its circle of confusion"]
     given = [name for name in _LENS_VALUES if getattr(args, name) is not None]
     said += [f"--{name.replace('_', '-')} is not used" for name in given]
     return Lens(50.0, 2.8, math.inf, _FULL_FRAME_WIDTH_MM, args.squeeze), said
-
-
-def _no_distances(plate: Plate) -> InputError:
-    return InputError(
-        f"{plate.path}: its depth channel is a circle of confusion, which has no distances; "
-        "--focus-at cannot be used."
-    )
 
 
 def _from_header(given: float | None, plate: Plate, field: str, option: str) -> _Named:
@@ -130,24 +121,3 @@ def _pixel(text: str) -> tuple[int, int]:
             f"--focus-at takes a pixel as X,Y, for instance 960,540; got {text!r}."
         ) from None
     return x, y
-
-
-def depth_at_m(plate: Plate, x: int, y: int) -> float:
-    """Median depth around a pixel, counted from the display window's corner as viewers show it."""
-    if plate.depth_m is None:
-        raise _no_distances(plate)
-    window, display = plate.data_window, plate.display_window
-    column, row = x + display.x0 - window.x0, y + display.y0 - window.y0
-    if not (0 <= column < window.width and 0 <= row < window.height):
-        raise InputError(
-            f"--focus-at {x},{y} is outside the picture, which has pixels "
-            f"{window.x0 - display.x0},{window.y0 - display.y0} to "
-            f"{window.x1 - display.x0 - 1},{window.y1 - display.y0 - 1}."
-        )
-    reach = _FOCUS_AREA_RADIUS_PX
-    area = plate.depth_m[
-        max(0, row - reach) : row + reach + 1, max(0, column - reach) : column + reach + 1
-    ]
-    ordered = np.sort(area, axis=None)
-    middle = float(ordered[len(ordered) // 2])  # np.median would make NaN between two infinities
-    return middle if math.isfinite(middle) else math.inf

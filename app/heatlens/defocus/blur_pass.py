@@ -1,5 +1,6 @@
 """The diffusion of one image: rows, then columns, with a kernel's poles on shared conductances."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import moderngl
@@ -44,6 +45,19 @@ class BlurPass:
         A coc under `least_px` counts as that. `color` must not be the target: with several steps
         the target is fed back, and a compact kernel's source lies there first.
         """
+        for _ in self.steps(color, coc, kernel, axis_scales, targets, least_px):
+            pass
+
+    def steps(
+        self,
+        color: moderngl.Texture,
+        coc: moderngl.Texture,
+        kernel: Kernel,
+        axis_scales: tuple[float, float],
+        targets: BlurTargets,
+        least_px: float = 0.0,
+    ) -> Iterator[None]:
+        """`run` in short steps, so that a window can answer in between."""
         system = LineSystem(
             "lib/blur_system.lib.glsl",
             poles=len(kernel.poles),
@@ -61,7 +75,7 @@ class BlurPass:
             self._make_source(color, coc, axis_scales, uniforms, targets.out_color)
             source = targets.out_color
         for _ in range(kernel.steps):
-            self._step(system, coc, color, source, axis_scales, uniforms, targets)
+            yield from self._step(system, coc, color, source, axis_scales, uniforms, targets)
             source = targets.out_color
 
     def _make_source(
@@ -88,7 +102,7 @@ class BlurPass:
         axis_scales: tuple[float, float],
         uniforms: dict[str, object],
         targets: BlurTargets,
-    ) -> None:
+    ) -> Iterator[None]:
         """Rows of `source`, then columns; what is in focus is `color` again."""
         rows = Bindings(
             {"coc_tx": coc, "source_tx": source},
@@ -100,8 +114,8 @@ class BlurPass:
             {"out_color_img": targets.out_color},
             uniforms | {"axis_scale": axis_scales[1]},
         )
-        self._solver.solve(system, "rows", color.size, rows)
-        self._solver.solve(system, "columns", color.size, columns)
+        yield from self._solver.steps(system, "rows", color.size, rows)
+        yield from self._solver.steps(system, "columns", color.size, columns)
 
 
 def _numbers(kernel: Kernel, field: str) -> object:

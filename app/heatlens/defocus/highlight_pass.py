@@ -1,5 +1,6 @@
 """Lamps: what outshines its surroundings is taken out and drawn as the discs it becomes."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import moderngl
@@ -53,7 +54,7 @@ class HighlightSplitPass:
         self._luminance = ComputeProgram(ctx, "highlight_luminance.comp.glsl")
         self._split = ComputeProgram(ctx, "highlight_split.comp.glsl")
 
-    def run(
+    def steps(
         self,
         color: moderngl.Texture,
         coc: moderngl.Texture,
@@ -62,14 +63,14 @@ class HighlightSplitPass:
         targets: BlurTargets,
         low: moderngl.Texture,
         high: moderngl.Texture,
-    ) -> None:
+    ) -> Iterator[None]:
         """Fill `low` (what is diffused) and `high`; `luminance` and `targets` are scratch."""
         self._luminance.dispatch(
             tiles(color.size),
             textures={"color_tx": color},
             images={"out_luminance_img": luminance},
         )
-        self._blur.run(
+        yield from self._blur.steps(
             luminance, coc, named_kernel("heat"), optics.axis_scales, targets, _SURROUNDINGS_PX
         )
         self._split.dispatch(
@@ -77,6 +78,7 @@ class HighlightSplitPass:
             textures={"color_tx": color, "coc_tx": coc, "surroundings_tx": targets.out_color},
             images={"out_low_img": low, "out_high_img": high},
         )
+        yield
 
 
 class HighlightListPass:

@@ -1,5 +1,6 @@
 """What happens to one depth layer before and after it is blurred."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import moderngl
@@ -64,7 +65,7 @@ class HiddenFillPass:
         """Bytes of the packed seen-masks of a picture: lines of whole 32-bit words."""
         return 4 * sum(_words(size))
 
-    def run(
+    def steps(
         self,
         layer: Layer,
         pixels: moderngl.Buffer,
@@ -73,8 +74,8 @@ class HiddenFillPass:
         coc: moderngl.Texture,
         cut: LayerCut,
         reach_px: int,
-    ) -> None:
-        """Fill the hidden `pixels` of `layer` in place; `bits` and `cost` are scratch.
+    ) -> Iterator[None]:
+        """Fill the hidden `pixels` of `layer` in place, in short steps; `bits`, `cost` are scratch.
 
         What is farther than `reach_px` from everything seen stays empty.
         """
@@ -83,10 +84,12 @@ class HiddenFillPass:
         seen = {"layer_tx": layer.color}
         self._ctx.copy_buffer(bits, self._all_seen(size), self.bits_bytes(size))
         self._clear_program.dispatch_indirect(pixels, buffers=buffers, uniforms={"size": size})
+        yield
         reach = {"reach_px": reach_px}
         self._cost_program.dispatch_indirect(
             pixels, textures=seen, images={"out_cost_img": cost}, buffers=buffers, uniforms=reach
         )
+        yield
         self._fill_program.dispatch_indirect(
             pixels,
             textures={"cost_tx": cost, "coc_tx": coc},
@@ -94,6 +97,7 @@ class HiddenFillPass:
             buffers=buffers,
             uniforms=_limits(cut) | reach,
         )
+        yield
 
     def _all_seen(self, size: tuple[int, int]) -> moderngl.Buffer:
         """Masks with nothing hidden, to start each layer from; made once a size."""
@@ -125,17 +129,17 @@ class CocFillPass:
     def __init__(self, solver: LineSolver) -> None:
         self._solver = solver
 
-    def run(
+    def steps(
         self, state: moderngl.Texture, rows: moderngl.Texture, out_coc: moderngl.Texture
-    ) -> None:
+    ) -> Iterator[None]:
         """`rows` (two channels) is scratch; `out_coc` gets a diameter everywhere."""
-        self._solver.solve(
+        yield from self._solver.steps(
             self._SYSTEM,
             "rows",
             state.size,
             Bindings({"state_tx": state}, {"out_rows_img": rows}, {"kappa": 1.0}),
         )
-        self._solver.solve(
+        yield from self._solver.steps(
             self._SYSTEM,
             "columns",
             state.size,

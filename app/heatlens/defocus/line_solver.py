@@ -69,6 +69,13 @@ class LineSolver(ABC):
 
     def solve(self, system: LineSystem, axis: Axis, size: tuple[int, int], bound: Bindings) -> None:
         """Solve `system` along `axis` of a picture of `size` (width, height)."""
+        for _ in self.steps(system, axis, size, bound):
+            pass
+
+    def steps(
+        self, system: LineSystem, axis: Axis, size: tuple[int, int], bound: Bindings
+    ) -> Iterator[None]:
+        """`solve` in short steps, so that a window can answer in between."""
         length, lines = size if axis == "rows" else size[::-1]
         for first, count in self._tiles(system, length, lines):
             here = {
@@ -79,6 +86,7 @@ class LineSolver(ABC):
             }
             tile = Bindings(bound.textures, bound.images, {**bound.uniforms, **here})
             self._solve_tile(system, axis, length, count, tile)
+            yield
 
     def release(self) -> None:
         """Give programs and buffers back."""

@@ -1,10 +1,13 @@
 """Order of the passes; owns every texture between them and reuses it.
 
+A picture comes about in steps, each named after its pass, so that a window can answer in between.
+
 plate -> proxy -> coc -> fragments -> each layer, far to near: split, fill what is hidden,
 extend its coc, blur, composite -> picture
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Generator, Iterator
+from typing import TypeVar
 
 import moderngl
 
@@ -31,41 +34,49 @@ from heatlens.defocus.optics import Optics
 from heatlens.defocus.pixel_list import list_bytes
 from heatlens.defocus.plate_passes import AlphaPass, CocPass, ProxyPass, proxy_size
 from heatlens.defocus.quality import kernel_for, layers_for
-from heatlens.gpu.stopwatch import Stopwatch
 from heatlens.gpu.textures import TexturePool
 from heatlens.model.settings import Bokeh, DefocusSettings
 
+Result = TypeVar("Result")
+Steps = Generator[str, None, Result]  # names of passes as their work is issued, then the result
+
+
+class DefocusPasses:
+    """Every pass with its programs; pipelines share them."""
+
+    def __init__(self, ctx: moderngl.Context, solver: LineSolver) -> None:
+        self.proxy = ProxyPass(ctx)
+        self.coc = CocPass(ctx)
+        self.alpha = AlphaPass(ctx)
+        self.fragments = FragmentPass(ctx)
+        self.split = LayerSplitPass(ctx)
+        self.hidden = HiddenFillPass(ctx)
+        self.coc_fill = CocFillPass(solver)
+        self.blur = BlurPass(ctx, solver)
+        self.composite = CompositePass(ctx)
+        self.limits = LimitsPass(ctx)
+        self.split_lamps = HighlightSplitPass(ctx, self.blur)
+        self.list_lamps = HighlightListPass(ctx)
+        self.draw_lamps = HighlightDrawPass(ctx)
+
 
 class DefocusPipeline:
-    """Colour and depth to a picture with depth of field."""
+    """Colour and depth to a picture with depth of field, in textures of its own."""
 
-    def __init__(self, ctx: moderngl.Context, solver: LineSolver, stopwatch: Stopwatch) -> None:
+    def __init__(self, ctx: moderngl.Context, passes: DefocusPasses) -> None:
         self._ctx = ctx
-        self._time = stopwatch.measure
-        self.on_layer: Callable[[int, int], None] | None = None  # layers done, of all
+        self._passes = passes
         self._pool = TexturePool(ctx)
-        self._proxy = ProxyPass(ctx)
-        self._coc = CocPass(ctx)
-        self._alpha = AlphaPass(ctx)
-        self._fragments = FragmentPass(ctx)
-        self._split = LayerSplitPass(ctx)
-        self._hidden = HiddenFillPass(ctx)
-        self._coc_fill = CocFillPass(solver)
-        self._blur = BlurPass(ctx, solver)
-        self._composite = CompositePass(ctx)
-        self._limits = LimitsPass(ctx)
-        self._split_lamps = HighlightSplitPass(ctx, self._blur)
-        self._list_lamps = HighlightListPass(ctx)
-        self._draw_lamps = HighlightDrawPass(ctx)
+        self.on_layer: Callable[[int, int], None] | None = None  # layers done, of all
 
-    def run(
+    def steps(
         self,
         color: moderngl.Texture,
         depth: moderngl.Texture,
         optics: Optics,
         settings: DefocusSettings,
         has_alpha: bool = False,
-    ) -> moderngl.Texture:
+    ) -> Steps[moderngl.Texture]:
         """The picture with depth of field, RGBA float32, proxy size; the next run overwrites it.
 
         `color` is RGBA, `depth` metres, or signed coc in pixels if `optics.line` is None. Without
@@ -73,20 +84,28 @@ class DefocusPipeline:
         """
         if settings.proxy < 1.0:
             color, depth = self._at_proxy_size(color, depth, optics, settings.proxy)
+            yield "proxy"
             optics = optics.scaled(settings.proxy)
-        coc = self._circle_of_confusion(depth, optics)
+        coc = depth
+        if optics.line is not None:
+            coc = self._pool.texture("coc", depth.size, 1)
+            self._passes.coc.run(depth, optics.line, coc)
+            yield "coc"
         if layers_for(settings) == 1:
-            blurred = self._blurred(color, coc, kernel_for(settings), optics)
-            with self._time("limits"):
-                self._limits.run(blurred, is_opaque=not has_alpha)
+            blurred = yield from self._blurred(color, coc, kernel_for(settings), optics)
+            self._passes.limits.run(blurred, is_opaque=not has_alpha)
+            yield "limits"
             return blurred
+        lamps = settings.bokeh is Bokeh.DISC
         if not has_alpha:
-            return self._layered(color, coc, optics, settings, "out", settings.bokeh is Bokeh.DISC)
+            return (yield from self._layered(color, coc, optics, settings, "out", lamps))
         alpha_color = self._pool.texture("alpha plate", color.size, 4)
-        self._alpha.as_color(color, alpha_color)
-        alpha = self._layered(alpha_color, coc, optics, settings, "alpha out", lamps=False)
-        out = self._layered(color, coc, optics, settings, "out", settings.bokeh is Bokeh.DISC)
-        self._alpha.join(alpha, out)
+        self._passes.alpha.as_color(color, alpha_color)
+        yield "alpha"
+        alpha = yield from self._layered(alpha_color, coc, optics, settings, "alpha out", False)
+        out = yield from self._layered(color, coc, optics, settings, "out", lamps)
+        self._passes.alpha.join(alpha, out)
+        yield "alpha"
         return out
 
     def _layered(
@@ -97,24 +116,25 @@ class DefocusPipeline:
         settings: DefocusSettings,
         name: str,
         lamps: bool,
-    ) -> moderngl.Texture:
+    ) -> Steps[moderngl.Texture]:
         """Layers far to near, blurred and put over each other in the texture called `name`."""
         kernel = kernel_for(settings)
         out = self._pool.texture(name, color.size, 4)
         listed = None
         if lamps:
-            color, listed = self._without_lamps(color, coc, kernel, optics)
+            color, listed = yield from self._without_lamps(color, coc, kernel, optics)
         picture = self._fragmented(color, coc, optics)
+        yield "fragments"
         cuts = layer_cuts(optics.occupied_px, layers_for(settings))
         for number, cut in enumerate(cuts):
             self._tell_progress(number, len(cuts))
-            layer, layer_coc = self._layer(picture, cut, optics)
-            blurred = self._blurred(layer.color, layer_coc, kernel, optics)
-            with self._time("composite"):
-                self._composite.run(blurred, cut.is_farthest, out)
+            layer, layer_coc = yield from self._layer(picture, cut, optics)
+            blurred = yield from self._blurred(layer.color, layer_coc, kernel, optics)
+            self._passes.composite.run(blurred, cut.is_farthest, out)
+            yield "composite"
         if listed is not None:
-            with self._time("lamps drawn"):
-                self._draw_lamps.run(listed, picture, optics, out)
+            self._passes.draw_lamps.run(listed, picture, optics, out)
+            yield "lamps drawn"
         return out
 
     def _tell_progress(self, done: int, layers: int) -> None:
@@ -129,35 +149,26 @@ class DefocusPipeline:
         size = proxy_size(color.size, proxy)
         out_color = self._pool.texture("proxy colour", size, 4)
         out_depth = self._pool.texture("proxy depth", size, 1)
-        with self._time("proxy"):
-            scale = proxy if optics.line is None else 1.0
-            self._proxy.run(color, depth, scale, out_color, out_depth)
+        scale = proxy if optics.line is None else 1.0
+        self._passes.proxy.run(color, depth, scale, out_color, out_depth)
         return out_color, out_depth
-
-    def _circle_of_confusion(self, depth: moderngl.Texture, optics: Optics) -> moderngl.Texture:
-        if optics.line is None:
-            return depth
-        coc = self._pool.texture("coc", depth.size, 1)
-        with self._time("coc"):
-            self._coc.run(depth, optics.line, coc)
-        return coc
 
     def _without_lamps(
         self, color: moderngl.Texture, coc: moderngl.Texture, kernel: Kernel, optics: Optics
-    ) -> tuple[moderngl.Texture, HighlightBuffers]:
+    ) -> Steps[tuple[moderngl.Texture, HighlightBuffers]]:
         size, pool = color.size, self._pool
         low, high = pool.texture("low", size, 4), pool.texture("layer", size, 4)
         sizes = HighlightBuffers.sizes(size)
         lamps = HighlightBuffers(**{name: pool.buffer(name, sizes[name]) for name in sizes})
-        with self._time("lamps found"):
-            targets = BlurTargets(
-                pool.array("poles", size, pole_layers(kernel), 4, "f2"),
-                pool.texture("blurred", size, 4),
-            )
-            luminance = pool.texture("out", size, 4)
-            self._split_lamps.run(color, coc, optics, luminance, targets, low, high)
-        with self._time("lamps listed"):
-            self._list_lamps.run(high, optics, lamps, low)
+        targets = BlurTargets(
+            pool.array("poles", size, pole_layers(kernel), 4, "f2"),
+            pool.texture("blurred", size, 4),
+        )
+        luminance = pool.texture("out", size, 4)
+        split = self._passes.split_lamps.steps(color, coc, optics, luminance, targets, low, high)
+        yield from _named("lamps found", split)
+        self._passes.list_lamps.run(high, optics, lamps, low)
+        yield "lamps listed"
         return low, lamps
 
     def _fragmented(
@@ -171,43 +182,46 @@ class DefocusPipeline:
             pool.texture("far", size, 4, "f2"),
             pool.texture("near", size, 4, "f2"),
         )
-        with self._time("fragments"):
-            pixels = pool.buffer("pixels", list_bytes(size))
-            self._fragments.run(picture, optics.at_infinity_px, pixels)
+        pixels = pool.buffer("pixels", list_bytes(size))
+        self._passes.fragments.run(picture, optics.at_infinity_px, pixels)
         return picture
 
     def _layer(
         self, picture: Fragments, cut: LayerCut, optics: Optics
-    ) -> tuple[Layer, moderngl.Texture]:
+    ) -> Steps[tuple[Layer, moderngl.Texture]]:
         """A layer without holes, and its coc everywhere."""
         size, pool = picture.coc.size, self._pool
         pixels = pool.buffer("pixels", list_bytes(size))
         layer = Layer(pool.texture("layer", size, 4), pool.texture("state", size, 2))
-        with self._time("layer split"):
-            self._split.run(picture, cut, pixels, layer)
+        self._passes.split.run(picture, cut, pixels, layer)
+        yield "layer split"
         if not cut.is_nearest:
-            with self._time("hidden fill"):
-                self._hidden.run(
-                    layer,
-                    pixels,
-                    pool.buffer("bits", HiddenFillPass.bits_bytes(size)),
-                    pool.texture("blurred", size, 4),
-                    picture.coc,
-                    cut,
-                    optics.uncovered_px,
-                )
+            hidden = self._passes.hidden.steps(
+                layer,
+                pixels,
+                pool.buffer("bits", HiddenFillPass.bits_bytes(size)),
+                pool.texture("blurred", size, 4),
+                picture.coc,
+                cut,
+                optics.uncovered_px,
+            )
+            yield from _named("hidden fill", hidden)
         layer_coc = pool.texture("layer coc", size, 1)
-        with self._time("coc fill"):
-            self._coc_fill.run(layer.state, pool.texture("fill rows", size, 2), layer_coc)
+        rows = pool.texture("fill rows", size, 2)
+        yield from _named("coc fill", self._passes.coc_fill.steps(layer.state, rows, layer_coc))
         return layer, layer_coc
 
     def _blurred(
         self, color: moderngl.Texture, coc: moderngl.Texture, kernel: Kernel, optics: Optics
-    ) -> moderngl.Texture:
+    ) -> Steps[moderngl.Texture]:
         targets = BlurTargets(
             self._pool.array("poles", color.size, pole_layers(kernel), 4, "f2"),
             self._pool.texture("blurred", color.size, 4),
         )
-        with self._time("blur"):
-            self._blur.run(color, coc, kernel, optics.axis_scales, targets)
+        blur = self._passes.blur.steps(color, coc, kernel, optics.axis_scales, targets)
+        yield from _named("blur", blur)
         return targets.out_color
+
+
+def _named(name: str, steps: Iterator[None]) -> Iterator[str]:
+    return (name for _ in steps)

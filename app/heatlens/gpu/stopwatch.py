@@ -2,23 +2,24 @@
 timer queries return garbage."""
 
 import time
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from typing import TypeVar
 
 import moderngl
 
 from heatlens.gpu.context import is_software
 
+Result = TypeVar("Result")
+
 
 @dataclass(slots=True)
 class PassTime:
-    """Seconds and bytes of all runs of one pass: what it moves, and the least it could."""
+    """Seconds of all runs of one pass."""
 
     seconds: float = 0.0
     runs: int = 0
-    bytes_moved: int = 0
-    bytes_least: int = 0
 
 
 @dataclass
@@ -30,23 +31,49 @@ class Stopwatch:
     times: dict[str, PassTime] = field(default_factory=dict)
 
     @contextmanager
-    def measure(self, name: str, bytes_moved: int = 0, bytes_least: int = 0) -> Iterator[None]:
+    def measure(self, name: str) -> Iterator[None]:
         """Time the GPU work issued inside."""
         if not self.on:
             yield
             return
+        with self._clock() as seconds:
+            yield
+        self._add(name, seconds[0])
+
+    def timed(self, steps: Generator[str, None, Result]) -> Generator[str, None, Result]:
+        """`steps` as they are, the work before each one's name added to that name.
+
+        Steps of one name after each other are one run of that pass.
+        """
+        before = ""
+        while self.on:
+            with self._clock() as seconds:
+                try:
+                    name = next(steps)
+                except StopIteration as done:
+                    return done.value  # type: ignore[no-any-return]
+            self._add(name, seconds[0], runs=int(name != before))
+            before = name
+            yield name
+        return (yield from steps)
+
+    def _add(self, name: str, seconds: float, runs: int = 1) -> None:
         entry = self.times.setdefault(name, PassTime())
-        entry.runs += 1
-        entry.bytes_moved += bytes_moved
-        entry.bytes_least += bytes_least or bytes_moved
+        entry.runs += runs
+        entry.seconds += seconds
+
+    @contextmanager
+    def _clock(self) -> Iterator[list[float]]:
+        """The seconds that the GPU works on what is issued inside, known after the block."""
+        seconds = [0.0]
         if is_software(self.ctx):
             self.ctx.finish()
             start = time.perf_counter()
-            yield
+            yield seconds
             self.ctx.finish()
-            entry.seconds += time.perf_counter() - start
+            seconds[0] = time.perf_counter() - start
         else:
             query = self.ctx.query(time=True)
             with query:
-                yield
-            entry.seconds += query.elapsed * 1e-9
+                yield seconds
+            seconds[0] = query.elapsed * 1e-9
