@@ -3,31 +3,25 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from heatlens.model.boxes import Box
+from heatlens.model.plate_options import DepthConvention, DepthKind, PlateOptions
 
-DepthConvention = Literal["auto", "distance", "inverse", "normalized", "normalized-inverted", "coc"]
-DepthKind = Literal["planar", "radial"]
+__all__ = [
+    "CameraHeader",
+    "DepthConvention",
+    "DepthKind",
+    "DepthReport",
+    "FloatImage",
+    "Plate",
+    "PlateOptions",
+]
+
 FloatImage = NDArray[np.float32]
-
-
-@dataclass(frozen=True)
-class PlateOptions:
-    """What the user says about a file that the file does not say itself."""
-
-    depth_channel: str | None = None  # None: found by its name
-    color_layer: str | None = None  # None: found by its name; "" is the layer without a name
-    depth_convention: DepthConvention = "auto"
-    depth_kind: DepthKind = "planar"  # radial: along the ray, as some ray tracers store it
-    scene_unit_m: float = 1.0  # metres in one unit of the depth channel
-    near_m: float | None = None  # metres at the near end of a normalised depth
-    far_m: float | None = None  # metres at its far end
-    focal_length_mm: float | None = None  # only radial depth needs it; None: from the header
-    sensor_width_mm: float | None = None  # likewise
 
 
 @dataclass(frozen=True)

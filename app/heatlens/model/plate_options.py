@@ -1,0 +1,22 @@
+"""What the user says about a plate that its file does not say itself."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+DepthConvention = Literal["auto", "distance", "inverse", "normalized", "normalized-inverted", "coc"]
+DepthKind = Literal["planar", "radial"]
+
+
+@dataclass(frozen=True)
+class PlateOptions:
+    """How to read a file; the defaults find out what they can."""
+
+    depth_channel: str | None = None  # None: found by its name
+    color_layer: str | None = None  # None: found by its name; "" is the layer without a name
+    depth_convention: DepthConvention = "auto"
+    depth_kind: DepthKind = "planar"  # radial: along the ray, as some ray tracers store it
+    scene_unit_m: float = 1.0  # metres in one unit of the depth channel
+    near_m: float | None = None  # metres at the near end of a normalised depth
+    far_m: float | None = None  # metres at its far end
+    focal_length_mm: float | None = None  # only radial depth needs it; None: from the header
+    sensor_width_mm: float | None = None  # likewise
