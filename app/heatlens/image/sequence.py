@@ -124,11 +124,16 @@ def find_sequence(
     """
     path = Path(text).expanduser()
     if os.path.isdir(path):
-        return _sequence_of(path, _form_of_folder(path), frames)
+        names = _names_in(path)
+        return _sequence_of(path, names, _form_of_folder(path, names), frames)
+    if not os.path.isdir(path.parent):
+        raise InputError(f"{path} cannot be found: the folder {path.parent} does not exist.")
+    names = _names_in(path.parent)
     if os.path.isfile(path):
-        return _sequence_of_file(path, frames, whole)
-    form, own_frames = _form_of_pattern(path)
-    return _sequence_of(path.parent, form, frames or own_frames)
+        form, own_frames = _form_of_file(path, names, whole)
+    else:
+        form, own_frames = _form_of_pattern(path, names)
+    return _sequence_of(path.parent, names, form, own_frames if frames is None else frames)
 
 
 def rescanned(sequence: Sequence) -> Sequence:
@@ -160,20 +165,18 @@ def changed(sequence: Sequence, stamps: Mapping[int, Stamp | None]) -> tuple[int
     return tuple(f for f, stamp in stamps.items() if stamp_of(sequence.path_at(f)) != stamp)
 
 
-def _sequence_of_file(path: Path, frames: str | None, whole: bool) -> Sequence:
-    """All frames that belong with the file at `path`, or it alone."""
+def _form_of_file(path: Path, names: list[str], whole: bool) -> tuple[NameForm, str | None]:
+    """The form of the file at `path` among its neighbours `names`, and its frame if not `whole`."""
     form, frame = form_of(path.name)
     if frame is None:
-        return Sequence(path.parent, form, (_STILL_FRAME,), (_STILL_FRAME,))
-    for padding in padding_of(form, _names_in(path.parent)):
-        if replace(form, padding=padding).name_at(frame) == path.name:
-            form = replace(form, padding=padding)
-    return _sequence_of(path.parent, form, frames or (None if whole else str(frame)))
+        return form, None
+    fitting = (replace(form, padding=padding) for padding in padding_of(form, names))
+    form = next((fit for fit in fitting if fit.name_at(frame) == path.name), form)
+    return form, None if whole else str(frame)
 
 
-def _sequence_of(folder: Path, form: NameForm, frames: str | None) -> Sequence:
-    """The frames of `form` in `folder`: those named in `frames`, or all."""
-    names = _names_in(folder)
+def _sequence_of(folder: Path, names: list[str], form: NameForm, frames: str | None) -> Sequence:
+    """The frames of `form` among the `names` in `folder`: those in `frames`, or all."""
     on_disk = _frames_among(form, names)
     if not on_disk:
         raise InputError(f"No file is called {folder / form.text}. {_near(form, names)}")
@@ -188,9 +191,9 @@ def _sequence_of(folder: Path, form: NameForm, frames: str | None) -> Sequence:
     return found
 
 
-def _form_of_folder(folder: Path) -> NameForm:
+def _form_of_folder(folder: Path, names: list[str]) -> NameForm:
     """The one EXR sequence in `folder`, with stills beside it or none; else InputError."""
-    found = sequences_among(name for name in _names_in(folder) if name.lower().endswith(".exr"))
+    found = sequences_among(name for name in names if name.lower().endswith(".exr"))
     forms = [form for form, frames in found.items() if len(frames) > 1] or list(found)
     if len(forms) == 1:
         return forms[0]
@@ -201,11 +204,8 @@ def _form_of_folder(folder: Path) -> NameForm:
     )
 
 
-def _form_of_pattern(path: Path) -> tuple[NameForm, str | None]:
+def _form_of_pattern(path: Path, names: list[str]) -> tuple[NameForm, str | None]:
     """The form in the name of `path`, its padding settled, and the frames it names, if any."""
-    if not os.path.isdir(path.parent):
-        raise InputError(f"{path} cannot be found: the folder {path.parent} does not exist.")
-    names = _names_in(path.parent)
     parsed = parse_pattern(path.name)
     if parsed is None:
         raise InputError(
@@ -223,10 +223,10 @@ def _form_of_pattern(path: Path) -> tuple[NameForm, str | None]:
 
 
 def _names_in(folder: Path) -> list[str]:
-    """The names of the files in `folder`, hidden ones left out."""
+    """The names of the files in `folder`."""
     try:
         with os.scandir(folder) as entries:
-            return [e.name for e in entries if not e.name.startswith(".") and e.is_file()]
+            return [entry.name for entry in entries if entry.is_file()]
     except OSError as error:
         raise InputError(f"{folder} cannot be looked into: {error.strerror or error}.") from error
 

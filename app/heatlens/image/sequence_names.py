@@ -15,8 +15,10 @@ from heatlens.errors import InputError
 
 MAX_FRAMES = 1_000_000  # twelve hours; more is a date or a hash read as a frame number
 
-# The last number with nothing but words after it: shot.1001.exr, shot.1001.left.exr.
-_NUMBERED = re.compile(r"(.*?)(-?[0-9]+)((?:\.[^.]*[A-Za-z][^.]*)+)", re.ASCII | re.DOTALL)
+# The first number that only words, versions and the extension follow: sh010.comp1001.left.v2.exr.
+_NUMBERED = re.compile(
+    r"(.*?)(-?[0-9]+)((?:\.[^.]*[A-Za-z]|\.[vV][0-9]+)*\.[^.]*[A-Za-z][^.]*)", re.ASCII | re.DOTALL
+)
 _NUMBER = re.compile(r"-?[0-9]+", re.ASCII)
 _VERSION = re.compile(r".*(^|[^A-Za-z])[vV]", re.DOTALL)  # what comes before the 02 of shot_v02.exr
 
@@ -130,9 +132,14 @@ def padding_of(form: NameForm, names: Iterable[str]) -> tuple[int, ...]:
 
 
 def sequences_among(names: Iterable[str]) -> dict[NameForm, tuple[int, ...]]:
-    """Every form that `names` are in, with its frames; none for a picture without a number."""
+    """Every form that `names` are in, with its frames; none for a picture without a number.
+
+    Hidden files are left out: systems and programs put their own beside ours.
+    """
     groups: dict[NameForm, list[str]] = {}
     for name in names:
+        if name.startswith("."):
+            continue
         form, number = form_of(name)
         groups.setdefault(replace(form, padding=0 if number is None else 1), []).append(name)
     found = {}

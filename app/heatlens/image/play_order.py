@@ -1,0 +1,42 @@
+"""Which frames a player will want next, and which it can do without first."""
+
+from bisect import bisect_left, bisect_right
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Literal
+
+Direction = Literal[1, -1]
+
+
+@dataclass(frozen=True)
+class PlayOrder:
+    """A playhead on sorted `frames` that moves in `direction` and looks `window` frames ahead.
+
+    Players loop, so the first frame follows the last.
+    """
+
+    frames: tuple[int, ...]
+    playhead: int  # one of `frames`
+    direction: Direction
+    window: int
+
+    @staticmethod
+    def at(frames: tuple[int, ...], frame: int, direction: Direction, window: int) -> "PlayOrder":
+        """The playhead on `frame`, or on the nearest earlier of `frames`, else on the first."""
+        playhead = frames[max(bisect_right(frames, frame) - 1, 0)]
+        return PlayOrder(frames, playhead, direction, window)
+
+    def wanted(self) -> Iterator[int]:
+        """The playhead and the frames it looks ahead to, in the order they will be shown."""
+        start, count = self._index(self.playhead), len(self.frames)
+        for steps in range(min(self.window + 1, count)):
+            yield self.frames[(start + steps * self.direction) % count]
+
+    def rank(self, frame: int) -> tuple[int, int]:
+        """Low for what to keep: frames ahead as they come, then those behind, the nearest first."""
+        steps = self.direction * (self._index(frame) - self._index(self.playhead))
+        ahead = steps % len(self.frames)
+        return (0, ahead) if ahead <= self.window else (1, len(self.frames) - ahead)
+
+    def _index(self, frame: int) -> int:
+        return bisect_left(self.frames, frame)
