@@ -5,6 +5,7 @@ that space is the input where the config knows it.
 """
 
 import os
+import re
 from dataclasses import dataclass
 from typing import Any
 
@@ -25,6 +26,7 @@ _LINEAR_REC709 = (
     "Linear Rec.709",
     "lin_srgb",
 )
+_SAID_ALREADY = re.compile(r"^Error: Loading the OCIO profile '.*?' failed\. ")
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,10 +112,12 @@ def load_color_config(path: str | None) -> ColorConfig:
 
 
 def _read(address: str, source: str) -> Any:
+    """The config; a fault in one of its views shows when that view is asked for, not here."""
     library = ocio()
+    if not address.isprintable():  # bytes of another encoding arrive as surrogates
+        raise InputError(f"{source!a}: OpenColorIO takes paths in Unicode only. Rename the file.")
     try:
         config = library.Config.CreateFromFile(address)
-        config.validate()
     except (library.Exception, library.ExceptionMissingFile) as error:
         raise InputError(f"{source} is no usable OpenColorIO config: {one_line(error)}") from error
     if not config.getDisplays():
@@ -122,9 +126,11 @@ def _read(address: str, source: str) -> Any:
 
 
 def one_line(error: Exception) -> str:
-    return " ".join(str(error).split()).rstrip(".") + "."
+    """What the library said, without line breaks or the file's name, which its caller gives."""
+    return _SAID_ALREADY.sub("", " ".join(str(error).split())).rstrip(".") + "."
 
 
 def check_known(what: str, name: str, known: tuple[str, ...]) -> None:
+    """Raise InputError, with what there is, unless `name` is among `known`."""
     if name not in known:
         raise InputError(f"{what} {name!r} is not among {', '.join(known)}.")

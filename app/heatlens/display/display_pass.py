@@ -1,7 +1,6 @@
 """What the screen shows of a scene-linear picture: exposure, view transform, gamma."""
 
 from collections import OrderedDict
-from dataclasses import dataclass
 
 import moderngl
 import numpy as np
@@ -9,20 +8,29 @@ import numpy as np
 from heatlens.color.view_transform import Lut, ViewTransform, srgb_transform
 from heatlens.gpu.program import ComputeProgram, Image, groups_for
 
+_PICTURE = "display.comp.glsl"
+_DIFFERENCE = "display_difference.comp.glsl"
 _TILE = 16
 _KEPT = 6  # transforms whose programs stay compiled, so that switching back costs nothing
 
 
-@dataclass(eq=False)
 class _Built:
-    """A transform on the GPU."""
+    """A transform on the GPU: its tables, and a program for each shader that was asked for."""
 
-    picture: ComputeProgram
-    difference: ComputeProgram
-    luts: dict[str, Image]
+    def __init__(self, ctx: moderngl.Context, transform: ViewTransform) -> None:
+        self._ctx = ctx
+        self._functions = transform.glsl
+        self._programs: dict[str, ComputeProgram] = {}
+        self.program(_PICTURE)  # now, so that GLSL which the driver refuses is refused at once
+        self.luts: dict[str, Image] = {lut.sampler: _texture(ctx, lut) for lut in transform.luts}
+
+    def program(self, name: str) -> ComputeProgram:
+        if name not in self._programs:
+            self._programs[name] = ComputeProgram(self._ctx, name, functions=self._functions)
+        return self._programs[name]
 
     def release(self) -> None:
-        for held in (self.picture, self.difference, *self.luts.values()):
+        for held in (*self._programs.values(), *self.luts.values()):
             held.release()
 
 
@@ -34,17 +42,17 @@ class DisplayPass:
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
-        self._built: OrderedDict[ViewTransform, _Built] = OrderedDict()  # latest used last
+        self._built: OrderedDict[str, _Built] = OrderedDict()  # latest used last
         self.set_transform(srgb_transform())
 
     def set_transform(self, transform: ViewTransform) -> None:
         """Draw with `transform` from now on; ShaderError where the driver refuses it."""
-        if transform not in self._built:
-            self._built[transform] = _build(self._ctx, transform)
-        self._built.move_to_end(transform)
+        if transform.key not in self._built:
+            self._built[transform.key] = _Built(self._ctx, transform)
+        self._built.move_to_end(transform.key)
         if len(self._built) > _KEPT:
             self._built.popitem(last=False)[1].release()
-        self._current = self._built[transform]
+        self._current = self._built[transform.key]
 
     def run(
         self,
@@ -54,7 +62,7 @@ class DisplayPass:
         gamma: float = 1.0,
     ) -> None:
         """Write `picture` to `out` of the same size, RGBA of 8 bits (or float, not clamped)."""
-        self._draw(self._current.picture, {"picture_tx": picture}, out, exposure_stops, gamma)
+        self._draw(_PICTURE, {"picture_tx": picture}, out, exposure_stops, gamma)
 
     def run_difference(
         self,
@@ -70,18 +78,18 @@ class DisplayPass:
         `b` of another size is stretched over `a`.
         """
         textures: dict[str, Image] = {"a_tx": a, "b_tx": b}
-        self._draw(self._current.difference, textures, out, exposure_stops, gamma, gain)
+        self._draw(_DIFFERENCE, textures, out, exposure_stops, gamma, gain)
 
     def _draw(
         self,
-        program: ComputeProgram,
+        name: str,
         textures: dict[str, Image],
         out: moderngl.Texture,
         exposure_stops: float,
         gamma: float,
         gain: float = 1.0,
     ) -> None:
-        program.dispatch(
+        self._current.program(name).dispatch(
             (groups_for(out.width, _TILE), groups_for(out.height, _TILE)),
             textures=textures | self._current.luts,
             images={"out_display_img": out},
@@ -96,14 +104,6 @@ class DisplayPass:
         """Give every program and table back to OpenGL."""
         while self._built:
             self._built.popitem()[1].release()
-
-
-def _build(ctx: moderngl.Context, transform: ViewTransform) -> _Built:
-    return _Built(
-        ComputeProgram(ctx, "display.comp.glsl", functions=transform.glsl),
-        ComputeProgram(ctx, "display_difference.comp.glsl", functions=transform.glsl),
-        {lut.sampler: _texture(ctx, lut) for lut in transform.luts},
-    )
 
 
 def _texture(ctx: moderngl.Context, lut: Lut) -> Image:
