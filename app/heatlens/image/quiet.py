@@ -42,7 +42,7 @@ def quiet_library() -> Iterator[None]:
 
     The library warns of damaged pixels on Python's stdout, where results belong, and its C core
     writes to the process's stderr. Several threads may be inside at once, and what others print
-    gets through; only what C code writes to stderr is lost for all of them, so keep the block short.
+    gets through; what C code writes to stderr is lost for all of them, so keep the block short.
     """
     _enter()
     _depth.blocks += 1

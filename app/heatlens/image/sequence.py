@@ -218,7 +218,7 @@ def _form_of_pattern(path: Path, names: list[str]) -> tuple[NameForm, str | None
     paddings = padding_of(form, names) or (1,)
     if len(paddings) > 1:
         forms = {(f := replace(form, padding=p)): f.frames_in(names) for p in paddings}
-        raise InputError(f"{path} is one of {_listed(forms)}: write one # for each digit.")
+        raise InputError(f"{path} can mean {_listed(forms)}: write one # for each digit.")
     return replace(form, padding=paddings[0]), frames
 
 
