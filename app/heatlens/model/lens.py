@@ -24,6 +24,8 @@ class Lens:
     squeeze            1 spherical to 2 anamorphic: a disc is so many times as tall as wide
     t_stop             exposure only, None where unknown; it never enters the blur
     acceptable_coc_mm  diameter that still counts as sharp, None for 1/1500 of the sensor's width
+    close_focus_m      nearest focus that the ring of the real lens allows, None where unknown; a
+                       nearer one is rendered all the same, and `pull.frames_too_close` finds it
 
     Raises LensError naming the value and what it may be.
     """
@@ -35,6 +37,7 @@ class Lens:
     squeeze: float = 1.0
     t_stop: float | None = None
     acceptable_coc_mm: float | None = None
+    close_focus_m: float | None = None
 
     def __post_init__(self) -> None:
         _check_hardware("focal length", self.focal_length_mm, " mm")
@@ -44,6 +47,8 @@ class Lens:
             _check_hardware("T-stop", self.t_stop, "")
         if self.acceptable_coc_mm is not None:
             _check_hardware("acceptable circle of confusion", self.acceptable_coc_mm, " mm")
+        if self.close_focus_m is not None:
+            _check_hardware("close focus", self.close_focus_m, " m")
         _check_squeeze(self.squeeze)
         _check_focus(self.focus_distance_m, self.focal_length_mm)
 

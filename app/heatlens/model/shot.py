@@ -1,18 +1,187 @@
 """What is rendered: a lens over frames and how its blur is computed."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from enum import StrEnum
+from math import ceil, floor
 
+from heatlens.errors import InputError, LensError
+from heatlens.model.curve import Curve
+from heatlens.model.frames import FRAMES_PER_SECOND, FrameRange, check_frames_per_second
+from heatlens.model.interpolation import Scale
 from heatlens.model.lens import Lens
+from heatlens.model.marks import Mark, check_marks
+from heatlens.model.plate_options import PlateOptions
 from heatlens.model.settings import DefocusSettings
+
+
+class LensParameter(StrEnum):
+    """What can have keys: fields of Lens."""
+
+    FOCUS_DISTANCE = "focus_distance_m"
+    F_STOP = "f_stop"
+    FOCAL_LENGTH = "focal_length_mm"
+    SQUEEZE = "squeeze"
+
+    @property
+    def words(self) -> str:
+        """The name as people say it."""
+        return self.removesuffix("_m").removesuffix("_mm").replace("_", " ")
+
+
+# How focus goes from key to key, by the word for it in a file and on the command line.
+FOCUS_SCALES = {"dioptres": Scale.RECIPROCAL, "distance": Scale.LINEAR}
+
+_SCALES: dict[LensParameter, tuple[Scale, ...]] = {
+    LensParameter.FOCUS_DISTANCE: tuple(FOCUS_SCALES.values()),
+    LensParameter.F_STOP: (Scale.LOGARITHMIC,),
+    LensParameter.FOCAL_LENGTH: (Scale.LOGARITHMIC,),
+    LensParameter.SQUEEZE: (Scale.LINEAR,),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class LensCurves:
+    """The keys of each parameter. Only focus has a choice of scale: dioptres, or metres."""
+
+    focus_distance_m: Curve = field(default_factory=lambda: Curve(scale=Scale.RECIPROCAL))
+    f_stop: Curve = field(default_factory=lambda: Curve(scale=Scale.LOGARITHMIC))
+    focal_length_mm: Curve = field(default_factory=lambda: Curve(scale=Scale.LOGARITHMIC))
+    squeeze: Curve = field(default_factory=Curve)
+
+    def __post_init__(self) -> None:
+        for parameter, scales in _SCALES.items():
+            if self.of(parameter).scale not in scales:
+                raise InputError(f"Keys of {parameter} go on a {' or '.join(scales)} scale.")
+
+    def of(self, parameter: LensParameter) -> Curve:
+        """The curve of one parameter; without keys where it stands still."""
+        curve: Curve = getattr(self, parameter)
+        return curve
 
 
 @dataclass(frozen=True, slots=True)
 class Shot:
-    """A shot is a value: the same shot and frame give the same picture."""
+    """A shot is a value: the same shot and frame give the same picture.
+
+    lens               the values of the parameters that have no keys, and all else about the lens
+    source             pattern of the plate's files, None where the shot is of no file
+    plate_options      how they are read
+    curves             keys; what has keys does not ask `lens`
+    marks              focus marks, in the order they were set
+    frames             those of the plate, None where they are not known
+    in_out             the part of them that is played and exported, None for all
+    frames_per_second  when played
+
+    Raises InputError for marks of one name, a rate no film has, a source no file can have.
+    """
 
     lens: Lens
     defocus: DefocusSettings = field(default_factory=DefocusSettings)
+    source: str | None = None
+    plate_options: PlateOptions = field(default_factory=PlateOptions)
+    curves: LensCurves = field(default_factory=LensCurves)
+    marks: tuple[Mark, ...] = ()
+    frames: FrameRange | None = None
+    in_out: FrameRange | None = None
+    frames_per_second: float = FRAMES_PER_SECOND
 
-    def lens_at(self, frame: int) -> Lens:
-        """The lens at a frame; it stands still."""
-        return self.lens
+    def __post_init__(self) -> None:
+        check_marks(self.marks)
+        check_frames_per_second(self.frames_per_second)
+        if self.source is not None and (not self.source or "\0" in self.source):
+            raise InputError(f"{self.source!r} cannot be the name of a file.")
+
+    @property
+    def key_frames(self) -> tuple[float, ...]:
+        """Every frame at which some parameter has a key, in order."""
+        curves = (self.curves.of(parameter) for parameter in LensParameter)
+        return tuple(sorted({key.frame for curve in curves for key in curve.keys}))
+
+    @property
+    def span(self) -> FrameRange | None:
+        """The plate's frames; where they are not known, those that the keys reach over."""
+        keyed = self.key_frames
+        if self.frames is not None or not keyed:
+            return self.frames
+        return FrameRange(floor(keyed[0]), ceil(keyed[-1]))
+
+    @property
+    def played(self) -> FrameRange | None:
+        """The frames from in to out, where there are such; else all."""
+        span = self.span
+        if span is None or self.in_out is None:
+            return span
+        return span.intersection(self.in_out) or span
+
+    def lens_at(self, frame: float) -> Lens:
+        """The lens at a frame or between two.
+
+        Raises LensError where keys ask for what no lens can be, naming the frame.
+        """
+        values = {p: c.value_at(frame) for p in LensParameter if (c := self.curves.of(p)).keys}
+        if not values:
+            return self.lens
+        try:
+            return replace(self.lens, **{str(name): value for name, value in values.items()})
+        except LensError as error:
+            raise LensError(f"Frame {frame:g}: {error}") from None
+
+    def with_curve(self, parameter: LensParameter, curve: Curve) -> "Shot":
+        """Other keys for one parameter."""
+        return replace(self, curves=replace(self.curves, **{str(parameter): curve}))
+
+    def with_focus_scale(self, scale: Scale) -> "Shot":
+        """Focus goes from key to key on another scale, its handles pointing as before.
+
+        Raises InputError for metres where a key is at infinity, which no number of metres reaches.
+        """
+        return self.with_curve(
+            LensParameter.FOCUS_DISTANCE, self.curves.focus_distance_m.on_scale(scale)
+        )
+
+    def with_lens_value(
+        self, frame: float, parameter: LensParameter, value: float, auto_key: bool = True
+    ) -> "Shot":
+        """What a control does that is moved at a frame: the lens has the value there.
+
+        Without keys for it, at every frame. With keys, it is set at this frame; where there is none
+        yet, only if `auto_key` allows to make one. Raises LensError for a value that no lens can
+        have, InputError where a key would be needed.
+        """
+        curve = self.curves.of(parameter)
+        if not curve.keys:
+            return replace(self, lens=replace(self.lens_at(frame), **{str(parameter): value}))
+        if curve.key_at(frame) is None and not auto_key:
+            raise InputError(
+                f"The {parameter.words} has keys, but none at frame {frame:g}: set one there, or "
+                "switch auto key on."
+            )
+        return self.with_key(frame, parameter, value)
+
+    def with_key(
+        self, frame: float, parameter: LensParameter, value: float | None = None
+    ) -> "Shot":
+        """A key at a frame; value None: what the lens has there, so that nothing jumps.
+
+        Raises LensError for a value that no lens can have.
+        """
+        if value is None:
+            value = getattr(self.lens_at(frame), parameter)
+        keyed = self.with_curve(parameter, self.curves.of(parameter).with_value(frame, value))
+        keyed.lens_at(frame)
+        return keyed
+
+    def without_key(self, frame: float, parameter: LensParameter) -> "Shot":
+        """The key at a frame goes; after the last one its value stays, at every frame."""
+        curve = self.curves.of(parameter)
+        key = curve.key_at(frame)
+        if key is None:
+            return self
+        if len(curve.keys) == 1:
+            return self.without_keys(frame, parameter)
+        return self.with_curve(parameter, curve.without_keys((key.frame,)))
+
+    def without_keys(self, frame: float, parameter: LensParameter) -> "Shot":
+        """All keys of a parameter go; its value at `frame` stays, at every frame."""
+        still = replace(self, lens=self.lens_at(frame))
+        return still.with_curve(parameter, replace(self.curves.of(parameter), keys=()))

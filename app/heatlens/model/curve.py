@@ -1,0 +1,219 @@
+"""Keyframes of one parameter: a value that moves over frames. Editing a curve makes a new one."""
+
+import math
+from bisect import bisect_right
+from collections.abc import Collection, Iterable
+from dataclasses import dataclass, field, replace
+
+from heatlens.errors import InputError
+from heatlens.model.frames import check_frame
+from heatlens.model.interpolation import (
+    Ease,
+    Interpolation,
+    Scale,
+    bezier,
+    hermite,
+    monotone_slope,
+)
+
+# Keys nearer than this are one: no shutter is so fast, and no pointer on a timeline so exact.
+SAME_FRAME = 1e-3
+# Half of it, so that keys moved together stay apart although sums are rounded.
+_FRAMES_APART = SAME_FRAME / 2
+
+
+@dataclass(frozen=True, slots=True)
+class Key:
+    """A value that a curve meets exactly.
+
+    frame          between two frames is allowed
+    value          in the parameter's own unit: metres, not dioptres
+    interpolation  of the segment after this key
+    ease_out       handle into the segment after it, where that is a Bezier
+    ease_in        handle into the segment before it, where that is one
+    """
+
+    frame: float
+    value: float
+    interpolation: Interpolation = Interpolation.SMOOTH
+    ease_out: Ease = field(default_factory=Ease)
+    ease_in: Ease = field(default_factory=Ease)
+
+    def __post_init__(self) -> None:
+        check_frame(self.frame)
+
+
+@dataclass(frozen=True, slots=True)
+class Curve:
+    """Keys in the order of their frames; the value stands still before them and after them.
+
+    Raises InputError for keys out of order and for values that have no place on the scale.
+    """
+
+    keys: tuple[Key, ...] = ()
+    scale: Scale = Scale.LINEAR
+
+    def __post_init__(self) -> None:
+        for key in self.keys:
+            self.scale.place_of(key.value)
+        for key, after in zip(self.keys, self.keys[1:], strict=False):
+            if not after.frame - key.frame >= _FRAMES_APART:
+                raise InputError(
+                    f"Keys must follow each other: {after.frame:g} comes after {key.frame:g}."
+                )
+
+    def value_at(self, frame: float) -> float:
+        """The value at any time, in the parameter's unit; at a key exactly the key's.
+
+        Raises ValueError without keys: then nothing moves.
+        """
+        if not self.keys:
+            raise ValueError("a curve without keys has no value")
+        index = self._index_before(frame)
+        if index < 0:
+            return self.keys[0].value
+        key = self.keys[index]
+        if index == len(self.keys) - 1 or key.frame == frame:
+            return key.value
+        return self._between(index, frame)
+
+    def key_at(self, frame: float) -> Key | None:
+        """The key at a frame; None where there is none."""
+        return next((key for key in self.keys if _same_frame(key.frame, frame)), None)
+
+    def with_key(self, key: Key) -> "Curve":
+        """One key more, or another in the place of the one at its frame."""
+        return self._merged(self.keys, [key])
+
+    def with_value(self, frame: float, value: float) -> "Curve":
+        """The key at `frame` takes the value; a new one goes on as the key before it did."""
+        key = self.key_at(frame)
+        if key is None:
+            index = self._index_before(frame)
+            before = self.keys[index] if index >= 0 else Key(frame, value)
+            key = Key(frame, value, before.interpolation)
+        return self.with_key(replace(key, value=value))
+
+    def without_keys(self, frames: Collection[float]) -> "Curve":
+        """The keys at these frames go."""
+        return replace(self, keys=tuple(key for key in self.keys if key.frame not in frames))
+
+    def moved(self, frames: Collection[float], by_frames: float) -> "Curve":
+        """The keys at these frames move together, and replace those that they land on."""
+        kept = self.without_keys(frames).keys
+        return self._merged(kept, _shifted(self._keys_at(frames), by_frames))
+
+    def rippled(self, from_frame: float, by_frames: float) -> "Curve":
+        """The keys from `from_frame` on move: later to make room, or earlier to cut frames out.
+
+        Keys in the frames that are cut out go.
+        """
+        stay_until = from_frame + min(by_frames, 0.0)
+        kept = [key for key in self.keys if key.frame < stay_until]
+        late = [key for key in self.keys if key.frame >= from_frame]
+        return self._merged(kept, _shifted(late, by_frames))
+
+    def copied(self, frames: Collection[float]) -> tuple[Key, ...]:
+        """The keys at these frames, counted from the first of them, for `pasted`."""
+        chosen = self._keys_at(frames)
+        return tuple(_shifted(chosen, -chosen[0].frame)) if chosen else ()
+
+    def pasted(self, keys: Collection[Key], at_frame: float) -> "Curve":
+        """Copied keys from `at_frame` on, in the place of those that are at their frames."""
+        return self._merged(self.keys, _shifted(keys, at_frame))
+
+    def multiplied(self, factor: float, frames: Collection[float] | None = None) -> "Curve":
+        """The values at these frames, None for all, times `factor` above 0; handles follow.
+
+        Where all are, so is the value at every frame, on every scale.
+        """
+        if not 0 < factor < math.inf:
+            raise InputError(f"Keys are multiplied by a number above 0, not by {factor:g}.")
+        chosen = self.keys if frames is None else self._keys_at(frames)
+        return self._merged(self.keys, [self._multiplied_key(key, factor) for key in chosen])
+
+    def on_scale(self, scale: Scale) -> "Curve":
+        """The same keys on another scale; at each the value is as fast as before.
+
+        Raises InputError where a value has no place on it.
+        """
+        if scale is self.scale:
+            return self
+        Curve(self.keys, scale)  # refuses values before their slopes are asked for
+        keys = (
+            _steepened(key, scale.slope_at(key.value) / self.scale.slope_at(key.value))
+            for key in self.keys
+        )
+        return Curve(tuple(keys), scale)
+
+    def _between(self, index: int, frame: float) -> float:
+        """Inside the segment after a key."""
+        start, end = self.keys[index], self.keys[index + 1]
+        frames = end.frame - start.frame
+        u = (frame - start.frame) / frames
+        ends = self.scale.place_of(start.value), self.scale.place_of(end.value)
+        match start.interpolation:
+            case Interpolation.HOLD:
+                return start.value
+            case Interpolation.LINEAR:
+                place = ends[0] + (ends[1] - ends[0]) * u
+            case Interpolation.SMOOTH:
+                slopes = self._slope(index), self._slope(index + 1)
+                place = hermite(u, ends, (slopes[0] * frames, slopes[1] * frames))
+            case Interpolation.BEZIER:
+                out, into = start.ease_out.handle(frames), end.ease_in.handle(frames)
+                handles = (out[0] / frames, out[1]), (into[0] / frames, into[1])
+                return self.scale.value_at(bezier(u, ends, *handles))
+        low, high = sorted((start.value, end.value))
+        return min(max(self.scale.value_at(place), low), high)  # rounding stays within the keys too
+
+    def _slope(self, index: int) -> float:
+        """Slope at a key on the scale; flat at the ends, beyond which the value stands still."""
+        if index in (0, len(self.keys) - 1):
+            return 0.0
+        return monotone_slope(self._chord(index - 1), self._chord(index))
+
+    def _chord(self, index: int) -> tuple[float, float]:
+        """Frames of the segment after a key, and its rise per frame; a held value does not rise."""
+        start, end = self.keys[index], self.keys[index + 1]
+        frames = end.frame - start.frame
+        if start.interpolation is Interpolation.HOLD:
+            return frames, 0.0
+        return frames, (self.scale.place_of(end.value) - self.scale.place_of(start.value)) / frames
+
+    def _multiplied_key(self, key: Key, factor: float) -> Key:
+        steeper = {Scale.LINEAR: factor, Scale.RECIPROCAL: 1 / factor, Scale.LOGARITHMIC: 1.0}
+        return replace(_steepened(key, steeper[self.scale]), value=key.value * factor)
+
+    def _merged(self, kept: Iterable[Key], added: Collection[Key]) -> "Curve":
+        """Both in order; of two at one frame the added one."""
+        others = [k for k in kept if not any(_same_frame(k.frame, a.frame) for a in added)]
+        return replace(self, keys=tuple(sorted([*others, *added], key=_frame_of)))
+
+    def _keys_at(self, frames: Collection[float]) -> list[Key]:
+        return [key for key in self.keys if key.frame in frames]
+
+    def _index_before(self, frame: float) -> int:
+        """The last key at or before a frame; -1 before the first."""
+        return bisect_right(self.keys, frame, key=_frame_of) - 1
+
+
+def _frame_of(key: Key) -> float:
+    return key.frame
+
+
+def _same_frame(frame: float, other: float) -> bool:
+    return abs(frame - other) < SAME_FRAME
+
+
+def _shifted(keys: Iterable[Key], by_frames: float) -> list[Key]:
+    return [replace(key, frame=key.frame + by_frames) for key in keys]
+
+
+def _steepened(key: Key, factor: float) -> Key:
+    """Both handles with their speed times `factor`."""
+    out, into = (
+        replace(ease, speed_per_frame=ease.speed_per_frame * factor)
+        for ease in (key.ease_out, key.ease_in)
+    )
+    return replace(key, ease_out=out, ease_in=into)

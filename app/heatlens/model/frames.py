@@ -1,0 +1,77 @@
+"""Which frames a shot has, and how fast they run."""
+
+import math
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from heatlens.errors import InputError
+
+# Frame numbers are counted or made of a time of day; both have nine digits at most.
+FRAME_MOST = 999_999_999
+# Eleven hours at 24 frames per second. More is a slip of the keyboard, and would fill the memory.
+_COUNT_MOST = 1_000_000
+_RATE_MOST = 10_000.0
+_RANGE = re.compile(r"(-?[0-9]{1,9})(?:-(-?[0-9]{1,9}))?")
+
+FRAMES_PER_SECOND = 24.0  # what OpenEXR takes for granted where a header tells no rate
+
+
+@dataclass(frozen=True, slots=True)
+class FrameRange:
+    """Frames first to last, both of them in it.
+
+    Raises InputError where there is no frame, or more than a shot can have.
+    """
+
+    first: int
+    last: int
+
+    def __post_init__(self) -> None:
+        check_frame(self.first)
+        check_frame(self.last)
+        if self.last < self.first:
+            raise InputError(f"Frames {self} run backwards: the first comes first.")
+        if self.count > _COUNT_MOST:
+            raise InputError(
+                f"Frames {self} are {self.count:,}; a shot has at most {_COUNT_MOST:,}."
+            )
+
+    def __str__(self) -> str:
+        return f"{self.first}-{self.last}"
+
+    def __iter__(self) -> Iterator[int]:
+        return iter(range(self.first, self.last + 1))
+
+    def __contains__(self, frame: float) -> bool:
+        return self.first <= frame <= self.last
+
+    @property
+    def count(self) -> int:
+        """How many frames."""
+        return self.last - self.first + 1
+
+    def intersection(self, other: "FrameRange") -> "FrameRange | None":
+        """The frames in both; None where they do not meet."""
+        first, last = max(self.first, other.first), min(self.last, other.last)
+        return FrameRange(first, last) if first <= last else None
+
+
+def parse_frame_range(text: str) -> FrameRange:
+    """Frames written as "1001-1024", or one of them as "1001". Raises InputError otherwise."""
+    match = _RANGE.fullmatch(text.strip())
+    if match is None:
+        raise InputError(f"{text!r} are no frames; write them as 1001-1024.")
+    return FrameRange(int(match[1]), int(match[2] or match[1]))
+
+
+def check_frame(frame: float) -> None:
+    """InputError for what cannot be the number of a frame, or a time between two."""
+    if not abs(frame) <= FRAME_MOST:
+        raise InputError(f"A frame number has at most nine digits, got {frame:g}.")
+
+
+def check_frames_per_second(rate: float) -> None:
+    """InputError for a rate at which no film runs."""
+    if not 0 < rate <= _RATE_MOST or math.isnan(rate):
+        raise InputError(f"Frames per second must be above 0 and at most 10,000, got {rate:g}.")

@@ -1,0 +1,100 @@
+"""Focus marks: the letters on a first assistant's tape, each a distance or a thing to measure.
+
+Distances are averaged as dioptres, in which a focus ring is even and infinity is a number.
+"""
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from itertools import count
+from string import ascii_uppercase
+
+from heatlens.errors import InputError
+from heatlens.model.frames import FrameRange
+
+# (frame, x, y) -> metres at that pixel, counted from the display window's corner
+DepthAt = Callable[[int, float, float], float]
+
+_SMOOTH_FRAMES_MOST = 1001
+
+
+@dataclass(frozen=True, slots=True)
+class DistanceMark:
+    """A distance by name, from 0 to infinity."""
+
+    name: str
+    distance_m: float
+
+    def __post_init__(self) -> None:
+        _check_name(self.name)
+        if not self.distance_m > 0:
+            raise InputError(
+                f"Mark {self.name}: a distance is above 0 m, got {self.distance_m:g} m."
+            )
+
+
+@dataclass(frozen=True, slots=True)
+class PointMark:
+    """A point of the picture by name: its distance is that of what is seen there at each frame.
+
+    x_px, y_px      pixels from the corner of the display window, y downwards
+    smooth_frames   how many frames around each one are averaged, as many before as after; 1 for
+                    none but it
+    """
+
+    name: str
+    x_px: float
+    y_px: float
+    smooth_frames: int = 1
+
+    def __post_init__(self) -> None:
+        _check_name(self.name)
+        for axis, at in (("x", self.x_px), ("y", self.y_px)):
+            if not abs(at) < 1e6:
+                raise InputError(f"Mark {self.name}: {axis} cannot be {at:g} px.")
+        if not 1 <= self.smooth_frames <= _SMOOTH_FRAMES_MOST:
+            raise InputError(
+                f"Mark {self.name}: 1 to {_SMOOTH_FRAMES_MOST} frames can be averaged, "
+                f"got {self.smooth_frames}."
+            )
+
+
+Mark = DistanceMark | PointMark
+
+
+def next_mark_name(marks: Iterable[Mark]) -> str:
+    """The first of A to Z, A1 to Z1, A2, … that no mark has."""
+    taken = {mark.name for mark in marks}
+    names = (f"{letter}{turn or ''}" for turn in count() for letter in ascii_uppercase)
+    return next(name for name in names if name not in taken)
+
+
+def distance_at_m(
+    mark: Mark, frame: int, depth_at: DepthAt, frames: FrameRange | None = None
+) -> float:
+    """How far a mark is at a frame, in metres; `depth_at` is asked only for frames in `frames`.
+
+    Towards the ends of `frames` as many are averaged before as after, so that a thing that comes
+    nearer evenly is never measured late.
+    """
+    if isinstance(mark, DistanceMark):
+        return mark.distance_m
+    reach = (mark.smooth_frames - 1) // 2
+    if frames is not None:
+        reach = max(0, min(reach, frame - frames.first, frames.last - frame))
+    around = range(frame - reach, frame + reach + 1)
+    dioptres = sum(1.0 / depth_at(at, mark.x_px, mark.y_px) for at in around) / len(around)
+    return 1.0 / dioptres if dioptres > 0 else float("inf")
+
+
+def check_marks(marks: Iterable[Mark]) -> None:
+    """InputError where two marks have one name."""
+    seen: set[str] = set()
+    for mark in marks:
+        if mark.name in seen:
+            raise InputError(f"Two marks are called {mark.name}.")
+        seen.add(mark.name)
+
+
+def _check_name(name: str) -> None:
+    if not name or not name.isprintable() or name != name.strip():
+        raise InputError(f"A mark cannot be called {name!r}.")
