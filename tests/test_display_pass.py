@@ -10,8 +10,14 @@ import moderngl
 import numpy as np
 import pytest
 
+from cube_config import cube_config
 from heatlens.color.color_config import ColorConfig, load_color_config
-from heatlens.color.view_transform import ViewTransform, srgb_transform, view_transform
+from heatlens.color.view_transform import (
+    LIGHT_MAX,
+    ViewTransform,
+    srgb_transform,
+    view_transform,
+)
 from heatlens.display import display_pass
 from heatlens.display.display_pass import DisplayPass
 from heatlens.errors import ShaderError
@@ -34,34 +40,6 @@ def ramp() -> np.ndarray:
 
 
 RAMP = ramp()
-
-CUBE_CONFIG = """ocio_profile_version: 2
-roles: {default: plain, scene_linear: plain}
-displays:
-  Screen:
-    - !<View> {name: linear, colorspace: linear}
-    - !<View> {name: tetrahedral, colorspace: tetrahedral}
-    - !<View> {name: curve, colorspace: curve}
-colorspaces:
-  - !<ColorSpace> {name: plain, encoding: scene-linear}
-"""
-
-
-def cube_config(folder: Path) -> ColorConfig:
-    """Views through tables in files: cubes of five entries a side, a curve of nine."""
-    rng = np.random.default_rng(5)
-    entries = "\n".join(f"{r:.6f} {g:.6f} {b:.6f}" for r, g, b in rng.uniform(0, 1, (125, 3)))
-    (folder / "film.cube").write_text(f"LUT_3D_SIZE 5\n{entries}\n")
-    steps = "\n".join(f"{x:.6f} {x**2:.6f} {1 - x:.6f}" for x in np.linspace(0, 1, 9))
-    (folder / "curve.cube").write_text(f"LUT_1D_SIZE 9\n{steps}\n")
-    text = CUBE_CONFIG
-    for name in ("linear", "tetrahedral"):
-        film = f"!<FileTransform> {{src: film.cube, interpolation: {name}}}"
-        text += f"  - !<ColorSpace> {{name: {name}, from_scene_reference: {film}}}\n"
-    curve = "!<FileTransform> {src: curve.cube}"
-    text += f"  - !<ColorSpace> {{name: curve, from_scene_reference: {curve}}}\n"
-    (folder / "studio.ocio").write_text(text)
-    return load_color_config(str(folder / "studio.ocio"))
 
 
 @pytest.fixture(scope="module")
@@ -191,13 +169,23 @@ def test_gamma_keeps_the_sign_of_what_is_below_black(ctx, screen, config):
     )
 
 
+WILD = np.array([[[np.nan] * 3, [np.inf] * 3, [0, 0, 0], [6e4, 6e4, 6e4]]], np.float32)
+
+
 def test_no_number_is_black_and_infinity_is_white(ctx, screen, film):
-    wild = np.array([[[np.nan] * 3, [np.inf] * 3, [0, 0, 0], [6e4, 6e4, 6e4]]], np.float32)
     for transform in (srgb_transform(), film):
         screen.set_transform(transform)
-        pixels = shown(ctx, screen, wild, exposure_stops=3.0)
+        pixels = shown(ctx, screen, WILD, exposure_stops=3.0)
         np.testing.assert_array_equal(pixels[0, 0], pixels[0, 2])
         np.testing.assert_allclose(pixels[0, 1], pixels[0, 3], atol=1e-4)
+
+
+def test_an_unbounded_view_shows_no_number_as_nothing_and_infinity_finite(ctx, screen, config):
+    raw = view_transform(config, "sRGB - Display", "Raw", config.default_input_space)
+    screen.set_transform(raw)
+    pixels = shown(ctx, screen, WILD, exposure_stops=1.0)
+    np.testing.assert_allclose(pixels[0, :, 0], [0, 2 * LIGHT_MAX, 0, 1.2e5], rtol=1e-5)
+    np.testing.assert_allclose(raw.apply_cpu(WILD, 1.0), pixels, rtol=1e-5)
 
 
 def test_eight_bits_are_the_nearest(ctx, screen):
