@@ -4,6 +4,7 @@ import math
 from bisect import bisect_right
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 
 from heatlens.errors import InputError
 from heatlens.model.frames import check_frame
@@ -56,7 +57,7 @@ class Curve:
     def __post_init__(self) -> None:
         for key in self.keys:
             self.scale.place_of(key.value)
-        for key, after in zip(self.keys, self.keys[1:], strict=False):
+        for key, after in pairwise(self.keys):
             if not after.frame - key.frame >= _FRAMES_APART:
                 raise InputError(
                     f"Keys must follow each other: {after.frame:g} comes after {key.frame:g}."

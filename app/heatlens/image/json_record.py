@@ -1,0 +1,178 @@
+"""Values of the model as JSON objects, and back: a mistake is told with its place in the file.
+
+A dataclass becomes an object with its fields as entries; what is None is left out. Infinity, for
+which JSON has no number, is the text "inf".
+"""
+
+import json
+import math
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import MISSING, dataclass, fields, is_dataclass
+from difflib import get_close_matches
+from enum import Enum
+from pathlib import Path
+from types import NoneType
+from typing import Any, Literal, NoReturn, TypeVar, get_args, get_origin, get_type_hints
+
+from heatlens.errors import HeatlensError, InputError
+
+T = TypeVar("T")
+
+_WHOLE_MOST = 2**53  # up to here a float that is whole is written without its ".0", exactly
+
+
+def record_to_json(record: Any) -> dict[str, Any]:
+    """The entries of a dataclass whose fields are numbers, texts, choices or such dataclasses."""
+    values = {field.name: getattr(record, field.name) for field in fields(record)}
+    return {name: plain(value) for name, value in values.items() if value is not None}
+
+
+def plain(value: Any) -> Any:
+    """What JSON has for a number, a text, a choice or a dataclass."""
+    if is_dataclass(value):
+        return record_to_json(value)
+    if isinstance(value, Enum):
+        return value.value
+    if isinstance(value, float):
+        if math.isinf(value):
+            return "inf"
+        return int(value) if value.is_integer() and abs(value) < _WHOLE_MOST else value
+    return value
+
+
+@dataclass(frozen=True, slots=True)
+class JsonEntry:
+    """A value of a JSON file and its place there, such as `keys.focus_distance_m[2]`.
+
+    Every method raises InputError with file and place where the value is not what it should be.
+    """
+
+    path: Path
+    place: str
+    value: Any
+
+    def refuse(self, sentence: str) -> NoReturn:
+        """Raise InputError: the file, the place, what is wrong."""
+        place = f" {self.place}:" if self.place else ""
+        raise InputError(f"{self.path}:{place} {sentence}")
+
+    def members(self, known: Collection[str]) -> dict[str, "JsonEntry"]:
+        """The entries of an object, all of which must be among `known`."""
+        if not isinstance(self.value, dict):
+            self.refuse(f"{_shown(self.value)} should be an object in braces")
+        for name in self.value:
+            if name not in known:
+                near = get_close_matches(name, known, 1)
+                hint = f"did you mean {near[0]!r}?" if near else f"known are {', '.join(known)}"
+                self.refuse(f"unknown entry {name!r}; {hint}")
+        prefix = f"{self.place}." if self.place else ""
+        return {
+            name: JsonEntry(self.path, prefix + name, value) for name, value in self.value.items()
+        }
+
+    def items(self) -> list["JsonEntry"]:
+        """The items of a list."""
+        if not isinstance(self.value, list):
+            self.refuse(f"{_shown(self.value)} should be a list in brackets")
+        return [
+            JsonEntry(self.path, f"{self.place}[{index}]", value)
+            for index, value in enumerate(self.value)
+        ]
+
+    def record(self, kind: type[T]) -> T:
+        """The dataclass `kind` with this object's entries; the others keep their defaults."""
+        hints = get_type_hints(kind)
+        own: tuple[Any, ...] = fields(kind)  # type: ignore[arg-type]
+        entries = self.members([field.name for field in own])
+        for field in own:
+            needed = field.default is MISSING and field.default_factory is MISSING
+            if needed and field.name not in entries:
+                self.refuse(f"the entry {field.name!r} is missing")
+        return self.built(kind, {n: entry.of_type(hints[n]) for n, entry in entries.items()})
+
+    def built(self, kind: Callable[..., T], values: Mapping[str, Any]) -> T:
+        """What `kind` makes of these values; its refusal is told with the place."""
+        try:
+            return kind(**values)
+        except HeatlensError as error:
+            self.refuse(str(error))
+
+    def of_type(self, hint: Any) -> Any:
+        """The value as a field of that type takes it."""
+        if NoneType in get_args(hint):
+            (hint,) = (kind for kind in get_args(hint) if kind is not NoneType)
+            return None if self.value is None else self.of_type(hint)
+        if get_origin(hint) is Literal:
+            return self.choice(get_args(hint))
+        if is_dataclass(hint):
+            return self.record(hint)  # type: ignore[arg-type]
+        if issubclass(hint, Enum):
+            return hint(self.choice([member.value for member in hint]))
+        return {float: self.number, int: self.whole, str: self.text}[hint]()
+
+    def number(self) -> float:
+        """A finite number, or "inf" for infinity."""
+        if self.value == "inf":
+            return math.inf
+        if isinstance(self.value, bool) or not isinstance(self.value, int | float):
+            self.refuse(f"{_shown(self.value)} should be a number")
+        if not abs(self.value) < 1e300:
+            self.refuse(f'{_shown(self.value)} is too large; infinity is written "inf"')
+        return float(self.value)
+
+    def whole(self) -> int:
+        """A number without a fraction."""
+        number = self.number()
+        if not number.is_integer():
+            self.refuse(f"{_shown(self.value)} should be a whole number")
+        return int(number)
+
+    def text(self) -> str:
+        """A text."""
+        if not isinstance(self.value, str):
+            self.refuse(f"{_shown(self.value)} should be a text in quotation marks")
+        return self.value
+
+    def choice(self, choices: Collection[str]) -> str:
+        """One of these words."""
+        if not isinstance(self.value, str) or self.value not in choices:
+            self.refuse(f"{_shown(self.value)} should be one of {', '.join(choices)}")
+        return self.value
+
+
+def read_json(path: Path) -> JsonEntry:
+    """The whole of a JSON file. Raises InputError where it cannot be read or is damaged."""
+    try:
+        text = path.read_bytes().decode("utf-8-sig")  # editors on Windows put a mark before it
+        value = json.loads(text, object_pairs_hook=_object, parse_constant=_constant)
+    except OSError as error:
+        raise InputError(f"{path} cannot be read: {error.strerror or error}.") from error
+    except json.JSONDecodeError as error:
+        raise InputError(
+            f"{path}: line {error.lineno}, column {error.colno}: {error.msg}; the file is damaged "
+            "or cut short."
+        ) from error
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"{path} is damaged: {error}.") from error
+    return JsonEntry(path, "", value)
+
+
+def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """An object in which no entry stands twice: one of them would be lost."""
+    found = dict(pairs)
+    if len(found) != len(pairs):
+        names = [name for name, _ in pairs]
+        twice = next(name for name in found if names.count(name) > 1)
+        raise ValueError(f"the entry {twice!r} stands twice in one place")
+    return found
+
+
+def _constant(name: str) -> NoReturn:
+    """NaN and Infinity, which some programs write and JSON does not have."""
+    raise ValueError(f'{name} is no JSON number; infinity is written "inf"')
+
+
+def _shown(value: Any) -> str:
+    """A value as it stands in the file, cut where it is long."""
+    text = json.dumps(value)
+    return text if len(text) <= 40 else f"{text[:37]}..."
