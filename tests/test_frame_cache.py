@@ -113,7 +113,7 @@ def test_asking_never_waits_for_a_read():
         assert names(cache.states(), "queued") == [7]
         reader.gate.set()
         news.wait_until(lambda: cache.get(7) is not None)
-    assert reader.begun[:4] == [0, 3, 4, 7]
+    assert set(reader.begun[1:3]) == {3, 4} and reader.begun[3] == 7
 
 
 def test_frames_behind_are_given_up_for_those_ahead():
@@ -130,10 +130,13 @@ def test_frames_behind_are_given_up_for_those_ahead():
 
 def test_a_frame_larger_than_the_budget_is_shown_all_the_same():
     reader, news = Reader(pixels=lambda frame: 50 if frame == 3 else 1), News()
-    with FrameCache(sequence_of(range(6)), reader, 4 * ONE, on_ready=news) as cache:
+    sequence = sequence_of(range(7), {0, 1, 2, 3, 4, 5})
+    with FrameCache(sequence, reader, 4 * ONE, on_ready=news) as cache:
         cache.wait(2, 1, 0)
         assert frame_of(cache.wait(3, 1, 4)) == 3
         assert names(cache.states(), "ready") == [3]
+        cache.want(6, -1, 0)  # a frame without a file makes no room of its own
+        assert cache.bytes_in_use == 0
         cache.want(4, 1, 1)
         news.wait_until(lambda: names(cache.states(), "ready") == [4, 5])
         assert cache.bytes_in_use <= 4 * ONE

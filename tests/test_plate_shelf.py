@@ -57,8 +57,9 @@ def test_a_frame_larger_than_the_budget_is_held_alone_while_it_is_shown():
     shown = PlayOrder.at(FRAMES, 1, 1, 5)
     assert put(shelf, 1, shown, pixels=9) and set(shelf.held) == {1}
     assert not put(shelf, 2, shown)
-    shelf.trim(PlayOrder.at(FRAMES, 2, 1, 5))
-    assert not shelf.held
+    passed = PlayOrder.at(FRAMES, 2, 1, 9)
+    shelf.trim(passed)
+    assert not shelf.held and not shelf.reserve(1, passed)
 
 
 def test_a_forgotten_frame_is_taken_to_be_as_large_as_the_others():

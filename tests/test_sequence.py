@@ -244,6 +244,9 @@ def test_a_growing_sequence_grows_and_does_not_shrink(shot):
     assert (grown.last, grown.missing) == (1007, (1000, 1004, 1006))
     assert rescanned(asked).frames == asked.frames
     assert rescanned(asked).present == (998, 999, 1001, 1002, 1003)
+    (shot / "shot.0998.exr").unlink()
+    (shot / "shot.1007.exr").unlink()
+    assert rescanned(grown).frames == grown.frames and rescanned(grown).present[0] == 999
     for path in shot.iterdir():
         path.unlink()
     emptied = rescanned(grown)
