@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from typing import Any, NoReturn
 
 from heatlens import __version__
-from heatlens.commands import bench, compare, info, render
+from heatlens.commands import bench, compare, info, render, shot
 from heatlens.errors import HeatlensError
 
 _EPILOG = """\
@@ -52,7 +52,7 @@ def build_parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=f"heatlens {__version__}")
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
-    for command in (render, info, compare, bench):
+    for command in (render, shot, info, compare, bench):
         command.register(commands)
     return parser
 

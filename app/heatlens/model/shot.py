@@ -25,8 +25,15 @@ class LensParameter(StrEnum):
     @property
     def words(self) -> str:
         """The name as people say it."""
-        return self.removesuffix("_m").removesuffix("_mm").replace("_", " ")
+        return _WORDS[self]
 
+
+_WORDS = {
+    LensParameter.FOCUS_DISTANCE: "focus distance",
+    LensParameter.F_STOP: "f-stop",
+    LensParameter.FOCAL_LENGTH: "focal length",
+    LensParameter.SQUEEZE: "squeeze",
+}
 
 # How focus goes from key to key, by the word for it in a file and on the command line.
 FOCUS_SCALES = {"dioptres": Scale.RECIPROCAL, "distance": Scale.LINEAR}

@@ -1,0 +1,270 @@
+"""`heatlens shot new`: a shot file from options, before there is a single frame if need be."""
+
+import argparse
+import os
+import re
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+from heatlens.commands.lens_options import add_lens_options, lens_of
+from heatlens.commands.plate_options import add_plate_options, plate_options
+from heatlens.commands.render import add_blur_options, settings_of
+from heatlens.errors import InputError
+from heatlens.image.exr_read import read_plate
+from heatlens.image.sequence import Sequence, find_sequence
+from heatlens.image.sequence_names import frames_text
+from heatlens.image.shot_file import SHOT_SUFFIX, write_shot
+from heatlens.model.curve import Key
+from heatlens.model.filmback import filmback_named
+from heatlens.model.frames import FRAMES_PER_SECOND, FrameRange, parse_frame_range
+from heatlens.model.interpolation import Interpolation
+from heatlens.model.lens import Lens
+from heatlens.model.marks import DistanceMark, Mark, PointMark
+from heatlens.model.pull import frames_too_close
+from heatlens.model.shot import FOCUS_SCALES, LensParameter, Shot
+from heatlens.model.units import format_distance, parse_distance_m
+
+_DESCRIPTION = """\
+Writes a shot file: the plate, the lens with its keys, focus marks, frames and blur. The plate's
+frames may come later, unless the lens is to be taken from their header.
+"""
+_EPILOG = """\
+examples:
+  heatlens shot new 'plate.####.exr' -o s.heatlens.json --focal-length 50 --sensor-width 36 \\
+      --f-stop 1.3 --key focus@1001=0.94 --key focus@1024=3.83
+  heatlens shot new 'plate.####.exr' -o s.heatlens.json --key focus@1001=6'3" \\
+      --key focus@1024=inf:linear --key f-stop@1010=2.8 --mark A=6'3" --mark B@960,540
+"""
+# Parameter as it is typed -> what it is, and the lens option that its first key stands for.
+_KEYED = {
+    "focus": (LensParameter.FOCUS_DISTANCE, "focus_distance"),
+    "f-stop": (LensParameter.F_STOP, "f_stop"),
+    "focal-length": (LensParameter.FOCAL_LENGTH, "focal_length"),
+    "squeeze": (LensParameter.SQUEEZE, "squeeze"),
+}
+_KEY = re.compile(r"([^@=]+)@([^@=]+)=([^:]+)(?::(.*))?")
+_MARK = re.compile(r"([^@=]+)(=|@)(.+)")
+
+Keys = dict[LensParameter, list[Key]]
+
+
+def register(actions: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    """Add `new` to `heatlens shot`."""
+    parser = actions.add_parser(
+        "new",
+        help="write a shot file",
+        description=_DESCRIPTION,
+        epilog=_EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("plate", help="pattern of its files, such as 'plate.####.exr', or one file")
+    parser.add_argument("-o", "--output", type=Path, required=True, help=f"*{SHOT_SUFFIX} to write")
+    parser.add_argument("--overwrite", action="store_true", help="replace a shot that is there")
+    _add_time_options(parser)
+    add_lens_options(parser)
+    add_blur_options(parser)
+    add_plate_options(parser)
+    parser.set_defaults(run=run)
+
+
+def _add_time_options(parser: argparse.ArgumentParser) -> None:
+    group = parser.add_argument_group("over time")
+    group.add_argument(
+        "--key",
+        action="append",
+        default=[],
+        metavar="PARAMETER@FRAME=VALUE[:PATH]",
+        help="focus, f-stop, focal-length or squeeze at a frame, and the path to the next key: "
+        f"{', '.join(Interpolation)} (default smooth); may be repeated",
+    )
+    group.add_argument(
+        "--mark",
+        action="append",
+        default=[],
+        metavar="NAME=DISTANCE",
+        help="focus mark at a distance, or NAME@X,Y at a pixel of the picture; may be repeated",
+    )
+    group.add_argument(
+        "--focus-interpolation",
+        choices=FOCUS_SCALES,
+        default="dioptres",
+        help="focus goes from key to key in dioptres, as a focus ring (default), or in metres",
+    )
+    group.add_argument(
+        "--frames", metavar="FIRST-LAST", help="default: those of the plate, else of the keys"
+    )
+    group.add_argument("--in-out", metavar="FIRST-LAST", help="the part to play (default all)")
+    group.add_argument(
+        "--fps", type=float, default=FRAMES_PER_SECOND, metavar="N", help="default %(default)g"
+    )
+    group.add_argument(
+        "--close-focus", metavar="DISTANCE", help="nearest focus of the lens, to be warned of"
+    )
+
+
+def run(args: argparse.Namespace) -> int:
+    """Write the shot; say what was found, and where focus is nearer than the lens goes."""
+    _check_output(args.output, args.overwrite)
+    shot = _shot_of(args)
+    write_shot(args.output, shot)
+    close = frames_too_close(shot)
+    if close:
+        limit = format_distance(shot.lens.close_focus_m or 0.0)
+        _say(f"focus is nearer than the close focus of {limit} at frames {frames_text(close)}.")
+    print(args.output)
+    return 0
+
+
+def _shot_of(args: argparse.Namespace) -> Shot:
+    """What the options say, each key tried on the lens."""
+    keys = _keys_of(args.key)
+    lens, sequence = _lens_and_sequence(_with_first_keys(args, keys))
+    if args.close_focus is not None:
+        lens = replace(lens, close_focus_m=parse_distance_m(args.close_focus))
+    shot = Shot(
+        lens,
+        settings_of(args),
+        _source_of(args.plate, sequence),
+        plate_options(args),
+        marks=tuple(_mark(text) for text in args.mark),
+        frames=parse_frame_range(args.frames) if args.frames else _frames_of(sequence),
+        in_out=parse_frame_range(args.in_out) if args.in_out else None,
+        frames_per_second=args.fps,
+    )
+    return _with_keys(shot.with_focus_scale(FOCUS_SCALES[args.focus_interpolation]), keys)
+
+
+def _keys_of(texts: list[str]) -> Keys:
+    """The keys of each parameter by their frames."""
+    keys: Keys = {}
+    for text in texts:
+        match = _KEY.fullmatch(text)
+        if match is None or match[1] not in _KEYED:
+            raise _no_key(text)
+        parameter = _KEYED[match[1]][0]
+        keys.setdefault(parameter, []).append(_key(text, parameter, match))
+    return {name: sorted(found, key=lambda key: key.frame) for name, found in keys.items()}
+
+
+def _key(text: str, parameter: LensParameter, match: re.Match[str]) -> Key:
+    _, frame, value, path = match.groups()
+    is_focus = parameter is LensParameter.FOCUS_DISTANCE
+    try:
+        return Key(
+            float(frame),
+            parse_distance_m(value) if is_focus else float(value),
+            Interpolation.SMOOTH if path is None else Interpolation(path),
+        )
+    except ValueError:
+        raise _no_key(text) from None
+
+
+def _no_key(text: str) -> InputError:
+    return InputError(
+        f"--key takes PARAMETER@FRAME=VALUE, as focus@1001=6'3\" or f-stop@1010=2.8:linear; "
+        f"parameters are {', '.join(_KEYED)}, paths {', '.join(Interpolation)}; got {text!r}."
+    )
+
+
+def _mark(text: str) -> Mark:
+    match = _MARK.fullmatch(text)
+    if match is None:
+        raise InputError(f"--mark takes NAME=DISTANCE or NAME@X,Y; got {text!r}.")
+    name, sign, place = match.groups()
+    if sign == "=":
+        return DistanceMark(name, parse_distance_m(place))
+    try:
+        x, y = (float(part) for part in place.split(","))
+    except ValueError:
+        raise InputError(f"--mark takes a pixel as NAME@X,Y; got {text!r}.") from None
+    return PointMark(name, x, y)
+
+
+def _with_keys(shot: Shot, keys: Keys) -> Shot:
+    """The shot with its keys; each must make a lens that can be."""
+    for parameter, found in keys.items():
+        shot = shot.with_curve(parameter, replace(shot.curves.of(parameter), keys=tuple(found)))
+    for frame in shot.key_frames:
+        shot.lens_at(frame)
+    return shot
+
+
+def _with_first_keys(args: argparse.Namespace, keys: Keys) -> argparse.Namespace:
+    """The options, with the first key of a parameter in the place of its own."""
+    given = argparse.Namespace(**vars(args))
+    for parameter, option in _KEYED.values():
+        if parameter in keys:
+            _say_unused(args, option)
+            setattr(given, option, keys[parameter][0].value)
+    if LensParameter.FOCUS_DISTANCE in keys:
+        _say_unused(args, "focus_at")
+        given.focus_distance, given.focus_at = repr(given.focus_distance), None
+    return given
+
+
+def _say_unused(args: argparse.Namespace, option: str) -> None:
+    unset = 1.0 if option == "squeeze" else None
+    if getattr(args, option) != unset:
+        _say(f"--{option.replace('_', '-')} is not used: keys say it at every frame.")
+
+
+def _lens_and_sequence(args: argparse.Namespace) -> tuple[Lens, Sequence | None]:
+    """The lens, and the plate's files, which may be missing where no header of theirs is needed."""
+    lens = _lens_of_options(args)
+    try:
+        sequence = find_sequence(args.plate)
+    except InputError as error:
+        if lens is None:
+            raise InputError(
+                f"{error} Without a header to read, the lens needs --focal-length, --f-stop and "
+                "--focus-distance, or keys for them, and --sensor-width or --filmback."
+            ) from None
+        _say(f"the plate has no files yet: {error}")
+        return lens, None
+    return lens or _lens_of_header(args, sequence), sequence
+
+
+def _source_of(plate: str, sequence: Sequence | None) -> str:
+    """The pattern of the files; as it was typed where none is there, or it names frames itself."""
+    if sequence is None or sequence.frame_range is not None:
+        return os.path.expanduser(plate)
+    return sequence.pattern
+
+
+def _frames_of(sequence: Sequence | None) -> FrameRange | None:
+    """The plate's frames; None for a still, which is there at every frame."""
+    if sequence is None or sequence.is_single:
+        return None
+    return FrameRange(sequence.first, sequence.last)
+
+
+def _lens_of_options(args: argparse.Namespace) -> Lens | None:
+    """The lens, where the options say all of it."""
+    width_mm = args.sensor_width
+    if args.filmback is not None:
+        width_mm = filmback_named(args.filmback).width_mm
+    if None in (args.focal_length, args.f_stop, args.focus_distance, width_mm):
+        return None
+    focus_m = parse_distance_m(args.focus_distance)
+    return Lens(args.focal_length, args.f_stop, focus_m, width_mm, args.squeeze)
+
+
+def _lens_of_header(args: argparse.Namespace, sequence: Sequence) -> Lens:
+    """The lens that the options and the header of the first frame say together."""
+    plate = read_plate(sequence.path_at(sequence.present[0]), plate_options(args))
+    lens, said = lens_of(args, plate)
+    found = ", ".join(text for text in said if "(--" not in text)  # what is not from an option
+    _say(f"{plate.path}: {found}")
+    return lens
+
+
+def _check_output(path: Path, overwrite: bool) -> None:
+    if not path.name.endswith(SHOT_SUFFIX) or path.name == SHOT_SUFFIX:
+        raise InputError(f"{path}: the name of a shot file must end in {SHOT_SUFFIX}.")
+    if path.is_file() and not overwrite:
+        raise InputError(f"{path} is there already; --overwrite replaces it.")
+
+
+def _say(sentence: str) -> None:
+    print(f"heatlens: {sentence}", file=sys.stderr)

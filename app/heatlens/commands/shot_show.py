@@ -1,0 +1,167 @@
+"""`heatlens shot show`: what is in a shot file, down to the lens at every frame."""
+
+import argparse
+import json
+import math
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from heatlens.image.json_record import plain
+from heatlens.image.sequence_names import frames_text
+from heatlens.image.shot_file import read_shot, shot_to_json
+from heatlens.model.coc import far_limit_m, near_limit_m
+from heatlens.model.lens import Lens
+from heatlens.model.marks import DistanceMark, Mark
+from heatlens.model.pull import frames_too_close
+from heatlens.model.shot import LensParameter, Shot
+from heatlens.model.units import format_distance
+
+_DESCRIPTION = """\
+Says what a shot file holds: the plate, keys, marks and the lens at every frame, with the nearest
+and the farthest depth that look sharp. Its plate need not be there.
+"""
+_LABEL_WIDTH = 16
+
+Row = Sequence[str]
+
+
+def register(actions: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    """Add `show` to `heatlens shot`."""
+    parser = actions.add_parser(
+        "show",
+        help="say what is in a shot file",
+        description=_DESCRIPTION,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("shot", type=Path, metavar="SHOT.heatlens.json", help="the file to show")
+    parser.add_argument("--json", action="store_true", help="the same as JSON, for programs")
+    parser.add_argument(
+        "--unit", choices=("m", "ft"), default="m", help="of distances for reading (default m)"
+    )
+    parser.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Print the shot."""
+    shot = read_shot(args.shot)
+    if args.json:
+        print(json.dumps(_facts(args.shot, shot), indent=2, allow_nan=False))
+        return 0
+    text = "\n\n".join(_sections(shot, args.unit))
+    print(text.encode("utf-8", "backslashreplace").decode())  # names on disk need be no Unicode
+    return 0
+
+
+def _facts(path: Path, shot: Shot) -> dict[str, Any]:
+    """The entries of the file, and what follows from them at each frame."""
+    return {
+        "path": str(path),
+        **shot_to_json(shot, os.path.dirname(os.path.abspath(path))),
+        "frames_too_close": list(frames_too_close(shot)),
+        "lens_at": [
+            {"frame": frame, **{name: plain(value) for name, value in _values(lens).items()}}
+            for frame, lens in _lenses(shot)
+        ],
+    }
+
+
+def _lenses(shot: Shot) -> list[tuple[int | None, Lens]]:
+    """Frame and lens all through the shot; one lens, at no frame, where it has none."""
+    if shot.span is None:
+        return [(None, shot.lens)]
+    return [(frame, shot.lens_at(frame)) for frame in shot.span]
+
+
+def _values(lens: Lens) -> dict[str, float]:
+    """What moves, and what follows from it."""
+    return {
+        **{str(parameter): getattr(lens, parameter) for parameter in LensParameter},
+        "near_limit_m": near_limit_m(lens),
+        "far_limit_m": far_limit_m(lens),
+    }
+
+
+def _sections(shot: Shot, unit: str) -> list[str]:
+    """The parts of the text, those that are empty left out."""
+    sections = [_about(shot, unit)]
+    keys = _key_rows(shot, unit)
+    if keys:
+        sections.append(_table(("keys", "frame", "value", "path"), keys))
+    if shot.marks:
+        sections.append(_table(("marks", "where"), [_mark_row(m, unit) for m in shot.marks]))
+    sections.append(_table(_LENS_HEAD, [_lens_row(f, lens, unit) for f, lens in _lenses(shot)]))
+    return sections
+
+
+def _about(shot: Shot, unit: str) -> str:
+    """Aligned lines on all that does not move."""
+    lens, blur = shot.lens, shot.defocus
+    lines = [
+        ("plate", shot.source or "none"),
+        ("frames", f"{shot.span or 'not known'}, {shot.frames_per_second:g} per second"),
+        ("blur", f"{blur.bokeh}, {blur.quality}, proxy {blur.proxy:g}"),
+        ("sensor width", f"{lens.sensor_width_mm:g} mm"),
+    ]
+    if shot.in_out is not None:
+        lines.insert(2, ("in to out", str(shot.in_out)))
+    if lens.close_focus_m is not None:
+        close = frames_too_close(shot)
+        nearer = f"; nearer at frames {frames_text(close)}" if close else ""
+        lines.append(("close focus", format_distance(lens.close_focus_m, unit) + nearer))
+    return "\n".join(f"{label:<{_LABEL_WIDTH}}{value}" for label, value in lines)
+
+
+def _key_rows(shot: Shot, unit: str) -> list[Row]:
+    return [
+        (parameter.words, f"{key.frame:g}", _shown(parameter, key.value, unit), key.interpolation)
+        for parameter in LensParameter
+        for key in shot.curves.of(parameter).keys
+    ]
+
+
+def _mark_row(mark: Mark, unit: str) -> Row:
+    if isinstance(mark, DistanceMark):
+        return mark.name, format_distance(mark.distance_m, unit)
+    mean = f", mean of {mark.smooth_frames} frames" if mark.smooth_frames > 1 else ""
+    return mark.name, f"pixel {mark.x_px:g},{mark.y_px:g}{mean}"
+
+
+_LENS_HEAD = ("frame", "focus", "f-stop", "focal length", "squeeze", "sharp from", "to")
+
+
+def _lens_row(frame: int | None, lens: Lens, unit: str) -> Row:
+    return (
+        "any" if frame is None else str(frame),
+        _distance(lens.focus_distance_m, unit),
+        f"f/{lens.f_stop:.4g}",
+        f"{lens.focal_length_mm:.4g} mm",
+        f"{lens.squeeze:.4g}",
+        _distance(near_limit_m(lens), unit),
+        _distance(far_limit_m(lens), unit),
+    )
+
+
+def _distance(distance_m: float, unit: str) -> str:
+    """For a column: to the millimetre, the points one below the other."""
+    if unit == "m" and math.isfinite(distance_m):
+        return f"{distance_m:.3f} m"
+    return format_distance(distance_m, unit)
+
+
+def _shown(parameter: LensParameter, value: float, unit: str) -> str:
+    """A value of a key with its unit."""
+    if parameter is LensParameter.FOCUS_DISTANCE:
+        return format_distance(value, unit)
+    signs = {LensParameter.F_STOP: "f/{:.4g}", LensParameter.FOCAL_LENGTH: "{:.4g} mm"}
+    return signs.get(parameter, "{:.4g}").format(value)
+
+
+def _table(head: Row, rows: Sequence[Row]) -> str:
+    """Columns as wide as their widest cell, each cell at the right of its own."""
+    widths = [max(map(len, column)) for column in zip(head, *rows, strict=True)]
+    return "\n".join(
+        "  ".join(f"{cell:>{width}}" for cell, width in zip(row, widths, strict=True))
+        for row in (head, *rows)
+    )
