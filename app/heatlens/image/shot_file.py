@@ -27,15 +27,16 @@ SHOT_SUFFIX = ".heatlens.json"
 SHOT_VERSION = 1
 
 _VERSION = "heatlens_shot"
-# Entries that are one field of a Shot each, and what stands in them.
-_RECORDS: dict[str, tuple[str, type[Any]]] = {
+# Entries that hold a field of Shot as it is: its name and its type.
+_FIELDS: dict[str, tuple[str, type[Any]]] = {
     "plate": ("plate_options", PlateOptions),
     "frames": ("frames", FrameRange),
     "in_out": ("in_out", FrameRange),
+    "frames_per_second": ("frames_per_second", float),
     "lens": ("lens", Lens),
     "defocus": ("defocus", DefocusSettings),
 }
-_OTHERS = ("source", "frames_per_second", "focus_interpolation", "keys", "marks")
+_OTHERS = ("source", "focus_interpolation", "keys", "marks")
 
 
 def read_shot(path: str | os.PathLike[str]) -> Shot:
@@ -47,16 +48,16 @@ def read_shot(path: str | os.PathLike[str]) -> Shot:
     path = Path(path)
     top = read_json(path)
     _check_version(top)
-    entries = top.members([_VERSION, *_RECORDS, *_OTHERS])
+    entries = top.members([_VERSION, *_FIELDS, *_OTHERS])
     if "lens" not in entries:
         top.refuse("the entry 'lens' is missing")
-    records = {field: entries[name] for name, (field, _) in _RECORDS.items() if name in entries}
-    kinds = dict(_RECORDS.values())
-    values: dict[str, Any] = {field: entry.record(kinds[field]) for field, entry in records.items()}
+    values = {
+        field: entries[name].of_type(kind)
+        for name, (field, kind) in _FIELDS.items()
+        if name in entries
+    }
     if "source" in entries:
         values["source"] = _absolute(entries["source"].text(), path)
-    if "frames_per_second" in entries:
-        values["frames_per_second"] = entries["frames_per_second"].number()
     if "marks" in entries:
         values["marks"] = tuple(_mark(entry) for entry in entries["marks"].items())
     shot = top.built(Shot, values | {"curves": _curves(entries)})
@@ -97,9 +98,9 @@ def newer_autosave(path: str | os.PathLike[str]) -> Path | None:
 
 def shot_to_json(shot: Shot, folder: str | os.PathLike[str]) -> dict[str, Any]:
     """The entries of the file, for one that lies in `folder`."""
-    records = {
-        name: record_to_json(value)
-        for name, (field, _) in _RECORDS.items()
+    fields = {
+        name: plain(value)
+        for name, (field, _) in _FIELDS.items()
         if (value := getattr(shot, field)) is not None
     }
     curves = {parameter: shot.curves.of(parameter) for parameter in LensParameter}
@@ -107,8 +108,7 @@ def shot_to_json(shot: Shot, folder: str | os.PathLike[str]) -> dict[str, Any]:
     return {
         _VERSION: SHOT_VERSION,
         **source,
-        **records,
-        "frames_per_second": plain(shot.frames_per_second),
+        **fields,
         "focus_interpolation": _focus_word(shot.curves.focus_distance_m.scale),
         "keys": {str(p): [_key_json(key) for key in c.keys] for p, c in curves.items() if c.keys},
         "marks": [record_to_json(mark) for mark in shot.marks],
