@@ -88,6 +88,11 @@ def names(states, name):
     return [frame for frame, state in states.items() if state == name]
 
 
+def at_rest(cache, news):
+    """Wait for the last read: each begins, where there is room, as the one before ends."""
+    news.wait_until(lambda: "reading" not in cache.states().values())
+
+
 def test_the_playhead_is_read_first_then_what_lies_ahead():
     reader, news = Reader(), News()
     with FrameCache(sequence_of(range(10)), reader, 100 * ONE, workers=1, on_ready=news) as cache:
@@ -121,8 +126,7 @@ def test_frames_behind_are_given_up_for_those_ahead():
     with FrameCache(sequence_of(range(20)), reader, 4 * ONE, workers=1, on_ready=news) as cache:
         for frame in range(20):
             cache.want(frame, 1, 2)
-            news.wait_until(lambda: "queued" not in cache.states().values())
-            news.wait_until(lambda: "reading" not in cache.states().values())
+            at_rest(cache, news)
             assert {(frame + step) % 20 for step in range(3)} <= set(names(cache.states(), "ready"))
         assert set(names(cache.states(), "ready")) == {18, 19, 0, 1}
     assert reader.begun == [*range(20), 0, 1]
@@ -134,6 +138,7 @@ def test_a_frame_larger_than_the_budget_is_shown_all_the_same():
     with FrameCache(sequence, reader, 4 * ONE, on_ready=news) as cache:
         cache.wait(2, 1, 0)
         assert frame_of(cache.wait(3, 1, 4)) == 3
+        at_rest(cache, news)
         assert names(cache.states(), "ready") == [3]
         cache.want(6, -1, 0)  # a frame without a file makes no room of its own
         assert cache.bytes_in_use == 0
@@ -239,6 +244,18 @@ def test_any_scrubbing_shows_the_right_frame_within_the_budget(
                 cache.want(frame, direction, window)
             assert cache.bytes_in_use <= budget * ONE
             assert_consistent(cache, present, damaged)
+
+
+@settings(deadline=None)
+@given(budget=st.integers(2, 10), workers=st.integers(1, 4), plays=PLAYS)
+def test_no_more_plates_exist_than_the_budget_holds(budget, workers, plays):
+    """Counted where they are made and where Python frees them; nobody else holds one here."""
+    reader, news = Reader(), News()
+    with FrameCache(sequence_of(range(14)), reader, budget * ONE, workers, news) as cache:
+        for frame, direction, window, is_waiting in plays:
+            cache.want(frame, direction, window)
+            if is_waiting:
+                at_rest(cache, news)
     assert reader.most_live <= budget
 
 
@@ -264,7 +281,7 @@ def test_frames_of_any_size_come_to_rest_within_the_budget(budget, sizes, plays)
     with FrameCache(sequence_of(range(14)), reader, budget * ONE, 2, news) as cache:
         for frame, direction, window, _ in plays:
             assert frame_of(cache.wait(frame, direction, window)) == frame
-        news.wait_until(lambda: not names(cache.states(), "reading"))
+        at_rest(cache, news)
         ready = names(cache.states(), "ready")
         assert cache.bytes_in_use == sum(sizes[frame] for frame in ready) * ONE
         assert cache.bytes_in_use <= budget * ONE or ready == [frame]
@@ -301,7 +318,7 @@ def test_real_frames_good_and_bad(shot):
     news = News()
     with FrameCache(find_sequence(shot), read_plate, 10**6, 2, news) as cache:
         cache.want(1001, 1, 9)
-        news.wait_until(lambda: not {"reading", "queued"} & set(cache.states().values()))
+        at_rest(cache, news)
         assert list(cache.states().values()) == [
             *("ready", "ready", "damaged", "missing", "ready", "damaged")
         ]

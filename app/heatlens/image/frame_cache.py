@@ -181,19 +181,15 @@ class FrameCache:
         """On a thread: read `path` and put it on the shelf."""
         with self._failures_kept():
             stamp = stamp_of(path)  # before the pixels: what is written meanwhile counts as new
-            # No name holds the plate here: once off the shelf its memory is free for the next.
-            self._put(frame, Held(self._plate_or_damage(path), stamp))
+            held = Held(self._plate_or_damage(path), stamp)
             with self._changed:
+                self._shelf.put(frame, held, self._order)
+                del held  # should the shelf give it up, its memory is free for the next
+                if not self._sequence.has(frame):
+                    self._shelf.forget(frame)  # gone since the read began
                 self._begin_reads()
                 self._changed.notify_all()
             self._on_ready()
-
-    def _put(self, frame: int, held: Held) -> None:
-        """Shelve what was read, unless its file went in the meantime."""
-        with self._changed:
-            self._shelf.put(frame, held, self._order)
-            if not self._sequence.has(frame):
-                self._shelf.forget(frame)
 
     def _plate_or_damage(self, path: Path) -> Plate | Damaged:
         try:
