@@ -5,17 +5,19 @@ user can mend, 130 stopped with Ctrl-C, 141 nobody reads the output any more (`|
 """
 
 import argparse
+import difflib
 import os
 import sys
 from collections.abc import Sequence
 from typing import Any, NoReturn
 
 from heatlens import __version__
-from heatlens.commands import bench, compare, info, render, shot
-from heatlens.errors import HeatlensError
+from heatlens.commands import bench, compare, info, render, shot, view
+from heatlens.errors import HeatlensError, InputError
 
 _EPILOG = """\
 examples:
+  heatlens plate.exr                        the window; alone: with a still life
   heatlens render plate.exr -o out.exr --f-stop 2 --focus-distance 2.24 \\
       --focal-length 50 --sensor-width 36
   heatlens render plate.exr -o out.png --focus-at 960,540 --f-stop 1.4
@@ -25,6 +27,9 @@ examples:
 
 `heatlens COMMAND --help` explains each command.
 """
+
+
+_COMMANDS = ("view", "render", "shot", "info", "compare", "bench")
 
 
 class _Parser(argparse.ArgumentParser):
@@ -52,7 +57,7 @@ def build_parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=f"heatlens {__version__}")
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
-    for command in (render, shot, info, compare, bench):
+    for command in (view, render, shot, info, compare, bench):
         command.register(commands)
     return parser
 
@@ -60,7 +65,7 @@ def build_parser() -> argparse.ArgumentParser:
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line `argv`; returns the exit code."""
     try:
-        args = build_parser().parse_args(argv)
+        args = build_parser().parse_args(_with_command(sys.argv[1:] if argv is None else argv))
         code = int(args.run(args))
         sys.stdout.flush()  # a reader that has gone is noticed here, not when Python ends
         return code
@@ -77,6 +82,19 @@ def main(argv: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         print("heatlens: stopped", file=sys.stderr)
         return 130
+
+
+def _with_command(argv: Sequence[str]) -> list[str]:
+    """`view` put first where no command is named: `heatlens plate.exr`, `heatlens` alone."""
+    words = list(argv)
+    if not words:
+        return ["view"]
+    if words[0] in (*_COMMANDS, "-h", "--help", "--version"):
+        return words
+    near = difflib.get_close_matches(words[0], _COMMANDS, 1)
+    if near and not os.path.exists(words[0]):
+        raise InputError(f"There is no command or file {words[0]!r}. Did you mean {near[0]}?")
+    return ["view", *words]
 
 
 def _drop_output() -> None:

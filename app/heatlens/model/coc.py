@@ -55,6 +55,11 @@ def axis_scales(squeeze: float, pixel_aspect_ratio: float) -> tuple[float, float
     return 1.0 / squeeze, pixel_aspect_ratio
 
 
+def sharp_px(lens: Lens, display_width_px: int) -> float:
+    """The diameter in pixels up to which a point counts as sharp."""
+    return lens.coc_limit_mm * display_width_px / lens.sensor_width_mm
+
+
 def hyperfocal_m(lens: Lens) -> float:
     """The nearest focus distance at which infinity still looks sharp: f + A f / c.
 

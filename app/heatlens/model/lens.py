@@ -58,6 +58,11 @@ class Lens:
         return self.focal_length_mm / self.f_stop
 
     @property
+    def transmission_stops(self) -> float:
+        """By how much the glass darkens the picture, in practice below 0; 0 without a T-stop."""
+        return 0.0 if self.t_stop is None else 2.0 * math.log2(self.f_stop / self.t_stop)
+
+    @property
     def coc_limit_mm(self) -> float:
         """Diameter on the sensor up to which a point counts as sharp: given, or by the rule."""
         if self.acceptable_coc_mm is not None:

@@ -1,0 +1,80 @@
+"""`heatlens view`: the window. `heatlens plate.exr` means the same."""
+
+import argparse
+
+from heatlens.commands.plate_options import add_plate_options, plate_options
+from heatlens.commands.render import add_blur_options, settings_of
+from heatlens.errors import InputError
+from heatlens.model.filmback import filmback_named
+from heatlens.model.units import parse_distance_m
+from heatlens.paths import data_dir
+
+_DESCRIPTION = """\
+Opens the window: click in the picture to focus, drag the aperture, compare, save. Values of the
+lens not given here are taken from the plate's header, and can all be changed in the window. `?`
+there shows the keys.
+"""
+
+
+def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    """Add `view` to the command line."""
+    parser = commands.add_parser(
+        "view",
+        help="open the window (also: heatlens plate.exr, or heatlens alone)",
+        description=_DESCRIPTION,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument(
+        "plate",
+        nargs="?",
+        help="EXR with colour and depth, a sequence as shot.####.exr, or a folder of one; "
+        "default: the still life that comes with heatlens",
+    )
+    parser.add_argument(
+        "--ocio", metavar="CONFIG", help="OpenColorIO config (default: $OCIO, else a built-in one)"
+    )
+    lens = parser.add_argument_group("lens", "What the window begins with.")
+    lens.add_argument("--focal-length", type=float, metavar="MM", help="in millimetres")
+    back = lens.add_mutually_exclusive_group()
+    back.add_argument("--sensor-width", type=float, metavar="MM", help="width of the film back")
+    back.add_argument("--filmback", metavar="NAME", help='a film back by name, as "Super 35"')
+    lens.add_argument("--f-stop", type=float, metavar="N", help="2 for f/2; smaller blurs more")
+    lens.add_argument("--focus-distance", metavar="DISTANCE", help="2.24, 190cm, 6'3\" or inf")
+    lens.add_argument("--squeeze", type=float, metavar="S", help="anamorphic lens, 1 to 2")
+    add_blur_options(parser)
+    add_plate_options(parser)
+    parser.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Open the window and stay until it is closed."""
+    try:
+        from heatlens.ui.app import Start
+        from heatlens.ui.window import run_window
+    except ImportError as error:
+        raise InputError(
+            f"The window cannot be loaded ({error}). Install what it needs with: "
+            "pip install 'heatlens[gui]', and on Debian or Ubuntu: apt-get install libgl1 libegl1. "
+            "`heatlens render` works without."
+        ) from error
+    plate = args.plate or str(data_dir("assets") / "still_life.exr")
+    run_window(
+        Start(plate, plate_options(args), _given_lens(args), settings_of(args), ocio=args.ocio)
+    )
+    return 0
+
+
+def _given_lens(args: argparse.Namespace) -> dict[str, float]:
+    """Fields of Lens that the options give."""
+    width = args.sensor_width
+    if args.filmback is not None:
+        width = filmback_named(args.filmback).width_mm
+    focus = None if args.focus_distance is None else parse_distance_m(args.focus_distance)
+    values = {
+        "focal_length_mm": args.focal_length,
+        "sensor_width_mm": width,
+        "f_stop": args.f_stop,
+        "focus_distance_m": focus,
+        "squeeze": args.squeeze,
+    }
+    return {name: value for name, value in values.items() if value is not None}

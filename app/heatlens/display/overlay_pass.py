@@ -1,0 +1,62 @@
+"""What is drawn over the picture: zones, the plane in focus, coc, depth and layers as colours."""
+
+import moderngl
+
+from heatlens.defocus.optics import Optics
+from heatlens.gpu.program import ComputeProgram, groups_for
+from heatlens.model.settings import LAYERS_MAX
+from heatlens.model.view import Overlay
+
+_TILE = 16
+_MODES = {
+    Overlay.ZONES: "zones_color",
+    Overlay.FOCUS_PLANE: "focus_plane_color",
+    Overlay.COC: "coc_color",
+    Overlay.DEPTH: "depth_color",
+    Overlay.LAYERS: "layers_color",
+}
+
+
+class OverlayPass:
+    """Depth to colours with alpha, to be laid over the picture; programs are built when asked."""
+
+    def __init__(self, ctx: moderngl.Context) -> None:
+        self._ctx = ctx
+        self._programs: dict[Overlay, ComputeProgram] = {}
+
+    def run(
+        self,
+        overlay: Overlay,
+        depth: moderngl.Texture,
+        optics: Optics,
+        sharp_px: float,
+        layer_limits_px: tuple[float, ...],
+        out: moderngl.Texture,
+    ) -> None:
+        """Write `overlay`, straight alpha, to `out`, RGBA of 8 bits and the size of `depth`.
+
+        `depth` is metres, or coc in pixels if `optics.line` is None. A coc up to `sharp_px` counts
+        as in focus; `layer_limits_px` are the signed diameters between the layers.
+        """
+        line = optics.line
+        near, far = optics.nearest_px, optics.farthest_px
+        limits = (*layer_limits_px, *[1e30] * LAYERS_MAX)[:LAYERS_MAX]
+        self._program(overlay).dispatch(
+            (groups_for(out.width, _TILE), groups_for(out.height, _TILE)),
+            textures={"depth_tx": depth},
+            images={"out_overlay_img": out},
+            uniforms={
+                "is_coc": line is None,
+                "at_infinity_px": line.at_infinity_px if line else 0.0,
+                "per_dioptre_px": line.per_dioptre_px if line else 0.0,
+                "sharp_px": sharp_px,
+                "range_px": (near, far),
+                "layer_limits_px": limits,
+            },
+        )
+
+    def _program(self, overlay: Overlay) -> ComputeProgram:
+        if overlay not in self._programs:
+            defines = {"MODE": _MODES[overlay]}
+            self._programs[overlay] = ComputeProgram(self._ctx, "overlay.comp.glsl", defines)
+        return self._programs[overlay]

@@ -1,0 +1,29 @@
+"""How much of a picture lies at which distance, over dioptres as a focus ring is marked."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+BINS = 160
+_NEAR_ROOM = 1.12  # dioptres beyond the nearest surface, so that focus can be set in front of it
+
+
+@dataclass(frozen=True, eq=False)
+class DepthHistogram:
+    """`heights` (BINS,) in 0..1 over dioptres 0 (infinity) to `most_dioptres`."""
+
+    heights: NDArray[np.float64]
+    most_dioptres: float
+
+
+def depth_histogram(depth_m: NDArray[np.float32]) -> DepthHistogram:
+    """Of metres, +inf where nothing was hit; heights by square root, that few pixels are seen."""
+    dioptres = np.float32(1.0) / depth_m.ravel()
+    most = float(dioptres.max()) * _NEAR_ROOM
+    if not 0.0 < most < math.inf:
+        most = 1.0  # nothing was hit: any scale serves
+    counts, _ = np.histogram(dioptres, BINS, (0.0, most))
+    heights = np.sqrt(counts / max(int(counts.max()), 1))
+    return DepthHistogram(heights, most)

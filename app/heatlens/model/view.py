@@ -1,0 +1,66 @@
+"""How a picture is looked at: never what is rendered."""
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+
+class Overlay(StrEnum):
+    """What is drawn over the picture, or in its place."""
+
+    NONE = "none"
+    ZONES = "zones"  # in front red, in focus green, behind blue
+    FOCUS_PLANE = "focus plane"  # a line of light on what the plane in focus cuts
+    COC = "coc"  # diameter of the blur as colour
+    DEPTH = "depth"  # distance as grey, near white
+    LAYERS = "layers"  # the depth layers of the blur, a tint each
+
+
+class Compare(StrEnum):
+    """How A, the picture through the lens, stands beside B."""
+
+    OFF = "off"
+    WIPE = "wipe"  # A left of the handle, B right of it
+    FLIP = "flip"  # B alone
+    DIFFERENCE = "difference"  # |A - B| times the gain
+
+
+class Against(StrEnum):
+    """What B is."""
+
+    PINHOLE = "pinhole"
+    REFERENCE = "reference"  # any EXR that was loaded for it
+
+
+DIFFERENCE_GAINS = (1.0, 2.0, 4.0, 8.0, 16.0, 32.0)
+
+
+@dataclass(frozen=True, slots=True)
+class ViewState:
+    """The state of looking: part of no shot and of no undo.
+
+    zoom             pixels of the screen for one of the picture, None: the picture fits
+    center_px        point of the display window that lies in the middle of the viewport, None: its
+                     own middle
+    depth_of_field   False shows the pinhole picture
+    wipe             where the handle is, 0 left to 1 right of the picture
+    exposure_stops   brighter by 2^stops before the view transform
+    gamma            display values to the power of 1/gamma, after it
+    display, view    names in the colour config; "" its defaults
+    unit             distances in "m" or "ft"
+    pixel_grid       lines between pixels where they are large
+    """
+
+    zoom: float | None = None
+    center_px: tuple[float, float] | None = None
+    depth_of_field: bool = True
+    overlay: Overlay = Overlay.NONE
+    compare: Compare = Compare.OFF
+    against: Against = Against.PINHOLE
+    wipe: float = 0.5
+    difference_gain: float = 4.0
+    exposure_stops: float = 0.0
+    gamma: float = 1.0
+    display: str = ""
+    view: str = ""
+    unit: str = "m"
+    pixel_grid: bool = True

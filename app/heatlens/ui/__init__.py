@@ -1,0 +1,1 @@
+"""The window: panels, the viewport and the loop that draws them."""

@@ -1,0 +1,63 @@
+"""Everything that can be done, by name: menu, palette, shortcuts and the list of keys read this."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from imgui_bundle import imgui
+
+if TYPE_CHECKING:
+    from heatlens.ui.app import App
+
+_K = imgui.Key
+_CTRL, _SHIFT = int(_K.mod_ctrl), int(_K.mod_shift)
+_KEY_NAMES = {
+    _K.left_bracket: "[", _K.right_bracket: "]", _K.up_arrow: "Up", _K.down_arrow: "Down",
+    _K.equal: "+", _K.minus: "-", _K.slash: "/", _K.comma: ",", _K.period: ".",
+    _K.left_arrow: "Left", _K.right_arrow: "Right", _K.space: "Space", _K.home: "Home",
+    _K.end: "End", _K.delete: "Delete", _K.tab: "Tab", _K.f1: "F1",
+}  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class Action:
+    """One thing the user can do.
+
+    name      unique, as it stands in the menu
+    menu      the menu it stands in
+    run       does it
+    key       its key, with `mods` (Ctrl, Shift); repeats while held where `repeats`
+    is_on     for what is switched: whether it is on
+    """
+
+    name: str
+    menu: str
+    run: Callable[["App"], None]
+    key: imgui.Key | None = None
+    mods: int = 0
+    repeats: bool = False
+    is_on: Callable[["App"], bool] | None = None
+
+    @property
+    def shortcut(self) -> str:
+        """The keys as people read them."""
+        if self.key is None:
+            return ""
+        parts = ["Ctrl"] * bool(self.mods & _CTRL) + ["Shift"] * bool(self.mods & _SHIFT)
+        name = _KEY_NAMES.get(self.key) or str(self.key.name).lstrip("_").upper()
+        if (name, parts) == ("/", ["Shift"]):
+            return "?"
+        return "+".join([*parts, name])
+
+
+def pressed(actions: tuple[Action, ...]) -> Iterator[Action]:
+    """The actions whose keys went down in this frame; none while text is typed."""
+    io = imgui.get_io()
+    held = (_CTRL if io.key_ctrl else 0) | (_SHIFT if io.key_shift else 0)
+    for action in actions:
+        if action.key is None or action.mods != held:
+            continue
+        if io.want_text_input and not action.mods & _CTRL:
+            continue
+        if imgui.is_key_pressed(action.key, action.repeats):
+            yield action

@@ -1,0 +1,256 @@
+"""The program behind the window: shot, view and plate, and what can be done with them.
+
+It knows no window and draws nothing: `Screen` does. Every picture comes from the renderer that
+`heatlens render` uses.
+"""
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+
+import moderngl
+
+from heatlens.errors import HeatlensError
+from heatlens.gpu.context import is_software
+from heatlens.image.focus_pick import depth_at_m
+from heatlens.image.start_lens import StartLens, start_lens
+from heatlens.model.depth_histogram import DepthHistogram
+from heatlens.model.lens import Lens
+from heatlens.model.plate_options import PlateOptions
+from heatlens.model.settings import DefocusSettings
+from heatlens.model.shot import Shot
+from heatlens.model.view import ViewState
+from heatlens.model.view_geometry import PictureShape
+from heatlens.render import FrameRenderer
+from heatlens.ui.action_list import actions
+from heatlens.ui.color_choice import ColorChoice
+from heatlens.ui.editing import Editing
+from heatlens.ui.live_picture import LivePicture
+from heatlens.ui.palette import Palette
+from heatlens.ui.plate_source import Opened
+from heatlens.ui.screen_pictures import ScreenPictures
+from heatlens.ui.speed_panel import Speed
+from heatlens.ui.stage import Reference, Stage
+from heatlens.ui.viewport import ViewportPanel
+
+# Time for a picture while something is dragged. A software rasteriser also draws the window with
+# the processor, so that its picture may take half of a fifteenth of a second.
+_BUDGET_S, _BUDGET_SOFTWARE_S = 0.012, 0.033
+_SLICE_S = 0.025  # of work on the whole picture before the loop looks for input again
+_MESSAGE_S = 12.0
+
+
+@dataclass(frozen=True)
+class Start:
+    """How the program begins."""
+
+    source: str  # file, pattern or folder
+    plate_options: PlateOptions = field(default_factory=PlateOptions)
+    lens: Mapping[str, float] = field(default_factory=dict)  # fields of Lens that are given
+    defocus: DefocusSettings = field(default_factory=DefocusSettings)
+    view: ViewState = field(default_factory=ViewState)
+    ocio: str | None = None
+
+
+class App:
+    """Holds what is looked at and what can be done with it; panels and loops call it."""
+
+    def __init__(
+        self, ctx: moderngl.Context, start: Start, wake: Callable[[], None] = lambda: None
+    ) -> None:
+        """`wake`, called from threads, makes whoever draws draw again."""
+        self.ctx = ctx
+        self.start = start
+        self.message = ""
+        self._message_at = 0.0
+        self.renderer = FrameRenderer(ctx)
+        self.live = LivePicture(self.renderer)
+        self.screen = ScreenPictures(ctx)
+        self.stage = Stage(self.renderer, wake)
+        self.color = ColorChoice(start.ocio, self.say)
+        self.view = self.color.with_names(start.view)
+        self.editing = Editing(Shot(Lens(50.0, 2.8, 2.0, 36.0), start.defocus), self.say)
+        self.begun: StartLens | None = None
+        self.viewport = ViewportPanel()
+        self.palette = Palette()
+        self.actions = actions()
+        self.panels = {"Lens": True, "Look": True, "Plate": True, "Speed": True}
+        self.speed = Speed()
+        self.shows_keys = False
+        self.wants_layout = True
+        self.is_over = False
+        self.budget_s = _BUDGET_SOFTWARE_S if is_software(ctx) else _BUDGET_S
+        self.stage.open(start.source, start.plate_options)
+
+    # What is in hand
+
+    @property
+    def shot(self) -> Shot:
+        """The shot as it is seen."""
+        return self.editing.shot
+
+    @property
+    def lens(self) -> Lens:
+        """Its lens at the frame."""
+        return self.editing.lens
+
+    @property
+    def histogram(self) -> DepthHistogram | None:
+        """Of the plate's distances; None where it has none."""
+        return self.stage.histogram
+
+    @property
+    def reference(self) -> Reference | None:
+        """The EXR loaded as B."""
+        return self.stage.reference
+
+    @property
+    def picture_shape(self) -> PictureShape:
+        """Of the display window; one pixel while nothing is open."""
+        plate = self.stage.plate
+        if plate is None:
+            return PictureShape(1, 1)
+        window = plate.display_window
+        return PictureShape(window.width, window.height, plate.pixel_aspect_ratio)
+
+    # What can be done
+
+    def say(self, sentence: str) -> None:
+        """Show a sentence in the status bar for a while."""
+        self.message, self._message_at = sentence, time.perf_counter()
+
+    def open(self, text: str, options: PlateOptions | None = None) -> None:
+        """Open a file, a pattern or a folder; what is open stays until that has a picture."""
+        self.stage.open(text, options or PlateOptions())
+
+    def reload(self) -> None:
+        """Read the plate again as it is on disk now."""
+        opened = self.stage.opened
+        if opened is not None:
+            self.stage.open(opened.text, opened.options, self.editing.frame)
+
+    def browse(self, purpose: str) -> None:
+        """Choose a file to open, to compare with, or to save."""
+        self.browser.open(purpose)
+
+    def focus_at(self, pixel: tuple[int, int]) -> None:
+        """Focus on what is seen at a pixel of the display window; beside the picture, nothing."""
+        plate = self.stage.plate
+        if plate is None:
+            return
+        try:
+            distance_m = depth_at_m(plate, *pixel)
+            self.edit_lens(replace(self.lens, focus_distance_m=distance_m))
+        except HeatlensError as error:
+            if plate.depth_m is None:
+                self.say(str(error))
+
+    def edit(self, shot: Shot) -> None:
+        """Change the shot."""
+        self.editing.edit(shot)
+
+    def edit_lens(self, lens: Lens) -> None:
+        """Change the lens at the frame."""
+        self.editing.edit_lens(lens)
+
+    def reset_lens(self) -> None:
+        """The lens as the plate's header, or whoever started the program, gave it."""
+        if self.begun is not None:
+            self.edit_lens(self.begun.lens)
+
+    def undo(self) -> None:
+        """One step back."""
+        self.editing.undo()
+
+    def redo(self) -> None:
+        """One step forward."""
+        self.editing.redo()
+
+    def quit(self) -> None:
+        """End the program after this frame."""
+        self.is_over = True
+
+    def reset_layout(self) -> None:
+        """Panels where they were in the beginning."""
+        self.panels = dict.fromkeys(self.panels, True)
+        self.wants_layout = True
+
+    def open_palette(self) -> None:
+        """Find a command by its name."""
+        self.palette.open()
+
+    def toggle_keys(self) -> None:
+        """The list of keys."""
+        self.shows_keys = not self.shows_keys
+
+    # What happens by itself
+
+    def poll(self) -> None:
+        """Take what threads have read; errors are said, and the last good picture stays."""
+        try:
+            opened = self.stage.arrived()
+            if opened is not None:
+                self._begin(opened)
+            if self.stage.reference_arrived():
+                self.say(f"B is {self.reference.path.name}." if self.reference else "")
+            problem = self.stage.show(self.editing.frame)
+            if problem is not None:
+                self.say(problem)
+        except HeatlensError as error:
+            self.say(str(error))
+        if self.message and time.perf_counter() - self._message_at > _MESSAGE_S:
+            self.message = ""
+
+    def _begin(self, opened: Opened) -> None:
+        """A plate has arrived: another file begins a shot, the same file read anew keeps it."""
+        self.live.restart()
+        is_same = self.shot.source == opened.text
+        self.editing.frame = opened.frame
+        given = self.start.lens if opened.text == self.start.source else {}
+        self.begun = start_lens(opened.plate, given)
+        if is_same:
+            self.edit(replace(self.shot, plate_options=opened.options))
+        else:
+            self.editing.begin(
+                replace(
+                    self.shot,
+                    lens=self.begun.lens,
+                    source=opened.text,
+                    plate_options=opened.options,
+                )
+            )
+            self.view = replace(self.view, zoom=None, center_px=None)
+        self.message = ""
+        if opened.plate.notes:
+            self.say(" ".join(opened.plate.notes))
+
+    def update_picture(self) -> None:
+        """Answer a change of the shot with a picture that fits the time."""
+        if self.stage.plate is None:
+            return
+        try:
+            self.live.wish(self.shot, self.editing.frame, self.budget_s)
+        except HeatlensError as error:
+            self.say(str(error))
+
+    def work(self) -> None:
+        """Go on with the whole picture for a moment."""
+        try:
+            self.live.work(_SLICE_S)
+        except HeatlensError as error:
+            self.say(str(error))
+
+    def seconds_until_needed(self) -> float | None:
+        """How long the loop may sleep without an event; None: until there is one."""
+        waits = []
+        if self.stage.plate is not None and self.live.is_working:
+            waits.append(self.live.seconds_to_rest())
+        if self.editing.is_unsettled:
+            waits.append(0.1)
+        if self.message:
+            waits.append(_MESSAGE_S)
+        return min(waits) if waits else None
+
+    def close(self) -> None:
+        """End threads; the GPU's things go with its context."""
+        self.stage.close()

@@ -1,0 +1,99 @@
+"""Focus over dioptres: the depths of the picture, what is in focus among them, and the hand on it.
+
+Infinity lies right, the nearest surface left, as distances lie on most lens barrels.
+"""
+
+from dataclasses import replace
+
+from imgui_bundle import ImVec2, imgui
+
+from heatlens.model.coc import far_limit_m, hyperfocal_m, near_limit_m
+from heatlens.model.depth_histogram import DepthHistogram
+from heatlens.model.lens import Lens
+from heatlens.model.units import format_distance
+from heatlens.ui import theme
+
+_HEIGHT_EM = 4.2
+_SCALE_M = (0.1, 0.2, 0.3, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0, 5.0, 10.0)
+
+
+def focus_bar(lens: Lens, histogram: DepthHistogram, unit: str) -> Lens:
+    """Draw the bar over the width of the panel; the lens with the focus dragged to."""
+    em = imgui.get_font_size()
+    size = ImVec2(imgui.get_content_region_avail().x, _HEIGHT_EM * em)
+    corner = imgui.get_cursor_screen_pos()
+    imgui.invisible_button("focus bar", size)
+    if imgui.is_item_active():
+        lens = focused_at(lens, _dioptres_at(imgui.get_mouse_pos().x, corner, size, histogram))
+    _draw(lens, histogram, corner, size, unit)
+    if imgui.is_item_hovered() and not imgui.is_item_active():
+        imgui.set_tooltip("Drag to focus. Green is sharp; the triangle is the hyperfocal distance.")
+    return lens
+
+
+def focused_at(lens: Lens, dioptres: float) -> Lens:
+    """Focus at so many dioptres, at infinity for none, never within the focal length."""
+    if dioptres <= 1e-4:
+        return replace(lens, focus_distance_m=float("inf"))
+    least_m = 1.02e-3 * lens.focal_length_mm
+    return replace(lens, focus_distance_m=max(1.0 / dioptres, least_m))
+
+
+def _dioptres_at(x: float, corner: ImVec2, size: ImVec2, histogram: DepthHistogram) -> float:
+    part = (x - corner.x) / max(size.x, 1.0)
+    return (1.0 - min(max(part, 0.0), 1.0)) * histogram.most_dioptres
+
+
+def _draw(lens: Lens, histogram: DepthHistogram, corner: ImVec2, size: ImVec2, unit: str) -> None:
+    draw = imgui.get_window_draw_list()
+    bottom = corner.y + size.y
+    text_y = bottom - imgui.get_font_size()
+
+    def x_at(distance_m: float) -> float:
+        part = min(1.0 / distance_m / histogram.most_dioptres, 1.0)
+        return float(corner.x + (1.0 - part) * size.x)
+
+    draw.add_rect_filled(corner, ImVec2(corner.x + size.x, text_y - 2), theme.GROOVE, 3.0)
+    _draw_histogram(draw, histogram, corner, ImVec2(size.x, text_y - 2 - corner.y))
+    near_x, far_x = x_at(near_limit_m(lens)), x_at(far_limit_m(lens))
+    draw.add_rect_filled(ImVec2(near_x, corner.y), ImVec2(far_x, text_y - 2), theme.IN_FOCUS_BAND)
+    for x in (near_x, far_x):
+        draw.add_line(ImVec2(x, corner.y), ImVec2(x, text_y - 2), theme.IN_FOCUS, 1.0)
+    focus_x = x_at(lens.focus_distance_m)
+    draw.add_line(ImVec2(focus_x, corner.y - 2), ImVec2(focus_x, text_y), theme.ACCENT, 2.5)
+    hyper_x = x_at(hyperfocal_m(lens))
+    draw.add_triangle_filled(
+        ImVec2(hyper_x - 5, corner.y),
+        ImVec2(hyper_x + 5, corner.y),
+        ImVec2(hyper_x, corner.y + 7),
+        theme.HYPERFOCAL,
+    )
+    _draw_scale(draw, x_at, corner, size, text_y, unit)
+
+
+def _draw_histogram(
+    draw: imgui.ImDrawList, histogram: DepthHistogram, corner: ImVec2, size: ImVec2
+) -> None:
+    heights = histogram.heights[::-1]
+    step = size.x / len(heights)
+    bottom = corner.y + size.y
+    for i, height in enumerate(heights):
+        if height > 0:
+            x = corner.x + i * step
+            top = ImVec2(x, bottom - float(height) * (size.y - 4))
+            draw.add_rect_filled(top, ImVec2(x + step + 0.5, bottom), theme.HISTOGRAM)
+
+
+def _draw_scale(draw, x_at, corner, size, text_y, unit) -> None:  # type: ignore[no-untyped-def]
+    """Distances under the bar, as many as fit."""
+    right = corner.x + size.x
+    text = "inf"
+    last_x = right - imgui.calc_text_size(text).x
+    draw.add_text(ImVec2(last_x, text_y), theme.TEXT_DIM, text)
+    for distance_m in reversed(_SCALE_M):
+        text = format_distance(distance_m, unit)
+        width = imgui.calc_text_size(text).x
+        x = x_at(distance_m)
+        if corner.x < x - width / 2 and x + width / 2 < last_x - 8:
+            draw.add_text(ImVec2(x - width / 2, text_y), theme.TEXT_DIM, text)
+            last_x = x - width / 2

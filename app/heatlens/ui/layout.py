@@ -1,0 +1,61 @@
+"""Where the panels lie when nobody has moved them, and the menu bar above them."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from imgui_bundle import ImVec2, imgui
+
+from heatlens.ui import widgets
+from heatlens.ui.action_list import MENUS
+from heatlens.ui.actions import Action
+
+if TYPE_CHECKING:
+    from heatlens.ui.app import App
+
+PICTURE = "Picture"
+_PANEL_EM = 23.0  # width of the column of panels
+_SPEED_PART = 0.42  # of the column, for what is under the lens
+
+
+def menu_bar(app: "App", actions: Sequence[Action]) -> Action | None:
+    """Draw the menus; the action that was chosen."""
+    picked = None
+    if not imgui.begin_main_menu_bar():
+        return None
+    for menu in MENUS:
+        if imgui.begin_menu(menu):
+            for action in (a for a in actions if a.menu == menu):
+                is_on = action.is_on is not None and action.is_on(app)
+                clicked, _ = imgui.menu_item(action.name, action.shortcut, is_on)
+                if clicked:
+                    picked = action
+            imgui.end_menu()
+        widgets.note(f"menu {menu}")
+    imgui.end_main_menu_bar()
+    return picked
+
+
+def dock_panels(is_new: bool, size: ImVec2) -> None:
+    """The space that panels dock in; `is_new`: lay them out anew."""
+    dock = imgui.get_id("heatlens dock")
+    if is_new:
+        _arrange(dock, size)
+    imgui.dock_space(dock, size)
+
+
+def _arrange(dock: int, size: ImVec2) -> None:
+    inner = imgui.internal
+    inner.dock_builder_remove_node(dock)
+    inner.dock_builder_add_node(dock, inner.DockNodeFlagsPrivate_.dock_space)
+    inner.dock_builder_set_node_size(dock, size)
+    part = min(0.45, _PANEL_EM * imgui.get_font_size() / max(size.x, 1.0))
+    _, right, centre = inner.dock_builder_split_node_py(dock, imgui.Dir.right, part)
+    _, lower, upper = inner.dock_builder_split_node_py(right, imgui.Dir.down, _SPEED_PART)
+    inner.dock_builder_dock_window(PICTURE, centre)
+    inner.dock_builder_dock_window("Lens", upper)
+    for name in ("Look", "Plate", "Speed"):
+        inner.dock_builder_dock_window(name, lower)
+    node = inner.dock_builder_get_node(centre)
+    if node is not None:
+        node.local_flags |= inner.DockNodeFlagsPrivate_.no_tab_bar
+    inner.dock_builder_finish(dock)

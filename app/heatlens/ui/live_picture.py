@@ -1,0 +1,163 @@
+"""The picture that follows the hand: quick while something is dragged, whole when it rests.
+
+A picture that fits the time of a frame is made whole at once. Where it does not, a quicker one of
+the same blur is shown (smaller, with fewer poles or layers), and the whole one comes about in
+slices, so that nothing waits for it.
+"""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import moderngl
+
+from heatlens.defocus.pipeline import Steps
+from heatlens.defocus.plate_passes import proxy_size
+from heatlens.model.settings import DefocusSettings
+from heatlens.model.shot import Shot
+from heatlens.render import FrameRenderer
+from heatlens.ui.preview_cost import CostModel, between, cheaper
+
+_REST_S = 0.15  # so long without a change is rest
+_KEEP = 0.7, 1.3  # a rung is left for a better one below, for a cheaper above so much of the time
+_FAST_ENOUGH = 3.0  # the whole picture follows directly where the one between saves less than this
+
+
+@dataclass(frozen=True, eq=False)
+class Shown:
+    """A finished picture and what it is of."""
+
+    texture: moderngl.Texture
+    shot: Shot
+    frame: int
+    settings: DefocusSettings  # those it was made with
+    seconds: float  # of rendering
+
+    @property
+    def is_whole(self) -> bool:
+        """As `heatlens render` would make it."""
+        return self.settings == self.shot.defocus
+
+
+@dataclass
+class _Work:
+    """A picture that is coming about."""
+
+    steps: Steps[moderngl.Texture]
+    settings: DefocusSettings
+    slot: int
+    seconds: float = 0.0
+
+
+class LivePicture:
+    """Renders whatever shot is wished for, as well as the time allows."""
+
+    def __init__(
+        self, renderer: FrameRenderer, clock: Callable[[], float] = time.perf_counter
+    ) -> None:
+        self._renderer = renderer
+        self._clock = clock
+        self.cost = CostModel()
+        self.shown: Shown | None = None
+        self.version = 0  # counts finished pictures
+        self._wish: tuple[Shot, int] | None = None
+        self._changed_at = 0.0
+        self._rung: DefocusSettings | None = None
+        self._work: _Work | None = None
+        self._slot = 0
+
+    def restart(self) -> None:
+        """Another plate lies on the GPU: whatever was made is of the past."""
+        self._wish = self._work = self.shown = None
+
+    def wish(self, shot: Shot, frame: int, budget_s: float) -> None:
+        """Show `shot` at `frame`; a change is answered at once with what fits `budget_s`."""
+        if self._wish == (shot, frame):
+            return
+        settings_changed = self._wish is None or self._wish[0].defocus != shot.defocus
+        self._wish, self._changed_at, self._work = (shot, frame), self._clock(), None
+        if settings_changed:
+            self._rung = None
+        self._rung = self._best_rung(shot.defocus, budget_s)
+        self._start(self._rung)
+        self._advance(float("inf"))
+
+    @property
+    def is_working(self) -> bool:
+        """The whole picture is not there yet."""
+        return self._wish is not None and not (
+            self.shown is not None and self.shown.is_whole and self._is_of_wish(self.shown)
+        )
+
+    def seconds_to_rest(self) -> float:
+        """How long until the whole picture may be begun; 0 where it may."""
+        return max(0.0, self._changed_at + _REST_S - self._clock())
+
+    def work(self, slice_s: float) -> None:
+        """Go on with the whole picture for about `slice_s`, if the hand rests."""
+        if not self.is_working or self.seconds_to_rest() > 0:
+            return
+        if self._work is None:
+            self._start(self._next_rung())
+        self._advance(slice_s)
+
+    def _is_of_wish(self, shown: Shown) -> bool:
+        return self._wish == (shown.shot, shown.frame)
+
+    def _best_rung(self, wished: DefocusSettings, budget_s: float) -> DefocusSettings:
+        """The best picture that fits the time; the one before is kept while it about fits."""
+        rungs = cheaper(wished)
+        if not self.cost.seconds_per_px:
+            return rungs[-1]  # nothing is known of this machine yet
+        fitting = [r for r in rungs if self._predicted(r) <= budget_s]
+        best = fitting[0] if fitting else rungs[-1]
+        held = self._rung
+        if held is None or held not in rungs:
+            return best
+        if rungs.index(best) < rungs.index(held):
+            return best if self._predicted(best) <= _KEEP[0] * budget_s else held
+        return best if self._predicted(held) > _KEEP[1] * budget_s else held
+
+    def _next_rung(self) -> DefocusSettings:
+        """On the way up: the whole picture, or one between that is there much sooner."""
+        assert self._wish is not None
+        wished = self._wish[0].defocus
+        step = between(wished)
+        rungs = cheaper(wished)
+        is_better = self.shown is None or _rank(rungs, step) < _rank(rungs, self.shown.settings)
+        sooner = self._predicted(step) * _FAST_ENOUGH < self._predicted(wished)
+        return step if is_better and sooner else wished
+
+    def _predicted(self, settings: DefocusSettings) -> float:
+        return self.cost.predicted(settings, self._pixels(settings))
+
+    def _pixels(self, settings: DefocusSettings) -> int:
+        width, height = proxy_size(self._renderer.loaded.color.size, settings.proxy)
+        return width * height
+
+    def _start(self, settings: DefocusSettings) -> None:
+        assert self._wish is not None
+        shot, frame = self._wish
+        steps = self._renderer.steps(replace(shot, defocus=settings), frame, 1 - self._slot)
+        self._work = _Work(steps, settings, 1 - self._slot)
+
+    def _advance(self, slice_s: float) -> None:
+        """Take steps until the time is over or the picture is there."""
+        assert self._work is not None and self._wish is not None
+        work, start = self._work, self._clock()
+        try:
+            while self._clock() - start < slice_s:
+                next(work.steps)
+            work.seconds += self._clock() - start
+        except StopIteration as end:
+            self._renderer.ctx.finish()
+            work.seconds += self._clock() - start
+            self.cost.learn(work.settings, self._pixels(work.settings), work.seconds)
+            shot, frame = self._wish
+            self.shown = Shown(end.value, shot, frame, work.settings, work.seconds)
+            self._slot, self._work = work.slot, None
+            self.version += 1
+
+
+def _rank(rungs: list[DefocusSettings], settings: DefocusSettings) -> int:
+    return rungs.index(settings) if settings in rungs else len(rungs)

@@ -1,0 +1,119 @@
+"""The command palette: type a few letters of what you want, Enter does it."""
+
+from collections.abc import Sequence
+
+from imgui_bundle import ImVec2, imgui
+
+from heatlens.ui import widgets
+from heatlens.ui.actions import Action
+
+_TITLE = "Find a command"
+
+
+def matches(action: Action, words: str) -> bool:
+    """Every word typed is in the name or the menu, in any order."""
+    text = f"{action.menu} {action.name}".lower()
+    return all(word in text for word in words.lower().split())
+
+
+class Palette:
+    """A popup with a field and the actions that match what is typed in it."""
+
+    def __init__(self) -> None:
+        self._wanted = False
+        self._text = ""
+        self._chosen = 0
+
+    def open(self) -> None:
+        """Show it from the next frame on."""
+        self._wanted, self._text, self._chosen = True, "", 0
+
+    def draw(self, actions: Sequence[Action]) -> Action | None:
+        """The action that was chosen in this frame."""
+        if self._wanted:
+            imgui.open_popup(_TITLE)
+        screen = imgui.get_main_viewport()
+        em = imgui.get_font_size()
+        middle = ImVec2(screen.get_center().x, screen.pos.y + 4 * em)
+        imgui.set_next_window_pos(middle, imgui.Cond_.appearing, ImVec2(0.5, 0.0))
+        imgui.set_next_window_size(ImVec2(30 * em, 22 * em))
+        if not imgui.begin_popup(_TITLE):
+            return None
+        action = self._draw_inside(actions)
+        if action is not None or imgui.is_key_pressed(imgui.Key.escape):
+            imgui.close_current_popup()
+        imgui.end_popup()
+        return action
+
+    def _draw_inside(self, actions: Sequence[Action]) -> Action | None:
+        if self._wanted:
+            imgui.set_keyboard_focus_here()
+            self._wanted = False
+        imgui.set_next_item_width(-1)
+        changed, self._text = imgui.input_text_with_hint("##words", "what to do", self._text)
+        found = [action for action in actions if matches(action, self._text)]
+        if changed:
+            self._chosen = 0
+        self._move(len(found))
+        picked = None
+        imgui.begin_child("found")
+        for index, action in enumerate(found):
+            if self._row(action, index == self._chosen):
+                picked = action
+        imgui.end_child()
+        if found and imgui.is_key_pressed(imgui.Key.enter):
+            picked = found[self._chosen]
+        return picked
+
+    def _move(self, count: int) -> None:
+        if imgui.is_key_pressed(imgui.Key.down_arrow):
+            self._chosen += 1
+        if imgui.is_key_pressed(imgui.Key.up_arrow):
+            self._chosen -= 1
+        self._chosen = min(max(self._chosen, 0), max(count - 1, 0))
+
+    def _row(self, action: Action, is_chosen: bool) -> bool:
+        clicked, _ = imgui.selectable(f"{action.name}##{action.menu}", is_chosen)
+        widgets.note(f"palette {action.name}")
+        if is_chosen and imgui.is_window_appearing() is False:
+            imgui.set_scroll_here_y()
+        aside = f"{action.menu}   {action.shortcut}"
+        imgui.same_line(imgui.get_window_width() - imgui.calc_text_size(aside).x - 24)
+        imgui.text_disabled(aside)
+        return bool(clicked)
+
+
+def keys_window(actions: Sequence[Action]) -> bool:
+    """All shortcuts and what the mouse does; False when it was closed."""
+    imgui.set_next_window_size(ImVec2(0, 0))
+    shown, is_open = imgui.begin("Keys", True, imgui.WindowFlags_.no_docking)
+    if shown:
+        _mouse_help()
+        menus = dict.fromkeys(action.menu for action in actions)
+        if imgui.begin_table("keys", 3):
+            for menu in menus:
+                keyed = [a for a in actions if a.menu == menu and a.shortcut]
+                if not keyed:
+                    continue
+                imgui.table_next_column()
+                imgui.separator_text(menu)
+                for action in keyed:
+                    imgui.text_disabled(action.shortcut)
+                    imgui.same_line(8 * imgui.get_font_size())
+                    imgui.text(f"{action.name}   ")
+            imgui.end_table()
+    imgui.end()
+    return bool(is_open)
+
+
+def _mouse_help() -> None:
+    for keys, what in (
+        ("click, drag", "focus on what is under the pointer; the sky is infinity"),
+        ("wheel", "zoom at the pointer; over the lens panel: focus"),
+        ("middle or right drag", "pan"),
+        ("Alt held", "depth of field off, to compare"),
+        ("Ctrl+click on a number", "type it"),
+    ):
+        imgui.text_disabled(keys)
+        imgui.same_line(12 * imgui.get_font_size())
+        imgui.text(what)

@@ -1,0 +1,100 @@
+"""What a picture will cost, learnt from those that were made, and the best one for a given time."""
+
+from dataclasses import dataclass, field, replace
+
+from heatlens.defocus.quality import kernel_for, layers_for
+from heatlens.model.settings import PROXY_MIN, Bokeh, DefocusSettings, Quality
+
+Kind = tuple[Bokeh, Quality, int]  # everything but the size
+
+_NEWEST = 0.4  # weight of the newest picture in the running mean of its kind
+# Cheaper and cheaper: quality, layers (None: as the quality says) and size against the wished one.
+_CHEAPER: tuple[tuple[Quality, int | None, float], ...] = (
+    (Quality.PREVIEW, None, 1.0),
+    (Quality.DRAFT, None, 1.0),
+    (Quality.DRAFT, None, 0.5),
+    (Quality.DRAFT, None, 1 / 3),
+    (Quality.DRAFT, 1, 0.5),
+    (Quality.DRAFT, 1, 1 / 3),
+    (Quality.DRAFT, 1, 1 / 4),
+    (Quality.DRAFT, 1, 1 / 6),
+    (Quality.DRAFT, 1, 1 / 8),
+)
+_BETWEEN = (
+    Quality.DRAFT,
+    None,
+    0.5,
+)  # what is shown on the way from a hurried picture to the whole
+
+
+def cheaper(wished: DefocusSettings) -> list[DefocusSettings]:
+    """The wished picture, then ever quicker ones with the same amount of blur."""
+    rank = list(Quality).index
+    rungs = [wished]
+    for quality, layers, scale in _CHEAPER:
+        rung = _rung(wished, quality, layers, scale)
+        if rank(quality) <= rank(wished.quality) and rung not in rungs:
+            rungs.append(rung)
+    return rungs
+
+
+def between(wished: DefocusSettings) -> DefocusSettings:
+    """A picture with layers that comes sooner than the wished one."""
+    return _rung(wished, *_BETWEEN)
+
+
+def _rung(
+    wished: DefocusSettings, quality: Quality, layers: int | None, scale: float
+) -> DefocusSettings:
+    given = wished.layers
+    fewer = layers if given is None or layers is None else min(layers, given)
+    return replace(
+        wished,
+        quality=quality,
+        layers=given if layers is None else fewer,
+        proxy=max(PROXY_MIN, wished.proxy * scale),
+    )
+
+
+@dataclass
+class CostModel:
+    """Seconds a pixel by kind of picture; kinds not yet met are guessed from one that was."""
+
+    seconds_per_px: dict[Kind, float] = field(default_factory=dict)
+
+    def learn(self, settings: DefocusSettings, pixels: int, seconds: float) -> None:
+        """A picture of so many pixels took so long."""
+        kind, new = _kind(settings), seconds / pixels
+        old = self.seconds_per_px.get(kind, new)
+        self.seconds_per_px[kind] = old + _NEWEST * (new - old)
+
+    def predicted(self, settings: DefocusSettings, pixels: int) -> float:
+        """Seconds for a picture of so many pixels; infinite while nothing is known."""
+        kind = _kind(settings)
+        if kind in self.seconds_per_px:
+            return self.seconds_per_px[kind] * pixels
+        guesses = [
+            per_px * _weight(settings) / _kind_weight(known)
+            for known, per_px in self.seconds_per_px.items()
+        ]
+        return max(guesses) * pixels if guesses else float("inf")
+
+
+def _kind(settings: DefocusSettings) -> Kind:
+    return settings.bokeh, settings.quality, layers_for(settings)
+
+
+def _kind_weight(kind: Kind) -> float:
+    bokeh, quality, layers = kind
+    return _weight(DefocusSettings(bokeh, quality, layers))
+
+
+def _weight(settings: DefocusSettings) -> float:
+    """Work for one pixel, in passes over memory; only ratios count.
+
+    A complex pole weighs about as much as reading and writing the picture; a layer brings its
+    split, its fill and its composite besides its blur.
+    """
+    kernel, layers = kernel_for(settings), layers_for(settings)
+    blur = 1.5 + kernel.steps * len(kernel.poles)
+    return blur if layers == 1 else 4.0 + layers * (blur + 2.5)

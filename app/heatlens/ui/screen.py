@@ -1,0 +1,172 @@
+"""One frame of the interface: menus, panels, the picture and the status bar, in that order."""
+
+from dataclasses import replace
+
+from imgui_bundle import ImVec2, imgui
+
+from heatlens.model.view import Compare, Overlay
+from heatlens.ui import theme, widgets
+from heatlens.ui.action_list import nudge_focus
+from heatlens.ui.actions import pressed
+from heatlens.ui.app import App
+from heatlens.ui.layout import PICTURE, dock_panels, menu_bar
+from heatlens.ui.lens_panel import LensFacts, blur_panel, lens_panel
+from heatlens.ui.look_panel import look_panel
+from heatlens.ui.palette import keys_window
+from heatlens.ui.probe import PictureReader, probe_at, probe_text
+from heatlens.ui.screen_pictures import reference_or_pinhole
+from heatlens.ui.speed_panel import speed_panel
+from heatlens.ui.viewport import MIPMAPS_UNDER, Pictures, ViewportResult
+
+_Window = imgui.WindowFlags_
+
+
+class Screen:
+    """Draws an App with ImGui; holds nothing that matters."""
+
+    def __init__(self, app: App) -> None:
+        self._app = app
+        self._reader = PictureReader(app.ctx)
+        self._hovered: tuple[int, int] | None = None
+
+    def draw(self) -> None:
+        """Between ImGui's new_frame and its render."""
+        app = self._app
+        app.poll()
+        self._do_actions()
+        self._frame_window()
+        if app.panels["Lens"]:
+            self._lens()
+        if app.panels["Look"]:
+            self._look()
+        if app.panels["Speed"]:
+            self._speed()
+        app.update_picture()
+        self._picture()
+        app.editing.rest(is_held=imgui.is_any_item_active())
+        app.color.apply(app.view, app.screen)
+
+    def _do_actions(self) -> None:
+        app = self._app
+        chosen = menu_bar(app, app.actions)
+        for action in (*pressed(app.actions), chosen, app.palette.draw(app.actions)):
+            if action is not None:
+                action.run(app)
+        if app.shows_keys:
+            app.shows_keys = keys_window(app.actions)
+
+    def _frame_window(self) -> None:
+        """The window that everything docks in, and the status bar under it."""
+        app, screen = self._app, imgui.get_main_viewport()
+        imgui.set_next_window_pos(screen.work_pos)
+        imgui.set_next_window_size(screen.work_size)
+        bare = (
+            _Window.no_decoration | _Window.no_move | _Window.no_docking | _Window.no_saved_settings
+        )
+        bare |= _Window.no_bring_to_front_on_focus | _Window.no_nav_focus
+        imgui.push_style_var(imgui.StyleVar_.window_padding, ImVec2(0, 0))
+        imgui.begin("heatlens", None, bare)
+        imgui.pop_style_var()
+        status_height = imgui.get_frame_height()
+        size = ImVec2(screen.work_size.x, max(screen.work_size.y - status_height, 50.0))
+        dock_panels(app.wants_layout, size)
+        app.wants_layout = False
+        self._status()
+        imgui.end()
+
+    def _status(self) -> None:
+        app = self._app
+        imgui.set_cursor_pos_x(0.6 * imgui.get_font_size())
+        imgui.align_text_to_frame_padding()
+        if app.message:
+            imgui.text_colored(theme.ACCENT_TEXT, app.message)
+        elif app.stage.opener.opening:
+            imgui.text_disabled(f"Reading {app.stage.opener.opening} ...")
+        else:
+            imgui.text_disabled(self._probe_text())
+
+    def _probe_text(self) -> str:
+        app, plate, shown = self._app, self._app.stage.plate, self._app.live.shown
+        if plate is None or shown is None or self._hovered is None:
+            return "Click in the picture to focus.  ? shows the keys."
+        probe = probe_at(self._hovered, plate, app.lens, shown, app.live.version, self._reader)
+        return "" if probe is None else probe_text(probe, app.view.unit)
+
+    def _lens(self) -> None:
+        app = self._app
+        if self._begin("Lens", _Window.no_scroll_with_mouse):
+            sources = {} if app.begun is None else app.begun.sources
+            facts = LensFacts(app.histogram, app.view.unit, sources)
+            app.edit_lens(lens_panel(app.lens, facts, app.say))
+            app.edit(replace(app.shot, defocus=blur_panel(app.shot.defocus)))
+            wheel = imgui.get_io().mouse_wheel
+            if wheel and imgui.is_window_hovered(imgui.HoveredFlags_.child_windows):
+                nudge_focus(app, wheel)
+        imgui.end()
+
+    def _look(self) -> None:
+        app = self._app
+        if self._begin("Look"):
+            name = None if app.reference is None else app.reference.path.name
+            app.view = look_panel(app.view, app.color, name)
+        imgui.end()
+
+    def _speed(self) -> None:
+        app = self._app
+        if self._begin("Speed"):
+            app.speed.upload_s = app.stage.upload_s
+            speed_panel(app.speed, app.live.shown, app.renderer)
+        imgui.end()
+
+    def _begin(self, name: str, flags: int = 0) -> bool:
+        shown, is_open = imgui.begin(name, True, flags)
+        self._app.panels[name] = bool(is_open)
+        return shown
+
+    def _picture(self) -> None:
+        imgui.push_style_var(imgui.StyleVar_.window_padding, ImVec2(0, 0))
+        imgui.begin(PICTURE, None, _Window.no_scrollbar | _Window.no_scroll_with_mouse)
+        imgui.pop_style_var()
+        pictures = self._pictures()
+        if pictures is None:
+            imgui.text_disabled("  Nothing is open: Ctrl+O, or drop a file here.")
+        else:
+            scale = imgui.get_io().display_framebuffer_scale.x or 1.0
+            self._take(self._app.viewport.draw(pictures, self._app.view, scale))
+        widgets.note("picture")
+        imgui.end()
+
+    def _take(self, result: ViewportResult) -> None:
+        self._app.view, self._hovered = result.view, result.hovered_px
+        if result.focus_px is not None:
+            self._app.focus_at(result.focus_px)
+
+    def _pictures(self) -> Pictures | None:
+        """What the viewport shows, drawn again where it changed."""
+        app, shown, plate = self._app, self._app.live.shown, self._app.stage.plate
+        if plate is None or shown is None:
+            return None
+        screen, loaded = app.screen, app.renderer.loaded
+        view = replace(app.view, depth_of_field=app.view.depth_of_field and not self._alt())
+        view = replace(view, exposure_stops=view.exposure_stops + app.lens.transmission_stops)
+        screen.with_mipmaps = app.viewport.zoom < MIPMAPS_UNDER
+        reference = app.reference.texture if app.reference else None
+        linear_b = reference_or_pinhole(view, loaded, reference)
+        a = screen.a(shown, app.live.version, loaded, view, linear_b)
+        b = screen.b(linear_b, view) if view.compare in (Compare.WIPE, Compare.FLIP) else a
+        overlay = None
+        if view.overlay is not Overlay.NONE:
+            overlay = screen.overlay(loaded, app.shot, app.editing.frame, view.overlay)
+        return Pictures(
+            a,
+            b,
+            overlay,
+            plate.data_window,
+            plate.display_window,
+            plate.pixel_aspect_ratio,
+            is_proxy=a.size != (plate.data_window.width, plate.data_window.height),
+        )
+
+    def _alt(self) -> bool:
+        io = imgui.get_io()
+        return bool(io.key_alt) and not io.want_text_input

@@ -1,0 +1,126 @@
+"""What stands in front of the lens: the open plates, the one on the GPU, and B's reference."""
+
+import time
+from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+
+import moderngl
+import numpy as np
+
+from heatlens.gpu.context import check_plate_fits
+from heatlens.gpu.textures import new_texture, upload
+from heatlens.image.channels import choose_color
+from heatlens.image.exr_read import read_color, read_parts
+from heatlens.image.frame_cache import Damaged
+from heatlens.image.plate import FloatImage, Plate
+from heatlens.model.depth_histogram import DepthHistogram, depth_histogram
+from heatlens.model.plate_options import PlateOptions
+from heatlens.render import FrameRenderer
+from heatlens.ui.plate_source import Opened, PlateOpener
+
+
+@dataclass(frozen=True, eq=False)
+class Reference:
+    """B: any EXR with a colour."""
+
+    path: Path
+    texture: moderngl.Texture
+
+
+class Stage:
+    """Opens plates and references; keeps the plate of the frame on the GPU."""
+
+    def __init__(self, renderer: FrameRenderer, wake: Callable[[], None]) -> None:
+        self.renderer = renderer
+        self.opener = PlateOpener(wake)
+        self.opened: Opened | None = None
+        self.plate: Plate | None = None
+        self.histogram: DepthHistogram | None = None
+        self.reference: Reference | None = None
+        self.upload_s = 0.0
+        self.version = 0  # counts plates put on the GPU
+        self._wake = wake
+        self._reader = ThreadPoolExecutor(1, thread_name_prefix="reference")
+        self._coming: Future[tuple[Path, FloatImage]] | None = None
+
+    def open(self, text: str, options: PlateOptions, frame: int | None = None) -> None:
+        """Begin to open a file, a pattern or a folder."""
+        self.opener.open(text, options, frame)
+
+    def arrived(self) -> Opened | None:
+        """What has been opened since, now on the GPU; the one before goes only then.
+
+        Raises HeatlensError where opening failed; what was open stays.
+        """
+        opened = self.opener.poll()
+        if opened is None:
+            return None
+        try:
+            self._load(opened.plate)
+        except BaseException:
+            opened.cache.close()
+            raise
+        before, self.opened = self.opened, opened
+        if before is not None:
+            before.cache.close()
+        return opened
+
+    def show(self, frame: int, direction: int = 1, window: int = 0) -> str | None:
+        """Have the plate of `frame` on the GPU as soon as it is read; why not, in a sentence."""
+        if self.opened is None:
+            return None
+        cache = self.opened.cache
+        stands_in = cache.sequence.shown_frame(frame)
+        if stands_in is None:
+            return None
+        cache.want(stands_in, 1 if direction >= 0 else -1, window)
+        found = cache.get(stands_in)
+        if isinstance(found, Damaged):
+            return found.sentence
+        if found is not None and found is not self.plate:
+            self._load(found)
+        return None
+
+    def _load(self, plate: Plate) -> None:
+        start = time.perf_counter()
+        self.renderer.load(plate)
+        self.renderer.ctx.finish()
+        self.upload_s = time.perf_counter() - start
+        self.plate = plate
+        self.histogram = None if plate.depth_m is None else depth_histogram(plate.depth_m)
+        self.version += 1
+
+    def open_reference(self, path: Path) -> None:
+        """Begin to read an EXR to compare with."""
+        self._coming = self._reader.submit(_read_reference, path)
+        self._coming.add_done_callback(lambda _: self._wake())
+
+    def reference_arrived(self) -> bool:
+        """True once, when the reference can be compared with. Raises HeatlensError if it cannot."""
+        if self._coming is None or not self._coming.done():
+            return False
+        coming, self._coming = self._coming, None
+        path, pixels = coming.result()
+        size = (pixels.shape[1], pixels.shape[0])
+        check_plate_fits(self.renderer.ctx, *size)
+        texture = new_texture(self.renderer.ctx, size, 4, label="reference")
+        upload(texture, np.ascontiguousarray(pixels))
+        if self.reference is not None:
+            self.reference.texture.release()
+        self.reference = Reference(path, texture)
+        return True
+
+    def close(self) -> None:
+        """Stop every thread."""
+        self.opener.close()
+        self._reader.shutdown(wait=True, cancel_futures=True)
+        if self.opened is not None:
+            self.opened.cache.close()
+
+
+def _read_reference(path: Path) -> tuple[Path, FloatImage]:
+    parts = read_parts(path)
+    choice = choose_color(path, [header for header, _ in parts], None)
+    return path, read_color(path, parts, choice)[0]

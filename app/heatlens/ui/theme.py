@@ -1,0 +1,86 @@
+"""Colours and fonts: neutral greys, so that nothing beside the picture tints it."""
+
+from pathlib import Path
+
+import imgui_bundle
+from imgui_bundle import ImVec2, ImVec4, imgui
+
+FONT_PX = 15.0
+
+
+def _rgba(red: int, green: int, blue: int, alpha: float = 1.0) -> int:
+    """A colour as ImGui's draw lists take it."""
+    return imgui.color_convert_float4_to_u32(ImVec4(red / 255, green / 255, blue / 255, alpha))
+
+
+ACCENT = _rgba(242, 169, 59)  # focus: the amber of an assistant's marks
+ACCENT_DIM = _rgba(242, 169, 59, 0.35)
+IN_FOCUS = _rgba(90, 200, 110)
+IN_FOCUS_BAND = _rgba(90, 200, 110, 0.28)
+HYPERFOCAL = _rgba(200, 200, 205)
+HISTOGRAM = _rgba(128, 130, 136)
+GROOVE = _rgba(20, 20, 21)
+TEXT_DIM = _rgba(150, 150, 152)
+PICTURE_SURROUND = _rgba(30, 30, 30)
+WINDOW_LINE = _rgba(120, 120, 122, 0.8)
+HANDLE = _rgba(235, 235, 235, 0.9)
+SHADOW = _rgba(0, 0, 0, 0.65)
+PIXEL_GRID = _rgba(128, 128, 128, 0.35)
+BAD = ImVec4(1.0, 0.45, 0.4, 1.0)
+ACCENT_TEXT = ImVec4(0.95, 0.72, 0.38, 1.0)
+DIM = ImVec4(0.6, 0.6, 0.61, 1.0)
+
+_Col = imgui.Col_
+_STYLE = {
+    _Col.text: (0.88, 0.88, 0.88),
+    _Col.text_disabled: (0.56, 0.56, 0.57),
+    _Col.window_bg: (0.145, 0.145, 0.147),
+    _Col.child_bg: (0.145, 0.145, 0.147),
+    _Col.popup_bg: (0.17, 0.17, 0.172),
+    _Col.border: (0.25, 0.25, 0.25),
+    _Col.frame_bg: (0.21, 0.21, 0.212),
+    _Col.frame_bg_hovered: (0.26, 0.26, 0.262),
+    _Col.frame_bg_active: (0.31, 0.31, 0.312),
+    _Col.title_bg: (0.115, 0.115, 0.116),
+    _Col.title_bg_active: (0.115, 0.115, 0.116),
+    _Col.menu_bar_bg: (0.115, 0.115, 0.116),
+    _Col.tab: (0.145, 0.145, 0.147),
+    _Col.tab_hovered: (0.30, 0.30, 0.30),
+    _Col.tab_selected: (0.21, 0.21, 0.212),
+    _Col.tab_selected_overline: (0.95, 0.66, 0.23),
+    _Col.tab_dimmed: (0.13, 0.13, 0.13),
+    _Col.tab_dimmed_selected: (0.19, 0.19, 0.19),
+    _Col.tab_dimmed_selected_overline: (0.5, 0.5, 0.5),
+    _Col.header: (0.24, 0.24, 0.24),
+    _Col.header_hovered: (0.30, 0.30, 0.30),
+    _Col.header_active: (0.34, 0.34, 0.34),
+    _Col.button: (0.25, 0.25, 0.252),
+    _Col.button_hovered: (0.33, 0.33, 0.332),
+    _Col.button_active: (0.40, 0.40, 0.40),
+    _Col.slider_grab: (0.95, 0.66, 0.23),
+    _Col.slider_grab_active: (1.0, 0.74, 0.34),
+    _Col.check_mark: (0.95, 0.66, 0.23),
+    _Col.separator: (0.25, 0.25, 0.25),
+    _Col.docking_preview: (0.95, 0.66, 0.23),
+    _Col.text_selected_bg: (0.45, 0.33, 0.16),
+    _Col.nav_cursor: (0.95, 0.66, 0.23),
+}
+
+
+def apply(scale: float = 1.0) -> None:
+    """Set the style of the current ImGui context for a screen of this content scale."""
+    style = imgui.get_style()
+    imgui.style_colors_dark()
+    for slot, (red, green, blue) in _STYLE.items():
+        style.set_color_(slot, ImVec4(red, green, blue, 1.0))
+    style.window_rounding = style.frame_rounding = style.popup_rounding = 3.0
+    style.tab_rounding = style.grab_rounding = 3.0
+    style.frame_padding = ImVec2(7.0, 4.0)
+    style.item_spacing = ImVec2(8.0, 6.0)
+    style.window_border_size = 0.0
+    style.scrollbar_size = 12.0
+    style.scale_all_sizes(scale)
+    style.font_scale_dpi = scale
+    fonts = imgui.get_io().fonts
+    folder = Path(imgui_bundle.__file__).parent / "assets" / "fonts" / "Roboto"
+    fonts.add_font_from_file_ttf(str(folder / "Roboto-Regular.ttf"), FONT_PX)

@@ -1,0 +1,214 @@
+"""The picture in its window: zoom, pan, wipe handle, click to focus, pixel grid, outlines."""
+
+import math
+from dataclasses import dataclass, replace
+
+import moderngl
+from imgui_bundle import ImVec2, imgui
+
+from heatlens.model.boxes import Box
+from heatlens.model.view import Compare, ViewState
+from heatlens.model.view_geometry import (
+    PictureShape,
+    Point,
+    ViewGeometry,
+    Viewport,
+    geometry,
+    panned,
+    zoomed,
+)
+from heatlens.ui import theme
+
+_WHEEL_FACTOR = 1.25  # a notch
+_HANDLE_REACH = 0.6  # em to either side of the wipe's line
+_GRID_FROM = 8.0  # screen pixels a pixel
+_NEAREST_FROM = 2.0  # zoom from which pixels are shown as squares
+MIPMAPS_UNDER = 0.6  # screen pixels a texel; below, a picture would shimmer without them
+
+
+@dataclass(frozen=True, eq=False)
+class Pictures:
+    """What the viewport draws."""
+
+    a: moderngl.Texture
+    b: moderngl.Texture
+    overlay: moderngl.Texture | None
+    data_window: Box
+    display_window: Box
+    pixel_aspect: float
+    is_proxy: bool  # A is smaller than the plate: its pixels are no pixels of the picture
+
+    @property
+    def shape(self) -> PictureShape:
+        """Size and pixel aspect of the display window."""
+        window = self.display_window
+        return PictureShape(window.width, window.height, self.pixel_aspect)
+
+
+@dataclass(frozen=True)
+class ViewportResult:
+    """What the hand did."""
+
+    view: ViewState
+    hovered_px: tuple[int, int] | None  # pixel of the display window under the pointer
+    focus_px: tuple[int, int] | None  # pixel to focus on: pressed, or dragged over
+
+
+class ViewportPanel:
+    """Remembers what the mouse took hold of, and nothing else."""
+
+    def __init__(self) -> None:
+        self._held: str | None = None
+        self.viewport = Viewport((0.0, 0.0), (1.0, 1.0))
+        self.geometry = ViewGeometry((0.0, 0.0), (1.0, 1.0))
+
+    @property
+    def zoom(self) -> float:
+        """Screen pixels for one pixel of the picture."""
+        return self.geometry.per_px[1] * self.viewport.framebuffer_scale
+
+    def draw(self, pictures: Pictures, view: ViewState, framebuffer_scale: float) -> ViewportResult:
+        """Fill the current ImGui window with the picture; answer the mouse."""
+        corner, size = imgui.get_cursor_screen_pos(), imgui.get_content_region_avail()
+        size = ImVec2(max(size.x, 8.0), max(size.y, 8.0))
+        self.viewport = Viewport((corner.x, corner.y), (size.x, size.y), framebuffer_scale)
+        buttons = imgui.ButtonFlags_
+        flags = buttons.mouse_button_left | buttons.mouse_button_middle | buttons.mouse_button_right
+        imgui.invisible_button("picture", size, flags)
+        view, focus_px = self._answer_mouse(view, pictures.shape)
+        self.geometry = geometry(view, self.viewport, pictures.shape)
+        self._draw(pictures, view, corner, size)
+        hovered = None
+        if imgui.is_item_hovered() or imgui.is_item_active():
+            mouse = imgui.get_mouse_pos()
+            hovered = self.geometry.pixel_at_window((mouse.x, mouse.y))
+        return ViewportResult(view, hovered, focus_px)
+
+    def _answer_mouse(
+        self, view: ViewState, shape: PictureShape
+    ) -> tuple[ViewState, tuple[int, int] | None]:
+        io, mouse = imgui.get_io(), imgui.get_mouse_pos()
+        at = (mouse.x, mouse.y)
+        if imgui.is_item_hovered() and io.mouse_wheel:
+            factor = _WHEEL_FACTOR**io.mouse_wheel
+            view = zoomed(view, self.viewport, shape, factor, at)
+        if not imgui.is_item_active():
+            self._held = None
+            return view, None
+        now = geometry(view, self.viewport, shape)
+        if self._held is None:
+            self._held = self._taken(view, shape, now, at)
+        if self._held == "pan":
+            by = (io.mouse_delta.x, io.mouse_delta.y)
+            return (panned(view, self.viewport, shape, by) if any(by) else view), None
+        if self._held == "wipe":
+            wipe = now.picture_at_window(at)[0] / shape.width_px
+            return replace(view, wipe=min(max(wipe, 0.0), 1.0)), None
+        return view, now.pixel_at_window(at)
+
+    def _taken(self, view: ViewState, shape: PictureShape, now: ViewGeometry, at: Point) -> str:
+        """What the button that went down takes hold of."""
+        if not imgui.is_mouse_down(imgui.MouseButton_.left):
+            return "pan"
+        reach = _HANDLE_REACH * imgui.get_font_size()
+        if view.compare is Compare.WIPE and abs(at[0] - self._wipe_x(view, shape, now)) <= reach:
+            return "wipe"
+        return "focus"
+
+    def _wipe_x(self, view: ViewState, shape: PictureShape, now: ViewGeometry) -> float:
+        """The line of the wipe, on a whole screen pixel."""
+        scale = self.viewport.framebuffer_scale
+        x = now.window_at_picture((view.wipe * shape.width_px, 0.0))[0]
+        return math.floor(x * scale + 0.5) / scale
+
+    def _draw(self, pictures: Pictures, view: ViewState, corner: ImVec2, size: ImVec2) -> None:
+        draw = imgui.get_window_draw_list()
+        end = ImVec2(corner.x + size.x, corner.y + size.y)
+        draw.push_clip_rect(corner, end, True)
+        draw.add_rect_filled(corner, end, theme.PICTURE_SURROUND)
+        self._draw_pictures(draw, pictures, view, corner, end)
+        if pictures.overlay is not None and view.compare is not Compare.FLIP:
+            self._add(draw, pictures.overlay, pictures, nearest=True)
+        self._draw_outlines(draw, pictures)
+        if view.pixel_grid:
+            self._draw_grid(draw, pictures, corner, end)
+        if view.compare is Compare.WIPE:
+            self._draw_handle(draw, self._wipe_x(view, pictures.shape, self.geometry), corner, end)
+        draw.pop_clip_rect()
+
+    def _draw_pictures(
+        self,
+        draw: imgui.ImDrawList,
+        pictures: Pictures,
+        view: ViewState,
+        corner: ImVec2,
+        end: ImVec2,
+    ) -> None:
+        near = self.zoom >= _NEAREST_FROM
+        near_a = near and not pictures.is_proxy
+        if view.compare is Compare.FLIP:
+            self._add(draw, pictures.b, pictures, near)
+        elif view.compare is Compare.WIPE:
+            x = self._wipe_x(view, pictures.shape, self.geometry)
+            draw.push_clip_rect(corner, ImVec2(max(x, corner.x), end.y), True)
+            self._add(draw, pictures.a, pictures, near_a)
+            draw.pop_clip_rect()
+            draw.push_clip_rect(ImVec2(min(x, end.x), corner.y), end, True)
+            self._add(draw, pictures.b, pictures, near)
+            draw.pop_clip_rect()
+        else:
+            self._add(draw, pictures.a, pictures, near_a)
+
+    def _add(
+        self, draw: imgui.ImDrawList, texture: moderngl.Texture, pictures: Pictures, nearest: bool
+    ) -> None:
+        """Lay a texture over the data window."""
+        self._set_filter(texture, pictures, nearest)
+        data, display = pictures.data_window, pictures.display_window
+        first = self.geometry.window_at_picture((data.x0 - display.x0, data.y0 - display.y0))
+        last = self.geometry.window_at_picture((data.x1 - display.x0, data.y1 - display.y0))
+        draw.add_image(imgui.ImTextureRef(texture.glo), ImVec2(*first), ImVec2(*last))
+
+    def _set_filter(self, texture: moderngl.Texture, pictures: Pictures, nearest: bool) -> None:
+        texels = self.zoom * pictures.data_window.height / texture.height
+        if nearest:
+            texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+        elif texels < MIPMAPS_UNDER:
+            texture.filter = (moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR)
+        else:
+            texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
+
+    def _draw_outlines(self, draw: imgui.ImDrawList, pictures: Pictures) -> None:
+        """The display window, where the picture does not fill it exactly."""
+        if pictures.data_window == pictures.display_window:
+            return
+        window = pictures.display_window
+        first = self.geometry.window_at_picture((0, 0))
+        last = self.geometry.window_at_picture((window.width, window.height))
+        draw.add_rect(ImVec2(*first), ImVec2(*last), theme.WINDOW_LINE)
+
+    def _draw_grid(
+        self, draw: imgui.ImDrawList, pictures: Pictures, corner: ImVec2, end: ImVec2
+    ) -> None:
+        if self.zoom < _GRID_FROM:
+            return
+        x0, y0 = self.geometry.pixel_at_window((corner.x, corner.y))
+        x1, y1 = self.geometry.pixel_at_window((end.x, end.y))
+        shape = pictures.shape
+        for x in range(max(x0, 0), min(x1, shape.width_px) + 1):
+            at = self.geometry.window_at_picture((x, 0))[0]
+            draw.add_line(ImVec2(at, corner.y), ImVec2(at, end.y), theme.PIXEL_GRID)
+        for y in range(max(y0, 0), min(y1, shape.height_px) + 1):
+            at = self.geometry.window_at_picture((0, y))[1]
+            draw.add_line(ImVec2(corner.x, at), ImVec2(end.x, at), theme.PIXEL_GRID)
+
+    def _draw_handle(self, draw: imgui.ImDrawList, x: float, corner: ImVec2, end: ImVec2) -> None:
+        """Line and grip of the wipe: between A and B, over neither's pixels beside it."""
+        middle = (corner.y + end.y) / 2
+        em = imgui.get_font_size()
+        draw.add_line(ImVec2(x, corner.y), ImVec2(x, end.y), theme.HANDLE, 1.0)
+        draw.add_circle_filled(ImVec2(x, middle), 0.55 * em, theme.SHADOW)
+        draw.add_circle(ImVec2(x, middle), 0.55 * em, theme.HANDLE)
+        top = corner.y + 0.4 * em
+        draw.add_text(ImVec2(x - 1.2 * em, top), theme.HANDLE, "A")
+        draw.add_text(ImVec2(x + 0.7 * em, top), theme.HANDLE, "B")

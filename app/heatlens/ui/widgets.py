@@ -1,0 +1,108 @@
+"""Small controls that ImGui has not: each takes a value and returns it as the user left it."""
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from typing import TypeVar
+
+from imgui_bundle import ImVec2, imgui
+
+from heatlens.errors import InputError
+
+Value = TypeVar("Value")
+
+LABEL_EM = 6.6  # width of the column of labels
+Rects = dict[str, tuple[float, float, float, float]]
+
+# Where each control was drawn last, by label: x0, y0, x1, y1. Tests aim at controls by it.
+drawn_at: Rects = {}
+
+
+def label(text: str, tip: str = "") -> None:
+    """The text before a control; the control then takes the rest of the line."""
+    imgui.align_text_to_frame_padding()
+    imgui.text_disabled(text)
+    if tip and imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
+        imgui.set_tooltip(tip)
+    imgui.same_line(LABEL_EM * imgui.get_font_size())
+    imgui.set_next_item_width(-1)
+
+
+def note(name: str) -> None:
+    """Remember where the last control lies."""
+    low, high = imgui.get_item_rect_min(), imgui.get_item_rect_max()
+    drawn_at[name] = (low.x, low.y, high.x, high.y)
+
+
+def drag(
+    name: str, value: float, speed: float, low: float, high: float, format_: str, tip: str = ""
+) -> float:
+    """A number that is dragged, or typed after Ctrl+click; never rounded while left alone."""
+    label(name, tip)
+    flags = imgui.SliderFlags_.logarithmic | imgui.SliderFlags_.clamp_on_input
+    changed, new = imgui.drag_float(f"##{name}", value, speed, low, high, format_, flags)
+    note(name)
+    return float(f"{new:.7g}") if changed else value
+
+
+def slider(name: str, value: float, low: float, high: float, format_: str, tip: str = "") -> float:
+    """A number between two ends; double click on the label is left to the caller."""
+    label(name, tip)
+    changed, new = imgui.slider_float(f"##{name}", value, low, high, format_)
+    note(name)
+    return float(f"{new:.7g}") if changed else value
+
+
+def choice(name: str, value: str, choices: Sequence[str], tip: str = "") -> str:
+    """One of several words."""
+    label(name, tip)
+    if imgui.begin_combo(f"##{name}", value):
+        for item in choices:
+            picked, _ = imgui.selectable(item, item == value)
+            if picked:
+                value = item
+        imgui.end_combo()
+    note(name)
+    return value
+
+
+def text_field(
+    name: str,
+    shown: str,
+    value: Value,
+    parse: Callable[[str], Value],
+    say: Callable[[str], None],
+) -> Value:
+    """What was typed, once it is finished; what cannot be read is said, and the value stays."""
+    _, text = imgui.input_text(f"##{name}", shown, imgui.InputTextFlags_.auto_select_all)
+    note(name)
+    if imgui.is_item_deactivated_after_edit() and text != shown:
+        try:
+            return parse(text)
+        except InputError as error:
+            say(str(error))
+    return value
+
+
+@contextmanager
+def disabled(when: bool) -> Iterator[None]:
+    """Controls inside are grey and dead."""
+    imgui.begin_disabled(when)
+    yield
+    imgui.end_disabled()
+
+
+def parse_number(text: str, low: float, high: float, what: str) -> float:
+    """A number in words, with or without a leading f/ or T; InputError outside its limits."""
+    cleaned = text.strip().lower().removeprefix("f/").removeprefix("f").removeprefix("t")
+    try:
+        value = float(cleaned.removesuffix("mm").replace(",", "."))
+    except ValueError:
+        raise InputError(f"{text!r} is not a number for the {what}.") from None
+    if not low <= value <= high:
+        raise InputError(f"The {what} must be {low:g} to {high:g}, got {value:g}.")
+    return value
+
+
+def spacer(em: float = 0.3) -> None:
+    """A little air."""
+    imgui.dummy(ImVec2(0, em * imgui.get_font_size()))

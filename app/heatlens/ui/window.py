@@ -1,0 +1,187 @@
+"""The GLFW window and its loop: nothing is drawn when nothing happened."""
+
+import ctypes
+import time
+from collections.abc import Callable
+from typing import Any
+
+from imgui_bundle import imgui  # before glfw: both then share one libglfw
+
+import glfw  # isort: skip
+import moderngl
+
+from heatlens.errors import GpuError
+from heatlens.ui import theme
+from heatlens.ui.app import App, Start
+from heatlens.ui.screen import Screen
+
+_SIZE = 1600, 900
+_FRAMES_AFTER_EVENT = 3  # ImGui needs up to so many to come to rest: hover, layout, focus
+_TOOLTIP_S = 0.6  # one more frame so long after the last event: tooltips wait for it
+_CURSOR_S = 0.4  # the cursor of a text field blinks
+_HELP = (
+    "`heatlens render` works without a display; on Debian or Ubuntu a window needs an X server or "
+    "Wayland and: apt-get install libgl1 libegl1"
+)
+
+
+def run_window(start: Start) -> None:
+    """Open the window and stay until it is closed. Raises GpuError where there can be none."""
+    window = _open_window()
+    try:
+        Loop(window, start).run()
+    finally:
+        glfw.terminate()
+
+
+def _open_window() -> Any:
+    glfw.ERROR_REPORTING = "ignore"  # said by us, in a sentence
+    if not glfw.init():
+        raise GpuError(f"No window can be opened: {_glfw_error()}. {_HELP}")
+    for hint, value in (
+        (glfw.CONTEXT_VERSION_MAJOR, 4),
+        (glfw.CONTEXT_VERSION_MINOR, 3),
+        (glfw.OPENGL_PROFILE, glfw.OPENGL_CORE_PROFILE),
+        (glfw.OPENGL_FORWARD_COMPAT, 1),
+        (glfw.SCALE_TO_MONITOR, 1),
+    ):
+        glfw.window_hint(hint, value)
+    window = glfw.create_window(*_SIZE, "heatlens", None, None)
+    if not window:
+        reason = _glfw_error()
+        glfw.terminate()
+        raise GpuError(f"No window with OpenGL 4.3 can be opened: {reason}. {_HELP}")
+    glfw.make_context_current(window)
+    glfw.swap_interval(1)
+    return window
+
+
+def _glfw_error() -> str:
+    code, description = glfw.get_error()
+    if not description:
+        return f"error {code:#x}" if code else "no reason was given"
+    return str(description.decode() if isinstance(description, bytes) else description).rstrip(".")
+
+
+class Loop:
+    """Draws the screen when something happened, works on the picture when nothing does."""
+
+    def __init__(self, window: Any, start: Start) -> None:
+        self._window = window
+        self._frames_due = _FRAMES_AFTER_EVENT
+        self._event_at = 0.0
+        self._ctx = moderngl.create_context(require=430)
+        imgui.create_context()
+        self._watch_events()
+        self._start_imgui()
+        self._app = App(self._ctx, start, glfw.post_empty_event)
+        self._screen = Screen(self._app)
+        self._version = 0
+        self._title = ""
+
+    def run(self) -> None:
+        """Until the window is closed."""
+        app = self._app
+        while not (glfw.window_should_close(self._window) or app.is_over):
+            self._wait()
+            if self._frames_due > 0:
+                self._frames_due -= 1
+                self._draw()
+            elif app.live.is_working:
+                app.work()
+                self._frames_due += app.live.version != self._version
+        app.close()
+        imgui.backends.opengl3_shutdown()
+        imgui.backends.glfw_shutdown()
+        imgui.destroy_context()
+
+    def _wait(self) -> None:
+        """Take events; sleep for one where there is nothing to do."""
+        wait_s = self._seconds_to_sleep()
+        if wait_s == 0.0:
+            glfw.poll_events()
+        elif wait_s is None:
+            glfw.wait_events()
+        else:
+            glfw.wait_events_timeout(wait_s)
+            self._frames_due = max(self._frames_due, 1)
+
+    def _seconds_to_sleep(self) -> float | None:
+        if self._frames_due > 0:
+            return 0.0
+        waits = [self._app.seconds_until_needed()]
+        since = time.perf_counter() - self._event_at
+        if since < _TOOLTIP_S:
+            waits.append(_TOOLTIP_S)
+        if imgui.get_io().want_text_input:
+            waits.append(_CURSOR_S)
+        known = [wait for wait in waits if wait is not None]
+        return min(known) if known else None
+
+    def _draw(self) -> None:
+        start = time.perf_counter()
+        app, before = self._app, self._app.live.version
+        imgui.backends.opengl3_new_frame()
+        imgui.backends.glfw_new_frame()
+        imgui.new_frame()
+        self._screen.draw()
+        imgui.render()
+        width, height = glfw.get_framebuffer_size(self._window)
+        self._ctx.screen.use()
+        self._ctx.screen.viewport = (0, 0, width, height)
+        self._ctx.screen.clear(0.1, 0.1, 0.1)
+        imgui.backends.opengl3_render_draw_data(imgui.get_draw_data())
+        glfw.swap_buffers(self._window)
+        self._tell_title()
+        seconds = time.perf_counter() - start
+        app.speed.frames_s.append(seconds)
+        if imgui.is_any_mouse_down() and app.live.version != before:
+            app.speed.held_s.append(seconds)
+        if app.live.version != before:
+            self._frames_due = max(self._frames_due, 1)
+        self._version = app.live.version
+
+    def _tell_title(self) -> None:
+        """The name of what is seen, from the moment it is seen."""
+        app = self._app
+        if app.live.shown is not None and app.stage.plate is not None:
+            title = f"{app.stage.plate.path.name} - heatlens"
+            if title != self._title:
+                self._title = title
+                glfw.set_window_title(self._window, title)
+
+    def _watch_events(self) -> None:
+        """Any event makes frames due. Set before ImGui's, which calls these in turn."""
+        woken: Callable[..., None] = lambda *_: self._woken()  # noqa: E731
+        for register in (
+            glfw.set_key_callback,
+            glfw.set_char_callback,
+            glfw.set_mouse_button_callback,
+            glfw.set_cursor_pos_callback,
+            glfw.set_cursor_enter_callback,
+            glfw.set_scroll_callback,
+            glfw.set_window_focus_callback,
+            glfw.set_framebuffer_size_callback,
+            glfw.set_window_refresh_callback,
+            glfw.set_window_content_scale_callback,
+        ):
+            register(self._window, woken)
+        glfw.set_drop_callback(self._window, self._dropped)
+
+    def _woken(self) -> None:
+        self._frames_due = _FRAMES_AFTER_EVENT
+        self._event_at = time.perf_counter()
+
+    def _dropped(self, _window: Any, paths: Any) -> None:
+        self._woken()
+        if paths:
+            self._app.open(paths[0])
+
+    def _start_imgui(self) -> None:
+        io = imgui.get_io()
+        io.config_flags |= imgui.ConfigFlags_.docking_enable
+        io.set_ini_filename("")
+        theme.apply(glfw.get_window_content_scale(self._window)[0])
+        pointer = ctypes.cast(self._window, ctypes.c_void_p).value or 0
+        imgui.backends.glfw_init_for_opengl(pointer, True)
+        imgui.backends.opengl3_init("#version 430")

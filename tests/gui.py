@@ -1,0 +1,158 @@
+"""The whole interface without a window: ImGui on an EGL context, mouse and keys injected."""
+
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import moderngl
+import numpy as np
+from imgui_bundle import imgui
+
+from heatlens.ui import theme, widgets
+from heatlens.ui.app import App, Start
+from heatlens.ui.screen import Screen
+
+SIZE = (1280, 800)
+Point = tuple[float, float]
+
+
+class Gui:
+    """An App, its Screen and a hand."""
+
+    def __init__(self, ctx: moderngl.Context, start: Start, size: Point = SIZE) -> None:
+        self.ctx = ctx
+        self.size = size
+        self.io = imgui.get_io()
+        self.io.set_ini_filename("")
+        self.io.display_size = size
+        self.io.delta_time = 1 / 60
+        self.io.config_flags |= imgui.ConfigFlags_.docking_enable
+        theme.apply()
+        imgui.backends.opengl3_init("#version 430")
+        self._texture = ctx.texture(size, 4)
+        self._target = ctx.framebuffer([self._texture])
+        self.app = App(ctx, start)
+        self.screen = Screen(self.app)
+
+    def frame(self, count: int = 1) -> None:
+        """Draw so many frames, with the errors of OpenGL looked for after each."""
+        for _ in range(count):
+            imgui.backends.opengl3_new_frame()
+            imgui.new_frame()
+            self.screen.draw()
+            imgui.render()
+            self._target.use()
+            self._target.clear(0.1, 0.1, 0.1)
+            imgui.backends.opengl3_render_draw_data(imgui.get_draw_data())
+            assert self.ctx.error == "GL_NO_ERROR"
+
+    def until(self, condition, what: str, seconds: float = 20.0) -> None:
+        """Frames until `condition`; a bound, not a measurement."""
+        end = time.monotonic() + seconds
+        while not condition():
+            assert time.monotonic() < end, f"{what} never came"
+            self.frame()
+            self.app.work()
+
+    def opened(self) -> None:
+        self.until(lambda: self.app.live.shown is not None, "a picture")
+        self.frame(3)
+
+    def settled(self) -> None:
+        """Until the whole picture is there and on the screen."""
+        self.until(lambda: not self.app.live.is_working, "the whole picture", 60.0)
+        self.frame(2)
+
+    def rect(self, name: str) -> tuple[float, float, float, float]:
+        return widgets.drawn_at[name]
+
+    def middle(self, name: str) -> Point:
+        x0, y0, x1, y1 = self.rect(name)
+        return (x0 + x1) / 2, (y0 + y1) / 2
+
+    def move(self, at: Point) -> None:
+        self.io.add_mouse_pos_event(*at)
+        self.frame()
+
+    def press(self, at: Point, button: int = 0) -> None:
+        self.move(at)
+        self.io.add_mouse_button_event(button, True)
+        self.frame()
+
+    def release(self, button: int = 0) -> None:
+        self.io.add_mouse_button_event(button, False)
+        self.frame(2)
+
+    def click(self, at: Point, button: int = 0) -> None:
+        self.press(at, button)
+        self.release(button)
+
+    def drag(self, start: Point, end: Point, button: int = 0, steps: int = 4) -> None:
+        self.press(start, button)
+        for i in range(1, steps + 1):
+            part = i / steps
+            self.move((start[0] + part * (end[0] - start[0]), start[1] + part * (end[1] - start[1])))
+        self.release(button)
+
+    def wheel(self, at: Point, notches: float) -> None:
+        self.move(at)
+        self.io.add_mouse_wheel_event(0.0, notches)
+        self.frame(2)
+
+    def hold(self, key: imgui.Key, down: bool = True) -> None:
+        self.io.add_key_event(key, down)
+        self.frame()
+
+    def key(self, key: imgui.Key, ctrl: bool = False, shift: bool = False) -> None:
+        """A key pressed and let go, with modifiers."""
+        for mod, used in ((imgui.Key.mod_ctrl, ctrl), (imgui.Key.mod_shift, shift)):
+            if used:
+                self.hold(mod)
+        self.hold(key)
+        self.hold(key, False)
+        for mod, used in ((imgui.Key.mod_ctrl, ctrl), (imgui.Key.mod_shift, shift)):
+            if used:
+                self.hold(mod, False)
+
+    def type(self, text: str) -> None:
+        self.io.add_input_characters_utf8(text)
+        self.frame(2)
+
+    def do(self, name: str) -> None:
+        """Run an action by its name."""
+        next(a for a in self.app.actions if a.name == name).run(self.app)
+        self.frame(2)
+
+    def rest(self) -> None:
+        """Let a gesture end, as if time had passed."""
+        self.app.editing.history = self.app.editing.history.at_rest()
+        self.frame()
+
+    def screenshot(self) -> np.ndarray:
+        """(H, W, 3) bytes of the window, the top row first."""
+        pixels = np.frombuffer(self._target.read(components=3), np.uint8)
+        return pixels.reshape(self.size[1], self.size[0], 3)[::-1]
+
+    def at_picture(self, x: float, y: float) -> Point:
+        """Where a point of the picture lies in the window."""
+        return self.app.viewport.geometry.window_at_picture((x, y))
+
+    def close(self) -> None:
+        self.app.close()
+        imgui.backends.opengl3_shutdown()
+        self._target.release()
+        self._texture.release()
+
+
+@contextmanager
+def gui_of(ctx: moderngl.Context, source: Path | str, **start: object) -> Iterator[Gui]:
+    """A Gui with its own ImGui, the first picture on the screen."""
+    imgui.create_context()
+    gui = Gui(ctx, Start(str(source), **start))  # type: ignore[arg-type]
+    try:
+        gui.opened()
+        yield gui
+    finally:
+        gui.close()
+        imgui.destroy_context()
