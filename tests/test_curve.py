@@ -143,6 +143,26 @@ def test_a_bezier_runs_through_its_control_polygons_cubic(out, into, fast, slow,
     assert curve.value_at(frame) == pytest.approx(value, abs=1e-6)
 
 
+@pytest.mark.parametrize("influences", [(0, 100), (100, 0), (100, 100), (99.999, 100)])
+@pytest.mark.parametrize("t", np.linspace(0, 1, 21))
+def test_handles_over_the_whole_segment_can_be_followed(influences, t):
+    out, into = (Ease(influence) for influence in influences)
+    curve = Curve((Key(0, 0.0, BEZIER, ease_out=out), Key(10, 1.0, ease_in=into)))
+    inner = np.array([0, influences[0] / 10, 10 - influences[1] / 10, 10])
+    frame = float(np.array([(1 - t) ** 3, 3 * t * (1 - t) ** 2, 3 * t**2 * (1 - t), t**3]) @ inner)
+    assert curve.value_at(frame) == pytest.approx(3 * t**2 - 2 * t**3, abs=1e-4)
+
+
+@pytest.mark.parametrize("digits", range(17))
+@pytest.mark.parametrize("side", [-1, 1])
+def test_where_a_curve_stands_upright_it_still_has_a_value(digits, side):
+    steep = Ease(100.0)
+    curve = Curve((Key(-12, -1.0, BEZIER, steep, steep), Key(12, 1.0, BEZIER, steep, steep)))
+    value = curve.value_at(side * 10.0**-digits) * side
+    # Near the middle the time is 96 (t - 1/2)^3 frames, and the value 3 (t - 1/2).
+    assert value == pytest.approx(3 * (10.0**-digits / 96) ** (1 / 3), rel=0.2, abs=1e-4)
+
+
 @given(st.floats(0.1, 100), st.floats(-50, 50), st.floats(1, 500))
 def test_a_handle_dragged_to_its_own_tip_stays_as_it_is(influence, speed, frames):
     ease = Ease(influence, speed)
@@ -157,6 +177,14 @@ def test_a_handle_cannot_leave_its_segment(frames, rise, segment):
     assert 0 <= reach <= segment * (1 + 1e-12)
     if frames > 1e-3:  # it keeps its direction
         assert height * frames == pytest.approx(rise * reach, abs=1e-9)
+
+
+@given(curves(), st.floats(800, 1300), st.floats(800, 1300))
+def test_handles_for_a_segment_change_no_value(curve, at, frame):
+    bent = curve.with_handles(at)
+    assert bent.value_at(frame) == pytest.approx(curve.value_at(frame), rel=1e-6)
+    segment = [key for key in bent.keys[:-1] if key.frame <= at][-1:]
+    assert all(key.interpolation in (BEZIER, HOLD) for key in segment if at < bent.keys[-1].frame)
 
 
 @given(curves(), st.integers(-5000, 5000), st.integers(800, 1300))

@@ -147,6 +147,25 @@ class Curve:
         )
         return Curve(tuple(keys), scale)
 
+    def with_handles(self, frame: float) -> "Curve":
+        """The segment at `frame` as a Bezier along the same path, so that its handles can be bent.
+
+        A held value has no path, and a Bezier has its handles already.
+        """
+        index = self._index_before(frame)
+        if not 0 <= index < len(self.keys) - 1:
+            return self
+        start, end = self.keys[index : index + 2]
+        if start.interpolation is Interpolation.LINEAR:
+            slopes = (self._chord(index)[1],) * 2
+        elif start.interpolation is Interpolation.SMOOTH:
+            slopes = self._slope(index), self._slope(index + 1)
+        else:
+            return self
+        out, into = (Ease(speed_per_frame=slope) for slope in slopes)
+        bent = replace(start, interpolation=Interpolation.BEZIER, ease_out=out)
+        return self.with_key(bent).with_key(replace(end, ease_in=into))
+
     def _between(self, index: int, frame: float) -> float:
         """Inside the segment after a key."""
         start, end = self.keys[index], self.keys[index + 1]
