@@ -120,11 +120,21 @@ def zoomed_to(
 
 
 def panned(view: ViewState, viewport: Viewport, shape: PictureShape, by: Point) -> ViewState:
-    """Moved by so many window units; a fitting picture keeps its size."""
+    """Moved by so many window units; a fitting picture keeps its size.
+
+    The middle of the viewport stays over the picture, or goes no farther from it where zooming at
+    the pointer has left it outside.
+    """
     zoom = view.zoom or fit_zoom(viewport, shape)
     x, y = view.center_px or shape.middle_px
     scale = viewport.framebuffer_scale
-    x -= by[0] * scale / (zoom * shape.pixel_aspect)
-    y -= by[1] * scale / zoom
-    center = (min(max(x, 0.0), float(shape.width_px)), min(max(y, 0.0), float(shape.height_px)))
+    center = (
+        _panned(x, by[0] * scale / (zoom * shape.pixel_aspect), shape.width_px),
+        _panned(y, by[1] * scale / zoom, shape.height_px),
+    )
     return replace(view, zoom=zoom, center_px=center)
+
+
+def _panned(center_px: float, by_px: float, size_px: int) -> float:
+    least, most = min(center_px, 0.0), max(center_px, float(size_px))
+    return min(max(center_px - by_px, least), most)
