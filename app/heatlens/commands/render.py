@@ -5,25 +5,17 @@ import sys
 import time
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
 
 from heatlens.commands.layer_progress import layer_progress
 from heatlens.commands.lens_options import add_lens_options, lens_of
 from heatlens.commands.plate_options import add_plate_options, plate_options
-from heatlens.errors import InputError
 from heatlens.gpu.context import headless_context
-from heatlens.gpu.textures import FloatArray
 from heatlens.image.exr_read import read_plate
-from heatlens.image.exr_write import lens_attributes, write_exr
-from heatlens.image.plate import Plate
-from heatlens.image.png_write import write_png
-from heatlens.model.boxes import Box
-from heatlens.model.lens import Lens
+from heatlens.image.picture_write import check_output, write_picture
 from heatlens.model.settings import LAYERS_MAX, PROXY_MIN, Bokeh, DefocusSettings, Quality
 from heatlens.model.shot import Shot
 from heatlens.render import FrameRenderer
 
-_SUFFIXES = (".exr", ".png")
 _DESCRIPTION = """\
 Puts a lens in front of a pinhole plate (EXR with colour and depth) and writes the picture:
 EXR scene-linear with the lens in its header, or PNG for a look.
@@ -96,7 +88,7 @@ def settings_of(args: argparse.Namespace) -> DefocusSettings:
 def run(args: argparse.Namespace) -> int:
     """Read, render, write; say what was decided on the way."""
     start = time.perf_counter()
-    _check_output(args.output, args.plate)
+    check_output(args.output, args.plate)
     settings = settings_of(args)
     plate = read_plate(args.plate, plate_options(args))
     lens, said = lens_of(args, plate)
@@ -110,61 +102,11 @@ def run(args: argparse.Namespace) -> int:
     with layer_progress(renderer):
         pixels = renderer.pixels(Shot(lens, settings))
     render_done = time.perf_counter()
-    write_picture(args, plate, lens, pixels)
+    write_picture(args.output, pixels, plate, lens, args.proxy, half=not args.float)
     if args.stats:
         _say_stats(renderer, (start, read_done, render_done, time.perf_counter()))
     print(args.output)
     return 0
-
-
-def write_picture(args: argparse.Namespace, plate: Plate, lens: Lens, pixels: FloatArray) -> None:
-    """Write `pixels` (H, W, 4) as the suffix of --output asks."""
-    if args.output.suffix.lower() == ".png":
-        write_png(args.output, pixels if plate.has_alpha else pixels[..., :3])
-        return
-    names = "RGBA" if plate.has_alpha else "RGB"
-    write_exr(
-        args.output,
-        {name: pixels[..., i] for i, name in enumerate(names)},
-        _scaled(plate.data_window, args.proxy, pixels.shape[1::-1]),
-        _scaled(plate.display_window, args.proxy),
-        plate.pixel_aspect_ratio,
-        plate.attributes | _lens_header(plate, lens),
-        half=not args.float,
-    )
-
-
-def _lens_header(plate: Plate, lens: Lens) -> dict[str, Any]:
-    """The lens as header attributes; none where the plate brought its circle of confusion.
-
-    The height of the sensor is known only to the header, and only for the width that it tells.
-    """
-    if plate.coc_px is not None:
-        return {}
-    camera = plate.camera
-    height_mm = camera.sensor_height_mm if camera.sensor_width_mm == lens.sensor_width_mm else None
-    return lens_attributes(
-        lens.focal_length_mm, lens.f_stop, lens.focus_distance_m, lens.sensor_width_mm, height_mm
-    )
-
-
-def _scaled(box: Box, scale: float, size: tuple[int, ...] | None = None) -> Box:
-    """A window at proxy size; the data window's size is the picture's own."""
-    x0, y0 = round(box.x0 * scale), round(box.y0 * scale)
-    width, height = size or (max(1, round(box.width * scale)), max(1, round(box.height * scale)))
-    return Box(x0, y0, x0 + width, y0 + height)
-
-
-def _check_output(path: Path, plate: Path) -> None:
-    """What would only fail after the rendering, or destroy what is rendered."""
-    if path.suffix.lower() not in _SUFFIXES:
-        raise InputError(f"{path}: the output must end in {' or '.join(_SUFFIXES)}.")
-    if not path.parent.is_dir():
-        raise InputError(f"{path}: there is no folder {path.parent}.")
-    if path.is_dir():
-        raise InputError(f"{path} is a folder: give the name of a file to write.")
-    if path.exists() and plate.exists() and path.samefile(plate):
-        raise InputError(f"{path} is the plate itself: give another name for the output.")
 
 
 def _say(*sentences: str) -> None:

@@ -1,6 +1,7 @@
 """Pictures for the eye: scene-linear colour to 8-bit sRGB, as PNG or JPEG."""
 
 import os
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -16,30 +17,38 @@ _FORMATS = {".png": "PNG", ".jpg": "JPEG", ".jpeg": "JPEG"}
 _JPEG_QUALITY = 95
 
 
-def write_png(path: str | os.PathLike[str], rgba: FloatImage, exposure_stops: float = 0.0) -> None:
+def write_png(
+    path: str | os.PathLike[str],
+    rgba: FloatImage,
+    exposure_stops: float = 0.0,
+    encode: Callable[[FloatImage], FloatImage] = srgb_encoded,
+) -> None:
     """Write scene-linear `rgba`, (H, W, 3) or premultiplied (H, W, 4), `exposure_stops` brighter.
 
-    Values are clamped to 0..1. PNG holds alpha, un-premultiplied, where any pixel is not opaque;
-    .jpg and .jpeg show it over black. Raises InputError when the file cannot be written.
+    `encode` turns light (H, W, 3) into display values, which are clamped to 0..1. PNG holds alpha,
+    un-premultiplied, where any pixel is not opaque; .jpg and .jpeg show it over black. Raises
+    InputError when the file cannot be written.
     """
     kind = _FORMATS.get(Path(path).suffix.lower())
     if kind is None:
         raise InputError(f"{path}: pictures are written as {', '.join(_FORMATS)}.")
-    image = Image.fromarray(_display_bytes(rgba, exposure_stops, keep_alpha=kind == "PNG"))
+    light = _straight(rgba, exposure_stops, keep_alpha=kind == "PNG")
+    shown = [_bytes(encode(light[:, :, :3])), _bytes(light[:, :, 3:])]
+    image = Image.fromarray(np.concatenate(shown, axis=2))
     with replacing(path) as beside:
         image.save(beside, format=kind, quality=_JPEG_QUALITY)
 
 
-def _display_bytes(rgba: FloatImage, exposure_stops: float, keep_alpha: bool) -> NDArray[np.uint8]:
-    """RGB or RGBA bytes (H, W, 3 or 4)."""
+def _straight(rgba: FloatImage, exposure_stops: float, keep_alpha: bool) -> FloatImage:
+    """Light (H, W, 3), or where alpha is kept and counts (H, W, 4) not premultiplied."""
     rgb = rgba[:, :, :3] * np.float32(2.0**exposure_stops)
     if not keep_alpha or rgba.shape[2] == 3 or not (rgba[:, :, 3] < 1).any():
-        return _bytes(srgb_encoded(rgb))
+        return rgb
     alpha = np.nan_to_num(np.clip(rgba[:, :, 3:], 0.0, 1.0))
     straight = np.divide(rgb, alpha, out=rgb.copy(), where=alpha > 0)
-    return np.concatenate([_bytes(srgb_encoded(straight)), _bytes(alpha)], axis=2)
+    return np.concatenate([straight, alpha], axis=2)
 
 
 def _bytes(display: FloatImage) -> NDArray[np.uint8]:
-    """0..1 to 0..255, rounded."""
-    return (display * 255 + 0.5).astype(np.uint8)
+    """0..1 to 0..255, rounded; a view may leave values beyond."""
+    return (np.clip(np.nan_to_num(display, nan=0.0), 0.0, 1.0) * 255 + 0.5).astype(np.uint8)

@@ -1,0 +1,79 @@
+"""The picture through the lens to a file: the window and the command line write the same one."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from heatlens.errors import InputError
+from heatlens.image.display import srgb_encoded
+from heatlens.image.exr_write import lens_attributes, write_exr
+from heatlens.image.plate import FloatImage, Plate
+from heatlens.image.png_write import write_png
+from heatlens.model.boxes import Box
+from heatlens.model.lens import Lens
+
+PICTURE_SUFFIXES = (".exr", ".png")
+Encode = Callable[[FloatImage], FloatImage]  # scene-linear (H, W, 3) to display values
+
+
+def write_picture(
+    path: Path,
+    pixels: FloatImage,
+    plate: Plate,
+    lens: Lens,
+    proxy: float,
+    *,
+    half: bool = True,
+    encode: Encode = srgb_encoded,
+) -> None:
+    """Write `pixels`, (H, W, 4) premultiplied at `proxy` size, as the suffix of `path` asks.
+
+    EXR: scene-linear, over the plate's windows, its metadata and `lens` in the header; 16 bits a
+    channel where `half`. PNG: through `encode`. Raises InputError when it cannot be written.
+    """
+    if path.suffix.lower() == ".png":
+        write_png(path, pixels if plate.has_alpha else pixels[..., :3], encode=encode)
+        return
+    names = "RGBA" if plate.has_alpha else "RGB"
+    write_exr(
+        path,
+        {name: pixels[..., i] for i, name in enumerate(names)},
+        _scaled(plate.data_window, proxy, pixels.shape[1::-1]),
+        _scaled(plate.display_window, proxy),
+        plate.pixel_aspect_ratio,
+        plate.attributes | _lens_header(plate, lens),
+        half=half,
+    )
+
+
+def check_output(path: Path, plate: Path) -> None:
+    """Refuse, in an InputError, what would only fail after the rendering, or destroy the plate."""
+    if path.suffix.lower() not in PICTURE_SUFFIXES:
+        raise InputError(f"{path}: the output must end in {' or '.join(PICTURE_SUFFIXES)}.")
+    if not path.parent.is_dir():
+        raise InputError(f"{path}: there is no folder {path.parent}.")
+    if path.is_dir():
+        raise InputError(f"{path} is a folder: give the name of a file to write.")
+    if path.exists() and plate.exists() and path.samefile(plate):
+        raise InputError(f"{path} is the plate itself: give another name for the output.")
+
+
+def _lens_header(plate: Plate, lens: Lens) -> dict[str, Any]:
+    """The lens as header attributes; none where the plate brought its circle of confusion.
+
+    The height of the sensor is known only to the header, and only for the width that it tells.
+    """
+    if plate.coc_px is not None:
+        return {}
+    camera = plate.camera
+    height_mm = camera.sensor_height_mm if camera.sensor_width_mm == lens.sensor_width_mm else None
+    return lens_attributes(
+        lens.focal_length_mm, lens.f_stop, lens.focus_distance_m, lens.sensor_width_mm, height_mm
+    )
+
+
+def _scaled(box: Box, scale: float, size: tuple[int, ...] | None = None) -> Box:
+    """A window at proxy size; the data window's size is the picture's own."""
+    x0, y0 = round(box.x0 * scale), round(box.y0 * scale)
+    width, height = size or (max(1, round(box.width * scale)), max(1, round(box.height * scale)))
+    return Box(x0, y0, x0 + width, y0 + height)
