@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from heatlens.errors import LensError
 from heatlens.image.plate import Plate
 from heatlens.model.lens import Lens
 
@@ -32,14 +33,25 @@ def start_lens(plate: Plate, given: Mapping[str, float]) -> StartLens:
         header = getattr(plate.camera, name)
         if name in given:
             values[name], sources[name] = given[name], "given"
-        elif header is not None:
+        elif _can_be(name, header):
             values[name], sources[name] = header, f"header, {plate.camera.sources.get(name)}"
         else:
             values[name], sources[name] = usual, "assumed: the header does not tell"
     values["focus_distance_m"], sources["focus_distance_m"] = _focus(plate, given, values)
     extra = {name: given[name] for name in ("squeeze", "close_focus_m") if name in given}
-    t_stop = plate.camera.t_stop
+    t_stop = plate.camera.t_stop if _can_be("t_stop", plate.camera.t_stop) else None
     return StartLens(Lens(**values, **extra, t_stop=t_stop), sources)
+
+
+def _can_be(name: str, value: float | None) -> bool:
+    """Whether a lens can have what the header tells; what is absurd must not keep a plate shut."""
+    if value is None:
+        return False
+    try:
+        Lens(**{**_USUAL, "focus_distance_m": math.inf, name: value})
+    except LensError:
+        return False
+    return True
 
 
 def _focus(

@@ -1,5 +1,6 @@
 """The numbers on an aperture ring: third stops as they are engraved."""
 
+import math
 from bisect import bisect_left, bisect_right
 
 # Powers of 2^(1/6), rounded as makers engrave them (ISO 517 for the whole stops).
@@ -26,4 +27,4 @@ def stepped(f_stop: float, steps: int) -> float:
 
 def nearest_index(f_stop: float) -> int:
     """The place on the ring that is nearest, as stops are counted."""
-    return min(range(len(THIRD_STOPS)), key=lambda i: abs(THIRD_STOPS[i] / f_stop - 1))
+    return min(range(len(THIRD_STOPS)), key=lambda i: abs(math.log2(THIRD_STOPS[i] / f_stop)))

@@ -1,0 +1,41 @@
+"""The histogram over dioptres, against NumPy's of the same, and at the ends of what plates hold."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from heatlens.model.depth_histogram import BINS, depth_histogram
+
+DEPTHS = st.lists(st.one_of(st.floats(0.01, 1e5), st.just(math.inf)), min_size=1, max_size=60).map(
+    lambda depths: np.array(depths, np.float32).reshape(1, -1)
+)
+
+
+@given(DEPTHS)
+def test_heights_are_roots_of_how_many_lie_there(depth_m):
+    """Counted below every edge between two bins; what lies on an edge may fall to either side."""
+    found = depth_histogram(depth_m)
+    assert found.heights.shape == (BINS,) and found.heights.max() == 1.0
+    shares = found.heights**2
+    below = np.cumsum(shares / shares.sum() * depth_m.size)
+    dioptres = np.sort(1.0 / depth_m.ravel().astype(np.float64))
+    edges = np.linspace(0, found.most_dioptres, BINS + 1)[1:]
+    assert np.all(below >= np.searchsorted(dioptres, edges * (1 - 1e-5)) - 1e-6)
+    assert np.all(below <= np.searchsorted(dioptres, edges * (1 + 1e-5), side="right") + 1e-6)
+
+
+@given(DEPTHS)
+def test_every_surface_is_on_the_bar_with_room_in_front(depth_m):
+    found = depth_histogram(depth_m)
+    assert 0 < found.most_dioptres < math.inf
+    nearest = float((1 / depth_m.astype(np.float64)).max())
+    assert nearest == 0 or found.most_dioptres == pytest.approx(1.12 * nearest, rel=1e-6)
+    assert found.heights[-1] == 0.0 or nearest == 0
+
+
+def test_a_frame_where_nothing_was_hit_is_all_at_infinity():
+    found = depth_histogram(np.full((3, 5), np.inf, np.float32))
+    assert (found.most_dioptres, found.heights[0], found.heights[1:].max()) == (1.0, 1.0, 0.0)
