@@ -95,6 +95,13 @@ def test_hold_is_piecewise_constant(curve, index, part):
     assert curve.value_at(frame) == key.value
 
 
+@given(PARTS)
+def test_after_a_hold_a_smooth_value_sets_off_from_rest(part):
+    curve = Curve((Key(0, 1.0, HOLD), Key(10, 5.0), Key(20, 9.0)))
+    expected = 5 + 4 * (3 * part**2 - 2 * part**3)
+    assert curve.value_at(10 + 10 * part) == pytest.approx(expected, rel=1e-9)
+
+
 @pytest.mark.parametrize(
     ("scale", "middle"),
     [(Scale.LINEAR, 5.0), (Scale.RECIPROCAL, 3.2), (Scale.LOGARITHMIC, 4.0)],

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from heatlens.errors import InputError
 from heatlens.image.depth import read_depth
-from heatlens.image.plate import PlateOptions
+from heatlens.model.plate_options import PlateOptions
 
 INF = math.inf
 NAN = math.nan

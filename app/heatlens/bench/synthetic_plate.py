@@ -7,10 +7,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from heatlens.image.plate import CameraHeader, DepthConvention, DepthReport, FloatImage, Plate
+from heatlens.image.plate import CameraHeader, DepthReport, FloatImage, Plate
 from heatlens.model.boxes import Box
 from heatlens.model.coc import coc_line, coc_px
 from heatlens.model.lens import Lens
+from heatlens.model.plate_options import DepthConvention
 
 # Wide open and focused between the objects: blur on both sides, and every layer is occupied.
 LENS = Lens(focal_length_mm=50.0, f_stop=1.4, focus_distance_m=3.0, sensor_width_mm=36.0)

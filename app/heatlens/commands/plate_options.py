@@ -3,8 +3,8 @@
 import argparse
 import math
 
-from heatlens.image.plate import PlateOptions
 from heatlens.model.filmback import filmback_named
+from heatlens.model.plate_options import PlateOptions
 from heatlens.model.units import parse_scene_unit_m
 
 _CONVENTIONS = ("auto", "distance", "inverse", "normalized", "normalized-inverted", "coc")

@@ -3,7 +3,6 @@
 import argparse
 import json
 import math
-import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -58,7 +57,7 @@ def _facts(path: Path, shot: Shot) -> dict[str, Any]:
     """The entries of the file, and what follows from them at each frame."""
     return {
         "path": str(path),
-        **shot_to_json(shot, os.path.dirname(os.path.abspath(path))),
+        **shot_to_json(shot, path.parent),
         "frames_too_close": list(frames_too_close(shot)),
         "lens_at": [
             {"frame": frame, **{name: plain(value) for name, value in _values(lens).items()}}

@@ -8,14 +8,9 @@ from numpy.typing import NDArray
 
 from heatlens.errors import InputError
 from heatlens.image.depth_guess import Guess, RawDepth, guess_convention, looked_at
-from heatlens.image.plate import (
-    DepthConvention,
-    DepthKind,
-    DepthReport,
-    FloatImage,
-    PlateOptions,
-)
+from heatlens.image.plate import DepthReport, FloatImage
 from heatlens.image.repair import repair_depth
+from heatlens.model.plate_options import DepthConvention, DepthKind, PlateOptions
 
 # Few values of the wrong sign are filtering at edges; this many mean it is no depth channel.
 MAX_WRONG_SIGN_FRACTION = 0.25

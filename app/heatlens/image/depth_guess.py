@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heatlens.errors import InputError
-from heatlens.image.plate import DepthConvention, FloatImage, PlateOptions
+from heatlens.image.plate import FloatImage
+from heatlens.model.plate_options import DepthConvention, PlateOptions
 
 # At and beyond this renderers mean "nothing hit": 1e10 (Blender, MoonRay), FLT_MAX, 1e30, inf.
 INFINITE_FROM = 1e10

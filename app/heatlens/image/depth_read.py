@@ -11,9 +11,10 @@ from heatlens.errors import InputError
 from heatlens.image.camera_header import camera_at_header
 from heatlens.image.channels import ColorChoice, Header, Part, choose_depth, pixels_of
 from heatlens.image.depth import DepthResult, finite_range, read_depth
-from heatlens.image.plate import CameraHeader, FloatImage, PlateOptions
+from heatlens.image.plate import CameraHeader, FloatImage
 from heatlens.image.radial import checked_lens_mm, planar_depth_m
 from heatlens.image.windows import box_at_header, moved_to_window, pixel_aspect_of
+from heatlens.model.plate_options import PlateOptions
 
 
 def read_depth_of(

@@ -19,12 +19,11 @@ from heatlens.image.channels import (
     pixels_of,
 )
 from heatlens.image.depth_read import read_depth_of
-from heatlens.image.plate import FloatImage, Plate, PlateOptions
+from heatlens.image.plate import FloatImage, Plate
 from heatlens.image.quiet import quiet_library
 from heatlens.image.repair import repair_color
 from heatlens.image.windows import box_at_header, pixel_aspect_of
-
-__all__ = ["PlateOptions", "read_color", "read_parts", "read_plate"]
+from heatlens.model.plate_options import PlateOptions
 
 # No GPU takes a larger texture; a damaged header can claim any size.
 MAX_SIDE_PX = 16384

@@ -20,9 +20,9 @@ from heatlens.image.channels import (
 )
 from heatlens.image.depth_read import read_depth_of
 from heatlens.image.exr_read import read_color, read_parts
-from heatlens.image.plate import PlateOptions
 from heatlens.image.windows import box_at_header, pixel_aspect_of
 from heatlens.model.boxes import Box
+from heatlens.model.plate_options import PlateOptions
 
 Facts = dict[str, Any]
 

@@ -9,17 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heatlens.model.boxes import Box
-from heatlens.model.plate_options import DepthConvention, DepthKind, PlateOptions
-
-__all__ = [
-    "CameraHeader",
-    "DepthConvention",
-    "DepthKind",
-    "DepthReport",
-    "FloatImage",
-    "Plate",
-    "PlateOptions",
-]
+from heatlens.model.plate_options import DepthConvention, DepthKind
 
 FloatImage = NDArray[np.float32]
 

@@ -116,7 +116,7 @@ def shot_to_json(shot: Shot, folder: str | os.PathLike[str]) -> dict[str, Any]:
 
 
 def _write(path: Path, shot: Shot) -> None:
-    text = _lines(shot_to_json(shot, os.path.dirname(os.path.abspath(path)))) + "\n"
+    text = _lines(shot_to_json(shot, path.parent)) + "\n"
     # A name that is no Unicode has no UTF-8: its escape is what JSON reads back.
     data = text.encode("utf-8", "backslashreplace")
     with replacing(path) as beside, open(beside, "wb") as file:
