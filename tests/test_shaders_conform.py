@@ -4,16 +4,20 @@ Mesa is lenient; drivers of real GPUs are not. The compiler is Debian's package 
 """
 
 import itertools
+import re
 import shutil
 import subprocess
 from pathlib import Path
 
 import pytest
 
+from heatlens.display import overlay_pass
 from heatlens.gpu.shader_source import assemble
+from heatlens.model.view import Overlay
 from heatlens.paths import data_dir
 
 SHADERS = data_dir("shaders")
+OVERLAY = "overlay.comp.glsl"
 SYSTEMS = {"lib/blur_system.lib.glsl": (1, 2, 5), "lib/fill_system.lib.glsl": (1,)}
 STRATEGIES = {
     "solve_sweep.comp.glsl": [{"LINES_PER_GROUP": 8}],
@@ -36,7 +40,17 @@ def solver_builds() -> list[tuple[str, dict[str, object]]]:
 
 def pass_builds() -> list[tuple[str, dict[str, object]]]:
     names = [f.name for f in sorted(SHADERS.glob("*.glsl")) if f.name not in STRATEGIES]
-    return [(name, {}) for name in names] + [("highlight_sprites.comp.glsl", {"COUNT": 1})]
+    builds = [(name, {}) for name in names] + [("highlight_sprites.comp.glsl", {"COUNT": 1})]
+    return builds + [(OVERLAY, {"MODE": mode}) for mode in overlay_modes()]
+
+
+def overlay_modes() -> list[str]:
+    return re.findall(r"^vec4 (\w+)\(ivec2 at, float", (SHADERS / OVERLAY).read_text(), re.M)
+
+
+def test_every_overlay_has_its_build() -> None:
+    assert sorted(overlay_modes()) == sorted(overlay_pass._MODES.values())
+    assert set(overlay_pass._MODES) | {Overlay.NONE} == set(Overlay)
 
 
 @pytest.mark.parametrize("builds", [solver_builds(), pass_builds()], ids=["solvers", "passes"])
