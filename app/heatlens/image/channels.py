@@ -111,6 +111,11 @@ def choose_color(path: Path, headers: Sequence[Header], layer: str | None) -> Co
     return _without_chroma(path, headers, _with_guess_noted(chosen, layers))
 
 
+def color_layers_among(names: Iterable[str]) -> tuple[str, ...]:
+    """Those layers of channels, given by their full names, that `choose_color` could take."""
+    return tuple(_color_layers([ChannelRef(0, name, name) for name in names]))
+
+
 def choose_depth(
     path: Path, headers: Sequence[Header], name: str | None, color: ColorChoice | None, coc: bool
 ) -> ChannelRef:

@@ -17,6 +17,10 @@ class DepthHistogram:
     heights: NDArray[np.float64]
     most_dioptres: float
 
+    def part_at(self, distance_m: float) -> float:
+        """Where a distance lies on the scale: 0 at infinity, 1 at its near end and before."""
+        return min(1.0 / max(distance_m, 1e-9) / self.most_dioptres, 1.0)
+
 
 def depth_histogram(depth_m: NDArray[np.float32]) -> DepthHistogram:
     """Of metres, +inf where nothing was hit; heights by square root, that few pixels are seen."""

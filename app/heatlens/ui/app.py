@@ -25,13 +25,16 @@ from heatlens.render import FrameRenderer
 from heatlens.ui.action_list import actions
 from heatlens.ui.color_choice import ColorChoice
 from heatlens.ui.editing import Editing
+from heatlens.ui.filing import Filing
 from heatlens.ui.live_picture import LivePicture
 from heatlens.ui.palette import Palette
 from heatlens.ui.plate_source import Opened
+from heatlens.ui.preferences import Preferences
 from heatlens.ui.screen_pictures import ScreenPictures
 from heatlens.ui.speed_panel import Speed
 from heatlens.ui.stage import Reference, Stage
 from heatlens.ui.viewport import ViewportPanel
+from heatlens.ui.widgets import window_words
 
 # Time for a picture while something is dragged. A software rasteriser also draws the window with
 # the processor, so that its picture may take half of a fifteenth of a second.
@@ -56,7 +59,11 @@ class App:
     """Holds what is looked at and what can be done with it; panels and loops call it."""
 
     def __init__(
-        self, ctx: moderngl.Context, start: Start, wake: Callable[[], None] = lambda: None
+        self,
+        ctx: moderngl.Context,
+        start: Start,
+        wake: Callable[[], None] = lambda: None,
+        preferences: Preferences | None = None,
     ) -> None:
         """`wake`, called from threads, makes whoever draws draw again."""
         self.ctx = ctx
@@ -68,7 +75,8 @@ class App:
         self.screen = ScreenPictures(ctx)
         self.stage = Stage(self.renderer, wake)
         self.color = ColorChoice(start.ocio, self.say)
-        self.view = self.color.with_names(start.view)
+        self.filing = Filing(self, preferences or Preferences(), wake)
+        self.view = self.color.with_names(self.filing.first_view(start.view))
         self.editing = Editing(Shot(Lens(50.0, 2.8, 2.0, 36.0), start.defocus), self.say)
         self.begun: StartLens | None = None
         self.viewport = ViewportPanel()
@@ -80,7 +88,7 @@ class App:
         self.wants_layout = True
         self.is_over = False
         self.budget_s = _BUDGET_SOFTWARE_S if is_software(ctx) else _BUDGET_S
-        self.stage.open(start.source, start.plate_options)
+        self.filing.begin(start.source, start.plate_options)
 
     # What is in hand
 
@@ -117,11 +125,11 @@ class App:
 
     def say(self, sentence: str) -> None:
         """Show a sentence in the status bar for a while."""
-        self.message, self._message_at = sentence, time.perf_counter()
+        self.message, self._message_at = window_words(sentence), time.perf_counter()
 
     def open(self, text: str, options: PlateOptions | None = None) -> None:
         """Open a file, a pattern or a folder; what is open stays until that has a picture."""
-        self.stage.open(text, options or PlateOptions())
+        self.stage.open(text, options or self.filing.preferences.options_for(text))
 
     def reload(self) -> None:
         """Read the plate again as it is on disk now."""
@@ -131,7 +139,11 @@ class App:
 
     def browse(self, purpose: str) -> None:
         """Choose a file to open, to compare with, or to save."""
-        self.browser.open(purpose)
+        self.filing.browse(purpose)
+
+    def copy_picture(self) -> None:
+        """Put the picture on the clipboard."""
+        self.filing.copy()
 
     def focus_at(self, pixel: tuple[int, int]) -> None:
         """Focus on what is seen at a pixel of the display window; beside the picture, nothing."""
@@ -193,6 +205,7 @@ class App:
                 self._begin(opened)
             if self.stage.reference_arrived():
                 self.say(f"B is {self.reference.path.name}." if self.reference else "")
+            self.filing.poll()
             problem = self.stage.show(self.editing.frame)
             if problem is not None:
                 self.say(problem)
@@ -221,6 +234,7 @@ class App:
             )
             self.view = replace(self.view, zoom=None, center_px=None)
         self.message = ""
+        self.filing.arrived(opened)
         if opened.plate.notes:
             self.say(" ".join(opened.plate.notes))
 
@@ -253,4 +267,5 @@ class App:
 
     def close(self) -> None:
         """End threads; the GPU's things go with its context."""
+        self.filing.close()
         self.stage.close()

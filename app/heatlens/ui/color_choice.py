@@ -28,6 +28,7 @@ class ColorChoice:
             say(f"{error} Pictures are shown through the plain sRGB curve.")
         self._input_space = self.config.default_input_space if self.config else ""
         self._current = ("", "")
+        self.transform = srgb_transform()  # the one in use
 
     def displays(self) -> tuple[str, ...]:
         """Names to choose from."""
@@ -53,11 +54,11 @@ class ColorChoice:
             return
         self._current = wished
         try:
-            if self.config is None:
-                screen.display.set_transform(srgb_transform())
-            else:
+            transform = srgb_transform()
+            if self.config is not None:
                 transform = view_transform(self.config, *wished, self._input_space)
-                screen.display.set_transform(transform)
+            screen.display.set_transform(transform)
+            self.transform = transform
         except HeatlensError as error:
             self._say(str(error))
         screen.transform_version += 1

@@ -50,11 +50,10 @@ def _draw(lens: Lens, histogram: DepthHistogram, corner: ImVec2, size: ImVec2, u
     text_y = bottom - imgui.get_font_size()
 
     def x_at(distance_m: float) -> float:
-        part = min(1.0 / distance_m / histogram.most_dioptres, 1.0)
-        return float(corner.x + (1.0 - part) * size.x)
+        return float(corner.x + (1.0 - histogram.part_at(distance_m)) * size.x)
 
     draw.add_rect_filled(corner, ImVec2(corner.x + size.x, text_y - 2), theme.GROOVE, 3.0)
-    _draw_histogram(draw, histogram, corner, ImVec2(size.x, text_y - 2 - corner.y))
+    draw_histogram(draw, histogram, corner, ImVec2(size.x, text_y - 2 - corner.y))
     near_x, far_x = x_at(near_limit_m(lens)), x_at(far_limit_m(lens))
     draw.add_rect_filled(ImVec2(near_x, corner.y), ImVec2(far_x, text_y - 2), theme.IN_FOCUS_BAND)
     for x in (near_x, far_x):
@@ -68,12 +67,13 @@ def _draw(lens: Lens, histogram: DepthHistogram, corner: ImVec2, size: ImVec2, u
         ImVec2(hyper_x, corner.y + 7),
         theme.HYPERFOCAL,
     )
-    _draw_scale(draw, x_at, corner, size, text_y, unit)
+    draw_scale(draw, x_at, corner, size, text_y, unit)
 
 
-def _draw_histogram(
+def draw_histogram(
     draw: imgui.ImDrawList, histogram: DepthHistogram, corner: ImVec2, size: ImVec2
 ) -> None:
+    """Columns over the whole of `size`, infinity at the right."""
     heights = histogram.heights[::-1]
     step = size.x / len(heights)
     bottom = corner.y + size.y
@@ -84,7 +84,7 @@ def _draw_histogram(
             draw.add_rect_filled(top, ImVec2(x + step + 0.5, bottom), theme.HISTOGRAM)
 
 
-def _draw_scale(draw, x_at, corner, size, text_y, unit) -> None:  # type: ignore[no-untyped-def]
+def draw_scale(draw, x_at, corner, size, text_y, unit) -> None:  # type: ignore[no-untyped-def]
     """Distances under the bar, as many as fit."""
     right = corner.x + size.x
     text = "inf"

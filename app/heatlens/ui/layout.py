@@ -1,6 +1,7 @@
 """Where the panels lie when nobody has moved them, and the menu bar above them."""
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from imgui_bundle import ImVec2, imgui
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
 PICTURE = "Picture"
 _PANEL_EM = 23.0  # width of the column of panels
 _SPEED_PART = 0.42  # of the column, for what is under the lens
+_FOLDER_LETTERS = 48  # of a path in a menu
 
 
 def menu_bar(app: "App", actions: Sequence[Action]) -> Action | None:
@@ -29,10 +31,36 @@ def menu_bar(app: "App", actions: Sequence[Action]) -> Action | None:
                 clicked, _ = imgui.menu_item(action.name, action.shortcut, is_on)
                 if clicked:
                     picked = action
+                if action.name == "Open...":
+                    picked = _open_recent(app) or picked
             imgui.end_menu()
         widgets.note(f"menu {menu}")
     imgui.end_main_menu_bar()
     return picked
+
+
+def _open_recent(app: "App") -> Action | None:
+    """The files that were opened last, as far as they are there."""
+    if imgui.is_window_appearing():
+        app.filing.find_recent()
+    recent, picked = app.filing.recent, None
+    is_open = imgui.begin_menu("Open recent", bool(recent))
+    widgets.note("menu Open recent")
+    if is_open:
+        for text in recent:
+            path = Path(text)
+            clicked, _ = imgui.menu_item(f"{path.name}##{text}", shortened(path.parent), False)
+            widgets.note(f"recent {path.name}")
+            if clicked:
+                picked = Action(text, "File", lambda app, text=text: app.open(text))  # type: ignore[misc]
+        imgui.end_menu()
+    return picked
+
+
+def shortened(folder: Path) -> str:
+    """The end of a long path, which tells most."""
+    text = str(folder)
+    return text if len(text) <= _FOLDER_LETTERS else f"...{text[3 - _FOLDER_LETTERS :]}"
 
 
 def dock_panels(is_new: bool, size: ImVec2) -> None:

@@ -26,6 +26,15 @@ class Opened:
     plate: Plate
 
 
+@dataclass(frozen=True)
+class Refused:
+    """What could not be opened, and why."""
+
+    text: str
+    options: PlateOptions
+    sentence: str
+
+
 class PlateOpener:
     """Opens one thing at a time; what is open already stays until the new one has a picture."""
 
@@ -35,11 +44,13 @@ class PlateOpener:
         self._thread = ThreadPoolExecutor(1, thread_name_prefix="open")
         self._coming: Future[Opened] | None = None
         self.opening: str | None = None  # what is being opened
+        self.refused: Refused | None = None  # until something else is
+        self._options = PlateOptions()
 
     def open(self, text: str, options: PlateOptions, frame: int | None = None) -> None:
         """Begin to open a file, a pattern or a folder, its first picture being `frame`."""
         self.cancel()
-        self.opening = text
+        self.opening, self._options, self.refused = text, options, None
         self._coming = self._thread.submit(_opened, text, options, frame, self._wake)
         self._coming.add_done_callback(lambda _: self._wake())
 
@@ -54,8 +65,12 @@ class PlateOpener:
         coming = self._coming
         if coming is None or not coming.done():
             return None
-        self._coming = self.opening = None
-        return coming.result()
+        text, self._coming, self.opening = self.opening, None, None
+        try:
+            return coming.result()
+        except HeatlensError as error:
+            self.refused = Refused(text or "", self._options, str(error))
+            raise
 
     def close(self) -> None:
         """Open no more."""

@@ -85,6 +85,15 @@ def probe_at(
     )
 
 
+def seen_depth_m(plate: Plate, pixel: tuple[int, int]) -> float | None:
+    """Distance at a pixel of the display window; None beside the picture and where it has none."""
+    data, display = plate.data_window, plate.display_window
+    at = pixel[0] + display.x0, pixel[1] + display.y0
+    if plate.depth_m is None or not data.contains(*at):
+        return None
+    return float(plate.depth_m[at[1] - data.y0, at[0] - data.x0])
+
+
 def _coc_at(plate: Plate, lens: Lens, row: int, column: int, depth_m: float | None) -> float:
     if depth_m is None:
         assert plate.coc_px is not None

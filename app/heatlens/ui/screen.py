@@ -13,10 +13,12 @@ from heatlens.ui.layout import PICTURE, dock_panels, menu_bar
 from heatlens.ui.lens_panel import LensFacts, blur_panel, lens_panel
 from heatlens.ui.look_panel import look_panel
 from heatlens.ui.palette import keys_window
-from heatlens.ui.probe import PictureReader, probe_at, probe_text
+from heatlens.ui.plate_panel import PlateFacts, plate_panel
+from heatlens.ui.probe import PictureReader, probe_at, probe_text, seen_depth_m
 from heatlens.ui.screen_pictures import reference_or_pinhole
 from heatlens.ui.speed_panel import speed_panel
 from heatlens.ui.viewport import MIPMAPS_UNDER, Pictures, ViewportResult
+from heatlens.ui.widgets import window_words
 
 _Window = imgui.WindowFlags_
 
@@ -39,6 +41,8 @@ class Screen:
             self._lens()
         if app.panels["Look"]:
             self._look()
+        if app.panels["Plate"]:
+            self._plate()
         if app.panels["Speed"]:
             self._speed()
         app.update_picture()
@@ -49,11 +53,13 @@ class Screen:
     def _do_actions(self) -> None:
         app = self._app
         chosen = menu_bar(app, app.actions)
-        for action in (*pressed(app.actions), chosen, app.palette.draw(app.actions)):
+        keyed = () if app.filing.browser.is_open else pressed(app.actions)
+        for action in (*keyed, chosen, app.palette.draw(app.actions)):
             if action is not None:
                 action.run(app)
         if app.shows_keys:
             app.shows_keys = keys_window(app.actions)
+        app.filing.draw()
 
     def _frame_window(self) -> None:
         """The window that everything docks in, and the status bar under it."""
@@ -109,6 +115,16 @@ class Screen:
         if self._begin("Look"):
             name = None if app.reference is None else app.reference.path.name
             app.view = look_panel(app.view, app.color, name)
+        imgui.end()
+
+    def _plate(self) -> None:
+        app, plate = self._app, self._app.stage.plate
+        if self._begin("Plate") and plate is not None:
+            hovered_m = None if self._hovered is None else seen_depth_m(plate, self._hovered)
+            reading, unit = app.filing.reading, app.view.unit
+            problem = window_words(reading.problem)
+            facts = PlateFacts(plate, app.histogram, hovered_m, unit, problem, app.lens)
+            reading.change(plate_panel(reading.wished, facts, app.say))
         imgui.end()
 
     def _speed(self) -> None:

@@ -1,5 +1,6 @@
 """Small controls that ImGui has not: each takes a value and returns it as the user left it."""
 
+import re
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import TypeVar
@@ -58,6 +59,7 @@ def choice(name: str, value: str, choices: Sequence[str], tip: str = "") -> str:
     if imgui.begin_combo(f"##{name}", value):
         for item in choices:
             picked, _ = imgui.selectable(item, item == value)
+            note(f"{name}: {item}")
             if picked:
                 value = item
         imgui.end_combo()
@@ -101,6 +103,11 @@ def parse_number(text: str, low: float, high: float, what: str) -> float:
     if not low <= value <= high:
         raise InputError(f"The {what} must be {low:g} to {high:g}, got {value:g}.")
     return value
+
+
+def window_words(sentence: str) -> str:
+    """A sentence that names options of the command line, as the panels name them."""
+    return re.sub(r"--([a-z]+(?:-[a-z]+)*)", lambda match: match[1].replace("-", " "), sentence)
 
 
 def spacer(em: float = 0.3) -> None:

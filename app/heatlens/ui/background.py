@@ -1,0 +1,52 @@
+"""Work that would hold up the loop, on a thread of its own."""
+
+from collections.abc import Callable
+from concurrent.futures import Future
+from threading import Thread
+from typing import Generic, TypeVar
+
+Result = TypeVar("Result")
+
+
+class Background(Generic[Result]):
+    """One job at a time; a newer one takes the place of the one before, whose result is lost.
+
+    Its threads never keep the program from ending: a disk may not answer for minutes.
+    """
+
+    def __init__(self, wake: Callable[[], None]) -> None:
+        """`wake` is called on the thread when it is worth asking."""
+        self._wake = wake
+        self._coming: Future[Result] | None = None
+
+    def start(self, job: Callable[[], Result]) -> None:
+        """Begin `job`, whose result is something other than None."""
+        coming: Future[Result] = Future()
+        self._coming = coming
+        Thread(target=_run, args=(job, coming, self._wake), daemon=True).start()
+
+    @property
+    def is_busy(self) -> bool:
+        """A job goes on, or its result was not asked for yet."""
+        return self._coming is not None
+
+    def poll(self) -> Result | None:
+        """The result, once, when it is there. Raises what the job raised."""
+        coming = self._coming
+        if coming is None or not coming.done():
+            return None
+        self._coming = None
+        return coming.result()
+
+    def wait(self) -> None:
+        """Until the job is done."""
+        if self._coming is not None:
+            self._coming.exception()
+
+
+def _run(job: Callable[[], Result], coming: "Future[Result]", wake: Callable[[], None]) -> None:
+    try:
+        coming.set_result(job())
+    except BaseException as error:  # `poll` raises it in the loop, where it is seen
+        coming.set_exception(error)
+    wake()

@@ -1,0 +1,181 @@
+"""Files by hand: opening, saving and copying pictures, and what is remembered of it."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from heatlens.errors import InputError
+from heatlens.image.picture_write import PICTURE_SUFFIXES
+from heatlens.image.sequence import find_sequence
+from heatlens.model.plate_options import PlateOptions
+from heatlens.model.view import ViewState
+from heatlens.ui.background import Background
+from heatlens.ui.file_browser import FileBrowser
+from heatlens.ui.folder_walk import Chosen, Purpose
+from heatlens.ui.live_picture import Shown
+from heatlens.ui.picture_saver import PictureSaver, Snapshot, snapshot
+from heatlens.ui.plate_reading import PlateReading
+from heatlens.ui.plate_source import Opened
+from heatlens.ui.preferences import Preferences
+
+if TYPE_CHECKING:
+    from heatlens.ui.app import App
+
+PURPOSES = {
+    purpose.key: purpose
+    for purpose in (
+        Purpose("open", "Open a plate", "Open", (".exr",), "# stands for the frame number."),
+        Purpose("reference", "Open a reference", "Open", (".exr",), "Any EXR: it is shown as B."),
+        Purpose(
+            "save",
+            "Save the picture",
+            "Save",
+            PICTURE_SUFFIXES,
+            ".exr: scene-linear, with the lens in its header.   .png: as it looks here.",
+            is_save=True,
+        ),
+    )
+}
+
+
+class Filing:
+    """What the File menu does."""
+
+    def __init__(self, app: "App", preferences: Preferences, wake: Callable[[], None]) -> None:
+        self._app = app
+        self.preferences = preferences
+        self.browser = FileBrowser(app.say, wake)
+        self.saver = PictureSaver(app.say, wake)
+        self.reading = PlateReading(app, preferences)
+        self.recent: tuple[str, ...] = ()  # those of the recent files that are there
+        self._finder: Background[tuple[str, ...]] = Background(wake)
+
+    # To begin with
+
+    def first_view(self, given: ViewState) -> ViewState:
+        """`given`, and where it says nothing what is remembered."""
+        now = self.preferences.now
+        if not given.display and not given.view:
+            given = replace(given, display=now.display, view=now.view)
+        return replace(given, unit=now.unit) if given.unit == ViewState().unit else given
+
+    def begin(self, text: str, given: PlateOptions) -> None:
+        """Open the first plate and show the panels that were shown."""
+        app = self._app
+        app.stage.open(text, self._first_options(text, given))
+        hidden = self.preferences.now.hidden_panels
+        app.panels = {name: name not in hidden for name in app.panels}
+        if self.preferences.problem:
+            app.say(self.preferences.problem)
+
+    def _first_options(self, text: str, given: PlateOptions) -> PlateOptions:
+        """`given`, or where that says nothing of the plate what is remembered for its folder."""
+        if replace(given, focal_length_mm=None, sensor_width_mm=None) != PlateOptions():
+            return given
+        kept = self.preferences.options_for(text)
+        return replace(
+            kept,
+            focal_length_mm=given.focal_length_mm or kept.focal_length_mm,
+            sensor_width_mm=given.sensor_width_mm or kept.sensor_width_mm,
+        )
+
+    # Choosing
+
+    def browse(self, key: str) -> None:
+        """Ask for a file."""
+        plate = self._app.stage.plate
+        if plate is None and PURPOSES[key].is_save:
+            self._app.say("Nothing is open that could be saved.")
+            return
+        here = plate.path.absolute().parent if plate is not None else Path.home()
+        folder = Path(self.preferences.now.folders.get(key, here))
+        name = f"{plate.path.stem}.dof.exr" if plate is not None else ""
+        self.browser.open(PURPOSES[key], folder, name)
+
+    def draw(self) -> None:
+        """The dialog, where one is open; what is chosen in it is done."""
+        chosen = self.browser.draw()
+        if chosen is not None:
+            self.preferences.looked_in(chosen.purpose.key, chosen.path.parent)
+            self._take(chosen)
+
+    def _take(self, chosen: Chosen) -> None:
+        app, key = self._app, chosen.purpose.key
+        if key == "open":
+            app.open(str(chosen.path))
+        elif key == "reference":
+            at_frame = chosen.entry.file_at(app.editing.frame) if chosen.entry else chosen.path
+            app.stage.open_reference(at_frame)
+        else:
+            self.saver.ask(app.shot.source, app.editing.frame, chosen.path)
+
+    def copy(self) -> None:
+        """Put the picture on the clipboard."""
+        if self._app.stage.plate is None:
+            self._app.say("Nothing is open that could be copied.")
+        else:
+            self.saver.ask(self._app.shot.source, self._app.editing.frame, None)
+
+    def find_recent(self) -> None:
+        """Look which of the recent files are there; `recent` tells a moment later."""
+        names = self.preferences.now.recent
+        self._finder.start(lambda: tuple(name for name in names if _is_there(name)))
+
+    # What happens by itself
+
+    def arrived(self, opened: Opened) -> None:
+        """A plate was opened."""
+        self.reading.arrived(opened)
+        self.preferences.opened(opened.text)
+
+    def poll(self) -> None:
+        """Once a frame: go on with what is asked for."""
+        app = self._app
+        found = self._finder.poll()
+        self.recent = self.recent if found is None else found
+        self.reading.follow()
+        whole = _whole(app)
+        self.saver.poll(whole, app.shot.source, app.editing.frame, partial(_snap, app, whole))
+
+    def remember(self, **window: object) -> None:
+        """Keep what may have changed; `window` are further fields of Remembered."""
+        app, view = self._app, self._app.view
+        hidden = tuple(name for name, is_shown in app.panels.items() if not is_shown)
+        self.preferences.change(
+            display=view.display, view=view.view, unit=view.unit, hidden_panels=hidden, **window
+        )
+        try:
+            self.preferences.save()
+        except InputError as error:
+            app.say(str(error))
+
+    def close(self) -> None:
+        """Finish what is being written."""
+        self.saver.close()
+
+
+def _whole(app: "App") -> Shown | None:
+    """The picture of the shot as it is now, once it is whole."""
+    shown = app.live.shown
+    is_it = shown is not None and (shown.shot, shown.frame) == (app.shot, app.editing.frame)
+    return shown if shown is not None and is_it and shown.is_whole else None
+
+
+def _snap(app: "App", shown: Shown | None) -> Snapshot:
+    """The picture, and the way it looks: view transform, exposure, gamma and the glass."""
+    plate = app.stage.plate
+    assert shown is not None and plate is not None
+    transform, view = app.color.transform, app.view
+    stops = view.exposure_stops + app.lens.transmission_stops
+    return snapshot(shown, plate, lambda light: transform.apply_cpu(light, stops, view.gamma))
+
+
+def _is_there(text: str) -> bool:
+    """On a thread: a file, a pattern or a folder can still be opened."""
+    try:
+        find_sequence(text)
+    except InputError:
+        return False
+    return True

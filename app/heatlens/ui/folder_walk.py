@@ -1,0 +1,167 @@
+"""The way through folders to a file: where one is, what is there, what is chosen."""
+
+import os
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from heatlens.errors import InputError
+from heatlens.image.folder_list import Entry, FolderList, list_folder
+from heatlens.image.sequence import find_sequence
+from heatlens.ui.background import Background
+
+
+@dataclass(frozen=True)
+class Purpose:
+    """What a file is chosen for."""
+
+    key: str  # by which the last folder is remembered
+    title: str
+    verb: str  # on the button that does it
+    suffixes: tuple[str, ...]  # in small letters; a name to save that has none gets the first
+    note: str  # a line for the person who chooses
+    is_save: bool = False
+
+
+@dataclass(frozen=True)
+class Chosen:
+    """A file to save, or a file or pattern to open; `entry` where it stood in the list."""
+
+    purpose: Purpose
+    path: Path
+    entry: Entry | None = None
+
+
+@dataclass(frozen=True)
+class _Found:
+    """What a path turned out to be: a folder to show, a file, or a file in a folder to show."""
+
+    listing: FolderList | None
+    file: Path | None = None
+
+
+class FolderWalk:
+    """Folders are read on a thread, so that a slow disk holds up nothing."""
+
+    def __init__(self, purpose: Purpose, folder: Path, name: str, wake: Callable[[], None]) -> None:
+        """Begin in `folder`, or where it no longer is, as near above it as there is one.
+
+        `name` is proposed for what is saved.
+        """
+        self.purpose = purpose
+        self.name = name
+        self.rows: list[str | Entry] = []  # folders by name, then pictures
+        self.row = -1  # the one that is chosen
+        self.typed = str(folder)
+        self.problem = ""
+        self.overwrites: Path | None = None  # asked about before it is written over
+        self._listing: FolderList | None = None
+        self._reader: Background[_Found] = Background(wake)
+        self._reader.start(lambda: _nearest_folder(folder, purpose))
+
+    @property
+    def is_reading(self) -> bool:
+        """A folder is being read."""
+        return self._reader.is_busy
+
+    @property
+    def can_take(self) -> bool:
+        """There is something to open or to save."""
+        return self._at_row is not None or (self.purpose.is_save and bool(self.name.strip()))
+
+    @property
+    def _at_row(self) -> str | Entry | None:
+        return self.rows[self.row] if 0 <= self.row < len(self.rows) else None
+
+    def go(self, text: str) -> None:
+        """Look up a folder, a file or a pattern as it was typed."""
+        if self._listing is None:
+            path = Path(text).expanduser().absolute()
+        else:
+            path = Path(os.path.normpath(self._listing.folder / Path(text).expanduser()))
+        self.problem, self.overwrites = "", None
+        purpose = self.purpose
+        self._reader.start(lambda: _looked_up(path, purpose))
+
+    def poll(self) -> Chosen | None:
+        """Take what the thread found; a file that was typed is chosen.
+
+        Raises InputError, once, for what is not there or cannot be read; `problem` keeps saying it.
+        """
+        try:
+            found = self._reader.poll()
+        except InputError as error:
+            self.problem = str(error)
+            raise
+        if found is None:
+            return None
+        if found.listing is not None:
+            self._show(found.listing)
+        if found.file is None:
+            return None
+        if self.purpose.is_save:
+            self.name = found.file.name
+            return None
+        return Chosen(self.purpose, found.file)
+
+    def _show(self, listing: FolderList) -> None:
+        """After a step up the folder one comes from is chosen."""
+        before = self._listing.folder if self._listing else listing.folder
+        self._listing, self.typed = listing, str(listing.folder)
+        self.rows = [*listing.folders, *listing.entries]
+        is_up = before.parent == listing.folder and before.name in listing.folders
+        self.row = self.rows.index(before.name) if is_up else -1
+
+    def choose(self, row: int) -> None:
+        """Mark a row; a name to save is taken from it."""
+        self.row, self.overwrites = min(max(row, 0), len(self.rows) - 1), None
+        entry = self._at_row
+        if isinstance(entry, Entry) and self.purpose.is_save:
+            self.name = entry.file_at(0).name
+
+    def rename(self, name: str) -> None:
+        """Another name was typed: it counts, and no row."""
+        self.name, self.row = name, -1
+
+    def take(self) -> Chosen | None:
+        """Go into the folder that is chosen, open the file, or save under the name."""
+        entry = self._at_row
+        if isinstance(entry, str):
+            self.go(entry)
+            return None
+        if self.purpose.is_save:
+            return self._named()
+        return None if entry is None else Chosen(self.purpose, entry.path, entry)
+
+    def overwrite(self) -> Chosen | None:
+        """Yes, write over it."""
+        return None if self.overwrites is None else Chosen(self.purpose, self.overwrites)
+
+    def _named(self) -> Chosen | None:
+        """The file to write; one that is there already is asked about first."""
+        name = self.name.strip()
+        if not name or self._listing is None:
+            return None
+        if not name.lower().endswith(self.purpose.suffixes):
+            name += self.purpose.suffixes[0]
+        path = Path(os.path.normpath(self._listing.folder / Path(name).expanduser()))
+        if os.path.lexists(path):
+            self.overwrites = path
+            return None
+        return Chosen(self.purpose, path)
+
+
+def _nearest_folder(folder: Path, purpose: Purpose) -> _Found:
+    """On a thread. A folder that was remembered may be gone since."""
+    there = next((path for path in (folder, *folder.parents) if path.is_dir()), Path.home())
+    return _Found(list_folder(there, purpose.suffixes))
+
+
+def _looked_up(path: Path, purpose: Purpose) -> _Found:
+    """On a thread. Raises InputError for what is not there or cannot be read."""
+    if path.is_dir():
+        return _Found(list_folder(path, purpose.suffixes))
+    if purpose.is_save:
+        return _Found(list_folder(path.parent, purpose.suffixes), path)
+    find_sequence(path)
+    return _Found(None, path)

@@ -1,0 +1,201 @@
+"""What the program remembers of its user from one start to the next."""
+
+import json
+import os
+import sys
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+from heatlens.errors import InputError
+from heatlens.image.atomic_file import replacing
+from heatlens.image.json_record import JsonEntry, read_json, record_to_json
+from heatlens.model.plate_options import PlateOptions
+
+FILE_NAME = "preferences.json"
+RECENT_MAX = 10
+_FOLDERS_MAX = 200  # of which it is known how their plates are read
+_WINDOW_LEAST, _WINDOW_MOST = 200, 16384  # screen units a side
+
+
+@dataclass(frozen=True)
+class Remembered:
+    """The preferences as a value.
+
+    recent         what was opened, the latest first, absolute
+    folders        where files were looked for last, by the purpose
+    plates         how the plates of a folder are read, by the folder, the latest choice last
+    display, view  names in the colour config; "" its defaults
+    unit           distances in "m" or "ft"
+    window_size    in screen units, None: not known
+    is_maximized   whether the window filled the screen
+    hidden_panels  panels that were closed
+    layout         where the panels lie, as ImGui writes it; "" where they lie in the beginning
+    """
+
+    recent: tuple[str, ...] = ()
+    folders: Mapping[str, str] = field(default_factory=dict)
+    plates: Mapping[str, PlateOptions] = field(default_factory=dict)
+    display: str = ""
+    view: str = ""
+    unit: str = "m"
+    window_size: tuple[int, int] | None = None
+    is_maximized: bool = False
+    hidden_panels: tuple[str, ...] = ()
+    layout: str = ""
+
+
+class Preferences:
+    """Remembers, and writes it to a file where it was given one."""
+
+    def __init__(self, now: Remembered | None = None, path: Path | None = None) -> None:
+        """`path` None: only as long as the program runs."""
+        self.now = now or Remembered()
+        self.path = path
+        self.problem = ""  # what could not be read of the file, in a sentence
+        self._saved = self.now
+
+    @classmethod
+    def load(cls, folder: Path) -> "Preferences":
+        """Those in `folder`; what cannot be read of them is as in the beginning, see `problem`."""
+        path = folder / FILE_NAME
+        if not path.exists():
+            return cls(path=path)
+        try:
+            now, problem = _remembered(read_json(path))
+        except InputError as error:
+            now, problem = Remembered(), str(error)
+        preferences = cls(now, path)
+        if problem:
+            preferences.problem = f"{problem} What it said is set back."
+            with suppress(OSError):  # a copy for whoever wrote in it; without one nothing is worse
+                path.with_suffix(".damaged.json").write_bytes(path.read_bytes())
+        return preferences
+
+    def save(self) -> None:
+        """Write what has changed since. Raises InputError, once, where that is not possible."""
+        if self.path is None or self.now == self._saved:
+            return
+        path, self._saved = self.path, self.now
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            with replacing(path) as beside:
+                beside.write_text(json.dumps(_entries(self.now), indent=2) + "\n", "utf-8")
+        except (OSError, InputError) as error:
+            self.path = None
+            raise InputError(f"Preferences are not kept: {error}") from error
+
+    def change(self, **changes: Any) -> None:
+        """Remember other values of these fields."""
+        self.now = replace(self.now, **changes)
+
+    def opened(self, text: str) -> None:
+        """This was opened: it leads the recent files."""
+        recent = dict.fromkeys([absolute(text), *self.now.recent])
+        self.change(recent=tuple(recent)[:RECENT_MAX])
+
+    def looked_in(self, purpose: str, folder: Path) -> None:
+        """A file was chosen there."""
+        self.change(folders={**self.now.folders, purpose: str(folder)})
+
+    def options_for(self, text: str) -> PlateOptions:
+        """How a file, pattern or folder is read, as was chosen for its folder."""
+        path = absolute(text)
+        plates = self.now.plates
+        return plates.get(path) or plates.get(os.path.dirname(path)) or PlateOptions()
+
+    def read_so(self, folder: Path, options: PlateOptions) -> None:
+        """The plates of a folder are to be read so from now on."""
+        plates = {name: o for name, o in self.now.plates.items() if name != str(folder)}
+        if options != PlateOptions():
+            plates[str(folder)] = options
+        self.change(plates=dict(list(plates.items())[-_FOLDERS_MAX:]))
+
+
+def absolute(text: str) -> str:
+    """A path or a pattern from the root on, links as they are."""
+    return os.path.abspath(os.path.expanduser(text))
+
+
+def config_dir(environ: Mapping[str, str], platform: str = sys.platform) -> Path:
+    """Where preferences are kept: as the system wants it, or where HEATLENS_CONFIG_DIR says."""
+    if environ.get("HEATLENS_CONFIG_DIR"):
+        return Path(environ["HEATLENS_CONFIG_DIR"])
+    home = Path.home()
+    if platform == "darwin":
+        return home / "Library" / "Application Support" / "heatlens"
+    if platform == "win32":
+        return Path(environ.get("APPDATA") or home / "AppData" / "Roaming") / "heatlens"
+    return Path(environ.get("XDG_CONFIG_HOME") or home / ".config") / "heatlens"
+
+
+def _entries(now: Remembered) -> dict[str, Any]:
+    """As JSON has it."""
+    plates = {folder: record_to_json(options) for folder, options in now.plates.items()}
+    entries = {name: getattr(now, name) for name in _READERS}
+    return entries | {"plates": plates, "folders": dict(now.folders)}
+
+
+def _remembered(top: JsonEntry) -> tuple[Remembered, str]:
+    """What the file says, and the first thing in it that cannot be read, or "".
+
+    Entries of another version of the program are left alone.
+    """
+    if not isinstance(top.value, dict):
+        top.refuse("the file should be an object in braces.")
+    values, problems = {}, []
+    for name, read in _READERS.items():
+        if name in top.value:
+            try:
+                values[name] = read(JsonEntry(top.path, name, top.value[name]))
+            except InputError as error:
+                problems.append(f"{error}.")
+    return Remembered(**values), problems[0] if problems else ""
+
+
+def _text_map(entry: JsonEntry) -> dict[str, str]:
+    return {name: member.text() for name, member in _open_members(entry).items()}
+
+
+def _plates(entry: JsonEntry) -> dict[str, PlateOptions]:
+    return {name: member.record(PlateOptions) for name, member in _open_members(entry).items()}
+
+
+def _open_members(entry: JsonEntry) -> dict[str, JsonEntry]:
+    """The members of an object whose names may be any."""
+    return entry.members(list(entry.value) if isinstance(entry.value, dict) else ())
+
+
+def _texts(entry: JsonEntry) -> tuple[str, ...]:
+    return tuple(item.text() for item in entry.items())
+
+
+def _window_size(entry: JsonEntry) -> tuple[int, int] | None:
+    if entry.value is None:
+        return None
+    sides = tuple(item.whole() for item in entry.items())
+    if len(sides) != 2 or not all(_WINDOW_LEAST <= side <= _WINDOW_MOST for side in sides):
+        entry.refuse(f"{list(sides)} should be a width and a height")
+    return sides[0], sides[1]
+
+
+def _flag(entry: JsonEntry) -> bool:
+    if not isinstance(entry.value, bool):
+        entry.refuse(f"{entry.value!r} should be true or false")
+    return bool(entry.value)
+
+
+_READERS = {
+    "recent": _texts,
+    "folders": _text_map,
+    "plates": _plates,
+    "display": JsonEntry.text,
+    "view": JsonEntry.text,
+    "unit": lambda entry: entry.choice(("m", "ft")),
+    "window_size": _window_size,
+    "is_maximized": _flag,
+    "hidden_panels": _texts,
+    "layout": JsonEntry.text,
+}
