@@ -116,6 +116,14 @@ def color_layers_among(names: Iterable[str]) -> tuple[str, ...]:
     return tuple(_color_layers([ChannelRef(0, name, name) for name in names]))
 
 
+def depth_channels_first(names: Iterable[str]) -> tuple[str, ...]:
+    """Channels by their full names, those whose names say depth before the others."""
+    refs = [ChannelRef(0, name, name) for name in names]
+    words = (*_DEPTH_WORDS, *_COC_WORDS)
+    ranks = {ref.full_name: _depth_rank(ref, refs, words, "") for ref in refs}
+    return tuple(sorted(ranks, key=lambda name: (ranks[name] is None, ranks[name] or 0)))
+
+
 def choose_depth(
     path: Path, headers: Sequence[Header], name: str | None, color: ColorChoice | None, coc: bool
 ) -> ChannelRef:

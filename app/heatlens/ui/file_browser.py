@@ -159,8 +159,10 @@ def _row(walk: FolderWalk, index: int, entry: str | Entry) -> Chosen | None:
     imgui.table_next_row()
     imgui.table_next_column()
     flags = imgui.SelectableFlags_.span_all_columns | imgui.SelectableFlags_.allow_double_click
-    clicked, _ = imgui.selectable(f"{name}##{index}", index == walk.row, flags)
+    clicked, _ = imgui.selectable(f"##{index}", index == walk.row, flags)
     widgets.note(f"file {name}")
+    imgui.same_line(0.0, 0.0)
+    imgui.text(name)  # apart, for a label would end before the ## of a sequence
     if isinstance(entry, Entry):
         imgui.table_next_column()
         imgui.text_disabled(entry.frames_text)

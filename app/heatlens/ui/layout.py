@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 PICTURE = "Picture"
 _PANEL_EM = 23.0  # width of the column of panels
 _SPEED_PART = 0.42  # of the column, for what is under the lens
-_FOLDER_LETTERS = 48  # of a path in a menu
+_RECENT_EM, _FOLDER_LETTERS = 42.0, 44  # width of a recent file, and letters of its folder
 
 
 def menu_bar(app: "App", actions: Sequence[Action]) -> Action | None:
@@ -48,13 +48,24 @@ def _open_recent(app: "App") -> Action | None:
     widgets.note("menu Open recent")
     if is_open:
         for text in recent:
-            path = Path(text)
-            clicked, _ = imgui.menu_item(f"{path.name}##{text}", shortened(path.parent), False)
-            widgets.note(f"recent {path.name}")
-            if clicked:
+            if _recent_item(Path(text)):
                 picked = Action(text, "File", lambda app, text=text: app.open(text))  # type: ignore[misc]
         imgui.end_menu()
     return picked
+
+
+def _recent_item(path: Path) -> bool:
+    """Name and folder; apart from the item, whose label would end before the ## of a sequence."""
+    em, corner = imgui.get_font_size(), imgui.get_cursor_pos_x()
+    width = ImVec2(_RECENT_EM * em, 0)
+    clicked, _ = imgui.selectable(f"##{path}", False, imgui.SelectableFlags_.none, width)
+    widgets.note(f"recent {path.name}")
+    imgui.same_line(corner)
+    imgui.text(path.name)
+    imgui.same_line()
+    imgui.set_cursor_pos_x(max(corner + 0.4 * _RECENT_EM * em, imgui.get_cursor_pos_x()))
+    imgui.text_disabled(shortened(path.parent))
+    return bool(clicked)
 
 
 def shortened(folder: Path) -> str:

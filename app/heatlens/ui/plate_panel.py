@@ -8,7 +8,7 @@ from typing import TypeVar
 from imgui_bundle import ImVec2, imgui
 
 from heatlens.errors import InputError
-from heatlens.image.channels import color_layers_among
+from heatlens.image.channels import color_layers_among, depth_channels_first
 from heatlens.image.plate import CameraHeader, Plate
 from heatlens.model.boxes import Box
 from heatlens.model.depth_histogram import DepthHistogram
@@ -67,23 +67,21 @@ def plate_panel(wished: PlateOptions, facts: PlateFacts, say: Say) -> PlateOptio
 
 def _depth(facts: PlateFacts) -> None:
     imgui.separator_text("Depth")
-    report = facts.plate.depth
+    report, rows = facts.plate.depth, []
     if facts.histogram is not None:
         _bar(facts.histogram, facts)
         hovered = "-" if facts.hovered_m is None else _distance(facts.hovered_m, facts.unit)
         ends = f"{_distance(report.near_m, facts.unit)} to {_distance(report.far_m, facts.unit)}"
-        rows = [("pointer", hovered), ("surfaces", ends)]
-    else:
-        rows = []
-    kind = _KINDS[report.kind]
-    rows.insert(0, ("taken for", f"{report.channel}: {_CONVENTIONS[report.convention]}, {kind}"))
+        rows += [("pointer", hovered), ("surfaces", ends)]
     if report.infinite_count:
         rows.append(("nothing hit", _pixels(report.infinite_count, facts.plate)))
     if report.repaired_count:
         rows.append(("repaired", _pixels(report.repaired_count, facts.plate)))
+    kind = _KINDS[report.kind]
+    rows.append(("taken for", f"{report.channel}: {_CONVENTIONS[report.convention]}, {kind}"))
+    rows.append(("because", widgets.window_words(report.why)))
     for name, text in rows:
         _row(name, text)
-    _row("because", report.why)
 
 
 def _bar(histogram: DepthHistogram, facts: PlateFacts) -> None:
@@ -171,14 +169,15 @@ def _corner(data: Box, display: Box) -> str:
 
 def _controls(wished: PlateOptions, facts: PlateFacts, say: Say) -> PlateOptions:
     plate = facts.plate
-    channel = _named("channel", wished.depth_channel, plate.aovs, "The channel that is the depth.")
-    convention = _keyed("values are", wished.depth_convention, _CONVENTIONS)
+    names = depth_channels_first(plate.aovs)
+    channel = _named("channel", wished.depth_channel, names, "The channel that is the depth.")
+    convention = _keyed("convention", wished.depth_convention, _CONVENTIONS)
     wished = replace(wished, depth_channel=channel, depth_convention=convention)
     wished = _ends(wished, facts.unit, say)
     wished = _kind(wished, facts)
     wished = _unit(wished, say)
     layers = color_layers_among(plate.aovs)
-    return replace(wished, color_layer=_named("colour", wished.color_layer, layers))
+    return replace(wished, color_layer=_named("colour layer", wished.color_layer, layers))
 
 
 def _ends(wished: PlateOptions, unit: str, say: Say) -> PlateOptions:
@@ -204,7 +203,7 @@ def _parse_end_m(text: str) -> float | None:
 
 def _kind(wished: PlateOptions, facts: PlateFacts) -> PlateOptions:
     tip = "Along the axis a wall seen straight on has one depth; along the ray its corners are far."
-    kind = _keyed("measured", wished.depth_kind, _KINDS, tip)
+    kind = _keyed("kind", wished.depth_kind, _KINDS, tip)
     if kind == wished.depth_kind:
         return wished
     camera, lens = facts.plate.camera, facts.lens

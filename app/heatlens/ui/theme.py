@@ -6,6 +6,8 @@ import imgui_bundle
 from imgui_bundle import ImVec2, ImVec4, imgui
 
 FONT_PX = 15.0
+# Behind everything: what surrounds the picture is not painted again over it.
+SURROUND = (30 / 255, 30 / 255, 30 / 255)
 
 
 def _rgba(red: int, green: int, blue: int, alpha: float = 1.0) -> int:
@@ -21,7 +23,6 @@ HYPERFOCAL = _rgba(200, 200, 205)
 HISTOGRAM = _rgba(128, 130, 136)
 GROOVE = _rgba(20, 20, 21)
 TEXT_DIM = _rgba(150, 150, 152)
-PICTURE_SURROUND = _rgba(30, 30, 30)
 WINDOW_LINE = _rgba(120, 120, 122, 0.8)
 HANDLE = _rgba(235, 235, 235, 0.9)
 SHADOW = _rgba(0, 0, 0, 0.65)
@@ -63,6 +64,10 @@ _STYLE = {
     _Col.separator: (0.25, 0.25, 0.25),
     _Col.docking_preview: (0.95, 0.66, 0.23),
     _Col.text_selected_bg: (0.45, 0.33, 0.16),
+    _Col.resize_grip: (0.25, 0.25, 0.25),
+    _Col.resize_grip_hovered: (0.4, 0.4, 0.4),
+    _Col.resize_grip_active: (0.95, 0.66, 0.23),
+    _Col.table_header_bg: (0.19, 0.19, 0.192),
     _Col.nav_cursor: (0.95, 0.66, 0.23),
 }
 
@@ -73,6 +78,7 @@ def apply(scale: float = 1.0) -> None:
     imgui.style_colors_dark()
     for slot, (red, green, blue) in _STYLE.items():
         style.set_color_(slot, ImVec4(red, green, blue, 1.0))
+    style.set_color_(_Col.modal_window_dim_bg, ImVec4(0.0, 0.0, 0.0, 0.5))
     style.window_rounding = style.frame_rounding = style.popup_rounding = 3.0
     style.tab_rounding = style.grab_rounding = 3.0
     style.frame_padding = ImVec2(7.0, 4.0)

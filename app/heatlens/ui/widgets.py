@@ -56,7 +56,7 @@ def slider(name: str, value: float, low: float, high: float, format_: str, tip: 
 def choice(name: str, value: str, choices: Sequence[str], tip: str = "") -> str:
     """One of several words."""
     label(name, tip)
-    if imgui.begin_combo(f"##{name}", value):
+    if imgui.begin_combo(f"##{name}", value, imgui.ComboFlags_.height_large):
         for item in choices:
             picked, _ = imgui.selectable(item, item == value)
             note(f"{name}: {item}")
