@@ -1,0 +1,276 @@
+"""The picture that follows the hand: at once with what fits the time, then whole, bit for bit."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from heatlens.defocus.plate_passes import proxy_size
+from heatlens.defocus.quality import kernel_for, layers_for
+from heatlens.gpu.textures import download
+from heatlens.model.lens import Lens
+from heatlens.model.settings import Bokeh, DefocusSettings, Quality
+from heatlens.model.shot import Shot
+from heatlens.render import FrameRenderer
+from heatlens.ui.live_picture import LivePicture
+from heatlens.ui.preview_cost import cheaper
+from plates import plate_of, room
+
+SIZE = (1920, 1080)
+FILM = DefocusSettings()
+LENS = Lens(50.0, 2.0, 2.0, 36.0)
+STEPS = 20
+SLICE_S = 0.02
+BUDGET_S = 0.03
+
+
+@dataclass
+class Machine:
+    """A renderer that takes time of its own clock, and a moment of each picture in every step."""
+
+    full_seconds: float  # for a draft of one layer at full size
+    now: float = 100.0
+    made: list[DefocusSettings] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.ctx = SimpleNamespace(finish=lambda: None)
+        self.loaded = SimpleNamespace(color=SimpleNamespace(size=SIZE))
+
+    def clock(self) -> float:
+        return self.now
+
+    def seconds(self, wished: DefocusSettings) -> float:
+        width, height = proxy_size(SIZE, wished.proxy)
+        share = width * height / (SIZE[0] * SIZE[1])
+        poles = len(kernel_for(wished).poles) * kernel_for(wished).steps
+        return self.full_seconds * share * layers_for(wished) * (1 + poles) / 3
+
+    def steps(self, shot: Shot, frame: int, slot: int) -> Iterator[str]:
+        for _ in range(STEPS):
+            self.now += self.seconds(shot.defocus) / STEPS
+            yield "pass"
+        self.made.append(shot.defocus)
+        return (shot, frame, slot)
+
+
+def shots(count: int, defocus: DefocusSettings = FILM) -> list[Shot]:
+    """As many as a drag goes through."""
+    return [Shot(replace(LENS, focus_distance_m=1.0 + 0.01 * i), defocus) for i in range(count)]
+
+
+def machine_and_picture(full_seconds: float) -> tuple[Machine, LivePicture]:
+    machine = Machine(full_seconds)
+    return machine, LivePicture(machine, machine.clock)
+
+
+def taught(full_seconds: float, wished: DefocusSettings = FILM) -> tuple[Machine, LivePicture]:
+    """One that has met every rung."""
+    machine, live = machine_and_picture(full_seconds)
+    for rung in cheaper(wished):
+        width, height = proxy_size(SIZE, rung.proxy)
+        live.cost.learn(rung, width * height, machine.seconds(rung))
+    return machine, live
+
+
+def settle(machine: Machine, live: LivePicture) -> None:
+    machine.now += 10.0
+    for _ in range(10_000):
+        if not live.is_working:
+            return
+        live.work(SLICE_S)
+    raise AssertionError("the whole picture never came")
+
+
+SPEEDS = st.floats(1e-4, 1.0)
+WISHES = st.builds(
+    DefocusSettings,
+    st.sampled_from(Bokeh),
+    st.sampled_from(Quality),
+    st.one_of(st.none(), st.integers(1, 7)),
+    st.sampled_from([1.0, 0.5, 0.25]),
+)
+
+
+@given(SPEEDS, WISHES)
+def test_every_change_is_answered_at_once(full_seconds, wished):
+    _, live = machine_and_picture(full_seconds)
+    for i, shot in enumerate(shots(12, wished)):
+        live.wish(shot, 7, BUDGET_S)
+        assert (live.shown.shot, live.shown.frame, live.version) == (shot, 7, i + 1)
+
+
+@given(SPEEDS)
+def test_the_first_picture_of_a_machine_is_the_quickest(full_seconds):
+    machine, live = machine_and_picture(full_seconds)
+    live.wish(shots(1)[0], 0, BUDGET_S)
+    assert machine.made == [cheaper(FILM)[-1]]
+
+
+@given(SPEEDS, WISHES)
+def test_the_best_picture_that_fits_the_time_is_made(full_seconds, wished):
+    machine, live = taught(full_seconds, wished)
+    live.wish(shots(1, wished)[0], 0, BUDGET_S)
+    fitting = [rung for rung in cheaper(wished) if machine.seconds(rung) <= BUDGET_S]
+    assert machine.made == [fitting[0] if fitting else cheaper(wished)[-1]]
+
+
+@given(SPEEDS, WISHES)
+def test_an_untaught_machine_comes_to_pictures_that_fit(full_seconds, wished):
+    machine, live = machine_and_picture(full_seconds)
+    for shot in shots(40, wished):
+        live.wish(shot, 0, BUDGET_S)
+    rungs, last = cheaper(wished), machine.made[-1]
+    assert machine.seconds(last) <= 1.3 * BUDGET_S or last == rungs[-1]
+    assert machine.made[-5:] == [last] * 5
+
+
+@given(st.lists(st.floats(0.8, 1.25), min_size=5, max_size=30))
+def test_a_pace_that_wavers_does_not_change_the_picture(paces):
+    machine, live = taught(0.02)
+    usual = machine.full_seconds
+    for shot, pace in zip(shots(len(paces)), paces, strict=True):
+        machine.full_seconds = usual * pace
+        live.wish(shot, 0, 1.02 * usual_seconds_of_second_rung(usual))
+    assert len(set(machine.made)) == 1
+
+
+def usual_seconds_of_second_rung(full_seconds: float) -> float:
+    return Machine(full_seconds).seconds(cheaper(FILM)[1])
+
+
+def test_a_machine_that_slows_down_gets_quicker_pictures_and_comes_back():
+    machine, live = taught(0.002)
+    before, slow, after = [], [], []
+    for made, pace in ((before, 1.0), (slow, 20.0), (after, 1.0)):
+        machine.full_seconds, machine.made = 0.002 * pace, made
+        for shot in shots(80):
+            live.wish(replace(shot, frames_per_second=24.0 + pace), 0, BUDGET_S)
+    rank = cheaper(FILM).index
+    assert rank(slow[-1]) > rank(before[-1])
+    machine.full_seconds = 0.04
+    assert machine.seconds(slow[-1]) <= 1.3 * BUDGET_S
+    assert rank(after[-1]) < rank(slow[-1])
+
+
+@given(SPEEDS, WISHES)
+def test_rest_brings_the_whole_picture(full_seconds, wished):
+    machine, live = taught(full_seconds, wished)
+    shot = shots(1, wished)[0]
+    live.wish(shot, 3, BUDGET_S)
+    settle(machine, live)
+    assert live.shown.is_whole and live.shown.settings == wished
+    assert (live.shown.shot, live.shown.frame) == (shot, 3)
+    assert len(machine.made) <= 3  # the quick one, one between, the whole
+    ranks = [cheaper(wished).index(made) for made in machine.made]
+    assert ranks == sorted(ranks, reverse=True)
+
+
+@given(st.floats(1e-3, 1.0))
+def test_a_slice_of_work_is_no_longer_than_it_may_be(full_seconds):
+    """But for the step that it ends with."""
+    machine, live = taught(full_seconds)
+    live.wish(shots(1)[0], 0, BUDGET_S)
+    machine.now += 1.0
+    longest_step = machine.seconds(FILM) / STEPS
+    while live.is_working:
+        before = machine.now
+        live.work(SLICE_S)
+        assert machine.now - before <= SLICE_S + longest_step + 1e-9
+
+
+def test_nothing_is_worked_on_while_the_hand_moves():
+    machine, live = taught(0.1)
+    live.wish(shots(1)[0], 0, BUDGET_S)
+    version, now = live.version, machine.now
+    assert live.is_working and live.seconds_to_rest() > 0
+    live.work(SLICE_S)
+    assert (live.version, machine.now) == (version, now)
+    machine.now += live.seconds_to_rest()
+    live.work(SLICE_S)
+    assert machine.now > now + SLICE_S
+
+
+def test_a_change_drops_what_was_coming_about():
+    machine, live = taught(0.3)
+    first, second = shots(2)
+    live.wish(first, 0, BUDGET_S)
+    machine.now += 1.0
+    live.work(SLICE_S)
+    live.wish(second, 0, BUDGET_S)
+    assert live.shown.shot == second
+    settle(machine, live)
+    assert live.shown.shot == second and live.shown.is_whole
+    assert machine.made.count(FILM) == 1
+
+
+def test_the_same_wish_again_costs_nothing():
+    machine, live = taught(0.1)
+    shot = shots(1)[0]
+    live.wish(shot, 0, BUDGET_S)
+    settle(machine, live)
+    made = list(machine.made)
+    for _ in range(5):
+        live.wish(replace(shot), 0, BUDGET_S)
+        live.work(SLICE_S)
+    assert machine.made == made and not live.is_working
+
+
+def test_another_plate_is_another_picture_of_the_same_shot():
+    machine, live = taught(0.001)
+    shot = shots(1)[0]
+    live.wish(shot, 0, BUDGET_S)
+    live.restart()
+    assert live.shown is None and not live.is_working
+    live.wish(shot, 0, BUDGET_S)
+    assert live.shown.shot == shot and len(machine.made) == 2
+
+
+def test_a_picture_that_is_looked_at_is_not_drawn_over():
+    """Two slots: the next one comes about in the other."""
+    machine, live = taught(0.3)
+    for shot in shots(6):
+        before = None if live.shown is None else live.shown.texture[2]
+        live.wish(shot, 0, BUDGET_S)
+        assert live.shown.texture[2] != before
+        machine.now += 1.0
+        while live.is_working:
+            looked_at = live.shown
+            live.work(SLICE_S)
+            assert live.shown is looked_at or live.shown.texture[2] != looked_at.texture[2]
+
+
+@pytest.fixture(scope="module")
+def loaded(session_context, renderer) -> FrameRenderer:
+    renderer.load(plate_of(*room()))
+    return renderer
+
+
+@pytest.mark.parametrize(
+    "defocus",
+    [
+        DefocusSettings(),
+        DefocusSettings(Bokeh.GAUSSIAN, Quality.PREVIEW, layers=2),
+        DefocusSettings(Bokeh.HEAT, Quality.DRAFT, layers=1),
+        DefocusSettings(Bokeh.DISC, Quality.DRAFT, proxy=0.5),
+    ],
+    ids=lambda d: f"{d.bokeh} {d.quality}",
+)
+def test_the_whole_picture_is_the_renderers_bit_for_bit(ctx, loaded, defocus):
+    """In short slices, after a drag, and beside the picture of another slot."""
+    live = LivePicture(loaded)
+    for focus_m in (1.0, 1.5, 2.5):
+        shot = Shot(replace(LENS, f_stop=0.5, focus_distance_m=focus_m), defocus)
+        live.wish(shot, 0, 1e-4)
+        quick = live.shown
+        np.testing.assert_array_equal(
+            download(quick.texture), loaded.pixels(replace(shot, defocus=quick.settings))
+        )
+        live.wish(shot, 0, 1e-4)
+    while live.is_working:
+        live.work(1e-4)
+    assert live.shown.settings == defocus
+    np.testing.assert_array_equal(download(live.shown.texture), loaded.pixels(shot))
