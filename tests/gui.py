@@ -11,6 +11,7 @@ from imgui_bundle import imgui
 
 from heatlens.ui import theme, widgets
 from heatlens.ui.app import App, Start
+from heatlens.ui.preferences import Preferences
 from heatlens.ui.screen import Screen
 
 SIZE = (1280, 800)
@@ -20,7 +21,13 @@ Point = tuple[float, float]
 class Gui:
     """An App, its Screen and a hand."""
 
-    def __init__(self, ctx: moderngl.Context, start: Start, size: Point = SIZE) -> None:
+    def __init__(
+        self,
+        ctx: moderngl.Context,
+        start: Start,
+        size: Point = SIZE,
+        preferences: Preferences | None = None,
+    ) -> None:
         self.ctx = ctx
         self.size = size
         self.io = imgui.get_io()
@@ -32,7 +39,7 @@ class Gui:
         imgui.backends.opengl3_init("#version 430")
         self._texture = ctx.texture(size, 4)
         self._target = ctx.framebuffer([self._texture])
-        self.app = App(ctx, start)
+        self.app = App(ctx, start, preferences=preferences)
         self.screen = Screen(self.app)
 
     def frame(self, count: int = 1) -> None:
@@ -146,10 +153,15 @@ class Gui:
 
 
 @contextmanager
-def gui_of(ctx: moderngl.Context, source: Path | str, **start: object) -> Iterator[Gui]:
+def gui_of(
+    ctx: moderngl.Context,
+    source: Path | str,
+    preferences: Preferences | None = None,
+    **start: object,
+) -> Iterator[Gui]:
     """A Gui with its own ImGui, the first picture on the screen."""
     imgui.create_context()
-    gui = Gui(ctx, Start(str(source), **start))  # type: ignore[arg-type]
+    gui = Gui(ctx, Start(str(source), **start), preferences=preferences)  # type: ignore[arg-type]
     try:
         gui.opened()
         yield gui

@@ -234,9 +234,9 @@ class App:
             )
             self.view = replace(self.view, zoom=None, center_px=None)
         self.message = ""
-        self.filing.arrived(opened)
         if opened.plate.notes:
             self.say(" ".join(opened.plate.notes))
+        self.filing.arrived(opened)
 
     def update_picture(self) -> None:
         """Answer a change of the shot with a picture that fits the time."""

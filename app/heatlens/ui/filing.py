@@ -67,8 +67,6 @@ class Filing:
         app.stage.open(text, self._first_options(text, given))
         hidden = self.preferences.now.hidden_panels
         app.panels = {name: name not in hidden for name in app.panels}
-        if self.preferences.problem:
-            app.say(self.preferences.problem)
 
     def _first_options(self, text: str, given: PlateOptions) -> PlateOptions:
         """`given`, or where that says nothing of the plate what is remembered for its folder."""
@@ -126,9 +124,12 @@ class Filing:
     # What happens by itself
 
     def arrived(self, opened: Opened) -> None:
-        """A plate was opened."""
+        """A plate was opened; with the first one it is told what could not be remembered."""
         self.reading.arrived(opened)
         self.preferences.opened(opened.text)
+        if self.preferences.problem:
+            self._app.say(self.preferences.problem)
+            self.preferences.problem = ""
 
     def poll(self) -> None:
         """Once a frame: go on with what is asked for."""

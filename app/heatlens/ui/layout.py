@@ -1,6 +1,6 @@
 """Where the panels lie when nobody has moved them, and the menu bar above them."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -72,6 +72,18 @@ def shortened(folder: Path) -> str:
     """The end of a long path, which tells most."""
     text = str(folder)
     return text if len(text) <= _FOLDER_LETTERS else f"...{text[3 - _FOLDER_LETTERS :]}"
+
+
+def restore_layout(app: "App", layout: str) -> None:
+    """Where the panels lay when `layout` was written; to be called before the first frame."""
+    if lists_all(layout, app.panels):
+        imgui.load_ini_settings_from_memory(layout)
+        app.wants_layout = False
+
+
+def lists_all(layout: str, panels: Iterable[str]) -> bool:
+    """False where there is a panel that a layout does not know: it would float over the picture."""
+    return all(f"[Window][{name}]" in layout.splitlines() for name in (PICTURE, *panels))
 
 
 def dock_panels(is_new: bool, size: ImVec2) -> None:

@@ -1,6 +1,7 @@
 """The GLFW window and its loop: nothing is drawn when nothing happened."""
 
 import ctypes
+import os
 import time
 from collections.abc import Callable
 from typing import Any
@@ -13,6 +14,8 @@ import moderngl
 from heatlens.errors import GpuError
 from heatlens.ui import theme
 from heatlens.ui.app import App, Start
+from heatlens.ui.layout import restore_layout
+from heatlens.ui.preferences import Preferences, Remembered, config_dir
 from heatlens.ui.screen import Screen
 
 _SIZE = 1600, 900
@@ -27,14 +30,15 @@ _HELP = (
 
 def run_window(start: Start) -> None:
     """Open the window and stay until it is closed. Raises GpuError where there can be none."""
-    window = _open_window()
+    preferences = Preferences.load(config_dir(os.environ))
+    window = _open_window(preferences.now)
     try:
-        Loop(window, start).run()
+        Loop(window, start, preferences).run()
     finally:
         glfw.terminate()
 
 
-def _open_window() -> Any:
+def _open_window(remembered: Remembered) -> Any:
     glfw.ERROR_REPORTING = "ignore"  # said by us, in a sentence
     if not glfw.init():
         raise GpuError(f"No window can be opened: {_glfw_error()}. {_HELP}")
@@ -51,6 +55,10 @@ def _open_window() -> Any:
         reason = _glfw_error()
         glfw.terminate()
         raise GpuError(f"No window with OpenGL 4.3 can be opened: {reason}. {_HELP}")
+    if remembered.window_size is not None:  # afterwards: this size is scaled to the screen already
+        glfw.set_window_size(window, *remembered.window_size)
+    if remembered.is_maximized:
+        glfw.maximize_window(window)
     glfw.make_context_current(window)
     glfw.swap_interval(1)
     return window
@@ -66,7 +74,7 @@ def _glfw_error() -> str:
 class Loop:
     """Draws the screen when something happened, works on the picture when nothing does."""
 
-    def __init__(self, window: Any, start: Start) -> None:
+    def __init__(self, window: Any, start: Start, preferences: Preferences) -> None:
         self._window = window
         self._frames_due = _FRAMES_AFTER_EVENT
         self._event_at = 0.0
@@ -74,7 +82,8 @@ class Loop:
         imgui.create_context()
         self._watch_events()
         self._start_imgui()
-        self._app = App(self._ctx, start, glfw.post_empty_event)
+        self._app = App(self._ctx, start, glfw.post_empty_event, preferences)
+        restore_layout(self._app, preferences.now.layout)
         self._screen = Screen(self._app)
         self._version = 0
         self._title = ""
@@ -90,6 +99,7 @@ class Loop:
             elif app.live.is_working:
                 app.work()
                 self._frames_due += app.live.version != self._version
+        self._remember()
         app.close()
         imgui.backends.opengl3_shutdown()
         imgui.backends.glfw_shutdown()
@@ -100,11 +110,23 @@ class Loop:
         wait_s = self._seconds_to_sleep()
         if wait_s == 0.0:
             glfw.poll_events()
-        elif wait_s is None:
+            return
+        self._remember()
+        if wait_s is None:
             glfw.wait_events()
         else:
             glfw.wait_events_timeout(wait_s)
             self._frames_due = max(self._frames_due, 1)
+
+    def _remember(self) -> None:
+        """Size and panels, whenever the hand rests; a file is written only where they changed."""
+        is_maximized = bool(glfw.get_window_attrib(self._window, glfw.MAXIMIZED))
+        is_seen = not glfw.get_window_attrib(self._window, glfw.ICONIFIED)
+        window: dict[str, object] = {"is_maximized": is_maximized} if is_seen else {}
+        if is_seen and not is_maximized:
+            window["window_size"] = glfw.get_window_size(self._window)
+        layout = imgui.save_ini_settings_to_memory()
+        self._app.filing.remember(layout=layout, **window)
 
     def _seconds_to_sleep(self) -> float | None:
         if self._frames_due > 0:
