@@ -50,7 +50,7 @@ class Gui:
             self.screen.draw()
             imgui.render()
             self._target.use()
-            self._target.clear(0.1, 0.1, 0.1)
+            self._target.clear(*theme.SURROUND)
             imgui.backends.opengl3_render_draw_data(imgui.get_draw_data())
             assert self.ctx.error == "GL_NO_ERROR"
 

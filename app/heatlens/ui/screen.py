@@ -69,7 +69,8 @@ class Screen:
         bare = (
             _Window.no_decoration | _Window.no_move | _Window.no_docking | _Window.no_saved_settings
         )
-        bare |= _Window.no_bring_to_front_on_focus | _Window.no_nav_focus
+        bare |= _Window.no_bring_to_front_on_focus | _Window.no_nav_focus | _Window.no_background
+        imgui.push_style_var(imgui.StyleVar_.item_spacing, ImVec2(0, 0))
         imgui.push_style_var(imgui.StyleVar_.window_padding, ImVec2(0, 0))
         imgui.begin("heatlens", None, bare)
         imgui.pop_style_var()
@@ -79,6 +80,7 @@ class Screen:
         app.wants_layout = False
         self._status()
         imgui.end()
+        imgui.pop_style_var()
 
     def _status(self) -> None:
         app = self._app
@@ -141,7 +143,8 @@ class Screen:
 
     def _picture(self) -> None:
         imgui.push_style_var(imgui.StyleVar_.window_padding, ImVec2(0, 0))
-        imgui.begin(PICTURE, None, _Window.no_scrollbar | _Window.no_scroll_with_mouse)
+        still = _Window.no_scrollbar | _Window.no_scroll_with_mouse | _Window.no_background
+        imgui.begin(PICTURE, None, still)
         imgui.pop_style_var()
         pictures = self._pictures()
         if pictures is None:

@@ -10,6 +10,7 @@ from heatlens.render import FrameRenderer
 from heatlens.ui.live_picture import Shown
 
 _KEPT = 30  # pictures and frames that the means are over
+_NEWEST = 0.2  # weight of the newest frame in a running mean
 
 
 @dataclass
@@ -19,6 +20,14 @@ class Speed:
     frames_s: deque[float] = field(default_factory=lambda: deque(maxlen=_KEPT))
     held_s: deque[float] = field(default_factory=lambda: deque(maxlen=_KEPT))
     upload_s: float = 0.0
+    window_s: float = 0.02  # running mean of drawing a frame without rendering its picture
+
+    def frame(self, seconds: float, picture_s: float, is_held: bool) -> None:
+        """A frame was drawn, `picture_s` of it for a picture that was new; 0 where none was."""
+        self.frames_s.append(seconds)
+        self.window_s += _NEWEST * (seconds - picture_s - self.window_s)
+        if is_held and picture_s > 0:
+            self.held_s.append(seconds)
 
     def mean_ms(self) -> float:
         """Of drawing a frame of the window."""

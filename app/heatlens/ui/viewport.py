@@ -125,7 +125,6 @@ class ViewportPanel:
         draw = imgui.get_window_draw_list()
         end = ImVec2(corner.x + size.x, corner.y + size.y)
         draw.push_clip_rect(corner, end, True)
-        draw.add_rect_filled(corner, end, theme.PICTURE_SURROUND)
         self._draw_pictures(draw, pictures, view, corner, end)
         if pictures.overlay is not None and view.compare is not Compare.FLIP:
             self._add(draw, pictures.overlay, pictures, nearest=True)

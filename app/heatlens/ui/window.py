@@ -71,6 +71,10 @@ def _glfw_error() -> str:
     return str(description.decode() if isinstance(description, bytes) else description).rstrip(".")
 
 
+def _is_held() -> bool:
+    return any(imgui.is_mouse_down(button) for button in range(3))
+
+
 class Loop:
     """Draws the screen when something happened, works on the picture when nothing does."""
 
@@ -96,7 +100,7 @@ class Loop:
             if self._frames_due > 0:
                 self._frames_due -= 1
                 self._draw()
-            elif app.live.is_working:
+            if app.live.is_working:  # also between frames: a moving pointer must not keep it off
                 app.work()
                 self._frames_due += app.live.version != self._version
         self._remember()
@@ -151,15 +155,14 @@ class Loop:
         width, height = glfw.get_framebuffer_size(self._window)
         self._ctx.screen.use()
         self._ctx.screen.viewport = (0, 0, width, height)
-        self._ctx.screen.clear(0.1, 0.1, 0.1)
+        self._ctx.screen.clear(*theme.SURROUND)
         imgui.backends.opengl3_render_draw_data(imgui.get_draw_data())
         glfw.swap_buffers(self._window)
         self._tell_title()
         seconds = time.perf_counter() - start
-        app.speed.frames_s.append(seconds)
-        if imgui.is_any_mouse_down() and app.live.version != before:
-            app.speed.held_s.append(seconds)
-        if app.live.version != before:
+        shown = app.live.shown if app.live.version != before else None
+        app.speed.frame(seconds, shown.seconds if shown else 0.0, _is_held())
+        if shown:
             self._frames_due = max(self._frames_due, 1)
         self._version = app.live.version
 
@@ -188,7 +191,7 @@ class Loop:
             glfw.set_window_content_scale_callback,
         ):
             register(self._window, woken)
-        glfw.set_drop_callback(self._window, self._dropped)
+        glfw.set_drop_callback(self._window, self._dropped)  # type: ignore[arg-type]  # see stub
 
     def _woken(self) -> None:
         self._frames_due = _FRAMES_AFTER_EVENT
