@@ -172,13 +172,19 @@ class Screen:
         reference = app.reference.texture if app.reference else None
         linear_b = reference_or_pinhole(view, loaded, reference)
         a = screen.a(shown, app.live.version, loaded, view, linear_b)
-        b = screen.b(linear_b, view) if view.compare in (Compare.WIPE, Compare.FLIP) else a
+        b = a
+        if view.compare in (Compare.WIPE, Compare.FLIP):
+            b = screen.b(linear_b, loaded, view)
+        sharp = None
+        if view.depth_of_field and view.compare is not Compare.DIFFERENCE:
+            sharp = screen.sharp(shown, loaded, view)
         overlay = None
         if view.overlay is not Overlay.NONE:
             overlay = screen.overlay(loaded, app.shot, app.editing.frame, view.overlay)
         return Pictures(
             a,
             b,
+            sharp,
             overlay,
             plate.data_window,
             plate.display_window,

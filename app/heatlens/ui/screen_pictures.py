@@ -6,6 +6,7 @@ from heatlens.defocus.layer_cuts import layer_cuts
 from heatlens.defocus.quality import layers_for
 from heatlens.display.display_pass import DisplayPass
 from heatlens.display.overlay_pass import OverlayPass
+from heatlens.display.sharp_pass import SharpPass
 from heatlens.model.coc import sharp_px
 from heatlens.model.shot import Shot
 from heatlens.model.view import Against, Compare, Overlay, ViewState
@@ -45,8 +46,11 @@ class ScreenPictures:
         self._ctx = ctx
         self.display = DisplayPass(ctx)
         self._overlays = OverlayPass(ctx)
+        self._sharp_pass = SharpPass(ctx)
         self._a = _Target(ctx, "A on the screen")
         self._b = _Target(ctx, "B on the screen")
+        self._pinhole = _Target(ctx, "plate on the screen")
+        self._sharp = _Target(ctx, "what is sharp")
         self._overlay = _Target(ctx, "overlay")
         self.transform_version = 0  # whoever sets another view transform counts it up
         self.with_mipmaps = False  # pictures are seen so small that they would shimmer without
@@ -71,15 +75,34 @@ class ScreenPictures:
         assert self._a.texture is not None
         return self._a.texture
 
-    def b(self, source: moderngl.Texture, view: ViewState) -> moderngl.Texture:
+    def b(self, source: moderngl.Texture, plate: LoadedPlate, view: ViewState) -> moderngl.Texture:
         """B: the pinhole picture or the reference."""
+        is_pinhole = source is plate.color
+        target = self._pinhole if is_pinhole else self._b
         look = self._look(view)
-        if self._b.needs(source.size, (source, look)):
-            assert self._b.texture is not None
-            self.display.run(source, self._b.texture, *look[:2])
-            self._finish(self._b.texture)
-        assert self._b.texture is not None
-        return self._b.texture
+        if target.needs(source.size, (plate if is_pinhole else source, look)):
+            assert target.texture is not None
+            self.display.run(source, target.texture, *look[:2])
+            self._finish(target.texture)
+        assert target.texture is not None
+        return target.texture
+
+    def sharp(self, shown: Shown, plate: LoadedPlate, view: ViewState) -> moderngl.Texture | None:
+        """What is in focus, to lie over a hurried picture; None where that is as sharp itself.
+
+        With several layers a foreground may lie over what is in focus: then the preview is right.
+        """
+        proxy = shown.settings.proxy
+        if proxy >= shown.shot.defocus.proxy or layers_for(shown.settings) > 1:
+            return None
+        pinhole = self.b(plate.color, plate, view)
+        key = (plate, shown.shot.lens_at(shown.frame), proxy, self._look(view))
+        if self._sharp.needs(plate.depth.size, key):
+            assert self._sharp.texture is not None
+            optics = optics_of(plate.plate, plate.occupied, shown.shot.lens_at(shown.frame))
+            self._sharp_pass.run(pinhole, plate.depth, optics, proxy, self._sharp.texture)
+            self._finish(self._sharp.texture)
+        return self._sharp.texture
 
     def _look(self, view: ViewState) -> tuple[float, float, int, bool]:
         return view.exposure_stops, view.gamma, self.transform_version, self.with_mipmaps

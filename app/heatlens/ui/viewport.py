@@ -32,6 +32,7 @@ class Pictures:
 
     a: moderngl.Texture
     b: moderngl.Texture
+    sharp: moderngl.Texture | None  # over A, while A is a hurried picture
     overlay: moderngl.Texture | None
     data_window: Box
     display_window: Box
@@ -144,19 +145,23 @@ class ViewportPanel:
         end: ImVec2,
     ) -> None:
         near = self.zoom >= _NEAREST_FROM
-        near_a = near and not pictures.is_proxy
         if view.compare is Compare.FLIP:
             self._add(draw, pictures.b, pictures, near)
         elif view.compare is Compare.WIPE:
             x = self._wipe_x(view, pictures.shape, self.geometry)
             draw.push_clip_rect(corner, ImVec2(max(x, corner.x), end.y), True)
-            self._add(draw, pictures.a, pictures, near_a)
+            self._add_a(draw, pictures, near)
             draw.pop_clip_rect()
             draw.push_clip_rect(ImVec2(min(x, end.x), corner.y), end, True)
             self._add(draw, pictures.b, pictures, near)
             draw.pop_clip_rect()
         else:
-            self._add(draw, pictures.a, pictures, near_a)
+            self._add_a(draw, pictures, near)
+
+    def _add_a(self, draw: imgui.ImDrawList, pictures: Pictures, near: bool) -> None:
+        self._add(draw, pictures.a, pictures, near and not pictures.is_proxy)
+        if pictures.sharp is not None:
+            self._add(draw, pictures.sharp, pictures, near)
 
     def _add(
         self, draw: imgui.ImDrawList, texture: moderngl.Texture, pictures: Pictures, nearest: bool
