@@ -148,6 +148,8 @@ class Gui:
     def close(self) -> None:
         self.app.close()
         imgui.backends.opengl3_shutdown()
+        # moderngl binds again what was bound before: something that stays must be
+        self.ctx.framebuffer([self.ctx.texture((1, 1), 4)]).use()
         self._target.release()
         self._texture.release()
 
