@@ -1,6 +1,9 @@
 """Shared fixtures: one OpenGL context for the session, clean before and after every test."""
 
+import os
+import tempfile
 from collections.abc import Iterator
+from pathlib import Path
 
 import moderngl
 import numpy as np
@@ -8,6 +11,12 @@ import pytest
 
 from heatlens.gpu.context import headless_context
 from heatlens.render import FrameRenderer
+
+
+def pytest_configure() -> None:
+    """Whatever window a test opens remembers nothing of this user and for this user nothing."""
+    folder = Path(tempfile.gettempdir()) / f"heatlens-tests-{os.getpid()}"
+    os.environ["HEATLENS_CONFIG_DIR"] = str(folder / "preferences")
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

@@ -17,7 +17,7 @@ from heatlens.model.plate_options import PlateOptions
 FILE_NAME = "preferences.json"
 RECENT_MAX = 10
 _FOLDERS_MAX = 200  # of which it is known how their plates are read
-_WINDOW_LEAST, _WINDOW_MOST = 200, 16384  # screen units a side
+WINDOW_LEAST, _WINDOW_MOST = 200, 16384  # screen units a side
 
 
 @dataclass(frozen=True)
@@ -176,7 +176,7 @@ def _window_size(entry: JsonEntry) -> tuple[int, int] | None:
     if entry.value is None:
         return None
     sides = tuple(item.whole() for item in entry.items())
-    if len(sides) != 2 or not all(_WINDOW_LEAST <= side <= _WINDOW_MOST for side in sides):
+    if len(sides) != 2 or not all(WINDOW_LEAST <= side <= _WINDOW_MOST for side in sides):
         entry.refuse(f"{list(sides)} should be a width and a height")
     return sides[0], sides[1]
 

@@ -15,7 +15,7 @@ from heatlens.errors import GpuError
 from heatlens.ui import theme
 from heatlens.ui.app import App, Start
 from heatlens.ui.layout import restore_layout
-from heatlens.ui.preferences import Preferences, Remembered, config_dir
+from heatlens.ui.preferences import WINDOW_LEAST, Preferences, Remembered, config_dir
 from heatlens.ui.screen import Screen
 
 _SIZE = 1600, 900
@@ -127,8 +127,9 @@ class Loop:
         is_maximized = bool(glfw.get_window_attrib(self._window, glfw.MAXIMIZED))
         is_seen = not glfw.get_window_attrib(self._window, glfw.ICONIFIED)
         window: dict[str, object] = {"is_maximized": is_maximized} if is_seen else {}
-        if is_seen and not is_maximized:
-            window["window_size"] = glfw.get_window_size(self._window)
+        size = glfw.get_window_size(self._window)
+        if is_seen and not is_maximized and min(size) >= WINDOW_LEAST:
+            window["window_size"] = size
         layout = imgui.save_ini_settings_to_memory()
         self._app.filing.remember(layout=layout, **window)
 
