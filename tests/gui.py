@@ -3,6 +3,7 @@
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 
 import moderngl
@@ -135,6 +136,34 @@ class Gui:
         """Let a gesture end, as if time had passed."""
         self.app.editing.history = self.app.editing.history.at_rest()
         self.frame()
+
+    def begin_again(self) -> None:
+        """As it was in the beginning: nothing held, open or remembered, the first plate read anew."""
+        app = self.app
+        self.io.clear_input_keys()
+        for button in range(3):
+            self.io.add_mouse_button_event(button, False)
+        self.io.add_mouse_pos_event(-1e4, -1e4)
+        for _ in range(3):  # a popup over a dialog, say
+            self.key(imgui.Key.escape)
+        imgui.internal.clear_active_id()
+        app.shows_keys = app.is_over = False
+        app.stage.reference = None
+        app.renderer.stopwatch.on = False
+        app.view = app.color.with_names(app.start.view)
+        app.reset_layout()
+        self.open(app.start.source)
+        app.editing.begin(replace(app.shot, lens=app.begun.lens, defocus=app.start.defocus))
+        app.view = replace(app.view, zoom=None, center_px=None)
+        app.message = ""
+        self.frame(3)
+
+    def open(self, source: Path | str) -> None:
+        """Open another plate and wait for its picture."""
+        before = self.app.stage.version
+        self.app.open(str(source))
+        self.until(lambda: self.app.stage.version > before, "the plate")
+        self.frame(3)
 
     def screenshot(self) -> np.ndarray:
         """(H, W, 3) bytes of the window, the top row first."""

@@ -29,6 +29,7 @@ def menu_bar(app: "App", actions: Sequence[Action]) -> Action | None:
             for action in (a for a in actions if a.menu == menu):
                 is_on = action.is_on is not None and action.is_on(app)
                 clicked, _ = imgui.menu_item(action.name, action.shortcut, is_on)
+                widgets.note(f"item {action.name}")
                 if clicked:
                     picked = action
                 if action.name == "Open...":
