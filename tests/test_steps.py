@@ -58,3 +58,17 @@ def test_the_stopwatch_counts_a_pass_once_whatever_its_steps(loaded):
     assert times["coc"].runs == 1
     assert times["blur"].runs == times["composite"].runs == times["layer split"].runs > 1
     assert np.array_equal(loaded.pixels(SHOT), expected)
+
+
+def test_a_smaller_picture_is_of_the_plate_that_is_loaded(loaded):
+    """The plate at proxy size is kept from picture to picture, but not from plate to plate."""
+    half = replace(SHOT, defocus=replace(SHOT.defocus, proxy=0.5))
+    first = loaded.pixels(half)
+    color, depth = room()
+    loaded.load(plate_of(color[:, ::-1].copy(), depth[:, ::-1].copy()))
+    mirrored = loaded.pixels(half)
+    assert not np.array_equal(mirrored, first)
+    loaded.load(plate_of(color, depth))
+    third = loaded.pixels(replace(half, defocus=replace(half.defocus, proxy=1 / 3)))
+    assert third.shape != first.shape
+    assert np.array_equal(loaded.pixels(half), first)

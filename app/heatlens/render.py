@@ -61,6 +61,8 @@ class FrameRenderer:
         color, depth = self._textures(size)
         upload(color, plate.color)
         upload(depth, _depth_or_coc(plate))
+        for pipeline in self._pipelines:
+            pipeline.forget_plate()
         self._loaded = LoadedPlate(plate, color, depth, occupied_of(plate))
 
     def _textures(self, size: tuple[int, int]) -> tuple[moderngl.Texture, moderngl.Texture]:

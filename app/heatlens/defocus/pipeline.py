@@ -67,6 +67,7 @@ class DefocusPipeline:
         self._ctx = ctx
         self._passes = passes
         self._pool = TexturePool(ctx)
+        self._proxy_held = 1.0  # the size at which the plate lies in the pool; 1: at none
         self.on_layer: Callable[[int, int], None] | None = None  # layers done, of all
 
     def steps(
@@ -83,8 +84,7 @@ class DefocusPipeline:
         `has_alpha` the result's alpha is 1.
         """
         if settings.proxy < 1.0:
-            color, depth = self._at_proxy_size(color, depth, optics, settings.proxy)
-            yield "proxy"
+            color, depth = yield from self._at_proxy_size(color, depth, optics, settings.proxy)
             optics = optics.scaled(settings.proxy)
         coc = depth
         if optics.line is not None:
@@ -145,13 +145,21 @@ class DefocusPipeline:
 
     def _at_proxy_size(
         self, color: moderngl.Texture, depth: moderngl.Texture, optics: Optics, proxy: float
-    ) -> tuple[moderngl.Texture, moderngl.Texture]:
+    ) -> Steps[tuple[moderngl.Texture, moderngl.Texture]]:
+        """The plate at proxy size, which no lens changes: made again for another size or plate."""
         size = proxy_size(color.size, proxy)
         out_color = self._pool.texture("proxy colour", size, 4)
         out_depth = self._pool.texture("proxy depth", size, 1)
-        scale = proxy if optics.line is None else 1.0
-        self._passes.proxy.run(color, depth, scale, out_color, out_depth)
+        if self._proxy_held != proxy:
+            scale = proxy if optics.line is None else 1.0
+            self._passes.proxy.run(color, depth, scale, out_color, out_depth)
+            self._proxy_held = proxy
+            yield "proxy"
         return out_color, out_depth
+
+    def forget_plate(self) -> None:
+        """The plate's textures hold another plate now."""
+        self._proxy_held = 1.0
 
     def _without_lamps(
         self, color: moderngl.Texture, coc: moderngl.Texture, kernel: Kernel, optics: Optics
