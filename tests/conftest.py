@@ -4,6 +4,7 @@ import os
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import moderngl
 import numpy as np
@@ -11,6 +12,9 @@ import pytest
 
 from heatlens.gpu.context import headless_context
 from heatlens.render import FrameRenderer
+
+if TYPE_CHECKING:
+    from gui import Gui
 
 
 def pytest_configure() -> None:
@@ -56,6 +60,26 @@ def command_context(session_context: moderngl.Context) -> Iterator[None]:
 def renderer(session_context: moderngl.Context) -> FrameRenderer:
     """One a test file; making one measures the solvers and builds the shaders."""
     return FrameRenderer(session_context)
+
+
+@pytest.fixture(scope="module")
+def room_window(
+    session_context: moderngl.Context, tmp_path_factory: pytest.TempPathFactory
+) -> Iterator["Gui"]:
+    """One window a test file, the room in it, its blur the quickest."""
+    from gui import gui_of  # here: command line tests need no ImGui
+    from window_plates import QUICK, room_file
+
+    plate = room_file(tmp_path_factory.mktemp("window") / "room.exr")
+    with gui_of(session_context, plate, defocus=QUICK) as gui:
+        yield gui
+
+
+@pytest.fixture
+def gui(ctx: moderngl.Context, room_window: "Gui") -> "Gui":
+    """That window as it was in the beginning."""
+    room_window.begin_again()
+    return room_window
 
 
 @pytest.fixture

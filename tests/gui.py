@@ -40,6 +40,7 @@ class Gui:
         imgui.backends.opengl3_init("#version 430")
         self._texture = ctx.texture(size, 4)
         self._target = ctx.framebuffer([self._texture])
+        self._corner = ctx.simple_framebuffer((8, 8))  # frames nobody looks at cost no pixels
         self.app = App(ctx, start, preferences=preferences)
         self.screen = Screen(self.app)
 
@@ -50,10 +51,13 @@ class Gui:
             imgui.new_frame()
             self.screen.draw()
             imgui.render()
-            self._target.use()
-            self._target.clear(*theme.SURROUND)
-            imgui.backends.opengl3_render_draw_data(imgui.get_draw_data())
-            assert self.ctx.error == "GL_NO_ERROR"
+            self._paint(self._corner)
+
+    def _paint(self, target: moderngl.Framebuffer) -> None:
+        target.use()
+        target.clear(*theme.SURROUND)
+        imgui.backends.opengl3_render_draw_data(imgui.get_draw_data())
+        assert self.ctx.error == "GL_NO_ERROR"
 
     def until(self, condition, what: str, seconds: float = 20.0) -> None:
         """Frames until `condition`; a bound, not a measurement."""
@@ -166,7 +170,8 @@ class Gui:
         self.frame(3)
 
     def screenshot(self) -> np.ndarray:
-        """(H, W, 3) bytes of the window, the top row first."""
+        """(H, W, 3) bytes of the window as the last frame drew it, the top row first."""
+        self._paint(self._target)
         pixels = np.frombuffer(self._target.read(components=3), np.uint8)
         return pixels.reshape(self.size[1], self.size[0], 3)[::-1]
 
@@ -179,6 +184,7 @@ class Gui:
         imgui.backends.opengl3_shutdown()
         # moderngl binds again what was bound before: something that stays must be
         self.ctx.framebuffer([self.ctx.texture((1, 1), 4)]).use()
+        self._corner.release()
         self._target.release()
         self._texture.release()
 
