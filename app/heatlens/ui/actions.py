@@ -18,6 +18,12 @@ _KEY_NAMES = {
     _K.end: "End", _K.delete: "Delete", _K.tab: "Tab", _K.f1: "F1",
 }  # fmt: skip
 
+# With Ctrl, what text fields do with them: select all, copy, paste, cut, undo, move by words.
+_OF_TEXT = (
+    _K.a, _K.c, _K.v, _K.x, _K.y, _K.z,
+    _K.left_arrow, _K.right_arrow, _K.home, _K.end, _K.delete,
+)  # fmt: skip
+
 
 @dataclass(frozen=True, eq=False)
 class Action:
@@ -55,9 +61,14 @@ def pressed(actions: tuple[Action, ...]) -> Iterator[Action]:
     io = imgui.get_io()
     held = (_CTRL if io.key_ctrl else 0) | (_SHIFT if io.key_shift else 0)
     for action in actions:
-        if action.key is None or action.mods != held:
+        if action.key is None or not _fits(action, held):
             continue
-        if io.want_text_input and not action.mods & _CTRL:
+        if io.want_text_input and (not action.mods & _CTRL or action.key in _OF_TEXT):
             continue
         if imgui.is_key_pressed(action.key, action.repeats):
             yield action
+
+
+def _fits(action: Action, held: int) -> bool:
+    """The modifiers are those of the action; a + may need Shift, or a key of its own."""
+    return action.mods == (held & ~_SHIFT if action.key == _K.equal else held)

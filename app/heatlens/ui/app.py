@@ -13,6 +13,7 @@ import moderngl
 from heatlens.errors import HeatlensError
 from heatlens.gpu.context import is_software
 from heatlens.image.focus_pick import depth_at_m
+from heatlens.image.plate import Plate
 from heatlens.image.start_lens import StartLens, start_lens
 from heatlens.model.depth_histogram import DepthHistogram
 from heatlens.model.lens import Lens
@@ -156,14 +157,13 @@ class App:
     def focus_at(self, pixel: tuple[int, int]) -> None:
         """Focus on what is seen at a pixel of the display window; beside the picture, nothing."""
         plate = self.stage.plate
-        if plate is None:
+        if plate is None or not _is_inside(plate, pixel):
             return
         try:
             distance_m = depth_at_m(plate, *pixel)
             self.edit_lens(replace(self.lens, focus_distance_m=distance_m))
         except HeatlensError as error:
-            if plate.depth_m is None:
-                self.say(str(error))
+            self.say(str(error))
 
     def edit(self, shot: Shot) -> None:
         """Change the shot."""
@@ -277,3 +277,9 @@ class App:
         """End threads; the GPU's things go with its context."""
         self.filing.close()
         self.stage.close()
+
+
+def _is_inside(plate: Plate, pixel: tuple[int, int]) -> bool:
+    """Whether the plate has a pixel of the display window."""
+    window = plate.display_window
+    return plate.data_window.contains(pixel[0] + window.x0, pixel[1] + window.y0)

@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Callable
-from dataclasses import fields, replace
+from dataclasses import replace
 
 from heatlens.errors import HeatlensError
 from heatlens.model.history import History
@@ -47,26 +47,22 @@ class Editing:
 
     def edit_lens(self, lens: Lens) -> None:
         """Change the lens at the frame; what has keys gets one there. Refusals are said."""
-        before = self.lens
-        if lens == before:
+        if lens == self.lens:
             return
-        shot = self.shot
-        keyed = {str(parameter) for parameter in LensParameter}
         try:
-            plain = {
-                f.name: getattr(lens, f.name)
-                for f in fields(lens)
-                if f.name not in keyed and getattr(lens, f.name) != getattr(before, f.name)
-            }
-            shot = replace(shot, lens=replace(shot.lens, **plain)) if plain else shot
-            for parameter in LensParameter:
-                value = getattr(lens, parameter)
-                if value != getattr(before, parameter):
-                    shot = shot.with_lens_value(self.frame, parameter, value, self.auto_key)
+            self.edit(self._with_lens(lens))
         except HeatlensError as error:
             self._say(str(error))
-            return
-        self.edit(shot)
+
+    def _with_lens(self, lens: Lens) -> Shot:
+        """What has no keys is set at once: two values may only go together, as a long lens and far
+        focus do."""
+        before, shot = self.lens, replace(self.shot, lens=lens)
+        for parameter in LensParameter:
+            value = getattr(lens, parameter)
+            if shot.curves.of(parameter).keys and value != getattr(before, parameter):
+                shot = shot.with_lens_value(self.frame, parameter, value, self.auto_key)
+        return shot
 
     def rest(self, is_held: bool) -> None:
         """Call once a frame: a gesture that is over becomes a step."""
