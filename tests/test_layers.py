@@ -14,11 +14,11 @@ import heatlens
 PACKAGE = Path(heatlens.__file__).parent
 LAYERS = (
     *("base", "model", "image", "color", "gpu", "defocus", "render"),
-    *("display", "compare", "bench", "ui", "commands"),
+    *("display", "export", "compare", "bench", "ui", "commands"),
 )
 BASE = ("__init__", "errors", "paths")
-# render and ui pass textures on; bench owns those it measures with, display those that are seen
-GPU_LAYERS = ("gpu", "defocus", "render", "display", "bench", "ui")
+# render, export and ui pass textures on; bench owns what it measures with, display what is seen
+GPU_LAYERS = ("gpu", "defocus", "render", "display", "export", "bench", "ui")
 LINES_MAX = 300
 FILES = sorted(PACKAGE.rglob("*.py"))
 

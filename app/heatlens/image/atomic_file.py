@@ -1,11 +1,20 @@
 """Files appear whole or not at all: written beside the target, then renamed over it."""
 
 import os
-from collections.abc import Iterator
-from contextlib import contextmanager
+import platform
+import re
+import time
+import zlib
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from heatlens.errors import InputError
+
+# Folders are shared between machines, and each of them counts its processes from 1.
+_MACHINE = f"{zlib.crc32(platform.node().encode()):08x}"
+_PART = re.compile(r"\.(.+)\.([0-9a-f]{8})\.([0-9]+)\.part")
+_FORGOTTEN_S = 24 * 60 * 60.0  # nobody writes one file for so long without a change to it
 
 
 @contextmanager
@@ -17,14 +26,46 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
     """
     target = Path(os.path.realpath(path))
     _check_target(target)
-    beside = target.with_name(f".{target.name}.{os.getpid()}.part")
+    beside = target.with_name(f".{target.name}.{_MACHINE}.{os.getpid()}.part")
     try:
         yield beside
+        _to_disk(beside)
         os.replace(beside, target)
     except (OSError, RuntimeError) as error:  # RuntimeError is what OpenEXR raises
         raise InputError(f"{target} could not be written: {error}") from error
     finally:
         beside.unlink(missing_ok=True)
+
+
+def remove_leftovers(folder: Path, is_ours: Callable[[str], bool]) -> None:
+    """Delete what killed processes left beside files whose names `is_ours` knows.
+
+    What a process of this machine that is alive writes stays, and of another machine what has
+    changed within a day. What cannot be deleted stays too: it is in nobody's way.
+    """
+    with suppress(OSError):
+        for name in os.listdir(folder):
+            match = _PART.fullmatch(name)
+            if match and is_ours(match[1]) and _is_dead(folder / name, match[2], int(match[3])):
+                (folder / name).unlink(missing_ok=True)
+
+
+def _is_dead(part: Path, machine: str, process: int) -> bool:
+    if machine != _MACHINE or os.name == "nt":  # where signal 0 ends the process that is asked
+        return time.time() - part.stat().st_mtime > _FORGOTTEN_S
+    try:
+        os.kill(process, 0)
+    except (ProcessLookupError, OverflowError):
+        return True
+    except PermissionError:  # somebody else's, and alive
+        return False
+    return False
+
+
+def _to_disk(path: Path) -> None:
+    """Else a power cut can leave the new name without its content."""
+    with open(path, "rb+") as file:
+        os.fsync(file.fileno())
 
 
 def _check_target(target: Path) -> None:

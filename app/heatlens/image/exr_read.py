@@ -19,6 +19,7 @@ from heatlens.image.channels import (
     pixels_of,
 )
 from heatlens.image.depth_read import read_depth_of
+from heatlens.image.exr_write import JOB_ATTRIBUTE
 from heatlens.image.plate import FloatImage, Plate
 from heatlens.image.quiet import quiet_library
 from heatlens.image.repair import repair_color
@@ -33,7 +34,7 @@ _NOT_CARRIED = {
     *("channels", "compression", "dataWindow", "displayWindow", "lineOrder", "pixelAspectRatio"),
     *("type", "tiles", "chunkCount", "name", "version", "preview", "maxSamplesPerPixel"),
     *("multiView", "view", "dwaCompressionLevel", "zipCompressionLevel", "idManifest"),
-    "deepImageState",
+    *("deepImageState", JOB_ATTRIBUTE),
 }
 
 # The library decompresses on one thread unless told; more than four gain nothing on a frame.

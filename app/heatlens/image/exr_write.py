@@ -15,12 +15,16 @@ from heatlens.image.quiet import quiet_library
 from heatlens.image.windows import header_at_box
 from heatlens.model.boxes import Box
 
-__all__ = ["COMPRESSIONS", "lens_attributes", "write_exr"]
+__all__ = ["COMPRESSIONS", "JOB_ATTRIBUTE", "lens_attributes", "write_exr"]
 
 # All lossless but the last two, which lose on half only. Those that other programs read.
 COMPRESSIONS = ("none", "rle", "zips", "zip", "piz", "dwaa", "dwab")
 
+# Of an export: what this one file was made of, and so never true of another made from it.
+JOB_ATTRIBUTE = "heatlens:job"
+
 _HALF_MAX = 65504.0
+_MEASURES = ("z", "depth", "coc")  # half has no digits to spare for these
 
 
 def write_exr(
@@ -33,7 +37,7 @@ def write_exr(
     half: bool = True,
     compression: str = "zip",
 ) -> None:
-    """Write `channels`, each (H, W) over `data_window`, by name; depth (Z, depth.Z) stays float.
+    """Write `channels`, each (H, W) over `data_window`, by name; Z, depth and coc stay float.
 
     Half values are clamped to +-65504, so that nothing bright becomes infinite. Attributes that
     the library cannot write (bytes, and rationals in older ones) are left out. Raises InputError,
@@ -67,7 +71,7 @@ def _stored(
             f"Channel {name!r} has {values.shape} values, but the data window needs {shape} "
             "(height, width)."
         )
-    if half and name.rpartition(".")[2].lower() not in ("z", "depth"):
+    if half and name.rpartition(".")[2].lower() not in _MEASURES:
         return np.ascontiguousarray(np.clip(values, -_HALF_MAX, _HALF_MAX), dtype=np.float16)
     return np.ascontiguousarray(values, dtype=np.float32)
 

@@ -1,6 +1,6 @@
 """The picture through the lens to a file: the window and the command line write the same one."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -24,12 +24,16 @@ def write_picture(
     proxy: float,
     *,
     half: bool = True,
+    compression: str = "zip",
     encode: Encode = srgb_encoded,
+    more_channels: Mapping[str, FloatImage] | None = None,
+    more_attributes: Mapping[str, Any] | None = None,
 ) -> None:
     """Write `pixels`, (H, W, 4) premultiplied at `proxy` size, as the suffix of `path` asks.
 
     EXR: scene-linear, over the plate's windows, its metadata and `lens` in the header; 16 bits a
-    channel where `half`. PNG: through `encode`. Raises InputError when it cannot be written.
+    channel where `half`, `more_channels` of the same size beside the colour and `more_attributes`
+    in the header. PNG: through `encode`. Raises InputError when it cannot be written.
     """
     if path.suffix.lower() == ".png":
         write_png(path, pixels if plate.has_alpha else pixels[..., :3], encode=encode)
@@ -37,12 +41,13 @@ def write_picture(
     names = "RGBA" if plate.has_alpha else "RGB"
     write_exr(
         path,
-        {name: pixels[..., i] for i, name in enumerate(names)},
-        _scaled(plate.data_window, proxy, pixels.shape[1::-1]),
-        _scaled(plate.display_window, proxy),
+        {**{name: pixels[..., i] for i, name in enumerate(names)}, **(more_channels or {})},
+        scaled_window(plate.data_window, proxy, pixels.shape[1::-1]),
+        scaled_window(plate.display_window, proxy),
         plate.pixel_aspect_ratio,
-        plate.attributes | _lens_header(plate, lens),
+        {**plate.attributes, **_lens_header(plate, lens), **(more_attributes or {})},
         half=half,
+        compression=compression,
     )
 
 
@@ -72,7 +77,7 @@ def _lens_header(plate: Plate, lens: Lens) -> dict[str, Any]:
     )
 
 
-def _scaled(box: Box, scale: float, size: tuple[int, ...] | None = None) -> Box:
+def scaled_window(box: Box, scale: float, size: tuple[int, ...] | None = None) -> Box:
     """A window at proxy size; the data window's size is the picture's own."""
     x0, y0 = round(box.x0 * scale), round(box.y0 * scale)
     width, height = size or (max(1, round(box.width * scale)), max(1, round(box.height * scale)))

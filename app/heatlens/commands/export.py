@@ -1,0 +1,64 @@
+"""`heatlens export`: a shot to EXR frames, pictures or a movie; a second run finishes the first."""
+
+import argparse
+from contextlib import closing
+
+from heatlens.commands.export_options import add_export_options, job_of
+from heatlens.commands.export_progress import progress_of
+from heatlens.defocus.solver_choice import settled_solver
+from heatlens.export.plan import planned
+from heatlens.export.run import export_frames
+from heatlens.gpu.context import headless_context
+from heatlens.render import FrameRenderer
+
+_DESCRIPTION = """\
+Renders the frames of a shot: EXR scene-linear with the lens of each frame in its header, PNG or
+JPEG through a view transform, or a movie. Run again after a stop or a change, it renders only the
+frames that are not there yet as they should be.
+"""
+_EPILOG = """\
+examples:
+  heatlens export shot.heatlens.json -o out/name.####.exr --quality film
+  heatlens export shot.heatlens.json -o out/name.####.exr --frames 1001-1100x2 --with-depth
+  heatlens export shot.heatlens.json -o look.mov --view 'ACES 2.0 - SDR 100 nits (Rec.709)' \\
+      --burn-in --proxy 0.5
+  heatlens export 'plate.####.exr' -o out/####.png --f-stop 2 --focus-distance 2.24
+  heatlens export shot.heatlens.json -o out/name.####.exr --submit openjd --chunk 5 > job.yaml
+"""
+
+
+def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    """Add `export` to the command line."""
+    parser = commands.add_parser(
+        "export",
+        help="render the frames of a shot to files or a movie",
+        description=_DESCRIPTION,
+        epilog=_EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument(
+        "shot", metavar="SHOT", help="shot file, or plate.####.exr with a lens that stands still"
+    )
+    parser.add_argument(
+        "-o",
+        "--output",
+        required=True,
+        metavar="FILES",
+        help="out/name.####.exr, .png or .jpg; or a movie, name.mov (ProRes) or name.mp4 (H.264)",
+    )
+    add_export_options(parser)
+    parser.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Export; say how far it is, and in the end what there is."""
+    plan = planned(job_of(args))
+    with progress_of(args.progress, plan) as tell, closing(export_frames(plan, _renderer)) as steps:
+        for done in steps:
+            tell(done)
+    return 0
+
+
+def _renderer() -> FrameRenderer:
+    ctx = headless_context()
+    return FrameRenderer(ctx, settled_solver(ctx))

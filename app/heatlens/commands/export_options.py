@@ -1,0 +1,169 @@
+"""The options of `heatlens export`, and the job that they make."""
+
+import argparse
+import os
+import sys
+from dataclasses import replace
+
+from heatlens.color.color_config import load_color_config
+from heatlens.color.view_transform import ViewTransform, srgb_transform, view_transform
+from heatlens.commands.lens_options import add_lens_options, lens_of
+from heatlens.commands.plate_options import add_plate_options, plate_options
+from heatlens.commands.render import add_blur_options
+from heatlens.errors import InputError
+from heatlens.export.job import ExportJob, ExrOptions, Look
+from heatlens.export.output import parse_output
+from heatlens.export.plan import frames_of
+from heatlens.image.exr_read import read_plate
+from heatlens.image.exr_write import COMPRESSIONS
+from heatlens.image.sequence import find_sequence
+from heatlens.image.sequence_names import parse_frames
+from heatlens.image.shot_file import read_shot
+from heatlens.model.settings import Bokeh, DefocusSettings, Quality
+from heatlens.model.shot import Shot
+
+_BLUR = ("bokeh", "quality", "layers", "proxy")
+
+
+def add_export_options(parser: argparse.ArgumentParser) -> None:
+    """All but the shot and the output."""
+    _add_frame_options(parser)
+    _add_exr_options(parser)
+    _add_look_options(parser)
+    add_blur_options(parser)
+    # What is not given stays as the shot has it.
+    parser.set_defaults(**dict.fromkeys(_BLUR))
+    add_lens_options(parser)
+    add_plate_options(parser)
+
+
+def _add_frame_options(parser: argparse.ArgumentParser) -> None:
+    group = parser.add_argument_group("frames")
+    group.add_argument(
+        "--frames", metavar="RANGE", help="1001-1100, 1001-1100x2, 1001,1005; default: in to out"
+    )
+    group.add_argument("--plate", metavar="FILES", help="instead of the plate that the shot names")
+    group.add_argument(
+        "--missing",
+        choices=("hold", "black", "stop"),
+        default="stop",
+        help="for a frame without a plate: hold the one before, black, or stop before anything is "
+        "rendered (default)",
+    )
+    group.add_argument("--force", action="store_true", help="render what is finished once more")
+    group.add_argument("--fps", type=float, metavar="N", help="of a movie; default: the shot's")
+    group.add_argument(
+        "--progress",
+        choices=("terminal", "json", "openjd"),
+        default="terminal",
+        help="terminal: a line on stderr if that is one (default); json: a line on stdout for "
+        "each frame; openjd: for a render farm",
+    )
+
+
+def _add_exr_options(parser: argparse.ArgumentParser) -> None:
+    group = parser.add_argument_group("EXR")
+    group.add_argument("--float", action="store_true", help="32 bits a channel (default: half)")
+    group.add_argument("--compression", choices=COMPRESSIONS, default="zip", help="default zip")
+    group.add_argument("--with-depth", action="store_true", help="Z in metres beside the colour")
+    group.add_argument(
+        "--with-coc", action="store_true", help="circle of confusion in pixels beside the colour"
+    )
+
+
+def _add_look_options(parser: argparse.ArgumentParser) -> None:
+    group = parser.add_argument_group(
+        "look", "Of pictures and movies. Any of --ocio, --display and --view asks OpenColorIO."
+    )
+    group.add_argument(
+        "--ocio", metavar="CONFIG", help="OpenColorIO config (default: $OCIO, else a built-in one)"
+    )
+    group.add_argument("--display", metavar="NAME", help="default: the config's first")
+    group.add_argument(
+        "--view", metavar="NAME", help="default: the display's first; alone: the plain sRGB curve"
+    )
+    group.add_argument(
+        "--exposure", type=float, default=0.0, metavar="STOPS", help="brighter by (default 0)"
+    )
+    group.add_argument(
+        "--burn-in", action="store_true", help="write frame, focus and f-stop into the picture"
+    )
+    group.add_argument(
+        "--unit", choices=("m", "ft"), default="m", help="of the distance in that (default m)"
+    )
+
+
+def job_of(args: argparse.Namespace) -> ExportJob:
+    """What the options say. Raises InputError where they contradict the shot or each other."""
+    shot = _with_overrides(args, _shot_of(args))
+    return ExportJob(
+        shot,
+        frames_of(shot, args.frames),
+        parse_output(args.output),
+        args.missing,
+        ExrOptions(not args.float, args.compression, args.with_depth, args.with_coc),
+        Look(_transform(args), args.exposure, args.burn_in, args.unit),
+        args.force,
+    )
+
+
+def is_shot_file(name: str) -> bool:
+    """Whether a name is that of a shot file; else it is one of plates."""
+    return name.lower().endswith(".json")
+
+
+def _shot_of(args: argparse.Namespace) -> Shot:
+    if not is_shot_file(args.shot):
+        return _still_shot(args)
+    given = [f"--{name.replace('_', '-')}" for name in _lens_and_plate_options(args)]
+    if given:
+        raise InputError(
+            f"{args.shot} says lens and plate, so {', '.join(given)} cannot be given beside it."
+        )
+    return read_shot(args.shot)
+
+
+def _lens_and_plate_options(args: argparse.Namespace) -> list[str]:
+    """Those that were given."""
+    plain = argparse.ArgumentParser()
+    add_lens_options(plain)
+    add_plate_options(plain)
+    defaults = vars(plain.parse_args([]))
+    return [name for name, default in defaults.items() if getattr(args, name) != default]
+
+
+def _still_shot(args: argparse.Namespace) -> Shot:
+    """The lens of the options and of the first frame's header, at every frame."""
+    sequence = find_sequence(args.plate or args.shot)
+    wanted = parse_frames(args.frames) if args.frames else sequence.frames
+    first = sequence.shown_frame(wanted[0], "hold")
+    assert first is not None  # a sequence that was found has a file
+    options = plate_options(args)
+    plate = read_plate(sequence.path_at(first), options)
+    lens, said = lens_of(args, plate)
+    print(f"heatlens: lens: {', '.join(said)}", file=sys.stderr)
+    return Shot(lens, source=args.plate or args.shot, plate_options=options)
+
+
+def _with_overrides(args: argparse.Namespace, shot: Shot) -> Shot:
+    """The shot with the blur, the plate and the rate that were given."""
+    now = shot.defocus
+    defocus = DefocusSettings(
+        Bokeh(args.bokeh or now.bokeh),
+        Quality(args.quality or now.quality),
+        now.layers if args.layers is None else args.layers,
+        now.proxy if args.proxy is None else args.proxy,
+    )
+    shot = replace(shot, defocus=defocus)
+    if args.plate is not None:
+        shot = replace(shot, source=os.path.expanduser(args.plate))
+    return shot if args.fps is None else replace(shot, frames_per_second=args.fps)
+
+
+def _transform(args: argparse.Namespace) -> ViewTransform:
+    if (args.ocio, args.display, args.view) == (None, None, None):
+        return srgb_transform()
+    config = load_color_config(args.ocio)
+    display = args.display or config.default_display
+    view = args.view or config.views(display)[0]
+    return view_transform(config, display, view, config.default_input_space)

@@ -1,0 +1,63 @@
+"""By what a finished frame is known again: a digest of all that decides its pixels.
+
+Not that a file is there says that it is done, but that this one was made of the same plate, lens
+and options. The plate is known by time and size of its file, looked at before it is read: one that
+is written again meanwhile is rendered again.
+"""
+
+import hashlib
+import json
+from collections.abc import Iterable
+from dataclasses import replace
+from typing import Any
+
+from heatlens import __version__
+from heatlens.export.job import ExportJob
+from heatlens.image.json_record import plain
+from heatlens.image.sequence import Stamp
+from heatlens.model.lens import Lens
+
+_DIGEST_BYTES = 16
+
+
+def fingerprint_of(
+    job: ExportJob, frame: int, lens: Lens, stamp: Stamp | None, is_black: bool
+) -> str:
+    """32 hexadecimal digits for one frame; where nothing that matters differs, the same."""
+    # These two warn and measure, but leave every pixel as it is.
+    seen = replace(lens, acceptable_coc_mm=None, close_focus_m=None)
+    return _digest(
+        {
+            "version": __version__,
+            "frame": frame,
+            "plate": stamp,
+            "is_black": is_black,
+            "plate_options": plain(job.shot.plate_options),
+            "lens": plain(seen),
+            "defocus": plain(job.shot.defocus),
+            "output": _output_facts(job),
+        }
+    )
+
+
+def fingerprint_of_movie(frames: Iterable[str], rate: object) -> str:
+    """One for a movie whose frames have these."""
+    return _digest({"frames": list(frames), "rate": str(rate)})
+
+
+def _output_facts(job: ExportJob) -> dict[str, Any]:
+    """The options that count for this kind of file."""
+    if job.output.is_exr:
+        return {"kind": ".exr", **plain(job.exr)}
+    look = job.look
+    return {
+        "kind": job.output.suffix,
+        "view": [look.transform.key, look.transform.input_space],
+        "exposure_stops": look.exposure_stops,
+        "burn_in": look.unit if look.burn_in else None,
+    }
+
+
+def _digest(facts: dict[str, Any]) -> str:
+    text = json.dumps(facts, sort_keys=True)
+    return hashlib.blake2b(text.encode(), digest_size=_DIGEST_BYTES).hexdigest()

@@ -1,0 +1,38 @@
+"""The fingerprint in a file that was exported: found again without reading its pixels."""
+
+from pathlib import Path
+
+import OpenEXR
+from PIL import Image
+
+from heatlens.export.plan import PlannedFrame
+from heatlens.image.exr_write import JOB_ATTRIBUTE
+from heatlens.image.quiet import quiet_library
+
+
+def is_finished(frame: PlannedFrame) -> bool:
+    """True where the frame's file is there and was made of the same."""
+    if not frame.path.is_file():
+        return False
+    read = _exr_fingerprint if frame.path.suffix.lower() == ".exr" else _picture_fingerprint
+    return read(frame.path) == frame.fingerprint
+
+
+def _exr_fingerprint(path: Path) -> object:
+    try:
+        with quiet_library():
+            parts = OpenEXR.File(str(path), header_only=True).parts
+    except (RuntimeError, ValueError):  # a UnicodeDecodeError is a ValueError
+        return None
+    return parts[0].header.get(JOB_ATTRIBUTE) if parts else None
+
+
+def _picture_fingerprint(path: Path) -> object:
+    """Text of a PNG, the comment of a JPEG."""
+    try:
+        with Image.open(path) as image:
+            info = image.info
+    except (OSError, ValueError):
+        return None
+    comment = info.get("comment", b"")
+    return info.get(JOB_ATTRIBUTE) or comment.decode("ascii", "replace")

@@ -1,0 +1,105 @@
+"""A rendered frame to its file: EXR with all that was asked for, or a picture for the eye."""
+
+from dataclasses import dataclass
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+from PIL.PngImagePlugin import PngInfo
+
+from heatlens.export.job import ExportJob, ExrOptions
+from heatlens.export.plan import PlannedFrame
+from heatlens.image.atomic_file import replacing
+from heatlens.image.exr_write import JOB_ATTRIBUTE
+from heatlens.image.picture_write import write_picture
+from heatlens.image.plate import FloatImage, Plate
+from heatlens.model.coc import coc_line, coc_px
+
+_JPEG_QUALITY = 95
+
+Whole = TypeVar("Whole", np.uint8, np.uint16)
+
+
+@dataclass(frozen=True, eq=False)
+class RenderedFrame:
+    """A frame on its way to its file.
+
+    pixels  EXR: light, (H, W, 4) premultiplied; else display values 0..1, (H, W, 3)
+    """
+
+    planned: PlannedFrame
+    plate: Plate
+    pixels: FloatImage
+
+
+def write_frame(job: ExportJob, frame: RenderedFrame) -> None:
+    """Write one numbered file. Raises InputError where that fails; what stood there stays."""
+    if job.output.is_exr:
+        _write_exr(job, frame)
+    else:
+        _write_shown(frame)
+
+
+def _write_exr(job: ExportJob, frame: RenderedFrame) -> None:
+    proxy = job.shot.defocus.proxy
+    write_picture(
+        frame.planned.path,
+        frame.pixels,
+        frame.plate,
+        frame.planned.lens,
+        proxy,
+        half=job.exr.half,
+        compression=job.exr.compression,
+        more_channels=measures_of(frame, proxy, job.exr),
+        more_attributes={JOB_ATTRIBUTE: frame.planned.fingerprint},
+    )
+
+
+def measures_of(frame: RenderedFrame, proxy: float, wanted: ExrOptions) -> dict[str, FloatImage]:
+    """Z in metres and coc in pixels of the picture, as they were for each pixel before the blur."""
+    plate, channels = frame.plate, {}
+    if wanted.with_depth and plate.depth_m is not None:
+        channels["Z"] = _sampled(plate.depth_m, frame.pixels.shape)
+    if wanted.with_coc:
+        channels["coc"] = np.float32(proxy) * _sampled(_coc_px(frame), frame.pixels.shape)
+    return channels
+
+
+def _coc_px(frame: RenderedFrame) -> FloatImage:
+    """At the plate's full size."""
+    plate = frame.plate
+    if plate.coc_px is not None:
+        return plate.coc_px
+    assert plate.depth_m is not None
+    line = coc_line(frame.planned.lens, plate.display_window.width)
+    return coc_px(plate.depth_m, line).astype(np.float32)
+
+
+def _sampled(values: FloatImage, shape: tuple[int, ...]) -> FloatImage:
+    """(H, W) at another size, the pixel in the middle of each footprint, as the renderer does."""
+    rows, columns = (
+        ((np.arange(small) + 0.5) * (full / small)).astype(int)
+        for small, full in zip(shape[:2], values.shape, strict=True)
+    )
+    sampled: FloatImage = values[rows[:, None], columns]
+    return sampled
+
+
+def _write_shown(frame: RenderedFrame) -> None:
+    mark = frame.planned.fingerprint
+    image = Image.fromarray(quantised(frame.pixels, np.uint8))
+    with replacing(frame.planned.path) as beside:
+        if frame.planned.path.suffix.lower() == ".png":
+            text = PngInfo()
+            text.add_text(JOB_ATTRIBUTE, mark)
+            image.save(beside, format="PNG", pnginfo=text)
+        else:
+            image.save(beside, format="JPEG", quality=_JPEG_QUALITY, comment=mark)
+
+
+def quantised(display: FloatImage, kind: type[Whole]) -> NDArray[Whole]:
+    """0..1 to all of the whole numbers of `kind`, rounded; a view may leave values beyond."""
+    most = np.iinfo(kind).max
+    scaled = np.clip(np.nan_to_num(display, nan=0.0), 0.0, 1.0) * np.float32(most)
+    return (scaled + np.float32(0.5)).astype(kind)

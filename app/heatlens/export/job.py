@@ -1,0 +1,61 @@
+"""What is exported, as a value: the same job gives the same files."""
+
+from dataclasses import dataclass, field
+
+from heatlens.color.view_transform import ViewTransform, srgb_transform
+from heatlens.errors import InputError
+from heatlens.export.output import Output
+from heatlens.image.sequence import MissingPolicy
+from heatlens.model.shot import Shot
+
+
+@dataclass(frozen=True)
+class ExrOptions:
+    """How scene-linear frames are kept, and what else beside the colour."""
+
+    half: bool = True
+    compression: str = "zip"
+    with_depth: bool = False  # Z, metres
+    with_coc: bool = False  # coc, signed diameter in pixels of this picture
+
+
+@dataclass(frozen=True)
+class Look:
+    """How pictures for the eye are made of light."""
+
+    transform: ViewTransform = field(default_factory=srgb_transform)
+    exposure_stops: float = 0.0
+    burn_in: bool = False  # frame, focus and f-stop written into the picture
+    unit: str = "m"  # of the distance in that
+
+
+@dataclass(frozen=True)
+class ExportJob:
+    """`frames` of a shot to `output`. The look counts for pictures and movies, `exr` for EXR.
+
+    missing  what stands in for a frame without a plate
+    force    render also what is there already
+
+    Raises InputError for a shot of no plate, and for what the kind of output cannot have.
+    """
+
+    shot: Shot
+    frames: tuple[int, ...]
+    output: Output
+    missing: MissingPolicy = "stop"
+    exr: ExrOptions = field(default_factory=ExrOptions)
+    look: Look = field(default_factory=Look)
+    force: bool = False
+
+    def __post_init__(self) -> None:
+        if self.shot.source is None:
+            raise InputError("The shot is of no plate: name its files with --plate.")
+        if self.look.burn_in and self.output.is_exr:
+            raise InputError(
+                "--burn-in writes into pictures for the eye: EXR frames stay clean for the work "
+                "that follows. Export PNG, JPEG or a movie beside them."
+            )
+        if not self.output.is_exr and (self.exr.with_depth or self.exr.with_coc):
+            raise InputError(
+                f"--with-depth and --with-coc are channels of EXR; {self.output.suffix} has none."
+            )

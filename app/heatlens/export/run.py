@@ -1,0 +1,86 @@
+"""The export itself: what is finished is left, the rest is read, rendered and written at a time."""
+
+from collections.abc import Callable, Generator, Iterator
+from contextlib import AbstractContextManager, closing, nullcontext
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+from heatlens.errors import HeatlensError
+from heatlens.export.finished import is_finished
+from heatlens.export.frame_files import RenderedFrame, write_frame
+from heatlens.export.frame_writer import FrameWriter
+from heatlens.export.output import Output, make_folder
+from heatlens.export.plan import ExportPlan, PlannedFrame
+from heatlens.export.rendering import FrameRendering
+from heatlens.image.atomic_file import remove_leftovers
+from heatlens.render import FrameRenderer
+
+Write = Callable[[RenderedFrame], None]
+
+
+@dataclass(frozen=True)
+class FrameDone:
+    """A frame that is in its file now."""
+
+    frame: int
+    path: Path
+    was_there: bool  # finished before, and left as it was
+
+
+def export_frames(
+    plan: ExportPlan, make_renderer: Callable[[], FrameRenderer]
+) -> Generator[FrameDone]:
+    """Export, one step a frame: first those that were finished, then the others in order.
+
+    `make_renderer` is called, and OpenGL used, only where something is left to render, in the
+    thread that takes the steps. Closing the generator stops the export; a frame is in its file
+    whole or not at all. At a frame that fails, those before it are finished, then the error is
+    raised: InputError for a plate that is damaged or a file that cannot be written.
+    """
+    make_folder(plan.job.output)
+    remove_leftovers(plan.job.output.folder, partial(_is_ours, plan.job.output))
+    left = []
+    for frame in plan.frames:
+        if not plan.job.force and is_finished(frame):
+            yield FrameDone(frame.frame, frame.path, was_there=True)
+        else:
+            left.append(frame)
+    if left:
+        yield from _exported(plan, tuple(left), make_renderer())
+
+
+def _exported(
+    plan: ExportPlan, frames: tuple[PlannedFrame, ...], renderer: FrameRenderer
+) -> Iterator[FrameDone]:
+    with (
+        closing(FrameRendering(plan, frames, renderer)) as rendering,
+        _files(plan) as write,
+        FrameWriter[FrameDone]() as writer,
+    ):
+        for frame in frames:
+            if not plan.job.force and is_finished(frame):  # by another export meanwhile
+                yield FrameDone(frame.frame, frame.path, was_there=True)
+                continue
+            try:
+                rendered = rendering.rendered(frame)
+            except HeatlensError:
+                yield from writer.drain()
+                raise
+            yield from writer.put(partial(_written, write, rendered))
+        yield from writer.drain()
+
+
+def _files(plan: ExportPlan) -> AbstractContextManager[Write]:
+    """What writes a frame, open as long as it is needed."""
+    return nullcontext(partial(write_frame, plan.job))
+
+
+def _written(write: Write, frame: RenderedFrame) -> FrameDone:
+    write(frame)
+    return FrameDone(frame.planned.frame, frame.planned.path, was_there=False)
+
+
+def _is_ours(output: Output, name: str) -> bool:
+    """Whether `name` is one of the files of `output`."""
+    return name == output.form.prefix or output.form.number_in(name) is not None

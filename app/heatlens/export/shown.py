@@ -1,0 +1,58 @@
+"""What a rendered frame looks like through the view transform, over the display window."""
+
+from collections.abc import Callable
+
+import moderngl
+import numpy as np
+
+from heatlens.display.display_pass import DisplayPass
+from heatlens.export.job import Look
+from heatlens.gpu.textures import download, new_texture
+from heatlens.image.picture_write import scaled_window
+from heatlens.image.plate import FloatImage, Plate
+from heatlens.image.windows import moved_to_window
+
+BurnIn = Callable[[FloatImage], FloatImage]
+
+
+class ShownPictures:
+    """Pictures for the eye, of frames whatever their size, over black.
+
+    Players show the display window, so that is what is seen: overscan is cut off, and frames whose
+    renderer wrote only a part of them come out in one size.
+    """
+
+    def __init__(self, ctx: moderngl.Context, look: Look) -> None:
+        self._ctx = ctx
+        self._look = look
+        self._pass = DisplayPass(ctx)
+        self._pass.set_transform(look.transform)
+        self._out: moderngl.Texture | None = None
+        nothing = np.zeros((1, 1, 3), np.float32)
+        self._black = look.transform.apply_cpu(nothing, look.exposure_stops)[0, 0]
+
+    def of(self, picture: moderngl.Texture, plate: Plate, proxy: float) -> FloatImage:
+        """Display values (H, W, 3) of `picture`, which is `plate` rendered at `proxy` size."""
+        out = self._texture(picture.size)
+        self._pass.run(picture, out, self._look.exposure_stops)
+        shown = download(out)[..., :3]
+        window = scaled_window(plate.data_window, proxy, picture.size)
+        seen = scaled_window(plate.display_window, proxy)
+        if window == seen:
+            return shown
+        outside = [float(value) for value in self._black]
+        moved = (moved_to_window(shown[..., i], window, seen, outside[i]) for i in range(3))
+        return np.stack(list(moved), axis=-1)
+
+    def _texture(self, size: tuple[int, int]) -> moderngl.Texture:
+        if self._out is None or self._out.size != size:
+            if self._out is not None:
+                self._out.release()
+            self._out = new_texture(self._ctx, size, 4, label="display values")
+        return self._out
+
+    def release(self) -> None:
+        """Give everything back to OpenGL."""
+        self._pass.release()
+        if self._out is not None:
+            self._out.release()
