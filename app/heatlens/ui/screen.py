@@ -36,6 +36,7 @@ class Screen:
         app = self._app
         app.poll()
         self._do_actions()
+        is_new_layout = app.wants_layout
         self._frame_window()
         if app.panels["Lens"]:
             self._lens()
@@ -45,6 +46,8 @@ class Screen:
             self._plate()
         if app.panels["Speed"]:
             self._speed()
+        if is_new_layout:
+            imgui.set_window_focus("Look")  # the one in front of those that share a place
         app.update_picture()
         self._picture()
         app.editing.rest(is_held=imgui.is_any_item_active())
