@@ -23,6 +23,7 @@ class Palette:
         self._wanted = False
         self._text = ""
         self._chosen = 0
+        self._moved = False  # the chosen row is another one than in the frame before
 
     def open(self) -> None:
         """Show it from the next frame on."""
@@ -52,9 +53,11 @@ class Palette:
         imgui.set_next_item_width(-1)
         changed, self._text = imgui.input_text_with_hint("##words", "what to do", self._text)
         found = [action for action in actions if matches(action, self._text)]
-        if changed:
-            self._chosen = 0
+        if imgui.is_item_deactivated() and not found:  # by Enter: the words want to be others
+            imgui.set_keyboard_focus_here(-1)
+        before, self._chosen = self._chosen, 0 if changed else self._chosen
         self._move(len(found))
+        self._moved = changed or self._chosen != before
         picked = None
         imgui.begin_child("found")
         for index, action in enumerate(found):
@@ -75,7 +78,7 @@ class Palette:
     def _row(self, action: Action, is_chosen: bool) -> bool:
         clicked, _ = imgui.selectable(f"{action.name}##{action.menu}", is_chosen)
         widgets.note(f"palette {action.name}")
-        if is_chosen and imgui.is_window_appearing() is False:
+        if is_chosen and self._moved:
             imgui.set_scroll_here_y()
         aside = f"{action.menu}   {action.shortcut}"
         imgui.same_line(imgui.get_window_width() - imgui.calc_text_size(aside).x - 24)
