@@ -65,6 +65,6 @@ def picture(path) -> tuple[dict, np.ndarray]:
 
 def started(*words: object, **options: object) -> subprocess.Popen[str]:
     """`heatlens WORDS` as a process of its own, all that it says on pipes unless told."""
-    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+    given = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "env": ENVIRONMENT} | options
     command = [sys.executable, "-m", "heatlens", *map(str, words)]
-    return subprocess.Popen(command, text=True, env=ENVIRONMENT, **(pipes | options))
+    return subprocess.Popen(command, text=True, **given)

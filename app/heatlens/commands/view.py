@@ -5,6 +5,7 @@ import argparse
 from heatlens.commands.plate_options import add_plate_options, plate_options
 from heatlens.commands.render import add_blur_options, settings_of
 from heatlens.errors import InputError
+from heatlens.image.sequence import find_sequence
 from heatlens.model.filmback import filmback_named
 from heatlens.model.units import parse_distance_m
 from heatlens.paths import data_dir
@@ -58,6 +59,7 @@ def run(args: argparse.Namespace) -> int:
             "`heatlens render` works without."
         ) from error
     plate = args.plate or str(data_dir("assets") / "still_life.exr")
+    find_sequence(plate)  # a slip of the keyboard is answered here, without a window
     run_window(
         Start(plate, plate_options(args), _given_lens(args), settings_of(args), ocio=args.ocio)
     )

@@ -54,7 +54,10 @@ def _open_window(remembered: Remembered) -> Any:
     if not window:
         reason = _glfw_error()
         glfw.terminate()
-        raise GpuError(f"No window with OpenGL 4.3 can be opened: {reason}. {_HELP}")
+        raise GpuError(
+            f"No window with OpenGL 4.3 can be opened: {reason}. A newer graphics driver may have it; "
+            "LIBGL_ALWAYS_SOFTWARE=1 draws with the processor."
+        )
     if remembered.window_size is not None:  # afterwards: this size is scaled to the screen already
         glfw.set_window_size(window, *remembered.window_size)
     if remembered.is_maximized:
