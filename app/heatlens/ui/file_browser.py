@@ -26,22 +26,22 @@ class FileBrowser:
     def __init__(self, say: Callable[[str], None], wake: Callable[[], None]) -> None:
         self._say = say
         self._wake = wake
-        self._walk: FolderWalk | None = None
+        self.walk: FolderWalk | None = None
         self._is_new = False
 
     @property
     def is_open(self) -> bool:
         """It is on the screen, or will be in the next frame."""
-        return self._walk is not None
+        return self.walk is not None
 
     def open(self, purpose: Purpose, folder: Path, name: str = "") -> None:
         """Show it from the next frame on, in `folder`; `name` is proposed for what is saved."""
-        self._walk = FolderWalk(purpose, folder, name, self._wake)
+        self.walk = FolderWalk(purpose, folder, name, self._wake)
         self._is_new = True
 
     def draw(self) -> Chosen | None:
         """What was chosen in this frame."""
-        walk = self._walk
+        walk = self.walk
         if walk is None:
             return None
         title = f"{walk.purpose.title}###file browser"
@@ -53,11 +53,11 @@ class FileBrowser:
         chosen = None
         if shown:
             chosen = self._taken(walk)
-            if chosen is not None or not stays or self._walk is None:
+            if chosen is not None or not stays or self.walk is None:
                 imgui.close_current_popup()
             imgui.end_popup()
         if chosen is not None or not shown or not stays:
-            self._walk = None
+            self.walk = None
         self._is_new = False
         return chosen
 
@@ -73,7 +73,7 @@ class FileBrowser:
         if not is_typing and not self._is_new:
             picked = _keys(walk) or picked
         if imgui.is_key_pressed(_Key.escape) and not self._is_new:
-            self._walk = None
+            self.walk = None
         return typed or picked or self._footer(walk)
 
     def _path_row(self, walk: FolderWalk) -> None:
@@ -101,7 +101,7 @@ class FileBrowser:
             imgui.text_disabled("Reading ..." if walk.is_reading else walk.purpose.note)
         _to_the_right(2)
         if _button("Cancel"):
-            self._walk = None
+            self.walk = None
         imgui.same_line()
         with widgets.disabled(not walk.can_take):
             pressed = _button(walk.purpose.verb)
