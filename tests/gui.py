@@ -194,11 +194,12 @@ def gui_of(
     ctx: moderngl.Context,
     source: Path | str,
     preferences: Preferences | None = None,
+    size: tuple[int, int] = SIZE,
     **start: object,
 ) -> Iterator[Gui]:
     """A Gui with its own ImGui, the first picture on the screen."""
     imgui.create_context()
-    gui = Gui(ctx, Start(str(source), **start), preferences=preferences)  # type: ignore[arg-type]
+    gui = Gui(ctx, Start(str(source), **start), size, preferences)  # type: ignore[arg-type]
     try:
         gui.opened()
         yield gui
