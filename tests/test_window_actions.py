@@ -56,9 +56,11 @@ def test_every_action_can_be_done_twice(gui, by):
     gui.until(lambda: gui.app.reference is not None, "the reference")
     for action in ALL if by is chosen else KEYED:
         for _ in range(2):
+            was_on = action.is_on and action.is_on(gui.app)
             by(gui, action)
             gui.until(lambda: not gui.app.stage.opener.opening, "the plate")
             closed(gui)
+            assert action.is_on is None or action.is_on(gui.app) is not was_on, action.name
     gui.settled()
     assert gui.app.live.shown.shot == gui.app.shot
 
