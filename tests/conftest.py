@@ -51,7 +51,9 @@ def command_context(session_context: moderngl.Context) -> Iterator[None]:
     One of their own would become the current one, and calls meant for the session's go there.
     """
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("heatlens.commands.render.headless_context", lambda: session_context)
+        for command in ("render", "export"):
+            name = f"heatlens.commands.{command}.headless_context"
+            patch.setattr(name, lambda: session_context)
         yield
     assert session_context.error == "GL_NO_ERROR"
 

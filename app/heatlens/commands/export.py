@@ -1,11 +1,14 @@
 """`heatlens export`: a shot to EXR frames, pictures or a movie; a second run finishes the first."""
 
 import argparse
+import sys
 from contextlib import closing
 
 from heatlens.commands.export_options import add_export_options, job_of
 from heatlens.commands.export_progress import progress_of
+from heatlens.commands.export_submit import submit
 from heatlens.defocus.solver_choice import settled_solver
+from heatlens.errors import InputError
 from heatlens.export.plan import planned
 from heatlens.export.run import export_frames
 from heatlens.gpu.context import headless_context
@@ -52,7 +55,15 @@ def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
 
 def run(args: argparse.Namespace) -> int:
     """Export; say how far it is, and in the end what there is."""
+    if args.chunk is not None and args.submit is None:
+        raise InputError("--chunk is for --submit, which writes a job for a farm.")
     plan = planned(job_of(args))
+    if args.submit is not None:
+        submit(args, plan)
+        return 0
+    if not plan.job.output.is_exr:
+        transform = plan.job.look.transform
+        print(f"heatlens: seen through {transform.view} on {transform.display}", file=sys.stderr)
     with progress_of(args.progress, plan) as tell, closing(export_frames(plan, _renderer)) as steps:
         for done in steps:
             tell(done)

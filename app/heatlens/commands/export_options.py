@@ -4,6 +4,7 @@ import argparse
 import os
 import sys
 from dataclasses import replace
+from pathlib import Path
 
 from heatlens.color.color_config import load_color_config
 from heatlens.color.view_transform import ViewTransform, srgb_transform, view_transform
@@ -17,8 +18,7 @@ from heatlens.export.plan import frames_of
 from heatlens.image.exr_read import read_plate
 from heatlens.image.exr_write import COMPRESSIONS
 from heatlens.image.sequence import find_sequence
-from heatlens.image.sequence_names import parse_frames
-from heatlens.image.shot_file import read_shot
+from heatlens.image.shot_file import SHOT_SUFFIX, read_shot
 from heatlens.model.settings import Bokeh, DefocusSettings, Quality
 from heatlens.model.shot import Shot
 
@@ -35,6 +35,7 @@ def add_export_options(parser: argparse.ArgumentParser) -> None:
     parser.set_defaults(**dict.fromkeys(_BLUR))
     add_lens_options(parser)
     add_plate_options(parser)
+    _add_farm_options(parser)
 
 
 def _add_frame_options(parser: argparse.ArgumentParser) -> None:
@@ -58,6 +59,18 @@ def _add_frame_options(parser: argparse.ArgumentParser) -> None:
         default="terminal",
         help="terminal: a line on stderr if that is one (default); json: a line on stdout for "
         "each frame; openjd: for a render farm",
+    )
+
+
+def _add_farm_options(parser: argparse.ArgumentParser) -> None:
+    group = parser.add_argument_group("render farm")
+    group.add_argument(
+        "--submit",
+        choices=("openjd",),
+        help="render nothing, but print a job template of Open Job Description (YAML)",
+    )
+    group.add_argument(
+        "--chunk", type=int, metavar="N", help="frames that a task renders (default 10)"
     )
 
 
@@ -108,8 +121,8 @@ def job_of(args: argparse.Namespace) -> ExportJob:
 
 
 def is_shot_file(name: str) -> bool:
-    """Whether a name is that of a shot file; else it is one of plates."""
-    return name.lower().endswith(".json")
+    """Whether a name is that of a shot file, saved or unsaved; else it is one of plates."""
+    return name.endswith(".json") or SHOT_SUFFIX in Path(name).name
 
 
 def _shot_of(args: argparse.Namespace) -> Shot:
@@ -133,16 +146,16 @@ def _lens_and_plate_options(args: argparse.Namespace) -> list[str]:
 
 
 def _still_shot(args: argparse.Namespace) -> Shot:
-    """The lens of the options and of the first frame's header, at every frame."""
-    sequence = find_sequence(args.plate or args.shot)
-    wanted = parse_frames(args.frames) if args.frames else sequence.frames
-    first = sequence.shown_frame(wanted[0], "hold")
-    assert first is not None  # a sequence that was found has a file
-    options = plate_options(args)
-    plate = read_plate(sequence.path_at(first), options)
-    lens, said = lens_of(args, plate)
+    """The lens of the options and of the first plate's header, at every frame.
+
+    Whichever frames are asked for: those of one shot may be asked for in parts.
+    """
+    if args.plate is not None:
+        raise InputError("--plate goes with a shot file; plates themselves are given once.")
+    sequence, options = find_sequence(args.shot), plate_options(args)
+    lens, said = lens_of(args, read_plate(sequence.path_at(sequence.present[0]), options))
     print(f"heatlens: lens: {', '.join(said)}", file=sys.stderr)
-    return Shot(lens, source=args.plate or args.shot, plate_options=options)
+    return Shot(lens, source=args.shot, plate_options=options)
 
 
 def _with_overrides(args: argparse.Namespace, shot: Shot) -> Shot:

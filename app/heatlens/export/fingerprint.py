@@ -40,9 +40,9 @@ def fingerprint_of(
     )
 
 
-def fingerprint_of_movie(frames: Iterable[str], rate: object) -> str:
+def fingerprint_of_movie(frames: Iterable[str], frames_per_second: float) -> str:
     """One for a movie whose frames have these."""
-    return _digest({"frames": list(frames), "rate": str(rate)})
+    return _digest({"frames": list(frames), "frames_per_second": frames_per_second})
 
 
 def _output_facts(job: ExportJob) -> dict[str, Any]:

@@ -5,6 +5,7 @@ from pathlib import Path
 import OpenEXR
 from PIL import Image
 
+from heatlens.export.movie_library import av
 from heatlens.export.plan import PlannedFrame
 from heatlens.image.exr_write import JOB_ATTRIBUTE
 from heatlens.image.quiet import quiet_library
@@ -16,6 +17,19 @@ def is_finished(frame: PlannedFrame) -> bool:
         return False
     read = _exr_fingerprint if frame.path.suffix.lower() == ".exr" else _picture_fingerprint
     return read(frame.path) == frame.fingerprint
+
+
+def is_movie_finished(path: Path, fingerprint: str) -> bool:
+    """True where the movie is there and was made of the same. Raises InputError without PyAV."""
+    if not path.is_file():
+        return False
+    library = av()
+    try:
+        with library.open(str(path)) as container:
+            comment = container.metadata.get("comment")
+    except library.error.FFmpegError:
+        return False
+    return bool(comment == f"{JOB_ATTRIBUTE}={fingerprint}")
 
 
 def _exr_fingerprint(path: Path) -> object:
@@ -35,4 +49,5 @@ def _picture_fingerprint(path: Path) -> object:
     except (OSError, ValueError):
         return None
     comment = info.get("comment", b"")
-    return info.get(JOB_ATTRIBUTE) or comment.decode("ascii", "replace")
+    said = comment.decode("ascii", "replace") if isinstance(comment, bytes) else ""
+    return info.get(JOB_ATTRIBUTE) or said.removeprefix(f"{JOB_ATTRIBUTE}=")

@@ -95,7 +95,9 @@ def _write_shown(frame: RenderedFrame) -> None:
             text.add_text(JOB_ATTRIBUTE, mark)
             image.save(beside, format="PNG", pnginfo=text)
         else:
-            image.save(beside, format="JPEG", quality=_JPEG_QUALITY, comment=mark)
+            image.save(
+                beside, format="JPEG", quality=_JPEG_QUALITY, comment=f"{JOB_ATTRIBUTE}={mark}"
+            )
 
 
 def quantised(display: FloatImage, kind: type[Whole]) -> NDArray[Whole]:

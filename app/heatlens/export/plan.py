@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from heatlens.errors import InputError
-from heatlens.export.fingerprint import fingerprint_of
+from heatlens.export.fingerprint import fingerprint_of, fingerprint_of_movie
 from heatlens.export.job import ExportJob
 from heatlens.export.output import check_names
 from heatlens.image.sequence import Sequence, find_sequence, stamp_of
@@ -38,6 +38,12 @@ class ExportPlan:
     job: ExportJob
     sequence: Sequence
     frames: tuple[PlannedFrame, ...]
+
+    @property
+    def movie_fingerprint(self) -> str:
+        """Of all frames in one file."""
+        rate = self.job.shot.frames_per_second
+        return fingerprint_of_movie([frame.fingerprint for frame in self.frames], rate)
 
 
 def frames_of(shot: Shot, text: str | None) -> tuple[int, ...]:

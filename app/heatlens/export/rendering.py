@@ -6,6 +6,7 @@ from functools import partial
 import numpy as np
 
 from heatlens.errors import InputError
+from heatlens.export.burn_in import burn_in_text, burned_in
 from heatlens.export.frame_files import RenderedFrame
 from heatlens.export.plan import ExportPlan, PlannedFrame, plates_needed
 from heatlens.export.shown import ShownPictures
@@ -64,7 +65,11 @@ class FrameRendering:
         picture = self._renderer.render(self._job.shot, frame.frame)
         if self._shown is None:
             return download(picture)
-        return self._shown.of(picture, self._renderer.loaded.plate, self._job.shot.defocus.proxy)
+        plate, look = self._renderer.loaded.plate, self._job.look
+        display = self._shown.of(picture, plate, self._job.shot.defocus.proxy)
+        if not look.burn_in:
+            return display
+        return burned_in(display, burn_in_text(frame.frame, frame.lens, plate, look.unit))
 
 
 def _black(plate: Plate) -> Plate:

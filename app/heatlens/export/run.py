@@ -1,15 +1,17 @@
 """The export itself: what is finished is left, the rest is read, rendered and written at a time."""
 
 from collections.abc import Callable, Generator, Iterator
-from contextlib import AbstractContextManager, closing, nullcontext
+from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from functools import partial
+from itertools import repeat
 from pathlib import Path
 
 from heatlens.errors import HeatlensError
-from heatlens.export.finished import is_finished
+from heatlens.export.finished import is_finished, is_movie_finished
 from heatlens.export.frame_files import RenderedFrame, write_frame
 from heatlens.export.frame_writer import FrameWriter
+from heatlens.export.movie import movie_file
 from heatlens.export.output import Output, make_folder
 from heatlens.export.plan import ExportPlan, PlannedFrame
 from heatlens.export.rendering import FrameRendering
@@ -41,25 +43,36 @@ def export_frames(
     make_folder(plan.job.output)
     remove_leftovers(plan.job.output.folder, partial(_is_ours, plan.job.output))
     left = []
-    for frame in plan.frames:
-        if not plan.job.force and is_finished(frame):
+    for frame, is_there in zip(plan.frames, _are_there(plan), strict=True):
+        if is_there:
             yield FrameDone(frame.frame, frame.path, was_there=True)
         else:
             left.append(frame)
     if left:
-        yield from _exported(plan, tuple(left), make_renderer())
+        yield from _exported(plan, tuple(left), make_renderer)
+
+
+def _are_there(plan: ExportPlan) -> Iterator[bool]:
+    """For each frame whether it is finished; those of a movie are all or none."""
+    if plan.job.force:
+        return repeat(False, len(plan.frames))
+    if plan.job.output.is_movie:
+        path = plan.frames[0].path
+        return repeat(is_movie_finished(path, plan.movie_fingerprint), len(plan.frames))
+    return map(is_finished, plan.frames)
 
 
 def _exported(
-    plan: ExportPlan, frames: tuple[PlannedFrame, ...], renderer: FrameRenderer
+    plan: ExportPlan, frames: tuple[PlannedFrame, ...], make_renderer: Callable[[], FrameRenderer]
 ) -> Iterator[FrameDone]:
+    may_be_there = not (plan.job.force or plan.job.output.is_movie)
     with (
-        closing(FrameRendering(plan, frames, renderer)) as rendering,
         _files(plan) as write,
+        closing(FrameRendering(plan, frames, make_renderer())) as rendering,
         FrameWriter[FrameDone]() as writer,
     ):
         for frame in frames:
-            if not plan.job.force and is_finished(frame):  # by another export meanwhile
+            if may_be_there and is_finished(frame):  # by another export meanwhile
                 yield FrameDone(frame.frame, frame.path, was_there=True)
                 continue
             try:
@@ -71,9 +84,14 @@ def _exported(
         yield from writer.drain()
 
 
-def _files(plan: ExportPlan) -> AbstractContextManager[Write]:
+@contextmanager
+def _files(plan: ExportPlan) -> Iterator[Write]:
     """What writes a frame, open as long as it is needed."""
-    return nullcontext(partial(write_frame, plan.job))
+    if not plan.job.output.is_movie:
+        yield partial(write_frame, plan.job)
+        return
+    with movie_file(plan.job, plan.frames[0].path, plan.movie_fingerprint) as movie:
+        yield movie.write
 
 
 def _written(write: Write, frame: RenderedFrame) -> FrameDone:

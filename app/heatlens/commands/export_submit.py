@@ -1,0 +1,93 @@
+"""`heatlens export --submit`: the export is not done, but written down as a job for a farm."""
+
+import argparse
+import sys
+from pathlib import Path
+
+from heatlens.commands.export_options import add_export_options, is_shot_file
+from heatlens.errors import InputError
+from heatlens.export.openjd import PathParameter, chunks_of, job_template
+from heatlens.export.plan import ExportPlan
+
+_CHUNK = 10  # frames: long enough that to start the program does not count
+# Said anew for each task, or of no use there.
+_REPLACED = ("frames", "plate", "ocio", "progress", "submit", "chunk")
+
+
+def submit(args: argparse.Namespace, plan: ExportPlan) -> None:
+    """Print the template, and say what is to be known of it."""
+    if plan.job.output.is_movie:
+        raise InputError(
+            "A movie is one file, and cannot be made in chunks: submit EXR or PNG frames."
+        )
+    paths = _paths(args, plan)
+    chunks = chunks_of(plan.job.frames, _CHUNK if args.chunk is None else args.chunk)
+    name = plan.job.output.form.text
+    template = job_template(name, paths, _words(args, plan), chunks, Path.cwd())
+    _check_text(template)
+    print(template, end="")
+    _say(f"{len(plan.job.frames)} frames in {len(chunks)} tasks. Keep the template in {Path.cwd()}")
+    for path in paths:
+        if path.relative_to(Path.cwd()) is None:
+            _say(f"it holds no place for what lies elsewhere: -p {path.name}={path.path}")
+
+
+def _paths(args: argparse.Namespace, plan: ExportPlan) -> list[PathParameter]:
+    plates = plan.sequence.folder.absolute()
+    out = plan.job.output.folder.absolute()
+    paths = [
+        PathParameter("Plates", plates, "DIRECTORY", "IN"),
+        PathParameter("Out", out, "DIRECTORY", "OUT"),
+    ]
+    if is_shot_file(args.shot):
+        paths.insert(0, PathParameter("Shot", Path(args.shot).absolute(), "FILE", "IN"))
+    if _is_config_file(args):
+        paths.append(PathParameter("Config", Path(args.ocio).absolute(), "FILE", "IN"))
+    return paths
+
+
+def _words(args: argparse.Namespace, plan: ExportPlan) -> list[str]:
+    """The command line of a task."""
+    plates = f"{{{{Param.Plates}}}}/{Path(plan.sequence.pattern).name}"
+    output = f"{{{{Param.Out}}}}/{plan.job.output.form.text}"
+    shot = ["{{Param.Shot}}", f"--plate={plates}"] if is_shot_file(args.shot) else [plates]
+    ocio = "{{Param.Config}}" if _is_config_file(args) else args.ocio
+    return [
+        *("export", *shot, f"--output={output}"),
+        *_given_words(args),
+        *([] if ocio is None else [f"--ocio={ocio}"]),
+        *("--frames={{Task.Param.Frames}}", "--progress=openjd"),
+    ]
+
+
+def _given_words(args: argparse.Namespace) -> list[str]:
+    """The options that were given, as they are typed."""
+    plain = argparse.ArgumentParser()
+    add_export_options(plain)
+    words = []
+    for name, default in vars(plain.parse_args([])).items():
+        value = getattr(args, name)
+        if name in _REPLACED or value == default:
+            continue
+        option = f"--{name.replace('_', '-')}"
+        words.append(option if value is True else f"{option}={value}")
+    if any("{{" in word for word in words):
+        raise InputError("A template cannot hold an option with {{ in it.")
+    return words
+
+
+def _is_config_file(args: argparse.Namespace) -> bool:
+    return args.ocio is not None and not args.ocio.startswith("ocio://")
+
+
+def _check_text(template: str) -> None:
+    try:
+        template.encode()
+    except UnicodeEncodeError:
+        raise InputError(
+            "A template takes paths in Unicode only, and one of these is not. Rename the file."
+        ) from None
+
+
+def _say(sentence: str) -> None:
+    print(f"heatlens: {sentence}", file=sys.stderr)

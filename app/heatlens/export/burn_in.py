@@ -1,0 +1,51 @@
+"""Frame, focus and f-stop written into a picture, on a darkened strip at its lower edge."""
+
+import numpy as np
+from PIL import Image, ImageDraw, ImageFont
+
+from heatlens.image.plate import FloatImage, Plate
+from heatlens.model.lens import Lens
+from heatlens.model.units import format_distance
+
+_TEXT_SHARE = 1 / 24  # of the picture's height: read on a phone, and not in the way on a wall
+_LEAST_SIZE = 4
+_STRIP_LIGHT = 0.35  # of what is behind the text
+
+
+def burn_in_text(frame: int, lens: Lens, plate: Plate, unit: str) -> str:
+    """`1001   focus 2.24 m   f/2.8`; the frame alone where the plate brings its own blur."""
+    if plate.coc_px is not None:
+        return str(frame)
+    focus = format_distance(lens.focus_distance_m, unit)
+    return f"{frame}   focus {focus}   f/{lens.f_stop:.3g}"
+
+
+def burned_in(display: FloatImage, text: str) -> FloatImage:
+    """`display`, (H, W, 3) in 0..1, with `text`; as much smaller as a narrow picture asks."""
+    height, width = display.shape[:2]
+    mask = _mask(text, width, height * _TEXT_SHARE)[-height:]
+    picture = display.copy()
+    strip = picture[-mask.shape[0] :]
+    strip *= _STRIP_LIGHT
+    strip += mask[..., None] * (1.0 - strip)
+    return picture
+
+
+def _mask(text: str, width: int, size: float) -> FloatImage:
+    """A strip (h, `width`) of 0..1, 1 in the letters."""
+    font = _font(size)
+    wide = font.getlength(text) + 2 * size
+    if wide > width:
+        size *= width / wide
+        font = _font(size)
+    ascent, descent = font.getmetrics()
+    image = Image.new("L", (width, ascent + descent))
+    ImageDraw.Draw(image).text((size, 0), text, fill=255, font=font)
+    return np.asarray(image, np.float32) / np.float32(255)
+
+
+def _font(size: float) -> ImageFont.FreeTypeFont:
+    """The one that comes with Pillow, so that every machine writes the same letters."""
+    font = ImageFont.load_default(max(_LEAST_SIZE, size))
+    assert isinstance(font, ImageFont.FreeTypeFont)  # which it is where a size is given
+    return font

@@ -1,0 +1,142 @@
+"""A movie of the pictures: ProRes for the editing room, H.264 to be sent around.
+
+Tagged as Rec.709 and coded with its matrix in the range of video, which is what players take for
+granted. That is true only of displays with the primaries of Rec.709; others are refused.
+"""
+
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from heatlens.errors import InputError
+from heatlens.export.frame_files import RenderedFrame, quantised
+from heatlens.export.job import ExportJob
+from heatlens.export.movie_library import av
+from heatlens.image.atomic_file import replacing
+from heatlens.image.exr_write import JOB_ATTRIBUTE
+from heatlens.image.plate import FloatImage
+
+_REC709 = 1  # of primaries, curve and matrix alike: ITU-T H.273, tables 2 to 4
+_VIDEO_RANGE = 1  # FFmpeg's number for 16..235
+_OTHER_PRIMARIES = re.compile(r"P3|2020|2100|\bPQ\b|HLG|2084|XYZ|DCI|HDR|Adobe", re.IGNORECASE)
+
+
+@dataclass(frozen=True)
+class Codec:
+    """An encoder of FFmpeg and how it is used."""
+
+    name: str
+    container: str
+    pixel_format: str
+    options: dict[str, str]
+
+
+_CODECS = {
+    ".mov": Codec("prores_ks", "mov", "yuv422p10le", {"profile": "3"}),  # 422 HQ
+    ".mp4": Codec("libx264", "mp4", "yuv420p", {"crf": "14", "preset": "medium"}),
+}
+
+
+def exact_rate(frames_per_second: float) -> Fraction:
+    """23.976 as 24000/1001 and its like, as broadcast means them; others as they are."""
+    whole = round(frames_per_second)
+    broadcast = Fraction(whole * 1000, 1001)
+    if abs(frames_per_second - broadcast) < 0.005:
+        return broadcast
+    return Fraction(frames_per_second).limit_denominator(1001)
+
+
+@contextmanager
+def movie_file(job: ExportJob, path: Path, fingerprint: str) -> Iterator["Movie"]:
+    """A movie to write frames to, in order; it is at `path` once the block has ended well.
+
+    Raises InputError where PyAV is missing, the display is no Rec.709 or writing fails.
+    """
+    library = av()
+    _check_display(job)
+    rate, codec = exact_rate(job.shot.frames_per_second), _CODECS[job.output.suffix]
+    with replacing(path) as beside, _failures_told(path, library):
+        options = {"movie_timescale": str(rate.numerator), "movflags": "+faststart"}
+        with library.open(str(beside), "w", format=codec.container, options=options) as container:
+            container.metadata["comment"] = f"{JOB_ATTRIBUTE}={fingerprint}"
+            movie = Movie(container, codec, rate)
+            yield movie
+            movie.finish()
+
+
+class Movie:
+    """Frames of one size into a container that is open."""
+
+    def __init__(self, container: Any, codec: Codec, rate: Fraction) -> None:
+        self._container = container
+        self._codec = codec
+        self._rate = rate
+        self._size = (0, 0)
+        self._stream: Any = None
+
+    def write(self, frame: RenderedFrame) -> None:
+        """The next frame. Raises InputError for one that is of another size than the first."""
+        height, width = frame.pixels.shape[:2]
+        if self._stream is None:
+            self._size = (width, height)
+            self._stream = self._new_stream(frame.plate.pixel_aspect_ratio)
+        if self._size != (width, height):
+            first = "x".join(map(str, self._size))
+            raise InputError(
+                f"{frame.plate.path} makes a picture of {width}x{height}, and the first frame was "
+                f"{first}: a movie has one size. Export PNG or EXR frames instead."
+            )
+        self._encode(self._coded(frame.pixels))
+
+    def finish(self) -> None:
+        """What the encoder still holds."""
+        if self._stream is not None:
+            self._encode(None)
+
+    def _new_stream(self, pixel_aspect_ratio: float) -> Any:
+        stream = self._container.add_stream(
+            self._codec.name, rate=self._rate, options=self._codec.options
+        )
+        stream.width, stream.height = (side + side % 2 for side in self._size)
+        stream.pix_fmt = self._codec.pixel_format
+        context = stream.codec_context
+        context.sample_aspect_ratio = Fraction(pixel_aspect_ratio).limit_denominator(1000)
+        context.color_primaries = context.color_trc = context.colorspace = _REC709
+        context.color_range = _VIDEO_RANGE
+        return stream
+
+    def _coded(self, display: FloatImage) -> Any:
+        """(H, W, 3) as the encoder takes it: sides even, the last row and column stand twice."""
+        height, width = display.shape[:2]
+        even = np.pad(display, ((0, height % 2), (0, width % 2), (0, 0)), mode="edge")
+        frame = av().VideoFrame.from_ndarray(quantised(even, np.uint16), format="rgb48le")
+        return frame.reformat(
+            format=self._codec.pixel_format, dst_colorspace="ITU709", dst_color_range="MPEG"
+        )
+
+    def _encode(self, frame: Any) -> None:
+        for packet in self._stream.encode(frame):
+            self._container.mux(packet)
+
+
+def _check_display(job: ExportJob) -> None:
+    display = job.look.transform.display
+    if _OTHER_PRIMARIES.search(display):
+        raise InputError(
+            f"{display} is no display of Rec.709, which the movie is tagged as: its colours would "
+            "be wrong in every player. Choose another --display, or export PNG."
+        )
+
+
+@contextmanager
+def _failures_told(path: Path, library: Any) -> Iterator[None]:
+    try:
+        yield
+    except library.error.FFmpegError as error:
+        raise InputError(f"{path} could not be written: {error.strerror or error}.") from error

@@ -1,0 +1,17 @@
+"""PyAV, imported when a movie is written: frames are exported without it."""
+
+import importlib
+from types import ModuleType
+
+from heatlens.errors import InputError
+
+
+def av() -> ModuleType:
+    """The module av; raises InputError with what to install."""
+    try:
+        return importlib.import_module("av")
+    except ImportError as error:
+        raise InputError(
+            f"PyAV, which writes movies, cannot be loaded ({error}). Install it with: "
+            "pip install 'heatlens[movie]'. Frames as PNG or EXR need it not."
+        ) from error
