@@ -225,6 +225,8 @@ def test_nothing_is_written_over_without_asking(gui, plates):
     typed(gui, "takes/inside.exr")
     read(gui)
     assert gui.app.filing.browser.walk.name == "inside.exr"
+    double_click(gui, "browser Save")  # in one place: the second one keeps what is there
+    assert gui.app.filing.browser.walk.overwrites is None
     gui.click(gui.middle("browser Save"))
     gui.click(gui.middle("browser Keep it"))
     gui.settled()

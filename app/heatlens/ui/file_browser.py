@@ -95,10 +95,9 @@ class FileBrowser:
         if walk.overwrites is not None:
             return _overwrite_question(walk, walk.overwrites)
         entered = walk.purpose.is_save and self._name_field(walk)
-        if walk.problem:
-            imgui.text_colored(theme.BAD, walk.problem)
-        else:
-            imgui.text_disabled("Reading ..." if walk.is_reading else walk.purpose.note)
+        imgui.push_style_color(imgui.Col_.text, theme.BAD if walk.problem else theme.DIM)
+        imgui.text_wrapped(_line(walk))
+        imgui.pop_style_color()
         _to_the_right(2)
         if _button("Cancel"):
             self.walk = None
@@ -130,13 +129,24 @@ def _place() -> None:
     imgui.set_next_window_pos(screen.get_center(), imgui.Cond_.appearing, ImVec2(0.5, 0.5))
 
 
+def _line(walk: FolderWalk) -> str:
+    """What is said under the list."""
+    return walk.problem or ("Reading ..." if walk.is_reading else walk.purpose.note)
+
+
+def _footer_height(walk: FolderWalk) -> float:
+    """Of a field or a question, the line and the buttons."""
+    rows = 2 if walk.purpose.is_save else 1
+    text = imgui.calc_text_size(_line(walk), False, imgui.get_content_region_avail().x)
+    gaps = 2 * imgui.get_style().item_spacing.y
+    return float(rows * imgui.get_frame_height_with_spacing() + text.y + gaps)
+
+
 def _list(walk: FolderWalk) -> Chosen | None:
     """Folders and pictures; a double click takes one."""
     em = imgui.get_font_size()
     flags = imgui.TableFlags_.scroll_y | imgui.TableFlags_.borders_outer
-    lines = 3 if walk.purpose.is_save else 2
-    size = ImVec2(0, -lines * imgui.get_frame_height_with_spacing())
-    if not imgui.begin_table("files", 3, flags, size):
+    if not imgui.begin_table("files", 3, flags, ImVec2(0, -_footer_height(walk))):
         return None
     columns = imgui.TableColumnFlags_
     imgui.table_setup_scroll_freeze(0, 1)
@@ -190,10 +200,11 @@ def _overwrite_question(walk: FolderWalk, path: Path) -> Chosen | None:
     imgui.text_colored(theme.ACCENT_TEXT, f"{path.name} is there already. Write over it?")
     imgui.text_disabled(walk.purpose.note)
     _to_the_right(2)
-    if _button("Keep it"):
-        walk.overwrites = None
+    chosen = walk.overwrite() if _button("Overwrite") else None
     imgui.same_line()
-    return walk.overwrite() if _button("Overwrite") else None
+    if _button("Keep it"):  # where Save was: clicking twice there destroys nothing
+        walk.overwrites = None
+    return chosen
 
 
 def _to_the_right(buttons: int) -> None:

@@ -159,8 +159,12 @@ class Filing:
 
 def _whole(app: "App") -> Shown | None:
     """The picture of the shot as it is now, once it is whole."""
-    shown = app.live.shown
-    is_it = shown is not None and (shown.shot, shown.frame) == (app.shot, app.editing.frame)
+    shown, stage, frame = app.live.shown, app.stage, app.editing.frame
+    if stage.opened is None or stage.plate is None:
+        return None
+    if stage.plate.path != stage.opened.cache.sequence.resolve(frame):
+        return None  # the plate of the frame is still being read
+    is_it = shown is not None and (shown.shot, shown.frame) == (app.shot, frame)
     return shown if shown is not None and is_it and shown.is_whole else None
 
 
