@@ -13,7 +13,7 @@ import heatlens
 
 PACKAGE = Path(heatlens.__file__).parent
 LAYERS = (
-    *("base", "model", "image", "color", "gpu", "defocus", "render"),
+    *("base", "model", "image", "camera", "color", "gpu", "defocus", "render"),
     *("display", "export", "compare", "bench", "ui", "commands"),
 )
 BASE = ("__init__", "errors", "paths")

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from typing import Any, NoReturn
 
 from heatlens import __version__
-from heatlens.commands import bench, compare, export, info, render, shot, view
+from heatlens.commands import bench, camera, compare, export, info, render, shot, view
 from heatlens.errors import HeatlensError, InputError
 
 _EPILOG = """\
@@ -22,6 +22,7 @@ examples:
       --focal-length 50 --sensor-width 36
   heatlens render plate.exr -o out.png --focus-at 960,540 --f-stop 1.4
   heatlens export shot.heatlens.json -o out/name.####.exr
+  heatlens camera shot.heatlens.json -o cam.usda
   heatlens info plate.exr
   heatlens compare out.exr truth.exr --min-psnr 30
   heatlens bench --bokeh disc --quality preview
@@ -30,7 +31,7 @@ examples:
 """
 
 
-_COMMANDS = ("view", "render", "export", "shot", "info", "compare", "bench")
+_COMMANDS = ("view", "render", "export", "shot", "camera", "info", "compare", "bench")
 
 
 class _Parser(argparse.ArgumentParser):
@@ -58,7 +59,7 @@ def build_parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=f"heatlens {__version__}")
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
-    for command in (view, render, export, shot, info, compare, bench):
+    for command in (view, render, export, shot, camera, info, compare, bench):
         command.register(commands)
     return parser
 

@@ -7,9 +7,18 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
+from heatlens.camera.into_shot import with_camera
+from heatlens.camera.samples import CameraSamples
 from heatlens.commands.lens_options import add_lens_options, lens_of
 from heatlens.commands.plate_options import add_plate_options, plate_options
 from heatlens.commands.render import add_blur_options, settings_of
+from heatlens.commands.shot_camera import (
+    add_camera_option,
+    camera_of,
+    decided_otherwise,
+    said_of,
+    with_camera_values,
+)
 from heatlens.errors import InputError
 from heatlens.image.exr_read import read_plate
 from heatlens.image.sequence import Sequence, find_sequence
@@ -61,6 +70,7 @@ def register(actions: "argparse._SubParsersAction[argparse.ArgumentParser]") -> 
     parser.add_argument("plate", help="pattern of its files, such as 'plate.####.exr', or one file")
     parser.add_argument("-o", "--output", type=Path, required=True, help=f"*{SHOT_SUFFIX} to write")
     parser.add_argument("--overwrite", action="store_true", help="replace a shot that is there")
+    add_camera_option(parser)
     _add_time_options(parser)
     add_lens_options(parser)
     add_blur_options(parser)
@@ -96,7 +106,7 @@ def _add_time_options(parser: argparse.ArgumentParser) -> None:
     )
     group.add_argument("--in-out", metavar="FIRST-LAST", help="the part to play (default all)")
     group.add_argument(
-        "--fps", type=float, default=FRAMES_PER_SECOND, metavar="N", help="default %(default)g"
+        "--fps", type=float, metavar="N", help=f"default: the camera's, else {FRAMES_PER_SECOND:g}"
     )
     group.add_argument(
         "--close-focus", metavar="DISTANCE", help="nearest focus of the lens, to be warned of"
@@ -119,7 +129,10 @@ def run(args: argparse.Namespace) -> int:
 def _shot_of(args: argparse.Namespace) -> Shot:
     """What the options say, each key tried on the lens."""
     keys = _keys_of(args.key)
-    lens, sequence = _lens_and_sequence(_with_first_keys(args, keys))
+    camera = camera_of(args)
+    kept = decided_otherwise(args, keys)
+    given = args if camera is None else with_camera_values(args, camera, kept)
+    lens, sequence = _lens_and_sequence(_with_first_keys(given, keys))
     if args.close_focus is not None:
         lens = replace(lens, close_focus_m=parse_distance_m(args.close_focus))
     shot = Shot(
@@ -128,11 +141,14 @@ def _shot_of(args: argparse.Namespace) -> Shot:
         _source_of(args.plate, sequence),
         plate_options(args),
         marks=tuple(_mark(text) for text in args.mark),
-        frames=parse_frame_range(args.frames) if args.frames else _frames_of(sequence),
+        frames=_frames_of(args, sequence, camera),
         in_out=parse_frame_range(args.in_out) if args.in_out else None,
-        frames_per_second=args.fps,
-    )
-    return _with_keys(shot.with_focus_scale(FOCUS_SCALES[args.focus_interpolation]), keys)
+        frames_per_second=_rate_of(args, camera),
+    ).with_focus_scale(FOCUS_SCALES[args.focus_interpolation])
+    if camera is not None:
+        shot = with_camera(shot, camera, kept)
+        _say(*camera.notes, said_of(camera, shot, args.camera, kept))
+    return _with_keys(shot, keys)
 
 
 def _keys_of(texts: list[str]) -> Keys:
@@ -232,11 +248,21 @@ def _source_of(plate: str, sequence: Sequence | None) -> str:
     return sequence.pattern
 
 
-def _frames_of(sequence: Sequence | None) -> FrameRange | None:
-    """The plate's frames; None for a still, which is there at every frame."""
+def _frames_of(
+    args: argparse.Namespace, sequence: Sequence | None, camera: CameraSamples | None
+) -> FrameRange | None:
+    """Those given, the plate's, else the camera's; None for a still, which is at every frame."""
+    if args.frames:
+        return parse_frame_range(args.frames)
     if sequence is None or sequence.is_single:
-        return None
+        return None if camera is None else camera.frame_range
     return FrameRange(sequence.first, sequence.last)
+
+
+def _rate_of(args: argparse.Namespace, camera: CameraSamples | None) -> float:
+    if args.fps is not None:
+        return float(args.fps)
+    return FRAMES_PER_SECOND if camera is None else camera.frames_per_second
 
 
 def _lens_of_options(args: argparse.Namespace) -> Lens | None:
@@ -266,5 +292,6 @@ def _check_output(path: Path, overwrite: bool) -> None:
         raise InputError(f"{path} is there already; --overwrite replaces it.")
 
 
-def _say(sentence: str) -> None:
-    print(f"heatlens: {sentence}", file=sys.stderr)
+def _say(*sentences: str) -> None:
+    for sentence in sentences:
+        print(f"heatlens: {sentence}", file=sys.stderr)

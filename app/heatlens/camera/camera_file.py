@@ -1,0 +1,82 @@
+"""Cameras in files, the format told by the end of the name."""
+
+import os
+from pathlib import Path
+
+from heatlens.camera.blender_write import blender_text
+from heatlens.camera.csv_camera import csv_text, read_csv_camera
+from heatlens.camera.json_camera import json_text, read_json_camera
+from heatlens.camera.nuke_write import nuke_text
+from heatlens.camera.plate_camera import read_plate_camera
+from heatlens.camera.samples import CameraSamples, UpAxis
+from heatlens.camera.usd_library import METERS_PER_UNIT
+from heatlens.camera.usd_read import USD_SUFFIXES, read_usd_camera, split_prim
+from heatlens.camera.usd_write import usd_bytes
+from heatlens.errors import InputError
+from heatlens.image.atomic_file import replacing
+from heatlens.image.shot_file import SHOT_SUFFIX
+
+WRITTEN = (".usda", ".usd", ".usdc", ".nk", ".json", ".csv", ".py")
+
+_WITH_UNIT = (".usda", ".usd", ".usdc", ".nk")
+_UNIT_LEAST, _UNIT_MOST = 1e-6, 1e6  # metres; beyond them float32 cannot hold a lens and infinity
+
+
+def write_camera(
+    path: str | os.PathLike[str], camera: CameraSamples, meters_per_unit: float | None = None
+) -> None:
+    """Write a camera; until it is whole, what stood there stays.
+
+    `meters_per_unit` is of the scene in USD, where None is 0.01, and Nuke, where None is 1. Raises
+    InputError where the name has no known end, or nothing can be written.
+    """
+    path = Path(path)
+    suffix = path.suffix.lower()
+    if suffix not in WRITTEN or path.name.lower().endswith(SHOT_SUFFIX):
+        raise InputError(f"{path}: the name of a camera must end in {', '.join(WRITTEN)}.")
+    if meters_per_unit is not None:
+        _check_unit(path, meters_per_unit)
+    data = _encoded(suffix, camera, meters_per_unit)
+    with replacing(path) as beside:
+        beside.write_bytes(data)
+
+
+def read_camera(text: str, scene_unit_m: float = 1.0, up_axis: UpAxis = "y") -> CameraSamples:
+    """The camera that `text` names: USD, also with a prim as `shot.usda:/world/cam`, JSON and CSV
+    as they are written here, or the EXR headers of a plate.
+
+    Of headers alone `scene_unit_m` is the unit of their world, in metres, and `up_axis` what is up
+    there. Raises InputError where there is no camera, or it is damaged.
+    """
+    path, _ = split_prim(text)
+    suffix = path.suffix.lower()
+    if suffix in USD_SUFFIXES:
+        return read_usd_camera(text)
+    if suffix == ".json":
+        return read_json_camera(path)
+    if suffix == ".csv":
+        return read_csv_camera(path)
+    if suffix in (".nk", ".py"):
+        raise InputError(f"{path}: cameras of this kind are written, not read; USD can be read.")
+    return read_plate_camera(text, scene_unit_m, up_axis)
+
+
+def _check_unit(path: Path, meters_per_unit: float) -> None:
+    if path.suffix.lower() not in _WITH_UNIT:
+        raise InputError(f"{path} is always in metres: it takes no other unit.")
+    if not _UNIT_LEAST <= meters_per_unit <= _UNIT_MOST:
+        raise InputError(
+            f"A scene has {_UNIT_LEAST:g} to {_UNIT_MOST:g} metres per unit, not "
+            f"{meters_per_unit:g}."
+        )
+
+
+def _encoded(suffix: str, camera: CameraSamples, meters_per_unit: float | None) -> bytes:
+    """The content of the file."""
+    if suffix in USD_SUFFIXES:
+        return usd_bytes(camera, suffix, meters_per_unit or METERS_PER_UNIT)
+    if suffix == ".nk":
+        return nuke_text(camera, meters_per_unit or 1.0).encode()
+    text = {".json": json_text, ".csv": csv_text, ".py": blender_text}[suffix](camera)
+    # A name that is no Unicode has no UTF-8: its escape is what JSON and Python read back.
+    return text.encode("utf-8", "backslashreplace")

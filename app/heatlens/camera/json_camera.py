@@ -1,0 +1,77 @@
+"""A camera as JSON, an object for each frame: for scripts, and to be read again."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+from heatlens.camera.placement import matrix_of
+from heatlens.camera.rows import FRAME, PLACEMENT, Row, camera_of_rows, rows_of
+from heatlens.camera.samples import LENS_TRACKS, CameraSamples
+from heatlens.image.json_record import JsonEntry, plain, read_json
+
+CAMERA_VERSION = 1
+
+_VERSION = "heatlens_camera"
+_CONVENTIONS = (
+    "mm and m as the names say; world_to_camera is row-major and acts on columns in metres, the "
+    "camera has x to the right, y up and looks along -z"
+)
+_TOP = (_VERSION, "conventions", "name", "frames_per_second", "up_axis", "samples")
+
+
+def json_text(camera: CameraSamples) -> str:
+    """The file, a frame on each line."""
+    top = {
+        _VERSION: CAMERA_VERSION,
+        "conventions": _CONVENTIONS,
+        "name": camera.name,
+        "frames_per_second": plain(camera.frames_per_second),
+        "up_axis": camera.up_axis,
+    }
+    lines = [f"  {json.dumps(name)}: {json.dumps(value)}," for name, value in top.items()]
+    samples = (
+        json.dumps({name: plain(value) for name, value in row.items()}) for row in rows_of(camera)
+    )
+    body = ",\n".join(f"    {sample}" for sample in samples)
+    return "\n".join(["{", *lines, '  "samples": [', body, "  ]", "}"]) + "\n"
+
+
+def read_json_camera(path: Path) -> CameraSamples:
+    """The camera in a file. Raises InputError with the place where it is damaged."""
+    top = read_json(path)
+    _check_version(top)
+    entries = top.members(_TOP)
+    if "samples" not in entries:
+        top.refuse("the entry 'samples' is missing")
+    others: dict[str, Any] = {
+        "rows": [_row(item) for item in entries["samples"].items()],
+        "name": entries["name"].text() if "name" in entries else path.stem,
+    }
+    if "frames_per_second" in entries:
+        others["frames_per_second"] = entries["frames_per_second"].number()
+    if "up_axis" in entries:
+        others["up_axis"] = entries["up_axis"].choice(("y", "z"))
+    return top.built(camera_of_rows, others)
+
+
+def _row(item: JsonEntry) -> Row:
+    """The entries of a frame, each as the camera takes it."""
+    entries = item.members((FRAME, *LENS_TRACKS, PLACEMENT))
+    row: dict[str, Any] = {name: entries[name].number() for name in LENS_TRACKS if name in entries}
+    if FRAME in entries:
+        row[FRAME] = entries[FRAME].whole()
+    if PLACEMENT in entries:
+        matrix = [[value.number() for value in line.items()] for line in entries[PLACEMENT].items()]
+        row[PLACEMENT] = entries[PLACEMENT].built(matrix_of, {"values": matrix})
+    return row
+
+
+def _check_version(top: JsonEntry) -> None:
+    if not isinstance(top.value, dict) or _VERSION not in top.value:
+        top.refuse(f"this is no camera of heatlens: it has no entry {_VERSION!r}")
+    version = JsonEntry(top.path, _VERSION, top.value[_VERSION])
+    if version.whole() != CAMERA_VERSION:
+        version.refuse(
+            f"version {version.whole()} is not known here, only {CAMERA_VERSION}; a newer heatlens "
+            "may have written it"
+        )

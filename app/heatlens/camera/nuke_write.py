@@ -1,0 +1,60 @@
+"""A camera as the text of a Nuke node, to be pasted or read as a script.
+
+Camera2 is read by every Nuke from 6 on. Nuke has no infinity: that focus is INFINITE_M away.
+"""
+
+from collections.abc import Iterator, Sequence
+
+from heatlens.camera.placement import camera_to_world, euler_deg
+from heatlens.camera.samples import CameraSamples, finite_m
+
+_KNOBS = {
+    "focal_length_mm": "focal",
+    "sensor_width_mm": "haperture",
+    "sensor_height_mm": "vaperture",
+    "f_stop": "fstop",
+}
+_ROTATION_ORDER = "ZXY"  # Nuke's own
+
+
+def nuke_text(camera: CameraSamples, meters_per_unit: float = 1.0) -> str:
+    """The node; `meters_per_unit` of the scene that it is for."""
+    knobs = [*_placement(camera, meters_per_unit), *_lens(camera, meters_per_unit)]
+    lines = ["inputs 0", *knobs, f"name {camera.identifier}"]
+    return "Camera2 {\n" + "".join(f" {line}\n" for line in lines) + "}\n"
+
+
+def _lens(camera: CameraSamples, meters_per_unit: float) -> Iterator[str]:
+    tracks = camera.lens_tracks
+    for name, knob in _KNOBS.items():
+        if name in tracks:
+            yield f"{knob} {_knob_value(camera, tracks[name])}"
+    if "focus_distance_m" in tracks:
+        distances = [finite_m(value) / meters_per_unit for value in tracks["focus_distance_m"]]
+        yield f"focal_point {_knob_value(camera, distances)}"
+
+
+def _placement(camera: CameraSamples, meters_per_unit: float) -> Iterator[str]:
+    """Nuke's y is up, and its cameras look along -z."""
+    if camera.world_to_camera is None:
+        return
+    placed = camera_to_world(camera.world_to_camera, camera.up_axis, "y")
+    translate = placed[:, :3, 3] / meters_per_unit
+    rotate = euler_deg(placed[:, :3, :3], _ROTATION_ORDER)
+    yield f"rot_order {_ROTATION_ORDER}"
+    for knob, values in (("translate", translate), ("rotate", rotate)):
+        yield f"{knob} {{{' '.join(_element(camera, axis.tolist()) for axis in values.T)}}}"
+
+
+def _knob_value(camera: CameraSamples, values: Sequence[float]) -> str:
+    """A number, or a list of the one curve that moves it."""
+    element = _element(camera, values)
+    return f"{{{element}}}" if element.startswith("{") else element
+
+
+def _element(camera: CameraSamples, values: Sequence[float]) -> str:
+    """One of a knob's values: a number where it stands still, else a curve with a key a frame."""
+    if min(values) == max(values):
+        return repr(values[0])
+    keys = (f"x{frame} {value!r}" for frame, value in zip(camera.frames, values, strict=True))
+    return f"{{curve {' '.join(keys)}}}"

@@ -1,0 +1,90 @@
+"""Where a camera stands: matrices of one convention, to and from those of files and programs.
+
+Here p_camera = M p_world acts on columns, lengths are metres, and the camera has x to the right,
+y up and looks along -z, as in USD, Nuke and Blender.
+"""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heatlens.errors import InputError
+
+Matrix = tuple[tuple[float, ...], ...]  # four rows of four
+Array = NDArray[np.float64]
+
+_RIGID = 1e-3  # how far rows may be from length 1 and from right angles: float32 and short decimals
+_Z_BACKWARD = np.diag([1.0, 1.0, -1.0, 1.0])
+# Columns of a world in which y is up to one in which z is: a quarter turn about x.
+_Y_TO_Z = np.array([[1.0, 0, 0, 0], [0, 0, -1.0, 0], [0, 1.0, 0, 0], [0, 0, 0, 1.0]])
+_GIMBAL = 1e-7  # cosine below which two of three angles turn about one axis
+
+
+def matrix_of(values: Any) -> Matrix:
+    """Four rows of four numbers as plain floats. Raises InputError for another shape."""
+    array = np.asarray(values, np.float64)
+    if array.shape != (4, 4):
+        raise InputError(f"A placement has 4 x 4 numbers, got {' x '.join(map(str, array.shape))}.")
+    return tuple(tuple(row) for row in array.tolist())
+
+
+def check_rigid(matrices: Sequence[Matrix], frames: Sequence[int]) -> None:
+    """InputError naming the first frame whose matrix is not a turn and a move alone."""
+    for frame, matrix in zip(frames, matrices, strict=True):
+        if not is_rigid(np.array(matrix)):
+            raise InputError(
+                f"Frame {frame}: the placement is no camera's: it scales, shears, mirrors or is "
+                "not finite."
+            )
+
+
+def is_rigid(matrix: Array) -> bool:
+    """Whether (4, 4) keeps lengths, angles and right-handedness."""
+    if not np.isfinite(matrix).all() or np.abs(matrix[:3, :3]).max() > 2:
+        return False
+    turn = matrix[:3, :3]
+    is_turn = np.abs(turn @ turn.T - np.eye(3)).max() < _RIGID and np.linalg.det(turn) > 0
+    return bool(is_turn and np.abs(matrix[3] - (0, 0, 0, 1)).max() < _RIGID)
+
+
+def from_exr(attribute: Array, scene_unit_m: float) -> tuple[Array, bool]:
+    """World to camera of the attribute `worldToCamera`, and whether its world was left-handed.
+
+    OpenEXR's list of standard attributes: points are rows, and the camera looks along +z. Seen
+    from a right-handed world that mirrors. Where it does not, the world is left-handed, as
+    RenderMan's can be, and its z is turned round to make it right-handed.
+    """
+    matrix = _Z_BACKWARD @ np.asarray(attribute, np.float64).T
+    is_left_handed = bool(np.linalg.det(matrix[:3, :3]) < 0)
+    if is_left_handed:
+        matrix = matrix @ _Z_BACKWARD
+    matrix[:3, 3] *= scene_unit_m
+    return matrix, is_left_handed
+
+
+def camera_to_world(matrices: Sequence[Matrix], up_axis: str, wanted_up: str) -> Array:
+    """(N, 4, 4): camera to a world in which `wanted_up` is up, where `up_axis` was."""
+    placed: Array = np.linalg.inv(np.array(matrices, np.float64))
+    if up_axis == wanted_up:
+        return placed
+    return (_Y_TO_Z if wanted_up == "z" else _Y_TO_Z.T) @ placed
+
+
+def euler_deg(turns: Array, order: str) -> Array:
+    """Angles (N, 3) about x, y and z of rotations (N, 3, 3), without jumps from frame to frame.
+
+    `order` is XYZ or ZXY, the axis turned about first before the others: XYZ is Rz Ry Rx.
+    """
+    axes = ["XYZ".index(letter) for letter in order]
+    m = turns[:, axes][:, :, axes]  # the order is cyclic, so that renamed axes stay right-handed
+    cosine = np.hypot(m[:, 0, 0], m[:, 1, 0])
+    locked = cosine < _GIMBAL
+    first = np.where(
+        locked, np.arctan2(-m[:, 1, 2], m[:, 1, 1]), np.arctan2(m[:, 2, 1], m[:, 2, 2])
+    )
+    last = np.where(locked, 0.0, np.arctan2(m[:, 1, 0], m[:, 0, 0]))
+    angles = np.empty((len(turns), 3))
+    angles[:, axes] = np.stack([first, np.arctan2(-m[:, 2, 0], cosine), last], axis=1)
+    return np.unwrap(np.degrees(angles), axis=0, period=360.0)

@@ -1,0 +1,113 @@
+"""The camera that a plate's headers tell of; no pixels are read."""
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from heatlens.camera.float32 import shortest
+from heatlens.camera.placement import Array, Matrix, from_exr, is_rigid, matrix_of
+from heatlens.camera.samples import LENS_TRACKS, CameraSamples, Track, UpAxis
+from heatlens.errors import InputError
+from heatlens.image.camera_header import camera_at_header
+from heatlens.image.channels import Header
+from heatlens.image.header_read import read_headers
+from heatlens.image.plate import CameraHeader
+from heatlens.image.sequence import find_sequence
+from heatlens.image.sequence_names import frames_text
+from heatlens.image.windows import box_at_header, pixel_aspect_of
+from heatlens.model.frames import FRAMES_PER_SECOND
+
+_PLACEMENT = "worldToCamera"
+_TOLD_BY_HEADERS = [name for name in LENS_TRACKS if name not in ("sensor_height_mm", "squeeze")]
+
+
+def read_plate_camera(text: str, scene_unit_m: float = 1.0, up_axis: UpAxis = "y") -> CameraSamples:
+    """The camera of a picture, or of the frames of a sequence that have a file.
+
+    `scene_unit_m` is metres in one unit of the world that the headers place it in. Raises
+    InputError where a file cannot be read, or a value is told at some frames only.
+    """
+    sequence = find_sequence(text)
+    headers = {
+        sequence.path_at(frame): read_headers(sequence.path_at(frame)) for frame in sequence.present
+    }
+    cameras = {path: camera_at_header(found) for path, found in headers.items()}
+    tracks = {name: _track(name, cameras) for name in _TOLD_BY_HEADERS}
+    placement, notes = placement_of(list(headers.values()), sequence.present, scene_unit_m)
+    width_mm = tracks["sensor_width_mm"]
+    if width_mm is not None:
+        aspects = [picture_aspect(path, found) for path, found in headers.items()]
+        heights = (mm / aspect for mm, aspect in zip(width_mm, aspects, strict=True))
+        tracks["sensor_height_mm"] = tuple(heights)
+    return CameraSamples(
+        name=re.sub(r"[._-]+$", "", Path(sequence.form.prefix).stem) or "camera",
+        frames=sequence.present,
+        **tracks,
+        world_to_camera=placement,
+        up_axis=up_axis,
+        frames_per_second=_frames_per_second(next(iter(headers.values()))),
+        notes=notes,
+    )
+
+
+def picture_aspect(path: Path, headers: Sequence[Header]) -> float:
+    """Width of the picture over its height, as it is shown; all parts share that window."""
+    window = box_at_header(headers[0], "displayWindow")
+    aspect, _ = pixel_aspect_of(path, headers[0])
+    if window.is_empty:
+        raise InputError(f"{path} has an empty display window: it tells no shape of the sensor.")
+    return window.width * aspect / window.height
+
+
+def placement_of(
+    headers: Sequence[Sequence[Header]], frames: Sequence[int], scene_unit_m: float
+) -> tuple[tuple[Matrix, ...] | None, tuple[str, ...]]:
+    """Where the camera stands at `frames`, one file's headers for each, and what to say of it.
+
+    None where not every file tells it: a camera that stood still for want of a header would lie.
+    """
+    told = [_attribute(found) for found in headers]
+    missing = [frame for frame, value in zip(frames, told, strict=True) if value is None]
+    if len(missing) == len(frames):
+        return None, (f"no {_PLACEMENT} in the plate's headers: the camera has no placement.",)
+    if missing:
+        where = frames_text(tuple(missing))
+        return None, (f"no usable {_PLACEMENT} at frames {where}: the camera has no placement.",)
+    placed = [from_exr(value, scene_unit_m) for value in told if value is not None]
+    if not all(is_rigid(matrix) for matrix, _ in placed):
+        return None, (f"{_PLACEMENT} scales or shears: the camera has no placement.",)
+    notes = [f"placement from {_PLACEMENT} in the plate's headers."]
+    if any(is_left_handed for _, is_left_handed in placed):
+        notes.append("the plate's world is left-handed: its z is turned round.")
+    return tuple(matrix_of(matrix) for matrix, _ in placed), tuple(notes)
+
+
+def _attribute(headers: Sequence[Header]) -> Array | None:
+    """The first finite 4 x 4 of a file."""
+    for header in headers:
+        value = np.asarray(header.get(_PLACEMENT, ()))
+        if value.shape == (4, 4) and value.dtype.kind == "f" and np.isfinite(value).all():
+            return value.astype(np.float64)
+    return None
+
+
+def _track(name: str, cameras: dict[Path, CameraHeader]) -> Track | None:
+    values = {path: getattr(camera, name) for path, camera in cameras.items()}
+    missing = [path for path, value in values.items() if value is None]
+    if len(missing) == len(values):
+        return None
+    if missing:
+        raise InputError(
+            f"{missing[0]}: the header tells no {LENS_TRACKS[name]}, but those of other frames do."
+        )
+    return tuple(shortest(value) for value in values.values())
+
+
+def _frames_per_second(headers: Sequence[Header]) -> float:
+    """The attribute is a fraction; OpenEXR says which rate holds without it."""
+    for header in headers:
+        if "framesPerSecond" in header:
+            return float(header["framesPerSecond"])
+    return FRAMES_PER_SECOND

@@ -1,0 +1,38 @@
+"""A camera as a row for each frame, which is how files for scripts and tables hold it."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from heatlens.camera.samples import LENS_TRACKS, CameraSamples
+from heatlens.errors import InputError
+
+FRAME = "frame"
+PLACEMENT = "world_to_camera"
+
+Row = Mapping[str, Any]
+
+
+def rows_of(camera: CameraSamples) -> list[Row]:
+    """Frame, values of the lens by the names of the tracks, and the matrix, as far as told."""
+    columns: dict[str, Sequence[Any]] = {FRAME: camera.frames, **camera.lens_tracks}
+    if camera.world_to_camera is not None:
+        columns[PLACEMENT] = camera.world_to_camera
+    return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
+
+
+def camera_of_rows(rows: Sequence[Row], **others: Any) -> CameraSamples:
+    """The reverse of `rows_of`. Raises InputError for what only some of the rows tell."""
+    for row in rows:
+        if FRAME not in row:
+            raise InputError(f"Row {rows.index(row) + 1} tells no frame.")
+    columns: dict[str, Any] = {name: _column(rows, name) for name in (*LENS_TRACKS, PLACEMENT)}
+    return CameraSamples(frames=tuple(row[FRAME] for row in rows), **columns, **others)
+
+
+def _column(rows: Sequence[Row], name: str) -> tuple[Any, ...] | None:
+    missing = [row for row in rows if name not in row]
+    if len(missing) == len(rows):
+        return None
+    if missing:
+        raise InputError(f"Frame {missing[0][FRAME]} tells no {name}, but other frames do.")
+    return tuple(row[name] for row in rows)

@@ -1,0 +1,124 @@
+"""A camera as plain numbers: its lens at each frame, and where it stands."""
+
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from itertools import pairwise
+from typing import Literal, get_args
+
+from heatlens.camera.placement import Matrix, check_rigid
+from heatlens.errors import InputError
+from heatlens.model.frames import (
+    FRAMES_PER_SECOND,
+    FrameRange,
+    check_frame,
+    check_frames_per_second,
+)
+
+Track = tuple[float, ...]  # a value at each frame
+UpAxis = Literal["y", "z"]
+
+# What stands for infinity in formats that have no word for it. No picture tells it from infinity,
+# and it is exact enough in float32 even in millimetres.
+INFINITE_M = 1e9
+
+# The tracks of a lens and how people say them.
+LENS_TRACKS = {
+    "focal_length_mm": "focal length",
+    "f_stop": "f-stop",
+    "focus_distance_m": "focus distance",
+    "sensor_width_mm": "sensor width",
+    "sensor_height_mm": "sensor height",
+    "squeeze": "squeeze",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class CameraSamples:
+    """A camera at whole frames; a track that is None was not told.
+
+    name               of the camera, as people know it
+    frames             in order, at least one; one alone is a camera that stands still
+    focus_distance_m   may be infinite
+    squeeze            as in Lens
+    world_to_camera    p_camera = M p_world for columns in metres; the camera has x to the right, y
+                       up, and looks along -z
+    up_axis            which axis of the world points up
+    notes              sentences to say aloud
+
+    Raises InputError for values that no camera has, naming the frame.
+    """
+
+    name: str
+    frames: tuple[int, ...]
+    focal_length_mm: Track | None = None
+    f_stop: Track | None = None
+    focus_distance_m: Track | None = None
+    sensor_width_mm: Track | None = None
+    sensor_height_mm: Track | None = None
+    squeeze: Track | None = None
+    world_to_camera: tuple[Matrix, ...] | None = None
+    up_axis: UpAxis = "y"
+    frames_per_second: float = FRAMES_PER_SECOND
+    notes: tuple[str, ...] = field(default=(), compare=False)
+
+    def __post_init__(self) -> None:
+        _check_frames(self.frames)
+        check_frames_per_second(self.frames_per_second)
+        if self.up_axis not in get_args(UpAxis):
+            raise InputError(f"The axis that points up is y or z, not {self.up_axis!r}.")
+        for name, track in self.lens_tracks.items():
+            _check_track(name, track, self.frames)
+        if self.world_to_camera is not None:
+            _check_length("placement", len(self.world_to_camera), self.frames)
+            check_rigid(self.world_to_camera, self.frames)
+
+    @property
+    def lens_tracks(self) -> Mapping[str, Track]:
+        """The tracks that were told, by the names of their fields."""
+        named = {name: getattr(self, name) for name in LENS_TRACKS}
+        return {name: track for name, track in named.items() if track is not None}
+
+    @property
+    def identifier(self) -> str:
+        """The name as every program takes one: letters, digits and _, no digit first."""
+        name = re.sub(r"\W", "_", self.name, flags=re.ASCII)
+        return f"_{name}" if not name or name[0].isdigit() else name
+
+    @property
+    def frame_range(self) -> FrameRange | None:
+        """First to last frame; None for a camera that stands still."""
+        return None if len(self.frames) == 1 else FrameRange(self.frames[0], self.frames[-1])
+
+
+def is_constant(track: Track) -> bool:
+    """True where nothing moves."""
+    return min(track) == max(track)
+
+
+def finite_m(distance_m: float) -> float:
+    """A distance for a format that has no infinity."""
+    return min(distance_m, INFINITE_M)
+
+
+def _check_frames(frames: tuple[int, ...]) -> None:
+    if not frames:
+        raise InputError("A camera needs a frame at least.")
+    for frame in frames:
+        check_frame(frame)
+    for frame, after in pairwise(frames):
+        if after <= frame:
+            raise InputError(f"Frame {after} comes after frame {frame}: frames must be in order.")
+
+
+def _check_length(name: str, count: int, frames: tuple[int, ...]) -> None:
+    if count != len(frames):
+        raise InputError(f"The {name} has {count} values for {len(frames)} frames.")
+
+
+def _check_track(name: str, track: Track, frames: tuple[int, ...]) -> None:
+    _check_length(LENS_TRACKS[name], len(track), frames)
+    for frame, value in zip(frames, track, strict=True):
+        if not value > 0 or (value == math.inf and name != "focus_distance_m"):
+            raise InputError(f"Frame {frame}: no camera has a {LENS_TRACKS[name]} of {value:g}.")

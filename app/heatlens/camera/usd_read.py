@@ -1,0 +1,187 @@
+"""A camera out of a USD stage, in any of its formats."""
+
+import math
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from heatlens.camera.float32 import shortest
+from heatlens.camera.placement import Matrix, is_rigid, matrix_of
+from heatlens.camera.samples import INFINITE_M, CameraSamples, Track, UpAxis
+from heatlens.camera.usd_library import millimetres, usd_module
+from heatlens.camera.usd_write import MM_ATTRIBUTES, SQUEEZE
+from heatlens.errors import InputError
+from heatlens.image.quiet import quiet_library
+from heatlens.model.frames import FrameRange, check_frame
+
+USD_SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
+
+_AND_PRIM = re.compile(r"(.+\.usd[acz]?):(/.*)", re.IGNORECASE | re.DOTALL)
+_ATTRIBUTES = (*MM_ATTRIBUTES.values(), "focusDistance", "fStop", SQUEEZE)
+_STILL_FRAME = 1
+_LISTED = 5
+_FAR = 0.999  # of INFINITE_M: what it becomes in float32 and another unit
+
+
+@dataclass(frozen=True)
+class _Stage:
+    """An opened file, its unit, and the camera in it."""
+
+    path: Path
+    stage: Any
+    prim: Any
+    meters_per_unit: float
+
+
+def split_prim(text: str) -> tuple[Path, str | None]:
+    """File and path of the prim of `shot.usda:/world/cam`; None where none is named."""
+    match = _AND_PRIM.fullmatch(text)
+    return (Path(match[1]), match[2]) if match else (Path(text), None)
+
+
+def read_usd_camera(text: str) -> CameraSamples:
+    """The camera of a file, or the one named in it as in `shot.usda:/world/cam`.
+
+    A time code is a frame. An f-stop or a focus of 0, by which USD says that nothing is out of
+    focus, counts as not told. Raises InputError where the file is damaged, holds no camera, or
+    several of which none is named.
+    """
+    path, prim_path = split_prim(text)
+    with quiet_library():
+        opened = _opened(path, prim_path)
+        frames = _frames(opened)
+        placement, notes = _placement(opened, frames)
+        try:
+            return CameraSamples(
+                name=opened.prim.GetName(),
+                frames=frames,
+                **_lens(opened, frames),
+                world_to_camera=placement,
+                up_axis=_up_axis(opened),
+                frames_per_second=opened.stage.GetTimeCodesPerSecond(),
+                notes=(f"{path}: the camera is {opened.prim.GetPath()}.", *notes),
+            )
+        except InputError as error:
+            raise InputError(f"{path}: {opened.prim.GetPath()}: {error}") from None
+
+
+def _opened(path: Path, prim_path: str | None) -> _Stage:
+    usd, tf = usd_module("Usd"), usd_module("Tf")
+    geometry = usd_module("UsdGeom")
+    if not path.is_file():
+        raise InputError(f"{path} is not there, or is no file.")
+    try:
+        stage = usd.Stage.Open(str(path))
+        cameras = [p for p in _all_prims(usd, stage) if p.IsA(geometry.Camera)]
+        unit_m = geometry.GetStageMetersPerUnit(stage)
+    except tf.ErrorException as error:
+        raise InputError(f"{path} cannot be read: it is damaged or no USD file.") from error
+    if not 0 < unit_m < math.inf:
+        raise InputError(f"{path} has {unit_m:g} metres per unit: no length can be told.")
+    return _Stage(path, stage, _chosen(path, cameras, prim_path), unit_m)
+
+
+def _all_prims(usd: Any, stage: Any) -> Iterable[Any]:
+    """Also those within instances."""
+    prims: Iterable[Any] = stage.Traverse(usd.TraverseInstanceProxies())
+    return prims
+
+
+def _chosen(path: Path, cameras: list[Any], prim_path: str | None) -> Any:
+    found = {str(camera.GetPath()): camera for camera in cameras}
+    if not found:
+        raise InputError(f"{path} holds no camera.")
+    if prim_path in found:
+        return found[prim_path]
+    if prim_path is None and len(found) == 1:
+        return cameras[0]
+    listed = ", ".join([*list(found)[:_LISTED], *(["..."] if len(found) > _LISTED else [])])
+    if prim_path is None:
+        raise InputError(
+            f"{path} holds {len(found)} cameras: {listed}. Name one, as in "
+            f"{path.name}:{next(iter(found))}"
+        )
+    raise InputError(f"{path} holds no camera {prim_path}; there is {listed}.")
+
+
+def _frames(opened: _Stage) -> tuple[int, ...]:
+    """Every whole frame that the time samples of lens and placement reach over."""
+    xformable = usd_module("UsdGeom").Xformable
+    attributes = [opened.prim.GetAttribute(name) for name in _ATTRIBUTES]
+    times = {time for attribute in attributes if attribute for time in attribute.GetTimeSamples()}
+    times.update(time for prim in _parents(opened) for time in xformable(prim).GetTimeSamples())
+    if not times:
+        return (_STILL_FRAME,)
+    for time in (min(times), max(times)):
+        check_frame(time)
+    return tuple(FrameRange(math.floor(min(times)), math.ceil(max(times))))
+
+
+def _lens(opened: _Stage, frames: tuple[int, ...]) -> dict[str, Track | None]:
+    mm = millimetres(opened.meters_per_unit)
+    lengths: dict[str, Track | None] = {
+        name: _track(opened, attribute, frames, mm) for name, attribute in MM_ATTRIBUTES.items()
+    }
+    focus = _track(opened, "focusDistance", frames, 1 / opened.meters_per_unit)
+    return lengths | {
+        "f_stop": _unless_zero(_track(opened, "fStop", frames)),
+        "focus_distance_m": _unless_zero(tuple(map(_infinite_if_far, focus))),
+        "squeeze": _track(opened, SQUEEZE, frames) if opened.prim.HasAttribute(SQUEEZE) else None,
+    }
+
+
+def _track(opened: _Stage, name: str, frames: tuple[int, ...], unit: float = 1.0) -> Track:
+    """An attribute at each frame, divided by `unit`."""
+    attribute = opened.prim.GetAttribute(name)
+    values = [attribute.Get(frame) for frame in frames]
+    for frame, value in zip(frames, values, strict=True):
+        if not isinstance(value, float | int):
+            raise InputError(
+                f"{opened.path}: {attribute.GetPath()} has no number at frame {frame}: {value!r}."
+            )
+    return tuple(shortest(value, unit) for value in values)
+
+
+def _unless_zero(track: Track) -> Track | None:
+    return track if any(track) else None
+
+
+def _infinite_if_far(distance_m: float) -> float:
+    return math.inf if distance_m >= INFINITE_M * _FAR else distance_m
+
+
+def _up_axis(opened: _Stage) -> UpAxis:
+    axis = usd_module("UsdGeom").GetStageUpAxis(opened.stage)
+    return "z" if axis == "Z" else "y"
+
+
+def _placement(
+    opened: _Stage, frames: tuple[int, ...]
+) -> tuple[tuple[Matrix, ...] | None, tuple[str, ...]]:
+    """World to camera in metres, without the scale that parents may have; None where none is."""
+    geometry = usd_module("UsdGeom")
+    if not any(geometry.Xformable(prim).GetOrderedXformOps() for prim in _parents(opened)):
+        return None, ()
+    placed = []
+    for frame in frames:
+        to_world = geometry.Xformable(opened.prim).ComputeLocalToWorldTransform(frame)
+        to_world.Orthonormalize(issueWarning=False)
+        matrix = np.array(to_world, np.float64).T
+        matrix[:3, 3] *= opened.meters_per_unit
+        if not is_rigid(matrix):
+            return None, (f"its placement at frame {frame} shears or mirrors: it is left out.",)
+        placed.append(matrix_of(np.linalg.inv(matrix)))
+    return tuple(placed), ()
+
+
+def _parents(opened: _Stage) -> Iterable[Any]:
+    """The camera and what it hangs on, as far as that has a place."""
+    prim = opened.prim
+    while prim and not prim.IsPseudoRoot():
+        if prim.IsA(usd_module("UsdGeom").Xformable):
+            yield prim
+        prim = prim.GetParent()

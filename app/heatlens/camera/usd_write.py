@@ -1,0 +1,84 @@
+"""A camera as USD: UsdGeomCamera with a time sample at each frame of what moves.
+
+Focus at infinity, for which renderers have no common sign, is INFINITE_M away.
+"""
+
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from heatlens.camera.placement import camera_to_world
+from heatlens.camera.samples import CameraSamples, finite_m
+from heatlens.camera.usd_library import METERS_PER_UNIT, millimetres, usd_module
+from heatlens.image.quiet import quiet_library
+
+SQUEEZE = "heatlens:squeeze"  # UsdGeomCamera has no word for it
+
+MM_ATTRIBUTES = {
+    "focal_length_mm": "focalLength",
+    "sensor_width_mm": "horizontalAperture",
+    "sensor_height_mm": "verticalAperture",
+}
+
+
+def usd_bytes(
+    camera: CameraSamples, suffix: str, meters_per_unit: float = METERS_PER_UNIT
+) -> bytes:
+    """The file: text for .usda, binary for .usd and .usdc. Raises InputError without OpenUSD."""
+    stage = _stage(camera, meters_per_unit)
+    with tempfile.TemporaryDirectory() as folder, quiet_library():
+        path = Path(folder) / f"camera{suffix}"
+        stage.GetRootLayer().Export(str(path))
+        return path.read_bytes()
+
+
+def _stage(camera: CameraSamples, meters_per_unit: float) -> Any:
+    usd, geometry = usd_module("Usd"), usd_module("UsdGeom")
+    stage = usd.Stage.CreateInMemory()
+    geometry.SetStageMetersPerUnit(stage, meters_per_unit)
+    geometry.SetStageUpAxis(stage, camera.up_axis.upper())
+    stage.SetTimeCodesPerSecond(camera.frames_per_second)
+    stage.SetFramesPerSecond(camera.frames_per_second)
+    stage.SetStartTimeCode(camera.frames[0])
+    stage.SetEndTimeCode(camera.frames[-1])
+    prim = geometry.Camera.Define(stage, f"/{camera.identifier}")
+    stage.SetDefaultPrim(prim.GetPrim())
+    _author_lens(prim, camera, meters_per_unit)
+    _author_placement(prim, camera, meters_per_unit)
+    return stage
+
+
+def _author_lens(prim: Any, camera: CameraSamples, meters_per_unit: float) -> None:
+    tracks = camera.lens_tracks
+    mm = millimetres(meters_per_unit)
+    for name, attribute in MM_ATTRIBUTES.items():
+        if name in tracks:
+            _author(prim.GetPrim().GetAttribute(attribute), camera, [v * mm for v in tracks[name]])
+    if "focus_distance_m" in tracks:
+        distances = [finite_m(value) / meters_per_unit for value in tracks["focus_distance_m"]]
+        _author(prim.GetFocusDistanceAttr(), camera, distances)
+    if "f_stop" in tracks:
+        _author(prim.GetFStopAttr(), camera, tracks["f_stop"])
+    if "squeeze" in tracks and set(tracks["squeeze"]) != {1.0}:
+        kind = usd_module("Sdf").ValueTypeNames.Float
+        _author(prim.GetPrim().CreateAttribute(SQUEEZE, kind), camera, tracks["squeeze"])
+
+
+def _author_placement(prim: Any, camera: CameraSamples, meters_per_unit: float) -> None:
+    """Camera to world; USD's points are rows, so that its matrices are transposed."""
+    if camera.world_to_camera is None:
+        return
+    placed = camera_to_world(camera.world_to_camera, camera.up_axis, camera.up_axis)
+    placed[:, :3, 3] /= meters_per_unit
+    matrix = usd_module("Gf").Matrix4d
+    _author(prim.AddTransformOp().GetAttr(), camera, [matrix(m.T.tolist()) for m in placed])
+
+
+def _author(attribute: Any, camera: CameraSamples, values: Sequence[Any]) -> None:
+    """One value for all times where nothing moves, so that it can be changed in one place."""
+    if all(value == values[0] for value in values):
+        attribute.Set(values[0])
+        return
+    for frame, value in zip(camera.frames, values, strict=True):
+        attribute.Set(value, frame)

@@ -1,0 +1,116 @@
+"""`heatlens camera`: the lens of a shot handed on to the programs that render it for real."""
+
+import argparse
+import os
+import sys
+from pathlib import Path
+
+from heatlens.camera.camera_file import WRITTEN, read_camera, write_camera
+from heatlens.camera.from_shot import camera_of_shot
+from heatlens.camera.samples import CameraSamples
+from heatlens.errors import InputError
+from heatlens.image.shot_file import SHOT_SUFFIX, read_shot
+from heatlens.model.frames import parse_frame_range
+from heatlens.model.units import parse_scene_unit_m
+
+_DESCRIPTION = f"""\
+Writes the lens of a shot at each frame: focal length, f-stop, focus and sensor, and where the
+plate's headers tell it (worldToCamera), the place of the camera. The name of the output says how:
+
+  .usda .usd .usdc   UsdGeomCamera, time samples for what moves
+  .nk                a Camera2 node for Nuke
+  .py                a script that gives the lens to Blender's active camera, or makes one
+  .json .csv         for other programs, units in the names
+
+A camera that any of {", ".join(end for end in WRITTEN if end not in (".nk", ".py"))} or the headers
+of EXR files hold can stand in the place of the shot. Focus at infinity is written as 1e9 m where a
+format knows none.
+"""
+_EPILOG = """\
+examples:
+  heatlens camera s.heatlens.json -o cam.usda
+  heatlens camera s.heatlens.json -o cam.nk --frames 1001-1024 --meters-per-unit cm
+  heatlens camera shot.usda:/world/cam -o cam.csv
+"""
+
+
+def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    """Add `camera` to the command line."""
+    parser = commands.add_parser(
+        "camera",
+        help="write the lens of a shot as a camera for USD, Nuke, Blender and scripts",
+        description=_DESCRIPTION,
+        epilog=_EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("source", metavar=f"SHOT{SHOT_SUFFIX}", help="the shot, or another camera")
+    parser.add_argument(
+        "-o", "--output", type=Path, required=True, help=f"camera to write: *{', *'.join(WRITTEN)}"
+    )
+    _add_shot_options(parser)
+    parser.add_argument(
+        "--meters-per-unit",
+        metavar="UNIT",
+        help="unit of the scene that the camera is for: m, cm, mm, ft, in, or a number of metres "
+        "(default: cm for USD, as it takes for granted, and m for Nuke)",
+    )
+    parser.set_defaults(run=run)
+
+
+def _add_shot_options(parser: argparse.ArgumentParser) -> None:
+    group = parser.add_argument_group("the shot and its plate")
+    group.add_argument(
+        "--frames", metavar="FIRST-LAST", help="default: those that the shot plays, in to out"
+    )
+    group.add_argument(
+        "--sensor-height",
+        type=float,
+        metavar="MM",
+        help="default: as the plate's picture is shaped; without a plate as the film back of that "
+        "width, or 16:9",
+    )
+    group.add_argument(
+        "--scene-unit",
+        metavar="UNIT",
+        help="unit of the world that the headers place the camera in (default: as the shot reads "
+        "the plate's depth)",
+    )
+    group.add_argument(
+        "--up-axis", choices=("y", "z"), default="y", help="what is up in that world (default y)"
+    )
+
+
+def run(args: argparse.Namespace) -> int:
+    """Write the camera; say where it is from and what was assumed."""
+    camera = _camera_of(args)
+    unit = args.meters_per_unit
+    write_camera(args.output, camera, None if unit is None else parse_scene_unit_m(unit))
+    for note in camera.notes:
+        print(f"heatlens: {note}", file=sys.stderr)
+    print(args.output)
+    return 0
+
+
+def _camera_of(args: argparse.Namespace) -> CameraSamples:
+    unit_m = None if args.scene_unit is None else parse_scene_unit_m(args.scene_unit)
+    if not args.source.endswith(SHOT_SUFFIX):
+        _refuse_shot_options(args)
+        return read_camera(args.source, unit_m or 1.0, args.up_axis)
+    return camera_of_shot(
+        read_shot(args.source),
+        Path(args.source).name.removesuffix(SHOT_SUFFIX),
+        parse_frame_range(args.frames) if args.frames else None,
+        args.sensor_height,
+        unit_m,
+        args.up_axis,
+    )
+
+
+def _refuse_shot_options(args: argparse.Namespace) -> None:
+    """A camera has its frames and its sensor, and must not be written over itself."""
+    for option in ("frames", "sensor_height"):
+        if getattr(args, option) is not None:
+            raise InputError(f"--{option.replace('_', '-')} is for shots; {args.source} is none.")
+    if args.output.exists() and os.path.exists(args.source):
+        if os.path.samefile(args.output, args.source):
+            raise InputError(f"{args.output} is the camera that is read: give another name.")

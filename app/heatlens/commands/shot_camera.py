@@ -1,0 +1,89 @@
+"""`heatlens shot new --camera`: what a camera tells stands in for options that are not given."""
+
+import argparse
+from collections.abc import Collection
+
+from heatlens.camera.camera_file import read_camera
+from heatlens.camera.into_shot import lens_tracks
+from heatlens.camera.samples import LENS_TRACKS, CameraSamples
+from heatlens.model.shot import LensParameter, Shot
+from heatlens.model.units import format_distance
+
+# Field of Lens -> the options that decide it. The camera's value goes in the place of the first.
+_OPTIONS = {
+    "focal_length_mm": ("focal_length",),
+    "f_stop": ("f_stop",),
+    "focus_distance_m": ("focus_distance", "focus_at"),
+    "sensor_width_mm": ("sensor_width", "filmback"),
+    "squeeze": ("squeeze",),
+}
+
+
+def add_camera_option(parser: argparse.ArgumentParser) -> None:
+    """--camera."""
+    parser.add_argument(
+        "--camera",
+        metavar="CAMERA",
+        help="lens, keys, frames and rate of a camera: cam.usda, shot.usda:/world/cam, a .json or "
+        ".csv of `heatlens camera`, or the headers of 'plate.####.exr'; what options and --key "
+        "say wins",
+    )
+
+
+def camera_of(args: argparse.Namespace) -> CameraSamples | None:
+    """The camera of the options, if any."""
+    return None if args.camera is None else read_camera(args.camera)
+
+
+def decided_otherwise(args: argparse.Namespace, keyed: Collection[LensParameter]) -> frozenset[str]:
+    """The fields of the lens that options or keys say."""
+    given = {
+        field
+        for field, options in _OPTIONS.items()
+        if any(getattr(args, option) != _unset(option) for option in options)
+    }
+    return frozenset(given.union(map(str, keyed)))
+
+
+def with_camera_values(
+    args: argparse.Namespace, camera: CameraSamples, kept: Collection[str]
+) -> argparse.Namespace:
+    """The options, with what the camera tells first in the place of those that are not given."""
+    filled = argparse.Namespace(**vars(args))
+    for field, track in lens_tracks(camera, kept).items():
+        # The focus is text on the command line, for it can carry a unit.
+        value = repr(track[0]) if field == "focus_distance_m" else track[0]
+        setattr(filled, _OPTIONS[field][0], value)
+    return filled
+
+
+def said_of(camera: CameraSamples, shot: Shot, text: str, kept: Collection[str]) -> str:
+    """Which camera was taken, from where, and what of it."""
+    frames = f", frames {camera.frame_range}" if camera.frame_range else ""
+    tracks = lens_tracks(camera, kept)
+    taken = [
+        f"{LENS_TRACKS[name]} {_span(name, min(track), max(track))}{_keys(shot, name)}"
+        for name, track in tracks.items()
+    ]
+    return f"lens of camera {camera.name} in {text}{frames}: {', '.join(taken) or 'nothing'}."
+
+
+def _unset(option: str) -> float | None:
+    return 1.0 if option == "squeeze" else None
+
+
+def _span(name: str, least: float, most: float) -> str:
+    """A value with its unit, or where it moves between which."""
+    if name == "focus_distance_m":
+        ends = format_distance(least), format_distance(most)
+    else:
+        unit = " mm" if name.endswith("_mm") else ""
+        ends = f"{least:.4g}{unit}", f"{most:.4g}{unit}"
+    return ends[0] if least == most else f"{ends[0]} to {ends[1]}"
+
+
+def _keys(shot: Shot, name: str) -> str:
+    if name not in list(LensParameter):
+        return ""
+    count = len(shot.curves.of(LensParameter(name)).keys)
+    return f" ({count} keys)" if count else ""
