@@ -37,10 +37,11 @@ def lens_panel(lens: Lens, facts: LensFacts, say: Say) -> Lens:
     try:
         lens = _focus(lens, facts, say)
         lens = _aperture(lens, say)
-        lens = _hardware(lens, say)
+        lens = _hardware(lens)
     except LensError as error:  # two values that do not go together: the step is not taken
         say(str(error))
         return before
+    _sources(facts)
     return lens
 
 
@@ -117,7 +118,18 @@ def _parse_t_stop(text: str) -> float | None:
     return widgets.parse_number(text, 0.1, 128.0, "T-stop") if text.strip() else None
 
 
-def _hardware(lens: Lens, say: Say) -> Lens:
+def _sources(facts: LensFacts) -> None:
+    """Where the values began: what the file told counts more than what was assumed."""
+    words = [f"{name.rpartition('_')[0]}: {why}" for name, why in facts.sources.items()]
+    if not words:
+        return
+    assumed = any("assumed" in why or "nothing" in why for why in facts.sources.values())
+    imgui.text_disabled("began with assumed values" if assumed else "began with the plate's lens")
+    if imgui.is_item_hovered():
+        imgui.set_tooltip("\n".join(words).replace("_", " "))
+
+
+def _hardware(lens: Lens) -> Lens:
     imgui.separator_text("Lens and film back")
     focal = widgets.drag("focal length", lens.focal_length_mm, 0.2, 4.0, 1200.0, "%.1f mm")
     if focal != lens.focal_length_mm:

@@ -4,18 +4,20 @@ from dataclasses import replace
 
 from imgui_bundle import ImVec2, imgui
 
+from heatlens.model.coc import sharp_px
 from heatlens.model.view import Compare, Overlay
 from heatlens.ui import theme, widgets
 from heatlens.ui.action_list import nudge_focus
 from heatlens.ui.actions import pressed
 from heatlens.ui.app import App
 from heatlens.ui.layout import PICTURE, dock_panels, menu_bar
+from heatlens.ui.legend import draw_legend, entries
 from heatlens.ui.lens_panel import LensFacts, blur_panel, lens_panel
 from heatlens.ui.look_panel import look_panel
 from heatlens.ui.palette import keys_window
 from heatlens.ui.plate_panel import PlateFacts, plate_panel
 from heatlens.ui.probe import PictureReader, probe_at, probe_text, seen_depth_m
-from heatlens.ui.screen_pictures import reference_or_pinhole
+from heatlens.ui.screen_pictures import layer_limits_px, reference_or_pinhole
 from heatlens.ui.speed_panel import speed_panel
 from heatlens.ui.viewport import MIPMAPS_UNDER, Pictures, ViewportResult
 from heatlens.ui.widgets import window_words
@@ -155,8 +157,20 @@ class Screen:
         else:
             scale = imgui.get_io().display_framebuffer_scale.x or 1.0
             self._take(self._app.viewport.draw(pictures, self._app.view, scale))
+            self._legend()
         widgets.note("picture")
         imgui.end()
+
+    def _legend(self) -> None:
+        app = self._app
+        if app.view.overlay is Overlay.NONE or app.view.compare is Compare.FLIP:
+            return
+        plate = app.renderer.loaded.plate
+        optics = app.renderer.optics(app.shot, app.editing.frame)
+        sharp = sharp_px(app.lens, plate.display_window.width)
+        limits = layer_limits_px(optics, app.shot)
+        legend = entries(app.view.overlay, optics, sharp, limits, plate.depth, app.view.unit)
+        draw_legend(legend, app.viewport.viewport)
 
     def _take(self, result: ViewportResult) -> None:
         self._app.view, self._hovered = result.view, result.hovered_px

@@ -3,6 +3,7 @@
 import moderngl
 
 from heatlens.defocus.layer_cuts import layer_cuts
+from heatlens.defocus.optics import Optics
 from heatlens.defocus.quality import layers_for
 from heatlens.display.display_pass import DisplayPass
 from heatlens.display.overlay_pass import OverlayPass
@@ -119,12 +120,17 @@ class ScreenPictures:
         if self._overlay.needs(plate.depth.size, (plate, lens, shot.defocus, overlay)):
             assert self._overlay.texture is not None
             optics = optics_of(plate.plate, plate.occupied, lens)
-            cuts = layer_cuts(optics.occupied_px, layers_for(shot.defocus))
-            limits = tuple(sorted(cut.near.at_px for cut in cuts if not cut.is_nearest))
+            limits = layer_limits_px(optics, shot)
             sharp = sharp_px(lens, plate.plate.display_window.width)
             self._overlays.run(overlay, plate.depth, optics, sharp, limits, self._overlay.texture)
         assert self._overlay.texture is not None
         return self._overlay.texture
+
+
+def layer_limits_px(optics: Optics, shot: Shot) -> tuple[float, ...]:
+    """The signed diameters between the layers of a shot, ascending."""
+    cuts = layer_cuts(optics.occupied_px, layers_for(shot.defocus))
+    return tuple(sorted(cut.near.at_px for cut in cuts if not cut.is_nearest))
 
 
 def reference_or_pinhole(

@@ -12,6 +12,7 @@ from heatlens.errors import InputError
 Value = TypeVar("Value")
 
 LABEL_EM = 6.6  # width of the column of labels
+VALUE_EM = 5.2  # width of the column of values beside sliders
 Rects = dict[str, tuple[float, float, float, float]]
 
 # Where each control was drawn last, by label: x0, y0, x1, y1. Tests aim at controls by it.
@@ -46,10 +47,13 @@ def drag(
 
 
 def slider(name: str, value: float, low: float, high: float, format_: str, tip: str = "") -> float:
-    """A number between two ends; double click on the label is left to the caller."""
+    """A number between two ends, written beside the slider, where its grab does not hide it."""
     label(name, tip)
-    changed, new = imgui.slider_float(f"##{name}", value, low, high, format_)
+    imgui.set_next_item_width(imgui.get_content_region_avail().x - VALUE_EM * imgui.get_font_size())
+    changed, new = imgui.slider_float(f"##{name}", value, low, high, "")
     note(name)
+    imgui.same_line()
+    imgui.text(format_ % value)
     return float(f"{new:.7g}") if changed else value
 
 

@@ -55,7 +55,7 @@ def _open_window(remembered: Remembered) -> Any:
         reason = _glfw_error()
         glfw.terminate()
         raise GpuError(
-            f"No window with OpenGL 4.3 can be opened: {reason}. A newer graphics driver may have it; "
+            f"No window with OpenGL 4.3 can be opened: {reason}. A newer driver may have it; "
             "LIBGL_ALWAYS_SOFTWARE=1 draws with the processor."
         )
     if remembered.window_size is not None:  # afterwards: this size is scaled to the screen already
@@ -160,6 +160,7 @@ class Loop:
         self._ctx.screen.use()
         self._ctx.screen.viewport = (0, 0, width, height)
         self._ctx.screen.clear(*theme.SURROUND)
+        app.viewport.paint(self._ctx.screen, (width, height))
         imgui.backends.opengl3_render_draw_data(imgui.get_draw_data())
         glfw.swap_buffers(self._window)
         self._tell_title()

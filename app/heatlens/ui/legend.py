@@ -1,0 +1,97 @@
+"""What the colours of an overlay mean, with numbers, in the corner of the picture."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+from imgui_bundle import ImVec2, ImVec4, imgui
+
+from heatlens.defocus.optics import Optics
+from heatlens.image.plate import DepthReport
+from heatlens.model.units import format_distance
+from heatlens.model.view import Overlay
+from heatlens.model.view_geometry import Viewport
+from heatlens.ui import theme
+
+Rgb = tuple[float, float, float]
+# As shaders/overlay.comp.glsl draws them.
+_NEAR, _FOCUS, _FAR = (0.95, 0.25, 0.18), (0.25, 0.85, 0.35), (0.25, 0.48, 0.98)
+_NEAR_COC, _SHARP_COC, _FAR_COC = (1.0, 0.55, 0.12), (0.10, 0.30, 0.14), (0.2, 0.6, 1.0)
+_LINE = (1.0, 0.86, 0.35)
+_TINTS = (
+    *((0.90, 0.20, 0.55), (0.95, 0.35, 0.15), (0.97, 0.65, 0.10), (0.90, 0.90, 0.20)),
+    *((0.35, 0.85, 0.30), (0.15, 0.75, 0.80), (0.25, 0.45, 0.95), (0.60, 0.35, 0.95)),
+)
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A colour and its meaning."""
+
+    color: Rgb
+    words: str
+
+
+def entries(
+    overlay: Overlay,
+    optics: Optics,
+    sharp_px: float,
+    layer_limits_px: Sequence[float],
+    depth: DepthReport,
+    unit: str,
+) -> list[Entry]:
+    """The legend of `overlay`; diameters are pixels of the whole picture."""
+    near_px, far_px = optics.nearest_px, optics.farthest_px
+    if overlay is Overlay.ZONES:
+        return [
+            Entry(_NEAR, "in front"),
+            Entry(_FOCUS, f"in focus, up to {sharp_px:.1f} px"),
+            Entry(_FAR, "behind"),
+        ]
+    if overlay is Overlay.FOCUS_PLANE:
+        return [Entry(_LINE, "cut by the plane in focus")]
+    if overlay is Overlay.COC:
+        ends = [Entry(_SHARP_COC, f"in focus, up to {sharp_px:.1f} px")]
+        if near_px < -sharp_px:
+            ends.insert(0, Entry(_NEAR_COC, f"nearest {-near_px:.1f} px"))
+        return ends + ([Entry(_FAR_COC, f"farthest {far_px:.1f} px")] if far_px > sharp_px else [])
+    if overlay is Overlay.DEPTH:
+        near = "nearest" if depth.convention == "coc" else format_distance(depth.near_m, unit)
+        far = "farthest" if depth.convention == "coc" else format_distance(depth.far_m, unit)
+        if depth.infinite_count:
+            far = "infinity"
+        return [Entry((1.0, 1.0, 1.0), near), Entry((0.0, 0.0, 0.0), far)]
+    if overlay is Overlay.LAYERS:
+        return _layers(layer_limits_px)
+    return []
+
+
+def _layers(limits_px: Sequence[float]) -> list[Entry]:
+    """From near to far, between which signed diameters each layer lies."""
+    if not limits_px:
+        return [Entry(_TINTS[0], "one layer")]
+    ends = [f"{limit:+.0f}" for limit in limits_px]
+    words = [f"up to {ends[0]} px"]
+    words += [f"{a} to {b} px" for a, b in pairwise(ends)]
+    words.append(f"from {ends[-1]} px")
+    return [Entry(tint, text) for tint, text in zip(_TINTS, words, strict=False)]
+
+
+def draw_legend(legend: Sequence[Entry], viewport: Viewport) -> None:
+    """Lay it over the lower left corner of the viewport, in the current window."""
+    em = imgui.get_font_size()
+    row = 1.35 * em
+    (x, y), height = viewport.corner, viewport.size[1]
+    width = max(imgui.calc_text_size(entry.words).x for entry in legend) + 2.4 * em
+    top = y + height - len(legend) * row - 0.9 * em
+    draw = imgui.get_window_draw_list()
+    low = ImVec2(x + 0.6 * em, top)
+    high = ImVec2(low.x + width, top + len(legend) * row + 0.3 * em)
+    draw.add_rect_filled(low, high, theme.SHADOW, 3.0)
+    for i, entry in enumerate(legend):
+        at = ImVec2(low.x + 0.5 * em, top + i * row + 0.3 * em)
+        swatch = ImVec2(at.x + 0.85 * em, at.y + 0.85 * em)
+        color = imgui.color_convert_float4_to_u32(ImVec4(*entry.color, 1.0))
+        draw.add_rect_filled(at, swatch, color)
+        draw.add_rect(at, swatch, theme.WINDOW_LINE)
+        draw.add_text(ImVec2(at.x + 1.3 * em, at.y - 0.1 * em), theme.HANDLE, entry.words)
