@@ -56,6 +56,7 @@ class Gui:
     def _paint(self, target: moderngl.Framebuffer) -> None:
         target.use()
         target.clear(*theme.SURROUND)
+        self.app.viewport.paint(target, self.size)
         imgui.backends.opengl3_render_draw_data(imgui.get_draw_data())
         assert self.ctx.error == "GL_NO_ERROR"
 
@@ -104,7 +105,9 @@ class Gui:
         self.press(start, button)
         for i in range(1, steps + 1):
             part = i / steps
-            self.move((start[0] + part * (end[0] - start[0]), start[1] + part * (end[1] - start[1])))
+            self.move(
+                (start[0] + part * (end[0] - start[0]), start[1] + part * (end[1] - start[1]))
+            )
         self.release(button)
 
     def wheel(self, at: Point, notches: float) -> None:
@@ -142,7 +145,7 @@ class Gui:
         self.frame()
 
     def begin_again(self) -> None:
-        """As it was in the beginning: nothing held, open or remembered, the first plate read anew."""
+        """As it was in the beginning: nothing held or open, the first plate read anew."""
         app = self.app
         self.io.clear_input_keys()
         for button in range(3):

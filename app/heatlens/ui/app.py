@@ -81,7 +81,7 @@ class App:
         self.view = self.color.with_names(self.filing.first_view(start.view))
         self.editing = Editing(Shot(Lens(50.0, 2.8, 2.0, 36.0), start.defocus), self.say)
         self.begun: StartLens | None = None
-        self.viewport = ViewportPanel()
+        self.viewport = ViewportPanel(ctx)
         self.palette = Palette()
         self.actions = actions()
         self.panels = {"Lens": True, "Look": True, "Plate": True, "Speed": True}

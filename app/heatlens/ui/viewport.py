@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import moderngl
 from imgui_bundle import ImVec2, imgui
 
+from heatlens.display.picture_pass import Laid, PicturePass
 from heatlens.model.boxes import Box
 from heatlens.model.view import Compare, ViewState
 from heatlens.model.view_geometry import (
@@ -56,9 +57,12 @@ class ViewportResult:
 
 
 class ViewportPanel:
-    """Remembers what the mouse took hold of, and nothing else."""
+    """Remembers what the mouse took hold of, and where pictures lie in this frame."""
 
-    def __init__(self) -> None:
+    def __init__(self, ctx: moderngl.Context) -> None:
+        self._pass = PicturePass(ctx)
+        self._laid: list[Laid] = []
+        self._laid_in_frame = -1
         self._held: str | None = None
         self.viewport = Viewport((0.0, 0.0), (1.0, 1.0))
         self.geometry = ViewGeometry((0.0, 0.0), (1.0, 1.0))
@@ -84,6 +88,11 @@ class ViewportPanel:
             mouse = imgui.get_mouse_pos()
             hovered = self.geometry.pixel_at_window((mouse.x, mouse.y))
         return ViewportResult(view, hovered, focus_px)
+
+    def paint(self, target: moderngl.Framebuffer, screen_px: tuple[int, int]) -> None:
+        """The pictures of this frame, to be called before ImGui draws what lies over them."""
+        if self._laid_in_frame == imgui.get_frame_count():
+            self._pass.run(self._laid, target, screen_px)
 
     def _answer_mouse(
         self, view: ViewState, shape: PictureShape
@@ -125,10 +134,8 @@ class ViewportPanel:
     def _draw(self, pictures: Pictures, view: ViewState, corner: ImVec2, size: ImVec2) -> None:
         draw = imgui.get_window_draw_list()
         end = ImVec2(corner.x + size.x, corner.y + size.y)
+        self._lay_pictures(pictures, view)
         draw.push_clip_rect(corner, end, True)
-        self._draw_pictures(draw, pictures, view, corner, end)
-        if pictures.overlay is not None and view.compare is not Compare.FLIP:
-            self._add(draw, pictures.overlay, pictures, nearest=True)
         self._draw_outlines(draw, pictures)
         if view.pixel_grid:
             self._draw_grid(draw, pictures, corner, end)
@@ -136,42 +143,54 @@ class ViewportPanel:
             self._draw_handle(draw, self._wipe_x(view, pictures.shape, self.geometry), corner, end)
         draw.pop_clip_rect()
 
-    def _draw_pictures(
-        self,
-        draw: imgui.ImDrawList,
-        pictures: Pictures,
-        view: ViewState,
-        corner: ImVec2,
-        end: ImVec2,
-    ) -> None:
-        near = self.zoom >= _NEAREST_FROM
+    def _lay_pictures(self, pictures: Pictures, view: ViewState) -> None:
+        is_hidden = imgui.internal.get_current_window().skip_items
+        self._laid, self._laid_in_frame = [], -1 if is_hidden else imgui.get_frame_count()
+        near = self.zoom >= _NEAREST_FROM or (self.zoom == 1.0 and pictures.pixel_aspect == 1.0)
+        clip = self._clip()
         if view.compare is Compare.FLIP:
-            self._add(draw, pictures.b, pictures, near)
+            self._lay(pictures.b, pictures, near, clip)
         elif view.compare is Compare.WIPE:
             x = self._wipe_x(view, pictures.shape, self.geometry)
-            draw.push_clip_rect(corner, ImVec2(max(x, corner.x), end.y), True)
-            self._add_a(draw, pictures, near)
-            draw.pop_clip_rect()
-            draw.push_clip_rect(ImVec2(min(x, end.x), corner.y), end, True)
-            self._add(draw, pictures.b, pictures, near)
-            draw.pop_clip_rect()
+            line = round(x * self.viewport.framebuffer_scale)
+            self._lay_a(pictures, near, replace(clip, x1=min(line, clip.x1)))
+            self._lay(pictures.b, pictures, near, replace(clip, x0=max(line, clip.x0)))
         else:
-            self._add_a(draw, pictures, near)
+            self._lay_a(pictures, near, clip)
+        if pictures.overlay is not None and view.compare is not Compare.FLIP:
+            self._lay(pictures.overlay, pictures, True, clip, is_opaque=False)
 
-    def _add_a(self, draw: imgui.ImDrawList, pictures: Pictures, near: bool) -> None:
-        self._add(draw, pictures.a, pictures, near and not pictures.is_proxy)
+    def _clip(self) -> Box:
+        """The viewport in pixels of the screen."""
+        (x, y), (width, height) = self.viewport.corner, self.viewport.size
+        scale = self.viewport.framebuffer_scale
+        x1, y1 = math.floor((x + width) * scale), math.floor((y + height) * scale)
+        return Box(math.ceil(x * scale), math.ceil(y * scale), x1, y1)
+
+    def _lay_a(self, pictures: Pictures, near: bool, clip: Box) -> None:
+        self._lay(pictures.a, pictures, near and not pictures.is_proxy, clip)
         if pictures.sharp is not None:
-            self._add(draw, pictures.sharp, pictures, near)
+            self._lay(pictures.sharp, pictures, near, clip, is_opaque=False)
 
-    def _add(
-        self, draw: imgui.ImDrawList, texture: moderngl.Texture, pictures: Pictures, nearest: bool
+    def _lay(
+        self,
+        texture: moderngl.Texture,
+        pictures: Pictures,
+        is_nearest: bool,
+        clip: Box,
+        is_opaque: bool = True,
     ) -> None:
         """Lay a texture over the data window."""
-        self._set_filter(texture, pictures, nearest)
+        self._set_filter(texture, pictures, is_nearest)
         data, display = pictures.data_window, pictures.display_window
-        first = self.geometry.window_at_picture((data.x0 - display.x0, data.y0 - display.y0))
-        last = self.geometry.window_at_picture((data.x1 - display.x0, data.y1 - display.y0))
-        draw.add_image(imgui.ImTextureRef(texture.glo), ImVec2(*first), ImVec2(*last))
+        first = self._screen_at((data.x0 - display.x0, data.y0 - display.y0))
+        last = self._screen_at((data.x1 - display.x0, data.y1 - display.y0))
+        self._laid.append(Laid(texture, first, last, clip, is_nearest, is_opaque))
+
+    def _screen_at(self, point: Point) -> Point:
+        x, y = self.geometry.window_at_picture(point)
+        scale = self.viewport.framebuffer_scale
+        return x * scale, y * scale
 
     def _set_filter(self, texture: moderngl.Texture, pictures: Pictures, nearest: bool) -> None:
         texels = self.zoom * pictures.data_window.height / texture.height
@@ -196,21 +215,26 @@ class ViewportPanel:
     ) -> None:
         if self.zoom < _GRID_FROM:
             return
-        x0, y0 = self.geometry.pixel_at_window((corner.x, corner.y))
-        x1, y1 = self.geometry.pixel_at_window((end.x, end.y))
         shape = pictures.shape
-        for x in range(max(x0, 0), min(x1, shape.width_px) + 1):
+        first = self.geometry.window_at_picture((0, 0))
+        last = self.geometry.window_at_picture((shape.width_px, shape.height_px))
+        left, top = max(first[0], corner.x), max(first[1], corner.y)
+        right, bottom = min(last[0], end.x), min(last[1], end.y)
+        x0, y0 = self.geometry.pixel_at_window((left, top))
+        x1, y1 = self.geometry.pixel_at_window((right, bottom))
+        for x in range(x0, x1 + 1):
             at = self.geometry.window_at_picture((x, 0))[0]
-            draw.add_line(ImVec2(at, corner.y), ImVec2(at, end.y), theme.PIXEL_GRID)
-        for y in range(max(y0, 0), min(y1, shape.height_px) + 1):
+            draw.add_line(ImVec2(at, top), ImVec2(at, bottom), theme.PIXEL_GRID)
+        for y in range(y0, y1 + 1):
             at = self.geometry.window_at_picture((0, y))[1]
-            draw.add_line(ImVec2(corner.x, at), ImVec2(end.x, at), theme.PIXEL_GRID)
+            draw.add_line(ImVec2(left, at), ImVec2(right, at), theme.PIXEL_GRID)
 
     def _draw_handle(self, draw: imgui.ImDrawList, x: float, corner: ImVec2, end: ImVec2) -> None:
-        """Line and grip of the wipe: between A and B, over neither's pixels beside it."""
+        """Line and grip of the wipe; the line is one column of the screen, the first of B's."""
         middle = (corner.y + end.y) / 2
         em = imgui.get_font_size()
-        draw.add_line(ImVec2(x, corner.y), ImVec2(x, end.y), theme.HANDLE, 1.0)
+        width = 1.0 / self.viewport.framebuffer_scale
+        draw.add_rect_filled(ImVec2(x, corner.y), ImVec2(x + width, end.y), theme.HANDLE)
         draw.add_circle_filled(ImVec2(x, middle), 0.55 * em, theme.SHADOW)
         draw.add_circle(ImVec2(x, middle), 0.55 * em, theme.HANDLE)
         top = corner.y + 0.4 * em

@@ -1,0 +1,22 @@
+// A picture on the screen, its first row on top.
+//
+// Input
+//   picture_tx   display values, straight alpha
+// Output
+//   out_color    the same where the pixel of the screen lies in it
+
+uniform sampler2D picture_tx;
+uniform vec2 first_px;    // corners of the picture, in pixels of the screen, y down
+uniform vec2 last_px;
+uniform vec2 screen_px;
+uniform bool is_nearest;  // texels are squares; else as the texture's filter has it
+
+out vec4 out_color;
+
+void main() {
+    vec2 at = vec2(gl_FragCoord.x, screen_px.y - gl_FragCoord.y);
+    vec2 place = (at - first_px) / (last_px - first_px);
+    ivec2 size = textureSize(picture_tx, 0);
+    ivec2 texel = clamp(ivec2(floor(place * vec2(size))), ivec2(0), size - 1);
+    out_color = is_nearest ? texelFetch(picture_tx, texel, 0) : texture(picture_tx, place);
+}
