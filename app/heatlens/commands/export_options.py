@@ -3,8 +3,10 @@
 import argparse
 import os
 import sys
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from heatlens.color.color_config import load_color_config
 from heatlens.color.view_transform import ViewTransform, srgb_transform, view_transform
@@ -13,7 +15,7 @@ from heatlens.commands.plate_options import add_plate_options, plate_options
 from heatlens.commands.render import add_blur_options
 from heatlens.errors import InputError
 from heatlens.export.job import ExportJob, ExrOptions, Look
-from heatlens.export.output import parse_output
+from heatlens.export.output import Output, parse_output
 from heatlens.export.plan import frames_of
 from heatlens.image.exr_read import read_plate
 from heatlens.image.exr_write import COMPRESSIONS
@@ -23,6 +25,8 @@ from heatlens.model.settings import Bokeh, DefocusSettings, Quality
 from heatlens.model.shot import Shot
 
 _BLUR = ("bokeh", "quality", "layers", "proxy")
+
+Given = dict[str, Any]
 
 
 def add_export_options(parser: argparse.ArgumentParser) -> None:
@@ -108,16 +112,40 @@ def _add_look_options(parser: argparse.ArgumentParser) -> None:
 
 def job_of(args: argparse.Namespace) -> ExportJob:
     """What the options say. Raises InputError where they contradict the shot or each other."""
+    output = parse_output(args.output)
+    _check_kind(args, output)
     shot = _with_overrides(args, _shot_of(args))
     return ExportJob(
         shot,
         frames_of(shot, args.frames),
-        parse_output(args.output),
+        output,
         args.missing,
         ExrOptions(not args.float, args.compression, args.with_depth, args.with_coc),
         Look(_transform(args), args.exposure, args.burn_in, args.unit),
         args.force,
     )
+
+
+def given(args: argparse.Namespace, *groups: Callable[[argparse.ArgumentParser], None]) -> Given:
+    """Those options of `groups` that are not at their default: as they are typed, and the value."""
+    plain = argparse.ArgumentParser()
+    for add in groups:
+        add(plain)
+    defaults = vars(plain.parse_args([])).items()
+    names = [name for name, default in defaults if getattr(args, name) != default]
+    return {f"--{name.replace('_', '-')}": getattr(args, name) for name in names}
+
+
+def _check_kind(args: argparse.Namespace, output: Output) -> None:
+    """Refuse what the kind of file cannot have, rather than leave it out."""
+    wrong = given(args, _add_look_options if output.is_exr else _add_exr_options)
+    if wrong and output.is_exr:
+        raise InputError(
+            f"{', '.join(wrong)}: EXR frames stay scene-linear and clean for the work that "
+            "follows. Export PNG, JPEG or a movie beside them."
+        )
+    if wrong:
+        raise InputError(f"{', '.join(wrong)}: that is for EXR, and {output.suffix} has none.")
 
 
 def is_shot_file(name: str) -> bool:
@@ -128,21 +156,12 @@ def is_shot_file(name: str) -> bool:
 def _shot_of(args: argparse.Namespace) -> Shot:
     if not is_shot_file(args.shot):
         return _still_shot(args)
-    given = [f"--{name.replace('_', '-')}" for name in _lens_and_plate_options(args)]
-    if given:
+    own = given(args, add_lens_options, add_plate_options)
+    if own:
         raise InputError(
-            f"{args.shot} says lens and plate, so {', '.join(given)} cannot be given beside it."
+            f"{args.shot} says lens and plate, so {', '.join(own)} cannot be given beside it."
         )
     return read_shot(args.shot)
-
-
-def _lens_and_plate_options(args: argparse.Namespace) -> list[str]:
-    """Those that were given."""
-    plain = argparse.ArgumentParser()
-    add_lens_options(plain)
-    add_plate_options(plain)
-    defaults = vars(plain.parse_args([]))
-    return [name for name, default in defaults.items() if getattr(args, name) != default]
 
 
 def _still_shot(args: argparse.Namespace) -> Shot:

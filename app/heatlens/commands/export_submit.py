@@ -4,14 +4,14 @@ import argparse
 import sys
 from pathlib import Path
 
-from heatlens.commands.export_options import add_export_options, is_shot_file
+from heatlens.commands.export_options import add_export_options, given, is_shot_file
 from heatlens.errors import InputError
 from heatlens.export.openjd import PathParameter, chunks_of, job_template
 from heatlens.export.plan import ExportPlan
 
 _CHUNK = 10  # frames: long enough that to start the program does not count
 # Said anew for each task, or of no use there.
-_REPLACED = ("frames", "plate", "ocio", "progress", "submit", "chunk")
+_REPLACED = ("--frames", "--plate", "--ocio", "--progress", "--submit", "--chunk")
 
 
 def submit(args: argparse.Namespace, plan: ExportPlan) -> None:
@@ -62,15 +62,12 @@ def _words(args: argparse.Namespace, plan: ExportPlan) -> list[str]:
 
 def _given_words(args: argparse.Namespace) -> list[str]:
     """The options that were given, as they are typed."""
-    plain = argparse.ArgumentParser()
-    add_export_options(plain)
-    words = []
-    for name, default in vars(plain.parse_args([])).items():
-        value = getattr(args, name)
-        if name in _REPLACED or value == default:
-            continue
-        option = f"--{name.replace('_', '-')}"
-        words.append(option if value is True else f"{option}={value}")
+    options = given(args, add_export_options).items()
+    words = [
+        option if value is True else f"{option}={value}"
+        for option, value in options
+        if option not in _REPLACED
+    ]
     if any("{{" in word for word in words):
         raise InputError("A template cannot hold an option with {{ in it.")
     return words

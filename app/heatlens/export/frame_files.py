@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from PIL import Image
 from PIL.PngImagePlugin import PngInfo
 
+from heatlens.errors import InputError
 from heatlens.export.job import ExportJob, ExrOptions
 from heatlens.export.plan import PlannedFrame
 from heatlens.image.atomic_file import replacing
@@ -59,7 +60,11 @@ def _write_exr(job: ExportJob, frame: RenderedFrame) -> None:
 def measures_of(frame: RenderedFrame, proxy: float, wanted: ExrOptions) -> dict[str, FloatImage]:
     """Z in metres and coc in pixels of the picture, as they were for each pixel before the blur."""
     plate, channels = frame.plate, {}
-    if wanted.with_depth and plate.depth_m is not None:
+    if wanted.with_depth:
+        if plate.depth_m is None:
+            raise InputError(
+                f"{plate.path} brings its circle of confusion and no depth: leave --with-depth out."
+            )
         channels["Z"] = _sampled(plate.depth_m, frame.pixels.shape)
     if wanted.with_coc:
         channels["coc"] = np.float32(proxy) * _sampled(_coc_px(frame), frame.pixels.shape)

@@ -8,6 +8,8 @@ from heatlens.export.output import Output
 from heatlens.image.sequence import MissingPolicy
 from heatlens.model.shot import Shot
 
+_STOPS_MOST = 30.0  # from there on all is white or black
+
 
 @dataclass(frozen=True)
 class ExrOptions:
@@ -36,7 +38,7 @@ class ExportJob:
     missing  what stands in for a frame without a plate
     force    render also what is there already
 
-    Raises InputError for a shot of no plate, and for what the kind of output cannot have.
+    Raises InputError for a shot of no plate, and for an exposure that no picture has.
     """
 
     shot: Shot
@@ -50,12 +52,8 @@ class ExportJob:
     def __post_init__(self) -> None:
         if self.shot.source is None:
             raise InputError("The shot is of no plate: name its files with --plate.")
-        if self.look.burn_in and self.output.is_exr:
+        if not abs(self.look.exposure_stops) <= _STOPS_MOST:
             raise InputError(
-                "--burn-in writes into pictures for the eye: EXR frames stay clean for the work "
-                "that follows. Export PNG, JPEG or a movie beside them."
-            )
-        if not self.output.is_exr and (self.exr.with_depth or self.exr.with_coc):
-            raise InputError(
-                f"--with-depth and --with-coc are channels of EXR; {self.output.suffix} has none."
+                f"The exposure must be within {_STOPS_MOST:g} stops, got "
+                f"{self.look.exposure_stops:g}."
             )

@@ -29,7 +29,7 @@ class FrameRendering:
     ) -> None:
         self._job = plan.job
         self._renderer = renderer
-        self._plate: Plate | None = None
+        self._loaded: tuple[Plate | None, bool] = (None, False)
         self._sequence = plates_needed(plan, frames)
         read = partial(read_plate, options=plan.job.shot.plate_options)
         self._cache = FrameCache(self._sequence, read, _PLATES_BYTES)
@@ -39,9 +39,9 @@ class FrameRendering:
     def rendered(self, frame: PlannedFrame) -> RenderedFrame:
         """The picture of `frame`; raises InputError where its plate is damaged or gone."""
         plate = self._plate_of(frame)
-        if plate is not self._plate:
+        if (plate, frame.is_black) != self._loaded:
             self._renderer.load(_black(plate) if frame.is_black else plate)
-            self._plate = None if frame.is_black else plate
+            self._loaded = (plate, frame.is_black)
         return RenderedFrame(frame, self._renderer.loaded.plate, self._pixels(frame))
 
     def close(self) -> None:
