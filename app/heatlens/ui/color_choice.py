@@ -26,8 +26,7 @@ class ColorChoice:
             if path is not None:
                 raise
             say(f"{error} Pictures are shown through the plain sRGB curve.")
-        self._input_space = self.config.default_input_space if self.config else ""
-        self._current = ("", "")
+        self._current = ("", "", "")
         self.transform = srgb_transform()  # the one in use
 
     def displays(self) -> tuple[str, ...]:
@@ -38,25 +37,31 @@ class ColorChoice:
         """Names to choose from for a display."""
         return self.config.views(display) if self.config else ("sRGB curve",)
 
+    def input_spaces(self) -> tuple[str, ...]:
+        """Spaces that the pictures' light may be in, the usual one first."""
+        return self.config.input_spaces() if self.config else ("linear Rec.709",)
+
     def with_names(self, view: ViewState) -> ViewState:
         """`view` with a display and view that the config has."""
         displays = self.displays()
         if view.display not in displays:
             first = self.config.default_display if self.config else displays[0]
             view = replace(view, display=first, view="")
-        views = self.views(view.display)
-        return view if view.view in views else replace(view, view=views[0])
+        views, inputs = self.views(view.display), self.input_spaces()
+        if view.view not in views:
+            view = replace(view, view=views[0])
+        return view if view.input_space in inputs else replace(view, input_space=inputs[0])
 
     def apply(self, view: ViewState, screen: ScreenPictures) -> None:
-        """Have `screen` draw through the display and view of `view`; a bad one is said."""
-        wished = (view.display, view.view)
+        """Have `screen` draw through the names in `view`; a transform that fails is said."""
+        wished = (view.display, view.view, view.input_space)
         if wished == self._current:
             return
         self._current = wished
         try:
             transform = srgb_transform()
             if self.config is not None:
-                transform = view_transform(self.config, *wished, self._input_space)
+                transform = view_transform(self.config, *wished)
             screen.display.set_transform(transform)
             self.transform = transform
         except HeatlensError as error:

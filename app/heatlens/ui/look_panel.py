@@ -40,6 +40,9 @@ def _color(view: ViewState, color: ColorChoice) -> ViewState:
     if display != view.display:
         view = replace(view, display=display, view=color.views(display)[0])
     shown = widgets.choice("view", view.view, color.views(view.display))
+    tip = "Space of the pictures' light: renderers write linear Rec.709 unless told otherwise."
+    space = widgets.choice("input", view.input_space, color.input_spaces(), tip)
+    view = replace(view, input_space=space)
     exposure = widgets.slider("exposure", view.exposure_stops, -8.0, 8.0, "%+.2f stops")
     gamma = widgets.slider("gamma", view.gamma, 0.2, 4.0, "%.2f")
     return replace(view, view=shown, exposure_stops=exposure, gamma=gamma)
