@@ -20,11 +20,8 @@ _CHEAPER: tuple[tuple[Quality, int | None, float], ...] = (
     (Quality.DRAFT, 1, 1 / 6),
     (Quality.DRAFT, 1, 1 / 8),
 )
-_BETWEEN = (
-    Quality.DRAFT,
-    None,
-    0.5,
-)  # what is shown on the way from a hurried picture to the whole
+# What is shown on the way from a hurried picture to the whole.
+_BETWEEN = (Quality.DRAFT, None, 0.5)
 
 
 def cheaper(wished: DefocusSettings) -> list[DefocusSettings]:
@@ -50,10 +47,16 @@ def _rung(
     fewer = layers if given is None or layers is None else min(layers, given)
     return replace(
         wished,
+        bokeh=_hurried_bokeh(wished.bokeh) if layers == 1 else wished.bokeh,
         quality=quality,
         layers=given if layers is None else fewer,
         proxy=max(PROXY_MIN, wished.proxy * scale),
     )
+
+
+def _hurried_bokeh(wished: Bokeh) -> Bokeh:
+    """A disc of few poles rings around lamps, which one layer does not draw: rather a soft spot."""
+    return Bokeh.GAUSSIAN if wished is Bokeh.DISC else wished
 
 
 @dataclass
