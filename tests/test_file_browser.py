@@ -158,6 +158,15 @@ def test_what_is_not_there_is_said_and_the_dialog_stays(gui, plates):
     assert not gui.app.filing.browser.is_open
 
 
+@pytest.mark.parametrize("text", ["~nobody/a.exr", "~nobody", "n" * 400, "still.exr/a.exr", " "])
+def test_paths_that_cannot_be_are_said(gui, text):
+    browse(gui, "Open...")
+    typed(gui, text)
+    read(gui)
+    assert gui.app.filing.browser.is_open
+    assert text.strip() in gui.app.message or text == " "
+
+
 def test_typed_letters_run_no_shortcuts(gui):
     browse(gui, "Open...")
     before = gui.app.view

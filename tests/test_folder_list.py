@@ -51,6 +51,7 @@ def test_folders_are_folders_whatever_they_are_called(tmp_path):
         (tmp_path / name).mkdir()
     (tmp_path / "link").symlink_to(tmp_path / "v9")
     (tmp_path / "nowhere").symlink_to(tmp_path / "gone")
+    (tmp_path / "endless").symlink_to(tmp_path / "endless")
     listing = list_folder(tmp_path, EXR)
     assert listing.folders == ("link", "take.exr", "v9", "v10") and listing.entries == ()
 

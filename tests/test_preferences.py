@@ -157,6 +157,11 @@ def test_where_the_system_keeps_them(environ, platform, folder):
     assert config_dir(environ, platform) == Path(folder).expanduser()
 
 
+def test_a_user_without_a_home_keeps_nothing_and_is_told(monkeypatch):
+    monkeypatch.setattr("heatlens.paths.os.path.expanduser", lambda text: text)
+    assert config_dir({}, "linux") == Path("/.config/heatlens")
+
+
 # What is remembered
 
 

@@ -54,7 +54,7 @@ def list_folder(folder: Path, suffixes: tuple[str, ...]) -> FolderList:
     try:
         with os.scandir(folder) as scan:
             found = [entry for entry in scan if not entry.name.startswith(".")]
-            folders = [entry.name for entry in found if entry.is_dir()]
+            folders = [entry.name for entry in found if os.path.isdir(entry.path)]
     except OSError as error:
         raise InputError(f"{folder} cannot be read: {error.strerror or error}.") from error
     inside = set(folders)

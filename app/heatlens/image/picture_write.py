@@ -1,5 +1,6 @@
 """The picture through the lens to a file: the window and the command line write the same one."""
 
+import os
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -55,11 +56,11 @@ def check_output(path: Path, plate: Path) -> None:
     """Refuse, in an InputError, what would only fail after the rendering, or destroy the plate."""
     if path.suffix.lower() not in PICTURE_SUFFIXES:
         raise InputError(f"{path}: the output must end in {' or '.join(PICTURE_SUFFIXES)}.")
-    if not path.parent.is_dir():
+    if not os.path.isdir(path.parent):
         raise InputError(f"{path}: there is no folder {path.parent}.")
-    if path.is_dir():
+    if os.path.isdir(path):
         raise InputError(f"{path} is a folder: give the name of a file to write.")
-    if path.exists() and plate.exists() and path.samefile(plate):
+    if os.path.exists(path) and os.path.exists(plate) and os.path.samefile(path, plate):
         raise InputError(f"{path} is the plate itself: give another name for the output.")
 
 

@@ -122,7 +122,7 @@ def find_sequence(
     last are wanted. `whole` False: a file stands for its frame alone. A file without a number is a
     sequence of one frame. Raises InputError naming what was looked for and what there is instead.
     """
-    path = Path(text).expanduser()
+    path = Path(os.path.expanduser(text))
     if os.path.isdir(path):
         names = _names_in(path)
         return _sequence_of(path, names, _form_of_folder(path, names), frames)

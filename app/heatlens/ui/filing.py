@@ -11,6 +11,7 @@ from heatlens.image.picture_write import PICTURE_SUFFIXES
 from heatlens.image.sequence import find_sequence
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.view import ViewState
+from heatlens.paths import home_dir
 from heatlens.ui.background import Background
 from heatlens.ui.file_browser import FileBrowser
 from heatlens.ui.folder_walk import Chosen, Purpose
@@ -87,7 +88,7 @@ class Filing:
         if plate is None and PURPOSES[key].is_save:
             self._app.say("Nothing is open that could be saved.")
             return
-        here = plate.path.absolute().parent if plate is not None else Path.home()
+        here = plate.path.absolute().parent if plate is not None else home_dir()
         folder = Path(self.preferences.now.folders.get(key, here))
         name = f"{plate.path.stem}.dof.exr" if plate is not None else ""
         self.browser.open(PURPOSES[key], folder, name)

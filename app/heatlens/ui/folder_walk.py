@@ -8,6 +8,7 @@ from pathlib import Path
 from heatlens.errors import InputError
 from heatlens.image.folder_list import Entry, FolderList, list_folder
 from heatlens.image.sequence import find_sequence
+from heatlens.paths import home_dir
 from heatlens.ui.background import Background
 
 
@@ -75,13 +76,15 @@ class FolderWalk:
 
     def go(self, text: str) -> None:
         """Look up a folder, a file or a pattern as it was typed."""
-        if self._listing is None:
-            path = Path(text).expanduser().absolute()
-        else:
-            path = Path(os.path.normpath(self._listing.folder / Path(text).expanduser()))
+        path = self._path(text)
         self.problem, self.overwrites = "", None
         purpose = self.purpose
         self._reader.start(lambda: _looked_up(path, purpose))
+
+    def _path(self, text: str) -> Path:
+        """A path as it was typed, seen from the folder that is shown."""
+        here = self._listing.folder if self._listing else home_dir()
+        return Path(os.path.normpath(here / os.path.expanduser(text)))
 
     def poll(self) -> Chosen | None:
         """Take what the thread found; a file that was typed is chosen.
@@ -144,7 +147,7 @@ class FolderWalk:
             return None
         if not name.lower().endswith(self.purpose.suffixes):
             name += self.purpose.suffixes[0]
-        path = Path(os.path.normpath(self._listing.folder / Path(name).expanduser()))
+        path = self._path(name)
         if os.path.lexists(path):
             self.overwrites = path
             return None
@@ -153,13 +156,13 @@ class FolderWalk:
 
 def _nearest_folder(folder: Path, purpose: Purpose) -> _Found:
     """On a thread. A folder that was remembered may be gone since."""
-    there = next((path for path in (folder, *folder.parents) if path.is_dir()), Path.home())
+    there = next((path for path in (folder, *folder.parents) if os.path.isdir(path)), home_dir())
     return _Found(list_folder(there, purpose.suffixes))
 
 
 def _looked_up(path: Path, purpose: Purpose) -> _Found:
     """On a thread. Raises InputError for what is not there or cannot be read."""
-    if path.is_dir():
+    if os.path.isdir(path):
         return _Found(list_folder(path, purpose.suffixes))
     if purpose.is_save:
         return _Found(list_folder(path.parent, purpose.suffixes), path)

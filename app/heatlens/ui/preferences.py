@@ -13,6 +13,7 @@ from heatlens.errors import InputError
 from heatlens.image.atomic_file import replacing
 from heatlens.image.json_record import JsonEntry, read_json, record_to_json
 from heatlens.model.plate_options import PlateOptions
+from heatlens.paths import home_dir
 
 FILE_NAME = "preferences.json"
 RECENT_MAX = 10
@@ -61,7 +62,7 @@ class Preferences:
     def load(cls, folder: Path) -> "Preferences":
         """Those in `folder`; what cannot be read of them is as in the beginning, see `problem`."""
         path = folder / FILE_NAME
-        if not path.exists():
+        if not os.path.exists(path):
             return cls(path=path)
         try:
             now, problem = _remembered(read_json(path))
@@ -123,7 +124,7 @@ def config_dir(environ: Mapping[str, str], platform: str = sys.platform) -> Path
     """Where preferences are kept: as the system wants it, or where HEATLENS_CONFIG_DIR says."""
     if environ.get("HEATLENS_CONFIG_DIR"):
         return Path(environ["HEATLENS_CONFIG_DIR"])
-    home = Path.home()
+    home = home_dir()
     if platform == "darwin":
         return home / "Library" / "Application Support" / "heatlens"
     if platform == "win32":
