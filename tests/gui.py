@@ -10,6 +10,7 @@ import moderngl
 import numpy as np
 from imgui_bundle import imgui
 
+from heatlens.model.plate_options import PlateOptions
 from heatlens.ui import theme, widgets
 from heatlens.ui.app import App, Start
 from heatlens.ui.preferences import Preferences
@@ -64,7 +65,7 @@ class Gui:
         """Frames until `condition`; a bound, not a measurement."""
         end = time.monotonic() + seconds
         while not condition():
-            assert time.monotonic() < end, f"{what} never came"
+            assert time.monotonic() < end, f"{what} never came. {self.app.message}"
             self.frame()
             self.app.work()
 
@@ -165,10 +166,10 @@ class Gui:
         app.message = ""
         self.frame(3)
 
-    def open(self, source: Path | str) -> None:
+    def open(self, source: Path | str, options: PlateOptions | None = None) -> None:
         """Open another plate and wait for its picture."""
         before = self.app.stage.version
-        self.app.open(str(source))
+        self.app.open(str(source), options)
         self.until(lambda: self.app.stage.version > before, "the plate")
         self.frame(3)
 
