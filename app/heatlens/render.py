@@ -92,6 +92,8 @@ class FrameRenderer:
         end cost nothing more. Nothing else may be loaded in between.
         """
         loaded = self.loaded
+        if self.stopwatch.on:  # its times are those of one picture, the latest
+            self.stopwatch.times.clear()
         self._check_work(proxy_size(loaded.color.size, shot.defocus.proxy))
         return self.stopwatch.timed(
             self._pipelines[slot].steps(

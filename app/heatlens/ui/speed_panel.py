@@ -7,6 +7,7 @@ from pathlib import Path
 from imgui_bundle import imgui
 
 from heatlens.render import FrameRenderer
+from heatlens.ui import widgets
 from heatlens.ui.live_picture import Shown
 
 _KEPT = 30  # pictures and frames that the means are over
@@ -52,23 +53,20 @@ def speed_panel(speed: Speed, shown: Shown | None, renderer: FrameRenderer) -> N
         settings, (width, height) = shown.settings, shown.texture.size
         whole = "whole" if shown.is_whole else f"preview, {settings.quality}"
         rows.insert(0, ("picture", f"{1e3 * shown.seconds:.0f} ms, {width}x{height}, {whole}"))
-    _table("speed", rows)
+    _rows(rows)
     changed, on = imgui.checkbox("time each pass", renderer.stopwatch.on)
     if changed:
         renderer.stopwatch.on = on
         renderer.stopwatch.times.clear()
     times = renderer.stopwatch.times
-    _table("passes", [(name, f"{1e3 * t.seconds:.1f} ms") for name, t in times.items()])
+    _rows([(name, f"{1e3 * t.seconds:.1f} ms") for name, t in times.items()])
 
 
-def _table(name: str, rows: list[tuple[str, str]]) -> None:
-    if rows and imgui.begin_table(name, 2, imgui.TableFlags_.sizing_fixed_fit):
-        for label, value in rows:
-            imgui.table_next_column()
-            imgui.text_disabled(label)
-            imgui.table_next_column()
-            imgui.text(value)
-        imgui.end_table()
+def _rows(rows: list[tuple[str, str]]) -> None:
+    for label, value in rows:
+        imgui.text_disabled(label)
+        imgui.same_line(widgets.LABEL_EM * imgui.get_font_size())
+        imgui.text(value)
 
 
 def _resident_mb() -> float:
