@@ -1,6 +1,7 @@
 """The plate's panel: what it tells is what was read, and what is chosen in it is read."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -192,6 +193,15 @@ def test_a_plate_that_is_gone_after_undo_is_told_once(gui, plate):
     gui.app.message = ""
     gui.frame(5)
     assert gui.app.message == "" and not gui.app.stage.opener.opening
+
+
+def test_a_shot_of_another_plate_leaves_this_one_as_it_is(gui):
+    shot = gui.app.shot
+    other = replace(shot, source="/gone.exr", plate_options=PlateOptions(scene_unit_m=0.01))
+    gui.app.editing.begin(other)
+    gui.frame(3)
+    assert not gui.app.stage.opener.opening
+    assert gui.app.stage.opened.options == PlateOptions()
 
 
 # What it tells

@@ -58,7 +58,7 @@ class PlateReading:
     def follow(self) -> None:
         """Read the plate as the shot wants it after a step of undo."""
         opened, options = self._app.stage.opened, self._app.shot.plate_options
-        if opened is None or options == self._seen:
+        if opened is None or options == self._seen or self._app.shot.source != opened.text:
             return
         self._seen = options
         if options != opened.options:
