@@ -13,9 +13,9 @@ from heatlens.paths import data_dir
 _DESCRIPTION = """\
 Opens the window: click in the picture to focus, drag the aperture, compare, save. Values of the
 lens not given here are taken from the plate's header, and can all be changed in the window. `?`
-there shows the keys. The window remembers recent files, how the plates of a folder are read, colours
-and panels where the system keeps settings, or in the folder that HEATLENS_CONFIG_DIR names; options
-given here win over that.
+there shows the keys. The window remembers recent files, how the plates of a folder are read,
+colours and panels where the system keeps settings, or in the folder that HEATLENS_CONFIG_DIR names;
+options given here win over that.
 """
 
 
