@@ -3,6 +3,7 @@
 import os
 import sys
 import threading
+import weakref
 from concurrent.futures import ThreadPoolExecutor
 
 import pytest
@@ -48,6 +49,15 @@ def test_blocks_that_overlap_leave_the_streams_as_they_were(capfd):
     print("after")
     os.write(2, b"from C after\n")
     assert capfd.readouterr() == ("after\n", "from C after\n")
+
+
+def test_the_stream_that_others_print_to_meanwhile_is_never_freed():
+    """`print` borrows sys.stdout: with a stream for each block it crashed, now and then."""
+    seen = []
+    for _ in range(3):
+        with quiet_library():
+            seen.append(weakref.ref(sys.stdout))
+    assert seen[0]() is not None and seen[0]() is seen[2]()
 
 
 def test_python_can_still_complain_on_the_process_stderr(capfd, monkeypatch):

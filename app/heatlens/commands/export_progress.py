@@ -71,7 +71,7 @@ def _for_people(plan: ExportPlan, tally: Tally) -> Iterator[Tell]:
         yield tell
     kept = f", {tally.kept} were finished before" if tally.kept else ""
     print(f"heatlens: {_frames(len(tally.written))} written{kept}.", file=sys.stderr)
-    print(plan.job.output.pattern)
+    _print(str(plan.job.output.pattern))
 
 
 @contextmanager
@@ -148,4 +148,5 @@ def _say(**entry: object) -> None:
 
 
 def _print(line: str) -> None:
-    print(line, flush=True)
+    text = line.encode("utf-8", "backslashreplace").decode()  # names on disk need be no Unicode
+    print(text, flush=True)

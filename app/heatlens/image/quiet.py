@@ -20,6 +20,7 @@ class _WithoutQuietThreads:
     """A stream that drops what threads inside a quiet block write and passes on the rest."""
 
     def __init__(self, stream: TextIO | None):
+        self.replaces = stream
         self._stream = stream or io.StringIO()  # None in a program without a terminal
 
     def write(self, text: str) -> int:
@@ -31,6 +32,8 @@ class _WithoutQuietThreads:
 
 
 _depth = _Depth()
+# The last one stays: `print` in another thread may be using it without a reference of its own.
+_last_quiet: list[_WithoutQuietThreads] = []
 _lock = threading.Lock()
 _undo = ExitStack()
 _threads_inside = 0
@@ -74,9 +77,19 @@ def _leave() -> None:
 @contextlib.contextmanager
 def _muted_process() -> Iterator[None]:
     """Both streams quiet for the block."""
-    stdout: Any = _WithoutQuietThreads(sys.stdout)
+    stdout: Any = _quiet_stdout()
     with contextlib.redirect_stdout(stdout), _muted_stderr():
         yield
+
+
+def _quiet_stdout() -> _WithoutQuietThreads:
+    """One stream for as long as stdout is the same, so that it never goes while it is written to.
+
+    Before Python 3.14, `print` only borrows what it finds in sys.stdout.
+    """
+    if not _last_quiet or _last_quiet[0].replaces is not sys.stdout:
+        _last_quiet[:] = [_WithoutQuietThreads(sys.stdout)]
+    return _last_quiet[0]
 
 
 @contextlib.contextmanager
