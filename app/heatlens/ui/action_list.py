@@ -11,6 +11,8 @@ from heatlens.model.view import DIFFERENCE_GAINS, Against, Compare, Overlay, Vie
 from heatlens.model.view_geometry import zoomed, zoomed_to
 from heatlens.ui.actions import _CTRL, _SHIFT, Action
 from heatlens.ui.focus_bar import focused_at
+from heatlens.ui.panels import PANELS
+from heatlens.ui.timeline_actions import play_actions
 
 if TYPE_CHECKING:
     from heatlens.ui.app import App
@@ -18,12 +20,15 @@ if TYPE_CHECKING:
 _K = imgui.Key
 _NUDGE = 1 / 250  # of the focus bar
 _EXPOSURE_STEP = 0.25  # stops
-MENUS = ("File", "Edit", "Lens", "View", "Compare", "Window", "Help")
+MENUS = ("File", "Edit", "Lens", "Play", "View", "Compare", "Window", "Help")
 
 
 def actions() -> tuple[Action, ...]:
     """All of them, in the order of the menus."""
-    return (*_file(), *_edit(), *_lens(), *_view(), *_overlays(), *_compare(), *_window())
+    return (
+        *(*_file(), *_edit(), *_lens(), *play_actions()),
+        *(*_view(), *_overlays(), *_compare(), *_window()),
+    )
 
 
 def _file() -> list[Action]:
@@ -34,6 +39,7 @@ def _file() -> list[Action]:
         ),
         Action("Reload", "File", lambda app: app.reload(), _K.r, _CTRL),
         Action("Save picture...", "File", lambda app: app.browse("save"), _K.s, _CTRL),
+        Action("Export...", "File", lambda app: app.filing.show_export(), _K.e, _CTRL),
         Action("Copy picture", "File", lambda app: app.copy_picture(), _K.c, _CTRL),
         Action("Quit", "File", lambda app: app.quit(), _K.q, _CTRL),
     ]
@@ -53,6 +59,11 @@ def nudge_focus(app: "App", notches: float) -> None:
         dioptres = 1.0 / app.lens.focus_distance_m
         step = notches * _NUDGE * histogram.most_dioptres
         app.edit_lens(focused_at(app.lens, max(dioptres + step, 0.0)))
+
+
+def _focus_at_infinity(app: "App") -> None:
+    if app.histogram is not None:
+        app.edit_lens(focused_at(app.lens, 0.0))
 
 
 def _step_f_stop(app: "App", steps: int) -> None:
@@ -79,7 +90,7 @@ def _lens() -> list[Action]:
         Action("Focus farther", "Lens", lambda app: nudge_focus(app, -1), right, repeats=True),
         Action("Open a third", "Lens", lambda app: _step_f_stop(app, -1), left, _SHIFT, True),
         Action("Close a third", "Lens", lambda app: _step_f_stop(app, 1), right, _SHIFT, True),
-        Action("Focus at infinity", "Lens", lambda app: app.edit_lens(focused_at(app.lens, 0.0))),
+        Action("Focus at infinity", "Lens", _focus_at_infinity),
         Action("Lens as it began", "Lens", lambda app: app.reset_lens()),
         Action("Next quality", "Lens", _next_quality, _K.q),
         Action("Next bokeh", "Lens", _next_bokeh, _K.b),
@@ -208,7 +219,7 @@ def _window() -> list[Action]:
             name, "Window", lambda app, n=name: toggle(app, n), key,  # type: ignore[misc]
             is_on=lambda app, n=name: app.panels[n],  # type: ignore[misc]
         )
-        for name, key in (("Lens", None), ("Look", None), ("Plate", None), ("Speed", _K.t))
+        for name, key in (*((n, None) for n in PANELS if n != "Speed"), ("Speed", _K.t))
     ]  # fmt: skip
     return [
         *shown,

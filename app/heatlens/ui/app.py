@@ -29,11 +29,14 @@ from heatlens.ui.editing import Editing
 from heatlens.ui.filing import Filing
 from heatlens.ui.live_picture import LivePicture
 from heatlens.ui.palette import Palette
+from heatlens.ui.panels import PANELS
 from heatlens.ui.plate_source import Opened
 from heatlens.ui.preferences import Preferences
 from heatlens.ui.screen_pictures import ScreenPictures
+from heatlens.ui.shot_documents import started_shot
 from heatlens.ui.speed_panel import Speed
 from heatlens.ui.stage import Reference, Stage
+from heatlens.ui.timeline import Timeline
 from heatlens.ui.viewport import ViewportPanel
 from heatlens.ui.widgets import window_words
 
@@ -84,7 +87,8 @@ class App:
         self.viewport = ViewportPanel(ctx)
         self.palette = Palette()
         self.actions = actions()
-        self.panels = {"Lens": True, "Look": True, "Plate": True, "Speed": True}
+        self.timeline = Timeline(self)
+        self.panels = dict.fromkeys(PANELS, True)
         self.speed = Speed()
         self.shows_keys = False
         self.wants_layout = True
@@ -214,9 +218,7 @@ class App:
             if self.stage.reference_arrived():
                 self.say(f"B is {self.reference.path.name}." if self.reference else "")
             self.filing.poll()
-            problem = self.stage.show(self.editing.frame)
-            if problem is not None:
-                self.say(problem)
+            self.timeline.poll()
         except HeatlensError as error:
             self.say(str(error))
         if self.message and time.perf_counter() - self._message_at > _MESSAGE_S:
@@ -233,12 +235,7 @@ class App:
             self.edit(replace(self.shot, plate_options=opened.options))
         else:
             self.editing.begin(
-                replace(
-                    self.shot,
-                    lens=self.begun.lens,
-                    source=opened.text,
-                    plate_options=opened.options,
-                )
+                started_shot(opened, self.begun.lens, self.shot.defocus)
             )
             self.view = replace(self.view, zoom=None, center_px=None)
         self.message = ""
@@ -248,10 +245,11 @@ class App:
 
     def update_picture(self) -> None:
         """Answer a change of the shot with a picture that fits the time."""
-        if self.stage.plate is None:
+        frame, plate = self.editing.frame, self.stage.version
+        if self.stage.plate is None or not self.stage.is_settled_at(frame):
             return
         try:
-            self.live.wish(self.shot, self.editing.frame, self.budget_s)
+            self.live.wish(self.shot, frame, self.budget_s, plate)
         except HeatlensError as error:
             self.say(str(error))
 
@@ -271,6 +269,7 @@ class App:
             waits.append(0.1)
         if self.message:
             waits.append(_MESSAGE_S)
+        waits += [wait] if (wait := self.timeline.seconds_until_needed()) is not None else []
         return min(waits) if waits else None
 
     def close(self) -> None:

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 PICTURE = "Picture"
 _PANEL_EM = 23.0  # width of the column of panels
 _SPEED_PART = 0.42  # of the column, for what is under the lens
+_TIMELINE_PART = 0.27  # of the height, under the picture
 _RECENT_EM, _FOLDER_LETTERS = 42.0, 44  # width of a recent file, and letters of its folder
 
 
@@ -103,9 +104,11 @@ def _arrange(dock: int, size: ImVec2) -> None:
     part = min(0.45, _PANEL_EM * imgui.get_font_size() / max(size.x, 1.0))
     _, right, centre = inner.dock_builder_split_node_py(dock, imgui.Dir.right, part)
     _, lower, upper = inner.dock_builder_split_node_py(right, imgui.Dir.down, _SPEED_PART)
+    _, below, centre = inner.dock_builder_split_node_py(centre, imgui.Dir.down, _TIMELINE_PART)
     inner.dock_builder_dock_window(PICTURE, centre)
+    inner.dock_builder_dock_window("Timeline", below)
     inner.dock_builder_dock_window("Lens", upper)
-    for name in ("Look", "Plate", "Speed"):
+    for name in ("Look", "Plate", "Export", "Speed"):
         inner.dock_builder_dock_window(name, lower)
     node = inner.dock_builder_get_node(centre)
     if node is not None:

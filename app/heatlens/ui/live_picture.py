@@ -61,6 +61,7 @@ class LivePicture:
         self.shown: Shown | None = None
         self.version = 0  # counts finished pictures
         self._wish: tuple[Shot, int] | None = None
+        self._plate = 0
         self._changed_at = 0.0
         self._rung: DefocusSettings | None = None
         self._work: _Work | None = None
@@ -70,10 +71,14 @@ class LivePicture:
         """Another plate lies on the GPU: whatever was made is of the past."""
         self._wish = self._work = self.shown = None
 
-    def wish(self, shot: Shot, frame: int, budget_s: float) -> None:
-        """Show `shot` at `frame`; a change is answered at once with what fits `budget_s`."""
-        if self._wish == (shot, frame):
+    def wish(self, shot: Shot, frame: int, budget_s: float, plate: int = 0) -> None:
+        """Show `shot` at `frame`; a change is answered at once with what fits `budget_s`.
+
+        `plate` is another number whenever another plate lies on the GPU.
+        """
+        if self._wish == (shot, frame) and self._plate == plate:
             return
+        self._plate = plate
         settings_changed = self._wish is None or self._wish[0].defocus != shot.defocus
         self._wish, self._changed_at, self._work = (shot, frame), self._clock(), None
         if settings_changed:

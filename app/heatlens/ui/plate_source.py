@@ -15,6 +15,19 @@ from heatlens.model.plate_options import PlateOptions
 _BUDGET_BYTES = 2 << 30  # plates kept in memory: some eighty frames of 1080p
 
 
+class News:
+    """Counts what a cache tells, and passes it on."""
+
+    def __init__(self, wake: Callable[[], None]) -> None:
+        self.count = 0
+        self._wake = wake
+
+    def tell(self) -> None:
+        """On one of the threads of the cache."""
+        self.count += 1
+        self._wake()
+
+
 @dataclass(frozen=True, eq=False)
 class Opened:
     """A sequence of which one frame has been read."""
@@ -24,6 +37,7 @@ class Opened:
     cache: FrameCache
     frame: int
     plate: Plate
+    news: "News"
 
 
 @dataclass(frozen=True)
@@ -83,8 +97,9 @@ def _opened(
 ) -> Opened:
     sequence = find_sequence(text)
     first = _first_frame(sequence, text, frame)
+    news = News(wake)
     cache = FrameCache(
-        sequence, lambda path: read_plate(path, options), _BUDGET_BYTES, on_ready=wake
+        sequence, lambda path: read_plate(path, options), _BUDGET_BYTES, on_ready=news.tell
     )
     try:
         found = cache.wait(first, window=0)
@@ -95,7 +110,7 @@ def _opened(
     except HeatlensError:
         cache.close()
         raise
-    return Opened(text, options, cache, first, found)
+    return Opened(text, options, cache, first, found, news)
 
 
 def _first_frame(sequence: Sequence, text: str, wished: int | None) -> int:

@@ -19,6 +19,7 @@ from heatlens.ui.plate_panel import PlateFacts, plate_panel
 from heatlens.ui.probe import PictureReader, probe_at, probe_text, seen_depth_m
 from heatlens.ui.screen_pictures import layer_limits_px, reference_or_pinhole
 from heatlens.ui.speed_panel import speed_panel
+from heatlens.ui.timeline_panel import timeline_panel
 from heatlens.ui.viewport import MIPMAPS_UNDER, Pictures, ViewportResult
 from heatlens.ui.widgets import window_words
 
@@ -46,8 +47,12 @@ class Screen:
             self._look()
         if app.panels["Plate"]:
             self._plate()
+        if app.panels["Export"]:
+            self._export()
         if app.panels["Speed"]:
             self._speed()
+        if app.timeline.is_shown:
+            self._timeline()
         if is_new_layout:
             imgui.set_window_focus("Look")  # the one in front of those that share a place
         app.update_picture()
@@ -134,11 +139,21 @@ class Screen:
             reading.change(plate_panel(reading.wished, facts, app.say))
         imgui.end()
 
+    def _export(self) -> None:
+        if self._begin("Export"):
+            self._app.filing.exporter.draw()
+        imgui.end()
+
     def _speed(self) -> None:
         app = self._app
         if self._begin("Speed"):
             app.speed.upload_s = app.stage.upload_s
             speed_panel(app.speed, app.live.shown, app.renderer)
+        imgui.end()
+
+    def _timeline(self) -> None:
+        if self._begin("Timeline", _Window.no_scrollbar | _Window.no_scroll_with_mouse):
+            timeline_panel(self._app)
         imgui.end()
 
     def _begin(self, name: str, flags: int = 0) -> bool:
@@ -152,7 +167,9 @@ class Screen:
         imgui.begin(PICTURE, None, still)
         imgui.pop_style_var()
         pictures = self._pictures()
-        if pictures is None:
+        if self._app.stage.is_black:
+            imgui.text_disabled(f"  Frame {self._app.editing.frame} has no file.")
+        elif pictures is None:
             imgui.text_disabled("  Nothing is open: Ctrl+O, or drop a file here.")
         else:
             scale = imgui.get_io().display_framebuffer_scale.x or 1.0

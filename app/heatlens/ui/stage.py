@@ -9,15 +9,18 @@ from pathlib import Path
 import moderngl
 import numpy as np
 
+from heatlens.errors import InputError
 from heatlens.gpu.context import check_plate_fits
 from heatlens.gpu.textures import new_texture, upload
 from heatlens.image.channels import choose_color
 from heatlens.image.exr_read import read_color, read_parts
-from heatlens.image.frame_cache import Damaged
+from heatlens.image.frame_cache import Damaged, Direction
 from heatlens.image.plate import FloatImage, Plate
+from heatlens.image.sequence import MissingPolicy
 from heatlens.model.depth_histogram import DepthHistogram, depth_histogram
 from heatlens.model.plate_options import PlateOptions
 from heatlens.render import FrameRenderer
+from heatlens.ui.disk_watch import DiskWatch
 from heatlens.ui.plate_source import Opened, PlateOpener
 
 
@@ -41,9 +44,14 @@ class Stage:
         self.reference: Reference | None = None
         self.upload_s = 0.0
         self.version = 0  # counts plates put on the GPU
+        self._frame, self._is_settled = 0, False
+        self.is_black = False  # there is no file, and nothing stands in for it
+        self.problem = ""  # why the frame cannot be seen, in a sentence
+        self.wanted: tuple[int, Direction, int] | None = None  # of the cache, as last told
         self._wake = wake
         self._reader = ThreadPoolExecutor(1, thread_name_prefix="reference")
         self._coming: Future[tuple[Path, FloatImage]] | None = None
+        self._watch = DiskWatch()
 
     def open(self, text: str, options: PlateOptions, frame: int | None = None) -> None:
         """Begin to open a file, a pattern or a folder."""
@@ -62,26 +70,49 @@ class Stage:
         except BaseException:
             opened.cache.close()
             raise
-        before, self.opened = self.opened, opened
+        before, self.opened, self.wanted = self.opened, opened, None
+        self._frame, self._is_settled, self._watch.cache = opened.frame, True, opened.cache
         if before is not None:
             before.cache.close()
         return opened
 
-    def show(self, frame: int, direction: int = 1, window: int = 0) -> str | None:
-        """Have the plate of `frame` on the GPU as soon as it is read; why not, in a sentence."""
+    def show(
+        self, frame: int, direction: int = 1, window: int = 0, missing: MissingPolicy = "hold"
+    ) -> None:
+        """Have the plate of `frame` on the GPU as soon as it is read, `window` others read ahead.
+
+        `problem` says why it is not there. `missing` says what stands in for a frame without a
+        file.
+        """
+        self.problem, self.is_black, self._frame = "", False, frame
         if self.opened is None:
-            return None
+            return
         cache = self.opened.cache
-        stands_in = cache.sequence.shown_frame(frame)
+        try:
+            stands_in = cache.sequence.shown_frame(frame, missing)
+        except InputError as error:
+            self.problem, self._is_settled = str(error), True
+            return
         if stands_in is None:
-            return None
-        cache.want(stands_in, 1 if direction >= 0 else -1, window)
-        found = cache.get(stands_in)
+            self.is_black = self._is_settled = True
+            return
+        ahead: Direction = 1 if direction >= 0 else -1
+        wanted = (stands_in, ahead, window)
+        if wanted != self.wanted:
+            cache.want(*wanted)
+            self.wanted = wanted
+        self._take(cache.get(stands_in))
+
+    def is_settled_at(self, frame: int) -> bool:
+        """What is to be seen at this frame is there, as far as it can be."""
+        return self._is_settled and self._frame == frame
+
+    def _take(self, found: Plate | Damaged | None) -> None:
+        self._is_settled = found is not None
         if isinstance(found, Damaged):
-            return found.sentence
-        if found is not None and found is not self.plate:
+            self.problem = found.sentence
+        elif found is not None and found is not self.plate:
             self._load(found)
-        return None
 
     def _load(self, plate: Plate) -> None:
         start = time.perf_counter()
@@ -114,6 +145,7 @@ class Stage:
 
     def close(self) -> None:
         """Stop every thread."""
+        self._watch.close()
         self.opener.close()
         self._reader.shutdown(wait=True, cancel_futures=True)
         if self.opened is not None:

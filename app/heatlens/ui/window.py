@@ -100,6 +100,8 @@ class Loop:
         app = self._app
         while not (glfw.window_should_close(self._window) or app.is_over):
             self._wait()
+            if app.timeline.is_due:
+                self._frames_due = max(self._frames_due, 1)
             if self._frames_due > 0:
                 self._frames_due -= 1
                 self._draw()
@@ -123,7 +125,7 @@ class Loop:
             glfw.wait_events()
         else:
             glfw.wait_events_timeout(wait_s)
-            self._frames_due = max(self._frames_due, 1)
+        self._frames_due = max(self._frames_due, 1)  # also a thread that has news wakes the loop
 
     def _remember(self) -> None:
         """Size and panels, whenever the hand rests; a file is written only where they changed."""

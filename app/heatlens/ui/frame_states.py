@@ -1,0 +1,53 @@
+"""How the frames stand, as runs of equal ones: what the timeline draws under its ruler."""
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from itertools import groupby
+
+from heatlens.image.frame_cache import FrameCache, FrameState
+
+_PART = 0.05  # of the time may be spent on it at most
+
+
+@dataclass(frozen=True, slots=True)
+class Run:
+    """Frames first to last that stand alike."""
+
+    first: int
+    last: int
+    state: FrameState
+
+
+class FrameStates:
+    """The runs of a cache, made again only where it has news, and a long film's seldom."""
+
+    def __init__(self, clock: Callable[[], float] = time.perf_counter) -> None:
+        self._clock = clock
+        self._made_of: object = None
+        self._not_before = 0.0
+        self._runs: tuple[Run, ...] = ()
+
+    def runs(self, cache: FrameCache, news: object) -> tuple[Run, ...]:
+        """As they are now; `news` is something else whenever they may have changed."""
+        now = self._clock()
+        if (cache, news) != self._made_of and now >= self._not_before:
+            self._runs, self._made_of = runs_of(cache.states()), (cache, news)
+            self._not_before = now + (self._clock() - now) / _PART
+        return self._runs
+
+    def is_behind(self, cache: FrameCache, news: object) -> bool:
+        """There is news that `runs` has not told yet."""
+        return (cache, news) != self._made_of
+
+
+def runs_of(states: Mapping[int, FrameState]) -> tuple[Run, ...]:
+    """Neighbours that stand alike in one; frames that only lie on disk are told by no run."""
+    runs = []
+    for state, frames in groupby(states, key=states.__getitem__):
+        if state != "absent":
+            first = last = next(frames)
+            for last in frames:  # noqa: B007  # groupby's iterators have no last
+                pass
+            runs.append(Run(first, last, state))
+    return tuple(runs)

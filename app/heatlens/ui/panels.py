@@ -1,0 +1,3 @@
+"""The panels there are, as they are called on their tabs and in the menu."""
+
+PANELS = ("Lens", "Look", "Plate", "Export", "Speed", "Timeline")

@@ -1,0 +1,101 @@
+"""Playing: which frame is due now. It reads no file and draws nothing, and its clock is given."""
+
+import time
+from collections.abc import Callable
+from enum import StrEnum
+
+from heatlens.model.frames import FrameRange
+
+_LEAST_WAIT_S = 0.001  # a loop that is told 0 would not sleep, nor draw
+_ROUNDING = 1e-6  # of a frame
+
+
+class Ending(StrEnum):
+    """What happens after the last frame."""
+
+    LOOP = "loop"  # the first comes again
+    BOUNCE = "bounce"  # back the way it came
+    ONCE = "once"  # it stops there
+
+
+class Playback:
+    """Moves a playhead over frames at a rate.
+
+    is_every_frame  True waits for each frame to be there; False keeps time, and leaves frames out
+    ending          what happens after the last frame
+    direction       1 forward, -1 backward, 0 while nothing plays
+    """
+
+    def __init__(self, clock: Callable[[], float] = time.perf_counter) -> None:
+        self._clock = clock
+        self.is_every_frame = True
+        self.ending = Ending.LOOP
+        self.direction = 0
+        self._shown_at = 0.0
+
+    def play(self, direction: int, frame: int, frames: FrameRange) -> int:
+        """Begin; the frame to begin with. One that plays once to its end begins anew from there."""
+        self.direction, self._shown_at = direction, self._clock()
+        start, end = self._ends(frames)
+        is_over = self.ending is Ending.ONCE and frame == end
+        return frame if frame in frames and not is_over else start
+
+    def stop(self) -> None:
+        """Stay on this frame."""
+        self.direction = 0
+
+    def moved(self, frame: int, frames: FrameRange, rate: float, is_ready: bool) -> int:
+        """The frame that is to be seen now; `is_ready`: the one before it has been seen."""
+        steps = self._steps_due(rate)
+        if not self.direction or steps < 1:
+            return frame
+        if self.is_every_frame:
+            if not is_ready:
+                return frame
+            # One frame late at most: a film that was held up goes on, and does not rush.
+            self._shown_at = max(self._shown_at + 1 / rate, self._clock() - 1 / rate)
+            steps = 1
+        else:
+            self._shown_at += steps / rate
+        return self._stepped(frame, steps, frames)
+
+    def is_due(self, rate: float) -> bool:
+        """The time of the next frame has come."""
+        return bool(self.direction) and self._steps_due(rate) >= 1
+
+    def seconds_until_due(self, rate: float) -> float | None:
+        """How long until the next frame; None where nothing plays."""
+        if not self.direction:
+            return None
+        return max(_LEAST_WAIT_S, self._shown_at + 1 / rate - self._clock())
+
+    def _steps_due(self, rate: float) -> int:
+        return int((self._clock() - self._shown_at) * rate + _ROUNDING)
+
+    def _ends(self, frames: FrameRange) -> tuple[int, int]:
+        """Where playing begins and where it ends."""
+        first, last = frames.first, frames.last
+        return (first, last) if self.direction > 0 else (last, first)
+
+    def _stepped(self, frame: int, steps: int, frames: FrameRange) -> int:
+        start, end = self._ends(frames)
+        if frame not in frames:
+            return start
+        if self.ending is Ending.BOUNCE:
+            return self._bounced(frame, steps, frames)
+        gone = (frame - start) * self.direction + steps
+        if self.ending is Ending.ONCE and gone >= frames.count - 1:
+            self.stop()
+            return end
+        return start + self.direction * (gone % frames.count)
+
+    def _bounced(self, frame: int, steps: int, frames: FrameRange) -> int:
+        """On a circle of the frames there and back, where each end is met once."""
+        turn = frames.count - 1
+        if turn == 0:
+            return frame
+        place = frame - frames.first
+        place = (place if self.direction > 0 else 2 * turn - place) + steps
+        place %= 2 * turn
+        self.direction = 1 if place < turn else -1
+        return frames.first + (place if place < turn else 2 * turn - place)

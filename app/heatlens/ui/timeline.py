@@ -1,0 +1,207 @@
+"""The playhead over the frames: where it is, where it goes, and what is seen meanwhile."""
+
+import math
+from dataclasses import replace
+from typing import TYPE_CHECKING, Literal
+
+from heatlens.errors import InputError
+from heatlens.image.frame_cache import FrameCache
+from heatlens.image.sequence import MissingPolicy
+from heatlens.model.curve import SAME_FRAME
+from heatlens.model.frames import FrameRange
+from heatlens.model.shot import Shot
+from heatlens.ui.frame_states import FrameStates, Run
+from heatlens.ui.playback import Playback
+from heatlens.ui.timeline_scale import TimeScale
+
+if TYPE_CHECKING:
+    from heatlens.ui.app import App
+
+NAME = "Timeline"
+# Frames read ahead: two seconds while it plays, a few for the next step by hand.
+_AHEAD_PLAYING, _AHEAD_STILL = 48, 8
+_BEHIND_S = 0.25  # news of the frames may be told so late
+
+
+class Timeline:
+    """What the timeline does; `timeline_panel` draws it."""
+
+    def __init__(self, app: "App") -> None:
+        self._app = app
+        self.playback = Playback()
+        self.missing: MissingPolicy = "hold"
+        self.shows_curve = False
+        self.scale: TimeScale | None = None  # the frames that are seen; None: all
+        self._states = FrameStates()
+        self._direction: Literal[1, -1] = 1  # in which it moved last
+        self._said = ""
+
+    # What there is
+
+    @property
+    def cache(self) -> FrameCache | None:
+        """The frames of what is open."""
+        opened = self._app.stage.opened
+        return None if opened is None else opened.cache
+
+    @property
+    def is_sequence(self) -> bool:
+        """More than one frame is open."""
+        return self.cache is not None and not self.cache.sequence.is_single
+
+    @property
+    def is_shown(self) -> bool:
+        """There is something to see on it."""
+        has_time = self.is_sequence or bool(self._app.shot.key_frames)
+        return self._app.panels[NAME] and self._app.stage.plate is not None and has_time
+
+    @property
+    def frames(self) -> FrameRange | None:
+        """Those of the sequence as it is now; of a still those that its keys reach over."""
+        if self.is_sequence and self.cache is not None:
+            sequence = self.cache.sequence
+            return FrameRange(sequence.first, sequence.last)
+        return replace(self._app.shot, frames=None).span
+
+    @property
+    def timed_shot(self) -> Shot:
+        """The shot with the frames as they are now."""
+        return replace(self._app.shot, frames=self.frames)
+
+    @property
+    def played(self) -> FrameRange:
+        """From in to out, or all of them."""
+        frame = self._app.editing.frame
+        return self.timed_shot.played or FrameRange(frame, frame)
+
+    @property
+    def reach(self) -> FrameRange:
+        """All that a ruler should show: frames, keys and the playhead."""
+        frame = self._app.editing.frame
+        keyed, frames = self._app.shot.key_frames, self.frames or FrameRange(frame, frame)
+        ends = [frames.first, frames.last, frame, *keyed[:1], *keyed[-1:]]
+        return FrameRange(math.floor(min(ends)), math.ceil(max(ends)))
+
+    def runs(self) -> tuple[Run, ...]:
+        """How the frames stand."""
+        opened = self._app.stage.opened
+        return () if opened is None else self._states.runs(opened.cache, self._news)
+
+    @property
+    def _news(self) -> object:
+        stage = self._app.stage
+        return (stage.opened.news.count if stage.opened else 0, stage.wanted)
+
+    # Going somewhere
+
+    def go(self, frame: int) -> None:
+        """Put the playhead on a frame; nothing plays any more."""
+        self.playback.stop()
+        if self.is_sequence:
+            frame = min(max(frame, self.reach.first), self.reach.last)
+        self._put(frame)
+
+    def _put(self, frame: int) -> None:
+        before = self._app.editing.frame
+        if frame != before:
+            self._app.editing.frame = frame
+            self._direction = 1 if frame > before else -1
+
+    def step(self, frames: int) -> None:
+        """So many frames on, or back."""
+        self.go(self._app.editing.frame + frames)
+
+    def go_to_end(self, direction: int) -> None:
+        """The first (-1) or the last frame that is played."""
+        self.go(self.played.last if direction > 0 else self.played.first)
+
+    def go_to_key(self, direction: int) -> None:
+        """The next key, or the one before, of any parameter."""
+        frame, keyed = self._app.editing.frame, self._app.shot.key_frames
+        later = [math.ceil(k) for k in keyed if k > frame + SAME_FRAME]
+        earlier = [math.floor(k) for k in keyed if k < frame - SAME_FRAME]
+        if direction > 0 and later:
+            self.go(later[0])
+        elif direction < 0 and earlier:
+            self.go(earlier[-1])
+
+    def play(self, direction: int) -> None:
+        """Play, or stop what plays in this direction."""
+        if self.playback.direction == direction or self.played.count == 1:
+            self.playback.stop()
+        else:
+            frame = self._app.editing.frame
+            self._put(self.playback.play(direction, frame, self.played))
+
+    def set_in(self) -> None:
+        """Playing and exporting begin here."""
+        frame = self._app.editing.frame
+        self._set_in_out(frame, max(frame, self.played.last))
+
+    def set_out(self) -> None:
+        """They end here."""
+        frame = self._app.editing.frame
+        self._set_in_out(min(frame, self.played.first), frame)
+
+    def _set_in_out(self, first: int, last: int) -> None:
+        frames = FrameRange(first, last)
+        whole = frames == self.frames
+        self._app.edit(replace(self._app.shot, in_out=None if whole else frames))
+
+    def play_all(self) -> None:
+        """No in and no out."""
+        self._app.edit(replace(self._app.shot, in_out=None))
+
+    # What happens by itself
+
+    def poll(self) -> None:
+        """Once a frame of the window: the playhead moves on, and its plate is asked for."""
+        app = self._app
+        self._show()
+        if self.playback.direction:
+            now, rate = app.editing.frame, app.shot.frames_per_second
+            is_ready = app.stage.is_settled_at(now)
+            frame = self.playback.moved(now, self.played, rate, is_ready)
+            if frame != now and self._may_play(frame):
+                self._put(frame)
+                self._show()
+        if app.stage.problem != self._said:
+            self._said = app.stage.problem
+            if self._said:
+                app.say(self._said)
+
+    def _may_play(self, frame: int) -> bool:
+        """Where a gap shall stop it, it says so and stays in front of the gap."""
+        try:
+            if self.cache is not None:
+                self.cache.sequence.shown_frame(frame, self.missing)
+        except InputError as error:
+            self.playback.stop()
+            self._app.say(str(error))
+            return False
+        return True
+
+    def _show(self) -> None:
+        ahead = _AHEAD_PLAYING if self.playback.direction else _AHEAD_STILL
+        direction = self.playback.direction or self._direction
+        self._app.stage.show(self._app.editing.frame, direction, ahead, self.missing)
+
+    @property
+    def is_due(self) -> bool:
+        """A frame of the window is due, for the next frame of the film is."""
+        return self._waits_for_nothing and self.playback.is_due(self._app.shot.frames_per_second)
+
+    @property
+    def _waits_for_nothing(self) -> bool:
+        is_there = self._app.stage.is_settled_at(self._app.editing.frame)
+        return is_there or not self.playback.is_every_frame
+
+    def seconds_until_needed(self) -> float | None:
+        """How long the loop may sleep; None: until a plate has been read, or for ever."""
+        waits = []
+        if self._waits_for_nothing:
+            waits.append(self.playback.seconds_until_due(self._app.shot.frames_per_second))
+        if self.cache is not None and self.is_shown:
+            waits.append(_BEHIND_S if self._states.is_behind(self.cache, self._news) else None)
+        known = [wait for wait in waits if wait is not None]
+        return min(known) if known else None
