@@ -78,6 +78,7 @@ def test_focus_is_no_matter_there_and_a_click_says_so(coc_window):
     assert "circle of confusion" in gui.app.message
     for key in (K.left_bracket, K.right_bracket):
         gui.key(key)
+    gui.do("Focus at infinity")
     gui.wheel(gui.middle("f-stop"), 2)
     assert gui.app.shot == before
 
