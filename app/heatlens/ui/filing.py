@@ -6,6 +6,8 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from imgui_bundle import imgui
+
 from heatlens.errors import InputError
 from heatlens.image.picture_write import PICTURE_SUFFIXES
 from heatlens.image.sequence import find_sequence
@@ -13,6 +15,7 @@ from heatlens.model.plate_options import PlateOptions
 from heatlens.model.view import ViewState
 from heatlens.paths import home_dir
 from heatlens.ui.background import Background
+from heatlens.ui.exporter import Exporter
 from heatlens.ui.file_browser import FileBrowser
 from heatlens.ui.folder_walk import Chosen, Purpose
 from heatlens.ui.live_picture import Shown
@@ -50,6 +53,7 @@ class Filing:
         self.browser = FileBrowser(app.say, wake)
         self.saver = PictureSaver(app.say, wake)
         self.reading = PlateReading(app, preferences)
+        self.exporter = Exporter(app, wake)
         self.recent: tuple[str, ...] = ()  # those of the recent files that are there
         self._finder: Background[tuple[str, ...]] = Background(wake)
 
@@ -110,6 +114,11 @@ class Filing:
         else:
             self.saver.ask(app.shot.source, app.editing.frame, chosen.path)
 
+    def show_export(self) -> None:
+        """Bring the panel to the front."""
+        self._app.panels["Export"] = True
+        imgui.set_window_focus("Export")
+
     def copy(self) -> None:
         """Put the picture on the clipboard."""
         if self._app.stage.plate is None:
@@ -138,6 +147,7 @@ class Filing:
         found = self._finder.poll()
         self.recent = self.recent if found is None else found
         self.reading.follow()
+        self.exporter.poll()
         whole = _whole(app)
         self.saver.poll(whole, app.shot.source, app.editing.frame, partial(_snap, app, whole))
 
@@ -154,8 +164,9 @@ class Filing:
             app.say(str(error))
 
     def close(self) -> None:
-        """Finish what is being written."""
+        """Finish the picture that is being written; stop an export, whose frames stay."""
         self.saver.close()
+        self.exporter.run.close()
 
 
 def _whole(app: "App") -> Shown | None:

@@ -1,0 +1,114 @@
+"""Exports while the window goes on: `heatlens export` and `heatlens camera` as processes.
+
+A process of its own has its own OpenGL, holds up nothing, and leaves whole files if it is stopped.
+"""
+
+import json
+import signal
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from threading import Thread
+
+from heatlens.image.shot_file import SHOT_SUFFIX, write_shot
+from heatlens.model.shot import Shot
+
+
+@dataclass
+class ExportState:
+    """How far it is, as its process tells it."""
+
+    title: str
+    done: int = 0
+    frames: int = 0
+    left_s: float | None = None
+    said: str = ""  # the last sentence of the process
+    code: int | None = None  # None: it goes on
+
+
+class ExportRun:
+    """One process at a time."""
+
+    def __init__(self, wake: Callable[[], None]) -> None:
+        """`wake` is called on a thread whenever there is news."""
+        self._wake = wake
+        self._process: subprocess.Popen[str] | None = None
+        self._follower: Thread | None = None
+        self.state: ExportState | None = None  # of the latest one
+
+    @property
+    def is_busy(self) -> bool:
+        """A process goes on."""
+        return self.state is not None and self.state.code is None
+
+    def export(self, shot: Shot, output: str, words: Sequence[str] = ()) -> None:
+        """Begin to write the frames of `shot` to `output`; `words` are options of the command."""
+        self._start("export", shot, output, ("--progress", "json", *words))
+
+    def camera(self, shot: Shot, output: str, words: Sequence[str] = ()) -> None:
+        """Begin to write the lens of `shot` as a camera file."""
+        self._start("camera", shot, output, words)
+
+    def cancel(self) -> None:
+        """Ask it to stop; what is finished stays, and a later export goes on from there."""
+        if self._process is not None and self.is_busy:
+            self._process.send_signal(signal.SIGINT)
+
+    def close(self) -> None:
+        """Stop it and wait until it has ended."""
+        self.cancel()
+        if self._follower is not None:
+            self._follower.join()
+
+    def _start(self, command: str, shot: Shot, output: str, words: Sequence[str]) -> None:
+        folder = tempfile.TemporaryDirectory(prefix="heatlens-")
+        path = Path(folder.name) / f"window{SHOT_SUFFIX}"
+        write_shot(path, shot)
+        line = [sys.executable, "-m", "heatlens", command, str(path), "-o", output, *words]
+        self.state = ExportState(f"{command} to {output}")
+        pipe = subprocess.PIPE
+        self._process = subprocess.Popen(line, stdout=pipe, stderr=pipe, text=True)
+        followed = (self._process, self.state, folder)
+        self._follower = Thread(target=self._follow, args=followed, daemon=True)
+        self._follower.start()
+
+    def _follow(
+        self,
+        process: "subprocess.Popen[str]",
+        state: ExportState,
+        folder: "tempfile.TemporaryDirectory[str]",
+    ) -> None:
+        """On a thread: take what the process says until it ends."""
+        with folder, process:
+            errors = Thread(target=self._listen, args=(process, state), daemon=True)
+            errors.start()
+            assert process.stdout is not None
+            for line in process.stdout:
+                _take(line, state)
+                self._wake()
+            errors.join()
+        code = process.returncode
+        if code == 0:
+            state.said = f"Done: {state.title}."
+        elif code in (130, -signal.SIGINT):
+            state.said = f"Stopped: {state.title}. Finished frames stay; export again to go on."
+        state.code = code
+        self._wake()
+
+    def _listen(self, process: "subprocess.Popen[str]", state: ExportState) -> None:
+        assert process.stderr is not None
+        for line in process.stderr:
+            state.said = line.strip().removeprefix("heatlens: ")
+
+
+def _take(line: str, state: ExportState) -> None:
+    """One line of `--progress json`; the name of a file, which others print, is no news."""
+    if not line.startswith("{"):
+        return
+    event = json.loads(line)
+    state.frames = event.get("frames", state.frames)
+    state.done = event.get("done", state.done)
+    state.left_s = event.get("seconds_left", state.left_s)

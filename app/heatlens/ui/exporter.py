@@ -1,0 +1,58 @@
+"""The Export panel's work: wish in, process out, ending said."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from heatlens.errors import HeatlensError
+from heatlens.ui.export_panel import Asked, ExportWish, export_panel, wish_for
+from heatlens.ui.export_run import ExportRun, ExportState
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from heatlens.ui.app import App
+
+
+class Exporter:
+    """Exports the shot in hand, as it is when the button is pressed."""
+
+    def __init__(self, app: "App", wake: "Callable[[], None]") -> None:
+        self._app = app
+        self.run = ExportRun(wake)
+        self.wish = ExportWish()
+        self._of: str | None = None  # the source that the wish was proposed for
+        self._told: ExportState | None = None
+
+    def draw(self) -> None:
+        """The panel, inside its window."""
+        plate, shot = self._app.stage.plate, self._app.shot
+        if plate is not None and shot.source != self._of:
+            self.wish, self._of = wish_for(plate.path), shot.source
+        self.wish, asked = export_panel(self.wish, shot.played, self.run.state)
+        if asked is Asked.CANCEL:
+            self.run.cancel()
+        elif asked is not Asked.NOTHING:
+            self._begin(asked)
+
+    def _begin(self, asked: Asked) -> None:
+        app, view = self._app, self._app.view
+        try:
+            Path(self.wish.folder).expanduser().mkdir(parents=True, exist_ok=True)
+            if asked is Asked.CAMERA:
+                self.run.camera(app.shot, self.wish.camera_output)
+                return
+            words = self.wish.words(view.display, view.view, view.exposure_stops)
+            if app.start.ocio and "--view" in words:
+                words += ["--ocio", app.start.ocio]
+            self.run.export(app.shot, self.wish.output, words)
+        except OSError as error:
+            app.say(f"{self.wish.folder} cannot be made: {error.strerror or error}.")
+        except HeatlensError as error:
+            app.say(str(error))
+
+    def poll(self) -> None:
+        """Once a frame: say how an export has ended."""
+        state = self.run.state
+        if state is not None and state.code is not None and state is not self._told:
+            self._told = state
+            self._app.say(state.said)
