@@ -29,17 +29,21 @@ class Gui:
         start: Start,
         size: Point = SIZE,
         preferences: Preferences | None = None,
+        scale: float = 1.0,
     ) -> None:
+        """`scale`: pixels of the screen for one unit of the window, as some desktops have it."""
         self.ctx = ctx
         self.size = size
+        self.pixels = round(size[0] * scale), round(size[1] * scale)
         self.io = imgui.get_io()
         self.io.set_ini_filename("")
         self.io.display_size = size
+        self.io.display_framebuffer_scale = scale, scale
         self.io.delta_time = 1 / 60
         self.io.config_flags |= imgui.ConfigFlags_.docking_enable
         theme.apply()
         imgui.backends.opengl3_init("#version 430")
-        self._texture = ctx.texture(size, 4)
+        self._texture = ctx.texture(self.pixels, 4)
         self._target = ctx.framebuffer([self._texture])
         self._corner = ctx.simple_framebuffer((8, 8))  # frames nobody looks at cost no pixels
         self.app = App(ctx, start, preferences=preferences)
@@ -57,7 +61,7 @@ class Gui:
     def _paint(self, target: moderngl.Framebuffer) -> None:
         target.use()
         target.clear(*theme.SURROUND)
-        self.app.viewport.paint(target, self.size)
+        self.app.viewport.paint(target, self.pixels)
         imgui.backends.opengl3_render_draw_data(imgui.get_draw_data())
         assert self.ctx.error == "GL_NO_ERROR"
 
@@ -174,10 +178,10 @@ class Gui:
         self.frame(3)
 
     def screenshot(self) -> np.ndarray:
-        """(H, W, 3) bytes of the window as the last frame drew it, the top row first."""
+        """(H, W, 3) bytes of the screen as the last frame drew it, the top row first."""
         self._paint(self._target)
         pixels = np.frombuffer(self._target.read(components=3), np.uint8)
-        return pixels.reshape(self.size[1], self.size[0], 3)[::-1]
+        return pixels.reshape(self.pixels[1], self.pixels[0], 3)[::-1]
 
     def at_picture(self, x: float, y: float) -> Point:
         """Where a point of the picture lies in the window."""
@@ -199,11 +203,13 @@ def gui_of(
     source: Path | str,
     preferences: Preferences | None = None,
     size: tuple[int, int] = SIZE,
+    scale: float = 1.0,
     **start: object,
 ) -> Iterator[Gui]:
     """A Gui with its own ImGui, the first picture on the screen."""
     imgui.create_context()
-    gui = Gui(ctx, Start(str(source), **start), size, preferences)  # type: ignore[arg-type]
+    begin = Start(str(source), **start)  # type: ignore[arg-type]
+    gui = Gui(ctx, begin, size, preferences, scale)
     try:
         gui.opened()
         yield gui

@@ -10,16 +10,15 @@ from imgui_bundle import imgui
 
 from exr_files import write_file
 from heatlens.commands.main import main
-from heatlens.display.display_pass import DisplayPass
 from heatlens.display.overlay_pass import OverlayPass
-from heatlens.gpu.textures import download, new_texture, upload
+from heatlens.gpu.textures import download
 from heatlens.image.exr_read import read_plate
 from heatlens.model.coc import sharp_px
 from heatlens.model.settings import DefocusSettings
 from heatlens.model.view import Against, Compare, Overlay
 from heatlens.render import FrameRenderer
 from plates import room
-from window_plates import HEIGHT, LENS, POST, WIDTH, room_file, write_plate
+from window_plates import HEIGHT, LENS, POST, WIDTH, displayed, room_file, write_plate
 
 K = imgui.Key
 HANDLE_EM = 1.6  # letters and grip reach so far from the line
@@ -47,20 +46,6 @@ def region(gui, zoom: int = 1) -> np.ndarray:
     found = gui.screenshot()[int(y) : int(y) + height, int(x) : int(x) + width]
     assert found.shape == (height, width, 3)
     return found
-
-
-def displayed(gui, pixels: np.ndarray, stops: float = 0.0, gamma: float = 1.0) -> np.ndarray:
-    """(H, W, 3) bytes of linear `pixels` (H, W, 4) through the window's view transform."""
-    ctx, size = gui.ctx, pixels.shape[1::-1]
-    screen = DisplayPass(ctx)
-    screen.set_transform(gui.app.color.transform)
-    picture, out = new_texture(ctx, size, 4), ctx.texture(size, 4)
-    upload(picture, pixels)
-    screen.run(picture, out, stops, gamma)
-    found = np.frombuffer(out.read(), np.uint8).reshape(*pixels.shape[:2], 4)
-    for made in (screen, picture, out):
-        made.release()
-    return found[..., :3]
 
 
 def rendered(gui, own: FrameRenderer) -> np.ndarray:

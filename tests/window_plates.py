@@ -1,4 +1,4 @@
-"""Small EXR files for tests of the window, and what is known of them."""
+"""Small EXR files for tests of the window, what is known of them, and how they look in it."""
 
 from pathlib import Path
 from typing import Any
@@ -6,6 +6,9 @@ from typing import Any
 import numpy as np
 
 from exr_files import write_file
+from gui import Gui
+from heatlens.display.display_pass import DisplayPass
+from heatlens.gpu.textures import new_texture, upload
 from heatlens.image.camera_header import lens_attributes
 from heatlens.model.lens import Lens
 from heatlens.model.settings import Bokeh, DefocusSettings, Quality
@@ -39,3 +42,17 @@ def room_file(path: Path, width: int = WIDTH, height: int = HEIGHT, **attributes
     """The room with its distances."""
     color, depth = room(width, height)
     return write_plate(path, color, Z=depth, **attributes)
+
+
+def displayed(gui: Gui, pixels: np.ndarray, stops: float = 0.0, gamma: float = 1.0) -> np.ndarray:
+    """(H, W, 3) bytes of linear `pixels` (H, W, 4) through the window's view transform."""
+    ctx, size = gui.ctx, pixels.shape[1::-1]
+    screen = DisplayPass(ctx)
+    screen.set_transform(gui.app.color.transform)
+    picture, out = new_texture(ctx, size, 4), ctx.texture(size, 4)
+    upload(picture, pixels)
+    screen.run(picture, out, stops, gamma)
+    found = np.frombuffer(out.read(), np.uint8).reshape(*pixels.shape[:2], 4)
+    for made in (screen, picture, out):
+        made.release()
+    return found[..., :3]
