@@ -1,60 +1,33 @@
 """The timeline by mouse and keys: scrubbing, playing by a clock that is moved, gaps and damage."""
 
 from collections.abc import Iterator
-from fractions import Fraction
 
 import pytest
 from imgui_bundle import imgui
 
-from gui import Gui, gui_of
+from gui import Gui
 from heatlens.model.frames import FrameRange
-from heatlens.ui.shot_documents import started_shot
 from sequences import FIRST, LAST, frame_file, sequence_files
-from window_plates import QUICK, room_file
+from timeline_window import Clock, at_frame, film_window, frame, fresh, typed
+from window_plates import room_file
 
 K = imgui.Key
 
 
 @pytest.fixture(scope="module")
 def film(session_context, tmp_path_factory) -> Iterator[Gui]:
-    pattern = sequence_files(tmp_path_factory.mktemp("film"), framesPerSecond=Fraction(25, 1))
-    with gui_of(session_context, pattern, defocus=QUICK) as gui:
-        gui.until(lambda: len(gui.app.timeline.runs()) == 1, "all frames")
+    with film_window(session_context, tmp_path_factory.mktemp("film")) as gui:
         yield gui
-
-
-class Clock:
-    def __init__(self) -> None:
-        self.now_s = 5.0
-
-    def __call__(self) -> float:
-        return self.now_s
-
-
-@pytest.fixture
-def clock(film) -> Clock:
-    return film.app.timeline.playback._clock
 
 
 @pytest.fixture
 def gui(ctx, film) -> Gui:
-    timeline = film.app.timeline
-    timeline.__init__(film.app)
-    timeline.playback._clock = Clock()
-    film.begin_again()
-    app = film.app
-    app.editing.begin(started_shot(app.stage.opened, app.begun.lens, app.shot.defocus))
-    return film
+    return fresh(film)
 
 
-def frame(gui) -> int:
-    return gui.app.editing.frame
-
-
-def at_frame(gui, number: float) -> tuple[float, float]:
-    """The middle of a frame's cell on the ruler."""
-    x0, y0, x1, y1 = gui.rect("timeline ruler")
-    return x0 + (number - FIRST + 0.5) * (x1 - x0) / (LAST - FIRST + 1), (y0 + y1) / 2
+@pytest.fixture
+def clock(gui) -> Clock:
+    return gui.app.timeline.playback._clock
 
 
 def seen(gui) -> int:
@@ -146,15 +119,6 @@ def test_in_and_out_are_what_is_played(gui, clock):
     gui.key(K.z, ctrl=True)
     gui.key(K.z, ctrl=True)
     assert gui.app.shot.in_out == FrameRange(1003, LAST)
-
-
-def typed(gui, name: str, text: str) -> None:
-    gui.frame(30)
-    gui.click(gui.middle(name))
-    gui.key(K.a, ctrl=True)
-    gui.type(text)
-    gui.key(K.enter)
-    gui.frame(2)
 
 
 def test_a_frame_and_a_rate_can_be_typed(gui):

@@ -12,7 +12,7 @@ from heatlens.model.view_geometry import zoomed, zoomed_to
 from heatlens.ui.actions import _CTRL, _SHIFT, Action
 from heatlens.ui.focus_bar import focused_at
 from heatlens.ui.panels import PANELS
-from heatlens.ui.timeline_actions import play_actions
+from heatlens.ui.timeline_actions import key_actions, play_actions
 
 if TYPE_CHECKING:
     from heatlens.ui.app import App
@@ -20,13 +20,13 @@ if TYPE_CHECKING:
 _K = imgui.Key
 _NUDGE = 1 / 250  # of the focus bar
 _EXPOSURE_STEP = 0.25  # stops
-MENUS = ("File", "Edit", "Lens", "Play", "View", "Compare", "Window", "Help")
+MENUS = ("File", "Edit", "Lens", "Play", "Animate", "View", "Compare", "Window", "Help")
 
 
 def actions() -> tuple[Action, ...]:
     """All of them, in the order of the menus."""
     return (
-        *(*_file(), *_edit(), *_lens(), *play_actions()),
+        *(*_file(), *_edit(), *_lens(), *play_actions(), *key_actions()),
         *(*_view(), *_overlays(), *_compare(), *_window()),
     )
 

@@ -64,6 +64,14 @@ class Editing:
                 shot = shot.with_lens_value(self.frame, parameter, value, self.auto_key)
         return shot
 
+    def do(self, shot: Shot) -> None:
+        """Change the shot by a command: one step, whatever was done just before."""
+        self.history = self.history.at_rest().changed(shot).at_rest()
+
+    def settle(self) -> None:
+        """What was done so far is a step; what comes now is another."""
+        self.history = self.history.at_rest()
+
     def rest(self, is_held: bool) -> None:
         """Call once a frame: a gesture that is over becomes a step."""
         if not is_held and self._clock() - self._changed_at > _GESTURE_REST_S:

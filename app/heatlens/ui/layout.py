@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 PICTURE = "Picture"
 _PANEL_EM = 23.0  # width of the column of panels
 _SPEED_PART = 0.42  # of the column, for what is under the lens
-_TIMELINE_PART = 0.27  # of the height, under the picture
+_TIMELINE_PART = 0.3  # of the height, under the picture
 _RECENT_EM, _FOLDER_LETTERS = 42.0, 44  # width of a recent file, and letters of its folder
 
 

@@ -11,6 +11,8 @@ from heatlens.model.curve import SAME_FRAME
 from heatlens.model.frames import FrameRange
 from heatlens.model.shot import Shot
 from heatlens.ui.frame_states import FrameStates, Run
+from heatlens.ui.key_commands import KeyCommands
+from heatlens.ui.key_hand import KeyHand
 from heatlens.ui.playback import Playback
 from heatlens.ui.timeline_scale import TimeScale
 
@@ -32,6 +34,8 @@ class Timeline:
         self.missing: MissingPolicy = "hold"
         self.shows_curve = False
         self.scale: TimeScale | None = None  # the frames that are seen; None: all
+        self.keys = KeyCommands(app)
+        self.hand = KeyHand(app)
         self._states = FrameStates()
         self._direction: Literal[1, -1] = 1  # in which it moved last
         self._said = ""
@@ -146,11 +150,11 @@ class Timeline:
     def _set_in_out(self, first: int, last: int) -> None:
         frames = FrameRange(first, last)
         whole = frames == self.frames
-        self._app.edit(replace(self._app.shot, in_out=None if whole else frames))
+        self._app.editing.do(replace(self._app.shot, in_out=None if whole else frames))
 
     def play_all(self) -> None:
         """No in and no out."""
-        self._app.edit(replace(self._app.shot, in_out=None))
+        self._app.editing.do(replace(self._app.shot, in_out=None))
 
     # What happens by itself
 

@@ -5,13 +5,15 @@ from typing import TYPE_CHECKING
 from imgui_bundle import ImVec2, imgui
 
 from heatlens.ui import theme, widgets
+from heatlens.ui.dope_sheet import dope_sheet
+from heatlens.ui.keys_row import keys_row
 from heatlens.ui.timeline_scale import TimeScale
 from heatlens.ui.transport import transport
 
 if TYPE_CHECKING:
     from heatlens.ui.app import App
 
-NAMES_EM = 6.6  # width of the column of names
+NAMES_EM = 8.0  # width of the column of names
 _RULER_EM, _STRIP = 1.9, 4.0
 _NUMBERS_EM = 4.4  # from one number on the ruler to the next, at least
 _ZOOM = 1.25  # a notch of the wheel
@@ -27,6 +29,7 @@ _STATES = {
 def timeline_panel(app: "App") -> None:
     """Draw it in the current window and answer the hand."""
     transport(app)
+    keys_row(app)
     em = imgui.get_font_size()
     corner, room = imgui.get_cursor_screen_pos(), imgui.get_content_region_avail()
     x = corner.x + NAMES_EM * em
@@ -40,6 +43,8 @@ def timeline_panel(app: "App") -> None:
         app.timeline.go(scale.frame_at(imgui.get_mouse_pos().x))
     _draw_ruler(app, scale, corner.y, ruler_height)
     bottom = corner.y + max(room.y, ruler_height)
+    top = corner.y + ruler_height + 0.15 * em
+    dope_sheet(app, scale, ImVec2(corner.x, top), max(bottom - top, 1.0))
     _draw_playhead(app, scale, corner.y, bottom)
     _answer_wheel(app, scale)
 

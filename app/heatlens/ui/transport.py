@@ -89,7 +89,7 @@ def _draw_shape(shape: str, middle: ImVec2, reach: float) -> None:
 
 def _frame_field(app: "App") -> None:
     frame, frames = app.editing.frame, app.timeline.played
-    _beside(_FIELD_EM)
+    beside(_FIELD_EM)
     chosen = widgets.text_field("frame", str(frame), frame, _parse_frame, app.say)
     if chosen != frame:
         app.timeline.go(chosen)
@@ -102,7 +102,7 @@ def _frame_field(app: "App") -> None:
 
 def _rate_field(app: "App") -> None:
     rate = app.shot.frames_per_second
-    _beside(_FIELD_EM + 1.6)
+    beside(_FIELD_EM + 1.6)
     shown = f"{rate:.5g} fps"
     chosen = widgets.text_field("frames per second", shown, rate, _parse_rate, app.say)
     if chosen != rate:
@@ -112,15 +112,16 @@ def _rate_field(app: "App") -> None:
 def _choices(app: "App") -> None:
     timeline, playback = app.timeline, app.timeline.playback
     endings = [str(ending) for ending in Ending]
-    playback.ending = Ending(_combo("ending", str(playback.ending), endings, _COMBO_EM))
-    pace = _combo("pace", _PACES[playback.is_every_frame], list(_PACES.values()), _WIDE_EM)
+    playback.ending = Ending(combo("ending", str(playback.ending), endings, _COMBO_EM))
+    pace = combo("pace", _PACES[playback.is_every_frame], list(_PACES.values()), _WIDE_EM)
     playback.is_every_frame = pace == _PACES[True]
-    gaps = _combo("gaps", _MISSING[timeline.missing], list(_MISSING.values()), _WIDE_EM)
+    gaps = combo("gaps", _MISSING[timeline.missing], list(_MISSING.values()), _WIDE_EM)
     timeline.missing = cast(MissingPolicy, next(n for n, w in _MISSING.items() if w == gaps))
 
 
-def _combo(name: str, value: str, choices: Sequence[str], width_em: float) -> str:
-    _beside(width_em)
+def combo(name: str, value: str, choices: Sequence[str], width_em: float) -> str:
+    """One of several words, without a label."""
+    beside(width_em)
     if imgui.begin_combo(f"##{name}", value):
         for item in choices:
             picked, _ = imgui.selectable(item, item == value)
@@ -132,7 +133,7 @@ def _combo(name: str, value: str, choices: Sequence[str], width_em: float) -> st
     return value
 
 
-def _beside(width_em: float) -> None:
+def beside(width_em: float) -> None:
     """The next control in this row, or in the next one where it does not fit."""
     width = width_em * imgui.get_font_size()
     imgui.same_line()

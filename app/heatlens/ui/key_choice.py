@@ -1,0 +1,151 @@
+"""Keys of several parameters at once: what moves, goes and is copied when some are chosen.
+
+Everything here makes a new shot of one; a LensError says where no lens can be.
+"""
+
+from collections.abc import Callable, Collection
+from dataclasses import replace
+from typing import NamedTuple
+
+from heatlens.model.curve import SAME_FRAME, Curve, Key
+from heatlens.model.interpolation import Interpolation
+from heatlens.model.shot import LensParameter, Shot
+
+
+class KeyId(NamedTuple):
+    """Which key: no parameter has two at a frame."""
+
+    parameter: LensParameter
+    frame: float
+
+
+Chosen = frozenset[KeyId]
+Copied = tuple[tuple[LensParameter, tuple[Key, ...]], ...]
+
+
+def all_keys(shot: Shot) -> Chosen:
+    """Every key there is."""
+    return frozenset(KeyId(p, key.frame) for p in LensParameter for key in shot.curves.of(p).keys)
+
+
+def keys_at(shot: Shot, frame: float) -> Chosen:
+    """Those at a frame."""
+    return frozenset(key for key in all_keys(shot) if abs(key.frame - frame) < SAME_FRAME)
+
+
+def frames_of(chosen: Chosen, parameter: LensParameter) -> list[float]:
+    """The frames of one parameter's keys, in order."""
+    return sorted(key.frame for key in chosen if key.parameter is parameter)
+
+
+def key_of(shot: Shot, key: KeyId) -> Key | None:
+    """What is at a frame of a parameter."""
+    return shot.curves.of(key.parameter).key_at(key.frame)
+
+
+def with_keys_here(shot: Shot, frame: float) -> Shot:
+    """A key of the focus, and of whatever else has keys; nothing jumps."""
+    for parameter in LensParameter:
+        if parameter is LensParameter.FOCUS_DISTANCE or shot.curves.of(parameter).keys:
+            shot = shot.with_key(frame, parameter)
+    return shot
+
+
+def moved(shot: Shot, chosen: Chosen, by_frames: float) -> tuple[Shot, Chosen]:
+    """All by as many frames; those that they land on go."""
+    after = _each(shot, chosen, lambda curve, frames: curve.moved(frames, by_frames))
+    return after, frozenset(KeyId(p, frame + by_frames) for p, frame in chosen)
+
+
+def rippled(shot: Shot, from_frame: float, by_frames: float) -> Shot:
+    """Whatever has keys: those from `from_frame` on go later, or earlier, and cut frames out."""
+    return _each(shot, all_keys(shot), lambda curve, _: curve.rippled(from_frame, by_frames))
+
+
+def deleted(shot: Shot, chosen: Chosen, frame: float) -> Shot:
+    """Without them; a parameter that loses its last key stays as it is at `frame`."""
+    for parameter in LensParameter:
+        frames = frames_of(chosen, parameter)
+        if frames and len(frames) == len(shot.curves.of(parameter).keys):
+            shot = shot.without_keys(frame, parameter)
+    return _each(shot, chosen, lambda curve, frames: curve.without_keys(frames))
+
+
+def copied(shot: Shot, chosen: Chosen) -> Copied:
+    """What `pasted` needs, counted from the first of them all."""
+    first = min((key.frame for key in chosen), default=0.0)
+    kept = []
+    for parameter in LensParameter:
+        frames = frames_of(chosen, parameter)
+        keys = [key for key in shot.curves.of(parameter).keys if key.frame in frames]
+        if keys:
+            kept.append((parameter, tuple(replace(k, frame=k.frame - first) for k in keys)))
+    return tuple(kept)
+
+
+def pasted(shot: Shot, keys: Copied, at_frame: float) -> tuple[Shot, Chosen]:
+    """From `at_frame` on; the keys that came are chosen."""
+    for parameter, copies in keys:
+        shot = shot.with_curve(parameter, shot.curves.of(parameter).pasted(copies, at_frame))
+    return checked(shot), frozenset(KeyId(p, k.frame + at_frame) for p, ks in keys for k in ks)
+
+
+def interpolated(shot: Shot, chosen: Chosen, interpolation: Interpolation) -> Shot:
+    """What follows each of them goes so; a Bezier begins along the path there was."""
+
+    def change(curve: Curve, frames: Collection[float]) -> Curve:
+        for frame in frames:
+            if interpolation is Interpolation.BEZIER:
+                curve = curve.with_handles(frame)
+            key = curve.key_at(frame)
+            if key is not None:
+                curve = curve.with_key(replace(key, interpolation=interpolation))
+        return curve
+
+    return _each(shot, chosen, change)
+
+
+def eased(shot: Shot, chosen: Chosen, influence_percent: float, is_out: bool) -> Shot:
+    """Each leaves (`is_out`) or arrives with so much influence; its segment becomes a Bezier."""
+
+    def change(curve: Curve, frames: Collection[float]) -> Curve:
+        for frame in frames:
+            curve = _bent(curve, frame, is_out)
+            key = curve.key_at(frame)
+            if key is not None:
+                name = "ease_out" if is_out else "ease_in"
+                ease = replace(getattr(key, name), influence_percent=influence_percent)
+                curve = curve.with_key(replace(key, **{name: ease}))
+        return curve
+
+    return _each(shot, chosen, change)
+
+
+def _bent(curve: Curve, frame: float, is_out: bool) -> Curve:
+    """The segment after or before a key as a Bezier."""
+    before = [key.frame for key in curve.keys if key.frame < frame - SAME_FRAME]
+    start = frame if is_out else before[-1] if before else None
+    if start is None:
+        return curve
+    curve = curve.with_handles(start)
+    key = curve.key_at(start)
+    return curve if key is None else curve.with_key(replace(key, interpolation=_BEZIER))
+
+
+_BEZIER = Interpolation.BEZIER
+
+
+def checked(shot: Shot) -> Shot:
+    """The shot, if there is a lens at each of its keys. Raises LensError naming the frame."""
+    for frame in shot.key_frames:
+        shot.lens_at(frame)
+    return shot
+
+
+def _each(shot: Shot, chosen: Chosen, change: Callable[[Curve, Collection[float]], Curve]) -> Shot:
+    """Change the curve of every parameter that has chosen keys."""
+    for parameter in LensParameter:
+        frames = frames_of(chosen, parameter)
+        if frames:
+            shot = shot.with_curve(parameter, change(shot.curves.of(parameter), frames))
+    return checked(shot)
