@@ -13,7 +13,7 @@ from heatlens.commands import info
 from heatlens.commands.main import main
 from heatlens.errors import GpuError, InputError
 
-COMMANDS = ("render", "info", "compare", "bench")
+COMMANDS = ("render", "export", "info", "compare", "bench")
 
 
 @pytest.fixture
@@ -35,9 +35,8 @@ def refused(capsys, *words: object) -> str:
 @pytest.mark.parametrize(
     ("words", "expected"),
     [
-        ([], "COMMAND"),
-        (["rendre"], "'rendre'"),
         (["--colour", "info", "a.exr"], "--colour"),
+        (["a.exr", "b.exr"], "b.exr"),
         (["render"], "plate, -o/--output"),
         (["render", "a.exr"], "-o/--output"),
         (["render", "a.exr", "-o"], "-o/--output"),
@@ -56,7 +55,7 @@ def test_a_wrong_command_line_is_answered_in_two_lines(capsys, words, expected):
     assert expected in refused(capsys, *words)
 
 
-@pytest.mark.parametrize("command", COMMANDS)
+@pytest.mark.parametrize("command", [c for c in COMMANDS if c != "shot"])  # it has its own
 def test_a_wrong_option_points_to_the_help_of_its_command(capsys, command):
     assert f"`heatlens {command} --help` explains." in refused(capsys, command, "--no-such-thing")
 
