@@ -22,7 +22,6 @@ def ids(action: Action) -> str:
 
 def chosen(gui, action: Action) -> None:
     """Choose it in its menu, by hand."""
-    gui.frame(20)
     gui.click(gui.middle(f"menu {action.menu}"))
     gui.click(gui.middle(f"item {action.name}"))
 

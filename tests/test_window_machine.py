@@ -169,7 +169,7 @@ def test_whatever_hands_do(gui):
     run_state_machine_as_test(
         lambda: Hand(gui),
         settings=settings(
-            max_examples=12,
+            max_examples=10,
             stateful_step_count=40,
             deadline=None,
             phases=[Phase.generate],  # a failure is told step by step; shrinking it takes minutes
