@@ -250,9 +250,11 @@ def test_killed_a_dozen_times_and_resumed_it_is_as_if_nothing_had_been(long_shot
     assert files_in(tmp_path) == whole
 
 
-def test_ctrl_c_ends_with_130_and_whole_frames_alone(long_shot, tmp_path):
+@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM])
+def test_ctrl_c_ends_with_130_and_whole_frames_alone(long_shot, tmp_path, how):
+    """Farms and windows send the other signal."""
     shot_file, whole = long_shot
-    process = interrupted(shot_file, tmp_path / "n.####.exr", 4, 0.0, signal.SIGINT)
+    process = interrupted(shot_file, tmp_path / "n.####.exr", 4, 0.02, how)
     assert process.returncode == 130
     assert process.said[1] == "heatlens: stopped\n"
     done = files_in(tmp_path)

@@ -1,8 +1,10 @@
 """`heatlens export`: a shot to EXR frames, pictures or a movie; a second run finishes the first."""
 
 import argparse
+import signal
 import sys
-from contextlib import closing
+from collections.abc import Iterator
+from contextlib import closing, contextmanager
 
 from heatlens.commands.export_options import add_export_options, job_of
 from heatlens.commands.export_progress import progress_of
@@ -64,10 +66,24 @@ def run(args: argparse.Namespace) -> int:
     if not plan.job.output.is_exr:
         transform = plan.job.look.transform
         print(f"heatlens: seen through {transform.view} on {transform.display}", file=sys.stderr)
-    with progress_of(args.progress, plan) as tell, closing(export_frames(plan, _renderer)) as steps:
+    with (
+        _stopped_as_by_ctrl_c(),
+        progress_of(args.progress, plan) as tell,
+        closing(export_frames(plan, _renderer)) as steps,
+    ):
         for done in steps:
             tell(done)
     return 0
+
+
+@contextmanager
+def _stopped_as_by_ctrl_c() -> Iterator[None]:
+    """Farms and windows end a process with SIGTERM; that, too, should leave nothing behind."""
+    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
 
 
 def _renderer() -> FrameRenderer:

@@ -48,13 +48,16 @@ def _paths(args: argparse.Namespace, plan: ExportPlan) -> list[PathParameter]:
 
 def _words(args: argparse.Namespace, plan: ExportPlan) -> list[str]:
     """The command line of a task."""
-    plates = f"{{{{Param.Plates}}}}/{Path(plan.sequence.pattern).name}"
-    output = f"{{{{Param.Out}}}}/{plan.job.output.form.text}"
+    name, files = Path(plan.sequence.pattern).name, plan.job.output.form.text
+    options = _given_words(args)
+    if any("{{" in text for text in (name, files, *options)):
+        raise InputError("A template cannot hold a name or an option with {{ in it.")
+    plates, output = f"{{{{Param.Plates}}}}/{name}", f"{{{{Param.Out}}}}/{files}"
     shot = ["{{Param.Shot}}", f"--plate={plates}"] if is_shot_file(args.shot) else [plates]
     ocio = "{{Param.Config}}" if _is_config_file(args) else args.ocio
     return [
         *("export", *shot, f"--output={output}"),
-        *_given_words(args),
+        *options,
         *([] if ocio is None else [f"--ocio={ocio}"]),
         *("--frames={{Task.Param.Frames}}", "--progress=openjd"),
     ]
@@ -68,8 +71,6 @@ def _given_words(args: argparse.Namespace) -> list[str]:
         for option, value in options
         if option not in _REPLACED
     ]
-    if any("{{" in word for word in words):
-        raise InputError("A template cannot hold an option with {{ in it.")
     return words
 
 
@@ -78,12 +79,11 @@ def _is_config_file(args: argparse.Namespace) -> bool:
 
 
 def _check_text(template: str) -> None:
-    try:
-        template.encode()
-    except UnicodeEncodeError:
+    """InputError for characters that YAML has no place for, as a name on disk may have them."""
+    if not template.replace("\n", "").isprintable():
         raise InputError(
-            "A template takes paths in Unicode only, and one of these is not. Rename the file."
-        ) from None
+            "A template takes printable names only, and one of these is not. Rename the file."
+        )
 
 
 def _say(sentence: str) -> None:

@@ -8,7 +8,7 @@ from heatlens.model.lens import Lens
 from heatlens.model.units import format_distance
 
 _TEXT_SHARE = 1 / 24  # of the picture's height: read on a phone, and not in the way on a wall
-_LEAST_SIZE = 4
+_LEAST_SIZE = 1.0  # FreeType has no smaller one
 _STRIP_LIGHT = 0.35  # of what is behind the text
 
 

@@ -38,7 +38,7 @@ class ExportJob:
     missing  what stands in for a frame without a plate
     force    render also what is there already
 
-    Raises InputError for a shot of no plate, and for an exposure that no picture has.
+    Raises InputError for no frame, a shot of no plate, an exposure that no picture has.
     """
 
     shot: Shot
@@ -52,6 +52,8 @@ class ExportJob:
     def __post_init__(self) -> None:
         if self.shot.source is None:
             raise InputError("The shot is of no plate: name its files with --plate.")
+        if not self.frames:
+            raise InputError("There is no frame to export: give some with --frames.")
         if not abs(self.look.exposure_stops) <= _STOPS_MOST:
             raise InputError(
                 f"The exposure must be within {_STOPS_MOST:g} stops, got "

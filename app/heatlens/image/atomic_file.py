@@ -11,8 +11,16 @@ from pathlib import Path
 
 from heatlens.errors import InputError
 
-# Folders are shared between machines, and each of them counts its processes from 1.
-_MACHINE = f"{zlib.crc32(platform.node().encode()):08x}"
+
+def _machine() -> str:
+    """Eight digits for this machine; on Linux, containers in it count their own processes."""
+    where = platform.node()
+    with suppress(OSError):
+        where += os.readlink("/proc/self/ns/pid")
+    return f"{zlib.crc32(where.encode()):08x}"
+
+
+_MACHINE = _machine()  # folders are shared, and everybody counts processes from 1
 _PART = re.compile(r"\.(.+)\.([0-9a-f]{8})\.([0-9]+)\.part")
 _FORGOTTEN_S = 24 * 60 * 60.0  # nobody writes one file for so long without a change to it
 

@@ -119,10 +119,8 @@ def _write(path: Path, shot: Shot) -> None:
     text = _lines(shot_to_json(shot, path.parent)) + "\n"
     # A name that is no Unicode has no UTF-8: its escape is what JSON reads back.
     data = text.encode("utf-8", "backslashreplace")
-    with replacing(path) as beside, open(beside, "wb") as file:
-        file.write(data)
-        file.flush()
-        os.fsync(file.fileno())  # else a power cut can leave the new name without its content
+    with replacing(path) as beside:
+        beside.write_bytes(data)
 
 
 def _lines(value: Any, indent: str = "") -> str:
