@@ -126,6 +126,7 @@ def test_a_wish_is_words_for_the_command() -> None:
     wish = wish_for(Path("/shots/bar.v2.1001.exr"))
     assert wish.output == "/shots/bar_dof/bar.####.exr"
     assert wish.words("sRGB", "ACES", 0.5) == []
+    assert wish_for(Path("/a/still.exr"), is_single=True).output == "/a/still_dof/still.exr"
     for kind, suffix in FRAME_KINDS.items():
         assert ExportWish("/a", "b", kind).output.endswith(suffix)
     look = ExportWish("/a", "b", "ProRes movie", "1-5", "film", burn_in=True)

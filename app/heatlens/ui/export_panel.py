@@ -44,6 +44,7 @@ class ExportWish:
     folder, name    where to, and the name before the number of the frame
     frames          range as text, "" for all from in to out
     quality         "" for that of the shot
+    is_single       there is one frame, whose file needs no number
     """
 
     folder: str = ""
@@ -54,12 +55,14 @@ class ExportWish:
     with_depth: bool = False
     burn_in: bool = False
     camera_kind: str = "USD"
+    is_single: bool = False
 
     @property
     def output(self) -> str:
         """The pattern of the frames, or the movie."""
         suffix = FRAME_KINDS[self.kind]
-        return str(Path(self.folder) / f"{self.name}{'' if suffix in _MOVIES else '.####'}{suffix}")
+        number = "" if self.is_single or suffix in _MOVIES else ".####"
+        return str(Path(self.folder) / f"{self.name}{number}{suffix}")
 
     @property
     def camera_output(self) -> str:
@@ -76,10 +79,11 @@ class ExportWish:
         return [*words, "--burn-in"] if self.burn_in else words
 
 
-def wish_for(plate: Path) -> ExportWish:
+def wish_for(plate: Path, is_single: bool = False) -> ExportWish:
     """What one would export of a plate: beside it, under its name."""
     name = plate.name.split(".")[0]
-    return ExportWish(str(plate.absolute().parent / f"{name}_dof"), name)
+    folder = str(plate.absolute().parent / f"{name}_dof")
+    return ExportWish(folder, name, is_single=is_single)
 
 
 def export_panel(

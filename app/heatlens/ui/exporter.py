@@ -27,7 +27,8 @@ class Exporter:
         """The panel, inside its window."""
         plate, shot = self._app.stage.plate, self._app.shot
         if plate is not None and shot.source != self._of:
-            self.wish, self._of = wish_for(plate.path), shot.source
+            is_single = shot.played is None or shot.played.count == 1
+            self.wish, self._of = wish_for(plate.path, is_single), shot.source
         self.wish, asked = export_panel(self.wish, shot.played, self.run.state)
         if asked is Asked.CANCEL:
             self.run.cancel()
