@@ -157,6 +157,28 @@ def test_a_drag_of_a_slider_is_one_step_and_undo_takes_it_back(gui, name, field)
     assert gui.app.shot == after
 
 
+def test_a_drag_that_pauses_is_one_step_and_what_comes_later_another(gui, monkeypatch):
+    now = 1000.0
+    monkeypatch.setattr(gui.app.editing, "_clock", lambda: now)
+    x0, y0, x1, y1 = gui.rect("focus bar")
+    gui.press((x0 + 50, y0 + 5))
+    for x in (x0 + 80, x0 + 120):
+        now += 5.0
+        gui.frame(3)
+        gui.move((x, y0 + 5))
+    gui.release()
+    now += 0.1
+    gui.wheel((x0 + 50, y0 + 5), 1)  # so soon after, it belongs to it
+    now += 5.0
+    gui.frame(2)
+    assert len(gui.app.editing.history.past) == 1
+    for _ in range(2):
+        gui.key(K.right_bracket, shift=True)
+        now += 5.0
+        gui.frame(2)
+    assert len(gui.app.editing.history.past) == 3
+
+
 def test_a_drag_of_the_exposure_is_looking_and_no_step(gui):
     x, y = gui.middle("exposure")
     gui.drag((x, y), (x + 40, y))
