@@ -10,6 +10,7 @@ from heatlens.image.sequence import MissingPolicy
 from heatlens.model.curve import SAME_FRAME
 from heatlens.model.frames import FrameRange
 from heatlens.model.shot import Shot
+from heatlens.ui.focus_track import FocusTrack, MarkTrack, MarkTracks
 from heatlens.ui.frame_states import FrameStates, Run
 from heatlens.ui.key_commands import KeyCommands
 from heatlens.ui.key_hand import KeyHand
@@ -36,6 +37,9 @@ class Timeline:
         self.scale: TimeScale | None = None  # the frames that are seen; None: all
         self.keys = KeyCommands(app)
         self.hand = KeyHand(app)
+        self.track = FocusTrack()
+        self.heights: tuple[float, float] | None = None  # dioptres that the curve shows
+        self._mark_tracks = MarkTracks()
         self._states = FrameStates()
         self._direction: Literal[1, -1] = 1  # in which it moved last
         self._said = ""
@@ -90,6 +94,10 @@ class Timeline:
         """How the frames stand."""
         opened = self._app.stage.opened
         return () if opened is None else self._states.runs(opened.cache, self._news)
+
+    def mark_tracks(self) -> tuple[MarkTrack, ...]:
+        """How far marked points are at the frames that lie in memory."""
+        return self._mark_tracks.tracks(self.cache, self.runs(), self._app.shot.marks)
 
     @property
     def _news(self) -> object:

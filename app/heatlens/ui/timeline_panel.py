@@ -1,10 +1,13 @@
 """The timeline: transport, ruler with the state of the frames, and keys or curve under it."""
 
+import math
 from typing import TYPE_CHECKING
 
 from imgui_bundle import ImVec2, imgui
 
+from heatlens.model.frames import FrameRange
 from heatlens.ui import theme, widgets
+from heatlens.ui.curve_editor import curve_editor
 from heatlens.ui.dope_sheet import dope_sheet
 from heatlens.ui.keys_row import keys_row
 from heatlens.ui.timeline_scale import TimeScale
@@ -44,7 +47,8 @@ def timeline_panel(app: "App") -> None:
     _draw_ruler(app, scale, corner.y, ruler_height)
     bottom = corner.y + max(room.y, ruler_height)
     top = corner.y + ruler_height + 0.15 * em
-    dope_sheet(app, scale, ImVec2(corner.x, top), max(bottom - top, 1.0))
+    draw_below = curve_editor if app.timeline.shows_curve else dope_sheet
+    draw_below(app, scale, ImVec2(corner.x, top), max(bottom - top, 1.0))
     _draw_playhead(app, scale, corner.y, bottom)
     _answer_wheel(app, scale)
 
@@ -87,6 +91,7 @@ def _draw_ruler(app: "App", scale: TimeScale, y: float, height: float) -> None:
         width = imgui.calc_text_size(text).x
         draw.add_text(ImVec2(at - width / 2, y + 0.1 * em), theme.TEXT_DIM, text)
     _draw_states(app, scale, strip_y)
+    _draw_warnings(app, scale, y)
     draw.pop_clip_rect()
 
 
@@ -98,6 +103,16 @@ def _draw_states(app: "App", scale: TimeScale, y: float) -> None:
     for run in timeline.runs():
         color = _STATES.get(run.state, theme.GROOVE)
         _draw_cells(draw, scale, run, y, y + _STRIP, color)
+
+
+def _draw_warnings(app: "App", scale: TimeScale, y: float) -> None:
+    """Red over the frames at which the lens cannot be focused so near."""
+    reach = app.timeline.reach
+    first = max(reach.first, math.floor(scale.first))
+    seen = FrameRange(first, max(first, min(reach.last, math.ceil(scale.last))))
+    draw = imgui.get_window_draw_list()
+    for frame in app.timeline.track.too_close(app.shot, seen):
+        _draw_cells(draw, scale, FrameRange(frame, frame), y, y + _STRIP, theme.DAMAGED)
 
 
 def _draw_cells(draw, scale, frames, y0, y1, color) -> None:  # type: ignore[no-untyped-def]
