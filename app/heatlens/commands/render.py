@@ -9,6 +9,7 @@ from pathlib import Path
 from heatlens.commands.layer_progress import layer_progress
 from heatlens.commands.lens_options import add_lens_options, lens_of
 from heatlens.commands.plate_options import add_plate_options, plate_options
+from heatlens.defocus.solver_choice import settled_solver
 from heatlens.gpu.context import headless_context
 from heatlens.image.exr_read import read_plate
 from heatlens.image.picture_write import check_output, write_picture
@@ -96,7 +97,8 @@ def run(args: argparse.Namespace) -> int:
     _say(f"depth: {depth.channel} taken as {depth.convention}, {depth.kind}. {depth.why}")
     _say(*plate.notes, "lens: " + ", ".join(said))
     read_done = time.perf_counter()
-    renderer = FrameRenderer(headless_context())
+    ctx = headless_context()
+    renderer = FrameRenderer(ctx, settled_solver(ctx))
     renderer.stopwatch.on = args.stats
     renderer.load(plate)
     with layer_progress(renderer):
