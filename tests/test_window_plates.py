@@ -10,6 +10,7 @@ from imgui_bundle import imgui
 
 from exr_files import window, write_file
 from gui import Gui
+from heatlens.errors import GpuError
 from heatlens.gpu.textures import download
 from heatlens.image.exr_read import read_plate
 from heatlens.model.coc import coc_line, coc_px
@@ -265,3 +266,27 @@ def test_a_sequence_shows_the_frame_that_was_named(gui, own, tmp_path):
     np.testing.assert_array_equal(
         gui.app.stage.plate.color, read_plate(tmp_path / "shot.0008.exr").color
     )
+
+
+def test_a_plate_too_large_for_the_gpu_is_said_and_the_last_one_comes_back(
+    gui, tmp_path, monkeypatch
+):
+    """OpenGL hands out textures that it then has no memory for."""
+    path = room_file(tmp_path / "large.exr", 128, 96)
+
+    def refuse(*args: object, **kwargs: object) -> None:
+        raise GpuError("OpenGL could not make a 128x96 texture (GL_OUT_OF_MEMORY).")
+
+    before = gui.app.shot
+    with monkeypatch.context() as full:
+        full.setattr("heatlens.render.new_texture", refuse)
+        gui.app.open(str(path))
+        gui.until(lambda: "128x96" in gui.app.message, "a sentence")
+        gui.frame(3)
+    gui.frame(3)
+    gui.settled()
+    assert gui.app.shot == before
+    gui.click(gui.at_picture(POST[0] + 0.5, POST[1] + 0.5))
+    assert gui.app.lens.focus_distance_m == pytest.approx(0.9)
+    gui.open(path)
+    assert gui.app.picture_shape.width_px == 128

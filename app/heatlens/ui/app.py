@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 
 import moderngl
 
-from heatlens.errors import HeatlensError
+from heatlens.errors import HeatlensError, LensError
 from heatlens.gpu.context import is_software
 from heatlens.image.focus_pick import depth_at_m
 from heatlens.image.plate import Plate
@@ -221,6 +221,8 @@ class App:
             self.timeline.poll()
         except HeatlensError as error:
             self.say(str(error))
+        if self.stage.plate is None:
+            self.live.restart()  # what was under way read from the plate that left the GPU
         if self.message and time.perf_counter() - self._message_at > _MESSAGE_S:
             self.message = ""
 
@@ -229,19 +231,25 @@ class App:
         self.live.restart()
         is_same = self.shot.source == opened.text
         self.editing.frame = opened.frame
-        given = self.start.lens if opened.text == self.start.source else {}
-        self.begun = start_lens(opened.plate, given)
+        self.message = ""
+        self.begun = self._first_lens(opened)
         if is_same:
             self.edit(replace(self.shot, plate_options=opened.options))
         else:
-            self.editing.begin(
-                started_shot(opened, self.begun.lens, self.shot.defocus)
-            )
+            self.editing.begin(started_shot(opened, self.begun.lens, self.shot.defocus))
             self.view = replace(self.view, zoom=None, center_px=None)
-        self.message = ""
         if opened.plate.notes:
             self.say(" ".join(opened.plate.notes))
         self.filing.arrived(opened)
+
+    def _first_lens(self, opened: Opened) -> StartLens:
+        """The command line's lens is for the plate it came with, and said where it cannot be."""
+        given = self.start.lens if opened.text == self.start.source else {}
+        try:
+            return start_lens(opened.plate, given)
+        except LensError as error:
+            self.say(str(error))
+            return start_lens(opened.plate, {})
 
     def update_picture(self) -> None:
         """Answer a change of the shot with a picture that fits the time."""

@@ -115,7 +115,9 @@ class Stage:
             self._load(found)
 
     def _load(self, plate: Plate) -> None:
+        """To the GPU, in the place of the one before; none is there where there is no room for it."""
         start = time.perf_counter()
+        self.plate = None
         self.renderer.load(plate)
         self.renderer.ctx.finish()
         self.upload_s = time.perf_counter() - start
