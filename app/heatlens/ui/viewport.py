@@ -23,7 +23,7 @@ from heatlens.ui import theme
 _WHEEL_FACTOR = 1.25  # a notch
 _HANDLE_REACH = 0.6  # em to either side of the wipe's line
 _GRID_FROM = 8.0  # screen pixels a pixel
-_NEAREST_FROM = 2.0  # zoom from which pixels are shown as squares
+_NEAREST_FROM = 4.0  # zoom from which pixels are shown as squares
 MIPMAPS_UNDER = 0.6  # screen pixels a texel; below, a picture would shimmer without them
 
 
