@@ -115,7 +115,7 @@ class Stage:
             self._load(found)
 
     def _load(self, plate: Plate) -> None:
-        """To the GPU, in the place of the one before; none is there where there is no room for it."""
+        """To the GPU, in the place of the one before; without room for it, none is there."""
         start = time.perf_counter()
         self.plate = None
         self.renderer.load(plate)
