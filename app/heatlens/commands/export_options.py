@@ -21,7 +21,7 @@ from heatlens.image.exr_read import read_plate
 from heatlens.image.exr_write import COMPRESSIONS
 from heatlens.image.sequence import find_sequence
 from heatlens.image.shot_file import SHOT_SUFFIX, read_shot
-from heatlens.model.settings import Bokeh, DefocusSettings, Quality
+from heatlens.model.settings import Bokeh, Quality
 from heatlens.model.shot import Shot
 
 _BLUR = ("bokeh", "quality", "layers", "proxy")
@@ -180,11 +180,12 @@ def _still_shot(args: argparse.Namespace) -> Shot:
 def _with_overrides(args: argparse.Namespace, shot: Shot) -> Shot:
     """The shot with the blur, the plate and the rate that were given."""
     now = shot.defocus
-    defocus = DefocusSettings(
-        Bokeh(args.bokeh or now.bokeh),
-        Quality(args.quality or now.quality),
-        now.layers if args.layers is None else args.layers,
-        now.proxy if args.proxy is None else args.proxy,
+    defocus = replace(
+        now,
+        bokeh=Bokeh(args.bokeh or now.bokeh),
+        quality=Quality(args.quality or now.quality),
+        layers=now.layers if args.layers is None else args.layers,
+        proxy=now.proxy if args.proxy is None else args.proxy,
     )
     shot = replace(shot, defocus=defocus)
     if args.plate is not None:
