@@ -62,7 +62,7 @@ def _row(item: JsonEntry) -> Row:
         row[FRAME] = entries[FRAME].whole()
     if PLACEMENT in entries:
         matrix = [[value.number() for value in line.items()] for line in entries[PLACEMENT].items()]
-        row[PLACEMENT] = entries[PLACEMENT].built(matrix_of, {"values": matrix})
+        row[PLACEMENT] = entries[PLACEMENT].built(matrix_of, {"rows": matrix})
     return row
 
 

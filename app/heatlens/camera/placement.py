@@ -4,8 +4,7 @@ Here p_camera = M p_world acts on columns, lengths are metres, and the camera ha
 y up and looks along -z, as in USD, Nuke and Blender.
 """
 
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,12 +21,12 @@ _Y_TO_Z = np.array([[1.0, 0, 0, 0], [0, 0, -1.0, 0], [0, 1.0, 0, 0], [0, 0, 0, 1
 _GIMBAL = 1e-7  # cosine below which two of three angles turn about one axis
 
 
-def matrix_of(values: Any) -> Matrix:
+def matrix_of(rows: Iterable[Iterable[float]]) -> Matrix:
     """Four rows of four numbers as plain floats. Raises InputError for another shape."""
-    array = np.asarray(values, np.float64)
-    if array.shape != (4, 4):
-        raise InputError(f"A placement has 4 x 4 numbers, got {' x '.join(map(str, array.shape))}.")
-    return tuple(tuple(row) for row in array.tolist())
+    matrix = tuple(tuple(map(float, row)) for row in rows)
+    if [len(row) for row in matrix] != [4] * 4:
+        raise InputError("A placement has four rows of four numbers.")
+    return matrix
 
 
 def check_rigid(matrices: Sequence[Matrix], frames: Sequence[int]) -> None:

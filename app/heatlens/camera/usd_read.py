@@ -2,8 +2,11 @@
 
 import math
 import re
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
+from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
+from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -44,6 +47,24 @@ def split_prim(text: str) -> tuple[Path, str | None]:
 
 
 def read_usd_camera(text: str) -> CameraSamples:
+    """`usd_camera` in a process of its own: on some damaged files OpenUSD ends the one it is in."""
+    camera: CameraSamples = in_own_process(usd_camera, text)
+    return camera
+
+
+def in_own_process(function: Callable[[str], Any], text: str) -> Any:
+    """What `function` makes of `text`. Raises its errors, and InputError where it ends Python."""
+    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as apart:
+        try:
+            return apart.submit(function, text).result()
+        except BrokenProcessPool as error:
+            path, _ = split_prim(text)
+            raise InputError(
+                f"{path} cannot be read: it is damaged in a way that ends OpenUSD."
+            ) from error
+
+
+def usd_camera(text: str) -> CameraSamples:
     """The camera of a file, or the one named in it as in `shot.usda:/world/cam`.
 
     A time code is a frame. An f-stop or a focus of 0, by which USD says that nothing is out of

@@ -1,0 +1,103 @@
+"""Cameras known from their axes, and shots of any keys, for tests of the exchange."""
+
+import os
+from collections.abc import Sequence
+
+import numpy as np
+from hypothesis import strategies as st
+
+from heatlens.camera.samples import CameraSamples
+from heatlens.model.curve import Curve, Key
+from heatlens.model.frames import FrameRange
+from heatlens.model.interpolation import Interpolation, Scale
+from heatlens.model.lens import Lens
+from heatlens.model.shot import LensCurves, Shot
+
+FRAMES = FrameRange(1001, 1008)
+EYE = (0.2, 1.3, -0.4)
+TARGET = (0.7, 0.9, 2.1)
+
+
+def axes(eye: Sequence[float], target: Sequence[float], up: Sequence[float] = (0, 1, 0)):
+    """Right, up and forward of a camera in a right-handed world, each of length 1."""
+    forward = np.subtract(target, eye)
+    forward = forward / np.linalg.norm(forward)
+    right = np.cross(forward, up)
+    right = right / np.linalg.norm(right)
+    return right, np.cross(right, forward), forward
+
+
+def world_to_camera(eye: Sequence[float], target: Sequence[float]) -> tuple:
+    """As CameraSamples has it: columns, looking along -z."""
+    right, up, forward = axes(eye, target)
+    rows = [[*axis, -np.dot(axis, eye)] for axis in (right, up, -forward)]
+    return tuple(tuple(map(float, row)) for row in [*rows, [0, 0, 0, 1]])
+
+
+def exr_attribute(eye: Sequence[float], target: Sequence[float]) -> np.ndarray:
+    """`worldToCamera` of the same camera: rows, looking along +z."""
+    right, up, forward = axes(eye, target)
+    matrix = np.eye(4)
+    matrix[:3, :3] = np.stack([right, up, forward], axis=1)
+    matrix[3, :3] = [-np.dot(axis, eye) for axis in (right, up, forward)]
+    return matrix.astype(np.float32)
+
+
+def dolly(frames: FrameRange = FRAMES) -> list[tuple[float, ...]]:
+    """Where a camera is that moves at each frame."""
+    return [tuple(np.add(EYE, (0.05 * n, 0.01 * n, -0.02 * n * n))) for n in range(frames.count)]
+
+
+def moving_camera(**changes: object) -> CameraSamples:
+    """Focus pull to infinity, zoom and dolly; f-stop and sensor stand still."""
+    count = FRAMES.count
+    values = {
+        "name": "hero cam",
+        "frames": tuple(FRAMES),
+        "focal_length_mm": tuple(50.0 + n / 3 for n in range(count)),
+        "f_stop": (1.3,) * count,
+        "focus_distance_m": (*(0.94 * 1.7**n for n in range(count - 1)), np.inf),
+        "sensor_width_mm": (36.0,) * count,
+        "sensor_height_mm": (20.25,) * count,
+        "squeeze": (1.8,) * count,
+        "world_to_camera": tuple(world_to_camera(eye, TARGET) for eye in dolly()),
+        "frames_per_second": 25.0,
+    }
+    return CameraSamples(**(values | changes))
+
+
+def ends_python(text: str) -> None:
+    """What a crash does to the process it is in."""
+    os._exit(3)
+
+
+def _curve(values: st.SearchStrategy[float], scale: Scale) -> st.SearchStrategy[Curve]:
+    key = st.tuples(values, st.sampled_from(list(Interpolation)))
+    keyed = st.dictionaries(st.integers(FRAMES.first - 3, FRAMES.last + 3), key, max_size=4)
+    return keyed.map(lambda found: Curve(tuple(Key(at, *found[at]) for at in sorted(found)), scale))
+
+
+CURVES = st.builds(
+    LensCurves,
+    focus_distance_m=st.one_of(
+        _curve(st.floats(0.4, 1e4) | st.just(np.inf), Scale.RECIPROCAL),
+        _curve(st.floats(0.4, 1e4), Scale.LINEAR),
+    ),
+    f_stop=_curve(st.floats(0.7, 32), Scale.LOGARITHMIC),
+    focal_length_mm=_curve(st.floats(8, 300), Scale.LOGARITHMIC),
+    squeeze=_curve(st.floats(1.01, 1.99), Scale.LINEAR),
+)
+SHOTS = st.builds(
+    Shot,
+    lens=st.builds(
+        Lens,
+        focal_length_mm=st.floats(8, 300),
+        f_stop=st.floats(0.7, 32),
+        focus_distance_m=st.floats(0.4, 1e4) | st.just(np.inf),
+        sensor_width_mm=st.floats(5, 70),
+        squeeze=st.floats(1, 2),
+    ),
+    curves=CURVES,
+    frames=st.just(FRAMES),
+    frames_per_second=st.sampled_from([23.976, 24.0, 25.0, 60.0]),
+)
