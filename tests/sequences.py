@@ -24,4 +24,4 @@ def frame_file(folder: Path, frame: int, **attributes: Any) -> Path:
 
 def nearer(frame: int) -> float:
     """The distances at a frame over those of the room."""
-    return 1.0 - 0.05 * (frame - FIRST)
+    return 0.95 ** (frame - FIRST)

@@ -87,7 +87,7 @@ class App:
         self.viewport = ViewportPanel(ctx)
         self.palette = Palette()
         self.actions = actions()
-        self.timeline = Timeline(self)
+        self.timeline = Timeline(self, wake)
         self.panels = dict.fromkeys(PANELS, True)
         self.speed = Speed()
         self.shows_keys = False

@@ -107,7 +107,8 @@ def _arrange(dock: int, size: ImVec2) -> None:
     _, below, centre = inner.dock_builder_split_node_py(centre, imgui.Dir.down, _TIMELINE_PART)
     inner.dock_builder_dock_window(PICTURE, centre)
     inner.dock_builder_dock_window("Timeline", below)
-    inner.dock_builder_dock_window("Lens", upper)
+    for name in ("Lens", "Marks"):
+        inner.dock_builder_dock_window(name, upper)
     for name in ("Look", "Plate", "Export", "Speed"):
         inner.dock_builder_dock_window(name, lower)
     node = inner.dock_builder_get_node(centre)

@@ -112,6 +112,7 @@ def keys_window(actions: Sequence[Action]) -> bool:
 def _mouse_help() -> None:
     for keys, what in (
         ("click, drag", "focus on what is under the pointer; the sky is infinity"),
+        ("Ctrl+Shift+click", "a mark on what is under the pointer"),
         ("wheel", "zoom at the pointer; over the lens panel: focus"),
         ("middle or right drag", "pan"),
         ("Alt held", "depth of field off, to compare"),

@@ -14,6 +14,7 @@ from heatlens.ui.layout import PICTURE, dock_panels, menu_bar
 from heatlens.ui.legend import draw_legend, entries
 from heatlens.ui.lens_panel import LensFacts, blur_panel, lens_panel
 from heatlens.ui.look_panel import look_panel
+from heatlens.ui.marks_panel import draw_point_marks, marks_panel, pull_popup
 from heatlens.ui.palette import keys_window
 from heatlens.ui.plate_panel import PlateFacts, plate_panel
 from heatlens.ui.probe import PictureReader, probe_at, probe_text, seen_depth_m
@@ -47,6 +48,8 @@ class Screen:
             self._look()
         if app.panels["Plate"]:
             self._plate()
+        if app.panels["Marks"]:
+            self._marks()
         if app.panels["Export"]:
             self._export()
         if app.panels["Speed"]:
@@ -54,7 +57,8 @@ class Screen:
         if app.timeline.is_shown:
             self._timeline()
         if is_new_layout:
-            imgui.set_window_focus("Look")  # the one in front of those that share a place
+            for name in ("Lens", "Look"):  # in front of those that share a place with them
+                imgui.set_window_focus(name)
         app.update_picture()
         self._picture()
         app.editing.rest(is_held=imgui.is_any_item_active())
@@ -69,6 +73,7 @@ class Screen:
                 action.run(app)
         if app.shows_keys:
             app.shows_keys = keys_window(app.actions)
+        pull_popup(app)
         app.filing.draw()
 
     def _frame_window(self) -> None:
@@ -151,6 +156,11 @@ class Screen:
             speed_panel(app.speed, app.live.shown, app.renderer)
         imgui.end()
 
+    def _marks(self) -> None:
+        if self._begin("Marks"):
+            marks_panel(self._app)
+        imgui.end()
+
     def _timeline(self) -> None:
         if self._begin("Timeline", _Window.no_scrollbar | _Window.no_scroll_with_mouse):
             timeline_panel(self._app)
@@ -174,6 +184,7 @@ class Screen:
         else:
             scale = imgui.get_io().display_framebuffer_scale.x or 1.0
             self._take(self._app.viewport.draw(pictures, self._app.view, scale))
+            draw_point_marks(self._app)
             self._legend()
         widgets.note("picture")
         imgui.end()
@@ -191,8 +202,13 @@ class Screen:
 
     def _take(self, result: ViewportResult) -> None:
         self._app.view, self._hovered = result.view, result.hovered_px
-        if result.focus_px is not None:
+        if result.focus_px is None:
+            return
+        io = imgui.get_io()
+        if not (io.key_ctrl and io.key_shift):
             self._app.focus_at(result.focus_px)
+        elif imgui.is_mouse_clicked(imgui.MouseButton_.left):
+            self._app.timeline.marks.set_point(result.focus_px)
 
     def _pictures(self) -> Pictures | None:
         """What the viewport shows, drawn again where it changed."""

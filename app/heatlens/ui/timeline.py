@@ -1,6 +1,7 @@
 """The playhead over the frames: where it is, where it goes, and what is seen meanwhile."""
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING, Literal
 
@@ -14,6 +15,7 @@ from heatlens.ui.focus_track import FocusTrack, MarkTrack, MarkTracks
 from heatlens.ui.frame_states import FrameStates, Run
 from heatlens.ui.key_commands import KeyCommands
 from heatlens.ui.key_hand import KeyHand
+from heatlens.ui.mark_commands import MarkCommands
 from heatlens.ui.playback import Playback
 from heatlens.ui.timeline_scale import TimeScale
 
@@ -29,7 +31,7 @@ _BEHIND_S = 0.25  # news of the frames may be told so late
 class Timeline:
     """What the timeline does; `timeline_panel` draws it."""
 
-    def __init__(self, app: "App") -> None:
+    def __init__(self, app: "App", wake: Callable[[], None] = lambda: None) -> None:
         self._app = app
         self.playback = Playback()
         self.missing: MissingPolicy = "hold"
@@ -37,6 +39,8 @@ class Timeline:
         self.scale: TimeScale | None = None  # the frames that are seen; None: all
         self.keys = KeyCommands(app)
         self.hand = KeyHand(app)
+        self.marks = MarkCommands(app, wake)
+        self.opens_pull = False  # the popup of the pull, in the next frame
         self.track = FocusTrack()
         self.heights: tuple[float, float] | None = None  # dioptres that the curve shows
         self._mark_tracks = MarkTracks()
@@ -166,9 +170,14 @@ class Timeline:
 
     # What happens by itself
 
+    def open_pull(self) -> None:
+        """Ask where to pull the focus to, and how fast."""
+        self.opens_pull = True
+
     def poll(self) -> None:
         """Once a frame of the window: the playhead moves on, and its plate is asked for."""
         app = self._app
+        self.marks.poll()
         self._show()
         if self.playback.direction:
             now, rate = app.editing.frame, app.shot.frames_per_second

@@ -37,6 +37,8 @@ def key_actions() -> list[Action]:
     return [
         Action("Set key", "Animate", lambda app: app.timeline.keys.set_here(), _K.k),
         Action("Delete keys", "Animate", lambda app: app.timeline.keys.delete(), _K.delete),
+        Action("Set mark here", "Animate", lambda app: app.timeline.marks.set_here(), _K.m),
+        Action("Pull focus...", "Animate", lambda app: app.timeline.open_pull(), _K.m, _SHIFT),
         Action(
             "Auto key", "Animate", _toggle_auto_key, _K.a, is_on=lambda app: app.editing.auto_key
         ),
