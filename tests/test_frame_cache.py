@@ -132,6 +132,18 @@ def test_frames_behind_are_given_up_for_those_ahead():
     assert reader.begun == [*range(20), 0, 1]
 
 
+def test_who_never_comes_back_keeps_no_frame_that_was_seen():
+    reader, news = Reader(), News()
+    frames = sequence_of(range(20))
+    with FrameCache(frames, reader, 100 * ONE, 1, news, keeps_seen=False) as cache:
+        for frame in range(18):
+            cache.want(frame, 1, 2)
+            at_rest(cache, news)
+            assert set(names(cache.states(), "ready")) == {frame, frame + 1, frame + 2}
+            assert cache.bytes_in_use == 3 * ONE
+    assert reader.begun == [*range(20)]
+
+
 def test_a_frame_larger_than_the_budget_is_shown_all_the_same():
     reader, news = Reader(pixels=lambda frame: 50 if frame == 3 else 1), News()
     sequence = sequence_of(range(7), {0, 1, 2, 3, 4, 5})

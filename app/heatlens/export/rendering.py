@@ -32,7 +32,7 @@ class FrameRendering:
         self._loaded: tuple[Plate | None, bool] = (None, False)
         self._sequence = plates_needed(plan, frames)
         read = partial(read_plate, options=plan.job.shot.plate_options)
-        self._cache = FrameCache(self._sequence, read, _PLATES_BYTES)
+        self._cache = FrameCache(self._sequence, read, _PLATES_BYTES, keeps_seen=False)
         is_exr = plan.job.output.is_exr
         self._shown = None if is_exr else ShownPictures(renderer.ctx, plan.job.look)
 

@@ -30,6 +30,8 @@ class FrameCache:
     `on_ready`, called without arguments on one of the threads whenever there is news, should only
     wake a loop. A frame larger than the budget is held while the playhead is on it, alone.
 
+    `keeps_seen` False: frames go as soon as they are not wanted any more, for who never comes back.
+
     One lock guards every field that changes; no file is touched and nobody called under it.
     """
 
@@ -40,10 +42,12 @@ class FrameCache:
         budget_bytes: int,
         workers: int = 2,
         on_ready: Callable[[], None] = lambda: None,
+        keeps_seen: bool = True,
     ):
         self._read = read
         self._workers = workers
         self._on_ready = on_ready
+        self._keeps_seen = keeps_seen
         self._changed = threading.Condition(threading.Lock())
         self._sequence = sequence
         self._unread_states = _unread_states(sequence)
@@ -84,6 +88,8 @@ class FrameCache:
         with self._changed:
             self._order = PlayOrder.at(self._sequence.frames, frame, direction, window)
             self._shelf.trim(self._order)
+            if not self._keeps_seen:
+                self._shelf.keep_only(set(self._order.wanted()))
             self._begin_reads()
             self._changed.notify_all()
 

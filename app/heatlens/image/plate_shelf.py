@@ -85,6 +85,11 @@ class PlateShelf:
         while victims and self.bytes_in_use > self.budget_bytes:
             del self.held[victims.pop()]
 
+    def keep_only(self, frames: set[int]) -> None:
+        """Let the pixels of all others go."""
+        for frame in self.held.keys() - frames:
+            del self.held[frame]
+
     def forget(self, frame: int) -> None:
         """Drop what is held of `frame`, for its file is another now."""
         self.held.pop(frame, None)
