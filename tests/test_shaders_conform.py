@@ -40,7 +40,9 @@ def solver_builds() -> list[tuple[str, dict[str, object]]]:
 
 def pass_builds() -> list[tuple[str, dict[str, object]]]:
     names = [f.name for f in sorted(SHADERS.glob("*.glsl")) if f.name not in STRATEGIES]
-    builds = [(name, {}) for name in names] + [("highlight_sprites.comp.glsl", {"COUNT": 1})]
+    builds = [(name, {}) for name in names] + [
+        (name, {"COUNT": 1}) for name in ("highlight_sprites.comp.glsl", "scatter_sort.comp.glsl")
+    ]
     return builds + [(OVERLAY, {"MODE": mode}) for mode in overlay_modes()]
 
 

@@ -26,13 +26,13 @@ from heatlens.model.interpolation import Ease, Interpolation, Scale
 from heatlens.model.lens import Lens
 from heatlens.model.marks import DistanceMark, PointMark
 from heatlens.model.plate_options import PlateOptions
-from heatlens.model.settings import Bokeh, DefocusSettings, Quality
+from heatlens.model.settings import Bokeh, DefocusSettings, Method, Quality
 from heatlens.model.shot import LensCurves, Shot
 
 FIFTY = Lens(50.0, 1.3, 0.94, 36.0)
 FULL = Shot(
     replace(FIFTY, t_stop=1.5, close_focus_m=0.45),
-    DefocusSettings(Bokeh.HEAT, Quality.DRAFT, 3, 0.5),
+    DefocusSettings(Bokeh.HEAT, Quality.DRAFT, 3, 0.5, Method.SCATTER),
     "/shots/s1/plate.####.exr",
     PlateOptions("Z", "", "normalized", "radial", 0.01, 0.1, 100.0, 50.0, 36.0),
     LensCurves(
@@ -102,6 +102,7 @@ SHOTS = st.builds(
         st.sampled_from(Quality),
         st.none() | st.integers(1, 7),
         st.floats(1 / 16, 1),
+        st.sampled_from(Method),
     ),
     st.none() | st.lists(NAMES, min_size=1, max_size=3).map(lambda names: "/" + "/".join(names)),
     st.builds(

@@ -171,6 +171,12 @@ def _lamps_drawn(work: Work, runs: int) -> Traffic:
     return Traffic(None, None)
 
 
+def _method(work: Work, runs: int) -> Traffic:
+    """Colour and coc in, the picture out; how often neighbours are looked at, the coc decides."""
+    moved = runs * (_COLOR + _COC + _COLOR)
+    return Traffic(moved, moved, at_least=True)
+
+
 PASS_COSTS: dict[str, Callable[[Work, int], Traffic]] = {
     "proxy": _proxy,
     "coc": _coc,
@@ -185,4 +191,7 @@ PASS_COSTS: dict[str, Callable[[Work, int], Traffic]] = {
     "limits": _limits,
     "lamps drawn": _lamps_drawn,
     "alpha": _alpha,
+    "gather": _method,
+    "scatter": _method,
+    "pyramid": _method,
 }

@@ -21,10 +21,10 @@ from heatlens.image.exr_read import read_plate
 from heatlens.image.exr_write import COMPRESSIONS
 from heatlens.image.sequence import find_sequence
 from heatlens.image.shot_file import SHOT_SUFFIX, read_shot
-from heatlens.model.settings import Bokeh, Quality
+from heatlens.model.settings import Bokeh, Method, Quality
 from heatlens.model.shot import Shot
 
-_BLUR = ("bokeh", "quality", "layers", "proxy")
+_BLUR = ("method", "bokeh", "quality", "layers", "proxy")
 
 Given = dict[str, Any]
 
@@ -186,6 +186,7 @@ def _with_overrides(args: argparse.Namespace, shot: Shot) -> Shot:
         quality=Quality(args.quality or now.quality),
         layers=now.layers if args.layers is None else args.layers,
         proxy=now.proxy if args.proxy is None else args.proxy,
+        method=Method(args.method or now.method),
     )
     shot = replace(shot, defocus=defocus)
     if args.plate is not None:

@@ -14,6 +14,7 @@ from heatlens.model.coc import far_limit_m, near_limit_m
 from heatlens.model.lens import Lens
 from heatlens.model.marks import DistanceMark, Mark
 from heatlens.model.pull import frames_too_close
+from heatlens.model.settings import DefocusSettings, Method
 from heatlens.model.shot import LensParameter, Shot
 from heatlens.model.units import format_distance
 
@@ -94,13 +95,20 @@ def _sections(shot: Shot, unit: str) -> list[str]:
     return sections
 
 
+def _blur_words(blur: DefocusSettings) -> str:
+    """What of its settings counts: another method than diffusion does not ask for the rest."""
+    if blur.method is Method.DIFFUSION:
+        return f"{blur.bokeh}, {blur.quality}"
+    return f"method {blur.method}"
+
+
 def _about(shot: Shot, unit: str) -> str:
     """Aligned lines on all that does not move."""
     lens, blur = shot.lens, shot.defocus
     lines = [
         ("plate", shot.source or "none"),
         ("frames", f"{shot.span or 'not known'}, {shot.frames_per_second:g} per second"),
-        ("blur", f"{blur.bokeh}, {blur.quality}, proxy {blur.proxy:g}"),
+        ("blur", f"{_blur_words(blur)}, proxy {blur.proxy:g}"),
         ("sensor width", f"{lens.sensor_width_mm:g} mm"),
     ]
     if shot.in_out is not None:

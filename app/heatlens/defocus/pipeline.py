@@ -31,11 +31,12 @@ from heatlens.defocus.layer_passes import (
 )
 from heatlens.defocus.line_solver import LineSolver
 from heatlens.defocus.optics import Optics
+from heatlens.defocus.other_methods import OtherMethods
 from heatlens.defocus.pixel_list import list_bytes
 from heatlens.defocus.plate_passes import AlphaPass, CocPass, ProxyPass, proxy_size
 from heatlens.defocus.quality import kernel_for, layers_for
 from heatlens.gpu.textures import TexturePool
-from heatlens.model.settings import Bokeh, DefocusSettings
+from heatlens.model.settings import Bokeh, DefocusSettings, Method
 
 Result = TypeVar("Result")
 Steps = Generator[str, None, Result]  # names of passes as their work is issued, then the result
@@ -58,6 +59,7 @@ class DefocusPasses:
         self.split_lamps = HighlightSplitPass(ctx, self.blur)
         self.list_lamps = HighlightListPass(ctx)
         self.draw_lamps = HighlightDrawPass(ctx)
+        self.others = OtherMethods(ctx)
 
 
 class DefocusPipeline:
@@ -92,7 +94,7 @@ class DefocusPipeline:
             self._passes.coc.run(depth, optics.line, coc)
             yield "coc"
         if layers_for(settings) == 1:
-            blurred = yield from self._blurred(color, coc, kernel_for(settings), optics)
+            blurred = yield from self._in_one_layer(color, coc, optics, settings)
             self._passes.limits.run(blurred, is_opaque=not has_alpha)
             yield "limits"
             return blurred
@@ -107,6 +109,25 @@ class DefocusPipeline:
         self._passes.alpha.join(alpha, out)
         yield "alpha"
         return out
+
+    def _in_one_layer(
+        self,
+        color: moderngl.Texture,
+        coc: moderngl.Texture,
+        optics: Optics,
+        settings: DefocusSettings,
+    ) -> Steps[moderngl.Texture]:
+        """Diffusion without layers, or another method, which sees to depth itself or not at all."""
+        others, work = self._passes.others, (color, coc, optics, self._pool)
+        if settings.method is Method.GATHER:
+            yield from _named("gather", others.gather(*work))
+        elif settings.method is Method.SCATTER:
+            yield from _named("scatter", others.scatter(*work))
+        elif settings.method is Method.PYRAMID:
+            yield from _named("pyramid", others.pyramid(*work))
+        else:
+            return (yield from self._blurred(color, coc, kernel_for(settings), optics))
+        return self._pool.texture("blurred", color.size, 4)
 
     def _layered(
         self,

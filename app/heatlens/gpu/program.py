@@ -1,6 +1,6 @@
 """A compute shader that is dispatched by name: every input is named in one call."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import moderngl
 
@@ -125,10 +125,10 @@ class DrawProgram:
         self._units = _give_units(self._program, samplers)
 
     def vertex_array(
-        self, layout: list[tuple[moderngl.Buffer, str, str, str]]
+        self, layout: Sequence[tuple[moderngl.Buffer, str, *tuple[str, ...]]]
     ) -> moderngl.VertexArray:
         """What is drawn: buffers and the attributes they hold."""
-        return self._ctx.vertex_array(self._program, layout)
+        return self._ctx.vertex_array(self._program, list(layout))
 
     def bind(self, *, textures: Mapping[str, Image], uniforms: Mapping[str, object]) -> None:
         """Set what the next draw reads; unused names may be passed all the same."""

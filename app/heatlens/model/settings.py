@@ -22,6 +22,16 @@ class Quality(StrEnum):
     FILM = "film"
 
 
+class Method(StrEnum):
+    """How a pixel's light gets to where its disc is; all take the same lens and plate."""
+
+    DIFFUSION = "diffusion"  # layers of diffusion, as bokeh, quality and layers say
+    HEAT = "heat"  # one layer of heat, the basic form: Kass, Lefohn, Owens 2006
+    GATHER = "gather"  # each pixel looks around in its disc: Riguer et al. 2003
+    SCATTER = "scatter"  # each pixel is drawn as its disc: Potmesil and Chakravarty 1981
+    PYRAMID = "pyramid"  # smaller and smaller pictures: Williams 1983, Burt and Adelson 1983
+
+
 LAYERS_MAX = 7
 PROXY_MIN = 1 / 16
 
@@ -33,12 +43,14 @@ class DefocusSettings:
     layers  how many depth layers the picture is cut into, 1 (no uncovering) to LAYERS_MAX; None:
             what the quality brings
     proxy   scale of the picture that is worked on, PROXY_MIN to 1; blur scales with it
+    method  bokeh, quality and layers are those of diffusion; the others do not ask for them
     """
 
     bokeh: Bokeh = Bokeh.DISC
     quality: Quality = Quality.FILM
     layers: int | None = None
     proxy: float = 1.0
+    method: Method = Method.DIFFUSION
 
     def __post_init__(self) -> None:
         if self.layers is not None and not 1 <= self.layers <= LAYERS_MAX:

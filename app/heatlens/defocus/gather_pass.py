@@ -1,0 +1,87 @@
+"""Depth of field by gathering: each pixel is the mean of what lies in its disc."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import moderngl
+
+from heatlens.defocus.optics import Optics
+from heatlens.gpu.program import ComputeProgram, groups_for
+
+_TILE = 16
+_RAMP_PX = 0.5  # half a rim's width, as in the shader
+_SAMPLES_PER_STEP = 2**24  # a fifth of a second on a processor: a window answers in between
+_LOOPS_MAX = 60_000  # Mesa's software rasteriser stops an invocation's loops after 65535 rounds
+
+
+@dataclass(frozen=True, slots=True)
+class GatherStep:
+    """Rows of the picture from `band_start`, and rows of the disc from its centre, both ends in."""
+
+    band_start: int
+    band_rows: int
+    disc_first: int
+    disc_last: int
+
+
+def disc_reach_px(optics: Optics) -> tuple[int, int]:
+    """Half the box (x, y) that holds the widest disc of the plate, its rim included."""
+    radius = max(abs(optics.nearest_px), abs(optics.farthest_px)) / 2
+    x, y = (math.ceil(radius * scale + _RAMP_PX) for scale in optics.axis_scales)
+    return x, y
+
+
+def gather_steps(size: tuple[int, int], reach: tuple[int, int]) -> list[GatherStep]:
+    """The work in parts, none with more than `_SAMPLES_PER_STEP` samples if a row of tiles allows.
+
+    A disc wider than the picture is no more work than one that fills it.
+    """
+    reach_x, reach_y = (min(r, side - 1) for r, side in zip(reach, size, strict=True))
+    across = 2 * reach_x + 2
+    budget = max(1, _SAMPLES_PER_STEP // (size[0] * _TILE * across))
+    disc_rows = max(1, min(2 * reach_y + 1, budget, _LOOPS_MAX // across))
+    per_row = size[0] * across * disc_rows
+    band_rows = max(1, min(_SAMPLES_PER_STEP // per_row, size[1]) // _TILE) * _TILE
+    return [
+        GatherStep(start, band_rows, first, min(first + disc_rows - 1, reach_y))
+        for start in range(0, size[1], band_rows)
+        for first in range(-reach_y, reach_y + 1, disc_rows)
+    ]
+
+
+class GatherPass:
+    """The mean over a disc of each pixel's own circle of confusion, a sample for each pixel of it.
+
+    A silhouette that is blurred itself stays as sharp as it was: no pixel outside it looks so far.
+    """
+
+    def __init__(self, ctx: moderngl.Context) -> None:
+        self._program = ComputeProgram(ctx, "gather.comp.glsl")
+
+    def steps(
+        self,
+        color: moderngl.Texture,
+        coc: moderngl.Texture,
+        optics: Optics,
+        out_color: moderngl.Texture,
+        weight: moderngl.Texture,
+    ) -> Iterator[None]:
+        """Fill `out_color`, RGBA as `color`; `weight` is scratch."""
+        reach = disc_reach_px(optics)
+        parts = gather_steps(color.size, reach)
+        first, last = parts[0].disc_first, parts[-1].disc_last
+        for part in parts:
+            self._program.dispatch(
+                (groups_for(color.size[0], _TILE), groups_for(part.band_rows, _TILE)),
+                textures={"color_tx": color, "coc_tx": coc},
+                images={"sum_img": out_color, "weight_img": weight},
+                uniforms={
+                    "axis_scales": optics.axis_scales,
+                    "band_start": part.band_start,
+                    "disc_rows": (part.disc_first, part.disc_last),
+                    "is_first": part.disc_first == first,
+                    "is_last": part.disc_last == last,
+                },
+            )
+            yield

@@ -1,0 +1,67 @@
+"""The field's other ways to blur a plate, beside diffusion and through the same renderer."""
+
+import math
+from collections.abc import Iterator
+from functools import cached_property
+
+import moderngl
+
+from heatlens.defocus.gather_pass import GatherPass
+from heatlens.defocus.optics import Optics
+from heatlens.defocus.pyramid_pass import PyramidPass, level_places, pyramid_size
+from heatlens.defocus.scatter_pass import ScatterPass, ScatterTargets, buffer_bytes
+from heatlens.gpu.textures import TexturePool
+
+
+class OtherMethods:
+    """Each takes RGBA and signed coc and leaves RGBA in the pool's texture `blurred`.
+
+    Alpha is blurred as a fourth colour. Programs are built when a method is first asked for.
+    """
+
+    def __init__(self, ctx: moderngl.Context) -> None:
+        self._ctx = ctx
+
+    @cached_property
+    def _gather(self) -> GatherPass:
+        return GatherPass(self._ctx)
+
+    @cached_property
+    def _scatter(self) -> ScatterPass:
+        return ScatterPass(self._ctx)
+
+    @cached_property
+    def _pyramid(self) -> PyramidPass:
+        return PyramidPass(self._ctx)
+
+    def gather(
+        self, color: moderngl.Texture, coc: moderngl.Texture, optics: Optics, pool: TexturePool
+    ) -> Iterator[None]:
+        """`GatherPass`, its scratch from the pool."""
+        out, weight = pool.texture("blurred", color.size, 4), pool.texture("weight", color.size, 1)
+        return self._gather.steps(color, coc, optics, out, weight)
+
+    def scatter(
+        self, color: moderngl.Texture, coc: moderngl.Texture, optics: Optics, pool: TexturePool
+    ) -> Iterator[None]:
+        """`ScatterPass`, its scratch from the pool."""
+        size = color.size
+        sizes = buffer_bytes(size)
+        targets = ScatterTargets(
+            pool.texture("layer", size, 4),
+            pool.texture("weight", size, 1),
+            pool.texture("blurred", size, 4),
+            pool.texture("cover", size, 1),
+            pool.buffer("scatter places", sizes["place"]),
+            pool.buffer("pixels", sizes["pixel"]),
+        )
+        return self._scatter.steps(color, coc, optics, targets)
+
+    def pyramid(
+        self, color: moderngl.Texture, coc: moderngl.Texture, optics: Optics, pool: TexturePool
+    ) -> Iterator[None]:
+        """`PyramidPass`, its scratch from the pool."""
+        all_levels = level_places(color.size, math.inf)  # room that no lens changes
+        levels = pool.texture("pyramid", pyramid_size(all_levels), 4)
+        out = pool.texture("blurred", color.size, 4)
+        return self._pyramid.steps(color, coc, optics, levels, out)

@@ -1,0 +1,195 @@
+"""Depth of field by scattering: each pixel is drawn as its disc, far to near.
+
+Discs are drawn as instanced quads, sorted into bins of depth. Within a bin they add up, for a
+surface is made of discs that share its pixels and do not hide each other; bins go over each other.
+Discs put over each other one by one would let through 1/e of what is behind a closed surface.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import moderngl
+import numpy as np
+import numpy.typing as npt
+
+from heatlens.defocus.optics import Optics
+from heatlens.defocus.plate_passes import tiles
+from heatlens.gpu.program import ComputeProgram, DrawProgram, groups_for
+
+BINS, _MIDDLE, _GROWTH = 64, 32, 1.25  # as in scatter_sort.comp.glsl
+_ROWS_PER_GROUP = 8
+_RAMP_PX = 0.5
+_STEPS_A_PX, _SMALL_PX = 8, 16
+DISC_SUMS = _STEPS_A_PX * _SMALL_PX + 1  # these three as in scatter_draw.vert.glsl
+_FRAGMENTS_PER_STEP = 2**23  # some tenths of a second on a processor: a window answers in between
+
+Counts = npt.NDArray[np.uint32]
+
+
+@dataclass(frozen=True)
+class ScatterTargets:
+    """Where discs are drawn and put over each other, all of the picture's size.
+
+    light, cover          RGBA and red, the sums of one bin
+    out_color, out_cover  RGBA and red, what the bins make together
+    place, pixel          buffers: see `buffer_bytes`
+    """
+
+    light: moderngl.Texture
+    cover: moderngl.Texture
+    out_color: moderngl.Texture
+    out_cover: moderngl.Texture
+    place: moderngl.Buffer
+    pixel: moderngl.Buffer
+
+
+def buffer_bytes(size: tuple[int, int]) -> dict[str, int]:
+    """Bytes of a picture's buffers: a word for each bin of a row, a word for each pixel."""
+    return {"place": 4 * BINS * size[1], "pixel": 4 * size[0] * size[1]}
+
+
+def disc_sums(axis_scales: tuple[float, float]) -> npt.NDArray[np.float64]:
+    """What the profile of lib/disc.lib.glsl sums up to, (DISC_SUMS,), by eighths of a pixel."""
+    diameters = np.arange(DISC_SUMS) / _STEPS_A_PX
+    return np.array([_disc_sum(d / 2, axis_scales) for d in diameters])
+
+
+def _disc_sum(radius: float, axis_scales: tuple[float, float]) -> float:
+    reach_x, reach_y = (int(np.ceil(radius * scale + _RAMP_PX)) for scale in axis_scales)
+    y, x = np.mgrid[-reach_y : reach_y + 1, -reach_x : reach_x + 1]
+    u, v = x / axis_scales[0], y / axis_scales[1]
+    from_centre = np.maximum(np.hypot(u, v), 1e-6)
+    gradient = np.hypot(u / axis_scales[0], v / axis_scales[1]) / from_centre
+    gradient[reach_y, reach_x] = 1 / min(axis_scales)
+    to_rim = (radius - from_centre) / gradient
+    return float(np.clip((to_rim + _RAMP_PX) / (2 * _RAMP_PX), 0, 1).sum())
+
+
+def bin_places(counts: Counts) -> Counts:
+    """Where each row's pixels of each bin begin, (rows, BINS); the farthest bin comes first."""
+    far_to_near = counts[:, ::-1].T.astype(np.uint64)  # bins, rows
+    flat = far_to_near.ravel()
+    places = (np.cumsum(flat) - flat).reshape(far_to_near.shape)
+    return np.ascontiguousarray(places.T[:, ::-1].astype(np.uint32))
+
+
+def bin_coc_px(number: int, largest_px: float) -> float:
+    """The largest |coc| that a bin can hold."""
+    if number in (0, BINS - 1):
+        return largest_px
+    return min(largest_px, _GROWTH ** abs(number - _MIDDLE))
+
+
+def disc_fragments(coc_px: float, axis_scales: tuple[float, float], size: tuple[int, int]) -> int:
+    """Pixels that drawing a disc looks at: its box, as far as it can lie in the picture."""
+    sides = [coc_px * scale + 2 * _RAMP_PX + 1 for scale in axis_scales]
+    across, down = (min(side, most) for side, most in zip(sides, size, strict=True))
+    return max(1, int(across * down))
+
+
+class ScatterPass:
+    """Sorts the pixels, draws each bin's discs in parts, and puts the bins over each other."""
+
+    def __init__(self, ctx: moderngl.Context) -> None:
+        self._ctx = ctx
+        self._count = ComputeProgram(ctx, "scatter_sort.comp.glsl", {"COUNT": 1})
+        self._sort = ComputeProgram(ctx, "scatter_sort.comp.glsl")
+        self._discs = DrawProgram(ctx, "scatter_draw")
+        self._over = ComputeProgram(ctx, "scatter_over.comp.glsl")
+        self._quads: tuple[moderngl.Buffer, moderngl.VertexArray] | None = None
+        self._drawn: tuple[moderngl.Texture, moderngl.Framebuffer] | None = None
+        self._command = ctx.buffer(reserve=16)
+
+    def steps(
+        self,
+        color: moderngl.Texture,
+        coc: moderngl.Texture,
+        optics: Optics,
+        targets: ScatterTargets,
+    ) -> Iterator[None]:
+        """Fill `targets.out_color`, RGBA as `color`, in steps that are short wherever discs lie."""
+        totals = self._sorted(coc, targets)
+        yield
+        numbers = [int(n) for n in np.flatnonzero(totals)[::-1]]
+        sums = [float(s) for s in disc_sums(optics.axis_scales)]
+        largest_px = max(abs(optics.nearest_px), abs(optics.farthest_px))
+        inputs = ({"color_tx": color, "coc_tx": coc}, optics.axis_scales, sums)
+        self._draw_into(targets).clear()
+        first = 0
+        for number in numbers:
+            count = int(totals[number])
+            fragments = disc_fragments(
+                bin_coc_px(number, largest_px), optics.axis_scales, color.size
+            )
+            part = max(1, _FRAGMENTS_PER_STEP // fragments)
+            for start in range(first, first + count, part):
+                self._draw(inputs, targets, start, min(part, first + count - start))
+                yield
+            first += count
+            self._put_over(targets, number == numbers[0], number == numbers[-1])
+            yield
+
+    def _sorted(self, coc: moderngl.Texture, targets: ScatterTargets) -> Counts:
+        """Fill `targets.pixel`, far to near; how many pixels there are in each bin."""
+        rows = coc.size[1]
+        groups = (groups_for(rows, _ROWS_PER_GROUP), 1)
+        buffers = {0: targets.place, 1: targets.pixel}
+        self._count.dispatch(groups, textures={"coc_tx": coc}, buffers=buffers)
+        words = np.frombuffer(targets.place.read(4 * BINS * rows), np.uint32)
+        counts = words.reshape(rows, BINS)
+        targets.place.write(bin_places(counts).tobytes())
+        self._sort.dispatch(groups, textures={"coc_tx": coc}, buffers=buffers)
+        return np.asarray(counts.sum(axis=0), np.uint32)
+
+    def _draw(
+        self,
+        inputs: tuple[dict[str, moderngl.Texture], tuple[float, float], list[float]],
+        targets: ScatterTargets,
+        first: int,
+        count: int,
+    ) -> None:
+        """Add `count` discs from `first` on; whatever others drew in between is set anew."""
+        textures, axis_scales, sums = inputs
+        quads = self._quads_of(targets.pixel)
+        self._draw_into(targets).use()
+        self._discs.bind(
+            textures=textures, uniforms={"axis_scales": axis_scales, "disc_sums": sums}
+        )
+        self._command.write(np.array([4, count, 0, first], np.uint32).tobytes())
+        self._ctx.enable_only(moderngl.BLEND)
+        self._ctx.blend_func = moderngl.ONE, moderngl.ONE
+        quads.render_indirect(self._command, moderngl.TRIANGLE_STRIP, 1)
+        self._ctx.disable(moderngl.BLEND)
+
+    def _put_over(self, targets: ScatterTargets, is_farthest: bool, is_nearest: bool) -> None:
+        self._over.dispatch(
+            tiles(targets.light.size),
+            images={
+                "light_img": targets.light,
+                "cover_img": targets.cover,
+                "out_color_img": targets.out_color,
+                "out_cover_img": targets.out_cover,
+            },
+            uniforms={"is_farthest": is_farthest, "is_nearest": is_nearest},
+        )
+
+    def _quads_of(self, pixel: moderngl.Buffer) -> moderngl.VertexArray:
+        if self._quads is None or self._quads[0] is not pixel:
+            layout = [(pixel, "1u/i", "in_pixel")]
+            self._quads = (pixel, self._discs.vertex_array(layout))
+        return self._quads[1]
+
+    def _draw_into(self, targets: ScatterTargets) -> moderngl.Framebuffer:
+        """The sums of a bin as what is drawn to.
+
+        The old one is released last: moderngl would bind the window's framebuffer in its place, and
+        a headless context has none.
+        """
+        before = self._drawn
+        if before is None or before[0] is not targets.light:
+            self._drawn = (targets.light, self._ctx.framebuffer([targets.light, targets.cover]))
+            self._drawn[1].use()
+            if before is not None:
+                before[1].release()
+        assert self._drawn is not None
+        return self._drawn[1]

@@ -1,0 +1,57 @@
+// Each pixel looks around in the disc of its own circle of confusion: the mean of the pixels there.
+// A pixel there counts where it is behind (light from there comes through the blur), or where its
+// own disc reaches this far: what is sharp in front does not smear. Riguer et al. 2003, Scheuermann
+// and Tatarchuk 2004. The pattern is the pixels themselves, one sample each: with fewer, a lamp's
+// disc breaks up into dots. It is taken some rows of the disc at a time, in a band of the picture.
+//
+// Inputs
+//   color_tx     rgba
+//   coc_tx       signed diameter in pixels
+// In and out
+//   sum_img      rgba so far times its weight; after the last rows the picture
+//   weight_img   the weight so far
+
+#include "lib/disc.lib.glsl"
+#include "lib/sharp.lib.glsl"
+
+layout(local_size_x = 16, local_size_y = 16) in;
+
+uniform sampler2D color_tx;
+uniform sampler2D coc_tx;
+uniform int band_start;   // first row of the picture
+uniform ivec2 disc_rows;  // first and last, from the centre
+uniform bool is_first;
+uniform bool is_last;
+layout(rgba32f) uniform image2D sum_img;
+layout(r32f) uniform image2D weight_img;
+
+#define RAMP 0.5      // half the width of a disc's rim: as soft as a pixel
+#define BEHIND_PX 0.5 // coc farther by this is behind, not the same surface
+
+void main() {
+    ivec2 at = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, band_start), size = textureSize(color_tx, 0);
+    if (any(greaterThanEqual(at, size))) return;
+    float coc = texelFetch(coc_tx, at, 0).r, radius = 0.5 * abs(coc);
+    if (is_sharp(radius)) {
+        if (is_last) imageStore(sum_img, at, texelFetch(color_tx, at, 0));
+        return;
+    }
+    vec4 sum = is_first ? vec4(0.0) : imageLoad(sum_img, at);
+    float weight = is_first ? 0.0 : imageLoad(weight_img, at).r;
+    ivec2 reach = ivec2(min(ceil(disc_reach(radius, RAMP)), vec2(size)));
+    ivec2 first = max(ivec2(-reach.x, max(-reach.y, disc_rows.x)), -at);
+    ivec2 last = min(ivec2(reach.x, min(reach.y, disc_rows.y)), size - 1 - at);
+    for (int y = first.y; y <= last.y; ++y)
+        for (int x = first.x; x <= last.x; ++x) {
+            float inside = disc_profile(vec2(x, y), radius, RAMP);
+            if (inside <= 0.0) continue;
+            float there = texelFetch(coc_tx, at + ivec2(x, y), 0).r;
+            if (there < coc + BEHIND_PX)
+                inside = min(inside, disc_profile(vec2(x, y), 0.5 * abs(there), RAMP));
+            sum += inside * texelFetch(color_tx, at + ivec2(x, y), 0);
+            weight += inside;
+        }
+    if (is_last) sum /= weight;
+    imageStore(sum_img, at, sum);
+    imageStore(weight_img, at, vec4(weight));
+}

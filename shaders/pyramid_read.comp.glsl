@@ -1,0 +1,77 @@
+// Each pixel from the two levels of the pyramid between which its blur lies, trilinearly (Williams 1983).
+// A level read linearly is a blur of variance (4^level - 1) / 2 px^2 along each axis: the filter's is 1
+// at each level, in that level's pixels, and the interpolation's (4^level - 1) / 6. A disc's is d^2 / 16.
+// Levels are mixed so that the mixture has it. Where the disc is an ellipse, the levels are those of its
+// short axis, and nine places along the long one make up the difference.
+//
+// Inputs
+//   color_tx       the picture, level 0
+//   pyramid_tx     the levels above it
+//   coc_tx         signed diameter in pixels
+// Output
+//   out_color_img  rgba
+
+layout(local_size_x = 16, local_size_y = 16) in;
+
+#define LEVELS_MAX 15
+#define TAPS 4               // to each side
+#define TAP_SPREAD 2.0       // standard deviation of the taps, in taps
+#define TAPS_VARIANCE 3.4283 // of nine taps weighed so, in taps^2
+
+uniform sampler2D color_tx;
+uniform sampler2D pyramid_tx;
+uniform sampler2D coc_tx;
+uniform vec2 axis_scales;
+uniform ivec4 places[LEVELS_MAX];  // corner, size of level 1, 2, ..
+uniform int levels;                // without level 0
+layout(rgba32f) uniform writeonly image2D out_color_img;
+
+float level_variance(int level) { return (exp2(2.0 * float(level)) - 1.0) / 2.0; }
+
+vec4 texel(int level, ivec2 at) {
+    if (level == 0) return texelFetch(color_tx, clamp(at, ivec2(0), textureSize(color_tx, 0) - 1), 0);
+    ivec4 place = places[level - 1];
+    return texelFetch(pyramid_tx, place.xy + clamp(at, ivec2(0), place.zw - 1), 0);
+}
+
+vec4 level_at(int level, vec2 at) {
+    vec2 place = at / exp2(float(level)), part = fract(place);
+    ivec2 low = ivec2(floor(place));
+    vec4 above = mix(texel(level, low), texel(level, low + ivec2(1, 0)), part.x);
+    vec4 below = mix(texel(level, low + ivec2(0, 1)), texel(level, low + 1), part.x);
+    return mix(above, below, part.y);
+}
+
+vec4 blurred_at(vec2 at, float variance) {
+    int level = clamp(int(floor(0.5 * log2(2.0 * variance + 1.0))), 0, levels);
+    vec4 low = level_at(level, at);
+    if (level == levels) return low;
+    float from = level_variance(level), to = level_variance(level + 1);
+    float part = clamp((variance - from) / (to - from), 0.0, 1.0);
+    return part == 0.0 ? low : mix(low, level_at(level + 1, at), part);
+}
+
+void main() {
+    ivec2 at = ivec2(gl_GlobalInvocationID.xy);
+    if (any(greaterThanEqual(at, textureSize(color_tx, 0)))) return;
+    float coc = min(abs(texelFetch(coc_tx, at, 0).r), 1e9);
+    vec2 variances = coc * coc / 16.0 * axis_scales * axis_scales;
+    float least = min(variances.x, variances.y), more = max(variances.x, variances.y) - least;
+    vec4 color = vec4(0.0);
+    if (more <= 1e-6 * least) {
+        color = blurred_at(vec2(at), least);
+    } else {
+        vec2 tap = (variances.x > variances.y ? vec2(1, 0) : vec2(0, 1)) * sqrt(more / TAPS_VARIANCE);
+        float weight = 0.0;
+        for (int k = -TAPS; k <= TAPS; ++k) {
+            float w = exp(-0.5 * float(k * k) / (TAP_SPREAD * TAP_SPREAD));
+            vec2 there = vec2(at) + float(k) * tap;
+            if (any(lessThan(there, vec2(0.0))) || any(greaterThan(there, vec2(textureSize(color_tx, 0) - 1))))
+                continue;
+            color += w * blurred_at(there, least);
+            weight += w;
+        }
+        color /= weight;
+    }
+    imageStore(out_color_img, at, color);
+}

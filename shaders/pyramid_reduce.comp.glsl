@@ -1,0 +1,33 @@
+// A level of the pyramid from the one below it: Burt and Adelson's 5 x 5 binomial filter at every second
+// pixel. Pixel i of a level lies at pixel 2^level * i of the picture. Levels lie side by side in one
+// texture, without the picture itself.
+//
+// Input
+//   source_tx    where the level below lies
+// Output
+//   out_img      where this one lies
+
+layout(local_size_x = 16, local_size_y = 16) in;
+
+uniform sampler2D source_tx;
+uniform ivec4 source_place;  // corner, size
+uniform ivec4 out_place;
+layout(rgba32f) uniform writeonly image2D out_img;
+
+const float WEIGHTS[5] = float[](1.0, 4.0, 6.0, 4.0, 1.0);
+
+void main() {
+    ivec2 at = ivec2(gl_GlobalInvocationID.xy);
+    if (any(greaterThanEqual(at, out_place.zw))) return;
+    vec4 sum = vec4(0.0);
+    float weight = 0.0;
+    for (int y = 0; y < 5; ++y)
+        for (int x = 0; x < 5; ++x) {
+            ivec2 from = 2 * at + ivec2(x, y) - 2;
+            if (any(lessThan(from, ivec2(0))) || any(greaterThanEqual(from, source_place.zw))) continue;
+            float w = WEIGHTS[x] * WEIGHTS[y];
+            sum += w * texelFetch(source_tx, source_place.xy + from, 0);
+            weight += w;
+        }
+    imageStore(out_img, out_place.xy + at, sum / weight);
+}

@@ -1,0 +1,46 @@
+// A counting sort of the pixels by depth, an invocation for each row of the picture, so that the order
+// is the same every time. Built twice: COUNT tallies each row's bins, else pixels are written where the
+// tallies put them. A bin holds what differs by a quarter of its circle of confusion, or by 2 px about
+// the focus.
+//
+// Input
+//   coc_tx       signed diameter in pixels
+// COUNT output
+//   place_buf    pixels of each bin in each row
+// Otherwise
+//   place_buf    where a row's pixels of each bin begin (advanced in a copy of its own)
+//   pixel_buf    y * width + x, by bin
+
+layout(local_size_x = 8) in;
+
+#define BINS 64
+#define MIDDLE 32
+#define GROWTH_LOG2 0.321928 // log2(1.25)
+
+uniform sampler2D coc_tx;
+layout(std430, binding = 0) buffer place_block { uint place_buf[]; };
+#ifndef COUNT
+layout(std430, binding = 1) writeonly buffer pixel_block { uint pixel_buf[]; };
+#endif
+
+// 0 nearest .. 63 farthest; 32 is the focus.
+int bin_of(float coc) {
+    int away = int(ceil(log2(clamp(abs(coc), 1.0, 1e6)) / GROWTH_LOG2));
+    return clamp(MIDDLE + (coc < 0.0 ? -away : away), 0, BINS - 1);
+}
+
+void main() {
+    int row = int(gl_GlobalInvocationID.x);
+    ivec2 size = textureSize(coc_tx, 0);
+    if (row >= size.y) return;
+    uint next[BINS];
+#ifdef COUNT
+    for (int bin = 0; bin < BINS; ++bin) next[bin] = 0u;
+    for (int x = 0; x < size.x; ++x) ++next[bin_of(texelFetch(coc_tx, ivec2(x, row), 0).r)];
+    for (int bin = 0; bin < BINS; ++bin) place_buf[row * BINS + bin] = next[bin];
+#else
+    for (int bin = 0; bin < BINS; ++bin) next[bin] = place_buf[row * BINS + bin];
+    for (int x = 0; x < size.x; ++x)
+        pixel_buf[next[bin_of(texelFetch(coc_tx, ivec2(x, row), 0).r)]++] = uint(row * size.x + x);
+#endif
+}
