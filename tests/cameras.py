@@ -1,6 +1,5 @@
 """Cameras known from their axes, and shots of any keys, for tests of the exchange."""
 
-import os
 from collections.abc import Sequence
 
 import numpy as np
@@ -64,11 +63,6 @@ def moving_camera(**changes: object) -> CameraSamples:
         "frames_per_second": 25.0,
     }
     return CameraSamples(**(values | changes))
-
-
-def ends_python(text: str) -> None:
-    """What a crash does to the process it is in."""
-    os._exit(3)
 
 
 def _curve(values: st.SearchStrategy[float], scale: Scale) -> st.SearchStrategy[Curve]:

@@ -122,6 +122,19 @@ def test_what_is_no_table_is_refused(tmp_path, content):
         read_camera(str(path))
 
 
+@given(
+    st.lists(st.sampled_from(["frame", "f_stop", "up_axis"]), min_size=1, max_size=3),
+    st.text('019.-+einfyz ,"\n\r\0', max_size=40),
+)
+def test_any_table_is_a_camera_or_refused(tmp_path_factory, head, rows):
+    path = tmp_path_factory.mktemp("cam") / "cam.csv"
+    path.write_text(f"{','.join(head)}\n{rows}", encoding="utf-8", newline="")
+    try:
+        assert read_camera(str(path)).frames
+    except InputError as refusal:
+        assert str(path) in str(refusal)
+
+
 @pytest.mark.parametrize(
     ("change", "sentence"),
     [

@@ -10,11 +10,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pxr import Gf, Sdf, Usd, UsdGeom
 
-from cameras import FRAMES, SHOTS, TARGET, dolly, ends_python, moving_camera
+from cameras import FRAMES, SHOTS, TARGET, dolly, moving_camera
 from heatlens.camera.camera_file import read_camera, write_camera
 from heatlens.camera.from_shot import camera_of_shot
 from heatlens.camera.samples import INFINITE_M, LENS_TRACKS
-from heatlens.camera.usd_read import in_own_process, read_usd_camera, split_prim, usd_camera
+from heatlens.camera.usd_apart import read_usd_camera
+from heatlens.camera.usd_read import split_prim, usd_camera
 from heatlens.errors import InputError
 
 SUFFIXES = (".usda", ".usd", ".usdc")
@@ -207,12 +208,22 @@ def test_values_that_no_lens_has_are_refused(path, attribute, value, sentence):
         usd_camera(str(path))
 
 
+def test_a_camera_without_a_lens_is_refused(path):
+    stage = stage_with(path, "/cam")
+    stage.GetPrimAtPath("/cam").GetAttribute("projection").Set("orthographic")
+    stage.GetRootLayer().Save()
+    with pytest.raises(InputError, match="/cam: the camera is orthographic: it has no lens"):
+        usd_camera(str(path))
+
+
 def test_a_value_that_is_no_number_is_refused(path):
     stage = stage_with(path, "/cam")
     kind = Sdf.ValueTypeNames.String
     stage.GetPrimAtPath("/cam").CreateAttribute("heatlens:squeeze", kind).Set("wide")
     stage.GetRootLayer().Save()
-    with pytest.raises(InputError, match=r"/cam.heatlens:squeeze has no number at frame 1: 'wide'"):
+    with pytest.raises(
+        InputError, match=r"cam.usda: /cam: heatlens:squeeze has no number at frame 1, but 'wide'"
+    ):
         usd_camera(str(path))
 
 
@@ -260,8 +271,30 @@ def test_reading_is_safe_from_what_ends_openusd(path):
     assert read_camera(str(path)) == usd_camera(str(path))
     with pytest.raises(InputError, match="holds no camera /b; there is /hero_cam"):
         read_usd_camera(f"{path}:/b")
-    with pytest.raises(InputError, match=r"cam.usda cannot be read: it is damaged in a way"):
-        in_own_process(ends_python, str(path))
+
+
+@pytest.mark.parametrize("code", [3, -11])
+def test_a_file_that_ends_openusd_is_told(path, monkeypatch, code):
+    """In the place of Python a program that ends as a crash does."""
+    program = path.with_name("python")
+    program.write_text(f"#!/bin/sh\n{'kill -SEGV $$' if code < 0 else f'exit {code}'}\n")
+    program.chmod(0o755)
+    monkeypatch.setattr(sys, "executable", str(program))
+    with pytest.raises(InputError, match=r"cam.usda cannot be read: it is damaged in a way that"):
+        read_usd_camera(f"{path}:/cam")
+
+
+def test_our_own_mistakes_are_not_the_files(path, monkeypatch):
+    monkeypatch.setattr("heatlens.camera.usd_apart.__spec__.name", "heatlens.no_such_module")
+    with pytest.raises(RuntimeError, match=r"No module named .*no_such_module"):
+        read_usd_camera(str(path))
+
+
+def test_files_beside_the_stage_are_not_run(path, monkeypatch):
+    write_camera(path, moving_camera())
+    path.with_name("pickle.py").write_text("raise SystemExit(1)")
+    monkeypatch.chdir(path.parent)
+    assert read_usd_camera(path.name).frames == tuple(FRAMES)
 
 
 def test_without_openusd_the_command_that_fixes_it_is_told(path, monkeypatch):

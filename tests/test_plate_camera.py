@@ -1,7 +1,5 @@
 """The camera that a plate's headers tell of, and the one a shot's lens makes with them."""
 
-from fractions import Fraction
-
 import Imath
 import numpy as np
 import OpenEXR
@@ -93,13 +91,26 @@ def test_what_only_some_frames_tell_is_refused(plate, tmp_path):
         read_plate_camera(plate)
 
 
-def test_the_rate_of_the_header_is_read(tmp_path):
-    header = OpenEXR.Header(2, 2) | {"framesPerSecond": Imath.Rational(24000, 1001)}
-    file = OpenEXR.OutputFile(str(tmp_path / "a.exr"), header)
+def file_at_rate(path, *fraction: int) -> str:
+    """Only the older part of the library can write a fraction."""
+    header = OpenEXR.Header(2, 2) | {"framesPerSecond": Imath.Rational(*fraction)}
+    file = OpenEXR.OutputFile(str(path), header)
     file.writePixels(dict.fromkeys("RGB", np.zeros((2, 2), np.float32).tobytes()))
     file.close()
-    found = read_plate_camera(str(tmp_path / "a.exr"))
-    assert found.frames_per_second == pytest.approx(float(Fraction(24000, 1001)))
+    return str(path)
+
+
+@pytest.mark.parametrize(
+    ("fraction", "rate"), [((24000, 1001), 24000 / 1001), ((0, 1), 24), ((-25, 1), 24)]
+)
+def test_the_rate_of_the_header_is_read_where_a_film_can_have_it(tmp_path, fraction, rate):
+    found = read_plate_camera(file_at_rate(tmp_path / "a.exr", *fraction))
+    assert found.frames_per_second == pytest.approx(rate, rel=1e-15)
+
+
+def test_a_rate_that_is_no_fraction_is_a_damaged_header(tmp_path):
+    with pytest.raises(InputError, match=r"a.exr cannot be read"):
+        read_headers(file_at_rate(tmp_path / "a.exr", 24, 0))
 
 
 def test_any_part_may_hold_the_place(tmp_path):

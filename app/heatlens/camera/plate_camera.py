@@ -106,8 +106,6 @@ def _track(name: str, cameras: dict[Path, CameraHeader]) -> Track | None:
 
 
 def _frames_per_second(headers: Sequence[Header]) -> float:
-    """The attribute is a fraction; OpenEXR says which rate holds without it."""
-    for header in headers:
-        if "framesPerSecond" in header:
-            return float(header["framesPerSecond"])
-    return FRAMES_PER_SECOND
+    """The attribute is a fraction; OpenEXR says which rate holds without a usable one."""
+    rates = (header.get("framesPerSecond", 0) for header in headers)
+    return next((float(rate) for rate in rates if rate > 0), FRAMES_PER_SECOND)

@@ -2,11 +2,8 @@
 
 import math
 import re
-from collections.abc import Callable, Iterable
-from concurrent.futures import ProcessPoolExecutor
-from concurrent.futures.process import BrokenProcessPool
+from collections.abc import Iterable
 from dataclasses import dataclass
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -46,24 +43,6 @@ def split_prim(text: str) -> tuple[Path, str | None]:
     return (Path(match[1]), match[2]) if match else (Path(text), None)
 
 
-def read_usd_camera(text: str) -> CameraSamples:
-    """`usd_camera` in a process of its own: on some damaged files OpenUSD ends the one it is in."""
-    camera: CameraSamples = in_own_process(usd_camera, text)
-    return camera
-
-
-def in_own_process(function: Callable[[str], Any], text: str) -> Any:
-    """What `function` makes of `text`. Raises its errors, and InputError where it ends Python."""
-    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as apart:
-        try:
-            return apart.submit(function, text).result()
-        except BrokenProcessPool as error:
-            path, _ = split_prim(text)
-            raise InputError(
-                f"{path} cannot be read: it is damaged in a way that ends OpenUSD."
-            ) from error
-
-
 def usd_camera(text: str) -> CameraSamples:
     """The camera of a file, or the one named in it as in `shot.usda:/world/cam`.
 
@@ -74,9 +53,10 @@ def usd_camera(text: str) -> CameraSamples:
     path, prim_path = split_prim(text)
     with quiet_library():
         opened = _opened(path, prim_path)
-        frames = _frames(opened)
-        placement, notes = _placement(opened, frames)
         try:
+            _check_projection(opened)
+            frames = _frames(opened)
+            placement, notes = _placement(opened, frames)
             return CameraSamples(
                 name=opened.prim.GetName(),
                 frames=frames,
@@ -129,6 +109,11 @@ def _chosen(path: Path, cameras: list[Any], prim_path: str | None) -> Any:
     raise InputError(f"{path} holds no camera {prim_path}; there is {listed}.")
 
 
+def _check_projection(opened: _Stage) -> None:
+    if opened.prim.GetAttribute("projection").Get() == "orthographic":
+        raise InputError("the camera is orthographic: it has no lens.")
+
+
 def _frames(opened: _Stage) -> tuple[int, ...]:
     """Every whole frame that the time samples of lens and placement reach over."""
     xformable = usd_module("UsdGeom").Xformable
@@ -161,9 +146,7 @@ def _track(opened: _Stage, name: str, frames: tuple[int, ...], unit: float = 1.0
     values = [attribute.Get(frame) for frame in frames]
     for frame, value in zip(frames, values, strict=True):
         if not isinstance(value, float | int):
-            raise InputError(
-                f"{opened.path}: {attribute.GetPath()} has no number at frame {frame}: {value!r}."
-            )
+            raise InputError(f"{name} has no number at frame {frame}, but {value!r}.")
     return tuple(shortest(value, unit) for value in values)
 
 

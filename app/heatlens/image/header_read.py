@@ -15,7 +15,7 @@ def read_headers(path: str | os.PathLike[str]) -> list[Header]:
         with quiet_library():
             parts = OpenEXR.File(str(path), header_only=True).parts
         headers = [part.header for part in parts]
-    except (RuntimeError, ValueError, TypeError, OSError, MemoryError) as error:
+    except (RuntimeError, ValueError, TypeError, OSError, MemoryError, ArithmeticError) as error:
         raise InputError(
             f"The header of {path} cannot be read: it is missing, damaged or no OpenEXR file "
             f"({error})."
