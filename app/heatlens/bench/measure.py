@@ -45,6 +45,7 @@ def measure_frame(
         width=size[0],
         height=size[1],
         proxy=settings.proxy,
+        method=str(settings.method),
         bokeh=str(settings.bokeh),
         quality=str(settings.quality),
         layer_count=frame.layer_count,

@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+from heatlens.bench.methods import MethodReport, method_table
+
 
 @dataclass(frozen=True, slots=True)
 class PassRow:
@@ -33,6 +35,7 @@ class FrameReport:
     width: int
     height: int
     proxy: float
+    method: str
     bokeh: str
     quality: str
     layer_count: int
@@ -94,6 +97,7 @@ class BenchReport:
     size_sweep: tuple[SizeRow, ...] | None
     bare: BareReport | None
     peak_memory_mb: float
+    methods: MethodReport | None = None
 
 
 def report_text(report: BenchReport) -> str:
@@ -105,6 +109,8 @@ def report_text(report: BenchReport) -> str:
         blocks.append(_size_table(report.size_sweep))
     if report.bare is not None:
         blocks.append(_bare_line(report.bare))
+    if report.methods is not None:
+        blocks.append(method_table(report.methods))
     blocks.append(f"peak memory {report.peak_memory_mb:.0f} MB")
     return "\n\n".join(blocks)
 
@@ -118,7 +124,8 @@ def _head(frame: FrameReport) -> str:
     proxy = f" at proxy {frame.proxy:g}" if frame.proxy < 1.0 else ""
     return (
         f"{frame.renderer}; {clock}\n"
-        f"{frame.width}x{frame.height}{proxy}, bokeh {frame.bokeh}, quality {frame.quality}, "
+        f"{frame.width}x{frame.height}{proxy}, method {frame.method}, "
+        f"bokeh {frame.bokeh}, quality {frame.quality}, "
         f"layers {frame.layer_count}, solver {frame.solver}, median of {frame.runs}"
     )
 

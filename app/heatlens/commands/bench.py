@@ -6,6 +6,7 @@ import re
 import resource
 import sys
 from dataclasses import asdict
+from pathlib import Path
 
 from heatlens.bench.frames import BenchFrames
 from heatlens.bench.measure import (
@@ -14,6 +15,8 @@ from heatlens.bench.measure import (
     measure_frame,
     measure_size_sweep,
 )
+from heatlens.bench.methods import measure_methods
+from heatlens.bench.plot import check_plot, write_plot
 from heatlens.bench.report import BenchReport, report_text
 from heatlens.commands.render import add_blur_options, settings_of
 from heatlens.defocus.line_solver import SOLVERS
@@ -30,6 +33,7 @@ examples:
   heatlens bench
   heatlens bench --bokeh heat --layers 1 --bare
   heatlens bench --quality draft --runs 3 --sweep-coc
+  heatlens bench --size 960x540 --methods --plot methods.svg
   heatlens bench --solver partition --json > partition.json
 """
 
@@ -82,6 +86,18 @@ def _add_measure_options(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="also one layer of heat beside the two bare line sweeps that it cannot do without",
     )
+    group.add_argument(
+        "--methods",
+        action="store_true",
+        help="also a frame's time by every method of --method, against its circle of confusion, "
+        "2 to 200 px; a method is skipped from where it takes too long",
+    )
+    group.add_argument(
+        "--plot",
+        type=Path,
+        metavar="FILE",
+        help="with --methods: draw those times to a .png or .svg; needs matplotlib",
+    )
     group.add_argument("--json", action="store_true", help="one JSON object instead of tables")
 
 
@@ -90,7 +106,14 @@ def run(args: argparse.Namespace) -> int:
     settings = settings_of(args)
     if args.runs < 1:
         raise InputError(f"--runs must be at least 1, got {args.runs}.")
+    if args.plot is not None:
+        if not args.methods:
+            raise InputError("--plot draws what --methods measures; give both.")
+        check_plot(args.plot)
     report = _measured(args, BenchFrames(headless_context(), args.solver), settings)
+    if args.plot is not None and report.methods is not None:
+        write_plot(args.plot, report.methods, report.frame.renderer)
+        _say(f"drawn to {args.plot}")
     if args.json:
         print(json.dumps(asdict(report), indent=2, allow_nan=False))
     else:
@@ -110,7 +133,8 @@ def _measured(
     if args.sweep_coc:
         coc_sweep = measure_coc_sweep(frames, size, settings, runs, _say)
         size_sweep = measure_size_sweep(frames, settings, runs, _say)
-    return BenchReport(frame, coc_sweep, size_sweep, bare, _peak_memory_mb())
+    methods = measure_methods(frames, size, settings, runs, _say) if args.methods else None
+    return BenchReport(frame, coc_sweep, size_sweep, bare, _peak_memory_mb(), methods)
 
 
 def _say(sentence: str) -> None:

@@ -1,0 +1,155 @@
+"""`heatlens bench --methods`: a whole table, what is too slow skipped, a plot that is one."""
+
+import json
+import math
+import sys
+from collections.abc import Iterator
+from itertools import pairwise
+
+import moderngl
+import pytest
+from PIL import Image as PillowImage
+
+from heatlens.bench import methods
+from heatlens.bench.frames import BenchFrames
+from heatlens.bench.methods import (
+    MethodReport,
+    MethodRow,
+    bounded_ms,
+    measure_methods,
+    method_table,
+)
+from heatlens.bench.plot import write_plot
+from heatlens.bench.synthetic_plate import LENS, uniform_coc_plate
+from heatlens.commands.main import main
+from heatlens.defocus.gather_pass import gather_steps
+from heatlens.defocus.scatter_pass import disc_fragments
+from heatlens.model.settings import DefocusSettings, Method
+
+SIZE = (64, 48)
+QUICK = ("bench", "--size", "64x48", "--runs", "1", "--quality", "draft")
+REPORT = MethodReport(
+    64,
+    48,
+    20.0,
+    (
+        MethodRow(2.0, {"diffusion": 4.0, "gather": 1.0}),
+        MethodRow(20.0, {"diffusion": 4.1, "gather": 100.0}),
+        MethodRow(200.0, {"diffusion": 4.0, "gather": None}),
+    ),
+)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def one_context(session_context: moderngl.Context) -> Iterator[None]:
+    """The command draws with the session's context; one of its own would become the current."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("heatlens.commands.bench.headless_context", lambda: session_context)
+        yield
+    assert session_context.error == "GL_NO_ERROR"
+
+
+@pytest.fixture
+def few_cocs(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(methods, "METHOD_COC_PX", (2.0, 9.0))
+
+
+@pytest.mark.usefixtures("ctx", "few_cocs")
+def test_json_has_every_method_at_every_coc(capsys):
+    assert main([*QUICK, "--methods", "--json"]) == 0
+    report = json.loads(capsys.readouterr().out)["methods"]
+    assert (report["width"], report["height"]) == SIZE
+    assert [row["coc_px"] for row in report["rows"]] == [2.0, 9.0]
+    for row in report["rows"]:
+        assert set(row["ms"]) == {str(method) for method in Method}
+        assert all(math.isfinite(ms) and ms > 0 for ms in row["ms"].values())
+
+
+@pytest.mark.usefixtures("ctx")
+def test_without_being_asked_for_there_are_none(capsys):
+    assert main([*QUICK, "--json", "--method", "scatter"]) == 0
+    report = json.loads(capsys.readouterr().out)
+    assert report["methods"] is None
+    assert report["frame"]["method"] == "scatter"
+    assert [row["name"] for row in report["frame"]["passes"]] == ["coc", "scatter", "limits"]
+
+
+def test_the_table_is_aligned_and_says_skipped():
+    lines = method_table(REPORT).splitlines()
+    assert len({len(line) for line in lines[1:]}) == 1
+    assert lines[1].split() == ["px", "diffusion", "gather"]
+    assert lines[4].split() == ["200", "4.0", "skipped"]
+
+
+def test_a_method_that_takes_too_long_is_given_up_and_left_out_from_there_on(ctx, monkeypatch):
+    monkeypatch.setattr(methods, "METHOD_COC_PX", (2.0, 9.0))
+    monkeypatch.setattr(methods, "LIMIT_S", -1.0)
+    said: list[str] = []
+    frames = BenchFrames(ctx, "sweep")
+    report = measure_methods(frames, SIZE, DefocusSettings(), 1, said.append)
+    assert all(ms is None for row in report.rows for ms in row.ms.values())
+    assert [s for s in said if s.startswith("gather,")] == ["gather, circle of confusion 2 px"]
+    assert sum("gather skipped" in s for s in said) == 1
+
+
+def test_where_time_is_short_fewer_frames_are_enough(ctx, monkeypatch):
+    frame = BenchFrames(ctx, "sweep").frame(
+        uniform_coc_plate(SIZE, 4.0), LENS, DefocusSettings(method=Method.PYRAMID)
+    )
+    frame.render()
+    rendered: list[int] = []
+    monkeypatch.setattr(type(frame), "render", lambda self: rendered.append(1))
+    assert bounded_ms(frame, 3, 1000.0) is not None and len(rendered) == 3
+
+
+def test_work_grows_with_the_area_for_gather_and_scatter():
+    """Twice the diameter, four times the work: rows times as many columns, quads of both sides."""
+    cocs = (50, 100, 200)
+    steps = [gather_steps((4096, 4096), (c // 2, c // 2)) for c in cocs]
+    rows = [sum(s.disc_last - s.disc_first + 1 for s in e if s.band_start == 0) for e in steps]
+    assert all(3.8 < (b / a) ** 2 < 4.1 for a, b in pairwise(rows))
+    fragments = [disc_fragments(float(c), (1.0, 1.0), (4096, 4096)) for c in cocs]
+    assert all(3.8 < b / a < 4.1 for a, b in pairwise(fragments))
+
+
+@pytest.mark.parametrize("suffix", ["png", "svg"])
+def test_a_plot_is_a_picture_of_that_kind(tmp_path, suffix):
+    path = tmp_path / f"methods.{suffix}"
+    write_plot(path, REPORT, "made")
+    if suffix == "png":
+        with PillowImage.open(path) as image:
+            assert image.size == (1200, 750)
+    else:
+        text = path.read_text("utf-8")
+        assert "<svg" in text and "gather" in text
+    assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.usefixtures("ctx", "few_cocs")
+def test_the_command_draws_what_it_measured(capsys, tmp_path):
+    path = tmp_path / "methods.png"
+    assert main([*QUICK, "--methods", "--plot", str(path)]) == 0
+    said = capsys.readouterr()
+    assert f"heatlens: drawn to {path}" in said.err and "methods at 64x48" in said.out
+    with PillowImage.open(path) as image:
+        assert image.format == "PNG"
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--plot", "a.png"], "--methods"),
+        (["--methods", "--plot", "a.jpg"], ".png or .svg"),
+        (["--methods", "--plot", "nowhere/a.png"], "no folder nowhere"),
+    ],
+)
+def test_a_plot_that_cannot_be_is_refused_before_anything_is_measured(capsys, words, said):
+    assert main(["bench", *words]) == 2
+    error = capsys.readouterr().err
+    assert said in error and len(error.splitlines()) == 1
+
+
+def test_a_missing_matplotlib_is_said_with_what_to_install(capsys, monkeypatch, tmp_path):
+    monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
+    assert main(["bench", "--methods", "--plot", str(tmp_path / "a.png")]) == 2
+    assert "pip install 'heatlens[plot]'" in capsys.readouterr().err
