@@ -6,6 +6,7 @@ from heatlens.commands.plate_options import add_plate_options, plate_options
 from heatlens.commands.render import add_blur_options, settings_of
 from heatlens.errors import InputError
 from heatlens.image.sequence import find_sequence
+from heatlens.image.shot_file import read_shot
 from heatlens.model.filmback import filmback_named
 from heatlens.model.units import parse_distance_m
 from heatlens.paths import data_dir
@@ -30,7 +31,8 @@ def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
     parser.add_argument(
         "plate",
         nargs="?",
-        help="EXR with colour and depth, a sequence as shot.####.exr, or a folder of one; "
+        help="EXR with colour and depth, a sequence as shot.####.exr, a folder of one, "
+        "or a shot that was saved as name.heatlens.json; "
         "default: the still life that comes with heatlens",
     )
     parser.add_argument(
@@ -53,6 +55,7 @@ def run(args: argparse.Namespace) -> int:
     """Open the window and stay until it is closed."""
     try:
         from heatlens.ui.app import Start
+        from heatlens.ui.shot_store import is_shot_file
         from heatlens.ui.window import run_window
     except ImportError as error:
         raise InputError(
@@ -61,7 +64,10 @@ def run(args: argparse.Namespace) -> int:
             "`heatlens render` works without."
         ) from error
     plate = args.plate or str(data_dir("assets") / "still_life.exr")
-    find_sequence(plate)  # a slip of the keyboard is answered here, without a window
+    if is_shot_file(plate):
+        read_shot(plate)  # a slip of the keyboard is answered here, without a window
+    else:
+        find_sequence(plate)
     run_window(
         Start(plate, plate_options(args), _given_lens(args), settings_of(args), ocio=args.ocio)
     )

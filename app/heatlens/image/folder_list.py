@@ -10,6 +10,7 @@ from heatlens.image.sequence import Sequence
 from heatlens.image.sequence_names import sequences_among
 
 _DIGITS = re.compile(r"(\d+)")
+_NO_FRAMES = (".json",)  # numbers in the names of texts count versions
 
 
 @dataclass(frozen=True)
@@ -73,8 +74,9 @@ def natural(name: str) -> list[str | int]:
 
 
 def _entries(folder: Path, names: list[str]) -> list[Entry]:
-    entries = []
-    for form, frames in sequences_among(names).items():
+    texts = [name for name in names if name.lower().endswith(_NO_FRAMES)]
+    entries = [Entry(name, folder / name, _written_s(folder / name)) for name in texts]
+    for form, frames in sequences_among(set(names).difference(texts)).items():
         name = form.name_at(frames[-1] if form.padding else 0)
         written_s = _written_s(folder / name)
         if len(frames) > 1:

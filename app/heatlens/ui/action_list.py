@@ -37,6 +37,9 @@ def _file() -> list[Action]:
         Action(
             "Open reference...", "File", lambda app: app.browse("reference"), _K.o, _CTRL | _SHIFT
         ),
+        Action("Open shot...", "File", lambda app: app.browse("shot")),
+        Action("Save shot", "File", lambda app: app.documents.save(), _K.s, _CTRL | _SHIFT),
+        Action("Save shot as...", "File", lambda app: app.browse("save shot")),
         Action("Reload", "File", lambda app: app.reload(), _K.r, _CTRL),
         Action("Save picture...", "File", lambda app: app.browse("save"), _K.s, _CTRL),
         Action("Export...", "File", lambda app: app.filing.show_export(), _K.e, _CTRL),

@@ -33,7 +33,7 @@ from heatlens.ui.panels import PANELS
 from heatlens.ui.plate_source import Opened
 from heatlens.ui.preferences import Preferences
 from heatlens.ui.screen_pictures import ScreenPictures
-from heatlens.ui.shot_documents import started_shot
+from heatlens.ui.shot_documents import ShotDocuments, started_shot
 from heatlens.ui.speed_panel import Speed
 from heatlens.ui.stage import Reference, Stage
 from heatlens.ui.timeline import Timeline
@@ -88,6 +88,7 @@ class App:
         self.palette = Palette()
         self.actions = actions()
         self.timeline = Timeline(self, wake)
+        self.documents = ShotDocuments(self, wake)
         self.panels = dict.fromkeys(PANELS, True)
         self.speed = Speed()
         self.shows_keys = False
@@ -141,8 +142,9 @@ class App:
         self.message, self._message_at = window_words(sentence), time.perf_counter()
 
     def open(self, text: str, options: PlateOptions | None = None) -> None:
-        """Open a file, a pattern or a folder; what is open stays until that has a picture."""
-        self.stage.open(text, options or self.filing.preferences.options_for(text))
+        """Open a file, a pattern, a folder or a shot; what is open stays until it has a picture."""
+        if not self.documents.opens(text):
+            self.stage.open(text, options or self.filing.preferences.options_for(text))
 
     def reload(self) -> None:
         """Read the plate again as it is on disk now."""
@@ -218,6 +220,7 @@ class App:
             if self.stage.reference_arrived():
                 self.say(f"B is {self.reference.path.name}." if self.reference else "")
             self.filing.poll()
+            self.documents.poll()
             self.timeline.poll()
         except HeatlensError as error:
             self.say(str(error))
@@ -229,14 +232,17 @@ class App:
     def _begin(self, opened: Opened) -> None:
         """A plate has arrived: another file begins a shot, the same file read anew keeps it."""
         self.live.restart()
-        is_same = self.shot.source == opened.text
+        coming, is_same = self.documents.taken(opened), self.shot.source == opened.text
         self.editing.frame = opened.frame
         self.message = ""
         self.begun = self._first_lens(opened)
-        if is_same:
+        if coming is not None:
+            self.editing.begin(coming)
+        elif is_same:
             self.edit(replace(self.shot, plate_options=opened.options))
         else:
             self.editing.begin(started_shot(opened, self.begun.lens, self.shot.defocus))
+            self.documents.begun()
             self.view = replace(self.view, zoom=None, center_px=None)
         if opened.plate.notes:
             self.say(" ".join(opened.plate.notes))
@@ -283,6 +289,7 @@ class App:
     def close(self) -> None:
         """End threads; the GPU's things go with its context."""
         self.filing.close()
+        self.documents.close()
         self.stage.close()
 
 

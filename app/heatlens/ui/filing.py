@@ -11,6 +11,7 @@ from imgui_bundle import imgui
 from heatlens.errors import InputError
 from heatlens.image.picture_write import PICTURE_SUFFIXES
 from heatlens.image.sequence import find_sequence
+from heatlens.image.shot_file import SHOT_SUFFIX
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.view import ViewState
 from heatlens.paths import home_dir
@@ -38,6 +39,15 @@ PURPOSES = {
             "Save",
             PICTURE_SUFFIXES,
             ".exr: scene-linear, with the lens in its header.   .png: as it looks here.",
+            is_save=True,
+        ),
+        Purpose("shot", "Open a shot", "Open", (SHOT_SUFFIX,), "A shot and its plate."),
+        Purpose(
+            "save shot",
+            "Save the shot",
+            "Save",
+            (SHOT_SUFFIX,),
+            "Lens, keys, marks and how the plate is read; text that people can read.",
             is_save=True,
         ),
     )
@@ -69,7 +79,8 @@ class Filing:
     def begin(self, text: str, given: PlateOptions) -> None:
         """Open the first plate and show the panels that were shown."""
         app = self._app
-        app.stage.open(text, self._first_options(text, given))
+        if not app.documents.opens(text):
+            app.stage.open(text, self._first_options(text, given))
         hidden = self.preferences.now.hidden_panels
         app.panels = {name: name not in hidden for name in app.panels}
 
@@ -95,6 +106,8 @@ class Filing:
         here = plate.path.absolute().parent if plate is not None else home_dir()
         folder = Path(self.preferences.now.folders.get(key, here))
         name = f"{plate.path.stem}.dof.exr" if plate is not None else ""
+        if key == "save shot":
+            name = self._app.documents.proposed_name()
         self.browser.open(PURPOSES[key], folder, name)
 
     def draw(self) -> None:
@@ -106,11 +119,13 @@ class Filing:
 
     def _take(self, chosen: Chosen) -> None:
         app, key = self._app, chosen.purpose.key
-        if key == "open":
+        if key in ("open", "shot"):
             app.open(str(chosen.path))
         elif key == "reference":
             at_frame = chosen.entry.file_at(app.editing.frame) if chosen.entry else chosen.path
             app.stage.open_reference(at_frame)
+        elif key == "save shot":
+            app.documents.save_as(chosen.path.absolute())
         else:
             self.saver.ask(app.shot.source, app.editing.frame, chosen.path)
 

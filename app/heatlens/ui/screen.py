@@ -19,6 +19,7 @@ from heatlens.ui.palette import keys_window
 from heatlens.ui.plate_panel import PlateFacts, plate_panel
 from heatlens.ui.probe import PictureReader, probe_at, probe_text, seen_depth_m
 from heatlens.ui.screen_pictures import layer_limits_px, reference_or_pinhole
+from heatlens.ui.shot_question import shot_question
 from heatlens.ui.speed_panel import speed_panel
 from heatlens.ui.timeline_panel import timeline_panel
 from heatlens.ui.viewport import MIPMAPS_UNDER, Pictures, ViewportResult
@@ -74,6 +75,7 @@ class Screen:
         if app.shows_keys:
             app.shows_keys = keys_window(app.actions)
         pull_popup(app)
+        shot_question(app)
         app.filing.draw()
 
     def _frame_window(self) -> None:

@@ -177,7 +177,7 @@ class Loop:
         """The name of what is seen, from the moment it is seen."""
         app = self._app
         if app.live.shown is not None and app.stage.plate is not None:
-            title = f"{app.stage.plate.path.name} - heatlens"
+            title = f"{app.documents.title or app.stage.plate.path.name} - heatlens"
             if title != self._title:
                 self._title = title
                 glfw.set_window_title(self._window, title)

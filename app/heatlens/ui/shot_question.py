@@ -1,0 +1,43 @@
+"""The question after a crash: go on with the shot as it was not saved, or as it was?"""
+
+from typing import TYPE_CHECKING
+
+from imgui_bundle import ImVec2, imgui
+
+from heatlens.ui import widgets
+
+if TYPE_CHECKING:
+    from heatlens.ui.app import App
+
+_TITLE = "Not saved###unsaved shot"
+_WIDTH_EM = 30.0
+
+
+def shot_question(app: "App") -> None:
+    """Draw it while there is an offer."""
+    offer = app.documents.offer
+    if offer is None:
+        return
+    if not imgui.is_popup_open(_TITLE):
+        imgui.open_popup(_TITLE)
+    em, screen = imgui.get_font_size(), imgui.get_main_viewport()
+    imgui.set_next_window_size(ImVec2(_WIDTH_EM * em, 0))
+    imgui.set_next_window_pos(screen.get_center(), imgui.Cond_.appearing, ImVec2(0.5, 0.5))
+    flags = imgui.WindowFlags_.no_saved_settings | imgui.WindowFlags_.no_resize
+    shown, _ = imgui.begin_popup_modal(_TITLE, None, flags)
+    if not shown:
+        return
+    if offer.saved is None:
+        imgui.text_wrapped("There is a shot of this plate that was never saved to a file.")
+    else:
+        imgui.text_wrapped(f"{offer.path.name} was changed after it was saved last.")
+    imgui.text_wrapped("Heatlens ended before that was saved. Go on with it?")
+    widgets.spacer()
+    for name, goes_on in (("Go on with it", True), ("Throw it away", False)):
+        if imgui.button(name):
+            app.documents.answer(goes_on)
+            imgui.close_current_popup()
+        widgets.note(f"unsaved {name}")
+        imgui.same_line()
+    imgui.new_line()
+    imgui.end_popup()
