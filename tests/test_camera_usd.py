@@ -135,7 +135,7 @@ def test_a_camera_of_another_program(path):
     UsdGeom.SetStageUpAxis(stage, "Z")
     rig = UsdGeom.Xform.Define(stage, "/rig")
     rig.AddTranslateOp().Set((100, 0, 0), 10)
-    rig.GetPrim().GetAttribute("xformOp:translate").Set((200, 0, 0), 12)
+    rig.GetPrim().GetAttribute("xformOp:translate").Set((200, 0, 0), 11.25)
     rig.AddScaleOp().Set((2, 2, 2))
     camera = UsdGeom.Camera.Define(stage, "/rig/cam")
     camera.AddTranslateOp().Set((0, 50, 0))
@@ -148,7 +148,7 @@ def test_a_camera_of_another_program(path):
     assert (found.f_stop, found.focus_distance_m, found.squeeze) == (None, None, None)
     assert set(found.sensor_width_mm) == {20.955}
     where = [-matrix[0][3] for matrix in found.world_to_camera]
-    assert where == pytest.approx([1.0, 1.0, 1.5, 2.0])
+    assert where == pytest.approx([1.0, 1.0, 1.8, 2.0])
     assert [-matrix[1][3] for matrix in found.world_to_camera] == pytest.approx([1.0] * 4)
 
 
