@@ -13,7 +13,7 @@ from heatlens.image.shot_file import SHOT_SUFFIX, read_shot
 from heatlens.model.frames import parse_frame_range
 from heatlens.model.units import parse_scene_unit_m
 
-_DESCRIPTION = f"""\
+_DESCRIPTION = """\
 Writes the lens of a shot at each frame: focal length, f-stop, focus and sensor, and where the
 plate's headers tell it (worldToCamera), the place of the camera. The name of the output says how:
 
@@ -22,9 +22,8 @@ plate's headers tell it (worldToCamera), the place of the camera. The name of th
   .py                a script that gives the lens to Blender's active camera, or makes one
   .json .csv         for other programs, units in the names
 
-A camera that any of {", ".join(end for end in WRITTEN if end not in (".nk", ".py"))} or the headers
-of EXR files hold can stand in the place of the shot. Focus at infinity is written as 1e9 m where a
-format knows none.
+A camera in USD, in such JSON or CSV, or in the headers of EXR files can stand in the place of the
+shot. Focus at infinity is written as 1e9 m where a format knows none.
 """
 _EPILOG = """\
 examples:
