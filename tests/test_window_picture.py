@@ -17,7 +17,6 @@ from heatlens.model.coc import sharp_px
 from heatlens.model.settings import DefocusSettings
 from heatlens.model.view import Against, Compare, Overlay
 from heatlens.render import FrameRenderer
-from heatlens.ui.viewport import _NEAREST_FROM
 from plates import room
 from window_plates import HEIGHT, LENS, POST, WIDTH, displayed, room_file, write_plate
 
