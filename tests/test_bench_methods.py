@@ -121,7 +121,7 @@ def test_a_plot_is_a_picture_of_that_kind(tmp_path, suffix):
             assert image.size == (1200, 750)
     else:
         text = path.read_text("utf-8")
-        assert "<svg" in text and "gather" in text
+        assert "<svg" in text and "gather, then over 20 s" in text and "diffusion" in text
     assert list(tmp_path.iterdir()) == [path]
 
 

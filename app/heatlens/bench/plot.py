@@ -40,7 +40,8 @@ def write_plot(path: Path, report: MethodReport, renderer: str) -> None:
     axes = figure.subplots()
     for name in report.rows[0].ms:
         done = [(row.coc_px, ms) for row in report.rows if (ms := row.ms[name]) is not None]
-        axes.plot([coc for coc, _ in done], [ms for _, ms in done], marker="o", label=name)
+        label = name if len(done) == len(report.rows) else f"{name}, then over {report.limit_s:g} s"
+        axes.plot([coc for coc, _ in done], [ms for _, ms in done], marker="o", label=label)
     _draw_growth(axes, report)
     axes.set(xscale="log", yscale="log", xlabel="circle of confusion [px]", ylabel="frame [ms]")
     axes.set_xticks([row.coc_px for row in report.rows], [f"{r.coc_px:g}" for r in report.rows])
@@ -53,11 +54,8 @@ def write_plot(path: Path, report: MethodReport, renderer: str) -> None:
 
 
 def _draw_growth(axes: Any, report: MethodReport) -> None:
-    """Four times as much for twice the blur, over the middle of what was measured."""
-    measured = [ms for row in report.rows for ms in row.ms.values() if ms is not None]
-    cocs = [row.coc_px for row in report.rows]
-    if not measured or len(cocs) < 2:
-        return
-    top = max(measured)
-    ends = [cocs[-1] / 10, cocs[-1]]
-    axes.plot(ends, [top / 100, top], ":", color="grey", label="area of the disc")
+    """Four times as much for twice the blur, up to what took longest."""
+    cells = [(ms, row.coc_px) for row in report.rows for ms in row.ms.values() if ms is not None]
+    if cells:
+        ms, coc_px = max(cells)
+        axes.plot([coc_px / 10, coc_px], [ms / 100, ms], ":", color="grey", label="disc's area")
