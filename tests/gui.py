@@ -149,6 +149,12 @@ class Gui:
         self.app.editing.history = self.app.editing.history.at_rest()
         self.frame()
 
+    def later(self) -> None:
+        """Half a second after: a click is no double click any more."""
+        self.io.delta_time = 0.5
+        self.frame()
+        self.io.delta_time = 1 / 60
+
     def begin_again(self) -> None:
         """As it was in the beginning: nothing held or open, the first plate read anew."""
         app = self.app
@@ -160,6 +166,7 @@ class Gui:
             self.key(imgui.Key.escape)
         imgui.internal.clear_active_id()
         app.shows_keys = app.is_over = False
+        app.timeline.playback.stop()
         app.stage.reference = None
         app.renderer.stopwatch.on = False
         app.view = app.color.with_names(app.start.view)

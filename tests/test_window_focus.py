@@ -28,7 +28,7 @@ def steps(gui) -> int:
 
 
 def typed(gui, name: str, text: str) -> None:
-    gui.frame(30)  # or two clicks would be a double click
+    gui.later()  # or two clicks would be a double click
     gui.click(gui.middle(name))
     gui.type(text)
     gui.key(K.enter)
@@ -189,7 +189,7 @@ def test_a_drag_of_the_exposure_is_looking_and_no_step(gui):
 def test_the_f_stop_slider_stands_on_the_numbers_of_the_ring(gui):
     x0, y0, x1, y1 = gui.rect("f-stop")
     for part in (0.2, 0.5, 0.8):
-        gui.frame(30)
+        gui.later()
         gui.click((x0 + part * (x1 - x0), (y0 + y1) / 2))
         assert gui.app.lens.f_stop in THIRD_STOPS
 
@@ -261,7 +261,7 @@ def test_keys_that_a_text_field_uses_do_nothing_else_while_it_is_typed_in(gui):
     typed(gui, "distance", "3.5")
     gui.rest()
     before, view = gui.app.shot, gui.app.view
-    gui.frame(30)
+    gui.later()
     gui.click(gui.middle("distance"))
     gui.type("9")
     for key in (K.d, K.w, K.z, K.left_bracket, K.q):

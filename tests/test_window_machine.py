@@ -90,7 +90,7 @@ class Hand(RuleBasedStateMachine):
         end=st.sampled_from(["enter", "escape", "tab"]),
     )
     def types_in_a_field(self, name, text, end):
-        self.gui.frame(20)
+        self.gui.later()
         self.gui.click(self.gui.middle(name))
         self.gui.type(text)
         self.gui.key(getattr(K, end))
@@ -122,9 +122,10 @@ class Hand(RuleBasedStateMachine):
 
     @invariant()
     def the_picture_is_of_the_shot(self):
-        self.gui.frame()  # a click is answered in the frame after
         app = self.gui.app
-        assert app.live.shown.shot == app.shot
+        if not app.timeline.playback.direction:  # a hand on a focus that plays is ever ahead
+            self.gui.frame()  # a click is answered in the frame after
+            assert app.live.shown.shot == app.shot
         assert app.is_over is False
 
     @invariant()
