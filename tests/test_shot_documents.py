@@ -140,6 +140,7 @@ def test_after_a_crash_the_unsaved_shot_is_offered(gui, tmp_path, answer):
     gui.app.open(str(path))
     gui.until(lambda: gui.app.documents.offer is not None, "the question")
     gui.frame(3)
+    gui.key(K.m)  # means nothing while there is a question
     gui.click(gui.middle(f"unsaved {answer}"))
     gui.until(lambda: gui.app.documents.path == path, "the shot")
     goes_on = answer == "Go on with it"

@@ -242,6 +242,11 @@ def test_the_dot_before_a_row_sets_a_key_and_takes_it_away(gui):
     assert f_stop_frames(gui) == []
 
 
+def test_the_dot_before_a_control_of_the_lens_does_the_same(gui):
+    gui.click(gui.middle(f"lens dot {FOCUS}"))
+    assert list(focus_keys(gui)) == [FIRST] and steps(gui) == 1
+
+
 def test_keys_that_no_lens_can_follow_stay_where_they_are(gui):
     shot = replace(gui.app.shot, lens=replace(gui.app.lens, focal_length_mm=100.0))
     for number, distance_m, focal_mm in ((1002, 0.5, 100.0), (1005, 5.0, 800.0)):

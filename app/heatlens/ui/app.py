@@ -279,7 +279,7 @@ class App:
         waits = []
         if self.stage.plate is not None and self.live.is_working:
             waits.append(self.live.seconds_to_rest())
-        if self.editing.is_unsettled:
+        if self.editing.is_unsettled or self.documents.is_behind:
             waits.append(0.1)
         if self.message:
             waits.append(_MESSAGE_S)

@@ -14,6 +14,13 @@ from heatlens.ui.timeline_scale import TimeScale
 if TYPE_CHECKING:
     from heatlens.ui.app import App
 
+# By which name the lens panel notes them.
+_CONTROLS = {
+    LensParameter.FOCUS_DISTANCE: "distance",
+    LensParameter.F_STOP: "f-stop",
+    LensParameter.FOCAL_LENGTH: "focal length",
+    LensParameter.SQUEEZE: "squeeze",
+}
 _ROW_EM, _KEY_EM, _REACH_EM = 1.45, 0.42, 0.55
 
 
@@ -62,21 +69,21 @@ def _draw_row(
 ) -> None:
     draw, em = imgui.get_window_draw_list(), imgui.get_font_size()
     is_keyed = bool(app.shot.curves.of(parameter).keys)
-    key_dot(app, parameter, ImVec2(corner.x + 0.5 * em, corner.y + row / 2))
+    key_dot(app, parameter, ImVec2(corner.x + 0.5 * em, corner.y + row / 2), f"dot {parameter}")
     color = theme.HANDLE if is_keyed else theme.TEXT_DIM
     draw.add_text(ImVec2(corner.x + 1.3 * em, corner.y + 0.2 * em), color, parameter.words)
     end = ImVec2(scale.x + scale.width, corner.y + row - 2)
     draw.add_rect_filled(ImVec2(scale.x, corner.y), end, theme.GROOVE)
 
 
-def key_dot(app: "App", parameter: LensParameter, middle: ImVec2) -> None:
+def key_dot(app: "App", parameter: LensParameter, middle: ImVec2, name: str) -> None:
     """Filled where there is a key at the playhead, hollow where there are others; a click sets or
     takes one."""
     side = 0.5 * imgui.get_font_size()
     imgui.set_cursor_screen_pos(ImVec2(middle.x - side, middle.y - side))
-    if imgui.invisible_button(f"dot {parameter}", ImVec2(2 * side, 2 * side)):
+    if imgui.invisible_button(name, ImVec2(2 * side, 2 * side)):
         app.timeline.keys.toggle_here(parameter)
-    widgets.note(f"dot {parameter}")
+    widgets.note(name)
     if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
         imgui.set_tooltip(f"Key of the {parameter.words} at this frame")
     curve = app.shot.curves.of(parameter)
@@ -125,3 +132,12 @@ def _diamond(middle: ImVec2, reach: float) -> tuple[ImVec2, ImVec2, ImVec2, ImVe
         ImVec2(x, y + reach),
         ImVec2(x - reach, y),
     )
+
+
+def lens_dots(app: "App") -> None:
+    """The same dots before the controls of the lens, in the window where these were drawn."""
+    for parameter, control in _CONTROLS.items():
+        at = widgets.drawn_at.get(control)
+        if at is not None:
+            x = at[0] - 0.65 * imgui.get_font_size()
+            key_dot(app, parameter, ImVec2(x, (at[1] + at[3]) / 2), f"lens dot {parameter}")

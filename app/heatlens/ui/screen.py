@@ -10,6 +10,7 @@ from heatlens.ui import theme, widgets
 from heatlens.ui.action_list import nudge_focus
 from heatlens.ui.actions import pressed
 from heatlens.ui.app import App
+from heatlens.ui.dope_sheet import lens_dots
 from heatlens.ui.layout import PICTURE, dock_panels, menu_bar
 from heatlens.ui.legend import draw_legend, entries
 from heatlens.ui.lens_panel import LensFacts, blur_panel, lens_panel
@@ -68,7 +69,8 @@ class Screen:
     def _do_actions(self) -> None:
         app = self._app
         chosen = menu_bar(app, app.actions)
-        keyed = () if app.filing.browser.is_open else pressed(app.actions)
+        is_asked = app.filing.browser.is_open or app.documents.offer is not None
+        keyed = () if is_asked else pressed(app.actions)
         for action in (*keyed, chosen, app.palette.draw(app.actions)):
             if action is not None:
                 action.run(app)
@@ -124,6 +126,8 @@ class Screen:
             facts = LensFacts(app.histogram, app.view.unit, sources)
             app.edit_lens(lens_panel(app.lens, facts, app.say))
             app.edit(replace(app.shot, defocus=blur_panel(app.shot.defocus)))
+            if app.histogram is not None and app.timeline.has_time:
+                lens_dots(app)
             wheel = imgui.get_io().mouse_wheel
             if wheel and imgui.is_window_hovered(imgui.HoveredFlags_.child_windows):
                 nudge_focus(app, wheel)

@@ -135,12 +135,22 @@ class ShotDocuments:
         """Once a frame: take what was read and written, keep what was changed."""
         self._take_read()
         self._take_written()
-        app, target = self._app, self.path or self._unnamed_path()
-        rests = not app.editing.is_unsettled and app.stage.plate is not None
-        if rests and self.offer is None and target is not None and app.shot != self._kept:
-            self._kept = app.shot
-            kept = self.store.drop(target) if self.is_saved else self.store.keep(target, app.shot)
-            self._track(kept)
+        shot, target = self._app.shot, self._target
+        if self.is_behind and target is not None and not self._app.editing.is_unsettled:
+            self._kept = shot
+            is_saved = self.is_saved
+            self._track(self.store.drop(target) if is_saved else self.store.keep(target, shot))
+
+    @property
+    def _target(self) -> Path | None:
+        """The file beside which is kept what is not saved."""
+        return self.path or self._unnamed_path()
+
+    @property
+    def is_behind(self) -> bool:
+        """Something was changed that is not kept yet."""
+        is_open = self._app.stage.plate is not None and self.offer is None
+        return is_open and self._target is not None and self._app.shot != self._kept
 
     def _take_read(self) -> None:
         reading = self._reading

@@ -34,7 +34,8 @@ def shot_question(app: "App") -> None:
     imgui.text_wrapped("Heatlens ended before that was saved. Go on with it?")
     widgets.spacer()
     for name, goes_on in (("Go on with it", True), ("Throw it away", False)):
-        if imgui.button(name):
+        entered = goes_on and imgui.is_key_pressed(imgui.Key.enter, False)
+        if imgui.button(name) or entered:
             app.documents.answer(goes_on)
             imgui.close_current_popup()
         widgets.note(f"unsaved {name}")

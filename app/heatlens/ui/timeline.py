@@ -64,8 +64,12 @@ class Timeline:
     @property
     def is_shown(self) -> bool:
         """There is something to see on it."""
-        has_time = self.is_sequence or bool(self._app.shot.key_frames)
-        return self._app.panels[NAME] and self._app.stage.plate is not None and has_time
+        return self._app.panels[NAME] and self._app.stage.plate is not None and self.has_time
+
+    @property
+    def has_time(self) -> bool:
+        """There are frames, or keys at frames."""
+        return self.is_sequence or bool(self._app.shot.key_frames)
 
     @property
     def frames(self) -> FrameRange | None:
