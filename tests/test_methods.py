@@ -10,6 +10,7 @@ import pytest
 from command_line import CAMERA, channels, picture
 from command_line import render as render_file
 from exr_files import write_file
+from heatlens.commands.main import main
 from heatlens.defocus import gather_pass, scatter_pass
 from heatlens.defocus.gather_pass import gather_steps
 from heatlens.defocus.kernels import named_kernel
@@ -17,6 +18,7 @@ from heatlens.defocus.pyramid_pass import level_places, level_variance, pyramid_
 from heatlens.defocus.quality import kernel_for
 from heatlens.defocus.scatter_pass import BINS, bin_coc_px, bin_places, disc_sums
 from heatlens.gpu.textures import download
+from heatlens.image.shot_file import write_shot
 from heatlens.model.boxes import Box
 from heatlens.model.lens import Lens
 from heatlens.model.settings import Bokeh, DefocusSettings, Method, Quality
@@ -373,3 +375,18 @@ def test_render_takes_every_method(capsys, tmp_path, method):
     _, pixels = picture(out)
     color = np.stack([channels()[name] for name in "RGB"], axis=2)
     assert np.isfinite(pixels).all() and np.abs(pixels[..., :3] - color).max() > 0.01
+
+
+@pytest.mark.usefixtures("command_context")
+def test_an_exported_frame_is_of_the_shots_method_or_the_one_that_is_given(capsys, tmp_path):
+    plate = write_file(tmp_path / "plate.exr", channels(), **CAMERA)
+    shot_file = tmp_path / "s.heatlens.json"
+    lens = Lens(50.0, 0.2, 2.24, 36.0)
+    write_shot(shot_file, Shot(lens, DefocusSettings(method=Method.SCATTER), source=str(plate)))
+    for words, method in (((), Method.SCATTER), (("--method", "gather"), Method.GATHER)):
+        exported, rendered = tmp_path / f"{method}.exr", tmp_path / f"r_{method}.exr"
+        assert main(["export", str(shot_file), "-o", str(exported), *words]) == 0
+        capsys.readouterr()
+        render_file(capsys, plate, rendered, "--method", method, "--f-stop", 0.2)
+        assert np.array_equal(picture(exported)[1], picture(rendered)[1])
+    assert not np.array_equal(picture(exported)[1], picture(tmp_path / "scatter.exr")[1])
