@@ -214,7 +214,8 @@ def gui_of(
     **start: object,
 ) -> Iterator[Gui]:
     """A Gui with its own ImGui, the first picture on the screen."""
-    imgui.create_context()
+    before, context = imgui.get_current_context(), imgui.create_context()
+    imgui.set_current_context(context)
     begin = Start(str(source), **start)  # type: ignore[arg-type]
     gui = Gui(ctx, begin, size, preferences, scale)
     try:
@@ -222,4 +223,6 @@ def gui_of(
         yield gui
     finally:
         gui.close()
-        imgui.destroy_context()
+        imgui.destroy_context(context)
+        if before is not None:
+            imgui.set_current_context(before)

@@ -2,15 +2,17 @@
 
 import math
 
+import numpy as np
 from hypothesis import HealthCheck, Phase, settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, rule, run_state_machine_as_test
 from imgui_bundle import imgui
 
-from gui import Gui
+from gui import Gui, gui_of
 from heatlens.ui.action_list import actions
 from heatlens.ui.actions import _CTRL, _SHIFT
-from window_plates import HEIGHT, WIDTH
+from plates import room
+from window_plates import HEIGHT, QUICK, WIDTH, write_plate
 
 K = imgui.Key
 # Dialogs have a test of their own, as they write files.
@@ -166,14 +168,26 @@ class Hand(RuleBasedStateMachine):
         self.gui.frame()
 
 
-def test_whatever_hands_do(gui):
+def whatever_hands_do(gui: Gui) -> None:
     run_state_machine_as_test(
         lambda: Hand(gui),
         settings=settings(
-            max_examples=10,
+            max_examples=5,
             stateful_step_count=40,
             deadline=None,
             phases=[Phase.generate],  # a failure is told step by step; shrinking it takes minutes
             suppress_health_check=list(HealthCheck),
         ),
     )
+
+
+def test_whatever_hands_do_to_one_frame(gui):
+    whatever_hands_do(gui)
+
+
+def test_whatever_hands_do_to_a_sequence(ctx, tmp_path):
+    color, depth = room(WIDTH, HEIGHT)
+    for frame in (1, 2, 3, 5):
+        write_plate(tmp_path / f"room.{frame:04}.exr", color * np.float32(frame), Z=depth)
+    with gui_of(ctx, tmp_path / "room.####.exr", defocus=QUICK) as gui:
+        whatever_hands_do(gui)
