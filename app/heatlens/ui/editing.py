@@ -4,7 +4,7 @@ import time
 from collections.abc import Callable
 from dataclasses import replace
 
-from heatlens.errors import HeatlensError
+from heatlens.errors import HeatlensError, LensError
 from heatlens.model.history import History
 from heatlens.model.lens import Lens
 from heatlens.model.shot import LensParameter, Shot
@@ -32,8 +32,22 @@ class Editing:
 
     @property
     def lens(self) -> Lens:
-        """Its lens at the frame."""
-        return self.shot.lens_at(self.frame)
+        """Its lens at the frame; where keys ask for what no lens can be, that is said, and it is
+        the one without keys."""
+        try:
+            return self.shot.lens_at(self.frame)
+        except LensError as error:
+            self._say(str(error))
+            return self.shot.lens
+
+    @property
+    def has_lens(self) -> bool:
+        """The keys leave a lens at the frame."""
+        try:
+            self.shot.lens_at(self.frame)
+        except LensError:
+            return False
+        return True
 
     def begin(self, shot: Shot) -> None:
         """Another shot, with nothing to undo."""

@@ -50,14 +50,17 @@ class FocusTrack:
         """The frames that are seen at which the lens cannot be focused so near."""
         made_of = (shot.lens, shot.curves, seen)
         if made_of != self._warned_of:
-            few = seen.count <= _WARNED_MOST
-            self._too_close = frames_too_close(_over(shot, seen)) if few else ()
-            self._warned_of = made_of
+            self._too_close, self._warned_of = _too_close(shot, seen), made_of
         return self._too_close
 
 
-def _over(shot: Shot, frames: FrameRange) -> Shot:
-    return Shot(shot.lens, curves=shot.curves, frames=frames)
+def _too_close(shot: Shot, seen: FrameRange) -> tuple[int, ...]:
+    if seen.count > _WARNED_MOST:
+        return ()
+    try:
+        return frames_too_close(Shot(shot.lens, curves=shot.curves, frames=seen))
+    except HeatlensError:  # no lens at some frame, which is said where it is looked at
+        return ()
 
 
 def _sample(shot: Shot, time: float) -> Sample:

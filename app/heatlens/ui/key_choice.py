@@ -5,11 +5,15 @@ Everything here makes a new shot of one; a LensError says where no lens can be.
 
 from collections.abc import Callable, Collection
 from dataclasses import replace
+from math import ceil, floor
 from typing import NamedTuple
 
 from heatlens.model.curve import SAME_FRAME, Curve, Key
 from heatlens.model.interpolation import Interpolation
 from heatlens.model.shot import LensParameter, Shot
+
+_BEZIER = Interpolation.BEZIER
+_CHECKED_MOST = 1000  # frames between keys
 
 
 class KeyId(NamedTuple):
@@ -95,7 +99,7 @@ def interpolated(shot: Shot, chosen: Chosen, interpolation: Interpolation) -> Sh
 
     def change(curve: Curve, frames: Collection[float]) -> Curve:
         for frame in frames:
-            if interpolation is Interpolation.BEZIER:
+            if interpolation is _BEZIER:
                 curve = curve.with_handles(frame)
             key = curve.key_at(frame)
             if key is not None:
@@ -132,14 +136,22 @@ def _bent(curve: Curve, frame: float, is_out: bool) -> Curve:
     return curve if key is None else curve.with_key(replace(key, interpolation=_BEZIER))
 
 
-_BEZIER = Interpolation.BEZIER
-
-
 def checked(shot: Shot) -> Shot:
-    """The shot, if there is a lens at each of its keys. Raises LensError naming the frame."""
-    for frame in shot.key_frames:
+    """The shot, if there is a lens at each of its keys and between. Raises LensError naming the
+    frame."""
+    for frame in (*shot.key_frames, *_between(shot)):
         shot.lens_at(frame)
     return shot
+
+
+def _between(shot: Shot) -> range:
+    """Frames that may have no lens although the keys have: handles overshoot, and a long lens
+    cannot be focused near. Of a long film not all: a hand that drags waits for this."""
+    keys, focals = shot.curves.focus_distance_m.keys, shot.curves.focal_length_mm.keys
+    if not focals and all(key.interpolation is not _BEZIER for key in keys):
+        return range(0)
+    first, last = floor(shot.key_frames[0]), ceil(shot.key_frames[-1])
+    return range(first, last + 1, 1 + (last - first) // _CHECKED_MOST)
 
 
 def _each(shot: Shot, chosen: Chosen, change: Callable[[Curve, Collection[float]], Curve]) -> Shot:

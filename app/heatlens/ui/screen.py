@@ -199,6 +199,8 @@ class Screen:
         app = self._app
         if app.view.overlay is Overlay.NONE or app.view.compare is Compare.FLIP:
             return
+        if not app.editing.has_lens:
+            return
         plate = app.renderer.loaded.plate
         optics = app.renderer.optics(app.shot, app.editing.frame)
         sharp = sharp_px(app.lens, plate.display_window.width)
@@ -235,7 +237,7 @@ class Screen:
         if view.depth_of_field and view.compare is not Compare.DIFFERENCE:
             sharp = screen.sharp(shown, loaded, view)
         overlay = None
-        if view.overlay is not Overlay.NONE:
+        if view.overlay is not Overlay.NONE and app.editing.has_lens:
             overlay = screen.overlay(loaded, app.shot, app.editing.frame, view.overlay)
         return Pictures(
             a,

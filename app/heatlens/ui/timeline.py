@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 NAME = "Timeline"
 # Frames read ahead: two seconds while it plays, a few for the next step by hand.
 _AHEAD_PLAYING, _AHEAD_STILL = 48, 8
+_STILL_REACH = 100_000  # frames: as far as time can be gone along on a still
+_FRAMES_MOST = 1_000_000  # of a shot
 _BEHIND_S = 0.25  # news of the frames may be told so late
 
 
@@ -76,8 +78,9 @@ class Timeline:
         """Those of the sequence as it is now; of a still those that its keys reach over."""
         if self.is_sequence and self.cache is not None:
             sequence = self.cache.sequence
-            return FrameRange(sequence.first, sequence.last)
-        return replace(self._app.shot, frames=None).span
+            return _range(sequence.first, sequence.last)
+        keyed = self._app.shot.key_frames
+        return _range(keyed[0], keyed[-1]) if keyed else None
 
     @property
     def timed_shot(self) -> Shot:
@@ -96,7 +99,7 @@ class Timeline:
         frame = self._app.editing.frame
         keyed, frames = self._app.shot.key_frames, self.frames or FrameRange(frame, frame)
         ends = [frames.first, frames.last, frame, *keyed[:1], *keyed[-1:]]
-        return FrameRange(math.floor(min(ends)), math.ceil(max(ends)))
+        return _range(min(ends), max(ends))
 
     def runs(self) -> tuple[Run, ...]:
         """How the frames stand."""
@@ -117,8 +120,10 @@ class Timeline:
     def go(self, frame: int) -> None:
         """Put the playhead on a frame; nothing plays any more."""
         self.playback.stop()
+        low, high = -_STILL_REACH, _STILL_REACH
         if self.is_sequence:
-            frame = min(max(frame, self.reach.first), self.reach.last)
+            low, high = self.reach.first, self.reach.last
+        frame = min(max(frame, low), high)
         self._put(frame)
 
     def _put(self, frame: int) -> None:
@@ -230,3 +235,9 @@ class Timeline:
             waits.append(_BEHIND_S if self._states.is_behind(self.cache, self._news) else None)
         known = [wait for wait in waits if wait is not None]
         return min(known) if known else None
+
+
+def _range(first: float, last: float) -> FrameRange:
+    """All frames there, or as many of them as a shot can have: keys in a file may lie anywhere."""
+    low = math.floor(first)
+    return FrameRange(low, min(math.ceil(last), low + _FRAMES_MOST - 1))
