@@ -10,8 +10,10 @@ from gui import Gui
 from heatlens.display.display_pass import DisplayPass
 from heatlens.gpu.textures import new_texture, upload
 from heatlens.image.camera_header import lens_attributes
+from heatlens.image.exr_read import read_plate
 from heatlens.model.lens import Lens
 from heatlens.model.settings import Bokeh, DefocusSettings, Quality
+from heatlens.render import FrameRenderer
 from plates import Image, room
 
 WIDTH, HEIGHT = 96, 64
@@ -56,3 +58,24 @@ def displayed(gui: Gui, pixels: np.ndarray, stops: float = 0.0, gamma: float = 1
     for made in (screen, picture, out):
         made.release()
     return found[..., :3]
+
+
+def region(gui: Gui, zoom: int = 1) -> np.ndarray:
+    """(H, W, 3) bytes of the display window on the screen."""
+    x, y = gui.app.viewport.geometry.origin
+    shape = gui.app.picture_shape
+    assert (x, y) == (int(x), int(y))
+    height, width = shape.height_px * zoom, shape.width_px * zoom
+    found = gui.screenshot()[int(y) : int(y) + height, int(x) : int(x) + width]
+    assert found.shape == (height, width, 3)
+    return found
+
+
+def rendered(gui: Gui, own: FrameRenderer) -> np.ndarray:
+    """The shot's picture, made anew from the file."""
+    own.load(read_plate(Path(gui.app.shot.source)))
+    return own.pixels(gui.app.shot)
+
+
+def plate_pixels(gui: Gui) -> np.ndarray:
+    return gui.app.stage.plate.color
