@@ -12,7 +12,7 @@ from heatlens.model.depth_histogram import DepthHistogram
 from heatlens.model.f_stops import THIRD_STOPS, nearest_index
 from heatlens.model.filmback import FILMBACKS
 from heatlens.model.lens import Lens
-from heatlens.model.settings import LAYERS_MAX, Bokeh, DefocusSettings, Quality
+from heatlens.model.settings import LAYERS_MAX, Bokeh, DefocusSettings, Method, Quality
 from heatlens.model.units import format_distance, parse_distance_m
 from heatlens.ui import widgets
 from heatlens.ui.focus_bar import focus_bar
@@ -168,6 +168,8 @@ def _film_back(lens: Lens) -> Lens:
 def blur_panel(settings: DefocusSettings) -> DefocusSettings:
     """Draw how the blur is computed; return it as the user left it."""
     imgui.separator_text("Blur")
+    tip = "diffusion is ours; the others are there to compare with, and take no bokeh or layers."
+    method = widgets.choice("method", str(settings.method), [str(m) for m in Method], tip)
     bokeh = widgets.choice("bokeh", str(settings.bokeh), [str(b) for b in Bokeh])
     quality = widgets.choice(
         "quality", str(settings.quality), [str(q) for q in Quality], "Never how much blur there is."
@@ -183,4 +185,5 @@ def blur_panel(settings: DefocusSettings) -> DefocusSettings:
         Quality(quality),
         None if layers == auto else int(layers),
         _PROXIES.get(proxy, settings.proxy),
+        Method(method),
     )

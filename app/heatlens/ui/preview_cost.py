@@ -3,10 +3,12 @@
 from dataclasses import dataclass, field, replace
 
 from heatlens.defocus.quality import kernel_for, layers_for
-from heatlens.model.settings import PROXY_MIN, Bokeh, DefocusSettings, Quality
+from heatlens.model.settings import PROXY_MIN, Bokeh, DefocusSettings, Method, Quality
 
-Kind = tuple[Bokeh, Quality, int]  # everything but the size
+Kind = tuple[Method, Bokeh, Quality, int]  # everything but the size
 
+# Nobody knows what the next picture costs of a method whose work grows with the blur.
+_GROWS_WITH_BLUR = (Method.GATHER, Method.SCATTER)
 _NEWEST = 0.4  # weight of the newest picture in the running mean of its kind
 # Cheaper and cheaper: quality, layers (None: as the quality says) and size against the wished one.
 _CHEAPER: tuple[tuple[Quality, int | None, float], ...] = (
@@ -48,6 +50,7 @@ def _rung(
     return replace(
         wished,
         bokeh=_hurried_bokeh(wished.bokeh) if layers == 1 else wished.bokeh,
+        method=wished.method if wished.method is Method.HEAT else Method.DIFFUSION,
         quality=quality,
         layers=given if layers is None else fewer,
         proxy=max(PROXY_MIN, wished.proxy * scale),
@@ -72,8 +75,10 @@ class CostModel:
         self.seconds_per_px[kind] = old + _NEWEST * (new - old)
 
     def predicted(self, settings: DefocusSettings, pixels: int) -> float:
-        """Seconds for a picture of so many pixels; infinite while nothing is known."""
+        """Seconds for a picture of so many pixels; infinite where nothing is known."""
         kind = _kind(settings)
+        if settings.method in _GROWS_WITH_BLUR:
+            return float("inf")
         if kind in self.seconds_per_px:
             return self.seconds_per_px[kind] * pixels
         guesses = [
@@ -84,12 +89,12 @@ class CostModel:
 
 
 def _kind(settings: DefocusSettings) -> Kind:
-    return settings.bokeh, settings.quality, layers_for(settings)
+    return settings.method, settings.bokeh, settings.quality, layers_for(settings)
 
 
 def _kind_weight(kind: Kind) -> float:
-    bokeh, quality, layers = kind
-    return _weight(DefocusSettings(bokeh, quality, layers))
+    method, bokeh, quality, layers = kind
+    return _weight(DefocusSettings(bokeh, quality, layers, method=method))
 
 
 def _weight(settings: DefocusSettings) -> float:
