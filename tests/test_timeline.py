@@ -221,6 +221,7 @@ def test_a_gap_can_be_black(gappy):
 def test_a_gap_can_stop_it_with_a_sentence(gappy, clock):
     gappy.app.timeline.missing = "stop"
     gappy.app.timeline.go(1002)
+    assert seen(gappy) == 1002
     gappy.key(K.space)
     clock.now_s += 1 / 24
     gappy.frame(2)

@@ -43,6 +43,7 @@ def fresh(film: Gui) -> Gui:
     app.timeline.playback._clock = Clock()
     if app.stage.opened.text != app.start.source:
         film.begin_again()
+        film.until(lambda: len(app.timeline.runs()) == 1, "all frames")
     film.io.clear_input_keys()
     film.io.add_mouse_pos_event(-1e4, -1e4)
     app.view, app.message, app.editing.frame = app.color.with_names(app.start.view), "", FIRST

@@ -55,10 +55,14 @@ def _chosen(app: "App") -> None:
         _tip("How far the handle reaches; the segment becomes a Bezier")
         if changed:
             keys.ease(new, is_out)
-    imgui.same_line()
-    imgui.align_text_to_frame_padding()
     count = len(keys.chosen)
-    imgui.text_disabled(f"{count} chosen" if count else "key here" if found else "no key here")
+    told = f"{count} chosen" if count else "key here" if found else "no key here"
+    imgui.same_line()
+    if imgui.get_content_region_avail().x >= imgui.calc_text_size(told).x:
+        imgui.align_text_to_frame_padding()
+        imgui.text_disabled(told)
+    else:
+        imgui.new_line()
 
 
 def _tip(text: str) -> None:

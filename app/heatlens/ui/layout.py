@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 PICTURE = "Picture"
 _PANEL_EM = 23.0  # width of the column of panels
 _SPEED_PART = 0.42  # of the column, for what is under the lens
-_TIMELINE_PART = 0.3  # of the height, under the picture
+_TIMELINE_EM = 15.5  # height of the timeline under the picture
 _RECENT_EM, _FOLDER_LETTERS = 42.0, 44  # width of a recent file, and letters of its folder
 
 
@@ -103,8 +103,9 @@ def _arrange(dock: int, size: ImVec2) -> None:
     inner.dock_builder_set_node_size(dock, size)
     part = min(0.45, _PANEL_EM * imgui.get_font_size() / max(size.x, 1.0))
     _, right, centre = inner.dock_builder_split_node_py(dock, imgui.Dir.right, part)
+    below_part = min(0.5, _TIMELINE_EM * imgui.get_font_size() / max(size.y, 1.0))
     _, lower, upper = inner.dock_builder_split_node_py(right, imgui.Dir.down, _SPEED_PART)
-    _, below, centre = inner.dock_builder_split_node_py(centre, imgui.Dir.down, _TIMELINE_PART)
+    _, below, centre = inner.dock_builder_split_node_py(centre, imgui.Dir.down, below_part)
     inner.dock_builder_dock_window(PICTURE, centre)
     inner.dock_builder_dock_window("Timeline", below)
     for name in ("Lens", "Marks"):

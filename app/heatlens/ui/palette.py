@@ -117,6 +117,9 @@ def _mouse_help() -> None:
         ("middle or right drag", "pan"),
         ("Alt held", "depth of field off, to compare"),
         ("Ctrl+click on a number", "type it"),
+        ("drag on the ruler", "scrub; wheel and middle drag: look nearer, along"),
+        ("Shift+click on keys, box", "choose several"),
+        ("Ctrl+drag of a key", "push all later keys along"),
     ):
         imgui.text_disabled(keys)
         imgui.same_line(12 * imgui.get_font_size())
