@@ -340,3 +340,12 @@ def test_curves_are_values_that_can_be_kept_in_a_set():
 def test_a_curve_without_keys_has_no_value():
     with pytest.raises(ValueError, match="without keys"):
         Curve().value_at(0)
+
+
+@given(st.floats(0, 1), st.floats(0, 100), st.sampled_from(list(Scale)))
+def test_a_bezier_between_equal_keys_stands_still_to_the_last_digit(part, influence, scale):
+    """A squeeze of exactly 1 must not become less than any lens has."""
+    ease = Ease(influence)
+    first = Key(0, 1.1, Interpolation.BEZIER, ease, ease)
+    curve = Curve((first, Key(7, 1.1, Interpolation.BEZIER, ease, ease)), scale)
+    assert curve.value_at(7 * part) == 1.1

@@ -63,7 +63,7 @@ def test_an_evening_of_work(screen: Screen, plate: Path, tmp_path: Path, request
         screen.picture().save(Path(kept) / f"{request.node.name}.png")
     assert resized.std() > 10  # a picture, not an empty window
     window.keys("ctrl+z", "ctrl+z")
-    window.keys("ctrl+q")
+    window.quit()
     assert window.closed() == (0, "")
 
 
@@ -82,7 +82,7 @@ def test_an_idle_window_uses_no_processor(screen: Screen, plate: Path, tmp_path:
 
 def test_closing_the_window_ends_the_process(screen: Screen, plate: Path, tmp_path: Path) -> None:
     window = Window(screen, tmp_path, plate)
-    window.keys("ctrl+q")
+    window.quit()
     code, said = window.closed()
     assert (code, said) == (0, "")
 

@@ -107,6 +107,15 @@ class Window:
         fields = Path(f"/proc/{self.process.pid}/stat").read_text().rpartition(")")[2].split()
         return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
+    def quit(self) -> None:
+        """Ctrl+Q until it is taken: without a window manager, focus may come a moment later."""
+        self.keys("ctrl+q")
+        end = time.monotonic() + WAIT_S
+        while self.process.poll() is None and time.monotonic() < end:
+            time.sleep(1.0)
+            if self.process.poll() is None:
+                self.keys("ctrl+q")
+
     def closed(self) -> tuple[int, str]:
         """Exit code, and what was said, once the process has ended."""
         _, said = self.process.communicate(timeout=WAIT_S)

@@ -172,6 +172,7 @@ class Curve:
         frames = end.frame - start.frame
         u = (frame - start.frame) / frames
         ends = self.scale.place_of(start.value), self.scale.place_of(end.value)
+        reached = [start.value, end.value]  # no path leaves these, but for handles that do
         match start.interpolation:
             case Interpolation.HOLD:
                 return start.value
@@ -183,9 +184,11 @@ class Curve:
             case Interpolation.BEZIER:
                 out, into = start.ease_out.handle(frames), end.ease_in.handle(frames)
                 handles = (out[0] / frames, out[1]), (into[0] / frames, into[1])
-                return self.scale.value_at(bezier(u, ends, *handles))
-        low, high = sorted((start.value, end.value))
-        return min(max(self.scale.value_at(place), low), high)  # rounding stays within the keys too
+                place = bezier(u, ends, *handles)
+                tips = (ends[0], out[1]), (ends[1], -into[1])
+                reached += [self.scale.value_at(at + rise) for at, rise in tips if rise]
+        low, high = min(reached), max(reached)
+        return min(max(self.scale.value_at(place), low), high)  # rounding stays within too
 
     def _slope(self, index: int) -> float:
         """Slope at a key on the scale; flat at the ends, beyond which the value stands still."""

@@ -26,6 +26,7 @@ class ColorChoice:
             if path is not None:
                 raise
             say(f"{error} Pictures are shown through the plain sRGB curve.")
+        self._inputs = self.config.input_spaces() if self.config else ("linear Rec.709",)
         self._current = ("", "", "")
         self.transform = srgb_transform()  # the one in use
 
@@ -39,7 +40,7 @@ class ColorChoice:
 
     def input_spaces(self) -> tuple[str, ...]:
         """Spaces that the pictures' light may be in, the usual one first."""
-        return self.config.input_spaces() if self.config else ("linear Rec.709",)
+        return self._inputs
 
     def with_names(self, view: ViewState) -> ViewState:
         """`view` with a display and view that the config has."""
