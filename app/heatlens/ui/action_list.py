@@ -42,6 +42,7 @@ def _file() -> list[Action]:
         Action("Save shot as...", "File", lambda app: app.browse("save shot")),
         Action("Reload", "File", lambda app: app.reload(), _K.r, _CTRL),
         Action("Save picture...", "File", lambda app: app.browse("save"), _K.s, _CTRL),
+        Action("Take a camera...", "File", lambda app: app.browse("camera")),
         Action("Export...", "File", lambda app: app.filing.show_export(), _K.e, _CTRL),
         Action("Copy picture", "File", lambda app: app.copy_picture(), _K.c, _CTRL),
         Action("Quit", "File", lambda app: app.quit(), _K.q, _CTRL),

@@ -16,6 +16,7 @@ from heatlens.model.plate_options import PlateOptions
 from heatlens.model.view import ViewState
 from heatlens.paths import home_dir
 from heatlens.ui.background import Background
+from heatlens.ui.camera_import import CameraImport
 from heatlens.ui.exporter import Exporter
 from heatlens.ui.file_browser import FileBrowser
 from heatlens.ui.folder_walk import Chosen, Purpose
@@ -41,6 +42,13 @@ PURPOSES = {
             ".exr: scene-linear, with the lens in its header.   .png: as it looks here.",
             is_save=True,
         ),
+        Purpose(
+            "camera",
+            "Take the lens of a camera",
+            "Take",
+            (".usd", ".usda", ".usdc", ".usdz", ".json", ".csv"),
+            "Focal length, f-stop, focus and film back, with keys for what moves.",
+        ),
         Purpose("shot", "Open a shot", "Open", (SHOT_SUFFIX,), "A shot and its plate."),
         Purpose(
             "save shot",
@@ -64,6 +72,7 @@ class Filing:
         self.saver = PictureSaver(app.say, wake)
         self.reading = PlateReading(app, preferences)
         self.exporter = Exporter(app, wake)
+        self.cameras = CameraImport(app, wake)
         self.recent: tuple[str, ...] = ()  # those of the recent files that are there
         self._finder: Background[tuple[str, ...]] = Background(wake)
 
@@ -124,6 +133,8 @@ class Filing:
         elif key == "reference":
             at_frame = chosen.entry.file_at(app.editing.frame) if chosen.entry else chosen.path
             app.stage.open_reference(at_frame)
+        elif key == "camera":
+            self.cameras.begin(chosen.path)
         elif key == "save shot":
             app.documents.save_as(chosen.path.absolute())
         else:
@@ -163,6 +174,7 @@ class Filing:
         self.recent = self.recent if found is None else found
         self.reading.follow()
         self.exporter.poll()
+        self.cameras.poll()
         whole = _whole(app)
         self.saver.poll(whole, app.shot.source, app.editing.frame, partial(_snap, app, whole))
 
