@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 BINS = 160
+_SAMPLES = 1 << 18  # pixels looked at: enough for its shape, and a sequence can be played
 _NEAR_ROOM = 1.12  # dioptres beyond the nearest surface, so that focus can be set in front of it
 
 
@@ -24,8 +25,10 @@ class DepthHistogram:
 
 def depth_histogram(depth_m: NDArray[np.float32]) -> DepthHistogram:
     """Of metres, +inf where nothing was hit; heights by square root, that few pixels are seen."""
-    dioptres = np.float32(1.0) / depth_m.ravel()
-    most = float(dioptres.max()) * _NEAR_ROOM
+    most = float(np.float32(1.0) / depth_m.min()) * _NEAR_ROOM
+    step = math.ceil(math.sqrt(depth_m.size / _SAMPLES))
+    sampled = depth_m[::step, ::step] if depth_m.ndim == 2 else depth_m
+    dioptres = np.float32(1.0) / sampled.ravel()
     if not 0.0 < most < math.inf:
         most = 1.0  # nothing was hit: any scale serves
     counts, _ = np.histogram(dioptres, BINS, (0.0, most))

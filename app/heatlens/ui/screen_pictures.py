@@ -48,6 +48,7 @@ class ScreenPictures:
         self.display = DisplayPass(ctx)
         self._overlays = OverlayPass(ctx)
         self._sharp_pass = SharpPass(ctx)
+        self._sharp_of: LoadedPlate | None = None  # the plate of the hurried picture before
         self._a = _Target(ctx, "A on the screen")
         self._b = _Target(ctx, "B on the screen")
         self._pinhole = _Target(ctx, "plate on the screen")
@@ -95,6 +96,9 @@ class ScreenPictures:
         """
         proxy = shown.settings.proxy
         if proxy >= shown.shot.defocus.proxy or layers_for(shown.settings) > 1:
+            return None
+        if self._sharp_of is not plate:  # while a sequence plays, each plate is seen only once
+            self._sharp_of = plate
             return None
         pinhole = self.b(plate.color, plate, view)
         key = (plate, shown.shot.lens_at(shown.frame), proxy, self._look(view))
