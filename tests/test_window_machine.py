@@ -126,6 +126,8 @@ class Hand(RuleBasedStateMachine):
     def the_picture_is_of_the_shot(self):
         app = self.gui.app
         if not app.timeline.playback.direction:  # a hand on a focus that plays is ever ahead
+            is_there = app.stage.is_settled_at
+            self.gui.until(lambda: is_there(app.editing.frame), "the plate of the frame")
             self.gui.frame()  # a click is answered in the frame after
             assert app.live.shown.shot == app.shot
         assert app.is_over is False
