@@ -4,6 +4,7 @@ import json
 import signal
 import time
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -122,6 +123,17 @@ def test_a_folder_that_cannot_be_made_is_said(gui: Gui, tmp_path: Path) -> None:
     assert exporter.run.state is None
 
 
+def test_a_picture_that_would_look_otherwise_is_not_exported(gui: Gui, tmp_path: Path) -> None:
+    exporter = gui.app.filing.exporter
+    exporter.wish = ExportWish(str(tmp_path / "out"), "x", "PNG, as it looks")
+    for look in ({"gamma": 1.5}, {"gamma": 1.0, "input_space": "ACEScg"}):
+        gui.app.view = replace(gui.app.view, **look)
+        gui.frame(2)
+        gui.click(gui.middle("Export"))
+        assert "put them back in Look" in gui.app.message
+    assert exporter.run.state is None and not (tmp_path / "out").exists()
+
+
 def test_a_wish_is_words_for_the_command() -> None:
     wish = wish_for(Path("/shots/bar.v2.1001.exr"))
     assert wish.output == "/shots/bar_dof/bar.####.exr"
@@ -129,6 +141,7 @@ def test_a_wish_is_words_for_the_command() -> None:
     assert wish_for(Path("/a/still.exr"), is_single=True).output == "/a/still_dof/still.exr"
     for kind, suffix in FRAME_KINDS.items():
         assert ExportWish("/a", "b", kind).output.endswith(suffix)
+    assert "--view" not in ExportWish("/a", "b", "ProRes movie").words("", "sRGB curve", 0.0)
     look = ExportWish("/a", "b", "ProRes movie", "1-5", "film", burn_in=True)
     assert look.output == "/a/b.mov"
     assert look.words("sRGB", "ACES", 0.5) == [
@@ -141,7 +154,7 @@ def test_news_of_the_process_are_taken_and_other_lines_left() -> None:
     state = ExportState("export")
     for line in (
         '{"event": "begin", "output": "x", "frames": 7}\n',
-        "/tmp/x.exr\n",
+        "out/x.exr\n",
         '{"event": "frame", "frame": 3, "done": 2, "frames": 7, "seconds_left": 4.5}\n',
     ):
         _take(line, state)

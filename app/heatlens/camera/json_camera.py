@@ -39,7 +39,7 @@ def json_text(camera: CameraSamples) -> str:
 def read_json_camera(path: Path) -> CameraSamples:
     """The camera in a file. Raises InputError with the place where it is damaged."""
     top = read_json(path)
-    _check_version(top)
+    top.check_version(_VERSION, CAMERA_VERSION, "camera")
     entries = top.members(_TOP)
     if "samples" not in entries:
         top.refuse("the entry 'samples' is missing")
@@ -64,14 +64,3 @@ def _row(item: JsonEntry) -> Row:
         matrix = [[value.number() for value in line.items()] for line in entries[PLACEMENT].items()]
         row[PLACEMENT] = entries[PLACEMENT].built(matrix_of, {"rows": matrix})
     return row
-
-
-def _check_version(top: JsonEntry) -> None:
-    if not isinstance(top.value, dict) or _VERSION not in top.value:
-        top.refuse(f"this is no camera of heatlens: it has no entry {_VERSION!r}")
-    version = JsonEntry(top.path, _VERSION, top.value[_VERSION])
-    if version.whole() != CAMERA_VERSION:
-        version.refuse(
-            f"version {version.whole()} is not known here, only {CAMERA_VERSION}; a newer heatlens "
-            "may have written it"
-        )

@@ -56,6 +56,17 @@ class JsonEntry:
         place = f" {self.place}:" if self.place else ""
         raise InputError(f"{self.path}:{place} {sentence}")
 
+    def check_version(self, entry: str, version: int, what: str) -> None:
+        """Refuse what is no `what` of heatlens, or one of another version than `version`."""
+        if not isinstance(self.value, dict) or entry not in self.value:
+            self.refuse(f"this is no {what} of heatlens: it has no entry {entry!r}")
+        found = JsonEntry(self.path, entry, self.value[entry])
+        if found.whole() != version:
+            found.refuse(
+                f"version {found.whole()} is not known here, only {version}; a newer heatlens "
+                "may have written it"
+            )
+
     def members(self, known: Collection[str]) -> dict[str, "JsonEntry"]:
         """The entries of an object, all of which must be among `known`."""
         if not isinstance(self.value, dict):

@@ -47,7 +47,7 @@ def read_shot(path: str | os.PathLike[str]) -> Shot:
     """
     path = Path(path)
     top = read_json(path)
-    _check_version(top)
+    top.check_version(_VERSION, SHOT_VERSION, "shot")
     entries = top.members([_VERSION, *_FIELDS, *_OTHERS])
     if "lens" not in entries:
         top.refuse("the entry 'lens' is missing")
@@ -134,17 +134,6 @@ def _lines(value: Any, indent: str = "") -> str:
         return json.dumps(value, ensure_ascii=False)
     start, end = "{}" if isinstance(value, dict) else "[]"
     return f"{start}\n{inner}" + f",\n{inner}".join(rows) + f"\n{indent}{end}"
-
-
-def _check_version(top: JsonEntry) -> None:
-    if not isinstance(top.value, dict) or _VERSION not in top.value:
-        top.refuse(f"this is no shot of heatlens: it has no entry {_VERSION!r}")
-    version = JsonEntry(top.path, _VERSION, top.value[_VERSION])
-    if version.whole() != SHOT_VERSION:
-        version.refuse(
-            f"version {version.whole()} is not known here, only {SHOT_VERSION}; a newer heatlens "
-            "may have written it"
-        )
 
 
 def _check_keys(top: JsonEntry, shot: Shot) -> None:

@@ -69,13 +69,22 @@ class ExportWish:
         """The file of the camera."""
         return str(Path(self.folder) / f"{self.name}{CAMERA_KINDS[self.camera_kind]}")
 
+    @property
+    def is_linear(self) -> bool:
+        """Light as it is, for no screen."""
+        return FRAME_KINDS[self.kind] == ".exr"
+
     def words(self, display: str, view: str, exposure_stops: float) -> list[str]:
-        """Options of `heatlens export`; those of the look count for all but EXR."""
+        """Options of `heatlens export`; those of the look count for all but EXR.
+
+        `display` "": the plain sRGB curve.
+        """
         words = ["--frames", self.frames] if self.frames else []
         words += ["--quality", self.quality] if self.quality else []
-        if FRAME_KINDS[self.kind] == ".exr":
+        if self.is_linear:
             return [*words, "--with-depth"] if self.with_depth else words
-        words += ["--display", display, "--view", view, f"--exposure={exposure_stops:g}"]
+        words += ["--display", display, "--view", view] if display else []
+        words.append(f"--exposure={exposure_stops:g}")
         return [*words, "--burn-in"] if self.burn_in else words
 
 
@@ -129,7 +138,7 @@ def _options(wish: ExportWish, played: FrameRange | None) -> ExportWish:
     shown = wish.quality or as_shot
     picked = widgets.choice("at quality", shown, [as_shot, *(str(q) for q in Quality)])
     wish = replace(wish, frames=frames.strip(), quality="" if picked == as_shot else picked)
-    if FRAME_KINDS[wish.kind] == ".exr":
+    if wish.is_linear:
         return replace(wish, with_depth=_check("depth beside the colour", wish.with_depth))
     return replace(wish, burn_in=_check("frame, focus and f-stop in the picture", wish.burn_in))
 

@@ -16,7 +16,6 @@ def _rgba(red: int, green: int, blue: int, alpha: float = 1.0) -> int:
 
 
 ACCENT = _rgba(242, 169, 59)  # focus: the amber of an assistant's marks
-ACCENT_DIM = _rgba(242, 169, 59, 0.35)
 IN_FOCUS = _rgba(90, 200, 110)
 IN_FOCUS_BAND = _rgba(90, 200, 110, 0.28)
 HYPERFOCAL = _rgba(200, 200, 205)
