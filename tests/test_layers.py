@@ -13,12 +13,12 @@ import heatlens
 
 PACKAGE = Path(heatlens.__file__).parent
 LAYERS = (
-    *("base", "model", "image", "camera", "color", "gpu", "defocus", "render"),
-    *("display", "export", "compare", "bench", "ui", "commands"),
+    *("base", "model", "image", "scene", "camera", "color", "gpu", "defocus", "scene_gpu"),
+    *("render", "display", "export", "compare", "bench", "ui", "commands"),
 )
 BASE = ("__init__", "errors", "paths")
 # render, export and ui pass textures on; bench owns what it measures with, display what is seen
-GPU_LAYERS = ("gpu", "defocus", "render", "display", "export", "bench", "ui")
+GPU_LAYERS = ("gpu", "defocus", "scene_gpu", "render", "display", "export", "bench", "ui")
 LINES_MAX = 300
 FILES = sorted(PACKAGE.rglob("*.py"))
 

@@ -22,7 +22,8 @@ _WHOLE_MOST = 2**53  # up to here a float that is whole is written without its "
 
 
 def record_to_json(record: Any) -> dict[str, Any]:
-    """The entries of a dataclass whose fields are numbers, texts, choices or such dataclasses."""
+    """The entries of a dataclass whose fields are numbers, texts, choices, such dataclasses or
+    tuples of these."""
     values = {field.name: getattr(record, field.name) for field in fields(record)}
     return {name: plain(value) for name, value in values.items() if value is not None}
 
@@ -33,6 +34,8 @@ def plain(value: Any) -> Any:
         return record_to_json(value)
     if isinstance(value, Enum):
         return value.value
+    if isinstance(value, tuple):
+        return [plain(item) for item in value]
     if isinstance(value, float):
         if math.isinf(value):
             return "inf"
@@ -113,6 +116,8 @@ class JsonEntry:
         if NoneType in get_args(hint):
             (hint,) = (kind for kind in get_args(hint) if kind is not NoneType)
             return None if self.value is None else self.of_type(hint)
+        if get_origin(hint) is tuple:
+            return self.row(get_args(hint))
         if get_origin(hint) is Literal:
             return self.choice(get_args(hint))
         if is_dataclass(hint):
@@ -120,6 +125,15 @@ class JsonEntry:
         if issubclass(hint, Enum):
             return hint(self.choice([member.value for member in hint]))
         return {float: self.number, int: self.whole, str: self.text}[hint]()
+
+    def row(self, hints: tuple[Any, ...]) -> tuple[Any, ...]:
+        """A list of so many things, or of any number of one kind where `hints` ends in `...`."""
+        items = self.items()
+        if hints[-1] is Ellipsis:
+            hints = (hints[0],) * len(items)
+        if len(items) != len(hints):
+            self.refuse(f"there should be {len(hints)} values, not {len(items)}")
+        return tuple(item.of_type(hint) for item, hint in zip(items, hints, strict=True))
 
     def number(self) -> float:
         """A finite number, or "inf" for infinity."""

@@ -16,6 +16,7 @@ from heatlens.image.atomic_file import replacing
 from heatlens.image.json_record import JsonEntry, plain, read_json, record_to_json
 from heatlens.model.curve import Curve, Key
 from heatlens.model.frames import FrameRange
+from heatlens.model.framing import Framing
 from heatlens.model.interpolation import Ease, Scale
 from heatlens.model.lens import Lens
 from heatlens.model.marks import DistanceMark, Mark, PointMark
@@ -35,6 +36,7 @@ _FIELDS: dict[str, tuple[str, type[Any]]] = {
     "frames_per_second": ("frames_per_second", float),
     "lens": ("lens", Lens),
     "defocus": ("defocus", DefocusSettings),
+    "framing": ("framing", Framing),
 }
 _OTHERS = ("source", "focus_interpolation", "keys", "marks")
 

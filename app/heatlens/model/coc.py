@@ -46,6 +46,15 @@ def coc_px(depth_m: ArrayLike, line: CocLine) -> NDArray[np.float64]:
     return np.asarray(line.at_infinity_px + line.per_dioptre_px / np.asarray(depth_m, np.float64))
 
 
+def lens_diameter_m(lens: Lens) -> float:
+    """Of the opening that makes the discs of `coc_line` where magnification is f / z, in metres.
+
+    A f (1/S - 1/z) / (1 - f / S) on the sensor is f D (1/S - 1/z) with D = A / (1 - f / S): what a
+    pinhole's picture knows of the lens, whose image lies a little behind the focal length.
+    """
+    return -_per_dioptre_mm(lens) / lens.focal_length_mm
+
+
 def axis_scales(squeeze: float, pixel_aspect_ratio: float) -> tuple[float, float]:
     """(x, y) factors from the diameter of `coc_line` to pixels along each axis.
 

@@ -30,9 +30,17 @@ class Method(StrEnum):
     GATHER = "gather"  # each pixel looks around in its disc: Riguer et al. 2003
     SCATTER = "scatter"  # each pixel is drawn as its disc: Potmesil and Chakravarty 1981
     PYRAMID = "pyramid"  # smaller and smaller pictures: Williams 1983, Burt and Adelson 1983
+    ACCUMULATION = "accumulation"  # a scene from many points of the lens: Haeberli, Akeley 1990
+    RAYTRACED = "raytraced"  # rays through the lens into a scene: Cook, Porter, Carpenter 1984
+
+    @property
+    def needs_scene(self) -> bool:
+        """A plate cannot be seen from elsewhere."""
+        return self in (Method.ACCUMULATION, Method.RAYTRACED)
 
 
 LAYERS_MAX = 7
+VIEWS_MAX = 65536
 PROXY_MIN = 1 / 16
 
 
@@ -44,6 +52,7 @@ class DefocusSettings:
             what the quality brings
     proxy   scale of the picture that is worked on, PROXY_MIN to 1; blur scales with it
     method  bokeh, quality and layers are those of diffusion; the others do not ask for them
+    views   points of the lens that accumulation looks through, or rays of each pixel
     """
 
     bokeh: Bokeh = Bokeh.DISC
@@ -51,9 +60,12 @@ class DefocusSettings:
     layers: int | None = None
     proxy: float = 1.0
     method: Method = Method.DIFFUSION
+    views: int = 66
 
     def __post_init__(self) -> None:
         if self.layers is not None and not 1 <= self.layers <= LAYERS_MAX:
             raise InputError(f"layers must be 1 to {LAYERS_MAX}, got {self.layers}")
         if not PROXY_MIN <= self.proxy <= 1.0:
             raise InputError(f"proxy must be {PROXY_MIN:g} to 1, got {self.proxy:g}")
+        if not 1 <= self.views <= VIEWS_MAX:
+            raise InputError(f"views must be 1 to {VIEWS_MAX}, got {self.views}")

@@ -7,6 +7,7 @@ from math import ceil, floor
 from heatlens.errors import InputError, LensError
 from heatlens.model.curve import Curve
 from heatlens.model.frames import FRAMES_PER_SECOND, FrameRange, check_frames_per_second
+from heatlens.model.framing import Framing
 from heatlens.model.interpolation import Scale
 from heatlens.model.lens import Lens
 from heatlens.model.marks import Mark, check_marks
@@ -71,7 +72,8 @@ class Shot:
     """A shot is a value: the same shot and frame give the same picture.
 
     lens               the values of the parameters that have no keys, and all else about the lens
-    source             pattern of the plate's files, None where the shot is of no file
+    source             pattern of the plate's files or name of a scene, None where there is neither
+    framing            how a scene is looked at; a plate does not ask
     plate_options      how they are read
     curves             keys; what has keys does not ask `lens`
     marks              focus marks, in the order they were set
@@ -91,6 +93,7 @@ class Shot:
     frames: FrameRange | None = None
     in_out: FrameRange | None = None
     frames_per_second: float = FRAMES_PER_SECOND
+    framing: Framing | None = None
 
     def __post_init__(self) -> None:
         check_marks(self.marks)

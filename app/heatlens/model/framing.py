@@ -1,0 +1,240 @@
+"""How a scene is looked at: where the camera stands at each frame, and the size of the picture.
+
+The world is right-handed with y up, in metres; the camera has x to the right, y up, and looks
+along -z, as in glTF and USD.
+"""
+
+from bisect import bisect_right
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heatlens.errors import InputError
+from heatlens.model.frames import check_frame
+
+Vector = tuple[float, float, float]
+Quaternion = tuple[float, float, float, float]
+Array = NDArray[np.float64]
+
+SIZE_MOST_PX = 16384
+_FAR_MOST_M = 1e9
+
+
+@dataclass(frozen=True, slots=True)
+class Pose:
+    """Where a camera stands and how it is turned.
+
+    position_m   in the world
+    orientation  unit quaternion w, x, y, z: turns the camera's axes into the world's
+
+    Raises InputError for what is no place or no turn.
+    """
+
+    position_m: Vector = (0.0, 0.0, 0.0)
+    orientation: Quaternion = (1.0, 0.0, 0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        if not np.abs(self.position_m).max() <= _FAR_MOST_M:
+            raise InputError(f"A camera cannot stand at {self.position_m} m.")
+        length = float(np.linalg.norm(self.orientation))
+        if not 1e-6 < length < 1e6:
+            raise InputError(f"{self.orientation} is no orientation.")
+        unit = tuple(float(value) / length for value in self.orientation)
+        object.__setattr__(self, "orientation", unit)
+        object.__setattr__(self, "position_m", tuple(map(float, self.position_m)))
+
+    @property
+    def turn(self) -> Array:
+        """(3, 3): its columns are the camera's axes in the world."""
+        w, x, y, z = self.orientation
+        return np.array(
+            [
+                [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+                [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+                [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+            ]
+        )
+
+    @property
+    def camera_to_world(self) -> Array:
+        """(4, 4), for columns."""
+        matrix = np.eye(4)
+        matrix[:3, :3], matrix[:3, 3] = self.turn, self.position_m
+        return matrix
+
+    @property
+    def world_to_camera(self) -> Array:
+        """(4, 4), for columns."""
+        matrix = np.eye(4)
+        matrix[:3, :3] = self.turn.T
+        matrix[:3, 3] = -self.turn.T @ np.array(self.position_m)
+        return matrix
+
+
+def pose_of(camera_to_world: Array) -> Pose:
+    """The pose of a rigid (4, 4) matrix for columns; a scale in it is left out."""
+    turn = camera_to_world[:3, :3] / np.linalg.norm(camera_to_world[:3, :3], axis=0)
+    return Pose(tuple(map(float, camera_to_world[:3, 3])), _quaternion(turn))
+
+
+def looking_at(eye_m: Vector, target_m: Vector, up: Vector = (0.0, 1.0, 0.0)) -> Pose:
+    """A camera at `eye_m` with `target_m` in the middle of its picture.
+
+    Raises InputError where both are the same. Straight up or down, the picture's top is -z.
+    """
+    back = np.subtract(eye_m, target_m)
+    if np.linalg.norm(back) < 1e-12:
+        raise InputError("A camera cannot look at the place where it stands.")
+    back = back / np.linalg.norm(back)
+    side = np.cross(up, back)
+    if np.linalg.norm(side) < 1e-6:
+        side = np.cross((0.0, 0.0, -1.0 if back[1] > 0 else 1.0), back)
+    side = side / np.linalg.norm(side)
+    turn = np.stack([side, np.cross(back, side), back], axis=1)
+    return Pose(tuple(map(float, eye_m)), _quaternion(turn))
+
+
+def _quaternion(turn: Array) -> Quaternion:
+    """Shepperd's method: the largest component first, so that nothing small is divided by."""
+    trace = np.trace(turn)
+    squares = np.array([trace, *(2 * turn[i, i] - trace for i in range(3))]) + 1.0
+    k = int(np.argmax(squares))
+    m = turn
+    rows = (
+        (squares[0], m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1]),
+        (m[2, 1] - m[1, 2], squares[1], m[1, 0] + m[0, 1], m[2, 0] + m[0, 2]),
+        (m[0, 2] - m[2, 0], m[1, 0] + m[0, 1], squares[2], m[2, 1] + m[1, 2]),
+        (m[1, 0] - m[0, 1], m[2, 0] + m[0, 2], m[2, 1] + m[1, 2], squares[3]),
+    )
+    found = np.array(rows[k]) / np.linalg.norm(rows[k])
+    w, x, y, z = map(float, found if found[0] >= 0 else -found)
+    return w, x, y, z
+
+
+@dataclass(frozen=True, slots=True)
+class PoseKey:
+    """A camera stands here at a frame."""
+
+    frame: float
+    pose: Pose
+
+
+@dataclass(frozen=True, slots=True)
+class CameraTrack:
+    """Where a camera stands over frames: through its keys, and still before and after them.
+
+    Raises InputError for keys out of order, or none at all.
+    """
+
+    keys: tuple[PoseKey, ...]
+
+    def __post_init__(self) -> None:
+        if not self.keys:
+            raise InputError("A camera needs a place to stand.")
+        for key in self.keys:
+            check_frame(key.frame)
+        frames = [key.frame for key in self.keys]
+        if any(b <= a for a, b in pairwise(frames)):
+            raise InputError("The keys of a camera must be in order, one at a frame.")
+
+    @property
+    def is_moving(self) -> bool:
+        """Whether it has more than one key."""
+        return len(self.keys) > 1
+
+    def pose_at(self, frame: float) -> Pose:
+        """A cubic through the keys without jumps of speed; Catmull and Rom 1974, uneven spacing.
+
+        Orientations go component by component and are made unit again, as is usual for turns of
+        less than a right angle between keys.
+        """
+        keys = self.keys
+        after = bisect_right([key.frame for key in keys], frame)
+        if after in (0, len(keys)):
+            return keys[min(after, len(keys) - 1)].pose
+        values = _aligned(keys)
+        values_at = _hermite([key.frame for key in keys], values, after, frame)
+        x, y, z, *orientation = map(float, values_at)
+        return Pose((x, y, z), (orientation[0], orientation[1], orientation[2], orientation[3]))
+
+    def with_key(self, frame: float, pose: Pose) -> "CameraTrack":
+        """A key at a frame, in the place of one that stood there."""
+        others = [key for key in self.keys if key.frame != frame]
+        return CameraTrack(tuple(sorted([*others, PoseKey(frame, pose)], key=lambda k: k.frame)))
+
+    def without_key(self, frame: float) -> "CameraTrack":
+        """The key at a frame goes; the last one stays."""
+        left = tuple(key for key in self.keys if key.frame != frame)
+        return CameraTrack(left) if left else self
+
+
+def _aligned(keys: Sequence[PoseKey]) -> Array:
+    """(K, 7): places and quaternions, each of the sign that is nearer to the one before."""
+    rows = np.array([(*key.pose.position_m, *key.pose.orientation) for key in keys])
+    for i in range(1, len(rows)):
+        if rows[i, 3:] @ rows[i - 1, 3:] < 0:
+            rows[i, 3:] *= -1
+    return rows
+
+
+def _hermite(frames: list[float], values: Array, after: int, frame: float) -> Array:
+    """The cubic between the keys `after - 1` and `after`."""
+    before = after - 1
+    span = frames[after] - frames[before]
+    t = (frame - frames[before]) / span
+    first, last = (_slope(frames, values, i) * span for i in (before, after))
+    a, b = values[before], values[after]
+    return np.asarray(
+        (1 + 2 * t) * (1 - t) ** 2 * a
+        + t * (1 - t) ** 2 * first
+        + t * t * (3 - 2 * t) * b
+        + t * t * (t - 1) * last
+    )
+
+
+def _slope(frames: list[float], values: Array, i: int) -> Array:
+    """Towards the neighbours of key `i`; at an end the camera comes to rest."""
+    if i in (0, len(frames) - 1):
+        return np.zeros_like(values[i])
+    return np.asarray((values[i + 1] - values[i - 1]) / (frames[i + 1] - frames[i - 1]))
+
+
+@dataclass(frozen=True, slots=True)
+class Framing:
+    """What of a scene is seen.
+
+    width_px, height_px  of the picture; pixels are square
+    camera               name of the scene's camera that is looked through, None for none
+    track                a camera of the shot's own, which wins over that
+
+    With neither, the scene's first camera; without one, the whole scene is seen. Raises InputError
+    for a size that no picture has.
+    """
+
+    width_px: int = 1280
+    height_px: int = 720
+    camera: str | None = None
+    track: CameraTrack | None = None
+
+    def __post_init__(self) -> None:
+        for side in (self.width_px, self.height_px):
+            if not 1 <= side <= SIZE_MOST_PX:
+                raise InputError(
+                    f"A picture has 1 to {SIZE_MOST_PX} pixels a side, got "
+                    f"{self.width_px}x{self.height_px}."
+                )
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """(width, height) in pixels."""
+        return self.width_px, self.height_px
+
+    def at(self, pose: Pose, frame: float) -> "Framing":
+        """Looked at from elsewhere: a key is set where there are several, else it stands there."""
+        track = self.track
+        if track is not None and track.is_moving:
+            return replace(self, track=track.with_key(frame, pose))
+        return replace(self, track=CameraTrack((PoseKey(frame, pose),)))

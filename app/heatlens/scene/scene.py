@@ -1,0 +1,163 @@
+"""A 3D scene as plain values: what a file told, or a program made. Nothing here draws.
+
+The world is right-handed with y up, in metres; matrices act on columns. Colours are scene-linear
+with Rec.709 primaries; pictures that colour a surface are 8-bit sRGB, as files keep them.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heatlens.errors import InputError
+from heatlens.model.frames import FRAMES_PER_SECOND, FrameRange
+from heatlens.model.framing import CameraTrack
+
+Array = NDArray[np.float64]
+Color = tuple[float, float, float]
+# frame -> (instances, 4, 4): where each of the scene's instances is
+Motion = Callable[[float], Array]
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh:
+    """Triangles of one material.
+
+    positions_m  (V, 3) float32
+    normals      (V, 3) float32, unit
+    uvs          (V, 2) float32, v downwards as in glTF; zeros where there are none
+    triangles    (T, 3) uint32 into the vertices
+    material     index into the scene's materials
+    """
+
+    positions_m: NDArray[np.float32]
+    normals: NDArray[np.float32]
+    uvs: NDArray[np.float32]
+    triangles: NDArray[np.uint32]
+    material: int = 0
+
+
+@dataclass(frozen=True)
+class Material:
+    """A surface in the metallic and roughness model of glTF 2.0. Both sides of it are seen.
+
+    base_color     scene-linear RGB, multiplied by the map
+    emission       scene-linear radiance, far above 1 for a lamp, multiplied by the map
+    alpha_cutoff   what of the base colour's alpha lies under it is a hole; 0 for none
+    *_map          index into the scene's images, None for none; metallic is in its blue channel,
+                   roughness in its green one
+    """
+
+    name: str = ""
+    base_color: Color = (0.8, 0.8, 0.8)
+    base_alpha: float = 1.0
+    metallic: float = 0.0
+    roughness: float = 0.6
+    emission: Color = (0.0, 0.0, 0.0)
+    alpha_cutoff: float = 0.0
+    base_color_map: int | None = None
+    metallic_roughness_map: int | None = None
+    emission_map: int | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Instance:
+    """One thing in the scene: a mesh at a place. Things of one name are one object to people."""
+
+    name: str
+    mesh: int
+    to_world: Array  # (4, 4)
+
+
+@dataclass(frozen=True)
+class SceneCamera:
+    """A camera of the scene, over its frames."""
+
+    name: str
+    track: CameraTrack
+    focal_length_mm: float = 35.0
+    sensor_width_mm: float = 36.0
+
+
+@dataclass(frozen=True)
+class PointLight:
+    """A light without a shadow, as KHR_lights_punctual has them.
+
+    intensity     candela-like: radiance of a white surface facing it at 1 m is intensity / pi
+    direction     None shines to all sides; a spot's axis otherwise
+    cone_cosines  of a spot's inner and outer half angle
+    """
+
+    position_m: tuple[float, float, float]
+    intensity: Color
+    direction: tuple[float, float, float] | None = None
+    cone_cosines: tuple[float, float] = (1.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Daylight:
+    """The sun, the only light with a shadow, and a sky between two colours.
+
+    to_sun         direction towards it, any length
+    sun            irradiance of a surface that faces it; black for none
+    zenith         radiance of the sky straight above
+    horizon        radiance at the height of the eye
+    ground         radiance from below
+    """
+
+    to_sun: tuple[float, float, float] = (0.4, 0.8, 0.45)
+    sun: Color = (3.0, 2.8, 2.5)
+    zenith: Color = (0.25, 0.40, 0.75)
+    horizon: Color = (0.75, 0.80, 0.85)
+    ground: Color = (0.20, 0.18, 0.16)
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """Everything that can be seen.
+
+    path      of the file, or a name of its own for one that comes from no file
+    motion    where the instances are at each frame; None: where they say, always
+    frames    those in which something moves, None for a scene that stands still
+    notes     sentences to say aloud
+
+    Raises InputError where nothing is to be seen.
+    """
+
+    path: Path
+    meshes: tuple[Mesh, ...]
+    instances: tuple[Instance, ...]
+    materials: tuple[Material, ...] = (Material(),)
+    images: tuple[NDArray[np.uint8], ...] = ()  # (H, W, 4), row 0 at v = 0
+    cameras: tuple[SceneCamera, ...] = ()
+    lights: tuple[PointLight, ...] = ()
+    daylight: Daylight = field(default_factory=Daylight)
+    motion: Motion | None = None
+    frames: FrameRange | None = None
+    frames_per_second: float = FRAMES_PER_SECOND
+    notes: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        if not self.instances:
+            raise InputError(f"{self.path}: there is nothing in this scene to look at.")
+
+    @property
+    def triangle_count(self) -> int:
+        """Of all instances together."""
+        return sum(len(self.meshes[instance.mesh].triangles) for instance in self.instances)
+
+    def transforms_at(self, frame: float) -> Array:
+        """(instances, 4, 4) object to world."""
+        if self.motion is not None:
+            return self.motion(frame)
+        return np.stack([instance.to_world for instance in self.instances])
+
+    def camera_named(self, name: str) -> SceneCamera:
+        """Raises InputError naming those there are."""
+        for camera in self.cameras:
+            if camera.name == name:
+                return camera
+        known = ", ".join(camera.name for camera in self.cameras) or "none"
+        raise InputError(f"{self.path} has no camera called {name!r}; there are: {known}.")

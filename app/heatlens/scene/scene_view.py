@@ -1,0 +1,86 @@
+"""One look at a scene through one point of the lens, as a matrix from the world to the picture.
+
+A point at planar depth z and at (x, y) in the camera's axes, metres, is seen at the pixel
+
+    W/2 + F (x - u) / z + F u / S        F = W f / w, the focal length in pixels
+
+through the point (u, v) of a lens focused at S: what lies at S stays where a pinhole sees it,
+everything else is shifted by F u (1/S - 1/z), which over the whole lens is the disc of `coc_line`.
+Haeberli and Akeley 1990, section 4; a pinhole has u = v = 0. Rows run downwards.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from heatlens.model.coc import axis_scales, lens_diameter_m
+from heatlens.model.framing import Pose
+from heatlens.model.lens import Lens
+from heatlens.scene.scene import Array
+
+_NEAREST = 1e-4  # of the far plane: as much as 24 bits of depth can bear
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SceneView:
+    """A picture's geometry.
+
+    world_to_camera  (4, 4)
+    size             (width, height) in pixels
+    focal_px         focal length in pixels across
+    focus_m          planar distance that no point of the lens shifts; may be infinite
+    near_m, far_m    planar depths between which things are drawn
+    offset_m         (u, v): where on the lens, the camera's x and y
+    jitter_px        (x, y), to the right and down: the sample's place in its pixel, 0 the middle
+    """
+
+    world_to_camera: Array
+    size: tuple[int, int]
+    focal_px: float
+    focus_m: float
+    near_m: float
+    far_m: float
+    offset_m: tuple[float, float] = (0.0, 0.0)
+    jitter_px: tuple[float, float] = (0.0, 0.0)
+
+    @property
+    def clip_from_world(self) -> Array:
+        """(4, 4) for columns; y of the clip space runs down, so that row 0 of a texture is on top.
+
+        After the division z runs from -1 at `near_m` to 1 at `far_m`.
+        """
+        width, height = self.size
+        x, y = 2 * self.focal_px / width, 2 * self.focal_px / height
+        u, v = self.offset_m
+        near, far = self.near_m, self.far_m
+        clip = np.zeros((4, 4))
+        # A shift that is the same at every depth is a multiple of w = -z.
+        clip[0] = x, 0, 2 * self.jitter_px[0] / width - x * u / self.focus_m, -x * u
+        clip[1] = 0, -y, 2 * self.jitter_px[1] / height + y * v / self.focus_m, y * v
+        clip[2] = 0, 0, (far + near) / (near - far), 2 * far * near / (near - far)
+        clip[3] = 0, 0, -1, 0
+        return np.asarray(clip @ self.world_to_camera)
+
+    @property
+    def eye_m(self) -> Array:
+        """(3,) the point of the lens, in the world."""
+        return np.asarray(np.linalg.inv(self.world_to_camera) @ (*self.offset_m, 0.0, 1.0))[:3]
+
+
+def view_of(pose: Pose, lens: Lens, size: tuple[int, int], box_m: Array) -> SceneView:
+    """The pinhole's view of a scene whose bounds are `box_m` (2, 3)."""
+    world_to_camera = pose.world_to_camera
+    picks = np.indices((2, 2, 2)).reshape(3, 8).T
+    corners = np.where(picks == 0, box_m[0], box_m[1])
+    depths = -(corners @ world_to_camera[2, :3] + world_to_camera[2, 3])
+    far = max(1.01 * float(depths.max()), 1e-3)
+    near = max(0.99 * float(depths.min()), _NEAREST * far)
+    focal_px = size[0] * lens.focal_length_mm / lens.sensor_width_mm
+    return SceneView(world_to_camera, size, focal_px, lens.focus_distance_m, near, far)
+
+
+def lens_radii_m(lens: Lens) -> tuple[float, float]:
+    """Half axes of the lens, across and up: (u / a)^2 + (v / b)^2 <= 1."""
+    across, up = axis_scales(lens.squeeze, 1.0)
+    radius = lens_diameter_m(lens) / 2
+    return across * radius, up * radius
