@@ -1,0 +1,179 @@
+"""Trees of boxes over triangles and over instances, for rays; plain NumPy, no OpenGL.
+
+A level of the tree is split at once: items go into bins along each axis, and each node is cut where
+the surface area heuristic says (Wald 2007, "On fast construction of SAH-based bounding volume
+hierarchies"). Both children of a node stand side by side.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heatlens.scene.scene import Array, Mesh
+
+Floats = NDArray[np.float32]
+Ints = NDArray[np.int64]
+Bools = NDArray[np.bool_]
+
+# count > 0: a leaf with the items first .. first + count - 1 of `order`;
+# count < 0: children at first and first + 1, cut across the axis -1 - count, the lower one first
+NODE = np.dtype([("low", "f4", 3), ("first", "i4"), ("high", "f4", 3), ("count", "i4")])
+LEAF_MOST = 4  # triangles
+DEPTH_MOST = 30  # levels below the root; the shader's stack is as long
+_BINS = 8
+_BEYOND = np.float32(1e30)  # what a box without anything in it begins at
+
+
+@dataclass(frozen=True, eq=False)
+class Bvh:
+    """nodes (N,) of `NODE`, the root first; order (n,): the items as the leaves name them."""
+
+    nodes: NDArray[np.void]
+    order: Ints
+
+
+@dataclass(frozen=True, eq=False)
+class MeshTrees:
+    """The trees of several meshes behind one another.
+
+    nodes      (N,) of `NODE`, children and triangles counted from the first mesh on
+    roots      (meshes,) int32: where each tree begins
+    triangles  (T, 4) uint32: three vertices, counted from the first mesh on, and a zero
+    boxes_m    (meshes, 2, 3) float64: least and greatest corner of each
+    """
+
+    nodes: NDArray[np.void]
+    roots: NDArray[np.int32]
+    triangles: NDArray[np.uint32]
+    boxes_m: Array
+
+
+def build(low: Floats, high: Floats, leaf_most: int = LEAF_MOST) -> Bvh:
+    """The tree over boxes (n, 3), at least one."""
+    order = np.arange(len(low))
+    at = np.arange(len(low))  # places in `order` of this level's items, node after node
+    counts = np.array([len(low)])
+    levels: list[NDArray[np.void]] = []
+    made = 1
+    while len(counts):
+        items, starts = order[at], np.cumsum(counts) - counts
+        nodes = _boxes(low[items], high[items], starts)
+        inner = counts > leaf_most
+        nodes["first"], nodes["count"] = at[starts], counts
+        nodes["first"][inner] = made + 2 * np.arange(inner.sum())
+        kept = np.repeat(inner, counts)
+        at, items, counts = at[kept], items[kept], counts[inner]
+        axis, right = _cuts(low[items], high[items], counts, DEPTH_MOST - len(levels))
+        nodes["count"][inner] = -1 - axis
+        halves = 2 * np.repeat(np.arange(len(counts)), counts) + right
+        order[at] = items[np.argsort(halves, kind="stable")]
+        levels.append(nodes)
+        made += 2 * len(counts)
+        counts = np.bincount(halves, minlength=2 * len(counts))
+    return Bvh(np.concatenate(levels), order)
+
+
+def _boxes(low: Floats, high: Floats, starts: Ints) -> NDArray[np.void]:
+    nodes = np.zeros(len(starts), NODE)
+    nodes["low"] = np.minimum.reduceat(low, starts)
+    nodes["high"] = np.maximum.reduceat(high, starts)
+    return nodes
+
+
+def _cuts(low: Floats, high: Floats, counts: Ints, levels_left: int) -> tuple[Ints, Bools]:
+    """Of nodes with these items: the axis of each, and which items go to its upper half."""
+    if not len(counts):
+        return np.zeros(0, np.int64), np.zeros(0, np.bool_)
+    owner, starts = np.repeat(np.arange(len(counts)), counts), np.cumsum(counts) - counts
+    middle = 0.5 * low + 0.5 * high
+    least = np.minimum.reduceat(middle, starts)
+    spread = np.maximum.reduceat(middle, starts) - least
+    share = (middle - least[owner]) / np.where(spread > 0, spread, 1)[owner]
+    bins = np.minimum((share * _BINS).astype(np.int64), _BINS - 1)
+    costs = np.stack([_costs(low, high, owner * _BINS + bins[:, k], len(counts)) for k in range(3)])
+    best = costs.transpose(1, 0, 2).reshape(len(counts), -1).argmin(axis=1)
+    axis, cut = np.divmod(best, _BINS - 1)
+    right = bins[np.arange(len(owner)), axis[owner]] > cut[owner]
+    uneven = np.isinf(costs.min(axis=(0, 2))) | (np.ceil(np.log2(counts)) >= levels_left)
+    axis[uneven] = spread[uneven].argmax(axis=1)
+    _halve(middle, owner, counts, axis, uneven, right)
+    return axis, right
+
+
+def _costs(low: Floats, high: Floats, bins: Ints, nodes: int) -> Floats:
+    """(nodes, _BINS - 1): of a cut after each bin; infinite where one side has nothing."""
+    by_bin = np.argsort(bins, kind="stable")
+    counts = np.bincount(bins, minlength=nodes * _BINS)
+    used = counts > 0
+    starts = (np.cumsum(counts) - counts)[used]
+    corners = np.full((2, nodes * _BINS, 3), _BEYOND, np.float32)
+    corners[0, used] = np.minimum.reduceat(low[by_bin], starts)
+    corners[1, used] = -np.maximum.reduceat(high[by_bin], starts)  # all of it by minima
+    by_node, numbers = corners.reshape(2, nodes, _BINS, 3), counts.reshape(nodes, _BINS)
+    below = np.minimum.accumulate(by_node, axis=2)[:, :, :-1]
+    above = np.minimum.accumulate(by_node[:, :, ::-1], axis=2)[:, :, -2::-1]
+    number_below = np.cumsum(numbers, axis=1)[:, :-1]
+    number_above = numbers.sum(axis=1)[:, None] - number_below
+    cost = _area(below) * number_below + _area(above) * number_above
+    return np.where((number_below > 0) & (number_above > 0), cost, np.inf)
+
+
+def _area(corners: Floats) -> Floats:
+    """Half the surface of boxes (2, ..., 3) of least corners and greatest ones negated."""
+    x, y, z = np.moveaxis(np.maximum(-corners[1] - corners[0], 0), -1, 0)
+    return np.asarray(x * y + y * z + z * x)
+
+
+def _halve(
+    middle: Floats, owner: Ints, counts: Ints, axis: Ints, uneven: Bools, right: Bools
+) -> None:
+    """Give half of the items of `uneven` nodes to either side: what keeps a tree shallow."""
+    chosen = np.flatnonzero(uneven[owner])
+    its = owner[chosen]
+    along = middle[chosen, axis[its]]
+    by_place = chosen[np.lexsort((along, its))]
+    sizes = np.where(uneven, counts, 0)
+    rank = np.arange(len(chosen)) - (np.cumsum(sizes) - sizes)[its]
+    right[by_place] = rank >= counts[its] // 2
+
+
+def mesh_trees(meshes: Sequence[Mesh]) -> MeshTrees:
+    """One tree for each mesh. A mesh without triangles has an empty root, which no ray hits."""
+    parts, roots, triangles, boxes = [], [], [], []
+    nodes_before = triangles_before = vertices_before = 0
+    for mesh in meshes:
+        nodes, picked = _mesh_tree(mesh)
+        boxes.append([nodes["low"][0], nodes["high"][0]])
+        nodes["first"] += np.where(nodes["count"] < 0, nodes_before, triangles_before)
+        parts.append(nodes)
+        roots.append(nodes_before)
+        triangles.append(picked + vertices_before)
+        nodes_before, triangles_before = nodes_before + len(nodes), triangles_before + len(picked)
+        vertices_before += len(mesh.positions_m)
+    rows = np.concatenate(triangles)
+    padded = np.concatenate([rows, np.zeros((len(rows), 1))], axis=1).astype(np.uint32)
+    return MeshTrees(
+        np.concatenate(parts), np.array(roots, np.int32), padded, np.array(boxes, np.float64)
+    )
+
+
+def _mesh_tree(mesh: Mesh) -> tuple[NDArray[np.void], Ints]:
+    """Its nodes, and its triangles (T, 3) in the order of the leaves."""
+    corners = mesh.positions_m[mesh.triangles]
+    if not len(corners):
+        return np.zeros(1, NODE), np.zeros((0, 3), np.int64)
+    tree = build(corners.min(axis=1), corners.max(axis=1))
+    return tree.nodes, mesh.triangles[tree.order].astype(np.int64)
+
+
+def instance_tree(boxes_m: Array, to_world: Array) -> Bvh:
+    """The tree over boxes (n, 2, 3) of meshes, each placed by a matrix (n, 4, 4); a leaf is one."""
+    middle, half = boxes_m.mean(axis=1), (boxes_m[:, 1] - boxes_m[:, 0]) / 2
+    turn = to_world[:, :3, :3]
+    middle = np.einsum("nij,nj->ni", turn, middle) + to_world[:, :3, 3]
+    half = np.einsum("nij,nj->ni", np.abs(turn), half)
+    # float32 may round a box's side inwards
+    half = half + 1e-6 * (np.abs(middle) + half)
+    return build((middle - half).astype(np.float32), (middle + half).astype(np.float32), 1)
