@@ -152,7 +152,7 @@ def test_ctrl_c_while_rendering_leaves_what_stood_there(capsys, plate, tmp_path,
 
     (tmp_path / "out.exr").write_bytes(BEFORE)
     before = folder_of(plate)
-    for owner, name in ((FrameRenderer, "pixels"), (os, "replace")):
+    for owner, name in ((FrameRenderer, "steps"), (os, "replace")):
         with monkeypatch.context() as patch:
             patch.setattr(owner, name, stopped)
             assert main(["render", str(plate), "-o", str(tmp_path / "out.exr")]) == 130

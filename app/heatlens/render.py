@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import moderngl
 import numpy as np
@@ -18,8 +19,13 @@ from heatlens.gpu.stopwatch import Stopwatch
 from heatlens.gpu.textures import FloatArray, download, new_texture, upload
 from heatlens.image.plate import Plate
 from heatlens.model.coc import axis_scales, coc_line
+from heatlens.model.framing import Framing, Pose
 from heatlens.model.lens import Lens
 from heatlens.model.shot import Shot
+from heatlens.scene.scene import Scene
+
+if TYPE_CHECKING:
+    from heatlens.scene_gpu.scene_renderer import SceneRenderer
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,23 +39,27 @@ class LoadedPlate:
 
 
 class FrameRenderer:
-    """Holds one plate on the GPU and renders it through any lens."""
+    """Holds one plate or scene on the GPU and renders it through any lens.
 
-    SLOTS = 2  # pictures that can exist at a time: one is looked at while the next comes about
+    Pictures in different slots, 0, 1 and so on, exist at the same time: one is looked at while the
+    next comes about.
+    """
 
     def __init__(self, ctx: moderngl.Context, solver: LineSolver | None = None) -> None:
         """`solver` None: the one that is fastest here, by measurement."""
         self.ctx = ctx
         self.stopwatch = Stopwatch(ctx)
         self.solver = solver or fastest_solver(ctx)
-        passes = DefocusPasses(ctx, self.solver)
-        self._pipelines = [DefocusPipeline(ctx, passes) for _ in range(self.SLOTS)]
+        self._passes = DefocusPasses(ctx, self.solver)
+        self._pipelines: dict[int, DefocusPipeline] = {}  # by slot, made when first used
+        self._on_layer: Callable[[int, int], None] | None = None
         self._loaded: LoadedPlate | None = None
+        self._of_scene: SceneRenderer | None = None
         self._checked_size = (0, 0)
 
     @property
     def loaded(self) -> LoadedPlate:
-        """The plate and its textures; InputError before one is loaded."""
+        """The plate, or the scene's pinhole picture; InputError before there is one."""
         if self._loaded is None:
             raise InputError("No plate is loaded.")
         return self._loaded
@@ -58,12 +68,56 @@ class FrameRenderer:
         """Take a plate to the GPU; once a file, not once a frame."""
         size = (plate.data_window.width, plate.data_window.height)
         check_plate_fits(self.ctx, *size)
+        self._forget_scene()
         color, depth = self._textures(size)
         upload(color, plate.color)
         upload(depth, _depth_or_coc(plate))
-        for pipeline in self._pipelines:
+        self._take(LoadedPlate(plate, color, depth, occupied_of(plate)))
+
+    def load_scene(self, scene: Scene) -> None:
+        """Take a scene to the GPU; its pictures are drawn as they are asked for."""
+        from heatlens.scene_gpu.scene_renderer import SceneRenderer  # plates do without
+
+        of_scene = SceneRenderer(self.ctx, scene)
+        self._forget_scene()
+        if self._loaded is not None:
+            self._loaded.color.release()
+            self._loaded.depth.release()
+        self._of_scene, self._loaded = of_scene, None
+
+    @property
+    def scene(self) -> Scene | None:
+        """The scene, where one is loaded."""
+        return None if self._of_scene is None else self._of_scene.scene
+
+    def look(self, shot: Shot, frame: int = 0) -> LoadedPlate:
+        """The plate; of a scene its pinhole picture at `frame`, which is `loaded` from now on."""
+        drained(self._look(shot, frame))
+        return self.loaded
+
+    def pose_at(self, shot: Shot, frame: float) -> Pose | None:
+        """Where the camera stands in the scene; None for a plate."""
+        return None if self._of_scene is None else self._of_scene.pose_at(shot, frame)
+
+    def _look(self, shot: Shot, frame: int) -> Steps[None]:
+        if self._of_scene is None:
+            return
+        size = (shot.framing or Framing()).size
+        check_plate_fits(self.ctx, *size)
+        yield from self._of_scene.look(shot, frame)
+        held = self._of_scene.held
+        if self._loaded is None or self._loaded.plate is not held.plate:
+            self._take(LoadedPlate(held.plate, held.color, held.depth, occupied_of(held.plate)))
+
+    def _take(self, loaded: LoadedPlate) -> None:
+        for pipeline in self._pipelines.values():
             pipeline.forget_plate()
-        self._loaded = LoadedPlate(plate, color, depth, occupied_of(plate))
+        self._loaded = loaded
+
+    def _forget_scene(self) -> None:
+        if self._of_scene is not None:
+            self._of_scene.release()
+            self._of_scene = self._loaded = None
 
     def _textures(self, size: tuple[int, int]) -> tuple[moderngl.Texture, moderngl.Texture]:
         """Those of the plate before where they fit, else new ones in their place."""
@@ -91,12 +145,24 @@ class FrameRenderer:
         Pictures in different slots do not disturb each other, and steps that are not taken to their
         end cost nothing more. Nothing else may be loaded in between.
         """
-        loaded = self.loaded
+        if self._of_scene is None:
+            self._check(shot, self.loaded.color.size)
+        else:
+            self._check(shot, (shot.framing or Framing()).size)
         if self.stopwatch.on:  # its times are those of one picture, the latest
             self.stopwatch.times.clear()
-        self._check_work(proxy_size(loaded.color.size, shot.defocus.proxy))
-        return self.stopwatch.timed(
-            self._pipelines[slot].steps(
+        return self.stopwatch.timed(self._steps(shot, frame, self._pipeline(slot)))
+
+    def _steps(self, shot: Shot, frame: int, pipeline: DefocusPipeline) -> Steps[moderngl.Texture]:
+        yield from self._look(shot, frame)
+        loaded = self.loaded
+        if self._of_scene is not None and shot.defocus.method.needs_scene:
+            size = proxy_size(loaded.color.size, shot.defocus.proxy)
+            out = pipeline.pool.texture("out", size, 4)
+            yield from self._of_scene.through_lens(shot, frame, size, out)
+            return out
+        return (
+            yield from pipeline.steps(
                 loaded.color,
                 loaded.depth,
                 self.optics(shot, frame),
@@ -105,18 +171,31 @@ class FrameRenderer:
             )
         )
 
+    def _pipeline(self, slot: int) -> DefocusPipeline:
+        if slot not in self._pipelines:
+            self._pipelines[slot] = DefocusPipeline(self.ctx, self._passes)
+            self._pipelines[slot].on_layer = self._on_layer if slot == 0 else None
+        return self._pipelines[slot]
+
     def optics(self, shot: Shot, frame: int = 0) -> Optics:
         """The shot's lens at `frame` in front of the loaded plate, in its full-size pixels."""
         return optics_of(self.loaded.plate, self.loaded.occupied, shot.lens_at(frame))
 
-    def _check_work(self, size: tuple[int, int]) -> None:
+    def _check(self, shot: Shot, full_size: tuple[int, int]) -> None:
+        """Refuse what is too large for this machine, and a method that this source cannot have."""
+        if shot.defocus.method.needs_scene and self._of_scene is None:
+            raise InputError(
+                f"The method {shot.defocus.method} looks at a 3D scene from many points of the "
+                f"lens; {self.loaded.plate.path.name} is a picture from one."
+            )
+        size = proxy_size(full_size, shot.defocus.proxy)
         if size != self._checked_size:
             check_work_fits(self.ctx, *size)
             self._checked_size = size
 
     def listen(self, on_layer: Callable[[int, int], None] | None) -> None:
         """Have `on_layer(done, layers)` called as a picture comes about; it costs a wait each."""
-        self._pipelines[0].on_layer = on_layer
+        self._on_layer = self._pipeline(0).on_layer = on_layer
 
     def pixels(self, shot: Shot, frame: int = 0) -> FloatArray:
         """`render` read back: (H, W, 4) float32."""

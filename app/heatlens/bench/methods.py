@@ -9,6 +9,7 @@ from heatlens.bench.synthetic_plate import LENS, uniform_coc_plate
 from heatlens.model.settings import DefocusSettings, Method
 
 METHOD_COC_PX = (2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0)
+PLATE_METHODS = tuple(method for method in Method if not method.needs_scene)
 LIMIT_S = 20.0  # what one cell of the table may take, all its frames together
 
 
@@ -44,9 +45,9 @@ def measure_methods(
     too_slow: set[Method] = set()
     rows = []
     for coc in METHOD_COC_PX:
-        ms: dict[str, float | None] = dict.fromkeys(map(str, Method))
+        ms: dict[str, float | None] = dict.fromkeys(map(str, PLATE_METHODS))
         plate = uniform_coc_plate(size, coc)
-        for method in [m for m in Method if m not in too_slow]:
+        for method in [m for m in PLATE_METHODS if m not in too_slow]:
             say(f"{method}, circle of confusion {coc:g} px")
             frame = frames.frame(plate, LENS, replace(settings, method=method))
             ms[method] = bounded_ms(frame, runs, LIMIT_S)

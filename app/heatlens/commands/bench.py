@@ -2,7 +2,6 @@
 
 import argparse
 import json
-import re
 import resource
 import sys
 from dataclasses import asdict
@@ -19,6 +18,7 @@ from heatlens.bench.methods import measure_methods
 from heatlens.bench.plot import check_plot, write_plot
 from heatlens.bench.report import BenchReport, report_text
 from heatlens.commands.render import add_blur_options, settings_of
+from heatlens.commands.scene_options import size_of
 from heatlens.defocus.line_solver import SOLVERS
 from heatlens.errors import InputError
 from heatlens.gpu.context import headless_context
@@ -49,7 +49,7 @@ def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
     )
     parser.add_argument(
         "--size",
-        type=_size,
+        type=size_of,
         default=(1920, 1080),
         metavar="WxH",
         help="pixels across and down (default 1920x1080)",
@@ -139,15 +139,6 @@ def _measured(
 
 def _say(sentence: str) -> None:
     print(f"heatlens: {sentence}", file=sys.stderr, flush=True)
-
-
-def _size(text: str) -> tuple[int, int]:
-    """WxH; argparse turns the error into its own sentence."""
-    match = re.fullmatch(r"(\d{1,6})x(\d{1,6})", text)
-    size = (int(match[1]), int(match[2])) if match else (0, 0)
-    if min(size) < 1:
-        raise argparse.ArgumentTypeError(f"{text!r} is no size in pixels, such as 1920x1080")
-    return size
 
 
 def _peak_memory_mb() -> float:

@@ -2,10 +2,11 @@
 
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TextIO
 
+from heatlens.model.shot import Shot
 from heatlens.render import FrameRenderer
 
 _SILENT_S = 1.0  # a picture that is done sooner needs no news
@@ -31,5 +32,28 @@ def layer_progress(renderer: FrameRenderer, stream: TextIO | None = None) -> Ite
         yield
     finally:
         renderer.listen(None)
+        out.write(_WIPE)
+        out.flush()
+
+
+@contextmanager
+def view_progress(shot: Shot, stream: TextIO | None = None) -> Iterator[Callable[[str], None]]:
+    """What is to be told each step of a picture, and says how many views of a scene are done."""
+    out = stream or sys.stderr
+    if not (out.isatty() and shot.defocus.method.needs_scene):
+        yield lambda _: None
+        return
+    start, done = time.perf_counter(), 0
+
+    def tell(name: str) -> None:
+        nonlocal done
+        done += name in ("view", "rays")
+        if done and time.perf_counter() - start > _SILENT_S:
+            out.write(f"{_WIPE}heatlens: view {done} of {shot.defocus.views}")
+            out.flush()
+
+    try:
+        yield tell
+    finally:
         out.write(_WIPE)
         out.flush()

@@ -3,23 +3,36 @@
 import argparse
 import sys
 import time
+from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
 
-from heatlens.commands.layer_progress import layer_progress
+from heatlens.commands.layer_progress import layer_progress, view_progress
 from heatlens.commands.lens_options import add_lens_options, lens_of
 from heatlens.commands.plate_options import add_plate_options, plate_options
+from heatlens.commands.scene_options import add_scene_options, check_no_scene_options, load_scene
 from heatlens.defocus.solver_choice import settled_solver
+from heatlens.errors import InputError
 from heatlens.gpu.context import headless_context
+from heatlens.gpu.textures import FloatArray, download
 from heatlens.image.exr_read import read_plate
 from heatlens.image.picture_write import check_output, write_picture
-from heatlens.model.settings import LAYERS_MAX, PROXY_MIN, Bokeh, DefocusSettings, Method, Quality
+from heatlens.model.settings import (
+    LAYERS_MAX,
+    PROXY_MIN,
+    VIEWS_MAX,
+    Bokeh,
+    DefocusSettings,
+    Method,
+    Quality,
+)
 from heatlens.model.shot import Shot
 from heatlens.render import FrameRenderer
+from heatlens.scene.scene_source import is_scene_source
 
 _DESCRIPTION = """\
-Puts a lens in front of a pinhole plate (EXR with colour and depth) and writes the picture:
-EXR scene-linear with the lens in its header, or PNG for a look.
+Puts a lens in front of a pinhole plate (EXR with colour and depth) or a 3D scene (glTF, OBJ, PLY,
+USD) and writes the picture: EXR scene-linear with the lens in its header, or PNG for a look.
 """
 _EPILOG = """\
 examples:
@@ -29,6 +42,10 @@ examples:
   heatlens render plate.exr -o quick.png --f-stop 2 --focus-distance 6'3" \\
       --quality draft --proxy 0.5
   heatlens render plate.exr -o scatter.exr --f-stop 2 --focus-distance 2.24 --method scatter
+  heatlens render scene.glb -o truth.exr --size 1280x720 --method accumulation --views 1024 \\
+      --f-stop 2 --focus-distance 3
+  heatlens render scene.glb -o pinhole.exr --pinhole
+  heatlens render demo -o demo.png --frame 120
 """
 
 
@@ -41,11 +58,19 @@ def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
         epilog=_EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("plate", type=Path, help="EXR with colour and depth")
+    parser.add_argument(
+        "plate",
+        type=Path,
+        help="EXR with colour and depth; or a scene: .glb, .gltf, .obj, .ply, .usd; or demo",
+    )
     parser.add_argument("-o", "--output", type=Path, required=True, help=".exr or .png to write")
     add_lens_options(parser)
     add_blur_options(parser)
     add_plate_options(parser)
+    add_scene_options(parser)
+    parser.add_argument(
+        "--pinhole", action="store_true", help="of a scene: colour and Z without a lens, as a plate"
+    )
     parser.add_argument("--float", action="store_true", help="32-bit float EXR (default: half)")
     parser.add_argument("--stats", action="store_true", help="say where the time goes")
     parser.set_defaults(run=run)
@@ -61,8 +86,16 @@ def add_blur_options(parser: argparse.ArgumentParser) -> None:
         help="diffusion (default) costs the same for every blur, as do heat, its basic form in one "
         "layer, and pyramid, blurred copies at smaller sizes; gather, which averages the disc "
         "around each pixel, and scatter, which draws each pixel as a disc, far to near, cost four "
-        "times as much for twice the blur. The last four are for comparison and take neither "
-        "--bokeh nor --quality nor --layers",
+        "times as much for twice the blur; accumulation and raytraced look at a 3D scene from "
+        "--views points of the lens: the truth. All but the first are for comparison and take "
+        "neither --bokeh nor --quality nor --layers",
+    )
+    group.add_argument(
+        "--views",
+        type=int,
+        default=66,
+        metavar="N",
+        help=f"points of the lens, or rays of each pixel, 1 to {VIEWS_MAX} (default 66)",
     )
     group.add_argument(
         "--bokeh",
@@ -95,7 +128,12 @@ def add_blur_options(parser: argparse.ArgumentParser) -> None:
 def settings_of(args: argparse.Namespace) -> DefocusSettings:
     """The blur options as a value."""
     return DefocusSettings(
-        Bokeh(args.bokeh), Quality(args.quality), args.layers, args.proxy, Method(args.method)
+        Bokeh(args.bokeh),
+        Quality(args.quality),
+        args.layers,
+        args.proxy,
+        Method(args.method),
+        args.views,
     )
 
 
@@ -104,24 +142,63 @@ def run(args: argparse.Namespace) -> int:
     start = time.perf_counter()
     check_output(args.output, args.plate)
     settings = settings_of(args)
+    ctx = headless_context()
+    renderer = FrameRenderer(ctx, settled_solver(ctx))
+    renderer.stopwatch.on = args.stats
+    shot, frame = _loaded(args, renderer, settings)
+    read_done = time.perf_counter()
+    with layer_progress(renderer), view_progress(shot) as tell:
+        pixels = _pixels(args, renderer, shot, frame, tell)
+    render_done = time.perf_counter()
+    plate = renderer.loaded.plate
+    depth = {"Z": plate.depth_m} if args.pinhole and plate.depth_m is not None else {}
+    half = not args.float
+    lens = shot.lens
+    proxy = 1.0 if args.pinhole else args.proxy
+    write_picture(args.output, pixels, plate, lens, proxy, half=half, more_channels=depth)
+    if args.stats:
+        _say_stats(renderer, (start, read_done, render_done, time.perf_counter()))
+    print(args.output)
+    return 0
+
+
+def _loaded(
+    args: argparse.Namespace, renderer: FrameRenderer, settings: DefocusSettings
+) -> tuple[Shot, int]:
+    """Plate or scene on the GPU; what is in front of the lens, and the frame."""
+    if is_scene_source(str(args.plate)):
+        shot, frame, said = load_scene(args, renderer, settings)
+        scene = renderer.scene
+        assert scene is not None
+        _say(*scene.notes, "lens: " + ", ".join(said))
+        return shot, frame
+    check_no_scene_options(args)
+    if args.pinhole:
+        raise InputError(f"{args.plate} is a plate already: --pinhole is for 3D scenes.")
     plate = read_plate(args.plate, plate_options(args))
     lens, said = lens_of(args, plate)
     depth = plate.depth
     _say(f"depth: {depth.channel} taken as {depth.convention}, {depth.kind}. {depth.why}")
     _say(*plate.notes, "lens: " + ", ".join(said))
-    read_done = time.perf_counter()
-    ctx = headless_context()
-    renderer = FrameRenderer(ctx, settled_solver(ctx))
-    renderer.stopwatch.on = args.stats
     renderer.load(plate)
-    with layer_progress(renderer):
-        pixels = renderer.pixels(Shot(lens, settings))
-    render_done = time.perf_counter()
-    write_picture(args.output, pixels, plate, lens, args.proxy, half=not args.float)
-    if args.stats:
-        _say_stats(renderer, (start, read_done, render_done, time.perf_counter()))
-    print(args.output)
-    return 0
+    return Shot(lens, settings), 0
+
+
+def _pixels(
+    args: argparse.Namespace,
+    renderer: FrameRenderer,
+    shot: Shot,
+    frame: int,
+    tell: Callable[[str], None],
+) -> FloatArray:
+    if args.pinhole:
+        return renderer.look(shot, frame).plate.color
+    steps = renderer.steps(shot, frame)
+    while True:
+        try:
+            tell(next(steps))
+        except StopIteration as end:
+            return download(end.value)
 
 
 def _say(*sentences: str) -> None:

@@ -68,7 +68,7 @@ class DefocusPipeline:
     def __init__(self, ctx: moderngl.Context, passes: DefocusPasses) -> None:
         self._ctx = ctx
         self._passes = passes
-        self._pool = TexturePool(ctx)
+        self.pool = TexturePool(ctx)
         self._proxy_held = 1.0  # the size at which the plate lies in the pool; 1: at none
         self.on_layer: Callable[[int, int], None] | None = None  # layers done, of all
 
@@ -90,7 +90,7 @@ class DefocusPipeline:
             optics = optics.scaled(settings.proxy)
         coc = depth
         if optics.line is not None:
-            coc = self._pool.texture("coc", depth.size, 1)
+            coc = self.pool.texture("coc", depth.size, 1)
             self._passes.coc.run(depth, optics.line, coc)
             yield "coc"
         if layers_for(settings) == 1:
@@ -101,7 +101,7 @@ class DefocusPipeline:
         lamps = settings.bokeh is Bokeh.DISC
         if not has_alpha:
             return (yield from self._layered(color, coc, optics, settings, "out", lamps))
-        alpha_color = self._pool.texture("alpha plate", color.size, 4)
+        alpha_color = self.pool.texture("alpha plate", color.size, 4)
         self._passes.alpha.as_color(color, alpha_color)
         yield "alpha"
         alpha = yield from self._layered(alpha_color, coc, optics, settings, "alpha out", False)
@@ -118,7 +118,7 @@ class DefocusPipeline:
         settings: DefocusSettings,
     ) -> Steps[moderngl.Texture]:
         """Diffusion without layers, or another method, which sees to depth itself or not at all."""
-        others, work = self._passes.others, (color, coc, optics, self._pool)
+        others, work = self._passes.others, (color, coc, optics, self.pool)
         if settings.method is Method.GATHER:
             yield from _named("gather", others.gather(*work))
         elif settings.method is Method.SCATTER:
@@ -127,7 +127,7 @@ class DefocusPipeline:
             yield from _named("pyramid", others.pyramid(*work))
         else:
             return (yield from self._blurred(color, coc, kernel_for(settings), optics))
-        return self._pool.texture("blurred", color.size, 4)
+        return self.pool.texture("blurred", color.size, 4)
 
     def _layered(
         self,
@@ -140,7 +140,7 @@ class DefocusPipeline:
     ) -> Steps[moderngl.Texture]:
         """Layers far to near, blurred and put over each other in the texture called `name`."""
         kernel = kernel_for(settings)
-        out = self._pool.texture(name, color.size, 4)
+        out = self.pool.texture(name, color.size, 4)
         listed = None
         if lamps:
             color, listed = yield from self._without_lamps(color, coc, kernel, optics)
@@ -169,8 +169,8 @@ class DefocusPipeline:
     ) -> Steps[tuple[moderngl.Texture, moderngl.Texture]]:
         """The plate at proxy size, which no lens changes: made again for another size or plate."""
         size = proxy_size(color.size, proxy)
-        out_color = self._pool.texture("proxy colour", size, 4)
-        out_depth = self._pool.texture("proxy depth", size, 1)
+        out_color = self.pool.texture("proxy colour", size, 4)
+        out_depth = self.pool.texture("proxy depth", size, 1)
         if self._proxy_held != proxy:
             scale = proxy if optics.line is None else 1.0
             self._passes.proxy.run(color, depth, scale, out_color, out_depth)
@@ -185,7 +185,7 @@ class DefocusPipeline:
     def _without_lamps(
         self, color: moderngl.Texture, coc: moderngl.Texture, kernel: Kernel, optics: Optics
     ) -> Steps[tuple[moderngl.Texture, HighlightBuffers]]:
-        size, pool = color.size, self._pool
+        size, pool = color.size, self.pool
         low, high = pool.texture("low", size, 4), pool.texture("layer", size, 4)
         sizes = HighlightBuffers.sizes(size)
         lamps = HighlightBuffers(**{name: pool.buffer(name, sizes[name]) for name in sizes})
@@ -203,7 +203,7 @@ class DefocusPipeline:
     def _fragmented(
         self, color: moderngl.Texture, coc: moderngl.Texture, optics: Optics
     ) -> Fragments:
-        size, pool = color.size, self._pool
+        size, pool = color.size, self.pool
         picture = Fragments(
             color,
             coc,
@@ -219,7 +219,7 @@ class DefocusPipeline:
         self, picture: Fragments, cut: LayerCut, optics: Optics
     ) -> Steps[tuple[Layer, moderngl.Texture]]:
         """A layer without holes, and its coc everywhere."""
-        size, pool = picture.coc.size, self._pool
+        size, pool = picture.coc.size, self.pool
         pixels = pool.buffer("pixels", list_bytes(size))
         layer = Layer(pool.texture("layer", size, 4), pool.texture("state", size, 2))
         self._passes.split.run(picture, cut, pixels, layer)
@@ -244,8 +244,8 @@ class DefocusPipeline:
         self, color: moderngl.Texture, coc: moderngl.Texture, kernel: Kernel, optics: Optics
     ) -> Steps[moderngl.Texture]:
         targets = BlurTargets(
-            self._pool.array("poles", color.size, pole_layers(kernel), 4, "f2"),
-            self._pool.texture("blurred", color.size, 4),
+            self.pool.array("poles", color.size, pole_layers(kernel), 4, "f2"),
+            self.pool.texture("blurred", color.size, 4),
         )
         blur = self._passes.blur.steps(color, coc, kernel, optics.axis_scales, targets)
         yield from _named("blur", blur)

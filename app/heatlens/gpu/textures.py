@@ -58,12 +58,12 @@ def upload(texture: moderngl.Texture, pixels: FloatArray) -> None:
 
 
 def download(texture: moderngl.Texture) -> FloatArray:
-    """The pixels of a float32 texture as (H, W) or (H, W, C), row 0 first."""
+    """The pixels of a float texture as (H, W) or (H, W, C) float32, row 0 first."""
     width, height = texture.size
     shape = (height, width) if texture.components == 1 else (height, width, texture.components)
-    pixels = np.empty(shape, np.float32)
+    pixels = np.empty(shape, np.float16 if texture.dtype == "f2" else np.float32)
     texture.read_into(pixels.data.cast("B"))
-    return pixels
+    return pixels.astype(np.float32, copy=False)
 
 
 class TexturePool:

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from heatlens.errors import InputError
 from heatlens.model.frames import check_frame
@@ -77,7 +77,7 @@ class Pose:
 def pose_of(camera_to_world: Array) -> Pose:
     """The pose of a rigid (4, 4) matrix for columns; a scale in it is left out."""
     turn = camera_to_world[:3, :3] / np.linalg.norm(camera_to_world[:3, :3], axis=0)
-    return Pose(tuple(map(float, camera_to_world[:3, 3])), _quaternion(turn))
+    return Pose(_vector(camera_to_world[:3, 3]), _quaternion(turn))
 
 
 def looking_at(eye_m: Vector, target_m: Vector, up: Vector = (0.0, 1.0, 0.0)) -> Pose:
@@ -94,7 +94,12 @@ def looking_at(eye_m: Vector, target_m: Vector, up: Vector = (0.0, 1.0, 0.0)) ->
         side = np.cross((0.0, 0.0, -1.0 if back[1] > 0 else 1.0), back)
     side = side / np.linalg.norm(side)
     turn = np.stack([side, np.cross(back, side), back], axis=1)
-    return Pose(tuple(map(float, eye_m)), _quaternion(turn))
+    return Pose(_vector(eye_m), _quaternion(turn))
+
+
+def _vector(values: ArrayLike) -> Vector:
+    x, y, z = map(float, np.asarray(values))
+    return x, y, z
 
 
 def _quaternion(turn: Array) -> Quaternion:

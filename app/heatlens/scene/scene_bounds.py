@@ -1,5 +1,7 @@
 """How large a scene and its objects are, and where to stand to see them."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from heatlens.model.framing import CameraTrack, Framing, Pose, PoseKey, looking_at, pose_of
@@ -31,7 +33,7 @@ def _corners(scene: Scene, instance: int) -> Array:
     positions = scene.meshes[scene.instances[instance].mesh].positions_m
     low, high = positions.min(axis=0), positions.max(axis=0)
     picks = np.indices((2, 2, 2)).reshape(3, 8).T
-    return np.where(picks == 0, low, high).astype(np.float64)
+    return np.asarray(np.where(picks == 0, low, high), np.float64)
 
 
 def object_names(scene: Scene) -> tuple[str, ...]:
@@ -70,3 +72,19 @@ def track_of(scene: Scene, framing: Framing, lens: Lens) -> CameraTrack:
     first = scene.frames.first if scene.frames else 1
     aspect = framing.width_px / framing.height_px
     return CameraTrack((PoseKey(first, framed(bounds_m(scene, first), lens, aspect)),))
+
+
+def started_framing(scene: Scene, size: tuple[int, int] | None = None) -> Framing:
+    """What of a scene is seen first: its first camera's picture."""
+    framing = Framing() if size is None else Framing(*size)
+    return replace(framing, camera=scene.cameras[0].name) if scene.cameras else framing
+
+
+def camera_lens(scene: Scene, framing: Framing, lens: Lens) -> Lens:
+    """`lens` with the angle of view of the scene's camera that is looked through."""
+    if framing.camera is None:
+        return lens
+    camera = scene.camera_named(framing.camera)
+    return replace(
+        lens, focal_length_mm=camera.focal_length_mm, sensor_width_mm=camera.sensor_width_mm
+    )

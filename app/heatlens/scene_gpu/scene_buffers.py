@@ -1,0 +1,152 @@
+"""A scene in OpenGL's memory, laid out as lib/scene.lib.glsl reads it (std430)."""
+
+import moderngl
+import numpy as np
+import numpy.typing as npt
+
+from heatlens.scene.scene import Array, Material, PointLight, Scene
+from heatlens.scene_gpu.scene_maps import maps_of
+
+INSTANCES, MATERIALS, LIGHTS = 0, 1, 2  # storage bindings
+MOST_LIGHTS = 32
+
+VERTEX = np.dtype([("position", "f4", 3), ("u", "f4"), ("normal", "f4", 3), ("v", "f4")])
+INSTANCE = np.dtype(  # matrices column by column, as GLSL has them
+    [("to_world", "f4", (4, 4)), ("to_object", "f4", (4, 4)), ("numbers", "u4", 4)]
+)
+MATERIAL = np.dtype(
+    [("base_color", "f4", 4), ("emission_cutoff", "f4", 4), ("rough_metal", "f4", 4)]
+    + [("maps", "i4", 4)]
+)
+LIGHT = np.dtype([("position_inner", "f4", 4), ("intensity_outer", "f4", 4)] + [("axis", "f4", 4)])
+_COMMAND_WORDS = 5  # count, instances, first index, base vertex, base instance
+
+
+class SceneBuffers:
+    """What the rasteriser and the ray tracer read.
+
+    vertices        of all meshes, VERTEX: binding 3 of the ray tracer as two vec4 a vertex
+    triangles       (T, 3) uint32 into all vertices
+    first_triangle  (meshes + 1,) where each mesh's triangles begin
+    instances       INSTANCE, those of one mesh after each other
+    order           (N,) the scene's instance in each place of `instances`
+    commands        one indexed indirect draw a mesh that is seen, `command_count` of them
+    maps            RGBA8 layers of one size, as the files keep them; one white texel for none
+    boxes_m         (meshes, 2, 3) bounds of each mesh where it was made
+    """
+
+    def __init__(self, ctx: moderngl.Context, scene: Scene) -> None:
+        self.scene = scene
+        self.boxes_m = np.array([_box(mesh.positions_m) for mesh in scene.meshes])
+        mesh_of = np.array([instance.mesh for instance in scene.instances])
+        self.order = np.argsort(mesh_of, kind="stable")
+        self._meshes = mesh_of[self.order]
+        vertices, triangles, self.first_triangle = _joined(scene)
+        self.vertices = ctx.buffer(vertices.tobytes())
+        self.triangles = ctx.buffer(triangles.tobytes())
+        commands = _commands(self._meshes, self.first_triangle)
+        self.command_count = len(commands)
+        self.commands = ctx.buffer(commands.tobytes())
+        self.instances = ctx.buffer(reserve=len(self.order) * INSTANCE.itemsize)
+        self.materials = ctx.buffer(materials_of(scene.materials).tobytes())
+        self.lights = ctx.buffer(lights_of(scene.lights))
+        self.maps = maps_of(ctx, scene.images)
+        self.has_holes = any(material.alpha_cutoff > 0 for material in scene.materials)
+
+    @property
+    def storage(self) -> dict[int, moderngl.Buffer]:
+        """The blocks of lib/scene.lib.glsl by binding."""
+        return {INSTANCES: self.instances, MATERIALS: self.materials, LIGHTS: self.lights}
+
+    def place(self, transforms: Array) -> None:
+        """Put the scene's instances where (N, 4, 4) object-to-world matrices say."""
+        matrices = transforms[self.order]
+        records = np.zeros(len(matrices), INSTANCE)
+        records["to_world"] = matrices.transpose(0, 2, 1)
+        records["to_object"] = inverses(matrices).transpose(0, 2, 1)
+        materials = np.array([mesh.material for mesh in self.scene.meshes])
+        records["numbers"][:, 0] = materials[self._meshes]
+        records["numbers"][:, 1] = self._meshes
+        records["numbers"][:, 2] = self.order
+        self.instances.write(records.tobytes())
+
+    def bounds_m(self, transforms: Array) -> Array:
+        """(2, 3) of everything, with the instances at (N, 4, 4)."""
+        picks = np.indices((2, 2, 2)).reshape(3, 8).T
+        low, high = self.boxes_m[self._meshes, :1], self.boxes_m[self._meshes, 1:]
+        corners = np.where(picks == 0, low, high)  # (N, 8, 3)
+        matrices = transforms[self.order]
+        points = corners @ matrices[:, :3, :3].transpose(0, 2, 1) + matrices[:, None, :3, 3]
+        return np.stack([points.min(axis=(0, 1)), points.max(axis=(0, 1))])
+
+    def release(self) -> None:
+        """Give everything back to OpenGL."""
+        for held in (self.vertices, self.triangles, self.commands, *self.storage.values()):
+            held.release()
+        self.maps.release()
+
+
+def inverses(matrices: Array) -> Array:
+    """(N, 4, 4) inverses; a thing scaled to nothing has zeros, no ray meets it."""
+    flat = np.abs(np.linalg.det(matrices)) < 1e-30
+    found = np.linalg.inv(np.where(flat[:, None, None], np.eye(4), matrices))
+    return np.where(flat[:, None, None], 0.0, found)
+
+
+def _box(positions_m: npt.NDArray[np.float32]) -> Array:
+    if not len(positions_m):
+        return np.zeros((2, 3))
+    return np.stack([positions_m.min(axis=0), positions_m.max(axis=0)]).astype(np.float64)
+
+
+def _joined(
+    scene: Scene,
+) -> tuple[npt.NDArray[np.void], npt.NDArray[np.uint32], npt.NDArray[np.int64]]:
+    """All vertices, all triangles, and the first triangle of each mesh with their number last."""
+    first_vertex = np.cumsum([0] + [len(mesh.positions_m) for mesh in scene.meshes])
+    first_triangle = np.cumsum([0] + [len(mesh.triangles) for mesh in scene.meshes])
+    vertices = np.zeros(int(first_vertex[-1]), VERTEX)
+    triangles = np.zeros((int(first_triangle[-1]), 3), np.uint32)
+    for i, mesh in enumerate(scene.meshes):
+        part = vertices[first_vertex[i] : first_vertex[i + 1]]
+        part["position"], part["normal"] = mesh.positions_m, mesh.normals
+        part["u"], part["v"] = mesh.uvs.T
+        triangles[first_triangle[i] : first_triangle[i + 1]] = mesh.triangles + first_vertex[i]
+    return vertices, triangles, first_triangle
+
+
+def _commands(
+    meshes: npt.NDArray[np.int64], first: npt.NDArray[np.int64]
+) -> npt.NDArray[np.uint32]:
+    """(M, 5): all instances of each mesh in one draw; `meshes` is sorted."""
+    seen, base, count = np.unique(meshes, return_index=True, return_counts=True)
+    commands = np.zeros((len(seen), _COMMAND_WORDS), np.uint32)
+    commands[:, 0] = 3 * (first[seen + 1] - first[seen])
+    commands[:, 1], commands[:, 2], commands[:, 4] = count, 3 * first[seen], base
+    return commands
+
+
+def materials_of(materials: tuple[Material, ...]) -> npt.NDArray[np.void]:
+    """MATERIAL records; a map that is not there is -1."""
+    records = np.zeros(len(materials), MATERIAL)
+    for record, material in zip(records, materials, strict=True):
+        record["base_color"] = (*material.base_color, material.base_alpha)
+        record["emission_cutoff"] = (*material.emission, material.alpha_cutoff)
+        record["rough_metal"][:2] = material.roughness, material.metallic
+        maps = (material.base_color_map, material.metallic_roughness_map, material.emission_map)
+        record["maps"][:3] = [-1 if number is None else number for number in maps]
+    return records
+
+
+def lights_of(lights: tuple[PointLight, ...]) -> bytes:
+    """The lights block: how many, in 16 bytes, and the brightest MOST_LIGHTS of them."""
+    chosen = sorted(lights, key=lambda light: -max(light.intensity))[:MOST_LIGHTS]
+    records = np.zeros(max(len(chosen), 1), LIGHT)
+    for record, light in zip(records, chosen, strict=False):
+        inner, outer = light.cone_cosines
+        record["position_inner"] = (*light.position_m, inner)
+        record["intensity_outer"] = (*light.intensity, outer)
+        if light.direction is not None:
+            length = max(float(np.linalg.norm(light.direction)), 1e-12)
+            record["axis"] = (*np.divide(light.direction, length), 1.0)
+    return np.array([len(chosen), 0, 0, 0], np.uint32).tobytes() + records.tobytes()

@@ -1,0 +1,103 @@
+"""A scene in front of the lens: its pinhole picture, and what a real lens would make of it."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import moderngl
+
+from heatlens.gpu.textures import TexturePool, download
+from heatlens.image.plate import Plate
+from heatlens.model.framing import Framing, Pose
+from heatlens.model.settings import Method
+from heatlens.model.shot import Shot
+from heatlens.scene.scene import Scene
+from heatlens.scene.scene_bounds import bounds_m, track_of
+from heatlens.scene.scene_view import SceneView, lens_radii_m, view_of
+from heatlens.scene_gpu.accumulation import Accumulation
+from heatlens.scene_gpu.raster import SceneRaster
+from heatlens.scene_gpu.ray_tracer import RayTracer
+from heatlens.scene_gpu.scene_plate import plate_of_scene
+
+_PINHOLE_PASSES = 4  # jittered views of four samples: sixteen in each pixel
+
+
+@dataclass(frozen=True, eq=False)
+class Look:
+    """A pinhole picture on the GPU, half and float as in a file, and as a plate."""
+
+    plate: Plate
+    color: moderngl.Texture
+    depth: moderngl.Texture
+
+
+class SceneRenderer:
+    """Holds one scene on the GPU."""
+
+    def __init__(self, ctx: moderngl.Context, scene: Scene) -> None:
+        self.scene = scene
+        self._raster = SceneRaster(ctx)
+        self._raster.load(scene)
+        self._ctx = ctx
+        self._pool = TexturePool(ctx)
+        self._held: tuple[object, Look] | None = None
+
+    @cached_property
+    def _accumulation(self) -> Accumulation:
+        return Accumulation(self._ctx, self._raster)
+
+    @cached_property
+    def _ray_tracer(self) -> RayTracer:
+        return RayTracer(self._ctx, self._raster)
+
+    def pose_at(self, shot: Shot, frame: float) -> Pose:
+        """Where the camera of a shot stands."""
+        lens = shot.lens_at(frame)
+        return track_of(self.scene, shot.framing or Framing(), lens).pose_at(frame)
+
+    def look(self, shot: Shot, frame: float) -> Iterator[str]:
+        """Draw the pinhole picture of `frame`, unless it is there; `held` has it then."""
+        lens, size = shot.lens_at(frame), (shot.framing or Framing()).size
+        pose = self.pose_at(shot, frame)
+        key = (pose, lens.focal_length_mm, lens.sensor_width_mm, size, self._moment(frame))
+        if self._held is not None and self._held[0] == key:
+            return
+        self._held = None
+        self._raster.place(frame)
+        color = self._pool.texture("pinhole colour", size, 4, "f2")
+        depth = self._pool.texture("pinhole depth", size, 1)
+        yield from self._raster.pinhole(
+            self._view(shot, frame, size), color, depth, _PINHOLE_PASSES
+        )
+        plate = plate_of_scene(self.scene.path, download(color), download(depth), pose, lens)
+        self._held = key, Look(plate, color, depth)
+
+    @property
+    def held(self) -> Look:
+        """The latest pinhole picture; `look` has to have been at its end."""
+        assert self._held is not None
+        return self._held[1]
+
+    def through_lens(
+        self, shot: Shot, frame: float, size: tuple[int, int], out: moderngl.Texture
+    ) -> Iterator[str]:
+        """Accumulation or ray tracing at `size` into `out`, RGBA float32, in steps."""
+        lens = shot.lens_at(frame)
+        self._raster.place(frame)
+        view = self._view(shot, frame, size)
+        method = self._ray_tracer if shot.defocus.method is Method.RAYTRACED else self._accumulation
+        seen = replace(lens, t_stop=None, acceptable_coc_mm=None, close_focus_m=None)
+        key = (self.pose_at(shot, frame), seen, size, self._moment(frame))
+        yield from method.steps(view, lens_radii_m(lens), shot.defocus.views, out, key)
+
+    def release(self) -> None:
+        """Give what lies on the GPU back."""
+        self._raster.release()
+
+    def _moment(self, frame: float) -> float:
+        """The frame, where it makes a difference to what is seen."""
+        return frame if self.scene.motion is not None else 0.0
+
+    def _view(self, shot: Shot, frame: float, size: tuple[int, int]) -> SceneView:
+        pose, lens = self.pose_at(shot, frame), shot.lens_at(frame)
+        return view_of(pose, lens, size, bounds_m(self.scene, frame))
