@@ -14,11 +14,16 @@ VERTEX = np.dtype([("position", "f4", 3), ("u", "f4"), ("normal", "f4", 3), ("v"
 INSTANCE = np.dtype(  # matrices column by column, as GLSL has them
     [("to_world", "f4", (4, 4)), ("to_object", "f4", (4, 4)), ("numbers", "u4", 4)]
 )
+_VEC4 = ("f4", 4)
 MATERIAL = np.dtype(
-    [("base_color", "f4", 4), ("emission_cutoff", "f4", 4), ("rough_metal", "f4", 4)]
-    + [("maps", "i4", 4)]
+    [
+        ("base_color", *_VEC4),
+        ("emission_cutoff", *_VEC4),
+        ("rough_metal", *_VEC4),
+        ("maps", "i4", 4),
+    ]
 )
-LIGHT = np.dtype([("position_inner", "f4", 4), ("intensity_outer", "f4", 4)] + [("axis", "f4", 4)])
+LIGHT = np.dtype([("position_inner", *_VEC4), ("intensity_outer", *_VEC4), ("axis", *_VEC4)])
 _COMMAND_WORDS = 5  # count, instances, first index, base vertex, base instance
 
 

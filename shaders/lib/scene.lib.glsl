@@ -1,0 +1,87 @@
+// A scene in storage buffers, as scene_gpu/scene_buffers.py writes them. All std430.
+//
+//   binding 0  instances, 144 bytes each; those of one mesh lie after each other
+//   binding 1  materials, 64 bytes each
+//   binding 2  lights: their number in 16 bytes, then 48 bytes each
+//   binding 3 and up are the ray tracer's. The vertex buffer is of two vec4 a vertex: position and
+//   u, normal and v; the index buffer is of three uints a triangle, into all vertices.
+
+struct Instance {
+    mat4 to_world;
+    mat4 to_object;  // zeros for what has no extent
+    uvec4 numbers;   // material, mesh, the scene's number of this instance
+};
+
+struct Material {
+    vec4 base_color;       // scene-linear, and alpha
+    vec4 emission_cutoff;  // scene-linear radiance, and the alpha below which there is a hole
+    vec4 rough_metal;      // roughness, metallic
+    ivec4 maps;            // layers for base colour, metallic and roughness, emission; -1 for none
+};
+
+struct Light {
+    vec4 position_inner;   // metres, and a spot's inner cosine
+    vec4 intensity_outer;  // candela-like, and a spot's outer cosine
+    vec4 axis;             // a spot's, unit, and 1; zeros for what shines to all sides
+};
+
+layout(std430, binding = 0) readonly buffer instances_block { Instance instances[]; };
+layout(std430, binding = 1) readonly buffer materials_block { Material materials[]; };
+layout(std430, binding = 2) readonly buffer lights_block {
+    uvec4 light_count;
+    Light lights[];
+};
+
+uniform sampler2DArray maps_tx;
+
+#define SMALL 1e-20
+
+// What light falls on. The normal is unit and on the side of the eye.
+struct Surface {
+    vec3 position_m;
+    vec3 normal;
+    vec3 base_color;
+    vec3 emission;
+    float metallic;
+    float roughness;
+};
+
+// Bilinear without mipmaps, so that a ray and a triangle's pixel read the same.
+vec4 map_texel(int layer, vec2 uv) {
+    return layer < 0 ? vec4(1.0) : textureLod(maps_tx, vec3(uv, float(layer)), 0.0);
+}
+
+vec3 linear_of(vec3 srgb) {  // IEC 61966-2-1
+    vec3 curve = pow((srgb + 0.055) / 1.055, vec3(2.4));
+    return mix(curve, srgb / 12.92, lessThanEqual(srgb, vec3(0.04045)));
+}
+
+vec3 map_color(int layer, vec2 uv) {
+    return layer < 0 ? vec3(1.0) : linear_of(map_texel(layer, uv).rgb);
+}
+
+bool is_hole(uint material, vec2 uv) {
+    float cutoff = materials[material].emission_cutoff.a;
+    if (cutoff <= 0.0) return false;
+    return materials[material].base_color.a * map_texel(materials[material].maps.x, uv).a < cutoff;
+}
+
+vec3 unit_or(vec3 v, vec3 otherwise) {
+    float square = dot(v, v);
+    return square > SMALL && square < 1.0 / SMALL ? v * inversesqrt(square) : otherwise;
+}
+
+// `normal` of any length, of either side; `to_eye` is unit.
+Surface surface_of(uint material, vec3 position_m, vec3 normal, vec2 uv, vec3 to_eye) {
+    Material m = materials[material];
+    vec3 rough_metal = m.maps.y < 0 ? vec3(1.0) : map_texel(m.maps.y, uv).rgb;
+    vec3 unit = unit_or(normal, to_eye);
+    Surface s;
+    s.position_m = position_m;
+    s.normal = dot(unit, to_eye) < 0.0 ? -unit : unit;
+    s.base_color = m.base_color.rgb * map_color(m.maps.x, uv);
+    s.emission = m.emission_cutoff.rgb * map_color(m.maps.z, uv);
+    s.roughness = clamp(m.rough_metal.x * rough_metal.g, 0.0, 1.0);
+    s.metallic = clamp(m.rough_metal.y * rough_metal.b, 0.0, 1.0);
+    return s;
+}
