@@ -1,0 +1,66 @@
+"""Depth of field by accumulation: the mean of what many points of the lens see.
+
+Haeberli and Akeley 1990. It blurs what a pinhole never saw, and is right where the others guess;
+its price is that the scene is drawn once for each point.
+"""
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import moderngl
+
+from heatlens.gpu.program import ComputeProgram, groups_for
+from heatlens.gpu.textures import TexturePool
+from heatlens.scene_gpu.lens_samples import lens_samples
+from heatlens.scene_gpu.raster import SceneRaster
+from heatlens.scene.scene_view import SceneView
+
+_TILE = 16
+
+
+class Accumulation:
+    """Keeps what it has summed up, so that more views cost only those that are new."""
+
+    def __init__(self, ctx: moderngl.Context, raster: SceneRaster) -> None:
+        self._raster = raster
+        self._program = ComputeProgram(ctx, "accumulate.comp.glsl")
+        self._pool = TexturePool(ctx)
+        self._key: tuple[object, tuple[int, int]] | None = None
+        self._count = 0
+
+    def steps(
+        self,
+        view: SceneView,
+        radii_m: tuple[float, float],
+        views: int,
+        out: moderngl.Texture,
+        key: object,
+    ) -> Iterator[str]:
+        """The mean of `views` views through the lens of half axes `radii_m` into `out`.
+
+        `out` is RGBA float32 of the view's size, and holds the mean so far after each step. Equal
+        keys mean equal light from the scene, view and lens: what was summed up for one is gone on
+        with. Fewer views than there are begin again, so that their number alone says what is seen.
+        """
+        if self._key != (key, view.size) or self._count > views:
+            self._key, self._count = (key, view.size), 0
+        if self._count == views:
+            self._add(out, is_new=False)
+            return
+        offsets, jitters = lens_samples(self._count, views, radii_m)
+        for (u, v), (x, y) in zip(offsets.tolist(), jitters.tolist(), strict=True):
+            through = replace(view, offset_m=(u, v), jitter_px=(x, y))
+            self._raster.draw(through, self._pool.texture("view", view.size, 4))
+            self._add(out, is_new=True)
+            yield "view"
+
+    def _add(self, out: moderngl.Texture, is_new: bool) -> None:
+        """The view that was drawn last joins the sum, or the mean is told once more."""
+        is_first = self._count == 0
+        self._count += is_new
+        self._program.dispatch(
+            (groups_for(out.width, _TILE), groups_for(out.height, _TILE)),
+            textures={"view_tx": self._pool.texture("view", out.size, 4)},
+            images={"sum_img": self._pool.texture("sum", out.size, 4), "mean_img": out},
+            uniforms={"count": float(self._count), "is_first": is_first, "is_new": is_new},
+        )

@@ -1,0 +1,102 @@
+"""Points of a lens and of a pixel, spread so evenly that few of them are enough.
+
+Sobol's sequence in four dimensions, the first two for the lens, scrambled as Owen 1995 does by the
+hash of Laine and Karras 2011 with the constants of Burley 2020. Any stretch of it that starts
+where the one before it stopped goes on filling the gaps.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Words = NDArray[np.uint32]
+
+_BITS = 32
+# Joe and Kuo 2008, new-joe-kuo-6.21201: coefficients of the polynomial and first odd numbers, for
+# each dimension after the first, which is van der Corput's.
+_POLYNOMIALS = (((), (1,)), ((1,), (1, 3)), ((0, 1), (1, 3, 1)))
+_FACTORS = (0x6C50B47C, 0xB82F1E52, 0xC7AFE638, 0x8D22F6E6)
+
+
+def lens_samples(
+    count_from: int, count_to: int, radii_m: tuple[float, float], seed: int = 0
+) -> tuple[Array, Array]:
+    """The points from number `count_from` to before `count_to`: offsets and jitters, (n, 2) each.
+
+    Offsets are uniform over the ellipse (u / a)^2 + (v / b)^2 <= 1 of the half axes `radii_m`,
+    jitters over the pixel, [-0.5, 0.5). Same numbers and seed, same points;
+    a seed is 0 to 2^32 - 1.
+    """
+    points = _sobol(np.arange(count_from, count_to, dtype=np.uint32), seed)
+    return _disc(points[:, :2]) * radii_m, points[:, 2:] - 0.5
+
+
+def _disc(square: Array) -> Array:
+    """[0, 1)^2 to the unit disc, area kept and neighbours near: Shirley and Chiu 1997."""
+    x, y = (2.0 * square - 1.0).T
+    is_wide = np.abs(x) > np.abs(y)
+    radius = np.where(is_wide, x, y)
+    other = np.where(is_wide, y, x)
+    share = np.divide(other, radius, out=np.zeros_like(radius), where=radius != 0)
+    angle = np.where(is_wide, np.pi / 4 * share, np.pi / 2 - np.pi / 4 * share)
+    return np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=-1)
+
+
+def _sobol(numbers: Words, seed: int) -> Array:
+    """(n, 4) scrambled points in [0, 1)."""
+    words = np.stack([_digits(numbers, column) for column in _DIRECTIONS], axis=-1)
+    salts = _mixed(np.arange(1, 5, dtype=np.uint32) ^ _mixed(np.array([seed], np.uint32)))
+    return np.asarray(_scrambled(words, salts) / 2.0**_BITS)
+
+
+def _directions() -> Words:
+    """(4, 32): what each bit of a number flips in each dimension."""
+    first = [1 << (_BITS - 1 - bit) for bit in range(_BITS)]
+    rows = [first, *(_direction_row(*polynomial) for polynomial in _POLYNOMIALS)]
+    return np.array(rows, np.uint32)
+
+
+def _direction_row(inner: tuple[int, ...], start: tuple[int, ...]) -> list[int]:
+    """The recurrence of Bratley and Fox 1988 for one primitive polynomial."""
+    degree = len(start)
+    row = [number << (_BITS - 1 - bit) for bit, number in enumerate(start)]
+    for bit in range(degree, _BITS):
+        word = row[bit - degree] ^ (row[bit - degree] >> degree)
+        for back, coefficient in enumerate(inner, start=1):
+            word ^= coefficient * row[bit - back]
+        row.append(word)
+    return row
+
+
+_DIRECTIONS = _directions()
+
+
+def _digits(numbers: Words, directions: Words) -> Words:
+    """One dimension's points as fractions of 2^32."""
+    words = np.zeros_like(numbers)
+    for bit, direction in enumerate(directions):
+        words ^= (numbers >> np.uint32(bit) & np.uint32(1)) * direction
+    return words
+
+
+def _scrambled(words: Words, salts: Words) -> Words:
+    """Each bit flipped or not by a hash of those above it: a net stays one."""
+    hashed = _reversed(words) + salts
+    for factor in _FACTORS:
+        hashed ^= hashed * np.uint32(factor)
+    return _reversed(hashed)
+
+
+def _reversed(words: Words) -> Words:
+    """The bits in the other order."""
+    for shift, mask in ((1, 0x55555555), (2, 0x33333333), (4, 0x0F0F0F0F), (8, 0x00FF00FF)):
+        step, low = np.uint32(shift), np.uint32(mask)
+        words = ((words >> step) & low) | ((words & low) << step)
+    return (words >> np.uint32(16)) | (words << np.uint32(16))
+
+
+def _mixed(words: Words) -> Words:
+    """Neighbouring numbers to unlike ones; the finaliser of MurmurHash3."""
+    words = (words ^ (words >> np.uint32(16))) * np.uint32(0x85EBCA6B)
+    words = (words ^ (words >> np.uint32(13))) * np.uint32(0xC2B2AE35)
+    return words ^ (words >> np.uint32(16))
