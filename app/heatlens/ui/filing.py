@@ -15,6 +15,7 @@ from heatlens.image.shot_file import SHOT_SUFFIX
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.view import ViewState
 from heatlens.paths import home_dir
+from heatlens.scene.scene_source import SCENE_SUFFIXES, is_demo, is_scene_source
 from heatlens.ui.background import Background
 from heatlens.ui.camera_import import CameraImport
 from heatlens.ui.exporter import Exporter
@@ -25,6 +26,7 @@ from heatlens.ui.picture_saver import PictureSaver, Snapshot, snapshot
 from heatlens.ui.plate_reading import PlateReading
 from heatlens.ui.plate_source import Opened
 from heatlens.ui.preferences import Preferences
+from heatlens.ui.scene_opening import OpenedScene
 
 if TYPE_CHECKING:
     from heatlens.ui.app import App
@@ -32,7 +34,13 @@ if TYPE_CHECKING:
 PURPOSES = {
     purpose.key: purpose
     for purpose in (
-        Purpose("open", "Open a plate", "Open", (".exr",), "# stands for the frame number."),
+        Purpose(
+            "open",
+            "Open a plate or a scene",
+            "Open",
+            (".exr", *SCENE_SUFFIXES),
+            "# stands for the frame number.   A scene is a .glb, .gltf, .obj, .ply or .usd file.",
+        ),
         Purpose("reference", "Open a reference", "Open", (".exr",), "Any EXR: it is shown as B."),
         Purpose(
             "save",
@@ -159,9 +167,10 @@ class Filing:
 
     # What happens by itself
 
-    def arrived(self, opened: Opened) -> None:
+    def arrived(self, opened: Opened | OpenedScene) -> None:
         """A plate was opened; with the first one it is told what could not be remembered."""
-        self.reading.arrived(opened)
+        if isinstance(opened, Opened):
+            self.reading.arrived(opened)
         self.preferences.opened(opened.text)
         if self.preferences.problem:
             self._app.say(self.preferences.problem)
@@ -199,9 +208,9 @@ class Filing:
 def _whole(app: "App") -> Shown | None:
     """The picture of the shot as it is now, once it is whole."""
     shown, stage, frame = app.live.shown, app.stage, app.editing.frame
-    if stage.opened is None or stage.plate is None:
+    if stage.plate is None or not stage.is_settled_at(frame):
         return None
-    if stage.plate.path != stage.opened.cache.sequence.resolve(frame):
+    if stage.opened is not None and stage.plate.path != stage.opened.cache.sequence.resolve(frame):
         return None  # the plate of the frame is still being read
     is_it = shown is not None and (shown.shot, shown.frame) == (app.shot, frame)
     return shown if shown is not None and is_it and shown.is_whole else None
@@ -218,6 +227,8 @@ def _snap(app: "App", shown: Shown | None) -> Snapshot:
 
 def _is_there(text: str) -> bool:
     """On a thread: a file, a pattern or a folder can still be opened."""
+    if is_scene_source(text):
+        return is_demo(text) or Path(text).is_file()
     try:
         find_sequence(text)
     except InputError:

@@ -11,6 +11,8 @@ from heatlens.image.frame_cache import Damaged, FrameCache
 from heatlens.image.plate import Plate
 from heatlens.image.sequence import Sequence, find_sequence
 from heatlens.model.plate_options import PlateOptions
+from heatlens.scene.scene_source import is_scene_source
+from heatlens.ui.scene_opening import OpenedScene, opened_scene
 
 _BUDGET_BYTES = 2 << 30  # plates kept in memory: some eighty frames of 1080p
 
@@ -56,13 +58,13 @@ class PlateOpener:
         """`wake` is called on a thread whenever it is worth asking."""
         self._wake = wake
         self._thread = ThreadPoolExecutor(1, thread_name_prefix="open")
-        self._coming: Future[Opened] | None = None
+        self._coming: Future[Opened | OpenedScene] | None = None
         self.opening: str | None = None  # what is being opened
         self.refused: Refused | None = None  # until something else is
         self._options = PlateOptions()
 
     def open(self, text: str, options: PlateOptions, frame: int | None = None) -> None:
-        """Begin to open a file, a pattern or a folder, its first picture being `frame`."""
+        """Begin to open a file, a pattern, a folder or a scene, its first picture being `frame`."""
         self.cancel()
         self.opening, self._options, self.refused = text, options, None
         self._coming = self._thread.submit(_opened, text, options, frame, self._wake)
@@ -74,7 +76,7 @@ class PlateOpener:
             self._coming.add_done_callback(_close_unused)
             self._coming = self.opening = None
 
-    def poll(self) -> Opened | None:
+    def poll(self) -> Opened | OpenedScene | None:
         """What has been opened since, once. Raises HeatlensError where that failed."""
         coming = self._coming
         if coming is None or not coming.done():
@@ -94,7 +96,9 @@ class PlateOpener:
 
 def _opened(
     text: str, options: PlateOptions, frame: int | None, wake: Callable[[], None]
-) -> Opened:
+) -> Opened | OpenedScene:
+    if is_scene_source(text):
+        return opened_scene(text)
     sequence = find_sequence(text)
     first = _first_frame(sequence, text, frame)
     news = News(wake)
@@ -121,6 +125,8 @@ def _first_frame(sequence: Sequence, text: str, wished: int | None) -> int:
     return named if named is not None and sequence.has(named) else sequence.present[0]
 
 
-def _close_unused(future: "Future[Opened]") -> None:
+def _close_unused(future: "Future[Opened | OpenedScene]") -> None:
     if not future.cancelled() and future.exception() is None:
-        future.result().cache.close()
+        opened = future.result()
+        if isinstance(opened, Opened):
+            opened.cache.close()

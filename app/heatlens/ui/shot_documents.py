@@ -11,6 +11,7 @@ from heatlens.model.lens import Lens
 from heatlens.model.settings import DefocusSettings
 from heatlens.model.shot import Shot
 from heatlens.ui.plate_source import Opened
+from heatlens.ui.scene_opening import OpenedScene
 from heatlens.ui.shot_store import Found, ShotStore, is_shot_file, proposed_name, unnamed_path
 
 if TYPE_CHECKING:
@@ -80,9 +81,10 @@ class ShotDocuments:
         """For a file to save."""
         if self.path is not None:
             return self.path.name
-        opened = self._app.stage.opened
-        assert opened is not None  # there is nothing to save before
-        return proposed_name(opened.plate.path, not opened.cache.sequence.is_single)
+        opened, plate = self._app.stage.opened, self._app.stage.plate
+        assert plate is not None  # there is nothing to save before
+        is_sequence = opened is not None and not opened.cache.sequence.is_single
+        return proposed_name(plate.path, is_sequence)
 
     @property
     def is_saved(self) -> bool:
@@ -112,7 +114,7 @@ class ShotDocuments:
 
     # What happens by itself
 
-    def taken(self, opened: Opened) -> Shot | None:
+    def taken(self, opened: Opened | OpenedScene) -> Shot | None:
         """The shot whose plate has arrived; None where a plate arrived for itself."""
         coming, self._coming = self._coming, None
         is_it = coming is not None and coming.shot.source == opened.text
@@ -214,8 +216,10 @@ class ShotDocuments:
         self.store.close()
 
 
-def started_shot(opened: Opened, lens: Lens, defocus: DefocusSettings) -> Shot:
-    """A shot of what was opened, without keys; the rate is that of its header."""
+def started_shot(opened: Opened | OpenedScene, lens: Lens, defocus: DefocusSettings) -> Shot:
+    """A shot of what was opened, a plate without keys; the rate is that of its header."""
+    if isinstance(opened, OpenedScene):
+        return replace(opened.shot, lens=lens, defocus=defocus)
     sequence = opened.cache.sequence
     return Shot(
         lens,

@@ -9,7 +9,7 @@ from pathlib import Path
 import moderngl
 import numpy as np
 
-from heatlens.errors import InputError
+from heatlens.errors import HeatlensError, InputError
 from heatlens.gpu.context import check_plate_fits
 from heatlens.gpu.textures import new_texture, upload
 from heatlens.image.channels import choose_color
@@ -19,9 +19,11 @@ from heatlens.image.plate import FloatImage, Plate
 from heatlens.image.sequence import MissingPolicy
 from heatlens.model.depth_histogram import DepthHistogram, depth_histogram
 from heatlens.model.plate_options import PlateOptions
+from heatlens.model.shot import Shot
 from heatlens.render import FrameRenderer
 from heatlens.ui.disk_watch import DiskWatch
 from heatlens.ui.plate_source import Opened, PlateOpener
+from heatlens.ui.scene_opening import OpenedScene
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,7 +40,8 @@ class Stage:
     def __init__(self, renderer: FrameRenderer, wake: Callable[[], None]) -> None:
         self.renderer = renderer
         self.opener = PlateOpener(wake)
-        self.opened: Opened | None = None
+        self.opened: Opened | None = None  # plates
+        self.scene: OpenedScene | None = None  # or a scene in their place
         self.plate: Plate | None = None
         self.histogram: DepthHistogram | None = None
         self.reference: Reference | None = None
@@ -57,7 +60,7 @@ class Stage:
         """Begin to open a file, a pattern or a folder."""
         self.opener.open(text, options, frame)
 
-    def arrived(self) -> Opened | None:
+    def arrived(self) -> Opened | OpenedScene | None:
         """What has been opened since, now on the GPU; the one before goes only then.
 
         Raises HeatlensError where opening failed; what was open stays.
@@ -65,16 +68,43 @@ class Stage:
         opened = self.opener.poll()
         if opened is None:
             return None
+        if isinstance(opened, OpenedScene):
+            self._take_scene(opened)
+            return opened
         try:
             self._load(opened.plate)
         except BaseException:
             opened.cache.close()
             raise
-        before, self.opened, self.wanted = self.opened, opened, None
+        self._close_plates()
+        self.opened, self.scene = opened, None
         self._frame, self._is_settled, self._watch.cache = opened.frame, True, opened.cache
-        if before is not None:
-            before.cache.close()
         return opened
+
+    def _take_scene(self, opened: OpenedScene) -> None:
+        """To the GPU in the place of what was there before."""
+        self.renderer.load_scene(opened.scene)
+        self.plate = None
+        self._close_plates()
+        self.scene = opened
+        self.look(opened.shot, opened.frame)
+
+    def _close_plates(self) -> None:
+        if self.opened is not None:
+            self.opened.cache.close()
+        self.opened = self.wanted = self._watch.cache = None
+
+    def look(self, shot: Shot, frame: int) -> None:
+        """Have the scene's pinhole picture at `frame`; drawn again only where something moved."""
+        self.problem, self.is_black, self._frame = "", False, frame
+        try:
+            loaded = self.renderer.look(shot, frame)
+        except HeatlensError as error:
+            self.problem, self._is_settled = str(error), True
+            return
+        self._is_settled = True
+        if loaded.plate is not self.plate:
+            self._show_plate(loaded.plate)
 
     def show(
         self, frame: int, direction: int = 1, window: int = 0, missing: MissingPolicy = "hold"
@@ -121,6 +151,9 @@ class Stage:
         self.renderer.load(plate)
         self.renderer.ctx.finish()
         self.upload_s = time.perf_counter() - start
+        self._show_plate(plate)
+
+    def _show_plate(self, plate: Plate) -> None:
         self.plate = plate
         self.histogram = None if plate.depth_m is None else depth_histogram(plate.depth_m)
         self.version += 1

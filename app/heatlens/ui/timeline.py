@@ -61,7 +61,15 @@ class Timeline:
     @property
     def is_sequence(self) -> bool:
         """More than one frame is open."""
+        if self._scene_frames is not None:
+            return self._scene_frames.count > 1
         return self.cache is not None and not self.cache.sequence.is_single
+
+    @property
+    def _scene_frames(self) -> FrameRange | None:
+        """Those of an animated scene."""
+        opened = self._app.stage.scene
+        return None if opened is None else opened.scene.frames
 
     @property
     def is_shown(self) -> bool:
@@ -79,6 +87,8 @@ class Timeline:
         if self.is_sequence and self.cache is not None:
             sequence = self.cache.sequence
             return _range(sequence.first, sequence.last)
+        if self._scene_frames is not None:
+            return self._scene_frames
         keyed = self._app.shot.key_frames
         return _range(keyed[0], keyed[-1]) if keyed else None
 
@@ -212,6 +222,9 @@ class Timeline:
         return True
 
     def _show(self) -> None:
+        if self._app.stage.scene is not None:
+            self._app.stage.look(self._app.shot, self._app.editing.frame)
+            return
         ahead = _AHEAD_PLAYING if self.playback.direction else _AHEAD_STILL
         direction = self.playback.direction or self._direction
         self._app.stage.show(self._app.editing.frame, direction, ahead, self.missing)

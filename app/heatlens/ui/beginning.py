@@ -1,0 +1,51 @@
+"""What happens when a plate or a scene has been opened: a shot begins, or goes on."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from heatlens.errors import LensError
+from heatlens.image.start_lens import StartLens, start_lens
+from heatlens.ui.plate_source import Opened
+from heatlens.ui.scene_opening import OpenedScene
+from heatlens.ui.shot_documents import started_shot
+
+if TYPE_CHECKING:
+    from heatlens.ui.app import App
+
+
+def begin(app: "App", opened: Opened | OpenedScene) -> None:
+    """Another file begins a shot, the same file read anew keeps it."""
+    app.sides.restart()
+    coming, is_same = app.documents.taken(opened), app.shot.source == opened.text
+    app.editing.frame = opened.frame
+    app.message = ""
+    app.begun = _first_lens(app, opened)
+    if coming is not None:
+        app.editing.begin(coming)
+    elif not is_same:
+        app.editing.begin(started_shot(opened, app.begun.lens, app.shot.defocus))
+        app.documents.begun()
+        app.view = replace(app.view, zoom=None, center_px=None)
+    elif isinstance(opened, Opened):
+        app.edit(replace(app.shot, plate_options=opened.options))
+    notes = opened.scene.notes if isinstance(opened, OpenedScene) else opened.plate.notes
+    if notes:
+        app.say(" ".join(notes))
+    app.filing.arrived(opened)
+
+
+def _first_lens(app: "App", opened: Opened | OpenedScene) -> StartLens:
+    """The command line's lens is for what it came with, and said where it cannot be."""
+    given = app.start.lens if opened.text == app.start.source else {}
+    try:
+        return _lens_of(opened, given)
+    except LensError as error:
+        app.say(str(error))
+        return _lens_of(opened, {})
+
+
+def _lens_of(opened: Opened | OpenedScene, given: Mapping[str, float]) -> StartLens:
+    if isinstance(opened, Opened):
+        return start_lens(opened.plate, given)
+    return StartLens(replace(opened.shot.lens, **given), dict.fromkeys(given, "given"))
