@@ -131,13 +131,6 @@ def test_a_ray_meets_in_the_tree_what_it_meets_among_all_triangles(
     assert hits > 20
 
 
-def test_the_box_of_a_mesh_is_that_of_its_vertices(rng: np.random.Generator) -> None:
-    mesh = soup(rng, 20)
-    boxes = mesh_trees([mesh]).boxes_m
-    np.testing.assert_array_equal(boxes[0, 0], mesh.positions_m.min(axis=0))
-    np.testing.assert_array_equal(boxes[0, 1], mesh.positions_m.max(axis=0))
-
-
 def test_a_mesh_without_triangles_is_a_leaf_without_any(rng: np.random.Generator) -> None:
     empty = soup(rng, 0)
     trees = mesh_trees([empty, soup(rng, 1)])

@@ -41,13 +41,11 @@ class MeshTrees:
     nodes      (N,) of `NODE`, children and triangles counted from the first mesh on
     roots      (meshes,) int32: where each tree begins
     triangles  (T, 4) uint32: three vertices, counted from the first mesh on, and a zero
-    boxes_m    (meshes, 2, 3) float64: least and greatest corner of each
     """
 
     nodes: NDArray[np.void]
     roots: NDArray[np.int32]
     triangles: NDArray[np.uint32]
-    boxes_m: Array
 
 
 def build(low: Floats, high: Floats, leaf_most: int = LEAF_MOST) -> Bvh:
@@ -141,11 +139,10 @@ def _halve(
 
 def mesh_trees(meshes: Sequence[Mesh]) -> MeshTrees:
     """One tree for each mesh. A mesh without triangles has an empty root, which no ray hits."""
-    parts, roots, triangles, boxes = [], [], [], []
+    parts, roots, triangles = [], [], []
     nodes_before = triangles_before = vertices_before = 0
     for mesh in meshes:
         nodes, picked = _mesh_tree(mesh)
-        boxes.append([nodes["low"][0], nodes["high"][0]])
         nodes["first"] += np.where(nodes["count"] < 0, nodes_before, triangles_before)
         parts.append(nodes)
         roots.append(nodes_before)
@@ -154,9 +151,7 @@ def mesh_trees(meshes: Sequence[Mesh]) -> MeshTrees:
         vertices_before += len(mesh.positions_m)
     rows = np.concatenate(triangles)
     padded = np.concatenate([rows, np.zeros((len(rows), 1))], axis=1).astype(np.uint32)
-    return MeshTrees(
-        np.concatenate(parts), np.array(roots, np.int32), padded, np.array(boxes, np.float64)
-    )
+    return MeshTrees(np.concatenate(parts), np.array(roots, np.int32), padded)
 
 
 def _mesh_tree(mesh: Mesh) -> tuple[NDArray[np.void], Ints]:

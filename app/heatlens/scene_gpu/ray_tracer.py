@@ -1,0 +1,154 @@
+"""Depth of field by tracing rays through the lens: what the other methods are measured against.
+
+Cook, Porter and Carpenter 1984, "Distributed ray tracing". The light at the end of a ray is that of
+`SceneRaster`; only the way to it differs.
+"""
+
+from collections.abc import Iterator
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from heatlens.gpu.program import ComputeProgram, groups_for
+from heatlens.gpu.textures import TexturePool
+from heatlens.scene.scene_view import SceneView
+from heatlens.scene_gpu.bvh import NODE, MeshTrees, instance_tree, mesh_trees
+from heatlens.scene_gpu.raster import SceneRaster
+from heatlens.scene_gpu.scene_buffers import INSTANCE, SceneBuffers
+
+_TILE = 8
+_RAYS_PER_STEP = 2**17  # some tenths of a second on a processor: a window answers in between
+_VERTICES, _TRIANGLES, _NODES, _PLACED = 3, 4, 5, 6  # storage bindings
+
+
+class RayTracer:
+    """Keeps what it has summed up, so that more rays cost only those that are new."""
+
+    def __init__(self, ctx: moderngl.Context, raster: SceneRaster) -> None:
+        self._ctx = ctx
+        self._raster = raster
+        self._program = ComputeProgram(ctx, "ray_trace.comp.glsl")
+        self._pool = TexturePool(ctx)
+        self._trees: SceneTrees | None = None
+        self._key: object = None
+        self._count = 0
+
+    def steps(
+        self,
+        view: SceneView,
+        radii_m: tuple[float, float],
+        rays: int,
+        out: moderngl.Texture,
+        key: object,
+        seed: int = 0,
+        pixel_side_px: float = 1.0,
+    ) -> Iterator[str]:
+        """The mean of `rays` rays a pixel through the lens of half axes `radii_m` into `out`.
+
+        `out` is RGBA float32 of the view's size, and holds the mean so far after each step. Equal
+        keys mean equal light from the scene, view and lens: what was summed up for one is gone on
+        with. Fewer rays than there are begin again. A seed is 0 to 2^31 - 1; those of another seed
+        are independent. `pixel_side_px` is how wide a square of the picture a pixel sees, 0 for a
+        point.
+        """
+        wanted = (key, view.size, seed)
+        if self._key != wanted or self._count > rays:
+            self._key, self._count = wanted, 0
+            self._place()
+        uniforms = self._uniforms(view, radii_m) | {"seed": seed, "pixel_side_px": pixel_side_px}
+        for count in range(min(self._count + 1, rays), rays + 1):
+            for row in range(0, view.size[1], _band_rows(view.size[0])):
+                self._add(out, uniforms | {"rays": count, "band_start": row})
+                yield "rays"
+            self._count = count
+
+    def _place(self) -> None:
+        """The trees of what the rasteriser has, where it has it now."""
+        buffers = self._raster.buffers
+        if self._trees is None or self._trees.buffers is not buffers:
+            if self._trees is not None:
+                self._trees.release()
+            self._trees = SceneTrees(self._ctx, buffers)
+        self._trees.place()
+
+    def _uniforms(self, view: SceneView, radii_m: tuple[float, float]) -> dict[str, object]:
+        world_from_camera = np.linalg.inv(view.world_to_camera)
+        return self._raster.shading_uniforms() | {
+            "world_from_camera": tuple(world_from_camera.T.ravel().tolist()),
+            "focal_px": view.focal_px,
+            "focus_dioptres": 1.0 / view.focus_m,
+            "depths_m": (view.near_m, view.far_m),
+            "lens_middle_m": view.offset_m,
+            "lens_radii_m": radii_m,
+            "pixel_middle_px": view.jitter_px,
+        }
+
+    def _add(self, out: moderngl.Texture, uniforms: dict[str, object]) -> None:
+        """One ray more for each pixel of a band, where it does not have as many already."""
+        assert self._trees is not None
+        rows = min(_band_rows(out.width), out.height)
+        self._program.dispatch(
+            (groups_for(out.width, _TILE), groups_for(rows, _TILE)),
+            textures={"maps_tx": self._raster.buffers.maps, "shadow_tx": self._raster.shadow_map},
+            images={"sum_img": self._pool.texture("sum", out.size, 4), "mean_img": out},
+            buffers=self._trees.storage,
+            uniforms=uniforms | {"top_root": self._trees.root, "is_first": self._count == 0},
+        )
+
+    def release(self) -> None:
+        """Give what lies on the GPU back, except what is the rasteriser's."""
+        if self._trees is not None:
+            self._trees.release()
+        self._program.release()
+
+
+def _band_rows(width: int) -> int:
+    return max(_RAYS_PER_STEP // (width * _TILE), 1) * _TILE
+
+
+class SceneTrees:
+    """The trees of a scene on the GPU, as lib/bvh.lib.glsl reads them.
+
+    buffers   the scene that they are of
+    root      where in the nodes the tree of the instances begins: behind those of the meshes
+    """
+
+    def __init__(self, ctx: moderngl.Context, buffers: SceneBuffers) -> None:
+        trees = mesh_trees(buffers.scene.meshes)
+        self.buffers, self.root, self._roots = buffers, len(trees.nodes), trees.roots
+        instances = len(buffers.scene.instances)
+        self._triangles = ctx.buffer(trees.triangles.tobytes() or bytes(16))
+        self._nodes = ctx.buffer(self._room(trees, instances).tobytes())
+        self._placed = ctx.buffer(reserve=8 * instances)
+
+    def _room(self, trees: MeshTrees, instances: int) -> NDArray[np.void]:
+        """With room for a tree whose leaves are one instance each: one node fewer in between."""
+        return np.concatenate([trees.nodes, np.zeros(2 * instances - 1, NODE)])
+
+    @property
+    def storage(self) -> dict[int, moderngl.Buffer]:
+        """The blocks of lib/scene.lib.glsl and lib/bvh.lib.glsl by binding."""
+        return self.buffers.storage | {
+            _VERTICES: self.buffers.vertices,
+            _TRIANGLES: self._triangles,
+            _NODES: self._nodes,
+            _PLACED: self._placed,
+        }
+
+    def place(self) -> None:
+        """Build the tree of the instances where they lie on the GPU now."""
+        instances = np.frombuffer(self.buffers.instances.read(), INSTANCE)
+        meshes = instances["numbers"][:, 1]
+        to_world = instances["to_world"].transpose(0, 2, 1).astype(np.float64)
+        tree = instance_tree(self.buffers.boxes_m[meshes], to_world)
+        nodes = tree.nodes.copy()
+        nodes["first"][nodes["count"] < 0] += self.root
+        self._nodes.write(nodes.tobytes(), offset=self.root * NODE.itemsize)
+        placed = np.stack([tree.order, self._roots[meshes[tree.order]]], axis=1)
+        self._placed.write(placed.astype(np.int32).tobytes())
+
+    def release(self) -> None:
+        """Give back what is not the scene's own."""
+        for held in (self._triangles, self._nodes, self._placed):
+            held.release()

@@ -1,0 +1,130 @@
+// Rays through the trees of scene_gpu/bvh.py: one over the instances, and below it one for each
+// mesh. The nearer child is taken first, so that what it hits spares the farther one.
+//
+// A ray is start + distance * along; `along` goes one metre deeper in the camera's axes, so that a
+// distance is a planar depth, before and after an instance has turned the ray into its own axes.
+//
+// After lib/scene.lib.glsl.
+
+struct Node { vec3 low; int first; vec3 high; int count; };  // NODE of bvh.py
+
+layout(std430, binding = 3) readonly buffer vertices_block { vec4 vertices[]; };
+layout(std430, binding = 4) readonly buffer triangles_block { uvec4 triangles[]; };
+layout(std430, binding = 5) readonly buffer nodes_block { Node nodes[]; };
+layout(std430, binding = 6) readonly buffer placed_block { ivec2 placed[]; };  // instance, root
+
+#define STACK 32  // more than DEPTH_MOST of bvh.py
+
+// What a ray met: an instance, -1 for nothing; a triangle, and the weights of its corners there.
+struct Hit { float distance; int instance; int triangle; vec3 weights; };
+
+vec3 position_of(uint vertex) { return vertices[2u * vertex].xyz; }
+
+vec2 uv_of(uint vertex) { return vec2(vertices[2u * vertex].w, vertices[2u * vertex + 1u].w); }
+
+vec3 normal_of(uint vertex) { return vertices[2u * vertex + 1u].xyz; }
+
+vec2 uv_at(int triangle, vec3 weights) {
+    uvec4 c = triangles[triangle];
+    return mat3x2(uv_of(c.x), uv_of(c.y), uv_of(c.z)) * weights;
+}
+
+// Slabs of Kay and Kajiya 1986; the factor is Ize 2013's, so that rounding loses no box.
+bool box_met(Node node, vec3 start, vec3 inverse, float nearest, float farthest) {
+    vec3 a = (node.low - start) * inverse, b = (node.high - start) * inverse;
+    vec3 in_at = min(a, b), out_at = max(a, b);
+    float entry = max(max(in_at.x, in_at.y), max(in_at.z, nearest));
+    float leave = min(min(out_at.x, out_at.y), out_at.z) * 1.0000004;
+    return entry <= min(leave, farthest);
+}
+
+// 1 / along, large instead of infinite: infinity times nothing would be no number.
+vec3 inverse_of(vec3 along) {
+    vec3 least = mix(vec3(1e-20), vec3(-1e-20), lessThan(along, vec3(0.0)));
+    return 1.0 / mix(along, least, lessThan(abs(along), vec3(1e-20)));
+}
+
+// The axes in an order that has the longest of `along` last.
+vec3 turned(vec3 v, int longest) {
+    return longest == 0 ? v.yzx : longest == 1 ? v.zxy : v;
+}
+
+struct Shear { int longest; vec3 by; };
+
+Shear shear_of(vec3 along) {
+    vec3 a = abs(along);
+    int longest = a.x > a.y && a.x > a.z ? 0 : a.y > a.z ? 1 : 2;
+    vec3 t = turned(along, longest);
+    return Shear(longest, vec3(t.xy, 1.0) / t.z);
+}
+
+vec3 sheared(vec3 corner, vec3 start, Shear shear) {
+    vec3 p = turned(corner - start, shear.longest);
+    return vec3(p.xy - shear.by.xy * p.z, shear.by.z * p.z);
+}
+
+// Woop, Benthin and Wald 2013: no ray slips through between two triangles that share an edge.
+// Gives the weights of the corners and the distance, which is -1 for a miss.
+vec4 triangle_met(uvec4 corners, vec3 start, Shear shear) {
+    vec3 a = sheared(position_of(corners.x), start, shear);
+    vec3 b = sheared(position_of(corners.y), start, shear);
+    vec3 c = sheared(position_of(corners.z), start, shear);
+    vec3 w = vec3(c.x * b.y - c.y * b.x, a.x * c.y - a.y * c.x, b.x * a.y - b.y * a.x);
+    float sum = w.x + w.y + w.z;
+    bool is_outside = any(lessThan(w, vec3(0.0))) && any(greaterThan(w, vec3(0.0)));
+    if (is_outside || sum == 0.0) return vec4(-1.0);
+    return vec4(w, dot(w, vec3(a.z, b.z, c.z))) / sum;
+}
+
+void meet_leaf(Node leaf, int instance, vec3 start, Shear shear, float nearest, inout Hit hit) {
+    uint material = instances[instance].numbers.x;
+    for (int i = leaf.first; i < leaf.first + leaf.count; ++i) {
+        vec4 met = triangle_met(triangles[i], start, shear);
+        if (met.w < nearest || met.w >= hit.distance) continue;
+        if (is_hole(material, uv_at(i, met.xyz))) continue;
+        hit = Hit(met.w, instance, i, met.xyz);
+    }
+}
+
+// The ray in an instance's own axes, through the tree of its mesh.
+void meet_mesh(ivec2 there, vec3 world_start, vec3 world_along, float nearest, inout Hit hit) {
+    mat4 to_object = instances[there.x].to_object;
+    if (to_object[3][3] == 0.0) return;  // scaled to nothing
+    vec3 start = (to_object * vec4(world_start, 1.0)).xyz;
+    vec3 along = mat3(to_object) * world_along, inverse = inverse_of(along);
+    Shear shear = shear_of(along);
+    int stack[STACK], used = 0, at = there.y;
+    while (true) {
+        Node node = nodes[at];
+        bool is_met = box_met(node, start, inverse, nearest, hit.distance);
+        if (is_met && node.count < 0) {
+            int upper = int(along[-1 - node.count] < 0.0);
+            at = node.first + upper;
+            stack[used++] = node.first + 1 - upper;
+            continue;
+        }
+        if (is_met) meet_leaf(node, there.x, start, shear, nearest, hit);
+        if (used == 0) return;
+        at = stack[--used];
+    }
+}
+
+// What a ray hits first between two distances; `root` is that of the tree of the instances.
+Hit first_hit(int root, vec3 start, vec3 along, float nearest, float farthest) {
+    Hit hit = Hit(farthest, -1, -1, vec3(0.0));
+    vec3 inverse = inverse_of(along);
+    int stack[STACK], used = 0, at = root;
+    while (true) {
+        Node node = nodes[at];
+        bool is_met = box_met(node, start, inverse, nearest, hit.distance);
+        if (is_met && node.count < 0) {
+            int upper = int(along[-1 - node.count] < 0.0);
+            at = node.first + upper;
+            stack[used++] = node.first + 1 - upper;
+            continue;
+        }
+        if (is_met) meet_mesh(placed[node.first], start, along, nearest, hit);
+        if (used == 0) return hit;
+        at = stack[--used];
+    }
+}

@@ -1,0 +1,15 @@
+// Four random numbers for four that count: pcg4d of Jarzynski and Olano 2020, "Hash Functions for
+// GPU Rendering". Neighbouring counts give numbers that have nothing to do with one another.
+
+uvec4 hashed(uvec4 v) {
+    v = v * 1664525u + 1013904223u;
+    v.x += v.y * v.w; v.y += v.z * v.x; v.z += v.x * v.y; v.w += v.y * v.z;
+    v ^= v >> 16u;
+    v.x += v.y * v.w; v.y += v.z * v.x; v.z += v.x * v.y; v.w += v.y * v.z;
+    return v;
+}
+
+// Each from 0 to just below 1: the 24 bits that a float holds.
+vec4 random4(uvec4 counts) {
+    return vec4(hashed(counts) >> 8u) * (1.0 / 16777216.0);
+}

@@ -1,0 +1,73 @@
+// Depth of field by tracing rays: each starts anywhere on the lens and goes through the point in
+// focus that its pixel sees. Cook, Porter and Carpenter 1984, without their time. Numbers are
+// independent from pixel to pixel and from ray to ray, so that what is left of an error is noise
+// whose size is known.
+//
+// Inputs
+//   the blocks of lib/scene.lib.glsl and lib/bvh.lib.glsl, the uniforms of lib/shading.lib.glsl
+// In and out
+//   sum_img    light of all rays so far, and in alpha their number
+// Outputs
+//   mean_img   rgb their mean, alpha 1
+
+#include "lib/scene.lib.glsl"
+#include "lib/shading.lib.glsl"
+#include "lib/bvh.lib.glsl"
+#include "lib/random.lib.glsl"
+
+layout(local_size_x = 8, local_size_y = 8) in;
+
+uniform mat4 world_from_camera;
+uniform float focal_px;
+uniform float focus_dioptres;   // 0 with focus at infinity
+uniform vec2 depths_m;          // nearest and farthest that are seen
+uniform vec2 lens_middle_m;
+uniform vec2 lens_radii_m;
+uniform vec2 pixel_middle_px;   // 0 for where it is
+uniform float pixel_side_px;    // of the square that a pixel's rays go through
+uniform int top_root;           // of the tree over the instances
+uniform int seed;
+uniform int rays;               // that a pixel is to have; one at a time is added
+uniform int band_start;         // first row
+uniform bool is_first;
+layout(rgba32f) uniform image2D sum_img;
+layout(rgba32f) writeonly uniform image2D mean_img;
+
+// Uniform over the ellipse.
+vec2 lens_point(vec2 u) {
+    float angle = 2.0 * PI * u.y;
+    return lens_middle_m + lens_radii_m * sqrt(u.x) * vec2(cos(angle), sin(angle));
+}
+
+vec3 light_at(Hit hit, vec3 to_eye) {
+    Instance there = instances[hit.instance];
+    uvec4 c = triangles[hit.triangle];
+    vec3 position = mat3(position_of(c.x), position_of(c.y), position_of(c.z)) * hit.weights;
+    vec3 normal = mat3(normal_of(c.x), normal_of(c.y), normal_of(c.z)) * hit.weights;
+    vec3 position_m = (there.to_world * vec4(position, 1.0)).xyz;
+    vec2 uv = uv_at(hit.triangle, hit.weights);
+    normal = normal * mat3(there.to_object);  // by the inverse transposed
+    return shaded(surface_of(there.numbers.x, position_m, normal, uv, to_eye), to_eye);
+}
+
+vec3 light_through(vec2 px, vec2 size, vec2 lens_m) {
+    vec2 slope = (px - 0.5 * size) / focal_px * vec2(1.0, -1.0) - lens_m * focus_dioptres;
+    vec3 along = mat3(world_from_camera) * vec3(slope, -1.0);
+    vec3 start = (world_from_camera * vec4(lens_m, 0.0, 1.0)).xyz;
+    Hit hit = first_hit(top_root, start, along, depths_m.x, depths_m.y);
+    vec3 direction = normalize(along);
+    return hit.instance < 0 ? sky(direction) : light_at(hit, -direction);
+}
+
+void main() {
+    ivec2 at = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, band_start), size = imageSize(sum_img);
+    if (any(greaterThanEqual(at, size))) return;
+    vec4 sum = is_first ? vec4(0.0) : imageLoad(sum_img, at);
+    if (sum.a < float(rays)) {
+        vec4 u = random4(uvec4(at, uint(sum.a), uint(seed)));
+        vec2 px = vec2(at) + 0.5 + pixel_middle_px + pixel_side_px * (u.xy - 0.5);
+        sum += vec4(light_through(px, vec2(size), lens_point(u.zw)), 1.0);
+        imageStore(sum_img, at, sum);
+    }
+    imageStore(mean_img, at, vec4(sum.rgb / sum.a, 1.0));
+}
