@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from typing import Any, NoReturn
 
 from heatlens import __version__
-from heatlens.commands import bench, camera, compare, export, info, render, shot, view
+from heatlens.commands import bench, camera, compare, export, info, render, shot, study, view
 from heatlens.errors import HeatlensError, InputError
 
 _EPILOG = """\
@@ -25,13 +25,14 @@ examples:
   heatlens camera shot.heatlens.json -o cam.usda
   heatlens info plate.exr
   heatlens compare out.exr truth.exr --min-psnr 30
+  heatlens study plate.exr --truth truth.exr -o report
   heatlens bench --bokeh disc --quality preview
 
 `heatlens COMMAND --help` explains each command.
 """
 
 
-_COMMANDS = ("view", "render", "export", "shot", "camera", "info", "compare", "bench")
+_COMMANDS = ("view", "render", "export", "shot", "camera", "info", "compare", "study", "bench")
 
 
 class _Parser(argparse.ArgumentParser):
@@ -59,7 +60,7 @@ def build_parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=f"heatlens {__version__}")
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
-    for command in (view, render, export, shot, camera, info, compare, bench):
+    for command in (view, render, export, shot, camera, info, compare, study, bench):
         command.register(commands)
     return parser
 

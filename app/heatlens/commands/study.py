@@ -1,0 +1,253 @@
+"""`heatlens study`: every way to blur one frame, seen and measured on one page."""
+
+import argparse
+import math
+import sys
+from pathlib import Path
+
+from heatlens.commands.lens_options import add_lens_options, lens_of
+from heatlens.commands.plate_options import add_plate_options, plate_options
+from heatlens.commands.scene_options import add_scene_options, check_no_scene_options, load_scene
+from heatlens.compare.pictures import Picture, read_picture
+from heatlens.defocus.solver_choice import settled_solver
+from heatlens.errors import InputError
+from heatlens.gpu.context import headless_context
+from heatlens.image.exr_read import read_plate
+from heatlens.model.lens import Lens
+from heatlens.model.settings import LAYERS_MAX, Bokeh, DefocusSettings, Method, Quality
+from heatlens.model.shot import Shot
+from heatlens.model.units import format_distance
+from heatlens.render import FrameRenderer
+from heatlens.scene.scene_source import is_scene_source
+from heatlens.study import reference as references
+from heatlens.study.crops import crop_boxes
+from heatlens.study.folder import checked_target, report_folder
+from heatlens.study.measured import check_measurable, cut, measure_all
+from heatlens.study.reference import Reference
+from heatlens.study.report import Report
+from heatlens.study.subject import Subject
+from heatlens.study.write import PAGE, write_report
+
+_TRUTH_VIEWS = 1024
+
+_DESCRIPTION = """\
+Blurs one frame by every method that heatlens has and writes a folder with a page, index.html: each
+method's picture, how far it is from the truth (PSNR, SSIM, FLIP) and where, its time on this
+machine, and the places at which the methods differ most, side by side.
+
+The truth is --truth, a finished picture of the same view. Without it, a scene is looked at from
+--views points of the lens; of a plate nobody knows the truth, and the methods are held against
+diffusion at film quality, which the page says. A report that stands in the folder is replaced.
+Needs: pip install 'heatlens[compare]'
+"""
+_EPILOG = """\
+examples:
+  heatlens study plate.exr --truth lens.exr -o report --f-stop 2 --focus-distance 2.24 \\
+      --focal-length 50 --sensor-width 36
+  heatlens study plate.exr -o report --f-stop 1.4 --focus-at 960,540
+  heatlens study plate.exr -o report --methods diffusion,gather,scatter --runs 1
+  heatlens study scene.glb -o report --size 960x540 --f-stop 2 --focus-distance 3 --views 4096
+  heatlens study demo -o report --frame 120
+"""
+
+
+def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    """Add `study` to the command line."""
+    parser = commands.add_parser(
+        "study",
+        help="compare every method on one frame, as a page",
+        description=_DESCRIPTION,
+        epilog=_EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument(
+        "plate",
+        type=Path,
+        help="EXR with colour and depth; or a scene: .glb, .gltf, .obj, .ply, .usd; or demo",
+    )
+    parser.add_argument(
+        "-o", "--output", type=Path, required=True, metavar="FOLDER", help="for the report"
+    )
+    _add_study_options(parser)
+    add_lens_options(parser)
+    _add_blur_options(parser)
+    add_plate_options(parser)
+    add_scene_options(parser)
+    parser.set_defaults(run=run)
+
+
+def _add_study_options(parser: argparse.ArgumentParser) -> None:
+    group = parser.add_argument_group("what is compared")
+    group.add_argument(
+        "--truth", type=Path, metavar="TRUTH.exr", help="the picture that a perfect lens makes"
+    )
+    group.add_argument(
+        "--views",
+        type=int,
+        default=_TRUTH_VIEWS,
+        metavar="N",
+        help="of a scene without --truth: points of the lens that the truth is seen from "
+        f"(default {_TRUTH_VIEWS})",
+    )
+    group.add_argument(
+        "--methods",
+        type=_methods,
+        metavar="A,B",
+        help="these alone, of " + ", ".join(Method) + " (default: all that the source allows)",
+    )
+    group.add_argument(
+        "--runs",
+        type=_count,
+        default=3,
+        metavar="N",
+        help="frames to take the median time of, after a warm-up (default 3); fewer of what is "
+        "slow",
+    )
+    group.add_argument(
+        "--gain",
+        type=_positive,
+        default=4.0,
+        metavar="G",
+        help="how many times brighter than it is a difference is drawn (default 4)",
+    )
+
+
+def _add_blur_options(parser: argparse.ArgumentParser) -> None:
+    """What diffusion has a choice of; the other methods have none."""
+    group = parser.add_argument_group("blur of diffusion")
+    group.add_argument("--bokeh", choices=list(map(str, Bokeh)), default="disc", help="as render")
+    group.add_argument(
+        "--quality", choices=list(map(str, Quality)), default="film", help="as render"
+    )
+    group.add_argument("--layers", type=int, metavar="N", help=f"as render, 1 to {LAYERS_MAX}")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Refuse early what cannot end well; render, measure, write."""
+    checked_target(args.output)
+    check_measurable()
+    truth = None if args.truth is None else read_picture(args.truth)
+    subject = _subject(args)
+    methods = _chosen(args, subject)
+    reference = _reference(args, subject, truth)
+    references.announce(reference, _say)
+    report = _report(args, subject, methods, reference)
+    with report_folder(args.output) as folder:
+        write_report(folder, report, _say)
+    print(args.output / PAGE)
+    return 0
+
+
+def _subject(args: argparse.Namespace) -> Subject:
+    """Plate or scene on the GPU, and the lens that the options describe."""
+    settings = DefocusSettings(Bokeh(args.bokeh), Quality(args.quality), args.layers)
+    is_scene = is_scene_source(str(args.plate))
+    if not is_scene:
+        check_no_scene_options(args)
+    plate = None if is_scene else read_plate(args.plate, plate_options(args))
+    ctx = headless_context()
+    renderer = FrameRenderer(ctx, settled_solver(ctx))
+    if plate is None:
+        shot, frame, said = load_scene(args, renderer, settings)
+        notes = renderer.scene.notes if renderer.scene else ()
+    else:
+        lens, said = lens_of(args, plate)
+        shot, frame, notes = Shot(lens, settings), 0, plate.notes
+        renderer.load(plate)
+    _say(*notes, "lens: " + ", ".join(said))
+    return Subject(args.plate.name, renderer, shot, frame)
+
+
+def _chosen(args: argparse.Namespace, subject: Subject) -> tuple[Method, ...]:
+    """The methods asked for. InputError for one that only a scene can have."""
+    if args.methods is None:
+        return subject.methods
+    missing = [method for method in args.methods if method not in subject.methods]
+    if missing:
+        raise InputError(
+            f"{args.plate} is a plate: {missing[0]} looks at a 3D scene. Leave it out of --methods."
+        )
+    return tuple(args.methods)
+
+
+def _reference(args: argparse.Namespace, subject: Subject, truth: Picture | None) -> Reference:
+    if truth is not None:
+        return references.from_file(subject, truth)
+    if subject.renderer.scene is None:
+        return references.from_diffusion(subject)
+    _say(f"the truth, from {args.views} points of the lens")
+    return references.from_views(subject, args.views)
+
+
+def _report(
+    args: argparse.Namespace, subject: Subject, methods: tuple[Method, ...], reference: Reference
+) -> Report:
+    measured = measure_all(subject, methods, reference, args.runs, _say)
+    pictures = [row.pixels for row in measured.rows]
+    return Report(
+        title=subject.name,
+        facts=_facts(subject, reference),
+        reference=reference,
+        sharp=cut(subject.plate.color, reference.region),
+        rows=measured.rows,
+        left_out=measured.left_out,
+        crops=tuple(crop_boxes(pictures, reference.pixels)),
+        gain=args.gain,
+        machine=subject.machine,
+    )
+
+
+def _facts(subject: Subject, reference: Reference) -> tuple[tuple[str, str], ...]:
+    """What the pictures have in common, for reading."""
+    region = reference.region
+    lens = "the plate brings its circle of confusion"
+    if subject.plate.coc_px is None:
+        lens = _lens_words(subject.shot.lens_at(subject.frame))
+    frame = [("Frame", f"{subject.frame}")] if subject.renderer.scene else []
+    return (
+        ("Lens", lens),
+        ("Size", f"{region.width} × {region.height} pixels"),
+        *frame,
+        ("Truth" if reference.is_truth else "Held against", reference.name),
+        ("Machine", subject.machine),
+    )
+
+
+def _lens_words(lens: Lens) -> str:
+    squeeze = "" if lens.squeeze == 1 else f", squeeze {lens.squeeze:g}"
+    return (
+        f"{lens.focal_length_mm:g} mm, f/{lens.f_stop:g}, focus "
+        f"{format_distance(lens.focus_distance_m)}, sensor {lens.sensor_width_mm:g} mm{squeeze}"
+    )
+
+
+def _methods(text: str) -> list[Method]:
+    """Names with commas between, each once; argparse turns the error into its own sentence."""
+    names = [name.strip() for name in text.split(",")]
+    unknown = [name for name in names if name not in list(map(str, Method))]
+    if unknown:
+        raise argparse.ArgumentTypeError(
+            f"{unknown[0]!r} is no method; there are {', '.join(Method)}"
+        )
+    return [Method(name) for name in dict.fromkeys(names)]
+
+
+def _count(text: str) -> int:
+    if not text.isdecimal() or int(text) < 1:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number from 1")
+    return int(text)
+
+
+def _positive(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not 0 < value < math.inf:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number above 0")
+    return value
+
+
+def _say(*sentences: str) -> None:
+    for sentence in sentences:
+        print(f"heatlens: {sentence}", file=sys.stderr, flush=True)

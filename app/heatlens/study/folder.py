@@ -1,0 +1,97 @@
+"""The folder of a report appears whole or not at all, and never in the place of another's work."""
+
+import json
+import os
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from heatlens.errors import InputError
+
+NUMBERS = "study.json"  # names every file of the report: by it a folder is known as one of ours
+_MARK = "heatlens_study"
+VERSION = 1
+
+
+@contextmanager
+def report_folder(path: str | os.PathLike[str]) -> Iterator[Path]:
+    """A folder to write into; it takes the place of `path` when the block ends well, else it goes.
+
+    An older report there stays until then. A link keeps pointing where it did. Raises InputError
+    where something else stands at `path`, or nothing can be written.
+    """
+    target = checked_target(path)
+    beside = target.with_name(f".{target.name}.{os.getpid()}.part")
+    try:
+        beside.mkdir()
+        yield beside
+        _exchange(beside, target)
+    except OSError as error:
+        raise InputError(f"{target} could not be written: {error}") from error
+    finally:
+        shutil.rmtree(beside, ignore_errors=True)
+
+
+def checked_target(path: str | os.PathLike[str]) -> Path:
+    """Where the folder will stand; asked early, before minutes are spent on what is refused."""
+    target = Path(os.path.realpath(path))
+    if not target.parent.is_dir():
+        raise InputError(f"{path}: there is no folder {target.parent} to make the report in.")
+    if not os.access(target.parent, os.W_OK):
+        raise InputError(f"{path}: nothing may be written in {target.parent}.")
+    if target.exists() and not target.is_dir():
+        raise InputError(f"{path} is a file: give the name of a folder for the report.")
+    if target.is_dir():
+        _check_is_ours(target)
+    return target
+
+
+def write_numbers(folder: Path, numbers: dict[str, Any], files: list[str]) -> None:
+    """The record of the report: what was measured, and every file that belongs to it."""
+    record = {_MARK: VERSION, **numbers, "files": sorted([*files, NUMBERS])}
+    text = json.dumps(record, indent=2, allow_nan=False)
+    (folder / NUMBERS).write_text(text + "\n", encoding="utf-8")
+
+
+def _check_is_ours(folder: Path) -> None:
+    """Empty, or nothing in it but what its own record names."""
+    try:
+        found = set(os.listdir(folder))
+    except OSError as error:
+        raise InputError(f"{folder} cannot be read: {error.strerror}.") from error
+    strange = sorted(found - _files_of(folder))
+    if strange:
+        raise InputError(
+            f"{folder} holds what no report of heatlens wrote ({', '.join(strange[:3])}"
+            f"{', ...' if len(strange) > 3 else ''}); give another folder or empty this one."
+        )
+
+
+def _files_of(folder: Path) -> set[str]:
+    """The names in the record of a report; none where there is no such record."""
+    try:
+        record = json.loads((folder / NUMBERS).read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError):
+        return set()
+    if not isinstance(record, dict) or _MARK not in record:
+        return set()
+    files = record.get("files")
+    return {name for name in files if isinstance(name, str)} if isinstance(files, list) else set()
+
+
+def _exchange(beside: Path, target: Path) -> None:
+    """The new folder for the old one, which comes back if that fails."""
+    if not target.exists():
+        os.rename(beside, target)
+        return
+    _check_is_ours(target)  # minutes have passed since it was looked at
+    old = beside.with_suffix(".old")
+    try:
+        os.rename(target, old)
+        os.rename(beside, target)
+    finally:
+        if old.exists() and not target.exists():
+            os.rename(old, target)
+    shutil.rmtree(old, ignore_errors=True)
