@@ -11,9 +11,9 @@ import moderngl
 
 from heatlens.gpu.program import ComputeProgram, groups_for
 from heatlens.gpu.textures import TexturePool
+from heatlens.scene.scene_view import SceneView
 from heatlens.scene_gpu.lens_samples import lens_samples
 from heatlens.scene_gpu.raster import SceneRaster
-from heatlens.scene.scene_view import SceneView
 
 _TILE = 16
 
