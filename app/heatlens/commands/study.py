@@ -3,8 +3,10 @@
 import argparse
 import math
 import sys
+from dataclasses import replace
 from pathlib import Path
 
+from heatlens.commands.layer_progress import view_progress
 from heatlens.commands.lens_options import add_lens_options, lens_of
 from heatlens.commands.plate_options import add_plate_options, plate_options
 from heatlens.commands.scene_options import add_scene_options, check_no_scene_options, load_scene
@@ -176,7 +178,9 @@ def _reference(args: argparse.Namespace, subject: Subject, truth: Picture | None
     if subject.renderer.scene is None:
         return references.from_diffusion(subject)
     _say(f"the truth, from {args.views} points of the lens")
-    return references.from_views(subject, args.views)
+    settings = references.truth_settings(subject, args.views)
+    with view_progress(replace(subject.shot, defocus=settings)) as tell:
+        return references.from_views(subject, args.views, tell)
 
 
 def _report(

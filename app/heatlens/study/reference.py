@@ -40,17 +40,22 @@ def from_file(subject: Subject, truth: Picture) -> Reference:
     return Reference(_finite(truth.over(shared)), region, truth.path.name, is_truth=True)
 
 
-def from_views(subject: Subject, views: int) -> Reference:
-    """A scene seen from `views` points of the lens: right but for the noise of so many."""
-    settings = replace(subject.settings(Method.ACCUMULATION), views=views)
+def truth_settings(subject: Subject, views: int) -> DefocusSettings:
+    """A scene seen from `views` points of the lens. Raises InputError for more than there are."""
+    return replace(subject.settings(Method.ACCUMULATION), views=views)
+
+
+def from_views(subject: Subject, views: int, tell: Callable[[str], None]) -> Reference:
+    """The truth of a scene: right but for the noise of so many; `tell` hears of each step."""
+    settings = truth_settings(subject, views)
     name = f"the scene seen from {views} points of the lens"
-    return _rendered(subject, settings, name, is_truth=True)
+    return _rendered(subject.pixels(settings, tell), name, is_truth=True)
 
 
 def from_diffusion(subject: Subject) -> Reference:
     """The best that heatlens makes of a plate. It is no truth."""
     settings = DefocusSettings(bokeh=Bokeh.DISC, quality=Quality.FILM, method=Method.DIFFUSION)
-    return _rendered(subject, settings, "diffusion, film", is_truth=False)
+    return _rendered(subject.pixels(settings), "diffusion, film", is_truth=False)
 
 
 def announce(reference: Reference, say: Callable[[str], None]) -> None:
@@ -64,10 +69,9 @@ def announce(reference: Reference, say: Callable[[str], None]) -> None:
         )
 
 
-def _rendered(subject: Subject, settings: DefocusSettings, name: str, is_truth: bool) -> Reference:
-    pixels = _finite(subject.pixels(settings)[..., :3])
-    height, width = pixels.shape[:2]
-    return Reference(pixels, Box(0, 0, width, height), name, is_truth)
+def _rendered(rgba: FloatImage, name: str, is_truth: bool) -> Reference:
+    height, width = rgba.shape[:2]
+    return Reference(_finite(rgba[..., :3]), Box(0, 0, width, height), name, is_truth)
 
 
 def _finite(rgb: FloatImage) -> FloatImage:

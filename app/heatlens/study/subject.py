@@ -1,7 +1,9 @@
 """What is studied: one frame of a plate or a scene, through one lens, blurred in many ways."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
+from heatlens.gpu.textures import download
 from heatlens.image.plate import FloatImage, Plate
 from heatlens.model.settings import DefocusSettings, Method
 from heatlens.model.shot import Shot
@@ -41,9 +43,16 @@ class Subject:
         """Those of the shot, for another method."""
         return replace(self.shot.defocus, method=method)
 
-    def pixels(self, settings: DefocusSettings) -> FloatImage:
-        """The picture, (H, W, 4) float32, premultiplied."""
-        return self.renderer.pixels(replace(self.shot, defocus=settings), self.frame)
+    def pixels(
+        self, settings: DefocusSettings, tell: Callable[[str], None] = lambda _: None
+    ) -> FloatImage:
+        """The picture, (H, W, 4) float32, premultiplied; `tell` hears of each step of it."""
+        steps = self.renderer.steps(replace(self.shot, defocus=settings), self.frame)
+        while True:
+            try:
+                tell(next(steps))
+            except StopIteration as end:
+                return download(end.value)
 
     def draw(self, settings: DefocusSettings) -> None:
         """Issue the picture; the GPU may still be at it."""
