@@ -1,6 +1,6 @@
 // The light that leaves a surface, and the sky: the same for the rasteriser and the ray tracer, the
 // sun's shadow from one map for both. A comparison of the two is of their lenses, not their light.
-// After lib/scene.lib.glsl. Uniforms: SceneRaster.shading_uniforms(); textures: maps_tx, shadow_tx.
+// Include lib/scene.lib.glsl first. Uniforms: SceneRaster.shading_uniforms(); textures: maps_tx, shadow_tx.
 
 uniform sampler2DShadow shadow_tx;
 uniform mat4 shadow_from_world;  // to 0..1 in all three axes
@@ -90,5 +90,5 @@ vec3 shaded(Surface s, vec3 to_eye) {
     if (dot(s.normal, to_sun) > 0.0 && max(sun_light.r, max(sun_light.g, sun_light.b)) > 0.0)
         light += sun_light * sun_share(s.position_m, s.normal) * reflected(s, to_eye, to_sun);
     for (uint i = 0u; i < light_count.x; ++i) light += from_light(lights[i], s, to_eye);
-    return clamp(light, 0.0, MOST_LIGHT);
+    return clamp(mix(light, vec3(0.0), isnan(light)), 0.0, MOST_LIGHT);
 }

@@ -108,11 +108,19 @@ def groups_for(size: int, per_group: int) -> int:
 
 
 class DrawProgram:
-    """`name`.vert.glsl and `name`.frag.glsl, with their inputs named in one call."""
+    """`name`.vert.glsl and a .frag.glsl, with their inputs named in one call."""
 
-    def __init__(self, ctx: moderngl.Context, name: str) -> None:
+    def __init__(
+        self,
+        ctx: moderngl.Context,
+        name: str,
+        fragment: str | None = None,
+        defines: Mapping[str, object] | None = None,
+    ) -> None:
+        """`fragment` names the other shader where it is not called as the first is."""
         folder = data_dir("shaders")
-        stages = [assemble(folder, f"{name}.{stage}.glsl") for stage in ("vert", "frag")]
+        files = f"{name}.vert.glsl", f"{fragment or name}.frag.glsl"
+        stages = [assemble(folder, file, defines) for file in files]
         self._ctx = ctx
         try:
             self._program = ctx.program(
@@ -120,21 +128,35 @@ class DrawProgram:
             )
         except moderngl.Error as error:
             log = stages["fragment_shader" in str(error)].explained(str(error))
-            raise ShaderError(f"{name}: {log}") from error
+            raise ShaderError(f"{fragment or name}: {log}") from error
         samplers = [n for n in self._program if n.endswith("_tx")]
         self._units = _give_units(self._program, samplers)
 
     def vertex_array(
-        self, layout: Sequence[tuple[moderngl.Buffer, str, *tuple[str, ...]]]
+        self,
+        layout: Sequence[tuple[moderngl.Buffer, str, *tuple[str, ...]]],
+        index: moderngl.Buffer | None = None,
     ) -> moderngl.VertexArray:
-        """What is drawn: buffers and the attributes they hold."""
-        return self._ctx.vertex_array(self._program, list(layout))
+        """What is drawn: buffers and the attributes they hold, those not used left out."""
+        return self._ctx.vertex_array(self._program, list(layout), index, skip_errors=True)
 
-    def bind(self, *, textures: Mapping[str, Image], uniforms: Mapping[str, object]) -> None:
+    def bind(
+        self,
+        *,
+        textures: Mapping[str, Image] | None = None,
+        uniforms: Mapping[str, object] | None = None,
+        buffers: Mapping[int, moderngl.Buffer] | None = None,
+    ) -> None:
         """Set what the next draw reads; unused names may be passed all the same."""
-        for name, texture in textures.items():
+        for name, texture in (textures or {}).items():
             if name in self._units:
                 texture.use(self._units[name])
-        for name, value in uniforms.items():
+        for binding, buffer in (buffers or {}).items():
+            buffer.bind_to_storage_buffer(binding)
+        for name, value in (uniforms or {}).items():
             if name in self._program:
                 self._program[name] = value
+
+    def release(self) -> None:
+        """Give the program back to OpenGL."""
+        self._program.release()

@@ -75,14 +75,14 @@ class SceneBuffers:
         records["numbers"][:, 2] = self.order
         self.instances.write(records.tobytes())
 
-    def bounds_m(self, transforms: Array) -> Array:
-        """(2, 3) of everything, with the instances at (N, 4, 4)."""
+    def corners_m(self, transforms: Array) -> Array:
+        """(N, 8, 3): the boxes around the meshes of instances at (N, 4, 4), in the world."""
         picks = np.indices((2, 2, 2)).reshape(3, 8).T
         low, high = self.boxes_m[self._meshes, :1], self.boxes_m[self._meshes, 1:]
-        corners = np.where(picks == 0, low, high)  # (N, 8, 3)
+        corners = np.where(picks == 0, low, high)
         matrices = transforms[self.order]
-        points = corners @ matrices[:, :3, :3].transpose(0, 2, 1) + matrices[:, None, :3, 3]
-        return np.stack([points.min(axis=(0, 1)), points.max(axis=(0, 1))])
+        turned = corners @ matrices[:, :3, :3].transpose(0, 2, 1)
+        return np.asarray(turned + matrices[:, None, :3, 3])
 
     def release(self) -> None:
         """Give everything back to OpenGL."""

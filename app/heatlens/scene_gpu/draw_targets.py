@@ -1,0 +1,85 @@
+"""Framebuffers with a depth buffer, kept for the textures that are drawn into."""
+
+from dataclasses import dataclass
+
+import moderngl
+
+from heatlens.gpu.textures import Storage
+
+_MOST_KEPT = 6
+
+
+@dataclass(frozen=True, eq=False)
+class Target:
+    """A framebuffer and the depth buffer that was made for it."""
+
+    framebuffer: moderngl.Framebuffer
+    depth: moderngl.Renderbuffer
+
+    def release(self) -> None:
+        """Give both back; not while it is bound."""
+        self.framebuffer.release()
+        self.depth.release()
+
+
+class DrawTargets:
+    """Targets by texture, the latest few; and one of several samples a pixel."""
+
+    def __init__(self, ctx: moderngl.Context) -> None:
+        self._ctx = ctx
+        self._kept: list[tuple[moderngl.Texture, Target]] = []
+        self._many: tuple[tuple[object, ...], Target, moderngl.Renderbuffer] | None = None
+        # Bound when the others go: moderngl would bind the window's, and there may be none.
+        self._rest = ctx.simple_framebuffer((1, 1))
+
+    def of(self, texture: moderngl.Texture) -> moderngl.Framebuffer:
+        """To draw into `texture`."""
+        for place, (held, target) in enumerate(self._kept):
+            if held is texture:
+                self._kept.append(self._kept.pop(place))
+                return target.framebuffer
+        self._let_go(_MOST_KEPT - 1)
+        depth = self._ctx.depth_renderbuffer(texture.size)
+        target = Target(self._ctx.framebuffer([texture], depth), depth)
+        self._kept.append((texture, target))
+        return target.framebuffer
+
+    def multisampled(
+        self, size: tuple[int, int], samples: int, storage: Storage
+    ) -> moderngl.Framebuffer:
+        """RGBA with `samples` a pixel, kept until another size is asked for."""
+        key = (size, samples, storage)
+        if self._many is None or self._many[0] != key:
+            self._let_go_many()
+            color = self._ctx.renderbuffer(size, 4, samples=samples, dtype=storage)
+            depth = self._ctx.depth_renderbuffer(size, samples=samples)
+            self._many = key, Target(self._ctx.framebuffer([color], depth), depth), color
+        return self._many[1].framebuffer
+
+    def _let_go(self, most: int) -> None:
+        """All but the latest `most`, and those whose texture is gone."""
+        kept = [entry for entry in self._kept if not _is_released(entry[0])]
+        kept = kept[len(kept) - most :] if len(kept) > most else kept
+        gone = [entry[1] for entry in self._kept if all(entry is not other for other in kept)]
+        self._kept = kept
+        if gone:
+            self._rest.use()
+        for target in gone:
+            target.release()
+
+    def _let_go_many(self) -> None:
+        if self._many is not None:
+            self._rest.use()
+            self._many[1].release()
+            self._many[2].release()
+            self._many = None
+
+    def release(self) -> None:
+        """Give everything back but the one that stays bound."""
+        self._let_go(0)
+        self._let_go_many()
+        self._rest.use()
+
+
+def _is_released(texture: moderngl.Texture) -> bool:
+    return isinstance(texture.mglo, moderngl.InvalidObject)

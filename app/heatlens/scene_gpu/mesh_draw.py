@@ -1,0 +1,39 @@
+"""All instances of a scene in one call, with a fragment shader of choice."""
+
+from collections.abc import Mapping
+
+import moderngl
+
+from heatlens.gpu.program import DrawProgram, Image
+from heatlens.scene_gpu.scene_buffers import SceneBuffers
+
+_VERTEX = ("3f 1f 3f 1f", "in_position", "in_u", "in_normal", "in_v")
+_INSTANCE = ("16f 16f 4u/i", "in_to_world", "in_to_object", "in_numbers")
+
+
+class MeshDraw:
+    """scene_mesh.vert.glsl with `fragment`.frag.glsl."""
+
+    def __init__(self, ctx: moderngl.Context, buffers: SceneBuffers, fragment: str) -> None:
+        defines = {"HOLES": 1} if buffers.has_holes else {}
+        self._program = DrawProgram(ctx, "scene_mesh", fragment, defines)
+        self._buffers = buffers
+        self._array = self._program.vertex_array(
+            [(buffers.vertices, *_VERTEX), (buffers.instances, *_INSTANCE)], buffers.triangles
+        )
+
+    def __call__(
+        self,
+        uniforms: Mapping[str, object],
+        textures: Mapping[str, Image] | None = None,
+    ) -> None:
+        """Draw into what is bound; `maps_tx` is the scene's."""
+        buffers = self._buffers
+        given = {"maps_tx": buffers.maps} | dict(textures or {})
+        self._program.bind(textures=given, uniforms=uniforms, buffers=buffers.storage)
+        self._array.render_indirect(buffers.commands, moderngl.TRIANGLES, buffers.command_count)
+
+    def release(self) -> None:
+        """Give the program and its array back; the buffers are another's."""
+        self._array.release()
+        self._program.release()

@@ -1,0 +1,206 @@
+"""A scene drawn by triangles: through one point of the lens, or as a pinhole with its depth.
+
+First the depth of all triangles, then the light of those that are seen: each pixel is shaded once.
+"""
+
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+
+import moderngl
+import numpy as np
+
+from heatlens.gpu.program import DrawProgram
+from heatlens.gpu.textures import TexturePool
+from heatlens.scene.scene import Array, Daylight, Scene
+from heatlens.scene.scene_view import SceneView
+from heatlens.scene_gpu.draw_targets import DrawTargets
+from heatlens.scene_gpu.mesh_draw import MeshDraw
+from heatlens.scene_gpu.scene_buffers import SceneBuffers
+from heatlens.scene_gpu.shadow_pass import ShadowPass
+from heatlens.scene_gpu.sky_light import diffuse_polynomial
+
+_SAMPLES = 4
+_PLASTIC = 1.32471795724474602596  # x^3 = x + 1: the plane's golden ratio; Roberts 2018
+
+
+class SceneRaster:
+    """Holds one scene on the GPU and draws it."""
+
+    def __init__(self, ctx: moderngl.Context) -> None:
+        self._ctx = ctx
+        self._targets = DrawTargets(ctx)
+        self._pool = TexturePool(ctx)
+        self._shadow = ShadowPass(ctx)
+        self._sky = DrawProgram(ctx, "scene_sky")
+        self._sky_array = self._sky.vertex_array([])
+        self._add = DrawProgram(ctx, "scene_add")
+        self._add_array = self._add.vertex_array([])
+        self._draws: dict[str, MeshDraw] = {}
+        self._buffers: SceneBuffers | None = None
+        self._placed: Array | None = None
+        self._samples = _SAMPLES if ctx.max_samples >= _SAMPLES else 1
+
+    @property
+    def buffers(self) -> SceneBuffers:
+        """The scene on the GPU; there has to be one."""
+        assert self._buffers is not None
+        return self._buffers
+
+    @property
+    def shadow_map(self) -> moderngl.Texture:
+        """`shadow_tx` of lib/shading.lib.glsl."""
+        return self._shadow.map
+
+    def load(self, scene: Scene) -> None:
+        """Take a scene in the place of the one before; its things stand nowhere until `place`."""
+        self._let_go()
+        self._buffers = SceneBuffers(self._ctx, scene)
+        names = ("cover", "surface", "depth")
+        self._draws = {n: MeshDraw(self._ctx, self._buffers, f"scene_{n}") for n in names}
+        self._sky_light = diffuse_polynomial(scene.daylight)
+
+    def place(self, frame: float) -> None:
+        """Put everything where it is at a frame, and its shadow; nothing where nothing moved."""
+        scene = self.buffers.scene
+        if self._placed is not None and scene.motion is None:
+            return
+        transforms = scene.transforms_at(frame)
+        if self._placed is not None and np.array_equal(transforms, self._placed):
+            return
+        self._placed = np.array(transforms)
+        self.buffers.place(transforms)
+        if max(scene.daylight.sun) > 0:
+            corners = self.buffers.corners_m(transforms).reshape(-1, 3)
+            self._shadow.draw(self._draws["cover"], corners, sun_direction(scene.daylight))
+
+    def shading_uniforms(self) -> dict[str, object]:
+        """Those of lib/shading.lib.glsl; its textures are `buffers.maps` and `shadow_map`."""
+        daylight = self.buffers.scene.daylight
+        return {
+            "to_sun": tuple(sun_direction(daylight)),
+            "sun_light": daylight.sun,
+            "sky_zenith": daylight.zenith,
+            "sky_horizon": daylight.horizon,
+            "sky_ground": daylight.ground,
+            "sky_light": [tuple(row) for row in self._sky_light],
+            "shadow_from_world": columns(self._shadow.from_world),
+            "shadow_texel_m": self._shadow.texel_m,
+        }
+
+    def draw(self, view: SceneView, color: moderngl.Texture) -> None:
+        """One sample a pixel, at the view's jitter, into RGBA `color`; alpha is 1."""
+        self._draw_into(self._targets.of(color), view)
+
+    def pinhole(
+        self, view: SceneView, color: moderngl.Texture, depth: moderngl.Texture, passes: int
+    ) -> Iterator[str]:
+        """Antialiased `color` from `passes` views, and `depth`, R float32, at pixels' middles.
+
+        Yields a name after each part of the work. Depth is planar metres, +inf for the sky.
+        """
+        still = replace(view, offset_m=(0.0, 0.0), jitter_px=(0.0, 0.0))
+        total = self._pool.texture("sum of views", view.size, 4)
+        for number, jitter in enumerate(view_jitters(passes, self._samples)):
+            drawn = self._antialiased(replace(still, jitter_px=jitter))
+            self._put(drawn, total, 1 / passes, is_first=number == 0)
+            yield "pinhole"
+        self._put(total, color, 1.0, is_first=True)
+        self._draw_depth(still, depth)
+        yield "pinhole"
+
+    def _antialiased(self, view: SceneView) -> moderngl.Texture:
+        """A view with as many samples a pixel as there can be."""
+        drawn = self._pool.texture("one view", view.size, 4)
+        if self._samples == 1:
+            self.draw(view, drawn)
+            return drawn
+        many = self._targets.multisampled(view.size, self._samples, "f4")
+        self._draw_into(many, view)
+        self._ctx.copy_framebuffer(self._targets.of(drawn), many)
+        return drawn
+
+    def _draw_into(self, target: moderngl.Framebuffer, view: SceneView) -> None:
+        uniforms = self.shading_uniforms() | view_uniforms(view)
+        textures = {"shadow_tx": self._shadow.map}
+        target.use()
+        target.clear()
+        self._ctx.enable_only(moderngl.DEPTH_TEST)
+        target.color_mask = (False,) * 4
+        self._draws["cover"](uniforms)
+        target.color_mask = (True,) * 4
+        target.depth_mask = False
+        self._ctx.depth_func = "=="
+        self._draws["surface"](uniforms, textures)
+        self._ctx.depth_func = "<="
+        self._sky.bind(textures=textures, uniforms=uniforms)
+        self._sky_array.render(moderngl.TRIANGLES, 3)
+        target.depth_mask = True
+        self._ctx.depth_func = "<"
+        self._ctx.enable_only(moderngl.NOTHING)
+
+    def _draw_depth(self, view: SceneView, depth: moderngl.Texture) -> None:
+        target = self._targets.of(depth)
+        target.use()
+        target.clear(red=math.inf)
+        self._ctx.enable_only(moderngl.DEPTH_TEST)
+        self._draws["depth"](view_uniforms(view))
+        self._ctx.enable_only(moderngl.NOTHING)
+
+    def _put(
+        self, picture: moderngl.Texture, target: moderngl.Texture, share: float, is_first: bool
+    ) -> None:
+        """`share` of a picture over or, after the first, onto what is in `target`."""
+        self._targets.of(target).use()
+        self._ctx.enable_only(moderngl.NOTHING if is_first else moderngl.BLEND)
+        self._ctx.blend_func = moderngl.ONE, moderngl.ONE
+        self._add.bind(textures={"picture_tx": picture}, uniforms={"share": share})
+        self._add_array.render(moderngl.TRIANGLES, 3)
+        self._ctx.enable_only(moderngl.NOTHING)
+
+    def _let_go(self) -> None:
+        for draw in self._draws.values():
+            draw.release()
+        if self._buffers is not None:
+            self._buffers.release()
+        self._draws, self._buffers, self._placed = {}, None, None
+
+    def release(self) -> None:
+        """Give everything back to OpenGL."""
+        self._let_go()
+        self._targets.release()
+        self._shadow.release()
+        self._sky.release()
+        self._add.release()
+
+
+def columns(matrix: Array) -> tuple[float, ...]:
+    """A matrix as GLSL takes it: column by column."""
+    return tuple(map(float, matrix.T.ravel()))
+
+
+def sun_direction(daylight: Daylight) -> Array:
+    """(3,) unit, towards the sun; straight up where none is said."""
+    length = float(np.linalg.norm(daylight.to_sun))
+    return np.divide(daylight.to_sun, length) if length > 1e-12 else np.array([0.0, 1.0, 0.0])
+
+
+def view_uniforms(view: SceneView) -> dict[str, object]:
+    """What the vertex and sky shaders know of a view."""
+    clip = view.clip_from_world
+    return {
+        "clip_from_world": columns(clip),
+        "world_from_screen": columns(np.asarray(np.linalg.inv(clip[[0, 1, 3], :3]), np.float64)),
+        "eye_m": tuple(map(float, view.eye_m)),
+    }
+
+
+def view_jitters(count: int, samples: int) -> list[tuple[float, float]]:
+    """(x, y) in pixels for `count` views of `samples` a pixel, well spread; the first is 0.
+
+    Four samples stand one in each row and column of a quarter pixel; they move as far as that.
+    """
+    reach = 1.0 if samples == 1 else 1 / samples
+    steps = 1 / _PLASTIC, 1 / _PLASTIC**2
+    jitters = (((0.5 + i * step) % 1 - 0.5 for step in steps) for i in range(count))
+    return [(reach * x, reach * y) for x, y in jitters]

@@ -1,0 +1,62 @@
+"""What the sun sees: one depth map that holds the whole scene."""
+
+import moderngl
+import numpy as np
+
+from heatlens.scene.scene import Array
+from heatlens.scene_gpu.mesh_draw import MeshDraw
+
+SIDE_PX = 2048
+_BORDER_PX = 2  # empty texels around, so that the map's edge throws no shadow
+
+
+class ShadowPass:
+    """`map` compares depths and blends four texels, as sampler2DShadow reads it.
+
+    from_world  (4, 4) to 0..1 in all three axes
+    texel_m     how wide a texel is in the world
+    """
+
+    def __init__(self, ctx: moderngl.Context) -> None:
+        self._ctx = ctx
+        self.map = ctx.depth_texture((SIDE_PX, SIDE_PX))
+        self.map.compare_func = "<="
+        self.map.filter = (moderngl.LINEAR, moderngl.LINEAR)
+        self.map.repeat_x = self.map.repeat_y = False
+        self._target = ctx.framebuffer(depth_attachment=self.map)
+        self.from_world = np.eye(4)
+        self.texel_m = 0.0
+
+    def draw(self, cover: MeshDraw, corners_m: Array, to_sun: Array) -> None:
+        """Draw a scene whose boxes have `corners_m` (N, 3), lit from `to_sun`, unit."""
+        clip, self.texel_m = sun_view(corners_m, to_sun)
+        half = np.diag([0.5, 0.5, 0.5, 1.0])
+        half[:3, 3] = 0.5
+        self.from_world = half @ clip
+        self._target.use()
+        self._target.clear()
+        self._ctx.enable_only(moderngl.DEPTH_TEST)
+        cover({"clip_from_world": tuple(clip.T.ravel())})
+        self._ctx.enable_only(moderngl.NOTHING)
+
+    def release(self) -> None:
+        """Give the map back; its framebuffer must not be bound."""
+        self._target.release()
+        self.map.release()
+
+
+def sun_view(corners_m: Array, to_sun: Array) -> tuple[Array, float]:
+    """(4, 4) from the world to the sun's clip space that just holds the corners; a texel, m."""
+    aside = np.eye(3)[int(np.argmin(np.abs(to_sun)))]
+    right = np.cross(aside, to_sun)
+    right /= np.linalg.norm(right)
+    axes = np.stack([right, np.cross(to_sun, right), -to_sun])
+    points = corners_m @ axes.T
+    low, high = points.min(axis=0), points.max(axis=0)
+    middle = (low + high) / 2
+    half = np.maximum((high - low) / 2, 1e-6 + 1e-4 * float((high - low).max()))
+    half *= 1 + 2 * _BORDER_PX / SIDE_PX
+    clip = np.eye(4)
+    clip[:3, :3] = axes / half[:, None]
+    clip[:3, 3] = -middle / half
+    return clip, float(2 * half[:2].max() / SIDE_PX)

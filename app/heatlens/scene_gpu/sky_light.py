@@ -1,0 +1,34 @@
+"""The sky's light as lib/shading.lib.glsl has it, and what of it a matt surface gets."""
+
+import numpy as np
+
+from heatlens.scene.scene import Array, Daylight
+
+_GROUND_BAND = 0.1  # as in the shader
+_PARTS = 4096
+
+
+def sky_radiance(daylight: Daylight, y: Array) -> Array:
+    """(..., 3) in directions (...,) whose height is `y`, -1 to 1; the same all around."""
+    up = np.maximum(y, 0.0)[..., None]
+    high = up * (2 - up)
+    above = (1 - high) * np.array(daylight.horizon) + high * np.array(daylight.zenith)
+    t = np.clip((y[..., None] + _GROUND_BAND) / _GROUND_BAND, 0, 1)
+    above_share = t * t * (3 - 2 * t)
+    return np.asarray((1 - above_share) * np.array(daylight.ground) + above_share * above)
+
+
+def diffuse_polynomial(daylight: Daylight) -> Array:
+    """(3, 3): a, b, c of the cosine-weighted mean a + b y + c y^2 for a normal of height y.
+
+    The first three zonal harmonics, exact for an even sky; Ramamoorthi and Hanrahan 2001 have the
+    rest at about a hundredth.
+    """
+    y = (np.arange(_PARTS) + 0.5) * 2 / _PARTS - 1
+    sky = sky_radiance(daylight, y)
+    legendre = np.stack([np.ones_like(y), y, 1.5 * y * y - 0.5])
+    even, first, second = (
+        (2 * order + 1) / 2 * (2 / _PARTS) * (legendre[order] @ sky) for order in range(3)
+    )
+    # Weights 1, 2/3 and 1/4 of the cosine lobe, the second polynomial taken apart.
+    return np.stack([even - second / 8, 2 / 3 * first, 3 / 8 * second])

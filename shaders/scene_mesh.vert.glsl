@@ -1,0 +1,27 @@
+// A corner of an instance's mesh. `invariant`: what lies on the depth of the first draw is found
+// again by the second one.
+
+in vec3 in_position;
+in float in_u;
+in vec3 in_normal;
+in float in_v;
+in mat4 in_to_world;   // of the instance
+in mat4 in_to_object;
+in uvec4 in_numbers;   // material first
+
+uniform mat4 clip_from_world;
+
+invariant gl_Position;
+out vec3 position_m;
+out vec3 normal;
+out vec2 uv;
+flat out uint material;
+
+void main() {
+    vec4 world = in_to_world * vec4(in_position, 1.0);
+    position_m = world.xyz;
+    normal = in_normal * mat3(in_to_object);
+    uv = vec2(in_u, in_v);
+    material = in_numbers.x;
+    gl_Position = clip_from_world * world;
+}

@@ -1,0 +1,13 @@
+// The sky, where nothing stands in front of it.
+
+#include "lib/scene.lib.glsl"
+#include "lib/shading.lib.glsl"
+
+in vec3 direction;
+
+out vec4 color;
+
+void main() {
+    vec3 light = sky(unit_or(direction, vec3(0.0, 1.0, 0.0)));
+    color = vec4(clamp(light, 0.0, MOST_LIGHT), 1.0);
+}

@@ -1,0 +1,11 @@
+// A triangle over the whole picture, as far away as there is anything.
+
+uniform mat3 world_from_screen;  // x, y in -1..1 and 1 to the direction that is seen there
+
+out vec3 direction;
+
+void main() {
+    vec2 at = vec2(gl_VertexID % 2, gl_VertexID / 2) * 4.0 - 1.0;
+    direction = world_from_screen * vec3(at, 1.0);
+    gl_Position = vec4(at, 1.0, 1.0);
+}

@@ -1,0 +1,20 @@
+// The light of what scene_cover has left to be seen: each pixel is shaded once.
+
+layout(early_fragment_tests) in;
+
+#include "lib/scene.lib.glsl"
+#include "lib/shading.lib.glsl"
+
+in vec3 position_m;
+in vec3 normal;
+in vec2 uv;
+flat in uint material;
+
+uniform vec3 eye_m;
+
+out vec4 color;
+
+void main() {
+    vec3 to_eye = unit_or(eye_m - position_m, vec3(0.0, 1.0, 0.0));
+    color = vec4(shaded(surface_of(material, position_m, normal, uv, to_eye), to_eye), 1.0);
+}
