@@ -12,7 +12,7 @@ from heatlens.image.sequence_names import frames_text
 from heatlens.image.shot_file import read_shot, shot_to_json
 from heatlens.model.coc import far_limit_m, near_limit_m
 from heatlens.model.lens import Lens
-from heatlens.model.marks import DistanceMark, Mark
+from heatlens.model.marks import DistanceMark, Mark, ObjectMark
 from heatlens.model.pull import frames_too_close
 from heatlens.model.settings import DefocusSettings, Method
 from heatlens.model.shot import LensParameter, Shot
@@ -131,6 +131,8 @@ def _key_rows(shot: Shot, unit: str) -> list[Row]:
 def _mark_row(mark: Mark, unit: str) -> Row:
     if isinstance(mark, DistanceMark):
         return mark.name, format_distance(mark.distance_m, unit)
+    if isinstance(mark, ObjectMark):
+        return mark.name, f"object {mark.object_name}"
     mean = f", mean of {mark.smooth_frames} frames" if mark.smooth_frames > 1 else ""
     return mark.name, f"pixel {mark.x_px:g},{mark.y_px:g}{mean}"
 

@@ -1,6 +1,7 @@
 """`heatlens view`: the window. `heatlens plate.exr` means the same."""
 
 import argparse
+import os
 
 from heatlens.commands.plate_options import add_plate_options, plate_options
 from heatlens.commands.render import add_blur_options, settings_of
@@ -10,6 +11,7 @@ from heatlens.image.shot_file import read_shot
 from heatlens.model.filmback import filmback_named
 from heatlens.model.units import parse_distance_m
 from heatlens.paths import data_dir
+from heatlens.scene.scene_source import DEMO, is_demo, is_scene_source
 
 _DESCRIPTION = """\
 Opens the window: click in the picture to focus, drag the aperture, compare, save. Values of the
@@ -32,8 +34,12 @@ def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
         "plate",
         nargs="?",
         help="EXR with colour and depth, a sequence as shot.####.exr, a folder of one, "
+        "a 3D scene (.glb, .gltf, .obj, .ply, .usd), "
         "or a shot that was saved as name.heatlens.json; "
         "default: the still life that comes with heatlens",
+    )
+    parser.add_argument(
+        "--demo", action="store_true", help="open the scene that comes with heatlens"
     )
     parser.add_argument(
         "--ocio", metavar="CONFIG", help="OpenColorIO config (default: $OCIO, else a built-in one)"
@@ -63,9 +69,14 @@ def run(args: argparse.Namespace) -> int:
             "pip install 'heatlens[gui]', and on Debian or Ubuntu: apt-get install libgl1 libegl1. "
             "`heatlens render` works without."
         ) from error
-    plate = args.plate or str(data_dir("assets") / "still_life.exr")
+    if args.demo and args.plate:
+        raise InputError(f"--demo opens a scene of its own: leave {args.plate} out.")
+    plate = DEMO if args.demo else args.plate or str(data_dir("assets") / "still_life.exr")
     if is_shot_file(plate):
         read_shot(plate)  # a slip of the keyboard is answered here, without a window
+    elif is_scene_source(plate):
+        if not is_demo(plate) and not os.path.isfile(plate):
+            raise InputError(f"{plate} cannot be found.")
     else:
         find_sequence(plate)
     run_window(

@@ -19,7 +19,7 @@ from heatlens.model.frames import FrameRange
 from heatlens.model.framing import Framing
 from heatlens.model.interpolation import Ease, Scale
 from heatlens.model.lens import Lens
-from heatlens.model.marks import DistanceMark, Mark, PointMark
+from heatlens.model.marks import DistanceMark, Mark, ObjectMark, PointMark
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.settings import DefocusSettings
 from heatlens.model.shot import FOCUS_SCALES, LensCurves, LensParameter, Shot
@@ -173,9 +173,11 @@ def _key_json(key: Key) -> dict[str, Any]:
 
 
 def _mark(entry: JsonEntry) -> Mark:
-    """A distance, or a point of the picture, as its entries say."""
+    """A distance, an object, or a point of the picture, as its entries say."""
     if isinstance(entry.value, dict) and "distance_m" in entry.value:
         return entry.record(DistanceMark)
+    if isinstance(entry.value, dict) and "object_name" in entry.value:
+        return entry.record(ObjectMark)
     return entry.record(PointMark)
 
 

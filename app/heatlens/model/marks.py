@@ -58,7 +58,20 @@ class PointMark:
             )
 
 
-Mark = DistanceMark | PointMark
+@dataclass(frozen=True, slots=True)
+class ObjectMark:
+    """An object of a 3D scene by its name there: its distance is that of its middle, each frame."""
+
+    name: str
+    object_name: str
+
+    def __post_init__(self) -> None:
+        _check_name(self.name)
+        if not self.object_name:
+            raise InputError(f"Mark {self.name}: which object is not told.")
+
+
+Mark = DistanceMark | PointMark | ObjectMark
 
 
 def next_mark_name(marks: Iterable[Mark]) -> str:
@@ -69,7 +82,7 @@ def next_mark_name(marks: Iterable[Mark]) -> str:
 
 
 def distance_at_m(
-    mark: Mark, frame: int, depth_at: DepthAt, frames: FrameRange | None = None
+    mark: DistanceMark | PointMark, frame: int, depth_at: DepthAt, frames: FrameRange | None = None
 ) -> float:
     """How far a mark is at a frame, in metres; `depth_at` is asked only for frames in `frames`.
 

@@ -1,12 +1,13 @@
 """Moves of the focus as one gesture: from here to there, along with something, and how near."""
 
+from collections.abc import Callable
 from dataclasses import replace
 
 from heatlens.errors import InputError
 from heatlens.model.curve import Curve, Key
 from heatlens.model.frames import FrameRange
 from heatlens.model.interpolation import Ease, Interpolation
-from heatlens.model.marks import DepthAt, Mark, distance_at_m
+from heatlens.model.marks import DepthAt, DistanceMark, PointMark, distance_at_m
 from heatlens.model.shot import LensParameter, Shot
 
 EASE_PERCENT = 100 / 3  # as a smooth curve leaves and arrives
@@ -44,20 +45,24 @@ def pull(
     return pulled
 
 
-def follow(shot: Shot, mark: Mark, frames: FrameRange, depth_at: DepthAt) -> Shot:
+def follow(
+    shot: Shot, mark: DistanceMark | PointMark, frames: FrameRange, depth_at: DepthAt
+) -> Shot:
     """Focus stays on a mark through `frames`: a key at each, in the place of those there were.
 
     Raises LensError where the mark comes nearer than a lens can be focused.
     """
+    return followed(shot, frames, lambda frame: distance_at_m(mark, frame, depth_at, frames))
+
+
+def followed(shot: Shot, frames: FrameRange, distance_m: Callable[[int], float]) -> Shot:
+    """Focus is at `distance_m` of each frame, as in `follow`."""
     curve = _cleared(shot, frames.first, frames.last)
-    keys = [
-        Key(frame, distance_at_m(mark, frame, depth_at, frames), Interpolation.LINEAR)
-        for frame in frames
-    ]
-    followed = shot.with_curve(LensParameter.FOCUS_DISTANCE, curve.pasted(keys, 0))
+    keys = [Key(frame, distance_m(frame), Interpolation.LINEAR) for frame in frames]
+    pulled = shot.with_curve(LensParameter.FOCUS_DISTANCE, curve.pasted(keys, 0))
     for frame in frames:
-        followed.lens_at(frame)
-    return followed
+        pulled.lens_at(frame)
+    return pulled
 
 
 def frames_too_close(shot: Shot) -> tuple[int, ...]:

@@ -1,9 +1,11 @@
 """How large a scene and its objects are, and where to stand to see them."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
 
+from heatlens.errors import InputError
 from heatlens.model.framing import CameraTrack, Framing, Pose, PoseKey, looking_at, pose_of
 from heatlens.model.lens import Lens
 from heatlens.scene.scene import Array, Scene
@@ -39,6 +41,21 @@ def _corners(scene: Scene, instance: int) -> Array:
 def object_names(scene: Scene) -> tuple[str, ...]:
     """Each once, in the order of the file."""
     return tuple(dict.fromkeys(instance.name for instance in scene.instances))
+
+
+def object_depth_m(scene: Scene, name: str, pose: Pose, frame: float) -> float:
+    """Planar depth of the middle of the objects called `name`.
+
+    Raises InputError for a name that no object has, and for what lies behind the camera.
+    """
+    middle = bounds_m(scene, frame, name).mean(axis=0)
+    row = pose.world_to_camera[2]
+    depth_m = -float(row[:3] @ middle + row[3])
+    if math.isnan(depth_m):
+        raise InputError(f"{scene.path} has no object called {name!r}.")
+    if depth_m <= 0:
+        raise InputError(f"{name} is behind the camera at frame {frame:g}.")
+    return depth_m
 
 
 def framed(box_m: Array, lens: Lens, aspect: float, turn: Array | None = None) -> Pose:

@@ -9,7 +9,7 @@ from heatlens.image.frame_cache import FrameCache
 from heatlens.image.plate import Plate
 from heatlens.model.coc import far_limit_m, near_limit_m
 from heatlens.model.frames import FrameRange
-from heatlens.model.marks import DistanceMark, Mark, PointMark
+from heatlens.model.marks import DistanceMark, Mark, ObjectMark, PointMark
 from heatlens.model.pull import frames_too_close
 from heatlens.model.shot import Shot
 from heatlens.ui.frame_states import Run
@@ -135,4 +135,4 @@ def mark_m(plate: Plate | None, mark: Mark) -> float | None:
     """How far a mark is on this plate."""
     if isinstance(mark, DistanceMark):
         return mark.distance_m
-    return None if plate is None else seen_m(plate, mark)
+    return None if plate is None or isinstance(mark, ObjectMark) else seen_m(plate, mark)

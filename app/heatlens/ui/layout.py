@@ -110,7 +110,7 @@ def _arrange(dock: int, size: ImVec2) -> None:
     inner.dock_builder_dock_window("Timeline", below)
     for name in ("Lens", "Marks"):
         inner.dock_builder_dock_window(name, upper)
-    for name in ("Look", "Plate", "Export", "Speed"):
+    for name in ("Look", "Plate", "Scene", "Export", "Speed"):
         inner.dock_builder_dock_window(name, lower)
     node = inner.dock_builder_get_node(centre)
     if node is not None:

@@ -9,7 +9,7 @@ from heatlens.image.focus_pick import depth_at_m
 from heatlens.image.frame_cache import Damaged, FrameCache
 from heatlens.image.plate import Plate
 from heatlens.model.frames import FrameRange
-from heatlens.model.marks import DistanceMark, Mark, PointMark, next_mark_name
+from heatlens.model.marks import DistanceMark, Mark, ObjectMark, PointMark, next_mark_name
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.pull import EASE_PERCENT, follow, pull
 from heatlens.model.shot import Shot
@@ -78,6 +78,8 @@ class MarkCommands:
 
     def distance_m(self, mark: Mark, frame: int | None = None) -> float | None:
         """How far it is: on the plate that is seen, or at another frame that lies in memory."""
+        if isinstance(mark, ObjectMark):
+            return self._app.scenes.object_m(mark.object_name, frame)
         cache, plate = self._app.timeline.cache, self._app.stage.plate
         if frame is not None and cache is not None:
             found = cache.get(frame)
@@ -123,9 +125,12 @@ class MarkCommands:
         except HeatlensError as error:
             self._app.say(str(error))
 
-    def follow(self, mark: PointMark) -> None:
-        """Keep the focus on a point from in to out; what is not in memory is read, and said so."""
+    def follow(self, mark: PointMark | ObjectMark) -> None:
+        """Keep the focus on it from in to out; what is not in memory is read, and said so."""
         opened, frames = self._app.stage.opened, self._app.timeline.played
+        if isinstance(mark, ObjectMark):
+            self._app.scenes.follow(mark, frames)
+            return
         if opened is None:
             return
         cache, options = opened.cache, opened.options

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 from imgui_bundle import ImVec2, imgui
 
 from heatlens.errors import HeatlensError
-from heatlens.model.marks import DistanceMark, Mark, PointMark
+from heatlens.model.marks import Mark, ObjectMark, PointMark
 from heatlens.model.units import format_distance, parse_distance_m
 from heatlens.ui import theme, widgets
 
@@ -56,10 +56,17 @@ def _row(app: "App", mark: Mark) -> None:
     imgui.align_text_to_frame_padding()
     distance_m = commands.distance_m(mark)
     imgui.text("beside" if distance_m is None else format_distance(distance_m, app.view.unit))
-    is_point = isinstance(mark, PointMark)
-    _tip("What is seen at its point, at this frame" if is_point else "At every frame")
+    _tip(_whose(mark))
     imgui.table_next_column()
     _row_buttons(app, mark)
+
+
+def _whose(mark: Mark) -> str:
+    """What the distance is of."""
+    if isinstance(mark, ObjectMark):
+        return f"The middle of {mark.object_name}, at this frame"
+    is_point = isinstance(mark, PointMark)
+    return "What is seen at its point, at this frame" if is_point else "At every frame"
 
 
 def _row_buttons(app: "App", mark: Mark) -> None:
@@ -67,7 +74,7 @@ def _row_buttons(app: "App", mark: Mark) -> None:
     if imgui.button(f"focus##{mark.name}"):
         commands.go(mark)
     widgets.note(f"go {mark.name}")
-    if isinstance(mark, PointMark):
+    if isinstance(mark, PointMark | ObjectMark):
         imgui.same_line(0.0, 4.0)
         with widgets.disabled(commands.is_reading):
             if imgui.button(f"follow##{mark.name}"):
@@ -149,7 +156,7 @@ def draw_point_marks(app: "App") -> None:
     """Rings and names on the picture, in the current window."""
     draw = imgui.get_window_draw_list()
     for mark in app.shot.marks:
-        if isinstance(mark, DistanceMark):
+        if not isinstance(mark, PointMark):
             continue
         x, y = app.viewport.geometry.window_at_picture((mark.x_px + 0.5, mark.y_px + 0.5))
         widgets.drawn_at[f"point {mark.name}"] = (x, y, x, y)
