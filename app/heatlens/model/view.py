@@ -3,6 +3,8 @@
 from dataclasses import dataclass
 from enum import StrEnum
 
+from heatlens.model.settings import Method
+
 
 class Overlay(StrEnum):
     """What is drawn over the picture, or in its place."""
@@ -29,6 +31,7 @@ class Against(StrEnum):
 
     PINHOLE = "pinhole"
     REFERENCE = "reference"  # any EXR that was loaded for it
+    METHOD = "method"  # the same shot, its blur computed in another way
 
 
 DIFFERENCE_GAINS = (1.0, 2.0, 4.0, 8.0, 16.0, 32.0)
@@ -42,6 +45,7 @@ class ViewState:
     center_px        point of the display window that lies in the middle of the viewport, None: its
                      own middle
     depth_of_field   False shows the pinhole picture
+    b_method         how B's blur is computed where B is a method
     wipe             where the handle is, 0 left to 1 right of the picture
     exposure_stops   brighter by 2^stops before the view transform
     gamma            display values to the power of 1/gamma, after it
@@ -57,6 +61,7 @@ class ViewState:
     overlay: Overlay = Overlay.NONE
     compare: Compare = Compare.OFF
     against: Against = Against.PINHOLE
+    b_method: Method = Method.GATHER
     wipe: float = 0.5
     difference_gain: float = 4.0
     exposure_stops: float = 0.0

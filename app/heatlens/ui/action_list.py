@@ -6,11 +6,13 @@ from typing import TYPE_CHECKING
 from imgui_bundle import imgui
 
 from heatlens.model.f_stops import stepped
-from heatlens.model.settings import Bokeh, Quality
+from heatlens.model.settings import Bokeh, Method, Quality
 from heatlens.model.view import DIFFERENCE_GAINS, Against, Compare, Overlay, ViewState
 from heatlens.model.view_geometry import zoomed, zoomed_to
+from heatlens.scene.scene_source import DEMO
 from heatlens.ui.actions import _CTRL, _SHIFT, Action
 from heatlens.ui.focus_bar import focused_at
+from heatlens.ui.lens_panel import barred_methods
 from heatlens.ui.panels import PANELS
 from heatlens.ui.timeline_actions import key_actions, play_actions
 
@@ -37,6 +39,7 @@ def _file() -> list[Action]:
         Action(
             "Open reference...", "File", lambda app: app.browse("reference"), _K.o, _CTRL | _SHIFT
         ),
+        Action("Open the demo", "File", lambda app: app.open(DEMO)),
         Action("Open shot...", "File", lambda app: app.browse("shot")),
         Action("Save shot", "File", lambda app: app.documents.save(), _K.s, _CTRL | _SHIFT),
         Action("Save shot as...", "File", lambda app: app.browse("save shot")),
@@ -183,11 +186,25 @@ def _next_gain(app: "App", steps: int) -> None:
 
 
 def _swap_b(app: "App") -> None:
-    other = Against.REFERENCE if app.view.against is Against.PINHOLE else Against.PINHOLE
+    is_reference = app.view.against is Against.REFERENCE
+    other = Against.PINHOLE if is_reference else Against.REFERENCE
     if other is Against.REFERENCE and app.reference is None:
         app.say("No reference is loaded: open one with Ctrl+Shift+O.")
         return
     _set(app, against=other)
+
+
+def _compare_with(app: "App", method: Method | None) -> None:
+    """Have B be the pinhole picture, None, or the same shot by `method`, and show it."""
+    why = None if method is None else barred_methods(app.has_scene).get(str(method))
+    if why is not None:
+        app.say(why)
+        return
+    compare = Compare.WIPE if app.view.compare is Compare.OFF else app.view.compare
+    if method is None:
+        _set(app, against=Against.PINHOLE, compare=compare)
+    else:
+        _set(app, against=Against.METHOD, b_method=method, compare=compare)
 
 
 def _compare() -> list[Action]:
@@ -210,6 +227,13 @@ def _compare() -> list[Action]:
         Action(
             "B is the reference", "Compare", _swap_b, _K.r,
             is_on=lambda app: app.view.against is Against.REFERENCE,
+        ),
+        *(
+            Action(
+                f"Compare with {method or 'pinhole'}", "Compare",
+                lambda app, m=method: _compare_with(app, m),  # type: ignore[misc]
+            )
+            for method in (None, *Method)
         ),
     ]  # fmt: skip
 

@@ -10,11 +10,11 @@ from dataclasses import dataclass, field, replace
 
 import moderngl
 
-from heatlens.errors import HeatlensError, LensError
+from heatlens.errors import HeatlensError
 from heatlens.gpu.context import is_software
 from heatlens.image.focus_pick import depth_at_m
 from heatlens.image.plate import Plate
-from heatlens.image.start_lens import StartLens, start_lens
+from heatlens.image.start_lens import StartLens
 from heatlens.model.depth_histogram import DepthHistogram
 from heatlens.model.lens import Lens
 from heatlens.model.plate_options import PlateOptions
@@ -24,26 +24,24 @@ from heatlens.model.view import ViewState
 from heatlens.model.view_geometry import PictureShape
 from heatlens.render import FrameRenderer
 from heatlens.ui.action_list import actions
+from heatlens.ui.b_side import BothSides
+from heatlens.ui.beginning import begin
+from heatlens.ui.budget import budget_s
 from heatlens.ui.color_choice import ColorChoice
 from heatlens.ui.editing import Editing
 from heatlens.ui.filing import Filing
-from heatlens.ui.live_picture import LivePicture
 from heatlens.ui.palette import Palette
 from heatlens.ui.panels import PANELS
-from heatlens.ui.plate_source import Opened
 from heatlens.ui.preferences import Preferences
+from heatlens.ui.scene_commands import SceneCommands
 from heatlens.ui.screen_pictures import ScreenPictures
-from heatlens.ui.shot_documents import ShotDocuments, started_shot
+from heatlens.ui.shot_documents import ShotDocuments
 from heatlens.ui.speed_panel import Speed
 from heatlens.ui.stage import Reference, Stage
 from heatlens.ui.timeline import Timeline
 from heatlens.ui.viewport import ViewportPanel
 from heatlens.ui.widgets import window_words
 
-# Time for a picture while something is dragged, beside drawing the window: a GPU keeps up with the
-# screen; a software rasteriser, which draws the window with the same processor, stays above fifteen
-# frames a second.
-_BUDGET_S, _FRAME_SOFTWARE_S, _BUDGET_LEAST_S = 0.012, 0.058, 0.012
 _SLICE_S = 0.025  # of work on the whole picture before the loop looks for input again
 _MESSAGE_S = 12.0
 
@@ -76,7 +74,8 @@ class App:
         self.message = ""
         self._message_at = 0.0
         self.renderer = FrameRenderer(ctx)
-        self.live = LivePicture(self.renderer)
+        self.sides = BothSides(self.renderer)
+        self.live = self.sides.a
         self.screen = ScreenPictures(ctx)
         self.stage = Stage(self.renderer, wake)
         self.color = ColorChoice(start.ocio, self.say)
@@ -89,6 +88,7 @@ class App:
         self.actions = actions()
         self.timeline = Timeline(self, wake)
         self.documents = ShotDocuments(self, wake)
+        self.scenes = SceneCommands(self)
         self.panels = dict.fromkeys(PANELS, True)
         self.speed = Speed()
         self.shows_keys = False
@@ -110,6 +110,11 @@ class App:
         return self.editing.lens
 
     @property
+    def has_scene(self) -> bool:
+        """A 3D scene is open, which can be seen from more points than one."""
+        return self.renderer.scene is not None
+
+    @property
     def histogram(self) -> DepthHistogram | None:
         """Of the plate's distances; None where it has none."""
         return self.stage.histogram
@@ -122,9 +127,7 @@ class App:
     @property
     def budget_s(self) -> float:
         """Time for a picture while something is dragged."""
-        if not self._is_software:
-            return _BUDGET_S
-        return max(_BUDGET_LEAST_S, _FRAME_SOFTWARE_S - self.speed.window_s)
+        return budget_s(self._is_software, self.speed.window_s)
 
     @property
     def picture_shape(self) -> PictureShape:
@@ -148,9 +151,11 @@ class App:
 
     def reload(self) -> None:
         """Read the plate again as it is on disk now."""
-        opened = self.stage.opened
+        opened, scene = self.stage.opened, self.stage.scene
         if opened is not None:
             self.stage.open(opened.text, opened.options, self.editing.frame)
+        elif scene is not None:
+            self.stage.open(scene.text, PlateOptions())
 
     def browse(self, purpose: str) -> None:
         """Choose a file to open, to compare with, or to save."""
@@ -216,7 +221,7 @@ class App:
         try:
             opened = self.stage.arrived()
             if opened is not None:
-                self._begin(opened)
+                begin(self, opened)
             if self.stage.reference_arrived():
                 self.say(f"B is {self.reference.path.name}." if self.reference else "")
             self.filing.poll()
@@ -225,37 +230,9 @@ class App:
         except HeatlensError as error:
             self.say(str(error))
         if self.stage.plate is None:
-            self.live.restart()  # what was under way read from the plate that left the GPU
+            self.sides.restart()  # what was under way read from the plate that left the GPU
         if self.message and time.perf_counter() - self._message_at > _MESSAGE_S:
             self.message = ""
-
-    def _begin(self, opened: Opened) -> None:
-        """A plate has arrived: another file begins a shot, the same file read anew keeps it."""
-        self.live.restart()
-        coming, is_same = self.documents.taken(opened), self.shot.source == opened.text
-        self.editing.frame = opened.frame
-        self.message = ""
-        self.begun = self._first_lens(opened)
-        if coming is not None:
-            self.editing.begin(coming)
-        elif is_same:
-            self.edit(replace(self.shot, plate_options=opened.options))
-        else:
-            self.editing.begin(started_shot(opened, self.begun.lens, self.shot.defocus))
-            self.documents.begun()
-            self.view = replace(self.view, zoom=None, center_px=None)
-        if opened.plate.notes:
-            self.say(" ".join(opened.plate.notes))
-        self.filing.arrived(opened)
-
-    def _first_lens(self, opened: Opened) -> StartLens:
-        """The command line's lens is for the plate it came with, and said where it cannot be."""
-        given = self.start.lens if opened.text == self.start.source else {}
-        try:
-            return start_lens(opened.plate, given)
-        except LensError as error:
-            self.say(str(error))
-            return start_lens(opened.plate, {})
 
     def update_picture(self) -> None:
         """Answer a change of the shot with a picture that fits the time."""
@@ -263,22 +240,22 @@ class App:
         if self.stage.plate is None or not self.stage.is_settled_at(frame):
             return
         try:
-            self.live.wish(self.shot, frame, self.budget_s, plate)
+            self.sides.wish(self.view, self.shot, frame, self.budget_s, plate)
         except HeatlensError as error:
             self.say(str(error))
 
     def work(self) -> None:
         """Go on with the whole picture for a moment."""
         try:
-            self.live.work(_SLICE_S)
+            self.sides.work(_SLICE_S)
         except HeatlensError as error:
             self.say(str(error))
 
     def seconds_until_needed(self) -> float | None:
         """How long the loop may sleep without an event; None: until there is one."""
         waits = []
-        if self.stage.plate is not None and self.live.is_working:
-            waits.append(self.live.seconds_to_rest())
+        if self.stage.plate is not None and self.sides.is_working:
+            waits.append(self.sides.seconds_to_rest())
         if self.editing.is_unsettled or self.documents.is_behind:
             waits.append(0.1)
         if self.message:

@@ -12,12 +12,20 @@ from heatlens.model.depth_histogram import DepthHistogram
 from heatlens.model.f_stops import THIRD_STOPS, nearest_index
 from heatlens.model.filmback import FILMBACKS
 from heatlens.model.lens import Lens
-from heatlens.model.settings import LAYERS_MAX, Bokeh, DefocusSettings, Method, Quality
+from heatlens.model.settings import (
+    LAYERS_MAX,
+    VIEWS_MAX,
+    Bokeh,
+    DefocusSettings,
+    Method,
+    Quality,
+)
 from heatlens.model.units import format_distance, parse_distance_m
 from heatlens.ui import widgets
 from heatlens.ui.focus_bar import focus_bar
 
 _CUSTOM = "custom"
+_VIEWS_REACH = 4096  # of the slider
 _PROXIES = {"full": 1.0, "1/2": 0.5, "1/3": 1 / 3, "1/4": 0.25}
 Say = Callable[[str], None]
 
@@ -165,11 +173,23 @@ def _film_back(lens: Lens) -> Lens:
     return lens if width_mm == lens.sensor_width_mm else replace(lens, sensor_width_mm=width_mm)
 
 
-def blur_panel(settings: DefocusSettings) -> DefocusSettings:
+def barred_methods(has_scene: bool) -> dict[str, str]:
+    """Methods that what is open cannot be seen through, and why, in words for the hand."""
+    why = "Looks into a 3D scene from many points of the lens; a plate is a picture from one."
+    return {} if has_scene else {str(method): why for method in Method if method.needs_scene}
+
+
+def blur_panel(settings: DefocusSettings, has_scene: bool) -> DefocusSettings:
     """Draw how the blur is computed; return it as the user left it."""
     imgui.separator_text("Blur")
-    tip = "diffusion is ours; the others are there to compare with, and take no bokeh or layers."
-    method = widgets.choice("method", str(settings.method), [str(m) for m in Method], tip)
+    tip = (
+        "diffusion is ours; the others are there to compare with, and take no bokeh or layers. "
+        "accumulation and raytraced render a 3D scene through the whole lens."
+    )
+    methods, barred = [str(m) for m in Method], barred_methods(has_scene)
+    method = widgets.choice("method", str(settings.method), methods, tip, barred)
+    if settings.method.needs_scene:
+        settings = _views(settings)
     bokeh = widgets.choice("bokeh", str(settings.bokeh), [str(b) for b in Bokeh])
     quality = widgets.choice(
         "quality", str(settings.quality), [str(q) for q in Quality], "Never how much blur there is."
@@ -186,4 +206,19 @@ def blur_panel(settings: DefocusSettings) -> DefocusSettings:
         None if layers == auto else int(layers),
         _PROXIES.get(proxy, settings.proxy),
         Method(method),
+        settings.views,
     )
+
+
+def _views(settings: DefocusSettings) -> DefocusSettings:
+    """How many points of the lens; a shot may have more than the slider reaches."""
+    tip = "Points of the lens that are looked through, or rays of each pixel: more, less noise."
+    widgets.label("views", tip)
+    width = imgui.get_content_region_avail().x - widgets.VALUE_EM * imgui.get_font_size()
+    imgui.set_next_item_width(width)
+    flags = imgui.SliderFlags_.logarithmic
+    changed, views = imgui.slider_int("##views", settings.views, 1, _VIEWS_REACH, "", flags)
+    widgets.note("views")
+    imgui.same_line()
+    imgui.text(str(settings.views))
+    return replace(settings, views=min(max(views, 1), VIEWS_MAX)) if changed else settings

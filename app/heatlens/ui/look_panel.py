@@ -4,9 +4,11 @@ from dataclasses import replace
 
 from imgui_bundle import imgui
 
+from heatlens.model.settings import Method
 from heatlens.model.view import Against, Compare, Overlay, ViewState
 from heatlens.ui import widgets
 from heatlens.ui.color_choice import ColorChoice
+from heatlens.ui.lens_panel import barred_methods
 
 _OVERLAYS = {
     Overlay.NONE: "off",
@@ -24,14 +26,16 @@ _COMPARES = {
 }
 
 
-def look_panel(view: ViewState, color: ColorChoice, reference: str | None) -> ViewState:
+def look_panel(
+    view: ViewState, color: ColorChoice, reference: str | None, has_scene: bool
+) -> ViewState:
     """Draw it all; return the view as the user left it. `reference`: name of the EXR that is B."""
     view = _color(view, color)
     imgui.separator_text("Overlay")
     view = _buttons(view, "overlay", _OVERLAYS)
     imgui.separator_text("Compare")
     view = _buttons(view, "compare", _COMPARES)
-    return _compare(view, reference)
+    return _compare(view, reference, has_scene)
 
 
 def _color(view: ViewState, color: ColorChoice) -> ViewState:
@@ -61,12 +65,17 @@ def _buttons(view: ViewState, field: str, names: dict) -> ViewState:  # type: ig
     return view
 
 
-def _compare(view: ViewState, reference: str | None) -> ViewState:
+def _compare(view: ViewState, reference: str | None, has_scene: bool) -> ViewState:
     if view.compare is Compare.DIFFERENCE:
         gain = widgets.drag("gain", view.difference_gain, 0.05, 0.5, 64.0, "x %.1f")
         view = replace(view, difference_gain=gain)
-    names = ["pinhole"] if reference is None else ["pinhole", reference]
-    is_reference = view.against is Against.REFERENCE and reference is not None
-    shown = names[-1] if is_reference else names[0]
-    picked = widgets.choice("B is", shown, names, "Ctrl+Shift+O opens any EXR as B.")
-    return replace(view, against=Against.PINHOLE if picked == names[0] else Against.REFERENCE)
+    choices: dict[str, tuple[Against, Method]] = {"pinhole": (Against.PINHOLE, view.b_method)}
+    if reference is not None:
+        choices[reference] = (Against.REFERENCE, view.b_method)
+    choices |= {f"method {method}": (Against.METHOD, method) for method in Method}
+    now = (view.against, view.b_method)
+    shown = next((name for name, value in choices.items() if value == now), "pinhole")
+    tip = "The same shot by another method, or any EXR: Ctrl+Shift+O opens it."
+    barred = {f"method {method}": why for method, why in barred_methods(has_scene).items()}
+    against, method = choices[widgets.choice("B is", shown, list(choices), tip, barred)]
+    return replace(view, against=against, b_method=method)

@@ -24,10 +24,16 @@ _CHEAPER: tuple[tuple[Quality, int | None, float], ...] = (
 )
 # What is shown on the way from a hurried picture to the whole.
 _BETWEEN = (Quality.DRAFT, None, 0.5)
+# Of a scene through many points of the lens, dearest first; at full size each goes on from the next
+# one below it.
+_FULL_VIEWS = (16384, 4096, 1024, 256, 66, 16)
+_FEW_VIEWS = ((16, 1 / 2), (16, 1 / 4), (4, 1 / 4), (4, 1 / 8))  # how many, at which size
 
 
 def cheaper(wished: DefocusSettings) -> list[DefocusSettings]:
     """The wished picture, then ever quicker ones with the same amount of blur."""
+    if wished.method.needs_scene:
+        return _fewer_views(wished)
     rank = list(Quality).index
     rungs = [wished]
     for quality, layers, scale in _CHEAPER:
@@ -35,6 +41,24 @@ def cheaper(wished: DefocusSettings) -> list[DefocusSettings]:
         if rank(quality) <= rank(wished.quality) and rung not in rungs:
             rungs.append(rung)
     return rungs
+
+
+def _fewer_views(wished: DefocusSettings) -> list[DefocusSettings]:
+    rungs = [wished]
+    for views, scale in (*((n, 1.0) for n in _FULL_VIEWS), *_FEW_VIEWS):
+        rung = replace(
+            wished,
+            views=min(views, wished.views),
+            proxy=max(PROXY_MIN, wished.proxy * scale),
+        )
+        if rung not in rungs:
+            rungs.append(rung)
+    return rungs
+
+
+def on_the_way(wished: DefocusSettings) -> list[DefocusSettings]:
+    """What may be shown before the wished picture while nobody drags, quickest first."""
+    return _fewer_views(wished)[:0:-1] if wished.method.needs_scene else [between(wished)]
 
 
 def between(wished: DefocusSettings) -> DefocusSettings:
@@ -64,13 +88,16 @@ def _hurried_bokeh(wished: Bokeh) -> Bokeh:
 
 @dataclass
 class CostModel:
-    """Seconds a pixel by kind of picture; kinds not yet met are guessed from one that was."""
+    """Seconds a pixel by kind of picture; kinds not yet met are guessed from one that was.
+
+    Of a scene through many points of the lens: seconds a pixel and point.
+    """
 
     seconds_per_px: dict[Kind, float] = field(default_factory=dict)
 
     def learn(self, settings: DefocusSettings, pixels: int, seconds: float) -> None:
         """A picture of so many pixels took so long."""
-        kind, new = _kind(settings), seconds / pixels
+        kind, new = _kind(settings), seconds / pixels / _times(settings)
         old = self.seconds_per_px.get(kind, new)
         self.seconds_per_px[kind] = old + _NEWEST * (new - old)
 
@@ -80,15 +107,24 @@ class CostModel:
         if settings.method in _GROWS_WITH_BLUR:
             return float("inf")
         if kind in self.seconds_per_px:
-            return self.seconds_per_px[kind] * pixels
+            return self.seconds_per_px[kind] * pixels * _times(settings)
+        if settings.method.needs_scene:
+            return float("inf")
         guesses = [
             per_px * _weight(settings) / _kind_weight(known)
             for known, per_px in self.seconds_per_px.items()
+            if not known[0].needs_scene
         ]
         return max(guesses) * pixels if guesses else float("inf")
 
 
+def _times(settings: DefocusSettings) -> int:
+    return settings.views if settings.method.needs_scene else 1
+
+
 def _kind(settings: DefocusSettings) -> Kind:
+    if settings.method.needs_scene:  # no bokeh, no quality, no layers
+        return settings.method, Bokeh.DISC, Quality.FILM, 1
     return settings.method, settings.bokeh, settings.quality, layers_for(settings)
 
 

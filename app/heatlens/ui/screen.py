@@ -19,8 +19,10 @@ from heatlens.ui.marks_panel import draw_point_marks, marks_panel, pull_popup
 from heatlens.ui.palette import keys_window
 from heatlens.ui.plate_panel import PlateFacts, plate_panel
 from heatlens.ui.probe import PictureReader, probe_at, probe_text, seen_depth_m
-from heatlens.ui.screen_pictures import layer_limits_px, reference_or_pinhole
+from heatlens.ui.scene_panel import scene_panel
+from heatlens.ui.screen_pictures import layer_limits_px, picture_of_b
 from heatlens.ui.shot_question import shot_question
+from heatlens.ui.side_words import draw_sides
 from heatlens.ui.speed_panel import speed_panel
 from heatlens.ui.timeline_panel import timeline_panel
 from heatlens.ui.viewport import MIPMAPS_UNDER, Pictures, ViewportResult
@@ -50,6 +52,8 @@ class Screen:
             self._look()
         if app.panels["Plate"]:
             self._plate()
+        if app.panels["Scene"]:
+            self._scene()
         if app.panels["Marks"]:
             self._marks()
         if app.panels["Export"]:
@@ -111,6 +115,7 @@ class Screen:
             imgui.text_disabled(f"Reading {app.stage.opener.opening} ...")
         else:
             imgui.text_disabled(self._probe_text())
+        draw_sides(app.view, app.sides, None if app.reference is None else app.reference.path.name)
 
     def _probe_text(self) -> str:
         app, plate, shown = self._app, self._app.stage.plate, self._app.live.shown
@@ -125,7 +130,7 @@ class Screen:
             sources = {} if app.begun is None else app.begun.sources
             facts = LensFacts(app.histogram, app.view.unit, sources)
             app.edit_lens(lens_panel(app.lens, facts, app.say))
-            app.edit(replace(app.shot, defocus=blur_panel(app.shot.defocus)))
+            app.edit(replace(app.shot, defocus=blur_panel(app.shot.defocus, app.has_scene)))
             if app.histogram is not None and app.timeline.has_time:
                 lens_dots(app)
             wheel = imgui.get_io().mouse_wheel
@@ -137,7 +142,7 @@ class Screen:
         app = self._app
         if self._begin("Look"):
             name = None if app.reference is None else app.reference.path.name
-            app.view = look_panel(app.view, app.color, name)
+            app.view = look_panel(app.view, app.color, name, app.has_scene)
         imgui.end()
 
     def _plate(self) -> None:
@@ -148,6 +153,11 @@ class Screen:
             problem = window_words(reading.problem)
             facts = PlateFacts(plate, app.histogram, hovered_m, unit, problem, app.lens)
             reading.change(plate_panel(reading.wished, facts, app.say))
+        imgui.end()
+
+    def _scene(self) -> None:
+        if self._begin("Scene"):
+            scene_panel(self._app)
         imgui.end()
 
     def _export(self) -> None:
@@ -210,6 +220,8 @@ class Screen:
 
     def _take(self, result: ViewportResult) -> None:
         self._app.view, self._hovered = result.view, result.hovered_px
+        if result.camera is not None:
+            self._app.scenes.move(result.camera)
         if result.focus_px is None:
             return
         io = imgui.get_io()
@@ -228,11 +240,12 @@ class Screen:
         view = replace(view, exposure_stops=view.exposure_stops + app.lens.transmission_stops)
         screen.with_mipmaps = app.viewport.zoom < MIPMAPS_UNDER
         reference = app.reference.texture if app.reference else None
-        linear_b = reference_or_pinhole(view, loaded, reference)
-        a = screen.a(shown, app.live.version, loaded, view, linear_b)
+        of_method = app.sides.of_method(view)
+        linear_b = picture_of_b(view, loaded, reference, of_method)
+        a = screen.a(shown, app.sides.version, loaded, view, linear_b)
         b = a
         if view.compare in (Compare.WIPE, Compare.FLIP):
-            b = screen.b(linear_b, loaded, view)
+            b = screen.b(linear_b, loaded, view, app.sides.version if of_method else 0)
         sharp = None
         if view.depth_of_field and view.compare is not Compare.DIFFERENCE:
             sharp = screen.sharp(shown, loaded, view)
@@ -248,6 +261,8 @@ class Screen:
             plate.display_window,
             plate.pixel_aspect_ratio,
             is_proxy=a.size != (plate.data_window.width, plate.data_window.height),
+            is_b_proxy=of_method is not None and b.size != loaded.color.size,
+            has_camera=app.scenes.scene is not None,
         )
 
     def _alt(self) -> bool:

@@ -77,12 +77,14 @@ class ScreenPictures:
         assert self._a.texture is not None
         return self._a.texture
 
-    def b(self, source: moderngl.Texture, plate: LoadedPlate, view: ViewState) -> moderngl.Texture:
-        """B: the pinhole picture or the reference."""
+    def b(
+        self, source: moderngl.Texture, plate: LoadedPlate, view: ViewState, version: int = 0
+    ) -> moderngl.Texture:
+        """B: the pinhole picture, the reference, or another method's picture of that version."""
         is_pinhole = source is plate.color
         target = self._pinhole if is_pinhole else self._b
         look = self._look(view)
-        if target.needs(source.size, (plate if is_pinhole else source, look)):
+        if target.needs(source.size, (plate if is_pinhole else (source, version), look)):
             assert target.texture is not None
             self.display.run(source, target.texture, *look[:2])
             self._finish(target.texture)
@@ -137,10 +139,15 @@ def layer_limits_px(optics: Optics, shot: Shot) -> tuple[float, ...]:
     return tuple(sorted(cut.near.at_px for cut in cuts if not cut.is_nearest))
 
 
-def reference_or_pinhole(
-    view: ViewState, plate: LoadedPlate, reference: moderngl.Texture | None
+def picture_of_b(
+    view: ViewState,
+    plate: LoadedPlate,
+    reference: moderngl.Texture | None,
+    of_method: Shown | None,
 ) -> moderngl.Texture:
-    """What B is, the pinhole picture where no reference was loaded."""
+    """What B is, the pinhole picture where it is to be nothing else or that is not there."""
+    if of_method is not None:
+        return of_method.texture
     if view.against is Against.REFERENCE and reference is not None:
         return reference
     return plate.color

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import moderngl
 from imgui_bundle import ImVec2, imgui
@@ -19,6 +20,7 @@ from heatlens.model.view_geometry import (
     zoomed,
 )
 from heatlens.ui import theme
+from heatlens.ui.scene_commands import CameraDrag
 
 _WHEEL_FACTOR = 1.25  # a notch
 _HANDLE_REACH = 0.6  # em to either side of the wipe's line
@@ -39,6 +41,8 @@ class Pictures:
     display_window: Box
     pixel_aspect: float
     is_proxy: bool  # A is smaller than the plate: its pixels are no pixels of the picture
+    is_b_proxy: bool = False  # and so is B, for the same reason
+    has_camera: bool = False  # the right button takes hold of a scene's camera
 
     @property
     def shape(self) -> PictureShape:
@@ -54,6 +58,7 @@ class ViewportResult:
     view: ViewState
     hovered_px: tuple[int, int] | None  # pixel of the display window under the pointer
     focus_px: tuple[int, int] | None  # pixel to focus on: pressed, or dragged over
+    camera: CameraDrag | None = None  # of a scene
 
 
 class ViewportPanel:
@@ -80,14 +85,28 @@ class ViewportPanel:
         buttons = imgui.ButtonFlags_
         flags = buttons.mouse_button_left | buttons.mouse_button_middle | buttons.mouse_button_right
         imgui.invisible_button("picture", size, flags)
-        view, focus_px = self._answer_mouse(view, pictures.shape)
+        camera = self._camera_drag() if pictures.has_camera else None
+        if camera is None:
+            view, focus_px = self._answer_mouse(view, pictures.shape)
+        else:
+            focus_px = None
         self.geometry = geometry(view, self.viewport, pictures.shape)
         self._draw(pictures, view, corner, size)
         hovered = None
         if imgui.is_item_hovered() or imgui.is_item_active():
             mouse = imgui.get_mouse_pos()
             hovered = self.geometry.pixel_at_window((mouse.x, mouse.y))
-        return ViewportResult(view, hovered, focus_px)
+        return ViewportResult(view, hovered, focus_px, camera)
+
+    def _camera_drag(self) -> CameraDrag | None:
+        """Right button: round what is in focus; with Ctrl aside; Ctrl and the wheel: nearer."""
+        io, height = imgui.get_io(), self.viewport.size[1]
+        if io.key_ctrl and io.mouse_wheel and imgui.is_item_hovered():
+            return CameraDrag("dolly", down=io.mouse_wheel)
+        if not (imgui.is_item_active() and imgui.is_mouse_down(imgui.MouseButton_.right)):
+            return None
+        kind: Literal["truck", "orbit"] = "truck" if io.key_ctrl else "orbit"
+        return CameraDrag(kind, io.mouse_delta.x / height, io.mouse_delta.y / height)
 
     def paint(self, target: moderngl.Framebuffer, screen_px: tuple[int, int]) -> None:
         """The pictures of this frame, to be called before ImGui draws what lies over them."""
@@ -148,13 +167,14 @@ class ViewportPanel:
         self._laid, self._laid_in_frame = [], -1 if is_hidden else imgui.get_frame_count()
         near = self.zoom >= _NEAREST_FROM or (self.zoom == 1.0 and pictures.pixel_aspect == 1.0)
         clip = self._clip()
+        near_b = near and not pictures.is_b_proxy
         if view.compare is Compare.FLIP:
-            self._lay(pictures.b, pictures, near, clip)
+            self._lay(pictures.b, pictures, near_b, clip)
         elif view.compare is Compare.WIPE:
             x = self._wipe_x(view, pictures.shape, self.geometry)
             line = round(x * self.viewport.framebuffer_scale)
             self._lay_a(pictures, near, replace(clip, x1=min(line, clip.x1)))
-            self._lay(pictures.b, pictures, near, replace(clip, x0=max(line, clip.x0)))
+            self._lay(pictures.b, pictures, near_b, replace(clip, x0=max(line, clip.x0)))
         else:
             self._lay_a(pictures, near, clip)
         if pictures.overlay is not None and view.compare is not Compare.FLIP:

@@ -1,7 +1,7 @@
 """Small controls that ImGui has not: each takes a value and returns it as the user left it."""
 
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import TypeVar
 
@@ -57,13 +57,23 @@ def slider(name: str, value: float, low: float, high: float, format_: str, tip: 
     return float(f"{new:.7g}") if changed else value
 
 
-def choice(name: str, value: str, choices: Sequence[str], tip: str = "") -> str:
-    """One of several words."""
+def choice(
+    name: str,
+    value: str,
+    choices: Sequence[str],
+    tip: str = "",
+    barred: Mapping[str, str] | None = None,
+) -> str:
+    """One of several words; those `barred` cannot be taken, and say why under the pointer."""
     label(name, tip)
     if imgui.begin_combo(f"##{name}", value, imgui.ComboFlags_.height_large):
         for item in choices:
-            picked, _ = imgui.selectable(item, item == value)
+            why = (barred or {}).get(item, "")
+            with disabled(bool(why)):
+                picked, _ = imgui.selectable(item, item == value)
             note(f"{name}: {item}")
+            if why and imgui.is_item_hovered(imgui.HoveredFlags_.allow_when_disabled):
+                imgui.set_tooltip(why)
             if picked:
                 value = item
         imgui.end_combo()

@@ -1,0 +1,47 @@
+"""What A and B are, in words, at the right end of the status bar."""
+
+from imgui_bundle import imgui
+
+from heatlens.model.view import Against, Compare, ViewState
+from heatlens.ui import widgets
+from heatlens.ui.b_side import BothSides
+from heatlens.ui.live_picture import Shown
+
+
+def words(view: ViewState, sides: BothSides, reference: str | None) -> str:
+    """ "A: diffusion    B: gather"; A alone where B is not seen. `reference`: the EXR's name."""
+    shown = sides.a.shown
+    if shown is None:
+        return ""
+    a = side_words(shown) if view.depth_of_field else "pinhole"
+    if view.compare is Compare.OFF:
+        return a
+    return f"A: {a}    B: {_b_words(view, sides.of_method(view), reference)}"
+
+
+def side_words(shown: Shown) -> str:
+    """How a picture was made, and how far it is: "raytraced, 16 of 256 views"."""
+    made, wished = shown.settings, shown.shot.defocus
+    if wished.method.needs_scene and made.views < wished.views:
+        return f"{wished.method}, {made.views} of {wished.views} views"
+    return str(wished.method) if shown.is_whole else f"{wished.method}, a quick picture"
+
+
+def _b_words(view: ViewState, of_method: Shown | None, reference: str | None) -> str:
+    if of_method is not None:
+        return side_words(of_method)
+    if view.against is Against.REFERENCE and reference is not None:
+        return reference
+    return "pinhole"
+
+
+def draw_sides(view: ViewState, sides: BothSides, reference: str | None) -> None:
+    """On the line of the last item, where there is room beside it."""
+    text = words(view, sides, reference)
+    end = imgui.get_item_rect_max().x - imgui.get_window_pos().x
+    em = imgui.get_font_size()
+    left = imgui.get_window_width() - imgui.calc_text_size(text).x - 0.6 * em
+    if text and left > end + em:
+        imgui.same_line(left)
+        imgui.text_disabled(text)
+        widgets.note("sides")
