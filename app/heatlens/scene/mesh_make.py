@@ -1,0 +1,95 @@
+"""Triangles that can be drawn, out of what a file tells of them."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heatlens.errors import InputError
+from heatlens.scene.scene import Mesh
+
+Floats = NDArray[np.float32]
+Triangles = NDArray[np.uint32]
+
+# A camera stands no farther out either; float32 keeps a kilometre there.
+_FAR_MOST_M = 1e9
+_UV_MOST = 1e4  # repeats; beyond, float32 no longer tells the pixels of a picture apart
+_UP = np.array([0.0, 1.0, 0.0])  # of what has no area, and so is not seen
+
+
+def made_mesh(
+    what: str,
+    positions_m: Floats,
+    triangles: Triangles,
+    normals: Floats | None = None,
+    uvs: Floats | None = None,
+    material: int = 0,
+) -> Mesh:
+    """A mesh of (V, 3) positions and (T, 3) indices, flat where it has no normals.
+
+    Raises InputError, beginning with `what`, for positions that are no place and indices that
+    reach past them.
+    """
+    _check(what, positions_m, triangles)
+    uvs = np.zeros((len(positions_m), 2), np.float32) if uvs is None else _uvs(uvs)
+    if normals is None:
+        positions_m, uvs, triangles = _apart(positions_m, uvs, triangles)
+        normals = smooth_normals(positions_m, triangles)
+    else:
+        normals = _unit(normals, positions_m, triangles)
+    return Mesh(
+        np.ascontiguousarray(positions_m),
+        np.ascontiguousarray(normals),
+        np.ascontiguousarray(uvs),
+        np.ascontiguousarray(triangles),
+        material,
+    )
+
+
+def smooth_normals(positions: Floats, triangles: Triangles) -> Floats:
+    """(V, 3): the mean of the triangles around each vertex, each as heavy as it is large."""
+    corners = positions[triangles].astype(np.float64)
+    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    sums = np.zeros((len(positions), 3))
+    for axis in range(3):
+        for corner in range(3):
+            sums[:, axis] += np.bincount(triangles[:, corner], across[:, axis], len(positions))
+    return _normalized(sums, _UP)
+
+
+def _check(what: str, positions: Floats, triangles: Triangles) -> None:
+    if not (np.abs(positions) <= _FAR_MOST_M).all():
+        raise InputError(
+            f"{what}: a vertex is at NaN or beyond {_FAR_MOST_M:g} m, where nothing can be drawn."
+        )
+    if triangles.size and int(triangles.max()) >= len(positions):
+        raise InputError(
+            f"{what}: a triangle names vertex {int(triangles.max())} of {len(positions)}; the "
+            "file is damaged."
+        )
+
+
+def _uvs(uvs: Floats) -> Floats:
+    found = np.nan_to_num(uvs, nan=0.0, posinf=0.0, neginf=0.0)
+    return np.asarray(np.clip(found, -_UV_MOST, _UV_MOST), np.float32)
+
+
+def _apart(
+    positions: Floats, uvs: Floats, triangles: Triangles
+) -> tuple[Floats, Floats, Triangles]:
+    """Each triangle with vertices of its own, so that each can face its own way."""
+    corners = triangles.reshape(-1)
+    own = np.arange(len(corners), dtype=np.uint32).reshape(-1, 3)
+    return positions[corners], uvs[corners], own
+
+
+def _unit(normals: Floats, positions: Floats, triangles: Triangles) -> Floats:
+    """Of length 1; what has no direction takes that of the triangles around it."""
+    lengths = np.linalg.norm(normals.astype(np.float64), axis=1)
+    if (np.isfinite(lengths) & (lengths > 1e-6)).all():
+        return np.asarray(normals / lengths[:, None], np.float32)
+    return _normalized(np.nan_to_num(normals), smooth_normals(positions, triangles))
+
+
+def _normalized(vectors: NDArray[np.floating], instead: NDArray[np.floating]) -> Floats:
+    lengths = np.linalg.norm(vectors.astype(np.float64), axis=1, keepdims=True)
+    safe = lengths > 1e-30
+    return np.where(safe, vectors / np.where(safe, lengths, 1.0), instead).astype(np.float32)

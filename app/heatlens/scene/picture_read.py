@@ -1,0 +1,48 @@
+"""The pictures that colour surfaces: 8-bit RGBA out of the bytes of a PNG, JPEG or WebP."""
+
+import io
+import warnings
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image, UnidentifiedImageError
+
+from heatlens.errors import InputError
+
+_FORMATS = ("PNG", "JPEG", "WEBP")
+# A GPU takes no more a side; a damaged header can claim any size.
+_SIDE_MOST_PX = 16384
+_PIXELS_MOST = 1 << 27
+
+
+def read_picture(data: bytes, what: str) -> NDArray[np.uint8]:
+    """(H, W, 4), row 0 on top; `what` names the picture in what is said of it.
+
+    Raises InputError for a picture that is damaged, of another format or too large.
+    """
+    try:
+        with warnings.catch_warnings(), Image.open(io.BytesIO(data), formats=_FORMATS) as image:
+            warnings.simplefilter("ignore")  # of odd but readable headers
+            _check_size(image, what)
+            return pixels_of_image(image)
+    except UnidentifiedImageError:
+        raise InputError(f"{what}: this is no picture, or not a PNG, JPEG or WebP.") from None
+    except (OSError, ValueError, SyntaxError, ArithmeticError, Image.DecompressionBombError) as e:
+        raise InputError(f"{what}: the picture is damaged or cut short ({e}).") from e
+
+
+def pixels_of_image(image: Image.Image) -> NDArray[np.uint8]:
+    """(H, W, 4), row 0 on top, of a picture of any mode."""
+    if image.mode.startswith("I"):  # 16 bits of grey, which Pillow would clip
+        grey = np.asarray(image).astype(np.uint32) >> 8
+        image = Image.fromarray(np.minimum(grey, 255).astype(np.uint8))
+    return np.array(image.convert("RGBA"))
+
+
+def _check_size(image: Image.Image, what: str) -> None:
+    width, height = image.size
+    if max(width, height) > _SIDE_MOST_PX or width * height > _PIXELS_MOST or not width * height:
+        raise InputError(
+            f"{what}: a picture of {width} x {height} pixels is too large for a surface; "
+            f"{_SIDE_MOST_PX} a side and {_PIXELS_MOST:,} in all are the most."
+        )

@@ -1,0 +1,36 @@
+"""Files of 3D scenes, by their endings."""
+
+import os
+from pathlib import Path
+
+from heatlens.errors import InputError
+from heatlens.scene.gltf_read import read_gltf
+from heatlens.scene.scene import Scene
+
+_READERS = {
+    ".glb": read_gltf,
+    ".gltf": read_gltf,
+}
+
+SCENE_SUFFIXES = tuple(_READERS)
+
+
+def is_scene_file(text: str | os.PathLike[str]) -> bool:
+    """Whether a path ends as a scene's file does; nothing is opened."""
+    return Path(text).suffix.lower() in _READERS
+
+
+def read_scene(path: str | os.PathLike[str]) -> Scene:
+    """Meshes, materials, cameras, lights and what moves.
+
+    Raises InputError naming the file where it is missing, damaged, empty, or of a kind that is
+    not read here, and what to install for some.
+    """
+    path = Path(path)
+    reader = _READERS.get(path.suffix.lower())
+    if reader is None:
+        known = ", ".join(SCENE_SUFFIXES)
+        raise InputError(f"{path} is no scene that heatlens reads; it reads {known}.")
+    if not path.is_file():
+        raise InputError(f"{path} is not there, or is no file.")
+    return reader(path)

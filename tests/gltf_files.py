@@ -1,0 +1,123 @@
+"""Small glTF files, put together piece by piece: every number in them is the test's own."""
+
+import base64
+import io
+import json
+import struct
+
+import numpy as np
+from PIL import Image
+
+_CODES = {"i1": 5120, "u1": 5121, "i2": 5122, "u2": 5123, "u4": 5125, "f4": 5126}
+_KINDS = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4"}
+
+SQUARE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], np.float32)
+SQUARE_UVS = np.array([[0, 1], [1, 1], [1, 0], [0, 0]], np.float32)
+SQUARE_CORNERS = np.array([0, 1, 2, 0, 2, 3], np.uint16)
+
+
+class GltfWriter:
+    """The JSON as a dict to write into, and bytes that grow behind it."""
+
+    def __init__(self):
+        self.json = {"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": []}]}
+        self.data = bytearray()
+
+    def add(self, name, /, **record):
+        """An object at the end of a list of the file; its index."""
+        records = self.json.setdefault(name, [])
+        records.append(record)
+        return len(records) - 1
+
+    def view(self, data, **more):
+        """A buffer view of these bytes."""
+        self.data += b"\0" * (-len(self.data) % 4)
+        start = len(self.data)
+        self.data += bytes(data)
+        return self.add("bufferViews", buffer=0, byteOffset=start, byteLength=len(data), **more)
+
+    def accessor(self, values, **more):
+        """An accessor of an array (count,) or (count, width)."""
+        values = np.asarray(values)
+        rows = values.reshape(len(values), -1)
+        return self.add(
+            "accessors",
+            bufferView=self.view(values.tobytes()),
+            componentType=_CODES[values.dtype.str[1:]],
+            count=len(values),
+            type=_KINDS[rows.shape[1]],
+            **more,
+        )
+
+    def mesh(self, positions=SQUARE, corners=SQUARE_CORNERS, attributes=(), **primitive):
+        """A mesh of one primitive; without `corners` it has no indices."""
+        found = {name: self.accessor(values) for name, values in dict(attributes).items()}
+        primitive["attributes"] = {"POSITION": self.accessor(positions), **found}
+        if corners is not None:
+            primitive["indices"] = self.accessor(corners)
+        return self.add("meshes", primitives=[primitive])
+
+    def node(self, is_root=True, **record):
+        """A node, of the scene unless it hangs on another."""
+        index = self.add("nodes", **record)
+        if is_root:
+            self.json["scenes"][0]["nodes"].append(index)
+        return index
+
+    def light(self, **record):
+        """A light of KHR_lights_punctual; what a node needs to carry it."""
+        extension = self.json.setdefault("extensions", {}).setdefault("KHR_lights_punctual", {})
+        lights = extension.setdefault("lights", [])
+        lights.append(record)
+        return {"extensions": {"KHR_lights_punctual": {"light": len(lights) - 1}}}
+
+    def animate(self, node, path, times, values, kind="LINEAR"):
+        """An animation of one channel."""
+        times = self.accessor(np.array(times, np.float32))
+        values = self.accessor(np.array(values, np.float32))
+        sampler = {"input": times, "output": values, "interpolation": kind}
+        channel = {"sampler": 0, "target": {"node": node, "path": path}}
+        self.add("animations", samplers=[sampler], channels=[channel])
+
+    def picture(self, pixels, kind="PNG"):
+        """A texture of these pixels (H, W, 3 or 4)."""
+        image = self.add(
+            "images", bufferView=self.view(encoded(pixels, kind)), mimeType="image/png"
+        )
+        return self.add("textures", source=image)
+
+    def glb(self):
+        """The bytes of a .glb."""
+        data = bytes(self.data) + b"\0" * (-len(self.data) % 4)
+        buffers = [{"byteLength": len(self.data)}] if data else []
+        text = json.dumps({**self.json, "buffers": buffers}).encode()
+        text += b" " * (-len(text) % 4)
+        chunks = struct.pack("<II", len(text), 0x4E4F534A) + text
+        if data:
+            chunks += struct.pack("<II", len(data), 0x004E4942) + data
+        return b"glTF" + struct.pack("<II", 2, 12 + len(chunks)) + chunks
+
+    def gltf(self, uri=None):
+        """The bytes of a .gltf whose buffer is at `uri`, or within it."""
+        uri = uri or "data:application/octet-stream;base64," + base64.b64encode(self.data).decode()
+        buffers = [{"byteLength": len(self.data), "uri": uri}]
+        return json.dumps({**self.json, "buffers": buffers}).encode()
+
+    def write(self, path):
+        """The file at `path`, of the kind that it ends in."""
+        path.write_bytes(self.glb() if path.suffix == ".glb" else self.gltf())
+        return path
+
+
+def encoded(pixels, kind="PNG"):
+    """The bytes of a picture."""
+    stream = io.BytesIO()
+    Image.fromarray(np.asarray(pixels, np.uint8)).save(stream, kind)
+    return stream.getvalue()
+
+
+def square_scene():
+    """One square of one node."""
+    writer = GltfWriter()
+    writer.node(mesh=writer.mesh())
+    return writer
