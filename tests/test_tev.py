@@ -67,6 +67,7 @@ def test_what_has_not_come_is_black_and_infinitely_far(server):
     assert (plate.color[:, 4:] == 0).all() and (plate.color[:, :4, 3] == 1).all()
     assert plate.depth.infinite_count == 30 and plate.depth.far_m == values[:, :4, 3].max()
     assert "30 of 54 pixels" in plate.notes[-1]
+    assert_shows(server.snapshot(), expected)  # having looked changed nothing
     with client_of(server) as client:
         client.update_image("a", values[:, 4:], CHANNELS, x=4)
     settle(server)
@@ -113,6 +114,9 @@ def test_two_images_the_later_first_until_it_closes(server):
     assert server.names == ("flat", "one") and server.dropped == 0
     assert_shows(server.snapshot(), one)
     assert server.snapshot("two") is None and "'two'" in server.problem
+    show(server, "flat", two)  # created anew, now with depth
+    show(server, "one", one)
+    assert server.names == ("one", "flat")
 
 
 def test_a_snapshot_does_not_change_any_more(server):

@@ -1,5 +1,6 @@
 """Connections to the tev server: who is answered, who is hung up on, and where it listens."""
 
+import os
 import socket
 import sys
 import time
@@ -50,6 +51,26 @@ def test_silent_clients_make_room(server):
     assert len(server._clients) <= MAX_CLIENTS
     for one in silent:
         one.close()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="counts no file handles")
+def test_a_client_waits_while_no_file_handle_is_free(server):
+    import resource
+
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    with socket.socket() as late:
+        free = os.dup(late.fileno())  # the lowest one
+        os.close(free)
+        resource.setrlimit(resource.RLIMIT_NOFILE, (free, hard))
+        try:
+            late.connect(server.address)
+            wait_until(lambda: server.fault is not None)
+        finally:
+            resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
+        assert "could not be taken" in server.fault
+        wait_until(lambda: server._clients)
+    show(server, "a", picture())
+    assert_shows(server.snapshot(), picture())
 
 
 def test_news_of_many_tiles_are_few():

@@ -181,6 +181,7 @@ class TevServer:
             connection, _ = self._listener.accept()
         except OSError as error:  # it left again, or no file handle is free
             self._say(f"A connection could not be taken ({error.strerror}).")
+            time.sleep(1 / NEWS_A_SECOND)  # it may wait there still: not to spin
             return
         if len(self._clients) >= MAX_CLIENTS:
             self._hang_up(min(self._clients, key=lambda client: client.heard_s))
