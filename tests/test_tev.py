@@ -88,6 +88,17 @@ def test_an_unsent_sky_decides_no_convention(server):
     np.testing.assert_allclose(plate.depth_m[:3], values[:3, :, 3] * 10, rtol=1e-6)
 
 
+def test_a_new_frame_waits_for_its_pixels(server):
+    """An older image with the channels does not stand in for a while."""
+    show(server, "old", picture())
+    with client_of(server) as client:
+        client.create_image("new", 4, 3, CHANNELS)
+    settle(server)
+    assert server.snapshot() is None and "new" in server.problem
+    assert_shows(server.snapshot("old"), picture())
+    assert server.problem is None
+
+
 def test_a_circle_of_confusion_not_sent_is_in_focus(server):
     values = picture()
     with client_of(server) as client:

@@ -14,7 +14,7 @@ from types import TracebackType
 
 from heatlens.errors import InputError
 from heatlens.image.plate import Plate
-from heatlens.image.tev_images import TevImages
+from heatlens.image.tev_images import TevImage, TevImages
 from heatlens.image.tev_plate import chosen_channels, plate_of_image
 from heatlens.image.tev_protocol import (
     PacketStream,
@@ -124,19 +124,15 @@ class TevServer:
         self, name: str | None = None, options: PlateOptions | None = None
     ) -> Plate | None:
         """A plate of the image `name` as it is now; None where it makes none, and then `problem`
-        says why. Without a name of the image created last that has colour and depth."""
+        says why. Without a name of the image created last that has colour and depth channels."""
+        self._snapshot_problem = None
         options = options or PlateOptions()
-        problems = []
-        for one in self.names if name is None else (name,):
-            try:
-                plate = self._plate_of(one, options)
-            except InputError as error:
-                problems.append(str(error))
-            else:
-                self._snapshot_problem = None
-                return plate
-        self._snapshot_problem = problems[0] if problems else None
-        return None
+        try:
+            image, aovs = self._copy_of(self.names if name is None else (name,), options)
+            return plate_of_image(image, options, aovs)
+        except InputError as error:
+            self._snapshot_problem = str(error)
+            return None
 
     def close(self) -> None:
         """End every connection and the thread; a second time does nothing."""
@@ -145,13 +141,22 @@ class TevServer:
             self._thread.join()
         self._waker.close()
 
-    def _plate_of(self, name: str, options: PlateOptions) -> Plate:
-        with self._lock:
-            image = self._images.get(name)
-            if image is None:
-                raise InputError(f"No image {name!r} has come yet.")
-            aovs, copy = tuple(image.planes), chosen_channels(image, options)
-        return plate_of_image(copy, options, aovs)
+    def _copy_of(
+        self, names: tuple[str, ...], options: PlateOptions
+    ) -> tuple[TevImage, tuple[str, ...]]:
+        """What a plate needs of the first image that has the channels for one, and the names of
+        all its channels. Raises InputError, about the first image, where none has them."""
+        why_not = None
+        for name in names:
+            with self._lock:
+                image = self._images.get(name)
+                try:
+                    if image is not None:
+                        return chosen_channels(image, options), tuple(image.planes)
+                except InputError as error:
+                    why_not = why_not or error
+        wanted = f"image {names[0]!r}" if names else "image"
+        raise why_not or InputError(f"No {wanted} has come yet.")
 
     def _serve(self) -> None:
         try:
