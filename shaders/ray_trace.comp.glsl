@@ -56,7 +56,7 @@ vec3 light_through(vec2 px, vec2 size, vec2 lens_m) {
     vec3 start = (world_from_camera * vec4(lens_m, 0.0, 1.0)).xyz;
     Hit hit = first_hit(top_root, start, along, depths_m.x, depths_m.y);
     vec3 direction = normalize(along);
-    return hit.instance < 0 ? sky(direction) : light_at(hit, -direction);
+    return hit.instance < 0 ? clamp(sky(direction), 0.0, MOST_LIGHT) : light_at(hit, -direction);
 }
 
 void main() {

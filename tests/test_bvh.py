@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from numpy.typing import NDArray
 
-from heatlens.scene.scene import Mesh
 from heatlens.scene_gpu.bvh import DEPTH_MOST, LEAF_MOST, Bvh, build, instance_tree, mesh_trees
+from ray_oracle import hit_distances, soup
 
 Array = NDArray[np.float64]
 Ray = tuple[Array, Array]
@@ -68,32 +68,6 @@ def test_a_tree_stays_shallow_over_items_that_tempt_it_to_peel_one_at_a_time(
     check_tree(build(low, low, 1), low, low, 1)
 
 
-def soup(rng: np.random.Generator, count: int) -> Mesh:
-    """Small triangles anywhere in a cube."""
-    middles = rng.uniform(-1, 1, (count, 1, 3))
-    positions = (middles + 0.1 * rng.normal(size=(count, 3, 3))).reshape(-1, 3).astype(np.float32)
-    triangles = np.arange(3 * count, dtype=np.uint32).reshape(-1, 3)
-    zeros = np.zeros_like(positions)
-    return Mesh(positions, zeros, zeros[:, :2], triangles)
-
-
-def hit_distances(ray: Ray, points: Array) -> Array:
-    """Along a ray to each of the triangles (T, 3, 3), infinite where it misses.
-
-    Moeller and Trumbore 1997, in float64.
-    """
-    start, along = ray
-    a, b = points[:, 1] - points[:, 0], points[:, 2] - points[:, 0]
-    normal = np.cross(a, b)
-    facing = normal @ along
-    offset = start - points[:, 0]
-    turned = np.cross(offset, along)
-    u, v = (b * turned).sum(axis=1) / -facing, (a * turned).sum(axis=1) / facing
-    distance = -(offset * normal).sum(axis=1) / facing
-    inside = (u >= 0) & (v >= 0) & (u + v <= 1) & (distance > 0)
-    return np.where(inside, distance, np.inf)
-
-
 def met(nodes: NDArray[np.void], root: int, ray: Ray) -> list[int]:
     """The triangles of the leaves that a ray goes through."""
     found: list[int] = []
@@ -123,8 +97,8 @@ def test_a_ray_meets_in_the_tree_what_it_meets_among_all_triangles(
         start = 3 * rng.normal(size=3)
         ray = start, rng.uniform(-1, 1, 3) - start
         among = met(trees.nodes, int(trees.roots[1]), ray)
-        in_tree = hit_distances(ray, positions[trees.triangles[among, :3]])
-        nearest = hit_distances(ray, mesh_points).min()
+        in_tree = hit_distances(*ray, positions[trees.triangles[among, :3]])
+        nearest = hit_distances(*ray, mesh_points).min()
         assert min(in_tree, default=np.inf) == pytest.approx(nearest)
         assert len(among) < len(mesh_points) / 4
         hits += np.isfinite(nearest)
