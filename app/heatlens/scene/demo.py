@@ -21,6 +21,7 @@ from heatlens.scene.demo_actors import LOOP_FRAMES, Clothes, Walk, dress, joints
 from heatlens.scene.demo_cafe import build_cafe
 from heatlens.scene.demo_set import DemoSet
 from heatlens.scene.demo_street import build_street
+from heatlens.scene.demo_wet import add_puddles
 from heatlens.scene.scene import Array, Daylight, Motion, Scene, SceneCamera
 
 DEMO_SOURCE = "demo"
@@ -29,9 +30,9 @@ _FRAMES = FrameRange(1, LOOP_FRAMES)
 _SKIN = (0.55, 0.34, 0.24)
 # Whose distance each mark is; the camera keeps it while the focus is there.
 ACTORS = {
-    "actor A": Walk((0.25, -3.12), (0.95, 0.2), 30, -1, 6),
+    "actor A": Walk((0.5, -3.47), (0.62, 0.2), 30, -1, 4),
     "actor B": Walk((-0.75, -5.85), (1.25, 0.25), 117, 1, 6),
-    "actor C": Walk((0.6, -10.3), (2.2, 0.3), 215, -1, 8),
+    "actor C": Walk((1.2, -10.3), (2.2, 0.42), 220, 1, 8),
 }
 _CLOTHES = (
     Clothes((0.42, 0.045, 0.035), (0.05, 0.06, 0.1), (0.7, 0.6, 0.42), (0.62, 0.5, 0.3), _SKIN),
@@ -40,7 +41,7 @@ _CLOTHES = (
     ),
     Clothes((0.55, 0.36, 0.07), (0.04, 0.05, 0.09), (0.08, 0.16, 0.32), (0.3, 0.04, 0.06), _SKIN),
 )
-_MARKS = (DistanceMark("A", 2.95), DistanceMark("B", 5.63), DistanceMark("C", 10.03))
+_MARKS = (DistanceMark("A", 3.3), DistanceMark("B", 5.63), DistanceMark("C", 9.96))
 # Start and length of the pulls from mark to mark, in frames.
 _PULLS = ((60, 28), (150, 34))
 _NIGHTFALL = Daylight(
@@ -48,7 +49,7 @@ _NIGHTFALL = Daylight(
     sun=(0.16, 0.22, 0.38),
     zenith=(0.012, 0.03, 0.10),
     horizon=(0.16, 0.11, 0.15),
-    ground=(0.012, 0.012, 0.016),
+    ground=(0.03, 0.022, 0.035),
 )
 
 
@@ -57,6 +58,7 @@ def demo_scene() -> Scene:
     """The scene; it moves over frames 1 to 240 and then begins again."""
     stage = DemoSet()
     build_street(stage)
+    puddles = add_puddles(stage)
     build_cafe(stage)
     still = len(stage.instances)
     joints = [
@@ -74,6 +76,7 @@ def demo_scene() -> Scene:
             for instance, matrix in zip(stage.instances, first, strict=True)
         ),
         materials=tuple(stage.materials),
+        images=(puddles,),
         cameras=(SceneCamera(_CAMERA, _dolly(), 50.0, 36.0),),
         lights=tuple(stage.lights),
         daylight=_NIGHTFALL,

@@ -18,7 +18,7 @@ from heatlens.scene.demo_shapes import (
     turned_y,
     turned_z,
 )
-from heatlens.scene.demo_street import WARM
+from heatlens.scene.demo_street import AMBER, WARM
 from heatlens.scene.scene import Array, Mesh, PointLight
 
 _TABLE_M = (0.78, -2.15)  # x, z
@@ -47,8 +47,8 @@ def _railing(stage: DemoSet, rng: np.random.Generator) -> None:
     plant = stage.mesh(_bush(rng, 70, (0.2, 0.22, 1.1)), green)
     stage.put("plants", plant, place @ moved(0, 1.08, -2.3))
     winding = [_around_rail(float(t)) for t in np.linspace(0, 1, 26)]
-    beads = joined(placed(sphere(0.011, 5, 3), moved(*point)) for point in winding)
-    stage.put("fairy lights", stage.mesh(beads, stage.lamp(WARM, 70.0)), place)
+    beads = joined(placed(sphere(0.008, 4, 2), moved(*point)) for point in winding)
+    stage.put("fairy lights", stage.mesh(beads, stage.lamp(AMBER, 60.0)), place)
 
 
 def _around_rail(share: float) -> Point:
@@ -131,4 +131,4 @@ def _leaves_above(stage: DemoSet, rng: np.random.Generator) -> None:
     stage.put("branch", stage.mesh(_bush(rng, 60, (0.55, 0.14, 0.4)), green), place)
     bulbs = rng.uniform(-0.5, 0.5, (7, 3)) * (0.55, 0.12, 0.35)
     beads = joined(placed(sphere(0.013, 6, 4), moved(*map(float, bulb))) for bulb in bulbs)
-    stage.put("branch", stage.mesh(beads, stage.lamp(WARM, 60.0)), place)
+    stage.put("branch", stage.mesh(beads, stage.lamp(AMBER, 60.0)), place)

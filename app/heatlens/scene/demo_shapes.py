@@ -98,10 +98,10 @@ def tube(points: Sequence[Point], radius_m: float, sides: int = 4) -> Mesh:
     along = np.gradient(middle, axis=0)
     across = np.cross(along, (0.0, 1.0, 0.0))
     across /= np.linalg.norm(across, axis=1, keepdims=True)
-    upward = np.cross(across, along)
-    upward /= np.linalg.norm(upward, axis=1, keepdims=True)
+    downward = np.cross(along, across)
+    downward /= np.linalg.norm(downward, axis=1, keepdims=True)
     angles = 2 * np.pi * np.arange(sides) / sides
-    ring = across[:, None] * np.cos(angles)[:, None] + upward[:, None] * np.sin(angles)[:, None]
+    ring = across[:, None] * np.cos(angles)[:, None] + downward[:, None] * np.sin(angles)[:, None]
     positions = middle[:, None] + radius_m * ring
     rows = _bands(np.arange(len(middle) - 1), sides)
     return mesh_of(positions.reshape(-1, 3), ring.reshape(-1, 3), rows)

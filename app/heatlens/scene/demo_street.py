@@ -19,6 +19,7 @@ from heatlens.scene.demo_shapes import (
 from heatlens.scene.scene import Array, Color, Mesh, PointLight
 
 WARM: Color = (1.0, 0.62, 0.28)
+AMBER: Color = (1.0, 0.46, 0.13)
 _SIDE_M = 5.6  # from the middle of the street to the houses
 _LAMP_M = 3.1  # height of a lamp
 _LAMP_ROWS = tuple(-9.0 - 6.5 * i for i in range(7))
@@ -28,9 +29,9 @@ _WINDOW_M = (0.95, 1.35)
 
 
 def build_street(stage: DemoSet) -> None:
-    """Ground, houses and lights."""
+    """Pavements, houses and lights."""
     rng = np.random.default_rng(7)
-    _ground(stage)
+    _pavements(stage)
     _houses(stage, rng)
     _lamps(stage)
     _garlands(stage)
@@ -38,12 +39,9 @@ def build_street(stage: DemoSet) -> None:
     _signs(stage)
 
 
-def _ground(stage: DemoSet) -> None:
-    """Wet, so that lamps leave their streaks on it."""
-    wet = stage.paint((0.035, 0.037, 0.042), 0.24, name="asphalt")
+def _pavements(stage: DemoSet) -> None:
+    """The pavements; what lies between them is in `demo_wet`."""
     stone = stage.paint((0.09, 0.085, 0.08), 0.45, name="kerb")
-    corners = np.array([(-30, 0, 6), (30, 0, 6), (30, 0, -75), (-30, 0, -75)], np.float64)
-    stage.put("ground", stage.mesh(quads([corners]), wet), np.eye(4))
     kerb = stage.mesh(box(1.6, 0.12, 72.0), stone)
     stage.put("ground", kerb, moved(-4.8, 0, -42), moved(4.8, 0, -42))
 
@@ -81,7 +79,7 @@ def _windows(front: Array, across: int, height_m: float) -> list[Array]:
 def _light_windows(stage: DemoSet, places: list[Array], rng: np.random.Generator) -> None:
     """Some dark, others lit in one of three colours."""
     dark = stage.paint((0.02, 0.025, 0.035), 0.15, name="glass")
-    lit = [(WARM, 2.6), ((1.0, 0.78, 0.5), 1.4), ((0.55, 0.75, 1.0), 1.0)]
+    lit = [(WARM, 1.3), ((1.0, 0.72, 0.42), 0.7), ((0.45, 0.7, 1.0), 0.6)]
     paints = [dark, *(stage.lamp(color, radiance) for color, radiance in lit)]
     kinds = rng.choice(4, len(places), p=(0.52, 0.24, 0.16, 0.08))
     x, y = _WINDOW_M[0] / 2, _WINDOW_M[1] / 2
@@ -96,7 +94,7 @@ def _lamps(stage: DemoSet) -> None:
     iron = stage.paint((0.03, 0.035, 0.035), 0.4, 0.6, name="iron")
     profile = [(0.14, 0.0), (0.12, 0.25), (0.05, 0.35), (0.04, 2.9), (0.13, 2.96), (0.0, 2.97)]
     post = stage.mesh(lathe(profile, 6, smooth=False), iron)
-    globe = stage.mesh(sphere(0.14, 8, 6), stage.lamp(WARM, 55.0))
+    globe = stage.mesh(sphere(0.1, 6, 4), stage.lamp(WARM, 50.0))
     for z in _LAMP_ROWS:
         for x in (-4.2, 4.2):
             stage.put("street lamps", post, moved(x, 0.12, z))
@@ -109,9 +107,9 @@ def _garlands(stage: DemoSet) -> None:
     """Strings of bulbs across the street, from lamp to lamp, and along the houses."""
     wire = stage.paint((0.02, 0.02, 0.02), 0.8, name="wire")
     strings = [
-        (stage.mesh(_string_wire(), wire), stage.mesh(_bulbs(0, 2), stage.lamp(WARM, 180.0))),
-        (-1, stage.mesh(_bulbs(1, 4), stage.lamp((1.0, 0.32, 0.22), 130.0))),
-        (-1, stage.mesh(_bulbs(3, 4), stage.lamp((0.35, 0.75, 1.0), 110.0))),
+        (stage.mesh(_string_wire(), wire), stage.mesh(_bulbs(0, 2), stage.lamp(AMBER, 60.0))),
+        (-1, stage.mesh(_bulbs(1, 4), stage.lamp((1.0, 0.16, 0.09), 60.0))),
+        (-1, stage.mesh(_bulbs(3, 4), stage.lamp((0.16, 0.55, 1.0), 55.0))),
     ]
     places = [
         moved(0, 3.05, z) @ turned_y(slant) @ scaled(1.0 / np.cos(slant), 1, 1)
@@ -133,7 +131,7 @@ def _string_wire() -> Mesh:
 
 
 def _bulbs(first: int, every: int) -> Mesh:
-    bulb = sphere(0.035, 5, 3)
+    bulb = sphere(0.028, 4, 2)
     places = np.linspace(-3.9, 3.9, 16)[first::every]
     return joined(placed(bulb, moved(*_sag(float(x))) @ moved(0, -0.05, 0)) for x in places)
 
@@ -142,7 +140,7 @@ def _traffic(stage: DemoSet) -> None:
     """Cars far down the street, and lights that hold them."""
     lamp = sphere(0.07, 6, 4)
     pair = joined(placed(lamp, moved(x, 0.65, 0)) for x in (-0.6, 0.6))
-    white = stage.mesh(pair, stage.lamp((1.0, 0.9, 0.75), 320.0))
+    white = stage.mesh(pair, stage.lamp((1.0, 0.9, 0.75), 200.0))
     red = stage.mesh(pair, stage.lamp((1.0, 0.05, 0.03), 90.0))
     stage.put("cars", white, moved(-1.9, 0, -44), moved(-2.1, 0, -57))
     stage.put("cars", red, moved(1.5, 0, -36), moved(1.9, 0, -50))
@@ -153,14 +151,19 @@ def _traffic(stage: DemoSet) -> None:
 def _signs(stage: DemoSet) -> None:
     """Shop fronts and neon, which a lens makes soft rectangles of."""
     glow = [
-        ((1.0, 0.2, 0.45), 7.0, -1.0, -15.5),
-        ((0.2, 0.85, 0.9), 6.0, 1.0, -21.0),
-        ((1.0, 0.45, 0.1), 8.0, 1.0, -12.5),
-        ((0.55, 0.3, 1.0), 7.0, -1.0, -29.0),
+        ((1.0, 0.2, 0.45), 2.6, -1.0, -15.5),
+        ((0.2, 0.85, 0.9), 2.4, 1.0, -21.0),
+        ((1.0, 0.45, 0.1), 2.8, 1.0, -12.5),
+        ((0.55, 0.3, 1.0), 3.0, -1.0, -29.0),
     ]
     for color, radiance, side, z in glow:
         sign = stage.mesh(box(0.08, 1.5, 0.5), stage.lamp(color, radiance))
         stage.put("signs", sign, moved(side * (_SIDE_M - 0.6), 2.6, z))
-    shop = stage.mesh(box(0.05, 1.7, 3.4), stage.lamp((1.0, 0.7, 0.38), 2.2))
+    shop = stage.mesh(_shop_front(), stage.lamp((1.0, 0.66, 0.32), 0.9))
     places = [(-1.0, -11.0), (1.0, -16.5), (-1.0, -24.0), (1.0, -31.0)]
     stage.put("shops", shop, *(moved(side * _SIDE_M, 0.5, z) for side, z in places))
+
+
+def _shop_front() -> Mesh:
+    """Four panes, their frames dark between them."""
+    return joined(placed(box(0.05, 1.6, 0.72), moved(0, 0, 0.85 * i)) for i in (-2, -1, 0, 1))
