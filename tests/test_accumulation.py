@@ -94,8 +94,9 @@ def test_a_lamp_becomes_the_disc_of_the_thin_lens(
     light = lab.seen(lens, VIEWS)[..., 0].astype(np.float64)
     diameter = abs(float(coc_px(depth_m, coc_line(lens, SIZE[0]))))
     means, variances = spread(light)
-    # A disc's variance is (d / 4)^2 along each axis, a box's its width squared over 12.
-    own = (QUAD_PX**2 + 1.0) / 12  # to 0.02 where the pixels are as coarse as the light
+    # A disc's variance is (d / 4)^2 along each axis, a box's its width squared over 12, but for
+    # what pixels as coarse as the light make of it.
+    own = (QUAD_PX**2 + 1.0) / 12
     expected = [(diameter / squeeze / 4) ** 2 + own, (diameter / 4) ** 2 + own]
     np.testing.assert_allclose(variances, expected, rtol=0.02, atol=0.1)
     np.testing.assert_allclose(means, AT_PX, atol=0.05)
@@ -122,6 +123,19 @@ def test_what_is_in_focus_is_as_sharp_as_through_a_pinhole(ctx: moderngl.Context
     pinhole = lab.seen(replace(LENS, f_stop=1e5), VIEWS)
     np.testing.assert_array_equal(through_lens, pinhole)
     assert np.count_nonzero(through_lens[..., 0]) <= (QUAD_PX + 1) ** 2
+
+
+def test_an_edge_has_the_share_of_the_pixel_that_is_covered(
+    ctx: moderngl.Context, lab: Lab
+) -> None:
+    lab.load(LENS.focus_distance_m)
+    light = lab.seen(LENS, 1024)[..., 0]
+    shares = []
+    for side, at in zip(SIZE, AT_PX, strict=True):
+        left = np.arange(side) - side / 2 - at
+        overlap = np.minimum(left + 1, QUAD_PX / 2) - np.maximum(left, -QUAD_PX / 2)
+        shares.append(np.clip(overlap, 0, 1))
+    np.testing.assert_allclose(light, RADIANCE * np.outer(shares[1], shares[0]), atol=0.4)
 
 
 def test_all_colours_and_the_alpha_are_meant(ctx: moderngl.Context, lab: Lab) -> None:

@@ -116,8 +116,8 @@ def _motion(still: Array, joints: list[tuple[str, str]]) -> Motion:
 def _dolly() -> CameraTrack:
     """Slowly to the right, past the railing, looking down the street."""
     keys = (
-        (1, (-0.22, 1.06, 0.0), (0.02, 1.24, -6.0)),
-        (120, (0.02, 1.09, -0.05), (-0.02, 1.22, -6.0)),
-        (240, (0.2, 1.13, 0.0), (-0.04, 1.18, -6.0)),
+        (1, (-0.22, 1.06, 0.0), (0.02, 1.32, -6.0)),
+        (120, (0.02, 1.09, -0.05), (-0.02, 1.29, -6.0)),
+        (240, (0.2, 1.13, 0.0), (-0.04, 1.25, -6.0)),
     )
     return CameraTrack(tuple(PoseKey(frame, looking_at(eye, at)) for frame, eye, at in keys))
