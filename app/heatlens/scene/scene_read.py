@@ -5,11 +5,15 @@ from pathlib import Path
 
 from heatlens.errors import InputError
 from heatlens.scene.gltf_read import read_gltf
+from heatlens.scene.mesh_read import read_mesh
 from heatlens.scene.scene import Scene
 
 _READERS = {
     ".glb": read_gltf,
     ".gltf": read_gltf,
+    ".obj": read_mesh,
+    ".ply": read_mesh,
+    ".stl": read_mesh,
 }
 
 SCENE_SUFFIXES = tuple(_READERS)

@@ -1,0 +1,196 @@
+"""OBJ, PLY and STL files as scenes, by trimesh: triangles, and what materials they tell.
+
+OBJ and PLY have v upwards, and none of them has a unit: their numbers are taken as metres.
+"""
+
+import importlib
+import io
+import warnings
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heatlens.errors import InputError
+from heatlens.scene.mesh_make import made_mesh, smooth_normals
+from heatlens.scene.picture_read import read_picture
+from heatlens.scene.scene import Color, Instance, Material, Mesh, Scene
+
+_CUTOFF = 0.5
+
+
+class _Folder:
+    """The files beside a scene, as trimesh asks for them; none outside of its folder."""
+
+    def __init__(self, path: Path):
+        self.folder, self.missing = path.parent.resolve(), list[str]()
+
+    def get(self, name: str) -> bytes:
+        """The bytes of a file; an OSError where it is missing or elsewhere."""
+        try:
+            path = (self.folder / name.strip().replace("\\", "/")).resolve()
+            if not path.is_relative_to(self.folder):
+                raise FileNotFoundError(name)
+            return path.read_bytes()
+        except (OSError, ValueError) as error:
+            self.missing.append(name.strip()[:80])
+            raise FileNotFoundError(name) from error
+
+    __getitem__ = get
+
+
+@dataclass
+class _Reading:
+    path: Path
+    folder: _Folder
+    meshes: list[Mesh] = field(default_factory=list)
+    names: list[str] = field(default_factory=list)
+    materials: list[Material] = field(default_factory=list)
+    images: list[NDArray[np.uint8]] = field(default_factory=list)
+    notes: dict[str, None] = field(default_factory=dict)  # in order, each once
+    _pictures: dict[str, int | None] = field(default_factory=dict)
+
+    def add(self, name: str, geometry: Any) -> None:
+        """One of the parts that trimesh found."""
+        faces = getattr(geometry, "faces", None)
+        if faces is None or not len(faces):
+            self.notes["Points and lines are not drawn; only triangles are."] = None
+            return
+        positions = np.asarray(geometry.vertices, np.float64)
+        if np.min(faces) < 0 or np.max(faces) >= len(positions):
+            raise InputError(f"{self.path}: a triangle names a vertex that is not there.")
+        found, triangles = _floats(positions), np.asarray(faces, np.uint32)
+        uvs = getattr(geometry.visual, "uv", None)
+        self.names.append(name)
+        self.materials.append(self._material(geometry.visual))
+        self.meshes.append(
+            made_mesh(
+                f"{self.path}: {name}",
+                found,
+                triangles,
+                self._normals(geometry, found, triangles),
+                None if uvs is None else _floats(np.asarray(uvs) * (1, -1) + (0, 1)),
+                len(self.meshes),
+            )
+        )
+
+    def _normals(
+        self, geometry: Any, positions: NDArray[np.float32], triangles: NDArray[np.uint32]
+    ) -> NDArray[np.float32] | None:
+        """Those of the file; a PLY without them is a scan and smooth, what else has none flat."""
+        # Asked for, trimesh makes some up; only its cache knows whether the file had them.
+        if self.path.suffix.lower() != ".stl" and "vertex_normals" in geometry._cache:
+            return _floats(geometry.vertex_normals)
+        if self.path.suffix.lower() == ".ply" and np.isfinite(positions).all():
+            return smooth_normals(positions, triangles)
+        return None
+
+    def _material(self, visual: Any) -> Material:
+        if visual.kind in ("vertex", "face"):
+            self.notes["Its colours of vertices are not read, but their mean is."] = None
+            return Material(base_color=_linear(np.mean(visual.vertex_colors[:, :3], axis=0)))
+        material = getattr(visual, "material", None)
+        told = getattr(material, "kwargs", None)
+        if material is None or not told:
+            return Material()
+        shininess, alpha = _row(told, "ns", (0.0,))[0], _row(told, "d", (1.0,))[0]
+        picture = self._picture(material)
+        red, green, blue = (1.0,) * 3 if picture is not None else _row(told, "kd", (0.8,) * 3)
+        glow = _row(told, "ke", (0.0,) * 3)
+        return Material(
+            name=str(material.name),
+            base_color=(red, green, blue),
+            base_alpha=alpha,
+            # Walter et al. 2007: the exponent of Blinn and Phong as a roughness; alpha is its root.
+            roughness=(2 / (shininess + 2)) ** 0.25,
+            emission=(glow[0], glow[1], glow[2]),
+            alpha_cutoff=_CUTOFF if alpha < 1 or "map_d" in told else 0.0,
+            base_color_map=picture,
+        )
+
+    def _picture(self, material: Any) -> int | None:
+        """Its map of colour among the images."""
+        name = getattr(material.image, "info", {}).get("file_path")
+        if name is None:
+            return None
+        if name not in self._pictures:
+            self.images.append(read_picture(self.folder.get(name), f"{self.path}: {name}"))
+            self._pictures[name] = len(self.images) - 1
+        return self._pictures[name]
+
+
+def read_mesh(path: Path) -> Scene:
+    """An OBJ, PLY or STL. Raises InputError where it is damaged, or trimesh is not installed."""
+    trimesh = _trimesh()
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise InputError(f"{path} cannot be opened: {error.strerror or error}.") from error
+    if not data:
+        raise InputError(f"{path} is empty: there is no scene in it.")
+    reading = _Reading(path, _Folder(path))
+    for name, geometry in _parts(trimesh, path, data, reading.folder):
+        reading.add(name, geometry)
+    missing = [f"{name} is not there, and is done without." for name in reading.folder.missing]
+    return Scene(
+        path,
+        tuple(reading.meshes),
+        tuple(Instance(name, i, np.eye(4)) for i, name in enumerate(reading.names)),
+        tuple(reading.materials) or (Material(),),
+        tuple(reading.images),
+        notes=tuple(f"{path}: {note}" for note in dict.fromkeys([*missing, *reading.notes])),
+    )
+
+
+def _trimesh() -> Any:
+    try:
+        return importlib.import_module("trimesh")
+    except ImportError as error:
+        raise InputError(
+            f"OBJ, PLY and STL need trimesh, which cannot be loaded ({error}). Install it with: "
+            "pip install 'heatlens[scene]'"
+        ) from error
+
+
+def _parts(trimesh: Any, path: Path, data: bytes, folder: _Folder) -> Iterator[tuple[str, Any]]:
+    kind = path.suffix.lower().removeprefix(".")
+    try:
+        with warnings.catch_warnings(), np.errstate(all="ignore"):
+            warnings.simplefilter("ignore")  # of numbers in damaged files, and of old calls
+            scene = trimesh.load_scene(
+                io.BytesIO(data), file_type=kind, resolver=folder, process=False
+            )
+            # What is not read until asked for, is read here.
+            parts = [(str(name), part) for name, part in scene.geometry.items()]
+    except Exception as error:  # trimesh lets through whatever a damaged file brings about
+        said = " ".join(str(error).split())[:120] or type(error).__name__
+        raise InputError(f"{path} is damaged or no {kind.upper()} ({said}).") from error
+    yield from parts
+
+
+def _floats(values: Any) -> NDArray[np.float32]:
+    with np.errstate(over="ignore"):  # infinite ones are refused later
+        return np.asarray(values).astype(np.float32)
+
+
+def _row(told: dict[str, Any], name: str, default: tuple[float, ...]) -> tuple[float, ...]:
+    """Numbers of a material from 0 on, or the default where there is anything else."""
+    value = told.get(name, default)
+    try:
+        found = [float(item) for item in (value if isinstance(value, list | tuple) else [value])]
+    except (TypeError, ValueError):
+        return default
+    usable = len(found) == len(default) and all(0 <= item < 1e6 for item in found)
+    return tuple(found) if usable else default
+
+
+def _linear(bytes_: Any) -> Color:
+    """sRGB of 0 to 255 as light; IEC 61966-2-1."""
+    shares = np.asarray(bytes_) / 255
+    red, green, blue = np.where(
+        shares <= 0.04045, shares / 12.92, ((shares + 0.055) / 1.055) ** 2.4
+    )
+    return float(red), float(green), float(blue)

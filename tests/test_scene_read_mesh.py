@@ -1,0 +1,133 @@
+"""OBJ, PLY and STL files, written by hand; damage ends in a sentence."""
+
+import struct
+import sys
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from gltf_files import encoded
+from heatlens.errors import HeatlensError, InputError
+from heatlens.scene.scene_bounds import bounds_m
+from heatlens.scene.scene_read import read_scene
+
+OBJ = """mtllib a.mtl
+v 0 0 0
+v 2 0 0
+v 2 3 0
+v 0 3 0
+vt 0 0
+vt 1 0
+vt 1 1
+vt 0 1
+usemtl red
+f 1/1 2/2 3/3
+usemtl blue
+f 1/1 3/3 4/4
+"""
+MTL = """newmtl red
+Kd 1 0.25 0
+Ns 100
+map_Kd pic.png
+newmtl blue
+Kd 0 0.5 1
+Ke 3 2 1
+d 0.25
+"""
+PLY = (
+    b"""ply
+format binary_little_endian 1.0
+element vertex 4
+property float x
+property float y
+property float z
+property uchar red
+property uchar green
+property uchar blue
+element face 2
+property list uchar int vertex_indices
+end_header
+"""
+    + b"".join(
+        struct.pack("<fffBBB", x, y, 5, 255, 0, 255) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))
+    )
+    + struct.pack("<BiiiBiii", 3, 0, 1, 2, 3, 0, 2, 3)
+)
+STL = bytes(80) + struct.pack("<I", 1) + struct.pack("<12fH", *(0, 0, 1), *range(9), 0)
+PIXELS = np.array([[[1, 2, 3], [4, 5, 6]]], np.uint8)
+
+
+def test_obj_with_materials_and_a_map(tmp_path):
+    (tmp_path / "a.obj").write_text(OBJ)
+    (tmp_path / "a.mtl").write_text(MTL)
+    (tmp_path / "pic.png").write_bytes(encoded(PIXELS))
+    scene = read_scene(tmp_path / "a.obj")
+    meshes = {scene.materials[mesh.material].name: mesh for mesh in scene.meshes}
+    red, blue = (scene.materials[meshes[name].material] for name in ("red", "blue"))
+    assert np.array_equal(scene.images[red.base_color_map][..., :3], PIXELS)
+    assert (blue.base_color, blue.emission, blue.base_alpha) == ((0, 0.5, 1), (3, 2, 1), 0.25)
+    assert red.roughness < blue.roughness == 1
+    mesh = meshes["red"]
+    uvs = mesh.uvs[mesh.triangles[0]]
+    assert uvs.tolist() == [[0, 1], [1, 1], [1, 0]]  # v runs down here
+    assert mesh.normals[mesh.triangles[0]] == pytest.approx(np.tile([0, 0, 1], (3, 1)))
+    assert bounds_m(scene, 1).tolist() == [[0, 0, 0], [2, 3, 0]]
+
+
+def test_obj_whose_materials_are_gone_or_elsewhere_is_shown_without(tmp_path):
+    (tmp_path / "in").mkdir()
+    (tmp_path / "a.mtl").write_text(MTL)
+    for name in ("gone.mtl", "../a.mtl"):
+        (tmp_path / "in" / "a.obj").write_text(OBJ.replace("a.mtl", name))
+        scene = read_scene(tmp_path / "in" / "a.obj")
+        assert scene.triangle_count == 2
+        assert f"{name} is not there" in scene.notes[0]
+
+
+def test_ply_with_colours(tmp_path):
+    (tmp_path / "a.ply").write_bytes(PLY)
+    scene = read_scene(tmp_path / "a.ply")
+    assert bounds_m(scene, 1).tolist() == [[0, 0, 5], [1, 1, 5]]
+    assert scene.materials[0].base_color == (1, 0, 1)
+    assert scene.meshes[0].normals == pytest.approx(np.tile([0, 0, 1], (4, 1)))
+
+
+def test_stl(tmp_path):
+    (tmp_path / "a.stl").write_bytes(STL)
+    assert bounds_m(read_scene(tmp_path / "a.stl"), 1).tolist() == [[0, 1, 2], [6, 7, 8]]
+
+
+FILES = {".obj": OBJ.encode(), ".ply": PLY, ".stl": STL}
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("fuzz")
+
+
+@given(st.sampled_from(sorted(FILES)), st.data())
+@settings(deadline=None, max_examples=300)
+def test_damaged_files_are_scenes_or_a_sentence(folder, suffix, data):
+    whole = FILES[suffix]
+    found = bytearray(whole[: data.draw(st.integers(0, len(whole)))])
+    for at in data.draw(st.lists(st.integers(0, max(len(found) - 1, 0)), max_size=3)):
+        if found:
+            found[at] = data.draw(st.integers(0, 255))
+    path = folder / f"a{suffix}"
+    path.write_bytes(found)
+    try:
+        scene = read_scene(path)
+    except HeatlensError as error:
+        assert path.name in str(error)
+        assert "\n" not in str(error)
+    else:
+        assert all(np.isfinite(mesh.positions_m).all() for mesh in scene.meshes)
+
+
+def test_without_the_library_it_is_told_what_to_install(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "trimesh", None)
+    (tmp_path / "a.stl").write_bytes(STL)
+    with pytest.raises(InputError, match=r"pip install 'heatlens\[scene\]'"):
+        read_scene(tmp_path / "a.stl")
