@@ -231,7 +231,7 @@ def test_the_chart_keeps_its_dots_inside_and_in_order(values):
     dots = re.findall(r'cx="([-0-9.]+)" cy="([-0-9.]+)"', chart_svg(rows))
     places = [(float(x), float(y)) for x, y in dots]
     assert len(places) == len(values)
-    assert all(64 <= x <= 832 and 20 <= y <= 292 for x, y in places)
+    assert all(64 <= x <= 832 and 34 <= y <= 302 for x, y in places)
     by_time = sorted(range(len(values)), key=lambda i: values[i][1])
     xs = [places[i][0] for i in by_time]
     assert xs == sorted(xs)

@@ -5,8 +5,8 @@ from html import escape
 
 from heatlens.study.measured import Row
 
-WIDTH, HEIGHT = 860, 340
-_LEFT, _RIGHT, _TOP, _BOTTOM = 64, 28, 20, 48
+WIDTH, HEIGHT = 860, 350
+_LEFT, _RIGHT, _TOP, _BOTTOM = 64, 28, 34, 48
 _LINE_PX = 17  # names that come closer than this to each other are moved apart
 
 

@@ -25,7 +25,8 @@ def crop_boxes(pictures: list[FloatImage], reference: FloatImage, count: int = C
     while len(boxes) < count and np.isfinite(sums).any():
         y, x = (int(i) for i in np.unravel_index(int(np.argmax(sums)), sums.shape))
         boxes.append(Box(x, y, x + side, y + side))
-        sums[max(0, y - side + 1) : y + side, max(0, x - side + 1) : x + side] = -np.inf
+        apart = side + side // 2  # neighbours would show the same thing twice
+        sums[max(0, y - apart) : y + apart, max(0, x - apart) : x + apart] = -np.inf
     return boxes
 
 

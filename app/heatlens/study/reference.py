@@ -11,6 +11,10 @@ from heatlens.model.boxes import Box
 from heatlens.model.settings import Bokeh, DefocusSettings, Method, Quality
 from heatlens.study.subject import Subject
 
+_SHARED = (
+    "Accumulation begins with the views that the truth begins with, which favours it a little."
+)
+
 
 @dataclass(frozen=True, eq=False)
 class Reference:
@@ -18,12 +22,14 @@ class Reference:
 
     name      what it is, in a few words
     is_truth  False where it is one of the methods itself, which may be wrong as well
+    note      a sentence on what favours a method, empty where nothing does
     """
 
     pixels: FloatImage
     region: Box
     name: str
     is_truth: bool
+    note: str = ""
 
 
 def from_file(subject: Subject, truth: Picture) -> Reference:
@@ -49,7 +55,7 @@ def from_views(subject: Subject, views: int, tell: Callable[[str], None]) -> Ref
     """The truth of a scene: right but for the noise of so many; `tell` hears of each step."""
     settings = truth_settings(subject, views)
     name = f"the scene seen from {views} points of the lens"
-    return _rendered(subject.pixels(settings, tell), name, is_truth=True)
+    return replace(_rendered(subject.pixels(settings, tell), name, is_truth=True), note=_SHARED)
 
 
 def from_diffusion(subject: Subject) -> Reference:

@@ -47,11 +47,13 @@ def _head(report: Report) -> str:
 
 
 def _finding(report: Report) -> str:
-    """The result in a sentence or two."""
-    best, quickest = report.rows[0], min(report.rows, key=lambda row: row.seconds)
-    what = "truth" if report.reference.is_truth else "reference"
+    """The result in a sentence or two; the reference itself is no finding."""
+    others = [row for row in report.rows if row.scores.flip > 0] or list(report.rows)
+    best = report.rows[0] if report.reference.is_truth else others[0]
+    quickest = min(report.rows, key=lambda row: row.seconds)
+    what = "the truth" if report.reference.is_truth else escape(report.reference.name)
     words = (
-        f"Nearest to the {what}: <b>{escape(str(best.method))}</b>, FLIP {best.scores.flip:.4f}, "
+        f"Nearest to {what}: <b>{escape(str(best.method))}</b>, FLIP {best.scores.flip:.4f}, "
         f"in {duration(best.seconds)}."
     )
     if quickest is best:
@@ -80,7 +82,8 @@ def _table(report: Report) -> str:
     head = "".join(f'<th scope="col">{name}</th>' for name in heads)
     return (
         '<h2>Results</h2>\n<p class="soft">Sorted by FLIP, what an eye sees flipping between a '
-        f"picture and the {_reference_word(report)}: 0 is the same, 1 the worst.</p>\n"
+        f"picture and the {_reference_word(report)}: 0 is the same, 1 the worst. "
+        f"{escape(report.reference.note)}</p>\n"
         f'<div class="wide"><table>\n<thead><tr>{head}</tr></thead>\n<tbody>\n{rows}</tbody>\n'
         "</table></div>\n"
     )
@@ -100,12 +103,14 @@ def _table_row(row: Row, worst: float, is_best: bool) -> str:
 
 
 def _time(report: Report) -> str:
-    runs = {row.runs for row in report.rows}
-    few = "; where there was no time for more, a single first run" if 0 in runs else ""
+    most = max(row.runs for row in report.rows)
+    frames = f"the median of up to {most} frames" if most > 1 else "that of one frame"
+    few = "; of the slowest it is that of the first" if any(not r.runs for r in report.rows) else ""
     return (
-        '<h2>Error and time</h2>\n<p class="soft">Low is right, left is quick. Each time is the '
-        f"median of up to {max(runs)} frames after a warm-up{few}, on {escape(report.machine)}, "
-        f"at {report.size[0]} × {report.size[1]} pixels.</p>\n{chart_svg(report.rows)}\n"
+        '<h2>Error and time</h2>\n<p class="soft">Low is right, left is quick. Each time is '
+        f"{frames} after a warm-up{few}, on {escape(report.machine)}, at "
+        f"{report.size[0]} × {report.size[1]} pixels.</p>\n"
+        f'<div class="wide">{chart_svg(report.rows)}</div>\n'
     )
 
 
@@ -130,7 +135,7 @@ def _frame(box: Box, place: int, report: Report) -> str:
         "height": box.height / height,
     }
     style = ";".join(f"{name}:{100 * share:.3f}%" for name, share in at.items())
-    return f'<a href="#place-{place}" style="{style}">{place}</a>'
+    return f'<a href="#place-{place}" style="{style}"><b>{place}</b></a>'
 
 
 def _place(report: Report, box: Box, place: int) -> str:
@@ -140,7 +145,7 @@ def _place(report: Report, box: Box, place: int) -> str:
     return (
         f'<h3 class="place" id="place-{place}">Place {place} '
         f'<span class="soft">{box.width} × {box.height} pixels at ({box.x0}, {box.y0})</span></h3>'
-        f'\n<div class="crops">\n{figures}</div>\n'
+        f'\n<div class="crops" style="--columns:{figures.count("<figure")}">\n{figures}</div>\n'
     )
 
 

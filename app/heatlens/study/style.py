@@ -42,16 +42,16 @@ tr.best td.flip b { color: var(--heat); }
 td b { font-weight: 600; }
 svg text { font: 13px ui-sans-serif, system-ui, "Segoe UI", Roboto, sans-serif; fill: var(--soft); }
 svg .name { fill: var(--ink); font-weight: 600; }
-.chart { display: block; width: 100%; max-width: 860px; height: auto; margin-top: 16px; }
+.chart { display: block; width: 100%; min-width: 560px; max-width: 860px; height: auto; }
 figure { margin: 0; }
 figcaption { margin-top: 8px; }
 figcaption b { color: var(--ink); font-weight: 600; }
 img { display: block; width: 100%; height: auto; border-radius: 4px; background: #000; }
 .map { position: relative; margin-top: 20px; max-width: 860px; }
 .map a { position: absolute; border: 2px solid #fff; border-radius: 3px; color: #fff;
-  outline: 1px solid rgb(0 0 0 / .55); font-weight: 650; font-size: 14px; line-height: 1;
-  padding: 5px; text-decoration: none; text-shadow: 0 0 4px #000, 0 0 2px #000; }
-.crops { display: grid; grid-template-columns: repeat(auto-fit, minmax(132px, 1fr)); gap: 18px 12px;
+  outline: 1px solid rgb(0 0 0 / .55); font-size: 13px; line-height: 1; text-decoration: none; }
+.map b { display: inline-block; padding: 3px 6px; background: var(--heat); }
+.crops { display: grid; grid-template-columns: repeat(var(--columns), 1fr); gap: 18px 12px;
   margin: 14px 0 36px; }
 .crops img { image-rendering: pixelated; aspect-ratio: 1; }
 .crops .is-reference img { box-shadow: 0 0 0 2px var(--paper), 0 0 0 4px var(--heat); }
@@ -65,6 +65,8 @@ img { display: block; width: 100%; height: auto; border-radius: 4px; background:
 .flips:hover .over, .flips:focus .over { opacity: 1; }
 footer { margin-top: 88px; padding-top: 18px; border-top: 1px solid var(--line); }
 footer p + p { margin-top: 8px; }
+@media (max-width: 900px) {
+  .crops { grid-template-columns: repeat(auto-fill, minmax(128px, 1fr)); } }
 @media (max-width: 800px) { main { padding: 32px 18px 64px; } .three { grid-template-columns: 1fr; }
   h1 { font-size: 30px; } }
 """.strip()
