@@ -135,7 +135,7 @@ def scene_of(
 
 def still_life() -> Scene:
     """Two spheres, a box and a lamp on a table, and a camera: something of everything."""
-    y, x = np.indices((8, 8))
+    y, x = np.indices((64, 64)) // 8
     checks = np.where(((x + y) % 2 == 0)[..., None], (230, 220, 200, 255), (70, 60, 60, 255))
     materials = (
         Material("table", base_color=(1.0, 1.0, 1.0), roughness=0.5, base_color_map=0),

@@ -18,12 +18,14 @@ uniform vec3 sky_light[3];       // diffuse light for a normal's y: a + b y + c 
 #define GROUND_BAND 0.1        // the sky goes over into the ground within this, sine of an angle
 #define NORMAL_OFFSET 2.0      // texels that a shadow is looked up above the surface
 
-// `direction` is unit.
-vec3 sky(vec3 direction) {
+// `direction` is unit; `soft` is by how much its y is spread.
+vec3 spread_sky(vec3 direction, float soft) {
     float up = max(direction.y, 0.0);
     vec3 above = mix(sky_horizon, sky_zenith, up * (2.0 - up));
-    return mix(sky_ground, above, smoothstep(-GROUND_BAND, 0.0, direction.y));
+    return mix(sky_ground, above, smoothstep(-GROUND_BAND - soft, soft, direction.y));
 }
+
+vec3 sky(vec3 direction) { return spread_sky(direction, 0.0); }
 
 vec3 sky_diffuse(float y) {
     return max(sky_light[0] + y * (sky_light[1] + y * sky_light[2]), 0.0);
@@ -31,7 +33,8 @@ vec3 sky_diffuse(float y) {
 
 // Between the sky's mirror image and its diffuse light.
 vec3 sky_glossy(vec3 direction, float roughness) {
-    return mix(sky(direction), sky_diffuse(direction.y), roughness * (2.0 - roughness));
+    vec3 mirrored = spread_sky(direction, roughness);
+    return mix(mirrored, sky_diffuse(direction.y), roughness * (2.0 - roughness));
 }
 
 // Share of the sun that comes through: four texels compared, from above the surface.
@@ -59,12 +62,14 @@ vec3 reflected(Surface s, vec3 to_eye, vec3 to_light) {
     return nl * (diffuse + fresnel * (aa / (PI * spread * spread) * visible));
 }
 
-// What of the light from all around is mirrored: Karis 2014, fit to GGX's integral.
+// What of the light from all around is mirrored: Karis 2014, fit to GGX's integral; and what is
+// mirrored more than once, Turquin 2019, without which a rough metal would be dark.
 vec3 mirrored_share(vec3 facing, float roughness, float nv) {
     vec4 r = roughness * vec4(-1.0, -0.0275, -0.572, 0.022) + vec4(1.0, 0.0425, 1.04, -0.04);
     float fit = min(r.x * r.x, exp2(-9.28 * nv)) * r.x + r.y;
     vec2 scale = vec2(-1.04, 1.04) * fit + r.zw;
-    return clamp(facing * scale.x + scale.y, 0.0, 1.0);
+    vec3 more = 1.0 + facing * (1.0 / max(scale.x + scale.y, 0.1) - 1.0);
+    return clamp((facing * scale.x + scale.y) * more, 0.0, 1.0);
 }
 
 vec3 from_sky(Surface s, vec3 to_eye) {
