@@ -228,7 +228,7 @@ def test_the_chart_keeps_its_dots_inside_and_in_order(values):
         SimpleNamespace(method=f"m{i}", seconds=s, scores=SimpleNamespace(flip=f))
         for i, (f, s) in enumerate(values)
     )
-    dots = re.findall(r'cx="([-0-9.]+)" cy="([-0-9.]+)"', chart_svg(rows))
+    dots = re.findall(r'cx="([-0-9.]+)" cy="([-0-9.]+)"', chart_svg(rows, rows[0]))
     places = [(float(x), float(y)) for x, y in dots]
     assert len(places) == len(values)
     assert all(64 <= x <= 832 and 34 <= y <= 302 for x, y in places)

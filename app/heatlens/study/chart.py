@@ -10,15 +10,15 @@ _LEFT, _RIGHT, _TOP, _BOTTOM = 64, 28, 34, 48
 _LINE_PX = 17  # names that come closer than this to each other are moved apart
 
 
-def chart_svg(rows: tuple[Row, ...]) -> str:
-    """A dot for each row: milliseconds to the right, logarithmic; FLIP upwards from 0."""
+def chart_svg(rows: tuple[Row, ...], best: Row) -> str:
+    """A dot for each row, `best` in colour: time to the right, logarithmic; FLIP upwards from 0."""
     low, high = _decades([row.seconds for row in rows])
     top = _round_up(max(row.scores.flip for row in rows))
     marks = [_time_mark(power, low, high) for power in range(low, high + 1)]
     marks += [_flip_mark(top * i / 4, top) for i in range(5)]
     dots = [(_x(row.seconds, low, high), _y(row.scores.flip, top)) for row in rows]
     named = zip(rows, dots, _apart(dots), strict=True)
-    marks += [_dot(str(row.method), dot, name_y, row is rows[0]) for row, dot, name_y in named]
+    marks += [_dot(str(row.method), dot, name_y, row is best) for row, dot, name_y in named]
     return (
         f'<svg class="chart" viewBox="0 0 {WIDTH} {HEIGHT}" role="img" '
         f'aria-label="FLIP of each method over its time">{"".join(marks)}'

@@ -37,3 +37,10 @@ class Report:
     def size(self) -> tuple[int, int]:
         """Width and height that all its pictures have."""
         return self.reference.region.width, self.reference.region.height
+
+    @property
+    def best(self) -> Row:
+        """The nearest to the reference; a method that is the reference itself does not count."""
+        if self.reference.is_truth:
+            return self.rows[0]
+        return next((row for row in self.rows if row.scores.flip > 0), self.rows[0])

@@ -47,10 +47,8 @@ def _head(report: Report) -> str:
 
 
 def _finding(report: Report) -> str:
-    """The result in a sentence or two; the reference itself is no finding."""
-    others = [row for row in report.rows if row.scores.flip > 0] or list(report.rows)
-    best = report.rows[0] if report.reference.is_truth else others[0]
-    quickest = min(report.rows, key=lambda row: row.seconds)
+    """The result in a sentence or two."""
+    best, quickest = report.best, min(report.rows, key=lambda row: row.seconds)
     what = "the truth" if report.reference.is_truth else escape(report.reference.name)
     words = (
         f"Nearest to {what}: <b>{escape(str(best.method))}</b>, FLIP {best.scores.flip:.4f}, "
@@ -77,7 +75,7 @@ def _warnings(report: Report) -> str:
 
 def _table(report: Report) -> str:
     worst = max(row.scores.flip for row in report.rows) or 1.0
-    rows = "".join(_table_row(row, worst, row is report.rows[0]) for row in report.rows)
+    rows = "".join(_table_row(row, worst, row is report.best) for row in report.rows)
     heads = ("Method", "FLIP, mean", "PSNR", "SSIM", "HDR-FLIP", "relMSE", "Time of a frame")
     head = "".join(f'<th scope="col">{name}</th>' for name in heads)
     return (
@@ -110,7 +108,7 @@ def _time(report: Report) -> str:
         '<h2>Error and time</h2>\n<p class="soft">Low is right, left is quick. Each time is '
         f"{frames} after a warm-up{few}, on {escape(report.machine)}, at "
         f"{report.size[0]} × {report.size[1]} pixels.</p>\n"
-        f'<div class="wide">{chart_svg(report.rows)}</div>\n'
+        f'<div class="wide">{chart_svg(report.rows, report.best)}</div>\n'
     )
 
 
