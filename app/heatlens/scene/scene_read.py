@@ -7,6 +7,7 @@ from heatlens.errors import InputError
 from heatlens.scene.gltf_read import read_gltf
 from heatlens.scene.mesh_read import read_mesh
 from heatlens.scene.scene import Scene
+from heatlens.scene.usd_scene_apart import read_usd
 
 _READERS = {
     ".glb": read_gltf,
@@ -14,6 +15,10 @@ _READERS = {
     ".obj": read_mesh,
     ".ply": read_mesh,
     ".stl": read_mesh,
+    ".usd": read_usd,
+    ".usda": read_usd,
+    ".usdc": read_usd,
+    ".usdz": read_usd,
 }
 
 SCENE_SUFFIXES = tuple(_READERS)
