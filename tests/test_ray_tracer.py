@@ -126,6 +126,23 @@ def test_what_is_cut_out_of_a_surface_lets_the_rays_through(ctx: moderngl.Contex
     stage.release()
 
 
+def test_of_surfaces_in_one_place_both_show_the_same(ctx: moderngl.Context) -> None:
+    """Squares on one another, each triangle of one of them twice: the last that is drawn."""
+    colors = [(1.0, 0, 0), (0, 1.0, 0), (0, 0, 1.0)]
+    tilted = moved(z=-3) @ looking_at((0.1, 0.3, 0), (0, 0, -1)).camera_to_world
+    meshes = [plane(1.0, material=i) for i in (0, 1, 2)]
+    twice = replace(meshes[2], triangles=meshes[2].triangles.repeat(2, axis=0))
+    places = [(2, tilted), (0, tilted), (1, tilted)]
+    lamps = [lamp(color) for color in colors]
+    scene = scene_of([*meshes[:2], twice], places, lamps, daylight=NIGHT)
+    view = SceneView(np.eye(4), (64, 36), 60.0, 3.0, 0.1, 10.0)
+    stage = Stage(ctx, scene, view)
+    drawn, traced = stage.drawn(view), stage.points(view)
+    assert (drawn[..., 2] > 0).mean() > 0.3
+    assert (traced != drawn).any(axis=-1).mean() < 0.01
+    stage.release()
+
+
 SMALL_M, LIGHT = 0.02, 700.0
 
 

@@ -13,7 +13,8 @@ layout(std430, binding = 4) readonly buffer triangles_block { uvec4 triangles[];
 layout(std430, binding = 5) readonly buffer nodes_block { Node nodes[]; };
 layout(std430, binding = 6) readonly buffer placed_block { ivec2 placed[]; };  // instance, root
 
-#define STACK 32  // more than DEPTH_MOST of bvh.py
+#define STACK 32   // more than DEPTH_MOST of bvh.py
+#define SAME 1e-6  // share of a distance that is rounding
 
 // What a ray met: an instance, -1 for nothing; a triangle, and the weights of its corners there.
 struct Hit { float distance; int instance; int triangle; vec3 weights; };
@@ -35,7 +36,7 @@ bool box_met(Node node, vec3 start, vec3 inverse, float nearest, float farthest)
     vec3 in_at = min(a, b), out_at = max(a, b);
     float entry = max(max(in_at.x, in_at.y), max(in_at.z, nearest));
     float leave = min(min(out_at.x, out_at.y), out_at.z) * 1.0000004;
-    return entry <= min(leave, farthest);
+    return entry <= min(leave, farthest * (1.0 + SAME));
 }
 
 // 1 / along, large instead of infinite: infinity times nothing would be no number.
@@ -76,11 +77,19 @@ vec4 triangle_met(uvec4 corners, vec3 start, Shear shear) {
     return vec4(w, dot(w, vec3(a.z, b.z, c.z))) / sum;
 }
 
+// Of two surfaces in one place the one that is drawn last is seen, as the rasteriser has it.
+bool is_before(float distance, int instance, int triangle, Hit hit) {
+    if (hit.instance < 0) return distance < hit.distance;
+    if (abs(distance - hit.distance) > SAME * distance) return distance < hit.distance;
+    if (instance != hit.instance) return instance > hit.instance;
+    return triangles[triangle].w > triangles[hit.triangle].w;
+}
+
 void meet_leaf(Node leaf, int instance, vec3 start, Shear shear, float nearest, inout Hit hit) {
     uint material = instances[instance].numbers.x;
     for (int i = leaf.first; i < leaf.first + leaf.count; ++i) {
         vec4 met = triangle_met(triangles[i], start, shear);
-        if (met.w < nearest || met.w >= hit.distance) continue;
+        if (met.w < nearest || !is_before(met.w, instance, i, hit)) continue;
         if (is_hole(material, uv_at(i, met.xyz))) continue;
         hit = Hit(met.w, instance, i, met.xyz);
     }

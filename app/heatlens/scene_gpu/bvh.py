@@ -40,7 +40,8 @@ class MeshTrees:
 
     nodes      (N,) of `NODE`, children and triangles counted from the first mesh on
     roots      (meshes,) int32: where each tree begins
-    triangles  (T, 4) uint32: three vertices, counted from the first mesh on, and a zero
+    triangles  (T, 4) uint32: three vertices, counted from the first mesh on, and the triangle's
+             number in its mesh
     """
 
     nodes: NDArray[np.void]
@@ -146,21 +147,20 @@ def mesh_trees(meshes: Sequence[Mesh]) -> MeshTrees:
         nodes["first"] += np.where(nodes["count"] < 0, nodes_before, triangles_before)
         parts.append(nodes)
         roots.append(nodes_before)
-        triangles.append(picked + vertices_before)
+        triangles.append(picked + vertices_before * np.array([1, 1, 1, 0]))
         nodes_before, triangles_before = nodes_before + len(nodes), triangles_before + len(picked)
         vertices_before += len(mesh.positions_m)
-    rows = np.concatenate(triangles)
-    padded = np.concatenate([rows, np.zeros((len(rows), 1))], axis=1).astype(np.uint32)
-    return MeshTrees(np.concatenate(parts), np.array(roots, np.int32), padded)
+    rows = np.concatenate(triangles).astype(np.uint32)
+    return MeshTrees(np.concatenate(parts), np.array(roots, np.int32), rows)
 
 
 def _mesh_tree(mesh: Mesh) -> tuple[NDArray[np.void], Ints]:
-    """Its nodes, and its triangles (T, 3) in the order of the leaves."""
+    """Its nodes, and its triangles (T, 4) in the order of the leaves: vertices and own number."""
     corners = mesh.positions_m[mesh.triangles]
     if not len(corners):
-        return np.zeros(1, NODE), np.zeros((0, 3), np.int64)
+        return np.zeros(1, NODE), np.zeros((0, 4), np.int64)
     tree = build(corners.min(axis=1), corners.max(axis=1))
-    return tree.nodes, mesh.triangles[tree.order].astype(np.int64)
+    return tree.nodes, np.column_stack([mesh.triangles[tree.order], tree.order])
 
 
 def instance_tree(boxes_m: Array, to_world: Array) -> Bvh:
