@@ -42,6 +42,9 @@ class ValueTrack:
 
     def at(self, times_s: Array) -> Array:
         """(T, n) at T times; before the first and after the last as there."""
+        if len(self.times_s) == 1:
+            only = self.values[0, 1] if self.kind == "CUBICSPLINE" else self.values[0]
+            return np.tile(only, (len(times_s), 1))
         inner = np.clip(times_s, self.times_s[0], self.times_s[-1])
         after = np.searchsorted(self.times_s, inner, side="right")
         before = np.clip(after - 1, 0, max(len(self.times_s) - 2, 0))
@@ -99,7 +102,7 @@ _BETWEEN: Mapping[str, Callable[[ValueTrack, Indices, Indices, Array, Array], Ar
 
 @dataclass(frozen=True, eq=False)
 class Animation:
-    """Every track by its node and by what of it moves, as RESTS has them."""
+    """The tracks of each node that moves: one for each of RESTS, be it of a single key."""
 
     tree: NodeTree
     tracks: dict[int, dict[str, ValueTrack]]
@@ -120,19 +123,16 @@ class Animation:
         if tracks is None:
             return np.broadcast_to(self.tree.locals[node], (len(frames), 4, 4))
         times_s = (frames - FIRST_FRAME) / FRAMES_PER_SECOND
-        rest = self.tree.records[node]
-        values = (
-            tracks[name].at(times_s)
-            if name in tracks
-            else np.tile(np.array(rest.row(name, default), float), (len(frames), 1))
-            for name, default in RESTS.items()
-        )
-        return matrices(*values)
+        return matrices(*(tracks[name].at(times_s) for name in RESTS))
 
     def worlds(self, frame: float) -> Array:
         """(N, 4, 4) of all nodes."""
-        at = np.array([frame])
-        return self.tree.worlds({node: self.locals_of(node, at)[0] for node in self.tracks})
+        if not self.tracks:
+            return self.tree.worlds()
+        at = np.array([(frame - FIRST_FRAME) / FRAMES_PER_SECOND])
+        moved = self.tracks.values()
+        values = (np.concatenate([tracks[name].at(at) for tracks in moved]) for name in RESTS)
+        return self.tree.worlds(dict(zip(self.tracks, matrices(*values), strict=True)))
 
     def moves(self, node: int) -> bool:
         """Whether it or what it hangs on does."""
@@ -155,12 +155,19 @@ def read_animation(gltf: GltfFile, tree: NodeTree) -> Animation:
         samplers = record.records("samplers")
         for channel in record.records("channels"):
             _add(gltf, found, seen, samplers, channel)
+    for node, tracks in found.tracks.items():
+        for name, rest in RESTS.items():
+            tracks.setdefault(name, _still(tree.records[node].row(name, rest)))
     frames = found.frames
     if frames is not None and frames.count > _FRAMES_MOST:
         gltf.root.refuse(
             f"its animation has {frames.count:,} frames; {_FRAMES_MOST:,} are the most"
         )
     return found
+
+
+def _still(value: tuple[float, ...]) -> ValueTrack:
+    return ValueTrack(np.zeros(1), np.array([value], float))
 
 
 def _add(
