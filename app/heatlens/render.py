@@ -90,21 +90,24 @@ class FrameRenderer:
         """The scene, where one is loaded."""
         return None if self._of_scene is None else self._of_scene.scene
 
-    def look(self, shot: Shot, frame: int = 0) -> LoadedPlate:
-        """The plate; of a scene its pinhole picture at `frame`, which is `loaded` from now on."""
-        drained(self._look(shot, frame))
+    def look(self, shot: Shot, frame: int = 0, passes: int | None = None) -> LoadedPlate:
+        """The plate; of a scene its pinhole picture at `frame`, which is `loaded` from now on.
+
+        `passes` None: one that is there already is taken, of however few views it was made.
+        """
+        drained(self._look(shot, frame, passes))
         return self.loaded
 
     def pose_at(self, shot: Shot, frame: float) -> Pose | None:
         """Where the camera stands in the scene; None for a plate."""
         return None if self._of_scene is None else self._of_scene.pose_at(shot, frame)
 
-    def _look(self, shot: Shot, frame: int) -> Steps[None]:
+    def _look(self, shot: Shot, frame: int, passes: int | None = None) -> Steps[None]:
         if self._of_scene is None:
             return
         size = (shot.framing or Framing()).size
         check_plate_fits(self.ctx, *size)
-        yield from self._of_scene.look(shot, frame)
+        yield from self._of_scene.look(shot, frame, passes)
         held = self._of_scene.held
         if self._loaded is None or self._loaded.plate is not held.plate:
             self._take(LoadedPlate(held.plate, held.color, held.depth, occupied_of(held.plate)))

@@ -19,7 +19,7 @@ from heatlens.scene_gpu.raster import SceneRaster
 from heatlens.scene_gpu.ray_tracer import RayTracer
 from heatlens.scene_gpu.scene_plate import plate_of_scene
 
-_PINHOLE_PASSES = 4  # jittered views of four samples: sixteen in each pixel
+PINHOLE_PASSES = 4  # jittered views of four samples: sixteen in each pixel
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,6 +41,7 @@ class SceneRenderer:
         self._ctx = ctx
         self._pool = TexturePool(ctx)
         self._held: tuple[object, Look] | None = None
+        self._passes = 0  # views in it
 
     @cached_property
     def _accumulation(self) -> Accumulation:
@@ -55,20 +56,21 @@ class SceneRenderer:
         lens = shot.lens_at(frame)
         return track_of(self.scene, shot.framing or Framing(), lens).pose_at(frame)
 
-    def look(self, shot: Shot, frame: float) -> Iterator[str]:
-        """Draw the pinhole picture of `frame`, unless it is there; `held` has it then."""
+    def look(self, shot: Shot, frame: float, passes: int | None = None) -> Iterator[str]:
+        """Draw the pinhole picture of `frame`, unless it is there; `held` has it then.
+
+        One that is there from fewer than `passes` views is drawn again; None takes any.
+        """
         lens, size = shot.lens_at(frame), (shot.framing or Framing()).size
         pose = self.pose_at(shot, frame)
         key = (pose, lens.focal_length_mm, lens.sensor_width_mm, size, self._moment(frame))
-        if self._held is not None and self._held[0] == key:
+        if self._held is not None and self._held[0] == key and self._passes >= (passes or 0):
             return
-        self._held = None
+        self._held, self._passes = None, passes or PINHOLE_PASSES
         self._raster.place(frame)
         color = self._pool.texture("pinhole colour", size, 4, "f2")
         depth = self._pool.texture("pinhole depth", size, 1)
-        yield from self._raster.pinhole(
-            self._view(shot, frame, size), color, depth, _PINHOLE_PASSES
-        )
+        yield from self._raster.pinhole(self._view(shot, frame, size), color, depth, self._passes)
         plate = plate_of_scene(self.scene.path, download(color), download(depth), pose, lens)
         self._held = key, Look(plate, color, depth)
 

@@ -240,7 +240,7 @@ class App:
         if self.stage.plate is None or not self.stage.is_settled_at(frame):
             return
         try:
-            self.sides.wish(self.view, self.shot, frame, self.budget_s, plate)
+            self.sides.wish(self.view, self.stage.seen(self.shot), frame, self.budget_s, plate)
         except HeatlensError as error:
             self.say(str(error))
 
@@ -260,6 +260,7 @@ class App:
             waits.append(0.1)
         if self.message:
             waits.append(_MESSAGE_S)
+        waits += [wait] if (wait := self.stage.seconds_until_needed()) is not None else []
         waits += [wait] if (wait := self.timeline.seconds_until_needed()) is not None else []
         return min(waits) if waits else None
 

@@ -24,6 +24,7 @@ from heatlens.render import FrameRenderer
 from heatlens.ui.disk_watch import DiskWatch
 from heatlens.ui.plate_source import Opened, PlateOpener
 from heatlens.ui.scene_opening import OpenedScene
+from heatlens.ui.scene_sight import SceneSight
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,6 +43,7 @@ class Stage:
         self.opener = PlateOpener(wake)
         self.opened: Opened | None = None  # plates
         self.scene: OpenedScene | None = None  # or a scene in their place
+        self.sight = SceneSight(renderer)
         self.plate: Plate | None = None
         self.histogram: DepthHistogram | None = None
         self.reference: Reference | None = None
@@ -85,9 +87,19 @@ class Stage:
         """To the GPU in the place of what was there before."""
         self.renderer.load_scene(opened.scene)
         self.plate = None
+        self.sight.begin()
         self._close_plates()
         self.scene = opened
         self.look(opened.shot, opened.frame)
+
+    def seen(self, shot: Shot) -> Shot:
+        """The shot as it is drawn now: of a scene perhaps smaller, while something moves."""
+        return shot if self.scene is None else self.sight.seen(shot)
+
+    def seconds_until_needed(self) -> float | None:
+        """Until a scene is to be drawn whole; None where nothing is."""
+        is_due = self.scene is not None and not self.problem and not self.sight.is_whole
+        return self.sight.seconds_to_rest() if is_due else None
 
     def _close_plates(self) -> None:
         if self.opened is not None:
@@ -98,7 +110,7 @@ class Stage:
         """Have the scene's pinhole picture at `frame`; drawn again only where something moved."""
         self.problem, self.is_black, self._frame = "", False, frame
         try:
-            loaded = self.renderer.look(shot, frame)
+            loaded = self.sight.look(shot, frame)
         except HeatlensError as error:
             self.problem, self._is_settled = str(error), True
             return
