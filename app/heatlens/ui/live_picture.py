@@ -18,7 +18,7 @@ from heatlens.errors import HeatlensError
 from heatlens.model.settings import DefocusSettings
 from heatlens.model.shot import Shot
 from heatlens.render import FrameRenderer
-from heatlens.ui.preview_cost import CostModel, cheaper, on_the_way
+from heatlens.ui.preview_cost import CostModel, cheaper, is_better, on_the_way
 
 _REST_S = 0.15  # so long without a change is rest
 _KEEP = 0.7, 1.3  # a rung is left for a better one below, for a cheaper above so much of the time
@@ -173,10 +173,9 @@ class LivePicture:
         """On the way up: the whole picture, or a better one that is there much sooner."""
         assert self._wish is not None
         wished = self._wish[0].defocus
-        rungs = cheaper(wished)
         for step in on_the_way(wished):
-            is_better = self.shown is None or _rank(rungs, step) < _rank(rungs, self.shown.settings)
-            if is_better and self._predicted(step) * _FAST_ENOUGH < self._predicted(wished):
+            better = self.shown is None or is_better(step, self.shown.settings, wished)
+            if better and self._predicted(step) * _FAST_ENOUGH < self._predicted(wished):
                 return step
         return wished
 
@@ -223,7 +222,3 @@ class LivePicture:
 
 def _views_of(shot: Shot) -> int:
     return shot.defocus.views
-
-
-def _rank(rungs: list[DefocusSettings], settings: DefocusSettings) -> int:
-    return rungs.index(settings) if settings in rungs else len(rungs)

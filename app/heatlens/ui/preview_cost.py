@@ -61,6 +61,15 @@ def on_the_way(wished: DefocusSettings) -> list[DefocusSettings]:
     return _fewer_views(wished)[:0:-1] if wished.method.needs_scene else [between(wished)]
 
 
+def is_better(one: DefocusSettings, other: DefocusSettings, wished: DefocusSettings) -> bool:
+    """Whether `one`, a rung of the wished picture, comes closer to it than `other`."""
+    if wished.method.needs_scene:  # any number of views may be seen already
+        return (one.proxy, one.views) > (other.proxy, other.views)
+    rungs = cheaper(wished)
+    ranks = [rungs.index(it) if it in rungs else len(rungs) for it in (one, other)]
+    return ranks[0] < ranks[1]
+
+
 def between(wished: DefocusSettings) -> DefocusSettings:
     """A picture with layers that comes sooner than the wished one."""
     return _rung(wished, *_BETWEEN)
