@@ -108,6 +108,12 @@ class Shot:
         return tuple(sorted({key.frame for curve in curves for key in curve.keys}))
 
     @property
+    def camera_key_frames(self) -> tuple[float, ...]:
+        """Every frame at which the shot's own camera in a scene has a key; none while it stands."""
+        track = None if self.framing is None else self.framing.track
+        return tuple(key.frame for key in track.keys) if track and track.is_moving else ()
+
+    @property
     def span(self) -> FrameRange | None:
         """The plate's frames; where they are not known, those that the keys reach over."""
         keyed = self.key_frames

@@ -4,14 +4,14 @@ import os
 from pathlib import Path
 
 from heatlens.scene.scene import Scene
+from heatlens.scene.scene_read import is_scene_file, read_scene
 
 DEMO = "demo"  # the scene that comes with the program; a file of that name goes before it
-SCENE_SUFFIXES = (".glb", ".gltf", ".obj", ".ply", ".stl", ".usd", ".usda", ".usdc", ".usdz")
 
 
 def is_scene_source(text: str) -> bool:
     """Whether `text` names a scene rather than plates."""
-    return is_demo(text) or Path(text).suffix.lower() in SCENE_SUFFIXES
+    return is_demo(text) or is_scene_file(text)
 
 
 def is_demo(text: str) -> bool:
@@ -22,12 +22,10 @@ def is_demo(text: str) -> bool:
 def open_scene(text: str) -> Scene:
     """The scene. Raises InputError naming the file where it cannot be read.
 
-    What reads it is loaded here: plates do without.
+    The demo is made only where it is asked for.
     """
     if is_demo(text):
         from heatlens.scene.demo import demo_scene
 
         return demo_scene()
-    from heatlens.scene.scene_read import read_scene
-
     return read_scene(Path(text))

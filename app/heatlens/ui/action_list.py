@@ -28,7 +28,7 @@ MENUS = ("File", "Edit", "Lens", "Play", "Animate", "View", "Compare", "Window",
 def actions() -> tuple[Action, ...]:
     """All of them, in the order of the menus."""
     return (
-        *(*_file(), *_edit(), *_lens(), *play_actions(), *key_actions()),
+        *(*_file(), *_edit(), *_lens(), *play_actions(), *key_actions(), *_scene()),
         *(*_view(), *_overlays(), *_compare(), *_window()),
     )
 
@@ -49,6 +49,13 @@ def _file() -> list[Action]:
         Action("Export...", "File", lambda app: app.filing.show_export(), _K.e, _CTRL),
         Action("Copy picture", "File", lambda app: app.copy_picture(), _K.c, _CTRL),
         Action("Quit", "File", lambda app: app.quit(), _K.q, _CTRL),
+    ]
+
+
+def _scene() -> list[Action]:
+    return [
+        Action("Set camera key", "Animate", lambda app: app.scenes.set_key()),
+        Action("Frame what is chosen", "View", lambda app: app.scenes.frame_selected()),
     ]
 
 

@@ -7,6 +7,8 @@ from imgui_bundle import ImVec2, imgui
 from heatlens.model.interpolation import Interpolation
 from heatlens.model.shot import LensParameter, Shot
 from heatlens.ui import theme, widgets
+from heatlens.ui.camera_row import camera_row
+from heatlens.ui.diamond import diamond
 from heatlens.ui.key_choice import Chosen, KeyId, moved
 from heatlens.ui.key_hand import Places
 from heatlens.ui.timeline_scale import TimeScale
@@ -33,6 +35,7 @@ def dope_sheet(app: "App", scale: TimeScale, corner: ImVec2, height: float) -> N
     places = _places(app.shot, scale, corner.y, row)
     hold_keys(app, scale, corner.y, max(height, len(LensParameter) * row), places, _move)
     draw_keys(app, scale, places, corner.y, height)
+    camera_row(app, scale, ImVec2(corner.x, corner.y + len(LensParameter) * row), row)
 
 
 def _move(shot: Shot, chosen: Chosen, frames: int, _up: float) -> tuple[Shot, Chosen]:
@@ -90,7 +93,7 @@ def key_dot(app: "App", parameter: LensParameter, middle: ImVec2, name: str) -> 
     is_here = curve.key_at(app.editing.frame) is not None
     draw = imgui.get_window_draw_list()
     color = theme.ACCENT if curve.keys else theme.QUEUED
-    corners = _diamond(middle, 0.6 * side)
+    corners = diamond(middle, 0.6 * side)
     if is_here:
         draw.add_quad_filled(*corners, color)
     else:
@@ -120,18 +123,8 @@ def _draw_key(shot: Shot, key: KeyId, middle: ImVec2, reach: float, color: int) 
         low = ImVec2(middle.x - side, middle.y - side)
         draw.add_rect_filled(low, ImVec2(middle.x + side, middle.y + side), color)
     else:
-        draw.add_quad_filled(*_diamond(middle, reach), color)
-        draw.add_quad(*_diamond(middle, reach), theme.SHADOW, 1.0)
-
-
-def _diamond(middle: ImVec2, reach: float) -> tuple[ImVec2, ImVec2, ImVec2, ImVec2]:
-    x, y = middle.x, middle.y
-    return (
-        ImVec2(x, y - reach),
-        ImVec2(x + reach, y),
-        ImVec2(x, y + reach),
-        ImVec2(x - reach, y),
-    )
+        draw.add_quad_filled(*diamond(middle, reach), color)
+        draw.add_quad(*diamond(middle, reach), theme.SHADOW, 1.0)
 
 
 def lens_dots(app: "App") -> None:

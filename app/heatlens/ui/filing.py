@@ -15,7 +15,8 @@ from heatlens.image.shot_file import SHOT_SUFFIX
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.view import ViewState
 from heatlens.paths import home_dir
-from heatlens.scene.scene_source import SCENE_SUFFIXES, is_demo, is_scene_source
+from heatlens.scene.scene_read import SCENE_SUFFIXES
+from heatlens.scene.scene_source import is_demo, is_scene_source
 from heatlens.ui.background import Background
 from heatlens.ui.camera_import import CameraImport
 from heatlens.ui.exporter import Exporter

@@ -124,9 +124,9 @@ class SceneCommands:
 
     def set_key(self) -> None:
         """The camera stands here at this frame, and elsewhere at others."""
-        app, pose = self._app, self.pose
         if self.scene is None:
             return
+        app, pose = self._app, self.pose
         frame, track = app.editing.frame, self.framing.track
         framing = (
             self.framing.at(pose, frame)

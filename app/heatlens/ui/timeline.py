@@ -79,7 +79,13 @@ class Timeline:
     @property
     def has_time(self) -> bool:
         """There are frames, or keys at frames."""
-        return self.is_sequence or bool(self._app.shot.key_frames)
+        return self.is_sequence or bool(self._keyed)
+
+    @property
+    def _keyed(self) -> tuple[float, ...]:
+        """Where the lens or the camera has a key, in order."""
+        shot = self._app.shot
+        return tuple(sorted({*shot.key_frames, *shot.camera_key_frames}))
 
     @property
     def frames(self) -> FrameRange | None:
@@ -89,7 +95,7 @@ class Timeline:
             return _range(sequence.first, sequence.last)
         if self._scene_frames is not None:
             return self._scene_frames
-        keyed = self._app.shot.key_frames
+        keyed = self._keyed
         return _range(keyed[0], keyed[-1]) if keyed else None
 
     @property
@@ -107,7 +113,7 @@ class Timeline:
     def reach(self) -> FrameRange:
         """All that a ruler should show: frames, keys and the playhead."""
         frame = self._app.editing.frame
-        keyed, frames = self._app.shot.key_frames, self.frames or FrameRange(frame, frame)
+        keyed, frames = self._keyed, self.frames or FrameRange(frame, frame)
         ends = [frames.first, frames.last, frame, *keyed[:1], *keyed[-1:]]
         return _range(min(ends), max(ends))
 
@@ -152,7 +158,7 @@ class Timeline:
 
     def go_to_key(self, direction: int) -> None:
         """The next key, or the one before, of any parameter."""
-        frame, keyed = self._app.editing.frame, self._app.shot.key_frames
+        frame, keyed = self._app.editing.frame, self._keyed
         later = [math.ceil(k) for k in keyed if k > frame + SAME_FRAME]
         earlier = [math.floor(k) for k in keyed if k < frame - SAME_FRAME]
         if direction > 0 and later:
