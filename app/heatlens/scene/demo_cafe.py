@@ -77,7 +77,8 @@ def _bush(rng: np.random.Generator, leaves: int, size_m: Point) -> Mesh:
 def _leaf() -> Mesh:
     base, tip = (0.0, 0.0, 0.0), (0.0, 0.02, 0.12)
     left, right, middle = (-0.032, 0.022, 0.055), (0.032, 0.022, 0.055), (0.0, 0.005, 0.06)
-    halves = [(base, middle, tip, left), (base, right, tip, middle)]
+    # A half folds from its side to the middle: `quads` splits from the first corner to the third.
+    halves = [(left, base, middle, tip), (right, tip, middle, base)]
     return quads(np.array(half) for half in halves)
 
 
