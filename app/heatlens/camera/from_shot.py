@@ -1,17 +1,19 @@
 """A shot's lens as a camera, for programs that render it for real."""
 
 from dataclasses import replace
-from typing import Any
 
 from heatlens.camera.placement import Matrix
 from heatlens.camera.plate_camera import picture_aspect, placement_of
 from heatlens.camera.samples import CameraSamples, UpAxis
+from heatlens.camera.scene_camera import camera_in_scene
+from heatlens.camera.shot_lens import lens_camera
 from heatlens.errors import InputError
 from heatlens.image.header_read import read_headers
 from heatlens.image.sequence import Sequence, find_sequence
 from heatlens.model.filmback import FILMBACKS
 from heatlens.model.frames import FrameRange
-from heatlens.model.shot import LensParameter, Shot
+from heatlens.model.shot import Shot
+from heatlens.scene.scene_source import is_scene_source, open_scene
 
 _ASSUMED_ASPECT = 16 / 9
 
@@ -28,11 +30,14 @@ def camera_of_shot(
 ) -> CameraSamples:
     """The lens of `shot` over `frames`, else over those that are played.
 
-    The height of the sensor is that of the plate's picture, the placement that of its headers,
-    where the plate is there; the notes say which, or what was assumed. `scene_unit_m` None: as the
-    shot reads the plate. Raises InputError where no frames are known, LensError where keys ask for
-    what no lens can be.
+    Of a 3D scene size and placement are known, in metres and y up, whatever `scene_unit_m` and
+    `up_axis` say. Of a plate, the height of the sensor is that of its picture, the placement that
+    of its headers, where the plate is there; the notes say which, or what was assumed.
+    `scene_unit_m` None: as the shot reads the plate. Raises InputError where no frames are known or
+    the scene cannot be read, LensError where keys ask for what no lens can be.
     """
+    if shot.source is not None and is_scene_source(shot.source):
+        return camera_in_scene(shot, open_scene(shot.source), name, frames, sensor_height_mm)
     sequence, notes = _plate(shot)
     frames = frames or shot.played or _frames_of(sequence)
     if frames is None:
@@ -40,7 +45,7 @@ def camera_of_shot(
             "The shot has no frames: neither its plate nor keys tell any. Give them with --frames."
         )
     unit_m = shot.plate_options.scene_unit_m if scene_unit_m is None else scene_unit_m
-    camera = _lens_camera(shot, name, frames)
+    camera = lens_camera(shot, name, frames)
     placement, placement_notes = _placement(sequence, frames, unit_m)
     height_mm, height_note = _height_mm(shot, sequence, sensor_height_mm)
     return replace(
@@ -49,21 +54,6 @@ def camera_of_shot(
         world_to_camera=placement,
         up_axis=up_axis,
         notes=(*notes, height_note, *placement_notes),
-    )
-
-
-def _lens_camera(shot: Shot, name: str, frames: FrameRange) -> CameraSamples:
-    lenses = [shot.lens_at(frame) for frame in frames]
-    tracks: dict[str, Any] = {
-        str(parameter): tuple(float(getattr(lens, parameter)) for lens in lenses)
-        for parameter in LensParameter
-    }
-    return CameraSamples(
-        name,
-        tuple(frames),
-        **tracks,
-        sensor_width_mm=(shot.lens.sensor_width_mm,) * frames.count,
-        frames_per_second=shot.frames_per_second,
     )
 
 

@@ -28,6 +28,9 @@ examples:
   heatlens export shot.heatlens.json -o look.mov --view 'ACES 2.0 - SDR 100 nits (Rec.709)' \\
       --burn-in --proxy 0.5
   heatlens export 'plate.####.exr' -o out/####.png --f-stop 2 --focus-distance 2.24
+  heatlens export demo -o out/####.png --frames 1-10 --size 320x180
+  heatlens export scene.glb -o pinhole.####.exr --frames 1-48 --pinhole --f-stop 2 \\
+      --focus-distance 3
   heatlens export shot.heatlens.json -o out/name.####.exr --submit openjd --chunk 5 > job.yaml
 """
 
@@ -42,7 +45,9 @@ def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument(
-        "shot", metavar="SHOT", help="shot file, or plate.####.exr with a lens that stands still"
+        "shot",
+        metavar="SHOT",
+        help="shot file, plate.####.exr with a lens that stands still, a 3D scene, or demo",
     )
     parser.add_argument(
         "-o",

@@ -13,6 +13,12 @@ from heatlens.color.view_transform import ViewTransform, srgb_transform, view_tr
 from heatlens.commands.lens_options import add_lens_options, lens_of
 from heatlens.commands.plate_options import add_plate_options, plate_options
 from heatlens.commands.render import add_blur_options
+from heatlens.commands.scene_shot import (
+    add_framing_options,
+    said_of_lens,
+    shot_of_scene,
+    with_framing,
+)
 from heatlens.errors import InputError
 from heatlens.export.job import ExportJob, ExrOptions, Look
 from heatlens.export.output import Output, parse_output
@@ -23,8 +29,9 @@ from heatlens.image.sequence import find_sequence
 from heatlens.image.shot_file import SHOT_SUFFIX, read_shot
 from heatlens.model.settings import Bokeh, Method, Quality
 from heatlens.model.shot import Shot
+from heatlens.scene.scene_source import is_scene_source
 
-_BLUR = ("method", "bokeh", "quality", "layers", "proxy")
+_BLUR = ("method", "bokeh", "quality", "layers", "proxy", "views")
 
 Given = dict[str, Any]
 
@@ -39,6 +46,7 @@ def add_export_options(parser: argparse.ArgumentParser) -> None:
     parser.set_defaults(**dict.fromkeys(_BLUR))
     add_lens_options(parser)
     add_plate_options(parser)
+    _add_scene_options(parser)
     _add_farm_options(parser)
 
 
@@ -66,6 +74,15 @@ def _add_frame_options(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def _add_scene_options(parser: argparse.ArgumentParser) -> None:
+    add_framing_options(parser, "--camera")
+    parser.add_argument(
+        "--pinhole",
+        action="store_true",
+        help="of a scene: its frames without a lens, EXR with Z, to be plates elsewhere",
+    )
+
+
 def _add_farm_options(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("render farm")
     group.add_argument(
@@ -90,7 +107,9 @@ def _add_exr_options(parser: argparse.ArgumentParser) -> None:
 
 def _add_look_options(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group(
-        "look", "Of pictures and movies. Any of --ocio, --display and --view asks OpenColorIO."
+        "look",
+        "Of pictures and movies. Any of --ocio, --display, --view and --input-space asks "
+        "OpenColorIO.",
     )
     group.add_argument(
         "--ocio", metavar="CONFIG", help="OpenColorIO config (default: $OCIO, else a built-in one)"
@@ -98,6 +117,12 @@ def _add_look_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument("--display", metavar="NAME", help="default: the config's first")
     group.add_argument(
         "--view", metavar="NAME", help="default: the display's first; alone: the plain sRGB curve"
+    )
+    group.add_argument(
+        "--input-space", metavar="NAME", help="of the light (default: as the config says)"
+    )
+    group.add_argument(
+        "--gamma", type=float, default=1.0, metavar="G", help="on top of the view (default 1)"
     )
     group.add_argument(
         "--exposure", type=float, default=0.0, metavar="STOPS", help="brighter by (default 0)"
@@ -115,14 +140,17 @@ def job_of(args: argparse.Namespace) -> ExportJob:
     output = parse_output(args.output)
     _check_kind(args, output)
     shot = _with_overrides(args, _shot_of(args))
+    _check_scene_options(args, shot)
+    with_depth = args.with_depth or args.pinhole
     return ExportJob(
         shot,
         frames_of(shot, args.frames),
         output,
         args.missing,
-        ExrOptions(not args.float, args.compression, args.with_depth, args.with_coc),
-        Look(_transform(args), args.exposure, args.burn_in, args.unit),
+        ExrOptions(not args.float, args.compression, with_depth, args.with_coc),
+        Look(_transform(args), args.exposure, args.gamma, args.burn_in, args.unit),
         args.force,
+        args.pinhole,
     )
 
 
@@ -154,8 +182,14 @@ def is_shot_file(name: str) -> bool:
 
 
 def _shot_of(args: argparse.Namespace) -> Shot:
-    if not is_shot_file(args.shot):
-        return _still_shot(args)
+    if is_shot_file(args.shot):
+        return _shot_in_file(args)
+    if args.plate is not None:
+        raise InputError("--plate goes with a shot file; plates themselves are given once.")
+    return _scene_shot(args) if is_scene_source(args.shot) else _still_shot(args)
+
+
+def _shot_in_file(args: argparse.Namespace) -> Shot:
     own = given(args, add_lens_options, add_plate_options)
     if own:
         raise InputError(
@@ -164,13 +198,20 @@ def _shot_of(args: argparse.Namespace) -> Shot:
     return read_shot(args.shot)
 
 
+def _scene_shot(args: argparse.Namespace) -> Shot:
+    """The lens of the options and of the scene's camera, as it moves."""
+    shot, scene = shot_of_scene(args, args.shot)
+    first = shot.played.first if shot.played is not None else 1
+    for sentence in (*scene.notes, said_of_lens(shot, first)):
+        print(f"heatlens: {sentence}", file=sys.stderr)
+    return shot
+
+
 def _still_shot(args: argparse.Namespace) -> Shot:
     """The lens of the options and of the first plate's header, at every frame.
 
     Whichever frames are asked for: those of one shot may be asked for in parts.
     """
-    if args.plate is not None:
-        raise InputError("--plate goes with a shot file; plates themselves are given once.")
     sequence, options = find_sequence(args.shot), plate_options(args)
     lens, said = lens_of(args, read_plate(sequence.path_at(sequence.present[0]), options))
     print(f"heatlens: lens: {', '.join(said)}", file=sys.stderr)
@@ -187,17 +228,33 @@ def _with_overrides(args: argparse.Namespace, shot: Shot) -> Shot:
         layers=now.layers if args.layers is None else args.layers,
         proxy=now.proxy if args.proxy is None else args.proxy,
         method=Method(args.method or now.method),
+        views=now.views if args.views is None else args.views,
     )
+    if args.pinhole and args.proxy is None:
+        defocus = replace(defocus, proxy=1.0)
     shot = replace(shot, defocus=defocus)
     if args.plate is not None:
         shot = replace(shot, source=os.path.expanduser(args.plate))
+    if args.size is not None or args.scene_camera is not None:
+        shot = with_framing(args, shot)
     return shot if args.fps is None else replace(shot, frames_per_second=args.fps)
 
 
+def _check_scene_options(args: argparse.Namespace, shot: Shot) -> None:
+    """A plate is as large as it is, and seen from where it was made."""
+    if shot.source is None or is_scene_source(shot.source):
+        return
+    options = {"--size": args.size, "--camera": args.scene_camera, "--pinhole": args.pinhole}
+    wrong = [name for name, value in options.items() if value]
+    if wrong:
+        raise InputError(f"{shot.source} is a plate: {', '.join(wrong)}: that is for 3D scenes.")
+
+
 def _transform(args: argparse.Namespace) -> ViewTransform:
-    if (args.ocio, args.display, args.view) == (None, None, None):
+    if not any((args.ocio, args.display, args.view, args.input_space)):
         return srgb_transform()
     config = load_color_config(args.ocio)
     display = args.display or config.default_display
     view = args.view or config.views(display)[0]
-    return view_transform(config, display, view, config.default_input_space)
+    space = args.input_space or config.default_input_space
+    return view_transform(config, display, view, space)

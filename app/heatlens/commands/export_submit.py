@@ -33,12 +33,10 @@ def submit(args: argparse.Namespace, plan: ExportPlan) -> None:
 
 
 def _paths(args: argparse.Namespace, plan: ExportPlan) -> list[PathParameter]:
-    plates = plan.sequence.folder.absolute()
-    out = plan.job.output.folder.absolute()
-    paths = [
-        PathParameter("Plates", plates, "DIRECTORY", "IN"),
-        PathParameter("Out", out, "DIRECTORY", "OUT"),
-    ]
+    paths = [PathParameter("Out", plan.job.output.folder.absolute(), "DIRECTORY", "OUT")]
+    if plan.source.files is not None:
+        plates = plan.source.files.parent.absolute()
+        paths.insert(0, PathParameter("Plates", plates, "DIRECTORY", "IN"))
     if is_shot_file(args.shot):
         paths.insert(0, PathParameter("Shot", Path(args.shot).absolute(), "FILE", "IN"))
     if _is_config_file(args):
@@ -48,11 +46,13 @@ def _paths(args: argparse.Namespace, plan: ExportPlan) -> list[PathParameter]:
 
 def _words(args: argparse.Namespace, plan: ExportPlan) -> list[str]:
     """The command line of a task."""
-    name, files = Path(plan.sequence.pattern).name, plan.job.output.form.text
+    source, files = plan.source.files, plan.job.output.form.text
     options = _given_words(args)
-    if any("{{" in text for text in (name, files, *options)):
+    if any("{{" in text for text in (source.name if source else "", files, *options)):
         raise InputError("A template cannot hold a name or an option with {{ in it.")
-    plates, output = f"{{{{Param.Plates}}}}/{name}", f"{{{{Param.Out}}}}/{files}"
+    output = f"{{{{Param.Out}}}}/{files}"
+    # Without files it is the scene that comes with the program, on every machine.
+    plates = f"{{{{Param.Plates}}}}/{source.name}" if source else str(plan.job.shot.source)
     shot = ["{{Param.Shot}}", f"--plate={plates}"] if is_shot_file(args.shot) else [plates]
     ocio = "{{Param.Config}}" if _is_config_file(args) else args.ocio
     return [
@@ -67,11 +67,16 @@ def _given_words(args: argparse.Namespace) -> list[str]:
     """The options that were given, as they are typed."""
     options = given(args, add_export_options).items()
     words = [
-        option if value is True else f"{option}={value}"
+        option if value is True else f"{option}={_typed(value)}"
         for option, value in options
         if option not in _REPLACED
     ]
     return words
+
+
+def _typed(value: object) -> str:
+    """A value of an option as it was typed: 320x180 for a size."""
+    return "x".join(map(str, value)) if isinstance(value, tuple) else str(value)
 
 
 def _is_config_file(args: argparse.Namespace) -> bool:

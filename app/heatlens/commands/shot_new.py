@@ -2,7 +2,6 @@
 
 import argparse
 import os
-import re
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -12,6 +11,7 @@ from heatlens.camera.samples import CameraSamples
 from heatlens.commands.lens_options import add_lens_options, lens_of
 from heatlens.commands.plate_options import add_plate_options, plate_options
 from heatlens.commands.render import add_blur_options, settings_of
+from heatlens.commands.scene_shot import add_framing_options, shot_of_scene
 from heatlens.commands.shot_camera import (
     add_camera_option,
     camera_of,
@@ -19,24 +19,24 @@ from heatlens.commands.shot_camera import (
     said_of,
     with_camera_values,
 )
+from heatlens.commands.shot_keys import KEYED, Keys, keys_of, mark_of
 from heatlens.errors import InputError
 from heatlens.image.exr_read import read_plate
 from heatlens.image.sequence import Sequence, find_sequence
 from heatlens.image.sequence_names import frames_text
 from heatlens.image.shot_file import SHOT_SUFFIX, write_shot
-from heatlens.model.curve import Key
 from heatlens.model.filmback import filmback_named
 from heatlens.model.frames import FRAMES_PER_SECOND, FrameRange, parse_frame_range
 from heatlens.model.interpolation import Interpolation
 from heatlens.model.lens import Lens
-from heatlens.model.marks import DistanceMark, Mark, PointMark
 from heatlens.model.pull import frames_too_close
 from heatlens.model.shot import FOCUS_SCALES, LensParameter, Shot
 from heatlens.model.units import format_distance, parse_distance_m
+from heatlens.scene.scene_source import is_scene_source
 
 _DESCRIPTION = """\
-Writes a shot file: the plate, the lens with its keys, focus marks, frames and blur. The plate's
-frames may come later, unless the lens is to be taken from their header.
+Writes a shot file: the plate or 3D scene, the lens with its keys, focus marks, frames and blur. The
+plate's frames may come later, unless the lens is to be taken from their header.
 """
 _EPILOG = """\
 examples:
@@ -44,18 +44,8 @@ examples:
       --f-stop 1.3 --key focus@1001=0.94 --key focus@1024=3.83
   heatlens shot new 'plate.####.exr' -o s.heatlens.json --key focus@1001=6'3" \\
       --key focus@1024=inf:linear --key f-stop@1010=2.8 --mark A=6'3" --mark B@960,540
+  heatlens shot new scene.glb -o s.heatlens.json --f-stop 2 --focus-distance 3 --size 1920x1080
 """
-# Parameter as it is typed -> what it is, and the lens option that its first key stands for.
-_KEYED = {
-    "focus": (LensParameter.FOCUS_DISTANCE, "focus_distance"),
-    "f-stop": (LensParameter.F_STOP, "f_stop"),
-    "focal-length": (LensParameter.FOCAL_LENGTH, "focal_length"),
-    "squeeze": (LensParameter.SQUEEZE, "squeeze"),
-}
-_KEY = re.compile(r"([^@=]+)@([^@=]+)=([^:]+)(?::(.*))?")
-_MARK = re.compile(r"([^@=]+)(=|@)(.+)")
-
-Keys = dict[LensParameter, list[Key]]
 
 
 def register(actions: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
@@ -67,7 +57,9 @@ def register(actions: "argparse._SubParsersAction[argparse.ArgumentParser]") -> 
         epilog=_EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("plate", help="pattern of its files, such as 'plate.####.exr', or one file")
+    parser.add_argument(
+        "plate", help="pattern of its files, such as 'plate.####.exr', or one; or a 3D scene"
+    )
     parser.add_argument("-o", "--output", type=Path, required=True, help=f"*{SHOT_SUFFIX} to write")
     parser.add_argument("--overwrite", action="store_true", help="replace a shot that is there")
     add_camera_option(parser)
@@ -75,6 +67,7 @@ def register(actions: "argparse._SubParsersAction[argparse.ArgumentParser]") -> 
     add_lens_options(parser)
     add_blur_options(parser)
     add_plate_options(parser)
+    add_framing_options(parser)
     parser.set_defaults(run=run)
 
 
@@ -128,73 +121,55 @@ def run(args: argparse.Namespace) -> int:
 
 def _shot_of(args: argparse.Namespace) -> Shot:
     """What the options say, each key tried on the lens."""
-    keys = _keys_of(args.key)
+    keys = keys_of(args.key)
     camera = camera_of(args)
     kept = decided_otherwise(args, keys)
     given = args if camera is None else with_camera_values(args, camera, kept)
-    lens, sequence = _lens_and_sequence(_with_first_keys(given, keys))
-    if args.close_focus is not None:
-        lens = replace(lens, close_focus_m=parse_distance_m(args.close_focus))
-    shot = Shot(
-        lens,
-        settings_of(args),
-        _source_of(args.plate, sequence),
-        plate_options(args),
-        marks=tuple(_mark(text) for text in args.mark),
-        frames=_frames_of(args, sequence, camera),
-        in_out=parse_frame_range(args.in_out) if args.in_out else None,
-        frames_per_second=_rate_of(args, camera),
-    ).with_focus_scale(FOCUS_SCALES[args.focus_interpolation])
+    given = _with_first_keys(given, keys)
+    begun = _begun_in_scene if is_scene_source(args.plate) else _begun_with_plates
+    shot = _with_options(args, begun(given, camera))
     if camera is not None:
         shot = with_camera(shot, camera, kept)
         _say(*camera.notes, said_of(camera, shot, args.camera, kept))
     return _with_keys(shot, keys)
 
 
-def _keys_of(texts: list[str]) -> Keys:
-    """The keys of each parameter by their frames."""
-    keys: Keys = {}
-    for text in texts:
-        match = _KEY.fullmatch(text)
-        if match is None or match[1] not in _KEYED:
-            raise _no_key(text)
-        parameter = _KEYED[match[1]][0]
-        keys.setdefault(parameter, []).append(_key(text, parameter, match))
-    return {name: sorted(found, key=lambda key: key.frame) for name, found in keys.items()}
-
-
-def _key(text: str, parameter: LensParameter, match: re.Match[str]) -> Key:
-    _, frame, value, path = match.groups()
-    is_focus = parameter is LensParameter.FOCUS_DISTANCE
-    try:
-        return Key(
-            float(frame),
-            parse_distance_m(value) if is_focus else float(value),
-            Interpolation.SMOOTH if path is None else Interpolation(path),
-        )
-    except ValueError:
-        raise _no_key(text) from None
-
-
-def _no_key(text: str) -> InputError:
-    return InputError(
-        f"--key takes PARAMETER@FRAME=VALUE, as focus@1001=6'3\" or f-stop@1010=2.8:linear; "
-        f"parameters are {', '.join(_KEYED)}, paths {', '.join(Interpolation)}; got {text!r}."
+def _begun_with_plates(args: argparse.Namespace, camera: CameraSamples | None) -> Shot:
+    """The plate's files, lens, frames and rate."""
+    if args.size is not None or args.scene_camera is not None:
+        raise InputError(f"{args.plate} is a plate: --size and --scene-camera are for 3D scenes.")
+    lens, sequence = _lens_and_sequence(args)
+    return Shot(
+        lens,
+        source=_source_of(args.plate, sequence),
+        frames=_frames_of(args, sequence, camera),
+        frames_per_second=_rate_of(args, camera),
     )
 
 
-def _mark(text: str) -> Mark:
-    match = _MARK.fullmatch(text)
-    if match is None:
-        raise InputError(f"--mark takes NAME=DISTANCE or NAME@X,Y; got {text!r}.")
-    name, sign, place = match.groups()
-    if sign == "=":
-        return DistanceMark(name, parse_distance_m(place))
-    try:
-        x, y = (float(part) for part in place.split(","))
-    except ValueError:
-        raise InputError(f"--mark takes a pixel as NAME@X,Y; got {text!r}.") from None
-    return PointMark(name, x, y)
+def _begun_in_scene(args: argparse.Namespace, camera: CameraSamples | None) -> Shot:
+    """The scene, the lens of its camera, frames, rate, and how it is looked at."""
+    shot, scene = shot_of_scene(args, args.plate)
+    _say(*scene.notes)
+    told = None if camera is None else camera.frame_range
+    frames = parse_frame_range(args.frames) if args.frames else told or shot.frames
+    rate = shot.frames_per_second if args.fps is None and camera is None else _rate_of(args, camera)
+    return replace(shot, frames=frames, frames_per_second=rate)
+
+
+def _with_options(args: argparse.Namespace, shot: Shot) -> Shot:
+    """What neither plate nor scene tells."""
+    if args.close_focus is not None:
+        shot = replace(
+            shot, lens=replace(shot.lens, close_focus_m=parse_distance_m(args.close_focus))
+        )
+    return replace(
+        shot,
+        defocus=settings_of(args),
+        plate_options=plate_options(args),
+        marks=(*shot.marks, *(mark_of(text) for text in args.mark)),
+        in_out=parse_frame_range(args.in_out) if args.in_out else None,
+    ).with_focus_scale(FOCUS_SCALES[args.focus_interpolation])
 
 
 def _with_keys(shot: Shot, keys: Keys) -> Shot:
@@ -209,7 +184,7 @@ def _with_keys(shot: Shot, keys: Keys) -> Shot:
 def _with_first_keys(args: argparse.Namespace, keys: Keys) -> argparse.Namespace:
     """The options, with the first key of a parameter in the place of its own."""
     given = argparse.Namespace(**vars(args))
-    for parameter, option in _KEYED.values():
+    for parameter, option in KEYED.values():
         if parameter in keys:
             _say_unused(args, option)
             setattr(given, option, keys[parameter][0].value)

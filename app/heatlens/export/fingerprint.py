@@ -1,8 +1,9 @@
 """By what a finished frame is known again: a digest of all that decides its pixels.
 
-Not that a file is there says that it is done, but that this one was made of the same plate, lens
-and options. The plate is known by time and size of its file, looked at before it is read: one that
-is written again meanwhile is rendered again.
+Not that a file is there says that it is done, but that this one was made of the same plate or
+scene, lens and options. What it is made of is known by time and size of its file, looked at before
+it is read: one that is written again meanwhile is rendered again. Of a scene that names further
+files only the first counts; the program's own scene is known by the program's version.
 """
 
 import hashlib
@@ -15,6 +16,7 @@ from heatlens import __version__
 from heatlens.export.job import ExportJob
 from heatlens.image.json_record import plain
 from heatlens.image.sequence import Stamp
+from heatlens.model.framing import Framing
 from heatlens.model.lens import Lens
 
 _DIGEST_BYTES = 16
@@ -34,7 +36,8 @@ def fingerprint_of(
             "is_black": is_black,
             "plate_options": plain(job.shot.plate_options),
             "lens": plain(seen),
-            "defocus": plain(job.shot.defocus),
+            "framing": plain(job.shot.framing or Framing()),
+            "defocus": None if job.pinhole else plain(job.shot.defocus),
             "output": _output_facts(job),
         }
     )
@@ -54,6 +57,7 @@ def _output_facts(job: ExportJob) -> dict[str, Any]:
         "kind": job.output.suffix,
         "view": [look.transform.key, look.transform.input_space],
         "exposure_stops": look.exposure_stops,
+        "gamma": look.gamma,
         "burn_in": look.unit if look.burn_in else None,
     }
 

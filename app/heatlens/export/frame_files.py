@@ -9,8 +9,8 @@ from PIL import Image
 from PIL.PngImagePlugin import PngInfo
 
 from heatlens.errors import InputError
+from heatlens.export.frame_source import PlannedFrame
 from heatlens.export.job import ExportJob, ExrOptions
-from heatlens.export.plan import PlannedFrame
 from heatlens.image.atomic_file import replacing
 from heatlens.image.exr_write import JOB_ATTRIBUTE
 from heatlens.image.picture_write import write_picture

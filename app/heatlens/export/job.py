@@ -9,6 +9,7 @@ from heatlens.image.sequence import MissingPolicy
 from heatlens.model.shot import Shot
 
 _STOPS_MOST = 30.0  # from there on all is white or black
+_GAMMA_MOST = 10.0
 
 
 @dataclass(frozen=True)
@@ -27,6 +28,7 @@ class Look:
 
     transform: ViewTransform = field(default_factory=srgb_transform)
     exposure_stops: float = 0.0
+    gamma: float = 1.0  # display values to the power of one over it
     burn_in: bool = False  # frame, focus and f-stop written into the picture
     unit: str = "m"  # of the distance in that
 
@@ -37,8 +39,9 @@ class ExportJob:
 
     missing  what stands in for a frame without a plate
     force    render also what is there already
+    pinhole  the frames themselves, without a lens: a scene's, to be plates elsewhere
 
-    Raises InputError for no frame, a shot of no plate, an exposure that no picture has.
+    Raises InputError for no frame, a shot of no plate, an exposure or gamma that no picture has.
     """
 
     shot: Shot
@@ -48,14 +51,28 @@ class ExportJob:
     exr: ExrOptions = field(default_factory=ExrOptions)
     look: Look = field(default_factory=Look)
     force: bool = False
+    pinhole: bool = False
 
     def __post_init__(self) -> None:
-        if self.shot.source is None:
-            raise InputError("The shot is of no plate: name its files with --plate.")
+        check_source(self.shot)
         if not self.frames:
             raise InputError("There is no frame to export: give some with --frames.")
+        if self.pinhole and self.shot.defocus.proxy != 1.0:
+            raise InputError("Frames without a lens are whole: leave --proxy out.")
         if not abs(self.look.exposure_stops) <= _STOPS_MOST:
             raise InputError(
                 f"The exposure must be within {_STOPS_MOST:g} stops, got "
                 f"{self.look.exposure_stops:g}."
             )
+        if not 1 / _GAMMA_MOST <= self.look.gamma <= _GAMMA_MOST:
+            raise InputError(
+                f"The gamma must be within 1/{_GAMMA_MOST:g} and {_GAMMA_MOST:g}, got "
+                f"{self.look.gamma:g}."
+            )
+
+
+def check_source(shot: Shot) -> str:
+    """What the shot is of; InputError where it is of nothing."""
+    if shot.source is None:
+        raise InputError("The shot is of no plate: name its files with --plate.")
+    return shot.source

@@ -29,12 +29,12 @@ class ShownPictures:
         self._pass.set_transform(look.transform)
         self._out: moderngl.Texture | None = None
         nothing = np.zeros((1, 1, 3), np.float32)
-        self._black = look.transform.apply_cpu(nothing, look.exposure_stops)[0, 0]
+        self._black = look.transform.apply_cpu(nothing, look.exposure_stops, look.gamma)[0, 0]
 
     def of(self, picture: moderngl.Texture, plate: Plate, proxy: float) -> FloatImage:
         """Display values (H, W, 3) of `picture`, which is `plate` rendered at `proxy` size."""
         out = self._texture(picture.size)
-        self._pass.run(picture, out, self._look.exposure_stops)
+        self._pass.run(picture, out, self._look.exposure_stops, self._look.gamma)
         shown = download(out)[..., :3]
         window = scaled_window(plate.data_window, proxy, picture.size)
         seen = scaled_window(plate.display_window, proxy)

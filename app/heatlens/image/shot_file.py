@@ -38,6 +38,8 @@ _FIELDS: dict[str, tuple[str, type[Any]]] = {
     "defocus": ("defocus", DefocusSettings),
     "framing": ("framing", Framing),
 }
+# Sources that are a name and no path, as long as no file is called so: the scene of the program.
+_NAMES = ("demo",)
 _OTHERS = ("source", "focus_interpolation", "keys", "marks")
 
 
@@ -187,6 +189,8 @@ def _focus_word(scale: Scale) -> str:
 
 def _relative(source: str, folder: str | os.PathLike[str]) -> str:
     """The path as the file tells it: from its folder, or absolute where they share none."""
+    if source in _NAMES and not os.path.exists(source):
+        return source
     absolute = os.path.abspath(source)
     try:
         shared = os.path.commonpath([absolute, os.path.abspath(folder)])
@@ -201,4 +205,5 @@ def _absolute(source: str, path: Path) -> str:
     """A path in the file, from the folder of the file at `path`."""
     if not source or "\0" in source:  # no path, which Shot says better
         return source
-    return os.path.abspath(os.path.join(path.parent, source))
+    absolute = os.path.abspath(os.path.join(path.parent, source))
+    return source if source in _NAMES and not os.path.exists(absolute) else absolute
