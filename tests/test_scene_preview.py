@@ -10,11 +10,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-import heatlens.scene.demo
 from gui import gui_of
 from heatlens.defocus.plate_passes import proxy_size
 from heatlens.gpu.textures import download
-from heatlens.model.framing import Framing
 from heatlens.model.lens import Lens
 from heatlens.model.settings import PROXY_MIN, VIEWS_MAX, DefocusSettings, Method
 from heatlens.model.shot import Shot
@@ -145,11 +143,8 @@ def test_further_views_are_added_to_the_picture_that_is_there():
 
 
 @pytest.fixture
-def scene_gui(ctx, monkeypatch):
+def scene_gui(ctx, small_demo):
     """A window with a small scene, looked at in few pixels."""
-    shot = Shot(replace(LENS, focus_distance_m=3.0), framing=Framing(80, 48, "camera"))
-    monkeypatch.setattr(heatlens.scene.demo, "demo_scene", still_life)
-    monkeypatch.setattr(heatlens.scene.demo, "demo_shot", lambda: shot)
     quick = DefocusSettings(layers=1, views=8)
     with gui_of(ctx, "demo", defocus=quick) as gui:
         gui.do("1:1")

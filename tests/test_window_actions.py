@@ -49,7 +49,7 @@ def state(gui) -> tuple:
 
 
 @pytest.mark.parametrize("by", [chosen, keyed], ids=["menu", "key"])
-def test_every_action_can_be_done_twice(gui, by):
+def test_every_action_can_be_done_twice(gui, small_demo, by):
     """Nothing is raised, OpenGL has no error (each frame asks), and the picture comes back."""
     gui.app.stage.open_reference(gui.app.stage.plate.path)
     gui.until(lambda: gui.app.reference is not None, "the reference")
