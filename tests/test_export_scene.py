@@ -251,7 +251,8 @@ def test_a_new_shot_of_a_scene(capsys, square, tmp_path):
     assert [key.value for key in shot.curves.of(LensParameter.FOCUS_DISTANCE).keys] == [2.5, 4.0]
     assert frames_of(shot, None) == tuple(range(3, 10))
     assert main(["shot", "show", str(path)]) == 0
-    assert "square.glb" in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert "square.glb" in said and "64x36" in said
 
 
 def test_the_demo_keeps_its_pull_unless_a_focus_is_given(capsys, tmp_path):

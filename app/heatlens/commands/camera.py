@@ -15,7 +15,8 @@ from heatlens.model.units import parse_scene_unit_m
 
 _DESCRIPTION = """\
 Writes the lens of a shot at each frame: focal length, f-stop, focus and sensor, and where the
-plate's headers tell it (worldToCamera), the place of the camera. The name of the output says how:
+plate's headers tell it (worldToCamera) or the shot is of a 3D scene, the place of the camera. The
+name of the output says how:
 
   .usda .usd .usdc   UsdGeomCamera, time samples for what moves
   .nk                a Camera2 node for Nuke

@@ -11,6 +11,7 @@ from heatlens.image.json_record import plain
 from heatlens.image.sequence_names import frames_text
 from heatlens.image.shot_file import read_shot, shot_to_json
 from heatlens.model.coc import far_limit_m, near_limit_m
+from heatlens.model.framing import Framing
 from heatlens.model.lens import Lens
 from heatlens.model.marks import DistanceMark, Mark, ObjectMark
 from heatlens.model.pull import frames_too_close
@@ -102,6 +103,14 @@ def _blur_words(blur: DefocusSettings) -> str:
     return f"method {blur.method}"
 
 
+def _framing_words(framing: Framing) -> str:
+    """Through which camera, and how large the picture is."""
+    size = f"{framing.width_px}x{framing.height_px}"
+    if framing.track is not None:
+        return f"{size}, through a camera of the shot's own, {len(framing.track.keys)} keys"
+    return size if framing.camera is None else f"{size}, through camera {framing.camera}"
+
+
 def _about(shot: Shot, unit: str) -> str:
     """Aligned lines on all that does not move."""
     lens, blur = shot.lens, shot.defocus
@@ -111,6 +120,8 @@ def _about(shot: Shot, unit: str) -> str:
         ("blur", f"{_blur_words(blur)}, proxy {blur.proxy:g}"),
         ("sensor width", f"{lens.sensor_width_mm:g} mm"),
     ]
+    if shot.framing is not None:
+        lines.append(("scene seen", _framing_words(shot.framing)))
     if shot.in_out is not None:
         lines.insert(2, ("in to out", str(shot.in_out)))
     if lens.close_focus_m is not None:
