@@ -21,6 +21,7 @@ Array = NDArray[np.float64]
 
 SIZE_MOST_PX = 16384
 _FAR_MOST_M = 1e9
+_UNIT = 1e-12  # so near to it a length is 1 but for rounding
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,6 +43,8 @@ class Pose:
         length = float(np.linalg.norm(self.orientation))
         if not 1e-6 < length < 1e6:
             raise InputError(f"{self.orientation} is no orientation.")
+        if abs(length - 1.0) < _UNIT:
+            length = 1.0  # a pose made again of its own values is the same to the last bit
         unit = tuple(float(value) / length for value in self.orientation)
         object.__setattr__(self, "orientation", unit)
         object.__setattr__(self, "position_m", tuple(map(float, self.position_m)))
