@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from itertools import pairwise
 
 import moderngl
+import numpy as np
 import pytest
 from PIL import Image as PillowImage
 
@@ -21,9 +22,12 @@ from heatlens.bench.methods import (
 )
 from heatlens.bench.plot import write_plot
 from heatlens.bench.synthetic_plate import LENS, uniform_coc_plate
+from heatlens.bench.synthetic_scene import uniform_coc_scene, wall_framing
 from heatlens.commands.main import main
 from heatlens.defocus.gather_pass import gather_steps
 from heatlens.defocus.scatter_pass import disc_fragments
+from heatlens.gpu.textures import download
+from heatlens.model.coc import coc_line, coc_px
 from heatlens.model.settings import DefocusSettings, Method
 
 SIZE = (64, 48)
@@ -32,6 +36,7 @@ REPORT = MethodReport(
     64,
     48,
     20.0,
+    66,
     (
         MethodRow(2.0, {"diffusion": 4.0, "gather": 1.0}),
         MethodRow(20.0, {"diffusion": 4.1, "gather": 100.0}),
@@ -100,6 +105,34 @@ def test_where_time_is_short_fewer_frames_are_enough(ctx, monkeypatch):
     rendered: list[int] = []
     monkeypatch.setattr(type(frame), "render", lambda self: rendered.append(1))
     assert bounded_ms(frame, 3, 1000.0) is not None and len(rendered) == 3
+
+
+@pytest.mark.parametrize("diameter_px", [2.0, 200.0])
+def test_the_wall_is_the_plates_picture_with_the_same_blur_everywhere(ctx, diameter_px):
+    renderer = BenchFrames(ctx, "sweep").scene_frame(
+        uniform_coc_scene(SIZE, diameter_px), wall_framing(SIZE), LENS, DefocusSettings()
+    )
+    plate = renderer.renderer.look(renderer.shot).plate
+    coc = coc_px(plate.depth_m, coc_line(LENS, SIZE[0]))
+    assert coc == pytest.approx(-diameter_px, rel=1e-3)
+    shown = np.clip(uniform_coc_plate(SIZE, diameter_px).color[..., :3], 0, 1)
+    assert np.abs(plate.color[..., :3] - shown).mean() < 0.02
+
+
+@pytest.mark.parametrize("method", [Method.ACCUMULATION, Method.RAYTRACED])
+def test_every_frame_of_a_scene_takes_all_points_of_the_lens_anew(ctx, monkeypatch, method):
+    frame = BenchFrames(ctx, "sweep").scene_frame(
+        uniform_coc_scene(SIZE, 9.0), wall_framing(SIZE), LENS, DefocusSettings(method=method)
+    )
+    first = download(frame.render())
+    names: list[str] = []
+    monkeypatch.setattr(
+        type(frame.renderer), "render", lambda self, shot: names.extend(self.steps(shot))
+    )
+    frame.render()
+    frame.render()
+    assert len(names) == 2 * 66 and len(set(names)) == 1  # the pinhole picture is there already
+    assert (first[..., :3].min(axis=(0, 1)) > 0.02).all()  # the wall goes on past the frame
 
 
 def test_work_grows_with_the_area_for_gather_and_scatter():

@@ -1,8 +1,9 @@
 """A plate on the GPU rendered again and again: whole frames, and the time of each pass."""
 
 import time
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, replace
+from itertools import count
 from statistics import median
 
 import moderngl
@@ -14,10 +15,14 @@ from heatlens.defocus.quality import layers_for
 from heatlens.gpu.context import check_plate_fits, check_work_fits
 from heatlens.gpu.stopwatch import Stopwatch
 from heatlens.image.plate import Plate
+from heatlens.model.framing import Framing
 from heatlens.model.lens import Lens
 from heatlens.model.settings import DefocusSettings
 from heatlens.model.shot import Shot
 from heatlens.render import FrameRenderer
+from heatlens.scene.scene import Scene
+
+_HAIR = 1e-9  # of the f-stop
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,6 +62,13 @@ class BenchFrames:
         self._renderer.load(plate)
         return Frame(self._renderer, Shot(lens, settings))
 
+    def scene_frame(
+        self, scene: Scene, framing: Framing, lens: Lens, settings: DefocusSettings
+    ) -> "SceneFrame":
+        """`scene` taken to the GPU, in the place of what was there."""
+        self._renderer.load_scene(scene)
+        return SceneFrame(self._renderer, Shot(lens, settings, framing=framing))
+
 
 @dataclass(frozen=True, eq=False)
 class Frame:
@@ -76,6 +88,19 @@ class Frame:
         optics = self.renderer.optics(self.shot)
         layers = layers_for(settings)
         return 1 if layers == 1 else len(layer_cuts(optics.occupied_px * settings.proxy, layers))
+
+
+@dataclass(frozen=True, eq=False)
+class SceneFrame(Frame):
+    """A frame of a scene, from all points of the lens each time."""
+
+    _numbers: Iterator[int] = field(default_factory=lambda: count(1))
+
+    def render(self) -> moderngl.Texture:
+        """Through a lens that is another by a hair: what is summed up for one is not done again."""
+        f_stop = self.shot.lens.f_stop * (1.0 + _HAIR * next(self._numbers))
+        lens = replace(self.shot.lens, f_stop=f_stop)
+        return self.renderer.render(replace(self.shot, lens=lens))
 
 
 def run_seconds(ctx: moderngl.Context, work: Callable[[], object]) -> float:

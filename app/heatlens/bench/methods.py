@@ -6,10 +6,10 @@ from dataclasses import dataclass, replace
 
 from heatlens.bench.frames import BenchFrames, Frame, run_seconds
 from heatlens.bench.synthetic_plate import LENS, uniform_coc_plate
+from heatlens.bench.synthetic_scene import uniform_coc_scene, wall_framing
 from heatlens.model.settings import DefocusSettings, Method
 
 METHOD_COC_PX = (2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0)
-PLATE_METHODS = tuple(method for method in Method if not method.needs_scene)
 LIMIT_S = 20.0  # what one cell of the table may take, all its frames together
 
 
@@ -26,11 +26,16 @@ class MethodRow:
 
 @dataclass(frozen=True, slots=True)
 class MethodReport:
-    """All methods over all circles of confusion; `limit_s` is what each cell was given."""
+    """All methods over all circles of confusion.
+
+    limit_s   what each cell was given
+    views     points of the lens that the methods of scenes looked through
+    """
 
     width: int
     height: int
     limit_s: float
+    views: int
     rows: tuple[MethodRow, ...]
 
 
@@ -41,21 +46,33 @@ def measure_methods(
     runs: int,
     say: Callable[[str], None],
 ) -> MethodReport:
-    """Each method on a plate of one coc; one that was too slow once is left out from there on."""
+    """Each method on a plate of one coc, or a scene of it for those that need one.
+
+    One that was too slow once is left out from there on.
+    """
     too_slow: set[Method] = set()
     rows = []
     for coc in METHOD_COC_PX:
-        ms: dict[str, float | None] = dict.fromkeys(map(str, PLATE_METHODS))
-        plate = uniform_coc_plate(size, coc)
-        for method in [m for m in PLATE_METHODS if m not in too_slow]:
+        ms: dict[str, float | None] = dict.fromkeys(map(str, Method))
+        for method in [m for m in Method if m not in too_slow]:
             say(f"{method}, circle of confusion {coc:g} px")
-            frame = frames.frame(plate, LENS, replace(settings, method=method))
+            frame = _uniform(frames, size, coc, replace(settings, method=method))
             ms[method] = bounded_ms(frame, runs, LIMIT_S)
             if ms[method] is None:
                 say(f"{method} skipped from here on: a frame takes more than {LIMIT_S:g} s")
                 too_slow.add(method)
         rows.append(MethodRow(coc, ms))
-    return MethodReport(*size, LIMIT_S, tuple(rows))
+    return MethodReport(*size, LIMIT_S, settings.views, tuple(rows))
+
+
+def _uniform(
+    frames: BenchFrames, size: tuple[int, int], coc_px: float, settings: DefocusSettings
+) -> Frame:
+    """A frame with one coc everywhere."""
+    if settings.method.needs_scene:
+        scene = uniform_coc_scene(size, coc_px)
+        return frames.scene_frame(scene, wall_framing(size), LENS, settings)
+    return frames.frame(uniform_coc_plate(size, coc_px), LENS, settings)
 
 
 def bounded_ms(frame: Frame, runs: int, limit_s: float) -> float | None:
@@ -88,9 +105,10 @@ def method_table(report: MethodReport) -> str:
     names = list(report.rows[0].ms)
     head = (
         f"methods at {report.width}x{report.height}, ms a frame, the same circle of confusion "
-        f"everywhere; skipped: more than {report.limit_s:g} s"
+        f"everywhere, scenes from {report.views} points of the lens; skipped: more than "
+        f"{report.limit_s:g} s"
     )
-    lines = [head, "    px" + "".join(f"{name:>11}" for name in names)]
+    lines = [head, "    px" + "".join(f"{name:>13}" for name in names)]
     lines += [
         f"{row.coc_px:6g}" + "".join(_cell(row.ms[name]) for name in names) for row in report.rows
     ]
@@ -98,4 +116,4 @@ def method_table(report: MethodReport) -> str:
 
 
 def _cell(ms: float | None) -> str:
-    return f"{'skipped':>11}" if ms is None else f"{ms:11.1f}"
+    return f"{'skipped':>13}" if ms is None else f"{ms:13.1f}"

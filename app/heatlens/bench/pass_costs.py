@@ -6,7 +6,8 @@ moved   what the pass asks of memory as its shaders are written: every texel tha
 least   inputs read once, outputs written once, at their storage sizes
 
 Bytes a pixel. What only runs on listed pixels (rims, hidden pixels, lamps) depends on the plate and
-is left out: such a pass is marked `at_least`. Storage: picture rgba32f 16, coc r32f 4, kind r16f 2,
+is left out: such a pass is marked `at_least`. What draws a scene is not here: its triangles decide.
+Storage: picture rgba32f 16, coc r32f 4, kind r16f 2,
 fragments rgba16f 8 each, layer rgba32f 16, its state rg32f 8, poles rgba16f 8 a layer.
 """
 
