@@ -8,6 +8,7 @@ from heatlens.commands.render import add_blur_options, settings_of
 from heatlens.errors import InputError
 from heatlens.image.sequence import find_sequence
 from heatlens.image.shot_file import read_shot
+from heatlens.image.tev_server import DEFAULT_PORT, parse_address
 from heatlens.model.filmback import filmback_named
 from heatlens.model.units import parse_distance_m
 from heatlens.paths import data_dir
@@ -42,6 +43,14 @@ def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
         "--demo", action="store_true", help="open the scene that comes with heatlens"
     )
     parser.add_argument(
+        "--listen",
+        nargs="?",
+        const=str(DEFAULT_PORT),
+        metavar="[HOST:]PORT",
+        help="show what a renderer sends as it would to the viewer tev, while it renders; port "
+        f"{DEFAULT_PORT} of this machine where none is given",
+    )
+    parser.add_argument(
         "--ocio", metavar="CONFIG", help="OpenColorIO config (default: $OCIO, else a built-in one)"
     )
     lens = parser.add_argument_group("lens", "What the window begins with.")
@@ -69,6 +78,8 @@ def run(args: argparse.Namespace) -> int:
             "pip install 'heatlens[gui]', and on Debian or Ubuntu: apt-get install libgl1 libegl1. "
             "`heatlens render` works without."
         ) from error
+    if args.listen is not None:
+        return _listen(args)
     if args.demo and args.plate:
         raise InputError(f"--demo opens a scene of its own: leave {args.plate} out.")
     plate = DEMO if args.demo else args.plate or str(data_dir("assets") / "still_life.exr")
@@ -82,6 +93,27 @@ def run(args: argparse.Namespace) -> int:
     run_window(
         Start(plate, plate_options(args), _given_lens(args), settings_of(args), ocio=args.ocio)
     )
+    return 0
+
+
+def _listen(args: argparse.Namespace) -> int:
+    """The window, with what a renderer sends; the port is taken before it opens."""
+    from heatlens.ui.app import Start
+    from heatlens.ui.stream_source import StreamSource
+    from heatlens.ui.window import run_window
+
+    if args.plate or args.demo:
+        raise InputError(
+            f"--listen shows what a renderer sends: leave {args.plate or '--demo'} out."
+        )
+    stream = StreamSource(*parse_address(args.listen))
+    lens, defocus = _given_lens(args), settings_of(args)
+    try:
+        run_window(
+            Start(stream.text, plate_options(args), lens, defocus, ocio=args.ocio, stream=stream)
+        )
+    finally:
+        stream.close()
     return 0
 
 

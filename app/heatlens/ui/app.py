@@ -38,6 +38,7 @@ from heatlens.ui.screen_pictures import ScreenPictures
 from heatlens.ui.shot_documents import ShotDocuments
 from heatlens.ui.speed_panel import Speed
 from heatlens.ui.stage import Reference, Stage
+from heatlens.ui.stream_source import NO_FILES, StreamSource
 from heatlens.ui.timeline import Timeline
 from heatlens.ui.viewport import ViewportPanel
 from heatlens.ui.widgets import window_words
@@ -50,12 +51,13 @@ _MESSAGE_S = 12.0
 class Start:
     """How the program begins."""
 
-    source: str  # file, pattern or folder
+    source: str  # file, pattern, folder, scene or shot, or the name of `stream`
     plate_options: PlateOptions = field(default_factory=PlateOptions)
     lens: Mapping[str, float] = field(default_factory=dict)  # fields of Lens that are given
     defocus: DefocusSettings = field(default_factory=DefocusSettings)
     view: ViewState = field(default_factory=ViewState)
     ocio: str | None = None
+    stream: StreamSource | None = None  # closed with the program
 
 
 class App:
@@ -77,7 +79,7 @@ class App:
         self.sides = BothSides(self.renderer)
         self.live = self.sides.a
         self.screen = ScreenPictures(ctx)
-        self.stage = Stage(self.renderer, wake)
+        self.stage = Stage(self.renderer, wake, start.stream)
         self.color = ColorChoice(start.ocio, self.say)
         self.filing = Filing(self, preferences or Preferences(), wake)
         self.view = self.color.with_names(self.filing.first_view(start.view))
@@ -156,6 +158,8 @@ class App:
             self.stage.open(opened.text, opened.options, self.editing.frame)
         elif scene is not None:
             self.stage.open(scene.text, PlateOptions())
+        elif self.stage.is_streaming:
+            self.say(NO_FILES)
 
     def browse(self, purpose: str) -> None:
         """Choose a file to open, to compare with, or to save."""
@@ -236,11 +240,12 @@ class App:
 
     def update_picture(self) -> None:
         """Answer a change of the shot with a picture that fits the time."""
-        frame, plate = self.editing.frame, self.stage.version
-        if self.stage.plate is None or not self.stage.is_settled_at(frame):
-            return
+        frame, stage = self.editing.frame, self.stage
         try:
-            self.sides.wish(self.view, self.stage.seen(self.shot), frame, self.budget_s, plate)
+            stage.refresh()  # only now: what was saved before is picture and plate of one frame
+            if stage.plate is None or not stage.is_settled_at(frame):
+                return
+            self.sides.wish(self.view, stage.seen(self.shot), frame, self.budget_s, stage.version)
         except HeatlensError as error:
             self.say(str(error))
 

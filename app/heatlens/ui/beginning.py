@@ -1,4 +1,4 @@
-"""What happens when a plate or a scene has been opened: a shot begins, or goes on."""
+"""What happens when a plate, a scene or a stream was opened: a shot begins, or goes on."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -6,25 +6,28 @@ from typing import TYPE_CHECKING
 
 from heatlens.errors import LensError
 from heatlens.image.start_lens import StartLens, start_lens
+from heatlens.model.shot import Shot
 from heatlens.ui.plate_source import Opened
 from heatlens.ui.scene_opening import OpenedScene
 from heatlens.ui.shot_documents import started_shot
+from heatlens.ui.stream_source import OpenedStream
 
 if TYPE_CHECKING:
     from heatlens.ui.app import App
 
 
-def begin(app: "App", opened: Opened | OpenedScene) -> None:
-    """Another file begins a shot, the same file read anew keeps it."""
+def begin(app: "App", opened: Opened | OpenedScene | OpenedStream) -> None:
+    """Another file or renderer begins a shot, the same file read anew keeps it."""
     app.sides.restart()
-    coming, is_same = app.documents.taken(opened), app.shot.source == opened.text
+    is_same = app.shot.source == opened.text
+    coming = None if isinstance(opened, OpenedStream) else app.documents.taken(opened)
     app.editing.frame = opened.frame
     app.message = ""
     app.begun = _first_lens(app, opened)
     if coming is not None:
         app.editing.begin(coming)
     elif not is_same:
-        app.editing.begin(started_shot(opened, app.begun.lens, app.shot.defocus))
+        app.editing.begin(_started(app, opened, app.begun))
         app.documents.begun()
         app.view = replace(app.view, zoom=None, center_px=None)
     elif isinstance(opened, Opened):
@@ -35,7 +38,13 @@ def begin(app: "App", opened: Opened | OpenedScene) -> None:
     app.filing.arrived(opened)
 
 
-def _first_lens(app: "App", opened: Opened | OpenedScene) -> StartLens:
+def _started(app: "App", opened: Opened | OpenedScene | OpenedStream, begun: StartLens) -> Shot:
+    if isinstance(opened, OpenedStream):
+        return Shot(begun.lens, app.shot.defocus, opened.text, opened.options)
+    return started_shot(opened, begun.lens, app.shot.defocus)
+
+
+def _first_lens(app: "App", opened: Opened | OpenedScene | OpenedStream) -> StartLens:
     """The command line's lens is for what it came with, and said where it cannot be."""
     given = app.start.lens if opened.text == app.start.source else {}
     try:
@@ -45,7 +54,7 @@ def _first_lens(app: "App", opened: Opened | OpenedScene) -> StartLens:
         return _lens_of(opened, {})
 
 
-def _lens_of(opened: Opened | OpenedScene, given: Mapping[str, float]) -> StartLens:
-    if isinstance(opened, Opened):
-        return start_lens(opened.plate, given)
-    return StartLens(replace(opened.shot.lens, **given), dict.fromkeys(given, "given"))
+def _lens_of(opened: Opened | OpenedScene | OpenedStream, given: Mapping[str, float]) -> StartLens:
+    if isinstance(opened, OpenedScene):
+        return StartLens(replace(opened.shot.lens, **given), dict.fromkeys(given, "given"))
+    return start_lens(opened.plate, given)

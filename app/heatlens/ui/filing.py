@@ -28,6 +28,7 @@ from heatlens.ui.plate_reading import PlateReading
 from heatlens.ui.plate_source import Opened
 from heatlens.ui.preferences import Preferences
 from heatlens.ui.scene_opening import OpenedScene
+from heatlens.ui.stream_source import NO_FILES, OpenedStream
 
 if TYPE_CHECKING:
     from heatlens.ui.app import App
@@ -98,7 +99,8 @@ class Filing:
         """Open the first plate and show the panels that were shown."""
         app = self._app
         if not app.documents.opens(text):
-            app.stage.open(text, self._first_options(text, given))
+            is_stream = app.stage.stream is not None and text == app.stage.stream.text
+            app.stage.open(text, given if is_stream else self._first_options(text, given))
         hidden = self.preferences.now.hidden_panels
         app.panels = {name: name not in hidden for name in app.panels}
 
@@ -120,6 +122,9 @@ class Filing:
         plate = self._app.stage.plate
         if plate is None and PURPOSES[key].is_save:
             self._app.say("Nothing is open that could be saved.")
+            return
+        if key == "save shot" and self._app.stage.is_streaming:
+            self._app.say(NO_FILES)
             return
         here = plate.path.absolute().parent if plate is not None else home_dir()
         folder = Path(self.preferences.now.folders.get(key, here))
@@ -151,6 +156,8 @@ class Filing:
 
     def show_export(self) -> None:
         """Bring the panel to the front."""
+        if self._app.stage.is_streaming:
+            self._app.say(NO_FILES)
         self._app.panels["Export"] = True
         imgui.set_window_focus("Export")
 
@@ -162,17 +169,24 @@ class Filing:
             self.saver.ask(self._app.shot.source, self._app.editing.frame, None)
 
     def find_recent(self) -> None:
-        """Look which of the recent files are there; `recent` tells a moment later."""
-        names = self.preferences.now.recent
-        self._finder.start(lambda: tuple(name for name in names if _is_there(name)))
+        """Look which of the recent files are there; `recent` tells a moment later.
+
+        A renderer that is listened to leads them, so that it can be returned to.
+        """
+        stream, names = self._app.stage.stream, self.preferences.now.recent
+        first = () if stream is None else (stream.text,)
+        self._finder.start(lambda: (*first, *(name for name in names if _is_there(name))))
 
     # What happens by itself
 
-    def arrived(self, opened: Opened | OpenedScene) -> None:
+    def arrived(self, opened: Opened | OpenedScene | OpenedStream) -> None:
         """A plate was opened; with the first one it is told what could not be remembered."""
         if isinstance(opened, Opened):
             self.reading.arrived(opened)
-        self.preferences.opened(opened.text)
+        if isinstance(opened, OpenedStream):
+            self.reading.wished = opened.options
+        else:
+            self.preferences.opened(opened.text)
         if self.preferences.problem:
             self._app.say(self.preferences.problem)
             self.preferences.problem = ""
@@ -183,10 +197,26 @@ class Filing:
         found = self._finder.poll()
         self.recent = self.recent if found is None else found
         self.reading.follow()
+        self._follow_stream()
         self.exporter.poll()
         self.cameras.poll()
         whole = _whole(app)
         self.saver.poll(whole, app.shot.source, app.editing.frame, partial(_snap, app, whole))
+
+    def _follow_stream(self) -> None:
+        """Its frames are read as the Plate panel wishes, or as the shot does after an undo.
+
+        A shot that was kept beside names its source as a path, and takes its name again.
+        """
+        app, stream, reading = self._app, self._app.stage.stream, self.reading
+        if stream is None or not app.stage.is_streaming:
+            return
+        if reading.wished == stream.options:
+            reading.wished = app.shot.plate_options
+        stream.options = reading.wished
+        shot = replace(app.shot, source=stream.text, plate_options=stream.options)
+        if shot != app.shot:
+            app.edit(shot)
 
     def remember(self, **window: object) -> None:
         """Keep what may have changed; `window` are further fields of Remembered."""

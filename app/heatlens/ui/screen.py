@@ -24,6 +24,7 @@ from heatlens.ui.screen_pictures import layer_limits_px, picture_of_b
 from heatlens.ui.shot_question import shot_question
 from heatlens.ui.side_words import draw_sides
 from heatlens.ui.speed_panel import speed_panel
+from heatlens.ui.stream_source import NO_FILES
 from heatlens.ui.timeline_panel import timeline_panel
 from heatlens.ui.viewport import MIPMAPS_UNDER, Pictures, ViewportResult
 from heatlens.ui.widgets import window_words
@@ -113,6 +114,8 @@ class Screen:
             imgui.text_colored(theme.ACCENT_TEXT, app.message)
         elif app.stage.opener.opening:
             imgui.text_disabled(f"Reading {app.stage.opener.opening} ...")
+        elif app.stage.plate is None and app.stage.stream is not None:
+            imgui.text_disabled(window_words(app.stage.stream.words))
         else:
             imgui.text_disabled(self._probe_text())
         draw_sides(app.view, app.sides, None if app.reference is None else app.reference.path.name)
@@ -147,7 +150,10 @@ class Screen:
 
     def _plate(self) -> None:
         app, plate = self._app, self._app.stage.plate
-        if self._begin("Plate") and plate is not None:
+        is_open, stream = self._begin("Plate"), app.stage.stream
+        if is_open and stream is not None and (stream.problem or stream.losses):
+            imgui.text_wrapped(window_words(stream.words))
+        if is_open and plate is not None:
             hovered_m = None if self._hovered is None else seen_depth_m(plate, self._hovered)
             reading, unit = app.filing.reading, app.view.unit
             problem = window_words(reading.problem)
@@ -161,8 +167,12 @@ class Screen:
         imgui.end()
 
     def _export(self) -> None:
+        exporter = self._app.filing.exporter
         if self._begin("Export"):
-            self._app.filing.exporter.draw()
+            if self._app.stage.is_streaming and not exporter.run.is_busy:
+                imgui.text_wrapped(NO_FILES)
+            else:
+                exporter.draw()
         imgui.end()
 
     def _speed(self) -> None:
@@ -195,6 +205,8 @@ class Screen:
         pictures = self._pictures()
         if self._app.stage.is_black:
             imgui.text_disabled(f"  Frame {self._app.editing.frame} has no file.")
+        elif pictures is None and self._app.stage.stream is not None:
+            imgui.text_disabled("  Waiting for a renderer. Ctrl+O opens a file instead.")
         elif pictures is None:
             imgui.text_disabled("  Nothing is open: Ctrl+O, or drop a file here.")
         else:

@@ -25,6 +25,7 @@ from heatlens.ui.disk_watch import DiskWatch
 from heatlens.ui.plate_source import Opened, PlateOpener
 from heatlens.ui.scene_opening import OpenedScene
 from heatlens.ui.scene_sight import SceneSight
+from heatlens.ui.stream_source import OpenedStream, StreamSource
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,8 +39,17 @@ class Reference:
 class Stage:
     """Opens plates and references; keeps the plate of the frame on the GPU."""
 
-    def __init__(self, renderer: FrameRenderer, wake: Callable[[], None]) -> None:
+    def __init__(
+        self,
+        renderer: FrameRenderer,
+        wake: Callable[[], None],
+        stream: StreamSource | None = None,
+    ) -> None:
         self.renderer = renderer
+        self.stream = stream  # a renderer that may send frames; closed with the stage
+        if stream is not None:
+            stream.wake = wake
+        self.is_streaming = False  # its frames are what is seen
         self.opener = PlateOpener(wake)
         self.opened: Opened | None = None  # plates
         self.scene: OpenedScene | None = None  # or a scene in their place
@@ -59,17 +69,21 @@ class Stage:
         self._watch = DiskWatch()
 
     def open(self, text: str, options: PlateOptions, frame: int | None = None) -> None:
-        """Begin to open a file, a pattern or a folder."""
-        self.opener.open(text, options, frame)
+        """Begin to open a file, a pattern, a folder, or to show what a renderer sends."""
+        if self.stream is not None and text == self.stream.text:
+            self.opener.cancel()
+            self.stream.begin(options)
+        else:
+            self.opener.open(text, options, frame)
 
-    def arrived(self) -> Opened | OpenedScene | None:
+    def arrived(self) -> Opened | OpenedScene | OpenedStream | None:
         """What has been opened since, now on the GPU; the one before goes only then.
 
         Raises HeatlensError where opening failed; what was open stays.
         """
         opened = self.opener.poll()
         if opened is None:
-            return None
+            return self._stream_arrived()
         if isinstance(opened, OpenedScene):
             self._take_scene(opened)
             return opened
@@ -92,6 +106,27 @@ class Stage:
         self.scene = opened
         self.look(opened.shot, opened.frame)
 
+    def _stream_arrived(self) -> OpenedStream | None:
+        """The first frame of a renderer takes the place of what was there before."""
+        stream = self.stream
+        plate = None if stream is None or self.is_streaming else stream.poll()
+        if stream is None or plate is None:
+            return None
+        self._load(plate)
+        self._close_plates()
+        self.scene = None
+        self.is_streaming = stream.is_wanted = self._is_settled = True
+        return OpenedStream(stream.text, stream.options, plate)
+
+    def refresh(self) -> None:
+        """What the renderer has sent since, in the place of its frame before.
+
+        Raises HeatlensError where the GPU has no room for it.
+        """
+        plate = self.stream.poll() if self.stream is not None and self.is_streaming else None
+        if plate is not None:
+            self._load(plate)
+
     def seen(self, shot: Shot) -> Shot:
         """The shot as it is drawn now: of a scene perhaps smaller, while something moves."""
         return shot if self.scene is None else self.sight.seen(shot)
@@ -105,6 +140,9 @@ class Stage:
         if self.opened is not None:
             self.opened.cache.close()
         self.opened = self.wanted = self._watch.cache = None
+        self.is_streaming = False
+        if self.stream is not None:
+            self.stream.is_wanted = False
 
     def look(self, shot: Shot, frame: int) -> None:
         """Have the scene's pinhole picture at `frame`; drawn again only where something moved."""
@@ -195,6 +233,8 @@ class Stage:
         self._watch.close()
         self.opener.close()
         self._reader.shutdown(wait=True, cancel_futures=True)
+        if self.stream is not None:
+            self.stream.close()
         if self.opened is not None:
             self.opened.cache.close()
 
