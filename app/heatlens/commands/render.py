@@ -175,6 +175,11 @@ def _loaded(
     check_no_scene_options(args)
     if args.pinhole:
         raise InputError(f"{args.plate} is a plate already: --pinhole is for 3D scenes.")
+    if settings.method.needs_scene:
+        raise InputError(
+            f"{args.plate} is a plate, seen from one point: --method {settings.method} looks at a "
+            "3D scene from many."
+        )
     plate = read_plate(args.plate, plate_options(args))
     lens, said = lens_of(args, plate)
     depth = plate.depth
