@@ -9,9 +9,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from gui import Gui, gui_of
 from heatlens.commands.main import main
+from heatlens.gpu.textures import download
 from heatlens.image.exr_read import read_parts
 from heatlens.image.exr_write import write_exr
 from heatlens.model.boxes import Box
@@ -123,15 +125,20 @@ def test_a_folder_that_cannot_be_made_is_said(gui: Gui, tmp_path: Path) -> None:
     assert exporter.run.state is None
 
 
-def test_a_picture_that_would_look_otherwise_is_not_exported(gui: Gui, tmp_path: Path) -> None:
+@pytest.mark.parametrize("look", [{"gamma": 1.5}, {"input_space": "ACEScg"}, {}])
+def test_an_exported_picture_looks_as_it_does_here(gui: Gui, tmp_path: Path, look: dict) -> None:
+    gui.app.view = replace(gui.app.view, **look)
+    gui.settled()
     exporter = gui.app.filing.exporter
-    exporter.wish = ExportWish(str(tmp_path / "out"), "x", "PNG, as it looks")
-    for look in ({"gamma": 1.5}, {"gamma": 1.0, "input_space": "ACEScg"}):
-        gui.app.view = replace(gui.app.view, **look)
-        gui.frame(2)
-        gui.click(gui.middle("Export"))
-        assert "put them back in Look" in gui.app.message
-    assert exporter.run.state is None and not (tmp_path / "out").exists()
+    exporter.wish = ExportWish(str(tmp_path / "out"), "x", "PNG, as it looks", frames="1001")
+    gui.frame(2)
+    gui.click(gui.middle("Export"))
+    assert ended(gui).code == 0, gui.app.message
+    light = download(gui.app.live.shown.texture)[..., :3]
+    stops = gui.app.view.exposure_stops + gui.app.lens.transmission_stops
+    seen = gui.app.color.transform.apply_cpu(light, stops, gui.app.view.gamma)
+    file = np.asarray(Image.open(tmp_path / "out" / "x.1001.png"), float)
+    assert np.abs(file - 255 * np.clip(seen, 0, 1)).max() <= 1.0
 
 
 def test_a_wish_is_words_for_the_command() -> None:

@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from heatlens.errors import HeatlensError, InputError
+from heatlens.errors import HeatlensError
 from heatlens.ui.export_panel import Asked, ExportWish, export_panel, wish_for
 from heatlens.ui.export_run import ExportRun, ExportState
 
@@ -38,8 +38,6 @@ class Exporter:
     def _begin(self, asked: Asked) -> None:
         app, view = self._app, self._app.view
         try:
-            if asked is Asked.EXPORT and not self.wish.is_linear:
-                self._check_look()
             Path(self.wish.folder).expanduser().mkdir(parents=True, exist_ok=True)
             if asked is Asked.CAMERA:
                 self.run.camera(app.shot, self.wish.camera_output)
@@ -47,22 +45,23 @@ class Exporter:
             stops = view.exposure_stops + app.lens.transmission_stops
             display = view.display if app.color.config is not None else ""
             words = self.wish.words(display, view.view, stops)
-            if app.start.ocio and "--view" in words:
-                words += ["--ocio", app.start.ocio]
-            self.run.export(app.shot, self.wish.output, words)
+            self.run.export(app.shot, self.wish.output, words + self._look_words())
         except OSError as error:
             app.say(f"{self.wish.folder} cannot be made: {error.strerror or error}.")
         except HeatlensError as error:
             app.say(str(error))
 
-    def _check_look(self) -> None:
-        """InputError where a picture would not look as it does here: the command knows no more."""
-        view = self._app.view
-        if view.gamma != 1.0 or view.input_space != self._app.color.input_spaces()[0]:
-            raise InputError(
-                "Pictures and movies are exported without the gamma and the input space that are "
-                "set here: put them back in Look, or export EXR."
-            )
+    def _look_words(self) -> list[str]:
+        """What of the way the picture looks here `ExportWish` does not know."""
+        app, view = self._app, self._app.view
+        if self.wish.is_linear:
+            return []
+        words = ["--ocio", app.start.ocio] if app.start.ocio and app.color.config else []
+        if view.gamma != 1.0:
+            words.append(f"--gamma={view.gamma:g}")
+        if app.color.config is not None and view.input_space != app.color.input_spaces()[0]:
+            words.append(f"--input-space={view.input_space}")
+        return words
 
     def poll(self) -> None:
         """Once a frame: say how an export has ended."""
