@@ -90,11 +90,11 @@ def test_a_frame_appears_and_is_refined_under_the_same_lens(ctx):
     values = frame_of_room()
     with listening(ctx) as gui:
         stream = gui.app.stage.stream
-        assert stream.words == f"Listening on {stream.address} ..." and gui.app.live.shown is None
+        assert stream.words == f"Listening on {stream.address} ..." and gui.app.stage.is_waiting
         sent(gui, values)
         shows(gui, values)
         assert gui.app.shot.source == stream.text == f"tev://{stream.address}"
-        assert gui.app.lens == LENS
+        assert gui.app.lens == LENS and not gui.app.stage.is_waiting
         gui.app.edit_lens(replace(gui.app.lens, f_stop=4.0))
         gui.app.timeline.marks.set_point((3, 5))
         shot = gui.app.shot

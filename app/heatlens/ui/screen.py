@@ -114,7 +114,7 @@ class Screen:
             imgui.text_colored(theme.ACCENT_TEXT, app.message)
         elif app.stage.opener.opening:
             imgui.text_disabled(f"Reading {app.stage.opener.opening} ...")
-        elif app.stage.plate is None and app.stage.stream is not None:
+        elif app.stage.is_waiting and app.stage.stream is not None:
             imgui.text_disabled(window_words(app.stage.stream.words))
         else:
             imgui.text_disabled(self._probe_text())
@@ -129,7 +129,7 @@ class Screen:
 
     def _lens(self) -> None:
         app = self._app
-        if self._begin("Lens", _Window.no_scroll_with_mouse):
+        if self._begin("Lens", _Window.no_scroll_with_mouse) and not app.stage.is_waiting:
             sources = {} if app.begun is None else app.begun.sources
             facts = LensFacts(app.histogram, app.view.unit, sources)
             app.edit_lens(lens_panel(app.lens, facts, app.say))
@@ -205,7 +205,7 @@ class Screen:
         pictures = self._pictures()
         if self._app.stage.is_black:
             imgui.text_disabled(f"  Frame {self._app.editing.frame} has no file.")
-        elif pictures is None and self._app.stage.stream is not None:
+        elif self._app.stage.is_waiting:
             imgui.text_disabled("  Waiting for a renderer. Ctrl+O opens a file instead.")
         elif pictures is None:
             imgui.text_disabled("  Nothing is open: Ctrl+O, or drop a file here.")

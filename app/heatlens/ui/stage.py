@@ -106,6 +106,11 @@ class Stage:
         self.scene = opened
         self.look(opened.shot, opened.frame)
 
+    @property
+    def is_waiting(self) -> bool:
+        """Nothing is seen, and what a renderer sends will be."""
+        return self.plate is None and self.stream is not None and self.stream.is_wanted
+
     def _stream_arrived(self) -> OpenedStream | None:
         """The first frame of a renderer takes the place of what was there before."""
         stream = self.stream
