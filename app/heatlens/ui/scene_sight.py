@@ -26,12 +26,13 @@ class SceneSight:
         self._asked: object = None
         self._moved_at = -_REST_S
         self._scale = 1.0
+        self._latest: LoadedPlate | None = None
         self.is_whole = False
 
     def begin(self) -> None:
         """Another scene: its first picture is whole."""
         self._asked, self._moved_at, self.is_whole = None, -_REST_S, False
-        self._seconds_per_px = 0.0
+        self._seconds_per_px, self._latest = 0.0, None
 
     def seen(self, shot: Shot) -> Shot:
         """The shot as it is drawn now: perhaps smaller."""
@@ -58,9 +59,9 @@ class SceneSight:
     def _drawn(self, shot: Shot, frame: int) -> LoadedPlate:
         is_moving = self.seconds_to_rest() > 0
         seen, start = self.seen(shot), self._clock()
-        before = self._renderer.loaded if self.is_whole else None
         loaded = self._renderer.look(seen, frame, passes=1 if is_moving else _PASSES)
-        if is_moving and loaded is not before:
+        is_new, self._latest = loaded is not self._latest, loaded
+        if is_moving and is_new:  # one that was there already tells nothing of the time
             framing = seen.framing or Framing()
             seconds = self._clock() - start
             self._seconds_per_px = max(seconds, 1e-4) / (framing.width_px * framing.height_px)
