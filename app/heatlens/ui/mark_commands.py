@@ -132,6 +132,7 @@ class MarkCommands:
             self._app.scenes.follow(mark, frames)
             return
         if opened is None:
+            self._app.say("Points are followed through files; of a scene, mark the object itself.")
             return
         cache, options = opened.cache, opened.options
         reads = sum(1 for frame in frames if not isinstance(cache.get(frame), Plate))
