@@ -19,6 +19,12 @@ def test_ci_runs_the_readmes_test_command() -> None:
 
 def test_what_the_readme_shows_is_there() -> None:
     text = (ROOT / "README.md").read_text()
-    for name in ("still_life.exr", "focus_fruit.png", "focus_lights.png", "window.png"):
+    for name in (
+        "still_life.exr",
+        "focus_fruit.png",
+        "focus_lights.png",
+        "window.png",
+        "demo.webp",
+    ):
         assert f"assets/{name}" in text
         assert (ROOT / "assets" / name).stat().st_size > 10_000
