@@ -43,7 +43,9 @@ def pass_builds() -> list[tuple[str, dict[str, object]]]:
     builds = [(name, {}) for name in names] + [
         (name, {"COUNT": 1}) for name in ("highlight_sprites.comp.glsl", "scatter_sort.comp.glsl")
     ]
-    return builds + [(OVERLAY, {"MODE": mode}) for mode in overlay_modes()]
+    builds += [(OVERLAY, {"MODE": mode}) for mode in overlay_modes()]
+    with_holes = [name for name, _ in builds if "HOLES" in (SHADERS / name).read_text()]
+    return builds + [(name, {"HOLES": 1}) for name in with_holes]
 
 
 def overlay_modes() -> list[str]:
