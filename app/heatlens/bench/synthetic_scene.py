@@ -44,11 +44,10 @@ def wall_m(width_px: int, diameter_px: float, lens: Lens) -> float:
 
 
 def _wall(size: tuple[int, int], margin_px: float, distance_m: float, lens: Lens) -> Mesh:
-    """The picture and `margin_px` around it: uv is 0 to 1 over the picture."""
-    columns, rows = (count + 1 for count in _SQUARES)
+    """_SQUARES over the picture, whatever the blur, and `margin_px` around them; uv is 0 to 1."""
     x, y = (
-        np.linspace(-margin_px, side + margin_px, n)
-        for side, n in zip(size, (columns, rows), strict=True)
+        np.array([-margin_px, *np.linspace(0, side, count + 1), side + margin_px])
+        for side, count in zip(size, _SQUARES, strict=True)
     )
     pixels = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
     pixel_m = distance_m * lens.sensor_width_mm / (size[0] * lens.focal_length_mm)
@@ -58,7 +57,7 @@ def _wall(size: tuple[int, int], margin_px: float, distance_m: float, lens: Lens
         positions.astype(np.float32),
         np.tile(np.array((0.0, 0.0, 1.0), np.float32), (len(positions), 1)),
         (pixels / size).astype(np.float32),
-        _triangles(columns, rows),
+        _triangles(len(x), len(y)),
     )
 
 
