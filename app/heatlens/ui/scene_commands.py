@@ -13,7 +13,13 @@ from heatlens.model.marks import ObjectMark, next_mark_name
 from heatlens.model.orbit import dollied, orbited, panned, pivot_of
 from heatlens.model.pull import followed
 from heatlens.scene.scene import Scene
-from heatlens.scene.scene_bounds import bounds_m, camera_lens, framed, object_depth_m
+from heatlens.scene.scene_bounds import (
+    bounds_m,
+    camera_lens,
+    framed,
+    object_depth_m,
+    object_names,
+)
 
 if TYPE_CHECKING:
     from heatlens.ui.app import App
@@ -57,7 +63,9 @@ class SceneCommands:
         return pose
 
     def move(self, drag: CameraDrag) -> None:
-        """Answer the mouse."""
+        """Answer the mouse; one that is only held moves nothing."""
+        if not (drag.right or drag.down):
+            return
         pose, pivot = self.pose, self._pivot_m()
         if drag.kind == "orbit":
             moved = orbited(pose, pivot, -_TURN_RAD * drag.right, _TURN_RAD * drag.down)
@@ -71,7 +79,9 @@ class SceneCommands:
     def frame(self, name: str | None) -> None:
         """See the objects called `name`, or the whole scene, from the same side."""
         scene = self.scene
-        if scene is not None:
+        if scene is not None and name is not None and name not in object_names(scene):
+            self._app.say(f"This scene has no object called {name}.")
+        elif scene is not None:
             box, aspect = bounds_m(scene, self._app.editing.frame, name), self._aspect
             self._stand(framed(box, self._app.lens, aspect, self.pose.turn))
             self._app.editing.settle()

@@ -15,6 +15,10 @@ if TYPE_CHECKING:
     from heatlens.ui.app import App
 
 _OWN = "moved by hand"
+_CAMERA_TIP = (
+    "Which camera is looked through. In the picture the right button turns it round what is in "
+    "focus, with Ctrl it goes aside, and Ctrl with the wheel goes nearer."
+)
 _LIST_EM = 9.0
 _SIZES = {"640x360": (640, 360), "1280x720": (1280, 720), "1920x1080": (1920, 1080)}
 
@@ -58,7 +62,7 @@ def _camera(app: "App") -> None:
     names = [camera.name for camera in scene.cameras]
     own = [_OWN] if framing.track is not None or not names else []
     now = _OWN if own else framing.camera or names[0]
-    chosen = widgets.choice("camera", now, [*own, *names], "Which camera is looked through")
+    chosen = widgets.choice("camera", now, [*own, *names], _CAMERA_TIP)
     if chosen not in (now, _OWN):
         app.scenes.look_through(chosen)
 
@@ -74,7 +78,11 @@ def _keys(app: "App") -> None:
             app.scenes.delete_key()
         widgets.note("delete camera key")
     if len(keys) > 1:
-        imgui.text_disabled("keys at " + ", ".join(f"{frame:g}" for frame in keys))
+        imgui.push_style_color(
+            imgui.Col_.text, imgui.get_style_color_vec4(imgui.Col_.text_disabled)
+        )
+        imgui.text_wrapped("keys at " + ", ".join(f"{frame:g}" for frame in keys))
+        imgui.pop_style_color()
 
 
 def _size(app: "App") -> None:

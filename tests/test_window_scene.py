@@ -1,0 +1,224 @@
+"""A scene in the window: the hand on its camera, its keys, its objects, and the true pictures."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import moderngl
+import numpy as np
+import pytest
+from imgui_bundle import imgui
+
+from gltf_files import GltfWriter
+from gui import Gui, gui_of
+from heatlens.gpu.textures import download
+from heatlens.model.framing import Pose
+from heatlens.model.marks import ObjectMark
+from heatlens.model.orbit import pivot_of
+from heatlens.model.settings import Method
+from heatlens.model.view import Against, Compare
+from heatlens.render import FrameRenderer
+from heatlens.scene.scene_read import read_scene
+from window_plates import QUICK
+
+LEFT, RIGHT = 0, 1
+
+
+def write_scene(path: Path) -> Path:
+    """Two squares, one of them moving away, and two cameras of different angle."""
+    writer = GltfWriter()
+    mesh = writer.mesh()
+    near = writer.node(name="near", mesh=mesh, translation=[-0.5, -0.5, 0.0])
+    writer.node(name="far", mesh=mesh, translation=[-2.0, -2.0, -4.0], scale=[4, 4, 1])
+    writer.animate(near, "translation", [0.0, 1.0], [[-0.5, -0.5, 0.0], [-0.5, -0.5, -2.0]])
+    for name, x, angle in (("main", 0.0, 0.7), ("side", 1.5, 0.4)):
+        perspective = {"yfov": angle, "znear": 0.1, "aspectRatio": 1.5}
+        camera = writer.add("cameras", type="perspective", perspective=perspective, name=name)
+        writer.node(name=name, camera=camera, translation=[x, 0.0, 3.0])
+    return writer.write(path)
+
+
+@pytest.fixture(scope="module")
+def window(session_context: moderngl.Context, tmp_path_factory) -> Iterator[Gui]:
+    scene = write_scene(tmp_path_factory.mktemp("scene") / "scene.glb")
+    with gui_of(session_context, scene, defocus=QUICK) as gui:
+        yield gui
+
+
+@pytest.fixture
+def scene_gui(ctx: moderngl.Context, window: Gui) -> Gui:
+    """The scene as it was opened, in a small picture."""
+    app, opened = window.app, window.app.stage.scene
+    assert opened is not None
+    small = replace(opened.shot.framing, width_px=96, height_px=54)
+    app.editing.frame = opened.frame
+    app.editing.begin(replace(opened.shot, defocus=QUICK, framing=small))
+    app.view = replace(app.view, compare=Compare.OFF, zoom=None)
+    app.scenes.selected, app.message = None, ""
+    window.io.add_mouse_pos_event(-1e4, -1e4)
+    whole(window)
+    return window
+
+
+def whole(gui: Gui) -> None:
+    gui.frame()  # what was asked for just now is begun
+    sight, app = gui.app.stage.sight, gui.app
+    gui.until(
+        lambda: sight.is_whole and app.live.shown is not None and not app.sides.is_working,
+        "the whole picture",
+    )
+    gui.frame(2)
+
+
+def middle(gui: Gui) -> tuple[float, float]:
+    shape = gui.app.picture_shape
+    return gui.at_picture(shape.width_px / 2, shape.height_px / 2)
+
+
+def aside(gui: Gui) -> tuple[float, float]:
+    x, y = middle(gui)
+    return x + 60, y + 20
+
+
+def pose(gui: Gui) -> Pose:
+    return gui.app.scenes.pose
+
+
+def test_a_scene_shows_its_first_cameras_picture(scene_gui):
+    app = scene_gui.app
+    assert app.scenes.framing.camera == "main" and app.message == ""
+    plate = app.stage.plate
+    assert plate.color.shape == (54, 96, 4) and np.ptp(plate.color) > 0.1
+    assert plate.depth_m[27, 48] == pytest.approx(3.0, rel=1e-5)
+
+
+def test_the_right_button_orbits_round_what_is_in_focus_and_undo_comes_back(scene_gui):
+    before, focus = pose(scene_gui), scene_gui.app.lens.focus_distance_m
+    pivot = pivot_of(before, focus)
+    scene_gui.drag(middle(scene_gui), aside(scene_gui), RIGHT)
+    after = pose(scene_gui)
+    assert np.linalg.norm(np.subtract(after.position_m, before.position_m)) > 0.1
+    np.testing.assert_allclose(pivot_of(after, focus), pivot, atol=1e-6)
+    assert after.position_m[0] < before.position_m[0]  # the scene follows the hand
+    scene_gui.rest()
+    scene_gui.app.undo()
+    scene_gui.frame(2)
+    assert pose(scene_gui) == before and scene_gui.app.scenes.framing.track is None
+
+
+def test_a_right_click_that_does_not_move_leaves_the_scenes_camera(scene_gui):
+    shot = scene_gui.app.shot
+    scene_gui.click(middle(scene_gui), RIGHT)
+    assert scene_gui.app.shot == shot
+
+
+def test_control_and_the_right_button_go_aside(scene_gui):
+    before = pose(scene_gui)
+    scene_gui.hold(imgui.Key.mod_ctrl)
+    scene_gui.drag(middle(scene_gui), aside(scene_gui), RIGHT)
+    scene_gui.hold(imgui.Key.mod_ctrl, False)
+    after = pose(scene_gui)
+    np.testing.assert_allclose(after.turn, before.turn, atol=1e-9)
+    by = before.turn.T @ np.subtract(after.position_m, before.position_m)
+    assert by[0] < 0 and by[1] > 0 and by[2] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_control_and_the_wheel_go_nearer_and_zoom_nothing(scene_gui):
+    before, zoom = pose(scene_gui), scene_gui.app.viewport.zoom
+    scene_gui.hold(imgui.Key.mod_ctrl)
+    scene_gui.wheel(middle(scene_gui), 1)
+    scene_gui.hold(imgui.Key.mod_ctrl, False)
+    by = before.turn.T @ np.subtract(pose(scene_gui).position_m, before.position_m)
+    np.testing.assert_allclose(by[:2], 0, atol=1e-9)
+    assert by[2] < -0.05
+    whole(scene_gui)
+    assert scene_gui.app.viewport.zoom == zoom
+
+
+def test_the_left_button_focuses_on_what_is_under_it(scene_gui):
+    scene_gui.click(middle(scene_gui), LEFT)
+    assert scene_gui.app.lens.focus_distance_m == pytest.approx(3.0, rel=1e-5)
+
+
+def test_the_camera_goes_through_its_keys(scene_gui):
+    app, scenes = scene_gui.app, scene_gui.app.scenes
+    first, last = app.shot.played.first, app.shot.played.last
+    scenes.set_key()
+    start = pose(scene_gui)
+    app.timeline.go(last)
+    scene_gui.frame(2)
+    scenes.set_key()
+    scene_gui.drag(middle(scene_gui), aside(scene_gui), RIGHT)
+    end = pose(scene_gui)
+    assert scenes.key_frames == (first, last)
+    app.timeline.go((first + last) // 2)
+    scene_gui.frame(2)
+    between = np.array(pose(scene_gui).position_m)
+    assert np.linalg.norm(between - start.position_m) > 0.01
+    assert np.linalg.norm(between - end.position_m) > 0.01
+    app.timeline.go(last)
+    scene_gui.frame(2)
+    imgui.set_window_focus("Scene")
+    scene_gui.frame(2)  # the panel tells of the keys
+    scene_gui.click(scene_gui.middle("delete camera key"))
+    assert scenes.key_frames == (first,) and pose(scene_gui) == start
+
+
+def test_another_camera_brings_its_angle(scene_gui):
+    before = scene_gui.app.lens.focal_length_mm
+    scene_gui.app.scenes.look_through("side")
+    scene_gui.frame(2)
+    assert pose(scene_gui).position_m[0] == pytest.approx(1.5)
+    assert scene_gui.app.lens.focal_length_mm > before
+
+
+def test_what_is_framed_comes_to_the_middle_and_other_scenes_names_are_told(scene_gui):
+    scenes = scene_gui.app.scenes
+    scenes.look_through("side")
+    scenes.selected = "near"
+    scenes.frame_selected()
+    seen = pose(scene_gui).world_to_camera @ (0, 0, 0, 1)
+    np.testing.assert_allclose(seen[:2], 0, atol=1e-6)
+    before, scenes.selected = pose(scene_gui), "of another scene"
+    scenes.frame_selected()
+    assert pose(scene_gui) == before and "of another scene" in scene_gui.app.message
+
+
+def test_a_mark_on_an_object_goes_with_it(scene_gui):
+    app = scene_gui.app
+    app.scenes.mark("near")
+    (mark,) = app.shot.marks
+    assert isinstance(mark, ObjectMark)
+    ends = [app.scenes.object_m("near", f) for f in (app.shot.played.first, app.shot.played.last)]
+    assert ends == pytest.approx([3.0, 5.0], abs=0.1)
+    app.scenes.focus_on("near")
+    assert app.lens.focus_distance_m == pytest.approx(ends[0])
+
+
+@pytest.mark.parametrize("method", [m for m in Method if m.needs_scene])
+def test_a_and_b_are_what_the_renderer_makes_alone(scene_gui, method, renderer: FrameRenderer):
+    app = scene_gui.app
+    true = replace(QUICK, method=method, views=8)
+    renderer.load_scene(read_scene(Path(app.shot.source)))
+    expected = renderer.pixels(replace(app.shot, defocus=true), app.editing.frame)
+    app.edit(replace(app.shot, defocus=true))
+    whole(scene_gui)
+    np.testing.assert_array_equal(download(app.live.shown.texture), expected)
+    app.edit(replace(app.shot, defocus=replace(QUICK, views=8)))
+    against = {"compare": Compare.WIPE, "against": Against.METHOD, "b_method": method}
+    app.view = replace(app.view, **against)
+    scene_gui.frame()
+    whole(scene_gui)
+    shown = app.sides.of_method(app.view)
+    np.testing.assert_array_equal(download(shown.texture), expected)
+
+
+def test_a_damaged_scene_leaves_what_is_open(scene_gui, tmp_path):
+    bad = tmp_path / "bad.glb"
+    bad.write_bytes(b"glTF" + b"\0" * 60)
+    app = scene_gui.app
+    shot, plate = app.shot, app.stage.plate
+    app.open(str(bad))
+    scene_gui.until(lambda: app.message, "a sentence")
+    assert "bad.glb" in app.message
+    assert app.shot == shot and app.stage.plate is plate
