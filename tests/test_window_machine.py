@@ -120,6 +120,7 @@ class Hand(RuleBasedStateMachine):
     @rule()
     def waits_for_the_whole_picture(self):
         self.gui.release()
+        self.gui.app.timeline.playback.stop()  # two pictures that play are never both at rest
         self.gui.settled()
 
     @invariant()

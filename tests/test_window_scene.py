@@ -112,6 +112,25 @@ def test_a_right_click_that_does_not_move_leaves_the_scenes_camera(scene_gui):
     assert scene_gui.app.shot == shot
 
 
+def test_a_picture_drawn_small_while_it_moves_stays_as_large_on_the_screen(scene_gui, monkeypatch):
+    app = scene_gui.app
+    large = replace(app.scenes.framing, width_px=960, height_px=540)
+    app.editing.do(replace(app.shot, framing=large))
+    app.view = replace(app.view, zoom=1.0)
+    whole(scene_gui)
+    shape, before = app.picture_shape, app.viewport.geometry
+    monkeypatch.setattr("heatlens.ui.scene_sight._BUDGET_S", 0.0)
+    monkeypatch.setattr("heatlens.ui.scene_sight._REST_S", 60.0)
+    scene_gui.press(middle(scene_gui), RIGHT)
+    x, y = middle(scene_gui)
+    scene_gui.move((x + 20.0, y))
+    scene_gui.frame()
+    assert app.stage.plate.display_window.width < 960  # it is drawn small ...
+    assert (app.picture_shape, app.viewport.geometry) == (shape, before)  # and seen large
+    assert app.stage.plate_px(app.shot, (959, 539))[0] < app.stage.plate.display_window.width
+    scene_gui.release(RIGHT)
+
+
 def test_control_and_the_right_button_go_aside(scene_gui):
     before = pose(scene_gui)
     scene_gui.hold(imgui.Key.mod_ctrl)

@@ -137,7 +137,7 @@ class App:
         plate = self.stage.plate
         if plate is None:
             return PictureShape(1, 1)
-        window = plate.display_window
+        _, window = self.stage.windows(self.shot)
         return PictureShape(window.width, window.height, plate.pixel_aspect_ratio)
 
     # What can be done
@@ -171,7 +171,7 @@ class App:
 
     def focus_at(self, pixel: tuple[int, int]) -> None:
         """Focus on what is seen at a pixel of the display window; beside the picture, nothing."""
-        plate = self.stage.plate
+        plate, pixel = self.stage.plate, self.stage.plate_px(self.shot, pixel)
         if plate is None or not _is_inside(plate, pixel):
             return
         try:

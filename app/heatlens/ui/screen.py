@@ -124,7 +124,8 @@ class Screen:
         app, plate, shown = self._app, self._app.stage.plate, self._app.live.shown
         if plate is None or shown is None or self._hovered is None:
             return "Click in the picture to focus.  ? shows the keys."
-        probe = probe_at(self._hovered, plate, app.lens, shown, app.live.version, self._reader)
+        pixel = app.stage.plate_px(app.shot, self._hovered)
+        probe = probe_at(pixel, plate, app.lens, shown, app.live.version, self._reader)
         return "" if probe is None else probe_text(probe, app.view.unit)
 
     def _lens(self) -> None:
@@ -154,7 +155,9 @@ class Screen:
         if is_open and stream is not None and (stream.problem or stream.losses):
             imgui.text_wrapped(window_words(stream.words))
         if is_open and plate is not None:
-            hovered_m = None if self._hovered is None else seen_depth_m(plate, self._hovered)
+            hovered_m = None
+            if self._hovered is not None:
+                hovered_m = seen_depth_m(plate, app.stage.plate_px(app.shot, self._hovered))
             reading, unit = app.filing.reading, app.view.unit
             problem = window_words(reading.problem)
             facts = PlateFacts(plate, app.histogram, hovered_m, unit, problem, app.lens)
@@ -264,15 +267,15 @@ class Screen:
         overlay = None
         if view.overlay is not Overlay.NONE and app.editing.has_lens:
             overlay = screen.overlay(loaded, app.shot, app.editing.frame, view.overlay)
+        windows = app.stage.windows(app.shot)
         return Pictures(
             a,
             b,
             sharp,
             overlay,
-            plate.data_window,
-            plate.display_window,
+            *windows,
             plate.pixel_aspect_ratio,
-            is_proxy=a.size != (plate.data_window.width, plate.data_window.height),
+            is_proxy=a.size != (windows[0].width, windows[0].height),
             is_b_proxy=of_method is not None and b.size != loaded.color.size,
             has_camera=app.scenes.scene is not None,
         )

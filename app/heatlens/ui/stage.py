@@ -17,7 +17,9 @@ from heatlens.image.exr_read import read_color, read_parts
 from heatlens.image.frame_cache import Damaged, Direction
 from heatlens.image.plate import FloatImage, Plate
 from heatlens.image.sequence import MissingPolicy
+from heatlens.model.boxes import Box
 from heatlens.model.depth_histogram import DepthHistogram, depth_histogram
+from heatlens.model.framing import Framing
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.shot import Shot
 from heatlens.render import FrameRenderer
@@ -135,6 +137,21 @@ class Stage:
     def seen(self, shot: Shot) -> Shot:
         """The shot as it is drawn now: of a scene perhaps smaller, while something moves."""
         return shot if self.scene is None else self.sight.seen(shot)
+
+    def windows(self, shot: Shot) -> tuple[Box, Box]:
+        """Data and display window; of a scene those of its whole picture, however small it is."""
+        if self.scene is not None:
+            box = Box(0, 0, *(shot.framing or Framing()).size)
+            return box, box
+        assert self.plate is not None
+        return self.plate.data_window, self.plate.display_window
+
+    def plate_px(self, shot: Shot, pixel: tuple[int, int]) -> tuple[int, int]:
+        """The plate's pixel under one of the display window: a scene's plate may be smaller."""
+        if self.scene is None or self.plate is None:
+            return pixel
+        window, (_, whole) = self.plate.display_window, self.windows(shot)
+        return pixel[0] * window.width // whole.width, pixel[1] * window.height // whole.height
 
     def seconds_until_needed(self) -> float | None:
         """Until a scene is to be drawn whole; None where nothing is."""
