@@ -111,3 +111,13 @@ class TexturePool:
         elif self._buffers[name].size < size_bytes:
             self._buffers[name].orphan(size_bytes)
         return self._buffers[name]
+
+    def release(self) -> None:
+        """Give everything back to OpenGL."""
+        for _, texture in self._held.values():
+            texture.release()
+        for _, array in self._arrays.values():
+            array.release()
+        for buffer in self._buffers.values():
+            buffer.release()
+        self._held, self._arrays, self._buffers = {}, {}, {}

@@ -28,6 +28,11 @@ class Accumulation:
         self._key: tuple[object, tuple[int, int]] | None = None
         self._count = 0
 
+    def release(self) -> None:
+        """Give everything back to OpenGL."""
+        self._program.release()
+        self._pool.release()
+
     def steps(
         self,
         view: SceneView,

@@ -101,6 +101,7 @@ class RayTracer:
         if self._trees is not None:
             self._trees.release()
         self._program.release()
+        self._pool.release()
 
 
 def _band_rows(width: int) -> int:

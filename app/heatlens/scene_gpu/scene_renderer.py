@@ -93,7 +93,11 @@ class SceneRenderer:
         yield from method.steps(view, lens_radii_m(lens), shot.defocus.views, out, key)
 
     def release(self) -> None:
-        """Give what lies on the GPU back."""
+        """Give what lies on the GPU back; of what was never asked for there is nothing."""
+        for made in ("_accumulation", "_ray_tracer"):
+            if made in self.__dict__:
+                self.__dict__[made].release()
+        self._pool.release()
         self._raster.release()
 
     def _moment(self, frame: float) -> float:
