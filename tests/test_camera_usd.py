@@ -14,8 +14,7 @@ from cameras import FRAMES, SHOTS, TARGET, dolly, moving_camera
 from heatlens.camera.camera_file import read_camera, write_camera
 from heatlens.camera.from_shot import camera_of_shot
 from heatlens.camera.samples import INFINITE_M, LENS_TRACKS
-from heatlens.camera.usd_apart import read_usd_camera
-from heatlens.camera.usd_read import split_prim, usd_camera
+from heatlens.camera.usd_read import read_usd_camera, split_prim, usd_camera
 from heatlens.errors import InputError
 
 SUFFIXES = (".usda", ".usd", ".usdc")
@@ -285,7 +284,7 @@ def test_a_file_that_ends_openusd_is_told(path, monkeypatch, code):
 
 
 def test_our_own_mistakes_are_not_the_files(path, monkeypatch):
-    monkeypatch.setattr("heatlens.camera.usd_apart.__spec__.name", "heatlens.no_such_module")
+    monkeypatch.setattr("heatlens.image.apart.__spec__.name", "heatlens.no_such_module")
     with pytest.raises(RuntimeError, match=r"No module named .*no_such_module"):
         read_usd_camera(str(path))
 

@@ -9,9 +9,8 @@ from heatlens.camera.json_camera import json_text, read_json_camera
 from heatlens.camera.nuke_write import nuke_text
 from heatlens.camera.plate_camera import read_plate_camera
 from heatlens.camera.samples import CameraSamples, UpAxis
-from heatlens.camera.usd_apart import read_usd_camera
-from heatlens.camera.usd_library import METERS_PER_UNIT
-from heatlens.camera.usd_read import USD_SUFFIXES, split_prim
+from heatlens.camera.usd_read import USD_SUFFIXES, read_usd_camera, split_prim
+from heatlens.camera.usd_units import METERS_PER_UNIT
 from heatlens.camera.usd_write import usd_bytes
 from heatlens.errors import InputError
 from heatlens.image.atomic_file import replacing

@@ -12,10 +12,11 @@ import numpy as np
 from heatlens.camera.float32 import shortest
 from heatlens.camera.placement import Matrix, is_rigid, matrix_of
 from heatlens.camera.samples import INFINITE_M, CameraSamples, Track, UpAxis
-from heatlens.camera.usd_library import millimetres, usd_module
+from heatlens.camera.usd_units import millimetres
 from heatlens.camera.usd_write import MM_ATTRIBUTES, SQUEEZE
 from heatlens.errors import InputError
 from heatlens.image.quiet import quiet_library
+from heatlens.image.usd_library import read_usd_apart, usd_module
 from heatlens.model.frames import FrameRange, check_frame
 
 USD_SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
@@ -41,6 +42,11 @@ def split_prim(text: str) -> tuple[Path, str | None]:
     """File and path of the prim of `shot.usda:/world/cam`; None where none is named."""
     match = _AND_PRIM.fullmatch(text)
     return (Path(match[1]), match[2]) if match else (Path(text), None)
+
+
+def read_usd_camera(text: str) -> CameraSamples:
+    """`usd_camera` in a process of its own. Raises InputError also where OpenUSD ends that."""
+    return read_usd_apart(usd_camera, text, split_prim(text)[0])
 
 
 def usd_camera(text: str) -> CameraSamples:

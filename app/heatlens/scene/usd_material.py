@@ -8,9 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heatlens.errors import InputError
+from heatlens.image.usd_library import usd_module
 from heatlens.scene.picture_read import read_picture
 from heatlens.scene.scene import Color, Material
-from heatlens.scene.usd_stage import UsdStage, usd_module
+from heatlens.scene.usd_stage import UsdStage
 
 _BLEND_CUTOFF = 0.5
 

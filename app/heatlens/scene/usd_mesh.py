@@ -6,10 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heatlens.errors import InputError
+from heatlens.image.usd_library import usd_module
 from heatlens.scene.mesh_make import made_mesh, smooth_normals
 from heatlens.scene.scene import Mesh
 from heatlens.scene.usd_material import UsdMaterials
-from heatlens.scene.usd_stage import usd_module
 
 _UV_NAMES = ("st", "UVMap", "map1", "st0")
 

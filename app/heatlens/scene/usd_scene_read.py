@@ -1,7 +1,4 @@
-"""Meshes, materials and cameras of a USD stage as a scene. A time code is a frame.
-
-To be run through `usd_scene_apart`: OpenUSD may end the process that opens a damaged file.
-"""
+"""Meshes, materials and cameras of a USD stage as a scene. A time code is a frame."""
 
 import math
 from dataclasses import dataclass
@@ -12,12 +9,13 @@ import numpy as np
 
 from heatlens.errors import InputError
 from heatlens.image.quiet import quiet_library
+from heatlens.image.usd_library import read_usd_apart, usd_module
 from heatlens.model.frames import FrameRange
 from heatlens.model.framing import CameraTrack, Pose, PoseKey, pose_of
 from heatlens.scene.scene import Array, Instance, Mesh, Scene, SceneCamera
 from heatlens.scene.usd_material import UsdMaterials
 from heatlens.scene.usd_mesh import read_parts
-from heatlens.scene.usd_stage import STILL_FRAME, UsdStage, open_stage, usd_module
+from heatlens.scene.usd_stage import STILL_FRAME, UsdStage, open_stage
 
 _HIDDEN = ("guide", "proxy")
 _MATRICES_MOST = 20_000_000  # of all instances over all frames
@@ -39,8 +37,14 @@ class _Sampled:
         return np.asarray((a + (b - a) * (at - before))[list(self.chosen)])
 
 
-def usd_scene(path: Path) -> Scene:
+def read_usd(path: Path) -> Scene:
+    """`usd_scene` in a process of its own. Raises InputError also where OpenUSD ends that."""
+    return read_usd_apart(usd_scene, str(path), path)
+
+
+def usd_scene(text: str) -> Scene:
     """Raises InputError where the file is damaged, or holds nothing to look at."""
+    path = Path(text)
     errors = usd_module("Tf")
     with quiet_library():
         stage = open_stage(path)

@@ -1,6 +1,5 @@
 """A stage of OpenUSD, opened: its unit and up axis, its frames, and where things are in them."""
 
-import importlib
 import math
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,22 +8,13 @@ from typing import Any
 import numpy as np
 
 from heatlens.errors import InputError
+from heatlens.image.usd_library import usd_module
 from heatlens.model.frames import FrameRange, check_frame, check_frames_per_second
 from heatlens.scene.scene import Array
 
 STILL_FRAME = 1
 # Cameras get a key for each frame, and things a matrix.
 _FRAMES_MOST = 100_000
-
-
-def usd_module(name: str) -> Any:
-    """The module `name` of OpenUSD, as Usd or UsdGeom; raises InputError with what to install."""
-    try:
-        return importlib.import_module(f"pxr.{name}")
-    except ImportError as error:
-        raise InputError(
-            f"OpenUSD cannot be loaded ({error}). Install it with: pip install 'heatlens[usd]'"
-        ) from error
 
 
 @dataclass(frozen=True)
