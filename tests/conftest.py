@@ -9,12 +9,18 @@ from typing import TYPE_CHECKING
 import moderngl
 import numpy as np
 import pytest
+from hypothesis import settings
 
 from heatlens.gpu.context import headless_context
 from heatlens.render import FrameRenderer
 
 if TYPE_CHECKING:
     from gui import Gui
+
+
+# The same code, the same verdict; `pytest --hypothesis-profile=default` looks for new cases.
+settings.register_profile("repeated", derandomize=True)
+settings.load_profile("repeated")
 
 
 def pytest_configure() -> None:

@@ -67,11 +67,13 @@ class Gui:
 
     def until(self, condition, what: str, seconds: float = 20.0) -> None:
         """Frames until `condition`; a bound, not a measurement."""
-        end = time.monotonic() + seconds
+        end, said = time.monotonic() + seconds, ""
         while not condition():
-            assert time.monotonic() < end, f"{what} never came. {self.app.message}"
+            said = self.app.message or said
+            assert time.monotonic() < end, f"{what} never came. {said}"
             self.frame()
             self.app.work()
+            time.sleep(0.001)  # threads have their turn, as they have while a window swaps
 
     def opened(self) -> None:
         self.until(lambda: self.app.live.shown is not None, "a picture")
@@ -179,9 +181,12 @@ class Gui:
 
     def open(self, source: Path | str, options: PlateOptions | None = None) -> None:
         """Open another plate and wait for its picture."""
-        before = self.app.stage.version
+        before, opener = self.app.stage.version, self.app.stage.opener
         self.app.open(str(source), options)
-        self.until(lambda: self.app.stage.version > before, "the plate")
+        # A frame that was awaited before counts as a version too, but not as what is opened.
+        self.until(
+            lambda: opener.opening is None and self.app.stage.version > before, "the plate"
+        )
         self.frame(3)
 
     def screenshot(self) -> np.ndarray:
