@@ -184,9 +184,7 @@ class Gui:
         before, opener = self.app.stage.version, self.app.stage.opener
         self.app.open(str(source), options)
         # A frame that was awaited before counts as a version too, but not as what is opened.
-        self.until(
-            lambda: opener.opening is None and self.app.stage.version > before, "the plate"
-        )
+        self.until(lambda: opener.opening is None and self.app.stage.version > before, "the plate")
         self.frame(3)
 
     def screenshot(self) -> np.ndarray:
