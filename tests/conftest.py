@@ -93,15 +93,15 @@ def gui(ctx: moderngl.Context, room_window: "Gui") -> "Gui":
 @pytest.fixture
 def small_demo(monkeypatch: pytest.MonkeyPatch) -> None:
     """The program's own scene is a small one, looked at in few pixels."""
-    import heatlens.scene.demo
+    import heatlens.scene.demo.demo
     from heatlens.model.framing import Framing
     from heatlens.model.lens import Lens
     from heatlens.model.shot import Shot
     from scenes import still_life
 
     shot = Shot(Lens(50.0, 2.0, 3.0, 36.0), framing=Framing(80, 48, "camera"))
-    monkeypatch.setattr(heatlens.scene.demo, "demo_scene", still_life)
-    monkeypatch.setattr(heatlens.scene.demo, "demo_shot", lambda: shot)
+    monkeypatch.setattr(heatlens.scene.demo.demo, "demo_scene", still_life)
+    monkeypatch.setattr(heatlens.scene.demo.demo, "demo_shot", lambda: shot)
 
 
 @pytest.fixture

@@ -13,7 +13,7 @@ from imgui_bundle import imgui
 from heatlens.model.plate_options import PlateOptions
 from heatlens.ui import theme, widgets
 from heatlens.ui.app import App, Start
-from heatlens.ui.preferences import Preferences
+from heatlens.ui.files.preferences import Preferences
 from heatlens.ui.screen import Screen
 
 SIZE = (1280, 800)

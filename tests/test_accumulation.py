@@ -12,7 +12,7 @@ from heatlens.gpu.textures import download, new_texture
 from heatlens.model.coc import coc_line, coc_px
 from heatlens.model.framing import Pose
 from heatlens.model.lens import Lens
-from heatlens.scene.demo_shapes import moved, quads, scaled
+from heatlens.scene.demo.demo_shapes import moved, quads, scaled
 from heatlens.scene.scene import Daylight, Instance, Material, Scene
 from heatlens.scene.scene_view import SceneView, lens_radii_m, view_of
 from heatlens.scene_gpu.accumulation import Accumulation

@@ -6,8 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from heatlens.model.marks import DistanceMark
-from heatlens.scene.demo import ACTORS, demo_scene, demo_shot
-from heatlens.scene.demo_actors import LOOP_FRAMES, joints_at
+from heatlens.scene.demo.demo import ACTORS, demo_scene, demo_shot
+from heatlens.scene.demo.demo_actors import LOOP_FRAMES, joints_at
 from heatlens.scene.scene_bounds import bounds_m, object_names, track_of
 from heatlens.scene.scene_view import view_of
 

@@ -18,8 +18,8 @@ from heatlens.image.exr_read import read_parts
 from heatlens.image.exr_write import write_exr
 from heatlens.model.boxes import Box
 from heatlens.model.settings import DefocusSettings, Quality
-from heatlens.ui.export_panel import FRAME_KINDS, ExportWish, wish_for
-from heatlens.ui.export_run import ExportState, _take
+from heatlens.ui.panels.export_panel import FRAME_KINDS, ExportWish, wish_for
+from heatlens.ui.panels.export_run import ExportState, _take
 from heatlens.ui.widgets import window_words
 from plates import room
 

@@ -26,7 +26,7 @@ from heatlens.model.framing import CameraTrack, Framing, PoseKey, looking_at
 from heatlens.model.lens import Lens
 from heatlens.model.settings import DefocusSettings, Method, Quality
 from heatlens.model.shot import LensParameter, Shot
-from heatlens.scene.demo import demo_scene, demo_shot
+from heatlens.scene.demo.demo import demo_scene, demo_shot
 from heatlens.scene.scene_bounds import track_of
 from heatlens.scene.scene_source import open_scene
 

@@ -9,11 +9,11 @@ from imgui_bundle import imgui
 
 from exr_files import rgb, write_file
 from gui import gui_of
-from heatlens.ui import folder_walk
 from heatlens.ui.background import Background
-from heatlens.ui.filing import PURPOSES
-from heatlens.ui.folder_walk import FolderWalk
-from heatlens.ui.preferences import Preferences
+from heatlens.ui.files import folder_walk
+from heatlens.ui.files.filing import PURPOSES
+from heatlens.ui.files.folder_walk import FolderWalk
+from heatlens.ui.files.preferences import Preferences
 
 K = imgui.Key
 

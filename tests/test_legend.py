@@ -8,7 +8,7 @@ from heatlens.display.overlay_pass import OverlayPass
 from heatlens.gpu.textures import new_texture, upload
 from heatlens.image.plate import DepthReport
 from heatlens.model.view import Overlay
-from heatlens.ui.legend import entries
+from heatlens.ui.picture.legend import entries
 
 COCS = np.array([[-40.0, -7.0, 0.0, 0.5, 6.0, 30.0]], np.float32)
 OPTICS = Optics(None, np.sort(COCS.ravel()).astype(np.float64))

@@ -16,8 +16,8 @@ from heatlens.model.lens import Lens
 from heatlens.model.settings import Bokeh, DefocusSettings, Quality
 from heatlens.model.shot import Shot
 from heatlens.render import FrameRenderer
-from heatlens.ui.live_picture import LivePicture
-from heatlens.ui.preview_cost import cheaper
+from heatlens.ui.picture.live_picture import LivePicture
+from heatlens.ui.picture.preview_cost import cheaper
 from plates import plate_of, room
 
 SIZE = (1920, 1080)

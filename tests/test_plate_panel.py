@@ -14,8 +14,8 @@ from heatlens.image.exr_read import read_plate
 from heatlens.image.radial import planar_depth_m
 from heatlens.model.depth_histogram import depth_histogram
 from heatlens.model.plate_options import PlateOptions
-from heatlens.ui.preferences import Preferences
-from heatlens.ui.probe import seen_depth_m
+from heatlens.ui.files.preferences import Preferences
+from heatlens.ui.picture.probe import seen_depth_m
 from heatlens.ui.widgets import window_words
 
 HEIGHT, WIDTH = 24, 36

@@ -13,8 +13,8 @@ from gui import gui_of
 from heatlens.errors import InputError
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.view import ViewState
+from heatlens.ui.files.preferences import FILE_NAME, Preferences, Remembered, config_dir
 from heatlens.ui.layout import lists_all
-from heatlens.ui.preferences import FILE_NAME, Preferences, Remembered, config_dir
 
 OPTIONS = st.builds(
     PlateOptions,

@@ -21,8 +21,8 @@ from heatlens.image.camera_header import camera_at_header, lens_attributes
 from heatlens.image.exr_read import read_parts
 from heatlens.image.png_write import write_png
 from heatlens.model.settings import Quality
-from heatlens.ui import picture_saver
-from heatlens.ui.clipboard import copy_png, tools
+from heatlens.ui.files import picture_saver
+from heatlens.ui.files.clipboard import copy_png, tools
 
 pytestmark = pytest.mark.usefixtures("command_context")
 

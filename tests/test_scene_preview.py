@@ -18,8 +18,8 @@ from heatlens.model.settings import PROXY_MIN, VIEWS_MAX, DefocusSettings, Metho
 from heatlens.model.shot import Shot
 from heatlens.model.view import Against, Compare
 from heatlens.render import FrameRenderer
-from heatlens.ui.live_picture import LivePicture
-from heatlens.ui.preview_cost import CostModel, cheaper, on_the_way
+from heatlens.ui.picture.live_picture import LivePicture
+from heatlens.ui.picture.preview_cost import CostModel, cheaper, on_the_way
 from scenes import still_life
 from window_plates import displayed, region
 

@@ -9,7 +9,7 @@ from heatlens.errors import HeatlensError, InputError
 from heatlens.model.frames import FrameRange
 from heatlens.scene.scene_bounds import bounds_m
 from heatlens.scene.scene_read import read_scene
-from heatlens.scene.usd_scene_read import usd_scene
+from heatlens.scene.usd.usd_scene_read import usd_scene
 
 BOX = [(0, 0, 0), (100, 0, 0), (100, 200, 0), (0, 200, 0), (50, 300, 0)]
 

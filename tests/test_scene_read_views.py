@@ -11,7 +11,7 @@ from gltf_files import GltfWriter, square_scene
 from heatlens.errors import InputError
 from heatlens.model.frames import FrameRange
 from heatlens.model.framing import looking_at
-from heatlens.scene.gltf_animation import ValueTrack
+from heatlens.scene.gltf.gltf_animation import ValueTrack
 from heatlens.scene.scene_read import read_scene
 
 

@@ -10,7 +10,7 @@ from heatlens.errors import InputError
 from heatlens.model.framing import Framing, Pose
 from heatlens.model.lens import Lens
 from heatlens.model.shot import Shot
-from heatlens.ui.scene_sight import SceneSight
+from heatlens.ui.picture.scene_sight import SceneSight
 
 SIZE = (640, 360)
 SHOT = Shot(Lens(35.0, 2.0, 3.0, 36.0), framing=Framing(*SIZE))

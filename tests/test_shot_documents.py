@@ -11,9 +11,9 @@ from imgui_bundle import imgui
 from gui import Gui
 from heatlens.image.shot_file import autosave_path, read_shot, write_autosave, write_shot
 from heatlens.model.shot import Shot
-from heatlens.ui.preferences import Preferences
-from heatlens.ui.shot_documents import ShotDocuments
-from heatlens.ui.shot_store import proposed_name
+from heatlens.ui.files.preferences import Preferences
+from heatlens.ui.files.shot_documents import ShotDocuments
+from heatlens.ui.files.shot_store import proposed_name
 from sequences import FIRST
 from shots_of_tests import kept, worked_on
 from timeline_window import film_window, fresh

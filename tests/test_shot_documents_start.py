@@ -5,8 +5,8 @@ from dataclasses import replace
 from gui import gui_of
 from heatlens.image.shot_file import autosave_path, write_shot
 from heatlens.model.shot import Shot
-from heatlens.ui.preferences import Preferences
-from heatlens.ui.shot_store import unnamed_path
+from heatlens.ui.files.preferences import Preferences
+from heatlens.ui.files.shot_store import unnamed_path
 from sequences import sequence_files
 from shots_of_tests import kept, worked_on
 from window_plates import LENS, QUICK, room_file

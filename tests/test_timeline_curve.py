@@ -12,7 +12,7 @@ from heatlens.model.coc import far_limit_m, near_limit_m
 from heatlens.model.interpolation import Interpolation
 from heatlens.model.marks import PointMark
 from heatlens.model.shot import LensParameter
-from heatlens.ui.focus_track import FocusTrack
+from heatlens.ui.timeline.focus_track import FocusTrack
 from sequences import FIRST, LAST, nearer
 from timeline_window import at_frame, film_window, fresh
 from window_plates import BALL, BALL_M

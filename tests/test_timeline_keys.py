@@ -9,7 +9,7 @@ from imgui_bundle import imgui
 from gui import Gui
 from heatlens.model.interpolation import Interpolation
 from heatlens.model.shot import LensParameter
-from heatlens.ui.key_choice import KeyId, all_keys
+from heatlens.ui.timeline.key_choice import KeyId, all_keys
 from sequences import FIRST, LAST
 from timeline_window import at_frame, film_window, frame, fresh
 

@@ -18,7 +18,7 @@ from heatlens.image.exr_read import read_parts
 from heatlens.model.plate_options import PlateOptions
 from heatlens.render import FrameRenderer
 from heatlens.ui.app import Start
-from heatlens.ui.stream_source import NO_FILES, StreamSource
+from heatlens.ui.picture.stream_source import NO_FILES, StreamSource
 from plates import room
 from tev_peers import CHANNELS, packet
 from window_plates import LENS, QUICK, room_file

@@ -9,8 +9,8 @@ import moderngl
 from imgui_bundle import imgui
 
 from gui import Gui, gui_of
-from heatlens.ui.shot_documents import started_shot
-from heatlens.ui.timeline import Timeline
+from heatlens.ui.files.shot_documents import started_shot
+from heatlens.ui.timeline.timeline import Timeline
 from sequences import FIRST, LAST, sequence_files
 from window_plates import QUICK
 

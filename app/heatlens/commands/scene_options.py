@@ -83,7 +83,7 @@ def _told(args: argparse.Namespace, scene: Scene, framing: Framing, frame: int) 
             "sensor_width_mm": camera.sensor_width_mm,
         }
     if is_demo(str(args.plate)):
-        from heatlens.scene.demo import demo_shot
+        from heatlens.scene.demo.demo import demo_shot
 
         lens = demo_shot().lens_at(frame)
         told |= {"f_stop": lens.f_stop, "focus_distance_m": lens.focus_distance_m}

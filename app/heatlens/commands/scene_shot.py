@@ -44,7 +44,7 @@ def shot_of_scene(args: argparse.Namespace, text: str) -> tuple[Shot, Scene]:
     """
     scene, given = open_scene(text), _given_lens(args)
     if is_demo(text):
-        from heatlens.scene.demo import demo_shot
+        from heatlens.scene.demo.demo import demo_shot
 
         shot = demo_shot()
     else:

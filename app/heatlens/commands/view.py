@@ -70,7 +70,7 @@ def run(args: argparse.Namespace) -> int:
     """Open the window and stay until it is closed."""
     try:
         from heatlens.ui.app import Start
-        from heatlens.ui.shot_store import is_shot_file
+        from heatlens.ui.files.shot_store import is_shot_file
         from heatlens.ui.window import run_window
     except ImportError as error:
         raise InputError(
@@ -99,7 +99,7 @@ def run(args: argparse.Namespace) -> int:
 def _listen(args: argparse.Namespace) -> int:
     """The window, with what a renderer sends; the port is taken before it opens."""
     from heatlens.ui.app import Start
-    from heatlens.ui.stream_source import StreamSource
+    from heatlens.ui.picture.stream_source import StreamSource
     from heatlens.ui.window import run_window
 
     if args.plate or args.demo:

@@ -4,10 +4,10 @@ import os
 from pathlib import Path
 
 from heatlens.errors import InputError
-from heatlens.scene.gltf_read import read_gltf
+from heatlens.scene.gltf.gltf_read import read_gltf
 from heatlens.scene.mesh_read import read_mesh
 from heatlens.scene.scene import Scene
-from heatlens.scene.usd_scene_read import read_usd
+from heatlens.scene.usd.usd_scene_read import read_usd
 
 _READERS = {
     ".glb": read_gltf,

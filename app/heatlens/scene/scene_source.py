@@ -25,7 +25,7 @@ def open_scene(text: str) -> Scene:
     The demo is made only where it is asked for.
     """
     if is_demo(text):
-        from heatlens.scene.demo import demo_scene
+        from heatlens.scene.demo.demo import demo_scene
 
         return demo_scene()
     return read_scene(Path(text))

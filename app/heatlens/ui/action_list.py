@@ -11,10 +11,10 @@ from heatlens.model.view import DIFFERENCE_GAINS, Against, Compare, Overlay, Vie
 from heatlens.model.view_geometry import zoomed, zoomed_to
 from heatlens.scene.scene_source import DEMO
 from heatlens.ui.actions import _CTRL, _SHIFT, Action
-from heatlens.ui.focus_bar import focused_at
-from heatlens.ui.lens_panel import barred_methods
-from heatlens.ui.panels import PANELS
-from heatlens.ui.timeline_actions import key_actions, play_actions
+from heatlens.ui.panel_names import PANELS
+from heatlens.ui.panels.focus_bar import focused_at
+from heatlens.ui.panels.lens_panel import barred_methods
+from heatlens.ui.timeline.timeline_actions import key_actions, play_actions
 
 if TYPE_CHECKING:
     from heatlens.ui.app import App

@@ -24,23 +24,23 @@ from heatlens.model.view import ViewState
 from heatlens.model.view_geometry import PictureShape
 from heatlens.render import FrameRenderer
 from heatlens.ui.action_list import actions
-from heatlens.ui.b_side import BothSides
 from heatlens.ui.beginning import begin
-from heatlens.ui.budget import budget_s
-from heatlens.ui.color_choice import ColorChoice
 from heatlens.ui.editing import Editing
-from heatlens.ui.filing import Filing
+from heatlens.ui.files.filing import Filing
+from heatlens.ui.files.preferences import Preferences
+from heatlens.ui.files.shot_documents import ShotDocuments
 from heatlens.ui.palette import Palette
-from heatlens.ui.panels import PANELS
-from heatlens.ui.preferences import Preferences
-from heatlens.ui.scene_commands import SceneCommands
-from heatlens.ui.screen_pictures import ScreenPictures
-from heatlens.ui.shot_documents import ShotDocuments
-from heatlens.ui.speed_panel import Speed
-from heatlens.ui.stage import Reference, Stage
-from heatlens.ui.stream_source import NO_FILES, StreamSource
-from heatlens.ui.timeline import Timeline
-from heatlens.ui.viewport import ViewportPanel
+from heatlens.ui.panel_names import PANELS
+from heatlens.ui.panels.color_choice import ColorChoice
+from heatlens.ui.panels.scene_commands import SceneCommands
+from heatlens.ui.panels.speed_panel import Speed
+from heatlens.ui.picture.b_side import BothSides
+from heatlens.ui.picture.budget import budget_s
+from heatlens.ui.picture.screen_pictures import ScreenPictures
+from heatlens.ui.picture.stage import Reference, Stage
+from heatlens.ui.picture.stream_source import NO_FILES, StreamSource
+from heatlens.ui.picture.viewport import ViewportPanel
+from heatlens.ui.timeline.timeline import Timeline
 from heatlens.ui.widgets import window_words
 
 _SLICE_S = 0.025  # of work on the whole picture before the loop looks for input again

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 from heatlens.errors import LensError
 from heatlens.image.start_lens import StartLens, start_lens
 from heatlens.model.shot import Shot
-from heatlens.ui.plate_source import Opened
-from heatlens.ui.scene_opening import OpenedScene
-from heatlens.ui.shot_documents import started_shot
-from heatlens.ui.stream_source import OpenedStream
+from heatlens.ui.files.shot_documents import started_shot
+from heatlens.ui.picture.plate_source import Opened
+from heatlens.ui.picture.scene_opening import OpenedScene
+from heatlens.ui.picture.stream_source import OpenedStream
 
 if TYPE_CHECKING:
     from heatlens.ui.app import App

@@ -10,23 +10,23 @@ from heatlens.ui import theme, widgets
 from heatlens.ui.action_list import nudge_focus
 from heatlens.ui.actions import pressed
 from heatlens.ui.app import App
-from heatlens.ui.dope_sheet import lens_dots
+from heatlens.ui.files.shot_question import shot_question
 from heatlens.ui.layout import PICTURE, dock_panels, menu_bar
-from heatlens.ui.legend import draw_legend, entries
-from heatlens.ui.lens_panel import LensFacts, blur_panel, lens_panel
-from heatlens.ui.look_panel import look_panel
-from heatlens.ui.marks_panel import draw_point_marks, marks_panel, pull_popup
 from heatlens.ui.palette import keys_window
-from heatlens.ui.plate_panel import PlateFacts, plate_panel
-from heatlens.ui.probe import PictureReader, probe_at, probe_text, seen_depth_m
-from heatlens.ui.scene_panel import scene_panel
-from heatlens.ui.screen_pictures import layer_limits_px, picture_of_b
-from heatlens.ui.shot_question import shot_question
+from heatlens.ui.panels.lens_panel import LensFacts, blur_panel, lens_panel
+from heatlens.ui.panels.look_panel import look_panel
+from heatlens.ui.panels.marks_panel import draw_point_marks, marks_panel, pull_popup
+from heatlens.ui.panels.plate_panel import PlateFacts, plate_panel
+from heatlens.ui.panels.scene_panel import scene_panel
+from heatlens.ui.panels.speed_panel import speed_panel
+from heatlens.ui.picture.legend import draw_legend, entries
+from heatlens.ui.picture.probe import PictureReader, probe_at, probe_text, seen_depth_m
+from heatlens.ui.picture.screen_pictures import layer_limits_px, picture_of_b
+from heatlens.ui.picture.stream_source import NO_FILES
+from heatlens.ui.picture.viewport import MIPMAPS_UNDER, Pictures, ViewportResult
 from heatlens.ui.side_words import draw_sides
-from heatlens.ui.speed_panel import speed_panel
-from heatlens.ui.stream_source import NO_FILES
-from heatlens.ui.timeline_panel import timeline_panel
-from heatlens.ui.viewport import MIPMAPS_UNDER, Pictures, ViewportResult
+from heatlens.ui.timeline.dope_sheet import lens_dots
+from heatlens.ui.timeline.timeline_panel import timeline_panel
 from heatlens.ui.widgets import window_words
 
 _Window = imgui.WindowFlags_

@@ -4,8 +4,8 @@ from imgui_bundle import imgui
 
 from heatlens.model.view import Against, Compare, ViewState
 from heatlens.ui import widgets
-from heatlens.ui.b_side import BothSides
-from heatlens.ui.live_picture import Shown
+from heatlens.ui.picture.b_side import BothSides
+from heatlens.ui.picture.live_picture import Shown
 
 
 def words(view: ViewState, sides: BothSides, reference: str | None) -> str:

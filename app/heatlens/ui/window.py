@@ -14,8 +14,8 @@ import moderngl
 from heatlens.errors import GpuError
 from heatlens.ui import theme
 from heatlens.ui.app import App, Start
+from heatlens.ui.files.preferences import WINDOW_LEAST, Preferences, Remembered, config_dir
 from heatlens.ui.layout import restore_layout
-from heatlens.ui.preferences import WINDOW_LEAST, Preferences, Remembered, config_dir
 from heatlens.ui.screen import Screen
 
 _SIZE = 1600, 900

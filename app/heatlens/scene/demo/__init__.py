@@ -1,0 +1,1 @@
+"""The scene that is built in."""

@@ -1,0 +1,165 @@
+"""The container of a glTF 2.0 file: its JSON and the bytes that go with it.
+
+`.glb` holds both in one file, `.gltf` names its bytes: within itself as base64, or as files beside
+it. The JSON and its accessors are read here without a library: trimesh leaves out lights,
+animations and all cameras but one, and pygltflib leaves the accessors, the checks of a damaged
+file and its many ways of failing to whoever calls it.
+
+Sources: Khronos, glTF 2.0 specification, sections 3.6 (buffers) and 4 (GLB).
+"""
+
+import base64
+import binascii
+import json
+import struct
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import NoReturn
+from urllib.parse import unquote
+
+from heatlens.errors import InputError
+from heatlens.image.json_record import JsonEntry
+from heatlens.scene.gltf.gltf_json import Record
+
+_MAGIC = b"glTF"
+_JSON, _BIN = 0x4E4F534A, 0x004E4942
+# What may be required of whoever reads a file, and is read here or changes only the shine.
+_KNOWN = {
+    *("KHR_lights_punctual", "KHR_materials_emissive_strength", "KHR_mesh_quantization"),
+    *("KHR_texture_transform", "EXT_texture_webp", "EXT_mesh_gpu_instancing"),
+}
+_HARMLESS = ("KHR_materials_", "KHR_xmp", "KHR_animation_pointer")
+
+
+@dataclass(frozen=True, eq=False)
+class GltfFile:
+    """A file whose JSON was understood; its buffers are read when first asked for."""
+
+    path: Path
+    root: Record
+    binary: bytes | None  # of a .glb
+    _buffers: dict[int, bytes] = field(default_factory=dict)
+    _lists: dict[str, list[Record]] = field(default_factory=dict)
+
+    def listed(self, name: str) -> list[Record]:
+        """The objects of a list of the file, such as its `nodes`."""
+        if name not in self._lists:
+            self._lists[name] = self.root.records(name)
+        return self._lists[name]
+
+    def buffer(self, index: int) -> bytes:
+        """The bytes of a buffer. Raises InputError where they are missing or too few."""
+        if index not in self._buffers:
+            self._buffers[index] = self._read_buffer(index)
+        return self._buffers[index]
+
+    def _read_buffer(self, index: int) -> bytes:
+        record = self.listed("buffers")[index]
+        length = record.whole("byteLength")
+        if record.has("uri"):
+            data = self.uri_bytes(record)
+        elif index == 0 and self.binary is not None:
+            data = self.binary
+        else:
+            record.refuse("this buffer has no bytes: neither in the file nor beside it")
+        if len(data) < length:
+            record.refuse(f"only {len(data)} of {length} bytes are there; the file is cut short")
+        return data[:length]
+
+    def view(self, index: int) -> memoryview:
+        """The bytes of a buffer view. Raises InputError where they reach past the buffer."""
+        record = self.listed("bufferViews")[index]
+        number = record.index("buffer", len(self.listed("buffers")))
+        if number is None:
+            record.refuse("the entry 'buffer' is missing")
+        data = self.buffer(number)
+        start, length = record.whole("byteOffset", 0), record.whole("byteLength")
+        if start + length > len(data):
+            record.refuse(f"it ends at byte {start + length} of a buffer of {len(data)}")
+        return memoryview(data)[start : start + length]
+
+    def uri_bytes(self, record: Record) -> bytes:
+        """What an `uri` names: base64 in it, or a file in the folder of this one or under it."""
+        uri = record.text("uri")
+        if uri.startswith("data:"):
+            return _base64(record, uri)
+        name = unquote(uri)
+        if "://" in uri or uri.startswith(("//", "http:", "https:", "file:")):
+            record.refuse(f"{uri[:80]!r} is somewhere else; put the file beside this one")
+        folder = self.path.parent.resolve()
+        try:
+            path = (folder / name).resolve()
+            if not path.is_relative_to(folder):
+                record.refuse(f"{name[:80]!r} leads out of the folder of this file")
+            return path.read_bytes()
+        except (OSError, ValueError) as error:
+            reason = getattr(error, "strerror", None) or error
+            record.refuse(f"{name[:80]!r} cannot be read: {reason}")
+
+
+def open_gltf(path: Path) -> GltfFile:
+    """Raises InputError for what is no glTF 2.0, is damaged, or needs what is not known here."""
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise InputError(f"{path} cannot be opened: {error.strerror or error}.") from error
+    if not data:
+        raise InputError(f"{path} is empty: there is no scene in it.")
+    text, binary = _chunks(path, data) if data.startswith(_MAGIC) else (data, None)
+    file = GltfFile(path, _json(path, text), binary)
+    _check_version(file.root)
+    return file
+
+
+def _chunks(path: Path, data: bytes) -> tuple[bytes, bytes | None]:
+    """The JSON of a .glb, and its bytes where it has some."""
+    if len(data) < 20:
+        _cut_short(path)
+    version, length = struct.unpack_from("<II", data, 4)
+    if version != 2:
+        raise InputError(f"{path} is glTF of version {version}; heatlens reads version 2.")
+    if length > len(data):
+        _cut_short(path)
+    found: dict[int, bytes] = {}
+    start = 12
+    while start + 8 <= length:
+        size, kind = struct.unpack_from("<II", data, start)
+        if start + 8 + size > length:
+            _cut_short(path)
+        found.setdefault(kind, data[start + 8 : start + 8 + size])
+        start += 8 + size
+    if _JSON not in found:
+        raise InputError(f"{path} is damaged: it has no description of a scene. Export it again.")
+    return found[_JSON], found.get(_BIN)
+
+
+def _cut_short(path: Path) -> NoReturn:
+    raise InputError(f"{path} is damaged or cut short: bytes are missing. Export it again.")
+
+
+def _json(path: Path, text: bytes) -> Record:
+    try:
+        value = json.loads(text.decode("utf-8-sig"))
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"{path} is damaged or no glTF: {error}. Export it again.") from error
+    return Record(JsonEntry(path, "", value))
+
+
+def _check_version(root: Record) -> None:
+    version = root.inside("asset").text("version")
+    if not version.startswith("2."):
+        root.refuse(f"this is no glTF of version 2, but of {version[:20] or 'none'!r}")
+    required = root.at("extensionsRequired").items() if root.has("extensionsRequired") else []
+    for name in (item.text() for item in required):
+        if name not in _KNOWN and not name.startswith(_HARMLESS):
+            root.refuse(f"it needs {name[:60]}, which is not known here; export it without that")
+
+
+def _base64(record: Record, uri: str) -> bytes:
+    head, _, text = uri.partition(",")
+    if not head.endswith(";base64"):
+        record.refuse("its data should be in base64")
+    try:
+        return base64.b64decode(unquote(text), validate=True)
+    except (binascii.Error, ValueError) as error:
+        record.refuse(f"its base64 is damaged ({error})")

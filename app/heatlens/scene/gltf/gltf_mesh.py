@@ -1,0 +1,118 @@
+"""The triangles of a glTF file: one mesh of the scene for each primitive.
+
+Source: Khronos, glTF 2.0 specification, section 3.7.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heatlens.scene.gltf.gltf_accessor import read_floats, read_indices
+from heatlens.scene.gltf.gltf_file import GltfFile
+from heatlens.scene.gltf.gltf_json import Record
+from heatlens.scene.gltf.gltf_material import GltfMaterials
+from heatlens.scene.mesh_make import made_mesh
+from heatlens.scene.scene import Mesh
+
+_TRIANGLES, _STRIP, _FAN = 4, 5, 6
+_NOT_READ = {
+    "COLOR_0": "Colours of vertices are not read; those of materials and their maps are.",
+    "JOINTS_0": "Skins are not read: a figure stands as it was modelled.",
+}
+_MORPHS = "Shapes that change into others (morph targets) stay as they were modelled."
+
+
+@dataclass
+class GltfMeshes:
+    """Reads the meshes of a file when a node asks for them, each once."""
+
+    gltf: GltfFile
+    materials: GltfMaterials
+    meshes: list[Mesh] = field(default_factory=list)
+    notes: dict[str, None] = field(default_factory=dict)  # in order, each once
+    _found: dict[int, list[int]] = field(default_factory=dict)
+
+    def of(self, index: int) -> list[int]:
+        """The scene's meshes that the file's mesh is; points and lines are left out.
+
+        Raises InputError where it is damaged.
+        """
+        if index not in self._found:
+            record = self.gltf.listed("meshes")[index]
+            self._found[index] = [
+                number
+                for primitive in record.records("primitives")
+                if (number := self._add(primitive)) is not None
+            ]
+        return self._found[index]
+
+    def _add(self, primitive: Record) -> int | None:
+        mode = primitive.whole("mode", _TRIANGLES)
+        if mode > _FAN:
+            primitive.refuse(f"{mode} is no kind of primitive in glTF")
+        if mode < _TRIANGLES:
+            self.notes["Points and lines are not drawn; only triangles are."] = None
+            return None
+        self._note_what_is_not_read(primitive)
+        mesh = self._mesh(primitive, mode)
+        if not len(mesh.triangles):
+            return None
+        self.meshes.append(mesh)
+        return len(self.meshes) - 1
+
+    def _mesh(self, primitive: Record, mode: int) -> Mesh:
+        materials = self.gltf.listed("materials")
+        material = primitive.index("material", len(materials))
+        number = len(materials) if material is None else material
+        positions = self._attribute(primitive, "POSITION", 3)
+        if positions is None:
+            primitive.refuse("it has no POSITION, so its vertices are nowhere")
+        place = self.materials.places[number]
+        uvs = self._attribute(primitive, f"TEXCOORD_{place.coordinates}", 2, len(positions))
+        return made_mesh(
+            f"{self.gltf.path}: {primitive.entry.place}",
+            positions,
+            _triangles(self._corners(primitive, len(positions)), mode),
+            self._attribute(primitive, "NORMAL", 3, len(positions)),
+            None if uvs is None else place.placed(uvs),
+            number,
+        )
+
+    def _attribute(
+        self, primitive: Record, name: str, width: int, count: int | None = None
+    ) -> NDArray[np.float32] | None:
+        attributes = primitive.inside("attributes")
+        accessor = attributes.index(name, len(self.gltf.listed("accessors")))
+        if accessor is None:
+            return None
+        found = read_floats(self.gltf, accessor, width)
+        if count is not None and len(found) != count:
+            attributes.refuse(f"there are {count} positions, but {len(found)} of {name}")
+        return found
+
+    def _corners(self, primitive: Record, count: int) -> NDArray[np.uint32]:
+        accessor = primitive.index("indices", len(self.gltf.listed("accessors")))
+        if accessor is None:
+            return np.arange(count, dtype=np.uint32)
+        return read_indices(self.gltf, accessor, count)
+
+    def _note_what_is_not_read(self, primitive: Record) -> None:
+        attributes = primitive.inside("attributes")
+        self.notes.update({note: None for name, note in _NOT_READ.items() if attributes.has(name)})
+        if primitive.has("targets"):
+            self.notes[_MORPHS] = None
+
+
+def _triangles(corners: NDArray[np.uint32], mode: int) -> NDArray[np.uint32]:
+    """(T, 3) of a list of triangles, a strip or a fan; what is left over makes none."""
+    if mode == _TRIANGLES:
+        return corners[: len(corners) // 3 * 3].reshape(-1, 3)
+    if len(corners) < 3:
+        return np.zeros((0, 3), np.uint32)
+    if mode == _FAN:
+        first = np.full(len(corners) - 2, corners[0])
+        return np.stack([first, corners[1:-1], corners[2:]], axis=1)
+    rows = np.stack([corners[:-2], corners[1:-1], corners[2:]], axis=1)
+    rows[1::2] = rows[1::2][:, [1, 0, 2]]
+    return rows

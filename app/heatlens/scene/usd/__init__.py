@@ -1,0 +1,1 @@
+"""Reading meshes from USD, in a process of its own."""

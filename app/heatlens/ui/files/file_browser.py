@@ -1,0 +1,225 @@
+"""Choosing a file inside the window: the same on every system, a sequence being one entry.
+
+The systems' own dialogs show a thousand frames as a thousand files, and are not there on a machine
+without a desktop.
+"""
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+from imgui_bundle import ImVec2, imgui
+
+from heatlens.errors import InputError
+from heatlens.image.folder_list import Entry
+from heatlens.ui import theme, widgets
+from heatlens.ui.files.folder_walk import Chosen, FolderWalk, Purpose
+
+_SIZE_EM = (56.0, 34.0)
+_FRAMES_EM, _WRITTEN_EM, _BUTTON_EM = 13.0, 10.0, 6.5
+_Key = imgui.Key
+
+
+class FileBrowser:
+    """A dialog over the window."""
+
+    def __init__(self, say: Callable[[str], None], wake: Callable[[], None]) -> None:
+        self._say = say
+        self._wake = wake
+        self.walk: FolderWalk | None = None
+        self._is_new = False
+
+    @property
+    def is_open(self) -> bool:
+        """It is on the screen, or will be in the next frame."""
+        return self.walk is not None
+
+    def open(self, purpose: Purpose, folder: Path, name: str = "") -> None:
+        """Show it from the next frame on, in `folder`; `name` is proposed for what is saved."""
+        self.walk = FolderWalk(purpose, folder, name, self._wake)
+        self._is_new = True
+
+    def draw(self) -> Chosen | None:
+        """What was chosen in this frame."""
+        walk = self.walk
+        if walk is None:
+            return None
+        title = f"{walk.purpose.title}###file browser"
+        if self._is_new:
+            imgui.open_popup(title)
+        _place()
+        flags = imgui.WindowFlags_.no_saved_settings | imgui.WindowFlags_.no_collapse
+        shown, stays = imgui.begin_popup_modal(title, True, flags)
+        chosen = None
+        if shown:
+            chosen = self._taken(walk)
+            if chosen is not None or not stays or self.walk is None:
+                imgui.close_current_popup()
+            imgui.end_popup()
+        if chosen is not None or not shown or not stays:
+            self.walk = None
+        self._is_new = False
+        return chosen
+
+    def _taken(self, walk: FolderWalk) -> Chosen | None:
+        try:
+            typed = walk.poll()
+        except InputError as error:
+            typed = None
+            self._say(str(error))
+        is_typing = imgui.get_io().want_text_input
+        self._path_row(walk)
+        picked = _list(walk)
+        if not is_typing and not self._is_new:
+            picked = _keys(walk) or picked
+        if imgui.is_key_pressed(_Key.escape) and not self._is_new:
+            self.walk = None
+        return typed or picked or self._footer(walk)
+
+    def _path_row(self, walk: FolderWalk) -> None:
+        for name, target in (("Up", ".."), ("Home", "~")):
+            if imgui.button(name):
+                walk.go(target)
+            widgets.note(f"browser {name}")
+            imgui.same_line()
+        imgui.set_next_item_width(-1)
+        entered, walk.typed = imgui.input_text(
+            "##path", walk.typed, imgui.InputTextFlags_.enter_returns_true
+        )
+        widgets.note("browser path")
+        if entered:
+            walk.go(walk.typed)
+
+    def _footer(self, walk: FolderWalk) -> Chosen | None:
+        """The name to save under, a line of text, the buttons."""
+        if walk.overwrites is not None:
+            return _overwrite_question(walk, walk.overwrites)
+        entered = walk.purpose.is_save and self._name_field(walk)
+        imgui.push_style_color(imgui.Col_.text, theme.BAD if walk.problem else theme.DIM)
+        imgui.text_wrapped(_line(walk))
+        imgui.pop_style_color()
+        _to_the_right(2)
+        if _button("Cancel"):
+            self.walk = None
+        imgui.same_line()
+        with widgets.disabled(not walk.can_take):
+            pressed = _button(walk.purpose.verb)
+        return walk.take() if pressed or entered else None
+
+    def _name_field(self, walk: FolderWalk) -> bool:
+        """True when Enter was pressed in it."""
+        widgets.label("name")
+        if self._is_new:
+            imgui.set_keyboard_focus_here()
+        entered, name = imgui.input_text(
+            "##name", walk.name, imgui.InputTextFlags_.enter_returns_true
+        )
+        widgets.note("browser name")
+        if name != walk.name:
+            walk.rename(name)
+        return bool(entered)
+
+
+def _place() -> None:
+    """In the middle, as large as it needs to be and the window allows."""
+    em, screen = imgui.get_font_size(), imgui.get_main_viewport()
+    width = min(_SIZE_EM[0] * em, 0.94 * screen.work_size.x)
+    height = min(_SIZE_EM[1] * em, 0.9 * screen.work_size.y)
+    imgui.set_next_window_size(ImVec2(width, height), imgui.Cond_.appearing)
+    imgui.set_next_window_pos(screen.get_center(), imgui.Cond_.appearing, ImVec2(0.5, 0.5))
+
+
+def _line(walk: FolderWalk) -> str:
+    """What is said under the list."""
+    return walk.problem or ("Reading ..." if walk.is_reading else walk.purpose.note)
+
+
+def _footer_height(walk: FolderWalk) -> float:
+    """Of a field or a question, the line and the buttons."""
+    rows = 2 if walk.purpose.is_save else 1
+    text = imgui.calc_text_size(_line(walk), False, imgui.get_content_region_avail().x)
+    gaps = 2 * imgui.get_style().item_spacing.y
+    return float(rows * imgui.get_frame_height_with_spacing() + text.y + gaps)
+
+
+def _list(walk: FolderWalk) -> Chosen | None:
+    """Folders and pictures; a double click takes one."""
+    em = imgui.get_font_size()
+    flags = imgui.TableFlags_.scroll_y | imgui.TableFlags_.borders_outer
+    if not imgui.begin_table("files", 3, flags, ImVec2(0, -_footer_height(walk))):
+        return None
+    columns = imgui.TableColumnFlags_
+    imgui.table_setup_scroll_freeze(0, 1)
+    imgui.table_setup_column("name", columns.width_stretch)
+    imgui.table_setup_column("frames", columns.width_fixed, _FRAMES_EM * em)
+    imgui.table_setup_column("written", columns.width_fixed, _WRITTEN_EM * em)
+    imgui.table_headers_row()
+    picked = None
+    for index, entry in enumerate(list(walk.rows)):
+        picked = _row(walk, index, entry) or picked
+    if not (walk.rows or walk.is_reading or walk.problem):
+        imgui.table_next_column()
+        imgui.text_disabled(f"No folder and no {' or '.join(walk.purpose.suffixes)} in here.")
+    imgui.end_table()
+    return picked
+
+
+def _row(walk: FolderWalk, index: int, entry: str | Entry) -> Chosen | None:
+    name = f"{entry}/" if isinstance(entry, str) else entry.name
+    imgui.table_next_row()
+    imgui.table_next_column()
+    flags = imgui.SelectableFlags_.span_all_columns | imgui.SelectableFlags_.allow_double_click
+    clicked, _ = imgui.selectable(f"##{index}", index == walk.row, flags)
+    widgets.note(f"file {name}")
+    imgui.same_line(0.0, 0.0)
+    imgui.text(name)  # apart, for a label would end before the ## of a sequence
+    if isinstance(entry, Entry):
+        imgui.table_next_column()
+        imgui.text_disabled(entry.frames_text)
+        imgui.table_next_column()
+        imgui.text_disabled(_time_text(entry.written_s))
+    if clicked:
+        walk.choose(index)
+    is_double = imgui.is_mouse_double_clicked(imgui.MouseButton_.left)
+    return walk.take() if clicked and is_double else None
+
+
+def _keys(walk: FolderWalk) -> Chosen | None:
+    """Arrows move in the list, Enter takes, Backspace goes up."""
+    step = int(imgui.is_key_pressed(_Key.down_arrow)) - int(imgui.is_key_pressed(_Key.up_arrow))
+    if step and walk.rows:
+        walk.choose(walk.row + step)
+    if imgui.is_key_pressed(_Key.backspace, False):
+        walk.go("..")
+    is_enter = any(imgui.is_key_pressed(k, False) for k in (_Key.enter, _Key.keypad_enter))
+    return walk.take() if is_enter and walk.overwrites is None else None
+
+
+def _overwrite_question(walk: FolderWalk, path: Path) -> Chosen | None:
+    imgui.align_text_to_frame_padding()
+    imgui.text_colored(theme.ACCENT_TEXT, f"{path.name} is there already. Write over it?")
+    imgui.text_disabled(walk.purpose.note)
+    _to_the_right(2)
+    chosen = walk.overwrite() if _button("Overwrite") else None
+    imgui.same_line()
+    if _button("Keep it"):  # where Save was: clicking twice there destroys nothing
+        walk.overwrites = None
+    return chosen
+
+
+def _to_the_right(buttons: int) -> None:
+    """The cursor where so many buttons end at the right edge."""
+    width = buttons * _BUTTON_EM * imgui.get_font_size()
+    width += (buttons - 1) * imgui.get_style().item_spacing.x
+    right = imgui.get_cursor_pos_x() + imgui.get_content_region_avail().x
+    imgui.set_cursor_pos_x(max(right - width, imgui.get_cursor_pos_x()))
+
+
+def _button(name: str) -> bool:
+    pressed = imgui.button(name, ImVec2(_BUTTON_EM * imgui.get_font_size(), 0))
+    widgets.note(f"browser {name}")
+    return bool(pressed)
+
+
+def _time_text(seconds: float) -> str:
+    return time.strftime("%Y-%m-%d  %H:%M", time.localtime(seconds)) if seconds else ""

@@ -1,0 +1,121 @@
+"""Saves and copies the picture: it is read back when it is whole, and written on a thread."""
+
+import os
+import shutil
+import sys
+import tempfile
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+from heatlens.errors import InputError
+from heatlens.gpu.textures import download
+from heatlens.image.picture_write import Encode, check_output, write_picture
+from heatlens.image.plate import FloatImage, Plate
+from heatlens.model.lens import Lens
+from heatlens.ui.background import Background
+from heatlens.ui.files.clipboard import copy_png
+from heatlens.ui.picture.live_picture import Shown
+
+
+@dataclass(frozen=True, eq=False)
+class Snapshot:
+    """A whole picture as `heatlens render` would have made it, and how it is looked at."""
+
+    pixels: FloatImage
+    plate: Plate
+    lens: Lens
+    proxy: float
+    encode: Encode
+
+
+@dataclass(frozen=True)
+class _Wish:
+    """Of which picture, and where to: a file, or the clipboard for None."""
+
+    source: str | None
+    frame: int
+    path: Path | None
+
+    @property
+    def words(self) -> str:
+        return "copying it" if self.path is None else f"saving {self.path.name}"
+
+
+class PictureSaver:
+    """One picture at a time; whatever happens is said."""
+
+    def __init__(self, say: Callable[[str], None], wake: Callable[[], None]) -> None:
+        self._say = say
+        self._wish: _Wish | None = None
+        self._writer: Background[str] = Background(wake)
+
+    @property
+    def is_busy(self) -> bool:
+        """A picture is waited for or written."""
+        return self._wish is not None or self._writer.is_busy
+
+    def ask(self, source: str | None, frame: int, path: Path | None) -> None:
+        """Save the picture of `frame` to `path`, or copy it, as soon as it is whole."""
+        if self._writer.is_busy:
+            self._say("The picture before is still being written: try again in a moment.")
+            return
+        self._wish = _Wish(source, frame, path)
+        self._say(f"Waiting for the whole picture before {self._wish.words} ...")
+
+    def poll(
+        self, shown: Shown | None, source: str | None, frame: int, snap: Callable[[], Snapshot]
+    ) -> None:
+        """Begin what was asked for once `shown` is the whole picture of it; say what was done.
+
+        `source` and `frame` are those in hand now, `shown` is None while its picture is not whole.
+        """
+        wish = self._wish
+        if wish is not None and (wish.source, wish.frame) != (source, frame):
+            self._wish = None
+            self._say(f"Gone on before the picture was whole: not {wish.words}.")
+        elif wish is not None and shown is not None:
+            self._wish = None
+            self._say(f"{wish.words.capitalize()} ...")
+            self._writer.start(partial(_done, snap(), wish.path))
+        try:
+            said = self._writer.poll()
+        except InputError as error:
+            said = str(error)
+        if said is not None:
+            self._say(said)
+
+    def close(self) -> None:
+        """Let a file that has been begun be finished."""
+        self._writer.wait()
+
+
+def snapshot(shown: Shown, plate: Plate, encode: Encode) -> Snapshot:
+    """Read the picture back; to be called where the GPU's context is."""
+    shot = shown.shot
+    pixels = download(shown.texture)
+    return Snapshot(pixels, plate, shot.lens_at(shown.frame), shot.defocus.proxy, encode)
+
+
+def _done(picture: Snapshot, path: Path | None) -> str:
+    """On a thread: do it, and say so."""
+    if path is None:
+        _copy(picture)
+        return "The picture is on the clipboard."
+    check_output(path, picture.plate.path)
+    _write(picture, path)
+    return f"Saved {path}."
+
+
+def _write(picture: Snapshot, path: Path) -> None:
+    write_picture(
+        path, picture.pixels, picture.plate, picture.lens, picture.proxy, encode=picture.encode
+    )
+
+
+def _copy(picture: Snapshot) -> None:
+    with tempfile.TemporaryDirectory(prefix="heatlens-") as folder:
+        path = Path(folder) / "picture.png"
+        _write(picture, path)
+        copy_png(path, sys.platform, os.environ, shutil.which)

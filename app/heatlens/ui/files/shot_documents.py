@@ -1,0 +1,237 @@
+"""The shot as a document: begun with a plate, opened, saved, and kept while it is not saved."""
+
+from concurrent.futures import Future
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from heatlens.errors import HeatlensError
+from heatlens.model.frames import FRAMES_PER_SECOND, FrameRange
+from heatlens.model.lens import Lens
+from heatlens.model.settings import DefocusSettings
+from heatlens.model.shot import Shot
+from heatlens.ui.files.shot_store import Found, ShotStore, is_shot_file, proposed_name, unnamed_path
+from heatlens.ui.picture.plate_source import Opened
+from heatlens.ui.picture.scene_opening import OpenedScene
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from heatlens.ui.app import App
+
+
+@dataclass(frozen=True)
+class Document:
+    """A shot and the file it is of; None: it has none yet."""
+
+    path: Path | None
+    shot: Shot
+    saved: Shot | None = None  # as the file has it
+
+
+class ShotDocuments:
+    """What the File menu does with shots."""
+
+    def __init__(self, app: "App", wake: "Callable[[], None]") -> None:
+        self._app = app
+        self.store = ShotStore(wake)
+        self.path: Path | None = None
+        self.offer: Found | None = None  # what was not saved before the program ended: wanted?
+        self._saved: Shot | None = None
+        self._kept: Shot | None = None  # what lies beside the file, or needs not to
+        self._reading: Future[Found] | None = None
+        self._writing: list[tuple[Future[None], str]] = []  # and what to say when it is done
+        self._coming: Document | None = None  # waits for its plate
+        self._complained = ""  # why nothing can be kept, as it was said
+
+    # By hand
+
+    def open(self, path: Path) -> None:
+        """Begin to read a shot file; what is open stays until its plate has a picture."""
+        self._reading = self.store.read(path.expanduser().absolute())
+
+    def opens(self, text: str) -> bool:
+        """Open it, if it is a shot; a shot that was coming is not waited for any more."""
+        self._coming = self._reading = self.offer = None
+        if is_shot_file(text):
+            self.open(Path(text))
+        return is_shot_file(text)
+
+    def save(self) -> None:
+        """Write the shot to its file; one without a file asks for its name."""
+        if self.path is None:
+            self._app.browse("save shot")
+        else:
+            self.save_as(self.path)
+
+    def save_as(self, path: Path) -> None:
+        """Write it to this file, whose shot it is from now on."""
+        app = self._app
+        app.editing.settle()
+        frames = app.timeline.frames if app.timeline.is_sequence else None
+        shot = replace(app.shot, frames=frames)
+        if shot != app.shot:
+            app.editing.do(shot)
+        self._drop_unnamed()
+        self.path, self._saved, self._kept = path, shot, shot
+        self._writing.append((self.store.save(path, shot), f"Saved {path}."))
+        app.filing.preferences.opened(str(path))
+
+    def proposed_name(self) -> str:
+        """For a file to save."""
+        if self.path is not None:
+            return self.path.name
+        opened, plate = self._app.stage.opened, self._app.stage.plate
+        assert plate is not None  # there is nothing to save before
+        is_sequence = opened is not None and not opened.cache.sequence.is_single
+        return proposed_name(plate.path, is_sequence)
+
+    @property
+    def is_saved(self) -> bool:
+        """The file says what is seen."""
+        return self._saved is not None and self._saved == self._app.shot
+
+    @property
+    def title(self) -> str:
+        """The name of the shot's file, with a star while it is not saved; "" without one."""
+        return "" if self.path is None else f"{self.path.name}{'' if self.is_saved else ' *'}"
+
+    def answer(self, goes_on: bool) -> None:
+        """To the offer: go on with what was not saved, or throw it away."""
+        found, self.offer = self.offer, None
+        if found is None:
+            return
+        is_unnamed = found.saved is None and found.path == self._unnamed_path()
+        if goes_on and found.unsaved is not None:
+            if is_unnamed:
+                self._app.editing.do(found.unsaved)
+            else:
+                self._come(Document(found.path, found.unsaved, found.saved))
+            return
+        self._track(self.store.drop(found.path))
+        if found.saved is not None:
+            self._come(Document(found.path, found.saved, found.saved))
+
+    # What happens by itself
+
+    def taken(self, opened: Opened | OpenedScene) -> Shot | None:
+        """The shot whose plate has arrived; None where a plate arrived for itself."""
+        coming, self._coming = self._coming, None
+        is_it = coming is not None and coming.shot.source == opened.text
+        if is_it or opened.text != self._app.shot.source:
+            self._drop_unnamed()
+        if coming is None or not is_it:
+            return None
+        self.path, self._saved, self._kept = coming.path, coming.saved, coming.shot
+        self._app.filing.preferences.opened(str(coming.path))
+        return coming.shot
+
+    def begun(self) -> None:
+        """A plate has begun a shot without a file; what was kept of such a one is offered."""
+        self.path, self._saved, self._kept = None, None, self._app.shot
+        path = self._unnamed_path()
+        if path is not None:
+            self._reading = self.store.read(path, is_asked=False)
+
+    def poll(self) -> None:
+        """Once a frame: take what was read and written, keep what was changed."""
+        self._take_read()
+        self._take_written()
+        shot, target = self._app.shot, self._target
+        if self.is_behind and target is not None and not self._app.editing.is_unsettled:
+            self._kept = shot
+            is_saved = self.is_saved
+            self._track(self.store.drop(target) if is_saved else self.store.keep(target, shot))
+
+    @property
+    def _target(self) -> Path | None:
+        """The file beside which is kept what is not saved."""
+        return self.path or self._unnamed_path()
+
+    @property
+    def is_behind(self) -> bool:
+        """Something was changed that is not kept yet."""
+        is_open = self._app.stage.plate is not None and self.offer is None
+        return is_open and self._target is not None and self._app.shot != self._kept
+
+    def _take_read(self) -> None:
+        reading = self._reading
+        if reading is None or not reading.done():
+            return
+        self._reading = None
+        try:
+            found = reading.result()
+        except HeatlensError as error:
+            self._app.say(str(error))
+            return
+        if found.unsaved is not None and found.unsaved != found.saved:
+            self.offer = found
+        elif found.saved is not None:
+            self._come(Document(found.path, found.saved, found.saved))
+
+    def _come(self, document: Document) -> None:
+        """Open the plate of a shot."""
+        shot = document.shot
+        if shot.source is None:
+            self._app.say(f"{document.path} names no plate.")
+            return
+        if document.path is not None and str(document.path) == self._app.start.source:
+            shot = replace(shot, lens=replace(shot.lens, **self._app.start.lens))
+        self._coming = replace(document, shot=shot)
+        frame = None if shot.played is None else shot.played.first
+        self._app.stage.open(shot.source or "", shot.plate_options, frame)
+
+    def _take_written(self) -> None:
+        done = [entry for entry in self._writing if entry[0].done()]
+        self._writing = [entry for entry in self._writing if entry not in done]
+        for future, sentence in done:
+            try:
+                future.result()
+                if sentence:
+                    self._app.say(sentence)
+            except (HeatlensError, OSError) as error:
+                self._saved = None if sentence else self._saved
+                if str(error) != self._complained:
+                    self._app.say(str(error))
+                self._complained = "" if sentence else str(error)
+
+    def _track(self, future: Future[None]) -> None:
+        self._writing.append((future, ""))
+
+    def _unnamed_path(self) -> Path | None:
+        preferences, source = self._app.filing.preferences.path, self._app.shot.source
+        if preferences is None or source is None or self.path is not None:
+            return None
+        return unnamed_path(preferences.parent, source)
+
+    def _drop_unnamed(self) -> None:
+        """What was only looked at is not offered again; keys and marks are work."""
+        path, shot = self._unnamed_path(), self._app.shot
+        if path is not None and not (shot.key_frames or shot.marks):
+            self._track(self.store.drop(path))
+
+    def close(self) -> None:
+        """Finish what is being written."""
+        self._drop_unnamed()
+        self.store.close()
+
+
+def started_shot(opened: Opened | OpenedScene, lens: Lens, defocus: DefocusSettings) -> Shot:
+    """A shot of what was opened, a plate without keys; the rate is that of its header."""
+    if isinstance(opened, OpenedScene):
+        return replace(opened.shot, lens=lens, defocus=defocus)
+    sequence = opened.cache.sequence
+    return Shot(
+        lens,
+        defocus,
+        opened.text,
+        opened.options,
+        frames=None if sequence.is_single else FrameRange(sequence.first, sequence.last),
+        frames_per_second=_rate(opened),
+    )
+
+
+def _rate(opened: Opened) -> float:
+    """The attribute is a fraction; OpenEXR says which rate holds without it, or with nonsense."""
+    rate = float(opened.plate.attributes.get("framesPerSecond", FRAMES_PER_SECOND))
+    return rate if 1.0 <= rate <= 1000.0 else FRAMES_PER_SECOND

@@ -1,0 +1,70 @@
+"""The view transform in use: chosen by name, built when it changes, never a reason to stop."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+from heatlens.color.color_config import ColorConfig, load_color_config
+from heatlens.color.view_transform import srgb_transform, view_transform
+from heatlens.errors import HeatlensError
+from heatlens.model.view import ViewState
+from heatlens.ui.picture.screen_pictures import ScreenPictures
+
+
+class ColorChoice:
+    """Keeps the display pass on the display and view that the state of looking names."""
+
+    def __init__(self, path: str | None, say: Callable[[str], None]) -> None:
+        """`path`: a config, None for $OCIO or the built-in one. Raises InputError for a bad one.
+
+        Without OpenColorIO, pictures are shown through the plain sRGB curve, which is said.
+        """
+        self._say = say
+        self.config: ColorConfig | None = None
+        try:
+            self.config = load_color_config(path)
+        except HeatlensError as error:
+            if path is not None:
+                raise
+            say(f"{error} Pictures are shown through the plain sRGB curve.")
+        self._inputs = self.config.input_spaces() if self.config else ("linear Rec.709",)
+        self._current = ("", "", "")
+        self.transform = srgb_transform()  # the one in use
+
+    def displays(self) -> tuple[str, ...]:
+        """Names to choose from."""
+        return self.config.displays() if self.config else ("sRGB",)
+
+    def views(self, display: str) -> tuple[str, ...]:
+        """Names to choose from for a display."""
+        return self.config.views(display) if self.config else ("sRGB curve",)
+
+    def input_spaces(self) -> tuple[str, ...]:
+        """Spaces that the pictures' light may be in, the usual one first."""
+        return self._inputs
+
+    def with_names(self, view: ViewState) -> ViewState:
+        """`view` with a display and view that the config has."""
+        displays = self.displays()
+        if view.display not in displays:
+            first = self.config.default_display if self.config else displays[0]
+            view = replace(view, display=first, view="")
+        views, inputs = self.views(view.display), self.input_spaces()
+        if view.view not in views:
+            view = replace(view, view=views[0])
+        return view if view.input_space in inputs else replace(view, input_space=inputs[0])
+
+    def apply(self, view: ViewState, screen: ScreenPictures) -> None:
+        """Have `screen` draw through the names in `view`; a transform that fails is said."""
+        wished = (view.display, view.view, view.input_space)
+        if wished == self._current:
+            return
+        self._current = wished
+        try:
+            transform = srgb_transform()
+            if self.config is not None:
+                transform = view_transform(self.config, *wished)
+            screen.display.set_transform(transform)
+            self.transform = transform
+        except HeatlensError as error:
+            self._say(str(error))
+        screen.transform_version += 1

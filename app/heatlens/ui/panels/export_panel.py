@@ -1,0 +1,177 @@
+"""What leaves the program: frames, a movie, the lens as a camera."""
+
+from dataclasses import dataclass, replace
+from enum import StrEnum
+from pathlib import Path
+
+from imgui_bundle import ImVec2, imgui
+
+from heatlens.model.frames import FrameRange
+from heatlens.model.settings import Quality
+from heatlens.ui import theme, widgets
+from heatlens.ui.panels.export_run import ExportState
+
+FRAME_KINDS = {
+    "EXR, scene-linear": ".exr",
+    "PNG, as it looks": ".png",
+    "JPEG, as it looks": ".jpg",
+    "ProRes movie": ".mov",
+    "H.264 movie": ".mp4",
+}
+CAMERA_KINDS = {
+    "USD": ".usda",
+    "Nuke": ".nk",
+    "Blender": ".py",
+    "JSON": ".json",
+    "table (CSV)": ".csv",
+}
+_MOVIES = (".mov", ".mp4")
+
+
+class Asked(StrEnum):
+    """The button that was pressed."""
+
+    NOTHING = "nothing"
+    EXPORT = "export"
+    CAMERA = "camera"
+    CANCEL = "cancel"
+
+
+@dataclass(frozen=True)
+class ExportWish:
+    """What is to be exported, as the panel shows it.
+
+    folder, name    where to, and the name before the number of the frame
+    frames          range as text, "" for all from in to out
+    quality         "" for that of the shot
+    is_single       there is one frame, whose file needs no number
+    """
+
+    folder: str = ""
+    name: str = ""
+    kind: str = "EXR, scene-linear"
+    frames: str = ""
+    quality: str = ""
+    with_depth: bool = False
+    burn_in: bool = False
+    camera_kind: str = "USD"
+    is_single: bool = False
+
+    @property
+    def output(self) -> str:
+        """The pattern of the frames, or the movie."""
+        suffix = FRAME_KINDS[self.kind]
+        number = "" if self.is_single or suffix in _MOVIES else ".####"
+        return str(Path(self.folder) / f"{self.name}{number}{suffix}")
+
+    @property
+    def camera_output(self) -> str:
+        """The file of the camera."""
+        return str(Path(self.folder) / f"{self.name}{CAMERA_KINDS[self.camera_kind]}")
+
+    @property
+    def is_linear(self) -> bool:
+        """Light as it is, for no screen."""
+        return FRAME_KINDS[self.kind] == ".exr"
+
+    def words(self, display: str, view: str, exposure_stops: float) -> list[str]:
+        """Options of `heatlens export`; those of the look count for all but EXR.
+
+        `display` "": the plain sRGB curve.
+        """
+        words = ["--frames", self.frames] if self.frames else []
+        words += ["--quality", self.quality] if self.quality else []
+        if self.is_linear:
+            return [*words, "--with-depth"] if self.with_depth else words
+        words += ["--display", display, "--view", view] if display else []
+        words.append(f"--exposure={exposure_stops:g}")
+        return [*words, "--burn-in"] if self.burn_in else words
+
+
+def wish_for(plate: Path, is_single: bool = False) -> ExportWish:
+    """What one would export of a plate: beside it, under its name."""
+    name = plate.name.split(".")[0]
+    folder = str(plate.absolute().parent / f"{name}_dof")
+    return ExportWish(folder, name, is_single=is_single)
+
+
+def export_panel(
+    wish: ExportWish, played: FrameRange | None, state: ExportState | None
+) -> tuple[ExportWish, Asked]:
+    """Draw it; the wish as the user left it, and the button that was pressed."""
+    imgui.separator_text("Frames")
+    wish = _where(wish)
+    wish = replace(wish, kind=widgets.choice("as", wish.kind, list(FRAME_KINDS)))
+    wish = _options(wish, played)
+    is_busy = state is not None and state.code is None
+    asked = Asked.NOTHING
+    with widgets.disabled(is_busy or not wish.name or not wish.folder):
+        if _button("Export"):
+            asked = Asked.EXPORT
+    imgui.same_line()
+    imgui.text_disabled(Path(wish.output).name)
+    imgui.separator_text("Lens as a camera")
+    wish = replace(wish, camera_kind=widgets.choice("for", wish.camera_kind, list(CAMERA_KINDS)))
+    with widgets.disabled(is_busy or not wish.name or not wish.folder):
+        if _button("Write camera"):
+            asked = Asked.CAMERA
+    imgui.same_line()
+    imgui.text_disabled(Path(wish.camera_output).name)
+    if state is not None and _progress(state):
+        asked = Asked.CANCEL
+    return wish, asked
+
+
+def _where(wish: ExportWish) -> ExportWish:
+    widgets.label("folder", "It is made where it is not there.")
+    folder = _text("export folder", wish.folder)
+    widgets.label("name", "The number of the frame and the ending come after it.")
+    return replace(wish, folder=folder, name=_text("export name", wish.name))
+
+
+def _options(wish: ExportWish, played: FrameRange | None) -> ExportWish:
+    span = "one frame" if played is None or played.count == 1 else f"{played}, from in to out"
+    widgets.label("frames", "1001-1100, 1001-1100x2 or 1001,1005; empty: from in to out.")
+    _, frames = imgui.input_text_with_hint("##export frames", span, wish.frames)
+    widgets.note("export frames")
+    as_shot = "as the shot"
+    shown = wish.quality or as_shot
+    picked = widgets.choice("at quality", shown, [as_shot, *(str(q) for q in Quality)])
+    wish = replace(wish, frames=frames.strip(), quality="" if picked == as_shot else picked)
+    if wish.is_linear:
+        return replace(wish, with_depth=_check("depth beside the colour", wish.with_depth))
+    return replace(wish, burn_in=_check("frame, focus and f-stop in the picture", wish.burn_in))
+
+
+def _text(name: str, value: str) -> str:
+    _, text = imgui.input_text(f"##{name}", value)
+    widgets.note(name)
+    return str(text)
+
+
+def _check(name: str, value: bool) -> bool:
+    _, value = imgui.checkbox(name, value)
+    widgets.note(name)
+    return value
+
+
+def _button(name: str) -> bool:
+    pressed = imgui.button(name)
+    widgets.note(name)
+    return bool(pressed)
+
+
+def _progress(state: ExportState) -> bool:
+    """How far the export is, and how it ended; True where it is to be stopped."""
+    widgets.spacer()
+    if state.code is None:
+        part = state.done / state.frames if state.frames else 0.0
+        left = "" if state.left_s is None else f", {state.left_s:.0f} s left"
+        words = f"{state.done} of {state.frames}{left}" if state.frames else "beginning ..."
+        imgui.progress_bar(part, ImVec2(-5 * imgui.get_font_size(), 0), words)
+        imgui.same_line()
+        return _button("Stop")
+    imgui.push_style_color(imgui.Col_.text, theme.DIM if state.code == 0 else theme.BAD)
+    imgui.text_wrapped(state.said)
+    imgui.pop_style_color()
+    return False

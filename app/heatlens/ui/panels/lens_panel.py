@@ -1,0 +1,224 @@
+"""The lens: focus, aperture, hardware, and how its blur is computed."""
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+
+from imgui_bundle import imgui
+
+from heatlens.errors import LensError
+from heatlens.model.coc import depth_of_field_m, far_limit_m, hyperfocal_m, near_limit_m
+from heatlens.model.depth_histogram import DepthHistogram
+from heatlens.model.f_stops import THIRD_STOPS, nearest_index
+from heatlens.model.filmback import FILMBACKS
+from heatlens.model.lens import Lens
+from heatlens.model.settings import (
+    LAYERS_MAX,
+    VIEWS_MAX,
+    Bokeh,
+    DefocusSettings,
+    Method,
+    Quality,
+)
+from heatlens.model.units import format_distance, parse_distance_m
+from heatlens.ui import widgets
+from heatlens.ui.panels.focus_bar import focus_bar
+
+_CUSTOM = "custom"
+_VIEWS_REACH = 4096  # of the slider
+_PROXIES = {"full": 1.0, "1/2": 0.5, "1/3": 1 / 3, "1/4": 0.25}
+Say = Callable[[str], None]
+
+
+@dataclass(frozen=True, eq=False)
+class LensFacts:
+    """What the panel shows beside the lens itself."""
+
+    histogram: DepthHistogram | None  # None: the plate has no distances
+    unit: str  # m or ft
+    sources: Mapping[str, str]  # field of the lens -> where its value began
+
+
+def lens_panel(lens: Lens, facts: LensFacts, say: Say) -> Lens:
+    """Draw the lens; return it as the user left it."""
+    before = lens
+    try:
+        lens = _focus(lens, facts, say)
+        lens = _aperture(lens, say)
+        lens = _hardware(lens)
+    except LensError as error:  # two values that do not go together: the step is not taken
+        say(str(error))
+        return before
+    _sources(facts)
+    return lens
+
+
+def _focus(lens: Lens, facts: LensFacts, say: Say) -> Lens:
+    imgui.separator_text("Focus")
+    if facts.histogram is None:
+        imgui.text_wrapped("This plate brings its circle of confusion: the lens is fixed in it.")
+        return lens
+    lens = focus_bar(lens, facts.histogram, facts.unit)
+    widgets.note("focus bar")
+    widgets.label("distance", "2.24, 190cm, 6'3\" or inf")
+    distance_m = widgets.text_field(
+        "distance",
+        format_distance(lens.focus_distance_m, facts.unit),
+        lens.focus_distance_m,
+        parse_distance_m,
+        say,
+    )
+    if distance_m != lens.focus_distance_m:
+        lens = replace(lens, focus_distance_m=distance_m)
+    _limits(lens, facts.unit)
+    return lens
+
+
+def _limits(lens: Lens, unit: str) -> None:
+    """Near, far, depth of field and hyperfocal, as the marks of the bar show them."""
+    if imgui.begin_table("limits", 4):
+        for head, value in (
+            ("near", near_limit_m(lens)),
+            ("far", far_limit_m(lens)),
+            ("in focus", depth_of_field_m(lens)),
+            ("hyperfocal", hyperfocal_m(lens)),
+        ):
+            imgui.table_next_column()
+            imgui.text_disabled(head)
+            imgui.text(format_distance(value, unit))
+        imgui.end_table()
+    limit_um = 1e3 * lens.coc_limit_mm
+    if imgui.is_item_hovered():
+        imgui.set_tooltip(f"Sharp is what blurs to less than {limit_um:.0f} um on the sensor.")
+
+
+def _aperture(lens: Lens, say: Say) -> Lens:
+    imgui.separator_text("Aperture")
+    widgets.label("f-stop", "Third stops; any value in the field at the right.")
+    imgui.set_next_item_width(imgui.get_content_region_avail().x - 4.6 * imgui.get_font_size())
+    index = nearest_index(lens.f_stop)
+    changed, new = imgui.slider_int("##f-stop", index, 0, len(THIRD_STOPS) - 1, "")
+    widgets.note("f-stop")
+    if changed and new != index:
+        lens = replace(lens, f_stop=THIRD_STOPS[new])
+    imgui.same_line()
+    imgui.set_next_item_width(-1)
+    f_stop = widgets.text_field(
+        "f-stop field",
+        f"f/{lens.f_stop:.4g}",
+        lens.f_stop,
+        lambda text: widgets.parse_number(text, 0.1, 128.0, "f-stop"),
+        say,
+    )
+    if f_stop != lens.f_stop:
+        lens = replace(lens, f_stop=f_stop)
+    return _t_stop(lens, say)
+
+
+def _t_stop(lens: Lens, say: Say) -> Lens:
+    widgets.label("T-stop", "What the glass lets through: exposure alone, never the blur.")
+    shown = "" if lens.t_stop is None else f"T{lens.t_stop:.4g}"
+    t_stop = widgets.text_field("T-stop", shown, lens.t_stop, _parse_t_stop, say)
+    return lens if t_stop == lens.t_stop else replace(lens, t_stop=t_stop)
+
+
+def _parse_t_stop(text: str) -> float | None:
+    return widgets.parse_number(text, 0.1, 128.0, "T-stop") if text.strip() else None
+
+
+def _sources(facts: LensFacts) -> None:
+    """Where the values began: what the file told counts more than what was assumed."""
+    words = [f"{name.rpartition('_')[0]}: {why}" for name, why in facts.sources.items()]
+    if not words:
+        return
+    assumed = any("assumed" in why or "nothing" in why for why in facts.sources.values())
+    imgui.text_disabled("began with assumed values" if assumed else "began with the plate's lens")
+    if imgui.is_item_hovered():
+        imgui.set_tooltip("\n".join(words).replace("_", " "))
+
+
+def _hardware(lens: Lens) -> Lens:
+    imgui.separator_text("Lens and film back")
+    focal = widgets.drag("focal length", lens.focal_length_mm, 0.2, 4.0, 1200.0, "%.1f mm")
+    if focal != lens.focal_length_mm:
+        lens = replace(lens, focal_length_mm=focal)
+    lens = _film_back(lens)
+    squeeze = widgets.slider(
+        "squeeze", lens.squeeze, 1.0, 2.0, "%.2f x", "Anamorphic: discs so many times as tall."
+    )
+    if squeeze != lens.squeeze:
+        lens = replace(lens, squeeze=squeeze)
+    limit_um = widgets.drag(
+        "sharp up to",
+        1e3 * lens.coc_limit_mm,
+        0.2,
+        1.0,
+        500.0,
+        "%.1f um",
+        "Acceptable circle of confusion on the sensor; 1/1500 of its width unless set.",
+    )
+    if not math.isclose(limit_um, 1e3 * lens.coc_limit_mm, rel_tol=1e-6):
+        lens = replace(lens, acceptable_coc_mm=1e-3 * limit_um)
+    return lens
+
+
+def _film_back(lens: Lens) -> Lens:
+    known = next((b.name for b in FILMBACKS if b.width_mm == lens.sensor_width_mm), _CUSTOM)
+    names = [back.name for back in FILMBACKS]
+    picked = widgets.choice("film back", known, names)
+    if picked != known:
+        width_mm = next(back.width_mm for back in FILMBACKS if back.name == picked)
+        lens = replace(lens, sensor_width_mm=width_mm)
+    width_mm = widgets.drag("sensor width", lens.sensor_width_mm, 0.05, 1.0, 100.0, "%.2f mm")
+    return lens if width_mm == lens.sensor_width_mm else replace(lens, sensor_width_mm=width_mm)
+
+
+def barred_methods(has_scene: bool) -> dict[str, str]:
+    """Methods that what is open cannot be seen through, and why, in words for the hand."""
+    why = "Looks into a 3D scene from many points of the lens; a plate is a picture from one."
+    return {} if has_scene else {str(method): why for method in Method if method.needs_scene}
+
+
+def blur_panel(settings: DefocusSettings, has_scene: bool) -> DefocusSettings:
+    """Draw how the blur is computed; return it as the user left it."""
+    imgui.separator_text("Blur")
+    tip = (
+        "diffusion is ours; the others are there to compare with, and take no bokeh or layers. "
+        "accumulation and raytraced render a 3D scene through the whole lens."
+    )
+    methods, barred = [str(m) for m in Method], barred_methods(has_scene)
+    method = widgets.choice("method", str(settings.method), methods, tip, barred)
+    if settings.method.needs_scene:
+        settings = _views(settings)
+    bokeh = widgets.choice("bokeh", str(settings.bokeh), [str(b) for b in Bokeh])
+    quality = widgets.choice(
+        "quality", str(settings.quality), [str(q) for q in Quality], "Never how much blur there is."
+    )
+    auto = "as quality says"
+    layers_shown = auto if settings.layers is None else str(settings.layers)
+    counts = [auto, *(str(n) for n in range(1, LAYERS_MAX + 1))]
+    layers = widgets.choice("layers", layers_shown, counts)
+    proxy_shown = next((n for n, v in _PROXIES.items() if v == settings.proxy), _CUSTOM)
+    proxy = widgets.choice("picture size", proxy_shown, list(_PROXIES))
+    return DefocusSettings(
+        Bokeh(bokeh),
+        Quality(quality),
+        None if layers == auto else int(layers),
+        _PROXIES.get(proxy, settings.proxy),
+        Method(method),
+        settings.views,
+    )
+
+
+def _views(settings: DefocusSettings) -> DefocusSettings:
+    """How many points of the lens; a shot may have more than the slider reaches."""
+    tip = "Points of the lens that are looked through, or rays of each pixel: more, less noise."
+    widgets.label("views", tip)
+    width = imgui.get_content_region_avail().x - widgets.VALUE_EM * imgui.get_font_size()
+    imgui.set_next_item_width(width)
+    flags = imgui.SliderFlags_.logarithmic
+    changed, views = imgui.slider_int("##views", settings.views, 1, _VIEWS_REACH, "", flags)
+    widgets.note("views")
+    imgui.same_line()
+    imgui.text(str(settings.views))
+    return replace(settings, views=min(max(views, 1), VIEWS_MAX)) if changed else settings

@@ -1,0 +1,81 @@
+"""How the picture is looked at: colour, overlays, comparison."""
+
+from dataclasses import replace
+
+from imgui_bundle import imgui
+
+from heatlens.model.settings import Method
+from heatlens.model.view import Against, Compare, Overlay, ViewState
+from heatlens.ui import widgets
+from heatlens.ui.panels.color_choice import ColorChoice
+from heatlens.ui.panels.lens_panel import barred_methods
+
+_OVERLAYS = {
+    Overlay.NONE: "off",
+    Overlay.ZONES: "zones",
+    Overlay.FOCUS_PLANE: "plane",
+    Overlay.COC: "coc",
+    Overlay.DEPTH: "depth",
+    Overlay.LAYERS: "layers",
+}
+_COMPARES = {
+    Compare.OFF: "off",
+    Compare.WIPE: "wipe",
+    Compare.FLIP: "B",
+    Compare.DIFFERENCE: "difference",
+}
+
+
+def look_panel(
+    view: ViewState, color: ColorChoice, reference: str | None, has_scene: bool
+) -> ViewState:
+    """Draw it all; return the view as the user left it. `reference`: name of the EXR that is B."""
+    view = _color(view, color)
+    imgui.separator_text("Overlay")
+    view = _buttons(view, "overlay", _OVERLAYS)
+    imgui.separator_text("Compare")
+    view = _buttons(view, "compare", _COMPARES)
+    return _compare(view, reference, has_scene)
+
+
+def _color(view: ViewState, color: ColorChoice) -> ViewState:
+    imgui.separator_text("Colour")
+    display = widgets.choice("display", view.display, color.displays())
+    if display != view.display:
+        view = replace(view, display=display, view=color.views(display)[0])
+    shown = widgets.choice("view", view.view, color.views(view.display))
+    tip = "Space of the pictures' light: renderers write linear Rec.709 unless told otherwise."
+    space = widgets.choice("input", view.input_space, color.input_spaces(), tip)
+    view = replace(view, input_space=space)
+    exposure = widgets.slider("exposure", view.exposure_stops, -8.0, 8.0, "%+.2f stops")
+    gamma = widgets.slider("gamma", view.gamma, 0.2, 4.0, "%.2f")
+    return replace(view, view=shown, exposure_stops=exposure, gamma=gamma)
+
+
+def _buttons(view: ViewState, field: str, names: dict) -> ViewState:  # type: ignore[type-arg]
+    """One of several, side by side; what does not fit goes to the next line."""
+    right = imgui.get_cursor_screen_pos().x + imgui.get_content_region_avail().x
+    for value, name in names.items():
+        if imgui.radio_button(f"{name}##{field}", getattr(view, field) is value):
+            view = replace(view, **{field: value})
+        widgets.note(f"{field} {name}")
+        width = imgui.calc_text_size(name).x + 3.2 * imgui.get_font_size()
+        if imgui.get_item_rect_max().x + width < right and value is not list(names)[-1]:
+            imgui.same_line()
+    return view
+
+
+def _compare(view: ViewState, reference: str | None, has_scene: bool) -> ViewState:
+    if view.compare is Compare.DIFFERENCE:
+        gain = widgets.drag("gain", view.difference_gain, 0.05, 0.5, 64.0, "x %.1f")
+        view = replace(view, difference_gain=gain)
+    choices: dict[str, tuple[Against, Method]] = {"pinhole": (Against.PINHOLE, view.b_method)}
+    if reference is not None:
+        choices[reference] = (Against.REFERENCE, view.b_method)
+    choices |= {f"method {method}": (Against.METHOD, method) for method in Method}
+    now = (view.against, view.b_method)
+    shown = next((name for name, value in choices.items() if value == now), "pinhole")
+    tip = "The same shot by another method, or any EXR: Ctrl+Shift+O opens it."
+    barred = {f"method {method}": why for method, why in barred_methods(has_scene).items()}
+    against, method = choices[widgets.choice("B is", shown, list(choices), tip, barred)]
+    return replace(view, against=against, b_method=method)

@@ -1,0 +1,174 @@
+"""What is done with focus marks: set them, go to them, pull to them, stay on them."""
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from heatlens.errors import HeatlensError, InputError
+from heatlens.image.exr_read import read_plate
+from heatlens.image.focus_pick import depth_at_m
+from heatlens.image.frame_cache import Damaged, FrameCache
+from heatlens.image.plate import Plate
+from heatlens.model.frames import FrameRange
+from heatlens.model.marks import DistanceMark, Mark, ObjectMark, PointMark, next_mark_name
+from heatlens.model.plate_options import PlateOptions
+from heatlens.model.pull import EASE_PERCENT, follow, pull
+from heatlens.model.shot import Shot
+from heatlens.ui.background import Background
+from heatlens.ui.timeline.focus_track import mark_m
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from heatlens.ui.app import App
+
+PULL_FRAMES = 18  # three quarters of a second
+
+
+class MarkCommands:
+    """Each command is one step of undo; what cannot be is said."""
+
+    def __init__(self, app: "App", wake: "Callable[[], None]") -> None:
+        self._app = app
+        self.pull_from: str | None = None  # a mark's name; None: from where the focus is
+        self.pull_to = ""
+        self.pull_frames = PULL_FRAMES
+        self.pull_ease_percent = EASE_PERCENT
+        self._reader: Background[tuple[PointMark, FrameRange, dict[int, float]]] = Background(wake)
+
+    @property
+    def is_reading(self) -> bool:
+        """Frames are being read to follow a mark."""
+        return self._reader.is_busy
+
+    # One mark
+
+    def set_here(self) -> None:
+        """A mark at the distance in focus."""
+        marks, distance_m = self._app.shot.marks, self._app.lens.focus_distance_m
+        self._add(DistanceMark(next_mark_name(marks), distance_m))
+
+    def set_point(self, pixel: tuple[int, int]) -> None:
+        """A mark on what is seen at a pixel of the display window."""
+        plate = self._app.stage.plate
+        if plate is None:
+            return
+        try:
+            depth_at_m(plate, *pixel)
+        except HeatlensError as error:
+            self._app.say(str(error))
+            return
+        name = next_mark_name(self._app.shot.marks)
+        self._add(PointMark(name, float(pixel[0]), float(pixel[1])))
+
+    def _add(self, mark: Mark) -> None:
+        self.pull_to = mark.name
+        self._app.editing.do(replace(self._app.shot, marks=(*self._app.shot.marks, mark)))
+
+    def change(self, before: Mark, after: Mark) -> None:
+        """Another name, or another smoothing. A name that another mark has is refused."""
+        marks = tuple(after if mark == before else mark for mark in self._app.shot.marks)
+        self._app.editing.do(replace(self._app.shot, marks=marks))
+        self.pull_to = after.name if self.pull_to == before.name else self.pull_to
+        self.pull_from = after.name if self.pull_from == before.name else self.pull_from
+
+    def delete(self, mark: Mark) -> None:
+        """It goes."""
+        marks = tuple(other for other in self._app.shot.marks if other != mark)
+        self._app.editing.do(replace(self._app.shot, marks=marks))
+
+    def distance_m(self, mark: Mark, frame: int | None = None) -> float | None:
+        """How far it is: on the plate that is seen, or at another frame that lies in memory."""
+        if isinstance(mark, ObjectMark):
+            return self._app.scenes.object_m(mark.object_name, frame)
+        cache, plate = self._app.timeline.cache, self._app.stage.plate
+        if frame is not None and cache is not None:
+            found = cache.get(frame)
+            plate = found if isinstance(found, Plate) else plate
+        return mark_m(plate, mark)
+
+    def go(self, mark: Mark) -> None:
+        """Focus there."""
+        try:
+            distance_m = self._asked_m(mark, None)
+            self._app.editing.settle()
+            self._app.edit_lens(replace(self._app.lens, focus_distance_m=distance_m))
+            self._app.editing.settle()
+        except HeatlensError as error:
+            self._app.say(str(error))
+
+    def _asked_m(self, mark: Mark, frame: int | None) -> float:
+        distance_m = self.distance_m(mark, frame)
+        if distance_m is None:
+            raise InputError(f"Mark {mark.name} has no distance here: it lies beside the picture.")
+        return distance_m
+
+    # Moves
+
+    def named(self, name: str | None) -> Mark | None:
+        """The mark of this name."""
+        return next((mark for mark in self._app.shot.marks if mark.name == name), None)
+
+    def pull(self) -> None:
+        """From here to the chosen mark, beginning at the playhead: keys at both ends."""
+        target, origin = self.named(self.pull_to), self.named(self.pull_from)
+        if target is None:
+            self._app.say("Choose the mark to pull to.")
+            return
+        start = self._app.editing.frame
+        try:
+            from_m = self._app.lens.focus_distance_m
+            if origin is not None:
+                from_m = self._asked_m(origin, start)
+            to_m = self._asked_m(target, start + self.pull_frames)
+            frames, ease = self.pull_frames, self.pull_ease_percent
+            self._app.editing.do(pull(self._app.shot, from_m, to_m, start, frames, ease))
+        except HeatlensError as error:
+            self._app.say(str(error))
+
+    def follow(self, mark: PointMark | ObjectMark) -> None:
+        """Keep the focus on it from in to out; what is not in memory is read, and said so."""
+        opened, frames = self._app.stage.opened, self._app.timeline.played
+        if isinstance(mark, ObjectMark):
+            self._app.scenes.follow(mark, frames)
+            return
+        if opened is None:
+            self._app.say("Points are followed through files; of a scene, mark the object itself.")
+            return
+        cache, options = opened.cache, opened.options
+        reads = sum(1 for frame in frames if not isinstance(cache.get(frame), Plate))
+        if reads:
+            self._app.say(f"Reading {reads} frames to follow {mark.name} ...")
+        self._reader.start(lambda: (mark, frames, _measured(cache, options, mark, frames)))
+
+    def poll(self) -> None:
+        """Once a frame of the window: take what was measured."""
+        try:
+            found = self._reader.poll()
+            if found is not None:
+                mark, frames, distances_m = found
+                self._app.editing.do(_followed(self._app.shot, mark, frames, distances_m))
+                self._app.say(f"The focus follows {mark.name} from {frames.first} on.")
+        except HeatlensError as error:
+            self._app.say(str(error))
+
+
+def _followed(
+    shot: Shot, mark: PointMark, frames: FrameRange, distances_m: dict[int, float]
+) -> Shot:
+    return follow(shot, mark, frames, lambda frame, x, y: distances_m[frame])
+
+
+def _measured(
+    cache: FrameCache, options: PlateOptions, mark: PointMark, frames: FrameRange
+) -> dict[int, float]:
+    """On a thread: how far a point is at each frame. Raises HeatlensError for a damaged one."""
+    distances_m = {}
+    for frame in frames:
+        stands_in = cache.sequence.shown_frame(frame)
+        assert stands_in is not None  # a sequence has a frame that can be held
+        found = cache.get(stands_in)
+        if isinstance(found, Damaged):
+            raise InputError(found.sentence)
+        plate = found or read_plate(cache.sequence.path_at(stands_in), options)
+        distances_m[frame] = depth_at_m(plate, int(mark.x_px), int(mark.y_px))
+    return distances_m

@@ -1,0 +1,248 @@
+"""The plate: how its depth was read and why, what is under the pointer, and how to read it else."""
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TypeVar
+
+from imgui_bundle import ImVec2, imgui
+
+from heatlens.errors import InputError
+from heatlens.image.channels import color_layers_among, depth_channels_first
+from heatlens.image.plate import CameraHeader, Plate
+from heatlens.model.boxes import Box
+from heatlens.model.depth_histogram import DepthHistogram
+from heatlens.model.lens import Lens
+from heatlens.model.plate_options import DepthConvention, DepthKind, PlateOptions
+from heatlens.model.units import FOOT_M, INCH_M, format_distance, parse_distance_m
+from heatlens.ui import theme, widgets
+from heatlens.ui.panels.focus_bar import draw_histogram, draw_scale
+
+_BAR_EM = 4.2
+_BY_NAME, _CUSTOM = "found by name", "another"
+_CONVENTIONS: dict[DepthConvention, str] = {
+    "auto": "guessed",
+    "distance": "distance",
+    "inverse": "1 / distance",
+    "normalized": "0 near, 1 far",
+    "normalized-inverted": "1 near, 0 far",
+    "coc": "blur in pixels (coc)",
+}
+_KINDS: dict[DepthKind, str] = {"planar": "along the axis", "radial": "along the ray"}
+_UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "km": 1e3, "ft": FOOT_M, "in": INCH_M}
+Say = Callable[[str], None]
+Key = TypeVar("Key")
+
+
+@dataclass(frozen=True, eq=False)
+class PlateFacts:
+    """What the panel shows."""
+
+    plate: Plate
+    histogram: DepthHistogram | None  # None: the plate has no distances
+    hovered_m: float | None  # distance under the pointer
+    unit: str  # m or ft
+    problem: str  # why the plate is not read as wished, or ""
+    lens: Lens  # radial depth takes from it what the header does not tell
+
+
+def plate_panel(wished: PlateOptions, facts: PlateFacts, say: Say) -> PlateOptions:
+    """Draw it all; return how the plate shall be read, as the user left it."""
+    _depth(facts)
+    imgui.separator_text("Read as")
+    wished = _controls(wished, facts, say)
+    if facts.problem:
+        imgui.push_style_color(imgui.Col_.text, theme.BAD)
+        imgui.text_wrapped(facts.problem)
+        imgui.pop_style_color()
+    if imgui.button("Guess again", ImVec2(-1, 0)):
+        wished = PlateOptions()
+    widgets.note("Guess again")
+    _file(facts)
+    return wished
+
+
+# What was found
+
+
+def _depth(facts: PlateFacts) -> None:
+    imgui.separator_text("Depth")
+    report, rows = facts.plate.depth, []
+    if facts.histogram is not None:
+        _bar(facts.histogram, facts)
+        hovered = "-" if facts.hovered_m is None else _distance(facts.hovered_m, facts.unit)
+        ends = f"{_distance(report.near_m, facts.unit)} to {_distance(report.far_m, facts.unit)}"
+        rows += [("pointer", hovered), ("surfaces", ends)]
+    if report.infinite_count:
+        rows.append(("nothing hit", _pixels(report.infinite_count, facts.plate)))
+    if report.repaired_count:
+        rows.append(("repaired", _pixels(report.repaired_count, facts.plate)))
+    kind = _KINDS[report.kind]
+    rows.append(("taken for", f"{report.channel}: {_CONVENTIONS[report.convention]}, {kind}"))
+    rows.append(("because", widgets.window_words(report.why)))
+    for name, text in rows:
+        _row(name, text)
+
+
+def _bar(histogram: DepthHistogram, facts: PlateFacts) -> None:
+    """How much of the picture is how far away, as under the focus, and where the pointer is."""
+    em = imgui.get_font_size()
+    corner = imgui.get_cursor_screen_pos()
+    size = ImVec2(imgui.get_content_region_avail().x, _BAR_EM * em)
+    imgui.dummy(size)
+    widgets.note("plate histogram")
+    draw, text_y = imgui.get_window_draw_list(), corner.y + size.y - em
+    draw.add_rect_filled(corner, ImVec2(corner.x + size.x, text_y - 2), theme.GROOVE, 3.0)
+    draw_histogram(draw, histogram, corner, ImVec2(size.x, text_y - 2 - corner.y))
+
+    def x_at(distance_m: float) -> float:
+        return float(corner.x + (1.0 - histogram.part_at(distance_m)) * size.x)
+
+    draw_scale(draw, x_at, corner, size, text_y, facts.unit)
+    if facts.hovered_m is not None:
+        x = x_at(facts.hovered_m)
+        draw.add_line(ImVec2(x, corner.y - 2), ImVec2(x, text_y), theme.HANDLE, 2.0)
+
+
+def _file(facts: PlateFacts) -> None:
+    plate, unit = facts.plate, facts.unit
+    imgui.separator_text("File")
+    _row("name", plate.path.name)
+    _row("folder", str(plate.path.absolute().parent))
+    data, display = plate.data_window, plate.display_window
+    _row("size", f"{display.width} x {display.height}{_aspect(plate.pixel_aspect_ratio)}")
+    if data != display:
+        _row("data window", f"{data.width} x {data.height} at {_corner(data, display)}")
+    _row("alpha", "yes" if plate.has_alpha else "none")
+    for name, text in _camera(plate.camera, unit):
+        _row(name, text)
+    _row("channels", ", ".join(plate.aovs))
+    for note in plate.notes:
+        _row("note", note)
+
+
+def _camera(camera: CameraHeader, unit: str) -> list[tuple[str, str]]:
+    """The lens of the header; nothing where it tells none."""
+    numbers = (
+        ("focal length", camera.focal_length_mm, "{:g} mm"),
+        ("sensor", camera.sensor_width_mm, f"{{:g}}{_height(camera)} mm"),
+        ("f-stop", camera.f_stop, "f/{:g}"),
+        ("T-stop", camera.t_stop, "T{:g}"),
+    )
+    told = [f"{name} {text.format(value)}" for name, value, text in numbers if value is not None]
+    if camera.focus_distance_m is not None:
+        told.append(f"focus {format_distance(camera.focus_distance_m, unit)}")
+    return [("header", ", ".join(told) if told else "tells no lens")]
+
+
+def _height(camera: CameraHeader) -> str:
+    return "" if camera.sensor_height_mm is None else f" x {camera.sensor_height_mm:g}"
+
+
+def _row(name: str, text: str) -> None:
+    """A name, and a text that takes as many lines as it needs."""
+    imgui.text_disabled(name)
+    imgui.same_line(widgets.LABEL_EM * imgui.get_font_size())
+    imgui.text_wrapped(text)
+    widgets.note(f"plate {name}")
+
+
+def _distance(distance_m: float, unit: str) -> str:
+    return "nothing hit" if math.isinf(distance_m) else format_distance(distance_m, unit)
+
+
+def _pixels(count: int, plate: Plate) -> str:
+    part = count / (plate.data_window.width * plate.data_window.height)
+    return f"{count} pixels, {100 * part:.3g} %"
+
+
+def _aspect(ratio: float) -> str:
+    return "" if ratio == 1.0 else f", pixels {ratio:g} x as wide as tall"
+
+
+def _corner(data: Box, display: Box) -> str:
+    return f"{data.x0 - display.x0}, {data.y0 - display.y0}"
+
+
+# How to read it
+
+
+def _controls(wished: PlateOptions, facts: PlateFacts, say: Say) -> PlateOptions:
+    plate = facts.plate
+    names = depth_channels_first(plate.aovs)
+    channel = _named("channel", wished.depth_channel, names, "The channel that is the depth.")
+    convention = _keyed("convention", wished.depth_convention, _CONVENTIONS)
+    wished = replace(wished, depth_channel=channel, depth_convention=convention)
+    wished = _ends(wished, facts.unit, say)
+    wished = _kind(wished, facts)
+    wished = _unit(wished, say)
+    layers = color_layers_among(plate.aovs)
+    return replace(wished, color_layer=_named("colour layer", wished.color_layer, layers))
+
+
+def _ends(wished: PlateOptions, unit: str, say: Say) -> PlateOptions:
+    """Distances of the ends of a depth of 0 to 1; others have none."""
+    with widgets.disabled(wished.depth_convention in ("distance", "inverse", "coc")):
+        near = _distance_field("near", wished.near_m, unit, say)
+        far = _distance_field("far", wished.far_m, unit, say)
+    return replace(wished, near_m=near, far_m=far)
+
+
+def _distance_field(name: str, value: float | None, unit: str, say: Say) -> float | None:
+    widgets.label(name, "Where a depth of 0 to 1 has this end: 0.5, 30cm, 6'3\"; empty: not known.")
+    shown = "" if value is None else format_distance(value, unit)
+    return widgets.text_field(name, shown, value, _parse_end_m, say)
+
+
+def _parse_end_m(text: str) -> float | None:
+    distance_m = parse_distance_m(text) if text.strip() else None
+    if distance_m == math.inf:
+        raise InputError("The ends of a depth must be finite distances.")
+    return distance_m
+
+
+def _kind(wished: PlateOptions, facts: PlateFacts) -> PlateOptions:
+    tip = "Along the axis a wall seen straight on has one depth; along the ray its corners are far."
+    kind = _keyed("kind", wished.depth_kind, _KINDS, tip)
+    if kind == wished.depth_kind:
+        return wished
+    camera, lens = facts.plate.camera, facts.lens
+    if kind == "radial" and (camera.focal_length_mm is None or camera.sensor_width_mm is None):
+        return replace(
+            wished,
+            depth_kind=kind,
+            focal_length_mm=camera.focal_length_mm or lens.focal_length_mm,
+            sensor_width_mm=camera.sensor_width_mm or lens.sensor_width_mm,
+        )
+    return replace(wished, depth_kind=kind)
+
+
+def _unit(wished: PlateOptions, say: Say) -> PlateOptions:
+    """The unit by its name, or in metres."""
+    with widgets.disabled(wished.depth_convention in ("coc", "normalized", "normalized-inverted")):
+        known = next((n for n, m in _UNITS.items() if math.isclose(m, wished.scene_unit_m)), "")
+        picked = widgets.choice("scene unit", known or _CUSTOM, list(_UNITS))
+        unit_m = _UNITS.get(picked, wished.scene_unit_m) if picked != known else wished.scene_unit_m
+        widgets.label("in metres", "Metres in one unit of the depth.")
+        unit_m = widgets.text_field(
+            "in metres",
+            f"{unit_m:.6g}",
+            unit_m,
+            lambda text: widgets.parse_number(text, 1e-6, 1e6, "scene unit"),
+            say,
+        )
+    return replace(wished, scene_unit_m=unit_m)
+
+
+def _named(name: str, value: str | None, names: Sequence[str], tip: str = "") -> str | None:
+    """One of the names of the file, or None: found."""
+    shown = {_BY_NAME: None} | {text or "(no name)": text for text in names}
+    now = next((text for text, key in shown.items() if key == value), value or _BY_NAME)
+    picked = widgets.choice(name, now, list(shown), tip)
+    return shown.get(picked, value)
+
+
+def _keyed(name: str, value: Key, words: Mapping[Key, str], tip: str = "") -> Key:
+    """One of the keys, shown by their words."""
+    picked = widgets.choice(name, words[value], list(words.values()), tip)
+    return next(key for key, text in words.items() if text == picked)

@@ -1,0 +1,71 @@
+"""How the plate is read: what was chosen for it by hand, tried, kept and remembered."""
+
+from typing import TYPE_CHECKING
+
+from heatlens.model.plate_options import PlateOptions
+from heatlens.ui.files.preferences import Preferences
+from heatlens.ui.picture.plate_source import Opened
+
+if TYPE_CHECKING:
+    from heatlens.ui.app import App
+
+
+class PlateReading:
+    """A choice that cannot be read leaves the plate as it is, and stays to be changed further."""
+
+    def __init__(self, app: "App", preferences: Preferences) -> None:
+        self._app = app
+        self._preferences = preferences
+        self.wished = PlateOptions()
+        self._chosen: PlateOptions | None = None  # by hand, and not arrived yet
+        self._seen: PlateOptions | None = None  # those of the shot when it was looked at last
+
+    @property
+    def problem(self) -> str:
+        """Why the plate is not read as wished; "" where it is, or is being tried."""
+        opened = self._app.stage.opened
+        if opened is None or opened.options == self.wished:
+            return ""
+        if _lacks_ends(self.wished):
+            return "Give near and far: the distances of the two ends of this depth."
+        refused = self._app.stage.opener.refused
+        is_it = refused is not None and (refused.text, refused.options) == (
+            opened.text,
+            self.wished,
+        )
+        return refused.sentence if refused is not None and is_it else ""
+
+    def change(self, options: PlateOptions) -> None:
+        """Read the plate so, keeping the shot."""
+        if options != self.wished:
+            self.wished = options
+            if not _lacks_ends(options):
+                self._open(options)
+
+    def _open(self, options: PlateOptions) -> None:
+        opened = self._app.stage.opened
+        if opened is not None:
+            self.wished = self._chosen = options
+            self._app.stage.open(opened.text, options, self._app.editing.frame)
+
+    def arrived(self, opened: Opened) -> None:
+        """It has been read: what was chosen by hand is remembered for the folder."""
+        if opened.options == self._chosen:
+            self._preferences.read_so(opened.cache.sequence.folder.absolute(), opened.options)
+        self._chosen = None
+        self.wished = self._seen = opened.options
+
+    def follow(self) -> None:
+        """Read the plate as the shot wants it after a step of undo."""
+        opened, options = self._app.stage.opened, self._app.shot.plate_options
+        if opened is None or options == self._seen or self._app.shot.source != opened.text:
+            return
+        self._seen = options
+        if options != opened.options:
+            self._open(options)
+
+
+def _lacks_ends(options: PlateOptions) -> bool:
+    """A normalised depth has no distances while nobody tells those of its ends."""
+    is_normalized = options.depth_convention in ("normalized", "normalized-inverted")
+    return is_normalized and (options.near_m is None or options.far_m is None)

@@ -1,0 +1,99 @@
+"""A and B of the comparison: B by another method is rendered while it is seen, and only then."""
+
+from dataclasses import replace
+
+from heatlens.model.settings import Method
+from heatlens.model.shot import Shot
+from heatlens.model.view import Against, Compare, ViewState
+from heatlens.render import FrameRenderer
+from heatlens.ui.picture.live_picture import LivePicture, Shown
+
+_LEAST = 0.25  # of the time for a picture, for B, however much A took
+
+
+class BothSides:
+    """A, the picture through the lens, and B, the same shot by another method, share the time.
+
+    Passes share scratch memory, so that one picture is finished before the other goes on; what was
+    half done when the other came between begins anew.
+    """
+
+    def __init__(self, renderer: FrameRenderer) -> None:
+        self._renderer = renderer
+        self.a = LivePicture(renderer)
+        self.b = LivePicture(renderer, first_slot=2, cost=self.a.cost)
+        self._method: Method | None = None  # B's, while it is rendered
+        self._is_turn_of_b = False
+
+    @property
+    def version(self) -> int:
+        """Counts the finished pictures of both."""
+        return self.a.version + self.b.version
+
+    @property
+    def is_working(self) -> bool:
+        """A whole picture that is seen is not there yet."""
+        return any(side.is_working for side in self._sides())
+
+    def _sides(self) -> tuple[LivePicture, ...]:
+        return (self.a,) if self._method is None else (self.a, self.b)
+
+    def seconds_to_rest(self) -> float:
+        """How long until work may go on; 0 where it may."""
+        waits = [side.seconds_to_rest() for side in self._sides() if side.is_working]
+        return min(waits, default=0.0)
+
+    def restart(self) -> None:
+        """Another plate lies on the GPU."""
+        self.a.restart()
+        self.b.restart()
+
+    def wish(
+        self, view: ViewState, shot: Shot, frame: int, budget_s: float, plate: int = 0
+    ) -> None:
+        """Show `shot` at `frame` as `view` compares it: A first, B in what is left of the time."""
+        has_scene = self._renderer.scene is not None
+        method = method_of_b(view, has_scene)
+        self._method = None if method is shot.defocus.method else method
+        spent_s = 0.0
+        if self.a.wish(shot, frame, budget_s, plate):
+            self.b.pause()
+            self._is_turn_of_b = False
+            spent_s = 0.0 if self.a.shown is None else self.a.shown.seconds
+        if self._method is None:
+            return
+        other = replace(shot, defocus=replace(shot.defocus, method=self._method))
+        left_s = max(budget_s - spent_s, _LEAST * budget_s)
+        if self.b.wish(other, frame, left_s, plate):
+            self.a.pause()
+
+    def work(self, slice_s: float) -> None:
+        """Go on with the picture that is under way, else with the side whose turn it is."""
+        side = self._next()
+        other = self.a if side is self.b else self.b
+        version = side.version
+        side.work(slice_s)
+        if side.version != version:
+            self._is_turn_of_b = other is self.b
+
+    def _next(self) -> LivePicture:
+        if self._method is None or not self.b.is_working:
+            return self.a
+        if not self.a.is_working:
+            return self.b
+        return self.b if self._is_turn_of_b else self.a
+
+    def of_method(self, view: ViewState) -> Shown | None:
+        """B's picture where B is a method; None where it is something else, or not there yet."""
+        method = method_of_b(view, self._renderer.scene is not None)
+        for side in (self.a, self.b):
+            if side.shown is not None and side.shown.shot.defocus.method is method:
+                return side.shown
+        return None
+
+
+def method_of_b(view: ViewState, has_scene: bool) -> Method | None:
+    """How B is rendered; None where B is not seen, is no method or needs a scene that is not."""
+    if view.compare is Compare.OFF or view.against is not Against.METHOD:
+        return None
+    return view.b_method if has_scene or not view.b_method.needs_scene else None

@@ -1,0 +1,224 @@
+"""The picture that follows the hand: quick while something is dragged, whole when it rests.
+
+A picture that fits the time of a frame is made whole at once. Where it does not, a quicker one of
+the same blur is shown (smaller, with fewer poles or layers), and the whole one comes about in
+slices, so that nothing waits for it. A scene seen from many points of the lens refines on the way.
+"""
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+
+import moderngl
+
+from heatlens.defocus.pipeline import Steps
+from heatlens.defocus.plate_passes import proxy_size
+from heatlens.errors import HeatlensError
+from heatlens.model.settings import DefocusSettings
+from heatlens.model.shot import Shot
+from heatlens.render import FrameRenderer
+from heatlens.ui.picture.preview_cost import CostModel, cheaper, is_better, on_the_way
+
+_REST_S = 0.15  # so long without a change is rest
+_KEEP = 0.7, 1.3  # a rung is left for a better one below, for a cheaper above so much of the time
+_FAST_ENOUGH = 3.0  # the whole picture follows directly where the one between saves less than this
+
+
+@dataclass(frozen=True, eq=False)
+class Shown:
+    """A finished picture and what it is of."""
+
+    texture: moderngl.Texture
+    shot: Shot
+    frame: int
+    settings: DefocusSettings  # those it was made with
+    seconds: float  # of rendering
+
+    @property
+    def is_whole(self) -> bool:
+        """As `heatlens render` would make it."""
+        return self.settings == self.shot.defocus
+
+
+@dataclass
+class _Work:
+    """A picture that is coming about."""
+
+    steps: Steps[moderngl.Texture]
+    settings: DefocusSettings
+    slot: int
+    views_before: int  # points of the lens that the picture goes on from
+    seconds: float = 0.0
+
+
+class LivePicture:
+    """Renders whatever shot is wished for, as well as the time allows."""
+
+    def __init__(
+        self,
+        renderer: FrameRenderer,
+        clock: Callable[[], float] = time.perf_counter,
+        first_slot: int = 0,
+        cost: CostModel | None = None,
+    ) -> None:
+        """Pictures lie in `first_slot` of the renderer and the one after it.
+
+        `cost`: what others have learnt and learn of the same machine.
+        """
+        self._renderer = renderer
+        self._clock = clock
+        self.cost = cost or CostModel()
+        self.shown: Shown | None = None
+        self.version = 0  # counts finished pictures
+        self._wish: tuple[Shot, int] | None = None
+        self._plate = 0
+        self._changed_at = 0.0
+        self._rung: DefocusSettings | None = None
+        self._work: _Work | None = None
+        self._slots = first_slot, first_slot + 1  # of what is seen, of what comes about
+        self._is_refused = False  # the wish cannot be rendered, as was said
+
+    def restart(self) -> None:
+        """Another plate lies on the GPU: whatever was made is of the past."""
+        self._wish = self._work = self.shown = None
+
+    def pause(self) -> None:
+        """Others use the renderer now: what is half done begins anew."""
+        self._work = None
+
+    def wish(self, shot: Shot, frame: int, budget_s: float, plate: int = 0) -> bool:
+        """Show `shot` at `frame`; a change is answered at once with what fits `budget_s`.
+
+        `plate` is another number whenever another plate lies on the GPU. True where it rendered;
+        a wish that raised is not tried again.
+        """
+        if self._wish == (shot, frame) and self._plate == plate:
+            return False
+        begun = self._begun_picture(shot, frame) if self._plate == plate else None
+        self._plate, self._is_refused = plate, False
+        settings_changed = self._wish is None or self._wish[0].defocus != shot.defocus
+        self._wish, self._changed_at, self._work = (shot, frame), self._clock(), None
+        if settings_changed:
+            self._rung = None
+        if begun is not None:
+            self.shown = begun
+            return False
+        with self._refusing():
+            self._rung = self._best_rung(shot.defocus, budget_s)
+            self._start(self._rung)
+            self._advance(float("inf"))
+        return True
+
+    def _begun_picture(self, shot: Shot, frame: int) -> Shown | None:
+        """The picture that is seen, where it is the wished one but for further points of the lens.
+
+        More of them refine it: nothing quicker and coarser has to come first.
+        """
+        shown, wished = self.shown, shot.defocus
+        if shown is None or shown.frame != frame or not wished.method.needs_scene:
+            return None
+        is_same = shown.shot == replace(shot, defocus=replace(wished, views=_views_of(shown.shot)))
+        is_part = shown.settings.views <= wished.views
+        return replace(shown, shot=shot) if is_same and is_part else None
+
+    @contextmanager
+    def _refusing(self) -> Iterator[None]:
+        """What cannot be rendered is told once."""
+        try:
+            yield
+        except HeatlensError:
+            self._is_refused, self._work = True, None
+            raise
+
+    @property
+    def is_working(self) -> bool:
+        """The whole picture is not there yet."""
+        if self._wish is None or self._is_refused:
+            return False
+        shown = self.shown
+        return shown is None or not shown.is_whole or not self._is_of_wish(shown)
+
+    def seconds_to_rest(self) -> float:
+        """How long until the whole picture may be begun; 0 where it may."""
+        return max(0.0, self._changed_at + _REST_S - self._clock())
+
+    def work(self, slice_s: float) -> None:
+        """Go on with the whole picture for about `slice_s`, if the hand rests."""
+        if not self.is_working or self.seconds_to_rest() > 0:
+            return
+        with self._refusing():
+            if self._work is None:
+                self._start(self._next_rung())
+            self._advance(slice_s)
+
+    def _is_of_wish(self, shown: Shown) -> bool:
+        return self._wish == (shown.shot, shown.frame)
+
+    def _best_rung(self, wished: DefocusSettings, budget_s: float) -> DefocusSettings:
+        """The best picture that fits the time; the one before is kept while it about fits."""
+        rungs = cheaper(wished)
+        if not self.cost.seconds_per_px:
+            return rungs[-1]  # nothing is known of this machine yet
+        fitting = [r for r in rungs if self._predicted(r) <= budget_s]
+        best = fitting[0] if fitting else rungs[-1]
+        held = self._rung
+        if held is None or held not in rungs:
+            return best
+        if rungs.index(best) < rungs.index(held):
+            return best if self._predicted(best) <= _KEEP[0] * budget_s else held
+        return best if self._predicted(held) > _KEEP[1] * budget_s else held
+
+    def _next_rung(self) -> DefocusSettings:
+        """On the way up: the whole picture, or a better one that is there much sooner."""
+        assert self._wish is not None
+        wished = self._wish[0].defocus
+        for step in on_the_way(wished):
+            better = self.shown is None or is_better(step, self.shown.settings, wished)
+            if better and self._predicted(step) * _FAST_ENOUGH < self._predicted(wished):
+                return step
+        return wished
+
+    def _predicted(self, settings: DefocusSettings) -> float:
+        return self.cost.predicted(settings, self._pixels(settings))
+
+    def _pixels(self, settings: DefocusSettings) -> int:
+        width, height = proxy_size(self._renderer.loaded.color.size, settings.proxy)
+        return width * height
+
+    def _start(self, settings: DefocusSettings) -> None:
+        assert self._wish is not None
+        shot, frame = self._wish
+        slot = self._slots[1]
+        steps = self._renderer.steps(replace(shot, defocus=settings), frame, slot)
+        self._work = _Work(steps, settings, slot, self._views_before(settings))
+
+    def _views_before(self, settings: DefocusSettings) -> int:
+        """How many points of the lens the renderer goes on from; 0: a picture of its own."""
+        shown = self.shown
+        if shown is None or not self._is_of_wish(shown) or not settings.method.needs_scene:
+            return 0
+        is_more = replace(settings, views=shown.settings.views) == shown.settings
+        return shown.settings.views if is_more and shown.settings.views < settings.views else 0
+
+    def _advance(self, slice_s: float) -> None:
+        """Take steps until the time is over or the picture is there."""
+        assert self._work is not None and self._wish is not None
+        work, start = self._work, self._clock()
+        try:
+            while self._clock() - start < slice_s:
+                next(work.steps)
+            work.seconds += self._clock() - start
+        except StopIteration as end:
+            self._renderer.ctx.finish()
+            work.seconds += self._clock() - start
+            made = replace(work.settings, views=work.settings.views - work.views_before)
+            self.cost.learn(made, self._pixels(made), work.seconds)
+            shot, frame = self._wish
+            self.shown = Shown(end.value, shot, frame, work.settings, work.seconds)
+            self._slots, self._work = self._slots[::-1], None
+            self.version += 1
+
+
+def _views_of(shot: Shot) -> int:
+    return shot.defocus.views

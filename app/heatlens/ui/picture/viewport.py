@@ -1,0 +1,262 @@
+"""The picture in its window: zoom, pan, wipe handle, click to focus, pixel grid, outlines."""
+
+import math
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import moderngl
+from imgui_bundle import ImVec2, imgui
+
+from heatlens.display.picture_pass import Laid, PicturePass
+from heatlens.model.boxes import Box
+from heatlens.model.view import Compare, ViewState
+from heatlens.model.view_geometry import (
+    PictureShape,
+    Point,
+    ViewGeometry,
+    Viewport,
+    geometry,
+    panned,
+    zoomed,
+)
+from heatlens.ui import theme
+from heatlens.ui.panels.scene_commands import CameraDrag
+
+_WHEEL_FACTOR = 1.25  # a notch
+_HANDLE_REACH = 0.6  # em to either side of the wipe's line
+_GRID_FROM = 8.0  # screen pixels a pixel
+_NEAREST_FROM = 4.0  # zoom from which pixels are shown as squares
+MIPMAPS_UNDER = 0.6  # screen pixels a texel; below, a picture would shimmer without them
+
+
+@dataclass(frozen=True, eq=False)
+class Pictures:
+    """What the viewport draws."""
+
+    a: moderngl.Texture
+    b: moderngl.Texture
+    sharp: moderngl.Texture | None  # over A, while A is a hurried picture
+    overlay: moderngl.Texture | None
+    data_window: Box
+    display_window: Box
+    pixel_aspect: float
+    is_proxy: bool  # A is smaller than the plate: its pixels are no pixels of the picture
+    is_b_proxy: bool = False  # and so is B, for the same reason
+    has_camera: bool = False  # the right button takes hold of a scene's camera
+
+    @property
+    def shape(self) -> PictureShape:
+        """Size and pixel aspect of the display window."""
+        window = self.display_window
+        return PictureShape(window.width, window.height, self.pixel_aspect)
+
+
+@dataclass(frozen=True)
+class ViewportResult:
+    """What the hand did."""
+
+    view: ViewState
+    hovered_px: tuple[int, int] | None  # pixel of the display window under the pointer
+    focus_px: tuple[int, int] | None  # pixel to focus on: pressed, or dragged over
+    camera: CameraDrag | None = None  # of a scene
+
+
+class ViewportPanel:
+    """Remembers what the mouse took hold of, and where pictures lie in this frame."""
+
+    def __init__(self, ctx: moderngl.Context) -> None:
+        self._pass = PicturePass(ctx)
+        self._laid: list[Laid] = []
+        self._laid_in_frame = -1
+        self._held: str | None = None
+        self.viewport = Viewport((0.0, 0.0), (1.0, 1.0))
+        self.geometry = ViewGeometry((0.0, 0.0), (1.0, 1.0))
+
+    @property
+    def zoom(self) -> float:
+        """Screen pixels for one pixel of the picture."""
+        return self.geometry.per_px[1] * self.viewport.framebuffer_scale
+
+    def draw(self, pictures: Pictures, view: ViewState, framebuffer_scale: float) -> ViewportResult:
+        """Fill the current ImGui window with the picture; answer the mouse."""
+        corner, size = imgui.get_cursor_screen_pos(), imgui.get_content_region_avail()
+        size = ImVec2(max(size.x, 8.0), max(size.y, 8.0))
+        self.viewport = Viewport((corner.x, corner.y), (size.x, size.y), framebuffer_scale)
+        buttons = imgui.ButtonFlags_
+        flags = buttons.mouse_button_left | buttons.mouse_button_middle | buttons.mouse_button_right
+        imgui.invisible_button("picture", size, flags)
+        camera = self._camera_drag() if pictures.has_camera else None
+        if camera is None:
+            view, focus_px = self._answer_mouse(view, pictures.shape)
+        else:
+            focus_px = None
+        self.geometry = geometry(view, self.viewport, pictures.shape)
+        self._draw(pictures, view, corner, size)
+        hovered = None
+        if imgui.is_item_hovered() or imgui.is_item_active():
+            mouse = imgui.get_mouse_pos()
+            hovered = self.geometry.pixel_at_window((mouse.x, mouse.y))
+        return ViewportResult(view, hovered, focus_px, camera)
+
+    def _camera_drag(self) -> CameraDrag | None:
+        """Right button: round what is in focus; with Ctrl aside; Ctrl and the wheel: nearer."""
+        io, height = imgui.get_io(), self.viewport.size[1]
+        if io.key_ctrl and io.mouse_wheel and imgui.is_item_hovered():
+            return CameraDrag("dolly", down=io.mouse_wheel)
+        if not (imgui.is_item_active() and imgui.is_mouse_down(imgui.MouseButton_.right)):
+            return None
+        kind: Literal["truck", "orbit"] = "truck" if io.key_ctrl else "orbit"
+        return CameraDrag(kind, io.mouse_delta.x / height, io.mouse_delta.y / height)
+
+    def paint(self, target: moderngl.Framebuffer, screen_px: tuple[int, int]) -> None:
+        """The pictures of this frame, to be called before ImGui draws what lies over them."""
+        if self._laid_in_frame == imgui.get_frame_count():
+            self._pass.run(self._laid, target, screen_px)
+
+    def _answer_mouse(
+        self, view: ViewState, shape: PictureShape
+    ) -> tuple[ViewState, tuple[int, int] | None]:
+        io, mouse = imgui.get_io(), imgui.get_mouse_pos()
+        at = (mouse.x, mouse.y)
+        if imgui.is_item_hovered() and io.mouse_wheel:
+            factor = _WHEEL_FACTOR**io.mouse_wheel
+            view = zoomed(view, self.viewport, shape, factor, at)
+        if not imgui.is_item_active():
+            self._held = None
+            return view, None
+        now = geometry(view, self.viewport, shape)
+        if self._held is None:
+            self._held = self._taken(view, shape, now, at)
+        if self._held == "pan":
+            by = (io.mouse_delta.x, io.mouse_delta.y)
+            return (panned(view, self.viewport, shape, by) if any(by) else view), None
+        if self._held == "wipe":
+            wipe = now.picture_at_window(at)[0] / shape.width_px
+            return replace(view, wipe=min(max(wipe, 0.0), 1.0)), None
+        return view, now.pixel_at_window(at)
+
+    def _taken(self, view: ViewState, shape: PictureShape, now: ViewGeometry, at: Point) -> str:
+        """What the button that went down takes hold of."""
+        if not imgui.is_mouse_down(imgui.MouseButton_.left):
+            return "pan"
+        reach = _HANDLE_REACH * imgui.get_font_size()
+        if view.compare is Compare.WIPE and abs(at[0] - self._wipe_x(view, shape, now)) <= reach:
+            return "wipe"
+        return "focus"
+
+    def _wipe_x(self, view: ViewState, shape: PictureShape, now: ViewGeometry) -> float:
+        """The line of the wipe, on a whole screen pixel."""
+        scale = self.viewport.framebuffer_scale
+        x = now.window_at_picture((view.wipe * shape.width_px, 0.0))[0]
+        return math.floor(x * scale + 0.5) / scale
+
+    def _draw(self, pictures: Pictures, view: ViewState, corner: ImVec2, size: ImVec2) -> None:
+        draw = imgui.get_window_draw_list()
+        end = ImVec2(corner.x + size.x, corner.y + size.y)
+        self._lay_pictures(pictures, view)
+        draw.push_clip_rect(corner, end, True)
+        self._draw_outlines(draw, pictures)
+        if view.pixel_grid:
+            self._draw_grid(draw, pictures, corner, end)
+        if view.compare is Compare.WIPE:
+            self._draw_handle(draw, self._wipe_x(view, pictures.shape, self.geometry), corner, end)
+        draw.pop_clip_rect()
+
+    def _lay_pictures(self, pictures: Pictures, view: ViewState) -> None:
+        is_hidden = imgui.internal.get_current_window().skip_items
+        self._laid, self._laid_in_frame = [], -1 if is_hidden else imgui.get_frame_count()
+        near = self.zoom >= _NEAREST_FROM or (self.zoom == 1.0 and pictures.pixel_aspect == 1.0)
+        clip = self._clip()
+        near_b = near and not pictures.is_b_proxy
+        if view.compare is Compare.FLIP:
+            self._lay(pictures.b, pictures, near_b, clip)
+        elif view.compare is Compare.WIPE:
+            x = self._wipe_x(view, pictures.shape, self.geometry)
+            line = round(x * self.viewport.framebuffer_scale)
+            self._lay_a(pictures, near, replace(clip, x1=min(line, clip.x1)))
+            self._lay(pictures.b, pictures, near_b, replace(clip, x0=max(line, clip.x0)))
+        else:
+            self._lay_a(pictures, near, clip)
+        if pictures.overlay is not None and view.compare is not Compare.FLIP:
+            self._lay(pictures.overlay, pictures, True, clip, is_opaque=False)
+
+    def _clip(self) -> Box:
+        """The viewport in pixels of the screen."""
+        (x, y), (width, height) = self.viewport.corner, self.viewport.size
+        scale = self.viewport.framebuffer_scale
+        x1, y1 = math.floor((x + width) * scale), math.floor((y + height) * scale)
+        return Box(math.ceil(x * scale), math.ceil(y * scale), x1, y1)
+
+    def _lay_a(self, pictures: Pictures, near: bool, clip: Box) -> None:
+        self._lay(pictures.a, pictures, near and not pictures.is_proxy, clip)
+        if pictures.sharp is not None:
+            self._lay(pictures.sharp, pictures, near, clip, is_opaque=False)
+
+    def _lay(
+        self,
+        texture: moderngl.Texture,
+        pictures: Pictures,
+        is_nearest: bool,
+        clip: Box,
+        is_opaque: bool = True,
+    ) -> None:
+        """Lay a texture over the data window."""
+        self._set_filter(texture, pictures, is_nearest)
+        data, display = pictures.data_window, pictures.display_window
+        first = self._screen_at((data.x0 - display.x0, data.y0 - display.y0))
+        last = self._screen_at((data.x1 - display.x0, data.y1 - display.y0))
+        self._laid.append(Laid(texture, first, last, clip, is_nearest, is_opaque))
+
+    def _screen_at(self, point: Point) -> Point:
+        x, y = self.geometry.window_at_picture(point)
+        scale = self.viewport.framebuffer_scale
+        return x * scale, y * scale
+
+    def _set_filter(self, texture: moderngl.Texture, pictures: Pictures, nearest: bool) -> None:
+        texels = self.zoom * pictures.data_window.height / texture.height
+        if nearest:
+            texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+        elif texels < MIPMAPS_UNDER:
+            texture.filter = (moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR)
+        else:
+            texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
+
+    def _draw_outlines(self, draw: imgui.ImDrawList, pictures: Pictures) -> None:
+        """The display window, where the picture does not fill it exactly."""
+        if pictures.data_window == pictures.display_window:
+            return
+        window = pictures.display_window
+        first = self.geometry.window_at_picture((0, 0))
+        last = self.geometry.window_at_picture((window.width, window.height))
+        draw.add_rect(ImVec2(*first), ImVec2(*last), theme.WINDOW_LINE)
+
+    def _draw_grid(
+        self, draw: imgui.ImDrawList, pictures: Pictures, corner: ImVec2, end: ImVec2
+    ) -> None:
+        if self.zoom < _GRID_FROM:
+            return
+        shape = pictures.shape
+        first = self.geometry.window_at_picture((0, 0))
+        last = self.geometry.window_at_picture((shape.width_px, shape.height_px))
+        left, top = max(first[0], corner.x), max(first[1], corner.y)
+        right, bottom = min(last[0], end.x), min(last[1], end.y)
+        x0, y0 = self.geometry.pixel_at_window((left, top))
+        x1, y1 = self.geometry.pixel_at_window((right, bottom))
+        for x in range(x0, x1 + 1):
+            at = self.geometry.window_at_picture((x, 0))[0]
+            draw.add_line(ImVec2(at, top), ImVec2(at, bottom), theme.PIXEL_GRID)
+        for y in range(y0, y1 + 1):
+            at = self.geometry.window_at_picture((0, y))[1]
+            draw.add_line(ImVec2(left, at), ImVec2(right, at), theme.PIXEL_GRID)
+
+    def _draw_handle(self, draw: imgui.ImDrawList, x: float, corner: ImVec2, end: ImVec2) -> None:
+        """Line and grip of the wipe; the line is one column of the screen, the first of B's."""
+        middle = (corner.y + end.y) / 2
+        em = imgui.get_font_size()
+        width = 1.0 / self.viewport.framebuffer_scale
+        draw.add_rect_filled(ImVec2(x, corner.y), ImVec2(x + width, end.y), theme.HANDLE)
+        draw.add_circle_filled(ImVec2(x, middle), 0.55 * em, theme.SHADOW)
+        draw.add_circle(ImVec2(x, middle), 0.55 * em, theme.HANDLE)
+        top = corner.y + 0.4 * em
+        draw.add_text(ImVec2(x - 1.2 * em, top), theme.HANDLE, "A")
+        draw.add_text(ImVec2(x + 0.7 * em, top), theme.HANDLE, "B")

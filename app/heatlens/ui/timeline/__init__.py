@@ -1,0 +1,1 @@
+"""Frames and keys: the playhead, the rows of keys, the curve, playing."""

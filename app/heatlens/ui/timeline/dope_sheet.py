@@ -1,0 +1,136 @@
+"""A row for each parameter that can have keys, with its keys as diamonds."""
+
+from typing import TYPE_CHECKING
+
+from imgui_bundle import ImVec2, imgui
+
+from heatlens.model.interpolation import Interpolation
+from heatlens.model.shot import LensParameter, Shot
+from heatlens.ui import theme, widgets
+from heatlens.ui.timeline.camera_row import camera_row
+from heatlens.ui.timeline.diamond import diamond
+from heatlens.ui.timeline.key_choice import Chosen, KeyId, moved
+from heatlens.ui.timeline.key_hand import Places
+from heatlens.ui.timeline.timeline_scale import TimeScale
+
+if TYPE_CHECKING:
+    from heatlens.ui.app import App
+
+# By which name the lens panel notes them.
+_CONTROLS = {
+    LensParameter.FOCUS_DISTANCE: "distance",
+    LensParameter.F_STOP: "f-stop",
+    LensParameter.FOCAL_LENGTH: "focal length",
+    LensParameter.SQUEEZE: "squeeze",
+}
+_ROW_EM, _KEY_EM, _REACH_EM = 1.45, 0.42, 0.55
+
+
+def dope_sheet(app: "App", scale: TimeScale, corner: ImVec2, height: float) -> None:
+    """Draw it from `corner` on, names left of `scale`, and answer the hand."""
+    em = imgui.get_font_size()
+    row = _ROW_EM * em
+    for index, parameter in enumerate(LensParameter):
+        _draw_row(app, scale, parameter, ImVec2(corner.x, corner.y + index * row), row)
+    places = _places(app.shot, scale, corner.y, row)
+    hold_keys(app, scale, corner.y, max(height, len(LensParameter) * row), places, _move)
+    draw_keys(app, scale, places, corner.y, height)
+    camera_row(app, scale, ImVec2(corner.x, corner.y + len(LensParameter) * row), row)
+
+
+def _move(shot: Shot, chosen: Chosen, frames: int, _up: float) -> tuple[Shot, Chosen]:
+    return moved(shot, chosen, frames)
+
+
+def hold_keys(app, scale, y, height, places, move) -> None:  # type: ignore[no-untyped-def]
+    """The area in which keys are clicked and dragged; the last item is its button."""
+    io, em = imgui.get_io(), imgui.get_font_size()
+    imgui.set_cursor_screen_pos(ImVec2(scale.x, y))
+    imgui.invisible_button("keys", ImVec2(scale.width, max(height, 1.0)))
+    widgets.note("keys")
+    for (parameter, frame), (x, key_y) in places.items():
+        widgets.drawn_at[f"key {parameter} {frame:g}"] = (x, key_y, x, key_y)
+    hand, mouse = app.timeline.hand, (io.mouse_pos.x, io.mouse_pos.y)
+    if imgui.is_item_activated():
+        hand.press(mouse, places, _REACH_EM * em, io.key_shift, io.key_ctrl)
+    elif imgui.is_item_active():
+        hand.drag(mouse, places, scale.per_frame, move)
+    elif hand.is_holding:
+        hand.release()
+
+
+def _places(shot: Shot, scale: TimeScale, y: float, row: float) -> Places:
+    return {
+        KeyId(parameter, key.frame): (scale.x_at(key.frame), y + (index + 0.5) * row)
+        for index, parameter in enumerate(LensParameter)
+        for key in shot.curves.of(parameter).keys
+    }
+
+
+def _draw_row(
+    app: "App", scale: TimeScale, parameter: LensParameter, corner: ImVec2, row: float
+) -> None:
+    draw, em = imgui.get_window_draw_list(), imgui.get_font_size()
+    is_keyed = bool(app.shot.curves.of(parameter).keys)
+    key_dot(app, parameter, ImVec2(corner.x + 0.5 * em, corner.y + row / 2), f"dot {parameter}")
+    color = theme.HANDLE if is_keyed else theme.TEXT_DIM
+    draw.add_text(ImVec2(corner.x + 1.3 * em, corner.y + 0.2 * em), color, parameter.words)
+    end = ImVec2(scale.x + scale.width, corner.y + row - 2)
+    draw.add_rect_filled(ImVec2(scale.x, corner.y), end, theme.GROOVE)
+
+
+def key_dot(app: "App", parameter: LensParameter, middle: ImVec2, name: str) -> None:
+    """Filled where there is a key at the playhead, hollow where there are others; a click sets or
+    takes one."""
+    side = 0.5 * imgui.get_font_size()
+    imgui.set_cursor_screen_pos(ImVec2(middle.x - side, middle.y - side))
+    if imgui.invisible_button(name, ImVec2(2 * side, 2 * side)):
+        app.timeline.keys.toggle_here(parameter)
+    widgets.note(name)
+    if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
+        imgui.set_tooltip(f"Key of the {parameter.words} at this frame")
+    curve = app.shot.curves.of(parameter)
+    is_here = curve.key_at(app.editing.frame) is not None
+    draw = imgui.get_window_draw_list()
+    color = theme.ACCENT if curve.keys else theme.QUEUED
+    corners = diamond(middle, 0.6 * side)
+    if is_here:
+        draw.add_quad_filled(*corners, color)
+    else:
+        draw.add_quad(*corners, color, 1.2)
+
+
+def draw_keys(app: "App", scale: TimeScale, places: Places, y: float, height: float) -> None:
+    """Diamonds, squares where a value is held; and the box that is being drawn."""
+    draw, chosen, io = imgui.get_window_draw_list(), app.timeline.keys.chosen, imgui.get_io()
+    reach = _KEY_EM * imgui.get_font_size()
+    edge = ImVec2(scale.x - reach, y)
+    draw.push_clip_rect(edge, ImVec2(scale.x + scale.width + reach, y + height), True)
+    for key, place in places.items():
+        color = theme.ACCENT if key in chosen else theme.KEY
+        _draw_key(app.shot, key, ImVec2(*place), reach, color)
+    begin = app.timeline.hand.box_from
+    if begin is not None:
+        draw.add_rect_filled(ImVec2(*begin), io.mouse_pos, theme.BOX)
+        draw.add_rect(ImVec2(*begin), io.mouse_pos, theme.QUEUED)
+    draw.pop_clip_rect()
+
+
+def _draw_key(shot: Shot, key: KeyId, middle: ImVec2, reach: float, color: int) -> None:
+    draw, found = imgui.get_window_draw_list(), shot.curves.of(key.parameter).key_at(key.frame)
+    if found is not None and found.interpolation is Interpolation.HOLD:
+        side = 0.75 * reach
+        low = ImVec2(middle.x - side, middle.y - side)
+        draw.add_rect_filled(low, ImVec2(middle.x + side, middle.y + side), color)
+    else:
+        draw.add_quad_filled(*diamond(middle, reach), color)
+        draw.add_quad(*diamond(middle, reach), theme.SHADOW, 1.0)
+
+
+def lens_dots(app: "App") -> None:
+    """The same dots before the controls of the lens, in the window where these were drawn."""
+    for parameter, control in _CONTROLS.items():
+        at = widgets.drawn_at.get(control)
+        if at is not None:
+            x = at[0] - 0.65 * imgui.get_font_size()
+            key_dot(app, parameter, ImVec2(x, (at[1] + at[3]) / 2), f"lens dot {parameter}")

@@ -1,0 +1,120 @@
+"""What is done to keys by command: each is one step of undo, and what cannot be is said."""
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from heatlens.errors import HeatlensError
+from heatlens.model.interpolation import Interpolation
+from heatlens.model.shot import LensParameter, Shot
+from heatlens.ui.timeline.key_choice import (
+    Chosen,
+    Copied,
+    all_keys,
+    copied,
+    deleted,
+    eased,
+    interpolated,
+    keys_at,
+    moved,
+    pasted,
+    with_keys_here,
+)
+
+if TYPE_CHECKING:
+    from heatlens.ui.app import App
+
+
+class KeyCommands:
+    """The keys that are chosen, those that were copied, and what can be done to them."""
+
+    def __init__(self, app: "App") -> None:
+        self._app = app
+        self._chosen: Chosen = frozenset()
+        self._copied: Copied = ()
+
+    @property
+    def chosen(self) -> Chosen:
+        """As far as they are still there."""
+        return self._chosen & all_keys(self._app.shot)
+
+    def choose(self, keys: Chosen) -> None:
+        """These, and no others."""
+        self._chosen = keys
+
+    def choose_all(self) -> None:
+        """Every key of every parameter."""
+        self._chosen = all_keys(self._app.shot)
+
+    @property
+    def meant(self) -> Chosen:
+        """The chosen ones, or where none are those at the playhead."""
+        return self.chosen or keys_at(self._app.shot, self._app.editing.frame)
+
+    def set_here(self) -> None:
+        """Key the focus, and whatever has keys, as it is at the playhead."""
+        frame = self._app.editing.frame
+        self._do(lambda shot: with_keys_here(shot, frame))
+
+    def toggle_here(self, parameter: LensParameter) -> None:
+        """A key of one parameter at the playhead, or none."""
+        shot, frame = self._app.shot, self._app.editing.frame
+        if shot.curves.of(parameter).key_at(frame) is None:
+            self._do(lambda shot: shot.with_key(frame, parameter))
+        else:
+            self._do(lambda shot: shot.without_key(frame, parameter))
+
+    def delete(self) -> None:
+        """Those that are meant go."""
+        frame = self._app.editing.frame
+        self._do(lambda shot: deleted(shot, self.meant, frame))
+
+    def copy(self) -> None:
+        """Keep those that are meant for `paste`."""
+        if self.meant:
+            self._copied = copied(self._app.shot, self.meant)
+            self._app.say(f"{_count(len(self.meant))} copied.")
+
+    def paste(self) -> None:
+        """What was copied, from the playhead on."""
+        if not self._copied:
+            self._app.say("No keys were copied.")
+            return
+        self._do_and_choose(lambda shot: pasted(shot, self._copied, self._app.editing.frame))
+
+    def move(self, by_frames: float) -> None:
+        """Those that are meant go later, or earlier."""
+        if by_frames:
+            self._do_and_choose(lambda shot: moved(shot, self.meant, by_frames))
+
+    def interpolate(self, interpolation: Interpolation) -> None:
+        """How it goes on from each of them."""
+        self._do(lambda shot: interpolated(shot, self.meant, interpolation))
+
+    def ease(self, influence_percent: float, is_out: bool) -> None:
+        """How gently it leaves or arrives; a drag of the number is one step."""
+        try:
+            self._app.edit(eased(self._app.shot, self.meant, influence_percent, is_out))
+        except HeatlensError as error:
+            self._app.say(str(error))
+
+    def _do_and_choose(self, change: Callable[[Shot], tuple[Shot, Chosen]]) -> None:
+        came: list[Chosen] = []
+
+        def change_and_note(shot: Shot) -> Shot:
+            after, chosen = change(shot)
+            came.append(chosen)
+            return after
+
+        self._do(change_and_note)
+        if came:
+            self._chosen = came[0]
+
+    def _do(self, change: Callable[[Shot], Shot]) -> None:
+        try:
+            self._app.editing.do(change(self._app.shot))
+        except HeatlensError as error:
+            self._app.say(str(error))
+
+
+def _count(keys: int) -> str:
+    return "One key" if keys == 1 else f"{keys} keys"

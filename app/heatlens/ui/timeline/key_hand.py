@@ -1,0 +1,111 @@
+"""Keys in the hand: clicked, gathered in a box, dragged. It knows places, not what they look like.
+
+A drag goes on from the shot in which it began, so that what keys pass over comes back.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
+
+from heatlens.errors import HeatlensError
+from heatlens.model.shot import Shot
+from heatlens.ui.timeline.key_choice import Chosen, KeyId, rippled
+
+if TYPE_CHECKING:
+    from heatlens.ui.app import App
+
+Place = tuple[float, float]
+Places = dict[KeyId, Place]  # of every key on the screen
+# (shot, chosen, frames to move by, screen units moved upwards) -> shot and chosen
+Move = Callable[[Shot, Chosen, int, float], tuple[Shot, Chosen]]
+
+
+@dataclass(frozen=True)
+class _Held:
+    """What the button that went down took hold of."""
+
+    kind: Literal["move", "ripple", "box"]
+    at: Place
+    shot: Shot
+    chosen: Chosen
+    key: KeyId | None = None
+
+
+class KeyHand:
+    """The mouse over keys; `press`, then `drag` in every frame, then `release`."""
+
+    def __init__(self, app: "App") -> None:
+        self._app = app
+        self._held: _Held | None = None
+
+    @property
+    def box_from(self) -> Place | None:
+        """Where the box begins that is being drawn."""
+        return self._held.at if self._held is not None and self._held.kind == "box" else None
+
+    @property
+    def is_holding(self) -> bool:
+        """A button is down."""
+        return self._held is not None
+
+    def press(self, at: Place, places: Places, reach: float, shift: bool, ctrl: bool) -> None:
+        """Take hold of the nearest key within `reach`, or begin a box."""
+        keys, shot = self._app.timeline.keys, self._app.shot
+        self._app.editing.settle()
+        key = nearest(at, places, reach)
+        if key is None:
+            keys.choose(keys.chosen if shift else frozenset())
+            self._held = _Held("box", at, shot, keys.chosen)
+            return
+        if shift:
+            keys.choose(keys.chosen ^ {key})
+        elif key not in keys.chosen:
+            keys.choose(frozenset({key}))
+        self._held = _Held("ripple" if ctrl else "move", at, shot, keys.chosen, key)
+
+    def drag(self, at: Place, places: Places, per_frame: float, move: Move) -> None:
+        """Follow the pointer."""
+        held = self._held
+        if held is None:
+            return
+        keys = self._app.timeline.keys
+        if held.kind == "box":
+            keys.choose(held.chosen | inside(held.at, at, places))
+            return
+        frames, up = round((at[0] - held.at[0]) / per_frame), held.at[1] - at[1]
+        try:
+            if held.kind == "ripple" and held.key is not None:
+                frames = max(frames, -self._room(held))
+                shot, chosen = rippled(held.shot, held.key.frame, frames), frozenset[KeyId]()
+            else:
+                shot, chosen = move(held.shot, held.chosen, frames, up)
+            self._app.edit(shot)
+            keys.choose(chosen)
+        except HeatlensError as error:
+            self._app.say(str(error))
+
+    def _room(self, held: _Held) -> int:
+        """How far keys may be pulled earlier until they would meet the one before."""
+        assert held.key is not None
+        earlier = [f for f in held.shot.key_frames if f < held.key.frame]
+        return int(held.key.frame - earlier[-1]) - 1 if earlier else 10**6
+
+    def release(self) -> None:
+        """Let go: what was dragged is a step."""
+        if self._held is not None:
+            self._held = None
+            self._app.editing.settle()
+
+
+def nearest(at: Place, places: Places, reach: float) -> KeyId | None:
+    """The key whose place is nearest, within a square around the pointer."""
+    near = [key for key, p in places.items() if max(abs(p[0] - at[0]), abs(p[1] - at[1])) <= reach]
+    return min(
+        near, key=lambda k: abs(places[k][0] - at[0]) + abs(places[k][1] - at[1]), default=None
+    )
+
+
+def inside(corner: Place, other: Place, places: Places) -> Chosen:
+    """The keys in a box."""
+    (x0, x1), (y0, y1) = (sorted(pair) for pair in zip(corner, other, strict=True))
+    return frozenset(k for k, (x, y) in places.items() if x0 <= x <= x1 and y0 <= y <= y1)

@@ -1,0 +1,70 @@
+"""The row about keys: set one, how it goes on from the chosen ones, keys or curve."""
+
+from typing import TYPE_CHECKING
+
+from imgui_bundle import imgui
+
+from heatlens.model.interpolation import Interpolation
+from heatlens.ui import widgets
+from heatlens.ui.timeline.key_choice import key_of
+from heatlens.ui.timeline.transport import beside, combo
+
+if TYPE_CHECKING:
+    from heatlens.ui.app import App
+
+_MIXED = "mixed"
+_EASE_EM, _INTERPOLATION_EM = 6.2, 6.0
+
+
+def keys_row(app: "App") -> None:
+    """Draw it; what concerns chosen keys is grey while there are none."""
+    timeline = app.timeline
+    if imgui.button("Set key"):
+        timeline.keys.set_here()
+    widgets.note("set key")
+    _tip("Keys the focus and whatever has keys, as they are here (K)")
+    imgui.same_line()
+    _, app.editing.auto_key = imgui.checkbox("auto key", app.editing.auto_key)
+    widgets.note("auto key")
+    _tip("What has keys gets one wherever it is changed (A)")
+    imgui.same_line()
+    _, timeline.shows_curve = imgui.checkbox("curve", timeline.shows_curve)
+    widgets.note("curve")
+    _tip("The focus as a curve over the frames, or the keys in rows (Shift+C)")
+    with widgets.disabled(not timeline.keys.meant):
+        _chosen(app)
+
+
+def _chosen(app: "App") -> None:
+    keys = app.timeline.keys
+    found = [key for one in keys.meant if (key := key_of(app.shot, one)) is not None]
+    words = {str(key.interpolation) for key in found}
+    shown = words.pop() if len(words) == 1 else (_MIXED if words else "")
+    picked = combo("interpolation", shown, [str(i) for i in Interpolation], _INTERPOLATION_EM)
+    if picked != shown:
+        keys.interpolate(Interpolation(picked))
+    for name, is_out in (("ease out", True), ("ease in", False)):
+        eases = [key.ease_out if is_out else key.ease_in for key in found]
+        percent = eases[0].influence_percent if eases else 0.0
+        beside(_EASE_EM)
+        changed, new = imgui.drag_float(
+            f"##{name}", percent, 0.5, 0.0, 100.0, f"{name} %.0f %%",
+            imgui.SliderFlags_.always_clamp,
+        )  # fmt: skip
+        widgets.note(name)
+        _tip("How far the handle reaches; the segment becomes a Bezier")
+        if changed:
+            keys.ease(new, is_out)
+    count = len(keys.chosen)
+    told = f"{count} chosen" if count else "key here" if found else "no key here"
+    imgui.same_line()
+    if imgui.get_content_region_avail().x >= imgui.calc_text_size(told).x:
+        imgui.align_text_to_frame_padding()
+        imgui.text_disabled(told)
+    else:
+        imgui.new_line()
+
+
+def _tip(text: str) -> None:
+    if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
+        imgui.set_tooltip(text)

@@ -1,0 +1,262 @@
+"""The playhead over the frames: where it is, where it goes, and what is seen meanwhile."""
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from typing import TYPE_CHECKING, Literal
+
+from heatlens.errors import InputError
+from heatlens.image.frame_cache import FrameCache
+from heatlens.image.sequence import MissingPolicy
+from heatlens.model.curve import SAME_FRAME
+from heatlens.model.frames import FrameRange
+from heatlens.model.shot import Shot
+from heatlens.ui.panels.mark_commands import MarkCommands
+from heatlens.ui.timeline.focus_track import FocusTrack, MarkTrack, MarkTracks
+from heatlens.ui.timeline.frame_states import FrameStates, Run
+from heatlens.ui.timeline.key_commands import KeyCommands
+from heatlens.ui.timeline.key_hand import KeyHand
+from heatlens.ui.timeline.playback import Playback
+from heatlens.ui.timeline.timeline_scale import TimeScale
+
+if TYPE_CHECKING:
+    from heatlens.ui.app import App
+
+NAME = "Timeline"
+# Frames read ahead: two seconds while it plays, a few for the next step by hand.
+_AHEAD_PLAYING, _AHEAD_STILL = 48, 8
+_STILL_REACH = 100_000  # frames: as far as time can be gone along on a still
+_FRAMES_MOST = 1_000_000  # of a shot
+_BEHIND_S = 0.25  # news of the frames may be told so late
+
+
+class Timeline:
+    """What the timeline does; `timeline_panel` draws it."""
+
+    def __init__(self, app: "App", wake: Callable[[], None] = lambda: None) -> None:
+        self._app = app
+        self.playback = Playback()
+        self.missing: MissingPolicy = "hold"
+        self.shows_curve = False
+        self.scale: TimeScale | None = None  # the frames that are seen; None: all
+        self.keys = KeyCommands(app)
+        self.hand = KeyHand(app)
+        self.marks = MarkCommands(app, wake)
+        self.opens_pull = False  # the popup of the pull, in the next frame
+        self.track = FocusTrack()
+        self.heights: tuple[float, float] | None = None  # dioptres that the curve shows
+        self._mark_tracks = MarkTracks()
+        self._states = FrameStates()
+        self._direction: Literal[1, -1] = 1  # in which it moved last
+        self._said = ""
+
+    # What there is
+
+    @property
+    def cache(self) -> FrameCache | None:
+        """The frames of what is open."""
+        opened = self._app.stage.opened
+        return None if opened is None else opened.cache
+
+    @property
+    def is_sequence(self) -> bool:
+        """More than one frame is open."""
+        if self._scene_frames is not None:
+            return self._scene_frames.count > 1
+        return self.cache is not None and not self.cache.sequence.is_single
+
+    @property
+    def _scene_frames(self) -> FrameRange | None:
+        """Those of an animated scene."""
+        opened = self._app.stage.scene
+        return None if opened is None else opened.scene.frames
+
+    @property
+    def is_shown(self) -> bool:
+        """There is something to see on it."""
+        return self._app.panels[NAME] and self._app.stage.plate is not None and self.has_time
+
+    @property
+    def has_time(self) -> bool:
+        """There are frames, or keys at frames."""
+        return self.is_sequence or bool(self._keyed)
+
+    @property
+    def _keyed(self) -> tuple[float, ...]:
+        """Where the lens or the camera has a key, in order."""
+        shot = self._app.shot
+        return tuple(sorted({*shot.key_frames, *shot.camera_key_frames}))
+
+    @property
+    def frames(self) -> FrameRange | None:
+        """Those of the sequence as it is now; of a still those that its keys reach over."""
+        if self.is_sequence and self.cache is not None:
+            sequence = self.cache.sequence
+            return _range(sequence.first, sequence.last)
+        if self._scene_frames is not None:
+            return self._scene_frames
+        keyed = self._keyed
+        return _range(keyed[0], keyed[-1]) if keyed else None
+
+    @property
+    def timed_shot(self) -> Shot:
+        """The shot with the frames as they are now."""
+        return replace(self._app.shot, frames=self.frames)
+
+    @property
+    def played(self) -> FrameRange:
+        """From in to out, or all of them."""
+        frame = self._app.editing.frame
+        return self.timed_shot.played or FrameRange(frame, frame)
+
+    @property
+    def reach(self) -> FrameRange:
+        """All that a ruler should show: frames, keys and the playhead."""
+        frame = self._app.editing.frame
+        keyed, frames = self._keyed, self.frames or FrameRange(frame, frame)
+        ends = [frames.first, frames.last, frame, *keyed[:1], *keyed[-1:]]
+        return _range(min(ends), max(ends))
+
+    def runs(self) -> tuple[Run, ...]:
+        """How the frames stand."""
+        opened = self._app.stage.opened
+        return () if opened is None else self._states.runs(opened.cache, self._news)
+
+    def mark_tracks(self) -> tuple[MarkTrack, ...]:
+        """How far marked points are at the frames that lie in memory."""
+        return self._mark_tracks.tracks(self.cache, self.runs(), self._app.shot.marks)
+
+    @property
+    def _news(self) -> object:
+        stage = self._app.stage
+        return (stage.opened.news.count if stage.opened else 0, stage.wanted)
+
+    # Going somewhere
+
+    def go(self, frame: int) -> None:
+        """Put the playhead on a frame; nothing plays any more."""
+        self.playback.stop()
+        low, high = -_STILL_REACH, _STILL_REACH
+        if self.is_sequence:
+            low, high = self.reach.first, self.reach.last
+        frame = min(max(frame, low), high)
+        self._put(frame)
+
+    def _put(self, frame: int) -> None:
+        before = self._app.editing.frame
+        if frame != before:
+            self._app.editing.frame = frame
+            self._direction = 1 if frame > before else -1
+
+    def step(self, frames: int) -> None:
+        """So many frames on, or back."""
+        self.go(self._app.editing.frame + frames)
+
+    def go_to_end(self, direction: int) -> None:
+        """The first (-1) or the last frame that is played."""
+        self.go(self.played.last if direction > 0 else self.played.first)
+
+    def go_to_key(self, direction: int) -> None:
+        """The next key, or the one before, of any parameter."""
+        frame, keyed = self._app.editing.frame, self._keyed
+        later = [math.ceil(k) for k in keyed if k > frame + SAME_FRAME]
+        earlier = [math.floor(k) for k in keyed if k < frame - SAME_FRAME]
+        if direction > 0 and later:
+            self.go(later[0])
+        elif direction < 0 and earlier:
+            self.go(earlier[-1])
+
+    def play(self, direction: int) -> None:
+        """Play, or stop what plays in this direction."""
+        if self.playback.direction == direction or self.played.count == 1:
+            self.playback.stop()
+        else:
+            frame = self._app.editing.frame
+            self._put(self.playback.play(direction, frame, self.played))
+
+    def set_in(self) -> None:
+        """Playing and exporting begin here."""
+        frame = self._app.editing.frame
+        self._set_in_out(frame, max(frame, self.played.last))
+
+    def set_out(self) -> None:
+        """They end here."""
+        frame = self._app.editing.frame
+        self._set_in_out(min(frame, self.played.first), frame)
+
+    def _set_in_out(self, first: int, last: int) -> None:
+        frames = FrameRange(first, last)
+        whole = frames == self.frames
+        self._app.editing.do(replace(self._app.shot, in_out=None if whole else frames))
+
+    def play_all(self) -> None:
+        """No in and no out."""
+        self._app.editing.do(replace(self._app.shot, in_out=None))
+
+    # What happens by itself
+
+    def open_pull(self) -> None:
+        """Ask where to pull the focus to, and how fast."""
+        self.opens_pull = True
+
+    def poll(self) -> None:
+        """Once a frame of the window: the playhead moves on, and its plate is asked for."""
+        app = self._app
+        self.marks.poll()
+        self._show()
+        if self.playback.direction:
+            now, rate = app.editing.frame, app.shot.frames_per_second
+            is_ready = app.stage.is_settled_at(now)
+            frame = self.playback.moved(now, self.played, rate, is_ready)
+            if frame != now and self._may_play(frame):
+                self._put(frame)
+                self._show()
+        if app.stage.problem != self._said:
+            self._said = app.stage.problem
+            if self._said:
+                app.say(self._said)
+
+    def _may_play(self, frame: int) -> bool:
+        """Where a gap shall stop it, it says so and stays in front of the gap."""
+        try:
+            if self.cache is not None:
+                self.cache.sequence.shown_frame(frame, self.missing)
+        except InputError as error:
+            self.playback.stop()
+            self._app.say(str(error))
+            return False
+        return True
+
+    def _show(self) -> None:
+        if self._app.stage.scene is not None:
+            self._app.stage.look(self._app.shot, self._app.editing.frame)
+            return
+        ahead = _AHEAD_PLAYING if self.playback.direction else _AHEAD_STILL
+        direction = self.playback.direction or self._direction
+        self._app.stage.show(self._app.editing.frame, direction, ahead, self.missing)
+
+    @property
+    def is_due(self) -> bool:
+        """A frame of the window is due, for the next frame of the film is."""
+        return self._waits_for_nothing and self.playback.is_due(self._app.shot.frames_per_second)
+
+    @property
+    def _waits_for_nothing(self) -> bool:
+        is_there = self._app.stage.is_settled_at(self._app.editing.frame)
+        return is_there or not self.playback.is_every_frame
+
+    def seconds_until_needed(self) -> float | None:
+        """How long the loop may sleep; None: until a plate has been read, or for ever."""
+        waits = []
+        if self._waits_for_nothing:
+            waits.append(self.playback.seconds_until_due(self._app.shot.frames_per_second))
+        if self.cache is not None and self.is_shown:
+            waits.append(_BEHIND_S if self._states.is_behind(self.cache, self._news) else None)
+        known = [wait for wait in waits if wait is not None]
+        return min(known) if known else None
+
+
+def _range(first: float, last: float) -> FrameRange:
+    """All frames there, or as many of them as a shot can have: keys in a file may lie anywhere."""
+    low = math.floor(first)
+    return FrameRange(low, min(math.ceil(last), low + _FRAMES_MOST - 1))

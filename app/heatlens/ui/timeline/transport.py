@@ -1,0 +1,162 @@
+"""The row of buttons over the timeline: play, stop, step, and how it plays."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, cast
+
+from imgui_bundle import ImVec2, imgui
+
+from heatlens.errors import InputError
+from heatlens.image.sequence import MissingPolicy
+from heatlens.model.frames import check_frame, check_frames_per_second
+from heatlens.ui import theme, widgets
+from heatlens.ui.timeline.playback import Ending
+
+if TYPE_CHECKING:
+    from heatlens.ui.app import App
+
+_FIELD_EM, _COMBO_EM, _WIDE_EM = 4.6, 5.6, 7.6
+_PACES = {True: "every frame", False: "real time"}
+_MISSING = {"hold": "gaps hold", "black": "gaps black", "stop": "gaps stop"}
+# Shapes of the buttons: triangles as (left x, right x), bars as x, over a square from -1 to 1.
+_SHAPES: dict[str, tuple[tuple[tuple[float, float], ...], tuple[float, ...]]] = {
+    "first": (((0.9, -0.5),), (-0.8,)),
+    "previous key": (((1.0, 0.1), (0.1, -0.8)), ()),
+    "back": (((0.5, -0.5),), ()),
+    "backwards": (((0.8, -0.8),), ()),
+    "forwards": (((-0.8, 0.8),), ()),
+    "on": (((-0.5, 0.5),), ()),
+    "next key": (((-1.0, -0.1), (-0.1, 0.8)), ()),
+    "last": (((-0.9, 0.5),), (0.8,)),
+    "stop": ((), ()),
+}
+
+
+def transport(app: "App") -> None:
+    """Draw it over the width of the panel; rows break where the panel is narrow."""
+    _buttons(app)
+    _frame_field(app)
+    _rate_field(app)
+    _choices(app)
+
+
+def _buttons(app: "App") -> None:
+    timeline, direction = app.timeline, app.timeline.playback.direction
+    does: tuple[tuple[str, str, str, Callable[[], None]], ...] = (
+        ("first", "first", "First frame (Home)", lambda: timeline.go_to_end(-1)),
+        ("previous key", "previous key", "Previous key (Up)", lambda: timeline.go_to_key(-1)),
+        ("back", "back", "One frame back (Left)", lambda: timeline.step(-1)),
+        ("backwards", "stop" if direction < 0 else "backwards", "Backwards (Shift+Space)",
+         lambda: timeline.play(-1)),
+        ("forwards", "stop" if direction > 0 else "forwards", "Play (Space)",
+         lambda: timeline.play(1)),
+        ("on", "on", "One frame on (Right)", lambda: timeline.step(1)),
+        ("next key", "next key", "Next key (Down)", lambda: timeline.go_to_key(1)),
+        ("last", "last", "Last frame (End)", lambda: timeline.go_to_end(1)),
+    )  # fmt: skip
+    for name, shape, tip, do in does:
+        if _icon(name, shape, tip):
+            do()
+        imgui.same_line(0.0, 2.0)
+
+
+def _icon(name: str, shape: str, tip: str) -> bool:
+    side = imgui.get_frame_height()
+    corner = imgui.get_cursor_screen_pos()
+    pressed = imgui.button(f"##{name}", ImVec2(1.15 * side, side))
+    widgets.note(f"transport {name}")
+    if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
+        imgui.set_tooltip(tip)
+    middle = ImVec2(corner.x + 0.575 * side, corner.y + side / 2)
+    _draw_shape(shape, middle, 0.26 * side)
+    return bool(pressed)
+
+
+def _draw_shape(shape: str, middle: ImVec2, reach: float) -> None:
+    draw, color = imgui.get_window_draw_list(), theme.HANDLE
+
+    def at(x: float, y: float) -> ImVec2:
+        return ImVec2(middle.x + x * reach, middle.y + y * reach)
+
+    triangles, bars = _SHAPES[shape]
+    for base, tip in triangles:
+        draw.add_triangle_filled(at(base, -1), at(base, 1), at(tip, 0), color)
+    for x in bars:
+        draw.add_rect_filled(at(x - 0.15, -1), at(x + 0.15, 1), color)
+    if shape == "stop":
+        draw.add_rect_filled(at(-0.8, -0.8), at(0.8, 0.8), theme.ACCENT)
+
+
+def _frame_field(app: "App") -> None:
+    frame, frames = app.editing.frame, app.timeline.played
+    beside(_FIELD_EM)
+    chosen = widgets.text_field("frame", str(frame), frame, _parse_frame, app.say)
+    if chosen != frame:
+        app.timeline.go(chosen)
+    imgui.same_line()
+    imgui.align_text_to_frame_padding()
+    imgui.text_disabled(f"of {frames}")
+    if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
+        imgui.set_tooltip("What is played: I and O set in and out, Shift+I takes them away.")
+
+
+def _rate_field(app: "App") -> None:
+    rate = app.shot.frames_per_second
+    beside(_FIELD_EM + 1.6)
+    shown = f"{rate:.5g} fps"
+    chosen = widgets.text_field("frames per second", shown, rate, _parse_rate, app.say)
+    if chosen != rate:
+        app.edit(replace(app.shot, frames_per_second=chosen))
+
+
+def _choices(app: "App") -> None:
+    timeline, playback = app.timeline, app.timeline.playback
+    endings = [str(ending) for ending in Ending]
+    playback.ending = Ending(combo("ending", str(playback.ending), endings, _COMBO_EM))
+    pace = combo("pace", _PACES[playback.is_every_frame], list(_PACES.values()), _WIDE_EM)
+    playback.is_every_frame = pace == _PACES[True]
+    gaps = combo("gaps", _MISSING[timeline.missing], list(_MISSING.values()), _WIDE_EM)
+    timeline.missing = cast(MissingPolicy, next(n for n, w in _MISSING.items() if w == gaps))
+
+
+def combo(name: str, value: str, choices: Sequence[str], width_em: float) -> str:
+    """One of several words, without a label."""
+    beside(width_em)
+    if imgui.begin_combo(f"##{name}", value):
+        for item in choices:
+            picked, _ = imgui.selectable(item, item == value)
+            widgets.note(f"{name}: {item}")
+            if picked:
+                value = item
+        imgui.end_combo()
+    widgets.note(name)
+    return value
+
+
+def beside(width_em: float) -> None:
+    """The next control in this row, or in the next one where it does not fit."""
+    width = width_em * imgui.get_font_size()
+    imgui.same_line()
+    if imgui.get_content_region_avail().x < width:
+        imgui.new_line()
+    imgui.set_next_item_width(width)
+
+
+def _parse_frame(text: str) -> int:
+    try:
+        frame = int(text)
+    except ValueError:
+        raise InputError(f"{text!r} is not the number of a frame.") from None
+    check_frame(frame)
+    return frame
+
+
+def _parse_rate(text: str) -> float:
+    cleaned = text.lower().removesuffix("fps").strip().replace(",", ".")
+    try:
+        over, _, under = cleaned.partition("/")
+        rate = float(over) / float(under or 1)
+    except (ValueError, ZeroDivisionError):
+        raise InputError(f"{text!r} are no frames per second; 24 or 24000/1001 are.") from None
+    check_frames_per_second(rate)
+    return rate
