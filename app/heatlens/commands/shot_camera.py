@@ -1,6 +1,7 @@
-"""`heatlens shot new --camera`: what a camera tells stands in for options that are not given."""
+"""A camera file on the command line: it stands in for options of the lens that are not given."""
 
 import argparse
+import sys
 from collections.abc import Collection
 
 from heatlens.camera.camera_file import read_camera
@@ -19,20 +20,29 @@ _OPTIONS = {
 }
 
 
-def add_camera_option(parser: argparse.ArgumentParser) -> None:
-    """--camera."""
+def add_camera_option(parser: argparse.ArgumentParser, wins: str = "options and --key") -> None:
+    """--camera; `wins`: what else says values of the lens."""
     parser.add_argument(
         "--camera",
         metavar="CAMERA",
         help="lens, keys, frames and rate of a camera: cam.usda, shot.usda:/world/cam, a .json or "
-        ".csv of `heatlens camera`, or the headers of 'plate.####.exr'; what options and --key "
-        "say wins",
+        f".csv of `heatlens camera`, or the headers of 'plate.####.exr'; what {wins} say wins",
     )
 
 
 def camera_of(args: argparse.Namespace) -> CameraSamples | None:
     """The camera of the options, if any."""
     return None if args.camera is None else read_camera(args.camera)
+
+
+def checked_camera_of(args: argparse.Namespace, kept: Collection[str]) -> CameraSamples | None:
+    """The camera of the options, if a shot can have its lens but the fields in `kept`."""
+    camera = camera_of(args)
+    if camera is not None:
+        lens_tracks(camera, kept)
+        for note in camera.notes:
+            print(f"heatlens: {note}", file=sys.stderr)
+    return camera
 
 
 def decided_otherwise(args: argparse.Namespace, keyed: Collection[LensParameter]) -> frozenset[str]:

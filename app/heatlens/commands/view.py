@@ -2,9 +2,11 @@
 
 import argparse
 import os
+from dataclasses import replace
 
 from heatlens.commands.plate_options import add_plate_options, plate_options
 from heatlens.commands.render import add_blur_options, settings_of
+from heatlens.commands.shot_camera import add_camera_option, checked_camera_of
 from heatlens.errors import InputError
 from heatlens.image.sequence import find_sequence
 from heatlens.image.shot_file import read_shot
@@ -53,6 +55,7 @@ def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
     parser.add_argument(
         "--ocio", metavar="CONFIG", help="OpenColorIO config (default: $OCIO, else a built-in one)"
     )
+    add_camera_option(parser, "options")
     lens = parser.add_argument_group("lens", "What the window begins with.")
     lens.add_argument("--focal-length", type=float, metavar="MM", help="in millimetres")
     back = lens.add_mutually_exclusive_group()
@@ -90,8 +93,10 @@ def run(args: argparse.Namespace) -> int:
             raise InputError(f"{plate} cannot be found.")
     else:
         find_sequence(plate)
+    lens = _given_lens(args)
+    camera = checked_camera_of(args, lens)
     run_window(
-        Start(plate, plate_options(args), _given_lens(args), settings_of(args), ocio=args.ocio)
+        Start(plate, plate_options(args), lens, settings_of(args), ocio=args.ocio, camera=camera)
     )
     return 0
 
@@ -106,12 +111,12 @@ def _listen(args: argparse.Namespace) -> int:
         raise InputError(
             f"--listen shows what a renderer sends: leave {args.plate or '--demo'} out."
         )
-    stream = StreamSource(*parse_address(args.listen))
     lens, defocus = _given_lens(args), settings_of(args)
+    camera = checked_camera_of(args, lens)
+    stream = StreamSource(*parse_address(args.listen))
+    start = Start(stream.text, plate_options(args), lens, defocus, ocio=args.ocio, stream=stream)
     try:
-        run_window(
-            Start(stream.text, plate_options(args), lens, defocus, ocio=args.ocio, stream=stream)
-        )
+        run_window(replace(start, camera=camera))
     finally:
         stream.close()
     return 0

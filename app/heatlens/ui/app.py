@@ -10,6 +10,7 @@ from dataclasses import dataclass, field, replace
 
 import moderngl
 
+from heatlens.camera.samples import CameraSamples
 from heatlens.errors import HeatlensError
 from heatlens.gpu.context import is_software
 from heatlens.image.focus_pick import depth_at_m
@@ -58,6 +59,7 @@ class Start:
     view: ViewState = field(default_factory=ViewState)
     ocio: str | None = None
     stream: StreamSource | None = None  # closed with the program
+    camera: CameraSamples | None = None  # tells what of the lens `lens` does not
 
 
 class App:

@@ -4,9 +4,10 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from heatlens.errors import LensError
+from heatlens.errors import HeatlensError, LensError
 from heatlens.image.start_lens import StartLens, start_lens
 from heatlens.model.shot import Shot
+from heatlens.ui.files.given_camera import begun_with_camera, first_values
 from heatlens.ui.files.shot_documents import started_shot
 from heatlens.ui.picture.plate_source import Opened
 from heatlens.ui.picture.scene_opening import OpenedScene
@@ -40,18 +41,44 @@ def begin(app: "App", opened: Opened | OpenedScene | OpenedStream) -> None:
 
 def _started(app: "App", opened: Opened | OpenedScene | OpenedStream, begun: StartLens) -> Shot:
     if isinstance(opened, OpenedStream):
-        return Shot(begun.lens, app.shot.defocus, opened.text, opened.options)
-    return started_shot(opened, begun.lens, app.shot.defocus)
+        shot = Shot(begun.lens, app.shot.defocus, opened.text, opened.options)
+    else:
+        shot = started_shot(opened, begun.lens, app.shot.defocus)
+    return _filmed(app, shot)
+
+
+def _filmed(app: "App", shot: Shot) -> Shot:
+    """The command line's camera, too, is for what it came with. A still has its frames."""
+    if app.start.camera is None or shot.source != app.start.source:
+        return shot
+    given = _given(app, shot.source)
+    if any(getattr(shot.lens, name) != value for name, value in given.items()):
+        return shot  # they make no lens, which was said
+    try:
+        filmed = begun_with_camera(shot, app.start.camera, app.start.lens)
+    except HeatlensError as error:
+        app.say(str(error))
+        return shot
+    if shot.frames is None:
+        app.editing.frame = app.start.camera.frames[0]
+    return filmed
 
 
 def _first_lens(app: "App", opened: Opened | OpenedScene | OpenedStream) -> StartLens:
     """The command line's lens is for what it came with, and said where it cannot be."""
-    given = app.start.lens if opened.text == app.start.source else {}
     try:
-        return _lens_of(opened, given)
+        return _lens_of(opened, _given(app, opened.text))
     except LensError as error:
         app.say(str(error))
         return _lens_of(opened, {})
+
+
+def _given(app: "App", source: str) -> Mapping[str, float]:
+    """Fields of Lens that the command line tells of `source`, its camera's as they are first."""
+    start = app.start
+    if source != start.source:
+        return {}
+    return {**first_values(start.camera, start.lens), **start.lens}
 
 
 def _lens_of(opened: Opened | OpenedScene | OpenedStream, given: Mapping[str, float]) -> StartLens:

@@ -10,6 +10,7 @@ from heatlens.model.frames import FRAMES_PER_SECOND, FrameRange
 from heatlens.model.lens import Lens
 from heatlens.model.settings import DefocusSettings
 from heatlens.model.shot import Shot
+from heatlens.ui.files.given_camera import begun_with_camera
 from heatlens.ui.files.shot_store import Found, ShotStore, is_shot_file, proposed_name, unnamed_path
 from heatlens.ui.picture.plate_source import Opened
 from heatlens.ui.picture.scene_opening import OpenedScene
@@ -176,7 +177,9 @@ class ShotDocuments:
             self._app.say(f"{document.path} names no plate.")
             return
         if document.path is not None and str(document.path) == self._app.start.source:
-            shot = replace(shot, lens=replace(shot.lens, **self._app.start.lens))
+            given = self._app.start
+            shot = replace(shot, lens=replace(shot.lens, **given.lens))
+            shot = begun_with_camera(shot, given.camera, given.lens)
         self._coming = replace(document, shot=shot)
         frame = None if shot.played is None else shot.played.first
         self._app.stage.open(shot.source or "", shot.plate_options, frame)
