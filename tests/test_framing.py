@@ -139,6 +139,25 @@ def test_a_key_stands_where_it_was_set_and_others_stay(track, frame, pose):
     assert list(without.keys) == (others or list(keyed.keys))
 
 
+@given(tracks(), st.data(), st.integers(-400, 400))
+def test_moved_keys_keep_their_poses_and_replace_what_they_land_on(track, data, by):
+    chosen = data.draw(st.sets(st.sampled_from([key.frame for key in track.keys])))
+    poses = {key.frame: key.pose for key in track.keys}
+    kept = {frame: pose for frame, pose in poses.items() if frame not in chosen}
+    expected = kept | {frame + by: poses[frame] for frame in chosen}
+    after = {key.frame: key.pose for key in track.moved(chosen, by).keys}
+    assert after == expected and list(after) == sorted(after)
+
+
+@given(tracks(), st.integers(-60, 310), st.integers(-100, 100))
+def test_a_ripple_moves_all_later_keys_and_cuts_out_those_it_passes(track, start, by):
+    poses = {key.frame: key.pose for key in track.keys}
+    early = {frame: pose for frame, pose in poses.items() if frame < start + min(by, 0)}
+    late = {frame + by: pose for frame, pose in poses.items() if frame >= start}
+    assume(early or late)
+    assert {key.frame: key.pose for key in track.rippled(start, by).keys} == early | late
+
+
 @given(tracks(), st.integers(-60, 310), POSES)
 def test_from_elsewhere_sets_a_key_only_where_the_camera_moves(track, frame, pose):
     framing = Framing(camera="main", track=track).at(pose, frame)

@@ -5,7 +5,7 @@ along -z, as in glTF and USD.
 """
 
 from bisect import bisect_right
-from collections.abc import Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from heatlens.errors import InputError
+from heatlens.model.curve import SAME_FRAME
 from heatlens.model.frames import check_frame
 
 Vector = tuple[float, float, float]
@@ -170,13 +171,42 @@ class CameraTrack:
 
     def with_key(self, frame: float, pose: Pose) -> "CameraTrack":
         """A key at a frame, in the place of one that stood there."""
-        others = [key for key in self.keys if key.frame != frame]
-        return CameraTrack(tuple(sorted([*others, PoseKey(frame, pose)], key=lambda k: k.frame)))
+        return self.pasted([PoseKey(frame, pose)], 0.0)
 
     def without_key(self, frame: float) -> "CameraTrack":
         """The key at a frame goes; the last one stays."""
-        left = tuple(key for key in self.keys if key.frame != frame)
-        return CameraTrack(left) if left else self
+        return self.without_keys((frame,)) if len(self.keys) > 1 else self
+
+    def without_keys(self, frames: Collection[float]) -> "CameraTrack":
+        """The keys at these frames go. Raises InputError where none would be left."""
+        return CameraTrack(tuple(key for key in self.keys if key.frame not in frames))
+
+    def moved(self, frames: Collection[float], by_frames: float) -> "CameraTrack":
+        """The keys at these frames move together, and replace those that they land on."""
+        kept = [key for key in self.keys if key.frame not in frames]
+        return _merged(kept, _shifted((k for k in self.keys if k.frame in frames), by_frames))
+
+    def rippled(self, from_frame: float, by_frames: float) -> "CameraTrack":
+        """The keys from `from_frame` on move; going earlier, they cut out those they pass."""
+        stay_until = from_frame + min(by_frames, 0.0)
+        kept = [key for key in self.keys if key.frame < stay_until]
+        return _merged(kept, _shifted((k for k in self.keys if k.frame >= from_frame), by_frames))
+
+    def pasted(self, keys: Iterable[PoseKey], at_frame: float) -> "CameraTrack":
+        """Keys that were counted from 0, from `at_frame` on; they replace what is at their
+        frames."""
+        return _merged(self.keys, _shifted(keys, at_frame))
+
+
+def _shifted(keys: Iterable[PoseKey], by_frames: float) -> list[PoseKey]:
+    return [replace(key, frame=key.frame + by_frames) for key in keys]
+
+
+def _merged(kept: Iterable[PoseKey], added: Sequence[PoseKey]) -> CameraTrack:
+    """Both in order; of two at one frame the added one."""
+    taken = [key.frame for key in added]
+    others = [k for k in kept if all(abs(k.frame - frame) >= SAME_FRAME for frame in taken)]
+    return CameraTrack(tuple(sorted([*others, *added], key=lambda key: key.frame)))
 
 
 def _aligned(keys: Sequence[PoseKey]) -> Array:

@@ -1,4 +1,4 @@
-"""A row for each parameter that can have keys, with its keys as diamonds."""
+"""A row for each parameter that can have keys, and the camera's, with their keys as diamonds."""
 
 from typing import TYPE_CHECKING
 
@@ -9,8 +9,9 @@ from heatlens.model.shot import LensParameter, Shot
 from heatlens.ui import theme, widgets
 from heatlens.ui.timeline.camera_row import camera_row
 from heatlens.ui.timeline.diamond import diamond
-from heatlens.ui.timeline.key_choice import Chosen, KeyId, moved
+from heatlens.ui.timeline.key_choice import Chosen, KeyId, key_of, moved
 from heatlens.ui.timeline.key_hand import Places
+from heatlens.ui.timeline.key_rows import ROWS, Row, key_frames
 from heatlens.ui.timeline.timeline_scale import TimeScale
 
 if TYPE_CHECKING:
@@ -32,10 +33,13 @@ def dope_sheet(app: "App", scale: TimeScale, corner: ImVec2, height: float) -> N
     row = _ROW_EM * em
     for index, parameter in enumerate(LensParameter):
         _draw_row(app, scale, parameter, ImVec2(corner.x, corner.y + index * row), row)
-    places = _places(app.shot, scale, corner.y, row)
-    hold_keys(app, scale, corner.y, max(height, len(LensParameter) * row), places, _move)
+    rows: tuple[Row, ...] = tuple(LensParameter)
+    if app.scenes.scene is not None:
+        camera_row(app, scale, ImVec2(corner.x, corner.y + len(rows) * row), row)
+        rows = ROWS
+    places = _places(app.shot, rows, scale, corner.y, row)
+    hold_keys(app, scale, corner.y, max(height, len(rows) * row), places, _move)
     draw_keys(app, scale, places, corner.y, height)
-    camera_row(app, scale, ImVec2(corner.x, corner.y + len(LensParameter) * row), row)
 
 
 def _move(shot: Shot, chosen: Chosen, frames: int, _up: float) -> tuple[Shot, Chosen]:
@@ -48,8 +52,8 @@ def hold_keys(app, scale, y, height, places, move) -> None:  # type: ignore[no-u
     imgui.set_cursor_screen_pos(ImVec2(scale.x, y))
     imgui.invisible_button("keys", ImVec2(scale.width, max(height, 1.0)))
     widgets.note("keys")
-    for (parameter, frame), (x, key_y) in places.items():
-        widgets.drawn_at[f"key {parameter} {frame:g}"] = (x, key_y, x, key_y)
+    for (key_row, frame), (x, key_y) in places.items():
+        widgets.drawn_at[f"key {key_row} {frame:g}"] = (x, key_y, x, key_y)
     hand, mouse = app.timeline.hand, (io.mouse_pos.x, io.mouse_pos.y)
     if imgui.is_item_activated():
         hand.press(mouse, places, _REACH_EM * em, io.key_shift, io.key_ctrl)
@@ -59,11 +63,13 @@ def hold_keys(app, scale, y, height, places, move) -> None:  # type: ignore[no-u
         hand.release()
 
 
-def _places(shot: Shot, scale: TimeScale, y: float, row: float) -> Places:
+def _places(
+    shot: Shot, rows: tuple[Row, ...], scale: TimeScale, y: float, row_height: float
+) -> Places:
     return {
-        KeyId(parameter, key.frame): (scale.x_at(key.frame), y + (index + 0.5) * row)
-        for index, parameter in enumerate(LensParameter)
-        for key in shot.curves.of(parameter).keys
+        KeyId(row, frame): (scale.x_at(frame), y + (index + 0.5) * row_height)
+        for index, row in enumerate(rows)
+        for frame in key_frames(shot, row)
     }
 
 
@@ -117,7 +123,7 @@ def draw_keys(app: "App", scale: TimeScale, places: Places, y: float, height: fl
 
 
 def _draw_key(shot: Shot, key: KeyId, middle: ImVec2, reach: float, color: int) -> None:
-    draw, found = imgui.get_window_draw_list(), shot.curves.of(key.parameter).key_at(key.frame)
+    draw, found = imgui.get_window_draw_list(), key_of(shot, key)
     if found is not None and found.interpolation is Interpolation.HOLD:
         side = 0.75 * reach
         low = ImVec2(middle.x - side, middle.y - side)

@@ -1,4 +1,4 @@
-"""Keys of several parameters at once: what moves, goes and is copied when some are chosen.
+"""Keys of several rows at once: what moves, goes and is copied when some are chosen.
 
 Everything here makes a new shot of one; a LensError says where no lens can be.
 """
@@ -9,27 +9,40 @@ from math import ceil, floor
 from typing import NamedTuple
 
 from heatlens.model.curve import SAME_FRAME, Curve, Key
+from heatlens.model.framing import PoseKey
 from heatlens.model.interpolation import Interpolation
 from heatlens.model.shot import LensParameter, Shot
+from heatlens.ui.timeline.key_rows import (
+    CAMERA,
+    ROWS,
+    Keyed,
+    Row,
+    key_frames,
+    keyed_of,
+    keys_of,
+    stilled,
+    with_keyed,
+    with_pasted,
+)
 
 _BEZIER = Interpolation.BEZIER
 _CHECKED_MOST = 1000  # frames between keys
 
 
 class KeyId(NamedTuple):
-    """Which key: no parameter has two at a frame."""
+    """Which key: no row has two at a frame."""
 
-    parameter: LensParameter
+    row: Row
     frame: float
 
 
 Chosen = frozenset[KeyId]
-Copied = tuple[tuple[LensParameter, tuple[Key, ...]], ...]
+Copied = tuple[tuple[Row, tuple[Key | PoseKey, ...]], ...]
 
 
 def all_keys(shot: Shot) -> Chosen:
     """Every key there is."""
-    return frozenset(KeyId(p, key.frame) for p in LensParameter for key in shot.curves.of(p).keys)
+    return frozenset(KeyId(row, frame) for row in ROWS for frame in key_frames(shot, row))
 
 
 def keys_at(shot: Shot, frame: float) -> Chosen:
@@ -37,14 +50,14 @@ def keys_at(shot: Shot, frame: float) -> Chosen:
     return frozenset(key for key in all_keys(shot) if abs(key.frame - frame) < SAME_FRAME)
 
 
-def frames_of(chosen: Chosen, parameter: LensParameter) -> list[float]:
-    """The frames of one parameter's keys, in order."""
-    return sorted(key.frame for key in chosen if key.parameter is parameter)
+def frames_of(chosen: Chosen, row: Row) -> list[float]:
+    """The frames of one row's keys, in order."""
+    return sorted(key.frame for key in chosen if key.row is row)
 
 
 def key_of(shot: Shot, key: KeyId) -> Key | None:
-    """What is at a frame of a parameter."""
-    return shot.curves.of(key.parameter).key_at(key.frame)
+    """What is at a frame of a parameter; the camera's keys have nothing but their place."""
+    return None if key.row is CAMERA else shot.curves.of(key.row).key_at(key.frame)
 
 
 def with_keys_here(shot: Shot, frame: float) -> Shot:
@@ -57,41 +70,43 @@ def with_keys_here(shot: Shot, frame: float) -> Shot:
 
 def moved(shot: Shot, chosen: Chosen, by_frames: float) -> tuple[Shot, Chosen]:
     """All by as many frames; those that they land on go."""
-    after = _each(shot, chosen, lambda curve, frames: curve.moved(frames, by_frames))
-    return after, frozenset(KeyId(p, frame + by_frames) for p, frame in chosen)
+    after = _each_row(shot, chosen, lambda keyed, frames: keyed.moved(frames, by_frames))
+    return after, frozenset(KeyId(row, frame + by_frames) for row, frame in chosen)
 
 
 def rippled(shot: Shot, from_frame: float, by_frames: float) -> Shot:
     """Whatever has keys: those from `from_frame` on go later, or earlier, and cut frames out."""
-    return _each(shot, all_keys(shot), lambda curve, _: curve.rippled(from_frame, by_frames))
+    return _each_row(shot, all_keys(shot), lambda keyed, _: keyed.rippled(from_frame, by_frames))
 
 
 def deleted(shot: Shot, chosen: Chosen, frame: float) -> Shot:
-    """Without them; a parameter that loses its last key stays as it is at `frame`."""
-    for parameter in LensParameter:
-        frames = frames_of(chosen, parameter)
-        if frames and len(frames) == len(shot.curves.of(parameter).keys):
-            shot = shot.without_keys(frame, parameter)
-    return _each(shot, chosen, lambda curve, frames: curve.without_keys(frames))
+    """Without them; what loses its last key stays as it is at `frame`."""
+    for row in ROWS:
+        frames = frames_of(chosen, row)
+        if frames and len(frames) == len(key_frames(shot, row)):
+            shot = stilled(shot, row, frame)
+            chosen = frozenset(key for key in chosen if key.row is not row)
+    return _each_row(shot, chosen, lambda keyed, frames: keyed.without_keys(frames))
 
 
 def copied(shot: Shot, chosen: Chosen) -> Copied:
     """What `pasted` needs, counted from the first of them all."""
     first = min((key.frame for key in chosen), default=0.0)
     kept = []
-    for parameter in LensParameter:
-        frames = frames_of(chosen, parameter)
-        keys = [key for key in shot.curves.of(parameter).keys if key.frame in frames]
+    for row in ROWS:
+        frames = frames_of(chosen, row)
+        keys = [key for key in keys_of(shot, row) if key.frame in frames]
         if keys:
-            kept.append((parameter, tuple(replace(k, frame=k.frame - first) for k in keys)))
+            kept.append((row, tuple(replace(k, frame=k.frame - first) for k in keys)))
     return tuple(kept)
 
 
 def pasted(shot: Shot, keys: Copied, at_frame: float) -> tuple[Shot, Chosen]:
-    """From `at_frame` on; the keys that came are chosen."""
-    for parameter, copies in keys:
-        shot = shot.with_curve(parameter, shot.curves.of(parameter).pasted(copies, at_frame))
-    return checked(shot), frozenset(KeyId(p, k.frame + at_frame) for p, ks in keys for k in ks)
+    """From `at_frame` on; the keys that came are chosen. Raises InputError for keys of a camera
+    where there is no scene for one."""
+    for row, copies in keys:
+        shot = with_pasted(shot, row, copies, at_frame)
+    return checked(shot), frozenset(KeyId(r, k.frame + at_frame) for r, ks in keys for k in ks)
 
 
 def interpolated(shot: Shot, chosen: Chosen, interpolation: Interpolation) -> Shot:
@@ -152,6 +167,18 @@ def _between(shot: Shot) -> range:
         return range(0)
     first, last = floor(shot.key_frames[0]), ceil(shot.key_frames[-1])
     return range(first, last + 1, 1 + (last - first) // _CHECKED_MOST)
+
+
+def _each_row(
+    shot: Shot, chosen: Chosen, change: Callable[[Keyed, Collection[float]], Keyed]
+) -> Shot:
+    """Change whatever has chosen keys."""
+    for row in ROWS:
+        frames = frames_of(chosen, row)
+        keyed = keyed_of(shot, row)
+        if frames and keyed is not None:
+            shot = with_keyed(shot, row, change(keyed, frames))
+    return checked(shot)
 
 
 def _each(shot: Shot, chosen: Chosen, change: Callable[[Curve, Collection[float]], Curve]) -> Shot:

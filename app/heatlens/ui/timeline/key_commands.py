@@ -19,6 +19,7 @@ from heatlens.ui.timeline.key_choice import (
     pasted,
     with_keys_here,
 )
+from heatlens.ui.timeline.key_rows import key_count
 
 if TYPE_CHECKING:
     from heatlens.ui.app import App
@@ -42,7 +43,7 @@ class KeyCommands:
         self._chosen = keys
 
     def choose_all(self) -> None:
-        """Every key of every parameter."""
+        """Every key of every row."""
         self._chosen = all_keys(self._app.shot)
 
     @property
@@ -84,7 +85,15 @@ class KeyCommands:
     def move(self, by_frames: float) -> None:
         """Those that are meant go later, or earlier."""
         if by_frames:
+            before = self._app.shot
             self._do_and_choose(lambda shot: moved(shot, self.meant, by_frames))
+            self.tell_of_replaced(before)
+
+    def tell_of_replaced(self, before: Shot) -> None:
+        """Say how many keys went since `before` because others were moved onto them."""
+        gone = key_count(before) - key_count(self._app.shot)
+        if gone > 0:
+            self._app.say(f"{_count(gone)} made room for what was moved there. Ctrl+Z undoes it.")
 
     def interpolate(self, interpolation: Interpolation) -> None:
         """How it goes on from each of them."""

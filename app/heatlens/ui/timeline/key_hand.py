@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Literal
 
 from heatlens.errors import HeatlensError
 from heatlens.model.shot import Shot
-from heatlens.ui.timeline.key_choice import Chosen, KeyId, rippled
+from heatlens.ui.timeline.key_choice import Chosen, KeyId, all_keys, rippled
 
 if TYPE_CHECKING:
     from heatlens.ui.app import App
@@ -87,12 +87,13 @@ class KeyHand:
     def _room(self, held: _Held) -> int:
         """How far keys may be pulled earlier until they would meet the one before."""
         assert held.key is not None
-        earlier = [f for f in held.shot.key_frames if f < held.key.frame]
-        return int(held.key.frame - earlier[-1]) - 1 if earlier else 10**6
+        earlier = [key.frame for key in all_keys(held.shot) if key.frame < held.key.frame]
+        return int(held.key.frame - max(earlier)) - 1 if earlier else 10**6
 
     def release(self) -> None:
-        """Let go: what was dragged is a step."""
+        """Let go: what was dragged is a step; keys that it landed on went, which is said."""
         if self._held is not None:
+            self._app.timeline.keys.tell_of_replaced(self._held.shot)
             self._held = None
             self._app.editing.settle()
 

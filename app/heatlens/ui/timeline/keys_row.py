@@ -1,9 +1,11 @@
 """The row about keys: set one, how it goes on from the chosen ones, keys or curve."""
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from imgui_bundle import imgui
 
+from heatlens.model.curve import Key
 from heatlens.model.interpolation import Interpolation
 from heatlens.ui import widgets
 from heatlens.ui.timeline.key_choice import key_of
@@ -31,13 +33,14 @@ def keys_row(app: "App") -> None:
     _, timeline.shows_curve = imgui.checkbox("curve", timeline.shows_curve)
     widgets.note("curve")
     _tip("The focus as a curve over the frames, or the keys in rows (Shift+C)")
-    with widgets.disabled(not timeline.keys.meant):
-        _chosen(app)
+    found = [k for one in timeline.keys.meant if (k := key_of(app.shot, one)) is not None]
+    with widgets.disabled(not found):  # the camera goes between its keys in one way only
+        _course(app, found)
+    _told(app)
 
 
-def _chosen(app: "App") -> None:
+def _course(app: "App", found: Sequence[Key]) -> None:
     keys = app.timeline.keys
-    found = [key for one in keys.meant if (key := key_of(app.shot, one)) is not None]
     words = {str(key.interpolation) for key in found}
     shown = words.pop() if len(words) == 1 else (_MIXED if words else "")
     picked = combo("interpolation", shown, [str(i) for i in Interpolation], _INTERPOLATION_EM)
@@ -55,8 +58,12 @@ def _chosen(app: "App") -> None:
         _tip("How far the handle reaches; the segment becomes a Bezier")
         if changed:
             keys.ease(new, is_out)
+
+
+def _told(app: "App") -> None:
+    keys = app.timeline.keys
     count = len(keys.chosen)
-    told = f"{count} chosen" if count else "key here" if found else "no key here"
+    told = f"{count} chosen" if count else "key here" if keys.meant else "no key here"
     imgui.same_line()
     if imgui.get_content_region_avail().x >= imgui.calc_text_size(told).x:
         imgui.align_text_to_frame_padding()

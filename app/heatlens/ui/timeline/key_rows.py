@@ -1,0 +1,91 @@
+"""The rows of the timeline: what has keys there, the parameters of the lens and the camera."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from enum import StrEnum
+from typing import Final
+
+from heatlens.errors import InputError
+from heatlens.model.curve import Curve, Key
+from heatlens.model.framing import CameraTrack, Framing, PoseKey
+from heatlens.model.shot import LensParameter, Shot
+
+
+class CameraRow(StrEnum):
+    """Where the shot's own camera stands in a scene."""
+
+    CAMERA = "camera"
+
+    @property
+    def words(self) -> str:
+        """The name as people say it."""
+        return str(self)
+
+
+CAMERA: Final = CameraRow.CAMERA
+Row = LensParameter | CameraRow
+ROWS: tuple[Row, ...] = (*LensParameter, CAMERA)
+Keyed = Curve | CameraTrack
+
+
+def key_frames(shot: Shot, row: Row) -> tuple[float, ...]:
+    """Where a row has keys, in order; a camera that stands still has none."""
+    if row is CAMERA:
+        return shot.camera_key_frames
+    return tuple(key.frame for key in shot.curves.of(row).keys)
+
+
+def keys_of(shot: Shot, row: Row) -> tuple[Key | PoseKey, ...]:
+    """The keys of a row, in order."""
+    if row is not CAMERA:
+        return shot.curves.of(row).keys
+    track = _track(shot)
+    return track.keys if track is not None and track.is_moving else ()
+
+
+def key_count(shot: Shot) -> int:
+    """How many keys there are in all, that of a camera that stands still among them."""
+    track = _track(shot)
+    of_lens = sum(len(shot.curves.of(parameter).keys) for parameter in LensParameter)
+    return of_lens + (len(track.keys) if track else 0)
+
+
+def keyed_of(shot: Shot, row: Row) -> Keyed | None:
+    """What has the keys of a row; None for a camera that is not the shot's own."""
+    return _track(shot) if row is CAMERA else shot.curves.of(row)
+
+
+def with_keyed(shot: Shot, row: Row, keyed: Keyed) -> Shot:
+    """Other keys in a row."""
+    if isinstance(keyed, CameraTrack):
+        return replace(shot, framing=replace(shot.framing or Framing(), track=keyed))
+    return shot if row is CAMERA else shot.with_curve(row, keyed)
+
+
+def stilled(shot: Shot, row: Row, frame: float) -> Shot:
+    """All keys of a row go; what they gave at `frame` stays."""
+    if row is not CAMERA:
+        return shot.without_keys(frame, row)
+    track = _track(shot)
+    if track is None:
+        return shot
+    return with_keyed(shot, row, CameraTrack((PoseKey(frame, track.pose_at(frame)),)))
+
+
+def with_pasted(shot: Shot, row: Row, keys: Sequence[Key | PoseKey], at_frame: float) -> Shot:
+    """Keys that were counted from 0, from `at_frame` on.
+
+    Raises InputError for keys of a camera where there is no scene.
+    """
+    curve_keys = [key for key in keys if isinstance(key, Key)]
+    if row is not CAMERA:
+        return shot.with_curve(row, shot.curves.of(row).pasted(curve_keys, at_frame))
+    if shot.framing is None:
+        raise InputError("Keys of a camera were copied, and a plate has none: open a scene.")
+    poses = [key for key in keys if isinstance(key, PoseKey)]
+    track = _track(shot) or CameraTrack(tuple(poses)).moved([k.frame for k in poses], at_frame)
+    return with_keyed(shot, row, track.pasted(poses, at_frame))
+
+
+def _track(shot: Shot) -> CameraTrack | None:
+    return None if shot.framing is None else shot.framing.track
