@@ -268,22 +268,22 @@ def test_a_frame_at_which_no_lens_can_be_is_said_and_the_picture_stays(gui):
     curve = shot.curves.focus_distance_m
     held = replace(curve.keys[0], interpolation=Interpolation.HOLD)
     gui.app.editing.begin(shot.with_curve(FOCUS, curve.with_key(held)))
-    for action in ("Near, in focus, far", "Curve of the focus"):
+    for action in ("Near, in focus, far", "Curve of the row"):
         gui.do(action)
         for number in (1003, 1006, 1007):
             gui.app.message = ""
             gui.app.timeline.go(number)
             gui.frame(3)
             assert ("Frame 1006" in gui.app.message) is (number == 1006)
-    gui.do("Curve of the focus")
+    gui.do("Curve of the row")
 
 
 def test_keys_at_the_end_of_time_are_shown_as_far_as_a_shot_goes(gui):
     shot = gui.app.shot.with_key(1003, FOCUS, 2.0).with_key(999_999_999, FOCUS, 3.0)
     gui.app.editing.begin(shot)
     gui.frame(3)
-    gui.do("Curve of the focus")
+    gui.do("Curve of the row")
     gui.do("Next key")
     gui.do("Next key")
-    gui.do("Curve of the focus")
+    gui.do("Curve of the row")
     assert gui.app.timeline.reach.count == 1_000_000

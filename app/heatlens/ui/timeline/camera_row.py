@@ -24,7 +24,8 @@ def camera_row(app: "App", scale: TimeScale, corner: ImVec2, row: float) -> None
 
 
 def _dot(app: "App", middle: ImVec2) -> None:
-    """Filled where there is a key at the playhead; a click sets or takes one."""
+    """As those of the lens: filled where there is a key at the playhead; a click sets it or takes
+    it."""
     side = 0.5 * imgui.get_font_size()
     is_here = app.editing.frame in app.shot.camera_key_frames
     imgui.set_cursor_screen_pos(ImVec2(middle.x - side, middle.y - side))
@@ -36,7 +37,8 @@ def _dot(app: "App", middle: ImVec2) -> None:
     widgets.note("dot camera")
     if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
         imgui.set_tooltip("Key of the camera at this frame")
-    draw, color = imgui.get_window_draw_list(), theme.ACCENT if is_here else theme.QUEUED
+    color = theme.ACCENT if app.shot.camera_key_frames else theme.QUEUED
+    draw = imgui.get_window_draw_list()
     if is_here:
         draw.add_quad_filled(*diamond(middle, 0.6 * side), color)
     else:

@@ -1,5 +1,6 @@
-"""The handles of the focus curve: tips that are dragged to bend it between two keys."""
+"""The handles of a curve: tips that are dragged to bend it between two keys."""
 
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -8,22 +9,20 @@ from imgui_bundle import ImVec2, imgui
 from heatlens.errors import HeatlensError
 from heatlens.model.curve import Curve, Key
 from heatlens.model.interpolation import Ease, Interpolation, Scale
-from heatlens.model.shot import LensParameter
 from heatlens.ui import theme, widgets
-from heatlens.ui.timeline.key_choice import Chosen, checked, frames_of
+from heatlens.ui.timeline.curve_axis import CurveAxis
+from heatlens.ui.timeline.key_choice import checked, frames_of
 from heatlens.ui.timeline.timeline_scale import TimeScale
 
 if TYPE_CHECKING:
     from heatlens.ui.app import App
 
-_FOCUS = LensParameter.FOCUS_DISTANCE
 _TIP_EM = 0.3
-_NEAREST_DIOPTRES = 1e-6  # on a scale of metres infinity has no place
 
 
 @dataclass(frozen=True)
 class Heights:
-    """Dioptres over the height of the editor: `low` at the top, `high` at the bottom."""
+    """Places of an axis over the height of the editor: `low` at the top, `high` at the bottom."""
 
     low: float
     high: float
@@ -31,18 +30,18 @@ class Heights:
     height: float
 
     @property
-    def per_dioptre(self) -> float:
+    def per_place(self) -> float:
         """Screen units."""
         return self.height / (self.high - self.low)
 
-    def y_at(self, dioptres: float) -> float:
-        """Where so many dioptres lie, beyond the ends at them."""
-        place = min(max(dioptres, self.low), self.high)
-        return self.y + (place - self.low) * self.per_dioptre
+    def y_at(self, place: float) -> float:
+        """Where a place lies, beyond the ends at them."""
+        place = min(max(place, self.low), self.high)
+        return self.y + (place - self.low) * self.per_place
 
-    def dioptres_at(self, y: float) -> float:
+    def place_at(self, y: float) -> float:
         """What lies at a height."""
-        return self.low + (y - self.y) / self.per_dioptre
+        return self.low + (y - self.y) / self.per_place
 
 
 @dataclass(frozen=True)
@@ -63,17 +62,14 @@ class Handle:
         return 1 if self.is_out else -1
 
     def tip(self, scale: Scale) -> tuple[float, float]:
-        """Frame and dioptres of its tip."""
+        """Frame of its tip and the tip's place on the curve's scale."""
         ease = self.key.ease_out if self.is_out else self.key.ease_in
         frames, rise = ease.handle(self.segment)
         place = scale.place_of(self.key.value) + self._sign * rise
-        dioptres = place if scale is Scale.RECIPROCAL else 1.0 / max(place, _NEAREST_DIOPTRES)
-        return self.key.frame + self._sign * frames, dioptres
+        return self.key.frame + self._sign * frames, place
 
-    def pulled_to(self, frame: float, dioptres: float, scale: Scale) -> Key:
+    def pulled_to(self, frame: float, place: float, scale: Scale) -> Key:
         """The key when the tip lies there."""
-        is_even = scale is Scale.RECIPROCAL
-        place = dioptres if is_even else 1.0 / max(dioptres, _NEAREST_DIOPTRES)
         rise = self._sign * (place - scale.place_of(self.key.value))
         ease = Ease.of_handle(self._sign * (frame - self.key.frame), rise, self.segment)
         if self.is_out:
@@ -81,10 +77,9 @@ class Handle:
         return replace(self.key, ease_in=ease)
 
 
-def handles_of(curve: Curve, chosen: Chosen) -> list[Handle]:
-    """Those of the chosen keys that bend something: a segment on their side is a Bezier."""
-    keys, handles = curve.keys, []
-    frames, bezier = frames_of(chosen, _FOCUS), Interpolation.BEZIER
+def handles_of(curve: Curve, frames: Collection[float]) -> list[Handle]:
+    """Those of the keys at `frames` that bend something: a segment on their side is a Bezier."""
+    keys, handles, bezier = curve.keys, [], Interpolation.BEZIER
     for index, key in enumerate(keys):
         if key.frame not in frames:
             continue
@@ -95,16 +90,20 @@ def handles_of(curve: Curve, chosen: Chosen) -> list[Handle]:
     return handles
 
 
-def curve_handles(app: "App", scale: TimeScale, heights: Heights) -> None:
+def curve_handles(app: "App", axis: CurveAxis, scale: TimeScale, heights: Heights) -> None:
     """Draw the handles of the chosen keys; the tip that is held follows the hand."""
-    for handle in handles_of(app.shot.curves.focus_distance_m, app.timeline.keys.chosen):
-        _handle(app, handle, scale, heights)
+    frames = frames_of(app.timeline.keys.chosen, axis.parameter)
+    for handle in handles_of(app.shot.curves.of(axis.parameter), frames):
+        _handle(app, axis, handle, scale, heights)
 
 
-def _handle(app: "App", handle: Handle, scale: TimeScale, heights: Heights) -> None:
+def _handle(
+    app: "App", axis: CurveAxis, handle: Handle, scale: TimeScale, heights: Heights
+) -> None:
     draw, side = imgui.get_window_draw_list(), _TIP_EM * imgui.get_font_size()
-    frame, dioptres = handle.tip(app.shot.curves.focus_distance_m.scale)
-    tip = ImVec2(scale.x_at(frame), heights.y_at(dioptres))
+    curve_scale = app.shot.curves.of(axis.parameter).scale
+    frame, place = handle.tip(curve_scale)
+    tip = ImVec2(scale.x_at(frame), heights.y_at(axis.from_scale(place, curve_scale)))
     imgui.set_cursor_screen_pos(ImVec2(tip.x - 2 * side, tip.y - 2 * side))
     imgui.invisible_button(handle.name, ImVec2(4 * side, 4 * side))
     widgets.note(handle.name)
@@ -113,17 +112,17 @@ def _handle(app: "App", handle: Handle, scale: TimeScale, heights: Heights) -> N
     is_held = imgui.is_item_active()
     if is_held and imgui.is_mouse_dragging(imgui.MouseButton_.left, 1.0):
         mouse = imgui.get_mouse_pos()
-        _pull(app, handle, scale.time_at(mouse.x), heights.dioptres_at(mouse.y))
+        _pull(app, axis, handle, scale.time_at(mouse.x), heights.place_at(mouse.y))
     color = theme.ACCENT if is_held or imgui.is_item_hovered() else theme.KEY
-    middle = ImVec2(scale.x_at(handle.key.frame), heights.y_at(1.0 / handle.key.value))
-    draw.add_line(middle, tip, theme.QUEUED, 1.0)
+    y = heights.y_at(axis.place_of(handle.key.value))
+    draw.add_line(ImVec2(scale.x_at(handle.key.frame), y), tip, theme.QUEUED, 1.0)
     draw.add_circle_filled(tip, side, color)
 
 
-def _pull(app: "App", handle: Handle, frame: float, dioptres: float) -> None:
-    curve = app.shot.curves.focus_distance_m
-    bent = curve.with_key(handle.pulled_to(frame, dioptres, curve.scale))
+def _pull(app: "App", axis: CurveAxis, handle: Handle, frame: float, place: float) -> None:
+    curve = app.shot.curves.of(axis.parameter)
+    pulled = handle.pulled_to(frame, axis.to_scale(place, curve.scale), curve.scale)
     try:
-        app.edit(checked(app.shot.with_curve(_FOCUS, bent)))
+        app.edit(checked(app.shot.with_curve(axis.parameter, curve.with_key(pulled))))
     except HeatlensError as error:
         app.say(str(error))

@@ -7,6 +7,7 @@ from imgui_bundle import imgui
 
 from heatlens.model.curve import Key
 from heatlens.model.interpolation import Interpolation
+from heatlens.model.shot import LensParameter
 from heatlens.ui import widgets
 from heatlens.ui.timeline.key_choice import key_of
 from heatlens.ui.timeline.transport import beside, combo
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
     from heatlens.ui.app import App
 
 _MIXED = "mixed"
-_EASE_EM, _INTERPOLATION_EM = 6.2, 6.0
+_EASE_EM, _INTERPOLATION_EM, _CURVE_OF_EM = 6.2, 6.0, 7.6
 
 
 def keys_row(app: "App") -> None:
@@ -32,11 +33,22 @@ def keys_row(app: "App") -> None:
     imgui.same_line()
     _, timeline.shows_curve = imgui.checkbox("curve", timeline.shows_curve)
     widgets.note("curve")
-    _tip("The focus as a curve over the frames, or the keys in rows (Shift+C)")
+    _tip("The chosen row as a curve over the frames, or the keys in rows (Shift+C)")
+    if timeline.shows_curve:
+        _curve_of(app)
     found = [k for one in timeline.keys.meant if (k := key_of(app.shot, one)) is not None]
     with widgets.disabled(not found):  # the camera goes between its keys in one way only
         _course(app, found)
     _told(app)
+
+
+def _curve_of(app: "App") -> None:
+    """Which row's; in the rows it is chosen by their names."""
+    timeline = app.timeline
+    names = {parameter.words: parameter for parameter in LensParameter}
+    chosen = names[combo("curve of", timeline.curve_of.words, list(names), _CURVE_OF_EM)]
+    if chosen is not timeline.curve_of:
+        timeline.curve_of, timeline.heights = chosen, None
 
 
 def _course(app: "App", found: Sequence[Key]) -> None:

@@ -10,7 +10,7 @@ from heatlens.image.frame_cache import FrameCache
 from heatlens.image.sequence import MissingPolicy
 from heatlens.model.curve import SAME_FRAME
 from heatlens.model.frames import FrameRange
-from heatlens.model.shot import Shot
+from heatlens.model.shot import LensParameter, Shot
 from heatlens.ui.panels.mark_commands import MarkCommands
 from heatlens.ui.timeline.focus_track import FocusTrack, MarkTrack, MarkTracks
 from heatlens.ui.timeline.frame_states import FrameStates, Run
@@ -38,13 +38,14 @@ class Timeline:
         self.playback = Playback()
         self.missing: MissingPolicy = "hold"
         self.shows_curve = False
+        self.curve_of = LensParameter.FOCUS_DISTANCE  # the row whose curve is shown
         self.scale: TimeScale | None = None  # the frames that are seen; None: all
         self.keys = KeyCommands(app)
         self.hand = KeyHand(app)
         self.marks = MarkCommands(app, wake)
         self.opens_pull = False  # the popup of the pull, in the next frame
         self.track = FocusTrack()
-        self.heights: tuple[float, float] | None = None  # dioptres that the curve shows
+        self.heights: tuple[float, float] | None = None  # places that the curve shows
         self._mark_tracks = MarkTracks()
         self._states = FrameStates()
         self._direction: Literal[1, -1] = 1  # in which it moved last

@@ -57,7 +57,7 @@ def key_actions() -> list[Action]:
             for interpolation in Interpolation
         ),
         Action(
-            "Curve of the focus", "Animate", _toggle_curve, _K.c, _SHIFT,
+            "Curve of the row", "Animate", _toggle_curve, _K.c, _SHIFT,
             is_on=lambda app: app.timeline.shows_curve,
         ),
     ]  # fmt: skip
