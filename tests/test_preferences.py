@@ -15,6 +15,9 @@ from heatlens.model.plate_options import PlateOptions
 from heatlens.model.view import ViewState
 from heatlens.ui.files.preferences import FILE_NAME, Preferences, Remembered, config_dir
 from heatlens.ui.layout import lists_all
+from heatlens.ui.timeline.playback import Ending
+from sequences import sequence_files
+from window_plates import QUICK
 
 OPTIONS = st.builds(
     PlateOptions,
@@ -38,6 +41,8 @@ REMEMBERED = st.builds(
     is_maximized=st.booleans(),
     hidden_panels=st.lists(st.text(), max_size=2).map(tuple),
     layout=st.text(),
+    ending=st.sampled_from(Ending),
+    every_frame=st.booleans(),
 )
 FULL = Remembered(("/a/b.exr",), {"open": "/a"}, {"/a": PlateOptions(near_m=1.0)}, "D", "V", "ft")
 
@@ -111,6 +116,8 @@ WRONG = [
     {"window_size": "large"},
     {"is_maximized": 1},
     {"layout": None},
+    {"ending": "explode"},
+    {"every_frame": "no"},
 ]
 
 
@@ -221,6 +228,22 @@ def test_looks_and_panels_come_back(ctx, plate):
         assert (gui.app.view.display, gui.app.view.view) == (display, view)
         assert gui.app.view.unit == "ft"
         assert [name for name, shown in gui.app.panels.items() if not shown] == ["Speed"]
+
+
+def test_how_it_plays_comes_back(ctx, tmp_path):
+    film = sequence_files(tmp_path)
+    preferences = Preferences.load(tmp_path / "config")
+    with gui_of(ctx, film, preferences, defocus=QUICK) as gui:
+        for choice in ("ending: bounce", "pace: real time"):
+            gui.frame(30)
+            gui.click(gui.middle(choice.split(":")[0]))
+            gui.click(gui.middle(choice))
+        gui.app.filing.remember()
+    again = Preferences.load(tmp_path / "config")
+    assert (again.now.ending, again.now.every_frame) == (Ending.BOUNCE, False)
+    with gui_of(ctx, film, again, defocus=QUICK) as gui:
+        assert gui.app.timeline.playback.ending is Ending.BOUNCE
+        assert not gui.app.timeline.playback.is_every_frame
 
 
 def test_names_that_the_colours_do_not_have_are_no_obstacle(ctx, plate):

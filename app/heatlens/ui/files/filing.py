@@ -222,8 +222,15 @@ class Filing:
         """Keep what may have changed; `window` are further fields of Remembered."""
         app, view = self._app, self._app.view
         hidden = tuple(name for name, is_shown in app.panels.items() if not is_shown)
+        playback = app.timeline.playback
         self.preferences.change(
-            display=view.display, view=view.view, unit=view.unit, hidden_panels=hidden, **window
+            display=view.display,
+            view=view.view,
+            unit=view.unit,
+            hidden_panels=hidden,
+            ending=playback.ending,
+            every_frame=playback.is_every_frame,
+            **window,
         )
         try:
             self.preferences.save()

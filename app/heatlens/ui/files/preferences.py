@@ -14,6 +14,7 @@ from heatlens.image.atomic_file import replacing
 from heatlens.image.json_record import JsonEntry, read_json, record_to_json
 from heatlens.model.plate_options import PlateOptions
 from heatlens.paths import home_dir
+from heatlens.ui.timeline.playback import Ending
 
 FILE_NAME = "preferences.json"
 RECENT_MAX = 10
@@ -34,6 +35,8 @@ class Remembered:
     is_maximized   whether the window filled the screen
     hidden_panels  panels that were closed
     layout         where the panels lie, as ImGui writes it; "" where they lie in the beginning
+    ending         what happens after the last frame that is played
+    every_frame    whether playing waits for each frame to be there; else it keeps time
     """
 
     recent: tuple[str, ...] = ()
@@ -46,6 +49,8 @@ class Remembered:
     is_maximized: bool = False
     hidden_panels: tuple[str, ...] = ()
     layout: str = ""
+    ending: Ending = Ending.LOOP
+    every_frame: bool = True
 
 
 class Preferences:
@@ -199,4 +204,6 @@ _READERS = {
     "is_maximized": _flag,
     "hidden_panels": _texts,
     "layout": JsonEntry.text,
+    "ending": lambda entry: Ending(entry.choice(tuple(Ending))),
+    "every_frame": _flag,
 }

@@ -36,6 +36,8 @@ class Timeline:
     def __init__(self, app: "App", wake: Callable[[], None] = lambda: None) -> None:
         self._app = app
         self.playback = Playback()
+        kept = app.filing.preferences.now
+        self.playback.ending, self.playback.is_every_frame = kept.ending, kept.every_frame
         self.missing: MissingPolicy = "hold"
         self.shows_curve = False
         self.curve_of = LensParameter.FOCUS_DISTANCE  # the row whose curve is shown
