@@ -19,6 +19,7 @@ from heatlens.model.settings import Method
 from heatlens.model.view import Against, Compare
 from heatlens.render import FrameRenderer
 from heatlens.scene.scene_read import read_scene
+from heatlens.ui.side_words import mouse_words
 from window_plates import QUICK
 
 LEFT, RIGHT = 0, 1
@@ -152,6 +153,12 @@ def test_control_and_the_wheel_go_nearer_and_zoom_nothing(scene_gui):
     assert by[2] < -0.05
     whole(scene_gui)
     assert scene_gui.app.viewport.zoom == zoom
+
+
+def test_the_status_bar_tells_what_the_right_button_does_in_a_scene(scene_gui):
+    text = scene_gui.screen._probe_text()  # the pointer is beside the picture
+    assert "Right drag orbits" in text and "Ctrl+wheel" in text and "? shows the keys" in text
+    assert "Right drag" not in mouse_words(has_camera=False)
 
 
 def test_the_left_button_focuses_on_what_is_under_it(scene_gui):

@@ -24,7 +24,7 @@ from heatlens.ui.picture.probe import PictureReader, probe_at, probe_text, seen_
 from heatlens.ui.picture.screen_pictures import layer_limits_px, picture_of_b
 from heatlens.ui.picture.stream_source import NO_FILES
 from heatlens.ui.picture.viewport import MIPMAPS_UNDER, Pictures, ViewportResult
-from heatlens.ui.side_words import draw_sides
+from heatlens.ui.side_words import draw_sides, mouse_words
 from heatlens.ui.timeline.dope_sheet import lens_dots
 from heatlens.ui.timeline.timeline_panel import timeline_panel
 from heatlens.ui.widgets import window_words
@@ -123,7 +123,7 @@ class Screen:
     def _probe_text(self) -> str:
         app, plate, shown = self._app, self._app.stage.plate, self._app.live.shown
         if plate is None or shown is None or self._hovered is None:
-            return "Click in the picture to focus.  ? shows the keys."
+            return f"{mouse_words(app.has_scene)}.  ? shows the keys."
         pixel = app.stage.plate_px(app.shot, self._hovered)
         probe = probe_at(pixel, plate, app.lens, shown, app.live.version, self._reader)
         return "" if probe is None else probe_text(probe, app.view.unit)

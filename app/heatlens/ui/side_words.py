@@ -1,4 +1,4 @@
-"""What A and B are, in words, at the right end of the status bar."""
+"""Words of the status bar: what the mouse does, and at its right end what A and B are."""
 
 from imgui_bundle import imgui
 
@@ -6,6 +6,13 @@ from heatlens.model.view import Against, Compare, ViewState
 from heatlens.ui import widgets
 from heatlens.ui.picture.b_side import BothSides
 from heatlens.ui.picture.live_picture import Shown
+
+
+def mouse_words(has_camera: bool) -> str:
+    """What the hand can do in the picture; `has_camera`: one that it moves, as in a scene."""
+    if not has_camera:
+        return "Click in the picture to focus"
+    return "Click to focus.  Right drag orbits, with Ctrl it moves aside; Ctrl+wheel goes nearer"
 
 
 def words(view: ViewState, sides: BothSides, reference: str | None) -> str:
