@@ -17,7 +17,7 @@ from heatlens.errors import InputError
 BUILT_IN = "cg-config-v4.0.0_aces-v2.0_ocio-v2.5"
 
 # What configs call linear Rec.709: ACES since 2.0, the Color Interop Forum, ACES 1, Blender.
-_LINEAR_REC709 = (
+LINEAR_REC709 = (
     "Linear Rec.709 (sRGB)",
     "lin_rec709_scene",
     "lin_rec709",
@@ -72,7 +72,7 @@ class ColorConfig:
         return self._default_input()[1]
 
     def _default_input(self) -> tuple[str, str]:
-        for name in _LINEAR_REC709:
+        for name in LINEAR_REC709:
             space = self.config.getColorSpace(name)
             if space is not None:
                 found = str(space.getName())
@@ -85,6 +85,24 @@ class ColorConfig:
             )
         found = str(space.getName())
         return found, f"{found}: the config's scene_linear; it has no linear Rec.709."
+
+    def space_called(self, *names: str) -> str | None:
+        """The first space that has one of `names`, as its own, an alias or its interop identifier.
+
+        None where there is none, or what has the name is data.
+        """
+        for name in names:
+            space = self.config.getColorSpace(name) or self._with_interop_id(name)
+            if space is not None and not space.isData():
+                return str(space.getName())
+        return None
+
+    def _with_interop_id(self, name: str) -> Any:
+        """The space with this identifier, which configs may give since OpenColorIO 2.5."""
+        for space in self.config.getColorSpaces():
+            if name and space.getInteropID() == name:
+                return space
+        return None
 
     def input_spaces(self) -> tuple[str, ...]:
         """Spaces a scene-linear picture may be in, the default first.

@@ -11,9 +11,11 @@ import numpy as np
 
 from heatlens.color.color_config import ColorConfig, check_known, one_line
 from heatlens.color.ocio_library import ocio
+from heatlens.color.rgb_matrix import Matrix, to_rec709
 from heatlens.errors import InputError
 from heatlens.image.display import srgb_encoded
 from heatlens.image.plate import FloatImage
+from heatlens.image.primaries import KNOWN, REC709
 from heatlens.paths import data_dir
 
 # Largest light that is shown, either sign: the largest half float. Infinity would become NaN.
@@ -57,10 +59,38 @@ class ViewTransform:
         return bent
 
 
-def srgb_transform() -> ViewTransform:
-    """The plain curve of IEC 61966-2-1 on linear Rec.709, clipped at white; needs no library."""
+def srgb_transform(input_space: str = REC709.name) -> ViewTransform:
+    """The plain curve of IEC 61966-2-1, clipped at white; needs no library.
+
+    `input_space`: name of one of the primaries in `image.primaries`; raises InputError for others.
+    """
+    check_known("Input space", input_space, tuple(known.name for known in KNOWN))
     glsl = (data_dir("shaders") / "lib" / "srgb_view.lib.glsl").read_text()
-    return ViewTransform("sRGB", "sRGB curve", "linear Rec.709", "sRGB", glsl, (), srgb_encoded)
+    encode: Callable[[FloatImage], FloatImage] = srgb_encoded
+    key = "sRGB"
+    if input_space != REC709.name:
+        key = f"sRGB of {input_space}"
+        matrix = to_rec709(next(known for known in KNOWN if known.name == input_space))
+        glsl, encode = _in_rec709(glsl, matrix), _encoder_after(matrix)
+    return ViewTransform("sRGB", "sRGB curve", input_space, key, glsl, (), encode)
+
+
+def _in_rec709(glsl: str, matrix: Matrix) -> str:
+    """The same after a matrix. GLSL counts the columns of a matrix first."""
+    values = ", ".join(f"{value:.9g}" for value in matrix.T.flat)
+    return (
+        glsl.replace(_FUNCTION, "srgb_view")
+        + f"\nvec4 {_FUNCTION}(vec4 light) {{\n"
+        + f"    return srgb_view(vec4(mat3({values}) * light.rgb, light.a));\n}}\n"
+    )
+
+
+def _encoder_after(matrix: Matrix) -> Callable[[FloatImage], FloatImage]:
+    def encode(light: FloatImage) -> FloatImage:
+        finite = np.clip(np.nan_to_num(light, nan=0.0), -LIGHT_MAX, LIGHT_MAX)
+        return srgb_encoded(finite @ matrix.T.astype(np.float32))
+
+    return encode
 
 
 def view_transform(config: ColorConfig, display: str, view: str, input_space: str) -> ViewTransform:

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from heatlens.color.color_config import load_color_config
+from heatlens.color.input_space import input_space_of
 from heatlens.color.view_transform import ViewTransform, srgb_transform, view_transform
 from heatlens.commands.lens_options import add_lens_options, lens_of
 from heatlens.commands.plate_options import add_plate_options, plate_options
@@ -23,8 +24,10 @@ from heatlens.errors import InputError
 from heatlens.export.job import ExportJob, ExrOptions, Look
 from heatlens.export.output import Output, parse_output
 from heatlens.export.plan import frames_of
+from heatlens.image.channels import Header
 from heatlens.image.exr_read import read_plate
 from heatlens.image.exr_write import COMPRESSIONS
+from heatlens.image.header_read import read_color_header
 from heatlens.image.sequence import find_sequence
 from heatlens.image.shot_file import SHOT_SUFFIX, read_shot
 from heatlens.model.settings import Bokeh, Method, Quality
@@ -119,7 +122,9 @@ def _add_look_options(parser: argparse.ArgumentParser) -> None:
         "--view", metavar="NAME", help="default: the display's first; alone: the plain sRGB curve"
     )
     group.add_argument(
-        "--input-space", metavar="NAME", help="of the light (default: as the config says)"
+        "--input-space",
+        metavar="NAME",
+        help="of the light (default: as the plate's header tells, else linear Rec.709)",
     )
     group.add_argument(
         "--gamma", type=float, default=1.0, metavar="G", help="on top of the view (default 1)"
@@ -148,7 +153,7 @@ def job_of(args: argparse.Namespace) -> ExportJob:
         output,
         args.missing,
         ExrOptions(not args.float, args.compression, with_depth, args.with_coc),
-        Look(_transform(args), args.exposure, args.gamma, args.burn_in, args.unit),
+        Look(_transform(args, shot), args.exposure, args.gamma, args.burn_in, args.unit),
         args.force,
         args.pinhole,
     )
@@ -250,11 +255,27 @@ def _check_scene_options(args: argparse.Namespace, shot: Shot) -> None:
         raise InputError(f"{shot.source} is a plate: {', '.join(wrong)}: that is for 3D scenes.")
 
 
-def _transform(args: argparse.Namespace) -> ViewTransform:
-    if not any((args.ocio, args.display, args.view, args.input_space)):
-        return srgb_transform()
-    config = load_color_config(args.ocio)
+def _transform(args: argparse.Namespace, shot: Shot) -> ViewTransform:
+    """Through OpenColorIO where it is asked for, else the plain curve; EXR is seen through none."""
+    is_plain = not any((args.ocio, args.display, args.view, args.input_space))
+    config = None if is_plain else load_color_config(args.ocio)
+    light = input_space_of(config, _color_header(shot), args.input_space or "")
+    if light.note and not parse_output(args.output).is_exr:
+        print(f"heatlens: {light.note}", file=sys.stderr)
+    if config is None:
+        return srgb_transform(light.name)
     display = args.display or config.default_display
     view = args.view or config.views(display)[0]
-    space = args.input_space or config.default_input_space
-    return view_transform(config, display, view, space)
+    return view_transform(config, display, view, light.name)
+
+
+def _color_header(shot: Shot) -> Header:
+    """Of the first frame that is there, whichever are exported; of a scene none."""
+    if shot.source is None or is_scene_source(shot.source):
+        return {}
+    sequence = find_sequence(shot.source)
+    try:
+        first = sequence.path_at(sequence.present[0])
+        return read_color_header(first, shot.plate_options.color_layer)
+    except InputError:
+        return {}  # what is wrong with a frame is said when it is its turn

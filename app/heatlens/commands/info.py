@@ -10,8 +10,9 @@ from heatlens.image.inspection import inspect
 
 _DESCRIPTION = """\
 Says what a render holds and how heatlens would read it: size and windows (pixels), channels, the
-lens in the header (focal length and sensor in mm, focus in metres), the range of the depth (metres)
-and which convention it was taken for, and why. Try the depth options here before a render.
+lens in the header (focal length and sensor in mm, focus in metres), the primaries of the colours,
+the range of the depth (metres) and which convention it was taken for, and why. Try the depth
+options here before a render.
 """
 
 _CAMERA_LINES = (
@@ -61,6 +62,7 @@ def _text(facts: dict[str, Any]) -> str:
         ("pixel aspect", f"{facts['pixel_aspect_ratio']:g}"),
         *_part_lines(facts["parts"]),
         *_camera_lines(facts["camera"]),
+        *_primaries_lines(facts["primaries"]),
         *_color_lines(facts["color"]),
         *_depth_lines(facts["depth"]),
         *(("note", note) for note in facts["notes"]),
@@ -95,6 +97,16 @@ def _camera_lines(camera: dict[str, Any]) -> list[Line]:
             value = f"{_number(camera[name])} {unit}".rstrip()
             lines.append((label, f"{value} (header: {camera['sources'][name]})"))
     return lines or [("camera", "nothing in the header")]
+
+
+def _primaries_lines(told: dict[str, Any] | None) -> list[Line]:
+    """What the colours mean, and by which attribute."""
+    if told is None:
+        return [("primaries", "linear Rec.709 (the header tells no other)")]
+    if told["space"] is None:
+        said = "of no space that heatlens knows; taken as the input space in use"
+        return [("primaries", f"{told['value']} (header: {told['attribute']}), {said}")]
+    return [("primaries", f"{told['space']} (header: {told['attribute']})")]
 
 
 def _color_lines(color: dict[str, Any]) -> list[Line]:

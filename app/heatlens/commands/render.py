@@ -7,6 +7,8 @@ from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
 
+from heatlens.color.input_space import input_space_of
+from heatlens.color.view_transform import srgb_transform
 from heatlens.commands.layer_progress import layer_progress, view_progress
 from heatlens.commands.lens_options import add_lens_options, lens_of
 from heatlens.commands.plate_options import add_plate_options, plate_options
@@ -16,7 +18,8 @@ from heatlens.errors import InputError
 from heatlens.gpu.context import headless_context
 from heatlens.gpu.textures import FloatArray, download
 from heatlens.image.exr_read import read_plate
-from heatlens.image.picture_write import check_output, write_picture
+from heatlens.image.picture_write import Encode, check_output, write_picture
+from heatlens.image.plate import Plate
 from heatlens.model.settings import (
     LAYERS_MAX,
     PROXY_MIN,
@@ -152,10 +155,17 @@ def run(args: argparse.Namespace) -> int:
     render_done = time.perf_counter()
     plate = renderer.loaded.plate
     depth = {"Z": plate.depth_m} if args.pinhole and plate.depth_m is not None else {}
-    half = not args.float
-    lens = shot.lens
     proxy = 1.0 if args.pinhole else args.proxy
-    write_picture(args.output, pixels, plate, lens, proxy, half=half, more_channels=depth)
+    write_picture(
+        args.output,
+        pixels,
+        plate,
+        shot.lens,
+        proxy,
+        half=not args.float,
+        encode=_encode(args, plate),
+        more_channels=depth,
+    )
     if args.stats:
         _say_stats(renderer, (start, read_done, render_done, time.perf_counter()))
     print(args.output)
@@ -204,6 +214,14 @@ def _pixels(
             tell(next(steps))
         except StopIteration as end:
             return download(end.value)
+
+
+def _encode(args: argparse.Namespace, plate: Plate) -> Encode:
+    """The plain curve after the light's own space; EXR keeps the light and what its header says."""
+    light = input_space_of(None, plate.attributes)
+    if light.note and args.output.suffix.lower() == ".png":
+        _say(light.note)
+    return srgb_transform(light.name).encode
 
 
 def _say(*sentences: str) -> None:

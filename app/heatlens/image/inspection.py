@@ -20,6 +20,7 @@ from heatlens.image.channels import (
 )
 from heatlens.image.depth_read import read_depth_of
 from heatlens.image.exr_read import read_color, read_parts
+from heatlens.image.primaries import ToldPrimaries, told_primaries
 from heatlens.image.windows import box_at_header, pixel_aspect_of
 from heatlens.model.boxes import Box
 from heatlens.model.plate_options import PlateOptions
@@ -40,6 +41,7 @@ def inspect(path: Path, options: PlateOptions) -> Facts:
     choice, color = _color_facts(path, parts, options)
     header = headers[choice.rgb[0].part if choice else 0]
     window = box_at_header(header, "dataWindow")
+    told = told_primaries(header)
     depth, depth_notes = _depth_facts(path, parts, choice, options)
     aspect, aspect_notes = pixel_aspect_of(path, header)
     camera = camera_at_header([header, *headers])
@@ -52,10 +54,17 @@ def inspect(path: Path, options: PlateOptions) -> Facts:
         "pixel_aspect_ratio": aspect,
         "parts": [_part_facts(part) for part in parts],
         "camera": {name: _json_value(value) for name, value in asdict(camera).items()},
+        "primaries": None if told is None else _primaries_facts(told),
         "color": color,
         "depth": depth,
         "notes": [*color.pop("notes", ()), *aspect_notes, *depth_notes],
     }
+
+
+def _primaries_facts(told: ToldPrimaries) -> Facts:
+    """The attribute, what it says, and the space that this is, None for one not known."""
+    known = None if told.known is None else told.known.name
+    return {"attribute": told.attribute, "value": told.value, "space": known}
 
 
 def _part_facts(part: Part) -> Facts:

@@ -50,7 +50,7 @@ class ViewState:
     exposure_stops   brighter by 2^stops before the view transform
     gamma            display values to the power of 1/gamma, after it
     display, view    names in the colour config; "" its defaults
-    input_space      name of the space that the pictures' light is in; "" linear Rec.709
+    input_space      name of the space that the pictures' light is in; "" as their header tells
     unit             distances in "m" or "ft"
     pixel_grid       lines between pixels where they are large
     """

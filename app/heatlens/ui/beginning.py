@@ -33,10 +33,20 @@ def begin(app: "App", opened: Opened | OpenedScene | OpenedStream) -> None:
         app.view = replace(app.view, zoom=None, center_px=None)
     elif isinstance(opened, Opened):
         app.edit(replace(app.shot, plate_options=opened.options))
-    notes = opened.scene.notes if isinstance(opened, OpenedScene) else opened.plate.notes
+    notes = " ".join((*_notes(opened), _color_note(app, opened))).strip()
     if notes:
-        app.say(" ".join(notes))
+        app.say(notes)
     app.filing.arrived(opened)
+
+
+def _notes(opened: Opened | OpenedScene | OpenedStream) -> tuple[str, ...]:
+    return opened.scene.notes if isinstance(opened, OpenedScene) else opened.plate.notes
+
+
+def _color_note(app: "App", opened: Opened | OpenedScene | OpenedStream) -> str:
+    """Have the colours mean what the header tells, the same for all frames; a scene's is none."""
+    app.color.attributes = opened.plate.attributes if isinstance(opened, Opened) else {}
+    return app.color.input_of(app.view.input_space).note
 
 
 def _started(app: "App", opened: Opened | OpenedScene | OpenedStream, begun: StartLens) -> Shot:

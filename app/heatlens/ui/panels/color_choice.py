@@ -1,11 +1,14 @@
 """The view transform in use: chosen by name, built when it changes, never a reason to stop."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
+from typing import Any
 
 from heatlens.color.color_config import ColorConfig, load_color_config
+from heatlens.color.input_space import InputSpace, input_space_of
 from heatlens.color.view_transform import srgb_transform, view_transform
 from heatlens.errors import HeatlensError
+from heatlens.image.primaries import KNOWN
 from heatlens.model.view import ViewState
 from heatlens.ui.picture.screen_pictures import ScreenPictures
 
@@ -26,7 +29,9 @@ class ColorChoice:
             if path is not None:
                 raise
             say(f"{error} Pictures are shown through the plain sRGB curve.")
-        self._inputs = self.config.input_spaces() if self.config else ("linear Rec.709",)
+        plain = tuple(known.name for known in KNOWN)
+        self._inputs = self.config.input_spaces() if self.config else plain
+        self.attributes: Mapping[str, Any] = {}  # of the open plate's header
         self._current = ("", "", "")
         self.transform = srgb_transform()  # the one in use
 
@@ -43,25 +48,30 @@ class ColorChoice:
         return self._inputs
 
     def with_names(self, view: ViewState) -> ViewState:
-        """`view` with a display and view that the config has."""
+        """`view` with a display, a view and an input space that the config has."""
         displays = self.displays()
         if view.display not in displays:
             first = self.config.default_display if self.config else displays[0]
             view = replace(view, display=first, view="")
-        views, inputs = self.views(view.display), self.input_spaces()
+        views = self.views(view.display)
         if view.view not in views:
             view = replace(view, view=views[0])
-        return view if view.input_space in inputs else replace(view, input_space=inputs[0])
+        return view if view.input_space in self._inputs else replace(view, input_space="")
+
+    def input_of(self, chosen: str) -> InputSpace:
+        """The space of the plate's light: `chosen`, else as its header tells."""
+        return input_space_of(self.config, self.attributes, chosen)
 
     def apply(self, view: ViewState, screen: ScreenPictures) -> None:
         """Have `screen` draw through the names in `view`; a transform that fails is said."""
-        wished = (view.display, view.view, view.input_space)
+        wished = (view.display, view.view, self.input_of(view.input_space).name)
         if wished == self._current:
             return
         self._current = wished
         try:
-            transform = srgb_transform()
-            if self.config is not None:
+            if self.config is None:
+                transform = srgb_transform(wished[2])
+            else:
                 transform = view_transform(self.config, *wished)
             screen.display.set_transform(transform)
             self.transform = transform

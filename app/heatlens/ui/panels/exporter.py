@@ -59,7 +59,7 @@ class Exporter:
         words = ["--ocio", app.start.ocio] if app.start.ocio and app.color.config else []
         if view.gamma != 1.0:
             words.append(f"--gamma={view.gamma:g}")
-        if app.color.config is not None and view.input_space != app.color.input_spaces()[0]:
+        if app.color.config is not None and view.input_space:
             words.append(f"--input-space={view.input_space}")
         return words
 

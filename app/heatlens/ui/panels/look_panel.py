@@ -44,12 +44,23 @@ def _color(view: ViewState, color: ColorChoice) -> ViewState:
     if display != view.display:
         view = replace(view, display=display, view=color.views(display)[0])
     shown = widgets.choice("view", view.view, color.views(view.display))
-    tip = "Space of the pictures' light: renderers write linear Rec.709 unless told otherwise."
-    space = widgets.choice("input", view.input_space, color.input_spaces(), tip)
-    view = replace(view, input_space=space)
+    view = _input(view, color)
     exposure = widgets.slider("exposure", view.exposure_stops, -8.0, 8.0, "%+.2f stops")
     gamma = widgets.slider("gamma", view.gamma, 0.2, 4.0, "%.2f")
     return replace(view, view=shown, exposure_stops=exposure, gamma=gamma)
+
+
+def _input(view: ViewState, color: ColorChoice) -> ViewState:
+    """The space of the light; first of all, the one that the plate itself means."""
+    told = color.input_of("")
+    spaces = {f"auto: {told.name}": "", **{name: name for name in color.input_spaces()}}
+    now = next(shown for shown, name in spaces.items() if name == view.input_space)
+    tip = (
+        "Space of the pictures' light. Auto: as the plate's header tells, or linear "
+        f"Rec.709, as renderers write unless told otherwise. Now: {told.why}."
+    )
+    chosen = spaces[widgets.choice("input", now, list(spaces), tip)]
+    return replace(view, input_space=chosen)
 
 
 def _buttons(view: ViewState, field: str, names: dict) -> ViewState:  # type: ignore[type-arg]

@@ -1,0 +1,84 @@
+"""Which space a plate's light is in: what the user chose, else what its header tells.
+
+Window, `render` and `export` ask here, so that one plate means the same to all of them.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from heatlens.color.color_config import LINEAR_REC709, ColorConfig
+from heatlens.image.primaries import (
+    ADOBE_RGB,
+    AP0,
+    AP1,
+    P3_D65,
+    REC709,
+    REC2020,
+    XYZ,
+    Primaries,
+    ToldPrimaries,
+    told_primaries,
+)
+
+# What configs call them: ACES since 2.0, ACES 1, Blender; the identifier is asked for before.
+_NAMES: Mapping[Primaries, tuple[str, ...]] = {
+    REC709: LINEAR_REC709,
+    AP0: ("ACES2065-1", "lin_ap0", "ACES - ACES2065-1"),
+    AP1: ("ACEScg", "lin_ap1", "ACES - ACEScg"),
+    REC2020: ("Linear Rec.2020", "lin_rec2020", "Utility - Linear - Rec.2020"),
+    P3_D65: ("Linear P3-D65", "lin_p3d65", "Utility - Linear - P3-D65", "Linear DCI-P3 D65"),
+    ADOBE_RGB: ("Linear AdobeRGB", "lin_adobergb", "Utility - Linear - Adobe RGB"),
+    XYZ: ("CIE XYZ-D65 - Scene-referred", "cie_xyz_d65_scene", "Linear CIE-XYZ D65"),
+}
+
+
+@dataclass(frozen=True)
+class InputSpace:
+    """A space of the config, why it is this one, and what to say where a header is not followed."""
+
+    name: str
+    why: str
+    note: str = ""
+
+
+def input_space_of(
+    config: ColorConfig | None, attributes: Mapping[str, Any], chosen: str = ""
+) -> InputSpace:
+    """The space of light whose header has `attributes`; `chosen`, the user's own, wins.
+
+    `config` None: the plain sRGB curve, which knows the primaries of `image.primaries` by name.
+    Raises InputError for a config that has no space to fall back on.
+    """
+    if chosen:
+        return InputSpace(chosen, "chosen")
+    told = told_primaries(attributes)
+    found = None if told is None else _found(config, told)
+    if told is not None and found is not None:
+        return InputSpace(found, f"header, {told.attribute}")
+    usual = REC709.name if config is None else config.default_input_space
+    if told is None:
+        return InputSpace(usual, "the header tells no other")
+    return InputSpace(usual, f"no other for {told.attribute}", _note(config, told, usual))
+
+
+def _found(config: ColorConfig | None, told: ToldPrimaries) -> str | None:
+    """The name of the space that was told, where there is one."""
+    if config is None:
+        return None if told.known is None else told.known.name
+    if told.known is None:
+        # A studio's config may know a name that is nobody else's; numbers are no name.
+        return config.space_called(told.value) if told.attribute == "colorInteropID" else None
+    return config.space_called(told.known.interop_id, *_NAMES[told.known])
+
+
+def _note(config: ColorConfig | None, told: ToldPrimaries, usual: str) -> str:
+    """One sentence on a header that cannot be followed."""
+    if told.known is not None and config is not None:
+        problem = f"{config.source} has no {told.known.name}, as is the header's"
+    else:
+        problem = "No space that heatlens knows has the header's"
+    return (
+        f"{problem} {told.attribute} ({told.value}): the light is taken as {usual} until another "
+        "input space is chosen."
+    )

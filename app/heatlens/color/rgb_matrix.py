@@ -1,0 +1,51 @@
+"""From light in one set of primaries to another: matrices of CIE colorimetry.
+
+RGB to XYZ as SMPTE RP 177 derives it; white points adapted by the Bradford transform, as
+OpenColorIO's configs do (Lam 1985; ICC.1:2022, annex E).
+"""
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from heatlens.image.primaries import REC709, XYZ, Primaries
+
+Matrix = npt.NDArray[np.floating[Any]]
+
+_BRADFORD: Matrix = np.array(
+    [[0.8951, 0.2664, -0.1614], [-0.7502, 1.7135, 0.0367], [0.0389, -0.0685, 1.0296]]
+)
+
+
+def to_rec709(primaries: Primaries) -> Matrix:
+    """(3, 3): linear Rec.709 = M light, for columns. White stays white; of XYZ, D65 becomes it."""
+    back: Matrix = np.linalg.inv(_to_xyz(REC709))
+    if primaries == XYZ:
+        return back
+    matrix: Matrix = back @ _adapted(_white(primaries), _white(REC709)) @ _to_xyz(primaries)
+    return matrix
+
+
+def _to_xyz(primaries: Primaries) -> Matrix:
+    """Columns: XYZ of red, green and blue, which sum to the white with Y = 1."""
+    red, green, blue, _ = np.reshape(primaries.chromaticities, (4, 2))
+    columns = np.stack([_xyz(*xy) for xy in (red, green, blue)], axis=1)
+    matrix: Matrix = columns * np.linalg.solve(columns, _white(primaries))
+    return matrix
+
+
+def _white(primaries: Primaries) -> Matrix:
+    x, y = primaries.chromaticities[6:]
+    return _xyz(x, y) / y
+
+
+def _xyz(x: float, y: float) -> Matrix:
+    """Of the sum 1, for blue of AP0 has no luminance to speak of."""
+    return np.array([x, y, 1.0 - x - y])
+
+
+def _adapted(white: Matrix, wanted: Matrix) -> Matrix:
+    gain = (_BRADFORD @ wanted) / (_BRADFORD @ white)
+    matrix: Matrix = np.linalg.inv(_BRADFORD) @ np.diag(gain) @ _BRADFORD
+    return matrix
