@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from heatlens.image.plate import CameraHeader, DepthReport, Plate
+from heatlens.image.plate import CameraHeader, DepthReport, Plate, ReadPixels
 from heatlens.model.boxes import Box
 from heatlens.model.lens import Lens
 
@@ -26,10 +26,8 @@ def plate_of(color: Image, depth_m: Image, **changes: object) -> Plate:
     window = Box(0, 0, width, height)
     plate = Plate(
         path=Path("made.exr"),
-        color=rgba,
+        pixels=ReadPixels(rgba, depth_m.astype(np.float32)),
         has_alpha=False,
-        depth_m=depth_m.astype(np.float32),
-        coc_px=None,
         data_window=window,
         display_window=window,
         pixel_aspect_ratio=1.0,
@@ -54,7 +52,8 @@ def coc_plate_of(color: Image, coc_px: Image) -> Plate:
     """`color` with its signed circle of confusion (H, W) in pixels."""
     report = DepthReport("coc", "coc", "planar", "made", math.nan, math.nan, 0, 0)
     plate = plate_of(color, np.ones(coc_px.shape, np.float32))
-    return replace(plate, depth_m=None, coc_px=coc_px.astype(np.float32), depth=report)
+    pixels = ReadPixels(plate.color, coc_px=coc_px.astype(np.float32))
+    return replace(plate, pixels=pixels, depth=report)
 
 
 def lens_blurring(coc_px: float, display_width_px: int, squeeze: float = 1.0) -> Lens:

@@ -7,29 +7,36 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from heatlens.model.depth_histogram import BINS, depth_histogram
+from heatlens.model.depth_histogram import BINS, DepthHistogram, depth_histogram
+from heatlens.model.value_bins import BINS as FINE_BINS
+from heatlens.model.value_bins import bins_of
 
 DEPTHS = st.lists(st.one_of(st.floats(0.01, 1e5), st.just(math.inf)), min_size=1, max_size=60).map(
     lambda depths: np.array(depths, np.float32).reshape(1, -1)
 )
 
 
+def histogram_of(depth_m: np.ndarray) -> DepthHistogram:
+    return depth_histogram(bins_of(np.float32(1.0) / depth_m))
+
+
 @given(DEPTHS)
 def test_heights_are_roots_of_how_many_lie_there(depth_m):
-    """Counted below every edge between two bins; what lies on an edge may fall to either side."""
-    found = depth_histogram(depth_m)
+    """Counted below every edge between two bins; what a fine bin holds falls to one side of it."""
+    found = histogram_of(depth_m)
     assert found.heights.shape == (BINS,) and found.heights.max() == 1.0
     shares = found.heights**2
     below = np.cumsum(shares / shares.sum() * depth_m.size)
     dioptres = np.sort(1.0 / depth_m.ravel().astype(np.float64))
     edges = np.linspace(0, found.most_dioptres, BINS + 1)[1:]
-    assert np.all(below >= np.searchsorted(dioptres, edges * (1 - 1e-5)) - 1e-6)
-    assert np.all(below <= np.searchsorted(dioptres, edges * (1 + 1e-5), side="right") + 1e-6)
+    near = 1e-5 * edges + np.ptp(dioptres) / FINE_BINS
+    assert np.all(below >= np.searchsorted(dioptres, edges - near) - 1e-6)
+    assert np.all(below <= np.searchsorted(dioptres, edges + near, side="right") + 1e-6)
 
 
 @given(DEPTHS)
 def test_every_surface_is_on_the_bar_with_room_in_front(depth_m):
-    found = depth_histogram(depth_m)
+    found = histogram_of(depth_m)
     assert 0 < found.most_dioptres < math.inf
     nearest = float((1 / depth_m.astype(np.float64)).max())
     assert nearest == 0 or found.most_dioptres == pytest.approx(1.12 * nearest, rel=1e-6)
@@ -37,5 +44,5 @@ def test_every_surface_is_on_the_bar_with_room_in_front(depth_m):
 
 
 def test_a_frame_where_nothing_was_hit_is_all_at_infinity():
-    found = depth_histogram(np.full((3, 5), np.inf, np.float32))
+    found = histogram_of(np.full((3, 5), np.inf, np.float32))
     assert (found.most_dioptres, found.heights[0], found.heights[1:].max()) == (1.0, 1.0, 0.0)

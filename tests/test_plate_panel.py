@@ -14,6 +14,7 @@ from heatlens.image.exr_read import read_plate
 from heatlens.image.radial import planar_depth_m
 from heatlens.model.depth_histogram import depth_histogram
 from heatlens.model.plate_options import PlateOptions
+from heatlens.model.value_bins import bins_of
 from heatlens.ui.files.preferences import Preferences
 from heatlens.ui.picture.probe import seen_depth_m
 from heatlens.ui.widgets import window_words
@@ -229,7 +230,7 @@ def test_the_mark_in_the_histogram_moves_with_the_pointer(gui):
 
 @pytest.mark.parametrize("distance_m", [0.5, 2.0, math.inf, 1e-12])
 def test_a_part_of_the_histogram_is_a_part_of_the_dioptres(distance_m):
-    histogram = depth_histogram(np.array([2.0, 4.0, np.inf], np.float32))
+    histogram = depth_histogram(bins_of(np.array([0.5, 0.25, 0.0], np.float32)))
     assert histogram.part_at(distance_m) == pytest.approx(
         min(1 / distance_m / histogram.most_dioptres, 1)
     )

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from heatlens.defocus.line_solver import LineSolver
-from heatlens.defocus.optics import Optics, occupied_values
+from heatlens.defocus.optics import Optics
 from heatlens.defocus.pipeline import DefocusPasses, DefocusPipeline, Result, Steps
 from heatlens.defocus.plate_passes import proxy_size
 from heatlens.defocus.solver_choice import fastest_solver
@@ -22,6 +22,7 @@ from heatlens.model.coc import axis_scales, coc_line
 from heatlens.model.framing import Framing, Pose
 from heatlens.model.lens import Lens
 from heatlens.model.shot import Shot
+from heatlens.model.value_bins import ValueBins, bins_of
 from heatlens.scene.scene import Scene
 
 if TYPE_CHECKING:
@@ -35,7 +36,12 @@ class LoadedPlate:
     plate: Plate
     color: moderngl.Texture  # RGBA, premultiplied
     depth: moderngl.Texture  # metres, or signed coc in pixels where the plate brings that
-    occupied: npt.NDArray[np.float64]  # where its surfaces lie, see `occupied_of`
+    bins: ValueBins  # where its surfaces lie, see `bins_of_plate`
+
+    @property
+    def occupied(self) -> npt.NDArray[np.float64]:
+        """Ends of the bins that hold a surface, ascending."""
+        return self.bins.occupied
 
 
 class FrameRenderer:
@@ -72,7 +78,7 @@ class FrameRenderer:
         color, depth = self._textures(size)
         upload(color, plate.color)
         upload(depth, _depth_or_coc(plate))
-        self._take(LoadedPlate(plate, color, depth, occupied_of(plate)))
+        self._take(LoadedPlate(plate, color, depth, bins_of_plate(plate)))
 
     def load_scene(self, scene: Scene) -> None:
         """Take a scene to the GPU; its pictures are drawn as they are asked for."""
@@ -110,7 +116,7 @@ class FrameRenderer:
         yield from self._of_scene.look(shot, frame, passes)
         held = self._of_scene.held
         if self._loaded is None or self._loaded.plate is not held.plate:
-            self._take(LoadedPlate(held.plate, held.color, held.depth, occupied_of(held.plate)))
+            self._take(LoadedPlate(held.plate, held.color, held.depth, held.dioptres))
 
     def _take(self, loaded: LoadedPlate) -> None:
         for pipeline in self._pipelines.values():
@@ -220,12 +226,12 @@ def _depth_or_coc(plate: Plate) -> FloatArray:
     return np.ascontiguousarray(depth, np.float32)
 
 
-def occupied_of(plate: Plate) -> npt.NDArray[np.float64]:
+def bins_of_plate(plate: Plate) -> ValueBins:
     """Where the plate's surfaces lie: dioptres, or pixels of coc where it brings these."""
     if plate.coc_px is not None:
-        return occupied_values(plate.coc_px)
+        return bins_of(plate.coc_px)
     assert plate.depth_m is not None
-    return occupied_values(np.float32(1.0) / plate.depth_m)
+    return bins_of(np.float32(1.0) / plate.depth_m)
 
 
 def optics_of(plate: Plate, occupied: npt.NDArray[np.float64], lens: Lens) -> Optics:

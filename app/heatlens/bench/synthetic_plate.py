@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from heatlens.image.plate import CameraHeader, DepthReport, FloatImage, Plate
+from heatlens.image.plate import CameraHeader, DepthReport, FloatImage, Plate, ReadPixels
 from heatlens.model.boxes import Box
 from heatlens.model.coc import coc_line, coc_px
 from heatlens.model.lens import Lens
@@ -107,10 +107,8 @@ def _plate(
     convention: DepthConvention = "coc" if depth_m is None else "distance"
     return Plate(
         path=Path("synthetic"),
-        color=rgba,
+        pixels=ReadPixels(rgba, depth_m, coc),
         has_alpha=False,
-        depth_m=depth_m,
-        coc_px=coc,
         data_window=window,
         display_window=window,
         pixel_aspect_ratio=1.0,

@@ -8,24 +8,7 @@ import numpy.typing as npt
 
 from heatlens.model.coc import CocLine
 
-_BINS = 4096
-_STEP_MIN = 1e-30  # a smaller one has no reciprocal in float32
 _UNCOVERED_MARGIN_PX = 8  # a kernel's tail, and the fill's own neighbourhood
-
-
-def occupied_values(values: npt.NDArray[np.float32]) -> npt.NDArray[np.float64]:
-    """Where the values lie: ends of the occupied ones of 4096 bins, ascending, (2 n,) float64.
-
-    Bins take a few milliseconds for a whole plate, once, where sorting takes seconds.
-    """
-    low, high = float(values.min()), float(values.max())
-    step = (high - low) / _BINS
-    if step < _STEP_MIN:
-        return np.array([low, high])
-    bins = ((values.ravel() - np.float32(low)) * np.float32(1 / step)).astype(np.int32)
-    occupied = np.flatnonzero(np.bincount(np.clip(bins, 0, _BINS - 1), minlength=_BINS))
-    ends = np.stack([low + occupied * step, low + (occupied + 1) * step], axis=-1)
-    return np.clip(ends.ravel(), low, high)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -10,7 +10,7 @@ from heatlens.errors import InputError
 from heatlens.export.frame_source import FrameLoader, Origin, PlannedFrame
 from heatlens.image.exr_read import read_plate
 from heatlens.image.frame_cache import Damaged, FrameCache
-from heatlens.image.plate import Plate
+from heatlens.image.plate import Plate, ReadPixels
 from heatlens.image.sequence import MissingPolicy, Sequence, stamp_of
 from heatlens.image.sequence_names import frames_text
 from heatlens.model.shot import Shot
@@ -113,5 +113,6 @@ def _black(plate: Plate) -> Plate:
     if not plate.has_alpha:
         color[..., 3] = 1.0
     if plate.coc_px is not None:
-        return replace(plate, color=color, coc_px=np.zeros_like(plate.coc_px))
-    return replace(plate, color=color, depth_m=np.full(color.shape[:2], np.inf, np.float32))
+        return replace(plate, pixels=ReadPixels(color, coc_px=np.zeros_like(plate.coc_px)))
+    nowhere_m = np.full(color.shape[:2], np.inf, np.float32)
+    return replace(plate, pixels=ReadPixels(color, nowhere_m))

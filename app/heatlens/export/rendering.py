@@ -8,7 +8,7 @@ from heatlens.export.frame_source import PlannedFrame
 from heatlens.export.plan import ExportPlan
 from heatlens.export.shown import ShownPictures
 from heatlens.gpu.textures import download
-from heatlens.image.plate import FloatImage
+from heatlens.image.plate import FloatImage, Plate
 from heatlens.render import FrameRenderer
 
 
@@ -27,13 +27,18 @@ class FrameRendering:
     def rendered(self, frame: PlannedFrame) -> RenderedFrame:
         """The picture of `frame`; raises InputError where its plate is damaged or gone."""
         self._loader.load(frame)
-        return RenderedFrame(frame, self._renderer.loaded.plate, self._pixels(frame))
+        return RenderedFrame(frame, self._plate(), self._pixels(frame))
 
     def close(self) -> None:
         """Stop reading; give what was used of OpenGL back."""
         self._loader.close()
         if self._shown is not None:
             self._shown.release()
+
+    def _plate(self) -> Plate:
+        """In memory where depth is written too: that happens on another thread."""
+        plate, exr = self._renderer.loaded.plate, self._job.exr
+        return plate.in_memory() if exr.with_depth or exr.with_coc else plate
 
     def _pixels(self, frame: PlannedFrame) -> FloatImage:
         picture = self._picture(frame.frame)

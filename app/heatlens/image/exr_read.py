@@ -20,7 +20,7 @@ from heatlens.image.channels import (
 )
 from heatlens.image.depth_read import read_depth_of
 from heatlens.image.exr_write import JOB_ATTRIBUTE
-from heatlens.image.plate import FloatImage, Plate
+from heatlens.image.plate import FloatImage, Plate, read_pixels
 from heatlens.image.quiet import quiet_library
 from heatlens.image.repair import repair_color
 from heatlens.image.windows import box_at_header, pixel_aspect_of
@@ -85,10 +85,8 @@ def read_plate(path: str | os.PathLike[str], options: PlateOptions | None = None
     is_coc = depth.report.convention == "coc"
     return Plate(
         path=path,
-        color=color,
+        pixels=read_pixels(color, depth.values, is_coc),
         has_alpha=choice.alpha is not None,
-        depth_m=None if is_coc else depth.values,
-        coc_px=depth.values if is_coc else None,
         data_window=box_at_header(header, "dataWindow"),
         display_window=box_at_header(header, "displayWindow"),
         pixel_aspect_ratio=aspect,

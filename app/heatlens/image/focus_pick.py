@@ -6,6 +6,7 @@ import numpy as np
 
 from heatlens.errors import InputError
 from heatlens.image.plate import Plate
+from heatlens.model.boxes import Box
 
 _RADIUS_PX = 2  # the median of 5 x 5 pixels: one noisy pixel does not decide
 
@@ -15,7 +16,7 @@ def depth_at_m(plate: Plate, x: int, y: int) -> float:
 
     Raises InputError outside the picture, and for a plate without distances.
     """
-    if plate.depth_m is None:
+    if not plate.has_distances:
         raise no_distances(plate)
     window, display = plate.data_window, plate.display_window
     column, row = x + display.x0 - window.x0, y + display.y0 - window.y0
@@ -26,10 +27,9 @@ def depth_at_m(plate: Plate, x: int, y: int) -> float:
             f"{window.x1 - display.x0 - 1},{window.y1 - display.y0 - 1}."
         )
     reach = _RADIUS_PX
-    area = plate.depth_m[
-        max(0, row - reach) : row + reach + 1, max(0, column - reach) : column + reach + 1
-    ]
-    ordered = np.sort(area, axis=None)
+    around = Box(column - reach, row - reach, column + reach + 1, row + reach + 1)
+    inside = around.intersection(Box(0, 0, window.width, window.height))
+    ordered = np.sort(plate.pixels.depth_in(inside), axis=None)
     middle = float(ordered[len(ordered) // 2])  # np.median would make NaN between two infinities
     return middle if math.isfinite(middle) else math.inf
 

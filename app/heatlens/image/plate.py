@@ -1,9 +1,9 @@
 """What the rest of the program knows of an input picture, whatever the file looked like."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,9 +41,8 @@ class DepthReport:
     repaired_count: int  # pixels that held no depth and took a neighbour's
 
 
-@dataclass(frozen=True, eq=False)
-class Plate:
-    """One pinhole picture with its depth, over the data window.
+class Pixels(Protocol):
+    """A plate's pixels, over its data window: in memory, or fetched when they are asked for.
 
     `color` is (H, W, 4) float32, scene-linear, premultiplied, C-contiguous; alpha is 1 where the
     file has none. Exactly one of `depth_m` and `coc_px`, both (H, W) float32, is there: planar
@@ -51,11 +50,54 @@ class Plate:
     pixels, negative in front of the focus.
     """
 
-    path: Path
+    @property
+    def color(self) -> FloatImage: ...
+    @property
+    def depth_m(self) -> FloatImage | None: ...
+    @property
+    def coc_px(self) -> FloatImage | None: ...
+
+    def color_in(self, area: Box) -> FloatImage:
+        """The colours of an area that lies inside, counted from the first pixel."""
+
+    def depth_in(self, area: Box) -> FloatImage:
+        """The metres of an area, likewise; there have to be distances."""
+
+
+@dataclass(frozen=True, eq=False)
+class ReadPixels:
+    """Pixels in memory."""
+
     color: FloatImage
+    depth_m: FloatImage | None = None
+    coc_px: FloatImage | None = None
+
+    def color_in(self, area: Box) -> FloatImage:
+        """See `Pixels`."""
+        return self.color[area.y0 : area.y1, area.x0 : area.x1]
+
+    def depth_in(self, area: Box) -> FloatImage:
+        """See `Pixels`."""
+        assert self.depth_m is not None
+        return self.depth_m[area.y0 : area.y1, area.x0 : area.x1]
+
+
+def read_pixels(color: FloatImage, depth: FloatImage, is_coc: bool) -> ReadPixels:
+    """Of a file, whose depth is a circle of confusion or metres."""
+    return ReadPixels(color, coc_px=depth) if is_coc else ReadPixels(color, depth)
+
+
+@dataclass(frozen=True, eq=False)
+class Plate:
+    """One pinhole picture with its depth, over the data window.
+
+    Whoever needs few pixels, often, takes them from `pixels`: those of a scene lie on the GPU, and
+    `color` and `depth_m` bring all of them.
+    """
+
+    path: Path
+    pixels: Pixels
     has_alpha: bool
-    depth_m: FloatImage | None
-    coc_px: FloatImage | None
     data_window: Box
     display_window: Box
     pixel_aspect_ratio: float  # width of a pixel over its height
@@ -64,3 +106,27 @@ class Plate:
     aovs: tuple[str, ...]  # every channel of the file, by its full name
     attributes: dict[str, Any]  # header entries to carry to the output
     notes: tuple[str, ...]  # sentences to say aloud: repairs, guesses, warnings
+
+    @property
+    def color(self) -> FloatImage:
+        """All of `Pixels.color`."""
+        return self.pixels.color
+
+    @property
+    def depth_m(self) -> FloatImage | None:
+        """All of `Pixels.depth_m`."""
+        return self.pixels.depth_m
+
+    @property
+    def coc_px(self) -> FloatImage | None:
+        """All of `Pixels.coc_px`."""
+        return self.pixels.coc_px
+
+    def in_memory(self) -> "Plate":
+        """The same with all of its pixels fetched, for other threads."""
+        return replace(self, pixels=ReadPixels(self.color, self.depth_m, self.coc_px))
+
+    @property
+    def has_distances(self) -> bool:
+        """It brings metres, and no circle of confusion; asking fetches nothing."""
+        return self.pixels.coc_px is None

@@ -17,7 +17,7 @@ from heatlens.image.channels import Header, Part, choose_color, choose_depth
 from heatlens.image.depth import finite_range
 from heatlens.image.depth_read import read_depth_of
 from heatlens.image.exr_read import read_color
-from heatlens.image.plate import DepthReport, FloatImage, Plate
+from heatlens.image.plate import DepthReport, FloatImage, Plate, read_pixels
 from heatlens.image.tev_images import TevImage, not_sent
 from heatlens.image.windows import header_at_box
 from heatlens.model.boxes import Box
@@ -58,10 +58,8 @@ def plate_of_image(image: TevImage, options: PlateOptions, aovs: tuple[str, ...]
     box = Box(0, 0, image.width, image.height)
     return Plate(
         path=path,
-        color=color,
+        pixels=read_pixels(color, depth.values, is_coc),
         has_alpha=choice.alpha is not None,
-        depth_m=None if is_coc else depth.values,
-        coc_px=depth.values if is_coc else None,
         data_window=box,
         display_window=box,
         pixel_aspect_ratio=1.0,

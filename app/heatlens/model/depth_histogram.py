@@ -6,8 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from heatlens.model.value_bins import ValueBins
+
 BINS = 160
-_SAMPLES = 1 << 18  # pixels looked at: enough for its shape, and a sequence can be played
 _NEAR_ROOM = 1.12  # dioptres beyond the nearest surface, so that focus can be set in front of it
 
 
@@ -23,14 +24,14 @@ class DepthHistogram:
         return min(1.0 / max(distance_m, 1e-9) / self.most_dioptres, 1.0)
 
 
-def depth_histogram(depth_m: NDArray[np.float32]) -> DepthHistogram:
-    """Of metres, +inf where nothing was hit; heights by square root, that few pixels are seen."""
-    most = float(np.float32(1.0) / depth_m.min()) * _NEAR_ROOM
-    step = math.ceil(math.sqrt(depth_m.size / _SAMPLES))
-    sampled = depth_m[::step, ::step] if depth_m.ndim == 2 else depth_m
-    dioptres = np.float32(1.0) / sampled.ravel()
+def depth_histogram(dioptres: ValueBins) -> DepthHistogram:
+    """Of 1 / metres, 0 where nothing was hit; heights by square root, that few pixels are seen.
+
+    Each of the fine bins is where its middle is.
+    """
+    most = dioptres.high * _NEAR_ROOM
     if not 0.0 < most < math.inf:
         most = 1.0  # nothing was hit: any scale serves
-    counts, _ = np.histogram(dioptres, BINS, (0.0, most))
+    counts, _ = np.histogram(dioptres.middles, BINS, (0.0, most), weights=dioptres.counts)
     heights = np.sqrt(counts / max(int(counts.max()), 1))
     return DepthHistogram(heights, most)

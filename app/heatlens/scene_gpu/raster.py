@@ -11,7 +11,8 @@ import moderngl
 import numpy as np
 
 from heatlens.gpu.program import DrawProgram
-from heatlens.gpu.textures import TexturePool
+from heatlens.gpu.textures import FloatArray, TexturePool
+from heatlens.model.boxes import Box
 from heatlens.scene.scene import Array, Daylight, Scene
 from heatlens.scene.scene_view import SceneView
 from heatlens.scene_gpu.draw_targets import DrawTargets
@@ -111,6 +112,13 @@ class SceneRaster:
         self._put(total, color, 1.0, is_first=True)
         self._draw_depth(still, depth)
         yield "pinhole"
+
+    def read(self, texture: moderngl.Texture, area: Box) -> FloatArray:
+        """Few pixels of what was drawn: (h, w) float32 of one component, (h, w, C) of more."""
+        viewport = (area.x0, area.y0, area.width, area.height)
+        held = self._targets.of(texture).read(viewport, texture.components, dtype="f4")
+        pixels = np.frombuffer(held, np.float32)
+        return pixels.reshape(area.shape if texture.components == 1 else (*area.shape, -1))
 
     def _antialiased(self, view: SceneView) -> moderngl.Texture:
         """A view with as many samples a pixel as there can be."""

@@ -1,35 +1,87 @@
 """A scene seen through a pinhole, as a plate: what a file of that picture would hold."""
 
-import math
+from collections.abc import Callable
+from functools import cached_property, lru_cache
 from pathlib import Path
+from threading import get_ident
 
+import moderngl
 import numpy as np
 
-from heatlens.image.plate import CameraHeader, DepthReport, FloatImage, Plate
+from heatlens.errors import GpuError
+from heatlens.gpu.textures import FloatArray, download
+from heatlens.image.plate import CameraHeader, DepthReport, Plate
 from heatlens.model.boxes import Box
 from heatlens.model.framing import Pose
 from heatlens.model.lens import Lens
+from heatlens.scene_gpu.depth_survey import Surveyed
 
 _MIRRORED_Z = np.diag([1.0, 1.0, -1.0, 1.0])
+_AREAS_KEPT = 64
+
+ReadArea = Callable[[moderngl.Texture, Box], FloatArray]
+
+
+class DrawnPixels:
+    """Pixels on the GPU, see `Pixels`: they come when they are asked for, until they are redrawn.
+
+    Asking later raises GpuError. For the thread that OpenGL is on; others take `Plate.in_memory`.
+    """
+
+    coc_px = None
+
+    def __init__(
+        self, color: moderngl.Texture, depth: moderngl.Texture, read_area: ReadArea
+    ) -> None:
+        """RGBA float16 and R float32; `read_area` gives (h, w, C) or (h, w) float32 of either."""
+        self._color, self._depth = color, depth
+        self._area = lru_cache(_AREAS_KEPT)(read_area)  # what lies under a pointer that rests
+        self._is_there, self._thread = True, get_ident()
+
+    def let_go(self) -> None:
+        """The textures are drawn over, or released."""
+        self._is_there = False
+
+    @cached_property
+    def color(self) -> FloatArray:
+        """(H, W, 4)."""
+        return download(self._checked(self._color))
+
+    @cached_property
+    def depth_m(self) -> FloatArray:
+        """(H, W)."""
+        return download(self._checked(self._depth))
+
+    def color_in(self, area: Box) -> FloatArray:
+        """(h, w, 4)."""
+        return self._area(self._checked(self._color), area)
+
+    def depth_in(self, area: Box) -> FloatArray:
+        """(h, w)."""
+        return self._area(self._checked(self._depth), area)
+
+    def _checked(self, texture: moderngl.Texture) -> moderngl.Texture:
+        assert get_ident() == self._thread, "OpenGL is on another thread"
+        if not self._is_there:
+            raise GpuError("This picture of the scene has been drawn over: look at it again.")
+        return texture
 
 
 def plate_of_scene(
-    path: Path, color: FloatImage, depth_m: FloatImage, pose: Pose, lens: Lens
+    path: Path, pixels: DrawnPixels, surveyed: Surveyed, view: tuple[Pose, Lens, tuple[int, int]]
 ) -> Plate:
-    """`color` (H, W, 4) and `depth_m` (H, W), +inf for the sky, from where the camera stands."""
-    height, width = depth_m.shape
-    window = Box(0, 0, width, height)
+    """`view` is where the camera stands, its lens, and width and height of the picture."""
+    pose, lens, size = view
+    window = Box(0, 0, *size)
     return Plate(
         path=path,
-        color=color,
+        pixels=pixels,
         has_alpha=False,
-        depth_m=depth_m,
-        coc_px=None,
         data_window=window,
         display_window=window,
         pixel_aspect_ratio=1.0,
-        camera=_camera(lens, width, height),
-        depth=_report(depth_m),
+        camera=_camera(lens, *size),
+        depth=_report(surveyed),
         aovs=("R", "G", "B", "Z"),
         attributes={"worldToCamera": world_to_camera_attribute(pose)},
         notes=(),
@@ -50,15 +102,14 @@ def _camera(lens: Lens, width: int, height: int) -> CameraHeader:
     )
 
 
-def _report(depth_m: FloatImage) -> DepthReport:
-    finite = depth_m[np.isfinite(depth_m)]
+def _report(surveyed: Surveyed) -> DepthReport:
     return DepthReport(
         channel="Z",
         convention="distance",
         kind="planar",
         why="Measured as the scene was drawn.",
-        near_m=float(finite.min()) if finite.size else math.inf,
-        far_m=float(finite.max()) if finite.size else math.inf,
-        infinite_count=int(depth_m.size - finite.size),
+        near_m=surveyed.near_m,
+        far_m=surveyed.far_m,
+        infinite_count=surveyed.infinite_count,
         repaired_count=0,
     )

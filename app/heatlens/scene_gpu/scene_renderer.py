@@ -6,18 +6,20 @@ from functools import cached_property
 
 import moderngl
 
-from heatlens.gpu.textures import TexturePool, download
+from heatlens.gpu.textures import TexturePool
 from heatlens.image.plate import Plate
 from heatlens.model.framing import Framing, Pose
 from heatlens.model.settings import Method
 from heatlens.model.shot import Shot
+from heatlens.model.value_bins import ValueBins
 from heatlens.scene.scene import Scene
 from heatlens.scene.scene_bounds import bounds_m, track_of
 from heatlens.scene.scene_view import SceneView, lens_radii_m, view_of
 from heatlens.scene_gpu.accumulation import Accumulation
+from heatlens.scene_gpu.depth_survey import DepthSurvey
 from heatlens.scene_gpu.raster import SceneRaster
 from heatlens.scene_gpu.ray_tracer import RayTracer
-from heatlens.scene_gpu.scene_plate import plate_of_scene
+from heatlens.scene_gpu.scene_plate import DrawnPixels, plate_of_scene
 
 PINHOLE_PASSES = 4  # jittered views of four samples: sixteen in each pixel
 
@@ -27,8 +29,10 @@ class Look:
     """A pinhole picture on the GPU, half and float as in a file, and as a plate."""
 
     plate: Plate
+    pixels: DrawnPixels  # of the plate
     color: moderngl.Texture
     depth: moderngl.Texture
+    dioptres: ValueBins
 
 
 class SceneRenderer:
@@ -38,6 +42,7 @@ class SceneRenderer:
         self.scene = scene
         self._raster = SceneRaster(ctx)
         self._raster.load(scene)
+        self._survey = DepthSurvey(ctx)
         self._ctx = ctx
         self._pool = TexturePool(ctx)
         self._held: tuple[object, Look] | None = None
@@ -66,13 +71,15 @@ class SceneRenderer:
         key = (pose, lens.focal_length_mm, lens.sensor_width_mm, size, self._moment(frame))
         if self._held is not None and self._held[0] == key and self._passes >= (passes or 0):
             return
-        self._held, self._passes = None, passes or PINHOLE_PASSES
+        self._let_go()
+        self._passes = passes or PINHOLE_PASSES
         self._raster.place(frame)
         color = self._pool.texture("pinhole colour", size, 4, "f2")
         depth = self._pool.texture("pinhole depth", size, 1)
         yield from self._raster.pinhole(self._view(shot, frame, size), color, depth, self._passes)
-        plate = plate_of_scene(self.scene.path, download(color), download(depth), pose, lens)
-        self._held = key, Look(plate, color, depth)
+        surveyed, pixels = self._survey.of(depth), DrawnPixels(color, depth, self._raster.read)
+        plate = plate_of_scene(self.scene.path, pixels, surveyed, (pose, lens, size))
+        self._held = key, Look(plate, pixels, color, depth, surveyed.dioptres)
 
     @property
     def held(self) -> Look:
@@ -92,8 +99,15 @@ class SceneRenderer:
         key = (self.pose_at(shot, frame), seen, size, self._moment(frame))
         yield from method.steps(view, lens_radii_m(lens), shot.defocus.views, out, key)
 
+    def _let_go(self) -> None:
+        if self._held is not None:
+            self._held[1].pixels.let_go()
+            self._held = None
+
     def release(self) -> None:
         """Give what lies on the GPU back; of what was never asked for there is nothing."""
+        self._let_go()
+        self._survey.release()
         for made in ("_accumulation", "_ray_tracer"):
             if made in self.__dict__:
                 self.__dict__[made].release()

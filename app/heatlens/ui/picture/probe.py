@@ -7,6 +7,7 @@ import moderngl
 import numpy as np
 
 from heatlens.image.plate import Plate
+from heatlens.model.boxes import Box
 from heatlens.model.coc import coc_line, coc_px
 from heatlens.model.lens import Lens
 from heatlens.model.units import format_distance
@@ -71,10 +72,11 @@ def probe_at(
     if not data.contains(*at):
         return None
     column, row = at[0] - data.x0, at[1] - data.y0
-    depth_m = None if plate.depth_m is None else float(plate.depth_m[row, column])
+    here = Box(column, row, column + 1, row + 1)
+    depth_m = plate.pixels.depth_in(here).item() if plate.has_distances else None
     width, height = shown.texture.size
     texel = column * width // data.width, row * height // data.height
-    red, green, blue, alpha = plate.color[row, column].tolist()
+    red, green, blue, alpha = plate.pixels.color_in(here)[0, 0].tolist()
     return Probe(
         pixel,
         at,
@@ -89,9 +91,10 @@ def seen_depth_m(plate: Plate, pixel: tuple[int, int]) -> float | None:
     """Distance at a pixel of the display window; None beside the picture and where it has none."""
     data, display = plate.data_window, plate.display_window
     at = pixel[0] + display.x0, pixel[1] + display.y0
-    if plate.depth_m is None or not data.contains(*at):
+    if not (plate.has_distances and data.contains(*at)):
         return None
-    return float(plate.depth_m[at[1] - data.y0, at[0] - data.x0])
+    column, row = at[0] - data.x0, at[1] - data.y0
+    return plate.pixels.depth_in(Box(column, row, column + 1, row + 1)).item()
 
 
 def _coc_at(plate: Plate, lens: Lens, row: int, column: int, depth_m: float | None) -> float:

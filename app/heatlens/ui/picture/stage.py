@@ -9,7 +9,7 @@ from pathlib import Path
 import moderngl
 import numpy as np
 
-from heatlens.errors import HeatlensError, InputError
+from heatlens.errors import GpuError, HeatlensError, InputError
 from heatlens.gpu.context import check_plate_fits
 from heatlens.gpu.textures import new_texture, upload
 from heatlens.image.channels import choose_color
@@ -173,10 +173,12 @@ class Stage:
             loaded = self.sight.look(shot, frame)
         except HeatlensError as error:
             self.problem, self._is_settled = str(error), True
+            if isinstance(error, GpuError):
+                self.plate = None  # it was drawn over
             return
         self._is_settled = True
         if loaded.plate is not self.plate:
-            self._show_plate(loaded.plate)
+            self._show_loaded()
 
     def show(
         self, frame: int, direction: int = 1, window: int = 0, missing: MissingPolicy = "hold"
@@ -223,11 +225,13 @@ class Stage:
         self.renderer.load(plate)
         self.renderer.ctx.finish()
         self.upload_s = time.perf_counter() - start
-        self._show_plate(plate)
+        self._show_loaded()
 
-    def _show_plate(self, plate: Plate) -> None:
-        self.plate = plate
-        self.histogram = None if plate.depth_m is None else depth_histogram(plate.depth_m)
+    def _show_loaded(self) -> None:
+        """What is on the GPU is what is seen from now on."""
+        loaded = self.renderer.loaded
+        self.plate = loaded.plate
+        self.histogram = depth_histogram(loaded.bins) if loaded.plate.has_distances else None
         self.version += 1
 
     def open_reference(self, path: Path) -> None:

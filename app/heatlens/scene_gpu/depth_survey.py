@@ -1,0 +1,70 @@
+"""What is known of the depths of a drawn picture without reading it back from the GPU."""
+
+import math
+from dataclasses import dataclass
+
+import moderngl
+import numpy as np
+
+from heatlens.gpu.program import ComputeProgram, groups_for
+from heatlens.model.value_bins import BINS, ValueBins, all_in_one, bin_step
+
+_GROUP_PIXELS = 1 << 14  # each group adds a histogram of its own to that of all
+_GROUPS_MOST = 128
+_START = np.array([0xFFFFFFFF, 0, 0, 0], np.uint32)
+
+
+@dataclass(frozen=True, eq=False)
+class Surveyed:
+    """Of one picture: its finite depths, infinite where there are none, and all its dioptres."""
+
+    near_m: float
+    far_m: float
+    infinite_count: int
+    dioptres: ValueBins
+
+
+class DepthSurvey:
+    """Two passes over a depth texture; 16 bytes and 16 KB come back."""
+
+    def __init__(self, ctx: moderngl.Context) -> None:
+        self._bounds_program = ComputeProgram(ctx, "depth_bounds.comp.glsl")
+        self._bins_program = ComputeProgram(ctx, "depth_bins.comp.glsl")
+        self._bounds = ctx.buffer(reserve=_START.nbytes)
+        self._counts = ctx.buffer(reserve=4 * BINS)
+
+    def of(self, depth: moderngl.Texture) -> Surveyed:
+        """`depth` is R float32: planar metres above 0 and up to 1e37, +inf where nothing was hit.
+
+        The bins are those of `bins_of(1 / depth)` in NumPy, to the last pixel.
+        """
+        self._bounds.write(_START)
+        groups = min(groups_for(depth.width * depth.height, _GROUP_PIXELS), _GROUPS_MOST), 1
+        textures = {"depth_tx": depth}
+        self._bounds_program.dispatch(groups, textures=textures, buffers={0: self._bounds})
+        words = np.frombuffer(self._bounds.read(), np.uint32)
+        near, far, far_hit = words.view(np.float32)[:3]
+        low, high = (float(np.float32(1.0) / end) for end in (far, near))
+        dioptres = self._bins(depth, low, high, groups)
+        return Surveyed(float(near), float(far_hit) or math.inf, int(words[3]), dioptres)
+
+    def _bins(
+        self, depth: moderngl.Texture, low: float, high: float, groups: tuple[int, int]
+    ) -> ValueBins:
+        step = bin_step(low, high)
+        if not step:
+            return all_in_one(low, high, depth.width * depth.height)
+        self._counts.clear()
+        self._bins_program.dispatch(
+            groups,
+            textures={"depth_tx": depth},
+            buffers={0: self._counts},
+            uniforms={"low": low, "per_step": float(np.float32(1 / step))},
+        )
+        counts = np.frombuffer(self._counts.read(), np.uint32)
+        return ValueBins(low, high, counts.astype(np.int64))
+
+    def release(self) -> None:
+        """Give everything back to OpenGL."""
+        for held in (self._bounds_program, self._bins_program, self._bounds, self._counts):
+            held.release()

@@ -1,0 +1,36 @@
+// How many pixels lie in each of BINS even bins of dioptres, exactly as model/value_bins.py counts
+// the same depths: layers are chosen by which bins are empty, and must not hang on the machine.
+//
+// Input
+//   depth_tx     planar metres up to 1e37, +inf where nothing was hit
+// Output
+//   count_buf    has to hold zeros before
+
+#include "lib/reciprocal.lib.glsl"
+
+#define WORKERS 256
+#define BINS 4096
+layout(local_size_x = WORKERS) in;
+
+uniform sampler2D depth_tx;
+uniform float low;       // dioptres
+uniform float per_step;  // bins a dioptre
+layout(std430, binding = 0) buffer count_block { uint count_buf[BINS]; };
+
+shared uint counts_sh[BINS];
+
+void main() {
+    int worker = int(gl_LocalInvocationID.x);
+    for (int i = worker; i < BINS; i += WORKERS) counts_sh[i] = 0u;
+    barrier();
+    ivec2 size = textureSize(depth_tx, 0);
+    for (int y = int(gl_WorkGroupID.x); y < size.y; y += int(gl_NumWorkGroups.x))
+        for (int x = worker; x < size.x; x += WORKERS) {
+            precise float above = reciprocal(texelFetch(depth_tx, ivec2(x, y), 0).r) - low;
+            precise float place = above * per_step;
+            atomicAdd(counts_sh[clamp(int(place), 0, BINS - 1)], 1u);
+        }
+    barrier();
+    for (int i = worker; i < BINS; i += WORKERS)
+        if (counts_sh[i] > 0u) atomicAdd(count_buf[i], counts_sh[i]);
+}

@@ -1,0 +1,51 @@
+// The nearest and the farthest depth of a picture, and how many pixels hit nothing. Bits of positive
+// floats are ordered as the floats are, +inf after all others.
+//
+// Input
+//   depth_tx     planar metres, +inf where nothing was hit
+// Output
+//   bounds       has to hold ~0, 0, 0, 0 before
+
+#define WORKERS 256
+layout(local_size_x = WORKERS) in;
+
+uniform sampler2D depth_tx;
+layout(std430, binding = 0) buffer bounds_block {
+    uint nearest;
+    uint farthest;
+    uint farthest_hit;  // 0 where nothing was
+    uint infinite;      // pixels
+} bounds;
+
+const uint INFINITE = 0x7f800000u;
+
+shared uint nearest_sh, farthest_sh, farthest_hit_sh, infinite_sh;
+
+void main() {
+    if (gl_LocalInvocationIndex == 0u) {
+        nearest_sh = ~0u;
+        farthest_sh = farthest_hit_sh = infinite_sh = 0u;
+    }
+    barrier();
+    ivec2 size = textureSize(depth_tx, 0);
+    uint nearest = ~0u, farthest = 0u, farthest_hit = 0u, infinite = 0u;
+    for (int y = int(gl_WorkGroupID.x); y < size.y; y += int(gl_NumWorkGroups.x))
+        for (int x = int(gl_LocalInvocationID.x); x < size.x; x += WORKERS) {
+            uint depth = floatBitsToUint(texelFetch(depth_tx, ivec2(x, y), 0).r);
+            nearest = min(nearest, depth);
+            farthest = max(farthest, depth);
+            farthest_hit = max(farthest_hit, depth < INFINITE ? depth : 0u);
+            infinite += depth < INFINITE ? 0u : 1u;
+        }
+    atomicMin(nearest_sh, nearest);
+    atomicMax(farthest_sh, farthest);
+    atomicMax(farthest_hit_sh, farthest_hit);
+    atomicAdd(infinite_sh, infinite);
+    barrier();
+    if (gl_LocalInvocationIndex == 0u) {
+        atomicMin(bounds.nearest, nearest_sh);
+        atomicMax(bounds.farthest, farthest_sh);
+        atomicMax(bounds.farthest_hit, farthest_hit_sh);
+        atomicAdd(bounds.infinite, infinite_sh);
+    }
+}
