@@ -9,10 +9,11 @@ from pathlib import Path
 
 from heatlens.color.input_space import input_space_of
 from heatlens.color.view_transform import srgb_transform
+from heatlens.commands.frame_command import add_frame_command
 from heatlens.commands.layer_progress import layer_progress, view_progress
-from heatlens.commands.lens_options import add_lens_options, lens_of
-from heatlens.commands.plate_options import add_plate_options, plate_options
-from heatlens.commands.scene_options import add_scene_options, check_no_scene_options, load_scene
+from heatlens.commands.lens_options import lens_of
+from heatlens.commands.plate_options import plate_options
+from heatlens.commands.scene_options import check_no_scene_options, load_scene
 from heatlens.defocus.solver_choice import settled_solver
 from heatlens.errors import InputError
 from heatlens.gpu.context import headless_context
@@ -54,29 +55,23 @@ examples:
 
 def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
     """Add `render` to the command line."""
-    parser = commands.add_parser(
+    add_frame_command(
+        commands,
         "render",
-        help="render a plate with depth of field",
-        description=_DESCRIPTION,
-        epilog=_EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+        words=("render a plate with depth of field", _DESCRIPTION, _EPILOG),
+        own=_add_output_options,
+        blur=add_blur_options,
+        run=run,
     )
-    parser.add_argument(
-        "plate",
-        type=Path,
-        help="EXR with colour and depth; or a scene: .glb, .gltf, .obj, .ply, .usd; or demo",
-    )
+
+
+def _add_output_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("-o", "--output", type=Path, required=True, help=".exr or .png to write")
-    add_lens_options(parser)
-    add_blur_options(parser)
-    add_plate_options(parser)
-    add_scene_options(parser)
     parser.add_argument(
         "--pinhole", action="store_true", help="of a scene: colour and Z without a lens, as a plate"
     )
     parser.add_argument("--float", action="store_true", help="32-bit float EXR (default: half)")
     parser.add_argument("--stats", action="store_true", help="say where the time goes")
-    parser.set_defaults(run=run)
 
 
 def add_blur_options(parser: argparse.ArgumentParser) -> None:

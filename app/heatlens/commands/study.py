@@ -6,10 +6,11 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
+from heatlens.commands.frame_command import add_frame_command
 from heatlens.commands.layer_progress import view_progress
-from heatlens.commands.lens_options import add_lens_options, lens_of
-from heatlens.commands.plate_options import add_plate_options, plate_options
-from heatlens.commands.scene_options import add_scene_options, check_no_scene_options, load_scene
+from heatlens.commands.lens_options import lens_of
+from heatlens.commands.plate_options import plate_options
+from heatlens.commands.scene_options import check_no_scene_options, load_scene
 from heatlens.compare.pictures import Picture, read_picture
 from heatlens.defocus.solver_choice import settled_solver
 from heatlens.errors import InputError
@@ -55,30 +56,20 @@ examples:
 
 def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
     """Add `study` to the command line."""
-    parser = commands.add_parser(
+    add_frame_command(
+        commands,
         "study",
-        help="compare every method on one frame, as a page",
-        description=_DESCRIPTION,
-        epilog=_EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+        words=("compare every method on one frame, as a page", _DESCRIPTION, _EPILOG),
+        own=_add_study_options,
+        blur=_add_blur_options,
+        run=run,
     )
-    parser.add_argument(
-        "plate",
-        type=Path,
-        help="EXR with colour and depth; or a scene: .glb, .gltf, .obj, .ply, .usd; or demo",
-    )
-    parser.add_argument(
-        "-o", "--output", type=Path, required=True, metavar="FOLDER", help="for the report"
-    )
-    _add_study_options(parser)
-    add_lens_options(parser)
-    _add_blur_options(parser)
-    add_plate_options(parser)
-    add_scene_options(parser)
-    parser.set_defaults(run=run)
 
 
 def _add_study_options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "-o", "--output", type=Path, required=True, metavar="FOLDER", help="for the report"
+    )
     group = parser.add_argument_group("what is compared")
     group.add_argument(
         "--truth", type=Path, metavar="TRUTH.exr", help="the picture that a perfect lens makes"

@@ -1,0 +1,46 @@
+"""A command on one frame of a plate or a 3D scene: its parser, but for what is its own."""
+
+import argparse
+from collections.abc import Callable
+from pathlib import Path
+
+from heatlens.commands.lens_options import add_lens_options
+from heatlens.commands.plate_options import add_plate_options
+from heatlens.commands.scene_options import add_scene_options
+
+AddOptions = Callable[[argparse.ArgumentParser], None]
+
+
+def add_frame_command(
+    commands: "argparse._SubParsersAction[argparse.ArgumentParser]",
+    name: str,
+    *,
+    words: tuple[str, str, str],
+    own: AddOptions,
+    blur: AddOptions,
+    run: Callable[[argparse.Namespace], int],
+) -> None:
+    """Add the command `name`; `words`: in a line, at length, and examples.
+
+    `own` adds what no other command has, `blur` the group of the blur; lens, plate and scene are
+    the same for all.
+    """
+    brief, description, epilog = words
+    parser = commands.add_parser(
+        name,
+        help=brief,
+        description=description,
+        epilog=epilog,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument(
+        "plate",
+        type=Path,
+        help="EXR with colour and depth; or a scene: .glb, .gltf, .obj, .ply, .usd; or demo",
+    )
+    own(parser)
+    add_lens_options(parser)
+    blur(parser)
+    add_plate_options(parser)
+    add_scene_options(parser)
+    parser.set_defaults(run=run)
