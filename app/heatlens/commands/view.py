@@ -13,11 +13,11 @@ from heatlens.image.shot_file import read_shot
 from heatlens.image.tev_server import DEFAULT_PORT, parse_address
 from heatlens.model.filmback import filmback_named
 from heatlens.model.units import parse_distance_m
-from heatlens.paths import data_dir
 from heatlens.scene.scene_source import DEMO, is_demo, is_scene_source
 
 _DESCRIPTION = """\
-Opens the window: click in the picture to focus, drag the aperture, compare, save. Values of the
+Opens the window: click in the picture to focus, drag the aperture, compare, save. Without a plate
+it begins on a start screen: the demo, the still life, any file, those opened last. Values of the
 lens not given here are taken from the plate's header, and can all be changed in the window. `?`
 there shows the keys. The window remembers recent files, how the plates of a folder are read,
 colours and panels where the system keeps settings, or in the folder that HEATLENS_CONFIG_DIR names;
@@ -39,7 +39,7 @@ def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
         help="EXR with colour and depth, a sequence as shot.####.exr, a folder of one, "
         "a 3D scene (.glb, .gltf, .obj, .ply, .usd), "
         "or a shot that was saved as name.heatlens.json; "
-        "default: the still life that comes with heatlens",
+        "default: a start screen, to choose from what comes with heatlens and recent files",
     )
     parser.add_argument(
         "--demo", action="store_true", help="open the scene that comes with heatlens"
@@ -85,13 +85,15 @@ def run(args: argparse.Namespace) -> int:
         return _listen(args)
     if args.demo and args.plate:
         raise InputError(f"--demo opens a scene of its own: leave {args.plate} out.")
-    plate = DEMO if args.demo else args.plate or str(data_dir("assets") / "still_life.exr")
+    if args.plate == "":
+        raise InputError("The name of the plate is empty: leave it out to choose in the window.")
+    plate = DEMO if args.demo else args.plate or ""  # nothing named: it is chosen in the window
     if is_shot_file(plate):
         read_shot(plate)  # a slip of the keyboard is answered here, without a window
     elif is_scene_source(plate):
         if not is_demo(plate) and not os.path.isfile(plate):
             raise InputError(f"{plate} cannot be found.")
-    else:
+    elif plate:
         find_sequence(plate)
     lens = _given_lens(args)
     camera = checked_camera_of(args, lens)

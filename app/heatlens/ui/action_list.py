@@ -40,6 +40,7 @@ def _file() -> list[Action]:
             "Open reference...", "File", lambda app: app.browse("reference"), _K.o, _CTRL | _SHIFT
         ),
         Action("Open the demo", "File", lambda app: app.open(DEMO)),
+        Action("Start screen...", "File", lambda app: app.first.show()),
         Action("Open shot...", "File", lambda app: app.browse("shot")),
         Action("Save shot", "File", lambda app: app.documents.save(), _K.s, _CTRL | _SHIFT),
         Action("Save shot as...", "File", lambda app: app.browse("save shot")),

@@ -30,6 +30,7 @@ from heatlens.ui.editing import Editing
 from heatlens.ui.files.filing import Filing
 from heatlens.ui.files.preferences import Preferences
 from heatlens.ui.files.shot_documents import ShotDocuments
+from heatlens.ui.first_choice import FirstChoice
 from heatlens.ui.palette import Palette
 from heatlens.ui.panel_names import PANELS
 from heatlens.ui.panels.color_choice import ColorChoice
@@ -52,7 +53,7 @@ _MESSAGE_S = 12.0
 class Start:
     """How the program begins."""
 
-    source: str  # file, pattern, folder, scene or shot, or the name of `stream`
+    source: str  # file, pattern, folder, scene or shot, or the name of `stream`; "": to be chosen
     plate_options: PlateOptions = field(default_factory=PlateOptions)
     lens: Mapping[str, float] = field(default_factory=dict)  # fields of Lens that are given
     defocus: DefocusSettings = field(default_factory=DefocusSettings)
@@ -99,6 +100,7 @@ class App:
         self.wants_layout = True
         self.is_over = False
         self._is_software = is_software(ctx)
+        self.first = FirstChoice(self)
         self.filing.begin(start.source, start.plate_options)
 
     # What is in hand
@@ -151,7 +153,7 @@ class App:
     def open(self, text: str, options: PlateOptions | None = None) -> None:
         """Open a file, a pattern, a folder or a shot; what is open stays until it has a picture."""
         if not self.documents.opens(text):
-            self.stage.open(text, options or self.filing.preferences.options_for(text))
+            self.stage.open(text, options or self.filing.options_for(text))
 
     def reload(self) -> None:
         """Read the plate again as it is on disk now."""
@@ -235,6 +237,7 @@ class App:
             self.timeline.poll()
         except HeatlensError as error:
             self.say(str(error))
+            self.first.refused()
         if self.stage.plate is None:
             self.sides.restart()  # what was under way read from the plate that left the GPU
         if self.message and time.perf_counter() - self._message_at > _MESSAGE_S:

@@ -24,6 +24,7 @@ def begin(app: "App", opened: Opened | OpenedScene | OpenedStream) -> None:
     coming = None if isinstance(opened, OpenedStream) else app.documents.taken(opened)
     app.editing.frame = opened.frame
     app.message = ""
+    app.first.begun(opened.text)
     app.begun = _first_lens(app, opened)
     if coming is not None:
         app.editing.begin(coming)
@@ -59,7 +60,7 @@ def _started(app: "App", opened: Opened | OpenedScene | OpenedStream, begun: Sta
 
 def _filmed(app: "App", shot: Shot) -> Shot:
     """The command line's camera, too, is for what it came with. A still has its frames."""
-    if app.start.camera is None or shot.source != app.start.source:
+    if app.start.camera is None or not app.first.came_with(shot.source or ""):
         return shot
     given = _given(app, shot.source)
     if any(getattr(shot.lens, name) != value for name, value in given.items()):
@@ -86,7 +87,7 @@ def _first_lens(app: "App", opened: Opened | OpenedScene | OpenedStream) -> Star
 def _given(app: "App", source: str) -> Mapping[str, float]:
     """Fields of Lens that the command line tells of `source`, its camera's as they are first."""
     start = app.start
-    if source != start.source:
+    if not app.first.came_with(source):
         return {}
     return {**first_values(start.camera, start.lens), **start.lens}
 

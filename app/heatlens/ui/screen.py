@@ -25,11 +25,13 @@ from heatlens.ui.picture.screen_pictures import layer_limits_px, picture_of_b
 from heatlens.ui.picture.stream_source import NO_FILES
 from heatlens.ui.picture.viewport import MIPMAPS_UNDER, Pictures, ViewportResult
 from heatlens.ui.side_words import draw_sides, mouse_words
+from heatlens.ui.start_screen import StartScreen, hears_keys
 from heatlens.ui.timeline.dope_sheet import lens_dots
 from heatlens.ui.timeline.timeline_panel import timeline_panel
 from heatlens.ui.widgets import window_words
 
 _Window = imgui.WindowFlags_
+_OF_A_PICTURE = ("Lens", "Plate", "Scene", "Export", "Marks")  # panels that tell nothing without
 
 
 class Screen:
@@ -38,6 +40,8 @@ class Screen:
     def __init__(self, app: App) -> None:
         self._app = app
         self._reader = PictureReader(app.ctx)
+        self._start = StartScreen(app.ctx)
+        self._hears = True  # keys are meant for what lies beneath dialogs, fields and menus
         self._hovered: tuple[int, int] | None = None
 
     def draw(self) -> None:
@@ -73,9 +77,10 @@ class Screen:
 
     def _do_actions(self) -> None:
         app = self._app
+        self._hears = hears_keys()  # before a popup takes its Enter and is gone
         chosen = menu_bar(app, app.actions)
         is_asked = app.filing.browser.is_open or app.documents.offer is not None
-        keyed = () if is_asked else pressed(app.actions)
+        keyed = () if is_asked else (a for a in pressed(app.actions) if not app.first.sleeps(a))
         for action in (*keyed, chosen, app.palette.draw(app.actions)):
             if action is not None:
                 action.run(app)
@@ -123,7 +128,8 @@ class Screen:
     def _probe_text(self) -> str:
         app, plate, shown = self._app, self._app.stage.plate, self._app.live.shown
         if plate is None or shown is None or self._hovered is None:
-            return f"{mouse_words(app.has_scene)}.  ? shows the keys."
+            asked = "Arrows and Enter, a digit or a click" if app.first.is_wanted else ""
+            return f"{asked or mouse_words(app.has_scene)}.  ? shows the keys."
         pixel = app.stage.plate_px(app.shot, self._hovered)
         probe = probe_at(pixel, plate, app.lens, shown, app.live.version, self._reader)
         return "" if probe is None else probe_text(probe, app.view.unit)
@@ -198,6 +204,9 @@ class Screen:
     def _begin(self, name: str, flags: int = 0) -> bool:
         shown, is_open = imgui.begin(name, True, flags)
         self._app.panels[name] = bool(is_open)
+        if shown and self._app.first.has_nothing and name in _OF_A_PICTURE:
+            imgui.text_disabled("Waits for a picture.")
+            return False
         return shown
 
     def _picture(self) -> None:
@@ -206,12 +215,17 @@ class Screen:
         imgui.begin(PICTURE, None, still)
         imgui.pop_style_var()
         pictures = self._pictures()
-        if self._app.stage.is_black:
+        if self._app.first.is_wanted:
+            self._hovered = None
+            self._start.choose(self._app, self._hears)
+        elif self._app.stage.is_black:
             imgui.text_disabled(f"  Frame {self._app.editing.frame} has no file.")
         elif self._app.stage.is_waiting:
             imgui.text_disabled("  Waiting for a renderer. Ctrl+O opens a file instead.")
         elif pictures is None:
-            imgui.text_disabled("  Nothing is open: Ctrl+O, or drop a file here.")
+            is_coming = self._app.stage.plate is not None or self._app.stage.opener.opening
+            words = "Opening ..." if is_coming else "Nothing is open: Ctrl+O, or drop a file here."
+            imgui.text_disabled(f"  {words}")
         else:
             scale = imgui.get_io().display_framebuffer_scale.x or 1.0
             self._take(self._app.viewport.draw(pictures, self._app.view, scale))

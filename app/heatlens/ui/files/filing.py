@@ -96,13 +96,19 @@ class Filing:
         return replace(given, unit=now.unit) if given.unit == ViewState().unit else given
 
     def begin(self, text: str, given: PlateOptions) -> None:
-        """Open the first plate and show the panels that were shown."""
+        """Open the first plate, if it is known, and show the panels that were shown."""
         app = self._app
-        if not app.documents.opens(text):
+        if text and not app.documents.opens(text):
             is_stream = app.stage.stream is not None and text == app.stage.stream.text
             app.stage.open(text, given if is_stream else self._first_options(text, given))
         hidden = self.preferences.now.hidden_panels
         app.panels = {name: name not in hidden for name in app.panels}
+
+    def options_for(self, text: str) -> PlateOptions:
+        """Those of the command line, where it left open what to open; else what is remembered."""
+        start = self._app.start
+        is_given = not start.source and self._app.begun is None
+        return self._first_options(text, start.plate_options if is_given else PlateOptions())
 
     def _first_options(self, text: str, given: PlateOptions) -> PlateOptions:
         """`given`, or where that says nothing of the plate what is remembered for its folder."""
@@ -177,6 +183,11 @@ class Filing:
         first = () if stream is None else (stream.text,)
         self._finder.start(lambda: (*first, *(name for name in names if _is_there(name))))
 
+    @property
+    def is_looking(self) -> bool:
+        """It is not known yet which recent files are there."""
+        return self._finder.is_busy
+
     # What happens by itself
 
     def arrived(self, opened: Opened | OpenedScene | OpenedStream) -> None:
@@ -185,7 +196,7 @@ class Filing:
             self.reading.arrived(opened)
         if isinstance(opened, OpenedStream):
             self.reading.wished = opened.options
-        else:
+        elif not is_demo(opened.text):  # it is no file, and has a place of its own
             self.preferences.opened(opened.text)
         if self.preferences.problem:
             self._app.say(self.preferences.problem)

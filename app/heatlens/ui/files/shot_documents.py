@@ -176,7 +176,7 @@ class ShotDocuments:
         if shot.source is None:
             self._app.say(f"{document.path} names no plate.")
             return
-        if document.path is not None and str(document.path) == self._app.start.source:
+        if document.path is not None and self._app.first.came_with(str(document.path)):
             given = self._app.start
             shot = replace(shot, lens=replace(shot.lens, **given.lens))
             shot = begun_with_camera(shot, given.camera, given.lens)

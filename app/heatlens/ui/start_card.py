@@ -1,0 +1,131 @@
+"""A card of the start screen: its picture, its name, the line under it, the digit that takes it."""
+
+from dataclasses import dataclass
+
+import moderngl
+from imgui_bundle import ImVec2, imgui
+from PIL import Image
+
+from heatlens.paths import data_dir
+from heatlens.ui import theme
+from heatlens.ui.first_choice import Card
+
+_ROUNDING_EM, _PAD_EM, _AIR_EM = 0.25, 0.5, 1.0
+_BAR_EM, _PLUS_EM, _DIGIT_EM = 0.2, 0.45, 1.5
+_COLUMN_LEAST_EM = 4.8  # of a recent file's kind in letters
+_WHITE = 0xFFFFFFFF
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where a card lies on the screen, and how wide the column of pictures is, in screen units."""
+
+    low: ImVec2
+    high: ImVec2
+    column: float
+
+    @property
+    def middle_y(self) -> float:
+        """Between its two lines."""
+        return (self.low.y + self.high.y) / 2
+
+
+def column_width(card_height: float, em: float) -> float:
+    """For a picture as wide as film on a card of this height."""
+    return max((card_height - 2 * _PAD_EM * em) * 16 / 9, _COLUMN_LEAST_EM * em)
+
+
+class CardPictures:
+    """Pictures of assets/ on the GPU, read when they are seen first."""
+
+    def __init__(self, ctx: moderngl.Context) -> None:
+        self._ctx = ctx
+        self._textures: dict[str, moderngl.Texture] = {}
+
+    def texture(self, name: str) -> moderngl.Texture:
+        """Of a moving picture the first frame."""
+        if name not in self._textures:
+            with Image.open(data_dir("assets") / name) as file:
+                picture = file.convert("RGBA")
+            texture = self._ctx.texture(picture.size, 4, picture.tobytes())
+            texture.build_mipmaps()
+            texture.filter = moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR
+            self._textures[name] = texture
+        return self._textures[name]
+
+
+def draw_card(
+    card: Card, digit: int, place: Place, pictures: CardPictures, is_chosen: bool, is_coming: bool
+) -> None:
+    """`is_chosen`: Enter takes it; `is_coming`: it is being opened."""
+    em = imgui.get_font_size()
+    _ground(place, is_chosen, is_flat=bool(card.kind))
+    left = place.low.x + (_BAR_EM + _PAD_EM) * em
+    if card.kind:
+        at = ImVec2(left, place.middle_y - 1.1 * em)
+        imgui.get_window_draw_list().add_text(at, theme.TEXT_DIM, card.kind)
+    else:
+        _emblem(card, ImVec2(left, place.low.y + _PAD_EM * em), place, pictures)
+    _text(card, left + place.column + _AIR_EM * em, place, is_coming)
+    at = ImVec2(place.high.x - _DIGIT_EM * em, place.middle_y - 0.5 * em)
+    color = theme.ACCENT if is_chosen else theme.TEXT_DIM
+    imgui.get_window_draw_list().add_text(at, color, str(digit))
+
+
+def _ground(place: Place, is_chosen: bool, is_flat: bool) -> None:
+    draw, em = imgui.get_window_draw_list(), imgui.get_font_size()
+    rounding = _ROUNDING_EM * em
+    if is_chosen or not is_flat:
+        slot = imgui.Col_.frame_bg if is_chosen else imgui.Col_.window_bg
+        draw.add_rect_filled(place.low, place.high, imgui.get_color_u32(slot), rounding)
+    if is_chosen:
+        low = ImVec2(place.low.x, place.low.y + _PAD_EM * em)
+        high = ImVec2(low.x + _BAR_EM * em, place.high.y - _PAD_EM * em)
+        draw.add_rect_filled(low, high, theme.ACCENT, _BAR_EM * em / 2)
+
+
+def _emblem(card: Card, low: ImVec2, place: Place, pictures: CardPictures) -> None:
+    """The picture, cut to fill its column; a frame to be filled where there is none."""
+    draw, em = imgui.get_window_draw_list(), imgui.get_font_size()
+    width, height = place.column, place.high.y - place.low.y - 2 * _PAD_EM * em
+    high = ImVec2(low.x + width, low.y + height)
+    if card.picture is None:
+        draw.add_rect(low, high, theme.ON_DISK, _ROUNDING_EM * em)
+        _plus(ImVec2(low.x + width / 2, low.y + height / 2), _PLUS_EM * em)
+        return
+    texture = pictures.texture(card.picture)
+    wider = width * texture.height / (height * texture.width)
+    u, v = min(wider, 1.0) / 2, min(1.0 / wider, 1.0) / 2
+    first, last = ImVec2(0.5 - u, 0.5 - v), ImVec2(0.5 + u, 0.5 + v)
+    name = imgui.ImTextureRef(texture.glo)
+    draw.add_image_rounded(name, low, high, first, last, _WHITE, _ROUNDING_EM * em)
+
+
+def _plus(middle: ImVec2, arm: float) -> None:
+    draw, (x, y) = imgui.get_window_draw_list(), (middle.x, middle.y)
+    draw.add_line(ImVec2(x - arm, y), ImVec2(x + arm, y), theme.TEXT_DIM)
+    draw.add_line(ImVec2(x, y - arm), ImVec2(x, y + arm), theme.TEXT_DIM)
+
+
+def _text(card: Card, x: float, place: Place, is_coming: bool) -> None:
+    draw, em = imgui.get_window_draw_list(), imgui.get_font_size()
+    width = place.high.x - (_DIGIT_EM + 0.5) * em - x
+    bright, y = imgui.get_color_u32(imgui.Col_.text), place.middle_y
+    draw.add_text(ImVec2(x, y - 1.1 * em), bright, fitted(card.title, width))
+    words, color = card.words, theme.TEXT_DIM
+    if is_coming:
+        words, color = "Opening ...", theme.ACCENT
+    draw.add_text(ImVec2(x, y + 0.1 * em), color, fitted(words, width, bool(card.kind)))
+
+
+def fitted(text: str, width: float, keeps_end: bool = False) -> str:
+    """`text` in the current font within `width` screen units, its end or its beginning cut off.
+
+    Of a folder the end tells most: `keeps_end`.
+    """
+    kept = len(text)
+    shown = text
+    while kept > 0 and imgui.calc_text_size(shown).x > width:
+        kept -= 1
+        shown = f"...{text[len(text) - kept :]}" if keeps_end else f"{text[:kept]}..."
+    return shown

@@ -1,0 +1,145 @@
+"""The start screen: what can be opened, as a list of cards in the place of the picture."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import moderngl
+from imgui_bundle import ImVec2, imgui
+
+from heatlens.ui import theme, widgets
+from heatlens.ui.first_choice import Card
+from heatlens.ui.start_card import CardPictures, Place, column_width, draw_card, fitted
+from heatlens.ui.start_layout import StartLayout, lay_out
+
+if TYPE_CHECKING:
+    from heatlens.ui.app import App
+
+_K = imgui.Key
+_DIGITS = (
+    (_K._1, _K.keypad1), (_K._2, _K.keypad2), (_K._3, _K.keypad3), (_K._4, _K.keypad4),
+    (_K._5, _K.keypad5), (_K._6, _K.keypad6), (_K._7, _K.keypad7), (_K._8, _K.keypad8),
+    (_K._9, _K.keypad9),
+)  # fmt: skip
+_TITLE, _PROMISE = "heatlens", "What if focus were there, at f/1.4?"
+_HINT = "Then press Space and drag the focus."
+_DROP_HINT = "A file can be dropped here as well."
+_TITLE_SCALE, _LINE_EM = 1.9, 1.4
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What the hand did: the card it took, and whether it wants to go back to the picture."""
+
+    taken: Card | None = None
+    leaves: bool = False
+
+
+class StartScreen:
+    """Draws it; holds the pictures on the cards, and the row the hand is on."""
+
+    def __init__(self, ctx: moderngl.Context) -> None:
+        self._pictures = CardPictures(ctx)
+        self._row = 0
+
+    def choose(self, app: "App", hears: bool) -> None:
+        """Draw it and do what the hand wants; `hears`: keys are meant for it."""
+        cards, opening = app.first.cards(), app.stage.opener.opening
+        answer = self.draw(cards, opening, hears, app.first.most_recent)
+        if answer.taken is not None:
+            app.first.take(answer.taken)
+        elif answer.leaves:
+            app.first.leave()
+
+    def draw(
+        self, cards: Sequence[Card], opening: str | None, hears: bool, most_recent: int = 0
+    ) -> Answer:
+        """Fill the current ImGui window; `opening` is being opened.
+
+        `hears`: keys are meant for it. Room is kept for `most_recent` files, which may follow.
+        """
+        imgui.push_style_color(imgui.Col_.child_bg, 0)
+        imgui.begin_child("start")
+        recent = sum(bool(card.kind) for card in cards)
+        room, em = imgui.get_content_region_avail(), imgui.get_font_size()
+        rows = max(recent, most_recent)
+        layout = lay_out(len(cards) - recent, rows, (room.x, room.y), em)
+        answer = self._draw_inside(cards[: len(layout.cards)], layout, opening, hears)
+        imgui.end_child()
+        imgui.pop_style_color()
+        return answer
+
+    def _draw_inside(
+        self, cards: Sequence[Card], layout: StartLayout, opening: str | None, hears: bool
+    ) -> Answer:
+        corner, em = imgui.get_cursor_screen_pos(), imgui.get_font_size()
+        corner = ImVec2(corner.x + layout.x, corner.y)
+        before, self._row = self._row, min(self._row, len(cards) - 1)
+        taken = self._by_keys(cards) if hears else None
+        _words(layout, corner)
+        column = column_width(layout.cards[0].height, em)
+        # Fewer cards than places: the rest may still be found.
+        for row, (card, band) in enumerate(zip(cards, layout.cards, strict=False)):
+            low = ImVec2(corner.x, corner.y + band.y)
+            high = ImVec2(low.x + layout.width, low.y + band.height)
+            taken = card if self._button(card, row, low, high) else taken
+            is_chosen, is_coming = row == self._row, card.text is not None and card.text == opening
+            place = Place(low, high, column)
+            draw_card(card, row + 1, place, self._pictures, is_chosen, is_coming)
+            if is_chosen and row != before:
+                imgui.set_scroll_here_y()
+        return Answer(taken, hears and imgui.is_key_pressed(_K.escape, False))
+
+    def _by_keys(self, cards: Sequence[Card]) -> Card | None:
+        """Arrows go along the rows, Enter takes one, a digit takes its own."""
+        step = imgui.is_key_pressed(_K.down_arrow) - imgui.is_key_pressed(_K.up_arrow)
+        self._row = min(max(self._row + step, 0), len(cards) - 1)
+        for row, keys in enumerate(_DIGITS[: len(cards)]):
+            if _went_down(keys):
+                self._row = row
+                return cards[row]
+        return cards[self._row] if _went_down((_K.enter, _K.keypad_enter)) else None
+
+    def _button(self, card: Card, row: int, low: ImVec2, high: ImVec2) -> bool:
+        """Clicked; a pointer that moves over a card takes the row along."""
+        imgui.set_cursor_screen_pos(low)
+        size = ImVec2(high.x - low.x, high.y - low.y)
+        clicked = imgui.invisible_button(f"##{row} {card.title}", size)
+        widgets.note(f"start {card.title}")
+        moved = imgui.get_io().mouse_delta
+        if imgui.is_item_activated() or (imgui.is_item_hovered() and (moved.x or moved.y)):
+            self._row = row
+        return bool(clicked)
+
+
+def _went_down(keys: Sequence[imgui.Key]) -> bool:
+    return any(imgui.is_key_pressed(key, False) for key in keys)
+
+
+def _words(layout: StartLayout, corner: ImVec2) -> None:
+    """The name over the cards, the first gesture under them."""
+    draw, em = imgui.get_window_draw_list(), imgui.get_font_size()
+    bright = imgui.get_color_u32(imgui.Col_.text)
+    y = corner.y + layout.head.y
+    draw.add_text(imgui.get_font(), _TITLE_SCALE * em, ImVec2(corner.x, y), bright, _TITLE)
+    y += (_TITLE_SCALE + 0.1) * em
+    draw.add_text(ImVec2(corner.x, y), theme.TEXT_DIM, fitted(_PROMISE, layout.width))
+    if len(layout.cards) > layout.fixed:
+        y = corner.y + layout.hint.end
+        draw.add_line(ImVec2(corner.x, y), ImVec2(corner.x + layout.width, y), theme.BOX)
+    y = corner.y + layout.hint.y + 0.4 * em
+    draw.add_text(ImVec2(corner.x, y), bright, fitted(_HINT, layout.width))
+    if layout.is_roomy:
+        at = ImVec2(corner.x, y + _LINE_EM * em)
+        draw.add_text(at, theme.TEXT_DIM, fitted(_DROP_HINT, layout.width))
+
+
+def hears_keys() -> bool:
+    """Keys alone are for what lies in the window: no popup, field or button holds them.
+
+    To be asked before popups are drawn: one that took an Enter is gone when it was drawn.
+    """
+    flags, io = imgui.PopupFlags_, imgui.get_io()
+    is_popup = imgui.is_popup_open("", flags.any_popup_id | flags.any_popup_level)
+    is_held = io.key_ctrl or io.key_shift or io.key_alt or imgui.is_any_item_active()
+    return not (is_popup or is_held or io.want_text_input)
