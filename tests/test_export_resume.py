@@ -34,6 +34,7 @@ from heatlens.commands.main import main
 from heatlens.errors import InputError
 from heatlens.export import frame_files
 from heatlens.export.fingerprint import fingerprint_of
+from heatlens.export.frame_source import Origin
 from heatlens.export.frame_writer import FrameWriter
 from heatlens.export.job import ExportJob, ExrOptions, Look
 from heatlens.export.output import parse_output
@@ -146,7 +147,7 @@ PICTURES = replace(JOB, output=parse_output("n.####.png"))
 
 
 def fingerprint(job=JOB, frame=1001, lens=LENS, stamp=(5, 6), is_black=False) -> str:
-    return fingerprint_of(job, frame, lens, stamp, is_black)
+    return fingerprint_of(job, frame, lens, Origin(frame, is_black, None, stamp))
 
 
 @pytest.mark.parametrize(

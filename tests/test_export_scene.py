@@ -174,9 +174,9 @@ def test_what_decides_a_picture_of_a_scene_is_in_the_fingerprint(square, tmp_pat
         mark(replace(job, look=Look(gamma=2.0))),
     ]
     assert len({mark(job), *others}) == len(others) + 1
-    assert mark(job) == fingerprint_of(
-        job, 1, job.shot.lens_at(1), planned(job).frames[0].origin.stamp, is_black=False
-    )
+    origin = planned(job).frames[0].origin
+    assert mark(job) == fingerprint_of(job, 1, job.shot.lens_at(1), origin)
+    assert origin.beside == ()
     before = mark(job)
     square.write_bytes(square.read_bytes() + b"\0")
     assert mark(job) != before

@@ -2,8 +2,9 @@
 
 Not that a file is there says that it is done, but that this one was made of the same plate or
 scene, lens and options. What it is made of is known by time and size of its file, looked at before
-it is read: one that is written again meanwhile is rendered again. Of a scene that names further
-files only the first counts; the program's own scene is known by the program's version.
+it is read: one that is written again meanwhile is rendered again. So are the files that a glTF
+names, its buffers and pictures; of other scenes only the first file counts, and the program's own
+is known by the program's version.
 """
 
 import hashlib
@@ -13,18 +14,16 @@ from dataclasses import replace
 from typing import Any
 
 from heatlens import __version__
+from heatlens.export.frame_source import Origin
 from heatlens.export.job import ExportJob
 from heatlens.image.json_record import plain
-from heatlens.image.sequence import Stamp
 from heatlens.model.framing import Framing
 from heatlens.model.lens import Lens
 
 _DIGEST_BYTES = 16
 
 
-def fingerprint_of(
-    job: ExportJob, frame: int, lens: Lens, stamp: Stamp | None, is_black: bool
-) -> str:
+def fingerprint_of(job: ExportJob, frame: int, lens: Lens, origin: Origin) -> str:
     """32 hexadecimal digits for one frame; where nothing that matters differs, the same."""
     # These two warn and measure, but leave every pixel as it is.
     seen = replace(lens, acceptable_coc_mm=None, close_focus_m=None)
@@ -32,8 +31,9 @@ def fingerprint_of(
         {
             "version": __version__,
             "frame": frame,
-            "plate": stamp,
-            "is_black": is_black,
+            "plate": origin.stamp,
+            **({"beside": origin.beside} if origin.beside else {}),
+            "is_black": origin.is_black,
             "plate_options": plain(job.shot.plate_options),
             "lens": plain(seen),
             "framing": plain(job.shot.framing or Framing()),

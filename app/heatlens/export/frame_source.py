@@ -18,12 +18,14 @@ class Origin:
     is_black  nothing of that plate is seen but its size
     path      the file that is read, None where there is none
     stamp     of that file, None where there is none
+    beside    stamps of the files that it names
     """
 
     frame: int
     is_black: bool
     path: Path | None
     stamp: Stamp | None
+    beside: tuple[Stamp | None, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -64,7 +66,7 @@ class FrameSource(Protocol):
         """InputError naming those of `frames` that nothing is there for, nor may stand in."""
 
     def origin(self, shot: Shot, frame: int, missing: MissingPolicy) -> Origin:
-        """What `frame` is made of; files are looked at, but none is read."""
+        """What `frame` is made of; files are looked at, and none is read but for their names."""
 
     def loader(
         self, shot: Shot, frames: tuple[PlannedFrame, ...], renderer: FrameRenderer

@@ -61,7 +61,7 @@ def _source_of(shot: Shot) -> FrameSource:
 def _planned(job: ExportJob, source: FrameSource, frame: int) -> PlannedFrame:
     lens = job.shot.lens_at(frame)
     origin = source.origin(job.shot, frame, job.missing)
-    mark = fingerprint_of(job, frame, lens, origin.stamp, origin.is_black)
+    mark = fingerprint_of(job, frame, lens, origin)
     return PlannedFrame(frame, origin, lens, job.output.path_at(frame), mark)
 
 

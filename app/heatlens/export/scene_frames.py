@@ -10,6 +10,7 @@ from heatlens.image.sequence import MissingPolicy, stamp_of
 from heatlens.model.shot import Shot
 from heatlens.render import FrameRenderer
 from heatlens.scene.scene import Scene
+from heatlens.scene.scene_read import files_of_scene
 from heatlens.scene.scene_source import is_demo, open_scene
 
 _STILL_FRAME = 1  # of what stands still
@@ -41,9 +42,17 @@ class SceneFrames:
             raise InputError(f"{self.files} is not there, or is no file.")
 
     def origin(self, shot: Shot, frame: int, missing: MissingPolicy) -> Origin:
-        """The one file, whichever frame; files that it names in turn are not looked at."""
-        path = self.files
-        return Origin(frame, False, path, None if path is None else stamp_of(path))
+        """The one scene, whichever frame, with all its files that are known before it is read."""
+        first, *beside = self._parts or (None,)
+        if first is None:
+            return Origin(frame, False, None, None)
+        stamps = tuple(stamp_of(path) for path in beside)
+        return Origin(frame, False, first, stamp_of(first), stamps)
+
+    @cached_property
+    def _parts(self) -> tuple[Path, ...]:
+        """The scene's file, and those that it names."""
+        return () if self.files is None else files_of_scene(self.files)
 
     def loader(
         self, shot: Shot, frames: tuple[PlannedFrame, ...], renderer: FrameRenderer

@@ -4,6 +4,7 @@ import os
 from pathlib import Path
 
 from heatlens.errors import InputError
+from heatlens.scene.gltf.gltf_file import named_files
 from heatlens.scene.gltf.gltf_read import read_gltf
 from heatlens.scene.mesh_read import read_mesh
 from heatlens.scene.scene import Scene
@@ -27,6 +28,15 @@ SCENE_SUFFIXES = tuple(_READERS)
 def is_scene_file(text: str | os.PathLike[str]) -> bool:
     """Whether a path ends as a scene's file does; nothing is opened."""
     return Path(text).suffix.lower() in _READERS
+
+
+def files_of_scene(path: Path) -> tuple[Path, ...]:
+    """The scene's file first, and what a glTF names beside it; other kinds tell no more.
+
+    Raises InputError where a glTF cannot be read.
+    """
+    is_gltf = _READERS.get(path.suffix.lower()) is read_gltf
+    return (path, *named_files(path)) if is_gltf else (path,)
 
 
 def read_scene(path: str | os.PathLike[str]) -> Scene:

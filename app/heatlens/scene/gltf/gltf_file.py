@@ -12,6 +12,7 @@ import base64
 import binascii
 import json
 import struct
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NoReturn
@@ -23,6 +24,7 @@ from heatlens.scene.gltf.gltf_json import Record
 
 _MAGIC = b"glTF"
 _JSON, _BIN = 0x4E4F534A, 0x004E4942
+_HEAD_BYTES = 20  # of a .glb: its own head and that of its JSON, which comes first
 # What may be required of whoever reads a file, and is read here or changes only the shine.
 _KNOWN = {
     *("KHR_lights_punctual", "KHR_materials_emissive_strength", "KHR_mesh_quantization"),
@@ -80,21 +82,66 @@ class GltfFile:
 
     def uri_bytes(self, record: Record) -> bytes:
         """What an `uri` names: base64 in it, or a file in the folder of this one or under it."""
+        path = self.uri_path(record)
+        if path is None:
+            return _base64(record, record.text("uri"))
+        try:
+            return path.read_bytes()
+        except OSError as error:
+            _unreadable(record, error)
+
+    def uri_path(self, record: Record) -> Path | None:
+        """The file that an `uri` names, there or not; None for base64.
+
+        Raises InputError for one that is no file in the folder of this one or under it.
+        """
         uri = record.text("uri")
         if uri.startswith("data:"):
-            return _base64(record, uri)
-        name = unquote(uri)
+            return None
         if "://" in uri or uri.startswith(("//", "http:", "https:", "file:")):
             record.refuse(f"{uri[:80]!r} is somewhere else; put the file beside this one")
         folder = self.path.parent.resolve()
         try:
-            path = (folder / name).resolve()
-            if not path.is_relative_to(folder):
-                record.refuse(f"{name[:80]!r} leads out of the folder of this file")
-            return path.read_bytes()
-        except (OSError, ValueError) as error:
-            reason = getattr(error, "strerror", None) or error
-            record.refuse(f"{name[:80]!r} cannot be read: {reason}")
+            path = (folder / unquote(uri)).resolve()
+        except (OSError, RuntimeError, ValueError) as error:  # a loop of links is a RuntimeError
+            _unreadable(record, error)
+        if not path.is_relative_to(folder):
+            record.refuse(f"{unquote(uri)[:80]!r} leads out of the folder of this file")
+        return path
+
+
+def _unreadable(record: Record, error: Exception) -> NoReturn:
+    reason = getattr(error, "strerror", None) or error
+    record.refuse(f"{unquote(record.text('uri'))[:80]!r} cannot be read: {reason}")
+
+
+def named_files(path: Path) -> tuple[Path, ...]:
+    """The files of buffers and pictures that a .gltf or .glb names, in its order, there or not.
+
+    Those that reading refuses are left out, as they decide nothing. Only the JSON is read. Raises
+    InputError where that is not possible.
+    """
+    file = GltfFile(path, _json(path, _text_of(path)), None)
+    found: dict[Path, None] = {}
+    for record in (*file.listed("buffers"), *file.listed("images")):
+        with suppress(InputError):
+            named = file.uri_path(record) if record.has("uri") else None
+            found |= {} if named is None else {named: None}
+    return tuple(found)
+
+
+def _text_of(path: Path) -> bytes:
+    """The JSON of either kind of file, without the bytes behind it."""
+    try:
+        with path.open("rb") as file:
+            head = file.read(_HEAD_BYTES)
+            if not head.startswith(_MAGIC):
+                return head + file.read()
+            if len(head) < _HEAD_BYTES:
+                _cut_short(path)
+            return file.read(struct.unpack_from("<I", head, 12)[0])
+    except OSError as error:
+        raise InputError(f"{path} cannot be opened: {error.strerror or error}.") from error
 
 
 def open_gltf(path: Path) -> GltfFile:
@@ -113,7 +160,7 @@ def open_gltf(path: Path) -> GltfFile:
 
 def _chunks(path: Path, data: bytes) -> tuple[bytes, bytes | None]:
     """The JSON of a .glb, and its bytes where it has some."""
-    if len(data) < 20:
+    if len(data) < _HEAD_BYTES:
         _cut_short(path)
     version, length = struct.unpack_from("<II", data, 4)
     if version != 2:
