@@ -89,6 +89,20 @@ def test_a_key_that_is_passed_comes_back_and_one_that_is_landed_on_is_told_of(gu
     assert camera(gui) == {6: 0.4, 8: 0.0, 12: 0.8}
 
 
+def test_of_two_keys_one_can_land_on_the_other_and_undo_parts_them(gui):
+    gui.click(place(gui, 12))
+    gui.key(K.delete)
+    gui.frame(30)
+    shot = gui.app.shot
+    gui.click(place(gui, 3))
+    for _ in range(3):
+        gui.key(K.right_arrow, ctrl=True, shift=True)
+    assert camera(gui) == {6: 0.0} and "One key made room" in gui.app.message
+    assert gui.app.shot.camera_key_frames == ()  # it stands still
+    gui.key(K.z, ctrl=True)
+    assert camera(gui) == {5: 0.0, 6: 0.4} and gui.app.shot != shot
+
+
 def test_keys_of_lens_and_camera_are_gathered_and_go_together(gui):
     (x, y), (_, lens_y) = place(gui, 6), place(gui, 6, FOCUS)
     gui.drag((x - 9, lens_y - 7), (x + 9, y + 7))

@@ -13,7 +13,7 @@ from gui import Gui
 from heatlens.model.f_stops import THIRD_STOPS
 from heatlens.model.interpolation import Scale
 from heatlens.model.shot import LensParameter
-from heatlens.ui.timeline.curve_axis import AXES, values_over
+from heatlens.ui.timeline.curve_axis import AXES, CurveLine
 from timeline_window import at_frame, film_window, fresh
 
 K = imgui.Key
@@ -171,7 +171,11 @@ def test_a_parameter_without_keys_is_a_level_line(gui):
     still = gui.app.shot.without_keys(1002, F_STOP)
     gui.app.editing.begin(still)
     choose(gui, F_STOP)
-    line = values_over(still, F_STOP, 1001, 1008, 5)
-    assert {value for _, value in line} == {still.lens.f_stop} and len(line) == 5
-    keyed = values_over(gui.app.shot, FOCAL, 1001, 1008, 5)
-    assert {1002, 1004, 1007} <= {frame for frame, _ in keyed}
+    line, axis = CurveLine(), AXES[F_STOP]
+    level = line.points(still, axis, 1001, 1008, 5)
+    places = {place for _, place in level}
+    assert places == {axis.place_of(still.lens.f_stop)} and len(level) == 5
+    assert line.points(still, axis, 1001, 1008, 5) is level  # kept while nothing is new
+    keyed = dict(line.points(still, AXES[FOCAL], 1001, 1008, 5))
+    for number, value in KEYED[FOCAL].items():
+        assert keyed[number] == pytest.approx(AXES[FOCAL].place_of(value))

@@ -116,11 +116,24 @@ def raised(shot: Shot, chosen: Chosen, axis: CurveAxis, places: float) -> Shot:
     return checked(shot.with_curve(axis.parameter, curve))
 
 
-def values_over(
-    shot: Shot, parameter: LensParameter, first: float, last: float, count: int
-) -> list[tuple[float, float]]:
-    """(frame, value) at `count` times evenly from first to last, and at every key among them."""
-    curve, still = shot.curves.of(parameter), getattr(shot.lens, parameter)
-    times = {first + (last - first) * i / (count - 1) for i in range(count)}
-    times |= {key.frame for key in curve.keys if first <= key.frame <= last}
-    return [(time, curve.value_at(time) if curve.keys else still) for time in sorted(times)]
+class CurveLine:
+    """Where a curve runs over the frames that are seen, made again when it or these change."""
+
+    def __init__(self) -> None:
+        self._made_of: object = None
+        self._points: list[tuple[float, float]] = []
+
+    def points(
+        self, shot: Shot, axis: CurveAxis, first: float, last: float, count: int
+    ) -> list[tuple[float, float]]:
+        """(frame, place) at `count` times evenly from first to last, and at every key among
+        them."""
+        curve, still = shot.curves.of(axis.parameter), getattr(shot.lens, axis.parameter)
+        made_of = (axis.parameter, curve, still, first, last, count)
+        if made_of != self._made_of:
+            times = {first + (last - first) * i / (count - 1) for i in range(count)}
+            times |= {key.frame for key in curve.keys if first <= key.frame <= last}
+            values = ((t, curve.value_at(t) if curve.keys else still) for t in sorted(times))
+            self._points = [(time, axis.place_of(value)) for time, value in values]
+            self._made_of = made_of
+        return self._points

@@ -13,7 +13,7 @@ from imgui_bundle import ImVec2, imgui
 from heatlens.model.marks import DistanceMark
 from heatlens.model.shot import LensParameter, Shot
 from heatlens.ui import theme
-from heatlens.ui.timeline.curve_axis import AXES, CurveAxis, raised, values_over
+from heatlens.ui.timeline.curve_axis import AXES, CurveAxis, raised
 from heatlens.ui.timeline.curve_handles import Heights, curve_handles
 from heatlens.ui.timeline.dope_sheet import draw_keys, hold_keys
 from heatlens.ui.timeline.focus_track import Sample
@@ -33,8 +33,7 @@ def curve_editor(app: "App", scale: TimeScale, corner: ImVec2, height: float) ->
     """Draw it from `corner` on, values left of `scale`, and answer the hand."""
     timeline, axis = app.timeline, AXES[app.timeline.curve_of]
     count = max(int(scale.width / _SAMPLE_PX), 2)
-    values = values_over(app.shot, axis.parameter, scale.first, scale.last, count)
-    line = [(frame, axis.place_of(value)) for frame, value in values]
+    line = timeline.line.points(app.shot, axis, scale.first, scale.last, count)
     sharp = _sharp(app, scale, count)
     if timeline.heights is None or not imgui.is_any_item_active():  # else it would run away
         timeline.heights = _ends(app, axis, line, sharp)

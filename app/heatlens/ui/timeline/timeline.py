@@ -12,6 +12,7 @@ from heatlens.model.curve import SAME_FRAME
 from heatlens.model.frames import FrameRange
 from heatlens.model.shot import LensParameter, Shot
 from heatlens.ui.panels.mark_commands import MarkCommands
+from heatlens.ui.timeline.curve_axis import CurveLine
 from heatlens.ui.timeline.focus_track import FocusTrack, MarkTrack, MarkTracks
 from heatlens.ui.timeline.frame_states import FrameStates, Run
 from heatlens.ui.timeline.key_commands import KeyCommands
@@ -46,6 +47,7 @@ class Timeline:
         self.hand = KeyHand(app)
         self.marks = MarkCommands(app, wake)
         self.opens_pull = False  # the popup of the pull, in the next frame
+        self.line = CurveLine()
         self.track = FocusTrack()
         self.heights: tuple[float, float] | None = None  # places that the curve shows
         self._mark_tracks = MarkTracks()
