@@ -60,9 +60,10 @@ def _started(app: "App", opened: Opened | OpenedScene | OpenedStream, begun: Sta
 
 def _filmed(app: "App", shot: Shot) -> Shot:
     """The command line's camera, too, is for what it came with. A still has its frames."""
-    if app.start.camera is None or not app.first.came_with(shot.source or ""):
+    source = shot.source or ""
+    if app.start.camera is None or not app.first.came_with(source):
         return shot
-    given = _given(app, shot.source)
+    given = _given(app, source)
     if any(getattr(shot.lens, name) != value for name, value in given.items()):
         return shot  # they make no lens, which was said
     try:
