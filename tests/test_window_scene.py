@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from imgui_bundle import imgui
 
-from gltf_files import GltfWriter
 from gui import Gui, gui_of
 from heatlens.gpu.textures import download
 from heatlens.model.framing import Pose
@@ -20,23 +19,10 @@ from heatlens.model.view import Against, Compare
 from heatlens.render import FrameRenderer
 from heatlens.scene.scene_read import read_scene
 from heatlens.ui.side_words import mouse_words
+from scene_window import as_opened, middle, whole, write_scene
 from window_plates import QUICK
 
 LEFT, RIGHT = 0, 1
-
-
-def write_scene(path: Path) -> Path:
-    """Two squares, one of them moving away, and two cameras of different angle."""
-    writer = GltfWriter()
-    mesh = writer.mesh()
-    near = writer.node(name="near", mesh=mesh, translation=[-0.5, -0.5, 0.0])
-    writer.node(name="far", mesh=mesh, translation=[-2.0, -2.0, -4.0], scale=[4, 4, 1])
-    writer.animate(near, "translation", [0.0, 1.0], [[-0.5, -0.5, 0.0], [-0.5, -0.5, -2.0]])
-    for name, x, angle in (("main", 0.0, 0.7), ("side", 1.5, 0.4)):
-        perspective = {"yfov": angle, "znear": 0.1, "aspectRatio": 1.5}
-        camera = writer.add("cameras", type="perspective", perspective=perspective, name=name)
-        writer.node(name=name, camera=camera, translation=[x, 0.0, 3.0])
-    return writer.write(path)
 
 
 @pytest.fixture(scope="module")
@@ -48,32 +34,7 @@ def window(session_context: moderngl.Context, tmp_path_factory) -> Iterator[Gui]
 
 @pytest.fixture
 def scene_gui(ctx: moderngl.Context, window: Gui) -> Gui:
-    """The scene as it was opened, in a small picture."""
-    app, opened = window.app, window.app.stage.scene
-    assert opened is not None
-    small = replace(opened.shot.framing, width_px=96, height_px=54)
-    app.editing.frame = opened.frame
-    app.editing.begin(replace(opened.shot, defocus=QUICK, framing=small))
-    app.view = replace(app.view, compare=Compare.OFF, zoom=None)
-    app.scenes.selected, app.message = None, ""
-    window.io.add_mouse_pos_event(-1e4, -1e4)
-    whole(window)
-    return window
-
-
-def whole(gui: Gui) -> None:
-    gui.frame()  # what was asked for just now is begun
-    sight, app = gui.app.stage.sight, gui.app
-    gui.until(
-        lambda: sight.is_whole and app.live.shown is not None and not app.sides.is_working,
-        "the whole picture",
-    )
-    gui.frame(2)
-
-
-def middle(gui: Gui) -> tuple[float, float]:
-    shape = gui.app.picture_shape
-    return gui.at_picture(shape.width_px / 2, shape.height_px / 2)
+    return as_opened(window)
 
 
 def aside(gui: Gui) -> tuple[float, float]:

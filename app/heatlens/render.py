@@ -17,7 +17,9 @@ from heatlens.errors import InputError
 from heatlens.gpu.context import check_plate_fits, check_work_fits
 from heatlens.gpu.stopwatch import Stopwatch
 from heatlens.gpu.textures import FloatArray, download, new_texture, upload
+from heatlens.image.focus_pick import area_at, middle_m
 from heatlens.image.plate import Plate
+from heatlens.model.boxes import Box
 from heatlens.model.coc import axis_scales, coc_line
 from heatlens.model.framing import Framing, Pose
 from heatlens.model.lens import Lens
@@ -107,6 +109,16 @@ class FrameRenderer:
     def pose_at(self, shot: Shot, frame: float) -> Pose | None:
         """Where the camera stands in the scene; None for a plate."""
         return None if self._of_scene is None else self._of_scene.pose_at(shot, frame)
+
+    def scene_depth_m(self, shot: Shot, frame: float, x: int, y: int) -> float:
+        """How far away the scene is at a pixel of its picture, at any frame, as a click finds it.
+
+        Raises InputError outside the picture, and where no scene is loaded.
+        """
+        if self._of_scene is None:
+            raise InputError("No scene is loaded.")
+        window = Box(0, 0, *(shot.framing or Framing()).size)
+        return middle_m(self._of_scene.depth_in(shot, frame, area_at(x, y, window, window)))
 
     def _look(self, shot: Shot, frame: int, passes: int | None = None) -> Steps[None]:
         if self._of_scene is None:

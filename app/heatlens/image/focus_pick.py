@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from heatlens.errors import InputError
-from heatlens.image.plate import Plate
+from heatlens.image.plate import FloatImage, Plate
 from heatlens.model.boxes import Box
 
 _RADIUS_PX = 2  # the median of 5 x 5 pixels: one noisy pixel does not decide
@@ -18,18 +18,30 @@ def depth_at_m(plate: Plate, x: int, y: int) -> float:
     """
     if not plate.has_distances:
         raise no_distances(plate)
-    window, display = plate.data_window, plate.display_window
-    column, row = x + display.x0 - window.x0, y + display.y0 - window.y0
-    if not (0 <= column < window.width and 0 <= row < window.height):
+    return middle_m(plate.pixels.depth_in(area_at(x, y, plate.data_window, plate.display_window)))
+
+
+def area_at(x: int, y: int, data: Box, display: Box) -> Box:
+    """The pixels that are asked around one, counted from the first of the data window.
+
+    Raises InputError outside the picture.
+    """
+    column, row = x + display.x0 - data.x0, y + display.y0 - data.y0
+    whole = Box(0, 0, data.width, data.height)
+    if not whole.contains(column, row):
         raise InputError(
             f"Pixel {x},{y} is outside the picture, which has pixels "
-            f"{window.x0 - display.x0},{window.y0 - display.y0} to "
-            f"{window.x1 - display.x0 - 1},{window.y1 - display.y0 - 1}."
+            f"{data.x0 - display.x0},{data.y0 - display.y0} to "
+            f"{data.x1 - display.x0 - 1},{data.y1 - display.y0 - 1}."
         )
     reach = _RADIUS_PX
     around = Box(column - reach, row - reach, column + reach + 1, row + reach + 1)
-    inside = around.intersection(Box(0, 0, window.width, window.height))
-    ordered = np.sort(plate.pixels.depth_in(inside), axis=None)
+    return around.intersection(whole)
+
+
+def middle_m(depth_m: FloatImage) -> float:
+    """The upper median of some depths, which may be infinite."""
+    ordered = np.sort(depth_m, axis=None)
     middle = float(ordered[len(ordered) // 2])  # np.median would make NaN between two infinities
     return middle if math.isfinite(middle) else math.inf
 

@@ -113,6 +113,17 @@ class SceneRaster:
         self._draw_depth(still, depth)
         yield "pinhole"
 
+    def depth_at(self, view: SceneView, frame: float, depth: moderngl.Texture) -> None:
+        """Into `depth`, R float32, as it is at another frame; things stay where they are placed."""
+        scene = self.buffers.scene
+        if self._placed is None or scene.motion is None:
+            self.place(frame)
+            self._draw_depth(view, depth)
+            return
+        self.buffers.place(scene.transforms_at(frame))
+        self._draw_depth(view, depth)
+        self.buffers.place(self._placed)
+
     def read(self, texture: moderngl.Texture, area: Box) -> FloatArray:
         """Few pixels of what was drawn: (h, w) float32 of one component, (h, w, C) of more."""
         viewport = (area.x0, area.y0, area.width, area.height)

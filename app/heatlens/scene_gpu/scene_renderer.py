@@ -6,8 +6,9 @@ from functools import cached_property
 
 import moderngl
 
-from heatlens.gpu.textures import TexturePool
+from heatlens.gpu.textures import FloatArray, TexturePool, download
 from heatlens.image.plate import Plate
+from heatlens.model.boxes import Box
 from heatlens.model.framing import Framing, Pose
 from heatlens.model.settings import Method
 from heatlens.model.shot import Shot
@@ -86,6 +87,16 @@ class SceneRenderer:
         """The latest pinhole picture; `look` has to have been at its end."""
         assert self._held is not None
         return self._held[1]
+
+    def depth_in(self, shot: Shot, frame: float, area: Box) -> FloatArray:
+        """(h, w) planar metres of few pixels of the picture at any frame; what is held stays."""
+        width, height = size = (shot.framing or Framing()).size
+        view = self._view(shot, frame, size)
+        aside_px = (area.x0 + area.x1 - width) / 2, (area.y0 + area.y1 - height) / 2
+        part = replace(view, size=(area.width, area.height), jitter_px=aside_px)
+        depth = self._pool.texture("depth of an area", part.size, 1)
+        self._raster.depth_at(part, frame, depth)
+        return download(depth)
 
     def through_lens(
         self, shot: Shot, frame: float, size: tuple[int, int], out: moderngl.Texture

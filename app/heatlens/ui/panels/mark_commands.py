@@ -14,6 +14,8 @@ from heatlens.model.plate_options import PlateOptions
 from heatlens.model.pull import EASE_PERCENT, follow, pull
 from heatlens.model.shot import Shot
 from heatlens.ui.background import Background
+from heatlens.ui.panels.point_following import Following
+from heatlens.ui.picture.plate_source import Opened
 from heatlens.ui.timeline.focus_track import mark_m
 
 if TYPE_CHECKING:
@@ -21,6 +23,7 @@ if TYPE_CHECKING:
 
     from heatlens.ui.app import App
 
+_Measured = tuple[PointMark, FrameRange, dict[int, float]]  # metres by frame
 PULL_FRAMES = 18  # three quarters of a second
 
 
@@ -33,12 +36,14 @@ class MarkCommands:
         self.pull_to = ""
         self.pull_frames = PULL_FRAMES
         self.pull_ease_percent = EASE_PERCENT
-        self._reader: Background[tuple[PointMark, FrameRange, dict[int, float]]] = Background(wake)
+        self._wake = wake
+        self._following: Following | None = None  # through a scene
+        self._reader: Background[_Measured] = Background(wake)
 
     @property
     def is_reading(self) -> bool:
-        """Frames are being read to follow a mark."""
-        return self._reader.is_busy
+        """Frames are being read, or drawn, to follow a mark."""
+        return self._reader.is_busy or self._following is not None
 
     # One mark
 
@@ -53,7 +58,7 @@ class MarkCommands:
         if plate is None:
             return
         try:
-            depth_at_m(plate, *pixel)
+            depth_at_m(plate, *self._app.stage.plate_px(self._app.shot, pixel))
         except HeatlensError as error:
             self._app.say(str(error))
             return
@@ -77,14 +82,29 @@ class MarkCommands:
         self._app.editing.do(replace(self._app.shot, marks=marks))
 
     def distance_m(self, mark: Mark, frame: int | None = None) -> float | None:
-        """How far it is: on the plate that is seen, or at another frame that lies in memory."""
+        """How far it is: on the plate that is seen, or at another frame.
+
+        That has to be one of a scene, or to lie in memory; else the plate that is seen stands in.
+        """
         if isinstance(mark, ObjectMark):
             return self._app.scenes.object_m(mark.object_name, frame)
         cache, plate = self._app.timeline.cache, self._app.stage.plate
+        if isinstance(mark, PointMark) and self._app.has_scene:
+            return self._in_scene_m(mark, frame)
         if frame is not None and cache is not None:
             found = cache.get(frame)
             plate = found if isinstance(found, Plate) else plate
         return mark_m(plate, mark)
+
+    def _in_scene_m(self, mark: PointMark, frame: int | None) -> float | None:
+        app, pixel = self._app, (int(mark.x_px), int(mark.y_px))
+        if frame is None or frame == app.editing.frame:
+            x, y = app.stage.plate_px(app.shot, pixel)
+            return mark_m(app.stage.plate, replace(mark, x_px=x, y_px=y))
+        try:
+            return app.renderer.scene_depth_m(app.shot, frame, *pixel)
+        except InputError:  # beside the picture
+            return None
 
     def go(self, mark: Mark) -> None:
         """Focus there."""
@@ -126,14 +146,19 @@ class MarkCommands:
             self._app.say(str(error))
 
     def follow(self, mark: PointMark | ObjectMark) -> None:
-        """Keep the focus on it from in to out; what is not in memory is read, and said so."""
-        opened, frames = self._app.stage.opened, self._app.timeline.played
+        """Keep the focus on it from in to out; what is not in memory is read or drawn, said so."""
+        app, frames = self._app, self._app.timeline.played
         if isinstance(mark, ObjectMark):
-            self._app.scenes.follow(mark, frames)
-            return
-        if opened is None:
-            self._app.say("Points are followed through files; of a scene, mark the object itself.")
-            return
+            app.scenes.follow(mark, frames)
+        elif app.renderer.scene is not None:
+            self._following = Following(app.renderer, app.renderer.scene, app.shot, mark, frames)
+            app.say(self._following.words)
+        elif app.stage.opened is not None:
+            self._read(app.stage.opened, mark, frames)
+        else:
+            app.say("Points are followed through files and scenes.")
+
+    def _read(self, opened: Opened, mark: PointMark, frames: FrameRange) -> None:
         cache, options = opened.cache, opened.options
         reads = sum(1 for frame in frames if not isinstance(cache.get(frame), Plate))
         if reads:
@@ -143,13 +168,29 @@ class MarkCommands:
     def poll(self) -> None:
         """Once a frame of the window: take what was measured."""
         try:
-            found = self._reader.poll()
+            found = self._reader.poll() or self._drawn()
             if found is not None:
                 mark, frames, distances_m = found
                 self._app.editing.do(_followed(self._app.shot, mark, frames, distances_m))
                 self._app.say(f"The focus follows {mark.name} from {frames.first} on.")
         except HeatlensError as error:
             self._app.say(str(error))
+
+    def _drawn(self) -> _Measured | None:
+        """What is being followed through a scene, once all of it was drawn; else a part of it is.
+
+        Raises HeatlensError, and then it is not gone on with.
+        """
+        following, self._following = self._following, None
+        if following is None:
+            return None
+        following.go_on()
+        if following.is_done:
+            return following.mark, following.frames, following.distances_m
+        self._following = following
+        self._app.say(following.words)
+        self._wake()  # the loop would sleep
+        return None
 
 
 def _followed(

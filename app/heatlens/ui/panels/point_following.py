@@ -1,0 +1,50 @@
+"""A point of a scene's picture is followed: how far it is at each frame, drawn a few at a time."""
+
+import time
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from heatlens.errors import InputError
+from heatlens.model.frames import FrameRange
+from heatlens.model.marks import PointMark
+from heatlens.model.shot import Shot
+from heatlens.scene.scene import Scene
+
+if TYPE_CHECKING:
+    from heatlens.render import FrameRenderer
+
+_SLICE_S = 0.02
+
+
+@dataclass(frozen=True)
+class Following:
+    """What is being measured: the mark in the shot as it was when it began."""
+
+    renderer: "FrameRenderer"
+    scene: Scene
+    shot: Shot
+    mark: PointMark
+    frames: FrameRange
+    distances_m: dict[int, float] = field(default_factory=dict)  # by frame, those known
+
+    @property
+    def words(self) -> str:
+        """How far it has come."""
+        return f"Following {self.mark.name}: {len(self.distances_m)} of {self.frames.count} frames."
+
+    @property
+    def is_done(self) -> bool:
+        """All frames are known."""
+        return len(self.distances_m) == self.frames.count
+
+    def go_on(self) -> None:
+        """For a moment, one frame at least. Raises HeatlensError where a frame has no distance."""
+        if self.renderer.scene is not self.scene:
+            raise InputError(f"{self.mark.name} is not followed: another scene was opened.")
+        start = time.perf_counter()
+        x, y = int(self.mark.x_px), int(self.mark.y_px)
+        while not self.is_done:
+            frame = self.frames.first + len(self.distances_m)
+            self.distances_m[frame] = self.renderer.scene_depth_m(self.shot, frame, x, y)
+            if time.perf_counter() - start > _SLICE_S:
+                return
