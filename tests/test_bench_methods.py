@@ -2,25 +2,19 @@
 
 import json
 import math
-import sys
 from collections.abc import Iterator
 from itertools import pairwise
 
 import moderngl
 import numpy as np
 import pytest
-from PIL import Image as PillowImage
 
-from heatlens.bench import methods
+from heatlens.bench import bounded, methods
+from heatlens.bench.bounded import bounded as bounded_frame
+from heatlens.bench.entrants import entrants
 from heatlens.bench.frames import BenchFrames
-from heatlens.bench.methods import (
-    MethodReport,
-    MethodRow,
-    bounded_ms,
-    measure_methods,
-    method_table,
-)
-from heatlens.bench.plot import write_plot
+from heatlens.bench.method_tables import time_table
+from heatlens.bench.methods import MethodReport, MethodRow, measure_methods
 from heatlens.bench.synthetic_plate import LENS, uniform_coc_plate
 from heatlens.bench.synthetic_scene import uniform_coc_scene, wall_framing
 from heatlens.commands.main import main
@@ -31,16 +25,19 @@ from heatlens.model.coc import coc_line, coc_px
 from heatlens.model.settings import DefocusSettings, Method
 
 SIZE = (64, 48)
+NAMES = [
+    *("diffusion", "heat", "gather", "scatter", "pyramid"),
+    *("accumulation 23", "accumulation 66", "raytraced 66"),
+]
 QUICK = ("bench", "--size", "64x48", "--runs", "1", "--quality", "draft")
 REPORT = MethodReport(
     64,
     48,
     20.0,
-    66,
     (
-        MethodRow(2.0, {"diffusion": 4.0, "gather": 1.0}),
-        MethodRow(20.0, {"diffusion": 4.1, "gather": 100.0}),
-        MethodRow(200.0, {"diffusion": 4.0, "gather": None}),
+        MethodRow(2.0, {"diffusion": 4.0, "gather 23": 1.0}),
+        MethodRow(20.0, {"diffusion": 4.1, "gather 23": 100.0}),
+        MethodRow(200.0, {"diffusion": 4.0, "gather 23": None}),
     ),
 )
 
@@ -61,12 +58,14 @@ def few_cocs(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.usefixtures("ctx", "few_cocs")
 def test_json_has_every_method_at_every_coc(capsys):
-    assert main([*QUICK, "--methods", "--json"]) == 0
-    report = json.loads(capsys.readouterr().out)["methods"]
+    assert main([*QUICK, "--methods", "--truth-views", "0", "--json"]) == 0
+    whole = json.loads(capsys.readouterr().out)
+    assert whole["method_errors"] is None
+    report = whole["methods"]
     assert (report["width"], report["height"]) == SIZE
     assert [row["coc_px"] for row in report["rows"]] == [2.0, 9.0]
     for row in report["rows"]:
-        assert set(row["ms"]) == {str(method) for method in Method}
+        assert list(row["ms"]) == NAMES
         assert all(math.isfinite(ms) and ms > 0 for ms in row["ms"].values())
 
 
@@ -74,21 +73,32 @@ def test_json_has_every_method_at_every_coc(capsys):
 def test_without_being_asked_for_there_are_none(capsys):
     assert main([*QUICK, "--json", "--method", "scatter"]) == 0
     report = json.loads(capsys.readouterr().out)
-    assert report["methods"] is None
+    assert report["methods"] is None and report["method_errors"] is None
     assert report["frame"]["method"] == "scatter"
     assert [row["name"] for row in report["frame"]["passes"]] == ["coc", "scatter", "limits"]
 
 
+def test_accumulation_takes_part_with_the_views_asked_for_and_those_it_is_known_by():
+    with_five = entrants(DefocusSettings(views=5))
+    assert [n for n in with_five if n.startswith("acc")] == [
+        *("accumulation 5", "accumulation 23", "accumulation 66")
+    ]
+    assert {n: s.views for n, s in with_five.items()}["raytraced 5"] == 5
+    assert list(entrants(DefocusSettings())) == NAMES
+    assert {s.method for s in with_five.values()} == set(Method)
+
+
 def test_the_table_is_aligned_and_says_skipped():
-    lines = method_table(REPORT).splitlines()
+    lines = time_table(REPORT).splitlines()
     assert len({len(line) for line in lines[1:]}) == 1
     assert lines[1].split() == ["px", "diffusion", "gather"]
-    assert lines[4].split() == ["200", "4.0", "skipped"]
+    assert lines[2].split() == ["23", "views"]
+    assert lines[5].split() == ["200", "4.0", "skipped"]
 
 
 def test_a_method_that_takes_too_long_is_given_up_and_left_out_from_there_on(ctx, monkeypatch):
     monkeypatch.setattr(methods, "METHOD_COC_PX", (2.0, 9.0))
-    monkeypatch.setattr(methods, "LIMIT_S", -1.0)
+    monkeypatch.setattr(bounded, "LIMIT_S", -1.0)
     said: list[str] = []
     frames = BenchFrames(ctx, "sweep")
     report = measure_methods(frames, SIZE, DefocusSettings(), 1, said.append)
@@ -104,7 +114,7 @@ def test_where_time_is_short_fewer_frames_are_enough(ctx, monkeypatch):
     frame.render()
     rendered: list[int] = []
     monkeypatch.setattr(type(frame), "render", lambda self: rendered.append(1))
-    assert bounded_ms(frame, 3, 1000.0) is not None and len(rendered) == 3
+    assert bounded_frame(frame, 3, 1000.0) is not None and len(rendered) == 3
 
 
 @pytest.mark.parametrize("diameter_px", [2.0, 200.0])
@@ -143,46 +153,3 @@ def test_work_grows_with_the_area_for_gather_and_scatter():
     assert all(3.8 < (b / a) ** 2 < 4.1 for a, b in pairwise(rows))
     fragments = [disc_fragments(float(c), (1.0, 1.0), (4096, 4096)) for c in cocs]
     assert all(3.8 < b / a < 4.1 for a, b in pairwise(fragments))
-
-
-@pytest.mark.parametrize("suffix", ["png", "svg"])
-def test_a_plot_is_a_picture_of_that_kind(tmp_path, suffix):
-    path = tmp_path / f"methods.{suffix}"
-    write_plot(path, REPORT, "made")
-    if suffix == "png":
-        with PillowImage.open(path) as image:
-            assert image.size == (1200, 750)
-    else:
-        text = path.read_text("utf-8")
-        assert "<svg" in text and "gather, then over 20 s" in text and "diffusion" in text
-    assert list(tmp_path.iterdir()) == [path]
-
-
-@pytest.mark.usefixtures("ctx", "few_cocs")
-def test_the_command_draws_what_it_measured(capsys, tmp_path):
-    path = tmp_path / "methods.png"
-    assert main([*QUICK, "--methods", "--plot", str(path)]) == 0
-    said = capsys.readouterr()
-    assert f"heatlens: drawn to {path}" in said.err and "methods at 64x48" in said.out
-    with PillowImage.open(path) as image:
-        assert image.format == "PNG"
-
-
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
-        (["--plot", "a.png"], "--methods"),
-        (["--methods", "--plot", "a.jpg"], ".png or .svg"),
-        (["--methods", "--plot", "nowhere/a.png"], "no folder nowhere"),
-    ],
-)
-def test_a_plot_that_cannot_be_is_refused_before_anything_is_measured(capsys, words, said):
-    assert main(["bench", *words]) == 2
-    error = capsys.readouterr().err
-    assert said in error and len(error.splitlines()) == 1
-
-
-def test_a_missing_matplotlib_is_said_with_what_to_install(capsys, monkeypatch, tmp_path):
-    monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
-    assert main(["bench", "--methods", "--plot", str(tmp_path / "a.png")]) == 2
-    assert "pip install 'heatlens[plot]'" in capsys.readouterr().err

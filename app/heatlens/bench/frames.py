@@ -1,8 +1,8 @@
 """A plate on the GPU rendered again and again: whole frames, and the time of each pass."""
 
 import time
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from itertools import count
 from statistics import median
 
@@ -10,6 +10,7 @@ import moderngl
 
 from heatlens.defocus.layer_cuts import layer_cuts
 from heatlens.defocus.line_solver import SOLVERS
+from heatlens.defocus.pipeline import Steps
 from heatlens.defocus.plate_passes import proxy_size
 from heatlens.defocus.quality import layers_for
 from heatlens.gpu.context import check_plate_fits, check_work_fits
@@ -23,6 +24,7 @@ from heatlens.render import FrameRenderer
 from heatlens.scene.scene import Scene
 
 _HAIR = 1e-9  # of the f-stop
+_HAIRS = count(1)  # one for all: two frames of one lens must not meet either
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,7 +81,14 @@ class Frame:
 
     def render(self) -> moderngl.Texture:
         """Issue the frame; the GPU may still be at it."""
-        return self.renderer.render(self.shot)
+        return self.renderer.render(self._next_shot())
+
+    def steps(self) -> Steps[moderngl.Texture]:
+        """The same in steps, as `FrameRenderer.steps` has them."""
+        return self.renderer.steps(self._next_shot())
+
+    def _next_shot(self) -> Shot:
+        return self.shot
 
     @property
     def layer_count(self) -> int:
@@ -90,17 +99,13 @@ class Frame:
         return 1 if layers == 1 else len(layer_cuts(optics.occupied_px * settings.proxy, layers))
 
 
-@dataclass(frozen=True, eq=False)
 class SceneFrame(Frame):
     """A frame of a scene, from all points of the lens each time."""
 
-    _numbers: Iterator[int] = field(default_factory=lambda: count(1))
-
-    def render(self) -> moderngl.Texture:
+    def _next_shot(self) -> Shot:
         """Through a lens that is another by a hair: what is summed up for one is not done again."""
-        f_stop = self.shot.lens.f_stop * (1.0 + _HAIR * next(self._numbers))
-        lens = replace(self.shot.lens, f_stop=f_stop)
-        return self.renderer.render(replace(self.shot, lens=lens))
+        f_stop = self.shot.lens.f_stop * (1.0 + _HAIR * next(_HAIRS))
+        return replace(self.shot, lens=replace(self.shot.lens, f_stop=f_stop))
 
 
 def run_seconds(ctx: moderngl.Context, work: Callable[[], object]) -> float:

@@ -1,14 +1,21 @@
-"""A picture of the methods' times, with matplotlib, which is imported when first asked for."""
+"""A picture of what the methods cost and buy, by matplotlib, imported when first asked for."""
 
 import importlib
 from pathlib import Path
 from typing import Any
 
+from heatlens.bench.method_errors import ErrorReport
 from heatlens.bench.methods import MethodReport
+from heatlens.bench.plot_panels import error_panel, time_panel, trade_panel
 from heatlens.errors import InputError
 from heatlens.image.atomic_file import replacing
 
 PLOT_SUFFIXES = (".png", ".svg")
+
+_ALONE = {"left": 0.09, "right": 0.76, "bottom": 0.11, "top": 0.88}
+# Room at the right of each panel above for the names of its lines.
+_ABOVE = {"left": 0.07, "right": 0.86, "bottom": 0.55, "top": 0.92, "wspace": 0.75}
+_BELOW = {"left": 0.07, "right": 0.98, "bottom": 0.065, "top": 0.44}
 
 
 def figure_class() -> Any:
@@ -30,32 +37,28 @@ def check_plot(path: Path) -> None:
     figure_class()
 
 
-def write_plot(path: Path, report: MethodReport, renderer: str) -> None:
-    """Milliseconds over circle of confusion, a line for each method, both axes logarithmic.
+def write_plot(path: Path, times: MethodReport, errors: ErrorReport | None, renderer: str) -> None:
+    """Time over blur, a line for each method, all axes logarithmic; error beside and against it.
 
-    A method of constant cost is level there; one that looks at the disc's area rises by two decades
-    in one, as the dotted line does. Raises InputError where nothing can be written.
+    Without errors the first panel is all. Raises InputError where nothing can be written.
     """
-    figure = figure_class()(figsize=(8, 5), layout="constrained")
-    axes = figure.subplots()
-    for name in report.rows[0].ms:
-        done = [(row.coc_px, ms) for row in report.rows if (ms := row.ms[name]) is not None]
-        label = name if len(done) == len(report.rows) else f"{name}, then over {report.limit_s:g} s"
-        axes.plot([coc for coc, _ in done], [ms for _, ms in done], marker="o", label=label)
-    _draw_growth(axes, report)
-    axes.set(xscale="log", yscale="log", xlabel="circle of confusion [px]", ylabel="frame [ms]")
-    axes.set_xticks([row.coc_px for row in report.rows], [f"{r.coc_px:g}" for r in report.rows])
-    axes.set_xticks([], minor=True)
-    axes.set_title(f"{report.width}x{report.height}, {renderer}", fontsize="medium")
-    axes.grid(alpha=0.3)
-    axes.legend()
+    figure = _alone(times) if errors is None else _three(times, errors)
+    figure.suptitle(renderer, fontsize="small", color="0.4", y=0.99)
     with replacing(path) as beside:
         figure.savefig(beside, format=path.suffix.lower()[1:], dpi=150)
 
 
-def _draw_growth(axes: Any, report: MethodReport) -> None:
-    """Four times as much for twice the blur, up to what took longest."""
-    cells = [(ms, row.coc_px) for row in report.rows for ms in row.ms.values() if ms is not None]
-    if cells:
-        ms, coc_px = max(cells)
-        axes.plot([coc_px / 10, coc_px], [ms / 100, ms], ":", color="grey", label="disc's area")
+def _alone(times: MethodReport) -> Any:
+    figure = figure_class()(figsize=(9, 5.5))
+    figure.subplots_adjust(**_ALONE)
+    time_panel(figure.subplots(), times)
+    return figure
+
+
+def _three(times: MethodReport, errors: ErrorReport) -> Any:
+    figure = figure_class()(figsize=(13, 9))
+    above = figure.add_gridspec(1, 2, **_ABOVE)
+    time_panel(figure.add_subplot(above[0]), times)
+    error_panel(figure.add_subplot(above[1]), errors)
+    trade_panel(figure.add_subplot(figure.add_gridspec(1, 1, **_BELOW)[0]), errors)
+    return figure

@@ -2,7 +2,9 @@
 
 from dataclasses import dataclass
 
-from heatlens.bench.methods import MethodReport, method_table
+from heatlens.bench.method_errors import ErrorReport
+from heatlens.bench.method_tables import error_tables, time_table
+from heatlens.bench.methods import MethodReport
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,6 +100,7 @@ class BenchReport:
     bare: BareReport | None
     peak_memory_mb: float
     methods: MethodReport | None = None
+    method_errors: ErrorReport | None = None
 
 
 def report_text(report: BenchReport) -> str:
@@ -110,7 +113,9 @@ def report_text(report: BenchReport) -> str:
     if report.bare is not None:
         blocks.append(_bare_line(report.bare))
     if report.methods is not None:
-        blocks.append(method_table(report.methods))
+        blocks.append(time_table(report.methods))
+    if report.method_errors is not None:
+        blocks.append(error_tables(report.method_errors))
     blocks.append(f"peak memory {report.peak_memory_mb:.0f} MB")
     return "\n\n".join(blocks)
 

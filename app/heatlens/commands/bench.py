@@ -14,6 +14,7 @@ from heatlens.bench.measure import (
     measure_frame,
     measure_size_sweep,
 )
+from heatlens.bench.method_errors import ErrorReport, check_errors, measure_errors
 from heatlens.bench.methods import measure_methods
 from heatlens.bench.plot import check_plot, write_plot
 from heatlens.bench.report import BenchReport, report_text
@@ -23,6 +24,9 @@ from heatlens.defocus.line_solver import SOLVERS
 from heatlens.errors import InputError
 from heatlens.gpu.context import headless_context
 from heatlens.model.settings import DefocusSettings
+
+_TRUTH_VIEWS = 1024
+_TRUTH_SIZE = (480, 270)
 
 _DESCRIPTION = """\
 Renders a scene made in memory again and again and says what each pass takes: milliseconds, the
@@ -34,6 +38,8 @@ examples:
   heatlens bench --bokeh heat --layers 1 --bare
   heatlens bench --quality draft --runs 3 --sweep-coc
   heatlens bench --size 960x540 --methods --plot methods.svg
+  heatlens bench --size 960x540 --methods --truth-views 0    # times alone
+  heatlens bench --size 960x540 --methods --truth-size 960x540 --truth-views 4096 --json
   heatlens bench --solver partition --json > partition.json
 """
 
@@ -86,20 +92,44 @@ def _add_measure_options(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="also one layer of heat beside the two bare line sweeps that it cannot do without",
     )
+    _add_method_options(group)
+    group.add_argument("--json", action="store_true", help="one JSON object instead of tables")
+
+
+def _add_method_options(group: "argparse._ArgumentGroup") -> None:
+    """Every method beside the others: what it costs and what that buys."""
     group.add_argument(
         "--methods",
         action="store_true",
-        help="also a frame's time by every method of --method, against its circle of confusion, "
-        "2 to 200 px: of a plate, and for accumulation and raytraced of a wall of the same blur, "
-        "from --views points of the lens; a method is skipped from where it takes too long",
+        help="also every method of --method, against its circle of confusion, 2 to 200 px: a "
+        "frame's time at --size, of a plate, and for accumulation, at 23, 66 and --views views, "
+        "and raytraced of a wall of the same blur; then its error to the truth. A method is "
+        "skipped from where it takes too long. Times are those of this machine, and of what else "
+        "runs on it",
+    )
+    group.add_argument(
+        "--truth-views",
+        type=int,
+        default=_TRUTH_VIEWS,
+        metavar="N",
+        help="with --methods: each method's FLIP, PSNR and SSIM to the mean of so many views of "
+        "a scene with silhouettes, lamps and many depths, which the plates are pinhole pictures "
+        f"of (default {_TRUTH_VIEWS}; 0: times alone); needs pip install 'heatlens[compare]'",
+    )
+    group.add_argument(
+        "--truth-size",
+        type=size_of,
+        default=_TRUTH_SIZE,
+        metavar="WxH",
+        help=f"pixels of that scene (default {_TRUTH_SIZE[0]}x{_TRUTH_SIZE[1]})",
     )
     group.add_argument(
         "--plot",
         type=Path,
         metavar="FILE",
-        help="with --methods: draw those times to a .png or .svg; needs matplotlib",
+        help="with --methods: draw time and error against the blur, and error against time, to a "
+        ".png or .svg; needs pip install 'heatlens[plot]'",
     )
-    group.add_argument("--json", action="store_true", help="one JSON object instead of tables")
 
 
 def run(args: argparse.Namespace) -> int:
@@ -107,19 +137,26 @@ def run(args: argparse.Namespace) -> int:
     settings = settings_of(args)
     if args.runs < 1:
         raise InputError(f"--runs must be at least 1, got {args.runs}.")
-    if args.plot is not None:
-        if not args.methods:
-            raise InputError("--plot draws what --methods measures; give both.")
-        check_plot(args.plot)
+    _check_methods(args, settings)
     report = _measured(args, BenchFrames(headless_context(), args.solver), settings)
     if args.plot is not None and report.methods is not None:
-        write_plot(args.plot, report.methods, report.frame.renderer)
+        write_plot(args.plot, report.methods, report.method_errors, report.frame.renderer)
         _say(f"drawn to {args.plot}")
     if args.json:
         print(json.dumps(asdict(report), indent=2, allow_nan=False))
     else:
         print(report_text(report))
     return 0
+
+
+def _check_methods(args: argparse.Namespace, settings: DefocusSettings) -> None:
+    """What --methods needs, before minutes are spent."""
+    if args.plot is not None:
+        if not args.methods:
+            raise InputError("--plot draws what --methods measures; give both.")
+        check_plot(args.plot)
+    if args.methods and args.truth_views != 0:
+        check_errors(args.truth_size, settings, args.truth_views)
 
 
 def _measured(
@@ -135,7 +172,18 @@ def _measured(
         coc_sweep = measure_coc_sweep(frames, size, settings, runs, _say)
         size_sweep = measure_size_sweep(frames, settings, runs, _say)
     methods = measure_methods(frames, size, settings, runs, _say) if args.methods else None
-    return BenchReport(frame, coc_sweep, size_sweep, bare, _peak_memory_mb(), methods)
+    errors = _errors(args, frames, settings)
+    memory = _peak_memory_mb()
+    return BenchReport(frame, coc_sweep, size_sweep, bare, memory, methods, errors)
+
+
+def _errors(
+    args: argparse.Namespace, frames: BenchFrames, settings: DefocusSettings
+) -> ErrorReport | None:
+    """None where they were not asked for."""
+    if not args.methods or args.truth_views == 0:
+        return None
+    return measure_errors(frames, args.truth_size, settings, args.truth_views, args.runs, _say)
 
 
 def _say(sentence: str) -> None:
