@@ -91,6 +91,26 @@ def gui(ctx: moderngl.Context, room_window: "Gui") -> "Gui":
 
 
 @pytest.fixture
+def shot_file(tmp_path: Path) -> Path:
+    """A shot of six tiny plates, with all of them on disk."""
+    from exports import write_shot_file
+
+    return write_shot_file(tmp_path)
+
+
+@pytest.fixture
+def out(tmp_path: Path) -> Path:
+    """Frames of an export; their folder is not there yet."""
+    return tmp_path / "out" / "n.####.exr"
+
+
+@pytest.fixture
+def usd_path(tmp_path: Path) -> Path:
+    """Where a camera in USD will be."""
+    return tmp_path / "cam.usda"
+
+
+@pytest.fixture
 def small_demo(monkeypatch: pytest.MonkeyPatch) -> None:
     """The program's own scene is a small one, looked at in few pixels."""
     import heatlens.scene.demo.demo

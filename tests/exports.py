@@ -20,6 +20,7 @@ from plates import room
 
 WIDTH, HEIGHT = 32, 18
 FRAMES = (1001, 1002, 1003, 1004, 1005, 1006)
+MANY = tuple(range(1001, 1025))
 CAMERA = lens_attributes(50.0, 2.0, 2.24, 36.0, 24.0)
 QUICK = DefocusSettings(Bokeh.HEAT, Quality.DRAFT)
 
@@ -100,3 +101,38 @@ def exr(path: Path) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
     """Header and channels."""
     ((header, channels),) = read_parts(path)
     return header, channels
+
+
+def same_frames(a, b) -> bool:
+    """Whether two EXR files hold the same pixels."""
+    first, second = exr(a)[1], exr(b)[1]
+    return first.keys() == second.keys() and all(
+        np.array_equal(first[name], second[name]) for name in first
+    )
+
+
+def rendered(capsys, shot: Shot, frame: int, path, *words: str):
+    """What `heatlens render` makes of the shot's lens at a frame."""
+    lens, defocus = shot.lens_at(frame), shot.defocus
+    options = {
+        "--focal-length": lens.focal_length_mm,
+        "--sensor-width": lens.sensor_width_mm,
+        "--f-stop": lens.f_stop,
+        "--focus-distance": repr(lens.focus_distance_m),
+        "--bokeh": defocus.bokeh,
+        "--quality": defocus.quality,
+        "--proxy": defocus.proxy,
+    }
+    plate = shot.source.replace("####", str(frame))
+    said = [f"{name}={value}" for name, value in options.items()]
+    assert main(["render", plate, "-o", str(path), *said, *words]) == 0
+    capsys.readouterr()
+    return path
+
+
+def written(capsys, shot_file, out, *words: object) -> list[int]:
+    """Export once more; which frames were made anew."""
+    before = {path: path.stat().st_ino for path in out.parent.glob("*")}
+    exported(capsys, shot_file, out, *words)
+    anew = [path for path in out.parent.glob("*") if before.get(path) != path.stat().st_ino]
+    return sorted(int(path.name.split(".")[1]) for path in anew)

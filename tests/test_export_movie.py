@@ -21,7 +21,6 @@ from exports import (
     with_focus,
     write_plate,
     write_plates,
-    write_shot_file,
 )
 from exr_files import write_file
 from heatlens.errors import InputError
@@ -32,11 +31,6 @@ from heatlens.image.shot_file import read_shot, write_shot
 from test_export_pictures import pixels
 
 pytestmark = pytest.mark.usefixtures("command_context")
-
-
-@pytest.fixture
-def shot_file(tmp_path):
-    return write_shot_file(tmp_path)
 
 
 def decoded(path) -> np.ndarray:

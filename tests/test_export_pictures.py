@@ -17,7 +17,6 @@ from exports import (
     shot_of,
     write_plate,
     write_plates,
-    write_shot_file,
 )
 from exr_files import window
 from heatlens.color.color_config import load_color_config
@@ -31,11 +30,6 @@ from plates import coc_plate_of, plate_of, room
 LUMA = np.array([0.2126, 0.7152, 0.0722])  # JPEG halves the chroma
 
 pytestmark = pytest.mark.usefixtures("command_context")
-
-
-@pytest.fixture
-def shot_file(tmp_path):
-    return write_shot_file(tmp_path)
 
 
 def pixels(path) -> np.ndarray:
