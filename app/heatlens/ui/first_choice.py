@@ -49,6 +49,7 @@ class FirstChoice:
     def show(self) -> None:
         """Have the start screen in the place of the picture; what is open stays."""
         self.is_wanted = True
+        self._app.timeline.playback.stop()
         self._app.filing.find_recent()
 
     def begun(self, text: str) -> None:

@@ -88,6 +88,8 @@ class StartScreen:
             draw_card(card, row + 1, place, self._pictures, is_chosen, is_coming)
             if is_chosen and row != before:
                 imgui.set_scroll_here_y()
+        imgui.set_cursor_screen_pos(ImVec2(corner.x, corner.y + layout.hint.y))
+        imgui.dummy(ImVec2(1.0, layout.hint.height))  # in a small window they are scrolled to
         return Answer(taken, hears and imgui.is_key_pressed(_K.escape, False))
 
     def _by_keys(self, cards: Sequence[Card]) -> Card | None:
