@@ -1,5 +1,6 @@
 """A plate that tells its primaries means the same to `render`, `export` and the window."""
 
+import sys
 from dataclasses import replace
 
 import numpy as np
@@ -147,3 +148,10 @@ def test_the_window_says_what_it_does_not_know(ctx, tmp_path):
     with gui_of(ctx, plate, defocus=QUICK) as gui:
         assert gui.app.message.count("until another input space is chosen") == 1
         assert gui.app.color.transform.input_space == "Linear Rec.709 (sRGB)"
+
+
+def test_without_opencolorio_the_window_follows_the_header_too(ctx, tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "PyOpenColorIO", None)
+    with gui_of(ctx, orange_plate(tmp_path / "acescg.exr", AP1), defocus=QUICK) as gui:
+        transform = gui.app.color.transform
+        assert (transform.view, transform.input_space) == ("sRGB curve", "ACEScg")

@@ -8,7 +8,6 @@ from heatlens.color.color_config import ColorConfig, load_color_config
 from heatlens.color.input_space import InputSpace, input_space_of
 from heatlens.color.view_transform import srgb_transform, view_transform
 from heatlens.errors import HeatlensError
-from heatlens.image.primaries import KNOWN
 from heatlens.model.view import ViewState
 from heatlens.ui.picture.screen_pictures import ScreenPictures
 
@@ -29,8 +28,7 @@ class ColorChoice:
             if path is not None:
                 raise
             say(f"{error} Pictures are shown through the plain sRGB curve.")
-        plain = tuple(known.name for known in KNOWN)
-        self._inputs = self.config.input_spaces() if self.config else plain
+        self._inputs = self.config.input_spaces() if self.config else ()
         self.attributes: Mapping[str, Any] = {}  # of the open plate's header
         self._current = ("", "", "")
         self.transform = srgb_transform()  # the one in use
@@ -44,7 +42,8 @@ class ColorChoice:
         return self.config.views(display) if self.config else ("sRGB curve",)
 
     def input_spaces(self) -> tuple[str, ...]:
-        """Spaces that the pictures' light may be in, the usual one first."""
+        """Spaces to choose from for the pictures' light, the usual one first; of the plain curve
+        none, which takes what the header tells."""
         return self._inputs
 
     def with_names(self, view: ViewState) -> ViewState:

@@ -53,14 +53,13 @@ def _color(view: ViewState, color: ColorChoice) -> ViewState:
 def _input(view: ViewState, color: ColorChoice) -> ViewState:
     """The space of the light; first of all, the one that the plate itself means."""
     told = color.input_of("")
-    spaces = {f"auto: {told.name}": "", **{name: name for name in color.input_spaces()}}
-    now = next(shown for shown, name in spaces.items() if name == view.input_space)
+    auto = f"auto: {told.name}"
     tip = (
-        "Space of the pictures' light. Auto: as the plate's header tells, or linear "
-        f"Rec.709, as renderers write unless told otherwise. Now: {told.why}."
+        "Space of the pictures' light. Auto: as the plate's header tells, or linear Rec.709, as "
+        f"renderers write unless told otherwise. Now: {told.why}."
     )
-    chosen = spaces[widgets.choice("input", now, list(spaces), tip)]
-    return replace(view, input_space=chosen)
+    chosen = widgets.choice("input", view.input_space or auto, [auto, *color.input_spaces()], tip)
+    return replace(view, input_space="" if chosen == auto else chosen)
 
 
 def _buttons(view: ViewState, field: str, names: dict) -> ViewState:  # type: ignore[type-arg]
