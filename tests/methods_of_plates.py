@@ -6,11 +6,7 @@ from heatlens.model.lens import Lens
 from heatlens.model.settings import DefocusSettings, Method
 from heatlens.model.shot import Shot
 from heatlens.render import FrameRenderer
-from plates import (
-    FOCUS_M,
-    Image,
-    coc_plate_of,
-)
+from plates import FOCUS_M, Image, coc_plate_of
 
 OF_PLATES = [method for method in Method if not method.needs_scene]
 OTHERS = [Method.GATHER, Method.SCATTER, Method.PYRAMID]

@@ -7,10 +7,7 @@ from pathlib import Path
 import pytest
 
 from heatlens.errors import InputError
-from heatlens.image.shot_file import (
-    read_shot,
-    write_shot,
-)
+from heatlens.image.shot_file import read_shot, write_shot
 from heatlens.model.curve import Curve, Key
 from heatlens.model.frames import FrameRange
 from heatlens.model.interpolation import Ease, Interpolation, Scale

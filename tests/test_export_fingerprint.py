@@ -6,11 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from exports import (
-    FRAMES,
-    QUICK,
-    shot_of,
-)
+from exports import FRAMES, QUICK, shot_of
 from heatlens.export.fingerprint import fingerprint_of
 from heatlens.export.frame_source import Origin
 from heatlens.export.job import ExportJob, ExrOptions, Look

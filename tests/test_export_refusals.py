@@ -2,10 +2,7 @@
 
 import pytest
 
-from exports import (
-    files_in,
-    refused,
-)
+from exports import files_in, refused
 
 pytestmark = pytest.mark.usefixtures("command_context")
 

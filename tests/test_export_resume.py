@@ -4,13 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from exports import (
-    FRAMES,
-    exported,
-    with_focus,
-    write_plate,
-    written,
-)
+from exports import FRAMES, exported, with_focus, write_plate, written
 from heatlens.commands import export as export_command
 from heatlens.commands.main import main
 from heatlens.image.shot_file import read_shot, write_shot

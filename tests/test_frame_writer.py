@@ -6,12 +6,7 @@ import weakref
 
 import pytest
 
-from exports import (
-    MANY,
-    exported,
-    shot_of,
-    write_plates,
-)
+from exports import MANY, exported, shot_of, write_plates
 from heatlens.errors import InputError
 from heatlens.export import frame_files
 from heatlens.export.frame_writer import FrameWriter

@@ -11,16 +11,7 @@ from heatlens.model.settings import DefocusSettings, Method
 from heatlens.model.shot import Shot
 from heatlens.render import drained
 from methods_of_plates import OF_PLATES, OTHERS, PIXEL_VARIANCE, through
-from plates import (
-    FAR_M,
-    FOCUS_M,
-    NEAR_M,
-    coc_plate_of,
-    lens_blurring,
-    moments,
-    plate_of,
-    room,
-)
+from plates import FAR_M, FOCUS_M, NEAR_M, coc_plate_of, lens_blurring, moments, plate_of, room
 
 
 @pytest.mark.parametrize("method", OF_PLATES)

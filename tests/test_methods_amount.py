@@ -7,13 +7,7 @@ import pytest
 
 from heatlens.model.settings import Method
 from methods_of_plates import DISCS, OTHERS, PIXEL_VARIANCE, point_blurred, through
-from plates import (
-    FAR_M,
-    coc_plate_of,
-    lens_blurring,
-    moments,
-    plate_of,
-)
+from plates import FAR_M, coc_plate_of, lens_blurring, moments, plate_of
 from test_disc import analytic_disc, radius_at_half_height, size_for
 
 

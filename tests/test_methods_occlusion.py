@@ -7,10 +7,7 @@ import pytest
 
 from heatlens.model.settings import Method
 from methods_of_plates import DISCS, through
-from plates import (
-    Image,
-    coc_plate_of,
-)
+from plates import Image, coc_plate_of
 
 
 def two_halves(left_coc: float, right_coc: float) -> Image:

@@ -11,9 +11,7 @@ from heatlens.defocus.gather_pass import gather_steps
 from heatlens.defocus.pyramid_pass import level_places, level_variance, pyramid_size
 from heatlens.defocus.scatter_pass import BINS, bin_coc_px, bin_places, disc_sums
 from methods_of_plates import DISCS, through
-from plates import (
-    coc_plate_of,
-)
+from plates import coc_plate_of
 
 
 def test_a_disc_in_parts_is_the_disc(ctx, renderer, rng, monkeypatch):

@@ -16,11 +16,7 @@ from heatlens.model.lens import Lens
 from heatlens.model.settings import Bokeh, DefocusSettings, Method, Quality
 from heatlens.model.shot import Shot
 from methods_of_plates import OF_PLATES, OTHERS
-from plates import (
-    lens_blurring,
-    plate_of,
-    room,
-)
+from plates import lens_blurring, plate_of, room
 
 
 def test_heat_is_one_layer_of_heat(ctx, renderer):

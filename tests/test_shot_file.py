@@ -9,10 +9,7 @@ from itertools import pairwise
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from heatlens.image.shot_file import (
-    read_shot,
-    write_shot,
-)
+from heatlens.image.shot_file import read_shot, write_shot
 from heatlens.model.curve import Curve, Key
 from heatlens.model.frames import FrameRange
 from heatlens.model.interpolation import Ease, Interpolation, Scale

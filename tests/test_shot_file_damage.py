@@ -7,9 +7,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from heatlens.errors import InputError
-from heatlens.image.shot_file import (
-    read_shot,
-)
+from heatlens.image.shot_file import read_shot
 from heatlens.model.shot import Shot
 from shot_files import FULL, refusal, written
 

@@ -6,9 +6,7 @@ from pathlib import Path
 import pytest
 
 from heatlens.errors import InputError
-from heatlens.image.shot_file import (
-    read_shot,
-)
+from heatlens.image.shot_file import read_shot
 from heatlens.model.shot import Shot
 from shot_files import FIFTY, refusal, written
 
