@@ -2,7 +2,7 @@
 // the same depths: layers are chosen by which bins are empty, and must not hang on the machine.
 //
 // Input
-//   depth_tx     planar metres up to 1e37, +inf where nothing was hit
+//   depth_img    planar metres up to 1e37, +inf where nothing was hit
 // Output
 //   count_buf    has to hold zeros before
 
@@ -12,7 +12,7 @@
 #define BINS 4096
 layout(local_size_x = WORKERS) in;
 
-uniform sampler2D depth_tx;
+layout(r32f) uniform readonly image2D depth_img;
 uniform float low;       // dioptres
 uniform float per_step;  // bins a dioptre
 layout(std430, binding = 0) buffer count_block { uint count_buf[BINS]; };
@@ -23,10 +23,10 @@ void main() {
     int worker = int(gl_LocalInvocationID.x);
     for (int i = worker; i < BINS; i += WORKERS) counts_sh[i] = 0u;
     barrier();
-    ivec2 size = textureSize(depth_tx, 0);
+    ivec2 size = imageSize(depth_img);
     for (int y = int(gl_WorkGroupID.x); y < size.y; y += int(gl_NumWorkGroups.x))
         for (int x = worker; x < size.x; x += WORKERS) {
-            precise float above = reciprocal(texelFetch(depth_tx, ivec2(x, y), 0).r) - low;
+            precise float above = reciprocal(imageLoad(depth_img, ivec2(x, y)).r) - low;
             precise float place = above * per_step;
             atomicAdd(counts_sh[clamp(int(place), 0, BINS - 1)], 1u);
         }

@@ -2,14 +2,14 @@
 // floats are ordered as the floats are, +inf after all others.
 //
 // Input
-//   depth_tx     planar metres, +inf where nothing was hit
+//   depth_img    planar metres, +inf where nothing was hit
 // Output
 //   bounds       has to hold ~0, 0, 0, 0 before
 
 #define WORKERS 256
 layout(local_size_x = WORKERS) in;
 
-uniform sampler2D depth_tx;
+layout(r32f) uniform readonly image2D depth_img;
 layout(std430, binding = 0) buffer bounds_block {
     uint nearest;
     uint farthest;
@@ -27,11 +27,11 @@ void main() {
         farthest_sh = farthest_hit_sh = infinite_sh = 0u;
     }
     barrier();
-    ivec2 size = textureSize(depth_tx, 0);
+    ivec2 size = imageSize(depth_img);
     uint nearest = ~0u, farthest = 0u, farthest_hit = 0u, infinite = 0u;
     for (int y = int(gl_WorkGroupID.x); y < size.y; y += int(gl_NumWorkGroups.x))
         for (int x = int(gl_LocalInvocationID.x); x < size.x; x += WORKERS) {
-            uint depth = floatBitsToUint(texelFetch(depth_tx, ivec2(x, y), 0).r);
+            uint depth = floatBitsToUint(imageLoad(depth_img, ivec2(x, y)).r);
             nearest = min(nearest, depth);
             farthest = max(farthest, depth);
             farthest_hit = max(farthest_hit, depth < INFINITE ? depth : 0u);

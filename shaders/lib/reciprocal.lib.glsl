@@ -1,4 +1,4 @@
-// 1 / x to the last bit, which GLSL's own division may miss by two and a half.
+// 1 / x to the last bit; GLSL's own division may be two and a half of the last bit off.
 
 const int HALF = 0x800000;  // 2^23: the leading bit of a float's 24
 
@@ -8,10 +8,10 @@ float reciprocal(float x) {
     if (bits >= 0x7f800000u) return 0.0;
     int exponent = int(bits >> 23), m = int(bits & 0x7fffffu) | HALF;
     if (m == HALF) return uintBitsToFloat(uint(254 - exponent) << 23);
-    // q = 2^47 / m has 24 bits again; the rest q m - 2^47 of a q that is nearly right fits into 32.
+    // q = 2^47 / m has 24 bits again, and is at most 2.5 off; the rest q m - 2^47 fits into 32 bits.
     int q = int(140737488355328.0 / float(m));
     int rest = int(uint(q) * uint(m));
-    for (int i = 0; i < 3; ++i) {
+    for (int i = 0; i < 2; ++i) {
         int by = int(2 * rest < -m) - int(2 * rest > m);
         q += by;
         rest += by * m;
