@@ -1,6 +1,7 @@
 """The plot of `heatlens bench --methods`: whole or not there, and its names clear of each other."""
 
 import sys
+from dataclasses import replace
 from itertools import combinations, pairwise
 from types import SimpleNamespace
 
@@ -14,7 +15,7 @@ from heatlens.bench.method_errors import ErrorCell, ErrorReport, ErrorRow
 from heatlens.bench.methods import MethodReport, MethodRow
 from heatlens.bench.plot import write_plot
 from heatlens.bench.plot_labels import Label, name_lines, name_points, spread
-from heatlens.bench.plot_panels import chosen_row
+from heatlens.bench.plot_panels import chosen_row, time_panel, trade_panel
 from heatlens.commands.main import main
 from heatlens.errors import InputError
 
@@ -73,8 +74,8 @@ def test_lines_and_points_carry_their_names(tmp_path, monkeypatch):
     assert len(figure.axes) == 3
     assert all(axes.get_yscale() == axes.get_xscale() == "log" for axes in figure.axes)
     names = texts_of(figure)
-    assert "gather, then over 20 s" in names and "gather, skipped then" in names
-    assert "accumulation, 23 views" in names
+    assert names.count("gather, over 20 s") == 2
+    assert "accumulation 23" in names and "as the disc's area" in names
     assert names.count("diffusion") == 3
     for axes in figure.axes:
         boxes = [text.get_window_extent() for text in axes.texts if text.get_text() != ""]
@@ -82,8 +83,23 @@ def test_lines_and_points_carry_their_names(tmp_path, monkeypatch):
         assert all(figure.bbox.x0 <= b.x0 and b.x1 <= figure.bbox.x1 for b in boxes)
 
 
-def test_the_third_panel_shows_the_blur_at_which_most_are_still_at_it():
+def test_the_third_panel_is_of_much_blur_and_says_who_has_only_less():
     assert chosen_row(ERRORS).coc_px == 20.0
+    without = ErrorRow(20.0, 0.002, {"diffusion": cell(4.0, 0.03), "gather": None})
+    errors = replace(ERRORS, rows=(ERRORS.rows[0], without))
+    figure = plot.figure_class()()
+    trade_panel(figure.subplots(), errors)
+    assert texts_of(figure) == ["diffusion", "gather, at 2 px"]
+
+
+def test_the_dotted_line_is_four_times_as_much_for_twice_the_blur():
+    figure = plot.figure_class()()
+    axes = figure.subplots()
+    time_panel(axes, TIMES)
+    (line,) = [line for line in axes.lines if line.get_linestyle() == ":"]
+    (x0, x1), (y0, y1) = line.get_data()
+    assert (x0, x1) == (2.0, 20.0) and y1 / y0 == pytest.approx(100.0)
+    assert y1 == pytest.approx(200.0)  # beside gather, which grows most
 
 
 def test_what_is_interrupted_while_it_is_written_leaves_the_old_plot(tmp_path, monkeypatch):

@@ -12,9 +12,9 @@ from heatlens.image.atomic_file import replacing
 
 PLOT_SUFFIXES = (".png", ".svg")
 
-_ALONE = {"left": 0.09, "right": 0.76, "bottom": 0.11, "top": 0.88}
+_ALONE = {"left": 0.09, "right": 0.76, "bottom": 0.11, "top": 0.9}
 # Room at the right of each panel above for the names of its lines.
-_ABOVE = {"left": 0.07, "right": 0.86, "bottom": 0.55, "top": 0.92, "wspace": 0.75}
+_ABOVE = {"left": 0.07, "right": 0.84, "bottom": 0.55, "top": 0.92, "wspace": 0.75}
 _BELOW = {"left": 0.07, "right": 0.98, "bottom": 0.065, "top": 0.44}
 
 
@@ -43,7 +43,9 @@ def write_plot(path: Path, times: MethodReport, errors: ErrorReport | None, rend
     Without errors the first panel is all. Raises InputError where nothing can be written.
     """
     figure = _alone(times) if errors is None else _three(times, errors)
-    figure.suptitle(renderer, fontsize="small", color="0.4", y=0.99)
+    figure.suptitle(
+        f"{renderer}; numbers after names are views", fontsize="small", color="0.4", y=0.99
+    )
     with replacing(path) as beside:
         figure.savefig(beside, format=path.suffix.lower()[1:], dpi=150)
 

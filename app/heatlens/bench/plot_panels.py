@@ -1,7 +1,6 @@
 """The three panels of the methods' plot: time and error over blur, and error over time."""
 
 import math
-from collections.abc import Callable
 from typing import Any
 
 from heatlens.bench.entrants import KNOWN_VIEWS
@@ -19,7 +18,8 @@ _COLORS = {
     "accumulation": "#B0528A",
     "raytraced": "#555555",
 }
-_AT_PX = 50.0  # the blur of the third panel: large enough to tell, and all are still at it
+_GREY = "#666666"
+_AT_PX = 50.0  # the blur of the third panel: large enough to tell the methods apart
 Values = dict[str, list[tuple[float, float]]]
 
 
@@ -28,10 +28,10 @@ def time_panel(axes: Any, report: MethodReport) -> None:
     found = _values([(row.coc_px, row.ms) for row in report.rows])
     cocs = [row.coc_px for row in report.rows]
     _over_blur(axes, cocs, found)
-    _draw_growth(axes, found)
+    growth = _draw_growth(axes, found)
     axes.set(ylabel="time of a frame [ms]", xlabel="circle of confusion [px]")
     _title(axes, f"Time, {report.width}x{report.height}, the same blur everywhere")
-    _name(axes, found, cocs[-1], lambda name: f"{name}, then over {report.limit_s:g} s")
+    _name(axes, found, cocs[-1], report.limit_s, growth)
 
 
 def error_panel(axes: Any, report: ErrorReport) -> None:
@@ -41,22 +41,21 @@ def error_panel(axes: Any, report: ErrorReport) -> None:
     _over_blur(axes, cocs, found)
     noise = [_flip(row.truth_flip) for row in report.rows]
     axes.plot(cocs, noise, color="0.8", linewidth=1)
-    axes.set_ylim(axes.get_ylim())
-    axes.fill_between(cocs, noise, axes.get_ylim()[0], color="0.92", linewidth=0)
-    axes.text(cocs[-1], noise[-1] / 2.5, "noise of the truth ", color="0.4", fontsize=9, ha="right")
+    low, high = axes.get_ylim()
+    axes.set_ylim(low, high)
+    axes.fill_between(cocs, noise, low, color="0.92", linewidth=0)
+    axes.text(cocs[-1], 1.3 * low, "noise of the truth ", color=_GREY, fontsize=9, ha="right")
     axes.set(ylabel="FLIP, lower is better", xlabel="largest circle of confusion [px]")
     _title(axes, f"Error, {report.width}x{report.height}, to {report.truth_views} views")
-    _name(axes, found, cocs[-1], lambda name: f"{name}, skipped then")
+    _name(axes, found, cocs[-1], report.limit_s)
 
 
 def trade_panel(axes: Any, report: ErrorReport) -> None:
     """A point for each method at one blur, amid those of all: what is low is right, what is left
-    is quick."""
+    is quick. One that was too slow for that blur has its point at the last that it was done at."""
     row = chosen_row(report)
     labels = [
-        Label(_words(name), cell.ms, _flip(cell.flip), _color(name))
-        for name, cell in row.cells.items()
-        if cell is not None
+        _traded(report, name, row.coc_px) for name, points in _trades(report).items() if points
     ]
     _logarithmic(axes)
     for name, points in _trades(report).items():
@@ -70,22 +69,25 @@ def trade_panel(axes: Any, report: ErrorReport) -> None:
     name_points(axes, labels)
 
 
+def chosen_row(report: ErrorReport) -> ErrorRow:
+    """The row that the third panel shows: the nearest to _AT_PX."""
+    return min(report.rows, key=lambda row: abs(math.log(row.coc_px / _AT_PX)))
+
+
+def _traded(report: ErrorReport, name: str, coc_px: float) -> Label:
+    """One method's point, at `coc_px` or the last before it; then its name says where."""
+    done = [(row.coc_px, cell) for row in report.rows if (cell := row.cells[name]) is not None]
+    at, cell = [pair for pair in done if pair[0] <= coc_px][-1]
+    words = name if at == coc_px else f"{name}, at {at:g} px"
+    return Label(words, cell.ms, _flip(cell.flip), _color(name))
+
+
 def _trades(report: ErrorReport) -> Values:
     """Of each method, milliseconds and FLIP from the least blur to the most."""
     return {
         name: [(c.ms, _flip(c.flip)) for row in report.rows if (c := row.cells[name]) is not None]
         for name in report.rows[0].cells
     }
-
-
-def chosen_row(report: ErrorReport) -> ErrorRow:
-    """The row that the third panel shows: of those with most methods the nearest to _AT_PX."""
-
-    def worth(row: ErrorRow) -> tuple[int, float]:
-        done = sum(cell is not None for cell in row.cells.values())
-        return done, -abs(math.log(row.coc_px / _AT_PX))
-
-    return max(report.rows, key=worth)
 
 
 def _values(rows: list[tuple[float, dict[str, float | None]]]) -> Values:
@@ -118,7 +120,7 @@ def _title(axes: Any, words: str) -> None:
 def _plain_ticks(axes: Any) -> None:
     """1, 2, 5, 10 rather than powers, and only decades where there are many."""
     low, high = axes.get_ylim()
-    steps = (1, 2, 5) if high / low < 200 else (1,)
+    steps = (1, 2, 5) if high / low < 1000 else (1,)
     powers = range(math.floor(math.log10(low)), math.ceil(math.log10(high)))
     ticks = [n * 10.0**power for power in (*powers, powers.stop) for n in steps]
     shown = [tick for tick in ticks if low <= tick <= high]
@@ -127,23 +129,28 @@ def _plain_ticks(axes: Any) -> None:
     axes.xaxis.set_major_formatter(lambda x, _: f"{x:g}")
 
 
-def _name(axes: Any, found: Values, last: float, early: Callable[[str], str]) -> None:
-    """Names at the lines' ends; those that end early say so."""
+def _name(
+    axes: Any, found: Values, last: float, limit_s: float, more: tuple[Label, ...] = ()
+) -> None:
+    """Names at the lines' ends; those that end early say why."""
     _plain_ticks(axes)
     labels = []
     for name, points in found.items():
-        words = _words(name) if points[-1][0] == last else early(_words(name))
+        words = name if points[-1][0] == last else f"{name}, over {limit_s:g} s"
         labels.append(Label(words, *points[-1], _color(name)))
-    name_lines(axes, labels)
+    name_lines(axes, [*labels, *more])
 
 
-def _draw_growth(axes: Any, found: Values) -> None:
-    """Four times as much for twice the blur, a decade of it, over what took longest."""
-    cells = [(ms, coc) for points in found.values() for coc, ms in points]
-    if cells:
-        ms, coc = max(cells)
-        axes.plot([coc / 10, coc], [ms / 50, 2 * ms], ":", color="0.4")
-        axes.text(coc / 9.5, ms / 65, "as the disc's area", color="0.4", fontsize=9, va="top")
+def _draw_growth(axes: Any, found: Values) -> tuple[Label, ...]:
+    """Four times as much for twice the blur, a decade of it, over the method that grows most."""
+    lines = [points for points in found.values() if len(points) > 1]
+    if not lines:
+        return ()
+    points = max(lines, key=lambda line: line[-1][1] / line[0][1])
+    end, ms = points[-1][0], 2 * points[-1][1]
+    start = max(points[0][0], end / 10)
+    axes.plot([start, end], [ms * (start / end) ** 2, ms], ":", color=_GREY)
+    return (Label("as the disc's area", end, ms, _GREY),)
 
 
 def _flips(row: ErrorRow) -> dict[str, float | None]:
@@ -153,11 +160,6 @@ def _flips(row: ErrorRow) -> dict[str, float | None]:
 def _flip(flip: float) -> float:
     """Equal pictures have no place on a logarithmic axis."""
     return max(flip, 1e-4)
-
-
-def _words(name: str) -> str:
-    word, _, views = name.partition(" ")
-    return f"{word}, {views} views" if views else word
 
 
 def _color(name: str) -> str:

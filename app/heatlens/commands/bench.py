@@ -128,7 +128,8 @@ def _add_method_options(group: "argparse._ArgumentGroup") -> None:
         type=Path,
         metavar="FILE",
         help="with --methods: draw time and error against the blur, and error against time, to a "
-        ".png or .svg; needs pip install 'heatlens[plot]'",
+        ".png or .svg: a level line is a constant cost, one beside the dotted line grows as the "
+        "disc's area; needs pip install 'heatlens[plot]'",
     )
 
 
