@@ -92,6 +92,20 @@ def test_the_third_panel_is_of_much_blur_and_says_who_has_only_less():
     assert texts_of(figure) == ["diffusion", "gather, at 2 px"]
 
 
+@pytest.mark.parametrize("done", [(), ("diffusion",)])
+def test_who_was_never_done_is_in_no_panel(tmp_path, monkeypatch, done):
+    times = {name: 1.0 if name in done else None for name in ("diffusion", "gather")}
+    cells = {name: cell(1.0, 0.1) if name in done else None for name in times}
+    figures: list = []
+    made = plot._three
+    monkeypatch.setattr(plot, "_three", lambda *a: figures.append(made(*a)) or figures[-1])
+    rows = (MethodRow(2.0, times), MethodRow(20.0, times))
+    errors = replace(ERRORS, rows=(ErrorRow(2.0, 0.0, cells), ErrorRow(20.0, 0.0, cells)))
+    write_plot(tmp_path / "a.png", replace(TIMES, rows=rows), errors, "made")
+    assert "gather" not in texts_of(figures[0])
+    assert texts_of(figures[0]).count("diffusion") == 3 * len(done)
+
+
 def test_the_dotted_line_is_four_times_as_much_for_twice_the_blur():
     figure = plot.figure_class()()
     axes = figure.subplots()

@@ -54,11 +54,10 @@ def trade_panel(axes: Any, report: ErrorReport) -> None:
     """A point for each method at one blur, amid those of all: what is low is right, what is left
     is quick. One that was too slow for that blur has its point at the last that it was done at."""
     row = chosen_row(report)
-    labels = [
-        _traded(report, name, row.coc_px) for name, points in _trades(report).items() if points
-    ]
+    trades = _trades(report)
+    labels = [_traded(report, name, row.coc_px) for name in trades]
     _logarithmic(axes)
-    for name, points in _trades(report).items():
+    for name, points in trades.items():
         axes.plot(*zip(*points, strict=True), ".-", color=_color(name), alpha=0.25, linewidth=1)
     for label in labels:
         axes.plot([label.x], [label.y], "o", color=label.color, markersize=8)
@@ -83,11 +82,13 @@ def _traded(report: ErrorReport, name: str, coc_px: float) -> Label:
 
 
 def _trades(report: ErrorReport) -> Values:
-    """Of each method, milliseconds and FLIP from the least blur to the most."""
-    return {
-        name: [(c.ms, _flip(c.flip)) for row in report.rows if (c := row.cells[name]) is not None]
-        for name in report.rows[0].cells
-    }
+    """Of each method that was done once, milliseconds and FLIP from the least blur to the most."""
+    found: Values = {}
+    for row in report.rows:
+        for name, cell in row.cells.items():
+            if cell is not None:
+                found.setdefault(name, []).append((cell.ms, _flip(cell.flip)))
+    return found
 
 
 def _values(rows: list[tuple[float, dict[str, float | None]]]) -> Values:
