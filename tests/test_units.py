@@ -86,6 +86,8 @@ def test_impossible_scene_units(text):
         (1.905, "1.905 m", "6'3\""),
         (0.0, "0 m", '0"'),
         (0.1, "0.1 m", '3.937"'),
+        (0.03669, "3.67 cm", '1.444"'),
+        (-0.05, "-5 cm", '-1.969"'),
         (0.3045, "0.3045 m", "1'0\""),
         (0.3048, "0.3048 m", "1'0\""),
         (12345.6, "12346 m", "40503'11.2\""),
@@ -105,7 +107,14 @@ def test_unknown_display_unit_is_refused():
         format_distance(1.0, "furlong")
 
 
-@given(st.floats(1e-4, 1e6))
+@given(st.floats(1e-6, 0.0999))
+def test_short_distances_are_centimetres_and_come_back_to_three_digits(distance_m):
+    text = format_distance(distance_m)
+    assert text.endswith(" cm")
+    assert parse_distance_m(text) == pytest.approx(distance_m, rel=5.001e-3)
+
+
+@given(st.floats(0.1, 1e6))
 def test_metres_come_back_to_four_digits(distance_m):
     assert parse_distance_m(format_distance(distance_m)) == pytest.approx(distance_m, rel=5.001e-4)
 

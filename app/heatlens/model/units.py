@@ -27,6 +27,7 @@ _FEET_AND_INCHES = re.compile(
     rf"{_NUMBER}\s*(?:ft|feet|foot|'|′|’)\s*{_NUMBER}\s*(?:in|inch|inches|\"|″|”|'')?"
 )
 _SIGNIFICANT_DIGITS = 4  # the markings of a lens and a tape measure give no more
+_CENTIMETRES_UNDER_M = 0.1
 _UNDERSTOOD = """2.24, 2.24m, 190cm, 1900 mm, 6'3", 6ft 3in, 75in or inf"""
 
 
@@ -66,9 +67,10 @@ def parse_scene_unit_m(text: str) -> float:
 
 
 def format_distance(distance_m: float, unit: str = "m") -> str:
-    """A distance to read: "2.24 m", with unit "ft" 6'3", or "inf"; "unknown" for NaN.
+    """A distance to read: "2.24 m", "3.67 cm", with unit "ft" 6'3", or "inf"; "unknown" for NaN.
 
-    Four significant digits in metres, a tenth of an inch in feet; `parse_distance_m` reads both.
+    Four significant digits in metres, three under 10 cm, a tenth of an inch in feet;
+    `parse_distance_m` reads all of them.
     """
     if math.isnan(distance_m):
         return "unknown"
@@ -76,7 +78,7 @@ def format_distance(distance_m: float, unit: str = "m") -> str:
     if math.isinf(distance_m):
         return f"{sign}inf"
     if unit == "m":
-        return f"{sign}{_significant(abs(distance_m))} m"
+        return f"{sign}{_metric_text(abs(distance_m))}"
     if unit == "ft":
         return f"{sign}{_feet_text(abs(distance_m))}"
     raise InputError(f"Distances are shown in m or ft, not in {unit!r}.")
@@ -97,11 +99,17 @@ def _one_unit_m(words: str) -> float | None:
     return None if unit_m is None else float(match[1]) * unit_m
 
 
-def _significant(value: float) -> str:
-    """A positive number to four significant digits, whole above, without trailing zeros."""
+def _metric_text(distance_m: float) -> str:
+    if 0 < distance_m < _CENTIMETRES_UNDER_M:
+        return f"{_significant(1e2 * distance_m, _SIGNIFICANT_DIGITS - 1)} cm"
+    return f"{_significant(distance_m)} m"
+
+
+def _significant(value: float, digits: int = _SIGNIFICANT_DIGITS) -> str:
+    """A positive number to so many significant digits, whole above, without trailing zeros."""
     if value == 0:
         return "0"
-    decimals = max(0, _SIGNIFICANT_DIGITS - 1 - math.floor(math.log10(value)))
+    decimals = max(0, digits - 1 - math.floor(math.log10(value)))
     text = f"{value:.{decimals}f}"
     return text.rstrip("0").rstrip(".") if "." in text else text
 

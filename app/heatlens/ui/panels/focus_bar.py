@@ -3,18 +3,21 @@
 Infinity lies right, the nearest surface left, as distances lie on most lens barrels.
 """
 
+import math
 from dataclasses import replace
 
+import numpy as np
 from imgui_bundle import ImVec2, imgui
+from numpy.typing import NDArray
 
 from heatlens.model.coc import far_limit_m, hyperfocal_m, near_limit_m
 from heatlens.model.depth_histogram import DepthHistogram
 from heatlens.model.lens import Lens
-from heatlens.model.units import format_distance
 from heatlens.ui import theme
+from heatlens.ui.panels.distance_ticks import distance_ticks
 
 _HEIGHT_EM = 4.2
-_SCALE_M = (0.1, 0.2, 0.3, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0, 5.0, 10.0)
+_TICK = 4.0  # screen units
 
 
 def focus_bar(lens: Lens, histogram: DepthHistogram, unit: str) -> Lens:
@@ -67,14 +70,24 @@ def _draw(lens: Lens, histogram: DepthHistogram, corner: ImVec2, size: ImVec2, u
         ImVec2(hyper_x, corner.y + 7),
         theme.HYPERFOCAL,
     )
-    draw_scale(draw, x_at, corner, size, text_y, unit)
+    draw_scale(draw, histogram, corner, ImVec2(size.x, text_y - corner.y), unit)
+
+
+def visible_heights(histogram: DepthHistogram) -> NDArray[np.float64]:
+    """(BINS,) in 0..1, the highest of them 1 without the first, in which infinity lies.
+
+    An empty sky is half of many pictures; beside it everything else would be a line of dots.
+    """
+    most = float(histogram.heights[1:].max(initial=0.0))
+    heights = histogram.heights if most == 0 else histogram.heights / most
+    return np.asarray(np.minimum(heights, 1.0))
 
 
 def draw_histogram(
     draw: imgui.ImDrawList, histogram: DepthHistogram, corner: ImVec2, size: ImVec2
 ) -> None:
     """Columns over the whole of `size`, infinity at the right."""
-    heights = histogram.heights[::-1]
+    heights = visible_heights(histogram)[::-1]
     step = size.x / len(heights)
     bottom = corner.y + size.y
     for i, height in enumerate(heights):
@@ -84,16 +97,21 @@ def draw_histogram(
             draw.add_rect_filled(top, ImVec2(x + step + 0.5, bottom), theme.HISTOGRAM)
 
 
-def draw_scale(draw, x_at, corner, size, text_y, unit) -> None:  # type: ignore[no-untyped-def]
-    """Distances under the bar, as many as fit."""
-    right = corner.x + size.x
-    text = "inf"
-    last_x = right - imgui.calc_text_size(text).x
-    draw.add_text(ImVec2(last_x, text_y), theme.TEXT_DIM, text)
-    for distance_m in reversed(_SCALE_M):
-        text = format_distance(distance_m, unit)
-        width = imgui.calc_text_size(text).x
-        x = x_at(distance_m)
-        if corner.x < x - width / 2 and x + width / 2 < last_x - 8:
-            draw.add_text(ImVec2(x - width / 2, text_y), theme.TEXT_DIM, text)
-            last_x = x - width / 2
+def draw_scale(
+    draw: imgui.ImDrawList, histogram: DepthHistogram, corner: ImVec2, size: ImVec2, unit: str
+) -> None:
+    """Distances under a bar of this size, as many as fit."""
+    right, y = corner.x + size.x, corner.y + size.y
+
+    def x_at(distance_m: float) -> float:
+        return float(right - histogram.part_at(distance_m) * size.x)
+
+    def width_of(text: str) -> float:
+        return float(imgui.calc_text_size(text).x)
+
+    near_m = 1.0 / histogram.most_dioptres
+    for tick in distance_ticks(near_m, unit, x_at, (corner.x, right), width_of):
+        draw.add_text(ImVec2(tick.text_x, y), theme.TEXT_DIM, tick.text)
+        if math.isfinite(tick.distance_m):
+            x = x_at(tick.distance_m)
+            draw.add_line(ImVec2(x, y - _TICK), ImVec2(x, y), theme.TEXT_DIM)

@@ -94,13 +94,9 @@ def _bar(histogram: DepthHistogram, facts: PlateFacts) -> None:
     draw, text_y = imgui.get_window_draw_list(), corner.y + size.y - em
     draw.add_rect_filled(corner, ImVec2(corner.x + size.x, text_y - 2), theme.GROOVE, 3.0)
     draw_histogram(draw, histogram, corner, ImVec2(size.x, text_y - 2 - corner.y))
-
-    def x_at(distance_m: float) -> float:
-        return float(corner.x + (1.0 - histogram.part_at(distance_m)) * size.x)
-
-    draw_scale(draw, x_at, corner, size, text_y, facts.unit)
+    draw_scale(draw, histogram, corner, ImVec2(size.x, text_y - corner.y), facts.unit)
     if facts.hovered_m is not None:
-        x = x_at(facts.hovered_m)
+        x = corner.x + (1.0 - histogram.part_at(facts.hovered_m)) * size.x
         draw.add_line(ImVec2(x, corner.y - 2), ImVec2(x, text_y), theme.HANDLE, 2.0)
 
 

@@ -1,0 +1,75 @@
+"""Which distances are written along a scale of dioptres: round ones of the unit that is shown."""
+
+import math
+from collections.abc import Callable, Iterator
+from typing import NamedTuple
+
+from heatlens.model.units import FOOT_M, INCH_M, format_distance
+
+# Times a power of ten. The second ones are written where the first leave room between them.
+_ROUNDS = (1.0, 2.0, 5.0), (1.5, 3.0, 7.0)
+_DECADES = 4  # from the near end on: what lies farther is infinity to the eye
+_INCHES_UNDER = 9.5  # ten of them would stand in the way of the foot
+INFINITY = "inf"
+
+
+class Tick(NamedTuple):
+    """A distance in metres, its words, and where on the screen these begin."""
+
+    distance_m: float
+    text: str
+    text_x: float
+
+
+def round_distances_m(near_m: float, unit: str, steps: tuple[float, ...]) -> Iterator[float]:
+    """From `near_m` on, so many times the powers of ten of a metre, or of a foot and an inch."""
+    if unit == "m":
+        yield from _multiples_m(near_m, math.inf, 1.0, steps)
+        return
+    yield from _multiples_m(near_m, _INCHES_UNDER * INCH_M, INCH_M, steps)
+    yield from _multiples_m(max(near_m, 0.999 * FOOT_M), math.inf, FOOT_M, steps)
+
+
+def _multiples_m(
+    least_m: float, most_m: float, unit_m: float, steps: tuple[float, ...]
+) -> Iterator[float]:
+    first = math.floor(math.log10(least_m / unit_m))
+    for power in range(first, first + _DECADES + 1):
+        for step in steps:
+            distance_m = step * 10.0**power * unit_m
+            if least_m <= distance_m < most_m:
+                yield distance_m
+
+
+def tick_text(distance_m: float, unit: str) -> str:
+    """As short as it can be: whole feet without their inches."""
+    return format_distance(distance_m, unit).replace("'0\"", "'")
+
+
+def distance_ticks(
+    near_m: float,
+    unit: str,
+    x_at: Callable[[float], float],
+    ends_x: tuple[float, float],
+    width_of: Callable[[str], float],
+) -> list[Tick]:
+    """Those with room between the ends of the scale, none over another, infinity at the right.
+
+    near_m      above 0: the distance at the left end
+    x_at        where a distance lies on the screen, within `ends_x`
+    width_of    of words on the screen; the width of a zero stays free beside each
+    """
+    gap, (left, right) = width_of("0"), ends_x
+    ticks = [Tick(math.inf, INFINITY, right - width_of(INFINITY))]
+    for steps in _ROUNDS:
+        for distance_m in round_distances_m(near_m, unit, steps):
+            text = tick_text(distance_m, unit)
+            width = width_of(text)
+            x = x_at(distance_m) - width / 2
+            apart = (
+                x >= other.text_x + width_of(other.text) + gap or x + width + gap <= other.text_x
+                for other in ticks
+            )
+            if x >= left and all(apart):
+                ticks.append(Tick(distance_m, text, x))
+    return ticks
