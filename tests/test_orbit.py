@@ -16,6 +16,7 @@ from heatlens.scene.scene import SceneCamera
 from heatlens.scene.scene_bounds import (
     bounds_m,
     camera_lens,
+    corners_m,
     framed,
     object_depth_m,
     object_names,
@@ -120,26 +121,44 @@ def test_the_depth_of_an_object_is_that_of_its_middle_along_the_axis():
         object_depth_m(TWO, "thing 1", looking_at((0, 1, -6), (0, 1, -9)), 1)
 
 
-CORNERS = np.indices((2, 2, 2)).reshape(3, 8).T
+def test_bounds_leave_out_vertices_of_no_triangle_and_follow_what_moves():
+    mesh = box()
+    stray = replace(mesh, positions_m=np.r_[mesh.positions_m, [[99, 99, 99]]].astype(np.float32))
+    turned = np.eye(4)
+    turned[:3, :3] = [[0, 0, 3], [0, 1, 0], [-1, 0, 0]]
+    scene = scene_of([stray, box((1, 2, 3))], motion=lambda f: np.stack([moved(f), turned]))
+    np.testing.assert_allclose(bounds_m(scene, 7, "thing 0"), [(6.5, -0.5, -0.5), (7.5, 0.5, 0.5)])
+    np.testing.assert_allclose(bounds_m(scene, 0, "thing 1"), [(-9, -2, -1), (9, 2, 1)])
+    assert corners_m(scene, 0).shape == (16, 3) and corners_m(scene, 0, "nothing").shape == (0, 3)
 
 
-@given(upright(), st.floats(0.2, 5), PLACES, st.tuples(*[st.floats(0.1, 20)] * 3))
-def test_a_framed_box_is_all_in_the_picture_and_fills_a_good_part(start, aspect, low, extent):
+@given(upright(), st.floats(0.2, 5), st.lists(PLACES, min_size=2, max_size=9), st.booleans())
+def test_framed_points_are_all_in_the_picture_and_one_touches_the_margin(
+    start, aspect, points, is_turned
+):
     turn = start[0].turn
-    box_m = np.array([low, np.add(low, extent)])
+    points = np.array(points)
     width = 900
     size = (width, max(1, round(width / aspect)))
-    pose = framed(box_m, LENS, size[0] / size[1], turn)
-    np.testing.assert_allclose(pose.turn, turn, atol=1e-9)
-    corners = np.where(CORNERS == 0, *box_m)
-    clip = np.c_[corners, np.ones(8)] @ view_of(pose, LENS, size, box_m).clip_from_world.T
-    at = clip[:, :2] / clip[:, 3:]
-    assert (clip[:, 3] > 0).all() and np.abs(at).max() <= 1.0
-    # The ball around it, whatever end of a long one is seen, touches the nearer edges but for 1/4.
-    half_angle = np.arctan(LENS.sensor_width_mm / (2 * LENS.focal_length_mm) / max(aspect, 1.0))
-    away_m = np.linalg.norm(pose.position_m - box_m.mean(axis=0))
-    filled = np.linalg.norm(extent) / 2 / away_m / np.sin(half_angle)
-    assert 0.75 <= filled <= 1.0
+    pose = framed(points, LENS, size[0] / size[1], turn if is_turned else None)
+    sides = (points - (points.min(axis=0) + points.max(axis=0)) / 2) @ pose.turn
+    assume(np.abs(sides[:, :2]).max() > 0.01 * np.ptp(points))  # not a line seen from its end
+    if is_turned:
+        np.testing.assert_allclose(pose.turn, turn, atol=1e-9)
+    bounds = np.array([points.min(axis=0), points.max(axis=0)])
+    view = view_of(pose, LENS, size, bounds)
+    clip = np.c_[points, np.ones(len(points))] @ view.clip_from_world.T
+    assert (clip[:, 3] > 0).all()
+    assert np.abs(clip[:, :2] / clip[:, 3:]).max() == pytest.approx(1 / 1.15, rel=1e-6)
+    middle = pose.world_to_camera @ (*bounds.mean(axis=0), 1.0)
+    np.testing.assert_allclose(middle[:2], 0, atol=1e-6)
+
+
+@pytest.mark.parametrize("extent", [(0, 0, 0), (0, 0, 5), (1e-9, 0, 0), (1e6, 1e6, 0)])
+def test_a_point_and_a_line_from_its_end_are_seen_from_outside(extent):
+    points = np.array([(0, 0, 0), extent], float)
+    pose = framed(points, LENS, 1.5, np.eye(3))
+    assert (points[:, 2] < pose.position_m[2]).all()
 
 
 @given(upright(), PLACES, st.tuples(*[st.floats(-1, 1)] * 2), st.floats(0.5, 100))
@@ -195,6 +214,6 @@ def test_without_a_camera_the_whole_scene_is_seen():
     assert started_framing(TWO) == Framing()
     pose = track_of(TWO, Framing(), LENS).pose_at(1)
     view = view_of(pose, LENS, (640, 360), bounds_m(TWO, 1))
-    corners = np.where(CORNERS == 0, *bounds_m(TWO, 1))
-    at = np.array([pixel(view, corner) for corner in corners])
-    assert (at > 0).all() and (at < (640, 360)).all()
+    at = np.array([pixel(view, corner) for corner in corners_m(TWO, 1)]) / (640, 360)
+    assert (at > 0).all() and (at < 1).all()
+    assert np.abs(2 * at - 1).max() > 0.85  # and is no smaller than it has to be

@@ -6,6 +6,7 @@ with Rec.709 primaries; pictures that colour a surface are 8-bit sRGB, as files 
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -37,6 +38,17 @@ class Mesh:
     uvs: NDArray[np.float32]
     triangles: NDArray[np.uint32]
     material: int = 0
+
+    @cached_property
+    def box_m(self) -> Array:
+        """(2, 3): least and greatest corner of its triangles; zeros where it has none."""
+        if not len(self.triangles):
+            return np.zeros((2, 3))
+        # Parts of one thing often share a file's list of vertices, and each names a few of them.
+        is_used = np.zeros(len(self.positions_m), bool)
+        is_used[self.triangles] = True
+        used = self.positions_m[is_used]
+        return np.array([used.min(axis=0), used.max(axis=0)], np.float64)
 
 
 @dataclass(frozen=True)
@@ -147,6 +159,11 @@ class Scene:
     def triangle_count(self) -> int:
         """Of all instances together."""
         return sum(len(self.meshes[instance.mesh].triangles) for instance in self.instances)
+
+    @cached_property
+    def boxes_m(self) -> Array:
+        """(instances, 2, 3): the box of each one's mesh, where that was made."""
+        return np.array([self.meshes[instance.mesh].box_m for instance in self.instances])
 
     def transforms_at(self, frame: float) -> Array:
         """(instances, 4, 4) object to world."""

@@ -8,10 +8,12 @@ import numpy as np
 from heatlens.errors import InputError
 from heatlens.model.framing import CameraTrack, Framing, Pose, PoseKey, looking_at, pose_of
 from heatlens.model.lens import Lens
+from heatlens.scene.corners import placed_corners
 from heatlens.scene.scene import Array, Scene
 
 _MARGIN = 1.15  # room around what is looked at
-_FROM = np.array([0.35, 0.25, 1.0])  # a little from the right and from above
+_CLOSEST = 1e-3  # of its size: as near as a camera comes to what is looked at
+_FROM = (0.35, 0.25, 1.0)  # a little from the right and from above
 
 
 def bounds_m(scene: Scene, frame: float, name: str | None = None) -> Array:
@@ -19,23 +21,21 @@ def bounds_m(scene: Scene, frame: float, name: str | None = None) -> Array:
 
     NaN where no object has that name.
     """
-    corners = [
-        _corners(scene, i) @ matrix[:3, :3].T + matrix[:3, 3]
-        for i, matrix in enumerate(scene.transforms_at(frame))
-        if name is None or scene.instances[i].name == name
-    ]
-    if not corners:
-        return np.full((2, 3), np.nan)
-    points = np.concatenate(corners)
+    points = corners_m(scene, frame, name)
+    return _box(points) if len(points) else np.full((2, 3), np.nan)
+
+
+def corners_m(scene: Scene, frame: float, name: str | None = None) -> Array:
+    """(N, 3): the corners of the boxes around all things at a frame, or those called `name`."""
+    boxes, places = scene.boxes_m, scene.transforms_at(frame)
+    if name is not None:
+        chosen = np.array([instance.name == name for instance in scene.instances])
+        boxes, places = boxes[chosen], places[chosen]
+    return placed_corners(boxes, places).reshape(-1, 3)
+
+
+def _box(points: Array) -> Array:
     return np.stack([points.min(axis=0), points.max(axis=0)])
-
-
-def _corners(scene: Scene, instance: int) -> Array:
-    """(8, 3) of the box around an instance's mesh, where it was made."""
-    positions = scene.meshes[scene.instances[instance].mesh].positions_m
-    low, high = positions.min(axis=0), positions.max(axis=0)
-    picks = np.indices((2, 2, 2)).reshape(3, 8).T
-    return np.asarray(np.where(picks == 0, low, high), np.float64)
 
 
 def object_names(scene: Scene) -> tuple[str, ...]:
@@ -58,24 +58,29 @@ def object_depth_m(scene: Scene, name: str, pose: Pose, frame: float) -> float:
     return depth_m
 
 
-def framed(box_m: Array, lens: Lens, aspect: float, turn: Array | None = None) -> Pose:
-    """A place from which a box (2, 3) fills the picture, looked at along `turn`'s -z."""
-    middle = box_m.mean(axis=0)
-    radius = max(float(np.linalg.norm(box_m[1] - box_m[0])) / 2, 1e-6)
-    half_width = lens.sensor_width_mm / (2 * lens.focal_length_mm)
-    half_angle = np.arctan(half_width / max(aspect, 1.0))
-    back = _FROM / np.linalg.norm(_FROM) if turn is None else turn[:, 2]
-    eye = middle + back * _MARGIN * radius / np.sin(half_angle)
-    if turn is not None:
-        matrix = np.eye(4)
-        matrix[:3, :3], matrix[:3, 3] = turn, eye
-        return pose_of(matrix)
-    return looking_at(_vector(eye), _vector(middle))
+def framed(points_m: Array, lens: Lens, aspect: float, turn: Array | None = None) -> Pose:
+    """The nearest place from which points (N, 3) all lie in the picture but for a margin.
+
+    The camera looks along `turn`'s -z, without one a little down and to the left, at the middle of
+    the box around the points.
+    """
+    if turn is None:
+        turn = looking_at(_FROM, (0.0, 0.0, 0.0)).turn
+    box = _box(points_m)
+    middle = box.mean(axis=0)
+    matrix = np.eye(4)
+    matrix[:3, :3] = turn
+    matrix[:3, 3] = middle + turn[:, 2] * _distance_m((points_m - middle) @ turn, lens, aspect)
+    return pose_of(matrix)
 
 
-def _vector(values: Array) -> tuple[float, float, float]:
-    x, y, z = map(float, values)
-    return x, y, z
+def _distance_m(points: Array, lens: Lens, aspect: float) -> float:
+    """From the origin back along z, for points (N, 3) in the camera's axes."""
+    across = lens.sensor_width_mm / (2 * lens.focal_length_mm)  # half of what is seen at 1 m
+    away = _MARGIN / across * (np.abs(points[:, :2]) * (1.0, aspect)).max(axis=1)
+    # What is seen end-on has no width to keep the camera out of it.
+    least = max(_CLOSEST * float(np.ptp(points, axis=0).max()), 1e-6)
+    return float((points[:, 2] + np.maximum(away, least)).max())
 
 
 def track_of(scene: Scene, framing: Framing, lens: Lens) -> CameraTrack:
@@ -88,7 +93,7 @@ def track_of(scene: Scene, framing: Framing, lens: Lens) -> CameraTrack:
         return scene.cameras[0].track
     first = scene.frames.first if scene.frames else 1
     aspect = framing.width_px / framing.height_px
-    return CameraTrack((PoseKey(first, framed(bounds_m(scene, first), lens, aspect)),))
+    return CameraTrack((PoseKey(first, framed(corners_m(scene, first), lens, aspect)),))
 
 
 def started_framing(scene: Scene, size: tuple[int, int] | None = None) -> Framing:

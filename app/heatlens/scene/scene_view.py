@@ -16,6 +16,7 @@ import numpy as np
 from heatlens.model.coc import axis_scales, lens_diameter_m
 from heatlens.model.framing import Pose
 from heatlens.model.lens import Lens
+from heatlens.scene.corners import corners_of
 from heatlens.scene.scene import Array
 
 _NEAREST = 1e-4  # of the far plane: as much as 24 bits of depth can bear
@@ -70,9 +71,7 @@ class SceneView:
 def view_of(pose: Pose, lens: Lens, size: tuple[int, int], box_m: Array) -> SceneView:
     """The pinhole's view of a scene whose bounds are `box_m` (2, 3)."""
     world_to_camera = pose.world_to_camera
-    picks = np.indices((2, 2, 2)).reshape(3, 8).T
-    corners = np.where(picks == 0, box_m[0], box_m[1])
-    depths = -(corners @ world_to_camera[2, :3] + world_to_camera[2, 3])
+    depths = -(corners_of(box_m) @ world_to_camera[2, :3] + world_to_camera[2, 3])
     far = max(1.01 * float(depths.max()), 1e-3)
     near = max(0.99 * float(depths.min()), _NEAREST * far)
     focal_px = size[0] * lens.focal_length_mm / lens.sensor_width_mm

@@ -4,6 +4,7 @@ import moderngl
 import numpy as np
 import numpy.typing as npt
 
+from heatlens.scene.corners import placed_corners
 from heatlens.scene.scene import Array, Material, PointLight, Scene
 from heatlens.scene_gpu.scene_maps import maps_of
 
@@ -42,7 +43,7 @@ class SceneBuffers:
 
     def __init__(self, ctx: moderngl.Context, scene: Scene) -> None:
         self.scene = scene
-        self.boxes_m = np.array([_box(mesh.positions_m) for mesh in scene.meshes])
+        self.boxes_m = np.array([mesh.box_m for mesh in scene.meshes])
         mesh_of = np.array([instance.mesh for instance in scene.instances])
         self.order = np.argsort(mesh_of, kind="stable")
         self._meshes = mesh_of[self.order]
@@ -77,12 +78,7 @@ class SceneBuffers:
 
     def corners_m(self, transforms: Array) -> Array:
         """(N, 8, 3): the boxes around the meshes of instances at (N, 4, 4), in the world."""
-        picks = np.indices((2, 2, 2)).reshape(3, 8).T
-        low, high = self.boxes_m[self._meshes, :1], self.boxes_m[self._meshes, 1:]
-        corners = np.where(picks == 0, low, high)
-        matrices = transforms[self.order]
-        turned = corners @ matrices[:, :3, :3].transpose(0, 2, 1)
-        return np.asarray(turned + matrices[:, None, :3, 3])
+        return placed_corners(self.scene.boxes_m, transforms)
 
     def release(self) -> None:
         """Give everything back to OpenGL."""
@@ -96,12 +92,6 @@ def inverses(matrices: Array) -> Array:
     flat = np.abs(np.linalg.det(matrices)) < 1e-30
     found = np.linalg.inv(np.where(flat[:, None, None], np.eye(4), matrices))
     return np.where(flat[:, None, None], 0.0, found)
-
-
-def _box(positions_m: npt.NDArray[np.float32]) -> Array:
-    if not len(positions_m):
-        return np.zeros((2, 3))
-    return np.stack([positions_m.min(axis=0), positions_m.max(axis=0)]).astype(np.float64)
 
 
 def _joined(

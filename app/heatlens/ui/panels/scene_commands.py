@@ -16,6 +16,7 @@ from heatlens.scene.scene import Scene
 from heatlens.scene.scene_bounds import (
     bounds_m,
     camera_lens,
+    corners_m,
     framed,
     object_depth_m,
     object_names,
@@ -82,8 +83,8 @@ class SceneCommands:
         if scene is not None and name is not None and name not in object_names(scene):
             self._app.say(f"This scene has no object called {name}.")
         elif scene is not None:
-            box, aspect = bounds_m(scene, self._app.editing.frame, name), self._aspect
-            self._stand(framed(box, self._app.lens, aspect, self.pose.turn))
+            points, aspect = corners_m(scene, self._app.editing.frame, name), self._aspect
+            self._stand(framed(points, self._app.lens, aspect, self.pose.turn))
             self._app.editing.settle()
 
     def frame_selected(self) -> None:
