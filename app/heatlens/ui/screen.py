@@ -11,8 +11,8 @@ from heatlens.ui.action_list import nudge_focus
 from heatlens.ui.actions import pressed
 from heatlens.ui.app import App
 from heatlens.ui.files.shot_question import shot_question
+from heatlens.ui.keys_window import keys_window
 from heatlens.ui.layout import PICTURE, dock_panels, menu_bar
-from heatlens.ui.palette import keys_window
 from heatlens.ui.panels.lens_panel import LensFacts, blur_panel, lens_panel
 from heatlens.ui.panels.look_panel import look_panel
 from heatlens.ui.panels.marks_panel import draw_point_marks, marks_panel, pull_popup
@@ -85,7 +85,7 @@ class Screen:
             if action is not None:
                 action.run(app)
         if app.shows_keys:
-            app.shows_keys = keys_window(app.actions)
+            app.shows_keys = keys_window(app.actions, app.has_scene)
         pull_popup(app)
         shot_question(app)
         app.filing.draw()

@@ -1,0 +1,112 @@
+"""All shortcuts, and what the mouse does, in one window that fits on the screen."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from imgui_bundle import ImVec2, imgui
+
+from heatlens.ui import widgets
+from heatlens.ui.actions import Action
+
+Rows = tuple[tuple[str, str], ...]  # what is pressed, and what it does
+_COLUMNS, _COLUMN_EM = 3, 20.0  # at most, and the width that one takes
+_HEAD_ROWS = 1.6  # height of a title
+_EDGE_EM = 2.0  # of the screen that stays free, both sides together
+_KEYS_EM = 8.0  # width of the keys, at least
+_BETWEEN_EM = 1.3  # keys and what they do
+
+_MOUSE: Rows = (
+    ("click, drag", "focus on what is under the pointer"),
+    ("", "(the sky is infinity)"),
+    ("Ctrl+Shift+click", "a mark on what is there"),
+    ("wheel", "zoom at the pointer"),
+    ("wheel over the lens panel", "focus"),
+    ("Alt held", "depth of field off, to compare"),
+    ("Ctrl+click on a number", "type it"),
+)
+_MOUSE_OF_TIME: Rows = (
+    ("drag on the ruler", "scrub"),
+    ("wheel, middle drag", "look nearer, along"),
+    ("Shift+click on keys, box", "choose several"),
+    ("Ctrl+drag of a key", "push all later keys along"),
+)
+_PAN_PLATE: Rows = (("middle or right drag", "pan"),)
+_PAN_SCENE: Rows = (("middle drag", "pan the picture"),)
+_MOUSE_OF_SCENE: Rows = (
+    ("right drag", "orbit round what is in focus"),
+    ("Ctrl+right drag", "move the camera aside"),
+    ("Ctrl+wheel", "dolly to what is in focus"),
+)
+
+
+@dataclass(frozen=True)
+class Section:
+    """Keys that belong together."""
+
+    title: str
+    rows: Rows
+
+
+def sections(actions: Sequence[Action], has_scene: bool) -> list[Section]:
+    """The mouse first, then menu by menu what has a key; of a scene only where one is open."""
+    pan = _PAN_SCENE if has_scene else _PAN_PLATE
+    found = [Section("Mouse", _MOUSE + pan)]
+    if has_scene:
+        found.append(Section("Mouse in the scene", _MOUSE_OF_SCENE))
+    found.append(Section("Mouse on the timeline", _MOUSE_OF_TIME))
+    for menu in dict.fromkeys(action.menu for action in actions):
+        keyed = tuple((a.shortcut, a.name) for a in actions if a.menu == menu and a.shortcut)
+        if keyed:
+            found.append(Section(menu, keyed))
+    return found
+
+
+def in_columns(found: Sequence[Section], count: int) -> list[list[Section]]:
+    """About equally high: the longest first, each where least stands so far; then in order."""
+    columns: list[list[Section]] = [[] for _ in range(count)]
+    for section in sorted(found, key=lambda section: -len(section.rows)):
+        min(columns, key=_height).append(section)
+    ordered = [sorted(column, key=found.index) for column in columns if column]
+    return sorted(ordered, key=lambda column: found.index(column[0]))
+
+
+def _height(column: list[Section]) -> float:
+    return sum(_HEAD_ROWS + len(section.rows) for section in column)
+
+
+def keys_window(actions: Sequence[Action], has_scene: bool) -> bool:
+    """Draw it in the middle of the screen; False when it was closed."""
+    screen, edge = imgui.get_main_viewport(), _EDGE_EM * imgui.get_font_size()
+    most = ImVec2(max(screen.work_size.x - edge, 1.0), max(screen.work_size.y - edge, 1.0))
+    imgui.set_next_window_size_constraints(ImVec2(1.0, 1.0), most)
+    imgui.set_next_window_size(ImVec2(0, 0))
+    middle = screen.get_work_center()
+    imgui.set_next_window_pos(middle, imgui.Cond_.always, ImVec2(0.5, 0.5))
+    shown, is_open = imgui.begin("Keys", True, imgui.WindowFlags_.no_docking)
+    low, size = imgui.get_window_pos(), imgui.get_window_size()
+    widgets.drawn_at["keys window"] = (low.x, low.y, low.x + size.x, low.y + size.y)
+    if shown:
+        count = int(most.x / (_COLUMN_EM * imgui.get_font_size()))
+        _draw_columns(in_columns(sections(actions, has_scene), min(max(count, 1), _COLUMNS)))
+    imgui.end()
+    return bool(is_open)
+
+
+def _draw_columns(columns: Sequence[Sequence[Section]]) -> None:
+    if imgui.begin_table("keys", len(columns), imgui.TableFlags_.sizing_fixed_fit):
+        for column in columns:
+            imgui.table_next_column()
+            for section in column:
+                _draw(section)
+        imgui.end_table()
+
+
+def _draw(section: Section) -> None:
+    imgui.separator_text(section.title)
+    em = imgui.get_font_size()
+    aside = max(imgui.calc_text_size(keys).x for keys, _ in section.rows) + _BETWEEN_EM * em
+    for keys, what in section.rows:
+        imgui.text_disabled(keys)
+        imgui.same_line(max(aside, _KEYS_EM * em))  # from the column's left
+        imgui.text(f"{what}   ")
+    widgets.spacer()
