@@ -25,7 +25,7 @@ pytestmark = pytest.mark.usefixtures("command_context")
         ("n.####.exr", ("--proxy", "2"), "proxy"),
         ("n.####.exr", ("--chunk", "2"), "--submit"),
         ("n.####.exr", ("--plate", "nix.####.exr"), "nix.####.exr"),
-        ("plates/plate.####.exr", (), "plate itself"),
+        ("plates/plate.####.exr", (), "made of"),
     ],
 )
 def test_what_cannot_be_is_refused_in_a_sentence(

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from exports import exported
+from exports import exported, refused
 from gltf_files import GltfWriter, encoded, square_scene
 from heatlens.errors import InputError
 from heatlens.export.job import ExportJob
@@ -89,6 +89,23 @@ def test_an_export_renders_again_what_has_other_bytes(capsys, scene, tmp_path):
     assert "1 were finished before" in exported(capsys, scene, out, *TOLD)
     (scene.parent / "a map.png").write_bytes(encoded([[[200, 20, 20], [20, 20, 200]]]))
     assert "1 frame written" in exported(capsys, scene, out, *TOLD)
+
+
+@pytest.mark.usefixtures("command_context")
+@pytest.mark.parametrize("name", ["map.png", "./../scene/map.png", "link.png"])
+def test_an_export_is_not_written_over_a_picture_that_a_scene_is_made_of(capsys, tmp_path, name):
+    folder = tmp_path / "scene"
+    folder.mkdir()
+    textured(folder / "map.png", "map.png").write(folder / "scene.gltf")
+    (folder / "link.png").symlink_to("map.png")
+    before = (folder / "map.png").read_bytes()
+    assert "made of" in refused(capsys, folder / "scene.gltf", folder / name, *TOLD)
+    assert (folder / "map.png").read_bytes() == before
+
+
+@pytest.mark.usefixtures("command_context")
+def test_an_export_beside_a_scene_is_written(capsys, scene):
+    assert "1 frame written" in exported(capsys, scene, scene.parent / "other.png", *TOLD)
 
 
 def test_a_glb_names_pictures_too_and_only_its_json_is_read(tmp_path):

@@ -126,6 +126,35 @@ def test_damaged_files_are_scenes_or_a_sentence(folder, suffix, data):
         assert all(np.isfinite(mesh.positions_m).all() for mesh in scene.meshes)
 
 
+LATIN_1 = OBJ.replace("usemtl red", "o Stühle\nusemtl red").encode("latin-1")
+
+
+def test_obj_in_another_encoding_than_utf_8(tmp_path):
+    (tmp_path / "a.obj").write_bytes(LATIN_1)
+    (tmp_path / "a.mtl").write_bytes(MTL.replace("map_Kd", "# Möbel\nmap_Kd").encode("latin-1"))
+    (tmp_path / "pic.png").write_bytes(encoded(PIXELS))
+    scene = read_scene(tmp_path / "a.obj")
+    assert scene.triangle_count == 2
+    assert sorted(material.name for material in scene.materials) == ["blue", "red"]
+
+
+def test_a_binary_stl_that_was_cut_is_damaged(tmp_path):
+    head = bytes(range(128, 208)) + struct.pack("<I", 2)
+    for data in (head, head + STL[84:], head + STL[84:-9]):
+        (tmp_path / "a.stl").write_bytes(data)
+        with pytest.raises(InputError, match=r"a\.stl is (damaged|cut short) or no STL") as found:
+            read_scene(tmp_path / "a.stl")
+        assert "module" not in str(found.value)
+
+
+@pytest.mark.parametrize(("name", "data"), [("a.obj", LATIN_1), ("a.stl", b"\xff" * 90)])
+def test_what_is_missing_for_other_encodings_is_told(tmp_path, monkeypatch, name, data):
+    monkeypatch.setitem(sys.modules, "charset_normalizer", None)
+    (tmp_path / name).write_bytes(data)
+    with pytest.raises(InputError, match=r"more than is installed.*'heatlens\[scene\]'"):
+        read_scene(tmp_path / name)
+
+
 def test_without_the_library_it_is_told_what_to_install(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "trimesh", None)
     (tmp_path / "a.stl").write_bytes(STL)

@@ -59,6 +59,10 @@ class FrameSource(Protocol):
     def files(self) -> Path | None:
         """The pattern or the file that finds it again; None for what comes with the program."""
 
+    @property
+    def beside(self) -> tuple[Path, ...]:
+        """Files that `files` names and that are read with it, there or not."""
+
     def frames_of(self, shot: Shot) -> tuple[int, ...]:
         """Those from in to out, else all there are; InputError where they cannot be told."""
 

@@ -66,7 +66,10 @@ def _planned(job: ExportJob, source: FrameSource, frame: int) -> PlannedFrame:
 
 
 def _check_sources_stay(plan: ExportPlan) -> None:
-    read = {os.path.realpath(frame.origin.path) for frame in plan.frames if frame.origin.path}
+    paths = [*(frame.origin.path for frame in plan.frames), *plan.source.beside]
+    read = {os.path.realpath(path) for path in paths if path}
     for frame in plan.frames:
         if os.path.realpath(frame.path) in read:
-            raise InputError(f"{frame.path} is a plate itself: give another name for the output.")
+            raise InputError(
+                f"{frame.path} is what the export is made of: give another name for the output."
+            )

@@ -32,6 +32,11 @@ class PlateFrames:
         """The pattern."""
         return Path(self.sequence.pattern)
 
+    @property
+    def beside(self) -> tuple[Path, ...]:
+        """A plate names no other file."""
+        return ()
+
     def frames_of(self, shot: Shot) -> tuple[int, ...]:
         """Those from in to out; of frames that a pattern names, only these."""
         if shot.played is None:

@@ -43,16 +43,15 @@ class SceneFrames:
 
     def origin(self, shot: Shot, frame: int, missing: MissingPolicy) -> Origin:
         """The one scene, whichever frame, with all its files that are known before it is read."""
-        first, *beside = self._parts or (None,)
-        if first is None:
+        if self.files is None:
             return Origin(frame, False, None, None)
-        stamps = tuple(stamp_of(path) for path in beside)
-        return Origin(frame, False, first, stamp_of(first), stamps)
+        stamps = tuple(stamp_of(path) for path in self.beside)
+        return Origin(frame, False, self.files, stamp_of(self.files), stamps)
 
     @cached_property
-    def _parts(self) -> tuple[Path, ...]:
-        """The scene's file, and those that it names."""
-        return () if self.files is None else files_of_scene(self.files)
+    def beside(self) -> tuple[Path, ...]:
+        """What the scene's file names. Raises InputError where that cannot be read."""
+        return () if self.files is None else files_of_scene(self.files)[1:]
 
     def loader(
         self, shot: Shot, frames: tuple[PlannedFrame, ...], renderer: FrameRenderer

@@ -134,6 +134,11 @@ def read_mesh(path: Path) -> Scene:
     reading = _Reading(path, _Folder(path))
     for name, geometry in _parts(trimesh, path, data, reading.folder):
         reading.add(name, geometry)
+    # A binary one that was cut is no longer told from text, in which there are no triangles.
+    if path.suffix.lower() == ".stl" and not reading.meshes:
+        raise InputError(
+            f"{path} is cut short or no STL: no triangle can be read. Export it again."
+        )
     missing = [f"{name} is not there, and is done without." for name in reading.folder.missing]
     return Scene(
         path,
@@ -165,6 +170,11 @@ def _parts(trimesh: Any, path: Path, data: bytes, folder: _Folder) -> Iterator[t
             )
             # What is not read until asked for, is read here.
             parts = [(str(name), part) for name, part in scene.geometry.items()]
+    except ImportError as error:  # of what trimesh loads only once a file needs it
+        raise InputError(
+            f"{path} needs more than is installed ({error}). Install it with: "
+            "pip install 'heatlens[scene]'"
+        ) from error
     except Exception as error:  # trimesh lets through whatever a damaged file brings about
         said = " ".join(str(error).split())[:120] or type(error).__name__
         raise InputError(f"{path} is damaged or no {kind.upper()} ({said}).") from error
