@@ -139,9 +139,29 @@ def test_a_pull_goes_from_mark_to_mark_by_mouse(gui):
     gui.frame(2)
     gui.click(gui.middle("pull"))
     keys = gui.app.shot.curves.focus_distance_m.keys
-    assert [key.frame for key in keys] == [FIRST, FIRST + 18]
+    assert [key.frame for key in keys] == [FIRST, LAST]  # there are fewer than 18
     assert keys[0].value == pytest.approx(BALL_M)
-    assert keys[1].value == pytest.approx(POST_M)  # beyond the last frame: as it is now
+    assert keys[1].value == pytest.approx(POST_M * nearer(LAST))
+    assert gui.app.message == ""
+
+
+def test_a_pull_that_ends_after_the_last_frame_says_so(gui):
+    gui.key(K.m)
+    gui.app.timeline.go(1005)
+    pulled(gui, "40")
+    assert [key.frame for key in gui.app.shot.curves.focus_distance_m.keys] == [1005, 1045]
+    assert f"ends at frame 1045, but {LAST} is the last" in gui.app.message
+
+
+def test_the_length_of_a_pull_is_what_was_asked_for_or_what_is_left(gui):
+    gui.key(K.m)
+    commands, last = gui.app.timeline.marks, LAST
+    for wished, at, suggested in ((4, last - 6, 4), (4, last - 2, 2), (4, last, 4), (9, FIRST, 7)):
+        commands.lengthen_pull(wished)
+        gui.app.timeline.go(at)
+        commands.begin_pull()
+        assert commands.pull_frames == suggested
+        assert bool(commands.pull_past_end) == (at == last)
 
 
 def test_without_a_mark_there_is_nothing_to_pull_to(gui):

@@ -1,5 +1,6 @@
 """What is done with focus marks: set them, go to them, pull to them, stay on them."""
 
+import math
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -34,7 +35,7 @@ class MarkCommands:
         self._app = app
         self.pull_from: str | None = None  # a mark's name; None: from where the focus is
         self.pull_to = ""
-        self.pull_frames = PULL_FRAMES
+        self.pull_frames = self._wished_frames = PULL_FRAMES
         self.pull_ease_percent = EASE_PERCENT
         self._wake = wake
         self._following: Following | None = None  # through a scene
@@ -128,6 +129,31 @@ class MarkCommands:
         """The mark of this name."""
         return next((mark for mark in self._app.shot.marks if mark.name == name), None)
 
+    def begin_pull(self) -> None:
+        """Suggest one from the playhead: as long as the last that was asked for, if it fits."""
+        left = self._last_frame - self._app.editing.frame
+        self.pull_frames = int(min(self._wished_frames, left)) if left > 0 else self._wished_frames
+        if self.named(self.pull_to) is None:
+            self.pull_to = self._app.shot.marks[-1].name
+
+    def lengthen_pull(self, frames: int) -> None:
+        """So many frames, from now on."""
+        self.pull_frames = self._wished_frames = frames
+
+    @property
+    def _last_frame(self) -> float:
+        """Of what is open; of a still there is none."""
+        timeline = self._app.timeline
+        return timeline.frames.last if timeline.is_sequence and timeline.frames else math.inf
+
+    @property
+    def pull_past_end(self) -> str:
+        """A sentence where the pull would end behind the last frame; else nothing."""
+        last, end = self._last_frame, self._app.editing.frame + self.pull_frames
+        if end <= last:
+            return ""
+        return f"The pull ends at frame {end}, but {last:g} is the last: the focus will not arrive."
+
     def pull(self) -> None:
         """From here to the chosen mark, beginning at the playhead: keys at both ends."""
         target, origin = self.named(self.pull_to), self.named(self.pull_from)
@@ -142,6 +168,8 @@ class MarkCommands:
             to_m = self._asked_m(target, start + self.pull_frames)
             frames, ease = self.pull_frames, self.pull_ease_percent
             self._app.editing.do(pull(self._app.shot, from_m, to_m, start, frames, ease))
+            if self.pull_past_end:
+                self._app.say(self.pull_past_end)
         except HeatlensError as error:
             self._app.say(str(error))
 

@@ -17,6 +17,7 @@ _NAME_EM, _DISTANCE_EM = 5.0, 6.0
 _PULL = "pull focus"
 _HERE = "here"
 _RADIUS = 5.0
+_PULL_MOST = 100_000  # frames
 
 
 def marks_panel(app: "App") -> None:
@@ -112,8 +113,7 @@ def pull_popup(app: "App") -> None:
         if not app.shot.marks:
             app.say("Set a mark to pull to: M, or Ctrl+Shift+click in the picture.")
             return
-        if commands.named(commands.pull_to) is None:
-            commands.pull_to = app.shot.marks[-1].name
+        commands.begin_pull()
         imgui.open_popup(_PULL)
     screen = imgui.get_main_viewport()
     imgui.set_next_window_pos(screen.get_center(), imgui.Cond_.appearing, ImVec2(0.5, 0.5))
@@ -138,10 +138,14 @@ def _pull_fields(app: "App") -> None:
         imgui.set_keyboard_focus_here()
     _, frames = imgui.input_int("##pull frames", commands.pull_frames)
     widgets.note("pull frames")
-    commands.pull_frames = min(max(frames, 1), 100_000)
+    frames = min(max(frames, 1), _PULL_MOST)
+    if frames != commands.pull_frames:
+        commands.lengthen_pull(frames)
     ease = commands.pull_ease_percent
     tip = "0 starts and stops at once, 100 lingers longest"
     commands.pull_ease_percent = widgets.slider("ease", ease, 0.0, 100.0, "%.0f %%", tip)
+    if commands.pull_past_end:
+        imgui.text_wrapped(commands.pull_past_end)
 
 
 def _pull_button() -> bool:
