@@ -28,6 +28,7 @@ from heatlens.model.lens import Lens
 from plates import coc_plate_of, plate_of, room
 
 LUMA = np.array([0.2126, 0.7152, 0.0722])  # JPEG halves the chroma
+PLAIN = ("--view", "sRGB curve")
 
 pytestmark = pytest.mark.usefixtures("command_context")
 
@@ -54,13 +55,26 @@ def codes(display: np.ndarray) -> np.ndarray:
 
 
 @pytest.mark.parametrize("exposure", [0.0, -1.5])
-def test_the_plain_curve_without_a_config(capsys, shot_file, tmp_path, exposure):
+def test_the_plain_curve_by_its_name(capsys, shot_file, tmp_path, exposure):
     words = ("--frames", "1003")
-    said = exported(capsys, shot_file, tmp_path / "n.png", *words, f"--exposure={exposure}")
+    look = (f"--exposure={exposure}", *PLAIN)
+    said = exported(capsys, shot_file, tmp_path / "n.png", *words, *look)
     exported(capsys, shot_file, tmp_path / "n.exr", *words, "--float")
     shown = srgb_transform().apply_cpu(light(tmp_path / "n.exr"), exposure)
     assert np.abs(pixels(tmp_path / "n.png") - codes(shown)).max() < 0.5 + 1e-2
     assert "seen through sRGB curve on sRGB" in said
+
+
+def test_what_nobody_asked_for_is_as_in_the_window(capsys, shot_file, tmp_path):
+    """The first view of the config in use."""
+    words = ("--frames", "1003")
+    said = exported(capsys, shot_file, tmp_path / "n.png", *words)
+    exported(capsys, shot_file, tmp_path / "n.exr", *words, "--float")
+    config = load_color_config(None)
+    names = (config.default_display, config.default_view, config.default_input_space)
+    shown = view_transform(config, *names).apply_cpu(light(tmp_path / "n.exr"))
+    assert np.abs(pixels(tmp_path / "n.png") - codes(shown)).max() < 1
+    assert f"seen through {config.default_view} on {config.default_display}" in said
 
 
 def test_any_view_of_a_config(capsys, shot_file, tmp_path):
@@ -122,8 +136,8 @@ def test_the_display_window_is_what_is_seen(capsys, tmp_path):
     part = {"dataWindow": window(6, 3, 22, 15)}
     write_plate(folder / "plate.1003.exr", size=(16, 12), **part, **display)
     write_shot(tmp_path / "s.heatlens.json", shot_of(source))
-    for suffix in (".png", ".exr"):
-        exported(capsys, tmp_path / "s.heatlens.json", tmp_path / f"n.####{suffix}")
+    for suffix, look in ((".png", PLAIN), (".exr", ())):
+        exported(capsys, tmp_path / "s.heatlens.json", tmp_path / f"n.####{suffix}", *look)
     shown = {frame: pixels(tmp_path / f"n.{frame}.png") for frame in FRAMES}
     assert {picture.shape for picture in shown.values()} == {(HEIGHT, WIDTH, 3)}
     transform = srgb_transform()

@@ -113,7 +113,9 @@ def test_through_many_points_of_the_lens(capsys, renderer, tmp_path):
 
 def test_pictures_and_gamma(capsys, tmp_path):
     exported(capsys, "demo", tmp_path / "n.exr", "--frames=60", "--float", *WORDS)
-    exported(capsys, "demo", tmp_path / "n.png", "--frames=60", "--gamma=2", *WORDS)
+    exported(
+        capsys, "demo", tmp_path / "n.png", "--frames=60", "--gamma=2", "--view=sRGB curve", *WORDS
+    )
     shown = srgb_transform().apply_cpu(light(tmp_path / "n.exr"), 0.0, 2.0)
     with Image.open(tmp_path / "n.png") as image:
         codes = np.asarray(image).astype(float)

@@ -19,8 +19,10 @@ from heatlens.image.display import srgb_encoded
 from heatlens.image.primaries import AP1, KNOWN, REC709, XYZ
 from heatlens.model.settings import Bokeh, DefocusSettings, Quality
 
+pytestmark = pytest.mark.usefixtures("command_context")
 QUICK = DefocusSettings(Bokeh.HEAT, Quality.DRAFT, 1)
 LENS = ("--focal-length", "50", "--sensor-width", "36", "--f-stop", "22", "--focus-distance", "2")
+PLAIN = ("--view", "sRGB curve")
 ORANGE = np.array([0.5, 0.25, 0.1], np.float32)  # linear Rec.709, inside of all the gamuts
 UNKNOWN = (0.7, 0.3, 0.2, 0.7, 0.14, 0.05, 0.31, 0.33)
 known = pytest.mark.parametrize("primaries", KNOWN, ids=lambda primaries: primaries.name)
@@ -44,8 +46,9 @@ def assert_orange(path):
 @known
 def test_a_rendered_png_is_orange_and_an_exr_keeps_what_was_told(capsys, tmp_path, primaries):
     plate = orange_plate(tmp_path / "plate.exr", primaries)
-    for out in (tmp_path / "out.png", tmp_path / "out.exr"):
-        assert main(["render", str(plate), "-o", str(out), *LENS, "--quality", "draft"]) == 0
+    for name, look in (("out.png", PLAIN), ("out.exr", ())):
+        words = ["-o", str(tmp_path / name), *LENS, "--quality", "draft", *look]
+        assert main(["render", str(plate), *words]) == 0
     assert_orange(tmp_path / "out.png")
     header, light = picture(tmp_path / "out.exr")
     assert header["chromaticities"] == pytest.approx(primaries.chromaticities, abs=1e-6)
@@ -58,7 +61,7 @@ def test_a_rendered_png_is_orange_and_an_exr_keeps_what_was_told(capsys, tmp_pat
 def test_exported_pictures_are_orange(capsys, tmp_path, primaries, through):
     orange_plate(tmp_path / "plate.1001.exr", primaries)
     out = tmp_path / "out" / "####.png"
-    words = ["export", str(tmp_path / "plate.####.exr"), "-o", str(out), *LENS]
+    words = ["export", str(tmp_path / "plate.####.exr"), "-o", str(out), *LENS, *PLAIN]
     if through == "ocio":
         words += ["--display", "sRGB - Display", "--view", "Un-tone-mapped"]
     assert main([*words, "--quality", "draft"]) == 0
@@ -89,7 +92,7 @@ def test_unknown_primaries_are_said_once_and_taken_as_rec709(capsys, tmp_path):
     plate = orange_plate(tmp_path / "plate.1001.exr", REC709, chromaticities=UNKNOWN)
     words = [str(plate), *LENS, "--quality", "draft", "-o"]
     for command, out in (("render", "a.png"), ("export", "b.png")):
-        assert main([command, *words, str(tmp_path / out)]) == 0
+        assert main([command, *words, str(tmp_path / out), *PLAIN]) == 0
         assert capsys.readouterr().err.count("until another input space is chosen") == 1
         assert_orange(tmp_path / out)
     assert main(["render", *words, str(tmp_path / "c.exr")]) == 0
@@ -98,7 +101,7 @@ def test_unknown_primaries_are_said_once_and_taken_as_rec709(capsys, tmp_path):
 
 def test_frames_are_rendered_again_when_the_header_tells_another_space(capsys, tmp_path):
     plate, out = tmp_path / "plate.1001.exr", tmp_path / "out" / "####.png"
-    words = ["export", str(tmp_path / "plate.####.exr"), "-o", str(out), *LENS]
+    words = ["export", str(tmp_path / "plate.####.exr"), "-o", str(out), *LENS, *PLAIN]
     orange_plate(plate, AP1, chromaticities=REC709.chromaticities)
     assert main([*words, "--quality", "draft"]) == 0
     orange_plate(plate, AP1)

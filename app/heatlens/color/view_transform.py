@@ -21,6 +21,7 @@ from heatlens.paths import data_dir
 # Largest light that is shown, either sign: the largest half float. Infinity would become NaN.
 LIGHT_MAX = 65504.0
 _FUNCTION = "view_transform"
+PLAIN_VIEW = "sRGB curve"  # what `srgb_transform` is called where people choose
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,7 +73,7 @@ def srgb_transform(input_space: str = REC709.name) -> ViewTransform:
         key = f"sRGB of {input_space}"
         matrix = to_rec709(next(known for known in KNOWN if known.name == input_space))
         glsl, encode = _in_rec709(glsl, matrix), _encoder_after(matrix)
-    return ViewTransform("sRGB", "sRGB curve", input_space, key, glsl, (), encode)
+    return ViewTransform("sRGB", PLAIN_VIEW, input_space, key, glsl, (), encode)
 
 
 def _in_rec709(glsl: str, matrix: Matrix) -> str:

@@ -3,7 +3,6 @@
 import argparse
 import json
 import resource
-import sys
 from dataclasses import asdict
 from pathlib import Path
 
@@ -19,6 +18,7 @@ from heatlens.bench.methods import measure_methods
 from heatlens.bench.plot import check_plot, write_plot
 from heatlens.bench.report import BenchReport, report_text
 from heatlens.commands.render import add_blur_options, settings_of
+from heatlens.commands.say import say
 from heatlens.commands.scene_options import size_of
 from heatlens.defocus.line_solver import SOLVERS
 from heatlens.errors import InputError
@@ -142,7 +142,7 @@ def run(args: argparse.Namespace) -> int:
     report = _measured(args, BenchFrames(headless_context(), args.solver), settings)
     if args.plot is not None and report.methods is not None:
         write_plot(args.plot, report.methods, report.method_errors, report.frame.renderer)
-        _say(f"drawn to {args.plot}")
+        say(f"drawn to {args.plot}")
     if args.json:
         print(json.dumps(asdict(report), indent=2, allow_nan=False))
     else:
@@ -167,12 +167,12 @@ def _measured(
     frames.check_fits(size, settings)
     coc_sweep = size_sweep = bare = None
     if args.bare:  # first: its limit is met before minutes are spent
-        bare = measure_bare(frames, size, runs, _say)
-    frame = measure_frame(frames, size, settings, runs, _say)
+        bare = measure_bare(frames, size, runs, say)
+    frame = measure_frame(frames, size, settings, runs, say)
     if args.sweep_coc:
-        coc_sweep = measure_coc_sweep(frames, size, settings, runs, _say)
-        size_sweep = measure_size_sweep(frames, settings, runs, _say)
-    methods = measure_methods(frames, size, settings, runs, _say) if args.methods else None
+        coc_sweep = measure_coc_sweep(frames, size, settings, runs, say)
+        size_sweep = measure_size_sweep(frames, settings, runs, say)
+    methods = measure_methods(frames, size, settings, runs, say) if args.methods else None
     errors = _errors(args, frames, settings)
     memory = _peak_memory_mb()
     return BenchReport(frame, coc_sweep, size_sweep, bare, memory, methods, errors)
@@ -184,11 +184,7 @@ def _errors(
     """None where they were not asked for."""
     if not args.methods or args.truth_views == 0:
         return None
-    return measure_errors(frames, args.truth_size, settings, args.truth_views, args.runs, _say)
-
-
-def _say(sentence: str) -> None:
-    print(f"heatlens: {sentence}", file=sys.stderr, flush=True)
+    return measure_errors(frames, args.truth_size, settings, args.truth_views, args.runs, say)
 
 
 def _peak_memory_mb() -> float:

@@ -2,12 +2,12 @@
 
 import argparse
 import os
-import sys
 from pathlib import Path
 
 from heatlens.camera.camera_file import WRITTEN, read_camera, write_camera
 from heatlens.camera.from_shot import camera_of_shot
 from heatlens.camera.samples import CameraSamples
+from heatlens.commands.say import say
 from heatlens.errors import InputError
 from heatlens.image.shot_file import SHOT_SUFFIX, read_shot
 from heatlens.model.frames import parse_frame_range
@@ -85,8 +85,7 @@ def run(args: argparse.Namespace) -> int:
     camera = _camera_of(args)
     unit = args.meters_per_unit
     write_camera(args.output, camera, None if unit is None else parse_scene_unit_m(unit))
-    for note in camera.notes:
-        print(f"heatlens: {note}", file=sys.stderr)
+    say(*camera.notes)
     print(args.output)
     return 0
 

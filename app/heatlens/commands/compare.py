@@ -4,9 +4,9 @@ import argparse
 import dataclasses
 import json
 import math
-import sys
 from pathlib import Path
 
+from heatlens.commands.say import say
 from heatlens.compare.difference import (
     absolute_difference,
     check_is_png,
@@ -84,7 +84,7 @@ def run(args: argparse.Namespace) -> int:
         error = _error_panel(args, result, truth)
         write_difference(args.difference, result, truth, error)
     missed = _missed_limits(args, scores)
-    _say(*missed)
+    say(*missed)
     return EXIT_TOO_FAR if missed else EXIT_NEAR_ENOUGH
 
 
@@ -140,14 +140,14 @@ def _shared_pixels(result: Picture, truth: Picture) -> tuple[FloatImage, FloatIm
     """What both files hold, (H, W, 3) each; says aloud what is left out or doubtful."""
     region = shared_region(result, truth)
     if region != result.data_window or region != truth.data_window:
-        _say(
+        say(
             f"the data windows differ: compared are the {region.width} x {region.height} pixels "
             f"at ({region.x0}, {region.y0}) that both files hold"
         )
     pixels = result.over(region), truth.over(region)
     bad = nonfinite_count(pixels[1])
     if bad:
-        _say(f"{truth.path}: {bad} pixels of the truth hold NaN or infinity, counted as black")
+        say(f"{truth.path}: {bad} pixels of the truth hold NaN or infinity, counted as black")
     return pixels
 
 
@@ -180,8 +180,3 @@ def _missed_limits(args: argparse.Namespace, scores: Scores) -> list[str]:
     if args.max_flip is not None and not scores.flip <= args.max_flip:
         missed.append(f"FLIP {scores.flip:.5f} is above the limit of {args.max_flip:g}")
     return missed
-
-
-def _say(*sentences: str) -> None:
-    for sentence in sentences:
-        print(f"heatlens: {sentence}", file=sys.stderr)

@@ -2,13 +2,13 @@
 
 import argparse
 import signal
-import sys
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
 
 from heatlens.commands.export_options import add_export_options, job_of
 from heatlens.commands.export_progress import progress_of
 from heatlens.commands.export_submit import submit
+from heatlens.commands.look_options import say_seen_through
 from heatlens.defocus.solver_choice import settled_solver
 from heatlens.errors import InputError
 from heatlens.export.plan import planned
@@ -69,8 +69,7 @@ def run(args: argparse.Namespace) -> int:
         submit(args, plan)
         return 0
     if not plan.job.output.is_exr:
-        transform = plan.job.look.transform
-        print(f"heatlens: seen through {transform.view} on {transform.display}", file=sys.stderr)
+        say_seen_through(plan.job.look.transform)
     with (
         _stopped_as_by_ctrl_c(),
         progress_of(args.progress, plan) as tell,

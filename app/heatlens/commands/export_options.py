@@ -2,18 +2,16 @@
 
 import argparse
 import os
-import sys
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
-from heatlens.color.color_config import load_color_config
-from heatlens.color.input_space import input_space_of
-from heatlens.color.view_transform import ViewTransform, srgb_transform, view_transform
+from heatlens.color.view_transform import ViewTransform, srgb_transform
+from heatlens.commands.given_options import given
 from heatlens.commands.lens_options import add_lens_options, lens_of
+from heatlens.commands.look_options import add_look_options, color_header, transform_of
 from heatlens.commands.plate_options import add_plate_options, plate_options
 from heatlens.commands.render import add_blur_options
+from heatlens.commands.say import say
 from heatlens.commands.scene_shot import (
     add_framing_options,
     said_of_lens,
@@ -27,7 +25,6 @@ from heatlens.export.plan import frames_of
 from heatlens.image.channels import Header
 from heatlens.image.exr_read import read_plate
 from heatlens.image.exr_write import COMPRESSIONS
-from heatlens.image.header_read import read_color_header
 from heatlens.image.sequence import find_sequence
 from heatlens.image.shot_file import SHOT_SUFFIX, read_shot
 from heatlens.model.settings import Bokeh, Method, Quality
@@ -35,8 +32,6 @@ from heatlens.model.shot import Shot
 from heatlens.scene.scene_source import is_scene_source
 
 _BLUR = ("method", "bokeh", "quality", "layers", "proxy", "views")
-
-Given = dict[str, Any]
 
 
 def add_export_options(parser: argparse.ArgumentParser) -> None:
@@ -109,29 +104,8 @@ def _add_exr_options(parser: argparse.ArgumentParser) -> None:
 
 
 def _add_look_options(parser: argparse.ArgumentParser) -> None:
-    group = parser.add_argument_group(
-        "look",
-        "Of pictures and movies. Any of --ocio, --display, --view and --input-space asks "
-        "OpenColorIO.",
-    )
-    group.add_argument(
-        "--ocio", metavar="CONFIG", help="OpenColorIO config (default: $OCIO, else a built-in one)"
-    )
-    group.add_argument("--display", metavar="NAME", help="default: the config's first")
-    group.add_argument(
-        "--view", metavar="NAME", help="default: the display's first; alone: the plain sRGB curve"
-    )
-    group.add_argument(
-        "--input-space",
-        metavar="NAME",
-        help="of the light (default: as the plate's header tells, else linear Rec.709)",
-    )
-    group.add_argument(
-        "--gamma", type=float, default=1.0, metavar="G", help="on top of the view (default 1)"
-    )
-    group.add_argument(
-        "--exposure", type=float, default=0.0, metavar="STOPS", help="brighter by (default 0)"
-    )
+    """Those of all pictures, and what only frames of a shot have."""
+    group = add_look_options(parser)
     group.add_argument(
         "--burn-in", action="store_true", help="write frame, focus and f-stop into the picture"
     )
@@ -157,16 +131,6 @@ def job_of(args: argparse.Namespace) -> ExportJob:
         args.force,
         args.pinhole,
     )
-
-
-def given(args: argparse.Namespace, *groups: Callable[[argparse.ArgumentParser], None]) -> Given:
-    """Those options of `groups` that are not at their default: as they are typed, and the value."""
-    plain = argparse.ArgumentParser()
-    for add in groups:
-        add(plain)
-    defaults = vars(plain.parse_args([])).items()
-    names = [name for name, default in defaults if getattr(args, name) != default]
-    return {f"--{name.replace('_', '-')}": getattr(args, name) for name in names}
 
 
 def _check_kind(args: argparse.Namespace, output: Output) -> None:
@@ -207,8 +171,7 @@ def _scene_shot(args: argparse.Namespace) -> Shot:
     """The lens of the options and of the scene's camera, as it moves."""
     shot, scene = shot_of_scene(args, args.shot)
     first = shot.played.first if shot.played is not None else 1
-    for sentence in (*scene.notes, said_of_lens(shot, first)):
-        print(f"heatlens: {sentence}", file=sys.stderr)
+    say(*scene.notes, said_of_lens(shot, first))
     return shot
 
 
@@ -219,7 +182,7 @@ def _still_shot(args: argparse.Namespace) -> Shot:
     """
     sequence, options = find_sequence(args.shot), plate_options(args)
     lens, said = lens_of(args, read_plate(sequence.path_at(sequence.present[0]), options))
-    print(f"heatlens: lens: {', '.join(said)}", file=sys.stderr)
+    say(f"lens: {', '.join(said)}")
     return Shot(lens, source=args.shot, plate_options=options)
 
 
@@ -256,17 +219,10 @@ def _check_scene_options(args: argparse.Namespace, shot: Shot) -> None:
 
 
 def _transform(args: argparse.Namespace, shot: Shot) -> ViewTransform:
-    """Through OpenColorIO where it is asked for, else the plain curve; EXR is seen through none."""
-    is_plain = not any((args.ocio, args.display, args.view, args.input_space))
-    config = None if is_plain else load_color_config(args.ocio)
-    light = input_space_of(config, _color_header(shot), args.input_space or "")
-    if light.note and not parse_output(args.output).is_exr:
-        print(f"heatlens: {light.note}", file=sys.stderr)
-    if config is None:
-        return srgb_transform(light.name)
-    display = args.display or config.default_display
-    view = args.view or config.views(display)[0]
-    return view_transform(config, display, view, light.name)
+    """EXR is seen through none, and asks no config."""
+    if parse_output(args.output).is_exr:
+        return srgb_transform()
+    return transform_of(args, _color_header(shot))
 
 
 def _color_header(shot: Shot) -> Header:
@@ -274,8 +230,5 @@ def _color_header(shot: Shot) -> Header:
     if shot.source is None or is_scene_source(shot.source):
         return {}
     sequence = find_sequence(shot.source)
-    try:
-        first = sequence.path_at(sequence.present[0])
-        return read_color_header(first, shot.plate_options.color_layer)
-    except InputError:
-        return {}  # what is wrong with a frame is said when it is its turn
+    first = sequence.path_at(sequence.present[0])
+    return color_header(first, shot.plate_options.color_layer)

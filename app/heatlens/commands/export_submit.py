@@ -1,10 +1,11 @@
 """`heatlens export --submit`: the export is not done, but written down as a job for a farm."""
 
 import argparse
-import sys
 from pathlib import Path
 
-from heatlens.commands.export_options import add_export_options, given, is_shot_file
+from heatlens.commands.export_options import add_export_options, is_shot_file
+from heatlens.commands.given_options import given
+from heatlens.commands.say import say
 from heatlens.errors import InputError
 from heatlens.export.openjd import PathParameter, chunks_of, job_template
 from heatlens.export.plan import ExportPlan
@@ -26,10 +27,10 @@ def submit(args: argparse.Namespace, plan: ExportPlan) -> None:
     template = job_template(name, paths, _words(args, plan), chunks, Path.cwd())
     _check_text(template)
     print(template, end="")
-    _say(f"{len(plan.job.frames)} frames in {len(chunks)} tasks. Keep the template in {Path.cwd()}")
+    say(f"{len(plan.job.frames)} frames in {len(chunks)} tasks. Keep the template in {Path.cwd()}")
     for path in paths:
         if path.relative_to(Path.cwd()) is None:
-            _say(f"it holds no place for what lies elsewhere: -p {path.name}={path.path}")
+            say(f"it holds no place for what lies elsewhere: -p {path.name}={path.path}")
 
 
 def _paths(args: argparse.Namespace, plan: ExportPlan) -> list[PathParameter]:
@@ -89,7 +90,3 @@ def _check_text(template: str) -> None:
         raise InputError(
             "A template takes printable names only, and one of these is not. Rename the file."
         )
-
-
-def _say(sentence: str) -> None:
-    print(f"heatlens: {sentence}", file=sys.stderr)

@@ -1,26 +1,32 @@
 """`heatlens render`: one plate through a lens, to an EXR or a PNG."""
 
 import argparse
-import sys
 import time
 from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
 
-from heatlens.color.input_space import input_space_of
-from heatlens.color.view_transform import srgb_transform
 from heatlens.commands.frame_command import add_frame_command
+from heatlens.commands.given_options import given
 from heatlens.commands.layer_progress import layer_progress, view_progress
 from heatlens.commands.lens_options import lens_of
+from heatlens.commands.look_options import (
+    add_look_options,
+    color_header,
+    say_seen_through,
+    transform_of,
+)
 from heatlens.commands.plate_options import plate_options
+from heatlens.commands.say import say
 from heatlens.commands.scene_options import check_no_scene_options, load_scene
 from heatlens.defocus.solver_choice import settled_solver
 from heatlens.errors import InputError
+from heatlens.export.job import Look
 from heatlens.gpu.context import headless_context
 from heatlens.gpu.textures import FloatArray, download
+from heatlens.image.display import srgb_encoded
 from heatlens.image.exr_read import read_plate
 from heatlens.image.picture_write import Encode, check_output, write_picture
-from heatlens.image.plate import Plate
 from heatlens.model.settings import (
     LAYERS_MAX,
     PROXY_MIN,
@@ -72,6 +78,7 @@ def _add_output_options(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--float", action="store_true", help="32-bit float EXR (default: half)")
     parser.add_argument("--stats", action="store_true", help="say where the time goes")
+    add_look_options(parser)
 
 
 def add_blur_options(parser: argparse.ArgumentParser) -> None:
@@ -139,7 +146,8 @@ def run(args: argparse.Namespace) -> int:
     """Read, render, write; say what was decided on the way."""
     start = time.perf_counter()
     check_output(args.output, args.plate)
-    settings = settings_of(args)
+    _check_look(args)
+    settings, encode = settings_of(args), _encode(args)
     ctx = headless_context()
     renderer = FrameRenderer(ctx, settled_solver(ctx))
     renderer.stopwatch.on = args.stats
@@ -158,7 +166,7 @@ def run(args: argparse.Namespace) -> int:
         shot.lens,
         proxy,
         half=not args.float,
-        encode=_encode(args, plate),
+        encode=encode,
         more_channels=depth,
     )
     if args.stats:
@@ -175,7 +183,7 @@ def _loaded(
         shot, frame, said = load_scene(args, renderer, settings)
         scene = renderer.scene
         assert scene is not None
-        _say(*scene.notes, "lens: " + ", ".join(said))
+        say(*scene.notes, "lens: " + ", ".join(said))
         return shot, frame
     check_no_scene_options(args)
     if args.pinhole:
@@ -188,8 +196,8 @@ def _loaded(
     plate = read_plate(args.plate, plate_options(args))
     lens, said = lens_of(args, plate)
     depth = plate.depth
-    _say(f"depth: {depth.channel} taken as {depth.convention}, {depth.kind}. {depth.why}")
-    _say(*plate.notes, "lens: " + ", ".join(said))
+    say(f"depth: {depth.channel} taken as {depth.convention}, {depth.kind}. {depth.why}")
+    say(*plate.notes, "lens: " + ", ".join(said))
     renderer.load(plate)
     return Shot(lens, settings), 0
 
@@ -211,22 +219,33 @@ def _pixels(
             return download(end.value)
 
 
-def _encode(args: argparse.Namespace, plate: Plate) -> Encode:
-    """The plain curve after the light's own space; EXR keeps the light and what its header says."""
-    light = input_space_of(None, plate.attributes)
-    if light.note and args.output.suffix.lower() == ".png":
-        _say(light.note)
-    return srgb_transform(light.name).encode
+def _is_exr(args: argparse.Namespace) -> bool:
+    return bool(args.output.suffix.lower() == ".exr")
 
 
-def _say(*sentences: str) -> None:
-    for sentence in sentences:
-        print(f"heatlens: {sentence}", file=sys.stderr)
+def _check_look(args: argparse.Namespace) -> None:
+    wrong = given(args, add_look_options)
+    if wrong and _is_exr(args):
+        raise InputError(
+            f"{', '.join(wrong)}: an EXR stays scene-linear for the work that follows. Write a PNG "
+            "beside it."
+        )
+
+
+def _encode(args: argparse.Namespace) -> Encode:
+    """As the window shows it unless told; EXR keeps the light and what its header says."""
+    if _is_exr(args):
+        return srgb_encoded
+    is_scene = is_scene_source(str(args.plate))
+    header = {} if is_scene else color_header(args.plate, args.color_layer)
+    look = Look(transform_of(args, header), args.exposure, args.gamma)
+    say_seen_through(look.transform)
+    return lambda light: look.transform.apply_cpu(light, look.exposure_stops, look.gamma)
 
 
 def _say_stats(renderer: FrameRenderer, at: tuple[float, float, float, float]) -> None:
     read, render, write = (1e3 * (b - a) for a, b in pairwise(at))
-    _say(f"read {read:.0f} ms, render {render:.0f} ms, write {write:.0f} ms")
-    _say(f"on {renderer.ctx.info['GL_RENDERER']}, solver {renderer.solver.name}")
+    say(f"read {read:.0f} ms, render {render:.0f} ms, write {write:.0f} ms")
+    say(f"on {renderer.ctx.info['GL_RENDERER']}, solver {renderer.solver.name}")
     for name, entry in renderer.stopwatch.times.items():
-        _say(f"  {name:24} {1e3 * entry.seconds:8.1f} ms  {entry.runs:3d} x")
+        say(f"  {name:24} {1e3 * entry.seconds:8.1f} ms  {entry.runs:3d} x")

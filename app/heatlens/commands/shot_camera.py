@@ -1,12 +1,12 @@
 """A camera file on the command line: it stands in for options of the lens that are not given."""
 
 import argparse
-import sys
 from collections.abc import Collection
 
 from heatlens.camera.camera_file import read_camera
 from heatlens.camera.into_shot import lens_tracks
 from heatlens.camera.samples import LENS_TRACKS, CameraSamples
+from heatlens.commands.say import say
 from heatlens.model.shot import LensParameter, Shot
 from heatlens.model.units import format_distance
 
@@ -40,8 +40,7 @@ def checked_camera_of(args: argparse.Namespace, kept: Collection[str]) -> Camera
     camera = camera_of(args)
     if camera is not None:
         lens_tracks(camera, kept)
-        for note in camera.notes:
-            print(f"heatlens: {note}", file=sys.stderr)
+        say(*camera.notes)
     return camera
 
 

@@ -2,7 +2,6 @@
 
 import argparse
 import os
-import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,6 +10,7 @@ from heatlens.camera.samples import CameraSamples
 from heatlens.commands.lens_options import add_lens_options, lens_of
 from heatlens.commands.plate_options import add_plate_options, plate_options
 from heatlens.commands.render import add_blur_options, settings_of
+from heatlens.commands.say import say
 from heatlens.commands.scene_shot import add_framing_options, shot_of_scene
 from heatlens.commands.shot_camera import (
     add_camera_option,
@@ -114,7 +114,7 @@ def run(args: argparse.Namespace) -> int:
     close = frames_too_close(shot)
     if close:
         limit = format_distance(shot.lens.close_focus_m or 0.0)
-        _say(f"focus is nearer than the close focus of {limit} at frames {frames_text(close)}.")
+        say(f"focus is nearer than the close focus of {limit} at frames {frames_text(close)}.")
     print(args.output)
     return 0
 
@@ -130,7 +130,7 @@ def _shot_of(args: argparse.Namespace) -> Shot:
     shot = _with_options(args, begun(given, camera))
     if camera is not None:
         shot = with_camera(shot, camera, kept)
-        _say(*camera.notes, said_of(camera, shot, args.camera, kept))
+        say(*camera.notes, said_of(camera, shot, args.camera, kept))
     return _with_keys(shot, keys)
 
 
@@ -150,7 +150,7 @@ def _begun_with_plates(args: argparse.Namespace, camera: CameraSamples | None) -
 def _begun_in_scene(args: argparse.Namespace, camera: CameraSamples | None) -> Shot:
     """The scene, the lens of its camera, frames, rate, and how it is looked at."""
     shot, scene = shot_of_scene(args, args.plate)
-    _say(*scene.notes)
+    say(*scene.notes)
     told = None if camera is None else camera.frame_range
     frames = parse_frame_range(args.frames) if args.frames else told or shot.frames
     rate = shot.frames_per_second if args.fps is None and camera is None else _rate_of(args, camera)
@@ -197,7 +197,7 @@ def _with_first_keys(args: argparse.Namespace, keys: Keys) -> argparse.Namespace
 def _say_unused(args: argparse.Namespace, option: str) -> None:
     unset = 1.0 if option == "squeeze" else None
     if getattr(args, option) != unset:
-        _say(f"--{option.replace('_', '-')} is not used: keys say it at every frame.")
+        say(f"--{option.replace('_', '-')} is not used: keys say it at every frame.")
 
 
 def _lens_and_sequence(args: argparse.Namespace) -> tuple[Lens, Sequence | None]:
@@ -211,7 +211,7 @@ def _lens_and_sequence(args: argparse.Namespace) -> tuple[Lens, Sequence | None]
                 f"{error} Without a header to read, the lens needs --focal-length, --f-stop and "
                 "--focus-distance, or keys for them, and --sensor-width or --filmback."
             ) from None
-        _say(f"the plate has no files yet: {error}")
+        say(f"the plate has no files yet: {error}")
         return lens, None
     return lens or _lens_of_header(args, sequence), sequence
 
@@ -256,7 +256,7 @@ def _lens_of_header(args: argparse.Namespace, sequence: Sequence) -> Lens:
     plate = read_plate(sequence.path_at(sequence.present[0]), plate_options(args))
     lens, said = lens_of(args, plate)
     found = ", ".join(text for text in said if "(--" not in text)  # what is not from an option
-    _say(f"{plate.path}: {found}")
+    say(f"{plate.path}: {found}")
     return lens
 
 
@@ -265,8 +265,3 @@ def _check_output(path: Path, overwrite: bool) -> None:
         raise InputError(f"{path}: the name of a shot file must end in {SHOT_SUFFIX}.")
     if path.is_file() and not overwrite:
         raise InputError(f"{path} is there already; --overwrite replaces it.")
-
-
-def _say(*sentences: str) -> None:
-    for sentence in sentences:
-        print(f"heatlens: {sentence}", file=sys.stderr)

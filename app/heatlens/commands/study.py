@@ -2,7 +2,6 @@
 
 import argparse
 import math
-import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,6 +9,7 @@ from heatlens.commands.frame_command import add_frame_command
 from heatlens.commands.layer_progress import view_progress
 from heatlens.commands.lens_options import lens_of
 from heatlens.commands.plate_options import plate_options
+from heatlens.commands.say import say
 from heatlens.commands.scene_options import check_no_scene_options, load_scene
 from heatlens.compare.pictures import Picture, read_picture
 from heatlens.defocus.solver_choice import settled_solver
@@ -123,10 +123,10 @@ def run(args: argparse.Namespace) -> int:
     subject = _subject(args)
     methods = _chosen(args, subject)
     reference = _reference(args, subject, truth)
-    references.announce(reference, _say)
+    references.announce(reference, say)
     report = _report(args, subject, methods, reference)
     with report_folder(args.output) as folder:
-        write_report(folder, report, _say)
+        write_report(folder, report, say)
     print(args.output / PAGE)
     return 0
 
@@ -147,7 +147,7 @@ def _subject(args: argparse.Namespace) -> Subject:
         lens, said = lens_of(args, plate)
         shot, frame, notes = Shot(lens, settings), 0, plate.notes
         renderer.load(plate)
-    _say(*notes, "lens: " + ", ".join(said))
+    say(*notes, "lens: " + ", ".join(said))
     return Subject(args.plate.name, renderer, shot, frame)
 
 
@@ -168,7 +168,7 @@ def _reference(args: argparse.Namespace, subject: Subject, truth: Picture | None
         return references.from_file(subject, truth)
     if subject.renderer.scene is None:
         return references.from_diffusion(subject)
-    _say(f"the truth, from {args.views} points of the lens")
+    say(f"the truth, from {args.views} points of the lens")
     settings = references.truth_settings(subject, args.views)
     with view_progress(replace(subject.shot, defocus=settings)) as tell:
         return references.from_views(subject, args.views, tell)
@@ -177,7 +177,7 @@ def _reference(args: argparse.Namespace, subject: Subject, truth: Picture | None
 def _report(
     args: argparse.Namespace, subject: Subject, methods: tuple[Method, ...], reference: Reference
 ) -> Report:
-    measured = measure_all(subject, methods, reference, args.runs, _say)
+    measured = measure_all(subject, methods, reference, args.runs, say)
     pictures = [row.pixels for row in measured.rows]
     return Report(
         title=subject.name,
@@ -241,8 +241,3 @@ def _positive(text: str) -> float:
     if not 0 < value < math.inf:
         raise argparse.ArgumentTypeError(f"{text!r} is not a number above 0")
     return value
-
-
-def _say(*sentences: str) -> None:
-    for sentence in sentences:
-        print(f"heatlens: {sentence}", file=sys.stderr, flush=True)

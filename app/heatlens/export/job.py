@@ -24,13 +24,27 @@ class ExrOptions:
 
 @dataclass(frozen=True)
 class Look:
-    """How pictures for the eye are made of light."""
+    """How pictures for the eye are made of light.
+
+    Raises InputError for an exposure or gamma that no picture has.
+    """
 
     transform: ViewTransform = field(default_factory=srgb_transform)
     exposure_stops: float = 0.0
     gamma: float = 1.0  # display values to the power of one over it
     burn_in: bool = False  # frame, focus and f-stop written into the picture
     unit: str = "m"  # of the distance in that
+
+    def __post_init__(self) -> None:
+        if not abs(self.exposure_stops) <= _STOPS_MOST:
+            raise InputError(
+                f"The exposure must be within {_STOPS_MOST:g} stops, got {self.exposure_stops:g}."
+            )
+        if not 1 / _GAMMA_MOST <= self.gamma <= _GAMMA_MOST:
+            raise InputError(
+                f"The gamma must be within 1/{_GAMMA_MOST:g} and {_GAMMA_MOST:g}, got "
+                f"{self.gamma:g}."
+            )
 
 
 @dataclass(frozen=True)
@@ -41,7 +55,7 @@ class ExportJob:
     force    render also what is there already
     pinhole  the frames themselves, without a lens: a scene's, to be plates elsewhere
 
-    Raises InputError for no frame, a shot of no plate, an exposure or gamma that no picture has.
+    Raises InputError for no frame, and a shot of no plate.
     """
 
     shot: Shot
@@ -59,16 +73,6 @@ class ExportJob:
             raise InputError("There is no frame to export: give some with --frames.")
         if self.pinhole and self.shot.defocus.proxy != 1.0:
             raise InputError("Frames without a lens are whole: leave --proxy out.")
-        if not abs(self.look.exposure_stops) <= _STOPS_MOST:
-            raise InputError(
-                f"The exposure must be within {_STOPS_MOST:g} stops, got "
-                f"{self.look.exposure_stops:g}."
-            )
-        if not 1 / _GAMMA_MOST <= self.look.gamma <= _GAMMA_MOST:
-            raise InputError(
-                f"The gamma must be within 1/{_GAMMA_MOST:g} and {_GAMMA_MOST:g}, got "
-                f"{self.look.gamma:g}."
-            )
 
 
 def check_source(shot: Shot) -> str:

@@ -1,0 +1,85 @@
+"""The options that say how light becomes a picture for the eye, the same for all that write one.
+
+What nobody says is as the window shows it: the first view of the OpenColorIO config in use.
+"""
+
+import argparse
+import importlib.util
+from pathlib import Path
+
+from heatlens.color.color_config import ColorConfig, load_color_config
+from heatlens.color.input_space import input_space_of
+from heatlens.color.view_transform import PLAIN_VIEW, ViewTransform, srgb_transform, view_transform
+from heatlens.commands.say import say
+from heatlens.errors import InputError
+from heatlens.image.channels import Header
+from heatlens.image.header_read import read_color_header
+
+
+def add_look_options(parser: argparse.ArgumentParser) -> "argparse._ArgumentGroup":
+    """--ocio, --display, --view, --input-space, --gamma and --exposure; the group of them."""
+    group = parser.add_argument_group(
+        "look",
+        "Of pictures and movies; EXR stays scene-linear. Not given, they look as in the window.",
+    )
+    group.add_argument(
+        "--ocio", metavar="CONFIG", help="OpenColorIO config (default: $OCIO, else a built-in one)"
+    )
+    group.add_argument("--display", metavar="NAME", help="default: the config's first")
+    group.add_argument(
+        "--view",
+        metavar="NAME",
+        help=f"default: the display's first; '{PLAIN_VIEW}' is the plain one, which is taken "
+        "where OpenColorIO is not installed",
+    )
+    group.add_argument(
+        "--input-space",
+        metavar="NAME",
+        help="of the light (default: as the plate's header tells, else linear Rec.709)",
+    )
+    group.add_argument(
+        "--gamma", type=float, default=1.0, metavar="G", help="on top of the view (default 1)"
+    )
+    group.add_argument(
+        "--exposure", type=float, default=0.0, metavar="STOPS", help="brighter by (default 0)"
+    )
+    return group
+
+
+def color_header(path: Path, color_layer: str | None) -> Header:
+    """Of a plate; empty where it cannot be read, which is said when the plate is asked for."""
+    try:
+        return read_color_header(path, color_layer)
+    except InputError:
+        return {}
+
+
+def transform_of(args: argparse.Namespace, attributes: Header) -> ViewTransform:
+    """What the options say of light whose header has `attributes`; what is doubtful is said.
+
+    Raises InputError for a config that cannot be used, and for names that it does not have.
+    """
+    config = _config(args)
+    light = input_space_of(config, attributes, args.input_space or "")
+    if light.note:
+        say(light.note)
+    if config is None:
+        return srgb_transform(light.name)
+    display = args.display or config.default_display
+    view = args.view or config.views(display)[0]
+    return view_transform(config, display, view, light.name)
+
+
+def say_seen_through(transform: ViewTransform) -> None:
+    """Which view a picture for the eye was made with."""
+    say(f"seen through {transform.view} on {transform.display}")
+
+
+def _config(args: argparse.Namespace) -> ColorConfig | None:
+    """None for the plain curve: it was asked for, or there is no OpenColorIO and nobody did."""
+    names = (args.ocio, args.display, args.view, args.input_space)
+    if args.view == PLAIN_VIEW and args.ocio is None and args.display is None:
+        return None
+    if not any(names) and importlib.util.find_spec("PyOpenColorIO") is None:
+        return None
+    return load_color_config(args.ocio)

@@ -1,0 +1,9 @@
+"""What a command says beside its result."""
+
+import sys
+
+
+def say(*sentences: str) -> None:
+    """Each on a line of its own on stderr, at once: what follows may take minutes."""
+    for sentence in sentences:
+        print(f"heatlens: {sentence}", file=sys.stderr, flush=True)
