@@ -46,6 +46,13 @@ def pose(gui: Gui) -> Pose:
     return gui.app.scenes.pose
 
 
+def test_the_tab_of_the_scene_comes_with_it_and_all_five_fit(scene_gui):
+    scene, look = (imgui.internal.find_window_by_name(name) for name in ("Scene", "Look"))
+    assert scene.dock_id == look.dock_id
+    bar = scene.dock_node.tab_bar
+    assert bar.tabs.size() == 5 and bar.width_all_tabs <= bar.bar_rect.get_width()
+
+
 def test_a_scene_shows_its_first_cameras_picture(scene_gui):
     app = scene_gui.app
     assert app.scenes.framing.camera == "main" and app.message == ""

@@ -112,7 +112,13 @@ def _arrange(dock: int, size: ImVec2) -> None:
         inner.dock_builder_dock_window(name, upper)
     for name in ("Look", "Plate", "Scene", "Export", "Speed"):
         inner.dock_builder_dock_window(name, lower)
-    node = inner.dock_builder_get_node(centre)
-    if node is not None:
-        node.local_flags |= inner.DockNodeFlagsPrivate_.no_tab_bar
+    _flag(centre, inner.DockNodeFlagsPrivate_.no_tab_bar)
+    for place in (upper, lower, below):  # each tab has a cross of its own
+        _flag(place, inner.DockNodeFlagsPrivate_.no_close_button)
     inner.dock_builder_finish(dock)
+
+
+def _flag(node_id: int, flag: imgui.internal.DockNodeFlagsPrivate_) -> None:
+    node = imgui.internal.dock_builder_get_node(node_id)
+    if node is not None:
+        node.local_flags |= flag

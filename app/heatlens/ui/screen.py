@@ -57,7 +57,7 @@ class Screen:
             self._look()
         if app.panels["Plate"]:
             self._plate()
-        if app.panels["Scene"]:
+        if app.panels["Scene"] and app.scenes.scene is not None:
             self._scene()
         if app.panels["Marks"]:
             self._marks()
@@ -171,7 +171,7 @@ class Screen:
         imgui.end()
 
     def _scene(self) -> None:
-        if self._begin("Scene"):
+        if self._begin("Scene", _Window.no_focus_on_appearing):
             scene_panel(self._app)
         imgui.end()
 

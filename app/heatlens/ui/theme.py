@@ -93,6 +93,8 @@ def apply(scale: float = 1.0) -> None:
     style.item_spacing = ImVec2(8.0, 6.0)
     style.window_border_size = 0.0
     style.scrollbar_size = 12.0
+    style.tab_min_width_shrink = 30.0  # tabs grow narrower rather than leave the row
+    style.window_menu_button_position = imgui.Dir.none
     style.scale_all_sizes(scale)
     style.font_scale_dpi = scale
     fonts = imgui.get_io().fonts

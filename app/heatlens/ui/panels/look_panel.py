@@ -22,8 +22,10 @@ _COMPARES = {
     Compare.OFF: "off",
     Compare.WIPE: "wipe",
     Compare.FLIP: "B",
-    Compare.DIFFERENCE: "difference",
+    Compare.DIFFERENCE: "diff",
 }
+_PER_ROW = {"overlay": 3, "compare": 4}
+_RADIO_EM = 2.2  # a button and the room to the next, without its words
 
 
 def look_panel(
@@ -31,15 +33,14 @@ def look_panel(
 ) -> ViewState:
     """Draw it all; return the view as the user left it. `reference`: name of the EXR that is B."""
     view = _color(view, color)
-    imgui.separator_text("Overlay")
-    view = _buttons(view, "overlay", _OVERLAYS)
-    imgui.separator_text("Compare")
-    view = _buttons(view, "compare", _COMPARES)
+    imgui.separator()
+    view = _buttons(view, "overlay", _OVERLAYS, "Laid over the picture, with a legend.")
+    imgui.separator()
+    view = _buttons(view, "compare", _COMPARES, "A beside B, B alone, or how they differ.")
     return _compare(view, reference, has_scene)
 
 
 def _color(view: ViewState, color: ColorChoice) -> ViewState:
-    imgui.separator_text("Colour")
     display = widgets.choice("display", view.display, color.displays())
     if display != view.display:
         view = replace(view, display=display, view=color.views(display)[0])
@@ -62,16 +63,22 @@ def _input(view: ViewState, color: ColorChoice) -> ViewState:
     return replace(view, input_space="" if chosen == auto else chosen)
 
 
-def _buttons(view: ViewState, field: str, names: dict) -> ViewState:  # type: ignore[type-arg]
-    """One of several, side by side; what does not fit goes to the next line."""
-    right = imgui.get_cursor_screen_pos().x + imgui.get_content_region_avail().x
-    for value, name in names.items():
+def _buttons(view: ViewState, field: str, names: dict, tip: str) -> ViewState:  # type: ignore[type-arg]
+    """One of several, in even rows beside the label."""
+    widgets.label(field, tip)
+    left, em = imgui.get_cursor_pos_x(), imgui.get_font_size()
+    per_row = _PER_ROW[field]
+    widths = [imgui.calc_text_size(name).x + _RADIO_EM * em for name in names.values()]
+    columns = [max(widths[i::per_row]) for i in range(per_row)]
+    for index, (value, name) in enumerate(names.items()):
+        at = left + sum(columns[: index % per_row])
+        if index % per_row:
+            imgui.same_line(at)
+        else:
+            imgui.set_cursor_pos_x(at)
         if imgui.radio_button(f"{name}##{field}", getattr(view, field) is value):
             view = replace(view, **{field: value})
         widgets.note(f"{field} {name}")
-        width = imgui.calc_text_size(name).x + 3.2 * imgui.get_font_size()
-        if imgui.get_item_rect_max().x + width < right and value is not list(names)[-1]:
-            imgui.same_line()
     return view
 
 

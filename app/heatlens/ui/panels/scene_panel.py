@@ -24,11 +24,9 @@ _SIZES = {"640x360": (640, 360), "1280x720": (1280, 720), "1920x1080": (1920, 10
 
 
 def scene_panel(app: "App") -> None:
-    """Draw it in the current window."""
+    """Draw it in the current window; there is a scene."""
     scene = app.scenes.scene
-    if scene is None:
-        imgui.text_wrapped("No scene is open. File > Open the demo, or drop a .glb file here.")
-        return
+    assert scene is not None
     _camera(app)
     _keys(app)
     _size(app)
@@ -53,7 +51,7 @@ def scene_panel(app: "App") -> None:
         if imgui.button("Mark it") and app.scenes.selected is not None:
             _try(app, lambda: app.scenes.mark(app.scenes.selected or ""))
         widgets.note("mark object")
-    imgui.text_disabled(f"{scene.triangle_count:,} triangles, {len(scene.instances)} things")
+    imgui.text_disabled(f"{scene.triangle_count:,} triangles, {len(scene.instances)} instances")
 
 
 def _camera(app: "App") -> None:

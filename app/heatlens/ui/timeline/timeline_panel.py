@@ -88,8 +88,8 @@ def _draw_ruler(app: "App", scale: TimeScale, y: float, height: float) -> None:
         at = scale.x_at(frame)
         draw.add_line(ImVec2(at, strip_y - 0.3 * em), ImVec2(at, strip_y), theme.TEXT_DIM)
         text = str(frame)
-        width = imgui.calc_text_size(text).x
-        draw.add_text(ImVec2(at - width / 2, y + 0.1 * em), theme.TEXT_DIM, text)
+        text_x = scale.words_x(frame, imgui.calc_text_size(text).x)
+        draw.add_text(ImVec2(text_x, y + 0.1 * em), theme.TEXT_DIM, text)
     _draw_states(app, scale, strip_y)
     _draw_warnings(app, scale, y)
     draw.pop_clip_rect()

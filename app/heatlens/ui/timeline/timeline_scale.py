@@ -41,6 +41,11 @@ class TimeScale:
         """The frame in whose cell `x` lies."""
         return math.floor(self.time_at(x) + 0.5)
 
+    def words_x(self, frame: float, width: float) -> float:
+        """Where words of this width begin: under their frame, but never beyond the ends."""
+        at = self.x_at(frame) - width / 2
+        return max(min(at, self.x + self.width - width), self.x)
+
     def zoomed(self, factor: float, about_x: float, least: float, most: float) -> "TimeScale":
         """So many times as near, the time at `about_x` staying; within `least` to `most`."""
         here = self.time_at(about_x)
