@@ -9,7 +9,7 @@
 // In and out
 //   sum_img   rgba
 // Output
-//   mean_img  rgba
+//   mean_img  rgba, half or float
 
 layout(local_size_x = 16, local_size_y = 16) in;
 
@@ -18,7 +18,7 @@ uniform float count;
 uniform bool is_first;
 uniform bool is_new;
 layout(rgba32f) uniform image2D sum_img;
-layout(rgba32f) writeonly uniform image2D mean_img;
+writeonly uniform image2D mean_img;
 
 void main() {
     ivec2 at = ivec2(gl_GlobalInvocationID.xy);

@@ -40,11 +40,8 @@ def as_opened(gui: Gui) -> Gui:
 def whole(gui: Gui) -> None:
     """Go on until the whole picture is there."""
     gui.frame()  # what was asked for just now is begun
-    sight, app = gui.app.stage.sight, gui.app
-    gui.until(
-        lambda: sight.is_whole and app.live.shown is not None and not app.sides.is_working,
-        "the whole picture",
-    )
+    app = gui.app
+    gui.until(lambda: app.live.shown is not None and not app.is_working, "the whole picture")
     gui.frame(2)
 
 

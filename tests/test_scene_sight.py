@@ -1,18 +1,20 @@
 """How large a scene is drawn while it moves, on a clock of the test's own."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from heatlens.errors import InputError
 from heatlens.model.framing import Framing, Pose
 from heatlens.model.lens import Lens
 from heatlens.model.shot import Shot
+from heatlens.scene_gpu.scene_renderer import PINHOLE_VIEWS
 from heatlens.ui.picture.scene_sight import SceneSight
 
 SIZE = (640, 360)
+REST_S, SLICE_S = 0.15, 0.012
 SHOT = Shot(Lens(35.0, 2.0, 3.0, 36.0), framing=Framing(*SIZE))
 
 
@@ -22,26 +24,25 @@ class Machine:
 
     per_px_s: float
     now: float = 100.0
-    drawn: list[tuple[int, int, int]] = field(default_factory=list)  # width, height, passes
+    drawn: list[tuple[int, int, int]] = field(default_factory=list)  # width, height, views
     key: object = None
-    passes: int = 0
-    held: object = None
+    views: int = 0
+    loaded: object = None
 
-    @property
-    def loaded(self) -> object:
-        if self.held is None:
-            raise InputError("No plate is loaded.")
-        return self.held
+    def look(self, shot: Shot, frame: int, views: int) -> object:
+        list(self.looking(shot, frame, views))
+        return self.loaded
 
-    def look(self, shot: Shot, frame: int, passes: int | None = None) -> object:
+    def looking(self, shot: Shot, frame: int, views: int) -> Iterator[str]:
         framing = shot.framing
         assert framing is not None
-        if (framing, frame) != self.key or self.passes < (passes or 0):
-            self.key, self.passes = (framing, frame), passes or 0
-            self.held = object()
-            self.now += self.per_px_s * framing.width_px * framing.height_px * (passes or 1)
-            self.drawn.append((framing.width_px, framing.height_px, passes or 0))
-        return self.held
+        if (framing, frame) == self.key and self.views >= views:
+            return
+        for _ in range(views):
+            self.now += self.per_px_s * framing.width_px * framing.height_px
+            yield "view"
+        self.key, self.views, self.loaded = (framing, frame), views, object()
+        self.drawn.append((framing.width_px, framing.height_px, views))
 
 
 def moved(step: int) -> Shot:
@@ -53,41 +54,81 @@ def sight_of(machine: Machine) -> SceneSight:
     return SceneSight(machine, lambda: machine.now)  # type: ignore[arg-type]
 
 
-PRICES = st.sampled_from([1e-9, 3e-8, 1e-7, 4e-7, 1e-5])
+def refined(sight: SceneSight, machine: Machine) -> int:
+    """Frames of the window until the whole picture is there, none of them held up."""
+    dearest_s = machine.per_px_s * SIZE[0] * SIZE[1]
+    for count in range(1000):
+        if sight.is_whole:
+            return count
+        before = machine.now
+        sight.refine(SLICE_S)
+        assert machine.now - before <= SLICE_S + dearest_s
+    raise AssertionError("never whole")
+
+
+PRICES = st.sampled_from([1e-9, 3e-8, 1e-7, 4e-7, 1e-5, 1e-4])
 
 
 @given(PRICES)
-def test_the_first_picture_is_whole(price):
+def test_the_first_picture_comes_at_once_and_is_whole_without_a_wait(price):
     machine = Machine(price)
     sight = sight_of(machine)
     sight.look(SHOT, 1)
-    assert machine.drawn == [(*SIZE, 4)] and sight.is_whole
+    assert machine.drawn == [(160, 90, 1)] and not sight.is_whole
+    refined(sight, machine)
+    assert machine.drawn[1:] == [(*SIZE, 1), (*SIZE, PINHOLE_VIEWS)]
 
 
-@given(PRICES, st.lists(st.floats(0.0, 0.1), min_size=1, max_size=12))
+@given(PRICES, st.lists(st.floats(0.0, 0.1), min_size=2, max_size=12))
 def test_while_it_moves_it_fits_the_time_and_at_rest_it_is_whole(price, waits):
     machine = Machine(price)
     sight = sight_of(machine)
-    sight.look(SHOT, 1)
     for step, wait in enumerate(waits):
-        machine.now += wait
         sight.look(moved(step), 1)
+        machine.now += wait
         sight.look(moved(step), 1)  # a frame of the window in which nothing moved
-        assert not sight.is_whole
-    width, height, passes = machine.drawn[-1]
-    assert passes == 1
-    if len(waits) == 1:  # nothing is known yet
-        assert (width, height) == (160, 90)
-    else:
-        assert price * width * height <= 0.031 or width == SIZE[0] / 8
-    if len(waits) > 1 and price * SIZE[0] * SIZE[1] <= 0.03:
+        if step and wait < REST_S:
+            count = len(machine.drawn)
+            sight.refine(SLICE_S)
+            assert len(machine.drawn) == count and not sight.is_whole
+    width, height, views = machine.drawn[-1]
+    assert views == 1 and (price * width * height <= 0.031 or width == SIZE[0] / 4)
+    if price * SIZE[0] * SIZE[1] <= 0.03:
         assert (width, height) == SIZE
     machine.now += sight.seconds_to_rest() + 1e-6
-    sight.look(moved(len(waits) - 1), 1)
-    assert machine.drawn[-1] == (*SIZE, 4) and sight.is_whole
+    refined(sight, machine)
+    assert machine.drawn[-1] == (*SIZE, PINHOLE_VIEWS)
     count = len(machine.drawn)
     sight.look(moved(len(waits) - 1), 1)
+    sight.refine(SLICE_S)
     assert len(machine.drawn) == count and sight.seconds_to_rest() == 0
+
+
+@given(PRICES, st.lists(st.floats(0.0, 1.0), min_size=1, max_size=12))
+def test_what_is_held_is_never_drawn_whole_however_slow_the_window_is(price, waits):
+    machine = Machine(price)
+    sight = sight_of(machine)
+    for step, wait in enumerate(waits):
+        sight.look(moved(step), 1, is_held=True)
+        machine.now += wait
+        sight.look(moved(step), 1, is_held=True)
+        sight.refine(SLICE_S)
+    assert all(views == 1 for *_, views in machine.drawn)
+    assert len(machine.drawn) == len(waits)
+
+
+def test_a_move_ends_what_was_being_refined():
+    machine = Machine(1e-6)
+    sight = sight_of(machine)
+    sight.look(SHOT, 1)
+    sight.refine(SLICE_S)
+    sight.refine(SLICE_S)
+    sight.look(moved(1), 1)
+    assert machine.drawn[-1][2] == 1 and not sight.is_whole
+    machine.now += 1.0
+    refined(sight, machine)
+    assert [views for *_, views in machine.drawn].count(PINHOLE_VIEWS) == 1
+    assert machine.key == (moved(1).framing, 1)
 
 
 @pytest.mark.parametrize("size", [(1, 1), (3, 16384)])
@@ -96,25 +137,30 @@ def test_the_smallest_pictures_are_pictures(size):
     sight = sight_of(machine)
     for step in range(3):
         sight.look(replace(SHOT, framing=Framing(*size).at(Pose((step, 0.0, 0.0)), 1)), 1)
-    assert min(machine.drawn[-1][:2]) == 1 or size[0] == 3
+    assert min(machine.drawn[-1][:2]) == 1
 
 
 def test_a_change_of_the_lens_that_leaves_the_pinhole_picture_draws_nothing():
     machine = Machine(1e-7)
     sight = sight_of(machine)
     sight.look(SHOT, 1)
+    refined(sight, machine)
+    count = len(machine.drawn)
     sight.look(replace(SHOT, lens=replace(SHOT.lens, f_stop=8.0, focus_distance_m=1.0)), 1)
-    assert len(machine.drawn) == 1 and sight.is_whole
+    assert len(machine.drawn) == count and sight.is_whole
     sight.look(replace(SHOT, lens=replace(SHOT.lens, focal_length_mm=50.0)), 1)
     assert not sight.is_whole
 
 
-def test_another_scene_begins_whole():
+def test_another_scene_begins_without_a_wait():
     machine = Machine(1e-7)
     sight = sight_of(machine)
     sight.look(SHOT, 1)
     sight.look(moved(1), 1)
+    assert sight.seconds_to_rest() > 0
     sight.begin()
     machine.key = None
     sight.look(moved(2), 1)
-    assert machine.drawn[-1] == (*SIZE, 4)
+    assert sight.seconds_to_rest() == 0
+    refined(sight, machine)
+    assert machine.drawn[-1] == (*SIZE, PINHOLE_VIEWS)

@@ -98,12 +98,12 @@ class FrameRenderer:
         """The scene, where one is loaded."""
         return None if self._of_scene is None else self._of_scene.scene
 
-    def look(self, shot: Shot, frame: int = 0, passes: int | None = None) -> LoadedPlate:
+    def look(self, shot: Shot, frame: int = 0, views: int | None = None) -> LoadedPlate:
         """The plate; of a scene its pinhole picture at `frame`, which is `loaded` from now on.
 
-        `passes` None: one that is there already is taken, of however few views it was made.
+        `views` None: one that is there already is taken, of however few views it was made.
         """
-        drained(self._look(shot, frame, passes))
+        drained(self.looking(shot, frame, views))
         return self.loaded
 
     def pose_at(self, shot: Shot, frame: float) -> Pose | None:
@@ -120,12 +120,13 @@ class FrameRenderer:
         window = Box(0, 0, *(shot.framing or Framing()).size)
         return middle_m(self._of_scene.depth_in(shot, frame, area_at(x, y, window, window)))
 
-    def _look(self, shot: Shot, frame: int, passes: int | None = None) -> Steps[None]:
+    def looking(self, shot: Shot, frame: int, views: int | None = None) -> Steps[None]:
+        """`look` in short steps; before the last of them all is as it was."""
         if self._of_scene is None:
             return
         size = (shot.framing or Framing()).size
         check_plate_fits(self.ctx, *size)
-        yield from self._of_scene.look(shot, frame, passes)
+        yield from self._of_scene.look(shot, frame, views)
         held = self._of_scene.held
         if self._loaded is None or self._loaded.plate is not held.plate:
             self._take(LoadedPlate(held.plate, held.color, held.depth, held.dioptres))
@@ -175,7 +176,7 @@ class FrameRenderer:
         return self.stopwatch.timed(self._steps(shot, frame, self._pipeline(slot)))
 
     def _steps(self, shot: Shot, frame: int, pipeline: DefocusPipeline) -> Steps[moderngl.Texture]:
-        yield from self._look(shot, frame)
+        yield from self.looking(shot, frame)
         loaded = self.loaded
         if self._of_scene is not None and shot.defocus.method.needs_scene:
             size = proxy_size(loaded.color.size, shot.defocus.proxy)

@@ -43,9 +43,10 @@ class Accumulation:
     ) -> Iterator[str]:
         """The mean of `views` views through the lens of half axes `radii_m` into `out`.
 
-        `out` is RGBA float32 of the view's size, and holds the mean so far after each step. Equal
-        keys mean equal light from the scene, view and lens: what was summed up for one is gone on
-        with. Fewer views than there are begin again, so that their number alone says what is seen.
+        `out` is RGBA of the view's size, half or float32, and holds the mean so far after each
+        step. Equal keys mean equal light from the scene, view and lens: what was summed up for one
+        is gone on with. Fewer views than there are begin again, so that their number alone says
+        what is seen. With half axes of 0 it is the antialiased picture of a pinhole.
         """
         if self._key != (key, view.size) or self._count > views:
             self._key, self._count = (key, view.size), 0

@@ -4,8 +4,6 @@ from dataclasses import dataclass
 
 import moderngl
 
-from heatlens.gpu.textures import Storage
-
 _MOST_KEPT = 6
 
 
@@ -23,12 +21,11 @@ class Target:
 
 
 class DrawTargets:
-    """Targets by texture, the latest few; and one of several samples a pixel."""
+    """Targets by texture, the latest few."""
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
         self._kept: list[tuple[moderngl.Texture, Target]] = []
-        self._many: tuple[tuple[object, ...], Target, moderngl.Renderbuffer] | None = None
         # Bound when the others go: moderngl would bind the window's, and there may be none.
         self._rest = ctx.simple_framebuffer((1, 1))
 
@@ -44,18 +41,6 @@ class DrawTargets:
         self._kept.append((texture, target))
         return target.framebuffer
 
-    def multisampled(
-        self, size: tuple[int, int], samples: int, storage: Storage
-    ) -> moderngl.Framebuffer:
-        """RGBA with `samples` a pixel, kept until another size is asked for."""
-        key = (size, samples, storage)
-        if self._many is None or self._many[0] != key:
-            self._let_go_many()
-            color = self._ctx.renderbuffer(size, 4, samples=samples, dtype=storage)
-            depth = self._ctx.depth_renderbuffer(size, samples=samples)
-            self._many = key, Target(self._ctx.framebuffer([color], depth), depth), color
-        return self._many[1].framebuffer
-
     def _let_go(self, most: int) -> None:
         """All but the latest `most`, and those whose texture is gone."""
         kept = [entry for entry in self._kept if not _is_released(entry[0])]
@@ -67,17 +52,9 @@ class DrawTargets:
         for target in gone:
             target.release()
 
-    def _let_go_many(self) -> None:
-        if self._many is not None:
-            self._rest.use()
-            self._many[1].release()
-            self._many[2].release()
-            self._many = None
-
     def release(self) -> None:
         """Give everything back but the one that stays bound."""
         self._let_go(0)
-        self._let_go_many()
         self._rest.use()
 
 

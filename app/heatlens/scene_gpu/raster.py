@@ -4,14 +4,12 @@ First the depth of all triangles, then the light of those that are seen: each pi
 """
 
 import math
-from collections.abc import Iterator
-from dataclasses import replace
 
 import moderngl
 import numpy as np
 
 from heatlens.gpu.program import DrawProgram
-from heatlens.gpu.textures import FloatArray, TexturePool
+from heatlens.gpu.textures import FloatArray
 from heatlens.model.boxes import Box
 from heatlens.scene.scene import Array, Daylight, Scene
 from heatlens.scene.scene_view import SceneView
@@ -21,12 +19,6 @@ from heatlens.scene_gpu.scene_buffers import SceneBuffers
 from heatlens.scene_gpu.shadow_pass import ShadowPass
 from heatlens.scene_gpu.sky_light import diffuse_polynomial
 
-_SAMPLES = 4
-# Of a pixel: edges of all slopes come nearest to the area covered, by search over the pattern that
-# GPUs share. 1/4 would leave the pattern's gaps open, more reach into the pixels around.
-_MANY_REACH = 0.4
-_PLASTIC = 1.32471795724474602596  # x^3 = x + 1: the plane's golden ratio; Roberts 2018
-
 
 class SceneRaster:
     """Holds one scene on the GPU and draws it."""
@@ -34,16 +26,12 @@ class SceneRaster:
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
         self._targets = DrawTargets(ctx)
-        self._pool = TexturePool(ctx)
         self._shadow = ShadowPass(ctx)
         self._sky = DrawProgram(ctx, "scene_sky")
         self._sky_array = self._sky.vertex_array([])
-        self._add = DrawProgram(ctx, "scene_add")
-        self._add_array = self._add.vertex_array([])
         self._draws: dict[str, MeshDraw] = {}
         self._buffers: SceneBuffers | None = None
         self._placed: Array | None = None
-        self._samples = _SAMPLES if ctx.max_samples >= _SAMPLES else 1
 
     @property
     def buffers(self) -> SceneBuffers:
@@ -96,32 +84,24 @@ class SceneRaster:
         """One sample a pixel, at the view's jitter, into RGBA `color`; alpha is 1."""
         self._draw_into(self._targets.of(color), view)
 
-    def pinhole(
-        self, view: SceneView, color: moderngl.Texture, depth: moderngl.Texture, passes: int
-    ) -> Iterator[str]:
-        """Antialiased `color` from `passes` views, and `depth`, R float32, at pixels' middles.
-
-        Yields a name after each part of the work. Depth is planar metres, +inf for the sky.
-        """
-        still = replace(view, offset_m=(0.0, 0.0), jitter_px=(0.0, 0.0))
-        total = self._pool.texture("sum of views", view.size, 4)
-        for number, jitter in enumerate(view_jitters(passes, self._samples)):
-            drawn = self._antialiased(replace(still, jitter_px=jitter))
-            self._put(drawn, total, 1 / passes, is_first=number == 0)
-            yield "pinhole"
-        self._put(total, color, 1.0, is_first=True)
-        self._draw_depth(still, depth)
-        yield "pinhole"
+    def depth(self, view: SceneView, depth: moderngl.Texture) -> None:
+        """How far away it is at the view's jitter, planar metres, R float32; +inf for the sky."""
+        target = self._targets.of(depth)
+        target.use()
+        target.clear(red=math.inf)
+        self._ctx.enable_only(moderngl.DEPTH_TEST)
+        self._draws["depth"](view_uniforms(view))
+        self._ctx.enable_only(moderngl.NOTHING)
 
     def depth_at(self, view: SceneView, frame: float, depth: moderngl.Texture) -> None:
         """Into `depth`, R float32, as it is at another frame; things stay where they are placed."""
         scene = self.buffers.scene
         if self._placed is None or scene.motion is None:
             self.place(frame)
-            self._draw_depth(view, depth)
+            self.depth(view, depth)
             return
         self.buffers.place(scene.transforms_at(frame))
-        self._draw_depth(view, depth)
+        self.depth(view, depth)
         self.buffers.place(self._placed)
 
     def read(self, texture: moderngl.Texture, area: Box) -> FloatArray:
@@ -130,17 +110,6 @@ class SceneRaster:
         held = self._targets.of(texture).read(viewport, texture.components, dtype="f4")
         pixels = np.frombuffer(held, np.float32)
         return pixels.reshape(area.shape if texture.components == 1 else (*area.shape, -1))
-
-    def _antialiased(self, view: SceneView) -> moderngl.Texture:
-        """A view with as many samples a pixel as there can be."""
-        drawn = self._pool.texture("one view", view.size, 4)
-        if self._samples == 1:
-            self.draw(view, drawn)
-            return drawn
-        many = self._targets.multisampled(view.size, self._samples, "f4")
-        self._draw_into(many, view)
-        self._ctx.copy_framebuffer(self._targets.of(drawn), many)
-        return drawn
 
     def _draw_into(self, target: moderngl.Framebuffer, view: SceneView) -> None:
         uniforms = self.shading_uniforms() | view_uniforms(view)
@@ -161,25 +130,6 @@ class SceneRaster:
         self._ctx.depth_func = "<"
         self._ctx.enable_only(moderngl.NOTHING)
 
-    def _draw_depth(self, view: SceneView, depth: moderngl.Texture) -> None:
-        target = self._targets.of(depth)
-        target.use()
-        target.clear(red=math.inf)
-        self._ctx.enable_only(moderngl.DEPTH_TEST)
-        self._draws["depth"](view_uniforms(view))
-        self._ctx.enable_only(moderngl.NOTHING)
-
-    def _put(
-        self, picture: moderngl.Texture, target: moderngl.Texture, share: float, is_first: bool
-    ) -> None:
-        """`share` of a picture over or, after the first, onto what is in `target`."""
-        self._targets.of(target).use()
-        self._ctx.enable_only(moderngl.NOTHING if is_first else moderngl.BLEND)
-        self._ctx.blend_func = moderngl.ONE, moderngl.ONE
-        self._add.bind(textures={"picture_tx": picture}, uniforms={"share": share})
-        self._add_array.render(moderngl.TRIANGLES, 3)
-        self._ctx.enable_only(moderngl.NOTHING)
-
     def _let_go(self) -> None:
         for draw in self._draws.values():
             draw.release()
@@ -193,7 +143,6 @@ class SceneRaster:
         self._targets.release()
         self._shadow.release()
         self._sky.release()
-        self._add.release()
 
 
 def columns(matrix: Array) -> tuple[float, ...]:
@@ -215,13 +164,3 @@ def view_uniforms(view: SceneView) -> dict[str, object]:
         "world_from_screen": columns(np.asarray(np.linalg.inv(clip[[0, 1, 3], :3]), np.float64)),
         "eye_m": tuple(map(float, view.eye_m)),
     }
-
-
-def view_jitters(count: int, samples: int) -> list[tuple[float, float]]:
-    """(x, y) in pixels for `count` views of `samples` a pixel, well spread around 0.
-
-    Four samples stand one in each row and column of a quarter pixel; they move by _MANY_REACH.
-    """
-    reach = 1.0 if samples == 1 else _MANY_REACH
-    places = np.outer(np.arange(count), (1 / _PLASTIC, 1 / _PLASTIC**2)) % 1
-    return [(float(x), float(y)) for x, y in reach * (places - places.mean(axis=0))]

@@ -22,7 +22,10 @@ from heatlens.scene_gpu.raster import SceneRaster
 from heatlens.scene_gpu.ray_tracer import RayTracer
 from heatlens.scene_gpu.scene_plate import DrawnPixels, plate_of_scene
 
-PINHOLE_PASSES = 4  # jittered views of four samples: sixteen in each pixel
+# Of one sample a pixel each, spread evenly over it. Few would leave lamps smaller than a pixel
+# dimmer or brighter than they are, and a blur spreads that wide.
+PINHOLE_VIEWS = 64
+_NO_LENS_M = (0.0, 0.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +50,9 @@ class SceneRenderer:
         self._ctx = ctx
         self._pool = TexturePool(ctx)
         self._held: tuple[object, Look] | None = None
-        self._passes = 0  # views in it
+        self._views = 0  # in it
+        self._bank = 0  # of two sets of textures: what is held stays while another comes about
+        self._pinhole = Accumulation(ctx, self._raster)
 
     @cached_property
     def _accumulation(self) -> Accumulation:
@@ -62,25 +67,48 @@ class SceneRenderer:
         lens = shot.lens_at(frame)
         return track_of(self.scene, shot.framing or Framing(), lens).pose_at(frame)
 
-    def look(self, shot: Shot, frame: float, passes: int | None = None) -> Iterator[str]:
-        """Draw the pinhole picture of `frame`, unless it is there; `held` has it then.
+    def look(self, shot: Shot, frame: float, views: int | None = None) -> Iterator[str]:
+        """Draw the pinhole picture of `frame`, unless it is there; `held` has it at the end.
 
-        One that is there from fewer than `passes` views is drawn again; None takes any.
+        One that is there from fewer than `views` is gone on with; None takes any. Steps that are
+        not taken to their end leave what is held.
         """
+        size = (shot.framing or Framing()).size
+        key = self._pinhole_key(shot, frame)
+        if self._held is not None and self._held[0] == key and self._views >= (views or 0):
+            return
+        views, bank = views or PINHOLE_VIEWS, 1 - self._bank
+        color = self._pool.texture(f"pinhole colour {bank}", size, 4, "f2")
+        yield from self._colored(shot, frame, views, color)
+        depth = self._pool.texture(f"pinhole depth {bank}", size, 1)
+        self._raster.depth(self._view(shot, frame, size), depth)
+        yield "pinhole"
+        surveyed, pixels = self._survey.of(depth), DrawnPixels(color, depth, self._raster.read)
+        seen = self.pose_at(shot, frame), shot.lens_at(frame), size
+        plate = plate_of_scene(self.scene.path, pixels, surveyed, seen)
+        self._let_go()
+        self._bank, self._views = bank, views
+        self._held = key, Look(plate, pixels, color, depth, surveyed.dioptres)
+
+    def _pinhole_key(self, shot: Shot, frame: float) -> object:
+        """Equal where the pinhole picture is."""
         lens, size = shot.lens_at(frame), (shot.framing or Framing()).size
         pose = self.pose_at(shot, frame)
-        key = (pose, lens.focal_length_mm, lens.sensor_width_mm, size, self._moment(frame))
-        if self._held is not None and self._held[0] == key and self._passes >= (passes or 0):
-            return
-        self._let_go()
-        self._passes = passes or PINHOLE_PASSES
+        return pose, lens.focal_length_mm, lens.sensor_width_mm, size, self._moment(frame)
+
+    def _colored(
+        self, shot: Shot, frame: float, views: int, color: moderngl.Texture
+    ) -> Iterator[str]:
+        """The mean of `views` that differ within the pixel; of one, through its middle."""
+        view = self._view(shot, frame, color.size)
         self._raster.place(frame)
-        color = self._pool.texture("pinhole colour", size, 4, "f2")
-        depth = self._pool.texture("pinhole depth", size, 1)
-        yield from self._raster.pinhole(self._view(shot, frame, size), color, depth, self._passes)
-        surveyed, pixels = self._survey.of(depth), DrawnPixels(color, depth, self._raster.read)
-        plate = plate_of_scene(self.scene.path, pixels, surveyed, (pose, lens, size))
-        self._held = key, Look(plate, pixels, color, depth, surveyed.dioptres)
+        if views == 1:
+            self._raster.draw(view, color)
+            return
+        key = self._pinhole_key(shot, frame)
+        for _ in self._pinhole.steps(view, _NO_LENS_M, views, color, key):
+            yield "pinhole"
+            self._raster.place(frame)  # others may have drawn another frame in between
 
     @property
     def held(self) -> Look:
@@ -119,6 +147,7 @@ class SceneRenderer:
         """Give what lies on the GPU back; of what was never asked for there is nothing."""
         self._let_go()
         self._survey.release()
+        self._pinhole.release()
         for made in ("_accumulation", "_ray_tracer"):
             if made in self.__dict__:
                 self.__dict__[made].release()

@@ -254,17 +254,30 @@ class App:
         except HeatlensError as error:
             self.say(str(error))
 
+    @property
+    def version(self) -> tuple[int, int]:
+        """Another one whenever there is something new to be seen."""
+        return self.stage.version, self.sides.version
+
+    @property
+    def is_working(self) -> bool:
+        """The whole picture is not there yet."""
+        return self.sides.is_working or not self.stage.is_whole
+
     def work(self) -> None:
         """Go on with the whole picture for a moment."""
         try:
-            self.sides.work(_SLICE_S)
+            plate = self.stage.version
+            self.stage.refine(_SLICE_S)
+            if self.stage.is_whole and self.stage.version == plate:
+                self.sides.work(_SLICE_S)
         except HeatlensError as error:
             self.say(str(error))
 
     def seconds_until_needed(self) -> float | None:
         """How long the loop may sleep without an event; None: until there is one."""
         waits = []
-        if self.stage.plate is not None and self.sides.is_working:
+        if self.stage.plate is not None and self.stage.is_whole and self.sides.is_working:
             waits.append(self.sides.seconds_to_rest())
         if self.editing.is_unsettled or self.documents.is_behind:
             waits.append(0.1)

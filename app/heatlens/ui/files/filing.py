@@ -257,7 +257,7 @@ class Filing:
 def _whole(app: "App") -> Shown | None:
     """The picture of the shot as it is now, once it is whole."""
     shown, stage, frame = app.live.shown, app.stage, app.editing.frame
-    if stage.plate is None or not stage.is_settled_at(frame):
+    if stage.plate is None or not (stage.is_whole and stage.is_settled_at(frame)):
         return None
     if stage.opened is not None and stage.plate.path != stage.opened.cache.sequence.resolve(frame):
         return None  # the plate of the frame is still being read

@@ -1,8 +1,9 @@
 """What stands in front of the lens: the open plates, the one on the GPU, and B's reference."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -155,8 +156,7 @@ class Stage:
 
     def seconds_until_needed(self) -> float | None:
         """Until a scene is to be drawn whole; None where nothing is."""
-        is_due = self.scene is not None and not self.problem and not self.sight.is_whole
-        return self.sight.seconds_to_rest() if is_due else None
+        return None if self.is_whole else self.sight.seconds_to_rest()
 
     def _close_plates(self) -> None:
         if self.opened is not None:
@@ -166,18 +166,35 @@ class Stage:
         if self.stream is not None:
             self.stream.is_wanted = False
 
-    def look(self, shot: Shot, frame: int) -> None:
+    @property
+    def is_whole(self) -> bool:
+        """What is on the GPU is as good as it gets: of a scene, large and antialiased."""
+        return self.scene is None or bool(self.problem) or self.sight.is_whole
+
+    def look(self, shot: Shot, frame: int, is_playing: bool = False) -> None:
         """Have the scene's pinhole picture at `frame`; drawn again only where something moved."""
         self.problem, self.is_black, self._frame = "", False, frame
+        with self._drawing():
+            self.sight.look(shot, frame, is_playing)
+        self._is_settled = True
+
+    def refine(self, slice_s: float) -> None:
+        """Go on with a better picture of a scene that rests."""
+        if not self.is_whole:
+            with self._drawing():
+                self.sight.refine(slice_s)
+
+    @contextmanager
+    def _drawing(self) -> Iterator[None]:
+        """Show what was drawn in the block; what could not be drawn is a problem."""
         try:
-            loaded = self.sight.look(shot, frame)
+            yield
         except HeatlensError as error:
-            self.problem, self._is_settled = str(error), True
+            self.problem = str(error)
             if isinstance(error, GpuError):
                 self.plate = None  # it was drawn over
             return
-        self._is_settled = True
-        if loaded.plate is not self.plate:
+        if self.renderer.loaded.plate is not self.plate:
             self._show_loaded()
 
     def show(

@@ -234,7 +234,8 @@ class Timeline:
 
     def _show(self) -> None:
         if self._app.stage.scene is not None:
-            self._app.stage.look(self._app.shot, self._app.editing.frame)
+            is_playing = self.playback.direction != 0
+            self._app.stage.look(self._app.shot, self._app.editing.frame, is_playing)
             return
         ahead = _AHEAD_PLAYING if self.playback.direction else _AHEAD_STILL
         direction = self.playback.direction or self._direction

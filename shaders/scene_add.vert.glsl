@@ -1,5 +1,0 @@
-// A triangle over the whole picture.
-
-void main() {
-    gl_Position = vec4(vec2(gl_VertexID % 2, gl_VertexID / 2) * 4.0 - 1.0, 0.0, 1.0);
-}
