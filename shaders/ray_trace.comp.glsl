@@ -4,7 +4,8 @@
 // whose size is known.
 //
 // Inputs
-//   the blocks of lib/scene.lib.glsl and lib/bvh.lib.glsl, the uniforms of lib/shading.lib.glsl
+//   the blocks of lib/scene.lib.glsl and lib/bvh.lib.glsl, the uniforms of lib/shading.lib.glsl;
+//   with COLORS the block of the vertices' colours
 // In and out
 //   sum_img    light of all rays so far, and in alpha their number
 // Outputs
@@ -46,8 +47,9 @@ vec3 light_at(Hit hit, vec3 to_eye) {
     vec3 normal = mat3(normal_of(c.x), normal_of(c.y), normal_of(c.z)) * hit.weights;
     vec3 position_m = (there.to_world * vec4(position, 1.0)).xyz;
     vec2 uv = uv_at(hit.triangle, hit.weights);
+    vec3 tint = tint_at(hit.triangle, hit.weights).rgb;
     normal = normal * mat3(there.to_object);  // by the inverse transposed
-    return shaded(surface_of(there.numbers.x, position_m, normal, uv, to_eye), to_eye);
+    return shaded(surface_of(there.numbers.x, position_m, normal, uv, tint, to_eye), to_eye);
 }
 
 vec3 light_through(vec2 px, vec2 size, vec2 lens_m) {

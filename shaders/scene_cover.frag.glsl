@@ -2,6 +2,7 @@
 
 #ifdef HOLES
 #include "lib/scene.lib.glsl"
+#include "lib/tint.lib.glsl"
 
 in vec2 uv;
 flat in uint material;
@@ -9,6 +10,6 @@ flat in uint material;
 
 void main() {
 #ifdef HOLES
-    if (is_hole(material, uv)) discard;
+    if (is_hole(material, uv, tint.a)) discard;
 #endif
 }

@@ -2,6 +2,7 @@
 
 #ifdef HOLES
 #include "lib/scene.lib.glsl"
+#include "lib/tint.lib.glsl"
 
 in vec2 uv;
 flat in uint material;
@@ -11,7 +12,7 @@ out float depth_m;
 
 void main() {
 #ifdef HOLES
-    if (is_hole(material, uv)) discard;
+    if (is_hole(material, uv, tint.a)) discard;
 #endif
     depth_m = 1.0 / gl_FragCoord.w;
 }

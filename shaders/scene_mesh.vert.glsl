@@ -1,5 +1,5 @@
 // A corner of an instance's mesh. `invariant`: what lies on the depth of the first draw is found
-// again by the second one.
+// again by the second one. With COLORS, of meshes some of which have colours at their vertices.
 
 in vec3 in_position;
 in float in_u;
@@ -8,6 +8,9 @@ in float in_v;
 in mat4 in_to_world;   // of the instance
 in mat4 in_to_object;
 in uvec4 in_numbers;   // material first
+#ifdef COLORS
+in vec4 in_color;
+#endif
 
 uniform mat4 clip_from_world;
 
@@ -16,6 +19,9 @@ out vec3 position_m;
 out vec3 normal;
 out vec2 uv;
 flat out uint material;
+#ifdef COLORS
+centroid out vec4 tint;
+#endif
 
 void main() {
     vec4 world = in_to_world * vec4(in_position, 1.0);
@@ -23,5 +29,8 @@ void main() {
     normal = in_normal * mat3(in_to_object);
     uv = vec2(in_u, in_v);
     material = in_numbers.x;
+#ifdef COLORS
+    tint = in_color;
+#endif
     gl_Position = clip_from_world * world;
 }

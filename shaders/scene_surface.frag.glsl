@@ -4,6 +4,7 @@ layout(early_fragment_tests) in;
 
 #include "lib/scene.lib.glsl"
 #include "lib/shading.lib.glsl"
+#include "lib/tint.lib.glsl"
 
 in vec3 position_m;
 in vec3 normal;
@@ -16,5 +17,6 @@ out vec4 color;
 
 void main() {
     vec3 to_eye = unit_or(eye_m - position_m, vec3(0.0, 1.0, 0.0));
-    color = vec4(shaded(surface_of(material, position_m, normal, uv, to_eye), to_eye), 1.0);
+    Surface surface = surface_of(material, position_m, normal, uv, tint.rgb, to_eye);
+    color = vec4(shaded(surface, to_eye), 1.0);
 }

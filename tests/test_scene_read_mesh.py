@@ -90,8 +90,55 @@ def test_ply_with_colours(tmp_path):
     (tmp_path / "a.ply").write_bytes(PLY)
     scene = read_scene(tmp_path / "a.ply")
     assert bounds_m(scene, 1).tolist() == [[0, 0, 5], [1, 1, 5]]
-    assert scene.materials[0].base_color == (1, 0, 1)
+    assert scene.materials[0].base_color == (1, 1, 1) and not scene.notes
+    assert scene.meshes[0].colors == pytest.approx(np.tile([1, 0, 1], (4, 1)))
     assert scene.meshes[0].normals == pytest.approx(np.tile([0, 0, 1], (4, 1)))
+
+
+CURVE = {0: 0.0, 55: 0.038204, 128: 0.215861, 188: 0.502886, 255: 1.0}  # of IEC 61966-2-1
+SHADES = np.array([(0, 55, 255), (128, 188, 0), (255, 255, 255)])
+LIGHTS = np.vectorize(CURVE.get)(SHADES)
+
+
+def shaded_ply(is_face):
+    """A strip of three triangles, a colour for each or for its first three vertices."""
+    places = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (1, 1, 0), (0, 2, 0)]
+    corners = [(0, 1, 2), (2, 1, 3), (2, 3, 4)]
+    tint = [f"property uchar {name}" for name in ("red", "green", "blue")]
+    shades = [" ".join(map(str, shade)) for shade in [*SHADES, SHADES[0], SHADES[1]]]
+    vertices, faces = ([" ".join(map(str, row)) for row in rows] for rows in (places, corners))
+    faces = ["3 " + row for row in faces]
+    rows = faces if is_face else vertices
+    rows[:] = [f"{row} {shade}" for row, shade in zip(rows, shades, strict=False)]
+    head = ["ply", "format ascii 1.0", "element vertex 5"]
+    head += [f"property float {axis}" for axis in "xyz"] + tint * (not is_face)
+    head += ["element face 3", "property list uchar int vertex_indices"] + tint * is_face
+    return "\n".join([*head, "end_header", *vertices, *faces, ""])
+
+
+@pytest.mark.parametrize("is_face", [False, True])
+def test_ply_colours_of_vertices_and_of_faces_become_light(tmp_path, is_face):
+    (tmp_path / "a.ply").write_text(shaded_ply(is_face))
+    mesh = read_scene(tmp_path / "a.ply").meshes[0]
+    found = mesh.colors[mesh.triangles]
+    expected = LIGHTS[:, None].repeat(3, axis=1) if is_face else LIGHTS[None]
+    np.testing.assert_allclose(found[: len(expected)], expected, atol=1e-5)
+    assert mesh.normals == pytest.approx(np.tile([0, 0, 1], (len(mesh.normals), 1)))
+
+
+@pytest.mark.parametrize("extra", ["", "usemtl red\n", "vt 0 0\n"])
+def test_obj_colours_stand_behind_the_places(tmp_path, extra):
+    """Those of materials without a picture give way; one with a picture keeps it alone."""
+    shades = [" ".join(f"{value / 255:.6f}" for value in shade) for shade in SHADES]
+    vertices = [f"v {i % 2} {i // 2} 0 {shade}\n" for i, shade in enumerate(shades)]
+    corner = "{0}/1" if "vt" in extra else "{0}"
+    face = "f " + " ".join(corner.format(i) for i in (1, 2, 3))
+    (tmp_path / "a.mtl").write_text("newmtl red\nKd 1 0 0\n")
+    (tmp_path / "a.obj").write_text("mtllib a.mtl\n" + "".join(vertices) + extra + face + "\n")
+    scene = read_scene(tmp_path / "a.obj")
+    mesh = scene.meshes[0]
+    np.testing.assert_allclose(mesh.colors[mesh.triangles[0]], LIGHTS, atol=1e-5)
+    assert scene.materials[mesh.material].base_color == (1, 1, 1)
 
 
 def test_stl(tmp_path):

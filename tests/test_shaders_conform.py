@@ -44,8 +44,17 @@ def pass_builds() -> list[tuple[str, dict[str, object]]]:
         (name, {"COUNT": 1}) for name in ("highlight_sprites.comp.glsl", "scatter_sort.comp.glsl")
     ]
     builds += [(OVERLAY, {"MODE": mode}) for mode in overlay_modes()]
-    with_holes = [name for name, _ in builds if "HOLES" in (SHADERS / name).read_text()]
-    return builds + [(name, {"HOLES": 1}) for name in with_holes]
+    return builds + [
+        (name, dict.fromkeys(chosen, 1))
+        for name, _ in builds
+        for chosen in (("HOLES",), ("COLORS",), ("HOLES", "COLORS"))
+        if all(word in whole_text(name) for word in chosen)
+    ]
+
+
+def whole_text(name: str) -> str:
+    """Of a shader and of all that it includes."""
+    return "".join((SHADERS / file).read_text() for file in assemble(SHADERS, name, {}).files)
 
 
 def overlay_modes() -> list[str]:

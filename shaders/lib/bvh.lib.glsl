@@ -12,6 +12,9 @@ layout(std430, binding = 3) readonly buffer vertices_block { vec4 vertices[]; };
 layout(std430, binding = 4) readonly buffer triangles_block { uvec4 triangles[]; };
 layout(std430, binding = 5) readonly buffer nodes_block { Node nodes[]; };
 layout(std430, binding = 6) readonly buffer placed_block { ivec2 placed[]; };  // instance, root
+#ifdef COLORS
+layout(std430, binding = 7) readonly buffer colors_block { uvec2 colors[]; };  // half floats
+#endif
 
 #define STACK 32   // more than DEPTH_MOST of bvh.py
 #define SAME 1e-6  // share of a distance that is rounding
@@ -28,6 +31,20 @@ vec3 normal_of(uint vertex) { return vertices[2u * vertex + 1u].xyz; }
 vec2 uv_at(int triangle, vec3 weights) {
     uvec4 c = triangles[triangle];
     return mat3x2(uv_of(c.x), uv_of(c.y), uv_of(c.z)) * weights;
+}
+
+// As the rasteriser's lib/tint.lib.glsl has it.
+vec4 tint_at(int triangle, vec3 weights) {
+#ifdef COLORS
+    vec4 sum = vec4(0.0);
+    for (int i = 0; i < 3; ++i) {
+        uvec2 halves = colors[triangles[triangle][i]];
+        sum += weights[i] * vec4(unpackHalf2x16(halves.x), unpackHalf2x16(halves.y));
+    }
+    return sum;
+#else
+    return vec4(1.0);
+#endif
 }
 
 // Slabs of Kay and Kajiya 1986; the factor is Ize 2013's, so that rounding loses no box.
@@ -90,7 +107,7 @@ void meet_leaf(Node leaf, int instance, vec3 start, Shear shear, float nearest, 
     for (int i = leaf.first; i < leaf.first + leaf.count; ++i) {
         vec4 met = triangle_met(triangles[i], start, shear);
         if (met.w < nearest || !is_before(met.w, instance, i, hit)) continue;
-        if (is_hole(material, uv_at(i, met.xyz))) continue;
+        if (is_hole(material, uv_at(i, met.xyz), tint_at(i, met.xyz).a)) continue;
         hit = Hit(met.w, instance, i, met.xyz);
     }
 }

@@ -4,7 +4,8 @@
 //   binding 1  materials, 64 bytes each
 //   binding 2  lights: their number in 16 bytes, then 48 bytes each
 //   binding 3 and up are the ray tracer's. The vertex buffer is of two vec4 a vertex: position and
-//   u, normal and v; the index buffer is of three uints a triangle, into all vertices.
+//   u, normal and v; the index buffer is of three uints a triangle, into all vertices. Colours of
+//   vertices, where a mesh has any, are four half floats each in a buffer of their own.
 
 struct Instance {
     mat4 to_world;
@@ -60,10 +61,12 @@ vec3 map_color(int layer, vec2 uv) {
     return layer < 0 ? vec3(1.0) : linear_of(map_texel(layer, uv).rgb);
 }
 
-bool is_hole(uint material, vec2 uv) {
+// `opacity` is that of the vertices' colours.
+bool is_hole(uint material, vec2 uv, float opacity) {
     float cutoff = materials[material].emission_cutoff.a;
     if (cutoff <= 0.0) return false;
-    return materials[material].base_color.a * map_texel(materials[material].maps.x, uv).a < cutoff;
+    float alpha = materials[material].base_color.a * opacity;
+    return alpha * map_texel(materials[material].maps.x, uv).a < cutoff;
 }
 
 vec3 unit_or(vec3 v, vec3 otherwise) {
@@ -71,15 +74,15 @@ vec3 unit_or(vec3 v, vec3 otherwise) {
     return square > SMALL && square < 1.0 / SMALL ? v * inversesqrt(square) : otherwise;
 }
 
-// `normal` of any length, of either side; `to_eye` is unit.
-Surface surface_of(uint material, vec3 position_m, vec3 normal, vec2 uv, vec3 to_eye) {
+// `normal` of any length, of either side; `tint` the vertices' colour; `to_eye` is unit.
+Surface surface_of(uint material, vec3 position_m, vec3 normal, vec2 uv, vec3 tint, vec3 to_eye) {
     Material m = materials[material];
     vec3 rough_metal = m.maps.y < 0 ? vec3(1.0) : map_texel(m.maps.y, uv).rgb;
     vec3 unit = unit_or(normal, to_eye);
     Surface s;
     s.position_m = position_m;
     s.normal = dot(unit, to_eye) < 0.0 ? -unit : unit;
-    s.base_color = m.base_color.rgb * map_color(m.maps.x, uv);
+    s.base_color = tint * m.base_color.rgb * map_color(m.maps.x, uv);
     s.emission = m.emission_cutoff.rgb * map_color(m.maps.z, uv);
     s.roughness = clamp(m.rough_metal.x * rough_metal.g, 0.0, 1.0);
     s.metallic = clamp(m.rough_metal.y * rough_metal.b, 0.0, 1.0);

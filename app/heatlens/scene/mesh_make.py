@@ -22,16 +22,23 @@ def made_mesh(
     normals: Floats | None = None,
     uvs: Floats | None = None,
     material: int = 0,
+    colors: Floats | None = None,
 ) -> Mesh:
     """A mesh of (V, 3) positions and (T, 3) indices, flat where it has no normals.
+
+    Colours (V, 3) or (V, 4) are linear; what is not 0 to 1 is brought there.
 
     Raises InputError, beginning with `what`, for positions that are no place and indices that
     reach past them.
     """
     _check(what, positions_m, triangles)
     uvs = np.zeros((len(positions_m), 2), np.float32) if uvs is None else _uvs(uvs)
+    colors = None if colors is None else _shares(colors)
     if normals is None:
-        positions_m, uvs, triangles = _apart(positions_m, uvs, triangles)
+        # Each triangle has vertices of its own, so that each can face its own way.
+        apart, triangles = triangles.reshape(-1), own_vertices(len(triangles))
+        positions_m, uvs = positions_m[apart], uvs[apart]
+        colors = None if colors is None else colors[apart]
         normals = smooth_normals(positions_m, triangles)
     else:
         normals = _unit(normals, positions_m, triangles)
@@ -41,7 +48,19 @@ def made_mesh(
         np.ascontiguousarray(uvs),
         np.ascontiguousarray(triangles),
         material,
+        None if colors is None else np.ascontiguousarray(colors, np.float32),
     )
+
+
+def _shares(colors: Floats) -> Floats | None:
+    """Between 0 and 1; None where all of them are white, which many exporters write."""
+    found = np.clip(np.nan_to_num(colors, nan=1.0), 0.0, 1.0)
+    return None if (found == 1).all() else found
+
+
+def own_vertices(count: int) -> Triangles:
+    """(count, 3): triangles none of which shares a vertex with another."""
+    return np.arange(3 * count, dtype=np.uint32).reshape(-1, 3)
 
 
 def smooth_normals(positions: Floats, triangles: Triangles) -> Floats:
@@ -70,15 +89,6 @@ def _check(what: str, positions: Floats, triangles: Triangles) -> None:
 def _uvs(uvs: Floats) -> Floats:
     found = np.nan_to_num(uvs, nan=0.0, posinf=0.0, neginf=0.0)
     return np.asarray(np.clip(found, -_UV_MOST, _UV_MOST), np.float32)
-
-
-def _apart(
-    positions: Floats, uvs: Floats, triangles: Triangles
-) -> tuple[Floats, Floats, Triangles]:
-    """Each triangle with vertices of its own, so that each can face its own way."""
-    corners = triangles.reshape(-1)
-    own = np.arange(len(corners), dtype=np.uint32).reshape(-1, 3)
-    return positions[corners], uvs[corners], own
 
 
 def _unit(normals: Floats, positions: Floats, triangles: Triangles) -> Floats:

@@ -7,7 +7,7 @@ import importlib
 import io
 import warnings
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heatlens.errors import InputError
-from heatlens.scene.mesh_make import made_mesh, smooth_normals
+from heatlens.scene.mesh_make import made_mesh, own_vertices, smooth_normals
 from heatlens.scene.picture_read import read_picture
-from heatlens.scene.scene import Color, Instance, Material, Mesh, Scene
+from heatlens.scene.scene import Instance, Material, Mesh, Scene
 
 _CUTOFF = 0.5
 
@@ -64,18 +64,19 @@ class _Reading:
             raise InputError(f"{self.path}: a triangle names a vertex that is not there.")
         found, triangles = _floats(positions), np.asarray(faces, np.uint32)
         uvs = getattr(geometry.visual, "uv", None)
+        uvs = None if uvs is None else _floats(np.asarray(uvs) * (1, -1) + (0, 1))
+        normals = self._normals(geometry, found, triangles)
+        material = self._material(geometry.visual)
+        colors = None if material.base_color_map is not None else _colors(geometry)
+        if colors is not None:
+            material = replace(material, base_color=(1.0, 1.0, 1.0))
+        if geometry.visual.kind == "face":  # a colour a triangle, so that none shares a vertex
+            apart, triangles = triangles.reshape(-1), own_vertices(len(triangles))
+            found, normals = found[apart], None if normals is None else normals[apart]
         self.names.append(name)
-        self.materials.append(self._material(geometry.visual))
-        self.meshes.append(
-            made_mesh(
-                f"{self.path}: {name}",
-                found,
-                triangles,
-                self._normals(geometry, found, triangles),
-                None if uvs is None else _floats(np.asarray(uvs) * (1, -1) + (0, 1)),
-                len(self.meshes),
-            )
-        )
+        self.materials.append(material)
+        what, number = f"{self.path}: {name}", len(self.meshes)
+        self.meshes.append(made_mesh(what, found, triangles, normals, uvs, number, colors))
 
     def _normals(
         self, geometry: Any, positions: NDArray[np.float32], triangles: NDArray[np.uint32]
@@ -89,9 +90,6 @@ class _Reading:
         return None
 
     def _material(self, visual: Any) -> Material:
-        if visual.kind in ("vertex", "face"):
-            self.notes["Its colours of vertices are not read, but their mean is."] = None
-            return Material(base_color=_linear(np.mean(visual.vertex_colors[:, :3], axis=0)))
         material = getattr(visual, "material", None)
         told = getattr(material, "kwargs", None)
         if material is None or not told:
@@ -197,10 +195,23 @@ def _row(told: dict[str, Any], name: str, default: tuple[float, ...]) -> tuple[f
     return tuple(found) if usable else default
 
 
-def _linear(bytes_: Any) -> Color:
-    """sRGB of 0 to 255 as light; IEC 61966-2-1."""
-    shares = np.asarray(bytes_) / 255
-    red, green, blue = np.where(
-        shares <= 0.04045, shares / 12.92, ((shares + 0.055) / 1.055) ** 2.4
-    )
-    return float(red), float(green), float(blue)
+def _colors(geometry: Any) -> NDArray[np.float32] | None:
+    """(V, 3) linear, or (3 T, 3) of triangles that are apart. None says what they are; sRGB it is.
+
+    Alpha is left out: scanners fill it with anything.
+    """
+    kind = geometry.visual.kind
+    if kind in ("vertex", "face"):
+        told = getattr(geometry.visual, f"{kind}_colors")[:, :3] / 255
+    else:
+        told = geometry.vertex_attributes.get("color")  # where it has materials too
+    items = geometry.faces if kind == "face" else geometry.vertices
+    if told is None or np.shape(told) != (len(items), 3):
+        return None
+    return np.repeat(_linear(np.clip(told, 0, 1)), 3 if kind == "face" else 1, axis=0)
+
+
+def _linear(shares: NDArray[np.floating]) -> NDArray[np.float32]:
+    """sRGB of 0 to 1 as light; IEC 61966-2-1."""
+    curve = ((shares + 0.055) / 1.055) ** 2.4
+    return _floats(np.where(shares <= 0.04045, shares / 12.92, curve))

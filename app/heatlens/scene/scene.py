@@ -31,6 +31,8 @@ class Mesh:
     uvs          (V, 2) float32, v downwards as in glTF; zeros where there are none
     triangles    (T, 3) uint32 into the vertices
     material     index into the scene's materials
+    colors       (V, 3) or (V, 4) float32 of 0 to 1, linear: base colour and alpha are multiplied by
+                 them; None where there are none, as if they were white
     """
 
     positions_m: NDArray[np.float32]
@@ -38,6 +40,7 @@ class Mesh:
     uvs: NDArray[np.float32]
     triangles: NDArray[np.uint32]
     material: int = 0
+    colors: NDArray[np.float32] | None = None
 
     @cached_property
     def box_m(self) -> Array:

@@ -8,6 +8,7 @@ from heatlens.gpu.program import DrawProgram, Image
 from heatlens.scene_gpu.scene_buffers import SceneBuffers
 
 _VERTEX = ("3f 1f 3f 1f", "in_position", "in_u", "in_normal", "in_v")
+_COLOR = ("4f2", "in_color")
 _INSTANCE = ("16f 16f 4u/i", "in_to_world", "in_to_object", "in_numbers")
 
 
@@ -15,11 +16,12 @@ class MeshDraw:
     """scene_mesh.vert.glsl with `fragment`.frag.glsl."""
 
     def __init__(self, ctx: moderngl.Context, buffers: SceneBuffers, fragment: str) -> None:
-        defines = {"HOLES": 1} if buffers.has_holes else {}
-        self._program = DrawProgram(ctx, "scene_mesh", fragment, defines)
+        self._program = DrawProgram(ctx, "scene_mesh", fragment, buffers.defines)
         self._buffers = buffers
+        colors = [] if buffers.colors is None else [(buffers.colors, *_COLOR)]
         self._array = self._program.vertex_array(
-            [(buffers.vertices, *_VERTEX), (buffers.instances, *_INSTANCE)], buffers.triangles
+            [(buffers.vertices, *_VERTEX), (buffers.instances, *_INSTANCE), *colors],
+            buffers.triangles,
         )
 
     def __call__(

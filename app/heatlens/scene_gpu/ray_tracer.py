@@ -17,9 +17,10 @@ from heatlens.scene_gpu.bvh import NODE, MeshTrees, instance_tree, mesh_trees
 from heatlens.scene_gpu.raster import SceneRaster
 from heatlens.scene_gpu.scene_buffers import INSTANCE, SceneBuffers
 
+_SHADER = "ray_trace.comp.glsl"
 _TILE = 8
 _RAYS_PER_STEP = 2**17  # some tenths of a second on a processor: a window answers in between
-_VERTICES, _TRIANGLES, _NODES, _PLACED = 3, 4, 5, 6  # storage bindings
+_VERTICES, _TRIANGLES, _NODES, _PLACED, _COLORS = 3, 4, 5, 6, 7  # storage bindings
 
 
 class RayTracer:
@@ -28,7 +29,7 @@ class RayTracer:
     def __init__(self, ctx: moderngl.Context, raster: SceneRaster) -> None:
         self._ctx = ctx
         self._raster = raster
-        self._program = ComputeProgram(ctx, "ray_trace.comp.glsl")
+        self._program, self._has_colors = ComputeProgram(ctx, _SHADER), False
         self._pool = TexturePool(ctx)
         self._trees: SceneTrees | None = None
         self._key: object = None
@@ -70,7 +71,15 @@ class RayTracer:
             if self._trees is not None:
                 self._trees.release()
             self._trees = SceneTrees(self._ctx, buffers)
+            self._fit_program(buffers.colors is not None)
         self._trees.place()
+
+    def _fit_program(self, has_colors: bool) -> None:
+        """A scene without colours at its vertices pays nothing for those of another."""
+        if has_colors != self._has_colors:
+            fit = ComputeProgram(self._ctx, _SHADER, {"COLORS": 1} if has_colors else {})
+            self._program.release()
+            self._program, self._has_colors = fit, has_colors
 
     def _uniforms(self, view: SceneView, radii_m: tuple[float, float]) -> dict[str, object]:
         world_from_camera = np.linalg.inv(view.world_to_camera)
@@ -130,12 +139,9 @@ class SceneTrees:
     @property
     def storage(self) -> dict[int, moderngl.Buffer]:
         """The blocks of lib/scene.lib.glsl and lib/bvh.lib.glsl by binding."""
-        return self.buffers.storage | {
-            _VERTICES: self.buffers.vertices,
-            _TRIANGLES: self._triangles,
-            _NODES: self._nodes,
-            _PLACED: self._placed,
-        }
+        colors = {} if self.buffers.colors is None else {_COLORS: self.buffers.colors}
+        own = {_TRIANGLES: self._triangles, _NODES: self._nodes, _PLACED: self._placed}
+        return self.buffers.storage | {_VERTICES: self.buffers.vertices} | colors | own
 
     def place(self) -> None:
         """Build the tree of the instances where they lie on the GPU now."""

@@ -1,11 +1,13 @@
 """A scene in OpenGL's memory, laid out as lib/scene.lib.glsl reads it (std430)."""
 
+from collections.abc import Sequence
+
 import moderngl
 import numpy as np
 import numpy.typing as npt
 
 from heatlens.scene.corners import placed_corners
-from heatlens.scene.scene import Array, Material, PointLight, Scene
+from heatlens.scene.scene import Array, Material, Mesh, PointLight, Scene
 from heatlens.scene_gpu.scene_maps import maps_of
 
 INSTANCES, MATERIALS, LIGHTS = 0, 1, 2  # storage bindings
@@ -32,6 +34,7 @@ class SceneBuffers:
     """What the rasteriser and the ray tracer read.
 
     vertices        of all meshes, VERTEX: binding 3 of the ray tracer as two vec4 a vertex
+    colors          four half floats for each vertex, linear; None where no mesh has any
     triangles       (T, 3) uint32 into all vertices
     first_triangle  (meshes + 1,) where each mesh's triangles begin
     instances       INSTANCE, those of one mesh after each other
@@ -49,6 +52,7 @@ class SceneBuffers:
         self._meshes = mesh_of[self.order]
         vertices, triangles, self.first_triangle = _joined(scene)
         self.vertices = ctx.buffer(vertices.tobytes())
+        self.colors = ctx.buffer(colors_of(scene.meshes)) if has_colors(scene) else None
         self.triangles = ctx.buffer(triangles.tobytes())
         commands = _commands(self._meshes, self.first_triangle)
         self.command_count = len(commands)
@@ -58,6 +62,12 @@ class SceneBuffers:
         self.lights = ctx.buffer(lights_of(scene.lights))
         self.maps = maps_of(ctx, scene.images)
         self.has_holes = any(material.alpha_cutoff > 0 for material in scene.materials)
+
+    @property
+    def defines(self) -> dict[str, int]:
+        """What the shaders of a scene are built with: only what this one needs."""
+        names = {"HOLES": self.has_holes, "COLORS": self.colors is not None}
+        return {name: 1 for name, is_needed in names.items() if is_needed}
 
     @property
     def storage(self) -> dict[int, moderngl.Buffer]:
@@ -84,6 +94,8 @@ class SceneBuffers:
         """Give everything back to OpenGL."""
         for held in (self.vertices, self.triangles, self.commands, *self.storage.values()):
             held.release()
+        if self.colors is not None:
+            self.colors.release()
         self.maps.release()
 
 
@@ -108,6 +120,23 @@ def _joined(
         part["u"], part["v"] = mesh.uvs.T
         triangles[first_triangle[i] : first_triangle[i + 1]] = mesh.triangles + first_vertex[i]
     return vertices, triangles, first_triangle
+
+
+def has_colors(scene: Scene) -> bool:
+    """Whether any vertex has a colour of its own."""
+    return any(mesh.colors is not None for mesh in scene.meshes)
+
+
+def colors_of(meshes: Sequence[Mesh]) -> bytes:
+    """RGBA of all vertices as half floats; white and opaque where a mesh says nothing."""
+    colors = np.ones((sum(len(mesh.positions_m) for mesh in meshes), 4), np.float16)
+    first = 0
+    for mesh in meshes:
+        last = first + len(mesh.positions_m)
+        if mesh.colors is not None:
+            colors[first:last, : mesh.colors.shape[1]] = mesh.colors
+        first = last
+    return colors.tobytes()
 
 
 def _commands(

@@ -25,7 +25,21 @@ def read_floats(gltf: GltfFile, index: int, width: int) -> NDArray[np.float32]:
     record = _accessor(gltf, index)
     raw = _values(gltf, record, width)
     found = _normalized(raw) if record.entry.value.get("normalized") is True else raw
-    floats = found.astype(np.float32)
+    return _finite(record, found)
+
+
+def read_colors(gltf: GltfFile, index: int) -> NDArray[np.float32]:
+    """(count, 3) or (count, 4) finite numbers; integers are shares, whether that is said or not.
+
+    Raises InputError as `read_floats` does.
+    """
+    record = _accessor(gltf, index)
+    width = 4 if record.text("type") == "VEC4" else 3
+    return _finite(record, _normalized(_values(gltf, record, width)))
+
+
+def _finite(record: Record, values: NDArray[Any]) -> NDArray[np.float32]:
+    floats = values.astype(np.float32)
     if not np.isfinite(floats).all():
         record.refuse("some of its numbers are NaN or infinite; export it again")
     return floats

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from heatlens.scene.gltf.gltf_accessor import read_floats, read_indices
+from heatlens.scene.gltf.gltf_accessor import read_colors, read_floats, read_indices
 from heatlens.scene.gltf.gltf_file import GltfFile
 from heatlens.scene.gltf.gltf_json import Record
 from heatlens.scene.gltf.gltf_material import GltfMaterials
@@ -17,7 +17,6 @@ from heatlens.scene.scene import Mesh
 
 _TRIANGLES, _STRIP, _FAN = 4, 5, 6
 _NOT_READ = {
-    "COLOR_0": "Colours of vertices are not read; those of materials and their maps are.",
     "JOINTS_0": "Skins are not read: a figure stands as it was modelled.",
 }
 _MORPHS = "Shapes that change into others (morph targets) stay as they were modelled."
@@ -77,16 +76,19 @@ class GltfMeshes:
             self._attribute(primitive, "NORMAL", 3, len(positions)),
             None if uvs is None else place.placed(uvs),
             number,
+            self._attribute(primitive, "COLOR_0", None, len(positions)),
         )
 
     def _attribute(
-        self, primitive: Record, name: str, width: int, count: int | None = None
+        self, primitive: Record, name: str, width: int | None, count: int | None = None
     ) -> NDArray[np.float32] | None:
+        """(V, width) of a vertex attribute; without a width it is of colours, three or four."""
         attributes = primitive.inside("attributes")
         accessor = attributes.index(name, len(self.gltf.listed("accessors")))
         if accessor is None:
             return None
-        found = read_floats(self.gltf, accessor, width)
+        gltf = self.gltf
+        found = read_floats(gltf, accessor, width) if width else read_colors(gltf, accessor)
         if count is not None and len(found) != count:
             attributes.refuse(f"there are {count} positions, but {len(found)} of {name}")
         return found

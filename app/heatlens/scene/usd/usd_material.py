@@ -24,15 +24,17 @@ class UsdMaterials:
     materials: list[Material] = field(default_factory=lambda: [Material()])
     images: list[NDArray[np.uint8]] = field(default_factory=list)
     notes: dict[str, None] = field(default_factory=dict)  # in order, each once
+    shaders: set[int] = field(default_factory=set)  # which of them are no colour of a prim alone
     _found: dict[str, int] = field(default_factory=dict)
     _pictures: dict[str, int] = field(default_factory=dict)
 
-    def of(self, prim: Any) -> int:
-        """The scene's material of a mesh or a part of one."""
+    def of(self, prim: Any, has_own_colors: bool = False) -> int:
+        """The scene's material of a mesh or of a part; no colour besides those of its vertices."""
         shade = usd_module("UsdShade")
         bound, _ = shade.MaterialBindingAPI(prim).ComputeBoundMaterial()
         surface = bound.ComputeSurfaceSource()[0] if bound else None
         color = prim.GetAttribute("primvars:displayColor").Get()
+        color = [(1.0, 1.0, 1.0)] if has_own_colors else color
         name = str(bound.GetPath()) if surface else f"color {color}" if color else ""
         if not name:
             return 0
@@ -40,6 +42,7 @@ class UsdMaterials:
             material = self._surface(bound.GetPrim().GetName(), surface) if surface else None
             self.materials.append(material or Material(base_color=_color(color[0])))
             self._found[name] = len(self.materials) - 1
+            self.shaders |= {self._found[name]} if surface else set()
         return self._found[name]
 
     def _surface(self, name: str, surface: Any) -> Material:

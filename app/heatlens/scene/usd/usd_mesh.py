@@ -26,14 +26,18 @@ def read_parts(materials: UsdMaterials, prim: Any) -> list[Mesh]:
     _check(what, points, counts, corners)
     triangles, faces = _fans(counts)
     normals, uvs = _normals(mesh, points, corners, triangles), _uvs(prim, corners)
+    colors = _colors(prim, len(points), counts, corners)
     found = []
-    for material, chosen in _by_material(materials, prim, faces, len(counts)):
+    for part, chosen in _by_material(prim, faces, len(counts)):
+        material = materials.of(part, colors is not None)
         own = triangles[chosen].astype(np.uint32)
         if len(own):
             used, places = np.unique(own, return_inverse=True)
             own = places.reshape(-1, 3).astype(np.uint32)
-            facing, laid = (None if v is None else v[used] for v in (normals, uvs))
-            found.append(made_mesh(what, points[corners[used]], own, facing, laid, material))
+            shown = None if material in materials.shaders else colors
+            facing, laid, tint = (None if v is None else v[used] for v in (normals, uvs, shown))
+            at = points[corners[used]]
+            found.append(made_mesh(what, at, own, facing, laid, material, tint))
     return found
 
 
@@ -92,10 +96,25 @@ def _uvs(prim: Any, corners: NDArray[np.int64]) -> NDArray[np.float32] | None:
     return None
 
 
+def _colors(
+    prim: Any, points: int, counts: NDArray[np.int64], corners: NDArray[np.int64]
+) -> NDArray[np.float32] | None:
+    """(corners, 3) of displayColor, linear; None for one over all, which is the material's."""
+    primvar = usd_module("UsdGeom").PrimvarsAPI(prim).GetPrimvar("displayColor")
+    told = primvar.ComputeFlattened() if primvar else None
+    values = np.array(told if told else [], np.float32).reshape(-1, 3)
+    kind = primvar.GetInterpolation() if len(values) > 1 else "constant"
+    if kind == "uniform" and len(values) == len(counts):
+        return np.repeat(values, counts, axis=0)
+    if kind in ("vertex", "varying") and len(values) == points:
+        return np.asarray(values[corners])
+    return values if kind == "faceVarying" and len(values) == len(corners) else None
+
+
 def _by_material(
-    materials: UsdMaterials, prim: Any, faces: NDArray[np.int64], count: int
-) -> list[tuple[int, NDArray[np.bool_]]]:
-    """Each material, and which of the triangles have it."""
+    prim: Any, faces: NDArray[np.int64], count: int
+) -> list[tuple[Any, NDArray[np.bool_]]]:
+    """Each part that is bound to a material, and which of the triangles are in it."""
     binding = usd_module("UsdShade").MaterialBindingAPI(prim)
     rest = np.ones(count, bool)
     found = []
@@ -103,6 +122,6 @@ def _by_material(
         listed = np.array(subset.GetIndicesAttr().Get() or [], np.int64)
         chosen = np.zeros(count, bool)
         chosen[listed[(listed >= 0) & (listed < count)]] = True
-        found.append((materials.of(subset.GetPrim()), (chosen & rest)[faces]))
+        found.append((subset.GetPrim(), (chosen & rest)[faces]))
         rest &= ~chosen
-    return [*found, (materials.of(prim), rest[faces])]
+    return [*found, (prim, rest[faces])]
