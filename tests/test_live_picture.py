@@ -110,6 +110,16 @@ def test_the_first_picture_of_a_machine_is_the_quickest(full_seconds):
     assert machine.made == [cheaper(FILM)[-1]]
 
 
+@given(SPEEDS, st.integers(1, 640))
+def test_a_small_plate_is_not_made_so_small_that_nothing_can_be_told(full_seconds, width):
+    """A scene may be drawn small already while it moves."""
+    machine, live = machine_and_picture(full_seconds)
+    machine.loaded.color.size = width, width
+    live.wish(shots(1)[0], 0, BUDGET_S)
+    seen_px = proxy_size((width, width), machine.made[0].proxy)[0]
+    assert seen_px >= min(width, 160)
+
+
 @given(SPEEDS, WISHES)
 def test_the_best_picture_that_fits_the_time_is_made(full_seconds, wished):
     machine, live = taught(full_seconds, wished)

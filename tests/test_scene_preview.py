@@ -24,7 +24,7 @@ from scenes import still_life
 from window_plates import displayed, region
 
 OF_SCENES = [method for method in Method if method.needs_scene]
-SIZE = (640, 360)
+SIZE = (1280, 720)
 LENS = Lens(50.0, 2.0, 2.0, 36.0)
 SETTINGS = st.builds(
     DefocusSettings,

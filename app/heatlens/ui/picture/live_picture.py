@@ -22,6 +22,7 @@ from heatlens.ui.picture.preview_cost import CostModel, cheaper, is_better, on_t
 
 _REST_S = 0.15  # so long without a change is rest
 _KEEP = 0.7, 1.3  # a rung is left for a better one below, for a cheaper above so much of the time
+_LEAST_WIDTH_PX = 160  # of a hurried picture
 _FAST_ENOUGH = 3.0  # the whole picture follows directly where the one between saves less than this
 
 
@@ -157,7 +158,7 @@ class LivePicture:
 
     def _best_rung(self, wished: DefocusSettings, budget_s: float) -> DefocusSettings:
         """The best picture that fits the time; the one before is kept while it about fits."""
-        rungs = cheaper(wished)
+        rungs = self._recognisable(cheaper(wished))
         if not self.cost.seconds_per_px:
             return rungs[-1]  # nothing is known of this machine yet
         fitting = [r for r in rungs if self._predicted(r) <= budget_s]
@@ -168,6 +169,12 @@ class LivePicture:
         if rungs.index(best) < rungs.index(held):
             return best if self._predicted(best) <= _KEEP[0] * budget_s else held
         return best if self._predicted(held) > _KEEP[1] * budget_s else held
+
+    def _recognisable(self, rungs: list[DefocusSettings]) -> list[DefocusSettings]:
+        """Without those that are too small to tell anything: the plate may be small itself."""
+        size = self._renderer.loaded.color.size
+        large = [it for it in rungs if proxy_size(size, it.proxy)[0] >= _LEAST_WIDTH_PX]
+        return large or [it for it in rungs if it.proxy == rungs[0].proxy]
 
     def _next_rung(self) -> DefocusSettings:
         """On the way up: the whole picture, or a better one that is there much sooner."""
