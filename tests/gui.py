@@ -143,7 +143,7 @@ class Gui:
 
     def do(self, name: str) -> None:
         """Run an action by its name."""
-        next(a for a in self.app.actions if a.name == name).run(self.app)
+        next(a for a in self.app.actions if a.name == name).do(self.app)
         self.frame(2)
 
     def rest(self) -> None:

@@ -147,7 +147,7 @@ def test_keys_of_the_camera_are_copied_to_the_playhead(gui):
 def test_what_follows_a_key_is_no_choice_of_the_camera(gui):
     gui.click(place(gui, 6))
     before = gui.app.shot
-    gui.do("Go on hold")
+    gui.do("Path after key: hold")
     gui.click(gui.middle("interpolation"))
     assert gui.app.shot == before
     gui.key(K.escape)

@@ -99,7 +99,7 @@ def test_nearer_than_the_lens_can_be_focused_is_refused_aloud(gui):
 
 def test_a_handle_is_dragged_as_one_step_and_bends_the_curve(gui):
     gui.click(place(gui, 1004))
-    gui.do("Go on bezier")
+    gui.do("Path after key: bezier")
     gui.frame(30)
     before = gui.app.shot
     at, rise = gui.middle("handle out 1004"), 15.0
@@ -119,7 +119,7 @@ def test_a_handle_is_dragged_as_one_step_and_bends_the_curve(gui):
 
 def test_a_handle_never_runs_back_in_time(gui):
     gui.do("All keys")
-    gui.do("Go on bezier")
+    gui.do("Path after key: bezier")
     gui.frame(30)
     x, y = gui.middle("handle in 1004")
     gui.drag((x, y), (at_frame(gui, LAST)[0], y))

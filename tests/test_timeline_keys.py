@@ -220,7 +220,7 @@ def test_a_bezier_begins_along_the_path_there_was(keyed):
     times = [1002 + i / 8 for i in range(41)]
     before = [keyed.app.shot.lens_at(t).focus_distance_m for t in times]
     keyed.do("All keys")
-    keyed.do("Go on bezier")
+    keyed.do("Path after key: bezier")
     after = [keyed.app.shot.lens_at(t).focus_distance_m for t in times]
     assert after == pytest.approx(before, rel=1e-9)
 

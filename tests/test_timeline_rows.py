@@ -135,7 +135,7 @@ def test_a_key_is_dragged_over_frames_and_values_in_one_step(gui, parameter):
 def test_a_handle_bends_the_curve_of_the_f_stop(gui):
     choose(gui, F_STOP)
     gui.click(place(gui, 1004, F_STOP))
-    gui.do("Go on bezier")
+    gui.do("Path after key: bezier")
     gui.frame(30)
     before, focus = gui.app.shot.lens_at(1005).f_stop, gui.app.shot.curves.focus_distance_m
     x, y = gui.middle("handle out 1004")

@@ -55,9 +55,18 @@ def _file() -> list[Action]:
 
 def _scene() -> list[Action]:
     return [
-        Action("Set camera key", "Animate", lambda app: app.scenes.set_key()),
-        Action("Frame what is chosen", "View", lambda app: app.scenes.frame_selected()),
-    ]
+        Action(
+            "Set camera key", "Animate", lambda app: app.scenes.set_key(), barred=_without_scene
+        ),
+        Action(
+            "Frame what is chosen", "View", lambda app: app.scenes.frame_selected(),
+            barred=_without_scene,
+        ),
+    ]  # fmt: skip
+
+
+def _without_scene(app: "App") -> str:
+    return "" if app.has_scene else "Only a scene has a camera and objects, and none is open."
 
 
 def _edit() -> list[Action]:
@@ -204,10 +213,6 @@ def _swap_b(app: "App") -> None:
 
 def _compare_with(app: "App", method: Method | None) -> None:
     """Have B be the pinhole picture, None, or the same shot by `method`, and show it."""
-    why = None if method is None else barred_methods(app.has_scene).get(str(method))
-    if why is not None:
-        app.say(why)
-        return
     compare = Compare.WIPE if app.view.compare is Compare.OFF else app.view.compare
     if method is None:
         _set(app, against=Against.PINHOLE, compare=compare)
@@ -240,6 +245,7 @@ def _compare() -> list[Action]:
             Action(
                 f"Compare with {method or 'pinhole'}", "Compare",
                 lambda app, m=method: _compare_with(app, m),  # type: ignore[misc]
+                barred=lambda app, m=method: barred_methods(app.has_scene).get(str(m), ""),  # type: ignore[misc]
             )
             for method in (None, *Method)
         ),

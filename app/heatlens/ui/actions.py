@@ -34,6 +34,7 @@ class Action:
     run       does it
     key       its key, with `mods` (Ctrl, Shift); repeats while held where `repeats`
     is_on     for what is switched: whether it is on
+    barred    why it cannot be done with what is open, or nothing
     """
 
     name: str
@@ -43,6 +44,19 @@ class Action:
     mods: int = 0
     repeats: bool = False
     is_on: Callable[["App"], bool] | None = None
+    barred: Callable[["App"], str] | None = None
+
+    def why_not(self, app: "App") -> str:
+        """A sentence that says why it cannot be done now; nothing where it can."""
+        return "" if self.barred is None else self.barred(app)
+
+    def do(self, app: "App") -> None:
+        """Do it, or say why that cannot be."""
+        why = self.why_not(app)
+        if why:
+            app.say(why)
+        else:
+            self.run(app)
 
     @property
     def shortcut(self) -> str:

@@ -29,8 +29,10 @@ def menu_bar(app: "App", actions: Sequence[Action]) -> Action | None:
         if imgui.begin_menu(menu):
             for action in (a for a in actions if a.menu == menu):
                 is_on = action.is_on is not None and action.is_on(app)
-                clicked, _ = imgui.menu_item(action.name, action.shortcut, is_on)
+                why = action.why_not(app)
+                clicked, _ = imgui.menu_item(action.name, action.shortcut, is_on, not why)
                 widgets.note(f"item {action.name}")
+                widgets.tip_of_barred(why)
                 if clicked:
                     picked = action
                 if action.name == "Open...":

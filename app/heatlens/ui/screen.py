@@ -81,9 +81,9 @@ class Screen:
         chosen = menu_bar(app, app.actions)
         is_asked = app.filing.browser.is_open or app.documents.offer is not None
         keyed = () if is_asked else (a for a in pressed(app.actions) if not app.first.sleeps(a))
-        for action in (*keyed, chosen, app.palette.draw(app.actions)):
+        for action in (*keyed, chosen, app.palette.draw(app)):
             if action is not None:
-                action.run(app)
+                action.do(app)
         if app.shows_keys:
             app.shows_keys = keys_window(app.actions, app.has_scene)
         pull_popup(app)

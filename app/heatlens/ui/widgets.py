@@ -72,13 +72,18 @@ def choice(
             with disabled(bool(why)):
                 picked, _ = imgui.selectable(item, item == value)
             note(f"{name}: {item}")
-            if why and imgui.is_item_hovered(imgui.HoveredFlags_.allow_when_disabled):
-                imgui.set_tooltip(why)
+            tip_of_barred(why)
             if picked:
                 value = item
         imgui.end_combo()
     note(name)
     return value
+
+
+def tip_of_barred(why: str) -> None:
+    """Under the pointer, why the grey item that was drawn last cannot be taken, if it cannot."""
+    if why and imgui.is_item_hovered(imgui.HoveredFlags_.allow_when_disabled):
+        imgui.set_tooltip(why)
 
 
 def text_field(
@@ -87,9 +92,14 @@ def text_field(
     value: Value,
     parse: Callable[[str], Value],
     say: Callable[[str], None],
+    hint: str = "",
 ) -> Value:
-    """What was typed, once it is finished; what cannot be read is said, and the value stays."""
-    _, text = imgui.input_text(f"##{name}", shown, imgui.InputTextFlags_.auto_select_all)
+    """What was typed, once it is finished; what cannot be read is said, and the value stays.
+
+    `hint` is what an empty field means.
+    """
+    flags = imgui.InputTextFlags_.auto_select_all
+    _, text = imgui.input_text_with_hint(f"##{name}", hint, shown, flags)
     note(name)
     if imgui.is_item_deactivated_after_edit() and text != shown:
         try:

@@ -25,6 +25,7 @@ from heatlens.ui import widgets
 from heatlens.ui.panels.focus_bar import focus_bar
 
 _CUSTOM = "custom"
+_NO_T_STOP = "as the f-stop"
 _VIEWS_REACH = 4096  # of the slider
 _PROXIES = {"full": 1.0, "1/2": 0.5, "1/3": 1 / 3, "1/4": 0.25}
 Say = Callable[[str], None]
@@ -89,7 +90,7 @@ def _limits(lens: Lens, unit: str) -> None:
         imgui.end_table()
     limit_um = 1e3 * lens.coc_limit_mm
     if imgui.is_item_hovered():
-        imgui.set_tooltip(f"Sharp is what blurs to less than {limit_um:.0f} um on the sensor.")
+        imgui.set_tooltip(f"Sharp is what blurs to less than {limit_um:.0f} µm on the sensor.")
 
 
 def _aperture(lens: Lens, say: Say) -> Lens:
@@ -116,9 +117,10 @@ def _aperture(lens: Lens, say: Say) -> Lens:
 
 
 def _t_stop(lens: Lens, say: Say) -> Lens:
-    widgets.label("T-stop", "What the glass lets through: exposure alone, never the blur.")
+    tip = "What the glass lets through: exposure alone, never the blur. Empty: all of it."
+    widgets.label("T-stop", tip)
     shown = "" if lens.t_stop is None else f"T{lens.t_stop:.4g}"
-    t_stop = widgets.text_field("T-stop", shown, lens.t_stop, _parse_t_stop, say)
+    t_stop = widgets.text_field("T-stop", shown, lens.t_stop, _parse_t_stop, say, _NO_T_STOP)
     return lens if t_stop == lens.t_stop else replace(lens, t_stop=t_stop)
 
 
@@ -154,7 +156,7 @@ def _hardware(lens: Lens) -> Lens:
         0.2,
         1.0,
         500.0,
-        "%.1f um",
+        "%.1f µm",
         "Acceptable circle of confusion on the sensor; 1/1500 of its width unless set.",
     )
     if not math.isclose(limit_um, 1e3 * lens.coc_limit_mm, rel_tol=1e-6):

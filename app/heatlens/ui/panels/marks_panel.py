@@ -93,7 +93,7 @@ def _close_focus(app: "App") -> None:
     widgets.label("close focus", "The nearest the glass can be focused; nearer frames are red.")
     limit_m = app.lens.close_focus_m
     shown = "" if limit_m is None else format_distance(limit_m, app.view.unit)
-    typed_m = widgets.text_field("close focus", shown, limit_m, _parse_limit_m, app.say)
+    typed_m = widgets.text_field("close focus", shown, limit_m, _parse_limit_m, app.say, "unknown")
     if typed_m != limit_m:
         try:
             app.edit_lens(replace(app.lens, close_focus_m=typed_m))

@@ -11,6 +11,7 @@ from heatlens.ui import widgets
 from heatlens.ui.picture.live_picture import Shown
 
 _KEPT = 30  # pictures and frames that the means are over
+_UNMEASURED = "\N{EN DASH}"
 _NEWEST = 0.2  # weight of the newest frame in a running mean
 
 
@@ -30,22 +31,22 @@ class Speed:
         if is_held and picture_s > 0:
             self.held_s.append(seconds)
 
-    def mean_ms(self) -> float:
-        """Of drawing a frame of the window."""
-        return 1e3 * sum(self.frames_s) / max(len(self.frames_s), 1)
+    def mean_ms(self) -> float | None:
+        """Of drawing a frame of the window; None before the first."""
+        return 1e3 * sum(self.frames_s) / len(self.frames_s) if self.frames_s else None
 
-    def pictures_per_second(self) -> float:
-        """While something was dragged: new pictures on the screen."""
-        return len(self.held_s) / sum(self.held_s) if self.held_s else 0.0
+    def pictures_per_second(self) -> float | None:
+        """While something was dragged: new pictures on the screen. None before that."""
+        return len(self.held_s) / sum(self.held_s) if self.held_s else None
 
 
 def speed_panel(speed: Speed, shown: Shown | None, renderer: FrameRenderer) -> None:
     """Draw it; whether passes are timed is kept by the renderer's stopwatch."""
     imgui.text_disabled(str(renderer.ctx.info["GL_RENDERER"]))
     rows = [
-        ("window", f"{speed.mean_ms():.1f} ms a frame"),
-        ("while dragged", f"{speed.pictures_per_second():.0f} pictures a second"),
-        ("upload", f"{1e3 * speed.upload_s:.1f} ms, once a file"),
+        ("window", _told(speed.mean_ms(), "{:.1f} ms a frame")),
+        ("while dragged", _told(speed.pictures_per_second(), "{:.0f} pictures a second")),
+        ("upload", _told(1e3 * speed.upload_s or None, "{:.1f} ms, once a file")),
         ("memory", f"{_resident_mb():.0f} MB"),
         ("solver", renderer.solver.name),
     ]
@@ -60,6 +61,10 @@ def speed_panel(speed: Speed, shown: Shown | None, renderer: FrameRenderer) -> N
         renderer.stopwatch.times.clear()
     times = renderer.stopwatch.times
     _rows([(name, f"{1e3 * t.seconds:.1f} ms") for name, t in times.items()])
+
+
+def _told(value: float | None, words: str) -> str:
+    return _UNMEASURED if value is None else words.format(value)
 
 
 def _rows(rows: list[tuple[str, str]]) -> None:

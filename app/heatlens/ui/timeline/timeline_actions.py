@@ -51,7 +51,7 @@ def key_actions() -> list[Action]:
         ),
         *(
             Action(
-                f"Go on {interpolation}", "Animate",
+                f"Path after key: {interpolation}", "Animate",
                 lambda app, i=interpolation: app.timeline.keys.interpolate(i),  # type: ignore[misc]
             )
             for interpolation in Interpolation

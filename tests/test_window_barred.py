@@ -1,0 +1,46 @@
+"""What cannot be done with what is open is grey, and says why; what was not measured says so."""
+
+import pytest
+from imgui_bundle import imgui
+
+from heatlens.ui.action_list import actions
+from heatlens.ui.panels.speed_panel import Speed
+
+K = imgui.Key
+OF_SCENES = ("Set camera key", "Frame what is chosen", "Compare with raytraced")
+
+
+@pytest.mark.parametrize("name", OF_SCENES)
+def test_of_a_plate_the_palette_says_why_not(gui, name):
+    shot, view = gui.app.shot, gui.app.view
+    gui.key(K.p, ctrl=True, shift=True)
+    gui.type(name.lower())
+    gui.key(K.enter)
+    gui.frame(2)
+    assert "scene" in gui.app.message
+    assert (gui.app.shot, gui.app.view) == (shot, view)
+
+
+@pytest.mark.parametrize("name", OF_SCENES)
+def test_of_a_plate_its_item_in_the_menu_is_dead(gui, name):
+    action = next(action for action in gui.app.actions if action.name == name)
+    assert "scene" in action.why_not(gui.app)
+    view = gui.app.view
+    gui.click(gui.middle(f"menu {action.menu}"))
+    gui.click(gui.middle(f"item {name}"))
+    assert gui.app.view == view and gui.app.message == ""
+
+
+def test_nothing_else_is_barred(gui):
+    barred = {action.name for action in actions() if action.why_not(gui.app)}
+    assert barred == {*OF_SCENES, "Compare with accumulation"}
+
+
+def test_speeds_are_told_once_they_were_measured():
+    speed = Speed()
+    assert speed.mean_ms() is None and speed.pictures_per_second() is None
+    speed.frame(0.010, 0.0, is_held=True)  # no new picture came with it
+    speed.frame(0.030, 0.02, is_held=False)
+    assert speed.mean_ms() == pytest.approx(20.0) and speed.pictures_per_second() is None
+    speed.frame(0.050, 0.04, is_held=True)
+    assert speed.pictures_per_second() == pytest.approx(20.0)
