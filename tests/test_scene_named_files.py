@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from exports import exported, refused
 from gltf_files import GltfWriter, encoded, square_scene
+from heatlens.commands.main import main
 from heatlens.errors import InputError
 from heatlens.export.job import ExportJob
 from heatlens.export.output import parse_output
@@ -18,6 +19,7 @@ from heatlens.model.lens import Lens
 from heatlens.model.shot import Shot
 from heatlens.scene.gltf.gltf_file import named_files
 from heatlens.scene.scene_read import files_of_scene, read_scene
+from heatlens.ui.files import picture_saver
 
 TOLD = ("--f-stop=2", "--focus-distance=2.5", "--size=32x18", "--quality=draft")
 GREY = [[[90, 90, 90]]]
@@ -101,6 +103,24 @@ def test_an_export_is_not_written_over_a_picture_that_a_scene_is_made_of(capsys,
     before = (folder / "map.png").read_bytes()
     assert "made of" in refused(capsys, folder / "scene.gltf", folder / name, *TOLD)
     assert (folder / "map.png").read_bytes() == before
+
+
+@pytest.mark.usefixtures("command_context")
+def test_a_picture_is_not_rendered_over_one_that_a_scene_names(capsys, scene):
+    path = scene.parent / "a map.png"
+    before = path.read_bytes()
+    os.link(path, scene.parent / "hard.png")
+    for name in ("a map.png", "hard.png"):
+        out = str(scene.parent / name)
+        assert main(["render", str(scene), "-o", out, "--f-stop=2", "--focus-distance=2"]) == 2
+        assert "is a part of square.gltf" in capsys.readouterr().err
+    assert path.read_bytes() == before
+
+
+def test_what_a_scene_names_is_guarded_though_its_file_is_gone(scene):
+    assert picture_saver._sources(scene) == files_of_scene(scene)
+    scene.unlink()
+    assert picture_saver._sources(scene) == (scene,)
 
 
 @pytest.mark.usefixtures("command_context")

@@ -38,6 +38,7 @@ from heatlens.model.settings import (
 )
 from heatlens.model.shot import Shot
 from heatlens.render import FrameRenderer
+from heatlens.scene.scene_read import files_of_scene
 from heatlens.scene.scene_source import is_scene_source
 
 _DESCRIPTION = """\
@@ -145,7 +146,7 @@ def settings_of(args: argparse.Namespace) -> DefocusSettings:
 def run(args: argparse.Namespace) -> int:
     """Read, render, write; say what was decided on the way."""
     start = time.perf_counter()
-    check_output(args.output, args.plate)
+    check_output(args.output, *files_of_scene(args.plate))
     _check_look(args)
     settings, encode = settings_of(args), _encode(args)
     ctx = headless_context()

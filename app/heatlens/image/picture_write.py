@@ -52,16 +52,25 @@ def write_picture(
     )
 
 
-def check_output(path: Path, plate: Path) -> None:
-    """Refuse, in an InputError, what would only fail after the rendering, or destroy the plate."""
+def check_output(path: Path, plate: Path, *beside: Path) -> None:
+    """Refuse, in an InputError, what would only fail after the rendering, or destroy the plate.
+
+    `beside` are files that are read with it, there or not.
+    """
     if path.suffix.lower() not in PICTURE_SUFFIXES:
         raise InputError(f"{path}: the output must end in {' or '.join(PICTURE_SUFFIXES)}.")
     if not os.path.isdir(path.parent):
         raise InputError(f"{path}: there is no folder {path.parent}.")
     if os.path.isdir(path):
         raise InputError(f"{path} is a folder: give the name of a file to write.")
-    if os.path.exists(path) and os.path.exists(plate) and os.path.samefile(path, plate):
+    if _is_same(path, plate):
         raise InputError(f"{path} is the plate itself: give another name for the output.")
+    if any(_is_same(path, other) for other in beside):
+        raise InputError(f"{path} is a part of {plate.name}: give another name for the output.")
+
+
+def _is_same(path: Path, other: Path) -> bool:
+    return os.path.exists(path) and os.path.exists(other) and os.path.samefile(path, other)
 
 
 def _lens_header(plate: Plate, lens: Lens) -> dict[str, Any]:

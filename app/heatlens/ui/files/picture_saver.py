@@ -14,6 +14,7 @@ from heatlens.gpu.textures import download
 from heatlens.image.picture_write import Encode, check_output, write_picture
 from heatlens.image.plate import FloatImage, Plate
 from heatlens.model.lens import Lens
+from heatlens.scene.scene_read import files_of_scene
 from heatlens.ui.background import Background
 from heatlens.ui.files.clipboard import copy_png
 from heatlens.ui.picture.live_picture import Shown
@@ -103,9 +104,17 @@ def _done(picture: Snapshot, path: Path | None) -> str:
     if path is None:
         _copy(picture)
         return "The picture is on the clipboard."
-    check_output(path, picture.plate.path)
+    check_output(path, *_sources(picture.plate.path))
     _write(picture, path)
     return f"Saved {path}."
+
+
+def _sources(path: Path) -> tuple[Path, ...]:
+    """A plate or a scene, and what that names."""
+    try:
+        return files_of_scene(path)
+    except InputError:  # gone or written again since it was read: nothing names the others now
+        return (path,)
 
 
 def _write(picture: Snapshot, path: Path) -> None:
