@@ -134,6 +134,27 @@ def test_delete_takes_the_chosen_and_the_last_leave_the_camera_where_it_stands(g
     assert steps(gui) == 2
 
 
+def test_k_keys_the_camera_while_its_row_is_the_chosen_one(gui):
+    gui.app.timeline.go(9)
+    gui.frame(2)
+    stood = gui.app.scenes.pose
+    gui.click(gui.middle("row camera"))
+    gui.key(K.k)
+    assert set(camera(gui)) == {3, 6, 9, 12} and gui.app.shot.key_frames == (6,)
+    assert gui.app.scenes.pose.position_m == pytest.approx(stood.position_m)
+    assert steps(gui) == 1
+    gui.click(gui.middle(f"row {FOCUS}"))
+    gui.key(K.k)
+    assert gui.app.shot.key_frames == (6, 9) and steps(gui) == 2
+
+
+def test_a_click_on_a_key_chooses_its_row(gui):
+    for row in (CAMERA, FOCUS):
+        gui.click(place(gui, 6, row))
+        assert gui.app.timeline.chosen_row is row
+        gui.later()
+
+
 def test_keys_of_the_camera_are_copied_to_the_playhead(gui):
     gui.click(place(gui, 3))
     gui.key(K.c, ctrl=True, shift=True)

@@ -7,6 +7,7 @@ from imgui_bundle import ImVec2, imgui
 from heatlens.ui import theme, widgets
 from heatlens.ui.timeline.diamond import diamond
 from heatlens.ui.timeline.key_rows import CAMERA
+from heatlens.ui.timeline.row_name import row_name
 from heatlens.ui.timeline.timeline_scale import TimeScale
 
 if TYPE_CHECKING:
@@ -17,6 +18,7 @@ def camera_row(app: "App", scale: TimeScale, corner: ImVec2, row: float) -> None
     """Draw it from `corner` on, its name left of `scale`; the keys come with all others."""
     draw, em = imgui.get_window_draw_list(), imgui.get_font_size()
     _dot(app, ImVec2(corner.x + 0.5 * em, corner.y + row / 2))
+    row_name(app, CAMERA, corner, scale.x, row, "K sets a key of the camera, once this is clicked")
     color = theme.HANDLE if app.shot.camera_key_frames else theme.TEXT_DIM
     draw.add_text(ImVec2(corner.x + 1.3 * em, corner.y + 0.2 * em), color, CAMERA.words)
     end = ImVec2(scale.x + scale.width, corner.y + row - 2)

@@ -12,6 +12,7 @@ from heatlens.ui.timeline.diamond import diamond
 from heatlens.ui.timeline.key_choice import Chosen, KeyId, key_of, moved
 from heatlens.ui.timeline.key_hand import Places
 from heatlens.ui.timeline.key_rows import ROWS, Row, key_frames
+from heatlens.ui.timeline.row_name import row_name
 from heatlens.ui.timeline.timeline_scale import TimeScale
 
 if TYPE_CHECKING:
@@ -79,28 +80,12 @@ def _draw_row(
     draw, em = imgui.get_window_draw_list(), imgui.get_font_size()
     is_keyed = bool(app.shot.curves.of(parameter).keys)
     key_dot(app, parameter, ImVec2(corner.x + 0.5 * em, corner.y + row / 2), f"dot {parameter}")
-    _draw_name(app, parameter, ImVec2(corner.x + 1.1 * em, corner.y), scale.x - 0.3 * em, row)
+    tip = f"Shift+C shows the curve of the {parameter.words}, once this is clicked"
+    row_name(app, parameter, corner, scale.x, row, tip)
     color = theme.HANDLE if is_keyed else theme.TEXT_DIM
     draw.add_text(ImVec2(corner.x + 1.3 * em, corner.y + 0.2 * em), color, parameter.words)
     end = ImVec2(scale.x + scale.width, corner.y + row - 2)
     draw.add_rect_filled(ImVec2(scale.x, corner.y), end, theme.GROOVE)
-
-
-def _draw_name(
-    app: "App", parameter: LensParameter, corner: ImVec2, end_x: float, row: float
-) -> None:
-    """The ground under the name, lighter where it is the row whose curve is shown; a click makes
-    it so."""
-    size, name = ImVec2(max(end_x - corner.x, 1.0), row - 2), f"row {parameter}"
-    imgui.set_cursor_screen_pos(corner)
-    if imgui.invisible_button(name, size):
-        app.timeline.curve_of = parameter
-    widgets.note(name)
-    if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
-        imgui.set_tooltip(f"Shift+C shows the curve of the {parameter.words}, once this is clicked")
-    if app.timeline.curve_of is parameter:
-        end = ImVec2(corner.x + size.x, corner.y + size.y)
-        imgui.get_window_draw_list().add_rect_filled(corner, end, theme.PLAYED, 3.0)
 
 
 def key_dot(app: "App", parameter: LensParameter, middle: ImVec2, name: str) -> None:

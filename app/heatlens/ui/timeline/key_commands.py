@@ -19,7 +19,7 @@ from heatlens.ui.timeline.key_choice import (
     pasted,
     with_keys_here,
 )
-from heatlens.ui.timeline.key_rows import key_count
+from heatlens.ui.timeline.key_rows import CAMERA, key_count
 
 if TYPE_CHECKING:
     from heatlens.ui.app import App
@@ -52,7 +52,11 @@ class KeyCommands:
         return self.chosen or keys_at(self._app.shot, self._app.editing.frame)
 
     def set_here(self) -> None:
-        """Key the focus, and whatever has keys, as it is at the playhead."""
+        """Key the focus, and what of the lens has keys, as it is at the playhead; or the camera,
+        where its row is the chosen one."""
+        if self._app.timeline.chosen_row is CAMERA:
+            self._app.scenes.set_key()
+            return
         frame = self._app.editing.frame
         self._do(lambda shot: with_keys_here(shot, frame))
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
 from heatlens.errors import HeatlensError
-from heatlens.model.shot import LensParameter, Shot
+from heatlens.model.shot import Shot
 from heatlens.ui.timeline.key_choice import Chosen, KeyId, all_keys, rippled
 
 if TYPE_CHECKING:
@@ -57,8 +57,7 @@ class KeyHand:
             keys.choose(keys.chosen if shift else frozenset())
             self._held = _Held("box", at, shot, keys.chosen)
             return
-        if isinstance(key.row, LensParameter):
-            self._app.timeline.curve_of = key.row
+        self._app.timeline.choose_row(key.row)
         if shift:
             keys.choose(keys.chosen ^ {key})
         elif key not in keys.chosen:

@@ -10,12 +10,17 @@ from heatlens.model.interpolation import Interpolation
 from heatlens.model.shot import LensParameter
 from heatlens.ui import widgets
 from heatlens.ui.timeline.key_choice import key_of
+from heatlens.ui.timeline.key_rows import CAMERA
 from heatlens.ui.timeline.transport import beside, combo
 
 if TYPE_CHECKING:
     from heatlens.ui.app import App
 
 _MIXED = "mixed"
+_SET_TIPS = {
+    False: "Keys the focus and what else of the lens has keys, as they are here (K)",
+    True: "Keys the camera, whose row is chosen, as it stands here (K)",
+}
 _EASE_EM, _INTERPOLATION_EM, _CURVE_OF_EM = 6.2, 6.0, 7.6
 
 
@@ -25,7 +30,7 @@ def keys_row(app: "App") -> None:
     if imgui.button("Set key"):
         timeline.keys.set_here()
     widgets.note("set key")
-    _tip("Keys the focus and whatever has keys, as they are here (K)")
+    _tip(_SET_TIPS[timeline.chosen_row is CAMERA])
     imgui.same_line()
     _, app.editing.auto_key = imgui.checkbox("auto key", app.editing.auto_key)
     widgets.note("auto key")
@@ -48,7 +53,8 @@ def _curve_of(app: "App") -> None:
     names = {parameter.words: parameter for parameter in LensParameter}
     chosen = names[combo("curve of", timeline.curve_of.words, list(names), _CURVE_OF_EM)]
     if chosen is not timeline.curve_of:
-        timeline.curve_of, timeline.heights = chosen, None
+        timeline.choose_row(chosen)
+        timeline.heights = None
 
 
 def _course(app: "App", found: Sequence[Key]) -> None:

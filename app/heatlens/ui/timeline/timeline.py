@@ -17,6 +17,7 @@ from heatlens.ui.timeline.focus_track import FocusTrack, MarkTrack, MarkTracks
 from heatlens.ui.timeline.frame_states import FrameStates, Run
 from heatlens.ui.timeline.key_commands import KeyCommands
 from heatlens.ui.timeline.key_hand import KeyHand
+from heatlens.ui.timeline.key_rows import CAMERA, Row
 from heatlens.ui.timeline.playback import Playback
 from heatlens.ui.timeline.timeline_scale import TimeScale
 
@@ -42,6 +43,7 @@ class Timeline:
         self.missing: MissingPolicy = "hold"
         self.shows_curve = False
         self.curve_of = LensParameter.FOCUS_DISTANCE  # the row whose curve is shown
+        self._is_on_camera = False  # its row was chosen after that one
         self.scale: TimeScale | None = None  # the frames that are seen; None: all
         self.keys = KeyCommands(app)
         self.hand = KeyHand(app)
@@ -121,6 +123,17 @@ class Timeline:
         keyed, frames = self._keyed, self.frames or FrameRange(frame, frame)
         ends = [frames.first, frames.last, frame, *keyed[:1], *keyed[-1:]]
         return _range(min(ends), max(ends))
+
+    @property
+    def chosen_row(self) -> Row:
+        """That of the camera, while it is seen, or of what has the curve."""
+        is_seen = self._app.has_scene and not self.shows_curve
+        return CAMERA if self._is_on_camera and is_seen else self.curve_of
+
+    def choose_row(self, row: Row) -> None:
+        """Its curve is shown, if it has one."""
+        self._is_on_camera = row is CAMERA
+        self.curve_of = row if isinstance(row, LensParameter) else self.curve_of
 
     def runs(self) -> tuple[Run, ...]:
         """How the frames stand."""
