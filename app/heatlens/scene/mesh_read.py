@@ -1,6 +1,7 @@
 """OBJ, PLY and STL files as scenes, by trimesh: triangles, and what materials they tell.
 
-OBJ and PLY have v upwards, and none of them has a unit: their numbers are taken as metres.
+OBJ and PLY have v upwards, and none of them has a unit: their numbers are taken as metres. Nor
+does any say what its colours of vertices are; they are taken as sRGB, as most programs write them.
 """
 
 import importlib
