@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from heatlens.ui.app import App
 
 PICTURE = "Picture"
-_PANEL_EM = 23.0  # width of the column of panels
+_PANEL_EM = 23.6  # width of the column of panels
 _SPEED_PART = 0.42  # of the column, for what is under the lens
 _TIMELINE_EM = 15.5  # height of the timeline under the picture
 _RECENT_EM, _FOLDER_LETTERS = 42.0, 44  # width of a recent file, and letters of its folder
