@@ -18,8 +18,9 @@ if TYPE_CHECKING:
     from gui import Gui
 
 
-# The same code, the same verdict; `pytest --hypothesis-profile=default` looks for new cases.
-settings.register_profile("repeated", derandomize=True)
+# The same code, the same verdict, also on a busy machine; `pytest --hypothesis-profile=default`
+# looks for new cases.
+settings.register_profile("repeated", derandomize=True, deadline=None)
 settings.load_profile("repeated")
 
 

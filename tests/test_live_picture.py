@@ -16,7 +16,7 @@ from heatlens.model.lens import Lens
 from heatlens.model.settings import Bokeh, DefocusSettings, Quality
 from heatlens.model.shot import Shot
 from heatlens.render import FrameRenderer
-from heatlens.ui.picture.live_picture import LivePicture
+from heatlens.ui.picture.live_picture import LivePicture, PlateVersion
 from heatlens.ui.picture.preview_cost import cheaper
 from plates import plate_of, room
 
@@ -237,6 +237,20 @@ def test_another_plate_is_another_picture_of_the_same_shot():
     assert live.shown is None and not live.is_working
     live.wish(shot, 0, BUDGET_S)
     assert live.shown.shot == shot and len(machine.made) == 2
+
+
+@given(SPEEDS)
+def test_the_picture_of_a_plate_that_became_finer_stays_until_the_next_is_whole(full_seconds):
+    machine, live = taught(full_seconds)
+    shot = shots(1)[0]
+    live.wish(shot, 0, BUDGET_S, PlateVersion(1))
+    settle(machine, live)
+    before, count = live.shown, len(machine.made)
+    assert not live.wish(shot, 0, BUDGET_S, PlateVersion(2, is_finer=True))
+    assert live.shown is before and live.is_working
+    settle(machine, live)
+    assert machine.made[count:] == [FILM] and live.shown.plate == 2
+    assert live.wish(shot, 0, BUDGET_S, PlateVersion(3)) and live.shown.plate == 3
 
 
 def test_a_picture_that_is_looked_at_is_not_drawn_over():

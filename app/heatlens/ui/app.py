@@ -38,6 +38,7 @@ from heatlens.ui.panels.scene_commands import SceneCommands
 from heatlens.ui.panels.speed_panel import Speed
 from heatlens.ui.picture.b_side import BothSides
 from heatlens.ui.picture.budget import budget_s
+from heatlens.ui.picture.making import Making
 from heatlens.ui.picture.screen_pictures import ScreenPictures
 from heatlens.ui.picture.stage import Reference, Stage
 from heatlens.ui.picture.stream_source import NO_FILES, StreamSource
@@ -45,7 +46,6 @@ from heatlens.ui.picture.viewport import ViewportPanel
 from heatlens.ui.timeline.timeline import Timeline
 from heatlens.ui.widgets import window_words
 
-_SLICE_S = 0.025  # of work on the whole picture before the loop looks for input again
 _MESSAGE_S = 12.0
 
 
@@ -83,6 +83,7 @@ class App:
         self.live = self.sides.a
         self.screen = ScreenPictures(ctx)
         self.stage = Stage(self.renderer, wake, start.stream)
+        self.making = Making(self.stage, self.sides)
         self.color = ColorChoice(start.ocio, self.say)
         self.filing = Filing(self, preferences or Preferences(), wake)
         self.view = self.color.with_names(self.filing.first_view(start.view))
@@ -245,47 +246,28 @@ class App:
 
     def update_picture(self) -> None:
         """Answer a change of the shot with a picture that fits the time."""
-        frame, stage = self.editing.frame, self.stage
         try:
-            stage.refresh()  # only now: what was saved before is picture and plate of one frame
-            if stage.plate is None or not stage.is_settled_at(frame):
-                return
-            self.sides.wish(self.view, stage.seen(self.shot), frame, self.budget_s, stage.version)
+            self.making.wish(self.view, self.shot, self.editing.frame, self.budget_s)
         except HeatlensError as error:
             self.say(str(error))
-
-    @property
-    def version(self) -> tuple[int, int]:
-        """Another one whenever there is something new to be seen."""
-        return self.stage.version, self.sides.version
-
-    @property
-    def is_working(self) -> bool:
-        """The whole picture is not there yet."""
-        return self.sides.is_working or not self.stage.is_whole
 
     def work(self) -> None:
         """Go on with the whole picture for a moment."""
         try:
-            plate = self.stage.version
-            self.stage.refine(_SLICE_S)
-            if self.stage.is_whole and self.stage.version == plate:
-                self.sides.work(_SLICE_S)
+            self.making.work()
         except HeatlensError as error:
             self.say(str(error))
 
     def seconds_until_needed(self) -> float | None:
         """How long the loop may sleep without an event; None: until there is one."""
-        waits = []
-        if self.stage.plate is not None and self.stage.is_whole and self.sides.is_working:
-            waits.append(self.sides.seconds_to_rest())
+        waits: list[float | None] = []
         if self.editing.is_unsettled or self.documents.is_behind:
             waits.append(0.1)
         if self.message:
             waits.append(_MESSAGE_S)
-        waits += [wait] if (wait := self.stage.seconds_until_needed()) is not None else []
-        waits += [wait] if (wait := self.timeline.seconds_until_needed()) is not None else []
-        return min(waits) if waits else None
+        waits += [self.making.seconds_until_needed(), self.timeline.seconds_until_needed()]
+        known = [wait for wait in waits if wait is not None]
+        return min(known) if known else None
 
     def close(self) -> None:
         """End threads; the GPU's things go with its context."""

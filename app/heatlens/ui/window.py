@@ -105,9 +105,9 @@ class Loop:
             if self._frames_due > 0:
                 self._frames_due -= 1
                 self._draw()
-            if app.is_working:  # also between frames: a moving pointer must not keep it off
+            if app.making.is_working:  # also between frames: a moving pointer must not keep it off
                 app.work()
-                self._frames_due += app.version != self._version
+                self._frames_due += app.making.version != self._version
         self._remember()
         app.close()
         imgui.backends.opengl3_shutdown()
@@ -171,7 +171,7 @@ class Loop:
         app.speed.frame(seconds, shown.seconds if shown else 0.0, _is_held())
         if shown:
             self._frames_due = max(self._frames_due, 1)
-        self._version = app.version
+        self._version = app.making.version
 
     def _tell_title(self) -> None:
         """The name of what is seen, from the moment it is seen."""

@@ -262,7 +262,7 @@ def _whole(app: "App") -> Shown | None:
     if stage.opened is not None and stage.plate.path != stage.opened.cache.sequence.resolve(frame):
         return None  # the plate of the frame is still being read
     is_it = shown is not None and (shown.shot, shown.frame) == (app.shot, frame)
-    return shown if shown is not None and is_it and shown.is_whole else None
+    return shown if is_it and not app.live.is_working else None
 
 
 def _snap(app: "App", shown: Shown | None) -> Snapshot:

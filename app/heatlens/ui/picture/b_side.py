@@ -6,7 +6,7 @@ from heatlens.model.settings import Method
 from heatlens.model.shot import Shot
 from heatlens.model.view import Against, Compare, ViewState
 from heatlens.render import FrameRenderer
-from heatlens.ui.picture.live_picture import LivePicture, Shown
+from heatlens.ui.picture.live_picture import FIRST_PLATE, LivePicture, PlateVersion, Shown
 
 _LEAST = 0.25  # of the time for a picture, for B, however much A took
 
@@ -49,7 +49,12 @@ class BothSides:
         self.b.restart()
 
     def wish(
-        self, view: ViewState, shot: Shot, frame: int, budget_s: float, plate: int = 0
+        self,
+        view: ViewState,
+        shot: Shot,
+        frame: int,
+        budget_s: float,
+        plate: PlateVersion = FIRST_PLATE,
     ) -> None:
         """Show `shot` at `frame` as `view` compares it: A first, B in what is left of the time."""
         has_scene = self._renderer.scene is not None

@@ -9,6 +9,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import moderngl
 
@@ -26,6 +27,16 @@ _LEAST_WIDTH_PX = 160  # of a hurried picture
 _FAST_ENOUGH = 3.0  # the whole picture follows directly where the one between saves less than this
 
 
+class PlateVersion(NamedTuple):
+    """Which plate lies on the GPU."""
+
+    number: int  # another whenever another lies there
+    is_finer: bool = False  # it is the one before with less noise
+
+
+FIRST_PLATE = PlateVersion(0)
+
+
 @dataclass(frozen=True, eq=False)
 class Shown:
     """A finished picture and what it is of."""
@@ -35,6 +46,7 @@ class Shown:
     frame: int
     settings: DefocusSettings  # those it was made with
     seconds: float  # of rendering
+    plate: int = 0  # the number of that it was made of
 
     @property
     def is_whole(self) -> bool:
@@ -88,16 +100,22 @@ class LivePicture:
         """Others use the renderer now: what is half done begins anew."""
         self._work = None
 
-    def wish(self, shot: Shot, frame: int, budget_s: float, plate: int = 0) -> bool:
+    def wish(
+        self, shot: Shot, frame: int, budget_s: float, plate: PlateVersion = FIRST_PLATE
+    ) -> bool:
         """Show `shot` at `frame`; a change is answered at once with what fits `budget_s`.
 
-        `plate` is another number whenever another plate lies on the GPU. True where it rendered;
-        a wish that raised is not tried again.
+        The picture of a plate that has only become finer stays until its whole successor is there.
+        True where it rendered; a wish that raised is not tried again.
         """
-        if self._wish == (shot, frame) and self._plate == plate:
+        is_same = self._wish == (shot, frame)
+        if is_same and self._plate == plate.number:
             return False
-        begun = self._begun_picture(shot, frame) if self._plate == plate else None
-        self._plate, self._is_refused = plate, False
+        if is_same and plate.is_finer and self.shown is not None:
+            self._plate, self._work = plate.number, None
+            return False
+        begun = self._begun_picture(shot, frame) if self._plate == plate.number else None
+        self._plate, self._is_refused = plate.number, False
         settings_changed = self._wish is None or self._wish[0].defocus != shot.defocus
         self._wish, self._changed_at, self._work = (shot, frame), self._clock(), None
         if settings_changed:
@@ -154,7 +172,7 @@ class LivePicture:
             self._advance(slice_s)
 
     def _is_of_wish(self, shown: Shown) -> bool:
-        return self._wish == (shown.shot, shown.frame)
+        return self._wish == (shown.shot, shown.frame) and shown.plate == self._plate
 
     def _best_rung(self, wished: DefocusSettings, budget_s: float) -> DefocusSettings:
         """The best picture that fits the time; the one before is kept while it about fits."""
@@ -222,7 +240,7 @@ class LivePicture:
             made = replace(work.settings, views=work.settings.views - work.views_before)
             self.cost.learn(made, self._pixels(made), work.seconds)
             shot, frame = self._wish
-            self.shown = Shown(end.value, shot, frame, work.settings, work.seconds)
+            self.shown = Shown(end.value, shot, frame, work.settings, work.seconds, self._plate)
             self._slots, self._work = self._slots[::-1], None
             self.version += 1
 

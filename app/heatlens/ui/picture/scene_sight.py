@@ -13,13 +13,15 @@ from heatlens.scene_gpu.scene_renderer import PINHOLE_VIEWS
 _REST_S = 0.15  # so long without a move is rest
 _BUDGET_S = 0.03  # for drawing while something moves
 _SCALES = (1.0, 1 / 2, 1 / 4)
+_GOOD_VIEWS = 16  # so many are worth a blur before all of them are there,
+_ALL_AT_ONCE_S = 0.25  # unless all take no longer than this
 
 
 class SceneSight:
     """Chooses how large the scene is drawn, by how long it took before.
 
     While something moves: from one point a pixel, as large as the time allows. At rest: at once as
-    large as it is asked for, and then antialiased, in slices.
+    large as it is asked for, then antialiased, in slices: soon good, and whole at last.
     """
 
     def __init__(
@@ -37,7 +39,18 @@ class SceneSight:
         self._scale = 1.0
         self._seconds_per_px = 0.0
         self._coming: Steps[None] | None = None
-        self.is_whole = False
+        self._views = 0  # in what is seen, and
+        self._coming_views = 0  # in what is coming
+
+    @property
+    def is_good(self) -> bool:
+        """Antialiased, if not as well as it will be."""
+        return self._scale == 1.0 and self._views >= _GOOD_VIEWS
+
+    @property
+    def is_whole(self) -> bool:
+        """As it is drawn for a file."""
+        return self._scale == 1.0 and self._views >= PINHOLE_VIEWS
 
     def seen(self, shot: Shot) -> Shot:
         """The shot as it is drawn now: perhaps smaller."""
@@ -54,33 +67,39 @@ class SceneSight:
         asked = (shot.framing, frame, lens.focal_length_mm, lens.sensor_width_mm)
         has_moved = is_held or (asked != self._asked and self._asked is not None)
         if asked != self._asked:
-            self._asked, self._coming, self.is_whole = asked, None, False
+            self._asked, self._coming = asked, None
             self._drawn(shot, frame, self._scale_now(shot))
         if has_moved:
             self._moved_at = self._clock()  # rest begins when that is seen
         return self._renderer.loaded
 
     def refine(self, slice_s: float) -> None:
-        """Go on with the whole picture of what was last looked at, if that rests."""
+        """Go on with a better picture of what was last looked at, if that rests."""
         if self._wish is None or self.is_whole or self.seconds_to_rest() > 0:
             return
         if self._scale < 1.0:
             self._drawn(*self._wish, 1.0)
             return
         if self._coming is None:
-            self._coming = self._renderer.looking(*self._wish, PINHOLE_VIEWS)
+            self._coming_views = self._next_views(self._wish[0])
+            self._coming = self._renderer.looking(*self._wish, self._coming_views)
         start = self._clock()
         for _ in self._coming:
             if self._clock() - start >= slice_s:
                 return
-        self.is_whole, self._coming = True, None
+        self._views, self._coming = self._coming_views, None
+
+    def _next_views(self, shot: Shot) -> int:
+        width, height = (shot.framing or Framing()).size
+        all_s = self._seconds_per_px * width * height * PINHOLE_VIEWS
+        return PINHOLE_VIEWS if self.is_good or all_s <= _ALL_AT_ONCE_S else _GOOD_VIEWS
 
     def seconds_to_rest(self) -> float:
         """How long until the whole picture is drawn; 0 where it may be."""
         return max(0.0, self._moved_at + _REST_S - self._clock())
 
     def _drawn(self, shot: Shot, frame: int, scale: float) -> None:
-        self._scale = scale
+        self._scale, self._views = scale, 1
         seen, start = self.seen(shot), self._clock()
         width, height = (seen.framing or Framing()).size
         self._renderer.look(seen, frame, views=1)

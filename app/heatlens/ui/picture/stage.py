@@ -62,6 +62,7 @@ class Stage:
         self.reference: Reference | None = None
         self.upload_s = 0.0
         self.version = 0  # counts plates put on the GPU
+        self.is_finer = False  # the latest of them is the one before with less noise
         self._frame, self._is_settled = 0, False
         self.is_black = False  # there is no file, and nothing stands in for it
         self.problem = ""  # why the frame cannot be seen, in a sentence
@@ -167,8 +168,13 @@ class Stage:
             self.stream.is_wanted = False
 
     @property
+    def is_good(self) -> bool:
+        """What is on the GPU is worth a blur: of a scene that rests, large and antialiased."""
+        return self.scene is None or bool(self.problem) or self.sight.is_good
+
+    @property
     def is_whole(self) -> bool:
-        """What is on the GPU is as good as it gets: of a scene, large and antialiased."""
+        """What is on the GPU is as good as it gets."""
         return self.scene is None or bool(self.problem) or self.sight.is_whole
 
     def look(self, shot: Shot, frame: int, is_playing: bool = False) -> None:
@@ -180,9 +186,12 @@ class Stage:
 
     def refine(self, slice_s: float) -> None:
         """Go on with a better picture of a scene that rests."""
-        if not self.is_whole:
-            with self._drawing():
-                self.sight.refine(slice_s)
+        if self.is_whole:
+            return
+        was_good = self.is_good
+        with self._drawing():
+            self.sight.refine(slice_s)
+        self.is_finer = was_good and self.sight.is_whole
 
     @contextmanager
     def _drawing(self) -> Iterator[None]:
@@ -250,6 +259,7 @@ class Stage:
         self.plate = loaded.plate
         self.histogram = depth_histogram(loaded.bins) if loaded.plate.has_distances else None
         self.version += 1
+        self.is_finer = False
 
     def open_reference(self, path: Path) -> None:
         """Begin to read an EXR to compare with."""

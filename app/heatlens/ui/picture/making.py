@@ -1,0 +1,53 @@
+"""Who works on the picture for the next moment: the scene is drawn first, then it is blurred."""
+
+from heatlens.model.shot import Shot
+from heatlens.model.view import ViewState
+from heatlens.ui.picture.b_side import BothSides
+from heatlens.ui.picture.live_picture import PlateVersion
+from heatlens.ui.picture.stage import Stage
+
+_SLICE_S = 0.025  # of work on the whole picture before the loop looks for input again
+
+
+class Making:
+    """The plate of the stage becomes the pictures of both sides."""
+
+    def __init__(self, stage: Stage, sides: BothSides) -> None:
+        self._stage = stage
+        self._sides = sides
+
+    @property
+    def version(self) -> tuple[int, int]:
+        """Another one whenever there is something new to be seen."""
+        return self._stage.version, self._sides.version
+
+    @property
+    def is_working(self) -> bool:
+        """The whole picture is not there yet."""
+        return self._sides.is_working or not self._stage.is_whole
+
+    def wish(self, view: ViewState, shot: Shot, frame: int, budget_s: float) -> None:
+        """Answer a change with a picture that fits the time. Raises HeatlensError."""
+        stage = self._stage
+        stage.refresh()  # only now: what was saved before is picture and plate of one frame
+        if stage.plate is not None and stage.is_settled_at(frame):
+            plate = PlateVersion(stage.version, stage.is_finer)
+            self._sides.wish(view, stage.seen(shot), frame, budget_s, plate)
+
+    def work(self) -> None:
+        """Go on with the whole picture for a moment. Raises HeatlensError."""
+        if self._is_blurring:
+            self._sides.work(_SLICE_S)
+        else:
+            self._stage.refine(_SLICE_S)
+
+    @property
+    def _is_blurring(self) -> bool:
+        has_plate = self._stage.plate is not None and self._stage.is_good
+        return has_plate and self._sides.is_working
+
+    def seconds_until_needed(self) -> float | None:
+        """How long the loop may sleep; None: until something changes."""
+        if self._is_blurring:
+            return self._sides.seconds_to_rest()
+        return self._stage.seconds_until_needed()
