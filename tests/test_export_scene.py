@@ -35,8 +35,10 @@ SIZE = (96, 54)
 FRAMES = (60, 74, 88)  # while the focus is pulled
 DRAFT = DefocusSettings(quality=Quality.DRAFT)
 SHOT = replace(demo_shot(), framing=Framing(*SIZE, camera="dolly"), defocus=DRAFT)
-WORDS = ("--size=96x54", "--quality=draft")
-TOLD = ("--f-stop=2", "--focus-distance=2.5", "--size=32x18", "--quality=draft")
+SMALL = "--size=96x54"
+WORDS = (SMALL, "--quality=draft")
+UNBLURRED = ("--f-stop=2", "--focus-distance=2.5", "--size=32x18")
+TOLD = (*UNBLURRED, "--quality=draft")
 
 
 @pytest.fixture
@@ -94,7 +96,7 @@ def test_a_shot_file_gives_what_the_command_line_gives(capsys, shot_file, tmp_pa
 def test_a_pinhole_frame_is_a_plate_of_which_the_lens_makes_the_same(capsys, renderer, tmp_path):
     """A scene and its own exported frame are one and the same source, bit for bit."""
     path = tmp_path / "pin.exr"
-    exported(capsys, "demo", path, "--frames=74", "--pinhole", *WORDS)
+    exported(capsys, "demo", path, "--frames=74", "--pinhole", SMALL)
     renderer.load_scene(demo_scene())
     live = renderer.pixels(SHOT, 74)
     assert not np.array_equal(live[..., :3], light(path))
@@ -104,7 +106,7 @@ def test_a_pinhole_frame_is_a_plate_of_which_the_lens_makes_the_same(capsys, ren
 
 def test_through_many_points_of_the_lens(capsys, renderer, tmp_path):
     many = ("--method=accumulation", "--views=8", "--float")
-    exported(capsys, "demo", tmp_path / "n.exr", "--frames=60", *many, *WORDS)
+    exported(capsys, "demo", tmp_path / "n.exr", "--frames=60", *many, SMALL)
     renderer.load_scene(demo_scene())
     truth = replace(DRAFT, method=Method.ACCUMULATION, views=8)
     wanted = renderer.pixels(replace(SHOT, defocus=truth), 60)
@@ -211,7 +213,7 @@ def test_a_scene_that_is_not_there(capsys, tmp_path, missing):
         ((), "--f-stop and --focus-distance"),
         ((*TOLD, "--camera=nobody"), "no camera called 'nobody'"),
         (("--focus-at=3,4",), "--focus-at needs a picture"),
-        ((*TOLD, "--pinhole", "--proxy=0.5"), "leave --proxy out"),
+        ((*UNBLURRED, "--pinhole", "--proxy=0.5"), "leave --proxy out"),
     ],
 )
 def test_options_that_a_scene_cannot_follow(capsys, square, tmp_path, words, said):
@@ -231,7 +233,7 @@ def test_options_that_are_for_scenes(capsys, tmp_path, word):
 @pytest.mark.parametrize("is_file", [False, True])
 def test_a_submitted_export_names_the_scene(capsys, square, tmp_path, monkeypatch, is_file):
     monkeypatch.chdir(tmp_path)
-    words = [str(square) if is_file else "demo", *TOLD, "--frames=1-3", "--pinhole"]
+    words = [str(square) if is_file else "demo", *UNBLURRED, "--frames=1-3", "--pinhole"]
     assert main(["export", *words, "-o", "out/n.####.exr", "--submit=openjd"]) == 0
     job = yaml.safe_load(capsys.readouterr().out)
     arguments = job["steps"][0]["script"]["actions"]["onRun"]["args"]

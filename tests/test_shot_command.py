@@ -123,7 +123,7 @@ def test_frames_and_lens_are_the_plates(capsys, folder):
     assert shot.frames == FrameRange(1001, 1004)
     assert shot.source == str(folder / "plate.####.exr")
     assert "focal length 50 mm (header, pinholeFocalLength)" in said
-    assert "--focus-distance" not in said
+    assert "focus inf (--focus-distance)" in said
     whole, _ = made(capsys, "--focus-at", "3,5", "--overwrite", plate="plate.1002.exr")
     assert (whole.frames, whole.source) == (shot.frames, shot.source)
     assert whole.lens.focus_distance_m == 4.0  # column x is x + 1 metres away

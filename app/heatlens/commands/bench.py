@@ -17,7 +17,8 @@ from heatlens.bench.method_errors import ErrorReport, check_errors, measure_erro
 from heatlens.bench.methods import measure_methods
 from heatlens.bench.plot import check_plot, write_plot
 from heatlens.bench.report import BenchReport, report_text
-from heatlens.commands.render import add_blur_options, settings_of
+from heatlens.commands.blur_options import add_blur_options, settings_of
+from heatlens.commands.given_options import refuse_unused
 from heatlens.commands.say import say
 from heatlens.commands.scene_options import size_of
 from heatlens.defocus.line_solver import SOLVERS
@@ -136,6 +137,8 @@ def _add_method_options(group: "argparse._ArgumentGroup") -> None:
 def run(args: argparse.Namespace) -> int:
     """Measure what was asked for; progress to stderr, results to stdout."""
     settings = settings_of(args)
+    if not args.methods:  # else every method is measured, each with its own
+        refuse_unused(args, method=settings.method)
     if args.runs < 1:
         raise InputError(f"--runs must be at least 1, got {args.runs}.")
     _check_methods(args, settings)

@@ -6,14 +6,15 @@ from dataclasses import replace
 from pathlib import Path
 
 from heatlens.color.view_transform import ViewTransform, srgb_transform
-from heatlens.commands.given_options import given
+from heatlens.commands.blur_options import add_blur_options, settings_of
+from heatlens.commands.given_options import given, refuse_unused
 from heatlens.commands.lens_options import add_lens_options, lens_of
 from heatlens.commands.look_options import add_look_options, color_header, transform_of
 from heatlens.commands.plate_options import add_plate_options, plate_options
-from heatlens.commands.render import add_blur_options
 from heatlens.commands.say import say
-from heatlens.commands.scene_shot import (
+from heatlens.commands.scene_options import (
     add_framing_options,
+    check_frames,
     said_of_lens,
     shot_of_scene,
     with_framing,
@@ -27,11 +28,9 @@ from heatlens.image.exr_read import read_plate
 from heatlens.image.exr_write import COMPRESSIONS
 from heatlens.image.sequence import find_sequence
 from heatlens.image.shot_file import SHOT_SUFFIX, read_shot
-from heatlens.model.settings import Bokeh, Method, Quality
+from heatlens.model.settings import DefocusSettings
 from heatlens.model.shot import Shot
-from heatlens.scene.scene_source import is_scene_source
-
-_BLUR = ("method", "bokeh", "quality", "layers", "proxy", "views")
+from heatlens.scene.scene_source import is_scene_source, open_scene
 
 
 def add_export_options(parser: argparse.ArgumentParser) -> None:
@@ -40,8 +39,6 @@ def add_export_options(parser: argparse.ArgumentParser) -> None:
     _add_exr_options(parser)
     _add_look_options(parser)
     add_blur_options(parser)
-    # What is not given stays as the shot has it.
-    parser.set_defaults(**dict.fromkeys(_BLUR))
     add_lens_options(parser)
     add_plate_options(parser)
     _add_scene_options(parser)
@@ -57,7 +54,6 @@ def _add_frame_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--missing",
         choices=("hold", "black", "stop"),
-        default="stop",
         help="for a frame without a plate: hold the one before, black, or stop before anything is "
         "rendered (default)",
     )
@@ -109,25 +105,24 @@ def _add_look_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--burn-in", action="store_true", help="write frame, focus and f-stop into the picture"
     )
-    group.add_argument(
-        "--unit", choices=("m", "ft"), default="m", help="of the distance in that (default m)"
-    )
+    group.add_argument("--unit", choices=("m", "ft"), help="of the distance in that (default m)")
 
 
 def job_of(args: argparse.Namespace) -> ExportJob:
     """What the options say. Raises InputError where they contradict the shot or each other."""
     output = parse_output(args.output)
     _check_kind(args, output)
-    shot = _with_overrides(args, _shot_of(args))
-    _check_scene_options(args, shot)
+    read = _shot_in_file(args) if is_shot_file(args.shot) else None
+    _refuse_unused(args, read)
+    shot = _with_overrides(args, read or _shot_of_options(args))
     with_depth = args.with_depth or args.pinhole
     return ExportJob(
         shot,
-        frames_of(shot, args.frames),
+        _frames(args, shot),
         output,
-        args.missing,
+        args.missing or "stop",
         ExrOptions(not args.float, args.compression, with_depth, args.with_coc),
-        Look(_transform(args, shot), args.exposure, args.gamma, args.burn_in, args.unit),
+        Look(_transform(args, shot), args.exposure, args.gamma, args.burn_in, args.unit or "m"),
         args.force,
         args.pinhole,
     )
@@ -143,6 +138,8 @@ def _check_kind(args: argparse.Namespace, output: Output) -> None:
         )
     if wrong:
         raise InputError(f"{', '.join(wrong)}: that is for EXR, and {output.suffix} has none.")
+    if args.unit is not None and not args.burn_in:
+        raise InputError("--unit is of the distance that --burn-in writes: give both.")
 
 
 def is_shot_file(name: str) -> bool:
@@ -150,9 +147,7 @@ def is_shot_file(name: str) -> bool:
     return name.endswith(".json") or SHOT_SUFFIX in Path(name).name
 
 
-def _shot_of(args: argparse.Namespace) -> Shot:
-    if is_shot_file(args.shot):
-        return _shot_in_file(args)
+def _shot_of_options(args: argparse.Namespace) -> Shot:
     if args.plate is not None:
         raise InputError("--plate goes with a shot file; plates themselves are given once.")
     return _scene_shot(args) if is_scene_source(args.shot) else _still_shot(args)
@@ -169,10 +164,9 @@ def _shot_in_file(args: argparse.Namespace) -> Shot:
 
 def _scene_shot(args: argparse.Namespace) -> Shot:
     """The lens of the options and of the scene's camera, as it moves."""
-    shot, scene = shot_of_scene(args, args.shot)
-    first = shot.played.first if shot.played is not None else 1
-    say(*scene.notes, said_of_lens(shot, first))
-    return shot
+    first = shot_of_scene(args, args.shot)
+    say(*first.scene.notes, said_of_lens(args, first, first.frame))
+    return first.shot
 
 
 def _still_shot(args: argparse.Namespace) -> Shot:
@@ -182,22 +176,13 @@ def _still_shot(args: argparse.Namespace) -> Shot:
     """
     sequence, options = find_sequence(args.shot), plate_options(args)
     lens, said = lens_of(args, read_plate(sequence.path_at(sequence.present[0]), options))
-    say(f"lens: {', '.join(said)}")
+    say(said)
     return Shot(lens, source=args.shot, plate_options=options)
 
 
 def _with_overrides(args: argparse.Namespace, shot: Shot) -> Shot:
     """The shot with the blur, the plate and the rate that were given."""
-    now = shot.defocus
-    defocus = replace(
-        now,
-        bokeh=Bokeh(args.bokeh or now.bokeh),
-        quality=Quality(args.quality or now.quality),
-        layers=now.layers if args.layers is None else args.layers,
-        proxy=now.proxy if args.proxy is None else args.proxy,
-        method=Method(args.method or now.method),
-        views=now.views if args.views is None else args.views,
-    )
+    defocus = settings_of(args, shot.defocus)
     if args.pinhole and args.proxy is None:
         defocus = replace(defocus, proxy=1.0)
     shot = replace(shot, defocus=defocus)
@@ -208,14 +193,20 @@ def _with_overrides(args: argparse.Namespace, shot: Shot) -> Shot:
     return shot if args.fps is None else replace(shot, frames_per_second=args.fps)
 
 
-def _check_scene_options(args: argparse.Namespace, shot: Shot) -> None:
-    """A plate is as large as it is, and seen from where it was made."""
-    if shot.source is None or is_scene_source(shot.source):
-        return
-    options = {"--size": args.size, "--camera": args.scene_camera, "--pinhole": args.pinhole}
-    wrong = [name for name, value in options.items() if value]
-    if wrong:
-        raise InputError(f"{shot.source} is a plate: {', '.join(wrong)}: that is for 3D scenes.")
+def _refuse_unused(args: argparse.Namespace, read: Shot | None) -> None:
+    """Before a word is said of the lens; `read` is the shot file, if it is one."""
+    source = args.plate or (args.shot if read is None else read.source)
+    method = settings_of(args, read.defocus if read else DefocusSettings()).method
+    refuse_unused(args, source or "", None if source is None else is_scene_source(source), method)
+
+
+def _frames(args: argparse.Namespace, shot: Shot) -> tuple[int, ...]:
+    """Those asked for; of a scene all must lie in the shot, or in its animation."""
+    frames = frames_of(shot, args.frames)
+    if args.frames is not None and is_scene_source(shot.source or ""):
+        span = shot.frames or open_scene(str(shot.source)).frames
+        check_frames(str(shot.source), span, frames)
+    return frames
 
 
 def _transform(args: argparse.Namespace, shot: Shot) -> ViewTransform:

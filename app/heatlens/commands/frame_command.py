@@ -6,7 +6,7 @@ from pathlib import Path
 
 from heatlens.commands.lens_options import add_lens_options
 from heatlens.commands.plate_options import add_plate_options
-from heatlens.commands.scene_options import add_scene_options
+from heatlens.commands.scene_options import add_framing_options
 
 AddOptions = Callable[[argparse.ArgumentParser], None]
 
@@ -42,5 +42,6 @@ def add_frame_command(
     add_lens_options(parser)
     blur(parser)
     add_plate_options(parser)
-    add_scene_options(parser)
+    group = add_framing_options(parser, "--camera")
+    group.add_argument("--frame", type=int, metavar="N", help="of the animation (default: first)")
     parser.set_defaults(run=run)

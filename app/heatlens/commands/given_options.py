@@ -1,11 +1,23 @@
-"""Which options somebody gave, as against those that are at their default."""
+"""Which options somebody gave, and which of these have no effect: those are refused."""
 
 import argparse
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any
+
+from heatlens.errors import InputError
+from heatlens.model.settings import Method
 
 Given = dict[str, Any]
 AddOptions = Callable[[argparse.ArgumentParser], object]
+
+_OF_DIFFUSION = ("bokeh", "quality", "layers")
+_OF_BLUR = ("method", *_OF_DIFFUSION, "views", "proxy")
+_OF_PLATES = (
+    *("depth_channel", "color_layer", "depth_convention", "depth_kind", "scene_unit"),
+    *("near", "far"),
+)
+_OF_SCENES = ("size", "scene_camera", "frame", "pinhole")
+_TYPED = {"scene_camera": "--camera"}
 
 
 def given(args: argparse.Namespace, *groups: AddOptions) -> Given:
@@ -16,3 +28,33 @@ def given(args: argparse.Namespace, *groups: AddOptions) -> Given:
     defaults = vars(plain.parse_args([])).items()
     names = [name for name, default in defaults if getattr(args, name) != default]
     return {f"--{name.replace('_', '-')}": getattr(args, name) for name in names}
+
+
+def refuse_unused(
+    args: argparse.Namespace,
+    source: str = "",
+    is_scene: bool | None = None,
+    method: Method | None = None,
+) -> None:
+    """InputError naming the options that were given and would change nothing.
+
+    `is_scene` None: it does not matter whether `source` is one. `method` None: any may be asked
+    for, later or one after the other.
+    """
+    if getattr(args, "pinhole", False):
+        _refuse(args, _OF_BLUR, "A picture without a lens has no blur")
+    if method is not None and method is not Method.DIFFUSION:
+        _refuse(args, _OF_DIFFUSION, f"The method {method} has no such choice, only diffusion has")
+    if method is not None and not method.needs_scene:
+        _refuse(args, ("views",), f"The method {method} looks from one point alone")
+    if is_scene is True:
+        _refuse(args, _OF_PLATES, f"{source} is a 3D scene, and that is for plates")
+    if is_scene is False:
+        _refuse(args, _OF_SCENES, f"{source} is a plate, and that is for 3D scenes")
+
+
+def _refuse(args: argparse.Namespace, names: Iterable[str], why: str) -> None:
+    found = [name for name in names if getattr(args, name, None) not in (None, False)]
+    if found:
+        typed = ", ".join(_TYPED.get(name, f"--{name.replace('_', '-')}") for name in found)
+        raise InputError(f"{why}: leave {typed} out.")

@@ -2,7 +2,7 @@
 
 import argparse
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping
 
 from heatlens.errors import InputError
 from heatlens.image.focus_pick import depth_at_m, no_distances
@@ -12,19 +12,24 @@ from heatlens.model.lens import Lens
 from heatlens.model.units import format_distance, parse_distance_m
 
 _FULL_FRAME_WIDTH_MM = 36.0
+_TOLD = {
+    "focal_length_mm": "--focal-length",
+    "sensor_width_mm": "--sensor-width",
+    "f_stop": "--f-stop",
+    "focus_distance_m": "--focus-distance",
+}
 _LENS_VALUES = ("focal_length", "sensor_width", "filmback", "f_stop", "focus_distance")
 
 
-@dataclass(frozen=True)
-class _Named:
-    value: float
-    source: str
+def add_lens_options(parser: argparse.ArgumentParser, can_pick: bool = True) -> None:
+    """--focal-length, --sensor-width or --filmback, --f-stop, focus, --squeeze.
 
-
-def add_lens_options(parser: argparse.ArgumentParser) -> None:
-    """--focal-length, --sensor-width or --filmback, --f-stop, focus, --squeeze."""
+    `can_pick` False: without --focus-at, for what has no picture yet to pick from.
+    """
     group = parser.add_argument_group(
-        "lens", "Values not given are taken from the plate's header where it has them."
+        "lens",
+        "Values not given are taken from the plate's header or the scene's camera, where these "
+        "have them.",
     )
     group.add_argument("--focal-length", type=float, metavar="MM", help="in millimetres")
     back = group.add_mutually_exclusive_group()
@@ -37,83 +42,105 @@ def add_lens_options(parser: argparse.ArgumentParser) -> None:
     focus.add_argument(
         "--focus-distance", metavar="DISTANCE", help="metres, or with a unit: 190cm, 6'3\", inf"
     )
-    focus.add_argument(
-        "--focus-at", metavar="X,Y", help="focus on what is seen at this pixel of the picture"
-    )
+    if can_pick:
+        focus.add_argument(
+            "--focus-at", metavar="X,Y", help="focus on what is seen at this pixel of the picture"
+        )
     group.add_argument(
         "--squeeze",
         type=float,
-        default=1.0,
         metavar="S",
         help="anamorphic lens, 1 to 2: discs become S times as tall as wide (default 1)",
     )
 
 
-def lens_of(args: argparse.Namespace, plate: Plate) -> tuple[Lens, list[str]]:
+def sensor_width_of(args: argparse.Namespace) -> float | None:
+    """Millimetres, as --sensor-width or --filmback say; None where neither is given.
+
+    Raises InputError for a film back that is none.
+    """
+    name: str | None = getattr(args, "filmback", None)
+    width_mm: float | None = getattr(args, "sensor_width", None)
+    return width_mm if name is None else filmback_named(name).width_mm
+
+
+def given_lens(args: argparse.Namespace) -> dict[str, float]:
+    """Fields of Lens that the options give, all but what --focus-at finds.
+
+    Raises InputError for what is no distance and no film back.
+    """
+    focus = None if args.focus_distance is None else parse_distance_m(args.focus_distance)
+    values = {
+        "focal_length_mm": args.focal_length,
+        "sensor_width_mm": sensor_width_of(args),
+        "f_stop": args.f_stop,
+        "focus_distance_m": focus,
+        "squeeze": args.squeeze,
+    }
+    return {name: value for name, value in values.items() if value is not None}
+
+
+def lens_of(args: argparse.Namespace, plate: Plate) -> tuple[Lens, str]:
     """The lens that the options and the plate's header describe, and a sentence on each value."""
+    values, sources = given_lens(args), sources_of(args)
     if plate.coc_px is not None:
-        return _lens_of_coc(args, plate)
-    camera = plate.camera
-    focal = _from_header(args.focal_length, plate, "focal_length_mm", "--focal-length")
-    f_stop = _from_header(args.f_stop, plate, "f_stop", "--f-stop")
-    if args.filmback is not None:
-        sensor = _Named(filmback_named(args.filmback).width_mm, f"film back {args.filmback}")
-    elif args.sensor_width is None and camera.sensor_width_mm is None:
-        sensor = _Named(_FULL_FRAME_WIDTH_MM, "assumed full frame; --sensor-width changes it")
-    else:
-        sensor = _from_header(args.sensor_width, plate, "sensor_width_mm", "--sensor-width")
-    focus = _focus(args, plate)
-    lens = Lens(
-        focal_length_mm=focal.value,
-        f_stop=f_stop.value,
-        focus_distance_m=focus.value,
-        sensor_width_mm=sensor.value,
-        squeeze=args.squeeze,
-    )
-    said = [
-        f"focal length {focal.value:g} mm ({focal.source})",
-        f"sensor width {sensor.value:g} mm ({sensor.source})",
-        f"f/{f_stop.value:g} ({f_stop.source})",
-        f"focus {format_distance(focus.value)} ({focus.source})",
-    ]
-    return lens, said
+        return _lens_of_coc(args, plate, values.get("squeeze", 1.0))
+    for field, option in _TOLD.items():
+        if field == "focus_distance_m" and args.focus_at is not None:
+            values[field] = depth_at_m(plate, *pixel_of(args.focus_at))
+        elif field not in values:
+            values[field], sources[field] = _from_header(plate, field, option)
+    lens = Lens(**values)
+    return lens, f"lens: {lens_words(lens, sources)}"
 
 
-def _lens_of_coc(args: argparse.Namespace, plate: Plate) -> tuple[Lens, list[str]]:
+def sources_of(args: argparse.Namespace) -> dict[str, str]:
+    """By field of Lens, the option that gives it."""
+    back = f"film back {args.filmback}" if args.filmback is not None else "--sensor-width"
+    focus = "--focus-distance" if args.focus_at is None else f"--focus-at {args.focus_at}"
+    typed = {**_TOLD, "sensor_width_mm": back, "focus_distance_m": focus}
+    given = given_lens(args)
+    return {
+        field: option
+        for field, option in typed.items()
+        if field in given or (field == "focus_distance_m" and args.focus_at is not None)
+    }
+
+
+def lens_words(lens: Lens, sources: Mapping[str, str]) -> str:
+    """Each value of a lens, and where it is from."""
+    values = {
+        "focal_length_mm": f"focal length {lens.focal_length_mm:g} mm",
+        "sensor_width_mm": f"sensor width {lens.sensor_width_mm:g} mm",
+        "f_stop": f"f/{lens.f_stop:g}",
+        "focus_distance_m": f"focus {format_distance(lens.focus_distance_m)}",
+    }
+    return ", ".join(f"{text} ({sources[field]})" for field, text in values.items())
+
+
+def _lens_of_coc(args: argparse.Namespace, plate: Plate, squeeze: float) -> tuple[Lens, str]:
     """A lens of which only the squeeze counts: the plate brings its circle of confusion."""
     if args.focus_at is not None:
         raise no_distances(plate)
-    said = ["none needed, the plate brings its circle of confusion"]
+    said = ["lens: none needed, the plate brings its circle of confusion"]
     given = [name for name in _LENS_VALUES if getattr(args, name) is not None]
     said += [f"--{name.replace('_', '-')} is not used" for name in given]
-    return Lens(50.0, 2.8, math.inf, _FULL_FRAME_WIDTH_MM, args.squeeze), said
+    return Lens(50.0, 2.8, math.inf, _FULL_FRAME_WIDTH_MM, squeeze), ", ".join(said)
 
 
-def _from_header(given: float | None, plate: Plate, field: str, option: str) -> _Named:
-    if given is not None:
-        return _Named(given, option)
-    value = getattr(plate.camera, field)
-    if value is None:
-        name = field.removesuffix("_mm").replace("_", " ")
-        raise InputError(f"{plate.path}: the header tells no {name}; give it with {option}.")
-    return _Named(value, f"header, {plate.camera.sources.get(field, 'camera')}")
+def _from_header(plate: Plate, field: str, option: str) -> tuple[float, str]:
+    value: float | None = getattr(plate.camera, field)
+    if value is not None:
+        return value, f"header, {plate.camera.sources.get(field, 'camera')}"
+    if field == "sensor_width_mm":
+        return _FULL_FRAME_WIDTH_MM, f"assumed full frame; {option} changes it"
+    name = field.removesuffix("_mm").removesuffix("_m").replace("_", " ")
+    more = " or --focus-at" if field == "focus_distance_m" else ""
+    raise InputError(f"{plate.path}: the header tells no {name}; give it with {option}{more}.")
 
 
-def _focus(args: argparse.Namespace, plate: Plate) -> _Named:
-    if args.focus_at is not None:
-        x, y = _pixel(args.focus_at)
-        return _Named(depth_at_m(plate, x, y), f"--focus-at {x},{y}")
-    if args.focus_distance is not None:
-        return _Named(parse_distance_m(args.focus_distance), "--focus-distance")
-    if plate.camera.focus_distance_m is None:
-        raise InputError(
-            f"{plate.path}: the header tells no focus distance; "
-            "give it with --focus-distance or --focus-at."
-        )
-    return _from_header(None, plate, "focus_distance_m", "--focus-distance")
-
-
-def _pixel(text: str) -> tuple[int, int]:
+def pixel_of(text: str) -> tuple[int, int]:
+    """X,Y as --focus-at takes it; raises InputError for what is no pixel."""
     try:
         x, y = (int(part) for part in text.split(","))
     except ValueError:

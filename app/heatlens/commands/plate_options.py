@@ -3,7 +3,7 @@
 import argparse
 import math
 
-from heatlens.model.filmback import filmback_named
+from heatlens.commands.lens_options import sensor_width_of
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.units import parse_scene_unit_m
 
@@ -26,7 +26,6 @@ def add_plate_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--depth-convention",
         choices=_CONVENTIONS,
-        default="auto",
         help="what the depth values are: distance; inverse (1/distance, 0 at infinity); normalized "
         "(0 near, 1 far) or normalized-inverted (1 near, 0 far), both with --near and --far; coc "
         "(signed diameter of the circle of confusion in pixels, used as it is); default: auto, a "
@@ -35,14 +34,12 @@ def add_plate_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--depth-kind",
         choices=("planar", "radial"),
-        default="planar",
         help="planar: measured along the optical axis, a wall seen straight on has one depth "
         "(default); radial: along each ray, which needs focal length and sensor width",
     )
     group.add_argument(
         "--scene-unit",
         metavar="UNIT",
-        default="m",
         help="unit of the depth values: m, cm, mm, ft, in, or a number of metres (default: m)",
     )
     group.add_argument("--near", metavar="METRES", type=_number, help="near end, normalized depth")
@@ -54,20 +51,16 @@ def plate_options(args: argparse.Namespace) -> PlateOptions:
 
     Raises HeatlensError for a unit or a film back that is none.
     """
-    filmback = getattr(args, "filmback", None)
-    sensor_width_mm = getattr(args, "sensor_width", None)
-    if filmback is not None:
-        sensor_width_mm = filmback_named(filmback).width_mm
     return PlateOptions(
         depth_channel=args.depth_channel,
         color_layer=args.color_layer,
-        depth_convention=args.depth_convention,
-        depth_kind=args.depth_kind,
-        scene_unit_m=parse_scene_unit_m(args.scene_unit),
+        depth_convention=args.depth_convention or "auto",
+        depth_kind=args.depth_kind or "planar",
+        scene_unit_m=parse_scene_unit_m(args.scene_unit or "m"),
         near_m=args.near,
         far_m=args.far,
         focal_length_mm=getattr(args, "focal_length", None),
-        sensor_width_mm=sensor_width_mm,
+        sensor_width_mm=sensor_width_of(args),
     )
 
 

@@ -6,8 +6,9 @@ from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
 
+from heatlens.commands.blur_options import add_blur_options, settings_of
 from heatlens.commands.frame_command import add_frame_command
-from heatlens.commands.given_options import given
+from heatlens.commands.given_options import given, refuse_unused
 from heatlens.commands.layer_progress import layer_progress, view_progress
 from heatlens.commands.lens_options import lens_of
 from heatlens.commands.look_options import (
@@ -18,7 +19,7 @@ from heatlens.commands.look_options import (
 )
 from heatlens.commands.plate_options import plate_options
 from heatlens.commands.say import say
-from heatlens.commands.scene_options import check_no_scene_options, load_scene
+from heatlens.commands.scene_options import load_scene
 from heatlens.defocus.solver_choice import settled_solver
 from heatlens.errors import InputError
 from heatlens.export.job import Look
@@ -27,15 +28,7 @@ from heatlens.gpu.textures import FloatArray, download
 from heatlens.image.display import srgb_encoded
 from heatlens.image.exr_read import read_plate
 from heatlens.image.picture_write import Encode, check_output, write_picture
-from heatlens.model.settings import (
-    LAYERS_MAX,
-    PROXY_MIN,
-    VIEWS_MAX,
-    Bokeh,
-    DefocusSettings,
-    Method,
-    Quality,
-)
+from heatlens.model.settings import DefocusSettings
 from heatlens.model.shot import Shot
 from heatlens.render import FrameRenderer
 from heatlens.scene.scene_read import files_of_scene
@@ -82,73 +75,14 @@ def _add_output_options(parser: argparse.ArgumentParser) -> None:
     add_look_options(parser)
 
 
-def add_blur_options(parser: argparse.ArgumentParser) -> None:
-    """--method, --bokeh, --quality, --layers, --proxy."""
-    group = parser.add_argument_group("blur", "How it is computed, never how much of it there is.")
-    group.add_argument(
-        "--method",
-        choices=[str(method) for method in Method],
-        default=str(Method.DIFFUSION),
-        help="diffusion (default) costs the same for every blur, as do heat, its basic form in one "
-        "layer, and pyramid, blurred copies at smaller sizes; gather, which averages the disc "
-        "around each pixel, and scatter, which draws each pixel as a disc, far to near, cost four "
-        "times as much for twice the blur; accumulation and raytraced look at a 3D scene from "
-        "--views points of the lens: the truth. All but the first are for comparison and take "
-        "neither --bokeh nor --quality nor --layers",
-    )
-    group.add_argument(
-        "--views",
-        type=int,
-        default=66,
-        metavar="N",
-        help=f"points of the lens, or rays of each pixel, 1 to {VIEWS_MAX} (default 66)",
-    )
-    group.add_argument(
-        "--bokeh",
-        choices=[str(bokeh) for bokeh in Bokeh],
-        default=str(Bokeh.DISC),
-        help="shape of a point of light: disc as a lens (default), gaussian, or heat, "
-        "the fastest, a four-pointed star",
-    )
-    group.add_argument(
-        "--quality",
-        choices=[str(quality) for quality in Quality],
-        default=str(Quality.FILM),
-        help="how closely that shape is met; the amount of blur is the same (default film)",
-    )
-    group.add_argument(
-        "--layers",
-        type=int,
-        metavar="N",
-        help=f"depth layers, 1 (nothing uncovers) to {LAYERS_MAX}; default: as the quality says",
-    )
-    group.add_argument(
-        "--proxy",
-        type=float,
-        default=1.0,
-        metavar="SCALE",
-        help=f"work on a smaller picture, {PROXY_MIN:g} to 1; blur scales with it",
-    )
-
-
-def settings_of(args: argparse.Namespace) -> DefocusSettings:
-    """The blur options as a value."""
-    return DefocusSettings(
-        Bokeh(args.bokeh),
-        Quality(args.quality),
-        args.layers,
-        args.proxy,
-        Method(args.method),
-        args.views,
-    )
-
-
 def run(args: argparse.Namespace) -> int:
     """Read, render, write; say what was decided on the way."""
     start = time.perf_counter()
     check_output(args.output, *files_of_scene(args.plate))
     _check_look(args)
-    settings, encode = settings_of(args), _encode(args)
+    settings = settings_of(args)
+    refuse_unused(args, str(args.plate), is_scene_source(str(args.plate)), settings.method)
+    encode = _encode(args)
     ctx = headless_context()
     renderer = FrameRenderer(ctx, settled_solver(ctx))
     renderer.stopwatch.on = args.stats
@@ -159,13 +93,12 @@ def run(args: argparse.Namespace) -> int:
     render_done = time.perf_counter()
     plate = renderer.loaded.plate
     depth = {"Z": plate.depth_m} if args.pinhole and plate.depth_m is not None else {}
-    proxy = 1.0 if args.pinhole else args.proxy
     write_picture(
         args.output,
         pixels,
         plate,
-        shot.lens,
-        proxy,
+        shot.lens_at(frame),
+        settings.proxy,
         half=not args.float,
         encode=encode,
         more_channels=depth,
@@ -184,11 +117,8 @@ def _loaded(
         shot, frame, said = load_scene(args, renderer, settings)
         scene = renderer.scene
         assert scene is not None
-        say(*scene.notes, "lens: " + ", ".join(said))
+        say(*scene.notes, said)
         return shot, frame
-    check_no_scene_options(args)
-    if args.pinhole:
-        raise InputError(f"{args.plate} is a plate already: --pinhole is for 3D scenes.")
     if settings.method.needs_scene:
         raise InputError(
             f"{args.plate} is a plate, seen from one point: --method {settings.method} looks at a "
@@ -198,7 +128,7 @@ def _loaded(
     lens, said = lens_of(args, plate)
     depth = plate.depth
     say(f"depth: {depth.channel} taken as {depth.convention}, {depth.kind}. {depth.why}")
-    say(*plate.notes, "lens: " + ", ".join(said))
+    say(*plate.notes, said)
     renderer.load(plate)
     return Shot(lens, settings), 0
 

@@ -1,38 +1,42 @@
-"""The options that say how a 3D scene is looked at."""
+"""The options that say how a 3D scene is looked at, and the first shot that they make of it."""
 
 import argparse
 import re
+from collections.abc import Iterable
 from dataclasses import replace
 
-from heatlens.commands.lens_options import lens_of
+from heatlens.commands.lens_options import given_lens, lens_words, pixel_of, sources_of
 from heatlens.errors import InputError
-from heatlens.image.plate import CameraHeader, Plate
-from heatlens.model.filmback import filmback_named
+from heatlens.image.focus_pick import depth_at_m
+from heatlens.model.frames import FrameRange
 from heatlens.model.framing import Framing
-from heatlens.model.lens import Lens
 from heatlens.model.settings import DefocusSettings
 from heatlens.model.shot import Shot
 from heatlens.render import FrameRenderer
-from heatlens.scene.scene import Scene
-from heatlens.scene.scene_bounds import started_framing
-from heatlens.scene.scene_source import is_demo, open_scene
+from heatlens.scene.first_shot import FirstShot, first_shot
 
-_FULL_FRAME_MM = 36.0
-_FOCAL_MM = 35.0  # where no camera tells
+_FOCUS = "focus_distance_m"
 
 
-def add_scene_options(parser: argparse.ArgumentParser) -> None:
-    """--size, --camera, --frame."""
+def add_framing_options(
+    parser: argparse.ArgumentParser, *short_names: str
+) -> "argparse._ArgumentGroup":
+    """--size, and --scene-camera, which may have other names where these mean nothing else.
+
+    The group of them.
+    """
     group = parser.add_argument_group("3D scene", "How it is looked at; plates do not ask.")
     group.add_argument(
         "--size", type=size_of, metavar="WxH", help="of the picture (default 1280x720)"
     )
     group.add_argument(
-        "--camera",
+        *short_names,
+        "--scene-camera",
+        dest="scene_camera",
         metavar="NAME",
         help="camera of the scene to look through (default: its first; without one, all is seen)",
     )
-    group.add_argument("--frame", type=int, metavar="N", help="of the animation (default: first)")
+    return group
 
 
 def size_of(text: str) -> tuple[int, int]:
@@ -44,61 +48,76 @@ def size_of(text: str) -> tuple[int, int]:
     return size
 
 
-def framing_of(args: argparse.Namespace, scene: Scene) -> Framing:
-    """What of `scene` the options ask for. Raises InputError for a camera that it does not have."""
-    framing = started_framing(scene, args.size)
-    if args.camera is not None:
-        framing = replace(framing, camera=scene.camera_named(args.camera).name)
-    return framing
+def shot_of_scene(args: argparse.Namespace, text: str) -> FirstShot:
+    """The shot that options for lens and framing make of the scene called `text`, not looked at.
+
+    Raises InputError where the scene cannot be read, has no such camera, or the lens lacks a value.
+    """
+    if args.focus_at is not None:
+        raise InputError(
+            "--focus-at needs a picture to look at, and a scene has none before it is rendered: "
+            "give --focus-distance."
+        )
+    return _checked(text, _first_shot(args, text))
 
 
 def load_scene(
     args: argparse.Namespace, renderer: FrameRenderer, defocus: DefocusSettings
-) -> tuple[Shot, int, list[str]]:
+) -> tuple[Shot, int, str]:
     """Have the renderer look at the scene that `args.plate` names.
 
     The shot, the frame, and a sentence on each value of its lens. Raises InputError where the scene
-    cannot be read, or no lens be made of the options.
+    cannot be read or has no such frame, or no lens can be made of the options.
     """
-    scene = open_scene(str(args.plate))
-    framing = framing_of(args, scene)
-    frame = args.frame if args.frame is not None else scene.frames.first if scene.frames else 1
-    renderer.load_scene(scene)
-    told = _told(args, scene, framing, frame)
-    focal_mm = told.focal_length_mm or _FOCAL_MM
-    width_mm = told.sensor_width_mm or _FULL_FRAME_MM
-    pinhole = Shot(Lens(focal_mm, 22.0, float("inf"), width_mm), framing=framing)
-    plate: Plate = replace(renderer.look(pinhole, frame).plate, camera=told)
-    lens, said = lens_of(args, plate)
-    return Shot(lens, defocus, source=str(args.plate), framing=framing), frame, said
+    text = str(args.plate)
+    first = _first_shot(args, text)
+    frame = first.frame if args.frame is None else args.frame
+    check_frames(text, first.shot.frames, (frame,))
+    renderer.load_scene(first.scene)
+    if args.focus_at is not None:
+        plate = renderer.look(first.shot, frame).plate
+        focus_m = depth_at_m(plate, *pixel_of(args.focus_at))
+        first = _first_shot(args, text, {_FOCUS: focus_m})
+    if not getattr(args, "pinhole", False):
+        _checked(text, first)
+    return replace(first.shot, defocus=defocus), frame, said_of_lens(args, first, frame)
 
 
-def _told(args: argparse.Namespace, scene: Scene, framing: Framing, frame: int) -> CameraHeader:
-    """What the options and the scene tell of the lens; the demo comes with a whole shot."""
-    told: dict[str, float] = {"focal_length_mm": _FOCAL_MM, "sensor_width_mm": _FULL_FRAME_MM}
-    if framing.camera is not None:
-        camera = scene.camera_named(framing.camera)
-        told = {
-            "focal_length_mm": camera.focal_length_mm,
-            "sensor_width_mm": camera.sensor_width_mm,
-        }
-    if is_demo(str(args.plate)):
-        from heatlens.scene.demo.demo import demo_shot
-
-        lens = demo_shot().lens_at(frame)
-        told |= {"f_stop": lens.f_stop, "focus_distance_m": lens.focus_distance_m}
-    where = dict.fromkeys(told, "the scene's camera" if framing.camera else "assumed")
-    if args.focal_length is not None:
-        told["focal_length_mm"] = args.focal_length
-    if args.filmback is not None:
-        told["sensor_width_mm"] = filmback_named(args.filmback).width_mm
-    elif args.sensor_width is not None:
-        told["sensor_width_mm"] = args.sensor_width
-    return CameraHeader(**told, sources=where)
+def with_framing(args: argparse.Namespace, shot: Shot) -> Shot:
+    """The shot with the size and the camera that were given."""
+    framing = shot.framing or Framing()
+    if args.size is not None:
+        framing = replace(framing, width_px=args.size[0], height_px=args.size[1])
+    if args.scene_camera is not None:
+        framing = replace(framing, camera=args.scene_camera, track=None)
+    return replace(shot, framing=framing)
 
 
-def check_no_scene_options(args: argparse.Namespace) -> None:
-    """A plate is as large as it is, and seen from where it was made."""
-    for name in ("size", "camera", "frame"):
-        if getattr(args, name) is not None:
-            raise InputError(f"{args.plate} is a plate: --{name} is for 3D scenes.")
+def said_of_lens(args: argparse.Namespace, first: FirstShot, frame: int) -> str:
+    """The lens at a frame in words, and where each value is from."""
+    words = lens_words(first.shot.lens_at(frame), {**first.sources, **sources_of(args)})
+    return f"lens at frame {frame}: {words}"
+
+
+def check_frames(what: str, span: FrameRange | None, frames: Iterable[int]) -> None:
+    """InputError naming those of `frames` that are not in `span`; None: nothing ever moves."""
+    wrong = [frame for frame in frames if span is not None and frame not in span]
+    if wrong and span is not None:
+        more = f" and {len(wrong) - 1} more" if len(wrong) > 1 else ""
+        raise InputError(f"{what} has frames {span.first} to {span.last}, got {wrong[0]}{more}.")
+
+
+def _first_shot(
+    args: argparse.Namespace, text: str, found: dict[str, float] | None = None
+) -> FirstShot:
+    return first_shot(text, args.size, args.scene_camera, {**given_lens(args), **(found or {})})
+
+
+def _checked(text: str, first: FirstShot) -> FirstShot:
+    """InputError where nobody told the opening of the lens, or its focus: blur is not made up."""
+    needed = {"f_stop": "--f-stop", _FOCUS: "--focus-distance"}
+    missing = [option for name, option in needed.items() if name in first.assumed]
+    if missing:
+        options = " and ".join(missing)
+        raise InputError(f"{text}: a scene does not tell all of a lens; give {options}.")
+    return first

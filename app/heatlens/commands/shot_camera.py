@@ -49,7 +49,7 @@ def decided_otherwise(args: argparse.Namespace, keyed: Collection[LensParameter]
     given = {
         field
         for field, options in _OPTIONS.items()
-        if any(getattr(args, option) != _unset(option) for option in options)
+        if any(getattr(args, option) is not None for option in options)
     }
     return frozenset(given.union(map(str, keyed)))
 
@@ -75,10 +75,6 @@ def said_of(camera: CameraSamples, shot: Shot, text: str, kept: Collection[str])
         for name, track in tracks.items()
     ]
     return f"lens of camera {camera.name} in {text}{frames}: {', '.join(taken) or 'nothing'}."
-
-
-def _unset(option: str) -> float | None:
-    return 1.0 if option == "squeeze" else None
 
 
 def _span(name: str, least: float, most: float) -> str:

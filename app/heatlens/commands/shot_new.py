@@ -7,11 +7,12 @@ from pathlib import Path
 
 from heatlens.camera.into_shot import with_camera
 from heatlens.camera.samples import CameraSamples
-from heatlens.commands.lens_options import add_lens_options, lens_of
+from heatlens.commands.blur_options import add_blur_options, settings_of
+from heatlens.commands.given_options import refuse_unused
+from heatlens.commands.lens_options import add_lens_options, given_lens, lens_of
 from heatlens.commands.plate_options import add_plate_options, plate_options
-from heatlens.commands.render import add_blur_options, settings_of
 from heatlens.commands.say import say
-from heatlens.commands.scene_shot import add_framing_options, shot_of_scene
+from heatlens.commands.scene_options import add_framing_options, shot_of_scene
 from heatlens.commands.shot_camera import (
     add_camera_option,
     camera_of,
@@ -25,7 +26,6 @@ from heatlens.image.exr_read import read_plate
 from heatlens.image.sequence import Sequence, find_sequence
 from heatlens.image.sequence_names import frames_text
 from heatlens.image.shot_file import SHOT_SUFFIX, write_shot
-from heatlens.model.filmback import filmback_named
 from heatlens.model.frames import FRAMES_PER_SECOND, FrameRange, parse_frame_range
 from heatlens.model.interpolation import Interpolation
 from heatlens.model.lens import Lens
@@ -126,18 +126,29 @@ def _shot_of(args: argparse.Namespace) -> Shot:
     kept = decided_otherwise(args, keys)
     given = args if camera is None else with_camera_values(args, camera, kept)
     given = _with_first_keys(given, keys)
-    begun = _begun_in_scene if is_scene_source(args.plate) else _begun_with_plates
+    is_scene = is_scene_source(args.plate)
+    refuse_unused(args, args.plate, is_scene, settings_of(args).method)
+    begun = _begun_in_scene if is_scene else _begun_with_plates
     shot = _with_options(args, begun(given, camera))
     if camera is not None:
         shot = with_camera(shot, camera, kept)
         say(*camera.notes, said_of(camera, shot, args.camera, kept))
-    return _with_keys(shot, keys)
+    shot = _with_keys(shot, keys)
+    _say_outside(shot)
+    return shot
+
+
+def _say_outside(shot: Shot) -> None:
+    """Keys may stand there, and lead into the shot, but mostly it is a slip of the keyboard."""
+    span = shot.frames
+    outside = [f"{frame:g}" for frame in shot.key_frames if span is not None and frame not in span]
+    if outside:
+        which = "a key" if len(outside) == 1 else "keys"
+        say(f"{shot.source} has frames {span}, with {which} outside at {', '.join(outside)}.")
 
 
 def _begun_with_plates(args: argparse.Namespace, camera: CameraSamples | None) -> Shot:
     """The plate's files, lens, frames and rate."""
-    if args.size is not None or args.scene_camera is not None:
-        raise InputError(f"{args.plate} is a plate: --size and --scene-camera are for 3D scenes.")
     lens, sequence = _lens_and_sequence(args)
     return Shot(
         lens,
@@ -149,8 +160,9 @@ def _begun_with_plates(args: argparse.Namespace, camera: CameraSamples | None) -
 
 def _begun_in_scene(args: argparse.Namespace, camera: CameraSamples | None) -> Shot:
     """The scene, the lens of its camera, frames, rate, and how it is looked at."""
-    shot, scene = shot_of_scene(args, args.plate)
-    say(*scene.notes)
+    first = shot_of_scene(args, args.plate)
+    shot = first.shot
+    say(*first.scene.notes)
     told = None if camera is None else camera.frame_range
     frames = parse_frame_range(args.frames) if args.frames else told or shot.frames
     rate = shot.frames_per_second if args.fps is None and camera is None else _rate_of(args, camera)
@@ -195,8 +207,7 @@ def _with_first_keys(args: argparse.Namespace, keys: Keys) -> argparse.Namespace
 
 
 def _say_unused(args: argparse.Namespace, option: str) -> None:
-    unset = 1.0 if option == "squeeze" else None
-    if getattr(args, option) != unset:
+    if getattr(args, option) is not None:
         say(f"--{option.replace('_', '-')} is not used: keys say it at every frame.")
 
 
@@ -242,21 +253,16 @@ def _rate_of(args: argparse.Namespace, camera: CameraSamples | None) -> float:
 
 def _lens_of_options(args: argparse.Namespace) -> Lens | None:
     """The lens, where the options say all of it."""
-    width_mm = args.sensor_width
-    if args.filmback is not None:
-        width_mm = filmback_named(args.filmback).width_mm
-    if None in (args.focal_length, args.f_stop, args.focus_distance, width_mm):
-        return None
-    focus_m = parse_distance_m(args.focus_distance)
-    return Lens(args.focal_length, args.f_stop, focus_m, width_mm, args.squeeze)
+    given = given_lens(args)
+    needed = {"focal_length_mm", "f_stop", "focus_distance_m", "sensor_width_mm"}
+    return Lens(**given) if needed <= set(given) else None
 
 
 def _lens_of_header(args: argparse.Namespace, sequence: Sequence) -> Lens:
     """The lens that the options and the header of the first frame say together."""
     plate = read_plate(sequence.path_at(sequence.present[0]), plate_options(args))
     lens, said = lens_of(args, plate)
-    found = ", ".join(text for text in said if "(--" not in text)  # what is not from an option
-    say(f"{plate.path}: {found}")
+    say(f"{plate.path}: {said}")
     return lens
 
 

@@ -5,19 +5,21 @@ import math
 from dataclasses import replace
 from pathlib import Path
 
+from heatlens.commands.blur_options import settings_of
 from heatlens.commands.frame_command import add_frame_command
+from heatlens.commands.given_options import refuse_unused
 from heatlens.commands.layer_progress import view_progress
 from heatlens.commands.lens_options import lens_of
 from heatlens.commands.plate_options import plate_options
 from heatlens.commands.say import say
-from heatlens.commands.scene_options import check_no_scene_options, load_scene
+from heatlens.commands.scene_options import load_scene
 from heatlens.compare.pictures import Picture, read_picture
 from heatlens.defocus.solver_choice import settled_solver
 from heatlens.errors import InputError
 from heatlens.gpu.context import headless_context
 from heatlens.image.exr_read import read_plate
 from heatlens.model.lens import Lens
-from heatlens.model.settings import LAYERS_MAX, Bokeh, DefocusSettings, Method, Quality
+from heatlens.model.settings import LAYERS_MAX, VIEWS_MAX, Bokeh, Method, Quality
 from heatlens.model.shot import Shot
 from heatlens.model.units import format_distance
 from heatlens.render import FrameRenderer
@@ -32,6 +34,7 @@ from heatlens.study.subject import Subject
 from heatlens.study.write import PAGE, write_report
 
 _TRUTH_VIEWS = 1024
+_FINER = 4  # what is judged must not be as fine as what it is held against
 
 _DESCRIPTION = """\
 Blurs one frame by every method that heatlens has and writes a folder with a page, index.html: each
@@ -76,11 +79,11 @@ def _add_study_options(parser: argparse.ArgumentParser) -> None:
     )
     group.add_argument(
         "--views",
+        dest="truth_views",
         type=int,
-        default=_TRUTH_VIEWS,
         metavar="N",
         help="of a scene without --truth: points of the lens that the truth is seen from "
-        f"(default {_TRUTH_VIEWS})",
+        f"(default {_TRUTH_VIEWS}, {_FINER} times as many as the methods at least)",
     )
     group.add_argument(
         "--methods",
@@ -108,10 +111,8 @@ def _add_study_options(parser: argparse.ArgumentParser) -> None:
 def _add_blur_options(parser: argparse.ArgumentParser) -> None:
     """What diffusion has a choice of; the other methods have none."""
     group = parser.add_argument_group("blur of diffusion")
-    group.add_argument("--bokeh", choices=list(map(str, Bokeh)), default="disc", help="as render")
-    group.add_argument(
-        "--quality", choices=list(map(str, Quality)), default="film", help="as render"
-    )
+    group.add_argument("--bokeh", choices=list(map(str, Bokeh)), help="as render")
+    group.add_argument("--quality", choices=list(map(str, Quality)), help="as render")
     group.add_argument("--layers", type=int, metavar="N", help=f"as render, 1 to {LAYERS_MAX}")
 
 
@@ -133,10 +134,10 @@ def run(args: argparse.Namespace) -> int:
 
 def _subject(args: argparse.Namespace) -> Subject:
     """Plate or scene on the GPU, and the lens that the options describe."""
-    settings = DefocusSettings(Bokeh(args.bokeh), Quality(args.quality), args.layers)
+    settings = settings_of(args)
     is_scene = is_scene_source(str(args.plate))
-    if not is_scene:
-        check_no_scene_options(args)
+    refuse_unused(args, str(args.plate), is_scene)
+    _check_truth(args, is_scene, settings.views)
     plate = None if is_scene else read_plate(args.plate, plate_options(args))
     ctx = headless_context()
     renderer = FrameRenderer(ctx, settled_solver(ctx))
@@ -147,8 +148,23 @@ def _subject(args: argparse.Namespace) -> Subject:
         lens, said = lens_of(args, plate)
         shot, frame, notes = Shot(lens, settings), 0, plate.notes
         renderer.load(plate)
-    say(*notes, "lens: " + ", ".join(said))
+    say(*notes, said)
     return Subject(args.plate.name, renderer, shot, frame)
+
+
+def _check_truth(args: argparse.Namespace, is_scene: bool, judged: int) -> None:
+    """A truth of as few views as the methods have would be as wrong as they are."""
+    views, least = args.truth_views, _FINER * judged
+    if views is None:
+        return
+    if args.truth is not None or not is_scene:
+        truth = "--truth is it" if args.truth is not None else f"{args.plate} is a plate"
+        raise InputError(f"--views is for the truth of a 3D scene, and {truth}: leave it out.")
+    if not least <= views <= VIEWS_MAX:
+        raise InputError(
+            f"--views must be {least} to {VIEWS_MAX}, got {views}: the methods look from {judged} "
+            f"points, and a truth needs {_FINER} times as many."
+        )
 
 
 def _chosen(args: argparse.Namespace, subject: Subject) -> tuple[Method, ...]:
@@ -168,10 +184,11 @@ def _reference(args: argparse.Namespace, subject: Subject, truth: Picture | None
         return references.from_file(subject, truth)
     if subject.renderer.scene is None:
         return references.from_diffusion(subject)
-    say(f"the truth, from {args.views} points of the lens")
-    settings = references.truth_settings(subject, args.views)
+    views = args.truth_views or _TRUTH_VIEWS
+    say(f"the truth, from {views} points of the lens")
+    settings = references.truth_settings(subject, views)
     with view_progress(replace(subject.shot, defocus=settings)) as tell:
-        return references.from_views(subject, args.views, tell)
+        return references.from_views(subject, views, tell)
 
 
 def _report(

@@ -4,15 +4,15 @@ import argparse
 import os
 from dataclasses import replace
 
+from heatlens.commands.blur_options import add_blur_options, settings_of
+from heatlens.commands.given_options import refuse_unused
+from heatlens.commands.lens_options import add_lens_options, given_lens
 from heatlens.commands.plate_options import add_plate_options, plate_options
-from heatlens.commands.render import add_blur_options, settings_of
 from heatlens.commands.shot_camera import add_camera_option, checked_camera_of
 from heatlens.errors import InputError
 from heatlens.image.sequence import find_sequence
 from heatlens.image.shot_file import read_shot
 from heatlens.image.tev_server import DEFAULT_PORT, parse_address
-from heatlens.model.filmback import filmback_named
-from heatlens.model.units import parse_distance_m
 from heatlens.scene.scene_source import DEMO, is_demo, is_scene_source
 
 _DESCRIPTION = """\
@@ -56,14 +56,7 @@ def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
         "--ocio", metavar="CONFIG", help="OpenColorIO config (default: $OCIO, else a built-in one)"
     )
     add_camera_option(parser, "options")
-    lens = parser.add_argument_group("lens", "What the window begins with.")
-    lens.add_argument("--focal-length", type=float, metavar="MM", help="in millimetres")
-    back = lens.add_mutually_exclusive_group()
-    back.add_argument("--sensor-width", type=float, metavar="MM", help="width of the film back")
-    back.add_argument("--filmback", metavar="NAME", help='a film back by name, as "Super 35"')
-    lens.add_argument("--f-stop", type=float, metavar="N", help="2 for f/2; smaller blurs more")
-    lens.add_argument("--focus-distance", metavar="DISTANCE", help="2.24, 190cm, 6'3\" or inf")
-    lens.add_argument("--squeeze", type=float, metavar="S", help="anamorphic lens, 1 to 2")
+    add_lens_options(parser, can_pick=False)
     add_blur_options(parser)
     add_plate_options(parser)
     parser.set_defaults(run=run)
@@ -93,9 +86,10 @@ def run(args: argparse.Namespace) -> int:
     elif is_scene_source(plate):
         if not is_demo(plate) and not os.path.isfile(plate):
             raise InputError(f"{plate} cannot be found.")
+        refuse_unused(args, plate, is_scene=True)
     elif plate:
         find_sequence(plate)
-    lens = _given_lens(args)
+    lens = given_lens(args)
     camera = checked_camera_of(args, lens)
     run_window(
         Start(plate, plate_options(args), lens, settings_of(args), ocio=args.ocio, camera=camera)
@@ -113,7 +107,7 @@ def _listen(args: argparse.Namespace) -> int:
         raise InputError(
             f"--listen shows what a renderer sends: leave {args.plate or '--demo'} out."
         )
-    lens, defocus = _given_lens(args), settings_of(args)
+    lens, defocus = given_lens(args), settings_of(args)
     camera = checked_camera_of(args, lens)
     stream = StreamSource(*parse_address(args.listen))
     start = Start(stream.text, plate_options(args), lens, defocus, ocio=args.ocio, stream=stream)
@@ -122,19 +116,3 @@ def _listen(args: argparse.Namespace) -> int:
     finally:
         stream.close()
     return 0
-
-
-def _given_lens(args: argparse.Namespace) -> dict[str, float]:
-    """Fields of Lens that the options give."""
-    width = args.sensor_width
-    if args.filmback is not None:
-        width = filmback_named(args.filmback).width_mm
-    focus = None if args.focus_distance is None else parse_distance_m(args.focus_distance)
-    values = {
-        "focal_length_mm": args.focal_length,
-        "sensor_width_mm": width,
-        "f_stop": args.f_stop,
-        "focus_distance_m": focus,
-        "squeeze": args.squeeze,
-    }
-    return {name: value for name, value in values.items() if value is not None}

@@ -1,0 +1,133 @@
+"""The shot that a scene begins with: the window, and every command that takes a scene, asks here.
+
+What is given wins; the angle of view is that of the camera that is looked through. No file tells
+the opening of a lens or its focus, so these are assumed where nobody gives them, and known as such.
+The demo comes with all of its lens, as it moves.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from types import MappingProxyType
+
+from heatlens.model.framing import Framing
+from heatlens.model.lens import Lens
+from heatlens.model.shot import LensParameter, Shot
+from heatlens.scene.scene import Scene
+from heatlens.scene.scene_bounds import bounds_m, camera_lens, started_framing, track_of
+from heatlens.scene.scene_source import is_demo, open_scene
+
+_ASSUMED = Lens(focal_length_mm=35.0, f_stop=2.0, focus_distance_m=5.0, sensor_width_mm=36.0)
+_ANGLE = ("focal_length_mm", "sensor_width_mm")
+_OPENING = ("f_stop", "focus_distance_m")
+_NOTHING: Mapping[str, float] = MappingProxyType({})
+
+
+@dataclass(frozen=True, eq=False)
+class FirstShot:
+    """A scene and the shot that looks at it first.
+
+    sources  by field of Lens, for those that always have to be told, where the value is from
+    assumed  the fields that nobody told
+    """
+
+    scene: Scene
+    shot: Shot
+    sources: Mapping[str, str]
+    assumed: frozenset[str]
+
+    @property
+    def frame(self) -> int:
+        """The first one; 1 where nothing moves."""
+        return 1 if self.shot.played is None else self.shot.played.first
+
+
+def first_shot(
+    text: str,
+    size: tuple[int, int] | None = None,
+    camera: str | None = None,
+    given: Mapping[str, float] = _NOTHING,
+) -> FirstShot:
+    """The first shot of the scene called `text`, of `size` pixels, through `camera` of the scene.
+
+    `given` holds fields of Lens; they hold at every frame, whatever keys the demo has. Raises
+    InputError where the scene cannot be read or has no such camera, LensError for no lens.
+    """
+    scene = open_scene(text)
+    begun = _demo(scene, text) if is_demo(text) else _of_file(scene, text)
+    if size is not None or camera is not None:
+        begun = _framed(begun, size, camera)
+    begun = _with_given(begun, given)
+    if "focus_distance_m" not in begun.assumed:
+        return begun
+    lens = replace(begun.shot.lens, focus_distance_m=_middle_m(begun))
+    return replace(begun, shot=replace(begun.shot, lens=lens))
+
+
+def _demo(scene: Scene, text: str) -> FirstShot:
+    from heatlens.scene.demo.demo import demo_shot  # made only where it is asked for
+
+    sources = dict.fromkeys((*_ANGLE, *_OPENING), "as the demo is shot")
+    return FirstShot(scene, replace(demo_shot(), source=text), sources, frozenset())
+
+
+def _of_file(scene: Scene, text: str) -> FirstShot:
+    framing = started_framing(scene)
+    shot = Shot(
+        camera_lens(scene, framing, _ASSUMED),
+        source=text,
+        frames=scene.frames,
+        frames_per_second=scene.frames_per_second,
+        framing=framing,
+    )
+    sources = {
+        **_angle_sources(framing),
+        "f_stop": "assumed: a scene tells none",
+        "focus_distance_m": "assumed: the middle of the scene",
+    }
+    is_angle_told = framing.camera is not None
+    return FirstShot(scene, shot, sources, frozenset(_OPENING if is_angle_told else sources))
+
+
+def _angle_sources(framing: Framing) -> dict[str, str]:
+    if framing.camera is None:
+        return dict.fromkeys(_ANGLE, "assumed: the scene has no camera")
+    return dict.fromkeys(_ANGLE, f"camera {framing.camera} of the scene")
+
+
+def _framed(begun: FirstShot, size: tuple[int, int] | None, camera: str | None) -> FirstShot:
+    framing = begun.shot.framing or Framing()
+    if size is not None:
+        framing = replace(framing, width_px=size[0], height_px=size[1])
+    if camera is None:
+        return replace(begun, shot=replace(begun.shot, framing=framing))
+    framing = replace(framing, camera=begun.scene.camera_named(camera).name, track=None)
+    lens = camera_lens(begun.scene, framing, begun.shot.lens)
+    return replace(
+        begun,
+        shot=replace(begun.shot, framing=framing, lens=lens),
+        sources={**begun.sources, **_angle_sources(framing)},
+        assumed=begun.assumed.difference(_ANGLE),
+    )
+
+
+def _with_given(begun: FirstShot, given: Mapping[str, float]) -> FirstShot:
+    shot = begun.shot
+    for name in set(map(str, LensParameter)).intersection(given):
+        curve = shot.curves.of(LensParameter(name))
+        shot = shot.with_curve(LensParameter(name), replace(curve, keys=()))
+    return replace(
+        begun,
+        shot=replace(shot, lens=replace(shot.lens, **given)),
+        sources={**begun.sources, **dict.fromkeys(given, "given")},
+        assumed=begun.assumed.difference(given),
+    )
+
+
+def _middle_m(begun: FirstShot) -> float:
+    """Planar depth of the middle of the scene, as near as the lens can focus where it is behind."""
+    scene, shot, frame = begun.scene, begun.shot, begun.frame
+    pose = track_of(scene, shot.framing or Framing(), shot.lens).pose_at(frame)
+    middle = bounds_m(scene, frame).mean(axis=0)
+    row = pose.world_to_camera[2]
+    depth_m = -float(row[:3] @ middle + row[3])
+    return max(depth_m, 2e-3 * shot.lens.focal_length_mm)
