@@ -123,7 +123,7 @@ def test_headers_can_stand_in_the_place_of_a_shot(capsys):
         (("none.heatlens.json", "-o", "c.nk"), "cannot be read"),
         (("still.heatlens.json", "-o", "c.nk"), "Give them with --frames"),
         (("c.csv", "-o", "c.csv"), "is the camera that is read: give another name"),
-        (("c.csv", "-o", "d.nk", "--frames", "1-2"), "--frames is for shots; c.csv is none"),
+        (("c.csv", "-o", "d.nk", "--frames", "1-2"), "--frames is for shots; c.csv is a camera"),
         (("c.csv", "-o", "d.nk", "--sensor-height", "9"), "--sensor-height is for shots"),
         (("none.usda", "-o", "c.nk"), "none.usda is not there, or is no file"),
     ],

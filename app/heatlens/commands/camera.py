@@ -7,11 +7,15 @@ from pathlib import Path
 from heatlens.camera.camera_file import WRITTEN, read_camera, write_camera
 from heatlens.camera.from_shot import camera_of_shot
 from heatlens.camera.samples import CameraSamples
+from heatlens.camera.usd_read import USD_SUFFIXES, split_prim
+from heatlens.commands.lens_options import lens_words
 from heatlens.commands.say import say
 from heatlens.errors import InputError
-from heatlens.image.shot_file import SHOT_SUFFIX, read_shot
+from heatlens.image.shot_file import SHOT_SUFFIX, is_shot_file, read_shot
 from heatlens.model.frames import parse_frame_range
 from heatlens.model.units import parse_scene_unit_m
+from heatlens.scene.first_shot import FirstShot, first_shot
+from heatlens.scene.scene_source import is_scene_source
 
 _DESCRIPTION = """\
 Writes the lens of a shot at each frame: focal length, f-stop, focus and sensor, and where the
@@ -24,7 +28,8 @@ name of the output says how:
   .json .csv         for other programs, units in the names
 
 A camera in USD, in such JSON or CSV, or in the headers of EXR files can stand in the place of the
-shot. Focus at infinity is written as 1e9 m where a format knows none.
+shot; so can a glTF, OBJ, PLY or STL scene, or demo, whose first camera it is then. Focus at
+infinity is written as 1e9 m where a format knows none.
 """
 _EPILOG = """\
 examples:
@@ -43,7 +48,9 @@ def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
         epilog=_EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("source", metavar=f"SHOT{SHOT_SUFFIX}", help="the shot, or another camera")
+    parser.add_argument(
+        "source", metavar=f"SHOT{SHOT_SUFFIX}", help="the shot, a scene or a camera"
+    )
     parser.add_argument(
         "-o", "--output", type=Path, required=True, help=f"camera to write: *{', *'.join(WRITTEN)}"
     )
@@ -92,11 +99,17 @@ def run(args: argparse.Namespace) -> int:
 
 def _camera_of(args: argparse.Namespace) -> CameraSamples:
     unit_m = None if args.scene_unit is None else parse_scene_unit_m(args.scene_unit)
-    if not args.source.endswith(SHOT_SUFFIX):
+    if _is_scene(args.source):
+        first = first_shot(args.source)
+        say(*_said_of(first))
+        shot = first.shot
+    elif is_shot_file(args.source):
+        shot = read_shot(args.source)
+    else:
         _refuse_shot_options(args)
         return read_camera(args.source, unit_m or 1.0, args.up_axis)
     return camera_of_shot(
-        read_shot(args.source),
+        shot,
         Path(args.source).name.removesuffix(SHOT_SUFFIX),
         parse_frame_range(args.frames) if args.frames else None,
         args.sensor_height,
@@ -105,11 +118,25 @@ def _camera_of(args: argparse.Namespace) -> CameraSamples:
     )
 
 
+def _is_scene(source: str) -> bool:
+    """USD, which may be a camera and nothing else, is read as cameras are."""
+    path, _ = split_prim(source)
+    return is_scene_source(source) and path.suffix.lower() not in USD_SUFFIXES
+
+
+def _said_of(first: FirstShot) -> tuple[str, ...]:
+    """What the scene says, and the lens, of which no file of a scene tells all."""
+    words = lens_words(first.shot.lens_at(first.frame), first.sources)
+    return (*first.scene.notes, f"lens at frame {first.frame}: {words}")
+
+
 def _refuse_shot_options(args: argparse.Namespace) -> None:
     """A camera has its frames and its sensor, and must not be written over itself."""
     for option in ("frames", "sensor_height"):
         if getattr(args, option) is not None:
-            raise InputError(f"--{option.replace('_', '-')} is for shots; {args.source} is none.")
+            raise InputError(
+                f"--{option.replace('_', '-')} is for shots; {args.source} is a camera already."
+            )
     if args.output.exists() and os.path.exists(args.source):
         if os.path.samefile(args.output, args.source):
             raise InputError(f"{args.output} is the camera that is read: give another name.")

@@ -3,7 +3,6 @@
 import argparse
 import os
 from dataclasses import replace
-from pathlib import Path
 
 from heatlens.color.view_transform import ViewTransform, srgb_transform
 from heatlens.commands.blur_options import add_blur_options, settings_of
@@ -27,7 +26,7 @@ from heatlens.image.channels import Header
 from heatlens.image.exr_read import read_plate
 from heatlens.image.exr_write import COMPRESSIONS
 from heatlens.image.sequence import find_sequence
-from heatlens.image.shot_file import SHOT_SUFFIX, read_shot
+from heatlens.image.shot_file import is_shot_file, read_shot
 from heatlens.model.settings import DefocusSettings
 from heatlens.model.shot import Shot
 from heatlens.scene.scene_source import is_scene_source, open_scene
@@ -140,11 +139,6 @@ def _check_kind(args: argparse.Namespace, output: Output) -> None:
         raise InputError(f"{', '.join(wrong)}: that is for EXR, and {output.suffix} has none.")
     if args.unit is not None and not args.burn_in:
         raise InputError("--unit is of the distance that --burn-in writes: give both.")
-
-
-def is_shot_file(name: str) -> bool:
-    """Whether a name is that of a shot file, saved or unsaved; else it is one of plates."""
-    return name.endswith(".json") or SHOT_SUFFIX in Path(name).name
 
 
 def _shot_of_options(args: argparse.Namespace) -> Shot:

@@ -42,18 +42,21 @@ def refuse_unused(
     for, later or one after the other.
     """
     if getattr(args, "pinhole", False):
-        _refuse(args, _OF_BLUR, "A picture without a lens has no blur")
+        refuse_given(args, _OF_BLUR, "A picture without a lens has no blur")
     if method is not None and method is not Method.DIFFUSION:
-        _refuse(args, _OF_DIFFUSION, f"The method {method} has no such choice, only diffusion has")
+        refuse_given(
+            args, _OF_DIFFUSION, f"The method {method} has no such choice, only diffusion has"
+        )
     if method is not None and not method.needs_scene:
-        _refuse(args, ("views",), f"The method {method} looks from one point alone")
+        refuse_given(args, ("views",), f"The method {method} looks from one point alone")
     if is_scene is True:
-        _refuse(args, _OF_PLATES, f"{source} is a 3D scene, and that is for plates")
+        refuse_given(args, _OF_PLATES, f"{source} is a 3D scene, and that is for plates")
     if is_scene is False:
-        _refuse(args, _OF_SCENES, f"{source} is a plate, and that is for 3D scenes")
+        refuse_given(args, _OF_SCENES, f"{source} is a plate, and that is for 3D scenes")
 
 
-def _refuse(args: argparse.Namespace, names: Iterable[str], why: str) -> None:
+def refuse_given(args: argparse.Namespace, names: Iterable[str], why: str) -> None:
+    """InputError, beginning with `why`, for those of the options `names` that were given."""
     found = [name for name in names if getattr(args, name, None) not in (None, False)]
     if found:
         typed = ", ".join(_TYPED.get(name, f"--{name.replace('_', '-')}") for name in found)

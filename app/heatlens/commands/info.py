@@ -5,14 +5,21 @@ import json
 from pathlib import Path
 from typing import Any
 
+from heatlens.commands.given_options import refuse_given, refuse_unused
+from heatlens.commands.info_scene import Line, scene_lines
 from heatlens.commands.plate_options import add_plate_options, plate_options
 from heatlens.image.inspection import inspect
+from heatlens.scene.first_shot import first_shot
+from heatlens.scene.scene_facts import scene_facts
+from heatlens.scene.scene_source import is_scene_source
 
 _DESCRIPTION = """\
 Says what a render holds and how heatlens would read it: size and windows (pixels), channels, the
 lens in the header (focal length and sensor in mm, focus in metres), the primaries of the colours,
 the range of the depth (metres) and which convention it was taken for, and why. Try the depth
 options here before a render.
+
+Of a 3D scene: its cameras, frames, objects, triangles, lights and size.
 """
 
 _CAMERA_LINES = (
@@ -25,18 +32,18 @@ _CAMERA_LINES = (
 )
 _LABEL_WIDTH = 16
 
-Line = tuple[str, str]
-
 
 def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
     """Add `info` to the command line."""
     parser = commands.add_parser(
         "info",
-        help="say what a render holds and how its depth would be read",
+        help="say what a render or a 3D scene holds, and how depth would be read",
         description=_DESCRIPTION,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("plate", type=Path, metavar="PLATE.exr", help="the render to look at")
+    parser.add_argument(
+        "plate", type=Path, metavar="PLATE", help="the render to look at; or a 3D scene; or demo"
+    )
     parser.add_argument("--json", action="store_true", help="the same as JSON, for programs")
     add_plate_options(parser)
     lens = parser.add_argument_group("the lens, for --depth-kind radial without one in the header")
@@ -47,14 +54,28 @@ def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
 
 def run(args: argparse.Namespace) -> int:
     """Print the facts; 0 also where no depth was found."""
-    facts = inspect(args.plate, plate_options(args))
-    print(json.dumps(facts, indent=2, allow_nan=False) if args.json else _text(facts))
+    text = str(args.plate)
+    if is_scene_source(text):
+        refuse_unused(args, text, is_scene=True)
+        lens = ("focal_length", "sensor_width")
+        refuse_given(args, lens, f"{text} is a 3D scene, and that is for depth along rays")
+        facts = scene_facts(first_shot(text))
+        lines = scene_lines(facts)
+    else:
+        facts = inspect(args.plate, plate_options(args))
+        lines = _plate_lines(facts)
+    print(json.dumps(facts, indent=2, allow_nan=False) if args.json else _text(lines))
     return 0
 
 
-def _text(facts: dict[str, Any]) -> str:
-    """Aligned lines for reading."""
-    lines = [
+def _text(lines: list[Line]) -> str:
+    """Aligned, for reading; names on disk need be no Unicode."""
+    text = "\n".join(f"{label:<{_LABEL_WIDTH}}{value}" for label, value in lines)
+    return text.encode("utf-8", "backslashreplace").decode()
+
+
+def _plate_lines(facts: dict[str, Any]) -> list[Line]:
+    return [
         ("file", facts["path"]),
         ("size", f"{facts['width_px']} x {facts['height_px']} px"),
         ("data window", _window(facts["data_window"])),
@@ -67,7 +88,6 @@ def _text(facts: dict[str, Any]) -> str:
         *_depth_lines(facts["depth"]),
         *(("note", note) for note in facts["notes"]),
     ]
-    return "\n".join(f"{label:<{_LABEL_WIDTH}}{value}" for label, value in lines)
 
 
 def _window(corners: list[int]) -> str:

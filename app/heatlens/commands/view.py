@@ -11,7 +11,7 @@ from heatlens.commands.plate_options import add_plate_options, plate_options
 from heatlens.commands.shot_camera import add_camera_option, checked_camera_of
 from heatlens.errors import InputError
 from heatlens.image.sequence import find_sequence
-from heatlens.image.shot_file import read_shot
+from heatlens.image.shot_file import is_shot_file, read_shot
 from heatlens.image.tev_server import DEFAULT_PORT, parse_address
 from heatlens.scene.scene_source import DEMO, is_demo, is_scene_source
 
@@ -66,7 +66,6 @@ def run(args: argparse.Namespace) -> int:
     """Open the window and stay until it is closed."""
     try:
         from heatlens.ui.app import Start
-        from heatlens.ui.files.shot_store import is_shot_file
         from heatlens.ui.window import run_window
     except ImportError as error:
         raise InputError(

@@ -69,6 +69,12 @@ def read_shot(path: str | os.PathLike[str]) -> Shot:
     return shot
 
 
+def is_shot_file(text: str) -> bool:
+    """Whether a name is that of a shot, saved or unsaved: no plate, scene or camera has it."""
+    name = Path(text).name.lower()
+    return name.endswith((SHOT_SUFFIX, f"{SHOT_SUFFIX}.autosave"))
+
+
 def write_shot(path: str | os.PathLike[str], shot: Shot) -> None:
     """Write a shot; until it is whole, what stood there stays. An autosave beside it goes.
 

@@ -6,12 +6,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from heatlens.errors import HeatlensError
+from heatlens.image.shot_file import is_shot_file
 from heatlens.model.frames import FRAMES_PER_SECOND, FrameRange
 from heatlens.model.lens import Lens
 from heatlens.model.settings import DefocusSettings
 from heatlens.model.shot import Shot
 from heatlens.ui.files.given_camera import begun_with_camera
-from heatlens.ui.files.shot_store import Found, ShotStore, is_shot_file, proposed_name, unnamed_path
+from heatlens.ui.files.shot_store import Found, ShotStore, proposed_name, unnamed_path
 from heatlens.ui.picture.plate_source import Opened
 from heatlens.ui.picture.scene_opening import OpenedScene
 

@@ -70,11 +70,6 @@ class ShotStore:
         self._thread.shutdown(wait=True)
 
 
-def is_shot_file(text: str) -> bool:
-    """A name that a shot has, and no plate."""
-    return text.lower().endswith(SHOT_SUFFIX)
-
-
 def proposed_name(plate: Path, is_numbered: bool) -> str:
     """What a shot of this plate is called, unless somebody knows better."""
     stem = _FRAME_NUMBER.sub("", plate.stem) if is_numbered else plate.stem

@@ -1,0 +1,52 @@
+"""What `heatlens info` says of a 3D scene."""
+
+from typing import Any
+
+Line = tuple[str, str]
+_NAMES_MOST = 8  # of objects, in a line
+
+
+def scene_lines(facts: dict[str, Any]) -> list[Line]:
+    """The facts of `scene_facts` for reading: a label and what is there."""
+    return [
+        ("scene", facts["path"]),
+        ("frames", _frames(facts)),
+        *_camera_lines(facts["cameras"]),
+        ("objects", _objects(facts["objects"])),
+        ("triangles", f"{facts['triangles']:,}"),
+        ("lights", _lights(facts)),
+        ("size", " x ".join(f"{side:.4g}" for side in facts["size_m"]) + " m, y up"),
+        *(("note", note) for note in facts["notes"]),
+    ]
+
+
+def _frames(facts: dict[str, Any]) -> str:
+    frames = facts["frames"]
+    if frames is None:
+        return "nothing moves"
+    return f"{frames['first']} to {frames['last']}, {facts['frames_per_second']:g} per second"
+
+
+def _camera_lines(cameras: list[dict[str, Any]]) -> list[Line]:
+    """One a line; the first is the one that is looked through unless told."""
+    lines = [
+        (
+            "camera",
+            f"{camera['name']}, focal length {camera['focal_length_mm']:.4g} mm, sensor width "
+            f"{camera['sensor_width_mm']:.4g} mm{', moves' if camera['moves'] else ''}",
+        )
+        for camera in cameras
+    ]
+    return lines or [("camera", "none: all of the scene is seen")]
+
+
+def _objects(names: list[str]) -> str:
+    shown = ", ".join(names[:_NAMES_MOST])
+    more = f" and {len(names) - _NAMES_MOST} more" if len(names) > _NAMES_MOST else ""
+    return f"{len(names)}: {shown}{more}"
+
+
+def _lights(facts: dict[str, Any]) -> str:
+    lamps = {0: "", 1: "1 lamp"}.get(facts["lights"], f"{facts['lights']} lamps")
+    sun = "the sun" if facts["sun"] else ""
+    return " and ".join(part for part in (sun, lamps) if part) or "none but the sky"
