@@ -120,12 +120,12 @@ def test_headers_can_stand_in_the_place_of_a_shot(capsys):
         (("s.heatlens.json", "-o", "c.nk", "--meters-per-unit", "ell"), "'ell' is not a scene"),
         (("s.heatlens.json", "-o", "c.nk", "--frames", "9-1"), "run backwards"),
         (("s.heatlens.json", "-o", "c.nk", "--sensor-height", "-1"), "sensor height of -1"),
-        (("none.heatlens.json", "-o", "c.nk"), "cannot be read"),
+        (("none.heatlens.json", "-o", "c.nk"), "is not there"),
         (("still.heatlens.json", "-o", "c.nk"), "Give them with --frames"),
         (("c.csv", "-o", "c.csv"), "is the camera that is read: give another name"),
         (("c.csv", "-o", "d.nk", "--frames", "1-2"), "--frames is for shots; c.csv is a camera"),
         (("c.csv", "-o", "d.nk", "--sensor-height", "9"), "--sensor-height is for shots"),
-        (("none.usda", "-o", "c.nk"), "none.usda is not there, or is no file"),
+        (("none.usda", "-o", "c.nk"), "none.usda is not there"),
     ],
 )
 def test_mistakes_are_answered_in_a_sentence(capsys, folder, words, sentence):

@@ -34,7 +34,7 @@ def test_a_file_cut_short_is_told_in_a_sentence(tmp_path, suffix):
 
 
 def test_a_missing_file_is_told():
-    with pytest.raises(InputError, match=r"none.usda is not there, or is no file"):
+    with pytest.raises(InputError, match=r"none.usda is not there"):
         usd_camera("none.usda")
 
 

@@ -134,7 +134,7 @@ def test_what_is_no_scene(path, data, words):
 def test_a_file_that_is_not_there_or_a_folder(path, tmp_path):
     assert "is not there" in refusal(path)
     path.mkdir()
-    assert "no file" in refusal(path)
+    assert "is a folder" in refusal(path)
     assert "reads .glb" in refusal(tmp_path / "scene.docx")
 
 

@@ -1,4 +1,7 @@
-"""Where shaders and assets lie: beside the package (wheel) or at the top of a checkout."""
+"""Where shaders and assets lie: beside the package (wheel) or at the top of a checkout.
+
+And what is said, everywhere, of a file that cannot be opened.
+"""
 
 import os
 from pathlib import Path
@@ -12,6 +15,16 @@ def home_dir() -> Path:
     """The user's home; the root of all folders for a user who has none, as in a container."""
     home = os.path.expanduser("~")
     return Path(os.sep if home == "~" else home)
+
+
+def unreadable(path: Path, error: OSError | None = None) -> InputError:
+    """What to say of a file that cannot be opened, whichever it is and whoever asked for it."""
+    if path.is_dir():
+        return InputError(f"{path} is a folder, not a file.")
+    if not os.path.lexists(path):
+        return InputError(f"{path} is not there.")
+    why = (error.strerror or str(error)) if error is not None else "it is no file"
+    return InputError(f"{path} cannot be read: {why}.")
 
 
 def data_dir(name: str) -> Path:

@@ -12,6 +12,7 @@ from heatlens.camera.placement import matrix_of
 from heatlens.camera.rows import FRAME, PLACEMENT, Row, camera_of_rows, rows_of
 from heatlens.camera.samples import LENS_TRACKS, CameraSamples
 from heatlens.errors import InputError
+from heatlens.paths import unreadable
 
 _RATE = "frames_per_second"
 _UP = "up_axis"
@@ -40,7 +41,7 @@ def read_csv_camera(path: Path) -> CameraSamples:
         reader = csv.DictReader(io.StringIO(text, newline=""), strict=True)
         table = [(reader.line_num, row) for row in reader]
     except OSError as error:
-        raise InputError(f"{path} cannot be read: {error.strerror or error}.") from error
+        raise unreadable(path, error) from error
     except (ValueError, csv.Error) as error:
         raise InputError(f"{path} is damaged: {error}.") from error
     _check_columns(path, reader.fieldnames or ())

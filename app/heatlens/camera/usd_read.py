@@ -18,6 +18,7 @@ from heatlens.errors import InputError
 from heatlens.image.quiet import quiet_library
 from heatlens.image.usd_library import read_usd_apart, usd_module
 from heatlens.model.frames import FrameRange, check_frame
+from heatlens.paths import unreadable
 
 USD_SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
 
@@ -80,7 +81,7 @@ def _opened(path: Path, prim_path: str | None) -> _Stage:
     usd, tf = usd_module("Usd"), usd_module("Tf")
     geometry = usd_module("UsdGeom")
     if not path.is_file():
-        raise InputError(f"{path} is not there, or is no file.")
+        raise unreadable(path)
     try:
         stage = usd.Stage.Open(str(path))
         cameras = [p for p in _all_prims(usd, stage) if p.IsA(geometry.Camera)]

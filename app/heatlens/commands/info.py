@@ -7,6 +7,7 @@ from typing import Any
 
 from heatlens.commands.given_options import refuse_given, refuse_unused
 from heatlens.commands.info_scene import Line, scene_lines
+from heatlens.commands.one_frame import check_one_frame
 from heatlens.commands.plate_options import add_plate_options, plate_options
 from heatlens.image.inspection import inspect
 from heatlens.scene.first_shot import first_shot
@@ -62,6 +63,7 @@ def run(args: argparse.Namespace) -> int:
         facts = scene_facts(first_shot(text))
         lines = scene_lines(facts)
     else:
+        check_one_frame(args.plate)
         facts = inspect(args.plate, plate_options(args))
         lines = _plate_lines(facts)
     print(json.dumps(facts, indent=2, allow_nan=False) if args.json else _text(lines))

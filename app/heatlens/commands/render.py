@@ -17,6 +17,7 @@ from heatlens.commands.look_options import (
     say_seen_through,
     transform_of,
 )
+from heatlens.commands.one_frame import check_one_frame
 from heatlens.commands.plate_options import plate_options
 from heatlens.commands.say import say
 from heatlens.commands.scene_options import load_scene
@@ -78,6 +79,7 @@ def _add_output_options(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Read, render, write; say what was decided on the way."""
     start = time.perf_counter()
+    check_one_frame(args.plate)
     check_output(args.output, *files_of_scene(args.plate))
     _check_look(args)
     settings = settings_of(args)

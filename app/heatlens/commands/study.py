@@ -10,6 +10,7 @@ from heatlens.commands.frame_command import add_frame_command
 from heatlens.commands.given_options import refuse_unused
 from heatlens.commands.layer_progress import view_progress
 from heatlens.commands.lens_options import lens_of
+from heatlens.commands.one_frame import check_one_frame
 from heatlens.commands.plate_options import plate_options
 from heatlens.commands.say import say
 from heatlens.commands.scene_options import load_scene
@@ -118,6 +119,7 @@ def _add_blur_options(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Refuse early what cannot end well; render, measure, write."""
+    check_one_frame(args.plate)
     checked_target(args.output)
     check_measurable()
     truth = None if args.truth is None else read_picture(args.truth)

@@ -3,6 +3,7 @@
 import argparse
 import os
 from dataclasses import replace
+from pathlib import Path
 
 from heatlens.commands.blur_options import add_blur_options, settings_of
 from heatlens.commands.given_options import refuse_unused
@@ -13,6 +14,7 @@ from heatlens.errors import InputError
 from heatlens.image.sequence import find_sequence
 from heatlens.image.shot_file import is_shot_file, read_shot
 from heatlens.image.tev_server import DEFAULT_PORT, parse_address
+from heatlens.paths import unreadable
 from heatlens.scene.scene_source import DEMO, is_demo, is_scene_source
 
 _DESCRIPTION = """\
@@ -84,7 +86,7 @@ def run(args: argparse.Namespace) -> int:
         read_shot(plate)  # a slip of the keyboard is answered here, without a window
     elif is_scene_source(plate):
         if not is_demo(plate) and not os.path.isfile(plate):
-            raise InputError(f"{plate} cannot be found.")
+            raise unreadable(Path(plate))
         refuse_unused(args, plate, is_scene=True)
     elif plate:
         find_sequence(plate)

@@ -4,10 +4,10 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
-from heatlens.errors import InputError
 from heatlens.export.frame_source import FrameLoader, Origin, PlannedFrame
 from heatlens.image.sequence import MissingPolicy, stamp_of
 from heatlens.model.shot import Shot
+from heatlens.paths import unreadable
 from heatlens.render import FrameRenderer
 from heatlens.scene.scene import Scene
 from heatlens.scene.scene_read import files_of_scene
@@ -39,7 +39,7 @@ class SceneFrames:
     def check(self, shot: Shot, frames: tuple[int, ...], missing: MissingPolicy) -> None:
         """A scene has every frame, if it is there."""
         if self.files is not None and not self.files.is_file():
-            raise InputError(f"{self.files} is not there, or is no file.")
+            raise unreadable(self.files)
 
     def origin(self, shot: Shot, frame: int, missing: MissingPolicy) -> Origin:
         """The one scene, whichever frame, with all its files that are known before it is read."""

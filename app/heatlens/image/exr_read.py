@@ -25,6 +25,7 @@ from heatlens.image.quiet import quiet_library
 from heatlens.image.repair import repair_color
 from heatlens.image.windows import box_at_header, pixel_aspect_of
 from heatlens.model.plate_options import PlateOptions
+from heatlens.paths import unreadable
 
 # No GPU takes a larger texture; a damaged header can claim any size.
 MAX_SIDE_PX = 16384
@@ -122,7 +123,7 @@ def _check_is_exr(path: Path) -> None:
         with path.open("rb") as file:
             magic = file.read(4)
     except OSError as error:
-        raise InputError(f"{path} cannot be opened: {error.strerror or error}.") from error
+        raise unreadable(path, error) from error
     if magic != b"\x76\x2f\x31\x01":
         found = "is empty" if not magic else "is not an OpenEXR file"
         raise InputError(f"{path} {found}: heatlens reads .exr files with colour and depth.")

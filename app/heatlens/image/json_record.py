@@ -15,6 +15,7 @@ from types import NoneType
 from typing import Any, Literal, NoReturn, TypeVar, get_args, get_origin, get_type_hints
 
 from heatlens.errors import HeatlensError, InputError
+from heatlens.paths import unreadable
 
 T = TypeVar("T")
 
@@ -171,7 +172,7 @@ def read_json(path: Path) -> JsonEntry:
         text = path.read_bytes().decode("utf-8-sig")  # editors on Windows put a mark before it
         value = json.loads(text, object_pairs_hook=_object, parse_constant=_constant)
     except OSError as error:
-        raise InputError(f"{path} cannot be read: {error.strerror or error}.") from error
+        raise unreadable(path, error) from error
     except json.JSONDecodeError as error:
         raise InputError(
             f"{path}: line {error.lineno}, column {error.colno}: {error.msg}; the file is damaged "

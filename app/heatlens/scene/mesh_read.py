@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heatlens.errors import InputError
+from heatlens.paths import unreadable
 from heatlens.scene.mesh_make import made_mesh, own_vertices, smooth_normals
 from heatlens.scene.picture_read import read_picture
 from heatlens.scene.scene import Instance, Material, Mesh, Scene
@@ -127,7 +128,7 @@ def read_mesh(path: Path) -> Scene:
     try:
         data = path.read_bytes()
     except OSError as error:
-        raise InputError(f"{path} cannot be opened: {error.strerror or error}.") from error
+        raise unreadable(path, error) from error
     if not data:
         raise InputError(f"{path} is empty: there is no scene in it.")
     reading = _Reading(path, _Folder(path))

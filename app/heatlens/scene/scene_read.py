@@ -4,6 +4,7 @@ import os
 from pathlib import Path
 
 from heatlens.errors import InputError
+from heatlens.paths import unreadable
 from heatlens.scene.gltf.gltf_file import named_files
 from heatlens.scene.gltf.gltf_read import read_gltf
 from heatlens.scene.mesh_read import read_mesh
@@ -51,5 +52,5 @@ def read_scene(path: str | os.PathLike[str]) -> Scene:
         known = ", ".join(SCENE_SUFFIXES)
         raise InputError(f"{path} is no scene that heatlens reads; it reads {known}.")
     if not path.is_file():
-        raise InputError(f"{path} is not there, or is no file.")
+        raise unreadable(path)
     return reader(path)

@@ -20,6 +20,7 @@ from urllib.parse import unquote
 
 from heatlens.errors import InputError
 from heatlens.image.json_record import JsonEntry
+from heatlens.paths import unreadable
 from heatlens.scene.gltf.gltf_json import Record
 
 _MAGIC = b"glTF"
@@ -141,7 +142,7 @@ def _text_of(path: Path) -> bytes:
                 _cut_short(path)
             return file.read(struct.unpack_from("<I", head, 12)[0])
     except OSError as error:
-        raise InputError(f"{path} cannot be opened: {error.strerror or error}.") from error
+        raise unreadable(path, error) from error
 
 
 def open_gltf(path: Path) -> GltfFile:
@@ -149,7 +150,7 @@ def open_gltf(path: Path) -> GltfFile:
     try:
         data = path.read_bytes()
     except OSError as error:
-        raise InputError(f"{path} cannot be opened: {error.strerror or error}.") from error
+        raise unreadable(path, error) from error
     if not data:
         raise InputError(f"{path} is empty: there is no scene in it.")
     text, binary = _chunks(path, data) if data.startswith(_MAGIC) else (data, None)
