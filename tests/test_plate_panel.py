@@ -212,7 +212,7 @@ def test_the_distance_under_the_pointer_is_that_of_the_pixel(gui):
     plate = gui.app.stage.plate
     gui.move(gui.at_picture(20.5, 7.5))
     gui.frame(2)
-    assert gui.screen._hovered == (20, 7)
+    assert gui.screen.picture.hovered == (20, 7)
     assert seen_depth_m(plate, (20, 7)) == pytest.approx(8 * RAMP[7, 20])
     assert seen_depth_m(plate, (-1, 7)) is None and seen_depth_m(plate, (20, HEIGHT)) is None
 

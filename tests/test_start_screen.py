@@ -15,9 +15,9 @@ from heatlens.paths import data_dir
 from heatlens.ui.action_list import actions
 from heatlens.ui.app import Start
 from heatlens.ui.files.preferences import Preferences, Remembered
-from heatlens.ui.first_choice import kind_of
 from heatlens.ui.picture.stream_source import StreamSource
-from heatlens.ui.start_layout import lay_out
+from heatlens.ui.start.first_choice import kind_of
+from heatlens.ui.start.start_layout import lay_out
 from window_plates import LENS, QUICK, room_file
 
 K = imgui.Key

@@ -173,7 +173,7 @@ def test_an_overlay_follows_the_lens(gui):
 def test_the_status_bar_reads_the_pixel_under_the_pointer(gui, own):
     gui.move(gui.at_picture(POST[0] + 0.5, POST[1] + 0.5))
     gui.frame(2)
-    text = gui.screen._probe_text()
+    text = gui.screen.status.words(gui.screen.picture.hovered)
     x, y = POST
     plate = plate_pixels(gui)[y, x]
     through = rendered(gui, own)[y, x]
@@ -187,7 +187,7 @@ def test_the_status_bar_reads_the_pixel_under_the_pointer(gui, own):
     )
     gui.move(gui.at_picture(WIDTH + 5, 3))
     gui.frame()
-    assert gui.screen._probe_text() == ""
+    assert gui.screen.status.words(gui.screen.picture.hovered) == ""
 
 
 def test_what_lies_outside_the_picture_is_grey(gui):

@@ -98,7 +98,8 @@ def test_its_blur_is_read_under_the_pointer(coc_window):
     gui.move(gui.at_picture(SKY[0] + 0.5, SKY[1] + 0.5))
     gui.frame()
     blur = gui.app.stage.plate.coc_px[SKY[1], SKY[0]]
-    assert gui.screen._probe_text().endswith(f"   coc {blur:+.2f} px")
+    text = gui.screen.status.words(gui.screen.picture.hovered)
+    assert text.endswith(f"   coc {blur:+.2f} px")
 
 
 def test_distances_come_back_with_a_plate_that_has_them(coc_window, tmp_path):
@@ -175,13 +176,13 @@ def test_the_readout_counts_from_both_windows(off_origin):
     gui = off_origin
     gui.move(gui.at_picture(3.5, 4.5))
     gui.frame()
-    text = gui.screen._probe_text()
+    text = gui.screen.status.words(gui.screen.picture.hovered)
     assert text.startswith("x 3  y 4  (data window 13, 24)")
     values = " ".join(f"{c:.4g}" for c in gui.app.stage.plate.color[12, 18, :3])
     assert f"plate {values}" in text
     gui.move(gui.at_picture(60.5, 4.5))
     gui.frame()
-    assert gui.screen._probe_text() == ""
+    assert gui.screen.status.words(gui.screen.picture.hovered) == ""
 
 
 def test_a_click_there_focuses_on_that_pixel_and_outside_the_data_on_none(off_origin):

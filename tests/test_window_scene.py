@@ -124,7 +124,7 @@ def test_control_and_the_wheel_go_nearer_and_zoom_nothing(scene_gui):
 
 
 def test_the_status_bar_tells_what_the_right_button_does_in_a_scene(scene_gui):
-    text = scene_gui.screen._probe_text()  # the pointer is beside the picture
+    text = scene_gui.screen.status.words(None)  # the pointer is beside the picture
     assert "Right drag orbits" in text and "Ctrl+wheel" in text and "? shows the keys" in text
     assert "Right drag" not in mouse_words(has_camera=False)
 

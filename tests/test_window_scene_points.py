@@ -8,6 +8,7 @@ import pytest
 
 from gui import Gui, gui_of
 from heatlens.gpu.textures import download
+from heatlens.model.coc import coc_line, coc_px
 from heatlens.model.marks import PointMark
 from heatlens.scene_gpu import scene_plate
 from scene_window import as_opened, middle, whole, write_scene
@@ -76,6 +77,18 @@ def test_a_point_is_measured_where_it_is_seen_however_small_it_is_drawn(moving):
     assert marks.distance_m(replace(mark, x_px=960.0)) is None
     marks.set_point((960, 3))
     assert "outside the picture" in app.message and len(app.shot.marks) == 1
+
+
+def test_the_status_bar_counts_pixels_of_the_whole_picture_however_small_it_is_drawn(moving):
+    app, (x, y) = moving.app, MIDDLE
+    drawn_px, (_, whole) = app.stage.plate.display_window.width, app.stage.windows(app.shot)
+    assert drawn_px < whole.width
+    words = moving.screen.status.words(MIDDLE)
+    assert words.startswith(f"x {x}  y {y}   picture")
+    depth_m = app.renderer.scene_depth_m(app.shot, app.editing.frame, x, y)
+    blur_px = coc_px(depth_m, coc_line(app.lens, whole.width))
+    told_px = float(words.rpartition("coc ")[2].removesuffix(" px"))
+    assert told_px == pytest.approx(blur_px, rel=0.03, abs=0.02)
 
 
 def test_a_point_is_followed_through_a_scene(gui, monkeypatch):

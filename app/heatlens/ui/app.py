@@ -25,12 +25,10 @@ from heatlens.model.view import ViewState
 from heatlens.model.view_geometry import PictureShape
 from heatlens.render import FrameRenderer
 from heatlens.ui.action_list import actions
-from heatlens.ui.beginning import begin
 from heatlens.ui.editing import Editing
 from heatlens.ui.files.filing import Filing
 from heatlens.ui.files.preferences import Preferences
 from heatlens.ui.files.shot_documents import ShotDocuments
-from heatlens.ui.first_choice import FirstChoice
 from heatlens.ui.palette import Palette
 from heatlens.ui.panel_names import PANELS
 from heatlens.ui.panels.color_choice import ColorChoice
@@ -43,6 +41,8 @@ from heatlens.ui.picture.screen_pictures import ScreenPictures
 from heatlens.ui.picture.stage import Reference, Stage
 from heatlens.ui.picture.stream_source import NO_FILES, StreamSource
 from heatlens.ui.picture.viewport import ViewportPanel
+from heatlens.ui.start.beginning import begin
+from heatlens.ui.start.first_choice import FirstChoice
 from heatlens.ui.timeline.timeline import Timeline
 from heatlens.ui.widgets import window_words
 

@@ -4,10 +4,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from heatlens.image.shot_file import is_shot_file
 from heatlens.paths import data_dir, home_dir
 from heatlens.scene.scene_source import DEMO, is_scene_source
 from heatlens.ui.actions import Action
-from heatlens.ui.files.shot_store import is_shot_file
 
 if TYPE_CHECKING:
     from heatlens.ui.app import App

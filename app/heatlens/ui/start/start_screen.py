@@ -8,9 +8,9 @@ import moderngl
 from imgui_bundle import ImVec2, imgui
 
 from heatlens.ui import theme, widgets
-from heatlens.ui.first_choice import Card
-from heatlens.ui.start_card import CardPictures, Place, column_width, draw_card, fitted
-from heatlens.ui.start_layout import StartLayout, lay_out
+from heatlens.ui.start.first_choice import Card
+from heatlens.ui.start.start_card import CardPictures, Place, column_width, draw_card, fitted
+from heatlens.ui.start.start_layout import StartLayout, lay_out
 
 if TYPE_CHECKING:
     from heatlens.ui.app import App
