@@ -1,5 +1,6 @@
 """The scene's pinhole picture in the window: small while something moves, whole when it rests."""
 
+import math
 import time
 from collections.abc import Callable
 from dataclasses import replace
@@ -13,6 +14,7 @@ from heatlens.scene_gpu.scene_renderer import PINHOLE_VIEWS
 _REST_S = 0.15  # so long without a move is rest
 _BUDGET_S = 0.03  # for drawing while something moves
 _SCALES = (1.0, 1 / 2, 1 / 4)
+_MORE_VIEWS_S = 0.006  # for views beyond the first while something moves
 _GOOD_VIEWS = 16  # so many are worth a blur before all of them are there,
 _ALL_AT_ONCE_S = 0.25  # unless all take no longer than this
 
@@ -20,7 +22,8 @@ _ALL_AT_ONCE_S = 0.25  # unless all take no longer than this
 class SceneSight:
     """Chooses how large the scene is drawn, by how long it took before.
 
-    While something moves: from one point a pixel, as large as the time allows. At rest: at once as
+    While something moves: as large as the time allows, by one view or, where a machine has time
+    left for more, by as many as there is time for. At rest: at once as
     large as it is asked for, then antialiased, in slices: soon good, and whole at last.
     """
 
@@ -37,7 +40,7 @@ class SceneSight:
         self._wish: tuple[Shot, int] | None = None
         self._moved_at = -_REST_S
         self._scale = 1.0
-        self._seconds_per_px = 0.0
+        self._seconds_per_px = 0.0  # of a view
         self._coming: Steps[None] | None = None
         self._views = 0  # in what is seen, and
         self._coming_views = 0  # in what is coming
@@ -68,7 +71,8 @@ class SceneSight:
         has_moved = is_held or (asked != self._asked and self._asked is not None)
         if asked != self._asked:
             self._asked, self._coming = asked, None
-            self._drawn(shot, frame, self._scale_now(shot))
+            scale = self._scale_now(shot)
+            self._drawn(shot, frame, scale, self._views_now(shot) if scale == 1.0 else 1)
         if has_moved:
             self._moved_at = self._clock()  # rest begins when that is seen
         return self._renderer.loaded
@@ -78,7 +82,7 @@ class SceneSight:
         if self._wish is None or self.is_whole or self.seconds_to_rest() > 0:
             return
         if self._scale < 1.0:
-            self._drawn(*self._wish, 1.0)
+            self._drawn(*self._wish, 1.0, 1)
             return
         if self._coming is None:
             self._coming_views = self._next_views(self._wish[0])
@@ -90,26 +94,32 @@ class SceneSight:
         self._views, self._coming = self._coming_views, None
 
     def _next_views(self, shot: Shot) -> int:
-        width, height = (shot.framing or Framing()).size
-        all_s = self._seconds_per_px * width * height * PINHOLE_VIEWS
-        return PINHOLE_VIEWS if self.is_good or all_s <= _ALL_AT_ONCE_S else _GOOD_VIEWS
+        is_soon = self._whole_s(shot) * PINHOLE_VIEWS <= _ALL_AT_ONCE_S
+        return PINHOLE_VIEWS if self.is_good or is_soon else _GOOD_VIEWS
 
     def seconds_to_rest(self) -> float:
         """How long until the whole picture is drawn; 0 where it may be."""
         return max(0.0, self._moved_at + _REST_S - self._clock())
 
-    def _drawn(self, shot: Shot, frame: int, scale: float) -> None:
-        self._scale, self._views = scale, 1
+    def _drawn(self, shot: Shot, frame: int, scale: float, views: int) -> None:
+        self._scale, self._views = scale, views
         seen, start = self.seen(shot), self._clock()
         width, height = (seen.framing or Framing()).size
-        self._renderer.look(seen, frame, views=1)
-        self._seconds_per_px = max(self._clock() - start, 1e-4) / (width * height)
+        self._renderer.look(seen, frame, views=views)
+        self._seconds_per_px = max(self._clock() - start, 1e-4) / (width * height * views)
+
+    def _whole_s(self, shot: Shot) -> float:
+        """For one view of full size."""
+        width, height = (shot.framing or Framing()).size
+        return self._seconds_per_px * width * height
 
     def _scale_now(self, shot: Shot) -> float:
         """The largest at which a picture fits the time; small at first, for nothing is known."""
-        if not self._seconds_per_px:
-            return _SCALES[-1]
-        width, height = (shot.framing or Framing()).size
-        whole_s = self._seconds_per_px * width * height
-        fitting = [scale for scale in _SCALES if whole_s * scale * scale <= _BUDGET_S]
+        whole_s = self._whole_s(shot)
+        fitting = [scale for scale in _SCALES if 0 < whole_s * scale * scale <= _BUDGET_S]
         return fitting[0] if fitting else _SCALES[-1]
+
+    def _views_now(self, shot: Shot) -> int:
+        """A power of two, for those are even."""
+        many = min(_MORE_VIEWS_S / self._whole_s(shot), float(_GOOD_VIEWS))
+        return int(2 ** math.floor(math.log2(many))) if many >= 1 else 1
