@@ -49,7 +49,7 @@ def test_text_of_a_plate_with_a_camera(tmp_path, capsys):
     assert lines["colour"] == "RGB, with alpha"
     assert lines["colour range"] == "0 to 43.75, 0 NaN, 0 infinite"
     assert lines["depth"] == "Z, distance, planar"
-    assert "beyond 0 to 1" in lines["why"]
+    assert "above 1, so they are distances" in lines["why"]
     assert lines["range"] == "2.25 to 13.75 m"
     assert lines["counts"] == "1 px infinite, 0 px repaired"
 

@@ -65,7 +65,7 @@ def changed(path: Path, **entries) -> str:
         ({"source": "a\0b"}, "cannot be the name of a file"),
         ({"plate": {"depth_kind": "round"}}, 'plate.depth_kind: "round" should be one of planar, '),
         ({"plate": {"near_m": 10**400}}, "plate.near_m: 1000"),
-        ({"defocus": {"layers": 99}}, "defocus: layers must be 1 to 7, got 99"),
+        ({"defocus": {"layers": 99}}, "defocus: Layers must be 1 to 7, got 99."),
         ({"marks": [{"name": "A"}]}, "marks[0]: the entry 'x_px' is missing"),
         ({"marks": ["A"]}, 'marks[0]: "A" should be an object in braces'),
         ({"marks": [{"name": "A", "distance_m": 1}] * 2}, "Two marks are called A."),
@@ -92,7 +92,7 @@ def test_a_mistake_is_told_with_its_place(tmp_path, entries, words):
         ('{"heatlens_shot": 1e999}', 'too large; infinity is written "inf"'),
         ("9" * 5000, "is damaged"),
         ("[" * 100_000, "is damaged"),
-        (b"\xff\xfe{}", "is damaged"),
+        (b"\xff\xfe{}", "is no text"),
         (b"\x76\x2f\x31\x01", "is damaged"),
     ],
 )
@@ -100,9 +100,11 @@ def test_what_is_no_shot(tmp_path, text, words):
     assert words in refusal(tmp_path / "s.heatlens.json", text)
 
 
-@pytest.mark.parametrize("make", [lambda path: None, Path.mkdir])
-def test_a_file_that_cannot_be_read_is_named(tmp_path, make):
+@pytest.mark.parametrize(
+    ("make", "words"), [(lambda path: None, "is not there"), (Path.mkdir, "is a folder")]
+)
+def test_a_file_that_cannot_be_read_is_named(tmp_path, make, words):
     path = tmp_path / "s.heatlens.json"
     make(path)
-    with pytest.raises(InputError, match=r"s\.heatlens\.json cannot be read"):
+    with pytest.raises(InputError, match=rf"s\.heatlens\.json {words}"):
         read_shot(path)

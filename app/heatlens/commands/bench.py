@@ -21,6 +21,7 @@ from heatlens.commands.blur_options import add_blur_options, settings_of
 from heatlens.commands.given_options import refuse_unused
 from heatlens.commands.say import say
 from heatlens.commands.scene_options import size_of
+from heatlens.commands.value_types import whole
 from heatlens.defocus.line_solver import SOLVERS
 from heatlens.errors import InputError
 from heatlens.gpu.context import headless_context
@@ -77,7 +78,7 @@ def _add_measure_options(parser: argparse.ArgumentParser) -> None:
     )
     group.add_argument(
         "--runs",
-        type=int,
+        type=whole,
         default=5,
         metavar="N",
         help="frames to take each median of, after a warm-up (default 5)",
@@ -110,7 +111,7 @@ def _add_method_options(group: "argparse._ArgumentGroup") -> None:
     )
     group.add_argument(
         "--truth-views",
-        type=int,
+        type=whole,
         default=_TRUTH_VIEWS,
         metavar="N",
         help="with --methods: each method's FLIP, PSNR and SSIM to the mean of so many views of "

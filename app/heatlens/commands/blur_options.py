@@ -5,6 +5,8 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
+from heatlens.commands.value_types import number, whole
+from heatlens.errors import InputError
 from heatlens.model.settings import (
     LAYERS_MAX,
     PROXY_MIN,
@@ -16,6 +18,7 @@ from heatlens.model.settings import (
 )
 
 _USUAL = DefocusSettings()
+_RANGES = {"layers": (1, LAYERS_MAX), "proxy": (PROXY_MIN, 1), "views": (1, VIEWS_MAX)}
 
 
 def add_blur_options(parser: argparse.ArgumentParser) -> None:
@@ -33,7 +36,7 @@ def add_blur_options(parser: argparse.ArgumentParser) -> None:
     )
     group.add_argument(
         "--views",
-        type=int,
+        type=whole,
         metavar="N",
         help=f"points of the lens, or rays of each pixel, 1 to {VIEWS_MAX} (default 66)",
     )
@@ -50,13 +53,13 @@ def add_blur_options(parser: argparse.ArgumentParser) -> None:
     )
     group.add_argument(
         "--layers",
-        type=int,
+        type=whole,
         metavar="N",
         help=f"depth layers, 1 (nothing uncovers) to {LAYERS_MAX}; default: as the quality says",
     )
     group.add_argument(
         "--proxy",
-        type=float,
+        type=number,
         metavar="SCALE",
         help=f"work on a smaller picture, {PROXY_MIN:g} to 1; blur scales with it",
     )
@@ -75,6 +78,15 @@ def settings_of(
         for name in (*kinds, "layers", "proxy", "views")
         if getattr(args, name, None) is not None
     }
-    for name in set(kinds).intersection(values):
-        values[name] = kinds[name](values[name])
+    for name, value in values.items():
+        if name in kinds:
+            values[name] = kinds[name](value)
+        else:
+            low, high = _RANGES[name]
+            _check(name, value, low, high)
     return replace(unless_given, **values)
+
+
+def _check(name: str, value: float, low: float, high: float) -> None:
+    if not low <= value <= high:
+        raise InputError(f"--{name} must be {low:g} to {high:g}, got {value:g}.")

@@ -10,6 +10,7 @@ from heatlens.camera.samples import CameraSamples
 from heatlens.camera.usd_read import USD_SUFFIXES, split_prim
 from heatlens.commands.lens_options import lens_words
 from heatlens.commands.say import say
+from heatlens.commands.value_types import number
 from heatlens.errors import InputError
 from heatlens.image.shot_file import SHOT_SUFFIX, is_shot_file, read_shot
 from heatlens.model.frames import parse_frame_range
@@ -71,7 +72,7 @@ def _add_shot_options(parser: argparse.ArgumentParser) -> None:
     )
     group.add_argument(
         "--sensor-height",
-        type=float,
+        type=number,
         metavar="MM",
         help="default: as the plate's picture is shaped; without a plate as the film back of that "
         "width, or 16:9",

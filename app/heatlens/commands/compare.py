@@ -3,17 +3,18 @@
 import argparse
 import dataclasses
 import json
-import math
+from collections.abc import Callable
 from pathlib import Path
 
 from heatlens.commands.say import say
+from heatlens.commands.value_types import finite, positive
 from heatlens.compare.difference import (
     absolute_difference,
     check_is_png,
     flip_map,
     write_difference,
 )
-from heatlens.compare.metrics import Scores, nonfinite_count, score
+from heatlens.compare.metrics import PSNR_MOST_DB, Scores, nonfinite_count, score
 from heatlens.compare.pictures import Picture, read_picture, shared_region
 from heatlens.image.plate import FloatImage
 
@@ -90,9 +91,15 @@ def run(args: argparse.Namespace) -> int:
 
 def _add_limits(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("limits", "Exit code 1 where one is missed.")
-    group.add_argument("--min-psnr", type=_finite, metavar="DB", help="PSNR at least this, in dB")
-    group.add_argument("--min-ssim", type=_finite, metavar="S", help="SSIM at least this, up to 1")
-    group.add_argument("--max-flip", type=_finite, metavar="F", help="FLIP at most this, 0 to 1")
+    group.add_argument(
+        "--min-psnr", type=_within(0, PSNR_MOST_DB), metavar="DB", help="PSNR at least this, in dB"
+    )
+    group.add_argument(
+        "--min-ssim", type=_within(-1, 1), metavar="S", help="SSIM at least this, up to 1"
+    )
+    group.add_argument(
+        "--max-flip", type=_within(0, 1), metavar="F", help="FLIP at most this, 0 to 1"
+    )
 
 
 def _add_difference(parser: argparse.ArgumentParser) -> None:
@@ -111,29 +118,23 @@ def _add_difference(parser: argparse.ArgumentParser) -> None:
     )
     group.add_argument(
         "--gain",
-        type=_positive,
+        type=positive,
         default=4.0,
         metavar="G",
         help="how many times brighter than it is the absolute error is drawn (default 4)",
     )
 
 
-def _finite(text: str) -> float:
-    """A number for a limit: none can be kept or missed against NaN."""
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise argparse.ArgumentTypeError(f"{text!r} is not a finite number")
-    return value
+def _within(low: float, high: float) -> Callable[[str], float]:
+    """A type of limits: one beyond what the score can be is always kept, or always missed."""
 
+    def limit(text: str) -> float:
+        value = finite(text)
+        if not low <= value <= high:
+            raise argparse.ArgumentTypeError(f"{text!r} is not within {low:g} and {high:g}")
+        return value
 
-def _positive(text: str) -> float:
-    value = _finite(text)
-    if value <= 0:
-        raise argparse.ArgumentTypeError(f"{text!r} is not above 0")
-    return value
+    return limit
 
 
 def _shared_pixels(result: Picture, truth: Picture) -> tuple[FloatImage, FloatImage]:

@@ -18,6 +18,7 @@ from heatlens.commands.scene_options import (
     shot_of_scene,
     with_framing,
 )
+from heatlens.commands.value_types import number, whole
 from heatlens.errors import InputError
 from heatlens.export.job import ExportJob, ExrOptions, Look
 from heatlens.export.output import Output, parse_output
@@ -57,7 +58,7 @@ def _add_frame_options(parser: argparse.ArgumentParser) -> None:
         "rendered (default)",
     )
     group.add_argument("--force", action="store_true", help="render what is finished once more")
-    group.add_argument("--fps", type=float, metavar="N", help="of a movie; default: the shot's")
+    group.add_argument("--fps", type=number, metavar="N", help="of a movie; default: the shot's")
     group.add_argument(
         "--progress",
         choices=("terminal", "json", "openjd"),
@@ -84,7 +85,7 @@ def _add_farm_options(parser: argparse.ArgumentParser) -> None:
         help="render nothing, but print a job template of Open Job Description (YAML)",
     )
     group.add_argument(
-        "--chunk", type=int, metavar="N", help="frames that a task renders (default 10)"
+        "--chunk", type=whole, metavar="N", help="frames that a task renders (default 10)"
     )
 
 

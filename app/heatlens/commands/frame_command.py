@@ -7,6 +7,7 @@ from pathlib import Path
 from heatlens.commands.lens_options import add_lens_options
 from heatlens.commands.plate_options import add_plate_options
 from heatlens.commands.scene_options import add_framing_options
+from heatlens.commands.value_types import whole
 
 AddOptions = Callable[[argparse.ArgumentParser], None]
 
@@ -43,5 +44,5 @@ def add_frame_command(
     blur(parser)
     add_plate_options(parser)
     group = add_framing_options(parser, "--camera")
-    group.add_argument("--frame", type=int, metavar="N", help="of the animation (default: first)")
+    group.add_argument("--frame", type=whole, metavar="N", help="of the animation (default: first)")
     parser.set_defaults(run=run)

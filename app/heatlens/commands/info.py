@@ -9,6 +9,7 @@ from heatlens.commands.given_options import refuse_given, refuse_unused
 from heatlens.commands.info_scene import Line, scene_lines
 from heatlens.commands.one_frame import check_one_frame
 from heatlens.commands.plate_options import add_plate_options, plate_options
+from heatlens.commands.value_types import number
 from heatlens.image.inspection import inspect
 from heatlens.scene.first_shot import first_shot
 from heatlens.scene.scene_facts import scene_facts
@@ -48,8 +49,8 @@ def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
     parser.add_argument("--json", action="store_true", help="the same as JSON, for programs")
     add_plate_options(parser)
     lens = parser.add_argument_group("the lens, for --depth-kind radial without one in the header")
-    lens.add_argument("--focal-length", type=float, metavar="MM", help="focal length in mm")
-    lens.add_argument("--sensor-width", type=float, metavar="MM", help="width of the sensor in mm")
+    lens.add_argument("--focal-length", type=number, metavar="MM", help="focal length in mm")
+    lens.add_argument("--sensor-width", type=number, metavar="MM", help="width of the sensor in mm")
     parser.set_defaults(run=run)
 
 
@@ -101,9 +102,9 @@ def _window(corners: list[int]) -> str:
 def _part_lines(parts: list[dict[str, Any]]) -> list[Line]:
     """One line for each part and one for each type of channel in it."""
     lines = []
-    for number, part in enumerate(parts, start=1):
+    for count, part in enumerate(parts, start=1):
         name = f" {part['name']!r}" if part["name"] else ""
-        lines.append((f"part {number}", f"{part['type']}, {part['compression']}{name}"))
+        lines.append((f"part {count}", f"{part['type']}, {part['compression']}{name}"))
         by_type: dict[str, list[str]] = {}
         for channel, pixel_type in part["channels"].items():
             by_type.setdefault(pixel_type, []).append(channel)

@@ -4,6 +4,7 @@ import argparse
 import math
 from collections.abc import Mapping
 
+from heatlens.commands.value_types import number
 from heatlens.errors import InputError
 from heatlens.image.focus_pick import depth_at_m, no_distances
 from heatlens.image.plate import Plate
@@ -31,13 +32,13 @@ def add_lens_options(parser: argparse.ArgumentParser, can_pick: bool = True) -> 
         "Values not given are taken from the plate's header or the scene's camera, where these "
         "have them.",
     )
-    group.add_argument("--focal-length", type=float, metavar="MM", help="in millimetres")
+    group.add_argument("--focal-length", type=number, metavar="MM", help="in millimetres")
     back = group.add_mutually_exclusive_group()
     back.add_argument(
-        "--sensor-width", type=float, metavar="MM", help="width of the film back in millimetres"
+        "--sensor-width", type=number, metavar="MM", help="width of the film back in millimetres"
     )
     back.add_argument("--filmback", metavar="NAME", help='a film back by name, as "Super 35"')
-    group.add_argument("--f-stop", type=float, metavar="N", help="2 for f/2; smaller blurs more")
+    group.add_argument("--f-stop", type=number, metavar="N", help="2 for f/2; smaller blurs more")
     focus = group.add_mutually_exclusive_group()
     focus.add_argument(
         "--focus-distance", metavar="DISTANCE", help="metres, or with a unit: 190cm, 6'3\", inf"
@@ -48,7 +49,7 @@ def add_lens_options(parser: argparse.ArgumentParser, can_pick: bool = True) -> 
         )
     group.add_argument(
         "--squeeze",
-        type=float,
+        type=number,
         metavar="S",
         help="anamorphic lens, 1 to 2: discs become S times as tall as wide (default 1)",
     )

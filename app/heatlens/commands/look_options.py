@@ -11,6 +11,7 @@ from heatlens.color.color_config import ColorConfig, load_color_config
 from heatlens.color.input_space import input_space_of
 from heatlens.color.view_transform import PLAIN_VIEW, ViewTransform, srgb_transform, view_transform
 from heatlens.commands.say import say
+from heatlens.commands.value_types import number
 from heatlens.errors import InputError
 from heatlens.image.channels import Header
 from heatlens.image.header_read import read_color_header
@@ -38,10 +39,10 @@ def add_look_options(parser: argparse.ArgumentParser) -> "argparse._ArgumentGrou
         help="of the light (default: as the plate's header tells, else linear Rec.709)",
     )
     group.add_argument(
-        "--gamma", type=float, default=1.0, metavar="G", help="on top of the view (default 1)"
+        "--gamma", type=number, default=1.0, metavar="G", help="on top of the view (default 1)"
     )
     group.add_argument(
-        "--exposure", type=float, default=0.0, metavar="STOPS", help="brighter by (default 0)"
+        "--exposure", type=number, default=0.0, metavar="STOPS", help="brighter by (default 0)"
     )
     return group
 

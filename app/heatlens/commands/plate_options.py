@@ -1,9 +1,9 @@
 """The options that say how to read a plate, the same for every command that reads one."""
 
 import argparse
-import math
 
 from heatlens.commands.lens_options import sensor_width_of
+from heatlens.commands.value_types import finite
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.units import parse_scene_unit_m
 
@@ -42,8 +42,8 @@ def add_plate_options(parser: argparse.ArgumentParser) -> None:
         metavar="UNIT",
         help="unit of the depth values: m, cm, mm, ft, in, or a number of metres (default: m)",
     )
-    group.add_argument("--near", metavar="METRES", type=_number, help="near end, normalized depth")
-    group.add_argument("--far", metavar="METRES", type=_number, help="far end, normalized depth")
+    group.add_argument("--near", metavar="METRES", type=finite, help="near end, normalized depth")
+    group.add_argument("--far", metavar="METRES", type=finite, help="far end, normalized depth")
 
 
 def plate_options(args: argparse.Namespace) -> PlateOptions:
@@ -62,11 +62,3 @@ def plate_options(args: argparse.Namespace) -> PlateOptions:
         focal_length_mm=getattr(args, "focal_length", None),
         sensor_width_mm=sensor_width_of(args),
     )
-
-
-def _number(text: str) -> float:
-    """A finite number; argparse turns the ValueError into its own sentence."""
-    value = float(text)
-    if not math.isfinite(value):
-        raise argparse.ArgumentTypeError(f"{text!r} is not a finite number of metres")
-    return value

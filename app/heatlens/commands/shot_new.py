@@ -21,6 +21,7 @@ from heatlens.commands.shot_camera import (
     with_camera_values,
 )
 from heatlens.commands.shot_keys import KEYED, Keys, keys_of, mark_of
+from heatlens.commands.value_types import number
 from heatlens.errors import InputError
 from heatlens.image.exr_read import read_plate
 from heatlens.image.sequence import Sequence, find_sequence
@@ -99,7 +100,7 @@ def _add_time_options(parser: argparse.ArgumentParser) -> None:
     )
     group.add_argument("--in-out", metavar="FIRST-LAST", help="the part to play (default all)")
     group.add_argument(
-        "--fps", type=float, metavar="N", help=f"default: the camera's, else {FRAMES_PER_SECOND:g}"
+        "--fps", type=number, metavar="N", help=f"default: the camera's, else {FRAMES_PER_SECOND:g}"
     )
     group.add_argument(
         "--close-focus", metavar="DISTANCE", help="nearest focus of the lens, to be warned of"

@@ -1,7 +1,6 @@
 """`heatlens study`: every way to blur one frame, seen and measured on one page."""
 
 import argparse
-import math
 from dataclasses import replace
 from pathlib import Path
 
@@ -14,6 +13,7 @@ from heatlens.commands.one_frame import check_one_frame
 from heatlens.commands.plate_options import plate_options
 from heatlens.commands.say import say
 from heatlens.commands.scene_options import load_scene
+from heatlens.commands.value_types import positive, whole
 from heatlens.compare.pictures import Picture, read_picture
 from heatlens.defocus.solver_choice import settled_solver
 from heatlens.errors import InputError
@@ -81,7 +81,7 @@ def _add_study_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--views",
         dest="truth_views",
-        type=int,
+        type=whole,
         metavar="N",
         help="of a scene without --truth: points of the lens that the truth is seen from "
         f"(default {_TRUTH_VIEWS}, {_FINER} times as many as the methods at least)",
@@ -102,7 +102,7 @@ def _add_study_options(parser: argparse.ArgumentParser) -> None:
     )
     group.add_argument(
         "--gain",
-        type=_positive,
+        type=positive,
         default=4.0,
         metavar="G",
         help="how many times brighter than it is a difference is drawn (default 4)",
@@ -114,7 +114,7 @@ def _add_blur_options(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("blur of diffusion")
     group.add_argument("--bokeh", choices=list(map(str, Bokeh)), help="as render")
     group.add_argument("--quality", choices=list(map(str, Quality)), help="as render")
-    group.add_argument("--layers", type=int, metavar="N", help=f"as render, 1 to {LAYERS_MAX}")
+    group.add_argument("--layers", type=whole, metavar="N", help=f"as render, 1 to {LAYERS_MAX}")
 
 
 def run(args: argparse.Namespace) -> int:
@@ -250,13 +250,3 @@ def _count(text: str) -> int:
     if not text.isdecimal() or int(text) < 1:
         raise argparse.ArgumentTypeError(f"{text!r} is not a whole number from 1")
     return int(text)
-
-
-def _positive(text: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not 0 < value < math.inf:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a number above 0")
-    return value

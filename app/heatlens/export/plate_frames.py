@@ -54,7 +54,7 @@ class PlateFrames:
             raise InputError(
                 f"{self.sequence.pattern} has no file for {len(gaps)} of {len(frames)} frames: "
                 f"{frames_text(gaps)}. --missing hold puts the frame before in their place, "
-                "--missing black nothing."
+                "--missing black a black picture."
             )
 
     def origin(self, shot: Shot, frame: int, missing: MissingPolicy) -> Origin:

@@ -40,7 +40,10 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
         _to_disk(beside)
         os.replace(beside, target)
     except (OSError, RuntimeError) as error:  # RuntimeError is what OpenEXR raises
-        raise InputError(f"{target} could not be written: {error}") from error
+        told = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
+        # The name that is written to for now means nothing to anybody.
+        why = told.replace(str(beside), str(target)).rstrip(".")
+        raise InputError(f"{target} could not be written: {why}.") from error
     finally:
         beside.unlink(missing_ok=True)
 

@@ -96,7 +96,8 @@ def guess_convention(raw: RawDepth, options: PlateOptions) -> Guess:
     if has_ends and raw.top <= NORMALIZED_UP_TO:
         return _normalized_direction(raw)
     if raw.top > 1:
-        why = f"Its values run from {raw.low:g} to {raw.high:g}, beyond 0 to 1."
+        beyond = "above 1" if raw.high > 1 else "below -1"
+        why = f"Its values run from {raw.low:g} to {raw.high:g}, {beyond}, so they are distances."
         if has_ends:
             return Guess("distance", f"{why} --near and --far are not used.", certain=False)
         return Guess("distance", why)

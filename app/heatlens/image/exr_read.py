@@ -62,10 +62,9 @@ def read_parts(path: str | os.PathLike[str]) -> list[Part]:
             f"heatlens does not know ({error}). Write it again."
         ) from error
     if len(read) != len(headers):
-        raise InputError(
-            f"{path} is damaged or cut short: the pixels of {len(headers) - len(read)} of its "
-            f"{len(headers)} part(s) cannot be read. Write it again."
-        )
+        lost, count = len(headers) - len(read), len(headers)
+        whose = "its pixels" if count == 1 else f"the pixels of {lost} of its {count} parts"
+        raise InputError(f"{path} is damaged or cut short: {whose} cannot be read. Write it again.")
     return read
 
 

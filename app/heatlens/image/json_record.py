@@ -173,6 +173,11 @@ def read_json(path: Path) -> JsonEntry:
         value = json.loads(text, object_pairs_hook=_object, parse_constant=_constant)
     except OSError as error:
         raise unreadable(path, error) from error
+    except UnicodeDecodeError as error:
+        raise InputError(
+            f"{path} is no text, as shots and cameras in JSON are: it is another kind of file, or "
+            "damaged."
+        ) from error
     except json.JSONDecodeError as error:
         raise InputError(
             f"{path}: line {error.lineno}, column {error.colno}: {error.msg}; the file is damaged "

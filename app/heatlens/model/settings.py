@@ -64,8 +64,8 @@ class DefocusSettings:
 
     def __post_init__(self) -> None:
         if self.layers is not None and not 1 <= self.layers <= LAYERS_MAX:
-            raise InputError(f"layers must be 1 to {LAYERS_MAX}, got {self.layers}")
+            raise InputError(f"Layers must be 1 to {LAYERS_MAX}, got {self.layers}.")
         if not PROXY_MIN <= self.proxy <= 1.0:
-            raise InputError(f"proxy must be {PROXY_MIN:g} to 1, got {self.proxy:g}")
+            raise InputError(f"The proxy must be {PROXY_MIN:g} to 1, got {self.proxy:g}.")
         if not 1 <= self.views <= VIEWS_MAX:
-            raise InputError(f"views must be 1 to {VIEWS_MAX}, got {self.views}")
+            raise InputError(f"Views must be 1 to {VIEWS_MAX}, got {self.views}.")
