@@ -2,18 +2,20 @@
 
 import errno
 import os
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
-from command_line import started
+from command_line import ENVIRONMENT, started
 from exr_files import distances, rgb, write_file
 from heatlens import __version__
 from heatlens.commands import info
 from heatlens.commands.main import main
 from heatlens.errors import GpuError, InputError
 
-COMMANDS = ("render", "export", "info", "compare", "bench")
+COMMANDS = ("view", "render", "export", "shot", "camera", "info", "compare", "study", "bench")
 
 
 @pytest.fixture
@@ -55,7 +57,7 @@ def test_a_wrong_command_line_is_answered_in_two_lines(capsys, words, expected):
     assert expected in refused(capsys, *words)
 
 
-@pytest.mark.parametrize("command", [c for c in COMMANDS if c != "shot"])  # it has its own
+@pytest.mark.parametrize("command", [c for c in COMMANDS if c != "shot"])  # it has two of its own
 def test_a_wrong_option_points_to_the_help_of_its_command(capsys, command):
     assert f"`heatlens {command} --help` explains." in refused(capsys, command, "--no-such-thing")
 
@@ -81,6 +83,29 @@ def test_the_version(capsys):
         main(["--version"])
     assert stopped.value.code == 0
     assert capsys.readouterr().out == f"heatlens {__version__}\n"
+
+
+def test_ctrl_c_while_a_command_is_loaded(monkeypatch, capsys):
+    def interrupted(name):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("heatlens.commands.main.importlib.import_module", interrupted)
+    assert main(["info", "plate.exr"]) == 130
+    assert capsys.readouterr() == ("", "heatlens: stopped\n")
+
+
+@pytest.mark.parametrize(
+    ("word", "unloaded"), [("--version", ["numpy"]), ("info", ["moderngl", "heatlens.study"])]
+)
+def test_what_is_not_asked_for_is_not_loaded(word, unloaded):
+    """Else nothing could be said of Ctrl-C, and the version took half a second."""
+    code = (
+        "import sys\nfrom heatlens.commands.main import main\nassert 'numpy' not in sys.modules\n"
+        f"try:\n    main([{word!r}, '--help'])\nexcept SystemExit:\n    pass\n"
+        f"assert not set({unloaded!r}) & set(sys.modules)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], env=ENVIRONMENT, capture_output=True)
+    assert done.returncode == 0, done.stderr.decode()
 
 
 @pytest.mark.parametrize(

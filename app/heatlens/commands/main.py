@@ -2,17 +2,19 @@
 
 Exit codes: 0 done, 1 `compare` found the pictures further apart than allowed, 2 something the
 user can mend, 130 stopped with Ctrl-C, 141 nobody reads the output any more (`| head`).
+
+Only the module of the command that was asked for is imported, and that where Ctrl-C is answered.
 """
 
 import argparse
 import difflib
+import importlib
 import os
 import sys
 from collections.abc import Sequence
 from typing import Any, NoReturn
 
 from heatlens import __version__
-from heatlens.commands import bench, camera, compare, export, info, render, shot, study, view
 from heatlens.errors import HeatlensError, InputError
 
 _EPILOG = """\
@@ -30,7 +32,6 @@ examples:
 
 `heatlens COMMAND --help` explains each command.
 """
-
 
 _COMMANDS = ("view", "render", "export", "shot", "camera", "info", "compare", "study", "bench")
 
@@ -50,8 +51,8 @@ class _Parser(argparse.ArgumentParser):
         return parsed, unknown
 
 
-def build_parser() -> argparse.ArgumentParser:
-    """The whole command line."""
+def build_parser(names: Sequence[str] = _COMMANDS) -> argparse.ArgumentParser:
+    """The command line of the commands `names`, which are all there are unless told."""
     parser = _Parser(
         prog="heatlens",
         description="Puts a real lens in front of a pinhole render: depth of field by diffusion.",
@@ -60,15 +61,16 @@ def build_parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=f"heatlens {__version__}")
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
-    for command in (view, render, export, shot, camera, info, compare, study, bench):
-        command.register(commands)
+    for name in names:
+        importlib.import_module(f"heatlens.commands.{name}").register(commands)
     return parser
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line `argv`; returns the exit code."""
     try:
-        args = build_parser().parse_args(_with_command(sys.argv[1:] if argv is None else argv))
+        words = _with_command(sys.argv[1:] if argv is None else argv)
+        args = build_parser(_needed(words)).parse_args(words)
         code = int(args.run(args))
         sys.stdout.flush()  # a reader that has gone is noticed here, not when Python ends
         return code
@@ -98,6 +100,13 @@ def _with_command(argv: Sequence[str]) -> list[str]:
     if near and not os.path.exists(words[0]):
         raise InputError(f"There is no command or file {words[0]!r}. Did you mean {near[0]}?")
     return ["view", *words]
+
+
+def _needed(words: Sequence[str]) -> tuple[str, ...]:
+    """The command that is asked for; for the help all of them, for the version none."""
+    if words[0] in _COMMANDS:
+        return (words[0],)
+    return () if words[0] == "--version" else _COMMANDS
 
 
 def _drop_output() -> None:
