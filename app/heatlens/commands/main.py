@@ -19,7 +19,7 @@ from heatlens.errors import HeatlensError, InputError
 
 _EPILOG = """\
 examples:
-  heatlens plate.exr                        the window; alone: with a start screen
+  heatlens plate.exr                        # the window; alone: with a start screen
   heatlens render plate.exr -o out.exr --f-stop 2 --focus-distance 2.24 \\
       --focal-length 50 --sensor-width 36
   heatlens render plate.exr -o out.png --focus-at 960,540 --f-stop 1.4

@@ -44,7 +44,7 @@ examples:
   heatlens render plate.exr -o out.exr --f-stop 2 --focus-distance 2.24 \\
       --focal-length 50 --sensor-width 36
   heatlens render plate.exr -o out.png --focus-at 960,540 --f-stop 1.4
-  heatlens render plate.exr -o quick.png --f-stop 2 --focus-distance 6'3" \\
+  heatlens render plate.exr -o quick.png --f-stop 2 --focus-distance 6ft3in \\
       --quality draft --proxy 0.5
   heatlens render plate.exr -o scatter.exr --f-stop 2 --focus-distance 2.24 --method scatter
   heatlens render scene.glb -o truth.exr --size 1280x720 --method accumulation --views 1024 \\

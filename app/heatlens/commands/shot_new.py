@@ -43,8 +43,8 @@ _EPILOG = """\
 examples:
   heatlens shot new 'plate.####.exr' -o s.heatlens.json --focal-length 50 --sensor-width 36 \\
       --f-stop 1.3 --key focus@1001=0.94 --key focus@1024=3.83
-  heatlens shot new 'plate.####.exr' -o s.heatlens.json --key focus@1001=6'3" \\
-      --key focus@1024=inf:linear --key f-stop@1010=2.8 --mark A=6'3" --mark B@960,540
+  heatlens shot new 'plate.####.exr' -o s.heatlens.json --key focus@1001=6ft3in \\
+      --key focus@1024=inf:linear --key f-stop@1010=2.8 --mark A=6ft3in --mark B@960,540
   heatlens shot new scene.glb -o s.heatlens.json --f-stop 2 --focus-distance 3 --size 1920x1080
 """
 
