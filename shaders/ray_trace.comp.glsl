@@ -13,6 +13,7 @@
 
 #include "lib/scene.lib.glsl"
 #include "lib/shading.lib.glsl"
+#include "lib/tangent.lib.glsl"
 #include "lib/bvh.lib.glsl"
 #include "lib/random.lib.glsl"
 
@@ -49,7 +50,9 @@ vec3 light_at(Hit hit, vec3 to_eye) {
     vec2 uv = uv_at(hit.triangle, hit.weights);
     vec3 tint = tint_at(hit.triangle, hit.weights).rgb;
     normal = normal * mat3(there.to_object);  // by the inverse transposed
-    return shaded(surface_of(there.numbers.x, position_m, normal, uv, tint, to_eye), to_eye);
+    vec4 tangent = tangent_at(hit.triangle, hit.weights, mat3(there.to_world));
+    uint material = there.numbers.x;
+    return shaded(surface_of(material, position_m, normal, tangent, uv, tint, to_eye), to_eye);
 }
 
 vec3 light_through(vec2 px, vec2 size, vec2 lens_m) {

@@ -1,5 +1,8 @@
 // A corner of an instance's mesh. `invariant`: what lies on the depth of the first draw is found
-// again by the second one. With COLORS, of meshes some of which have colours at their vertices.
+// again by the second one. With COLORS, of meshes some of which have colours at their vertices;
+// with BUMPS, of materials some of which have a map of normals.
+
+#include "lib/tangent.lib.glsl"
 
 in vec3 in_position;
 in float in_u;
@@ -10,6 +13,9 @@ in mat4 in_to_object;
 in uvec4 in_numbers;   // material first
 #ifdef COLORS
 in vec4 in_color;
+#endif
+#ifdef BUMPS
+in vec4 in_tangent;
 #endif
 
 uniform mat4 clip_from_world;
@@ -22,6 +28,9 @@ flat out uint material;
 #ifdef COLORS
 centroid out vec4 tint;
 #endif
+#ifdef BUMPS
+out vec4 tangent;
+#endif
 
 void main() {
     vec4 world = in_to_world * vec4(in_position, 1.0);
@@ -31,6 +40,9 @@ void main() {
     material = in_numbers.x;
 #ifdef COLORS
     tint = in_color;
+#endif
+#ifdef BUMPS
+    tangent = in_world(in_tangent, mat3(in_to_world));
 #endif
     gl_Position = clip_from_world * world;
 }

@@ -10,6 +10,11 @@ in vec3 position_m;
 in vec3 normal;
 in vec2 uv;
 flat in uint material;
+#ifdef BUMPS
+in vec4 tangent;
+#else
+const vec4 tangent = vec4(0.0);
+#endif
 
 uniform vec3 eye_m;
 
@@ -17,6 +22,6 @@ out vec4 color;
 
 void main() {
     vec3 to_eye = unit_or(eye_m - position_m, vec3(0.0, 1.0, 0.0));
-    Surface surface = surface_of(material, position_m, normal, uv, tint.rgb, to_eye);
+    Surface surface = surface_of(material, position_m, normal, tangent, uv, tint.rgb, to_eye);
     color = vec4(shaded(surface, to_eye), 1.0);
 }

@@ -47,7 +47,8 @@ def pass_builds() -> list[tuple[str, dict[str, object]]]:
     return builds + [
         (name, dict.fromkeys(chosen, 1))
         for name, _ in builds
-        for chosen in (("HOLES",), ("COLORS",), ("HOLES", "COLORS"))
+        for count in (1, 2, 3)
+        for chosen in itertools.combinations(("HOLES", "COLORS", "BUMPS"), count)
         if all(word in whole_text(name) for word in chosen)
     ]
 

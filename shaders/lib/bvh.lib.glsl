@@ -16,17 +16,37 @@ layout(std430, binding = 6) readonly buffer placed_block { ivec2 placed[]; };  /
 layout(std430, binding = 7) readonly buffer colors_block { uvec2 colors[]; };  // half floats
 #endif
 
+#ifdef BUMPS
+#define VERTEX_PARTS 3u
+#else
+#define VERTEX_PARTS 2u
+#endif
+
 #define STACK 32   // more than DEPTH_MOST of bvh.py
 #define SAME 1e-6  // share of a distance that is rounding
 
 // What a ray met: an instance, -1 for nothing; a triangle, and the weights of its corners there.
 struct Hit { float distance; int instance; int triangle; vec3 weights; };
 
-vec3 position_of(uint vertex) { return vertices[2u * vertex].xyz; }
+vec3 position_of(uint vertex) { return vertices[VERTEX_PARTS * vertex].xyz; }
 
-vec2 uv_of(uint vertex) { return vec2(vertices[2u * vertex].w, vertices[2u * vertex + 1u].w); }
+vec2 uv_of(uint vertex) {
+    uint at = VERTEX_PARTS * vertex;
+    return vec2(vertices[at].w, vertices[at + 1u].w);
+}
 
-vec3 normal_of(uint vertex) { return vertices[2u * vertex + 1u].xyz; }
+vec3 normal_of(uint vertex) { return vertices[VERTEX_PARTS * vertex + 1u].xyz; }
+
+// As scene_mesh.vert.glsl has it, in the world.
+vec4 tangent_at(int triangle, vec3 weights, mat3 to_world) {
+#ifdef BUMPS
+    vec4 sum = vec4(0.0);
+    for (int i = 0; i < 3; ++i) sum += weights[i] * vertices[3u * triangles[triangle][i] + 2u];
+    return in_world(sum, to_world);
+#else
+    return vec4(0.0);
+#endif
+}
 
 vec2 uv_at(int triangle, vec3 weights) {
     uvec4 c = triangles[triangle];

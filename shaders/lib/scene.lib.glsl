@@ -1,10 +1,10 @@
 // A scene in storage buffers, as scene_gpu/scene_buffers.py writes them. All std430.
 //
 //   binding 0  instances, 144 bytes each; those of one mesh lie after each other
-//   binding 1  materials, 64 bytes each
+//   binding 1  materials, 80 bytes each
 //   binding 2  lights: their number in 16 bytes, then 48 bytes each
 //   binding 3 and up are the ray tracer's. The vertex buffer is of two vec4 a vertex: position and
-//   u, normal and v; the index buffer is of three uints a triangle, into all vertices. Colours of
+//   u, normal and v; with BUMPS of a third, the tangent and its sign; the index buffer is of three uints a triangle, into all vertices. Colours of
 //   vertices, where a mesh has any, are four half floats each in a buffer of their own.
 
 struct Instance {
@@ -16,8 +16,9 @@ struct Instance {
 struct Material {
     vec4 base_color;       // scene-linear, and alpha
     vec4 emission_cutoff;  // scene-linear radiance, and the alpha below which there is a hole
-    vec4 rough_metal;      // roughness, metallic
-    ivec4 maps;            // layers for base colour, metallic and roughness, emission; -1 for none
+    vec4 rough_metal;      // roughness, metallic; how steep bumps are, how dark what is occluded
+    ivec4 maps;            // layers: base colour, metallic and roughness, emission, normals; -1 for none
+    ivec4 more_maps;       // layers: occlusion
 };
 
 struct Light {
@@ -36,15 +37,18 @@ layout(std430, binding = 2) readonly buffer lights_block {
 uniform sampler2DArray maps_tx;
 
 #define SMALL 1e-20
+#define LEAST_ALONG 1e-6  // a tangent that is nearly the normal, its sine squared
 
-// What light falls on. The normal is unit and on the side of the eye.
+// What light falls on. The normals are unit and of the side of the eye: `side` without bumps.
 struct Surface {
     vec3 position_m;
     vec3 normal;
+    vec3 side;
     vec3 base_color;
     vec3 emission;
     float metallic;
     float roughness;
+    float open;  // share of the sky that is not occluded
 };
 
 // Bilinear without mipmaps, so that a ray and a triangle's pixel read the same.
@@ -74,17 +78,41 @@ vec3 unit_or(vec3 v, vec3 otherwise) {
     return square > SMALL && square < 1.0 / SMALL ? v * inversesqrt(square) : otherwise;
 }
 
-// `normal` of any length, of either side; `tint` the vertices' colour; `to_eye` is unit.
-Surface surface_of(uint material, vec3 position_m, vec3 normal, vec2 uv, vec3 tint, vec3 to_eye) {
+// `normal` is unit; the tangent need not be, nor stand upright on it. As it is without a map, and
+// where the tangent tells no direction.
+vec3 with_bumps(Material m, vec3 normal, vec4 tangent, vec2 uv) {
+#ifdef BUMPS
+    if (m.maps.w < 0) return normal;
+    vec3 along = unit_or(tangent.xyz, vec3(0.0));
+    along -= normal * dot(normal, along);
+    if (dot(along, along) < LEAST_ALONG) return normal;
+    along = normalize(along);
+    vec3 up = tangent.w < 0.0 ? cross(along, normal) : cross(normal, along);
+    vec3 bump = 2.0 * map_texel(m.maps.w, uv).xyz - 1.0;
+    bump = vec3(m.rough_metal.z * bump.xy, max(bump.z, 0.0));
+    return unit_or(bump.x * along + bump.y * up + bump.z * normal, normal);
+#else
+    return normal;
+#endif
+}
+
+// `normal` and `tangent` of any length, of either side; `tint` the vertices' colour; `to_eye` is unit.
+Surface surface_of(
+    uint material, vec3 position_m, vec3 normal, vec4 tangent, vec2 uv, vec3 tint, vec3 to_eye
+) {
     Material m = materials[material];
     vec3 rough_metal = m.maps.y < 0 ? vec3(1.0) : map_texel(m.maps.y, uv).rgb;
     vec3 unit = unit_or(normal, to_eye);
     Surface s;
     s.position_m = position_m;
-    s.normal = dot(unit, to_eye) < 0.0 ? -unit : unit;
+    float facing = dot(unit, to_eye) < 0.0 ? -1.0 : 1.0;
+    s.side = facing * unit;
+    s.normal = facing * with_bumps(m, unit, tangent, uv);
     s.base_color = tint * m.base_color.rgb * map_color(m.maps.x, uv);
     s.emission = m.emission_cutoff.rgb * map_color(m.maps.z, uv);
     s.roughness = clamp(m.rough_metal.x * rough_metal.g, 0.0, 1.0);
     s.metallic = clamp(m.rough_metal.y * rough_metal.b, 0.0, 1.0);
+    s.open = 1.0;
+    if (m.more_maps.x >= 0) s.open += m.rough_metal.w * (map_texel(m.more_maps.x, uv).r - 1.0);
     return s;
 }

@@ -76,7 +76,7 @@ vec3 from_sky(Surface s, vec3 to_eye) {
     float nv = clamp(dot(s.normal, to_eye), 0.0, 1.0);
     vec3 share = mirrored_share(mix(vec3(0.04), s.base_color, s.metallic), s.roughness, nv);
     vec3 diffuse = (1.0 - share) * (1.0 - s.metallic) * s.base_color * sky_diffuse(s.normal.y);
-    return diffuse + share * sky_glossy(reflect(-to_eye, s.normal), s.roughness);
+    return s.open * (diffuse + share * sky_glossy(reflect(-to_eye, s.normal), s.roughness));
 }
 
 vec3 from_light(Light light, Surface s, vec3 to_eye) {
@@ -93,7 +93,7 @@ vec3 from_light(Light light, Surface s, vec3 to_eye) {
 vec3 shaded(Surface s, vec3 to_eye) {
     vec3 light = s.emission + from_sky(s, to_eye);
     if (dot(s.normal, to_sun) > 0.0 && max(sun_light.r, max(sun_light.g, sun_light.b)) > 0.0)
-        light += sun_light * sun_share(s.position_m, s.normal) * reflected(s, to_eye, to_sun);
+        light += sun_light * sun_share(s.position_m, s.side) * reflected(s, to_eye, to_sun);
     for (uint i = 0u; i < light_count.x; ++i) light += from_light(lights[i], s, to_eye);
     return clamp(mix(light, vec3(0.0), isnan(light)), 0.0, MOST_LIGHT);
 }

@@ -33,6 +33,8 @@ class Mesh:
     material     index into the scene's materials
     colors       (V, 3) or (V, 4) float32 of 0 to 1, linear: base colour and alpha are multiplied by
                  them; None where there are none, as if they were white
+    tangents     (V, 4) float32: along u, unit or zero, and the sign of what goes against v; None
+                 where no map of normals needs them: without them such a map changes nothing
     """
 
     positions_m: NDArray[np.float32]
@@ -41,6 +43,7 @@ class Mesh:
     triangles: NDArray[np.uint32]
     material: int = 0
     colors: NDArray[np.float32] | None = None
+    tangents: NDArray[np.float32] | None = None
 
     @cached_property
     def box_m(self) -> Array:
@@ -62,7 +65,9 @@ class Material:
     emission       scene-linear radiance, far above 1 for a lamp, multiplied by the map
     alpha_cutoff   what of the base colour's alpha lies under it is a hole; 0 for none
     *_map          index into the scene's images, None for none; metallic is in its blue channel,
-                   roughness in its green one
+                   roughness in its green one; of normals it is as glTF has it, y against v
+    normal_scale   how steep the bumps of that are; 0 for none
+    occlusion      how much the red channel of its map takes away of the sky's light, 0 to 1
     """
 
     name: str = ""
@@ -75,6 +80,10 @@ class Material:
     base_color_map: int | None = None
     metallic_roughness_map: int | None = None
     emission_map: int | None = None
+    normal_map: int | None = None
+    normal_scale: float = 1.0
+    occlusion_map: int | None = None
+    occlusion: float = 1.0
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,6 +18,7 @@ from heatlens.scene_gpu.raster import SceneRaster
 from heatlens.scene_gpu.scene_buffers import INSTANCE, SceneBuffers
 
 _SHADER = "ray_trace.comp.glsl"
+_DEFINES = ("COLORS", "BUMPS")  # that the shader knows
 _TILE = 8
 _RAYS_PER_STEP = 2**17  # some tenths of a second on a processor: a window answers in between
 _VERTICES, _TRIANGLES, _NODES, _PLACED, _COLORS = 3, 4, 5, 6, 7  # storage bindings
@@ -29,7 +30,8 @@ class RayTracer:
     def __init__(self, ctx: moderngl.Context, raster: SceneRaster) -> None:
         self._ctx = ctx
         self._raster = raster
-        self._program, self._has_colors = ComputeProgram(ctx, _SHADER), False
+        self._defines: dict[str, int] = {}
+        self._program = ComputeProgram(ctx, _SHADER)
         self._pool = TexturePool(ctx)
         self._trees: SceneTrees | None = None
         self._key: object = None
@@ -71,15 +73,16 @@ class RayTracer:
             if self._trees is not None:
                 self._trees.release()
             self._trees = SceneTrees(self._ctx, buffers)
-            self._fit_program(buffers.colors is not None)
+            self._fit_program(buffers.defines)
         self._trees.place()
 
-    def _fit_program(self, has_colors: bool) -> None:
-        """A scene without colours at its vertices pays nothing for those of another."""
-        if has_colors != self._has_colors:
-            fit = ComputeProgram(self._ctx, _SHADER, {"COLORS": 1} if has_colors else {})
+    def _fit_program(self, scene: dict[str, int]) -> None:
+        """A scene without colours at its vertices, or bumps, pays nothing for those of another."""
+        defines = {name: value for name, value in scene.items() if name in _DEFINES}
+        if defines != self._defines:
+            fit = ComputeProgram(self._ctx, _SHADER, defines)
             self._program.release()
-            self._program, self._has_colors = fit, has_colors
+            self._program, self._defines = fit, defines
 
     def _uniforms(self, view: SceneView, radii_m: tuple[float, float]) -> dict[str, object]:
         world_from_camera = np.linalg.inv(view.world_to_camera)

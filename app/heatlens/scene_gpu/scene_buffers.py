@@ -14,6 +14,7 @@ INSTANCES, MATERIALS, LIGHTS = 0, 1, 2  # storage bindings
 MOST_LIGHTS = 32
 
 VERTEX = np.dtype([("position", "f4", 3), ("u", "f4"), ("normal", "f4", 3), ("v", "f4")])
+BUMPY_VERTEX = np.dtype([*VERTEX.descr, ("tangent", "f4", 4)])
 INSTANCE = np.dtype(  # matrices column by column, as GLSL has them
     [("to_world", "f4", (4, 4)), ("to_object", "f4", (4, 4)), ("numbers", "u4", 4)]
 )
@@ -24,6 +25,7 @@ MATERIAL = np.dtype(
         ("emission_cutoff", *_VEC4),
         ("rough_metal", *_VEC4),
         ("maps", "i4", 4),
+        ("more_maps", "i4", 4),
     ]
 )
 LIGHT = np.dtype([("position_inner", *_VEC4), ("intensity_outer", *_VEC4), ("axis", *_VEC4)])
@@ -33,7 +35,8 @@ _COMMAND_WORDS = 5  # count, instances, first index, base vertex, base instance
 class SceneBuffers:
     """What the rasteriser and the ray tracer read.
 
-    vertices        of all meshes, VERTEX: binding 3 of the ray tracer as two vec4 a vertex
+    vertices        of all meshes, VERTEX: binding 3 of the ray tracer as two vec4 a vertex; three
+                    of BUMPY_VERTEX where a material has a map of normals
     colors          four half floats for each vertex, linear; None where no mesh has any
     triangles       (T, 3) uint32 into all vertices
     first_triangle  (meshes + 1,) where each mesh's triangles begin
@@ -50,7 +53,8 @@ class SceneBuffers:
         mesh_of = np.array([instance.mesh for instance in scene.instances])
         self.order = np.argsort(mesh_of, kind="stable")
         self._meshes = mesh_of[self.order]
-        vertices, triangles, self.first_triangle = _joined(scene)
+        self.has_bumps = any(material.normal_map is not None for material in scene.materials)
+        vertices, triangles, self.first_triangle = _joined(scene, self.has_bumps)
         self.vertices = ctx.buffer(vertices.tobytes())
         self.colors = ctx.buffer(colors_of(scene.meshes)) if has_colors(scene) else None
         self.triangles = ctx.buffer(triangles.tobytes())
@@ -66,7 +70,8 @@ class SceneBuffers:
     @property
     def defines(self) -> dict[str, int]:
         """What the shaders of a scene are built with: only what this one needs."""
-        names = {"HOLES": self.has_holes, "COLORS": self.colors is not None}
+        has_colors = self.colors is not None
+        names = {"HOLES": self.has_holes, "COLORS": has_colors, "BUMPS": self.has_bumps}
         return {name: 1 for name, is_needed in names.items() if is_needed}
 
     @property
@@ -107,17 +112,19 @@ def inverses(matrices: Array) -> Array:
 
 
 def _joined(
-    scene: Scene,
+    scene: Scene, has_bumps: bool
 ) -> tuple[npt.NDArray[np.void], npt.NDArray[np.uint32], npt.NDArray[np.int64]]:
     """All vertices, all triangles, and the first triangle of each mesh with their number last."""
     first_vertex = np.cumsum([0] + [len(mesh.positions_m) for mesh in scene.meshes])
     first_triangle = np.cumsum([0] + [len(mesh.triangles) for mesh in scene.meshes])
-    vertices = np.zeros(int(first_vertex[-1]), VERTEX)
+    vertices = np.zeros(int(first_vertex[-1]), BUMPY_VERTEX if has_bumps else VERTEX)
     triangles = np.zeros((int(first_triangle[-1]), 3), np.uint32)
     for i, mesh in enumerate(scene.meshes):
         part = vertices[first_vertex[i] : first_vertex[i + 1]]
         part["position"], part["normal"] = mesh.positions_m, mesh.normals
         part["u"], part["v"] = mesh.uvs.T
+        if has_bumps and mesh.tangents is not None:
+            part["tangent"] = mesh.tangents
         triangles[first_triangle[i] : first_triangle[i + 1]] = mesh.triangles + first_vertex[i]
     return vertices, triangles, first_triangle
 
@@ -156,10 +163,16 @@ def materials_of(materials: tuple[Material, ...]) -> npt.NDArray[np.void]:
     for record, material in zip(records, materials, strict=True):
         record["base_color"] = (*material.base_color, material.base_alpha)
         record["emission_cutoff"] = (*material.emission, material.alpha_cutoff)
-        record["rough_metal"][:2] = material.roughness, material.metallic
+        shine = material.roughness, material.metallic
+        record["rough_metal"] = (*shine, material.normal_scale, material.occlusion)
         maps = (material.base_color_map, material.metallic_roughness_map, material.emission_map)
-        record["maps"][:3] = [-1 if number is None else number for number in maps]
+        record["maps"] = [_layer(number) for number in (*maps, material.normal_map)]
+        record["more_maps"][0] = _layer(material.occlusion_map)
     return records
+
+
+def _layer(number: int | None) -> int:
+    return -1 if number is None else number
 
 
 def lights_of(lights: tuple[PointLight, ...]) -> bytes:

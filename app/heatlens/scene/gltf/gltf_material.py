@@ -16,6 +16,7 @@ from heatlens.scene.picture_read import read_picture
 from heatlens.scene.scene import Color, Material
 
 _BLEND_CUTOFF = 0.5
+_STEEPEST = 1e3
 
 
 @dataclass(frozen=True)
@@ -63,6 +64,10 @@ class GltfMaterials:
             (record, "emissiveTexture"),
         )
         base, rough, emission = (self._map(owner, name) for owner, name in textures)
+        place = self._place(owner.inside(name) for owner, name in textures)
+        bumps, occlusion = record.inside("normalTexture"), record.inside("occlusionTexture")
+        if not any(owner.inside(name).has("index") for owner, name in textures):
+            place = _uv_place(bumps)
         alpha, cutoff = self._alpha(record, shine.row("baseColorFactor", (1, 1, 1, 1))[3])
         material = Material(
             name=record.text("name"),
@@ -75,11 +80,13 @@ class GltfMaterials:
             base_color_map=base,
             metallic_roughness_map=rough,
             emission_map=emission,
+            normal_map=self._map_alike(record, "normalTexture", place),
+            normal_scale=_steepness(bumps),
+            occlusion_map=self._map_alike(record, "occlusionTexture", place),
+            occlusion=_share(occlusion, "strength"),
         )
         self.materials.append(material)
-        self.places.append(self._place(owner.inside(name) for owner, name in textures))
-        if record.has("normalTexture"):
-            self.notes["Maps of fine bumps (normal maps) are not read."] = None
+        self.places.append(place)
 
     def _alpha(self, record: Record, factor: float) -> tuple[float, float]:
         """The factor of the base colour's alpha, and under what of it there is a hole."""
@@ -110,6 +117,15 @@ class GltfMaterials:
             self._found[source] = len(self.images) - 1
         return self._found[source]
 
+    def _map_alike(self, record: Record, name: str, place: UvPlace) -> int | None:
+        """A map that is left out rather than laid where it does not belong."""
+        if record.inside(name).has("index") and _uv_place(record.inside(name)) != place:
+            self.notes["Bumps and occlusion that lie otherwise than the colour are left out."] = (
+                None
+            )
+            return None
+        return self._map(record, name)
+
     def _place(self, infos: Iterable[Record]) -> UvPlace:
         """The place of the first texture; all others are taken to have the same."""
         places = list(dict.fromkeys(_uv_place(info) for info in infos if info.has("index")))
@@ -133,6 +149,11 @@ def _uv_place(info: Record) -> UvPlace:
     c, s = float(np.cos(angle)), float(np.sin(angle))
     (x, y), (u, v) = moved.row("scale", (1, 1)), moved.row("offset", (0, 0))
     return UvPlace(coordinates, ((c * x, s * y), (-s * x, c * y)), (u, v))
+
+
+def _steepness(bumps: Record) -> float:
+    """Within what float32 can reckon with."""
+    return min(max(bumps.number("scale", 1.0), -_STEEPEST), _STEEPEST)
 
 
 def _emission(record: Record) -> Color:

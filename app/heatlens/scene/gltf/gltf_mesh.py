@@ -3,7 +3,7 @@
 Source: Khronos, glTF 2.0 specification, section 3.7.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,7 @@ from heatlens.scene.gltf.gltf_json import Record
 from heatlens.scene.gltf.gltf_material import GltfMaterials
 from heatlens.scene.mesh_make import made_mesh
 from heatlens.scene.scene import Mesh
+from heatlens.scene.tangents import told_tangents, with_tangents
 
 _TRIANGLES, _STRIP, _FAN = 4, 5, 6
 _NOT_READ = {
@@ -69,7 +70,7 @@ class GltfMeshes:
             primitive.refuse("it has no POSITION, so its vertices are nowhere")
         place = self.materials.places[number]
         uvs = self._attribute(primitive, f"TEXCOORD_{place.coordinates}", 2, len(positions))
-        return made_mesh(
+        mesh = made_mesh(
             f"{self.gltf.path}: {primitive.entry.place}",
             positions,
             _triangles(self._corners(primitive, len(positions)), mode),
@@ -78,6 +79,15 @@ class GltfMeshes:
             number,
             self._attribute(primitive, "COLOR_0", None, len(positions)),
         )
+        has_bumps = self.materials.materials[number].normal_map is not None
+        return self._with_tangents(primitive, mesh) if has_bumps else mesh
+
+    def _with_tangents(self, primitive: Record, mesh: Mesh) -> Mesh:
+        """Those of the file, which count only beside its normals, or found from its uvs."""
+        told = None
+        if primitive.inside("attributes").has("NORMAL"):
+            told = self._attribute(primitive, "TANGENT", 4, len(mesh.positions_m))
+        return with_tangents(mesh) if told is None else replace(mesh, tangents=told_tangents(told))
 
     def _attribute(
         self, primitive: Record, name: str, width: int | None, count: int | None = None
