@@ -162,7 +162,7 @@ def test_what_reading_refuses_is_not_looked_at(tmp_path, uri):
 
 
 def test_other_scenes_are_one_file(tmp_path):
-    assert files_of_scene(tmp_path / "mesh.obj") == (tmp_path / "mesh.obj",)
+    assert files_of_scene(tmp_path / "mesh.stl") == (tmp_path / "mesh.stl",)
 
 
 @pytest.mark.parametrize("content", [b"", b"glTF", b"glTF" + b"\xff" * 40, b"{", b"[]", b"\xff"])

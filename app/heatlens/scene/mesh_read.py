@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from heatlens.errors import InputError
 from heatlens.paths import unreadable
+from heatlens.scene.files_beside import FilesBeside
 from heatlens.scene.mesh_make import made_mesh, own_vertices, smooth_normals
 from heatlens.scene.picture_read import read_picture
 from heatlens.scene.scene import Instance, Material, Mesh, Scene
@@ -24,30 +25,10 @@ from heatlens.scene.scene import Instance, Material, Mesh, Scene
 _CUTOFF = 0.5
 
 
-class _Folder:
-    """The files beside a scene, as trimesh asks for them; none outside of its folder."""
-
-    def __init__(self, path: Path):
-        self.folder, self.missing = path.parent.resolve(), list[str]()
-
-    def get(self, name: str) -> bytes:
-        """The bytes of a file; an OSError where it is missing or elsewhere."""
-        try:
-            path = (self.folder / name.strip().replace("\\", "/")).resolve()
-            if not path.is_relative_to(self.folder):
-                raise FileNotFoundError(name)
-            return path.read_bytes()
-        except (OSError, ValueError) as error:
-            self.missing.append(name.strip()[:80])
-            raise FileNotFoundError(name) from error
-
-    __getitem__ = get
-
-
 @dataclass
 class _Reading:
     path: Path
-    folder: _Folder
+    folder: FilesBeside
     meshes: list[Mesh] = field(default_factory=list)
     names: list[str] = field(default_factory=list)
     materials: list[Material] = field(default_factory=list)
@@ -131,7 +112,7 @@ def read_mesh(path: Path) -> Scene:
         raise unreadable(path, error) from error
     if not data:
         raise InputError(f"{path} is empty: there is no scene in it.")
-    reading = _Reading(path, _Folder(path))
+    reading = _Reading(path, FilesBeside(path))
     for name, geometry in _parts(trimesh, path, data, reading.folder):
         reading.add(name, geometry)
     # A binary one that was cut is no longer told from text, in which there are no triangles.
@@ -160,7 +141,7 @@ def _trimesh() -> Any:
         ) from error
 
 
-def _parts(trimesh: Any, path: Path, data: bytes, folder: _Folder) -> Iterator[tuple[str, Any]]:
+def _parts(trimesh: Any, path: Path, data: bytes, folder: FilesBeside) -> Iterator[tuple[str, Any]]:
     kind = path.suffix.lower().removeprefix(".")
     try:
         with warnings.catch_warnings(), np.errstate(all="ignore"):

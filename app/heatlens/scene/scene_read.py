@@ -8,6 +8,7 @@ from heatlens.paths import unreadable
 from heatlens.scene.gltf.gltf_file import named_files
 from heatlens.scene.gltf.gltf_read import read_gltf
 from heatlens.scene.mesh_read import read_mesh
+from heatlens.scene.obj_files import files_of_obj
 from heatlens.scene.scene import Scene
 from heatlens.scene.usd.usd_scene_read import read_usd
 
@@ -22,6 +23,7 @@ _READERS = {
     ".usdc": read_usd,
     ".usdz": read_usd,
 }
+_NAMING = {".glb": named_files, ".gltf": named_files, ".obj": files_of_obj}
 
 SCENE_SUFFIXES = tuple(_READERS)
 
@@ -32,12 +34,12 @@ def is_scene_file(text: str | os.PathLike[str]) -> bool:
 
 
 def files_of_scene(path: Path) -> tuple[Path, ...]:
-    """The scene's file first, and what a glTF names beside it; other kinds tell no more.
+    """The scene's file first, and what a glTF or an OBJ names beside it; other kinds tell no more.
 
-    Raises InputError where a glTF cannot be read.
+    Raises InputError where one of those cannot be read.
     """
-    is_gltf = _READERS.get(path.suffix.lower()) is read_gltf
-    return (path, *named_files(path)) if is_gltf else (path,)
+    names = _NAMING.get(path.suffix.lower())
+    return (path,) if names is None else (path, *names(path))
 
 
 def read_scene(path: str | os.PathLike[str]) -> Scene:

@@ -1,0 +1,30 @@
+"""The files beside a scene that it names: found in its folder or under it, and nowhere else."""
+
+from pathlib import Path
+
+
+class FilesBeside:
+    """Those of a scene's file, as trimesh asks for them; `missing` are names that led nowhere."""
+
+    def __init__(self, path: Path) -> None:
+        self.folder, self.missing = path.parent.resolve(), list[str]()
+
+    def path(self, name: str) -> Path:
+        """The file of a name, there or not; an OSError for one that leads out of the folder."""
+        try:
+            path = (self.folder / name.strip().replace("\\", "/")).resolve()
+        except (RuntimeError, ValueError) as error:  # a loop of links; a zero within the name
+            raise FileNotFoundError(name) from error
+        if not path.is_relative_to(self.folder):
+            raise FileNotFoundError(name)
+        return path
+
+    def get(self, name: str) -> bytes:
+        """The bytes of a file; an OSError where it is missing or elsewhere."""
+        try:
+            return self.path(name).read_bytes()
+        except OSError as error:
+            self.missing.append(name.strip()[:80])
+            raise FileNotFoundError(name) from error
+
+    __getitem__ = get

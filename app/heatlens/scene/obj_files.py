@@ -1,0 +1,74 @@
+"""The materials and pictures that an OBJ names, without reading its triangles.
+
+As trimesh reads them: the first `mtllib` is followed, and in that file each `map_Kd`.
+"""
+
+import mmap
+from collections.abc import Iterator
+from contextlib import suppress
+from pathlib import Path
+
+from heatlens.paths import unreadable
+from heatlens.scene.files_beside import FilesBeside
+
+_LIBRARY, _PICTURE = b"mtllib", "map_kd"
+
+
+def files_of_obj(path: Path) -> tuple[Path, ...]:
+    """The files of materials and pictures, in their order, there or not.
+
+    Those out of the OBJ's folder are left out, for they are not read. Raises InputError where the
+    OBJ cannot be opened.
+    """
+    beside = FilesBeside(path)
+    found: dict[Path, None] = {}
+    name = _library_of(path)
+    if name is None:
+        return ()
+    with suppress(OSError):
+        library = beside.path(name)
+        found[library] = None
+        for picture in _pictures_of(library):
+            with suppress(OSError):
+                found[beside.path(picture)] = None
+    return tuple(found)
+
+
+def _library_of(path: Path) -> str | None:
+    """The name behind the first `mtllib`; lines that end in a backslash go on."""
+    try:
+        with path.open("rb") as file:
+            if not path.stat().st_size:
+                return None
+            with mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:
+                at = data.find(_LIBRARY)
+                if at < 0:
+                    return None
+                data.seek(at + len(_LIBRARY))
+                return _text(b"".join(_lines(data)))
+    except OSError as error:
+        raise unreadable(path, error) from error
+
+
+def _lines(data: mmap.mmap) -> Iterator[bytes]:
+    """The rest of the line, and of those that it goes on in."""
+    while line := data.readline():
+        line = line.rstrip(b"\r\n")
+        yield line.removesuffix(b"\\")
+        if not line.endswith(b"\\"):
+            return
+
+
+def _pictures_of(library: Path) -> Iterator[str]:
+    """The names behind each `map_Kd`. An OSError where the file cannot be read."""
+    for line in _text(library.read_bytes()).splitlines():
+        if len(words := line.split()) > 1 and words[0].lower() == _PICTURE:
+            yield line[line.lower().index(_PICTURE) + len(_PICTURE) :]
+
+
+def _text(data: bytes) -> str:
+    """UTF-8, or what older programs write."""
+    try:
+        return data.decode("utf-8").strip()
+    except UnicodeDecodeError:
+        return data.decode("latin-1").strip()
