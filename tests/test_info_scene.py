@@ -86,3 +86,10 @@ def test_the_demos_camera_moves_and_pulls_focus(tmp_path):
     samples = json.loads(out.read_text())["samples"]
     assert len(samples) == 21
     assert len({sample["focus_distance_m"] for sample in samples}) > 10
+
+
+@pytest.mark.parametrize("words", [("--scene-unit", "cm"), ("--up-axis", "y")])
+def test_a_scene_knows_its_world(capsys, scene, tmp_path, words):
+    said = refused(capsys, "camera", scene, "-o", tmp_path / "c.nk", *words)
+    assert "in metres and y up" in said and f"leave {words[0]} out" in said
+    assert not (tmp_path / "c.nk").exists()

@@ -238,4 +238,4 @@ def test_a_damaged_file_is_answered_in_a_sentence(capsys, folder):
     path.write_text(path.read_text().replace('"value": 3.83', '"valeu": 3.83'))
     said = refused(capsys, folder, "show", "s.heatlens.json")
     assert "s.heatlens.json: keys.focus_distance_m[1]: unknown entry 'valeu'" in said
-    assert "cannot be read" in refused(capsys, folder, "show", "none.heatlens.json")
+    assert "is not there" in refused(capsys, folder, "show", "none.heatlens.json")

@@ -8,6 +8,7 @@ from heatlens.camera.camera_file import WRITTEN, read_camera, write_camera
 from heatlens.camera.from_shot import camera_of_shot
 from heatlens.camera.samples import CameraSamples
 from heatlens.camera.usd_read import USD_SUFFIXES, split_prim
+from heatlens.commands.given_options import refuse_given
 from heatlens.commands.lens_options import lens_words
 from heatlens.commands.say import say
 from heatlens.commands.value_types import number
@@ -83,9 +84,7 @@ def _add_shot_options(parser: argparse.ArgumentParser) -> None:
         help="unit of the world that the headers place the camera in (default: as the shot reads "
         "the plate's depth)",
     )
-    group.add_argument(
-        "--up-axis", choices=("y", "z"), default="y", help="what is up in that world (default y)"
-    )
+    group.add_argument("--up-axis", choices=("y", "z"), help="what is up in that world (default y)")
 
 
 def run(args: argparse.Namespace) -> int:
@@ -108,14 +107,17 @@ def _camera_of(args: argparse.Namespace) -> CameraSamples:
         shot = read_shot(args.source)
     else:
         _refuse_shot_options(args)
-        return read_camera(args.source, unit_m or 1.0, args.up_axis)
+        return read_camera(args.source, unit_m or 1.0, args.up_axis or "y")
+    if shot.source is not None and is_scene_source(shot.source):
+        why = f"{shot.source} is a 3D scene, in metres and y up"
+        refuse_given(args, ("scene_unit", "up_axis"), why)
     return camera_of_shot(
         shot,
         Path(args.source).name.removesuffix(SHOT_SUFFIX),
         parse_frame_range(args.frames) if args.frames else None,
         args.sensor_height,
         unit_m,
-        args.up_axis,
+        args.up_axis or "y",
     )
 
 

@@ -12,11 +12,16 @@ from types import MappingProxyType
 from heatlens.model.framing import Framing
 from heatlens.model.lens import Lens
 from heatlens.model.shot import LensParameter, Shot
-from heatlens.scene.scene import Scene
+from heatlens.scene.scene import Scene, SceneCamera
 from heatlens.scene.scene_bounds import bounds_m, camera_lens, started_framing, track_of
 from heatlens.scene.scene_source import is_demo, open_scene
 
-_ASSUMED = Lens(focal_length_mm=35.0, f_stop=2.0, focus_distance_m=5.0, sensor_width_mm=36.0)
+_ASSUMED = Lens(
+    focal_length_mm=SceneCamera.focal_length_mm,
+    f_stop=2.0,
+    focus_distance_m=5.0,
+    sensor_width_mm=SceneCamera.sensor_width_mm,
+)
 _ANGLE = ("focal_length_mm", "sensor_width_mm")
 _OPENING = ("f_stop", "focus_distance_m")
 _NOTHING: Mapping[str, float] = MappingProxyType({})
