@@ -56,19 +56,24 @@ def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
 
 def run(args: argparse.Namespace) -> int:
     """Print the facts; 0 also where no depth was found."""
-    text = str(args.plate)
-    if is_scene_source(text):
-        refuse_unused(args, text, is_scene=True)
-        lens = ("focal_length", "sensor_width")
-        refuse_given(args, lens, f"{text} is a 3D scene, and that is for depth along rays")
-        facts = scene_facts(first_shot(text))
-        lines = scene_lines(facts)
-    else:
-        check_one_frame(args.plate)
-        facts = inspect(args.plate, plate_options(args))
-        lines = _plate_lines(facts)
+    facts, lines = _of_scene(args) if is_scene_source(str(args.plate)) else _of_plate(args)
     print(json.dumps(facts, indent=2, allow_nan=False) if args.json else _text(lines))
     return 0
+
+
+def _of_scene(args: argparse.Namespace) -> tuple[dict[str, Any], list[Line]]:
+    text = str(args.plate)
+    refuse_unused(args, text, is_scene=True)
+    lens = ("focal_length", "sensor_width")
+    refuse_given(args, lens, f"{text} is a 3D scene, and that is for depth along rays")
+    facts = scene_facts(first_shot(text))
+    return facts, scene_lines(facts)
+
+
+def _of_plate(args: argparse.Namespace) -> tuple[dict[str, Any], list[Line]]:
+    check_one_frame(args.plate)
+    facts = inspect(args.plate, plate_options(args))
+    return facts, _plate_lines(facts)
 
 
 def _text(lines: list[Line]) -> str:
