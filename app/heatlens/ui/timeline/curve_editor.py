@@ -148,7 +148,7 @@ def _draw_line(scale: TimeScale, heights: Heights, line: Line, color: int, width
 
 
 def _draw_marks(app: "App", scale: TimeScale, heights: Heights) -> None:
-    """Where marked things are: at every frame that lies in memory, or always."""
+    """Where marked things are, as far as that is known at a frame, or always."""
     draw = imgui.get_window_draw_list()
     corner, end = _corners(scale, heights)
     draw.push_clip_rect(corner, end, True)

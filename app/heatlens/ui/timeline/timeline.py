@@ -19,6 +19,7 @@ from heatlens.ui.timeline.key_commands import KeyCommands
 from heatlens.ui.timeline.key_hand import KeyHand
 from heatlens.ui.timeline.key_rows import CAMERA, Row
 from heatlens.ui.timeline.playback import Playback
+from heatlens.ui.timeline.scene_mark_tracks import SceneMarkTracks
 from heatlens.ui.timeline.timeline_scale import TimeScale
 
 if TYPE_CHECKING:
@@ -29,6 +30,7 @@ NAME = "Timeline"
 _AHEAD_PLAYING, _AHEAD_STILL = 48, 8
 _STILL_REACH = 100_000  # frames: as far as time can be gone along on a still
 _FRAMES_MOST = 1_000_000  # of a shot
+_NEXT_SLICE_S = 0.005  # until marks of a scene are measured on: the window answers in between
 _BEHIND_S = 0.25  # news of the frames may be told so late
 
 
@@ -53,6 +55,7 @@ class Timeline:
         self.track = FocusTrack()
         self.heights: tuple[float, float] | None = None  # places that the curve shows
         self._mark_tracks = MarkTracks()
+        self._scene_mark_tracks = SceneMarkTracks(app)
         self._states = FrameStates()
         self._direction: Literal[1, -1] = 1  # in which it moved last
         self._said = ""
@@ -141,7 +144,9 @@ class Timeline:
         return () if opened is None else self._states.runs(opened.cache, self._news)
 
     def mark_tracks(self) -> tuple[MarkTrack, ...]:
-        """How far marked points are at the frames that lie in memory."""
+        """How far marked things are: of files at the frames in memory, of scenes once measured."""
+        if self._app.has_scene:
+            return self._scene_mark_tracks.tracks()
         return self._mark_tracks.tracks(self.cache, self.runs(), self._app.shot.marks)
 
     @property
@@ -221,6 +226,7 @@ class Timeline:
         """Once a frame of the window: the playhead moves on, and its plate is asked for."""
         app = self._app
         self.marks.poll()
+        self._scene_mark_tracks.poll()
         self._show()
         if self.playback.direction:
             now, rate = app.editing.frame, app.shot.frames_per_second
@@ -271,6 +277,8 @@ class Timeline:
             waits.append(self.playback.seconds_until_due(self._app.shot.frames_per_second))
         if self.cache is not None and self.is_shown:
             waits.append(_BEHIND_S if self._states.is_behind(self.cache, self._news) else None)
+        if self._scene_mark_tracks.is_due:
+            waits.append(_NEXT_SLICE_S)
         known = [wait for wait in waits if wait is not None]
         return min(known) if known else None
 

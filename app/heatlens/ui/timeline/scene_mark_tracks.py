@@ -1,0 +1,134 @@
+"""How far marks of a scene are over its frames: drawn a few at a time while nothing moves."""
+
+import time
+from itertools import groupby
+from typing import TYPE_CHECKING
+
+from heatlens.errors import HeatlensError
+from heatlens.model.frames import FrameRange
+from heatlens.model.marks import DistanceMark, ObjectMark, PointMark
+from heatlens.model.shot import LensParameter, Shot
+from heatlens.ui.timeline.focus_track import MarkTrack
+
+if TYPE_CHECKING:
+    from heatlens.ui.app import App
+
+_SLICE_S = 0.02
+_FRAMES_MOST = 240  # that a mark is measured at; a line between two of them is straight
+_Moving = PointMark | ObjectMark
+_Known = dict[int, float | None]  # dioptres by frame, None where there is no distance
+
+
+class SceneMarkTracks:
+    """Kept while scene, camera and angle of view are the same; lines grow from the left."""
+
+    def __init__(self, app: "App") -> None:
+        self._app = app
+        self._seen_by: object = None
+        self._known: dict[object, _Known] = {}
+        self._is_asked = False  # since the last `poll`
+
+    def tracks(self) -> tuple[MarkTrack, ...]:
+        """Of all marks that move, as far as they are known; what is missing is asked for."""
+        self._is_asked = True
+        self._forget_what_changed()
+        return tuple(self._track(mark) for mark in self._marks)
+
+    @property
+    def is_due(self) -> bool:
+        """Something was asked for that is not known, and there is time for it."""
+        return self._is_asked and self._is_idle and self._next() is not None
+
+    def poll(self) -> None:
+        """Once a frame of the window: measure for a moment, if that was asked for."""
+        self._forget_what_changed()
+        end = time.perf_counter() + _SLICE_S
+        while self.is_due and time.perf_counter() < end:
+            self._measure()
+        self._is_asked = False
+
+    @property
+    def _marks(self) -> list[_Moving]:
+        return [mark for mark in self._app.shot.marks if not isinstance(mark, DistanceMark)]
+
+    @property
+    def _frames(self) -> tuple[int, ...]:
+        """Of the shot, evenly where there are too many, and the last one."""
+        frames = self._app.timeline.frames or FrameRange(0, 0)
+        step = -(-frames.count // _FRAMES_MOST)
+        return (*range(frames.first, frames.last, step), frames.last)
+
+    @property
+    def _is_idle(self) -> bool:
+        app, frame = self._app, self._app.editing.frame
+        is_moving = app.timeline.playback.direction or app.editing.is_unsettled
+        is_busy = app.making.is_working or app.timeline.marks.is_reading
+        return not (is_moving or is_busy) and app.stage.is_settled_at(frame)
+
+    def _forget_what_changed(self) -> None:
+        seen_by = (self._app.renderer.scene, *_looked_at(self._app.shot))
+        if seen_by != self._seen_by:
+            self._seen_by, self._known = seen_by, {}
+
+    def _known_of(self, mark: _Moving) -> _Known:
+        return self._known.setdefault(_place(mark), {})
+
+    def _next(self) -> tuple[_Moving, int] | None:
+        """A mark and a frame at which it is not known yet; all marks grow alike."""
+        frames = self._frames
+        missing = [
+            (len(known), mark)
+            for mark in self._marks
+            if len(known := self._known_of(mark)) < len(frames)
+        ]
+        if not missing:
+            return None
+        mark = min(missing, key=lambda pair: pair[0])[1]
+        known = self._known_of(mark)
+        return mark, next(frame for frame in frames if frame not in known)
+
+    def _measure(self) -> None:
+        found = self._next()
+        if found is not None:
+            mark, frame = found
+            self._known_of(mark)[frame] = self._dioptres(mark, frame)
+
+    def _dioptres(self, mark: _Moving, frame: int) -> float | None:
+        app = self._app
+        try:
+            if isinstance(mark, ObjectMark):
+                distance_m = app.scenes.object_m(mark.object_name, frame)
+            else:
+                x, y = int(mark.x_px), int(mark.y_px)
+                distance_m = app.renderer.scene_depth_m(app.shot, frame, x, y)
+        except HeatlensError:  # beside the picture, or no lens at this frame
+            return None
+        return None if distance_m is None else 1.0 / distance_m
+
+    def _track(self, mark: _Moving) -> MarkTrack:
+        """Its line, and where it has no distance a gap."""
+        known = self._known_of(mark)
+        places = [(frame, known[frame]) for frame in self._frames if frame in known]
+        parts = groupby(places, key=lambda place: place[1] is None)
+        return MarkTrack(
+            mark.name,
+            tuple(
+                tuple((frame, place) for frame, place in part if place is not None)
+                for is_gap, part in parts
+                if not is_gap
+            ),
+        )
+
+
+def _looked_at(shot: Shot) -> tuple[object, ...]:
+    """Equal where a scene is seen alike at every frame; the focus makes no difference."""
+    lens = shot.lens
+    focal_length = shot.curves.of(LensParameter.FOCAL_LENGTH)
+    return shot.framing, lens.focal_length_mm, lens.sensor_width_mm, focal_length
+
+
+def _place(mark: _Moving) -> object:
+    """Equal for marks that are equally far."""
+    if isinstance(mark, ObjectMark):
+        return mark.object_name
+    return int(mark.x_px), int(mark.y_px)
