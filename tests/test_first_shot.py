@@ -103,5 +103,7 @@ def test_focus_on_what_is_seen(capsys, bare, filmed, tmp_path):
 
 
 def test_a_plate_without_a_lens_asks_for_none(capsys, bare, tmp_path):
-    said = render(capsys, bare, tmp_path / "pinhole.exr", *TINY, "--pinhole")
-    assert "f/2 (assumed: a scene tells none)" in said
+    for write, name in ((render, "a.exr"), (exported, "b.exr")):
+        said = write(capsys, bare, tmp_path / name, *TINY, "--pinhole", "--float")
+        assert "f/2 (assumed: a scene tells none)" in said
+    np.testing.assert_array_equal(picture(tmp_path / "a.exr")[1], picture(tmp_path / "b.exr")[1])

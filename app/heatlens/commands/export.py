@@ -29,8 +29,7 @@ examples:
       --burn-in --proxy 0.5
   heatlens export 'plate.####.exr' -o out/####.png --f-stop 2 --focus-distance 2.24
   heatlens export demo -o out/####.png --frames 1-10 --size 320x180
-  heatlens export scene.glb -o pinhole.####.exr --frames 1-48 --pinhole --f-stop 2 \\
-      --focus-distance 3
+  heatlens export scene.glb -o pinhole.####.exr --frames 1-48 --pinhole
   heatlens export shot.heatlens.json -o out/name.####.exr --submit openjd --chunk 5 > job.yaml
 """
 

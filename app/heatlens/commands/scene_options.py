@@ -58,7 +58,7 @@ def shot_of_scene(args: argparse.Namespace, text: str) -> FirstShot:
             "--focus-at needs a picture to look at, and a scene has none before it is rendered: "
             "give --focus-distance."
         )
-    return _checked(text, _first_shot(args, text))
+    return _checked(args, text, _first_shot(args, text))
 
 
 def load_scene(
@@ -78,8 +78,7 @@ def load_scene(
         plate = renderer.look(first.shot, frame).plate
         focus_m = depth_at_m(plate, *pixel_of(args.focus_at))
         first = _first_shot(args, text, {_FOCUS: focus_m})
-    if not getattr(args, "pinhole", False):
-        _checked(text, first)
+    _checked(args, text, first)
     return replace(first.shot, defocus=defocus), frame, said_of_lens(args, first, frame)
 
 
@@ -113,11 +112,14 @@ def _first_shot(
     return first_shot(text, args.size, args.scene_camera, {**given_lens(args), **(found or {})})
 
 
-def _checked(text: str, first: FirstShot) -> FirstShot:
-    """InputError where nobody told the opening of the lens, or its focus: blur is not made up."""
+def _checked(args: argparse.Namespace, text: str, first: FirstShot) -> FirstShot:
+    """InputError where nobody told the opening of the lens, or its focus: blur is not made up.
+
+    A picture without a lens has none.
+    """
     needed = {"f_stop": "--f-stop", _FOCUS: "--focus-distance"}
     missing = [option for name, option in needed.items() if name in first.assumed]
-    if missing:
+    if missing and not getattr(args, "pinhole", False):
         options = " and ".join(missing)
         raise InputError(f"{text}: a scene does not tell all of a lens; give {options}.")
     return first
