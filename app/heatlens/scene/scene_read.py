@@ -10,6 +10,7 @@ from heatlens.scene.gltf.gltf_read import read_gltf
 from heatlens.scene.mesh_read import read_mesh
 from heatlens.scene.obj_files import files_of_obj
 from heatlens.scene.scene import Scene
+from heatlens.scene.usd.usd_files import files_of_usd
 from heatlens.scene.usd.usd_scene_read import read_usd
 
 _READERS = {
@@ -23,7 +24,15 @@ _READERS = {
     ".usdc": read_usd,
     ".usdz": read_usd,
 }
-_NAMING = {".glb": named_files, ".gltf": named_files, ".obj": files_of_obj}
+_NAMING = {
+    ".glb": named_files,
+    ".gltf": named_files,
+    ".obj": files_of_obj,
+    ".usd": files_of_usd,
+    ".usda": files_of_usd,
+    ".usdc": files_of_usd,
+    ".usdz": files_of_usd,
+}
 
 SCENE_SUFFIXES = tuple(_READERS)
 
@@ -34,9 +43,9 @@ def is_scene_file(text: str | os.PathLike[str]) -> bool:
 
 
 def files_of_scene(path: Path) -> tuple[Path, ...]:
-    """The scene's file first, and what a glTF or an OBJ names beside it; other kinds tell no more.
+    """The scene's file first, and what it names beside it; a PLY or an STL is all there is.
 
-    Raises InputError where one of those cannot be read.
+    Raises InputError where a file that may name others cannot be read.
     """
     names = _NAMING.get(path.suffix.lower())
     return (path,) if names is None else (path, *names(path))
