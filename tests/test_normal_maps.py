@@ -122,6 +122,13 @@ def test_tangents_that_a_mesh_tells_are_taken(stage):
     same(stage.seen(lit(told, picture(TEXEL))), expected)
 
 
+def test_a_tangent_that_leans_out_of_the_surface_is_laid_down_on_it(stage):
+    sheet = plane(0.7)
+    leaning = replace(sheet, tangents=np.tile(np.float32([0.6, 0, 0.8, 1]), (4, 1)))
+    expected = stage.seen(lit(with_tangents(sheet), picture(TEXEL)))
+    same(stage.seen(lit(leaning, picture(TEXEL))), expected, 1e-4)
+
+
 @pytest.mark.parametrize("turn", [1.0, -1.0])
 def test_an_instance_that_is_mirrored_mirrors_its_bumps(stage, turn):
     ball = with_tangents(sphere(0.7))
