@@ -24,6 +24,9 @@ layout(std430, binding = 3) writeonly buffer sprite_block { Sprite sprite_buf[];
 #define PI 3.14159265
 #define SAME_COC_PX 0.5    // pixels of a lamp: this close, or
 #define SAME_COC_PART 0.05 // this part of the coc
+#define RIM_OFFSET 0.35    // 1/2 for a straight rim; less suits the corners of small lamps as well
+#define TOLD_FROM_PX 1.0   // from this coc on a disc tells where in its pixel the light stands,
+#define TOLD_PX 1.5        // and fully from this on
 #define NUMERIC_PX 8.0     // discs up to this radius are summed pixel by pixel: light is kept exactly
 
 ivec2 size, corner;
@@ -47,6 +50,24 @@ float lamp_coc(ivec2 at) {
         }
     }
     return result;
+}
+
+// Where in a pixel at a lamp's rim the light stands: at the side of the brighter pixels, the nearer
+// to it the less of the pixel the lamp covers, which is its brightness against the brightest around.
+// Discs that reach no other pixel's middle cannot tell. From the pixel's middle, pixels.
+vec2 light_offset(ivec2 at, float coc_px) {
+    float own = sum_of(high_at(at).rgb), most = own;
+    vec2 towards = vec2(0.0);
+    for (int k = 0; k < 9; ++k) {
+        ivec2 aside = ivec2(k % 3, k / 3) - 1;
+        float there = sum_of(high_at(at + aside).rgb);
+        most = max(most, there);
+        towards += there * vec2(aside);
+    }
+    float steepest = max(abs(towards.x), abs(towards.y));
+    if (steepest == 0.0) return vec2(0.0);
+    float offset = RIM_OFFSET * (1.0 - own / most) * smoothstep(TOLD_FROM_PX, TOLD_PX, abs(coc_px));
+    return offset * towards / steepest;
 }
 
 bool load_block() {
@@ -94,7 +115,7 @@ Sprite merged(ivec2 from, int side, int best) {
         int i = (from.y + k / side) * BLOCK + from.x + k % side;
         if (energy[i] <= 0.0 || is_taken(i) || abs(coc[i] - coc[best]) > limit) continue;
         taken[i / 32] |= 1u << (i % 32);
-        vec2 place = vec2(i % BLOCK, i / BLOCK) + 0.5;
+        vec2 place = vec2(i % BLOCK, i / BLOCK) + 0.5 + light_offset(pixel(i), coc[best]);
         light += texelFetch(high_tx, pixel(i), 0).rgb;
         weight += energy[i];
         moment += energy[i] * place;

@@ -79,6 +79,42 @@ def test_a_lamp_becomes_a_disc_of_its_coc(ctx: moderngl.Context) -> None:
     assert np.count_nonzero(drawn > plateau / 2) == pytest.approx(np.pi * 15**2, rel=0.02)
 
 
+FINE = 16  # points along a pixel's side
+
+
+def round_lamp(side: int, middle: tuple[float, float], radius_px: float) -> FloatArray:
+    """A lamp of brightness 100 at FINE x FINE points of each pixel."""
+    at = (np.arange(FINE * side) + 0.5) / FINE
+    return np.where(np.hypot(at[:, None] - middle[0], at - middle[1]) < radius_px, 100.0, 0.0)
+
+
+def pixels_of(fine: FloatArray) -> FloatArray:
+    side = len(fine) // FINE
+    return fine.reshape(side, FINE, side, FINE).mean(axis=(1, 3))
+
+
+def through_a_lens(fine: FloatArray, coc_px: float) -> FloatArray:
+    """Each point as a disc; the picture goes on at its other side."""
+    side = len(fine)
+    at = np.minimum(np.arange(side), side - np.arange(side)) / FINE
+    disc = (np.hypot(at[:, None], at) < coc_px / 2).astype(np.float64)
+    return np.fft.irfft2(np.fft.rfft2(fine) * np.fft.rfft2(disc / disc.sum()), fine.shape)
+
+
+@pytest.mark.parametrize(("coc_px", "most"), [(2.0, 0.1), (4.0, 0.06)])
+def test_a_small_lamp_is_drawn_where_it_stands_in_its_pixels(ctx, rng, coc_px, most) -> None:
+    """Against the lamp itself through the lens; twice as much goes astray from pixels' middles."""
+    astray = []
+    for _ in range(12):
+        fine = round_lamp(32, tuple(rng.uniform(15.5, 16.5, 2)), rng.uniform(0.3, 2.5))
+        color = np.repeat(pixels_of(fine)[..., None].astype(np.float32), 3, -1)
+        lamps = Lamps(ctx, color, np.full((32, 32), coc_px, np.float32))
+        drawn = download(lamps.low)[..., 0] + lamps.drawn[..., 0]
+        wrong = np.abs(drawn - pixels_of(through_a_lens(fine, coc_px)))
+        astray.append(wrong.sum() / drawn.sum())
+    assert np.mean(astray) < most
+
+
 def test_a_wall_in_front_hides_the_lamp_but_not_its_whole_disc(ctx: moderngl.Context) -> None:
     coc = np.full((80, 120), 30.0, np.float32)
     coc[:, :55] = 0.0  # a wall in focus, left of a lamp at column 60
