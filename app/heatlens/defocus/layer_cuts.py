@@ -42,6 +42,7 @@ class LayerCut:
 
     near: Cut
     far: Cut
+    is_before_focus: bool = False  # all of it, so that nearer is blurred more
 
     @property
     def is_farthest(self) -> bool:
@@ -66,7 +67,10 @@ def layer_cuts(occupied_px: npt.NDArray[np.float64], layers_max: int) -> list[La
     cuts = [far] if far.at_px - far.half_width_px < farthest_px else []
     cuts += [cut for cut in near if cut.at_px + cut.half_width_px > nearest_px]
     limits = [FARTHER_THAN_ALL, *cuts[: layers_max - 1], NEARER_THAN_ALL]
-    layers = [LayerCut(near=closer, far=farther) for farther, closer in pairwise(limits)]
+    layers = [
+        LayerCut(near=closer, far=farther, is_before_focus=farther.at_px <= NEAR_CUTS_PX[0])
+        for farther, closer in pairwise(limits)
+    ]
     layers = [layer for layer in layers if _holds_any(layer, occupied_px)]
     return [replace(layers[0], far=FARTHER_THAN_ALL), *layers[1:]]
 

@@ -122,7 +122,7 @@ def _words(size: tuple[int, int]) -> tuple[int, int, int, int]:
 
 
 class CocFillPass:
-    """Extends a layer's circle of confusion beyond its content."""
+    """Extends a layer's circle of confusion beyond its content, and softens its silhouettes."""
 
     _SYSTEM = LineSystem("lib/fill_system.lib.glsl")
 
@@ -130,23 +130,25 @@ class CocFillPass:
         self._solver = solver
 
     def steps(
-        self, state: moderngl.Texture, rows: moderngl.Texture, out_coc: moderngl.Texture
+        self,
+        state: moderngl.Texture,
+        cut: LayerCut,
+        axis_scales: tuple[float, float],
+        rows: moderngl.Texture,
+        out_coc: moderngl.Texture,
     ) -> Iterator[None]:
         """`rows` (two channels) is scratch; `out_coc` gets a diameter everywhere."""
-        yield from self._solver.steps(
-            self._SYSTEM,
-            "rows",
-            state.size,
-            Bindings({"state_tx": state}, {"out_rows_img": rows}, {"kappa": 1.0}),
+        uniforms = {"kappa": 1.0, "is_near": cut.is_before_focus}
+        along_rows = Bindings(
+            {"state_tx": state}, {"out_rows_img": rows}, uniforms | {"axis_scale": axis_scales[0]}
         )
-        yield from self._solver.steps(
-            self._SYSTEM,
-            "columns",
-            state.size,
-            Bindings(
-                {"state_tx": state, "rows_tx": rows}, {"out_coc_img": out_coc}, {"kappa": 1.0}
-            ),
+        along_columns = Bindings(
+            {"state_tx": state, "rows_tx": rows},
+            {"out_coc_img": out_coc},
+            uniforms | {"axis_scale": axis_scales[1]},
         )
+        yield from self._solver.steps(self._SYSTEM, "rows", state.size, along_rows)
+        yield from self._solver.steps(self._SYSTEM, "columns", state.size, along_columns)
 
 
 class CompositePass:

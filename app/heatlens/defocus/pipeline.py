@@ -237,7 +237,8 @@ class DefocusPipeline:
             yield from _named("hidden fill", hidden)
         layer_coc = pool.texture("layer coc", size, 1)
         rows = pool.texture("fill rows", size, 2)
-        yield from _named("coc fill", self._passes.coc_fill.steps(layer.state, rows, layer_coc))
+        extend = self._passes.coc_fill.steps(layer.state, cut, optics.axis_scales, rows, layer_coc)
+        yield from _named("coc fill", extend)
         return layer, layer_coc
 
     def _blurred(
