@@ -1,5 +1,6 @@
 // Guesses hidden pixels: along each direction the line between its two ends, directions weighed by
 // how alike the ends are (over a small neighbourhood, so that one pixel does not decide) and how near.
+// An end that is blurred anyway stands for a stretch of what is seen behind it.
 //
 // Inputs
 //   coc_tx            signed coc, pixels
@@ -26,20 +27,22 @@ layout(rg32f) uniform image2D state_img;
 #define REACH 2                // costs are averaged over 5 x 5 pixels
 #define ALIKE_VARIANCE 0.04    // of compressed colour: ends that differ by 0.2 count much less
 #define LEAST_LIKENESS 1e-4    // if no direction has alike ends the nearest decide
-#define DISTANCE_POWER 3.0
+#define DISTANCE_POWER 2.0
 #define ONE_END_WEIGHT 0.02    // an end without a partner: colour without structure
+#define BEHIND_REACH 0.26      // of an end's diameter: how far behind it counts, ever less
+#define BEHIND_TAPS 6          // 1, 2, 4 ... 32 pixels behind, each for all that is as far as it
 
 const float STEP_LENGTH[DIRECTIONS] = float[](1.0, 1.0, sqrt(2.0), sqrt(2.0));
 
 struct Content {
-    vec4 layer;      // rgb compressed, times coverage, a coverage
+    vec4 layer;      // rgb with lamps dimmed, times coverage, a coverage
     float diameter;  // times coverage
 };
 
 Content content_at(ivec2 at) {
     vec4 layer = imageLoad(layer_img, at);
-    vec3 compressed = toned(layer.rgb / max(layer.a, 1e-4)) * layer.a;
-    return Content(vec4(compressed, layer.a), imageLoad(state_img, at).r * layer.a);
+    vec3 color = dimmed(layer.rgb / max(layer.a, 1e-4)) * layer.a;
+    return Content(vec4(color, layer.a), imageLoad(state_img, at).r * layer.a);
 }
 
 vec4 mean_cost(ivec2 at, ivec2 size, int reach) {
@@ -61,6 +64,21 @@ void add(inout Content sum, inout float weights, float weight, Content c) {
     weights += weight;
 }
 
+// The mean of an end and of what is seen behind it, as far as its own blur mixes the two anyway: one
+// pixel of a texture is not to stand for all that is hidden. `onward` leads away from the hidden.
+Content end_at(ivec2 end, ivec2 onward, float step_px, ivec2 size) {
+    Content sum = content_at(end);
+    float weights = 1.0, reach = max(BEHIND_REACH * sum.diameter / step_px, 1e-3);
+    for (int tap = 0; tap < BEHIND_TAPS && float(1 << tap) < reach; ++tap) {
+        int steps = 1 << tap;
+        ivec2 p = end + steps * onward;
+        if (p != clamp(p, ivec2(0), size - 1) || !is_seen(p, size)) continue;
+        float part = float(steps) / reach, falloff = 1.0 - part * part;
+        add(sum, weights, float(steps) * falloff * falloff, content_at(p));
+    }
+    return Content(sum.layer / weights, sum.diameter / weights);
+}
+
 struct Guess {
     vec4 layer;      // rgb times coverage, a coverage
     float diameter;
@@ -79,21 +97,24 @@ void make_guess(ivec2 at, ivec2 size, out Guess guess) {
         if (ahead == 0 && back == 0) continue;
         float length_px = float(ahead + back) * STEP_LENGTH[k];
         if (ahead == 0 || back == 0) {
-            ivec2 end = at + (ahead - back) * DIRECTION[k];
-            add(sum, weights, ONE_END_WEIGHT / pow(2.0 * length_px, DISTANCE_POWER), content_at(end));
+            ivec2 onward = ahead > 0 ? DIRECTION[k] : -DIRECTION[k];
+            Content end = end_at(at + (ahead + back) * onward, onward, STEP_LENGTH[k], size);
+            add(sum, weights, ONE_END_WEIGHT / pow(2.0 * length_px, DISTANCE_POWER), end);
             continue;
         }
         float likeness = exp(-cost[k] / (2.0 * ALIKE_VARIANCE)) + LEAST_LIKENESS;
         float weight = likeness / pow(length_px, DISTANCE_POWER);
         float to_back = float(ahead) / float(ahead + back);
-        add(sum, weights, weight * (1.0 - to_back), content_at(at + ahead * DIRECTION[k]));
-        add(sum, weights, weight * to_back, content_at(at - back * DIRECTION[k]));
+        Content end_ahead = end_at(at + ahead * DIRECTION[k], DIRECTION[k], STEP_LENGTH[k], size);
+        Content end_back = end_at(at - back * DIRECTION[k], -DIRECTION[k], STEP_LENGTH[k], size);
+        add(sum, weights, weight * (1.0 - to_back), end_ahead);
+        add(sum, weights, weight * to_back, end_back);
     }
     guess = Guess(vec4(0.0), 0.0);
     if (weights == 0.0) return;  // nothing of this layer is seen along any direction, or near enough
     float cover = sum.layer.a / weights;
     float per_cover = 1.0 / max(sum.layer.a, 1e-4 * weights);
-    guess = Guess(vec4(untoned(sum.layer.rgb * per_cover) * cover, cover), sum.diameter * per_cover);
+    guess = Guess(vec4(undimmed(sum.layer.rgb * per_cover) * cover, cover), sum.diameter * per_cover);
 }
 
 // The guess, and what is seen of the pixel itself as far as that goes.

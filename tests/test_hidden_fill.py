@@ -92,3 +92,39 @@ def test_beyond_reach_stays_empty(ctx: moderngl.Context) -> None:
     assert np.all(color[17:43, 17:43] == 0.0) and np.all(state[17:43, 17:43, 1] == 0.0)
     expected = np.broadcast_to((0.5, 0.5, 0.5, 1.0), (8, 20, 4))
     np.testing.assert_allclose(color[6:14, 20:40], expected, rtol=1e-4)
+
+
+def test_the_blurrier_a_texture_the_smoother_its_guess(
+    ctx: moderngl.Context, rng: np.random.Generator
+) -> None:
+    """What a blur will mix is guessed by a mean of what is seen, not by the pixel at the rim."""
+    y, x = np.mgrid[:80, :80]
+    hole = (abs(x - 40) < 8) & (abs(y - 40) < 8)
+    layer, state = layer_with_hole(np.repeat(rng.random((80, 80, 1)), 3, axis=-1), hole)
+    spreads = []
+    for diameter_px in (1.0, 8.0, 20.0, 60.0):
+        state[~hole, 0] = diameter_px
+        guess = filled(ctx, layer, state)[0][hole][:, 0]
+        assert abs(guess.mean() - 0.5) < 0.05
+        spreads.append(guess.std())
+    assert np.all(np.diff(spreads) < 0) and spreads[-1] < 0.6 * spreads[0]
+
+
+def test_a_guess_is_never_brighter_than_what_is_seen(
+    ctx: moderngl.Context, rng: np.random.Generator
+) -> None:
+    hole = rng.random((40, 50)) < 0.4
+    layer, state = layer_with_hole(rng.exponential(3.0, (40, 50, 3)), hole)
+    state[~hole, 0] = 60.0
+    color, _ = filled(ctx, layer, state)
+    seen = layer[~hole][:, :3].mean(axis=1)
+    assert color[hole][:, :3].mean(axis=1).max() <= seen.max() * 1.001
+
+
+def test_one_lamp_at_the_rim_does_not_light_what_is_hidden(ctx: moderngl.Context) -> None:
+    hole = np.zeros((60, 60), bool)
+    hole[20:40, 20:40] = True
+    color = np.full((60, 60, 3), 0.2)
+    color[30, 19] = 300.0
+    result, _ = filled(ctx, *layer_with_hole(color, hole))
+    assert result[30, 22:38, 0].max() < 2.0
