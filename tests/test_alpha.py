@@ -102,7 +102,6 @@ def plate(tmp_path):
     return write_file(tmp_path / "plate.exr", channels() | {"A": alpha}, **CAMERA)
 
 
-@pytest.mark.usefixtures("command_context")
 def test_alpha_is_written_where_the_plate_has_it(plate, tmp_path):
     assert main(["render", str(plate), "-o", str(tmp_path / "out.exr")]) == 0
     assert main(["render", str(plate), "-o", str(tmp_path / "out.png")]) == 0

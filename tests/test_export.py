@@ -29,8 +29,6 @@ from heatlens.model.coc import coc_line, coc_px
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.settings import Bokeh, DefocusSettings, Quality
 
-pytestmark = pytest.mark.usefixtures("command_context")
-
 
 def test_every_frame_is_what_render_makes_of_its_plate_and_lens(capsys, shot_file, out, tmp_path):
     exported(capsys, shot_file, out, "--float")

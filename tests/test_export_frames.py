@@ -23,8 +23,6 @@ from heatlens.image.shot_file import read_shot, write_shot
 from heatlens.model.frames import FrameRange
 from heatlens.model.shot import Shot
 
-pytestmark = pytest.mark.usefixtures("command_context")
-
 
 @pytest.mark.parametrize(
     ("words", "frames"),

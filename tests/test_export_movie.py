@@ -31,7 +31,6 @@ from heatlens.image.shot_file import read_shot, write_shot
 from test_export_pictures import pixels
 
 PLAIN = ("--view", "sRGB curve")
-pytestmark = pytest.mark.usefixtures("command_context")
 
 
 def decoded(path) -> np.ndarray:

@@ -17,7 +17,6 @@ from heatlens.errors import InputError
 from heatlens.export.openjd import PathParameter, _yaml, chunks_of, job_template
 from heatlens.image.sequence_names import parse_frames
 
-pytestmark = pytest.mark.usefixtures("command_context")
 BIN = Path(sys.executable).parent  # where the commands of this environment are
 
 

@@ -62,9 +62,7 @@ def pixels(path: Path) -> np.ndarray:
     return np.stack([channels[name] for name in "RGB"], axis=-1)
 
 
-def test_frames_are_those_of_the_command_line(
-    gui: Gui, tmp_path: Path, capsys, command_context
-) -> None:
+def test_frames_are_those_of_the_command_line(gui: Gui, tmp_path: Path, capsys) -> None:
     exporter = gui.app.filing.exporter
     assert exporter.wish.folder == str(tmp_path / "room_dof") and exporter.wish.name == "room"
     gui.click(gui.middle("Export"))

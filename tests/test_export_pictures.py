@@ -30,8 +30,6 @@ from plates import coc_plate_of, plate_of, room
 LUMA = np.array([0.2126, 0.7152, 0.0722])  # JPEG halves the chroma
 PLAIN = ("--view", "sRGB curve")
 
-pytestmark = pytest.mark.usefixtures("command_context")
-
 
 def pixels(path) -> np.ndarray:
     """(H, W, 3) as whole numbers that may be subtracted."""

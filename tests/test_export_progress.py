@@ -13,8 +13,6 @@ from exports import write_shot_file
 from heatlens.commands.export_progress import Tally, progress_text
 from heatlens.export.run import FrameDone
 
-pytestmark = pytest.mark.usefixtures("command_context")
-
 
 def done(frame: int, was_there: bool = False) -> FrameDone:
     return FrameDone(frame, None, was_there)

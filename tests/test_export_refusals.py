@@ -4,8 +4,6 @@ import pytest
 
 from exports import files_in, refused
 
-pytestmark = pytest.mark.usefixtures("command_context")
-
 
 @pytest.mark.parametrize(
     ("name", "words", "expected"),

@@ -3,11 +3,7 @@
 import json
 import re
 
-import pytest
-
 from heatlens.commands.main import main
-
-pytestmark = pytest.mark.usefixtures("command_context")
 
 
 def test_programs_get_a_line_for_each_frame(capsys, shot_file, out):

@@ -9,8 +9,6 @@ from heatlens.commands import export as export_command
 from heatlens.commands.main import main
 from heatlens.image.shot_file import read_shot, write_shot
 
-pytestmark = pytest.mark.usefixtures("command_context")
-
 
 @pytest.mark.parametrize("suffix", [".exr", ".png", ".jpg"])
 def test_what_is_finished_is_left(capsys, shot_file, tmp_path, suffix):

@@ -30,7 +30,6 @@ from heatlens.scene.demo.demo import demo_scene, demo_shot
 from heatlens.scene.scene_bounds import track_of
 from heatlens.scene.scene_source import open_scene
 
-pytestmark = pytest.mark.usefixtures("command_context")
 SIZE = (96, 54)
 FRAMES = (60, 74, 88)  # while the focus is pulled
 DRAFT = DefocusSettings(quality=Quality.DRAFT)

@@ -27,7 +27,6 @@ from heatlens.export import frame_files
 from heatlens.image.atomic_file import replacing
 from heatlens.image.shot_file import read_shot, write_shot
 
-pytestmark = pytest.mark.usefixtures("command_context")
 KILLS = 12
 
 

@@ -14,7 +14,6 @@ from heatlens.scene.first_shot import first_shot
 from heatlens.scene.scene_bounds import object_depth_m, track_of
 from heatlens.ui.picture.scene_opening import opened_scene
 
-pytestmark = pytest.mark.usefixtures("command_context")
 LENS = ("--f-stop", "2", "--focus-distance", "3")
 TINY = ("--size", "24x16")
 

@@ -23,8 +23,6 @@ from heatlens.commands.main import main
 from heatlens.image.camera_header import camera_at_header
 from heatlens.model.units import FOOT_M, INCH_M
 
-pytestmark = pytest.mark.usefixtures("command_context")
-
 
 @pytest.fixture
 def plate(tmp_path):

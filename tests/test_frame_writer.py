@@ -12,8 +12,6 @@ from heatlens.export import frame_files
 from heatlens.export.frame_writer import FrameWriter
 from heatlens.image.shot_file import write_shot
 
-pytestmark = pytest.mark.usefixtures("command_context")
-
 
 def test_the_writer_keeps_the_order_and_no_more_than_it_may(rng):
     lock, waiting, most = threading.Lock(), 0, 0

@@ -19,7 +19,6 @@ from heatlens.image.display import srgb_encoded
 from heatlens.image.primaries import AP1, KNOWN, REC709, XYZ
 from heatlens.model.settings import Bokeh, DefocusSettings, Quality
 
-pytestmark = pytest.mark.usefixtures("command_context")
 QUICK = DefocusSettings(Bokeh.HEAT, Quality.DRAFT, 1)
 LENS = ("--focal-length", "50", "--sensor-width", "36", "--f-stop", "22", "--focus-distance", "2")
 PLAIN = ("--view", "sRGB curve")

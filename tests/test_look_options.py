@@ -13,8 +13,6 @@ from heatlens.color.color_config import load_color_config
 from heatlens.color.view_transform import srgb_transform, view_transform
 from heatlens.commands.main import main
 
-pytestmark = pytest.mark.usefixtures("command_context")
-
 
 @pytest.fixture
 def plate(tmp_path):

@@ -38,7 +38,6 @@ def test_bokeh_quality_and_layers_are_of_diffusion_alone(ctx, renderer):
         assert np.array_equal(renderer.pixels(Shot(lens, other)), plain)
 
 
-@pytest.mark.usefixtures("command_context")
 @pytest.mark.parametrize("method", OF_PLATES)
 def test_render_takes_every_method(capsys, tmp_path, method):
     plate, out = tmp_path / "plate.exr", tmp_path / "out.exr"
@@ -49,7 +48,6 @@ def test_render_takes_every_method(capsys, tmp_path, method):
     assert np.isfinite(pixels).all() and np.abs(pixels[..., :3] - color).max() > 0.01
 
 
-@pytest.mark.usefixtures("command_context")
 def test_an_exported_frame_is_of_the_shots_method_or_the_one_that_is_given(capsys, tmp_path):
     plate = write_file(tmp_path / "plate.exr", channels(), **CAMERA)
     shot_file = tmp_path / "s.heatlens.json"

@@ -43,7 +43,6 @@ def test_materials_and_pictures_are_named_as_they_are_read(scene, monkeypatch):
     assert {scene, *expected} == set(opened)
 
 
-@pytest.mark.usefixtures("command_context")
 @pytest.mark.parametrize("name", ["look.mtl", "a map.png"])
 def test_an_export_renders_again_what_was_written_again(capsys, scene, tmp_path, name):
     out, path = tmp_path / "n.exr", scene.parent / name
@@ -54,7 +53,6 @@ def test_an_export_renders_again_what_was_written_again(capsys, scene, tmp_path,
     assert "1 frame written" in exported(capsys, scene, out, *TOLD)
 
 
-@pytest.mark.usefixtures("command_context")
 def test_an_export_is_not_written_over_a_picture_of_an_obj(capsys, scene):
     path = scene.parent / "a map.png"
     before = path.read_bytes()

@@ -8,7 +8,6 @@ from exports import refused as refused_export
 from exr_files import write_file
 from heatlens.commands.main import main
 
-pytestmark = pytest.mark.usefixtures("command_context")
 LENS = ("--f-stop", "2", "--focus-distance", "3")
 TINY = ("--size", "16x9")
 

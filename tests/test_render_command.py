@@ -19,8 +19,6 @@ from exr_files import rgb, window, write_file
 from heatlens.image.camera_header import CameraHeader, camera_at_header
 from heatlens.image.exr_read import read_parts
 
-pytestmark = pytest.mark.usefixtures("command_context")
-
 
 @pytest.fixture
 def plate(tmp_path):

@@ -24,8 +24,6 @@ from exr_files import rgb, write_file
 from heatlens.commands.main import main
 from heatlens.render import FrameRenderer
 
-pytestmark = pytest.mark.usefixtures("command_context")
-
 
 @pytest.fixture
 def plate(tmp_path):

@@ -24,8 +24,6 @@ from heatlens.model.settings import Quality
 from heatlens.ui.files import picture_saver
 from heatlens.ui.files.clipboard import copy_png, tools
 
-pytestmark = pytest.mark.usefixtures("command_context")
-
 HEIGHT, WIDTH = 40, 64
 CAMERA = lens_attributes(85.0, 2.0, 3.0, 24.9, 18.7)
 

@@ -15,7 +15,6 @@ from heatlens.model.shot import Shot
 from heatlens.scene.scene_read import read_scene
 from window_plates import room_file
 
-pytestmark = pytest.mark.usefixtures("command_context")
 SIZE = (48, 27)
 LENS = ("--f-stop", 2, "--focus-distance", 3)
 WIDE = ("--f-stop", 0.5, "--focus-distance", 3)

@@ -84,7 +84,6 @@ def test_other_files_of_the_folder_do_not_count(scene):
     assert mark(scene) == before
 
 
-@pytest.mark.usefixtures("command_context")
 def test_an_export_renders_again_what_has_other_bytes(capsys, scene, tmp_path):
     out = tmp_path / "n.exr"
     exported(capsys, scene, out, *TOLD)
@@ -93,7 +92,6 @@ def test_an_export_renders_again_what_has_other_bytes(capsys, scene, tmp_path):
     assert "1 frame written" in exported(capsys, scene, out, *TOLD)
 
 
-@pytest.mark.usefixtures("command_context")
 @pytest.mark.parametrize("name", ["map.png", "./../scene/map.png", "link.png"])
 def test_an_export_is_not_written_over_a_picture_that_a_scene_is_made_of(capsys, tmp_path, name):
     folder = tmp_path / "scene"
@@ -105,7 +103,6 @@ def test_an_export_is_not_written_over_a_picture_that_a_scene_is_made_of(capsys,
     assert (folder / "map.png").read_bytes() == before
 
 
-@pytest.mark.usefixtures("command_context")
 def test_a_picture_is_not_rendered_over_one_that_a_scene_names(capsys, scene):
     path = scene.parent / "a map.png"
     before = path.read_bytes()
@@ -123,7 +120,6 @@ def test_what_a_scene_names_is_guarded_though_its_file_is_gone(scene):
     assert picture_saver._sources(scene) == (scene,)
 
 
-@pytest.mark.usefixtures("command_context")
 def test_an_export_beside_a_scene_is_written(capsys, scene):
     assert "1 frame written" in exported(capsys, scene, scene.parent / "other.png", *TOLD)
 

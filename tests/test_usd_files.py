@@ -71,7 +71,6 @@ def test_names_of_other_places_are_no_files(tmp_path):
     assert named_by_usd(str(tmp_path / "a.usda")) == ()
 
 
-@pytest.mark.usefixtures("command_context")
 def test_an_export_sees_what_was_written_again_and_is_not_written_over_it(capsys, scene, tmp_path):
     out, path = tmp_path / "n.exr", scene.parent / "map.png"
     exported(capsys, scene, out, *TOLD)

@@ -55,7 +55,6 @@ def test_it_shows_the_renderers_picture_bit_for_bit(gui, own):
     assert abs(expected - plate_pixels(gui)).max() > 0.1
 
 
-@pytest.mark.usefixtures("command_context")
 def test_it_shows_what_the_command_writes(gui, tmp_path, capsys):
     gui.app.edit(replace(gui.app.shot, defocus=FILM))
     gui.frame()
