@@ -15,6 +15,7 @@ class Making:
     def __init__(self, stage: Stage, sides: BothSides) -> None:
         self._stage = stage
         self._sides = sides
+        self._wished = 0  # version of the plate that the sides know
 
     @property
     def version(self) -> tuple[int, int]:
@@ -24,7 +25,8 @@ class Making:
     @property
     def is_working(self) -> bool:
         """The whole picture is not there yet."""
-        return self._sides.is_working or not self._stage.is_whole
+        is_known = self._stage.plate is None or self._stage.version == self._wished
+        return self._sides.is_working or not (self._stage.is_whole and is_known)
 
     def wish(self, view: ViewState, shot: Shot, frame: int, budget_s: float) -> None:
         """Answer a change with a picture that fits the time. Raises HeatlensError."""
@@ -32,6 +34,7 @@ class Making:
         stage.refresh()  # only now: what was saved before is picture and plate of one frame
         if stage.plate is not None and stage.is_settled_at(frame):
             plate = PlateVersion(stage.version, stage.is_finer)
+            self._wished = stage.version
             self._sides.wish(view, stage.seen(shot), frame, budget_s, plate)
 
     def work(self) -> None:
