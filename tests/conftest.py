@@ -1,6 +1,7 @@
 """Shared fixtures: one OpenGL context for the session, clean before and after every test."""
 
 import os
+import signal
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
@@ -28,6 +29,8 @@ def pytest_configure() -> None:
     """Whatever window a test opens remembers nothing of this user and for this user nothing."""
     folder = Path(tempfile.gettempdir()) / f"heatlens-tests-{os.getpid()}"
     os.environ["HEATLENS_CONFIG_DIR"] = str(folder / "preferences")
+    # What a shell starts in the background ignores Ctrl-C, and hands that on to what it starts.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
