@@ -12,8 +12,10 @@ import numpy as np
 import pytest
 from hypothesis import settings
 
+from both_ways import BothWays
 from heatlens.gpu.context import headless_context
 from heatlens.render import FrameRenderer
+from heatlens.scene_gpu.raster import SceneRaster
 
 if TYPE_CHECKING:
     from gui import Gui
@@ -52,6 +54,22 @@ def ctx(session_context: moderngl.Context) -> Iterator[moderngl.Context]:
     assert session_context.error == "GL_NO_ERROR"
     yield session_context
     assert session_context.error == "GL_NO_ERROR"
+
+
+@pytest.fixture(scope="module")
+def raster(session_context: moderngl.Context) -> Iterator[SceneRaster]:
+    """Draws scenes."""
+    made = SceneRaster(session_context)
+    yield made
+    made.release()
+
+
+@pytest.fixture(scope="module")
+def stage(session_context: moderngl.Context) -> Iterator[BothWays]:
+    """Draws scenes and meets them by rays."""
+    made = BothWays(session_context)
+    yield made
+    made.release()
 
 
 @pytest.fixture(scope="session", autouse=True)

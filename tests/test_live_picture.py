@@ -116,8 +116,7 @@ def test_a_small_plate_is_not_made_so_small_that_nothing_can_be_told(full_second
     machine, live = machine_and_picture(full_seconds)
     machine.loaded.color.size = width, width
     live.wish(shots(1)[0], 0, BUDGET_S)
-    seen_px = proxy_size((width, width), machine.made[0].proxy)[0]
-    assert seen_px >= min(width, 160)
+    assert proxy_size((width, width), machine.made[0].proxy)[0] >= min(width, 160)
 
 
 @given(SPEEDS, WISHES)

@@ -1,58 +1,20 @@
 """Maps of normals and of occlusion as they are seen: drawn, and by rays."""
 
-from collections.abc import Iterator
 from dataclasses import replace
 
-import moderngl
 import numpy as np
 import pytest
 
-from heatlens.gpu.textures import download, new_texture
 from heatlens.scene.scene import Material, Mesh, PointLight, Scene
-from heatlens.scene.scene_view import SceneView
 from heatlens.scene.tangents import with_tangents
-from heatlens.scene_gpu.raster import SceneRaster
-from heatlens.scene_gpu.ray_tracer import RayTracer
 from heatlens.scene_gpu.scene_buffers import VERTEX, SceneBuffers
 from scenes import NIGHT, even_sky, moved, plane, scene_of, sphere, still_life
 
-VIEW = SceneView(moved(0, 0, -3), (32, 32), 50.0, np.inf, 0.5, 20.0)
 LAMP = PointLight((1.5, 1.0, 2.0), (9.0, 8.0, 7.0))
 CLAY = Material(base_color=(0.6, 0.5, 0.4), roughness=0.7, metallic=0.2)
 TEXEL = (180, 90, 220)
 FLAT = (128, 128, 255)
 RIGHT, UP, OUT = np.eye(3)
-
-
-class Stage:
-    """Both ways to see a scene."""
-
-    def __init__(self, ctx: moderngl.Context) -> None:
-        self.raster = SceneRaster(ctx)
-        self.tracer = RayTracer(ctx, self.raster)
-        self.out = new_texture(ctx, VIEW.size, 4)
-
-    def seen(self, scene: Scene) -> np.ndarray:
-        """(2, H, W, 3) as it is drawn, and by a ray through the middle of each pixel."""
-        self.raster.load(scene)
-        self.raster.place(1)
-        self.raster.draw(VIEW, self.out)
-        drawn = download(self.out)[..., :3]
-        for _ in self.tracer.steps(VIEW, (0, 0), 1, self.out, object(), pixel_side_px=0.0):
-            pass
-        return np.stack([drawn, download(self.out)[..., :3]])
-
-    def release(self) -> None:
-        self.tracer.release()
-        self.raster.release()
-        self.out.release()
-
-
-@pytest.fixture(scope="module")
-def stage(session_context: moderngl.Context) -> Iterator[Stage]:
-    made = Stage(session_context)
-    yield made
-    made.release()
 
 
 def picture(texel: tuple[int, int, int]) -> np.ndarray:

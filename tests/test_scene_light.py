@@ -1,9 +1,7 @@
 """The light of scenes against laws: furnaces, shadows, lamps, and no NaN whatever is drawn."""
 
-from collections.abc import Iterator
 from dataclasses import replace
 
-import moderngl
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -23,13 +21,6 @@ SIZE = (48, 32)
 VIEW = SceneView(np.eye(4), SIZE, 60.0, np.inf, 0.1, 100.0)
 AHEAD = [(0, moved(z=-2.0))]
 WHITE = Material(base_color=(1.0, 1.0, 1.0), roughness=1.0)
-
-
-@pytest.fixture(scope="module")
-def raster(session_context: moderngl.Context) -> Iterator[SceneRaster]:
-    made = SceneRaster(session_context)
-    yield made
-    made.release()
 
 
 def drawn(raster: SceneRaster, scene: Scene, view: SceneView = VIEW) -> Array:

@@ -1,9 +1,7 @@
 """The rasteriser of scenes against geometry that is known: where things are, and how far."""
 
-from collections.abc import Iterator
 from dataclasses import replace
 
-import moderngl
 import numpy as np
 import pytest
 
@@ -21,13 +19,6 @@ from scenes import NIGHT, lamp, moved, plane, scene_of, sphere, still_life
 SIZE = (48, 32)
 VIEW = SceneView(np.eye(4), SIZE, 60.0, np.inf, 0.1, 100.0)
 LIGHT = (0.5, 2.25, 500.0)
-
-
-@pytest.fixture(scope="module")
-def raster(session_context: moderngl.Context) -> Iterator[SceneRaster]:
-    made = SceneRaster(session_context)
-    yield made
-    made.release()
 
 
 def drawn(raster: SceneRaster, scene: Scene, view: SceneView = VIEW) -> Array:

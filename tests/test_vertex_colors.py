@@ -1,9 +1,7 @@
 """Colours of vertices: as files tell them, and as they are drawn and met by rays."""
 
-from collections.abc import Iterator
 from dataclasses import replace
 
-import moderngl
 import numpy as np
 import pytest
 from hypothesis import given
@@ -13,14 +11,10 @@ from pxr import Sdf, Usd, UsdGeom, UsdShade
 
 from gltf_files import GltfWriter
 from heatlens.errors import InputError
-from heatlens.gpu.textures import download, new_texture
 from heatlens.scene.mesh_make import made_mesh
-from heatlens.scene.scene import Material, Mesh, Scene
+from heatlens.scene.scene import Material, Mesh
 from heatlens.scene.scene_read import read_scene
-from heatlens.scene.scene_view import SceneView
 from heatlens.scene.usd.usd_scene_read import usd_scene
-from heatlens.scene_gpu.raster import SceneRaster
-from heatlens.scene_gpu.ray_tracer import RayTracer
 from heatlens.scene_gpu.scene_buffers import SceneBuffers, colors_of
 from scenes import lamp, moved, plane, scene_of, sphere, still_life
 
@@ -132,39 +126,7 @@ def test_usd_colours_give_way_to_a_material_and_one_alone_is_the_material(tmp_pa
 
 # What is seen
 
-VIEW = SceneView(moved(0, 0, -3), (32, 32), 50.0, np.inf, 0.5, 20.0)
 TINT = (0.25, 0.5, 0.875)
-
-
-class Stage:
-    """Both ways to see a scene."""
-
-    def __init__(self, ctx: moderngl.Context) -> None:
-        self.raster = SceneRaster(ctx)
-        self.tracer = RayTracer(ctx, self.raster)
-        self.out = new_texture(ctx, VIEW.size, 4)
-
-    def seen(self, scene: Scene) -> tuple[np.ndarray, np.ndarray]:
-        """(H, W, 3) as it is drawn, and by a ray through the middle of each pixel."""
-        self.raster.load(scene)
-        self.raster.place(1)
-        self.raster.draw(VIEW, self.out)
-        drawn = download(self.out)[..., :3]
-        for _ in self.tracer.steps(VIEW, (0, 0), 1, self.out, object(), pixel_side_px=0.0):
-            pass
-        return drawn, download(self.out)[..., :3]
-
-    def release(self) -> None:
-        self.tracer.release()
-        self.raster.release()
-        self.out.release()
-
-
-@pytest.fixture(scope="module")
-def stage(session_context: moderngl.Context) -> Iterator[Stage]:
-    made = Stage(session_context)
-    yield made
-    made.release()
 
 
 def tinted(mesh: Mesh, colors) -> Mesh:
