@@ -3,7 +3,7 @@
 //
 // A stage is one dispatch over (pixels, lines). Pixels that are multiples of 2 `reach` survive stage
 // `reach`; the others are eliminated into them (star-mesh, see solve_partition.comp.glsl) and keep
-// what they need for the way back up.
+// what they need for the way back up. The whole picture is solved, whatever the mask of tiles says.
 //
 // STAGE: LOAD, REDUCE, SUBSTITUTE or STORE.
 
@@ -29,13 +29,17 @@ int index_of(int slot, int i, int p) { return (slot * line_length + i) * POLES +
 Num inverse_sum(Link l) { return inverted(l.ground + l.left + l.right); }
 
 void load(int slot, ivec2 at, int i) {
-    Node node = node_at(at);
-    float left = i > 0 ? conductance(node_at(at - axis), node) : 0.0;
-    float right = i + 1 < line_length ? conductance(node, node_at(at + axis)) : 0.0;
+    bool has_left = i > 0, has_right = i + 1 < line_length;
+    Input here = input_at(at), before = here, after = here;
+    if (has_left) before = input_at(at - axis);
+    if (has_right) after = input_at(at + axis);
+    float left = has_left ? conductance(before, here) : 0.0;
+    float right = has_right ? conductance(here, after) : 0.0;
+    Source r = source_of(before, here, after, left, right);
     for (int p = 0; p < POLES; ++p) {
         link_buf[index_of(slot, i, p)] =
-            Link(num(specific_heat(node)), flow(p, left), flow(p, right));
-        r_buf[index_of(slot, i, p)] = source(at, p);
+            Link(num(specific_heat(here)), flow(p, left), flow(p, right));
+        r_buf[index_of(slot, i, p)] = source(r, p);
     }
 }
 
@@ -72,18 +76,11 @@ void substitute(int slot, int i, int p) {
     r_buf[me] = mul(inverse_sum(mine), sum);
 }
 
-void store(int slot, ivec2 at, int i) {
-    vec4 sum = vec4(0.0);
-    for (int p = 0; p < POLES; ++p) {
-        Value y = r_buf[index_of(slot, i, p)];
-        sum += real_part(y);
-#ifdef ROWS
-        store_pole(at, p, y);
-#endif
-    }
-#ifndef ROWS
-    store_sum(at, sum);
-#endif
+void store_answers(int slot, ivec2 at, int i) {
+    Output o;
+    clear_output(o);
+    for (int p = 0; p < POLES; ++p) add_pole(o, p, r_buf[index_of(slot, i, p)]);
+    store(at, o);
 }
 
 void main() {
@@ -100,6 +97,6 @@ void main() {
     if (reach > 0 ? i % (2 * reach) == reach : i == 0)
         for (int p = 0; p < POLES; ++p) substitute(slot, i, p);
 #else
-    store(slot, at, i);
+    store_answers(slot, at, i);
 #endif
 }

@@ -67,24 +67,30 @@ void solve_separators(int run) {
     }
 }
 
+// What the line holds at a place of this run; beyond its end the last pixel again, joined to nothing.
+Input input_in(int line, int i) { return input_at(pixel_at(line, clamp(i, 0, line_length - 1))); }
+
 // Solve pole p; y receives the run's pixels, the separator last.
 void solve_pole(int p, int line, int run, out Value y[RUN]) {
     Num to_left[RUN], to_next[RUN];
     int first = run * RUN, me = slot_of(run);
-    bool inside = line != NO_LINE && first < line_length;
-    Node node = inside ? node_at(pixel_at(line, first)) : NODE_OUTSIDE;
-    Num c = ZERO_NUM, g = num(1.0), g_left = ZERO_NUM;
+    bool inside = first < line_length;
+    Input before = input_in(line, first - 1), here = input_in(line, first), after;
+    float b_in = run > 0 && inside ? conductance(before, here) : 0.0, b_out;
+    Num c = flow(p, b_in), g = ZERO_NUM, g_left = ZERO_NUM;
     Value r = ZERO_VALUE, r_left = ZERO_VALUE;
-    if (inside) {
-        g = num(specific_heat(node));
-        r = source(pixel_at(line, first), p);
-        if (run > 0) c = flow(p, conductance(node_at(pixel_at(line, first - 1)), node));
-    }
-    for (int j = 0; j < RUN - 1; ++j) {
-        bool goes_on = line != NO_LINE && first + j + 1 < line_length;
-        ivec2 next_at = pixel_at(line, first + j + 1);
-        Node next = goes_on ? node_at(next_at) : NODE_OUTSIDE;
-        Num b = goes_on ? flow(p, conductance(node, next)) : ZERO_NUM;
+    for (int j = 0; j < RUN; ++j) {
+        int i = first + j;
+        after = input_in(line, i + 1);
+        b_out = i + 1 < line_length ? conductance(here, after) : 0.0;
+        Value own = source(source_of(before, here, after, b_in, b_out), p);
+        r = j == 0 ? own : r + own;
+        g += num(specific_heat(here));
+        before = here;
+        here = after;
+        b_in = b_out;
+        if (j == RUN - 1) break;
+        Num b = flow(p, b_out);
         Num inverse_sum = inverted(g + c + b);
         to_left[j] = mul(c, inverse_sum);
         to_next[j] = mul(b, inverse_sum);
@@ -92,10 +98,8 @@ void solve_pole(int p, int line, int run, out Value y[RUN]) {
         g_left += mul(g, to_left[j]);
         r_left += mul(to_left[j], r);
         c = mul(c, to_next[j]);
-        g = num(goes_on ? specific_heat(next) : 1.0) + mul(g, to_next[j]);
+        g = mul(g, to_next[j]);
         r = mul(to_next[j], r);
-        if (goes_on) r += source(next_at, p);
-        node = next;
     }
     g_sh[me] = g_left;
     r_sh[me] = r_left;
@@ -103,10 +107,10 @@ void solve_pole(int p, int line, int run, out Value y[RUN]) {
     barrier();
     Num right = ZERO_NUM;
     if (run + 1 < RUNS) {
-        int after = slot_of(run + 1);
-        g += g_sh[after];
-        r += r_sh[after];
-        right = left_sh[after];
+        int after_me = slot_of(run + 1);
+        g += g_sh[after_me];
+        r += r_sh[after_me];
+        right = left_sh[after_me];
     }
     barrier();
     g_sh[me] = g;
@@ -114,9 +118,9 @@ void solve_pole(int p, int line, int run, out Value y[RUN]) {
     right_sh[me] = right;
     barrier();
     solve_separators(run);
-    Value before = run > 0 ? r_sh[slot_of(run - 1)] : ZERO_VALUE;
+    Value left_end = run > 0 ? r_sh[slot_of(run - 1)] : ZERO_VALUE;
     y[RUN - 1] = r_sh[me];
-    for (int j = RUN - 2; j >= 0; --j) y[j] += mul(to_left[j], before) + mul(to_next[j], y[j + 1]);
+    for (int j = RUN - 2; j >= 0; --j) y[j] += mul(to_left[j], left_end) + mul(to_next[j], y[j + 1]);
     barrier();  // the next pole reuses shared memory
 }
 
@@ -124,22 +128,14 @@ void main() {
     int line = line_of_invocation();
     int run = int(gl_LocalInvocationID.y);
     Value y[RUN];
-    vec4 sum[RUN];
-    for (int j = 0; j < RUN; ++j) sum[j] = vec4(0.0);
+    Output o[RUN];
+    for (int j = 0; j < RUN; ++j) clear_output(o[j]);
     for (int p = 0; p < POLES; ++p) {
-        solve_pole(p, line, run, y);
-        for (int j = 0; j < RUN; ++j) {
-            int i = run * RUN + j;
-            sum[j] += real_part(y[j]);
-#ifdef ROWS
-            if (line != NO_LINE && i < line_length) store_pole(pixel_at(line, i), p, y[j]);
-#endif
-        }
+        solve_pole(p, max(line, 0), run, y);
+        for (int j = 0; j < RUN; ++j) add_pole(o[j], p, y[j]);
     }
-#ifndef ROWS
     for (int j = 0; j < RUN; ++j) {
         int i = run * RUN + j;
-        if (line != NO_LINE && i < line_length) store_sum(pixel_at(line, i), sum[j]);
+        if (line != NO_LINE && i < line_length) store(pixel_at(line, i), o[j]);
     }
-#endif
 }

@@ -6,67 +6,170 @@
 //   s_i = (r_i + b_(i-1) s_(i-1)) / (u_i + b_i)
 //   y_i = s_i + b_i / (u_i + b_i) y_(i+1)
 //
-// SYSTEM names the network (a lib file); scratch holds s and the weight of y_(i+1) for the lines of
-// one dispatch.
+// Memory costs a processor more than arithmetic: the way forward keeps s and t only once a BLOCK of
+// pixels, and the way back eliminates each block again, in registers. Tiles that the mask leaves out
+// are neither read nor written; nothing flows into them.
+//
+// SYSTEM names the network, a lib file, which gives every strategy:
+//   Input         what it reads of a pixel: input_at
+//   conductance   between two inputs that are neighbours; specific_heat of one; flow: the conductance
+//                 of a pole's network
+//   Source        the right-hand side, from a pixel and both its neighbours and what flows between
+//                 them (0: there is none, and the pixel itself is given in its place): source_of; of
+//                 one pole: source
+//   Output        what becomes of the poles' answers: clear_output, add_pole, store
 
 #include SYSTEM
+#include "lib/each.lib.glsl"
+#define TILE_MASK_BINDING 2
+#include "lib/tile_mask.lib.glsl"
 
 layout(local_size_x = LINES_PER_GROUP) in;
 
 layout(std430, binding = 0) buffer sweep_value_block { Value s_buf[]; };
-layout(std430, binding = 1) buffer sweep_weight_block { Num w_buf[]; };
+layout(std430, binding = 1) buffer sweep_link_block { Num t_buf[]; };
 
-void eliminate_forward(int line, int slot) {
+#define BLOCKS_PER_LINE ((line_length + BLOCK - 1) / BLOCK)
+
+// Of functions below: what they do with each pole, or with each pixel of a block.
+#define ELIMINATE_POLE(p) eliminate_pole(front, at.here, r, at.b_in, b_out, p, w[p]);
+#define FORGET_POLE(p) front.s[p] = ZERO_VALUE; front.t[p] = ZERO_NUM;
+#define KEEP_POLE(p) s_buf[kept_at(slot, i, p)] = front.s[p]; t_buf[kept_at(slot, i, p)] = front.t[p];
+#define TAKE_POLE(p) front.s[p] = s_buf[kept_at(slot, i, p)]; front.t[p] = t_buf[kept_at(slot, i, p)];
+#define SUBSTITUTE_POLE(p) y[p] = gone.s[p] + mul(gone.w[p], y[p]); add_pole(o, p, y[p]);
+#define ELIMINATE_AGAIN(j) eliminate(front, at, line, run, first + j, gone[j].w); gone[j].s = front.s;
+#define SUBSTITUTE(j) substitute(gone[j], y, pixel_at(line, first + j), first + j < run.end);
+#define CLEAR_POLE(p) y[p] = ZERO_VALUE;
+
+struct Front {  // of the elimination: what has gone before a pixel
+    Value s[POLES];
     Num t[POLES];
-    Value s[POLES], r[POLES];
-    for (int p = 0; p < POLES; ++p) { t[p] = ZERO_NUM; s[p] = ZERO_VALUE; }
-    float b_prev = 0.0;
-    Node node = node_at(pixel_at(line, 0));
-    for (int i = 0; i < line_length; ++i) {
-        ivec2 at = pixel_at(line, i);
-        bool last = i + 1 == line_length;
-        Node next = last ? node : node_at(at + axis);
-        float b = last ? 0.0 : conductance(node, next);
-        sources(at, r);
-        for (int p = 0; p < POLES; ++p) {
-            Num b_in = flow(p, b_prev), b_out = flow(p, b);
-            Num u = num(specific_heat(node)) + mul(b_in, t[p]);
-            Num inverse_sum = inverted(u + b_out);
-            s[p] = mul(inverse_sum, r[p] + mul(b_in, s[p]));
-            t[p] = mul(u, inverse_sum);
-            int k = (slot * line_length + i) * POLES + p;
-            s_buf[k] = s[p];
-            w_buf[k] = mul(b_out, inverse_sum);
+};
+
+struct Run {  // pixels joined to each other, as far as a tile knows of them
+    int start, end;
+};
+
+bool is_in_work(int line, int tile) {
+    if (tile < 0 || tile * TILE >= line_length) return false;
+    return is_tile_active(tile * axis + line / TILE * axis.yx);
+}
+
+Run run_of(int line, int tile) {
+    int start = is_in_work(line, tile - 1) ? 0 : tile * TILE;
+    int end = is_in_work(line, tile + 1) ? line_length : min((tile + 1) * TILE, line_length);
+    return Run(start, end);
+}
+
+// How many blocks of a tile are solved; a loop over none of them is skipped at no cost.
+int blocks_of(int line, int tile) {
+    int pixels = min(line_length - tile * TILE, TILE);
+    return is_in_work(line, tile) ? (pixels + BLOCK - 1) / BLOCK : 0;
+}
+
+Input input_in(int line, Run run, int i) {
+    return input_at(pixel_at(line, clamp(i, run.start, run.end - 1)));
+}
+
+// A pixel, what comes before it, and what flows between the two.
+struct Place {
+    Input before, here;
+    float b_in;
+};
+
+Place place_at(int line, Run run, int i) {
+    Place at;
+    at.here = input_in(line, run, i);
+    at.before = input_in(line, run, i - 1);
+    at.b_in = i > run.start ? conductance(at.before, at.here) : 0.0;
+    return at;
+}
+
+void eliminate_pole(inout Front front, Input here, Source r, float b_in, float b_out, int p, out Num w) {
+    Num from_before = flow(p, b_in), to_next = flow(p, b_out);
+    Num u = num(specific_heat(here)) + mul(from_before, front.t[p]);
+    Num inverse_sum = inverted(u + to_next);
+    front.s[p] = mul(inverse_sum, source(r, p) + mul(from_before, front.s[p]));
+    front.t[p] = mul(u, inverse_sum);
+    w = mul(to_next, inverse_sum);
+}
+
+// Eliminate pixel i, and go on to the next; w is what its answer takes of the next one's.
+void eliminate(inout Front front, inout Place at, int line, Run run, int i, out Num w[POLES]) {
+    Input after = input_in(line, run, i + 1);
+    float b_out = i + 1 < run.end ? conductance(at.here, after) : 0.0;
+    Source r = source_of(at.before, at.here, after, at.b_in, b_out);
+    EACH_POLE(ELIMINATE_POLE)
+    at = Place(at.here, after, b_out);
+}
+
+int kept_at(int slot, int i, int p) { return (slot * BLOCKS_PER_LINE + i / BLOCK) * POLES + p; }
+
+void forget(out Front front) {
+    EACH_POLE(FORGET_POLE)
+}
+
+void keep(Front front, int slot, int i) {
+    EACH_POLE(KEEP_POLE)
+}
+
+void take(out Front front, int slot, int i) {
+    EACH_POLE(TAKE_POLE)
+}
+
+void eliminate_forward(int line, int slot, int tiles) {
+    Front front;
+    Place at;
+    Num w[POLES];
+    for (int tile = 0; tile < tiles; ++tile) {
+        int blocks = blocks_of(line, tile);
+        Run run = run_of(line, tile);
+        for (int block = 0; block < blocks; ++block) {
+            int first = tile * TILE + block * BLOCK;
+            if (first == run.start) {
+                forget(front);
+                at = place_at(line, run, first);
+            }
+            keep(front, slot, first);
+            for (int j = 0; j < BLOCK; ++j) eliminate(front, at, line, run, first + j, w);
         }
-        b_prev = b;
-        node = next;
     }
 }
 
-void substitute_back(int line, int slot) {
+// A pixel as it was eliminated.
+struct Eliminated {
+    Value s[POLES];
+    Num w[POLES];
+};
+
+void substitute(Eliminated gone, inout Value y[POLES], ivec2 at, bool is_inside) {
+    Output o;
+    clear_output(o);
+    EACH_POLE(SUBSTITUTE_POLE)
+    if (is_inside) store(at, o);
+}
+
+void substitute_back(int line, int slot, int tiles) {
     Value y[POLES];
-    for (int p = 0; p < POLES; ++p) y[p] = ZERO_VALUE;
-    for (int i = line_length - 1; i >= 0; --i) {
-        ivec2 at = pixel_at(line, i);
-        vec4 sum = vec4(0.0);
-        for (int p = 0; p < POLES; ++p) {
-            int k = (slot * line_length + i) * POLES + p;
-            y[p] = s_buf[k] + mul(w_buf[k], y[p]);
-#ifdef ROWS
-            store_pole(at, p, y[p]);
-#else
-            sum += real_part(y[p]);
-#endif
+    EACH_POLE(CLEAR_POLE)
+    for (int tile = tiles - 1; tile >= 0; --tile) {
+        Run run = run_of(line, tile);
+        for (int block = blocks_of(line, tile) - 1; block >= 0; --block) {
+            int first = tile * TILE + block * BLOCK;
+            Front front;
+            take(front, slot, first);
+            Place at = place_at(line, run, first);
+            Eliminated gone[BLOCK];
+            EACH_PIXEL(ELIMINATE_AGAIN)
+            EACH_PIXEL_BACK(SUBSTITUTE)
         }
-#ifndef ROWS
-        store_sum(at, sum);
-#endif
     }
 }
 
 void main() {
     int slot = int(gl_GlobalInvocationID.x);
     if (slot >= line_count) return;
-    eliminate_forward(first_line + slot, slot);
-    substitute_back(first_line + slot, slot);
+    int tiles = (line_length + TILE - 1) / TILE;
+    eliminate_forward(first_line + slot, slot, tiles);
+    substitute_back(first_line + slot, slot, tiles);
 }

@@ -44,13 +44,12 @@ def blur(x: Array, coc: Array, kernel: Kernel, scales: tuple[float, float] = (1.
     across, down = (conductances(d) for d in (np.abs(coc) * scales[0], (np.abs(coc) * scales[1]).T))
     weights = compact_weights(across.T, kernel), compact_weights(down.T, kernel)
     for _ in range(kernel.steps):
-        x = x - laplacian(weights[1], x)
         x = x - laplacian(weights[0], x.swapaxes(0, 1)).swapaxes(0, 1)
-        x = _blur_once(x, across, down, kernel)
+        x = _blur_once(x, across, down, weights[1], kernel)
     return x
 
 
-def _blur_once(x: Array, across: Array, down: Array, kernel: Kernel) -> Array:
+def _blur_once(x: Array, across: Array, down: Array, compact_down: Array, kernel: Kernel) -> Array:
     def flows(conductance: Array, kappa: complex) -> npt.NDArray[np.complex128]:
         return kappa * conductance - compact_weights(conductance, kernel)
 
@@ -63,6 +62,7 @@ def _blur_once(x: Array, across: Array, down: Array, kernel: Kernel) -> Array:
     out = np.zeros(x.shape)
     for column_pole, kappa in enumerate(kernel.poles):
         mixed = sum(kernel.mix[a, column_pole] * row for a, row in enumerate(rows))
+        mixed = mixed - laplacian(compact_down, mixed)
         for i, flow in enumerate(flows(down, kappa)):
             out[:, i] += solve_line(flow, mixed[:, i]).real
     return out

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import oracle
-from heatlens.defocus.blur_pass import BlurPass, BlurTargets, pole_layers
+from heatlens.defocus.blur_pass import PACKED, BlurPass, BlurTargets, Diffusion, pole_layers
 from heatlens.defocus.kernels import Kernel, gaussian_kernel, named_kernel
 from heatlens.defocus.line_solver import SOLVERS, LineSolver
 from heatlens.gpu.textures import Storage, download, new_array, new_texture, upload
@@ -33,10 +33,12 @@ def blurred(
     upload(color, x)
     upload(diameter, coc)
     targets = BlurTargets(
-        new_array(ctx, (width, height), pole_layers(kernel), 4, storage),
+        new_array(
+            ctx, solver.between_size((width, height)), pole_layers(kernel, storage), 4, storage
+        ),
         new_texture(ctx, (width, height), 4),
     )
-    BlurPass(ctx, solver).run(color, diameter, kernel, scales, targets)
+    BlurPass(solver).run(Diffusion(color, diameter, kernel, scales), targets)
     result = download(targets.out_color)
     for texture in (color, diameter, targets.poles, targets.out_color):
         texture.release()
@@ -163,7 +165,7 @@ def test_half_storage_stays_under_a_code_value(
     x[40, 50] = 1e6
     coc[40, 50] = 0.0
     kernel = named_kernel(name)
-    exact, half = (blurred(solver, x, coc, kernel, storage=s) for s in ("f4", "f2"))
+    exact, half = (blurred(solver, x, coc, kernel, storage=s) for s in ("f4", PACKED))
     assert half[40, 50, 0] == 1e6
     np.testing.assert_allclose(half, exact, atol=2e-3)
     np.testing.assert_allclose(half.mean(dtype=np.float64), exact.mean(dtype=np.float64), rtol=5e-5)

@@ -20,7 +20,7 @@ SHADERS = data_dir("shaders")
 OVERLAY = "overlay.comp.glsl"
 SYSTEMS = {"lib/blur_system.lib.glsl": (1, 2, 5), "lib/fill_system.lib.glsl": (1,)}
 STRATEGIES = {
-    "solve_sweep.comp.glsl": [{"LINES_PER_GROUP": 8}],
+    "solve_sweep.comp.glsl": [{"LINES_PER_GROUP": 8, "BLOCK": 8, "STRIPS": 1}],
     "solve_partition.comp.glsl": [{"LINES_PER_GROUP": 2, "RUNS": 256, "RUN": 8}],
     "solve_cyclic.comp.glsl": [{"STAGE": s} for s in ("LOAD", "REDUCE", "SUBSTITUTE", "STORE")],
 }

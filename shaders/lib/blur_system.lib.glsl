@@ -1,110 +1,170 @@
-// The network that blurs a line: chain of pixels, each with a specific heat to ground and a
+// The network that blurs a line: a chain of pixels, each with a specific heat of 1 to ground and a
 // conductance to its neighbours, kappa * min(d, d')^2 with d the diameter of the circle of confusion
 // along this axis. Where either neighbour is in focus nothing flows.
 // (Kass, Lefohn, Owens 2006, section 3; kappa complex: a rational function of the line's Laplacian.)
 //
 // Rows give one image a pole. Columns mix these with M and add the real parts:
-//   y = Re sum_ab M_ab (1 + kappa_b L_y)^-1 (1 + kappa_a L_x)^-1 x
+//   z_a = (1 + kappa_a L_x)^-1 x      y = Re sum_b (1 + kappa_b L_y)^-1 sum_a M_ab z_a
 //
 // Inputs
 //   coc_tx      signed circle of confusion, diameter in pixels
-//   source_tx   rows only: rgb scene-linear times coverage, a coverage (compact_source.comp.glsl)
-//   color_tx    columns only: the same before it was made a source
-//   poles_tx    columns only: one image a pole, two layers each (real, imaginary) if COMPLEX
+//   source_tx   rows only: rgb scene-linear times coverage, a coverage
+//   color_tx    columns only: what pixels that are exactly in focus show
+//   poles_tx    columns only: what the rows gave; one layer a pole, eight halves in its four words,
+//               if HALF_POLES, else floats, two layers a pole (real, imaginary) if COMPLEX
 // Outputs
 //   out_poles_img (rows)    out_color_img (columns)
+//
+// The functions of this file are those that every strategy of the solver calls, see solve_sweep.
 
 #include "lib/compact.lib.glsl"
 #include "lib/number.lib.glsl"
-#include "lib/each_pole.lib.glsl"
 #include "lib/line.lib.glsl"
+#include "lib/strips.lib.glsl"
 
 uniform sampler2D coc_tx;
-uniform float axis_scale;  // squeeze and pixel aspect: diameter along this axis / coc_tx
-uniform float least_px;    // pixels with a smaller coc are blurred by this
+uniform float axis_scale;      // squeeze and pixel aspect: diameter along this axis / coc_tx
+uniform float least_px;        // pixels with a smaller coc are blurred by this
+uniform float resampled_px_2;  // what a smaller picture's own reduction and enlargement blur already
 uniform Num kappa[POLES];
-
-#define LAYERS_PER_POLE (1 + COMPLEX)
-
-#define Node float
-#define NODE_OUTSIDE 0.0
-float node_at(ivec2 at) { return max(abs(texelFetch(coc_tx, at, 0).r), least_px) * axis_scale; }
-
-float conductance(float d, float d_next) {
-    float narrower = min(d, d_next);
-    return narrower * narrower;
-}
-
-float specific_heat(float d) { return 1.0; }
-
-Num flow(int pole, float d_2) { return kappa[pole] * d_2 - num(compact_at(d_2)); }
+uniform Num mix_weights[POLES * POLES];  // M, symmetric
 
 #ifdef ROWS
 uniform sampler2D source_tx;
-uniform writeonly image2DArray out_poles_img;
+#ifdef HALF_POLES
+layout(rgba32ui) uniform writeonly uimage2DArray out_poles_img;
+#else
+layout(rgba32f) uniform writeonly image2DArray out_poles_img;
+#endif
+#else
+#ifdef HALF_POLES
+uniform usampler2DArray poles_tx;
+#else
+uniform sampler2DArray poles_tx;
+#endif
+uniform sampler2D color_tx;
+layout(rgba32f) uniform writeonly image2D out_color_img;
+#endif
 
-Value source(ivec2 at, int pole) { return value(texelFetch(source_tx, at, 0)); }
-
-void sources(ivec2 at, out Value r[POLES]) {
-    Value x = value(texelFetch(source_tx, at, 0));
-    for (int p = 0; p < POLES; ++p) r[p] = x;
+float diameter_2_at(ivec2 at) {
+    float diameter = max(abs(texelFetch(coc_tx, at, 0).r), least_px) * axis_scale;
+    return max(diameter * diameter - resampled_px_2, 0.0);
 }
 
 // Half storage halves what moves between rows and columns. Rounded here, because drivers differ (Mesa
 // truncates, which darkens), and limited, because an infinity would spread.
-vec4 stored(vec4 v) {
-#ifdef HALF_POLES
+vec4 rounded_to_half(vec4 v) {
     v = uintBitsToFloat(floatBitsToUint(v) + 0x1000u & 0xffffe000u);
     return clamp(v, -65504.0, 65504.0);
+}
+
+uvec2 halves_of(vec4 v) {
+    v = rounded_to_half(v);
+    return uvec2(packHalf2x16(v.xy), packHalf2x16(v.zw));
+}
+
+vec4 floats_of(uvec2 v) { return vec4(unpackHalf2x16(v.x), unpackHalf2x16(v.y)); }
+
+#ifdef ROWS
+struct Input {
+    float d_2;
+    vec4 x;
+};
+
+Input input_at(ivec2 at) { return Input(diameter_2_at(at), texelFetch(source_tx, at, 0)); }
+
+struct Source {
+    vec4 x;
+};
+
+Source source_of(Input before, Input here, Input after, float b_in, float b_out) {
+    return Source(here.x + compact_at(b_in) * (before.x - here.x) + compact_at(b_out) * (after.x - here.x));
+}
+
+Value source(Source s, int pole) { return value(s.x); }
+
+struct Output {
+    Value z[POLES];
+};
+
+void clear_output(out Output o) {
+    for (int k = 0; k < POLES; ++k) o.z[k] = ZERO_VALUE;
+}
+
+void add_pole(inout Output o, int pole, Value y) {
+    for (int k = 0; k < POLES; ++k) o.z[k] += mul(mix_weights[pole * POLES + k], y);
+}
+
+void store(ivec2 at, Output o) {
+    for (int k = 0; k < POLES; ++k) {
+#if COMPLEX && defined HALF_POLES
+        imageStore(out_poles_img, ivec3(in_strips(at), k), uvec4(halves_of(o.z[k][0]), halves_of(o.z[k][1])));
+#elif COMPLEX
+        imageStore(out_poles_img, ivec3(in_strips(at), 2 * k), o.z[k][0]);
+        imageStore(out_poles_img, ivec3(in_strips(at), 2 * k + 1), o.z[k][1]);
+#elif defined HALF_POLES
+        imageStore(out_poles_img, ivec3(in_strips(at), k), uvec4(halves_of(o.z[k]), 0u, 0u));
 #else
-    return v;
+        imageStore(out_poles_img, ivec3(in_strips(at), k), o.z[k]);
+#endif
+    }
+}
+
+#else
+struct Input {
+    float d_2;
+    Value z[POLES];
+};
+
+Value row_image(ivec2 at, int k) {
+#if COMPLEX && defined HALF_POLES
+    uvec4 v = texelFetch(poles_tx, ivec3(in_strips(at), k), 0);
+    return Value(floats_of(v.xy), floats_of(v.zw));
+#elif COMPLEX
+    return Value(texelFetch(poles_tx, ivec3(in_strips(at), 2 * k), 0), texelFetch(poles_tx, ivec3(in_strips(at), 2 * k + 1), 0));
+#elif defined HALF_POLES
+    return floats_of(texelFetch(poles_tx, ivec3(in_strips(at), k), 0).xy);
+#else
+    return texelFetch(poles_tx, ivec3(in_strips(at), k), 0);
 #endif
 }
 
-void store_pole(ivec2 at, int pole, Value y) {
-#if COMPLEX
-    imageStore(out_poles_img, ivec3(at, 2 * pole), stored(y[0]));
-    imageStore(out_poles_img, ivec3(at, 2 * pole + 1), stored(y[1]));
-#else
-    imageStore(out_poles_img, ivec3(at, pole), stored(y));
-#endif
+Input input_at(ivec2 at) {
+    Input read;
+    read.d_2 = diameter_2_at(at);
+    for (int k = 0; k < POLES; ++k) read.z[k] = row_image(at, k);
+    return read;
 }
 
-#else
-uniform sampler2DArray poles_tx;
-uniform sampler2D color_tx;
-uniform Num mix_weights[POLES * POLES];  // M, symmetric
-uniform writeonly image2D out_color_img;
+struct Source {
+    Value z[POLES];
+};
 
-Value row_image(ivec2 at, int pole) {
-#if COMPLEX
-    return Value(texelFetch(poles_tx, ivec3(at, 2 * pole), 0),
-                 texelFetch(poles_tx, ivec3(at, 2 * pole + 1), 0));
-#else
-    return texelFetch(poles_tx, ivec3(at, pole), 0);
-#endif
+Source source_of(Input before, Input here, Input after, float b_in, float b_out) {
+    float c_in = compact_at(b_in), c_out = compact_at(b_out);
+    Source s;
+    for (int k = 0; k < POLES; ++k)
+        s.z[k] = here.z[k] + c_in * (before.z[k] - here.z[k]) + c_out * (after.z[k] - here.z[k]);
+    return s;
 }
 
-Value source(ivec2 at, int pole) {
-    Value r = ZERO_VALUE;
-#define ADD_ROW_IMAGE(a) r += mul(mix_weights[a * POLES + pole], row_image(at, a));
-    EACH_POLE(ADD_ROW_IMAGE)
-    return r;
-}
+Value source(Source s, int pole) { return s.z[pole]; }
 
-void mix_row_image(Value row, int a, inout Value r[POLES]) {
-    for (int p = 0; p < POLES; ++p) r[p] += mul(mix_weights[a * POLES + p], row);
-}
+struct Output {
+    vec4 y;
+};
 
-void sources(ivec2 at, out Value r[POLES]) {
-    for (int p = 0; p < POLES; ++p) r[p] = ZERO_VALUE;
-#define MIX_ROW_IMAGE(a) mix_row_image(row_image(at, a), a, r);
-    EACH_POLE(MIX_ROW_IMAGE)
-}
+void clear_output(out Output o) { o.y = vec4(0.0); }
+void add_pole(inout Output o, int pole, Value y) { o.y += real_part(y); }
 
-// What is exactly in focus keeps its value bit for bit: the weights sum to 1 only up to rounding.
-void store_sum(ivec2 at, vec4 y) {
-    if (node_at(at) == 0.0) y = texelFetch(color_tx, at, 0);
-    imageStore(out_color_img, at, y);
+// What is exactly in focus keeps its value bit for bit: the weights sum to 1 only up to rounding. A loop,
+// because a software rasteriser reads both sides of a branch, but skips a loop that no lane enters.
+void store(ivec2 at, Output o) {
+    for (int n = diameter_2_at(at) == 0.0 ? 1 : 0; n > 0; --n) o.y = texelFetch(color_tx, at, 0);
+    imageStore(out_color_img, at, o.y);
 }
 #endif
+
+float conductance(Input a, Input b) { return min(a.d_2, b.d_2); }
+float specific_heat(Input here) { return 1.0; }
+Num flow(int pole, float d_2) { return kappa[pole] * d_2 - num(compact_at(d_2)); }

@@ -22,6 +22,7 @@
 
 #include "lib/number.lib.glsl"
 #include "lib/line.lib.glsl"
+#include "lib/strips.lib.glsl"
 
 uniform sampler2D state_tx;
 uniform float axis_scale;
@@ -37,40 +38,40 @@ uniform Num kappa[POLES];
 #define RIM_SLACK_NEAR 0.03 // of the diameter: less of a way is a round surface's own slope
 #define RIM_LEAST 0.6       // of the diameter, and its inverse at most: texture keeps its own blur
 
-#define Node vec2  // how far the pixel is known, 0..1; diameter along this axis as far as it is content
-#define NODE_OUTSIDE vec2(1.0, 0.0)
+// Of the content, and how far it is known: the rows, or what these gave.
+struct Input {
+    vec2 state;  // r diameter, g content 0..1
+    vec2 known;  // r diameter times how far it is known, g that
+    float diffused;
+};
 
-float rim_conductance(Node a, Node b) {
-    float narrower = min(a.y, b.y);
+float along_axis(Input a) { return a.state.r * sqrt(a.state.g) * axis_scale; }
+
+float rim_conductance(Input a, Input b) {
+    float narrower = min(along_axis(a), along_axis(b));
     return RIM_CONDUCTANCE * narrower * narrower;
 }
 
-float conductance(Node a, Node b) {
-    return (1.0 - min(a.x, b.x)) * FILL_CONDUCTANCE + rim_conductance(a, b);
+float conductance(Input a, Input b) {
+    return (1.0 - min(a.known.g, b.known.g)) * FILL_CONDUCTANCE + rim_conductance(a, b);
 }
 
-float specific_heat(Node node) { return node.x + FILL_LEAK; }
+float specific_heat(Input here) { return here.known.g + FILL_LEAK; }
 Num flow(int pole, float conductance) { return kappa[pole] * conductance; }
 
 #ifdef ROWS
-vec2 known_at(ivec2 at) {
+Input input_at(ivec2 at) {
     vec2 state = texelFetch(state_tx, at, 0).rg;
-    return vec2(state.r * state.g, state.g);
+    return Input(state, vec2(state.r * state.g, state.g), state.r * state.g);
 }
-
-float diffused_at(ivec2 at) { return known_at(at).r; }
 #else
 uniform sampler2D rows_tx;
 uniform bool is_near;
 
-vec2 known_at(ivec2 at) {
-    vec2 state = texelFetch(state_tx, at, 0).rg, rows = texelFetch(rows_tx, at, 0).rg;
-    return mix(ROW_TRUST * rows, vec2(state.r, 1.0), state.g);
-}
-
-float diffused_at(ivec2 at) {
-    vec2 rows = texelFetch(rows_tx, at, 0).rg;
-    return mix(ROW_TRUST * rows.r, rows.r / max(rows.g, 1e-8), texelFetch(state_tx, at, 0).g);
+Input input_at(ivec2 at) {
+    vec2 state = texelFetch(state_tx, at, 0).rg, rows = texelFetch(rows_tx, in_strips(at), 0).rg;
+    vec2 known = mix(ROW_TRUST * rows, vec2(state.r, 1.0), state.g);
+    return Input(state, known, mix(ROW_TRUST * rows.r, rows.r / max(rows.g, 1e-8), state.g));
 }
 
 float drawn_nearer(float diameter, float diffused) {
@@ -81,39 +82,38 @@ float drawn_nearer(float diameter, float diffused) {
 }
 #endif
 
-Node node_at(ivec2 at) {
-    vec2 state = texelFetch(state_tx, at, 0).rg;
-    return Node(known_at(at).g, state.r * sqrt(state.g) * axis_scale);
-}
+struct Source {
+    vec4 x;
+};
 
 // What flows away to a neighbour inside the content, given back: the extension knows no diffusion.
-float given_back(ivec2 at, int step) {
-    ivec2 beside = at + step * axis;
-    int i = beside.x * axis.x + beside.y * axis.y;
-    if (i < 0 || i >= line_length) return 0.0;
-    float fall = texelFetch(state_tx, at, 0).r - texelFetch(state_tx, beside, 0).r;
-    return rim_conductance(node_at(at), node_at(beside)) * fall;
+Source source_of(Input before, Input here, Input after, float b_in, float b_out) {
+    float given_back = 0.0;
+    if (b_in > 0.0) given_back += rim_conductance(before, here) * (here.state.r - before.state.r);
+    if (b_out > 0.0) given_back += rim_conductance(here, after) * (here.state.r - after.state.r);
+    return Source(vec4(here.known.r + given_back, here.known.g, here.diffused, 0.0));
 }
 
-Value source(ivec2 at, int pole) {
-    vec2 known = known_at(at);
-    known.r += given_back(at, -1) + given_back(at, 1);
-    return value(vec4(known, diffused_at(at), 0.0));
-}
+Value source(Source s, int pole) { return value(s.x); }
 
-void sources(ivec2 at, out Value r[POLES]) { r[0] = source(at, 0); }
+struct Output {
+    vec4 y;
+};
+
+void clear_output(out Output o) { o.y = vec4(0.0); }
+void add_pole(inout Output o, int pole, Value y) { o.y += real_part(y); }
 
 #ifdef ROWS
 layout(rg32f) uniform writeonly image2D out_rows_img;
-void store_pole(ivec2 at, int pole, Value y) {
-    vec4 row = real_part(y);
+void store(ivec2 at, Output o) {
+    vec4 row = o.y;
     row.r = mix(row.r, row.b, texelFetch(state_tx, at, 0).g);
-    imageStore(out_rows_img, at, row);
+    imageStore(out_rows_img, in_strips(at), row);
 }
 #else
 layout(r32f) uniform writeonly image2D out_coc_img;
-void store_sum(ivec2 at, vec4 y) {
-    vec2 state = texelFetch(state_tx, at, 0).rg, means = y.rb / max(y.g, 1e-8);
+void store(ivec2 at, Output o) {
+    vec2 state = texelFetch(state_tx, at, 0).rg, means = o.y.rb / max(o.y.g, 1e-8);
     imageStore(out_coc_img, at, vec4(mix(means.r, drawn_nearer(state.r, means.g), state.g)));
 }
 #endif

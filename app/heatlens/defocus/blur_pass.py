@@ -6,116 +6,106 @@ from dataclasses import dataclass
 import moderngl
 
 from heatlens.defocus.kernels import Kernel
-from heatlens.defocus.line_solver import Bindings, LineSolver, LineSystem
-from heatlens.defocus.plate_passes import tiles
-from heatlens.gpu.program import ComputeProgram
+from heatlens.defocus.line_solver import Axis, Bindings, LineSolver, LineSystem
+from heatlens.defocus.tile_mask import TileMask
+from heatlens.gpu.textures import Storage
+
+PACKED: Storage = "u4"  # eight halves of a pole's image in the four words of a texel
 
 
 @dataclass(frozen=True)
 class BlurTargets:
     """Where the blur works and where it ends, all of the picture's size."""
 
-    poles: moderngl.TextureArray  # one layer a pole, two if complex; f4, or f2 to move half
+    poles: moderngl.TextureArray  # `pole_layers` of `PACKED`, or of float32
     out_color: moderngl.Texture  # RGBA
 
 
-def pole_layers(kernel: Kernel) -> int:
+@dataclass(frozen=True)
+class Diffusion:
+    """What is diffused, by how much.
+
+    color          RGBA
+    coc            diameter in pixels, its sign without a meaning
+    kernel         how a point of light spreads
+    axis_scales    diameter along x and y over `coc`
+    least_px       a coc under this counts as this
+    resampled_px_2 square of the diameter that the picture is blurred by already
+    """
+
+    color: moderngl.Texture
+    coc: moderngl.Texture
+    kernel: Kernel
+    axis_scales: tuple[float, float]
+    least_px: float = 0.0
+    resampled_px_2: float = 0.0
+
+
+def pole_layers(kernel: Kernel, storage: Storage = PACKED) -> int:
     """How many layers the image between rows and columns has."""
-    return len(kernel.poles) * (2 if kernel.is_complex else 1)
+    return len(kernel.poles) * (2 if kernel.is_complex and storage != PACKED else 1)
 
 
 class BlurPass:
     """y = Re sum_ab M_ab (1 + kappa_b L_y)^-1 (1 + kappa_a L_x)^-1 x, L compact for discs."""
 
-    def __init__(self, ctx: moderngl.Context, solver: LineSolver) -> None:
+    def __init__(self, solver: LineSolver) -> None:
         self._solver = solver
-        self._source = ComputeProgram(ctx, "compact_source.comp.glsl")
 
-    def run(
-        self,
-        color: moderngl.Texture,
-        coc: moderngl.Texture,
-        kernel: Kernel,
-        axis_scales: tuple[float, float],
-        targets: BlurTargets,
-        least_px: float = 0.0,
-    ) -> None:
-        """Diffuse RGBA `color` by |`coc`| (diameter in pixels) times `axis_scales` (x, y).
+    def run(self, what: Diffusion, targets: BlurTargets, mask: TileMask | None = None) -> None:
+        """Diffuse a picture, or the tiles of it that `mask` names; the others are not touched.
 
-        A coc under `least_px` counts as that. `color` must not be the target: with several steps
-        the target is fed back, and a compact kernel's source lies there first.
+        `what.color` must not be the target: with several steps the target is fed back.
         """
-        for _ in self.steps(color, coc, kernel, axis_scales, targets, least_px):
+        for _ in self.steps(what, targets, mask):
             pass
 
     def steps(
-        self,
-        color: moderngl.Texture,
-        coc: moderngl.Texture,
-        kernel: Kernel,
-        axis_scales: tuple[float, float],
-        targets: BlurTargets,
-        least_px: float = 0.0,
+        self, what: Diffusion, targets: BlurTargets, mask: TileMask | None = None
     ) -> Iterator[None]:
         """`run` in short steps, so that a window can answer in between."""
+        kernel = what.kernel
         system = LineSystem(
             "lib/blur_system.lib.glsl",
             poles=len(kernel.poles),
             is_complex=kernel.is_complex,
-            defines=(("HALF_POLES", 1),) if targets.poles.dtype == "f2" else (),
+            defines=(("HALF_POLES", 1),) if targets.poles.dtype == PACKED else (),
         )
-        uniforms = {
-            "kappa": _numbers(kernel, "poles"),
-            "mix_weights": _numbers(kernel, "mix"),
-            "compact_c": kernel.compact,
-            "least_px": least_px,
-        }
-        source = color
-        if kernel.compact:
-            self._make_source(color, coc, axis_scales, uniforms, targets.out_color)
-            source = targets.out_color
+        source = what.color
         for _ in range(kernel.steps):
-            yield from self._step(system, coc, color, source, axis_scales, uniforms, targets)
+            for axis, bound in _both_axes(what, source, targets):
+                yield from self._solver.steps(system, axis, what.color.size, bound, mask)
             source = targets.out_color
 
-    def _make_source(
-        self,
-        color: moderngl.Texture,
-        coc: moderngl.Texture,
-        axis_scales: tuple[float, float],
-        uniforms: dict[str, object],
-        out_color: moderngl.Texture,
-    ) -> None:
-        self._source.dispatch(
-            tiles(color.size),
-            textures={"color_tx": color, "coc_tx": coc},
-            images={"out_color_img": out_color},
-            uniforms=uniforms | {"axis_scales": axis_scales},
-        )
 
-    def _step(
-        self,
-        system: LineSystem,
-        coc: moderngl.Texture,
-        color: moderngl.Texture,
-        source: moderngl.Texture,
-        axis_scales: tuple[float, float],
-        uniforms: dict[str, object],
-        targets: BlurTargets,
-    ) -> Iterator[None]:
-        """Rows of `source`, then columns; what is in focus is `color` again."""
-        rows = Bindings(
-            {"coc_tx": coc, "source_tx": source},
+def _both_axes(
+    what: Diffusion, source: moderngl.Texture, targets: BlurTargets
+) -> Iterator[tuple[Axis, Bindings]]:
+    """Rows of `source`, then columns; what is in focus is `what.color` again."""
+    kernel = what.kernel
+    uniforms: dict[str, object] = {
+        "kappa": _numbers(kernel, "poles"),
+        "mix_weights": _numbers(kernel, "mix"),
+        "compact_c": kernel.compact,
+        "least_px": what.least_px,
+        "resampled_px_2": what.resampled_px_2,
+    }
+    yield (
+        "rows",
+        Bindings(
+            {"coc_tx": what.coc, "source_tx": source},
             {"out_poles_img": targets.poles},
-            uniforms | {"axis_scale": axis_scales[0]},
-        )
-        columns = Bindings(
-            {"coc_tx": coc, "color_tx": color, "poles_tx": targets.poles},
+            uniforms | {"axis_scale": what.axis_scales[0]},
+        ),
+    )
+    yield (
+        "columns",
+        Bindings(
+            {"coc_tx": what.coc, "color_tx": what.color, "poles_tx": targets.poles},
             {"out_color_img": targets.out_color},
-            uniforms | {"axis_scale": axis_scales[1]},
-        )
-        yield from self._solver.steps(system, "rows", color.size, rows)
-        yield from self._solver.steps(system, "columns", color.size, columns)
+            uniforms | {"axis_scale": what.axis_scales[1]},
+        ),
+    )
 
 
 def _numbers(kernel: Kernel, field: str) -> object:

@@ -13,9 +13,12 @@ from typing import Literal
 
 import moderngl
 
+from heatlens.defocus.tile_mask import TILE, TileMask, WholePictures
 from heatlens.gpu.program import ComputeProgram, Image, groups_for
 
 SCRATCH_BYTES_MAX = 4 << 20  # a few lines a core; more only spills the processor's caches
+STRIP_COLUMNS, STRIP_FOLD = 8, 128  # as in lib/strips.lib.glsl
+_MASK_BINDING = 2  # as in the shaders of the strategies
 Axis = Literal["rows", "columns"]
 
 
@@ -55,38 +58,65 @@ class Bindings:
     textures: Mapping[str, Image] = field(default_factory=dict)
     images: Mapping[str, Image] = field(default_factory=dict)
     uniforms: Mapping[str, object] = field(default_factory=dict)
+    mask: moderngl.Buffer | None = None  # words of the tiles that are solved
 
 
 class LineSolver(ABC):
     """Solves every line of a picture; programs are built once a system and kept."""
 
     name: str
+    _STRIPS = False  # what rows hand to columns lies in strips, see lib/strips.lib.glsl
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
         self._programs: dict[tuple[object, ...], ComputeProgram] = {}
         self._scratch: list[moderngl.Buffer] = []
+        self._whole = WholePictures(ctx)
 
-    def solve(self, system: LineSystem, axis: Axis, size: tuple[int, int], bound: Bindings) -> None:
-        """Solve `system` along `axis` of a picture of `size` (width, height)."""
-        for _ in self.steps(system, axis, size, bound):
+    def solve(
+        self,
+        system: LineSystem,
+        axis: Axis,
+        size: tuple[int, int],
+        bound: Bindings,
+        mask: TileMask | None = None,
+    ) -> None:
+        """Solve `system` along `axis` of a picture of `size` (width, height).
+
+        With a `mask` only its tiles are solved, as if nothing lay around them.
+        """
+        for _ in self.steps(system, axis, size, bound, mask):
             pass
 
     def steps(
-        self, system: LineSystem, axis: Axis, size: tuple[int, int], bound: Bindings
+        self,
+        system: LineSystem,
+        axis: Axis,
+        size: tuple[int, int],
+        bound: Bindings,
+        mask: TileMask | None = None,
     ) -> Iterator[None]:
         """`solve` in short steps, so that a window can answer in between."""
         length, lines = size if axis == "rows" else size[::-1]
-        for first, count in self._tiles(system, length, lines):
+        tiles = mask or self._whole.mask(size)
+        for first, count in self._bands(system, length, lines):
             here = {
                 "axis": (1, 0) if axis == "rows" else (0, 1),
                 "first_line": first,
                 "line_count": count,
                 "line_length": length,
             }
-            tile = Bindings(bound.textures, bound.images, {**bound.uniforms, **here})
-            self._solve_tile(system, axis, length, count, tile)
+            uniforms = {**bound.uniforms, **here, **tiles.uniforms, "picture_height": size[1]}
+            band = Bindings(bound.textures, bound.images, uniforms, tiles.words)
+            self._solve_band(system, axis, length, count, band)
             yield
+
+    def between_size(self, size: tuple[int, int]) -> tuple[int, int]:
+        """Width and height of a texture for what rows of a picture hand to its columns."""
+        if not self._STRIPS:
+            return size
+        across, folds = groups_for(size[0], STRIP_COLUMNS), groups_for(size[1], STRIP_FOLD)
+        return STRIP_COLUMNS * STRIP_FOLD, across * folds
 
     def release(self) -> None:
         """Give programs and buffers back."""
@@ -96,38 +126,43 @@ class LineSolver(ABC):
             buffer.release()
         self._programs.clear()
         self._scratch.clear()
+        self._whole.release()
 
     @abstractmethod
-    def _solve_tile(
-        self, system: LineSystem, axis: Axis, length: int, count: int, tile: Bindings
+    def _solve_band(
+        self, system: LineSystem, axis: Axis, length: int, count: int, band: Bindings
     ) -> None: ...
 
     @abstractmethod
-    def _bytes_per_pixel(self, system: LineSystem) -> tuple[int, ...]:
-        """Scratch bytes a pixel needs in each buffer."""
+    def _bytes_per_line(self, system: LineSystem, length: int) -> tuple[int, ...]:
+        """Scratch bytes a line needs in each buffer."""
 
-    def _tiles(self, system: LineSystem, length: int, lines: int) -> Iterator[tuple[int, int]]:
-        per_line = max(1, sum(self._bytes_per_pixel(system)) * length)
-        step = max(16, SCRATCH_BYTES_MAX // per_line // 16 * 16)
+    def _bands(self, system: LineSystem, length: int, lines: int) -> Iterator[tuple[int, int]]:
+        per_line = max(1, sum(self._bytes_per_line(system, length)))
+        step = max(TILE, SCRATCH_BYTES_MAX // per_line // TILE * TILE)
         for first in range(0, lines, step):
             yield first, min(step, lines - first)
 
-    def _buffers(self, system: LineSystem, length: int, count: int) -> dict[int, moderngl.Buffer]:
-        """The scratch buffers by binding, grown when a longer line comes."""
-        for binding, per_pixel in enumerate(self._bytes_per_pixel(system)):
-            need = per_pixel * length * count
+    def _buffers(
+        self, system: LineSystem, length: int, count: int, band: Bindings
+    ) -> dict[int, moderngl.Buffer]:
+        """The scratch buffers by binding, grown when a longer line comes, and the mask's words."""
+        for binding, per_line in enumerate(self._bytes_per_line(system, length)):
+            need = per_line * count
             if binding == len(self._scratch):
                 self._scratch.append(self._ctx.buffer(reserve=need))
             elif self._scratch[binding].size < need:
                 self._scratch[binding].orphan(need)
-        return dict(enumerate(self._scratch))
+        assert band.mask is not None
+        return dict(enumerate(self._scratch)) | {_MASK_BINDING: band.mask}
 
     def _program(
         self, shader: str, system: LineSystem, axis: Axis, **defines: object
     ) -> ComputeProgram:
         key = (shader, system, axis, *sorted(defines.items()))
         if key not in self._programs:
-            given = system.shader_defines(axis) | defines
+            strips = {"STRIPS": 1} if self._STRIPS else {}
+            given = system.shader_defines(axis) | strips | defines
             self._programs[key] = ComputeProgram(self._ctx, shader, given)
         return self._programs[key]
 
@@ -136,23 +171,30 @@ class SweepSolver(LineSolver):
     """Thomas elimination in network form, one invocation a line."""
 
     name = "sweep"
+    _STRIPS = True
     _LINES_PER_GROUP = 8  # one vector of a software rasteriser's invocations
+    _BLOCK = 8  # pixels that are eliminated twice, so that what they need stays in registers
 
-    def _bytes_per_pixel(self, system: LineSystem) -> tuple[int, ...]:
-        return system.value_bytes * system.poles, system.num_bytes * system.poles
+    def _bytes_per_line(self, system: LineSystem, length: int) -> tuple[int, ...]:
+        blocks = groups_for(length, self._BLOCK) * system.poles
+        return system.value_bytes * blocks, system.num_bytes * blocks
 
-    def _solve_tile(
-        self, system: LineSystem, axis: Axis, length: int, count: int, tile: Bindings
+    def _solve_band(
+        self, system: LineSystem, axis: Axis, length: int, count: int, band: Bindings
     ) -> None:
         program = self._program(
-            "solve_sweep.comp.glsl", system, axis, LINES_PER_GROUP=self._LINES_PER_GROUP
+            "solve_sweep.comp.glsl",
+            system,
+            axis,
+            LINES_PER_GROUP=self._LINES_PER_GROUP,
+            BLOCK=self._BLOCK,
         )
         program.dispatch(
             (groups_for(count, self._LINES_PER_GROUP), 1),
-            textures=tile.textures,
-            images=tile.images,
-            buffers=self._buffers(system, length, count),
-            uniforms=tile.uniforms,
+            textures=band.textures,
+            images=band.images,
+            buffers=self._buffers(system, length, count, band),
+            uniforms=band.uniforms,
         )
 
 
@@ -163,14 +205,14 @@ class PartitionSolver(LineSolver):
     _SLOTS = 512  # 56 bytes each: under the 32 KiB of shared memory that GL 4.3 promises
     _RUN_WISHED = 8  # pixels an invocation: what fits the registers of a GPU
 
-    def _bytes_per_pixel(self, system: LineSystem) -> tuple[int, ...]:
+    def _bytes_per_line(self, system: LineSystem, length: int) -> tuple[int, ...]:
         return ()
 
-    def _tiles(self, system: LineSystem, length: int, lines: int) -> Iterator[tuple[int, int]]:
+    def _bands(self, system: LineSystem, length: int, lines: int) -> Iterator[tuple[int, int]]:
         yield 0, lines
 
-    def _solve_tile(
-        self, system: LineSystem, axis: Axis, length: int, count: int, tile: Bindings
+    def _solve_band(
+        self, system: LineSystem, axis: Axis, length: int, count: int, band: Bindings
     ) -> None:
         runs = 1
         while runs < self._SLOTS and runs * self._RUN_WISHED < length:
@@ -186,9 +228,9 @@ class PartitionSolver(LineSolver):
         )
         program.dispatch(
             (groups_for(count, lines_per_group), 1),
-            textures=tile.textures,
-            images=tile.images,
-            uniforms=tile.uniforms,
+            textures=band.textures,
+            images=band.images,
+            uniforms=band.uniforms,
         )
 
 
@@ -197,23 +239,24 @@ class CyclicSolver(LineSolver):
 
     name = "cyclic"
 
-    def _bytes_per_pixel(self, system: LineSystem) -> tuple[int, ...]:
-        return system.value_bytes * system.poles, 3 * system.num_bytes * system.poles
+    def _bytes_per_line(self, system: LineSystem, length: int) -> tuple[int, ...]:
+        unknowns = length * system.poles
+        return system.value_bytes * unknowns, 3 * system.num_bytes * unknowns
 
-    def _solve_tile(
-        self, system: LineSystem, axis: Axis, length: int, count: int, tile: Bindings
+    def _solve_band(
+        self, system: LineSystem, axis: Axis, length: int, count: int, band: Bindings
     ) -> None:
         reaches = [1 << level for level in range(max(0, (length - 1).bit_length()))]
         stages = [("LOAD", 0), *(("REDUCE", reach) for reach in reaches), ("SUBSTITUTE", 0)]
         stages += [*(("SUBSTITUTE", reach) for reach in reversed(reaches)), ("STORE", 0)]
-        buffers = self._buffers(system, length, count)
+        buffers = self._buffers(system, length, count, band)
         for stage, reach in stages:
             self._program("solve_cyclic.comp.glsl", system, axis, STAGE=stage).dispatch(
                 (groups_for(length, 64), count),
-                textures=tile.textures,
-                images=tile.images,
+                textures=band.textures,
+                images=band.images,
                 buffers=buffers,
-                uniforms={**tile.uniforms, "reach": reach},
+                uniforms={**band.uniforms, "reach": reach},
             )
 
 

@@ -7,7 +7,7 @@ from functools import partial
 import moderngl
 import numpy as np
 
-from heatlens.defocus.blur_pass import BlurPass, BlurTargets, pole_layers
+from heatlens.defocus.blur_pass import PACKED, BlurPass, BlurTargets, Diffusion, pole_layers
 from heatlens.defocus.kernels import named_kernel
 from heatlens.defocus.line_solver import LineSolver, PartitionSolver, SweepSolver
 from heatlens.gpu.context import is_software
@@ -51,11 +51,10 @@ def _seconds(ctx: moderngl.Context, run: Callable[[], None]) -> float:
 
 def _probe_seconds(ctx: moderngl.Context, solver: LineSolver, size: tuple[int, int]) -> float:
     color, coc, out = (new_texture(ctx, size, channels) for channels in (4, 1, 4))
-    poles = new_array(ctx, size, pole_layers(_PROBE_KERNEL), 4)
+    poles = new_array(ctx, solver.between_size(size), pole_layers(_PROBE_KERNEL), 4, PACKED)
     upload(coc, np.full(size[::-1], 10.0, np.float32))
-    run = partial(
-        BlurPass(ctx, solver).run, color, coc, _PROBE_KERNEL, (1.0, 1.0), BlurTargets(poles, out)
-    )
+    what = Diffusion(color, coc, _PROBE_KERNEL, (1.0, 1.0))
+    run = partial(BlurPass(solver).run, what, BlurTargets(poles, out))
     run()  # builds the programs
     elapsed = min(_seconds(ctx, run) for _ in range(_PROBE_RUNS))
     for texture in (color, coc, out, poles):

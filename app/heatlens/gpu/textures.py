@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from heatlens.errors import GpuError
 
-Storage = Literal["f2", "f4"]
+Storage = Literal["f2", "f4", "u4"]
 FloatArray = npt.NDArray[np.float32]
 
 

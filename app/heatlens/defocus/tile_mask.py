@@ -1,0 +1,55 @@
+"""Which tiles of a picture are worked on (lib/tile_mask.lib.glsl)."""
+
+from dataclasses import dataclass
+
+import moderngl
+
+from heatlens.gpu.program import groups_for
+
+TILE = 16  # pixels a side, as in lib/tile_mask.lib.glsl
+_ALL = b"\xff" * 4  # a word: its tile is worked on
+TileCount = tuple[int, int]  # across, down
+
+
+def tile_count(size: tuple[int, int]) -> TileCount:
+    """How many tiles cover a picture of `size` (width, height)."""
+    return groups_for(size[0], TILE), groups_for(size[1], TILE)
+
+
+@dataclass(frozen=True)
+class TileMask:
+    """A word a tile, row by row; 0: nothing is to be done there."""
+
+    words: moderngl.Buffer
+    tiles: TileCount
+
+    @staticmethod
+    def bytes_for(size: tuple[int, int]) -> int:
+        """Bytes of the words for a picture."""
+        across, down = tile_count(size)
+        return 4 * across * down
+
+    @property
+    def uniforms(self) -> dict[str, object]:
+        """As the shaders take them."""
+        return {"tiles_across": self.tiles[0]}
+
+
+class WholePictures:
+    """Masks of every tile of a picture, made once a size."""
+
+    def __init__(self, ctx: moderngl.Context) -> None:
+        self._ctx = ctx
+        self._words = ctx.buffer(_ALL)
+
+    def mask(self, size: tuple[int, int]) -> TileMask:
+        """All tiles of a picture of `size`."""
+        need = TileMask.bytes_for(size)
+        if self._words.size < need:
+            self._words.orphan(need)
+            self._words.write(_ALL * (need // len(_ALL)))
+        return TileMask(self._words, tile_count(size))
+
+    def release(self) -> None:
+        """Give the memory back."""
+        self._words.release()

@@ -1,0 +1,10 @@
+// Which tiles of a picture are worked on: a word for each tile of TILE x TILE pixels, row by row, 0 where
+// there is nothing to do. What is left out is neither read nor written.
+
+#define TILE 16
+
+layout(std430, binding = TILE_MASK_BINDING) readonly buffer tile_mask_block { uint tile_mask_buf[]; };
+uniform int tiles_across;  // of the whole picture
+
+bool is_tile_active(ivec2 tile) { return tile_mask_buf[tile.y * tiles_across + tile.x] != 0u; }
+bool is_active(ivec2 at) { return is_tile_active(at / TILE); }
