@@ -2,9 +2,12 @@
 // as it is the two cancel, so that one colour everywhere stays that colour.
 //
 // Inputs
-//   layer_tx        rgb times coverage, a coverage, both blurred
+//   layer_tx        rgb times coverage, a coverage, both blurred; if REDUCED a smaller picture
 // Output
 //   out_color_img   rgb so far (read and written); a 1
+
+#define TILE_MASK_BINDING 0
+#include "lib/tile_mask.lib.glsl"
 
 layout(local_size_x = 16, local_size_y = 16) in;
 
@@ -12,10 +15,24 @@ uniform sampler2D layer_tx;
 uniform bool is_farthest;  // it covers everything, so its blurred coverage divides out
 layout(rgba32f) uniform image2D out_color_img;
 
-void main() {
-    ivec2 at = ivec2(gl_GlobalInvocationID.xy);
-    if (any(greaterThanEqual(at, textureSize(layer_tx, 0)))) return;
-    vec4 layer = texelFetch(layer_tx, at, 0);
+uniform int reduction;     // pixels of the picture along a side of one of the layer
+
+#ifdef REDUCED
+vec4 layer_at(ivec2 at) {
+    vec2 place = (vec2(at) + 0.5) / float(reduction) - 0.5;
+    ivec2 low = ivec2(floor(place)), last = textureSize(layer_tx, 0) - 1;
+    ivec2 a = clamp(low, ivec2(0), last), b = clamp(low + 1, ivec2(0), last);
+    vec2 part = place - vec2(low);
+    vec4 above = mix(texelFetch(layer_tx, a, 0), texelFetch(layer_tx, ivec2(b.x, a.y), 0), part.x);
+    vec4 below = mix(texelFetch(layer_tx, ivec2(a.x, b.y), 0), texelFetch(layer_tx, b, 0), part.x);
+    return mix(above, below, part.y);
+}
+#else
+vec4 layer_at(ivec2 at) { return texelFetch(layer_tx, at, 0); }
+#endif
+
+void composite(ivec2 at) {
+    vec4 layer = layer_at(at);
     vec3 color;
     if (is_farthest) {
         color = layer.a == 1.0 ? layer.rgb : layer.rgb / max(layer.a, 1e-3);
@@ -23,4 +40,12 @@ void main() {
         color = layer.rgb + (1.0 - layer.a) * imageLoad(out_color_img, at).rgb;
     }
     imageStore(out_color_img, at, vec4(max(color, 0.0), 1.0));
+}
+
+void main() {
+    ivec2 at = ivec2(gl_GlobalInvocationID.xy);
+    if (any(greaterThanEqual(at, imageSize(out_color_img)))) return;
+    bool is_there = is_active(at / reduction);
+    for (int n = is_there ? 1 : 0; n > 0; --n) composite(at);
+    if (is_farthest && !is_there) imageStore(out_color_img, at, vec4(vec3(0.0), 1.0));
 }

@@ -26,8 +26,8 @@ ivec2 size;
 bool seen_at(ivec2 at, out vec4 toned_layer) {
     toned_layer = vec4(0.0);
     if (any(lessThan(at, ivec2(0))) || any(greaterThanEqual(at, size))) return false;
+    if (!is_seen(at, size)) return false;
     vec4 layer = texelFetch(layer_tx, at, 0);
-    if (is_hidden_mark(layer.a)) return false;
     toned_layer = vec4(toned(layer.rgb / max(layer.a, 1e-4)) * layer.a, layer.a);
     return true;
 }

@@ -3,8 +3,7 @@
 // An end that is blurred anyway stands for a stretch of what is seen behind it.
 //
 // Inputs
-//   coc_tx            signed coc, pixels
-//   cost_tx           hidden_cost.comp.glsl
+//   cost_tx           hidden_cost.comp.glsl, -1 for what is seen
 //   bits_buf          what is seen (seen_bits_clear.comp.glsl)
 //   pixel list        what is hidden
 // Read where seen, written where hidden
@@ -20,7 +19,6 @@
 layout(local_size_x = PIXELS_PER_GROUP) in;
 
 uniform sampler2D cost_tx;
-uniform sampler2D coc_tx;
 layout(rgba32f) uniform image2D layer_img;
 layout(rg32f) uniform image2D state_img;
 
@@ -51,7 +49,7 @@ vec4 mean_cost(ivec2 at, ivec2 size, int reach) {
         for (int x = -reach; x <= reach; ++x) {
             ivec2 p = clamp(at + ivec2(x, y), ivec2(0), size - 1);
             vec4 cost = texelFetch(cost_tx, p, 0);
-            vec4 counts = is_seen(p, size) ? vec4(0.0) : step(0.0, cost);
+            vec4 counts = step(0.0, cost);
             sum += counts * cost;
             count += counts;
         }
@@ -123,8 +121,8 @@ void fill_pixel(ivec2 at) {
     make_guess(at, imageSize(layer_img), guess);
     vec4 own = imageLoad(layer_img, at);
     vec2 state = imageLoad(state_img, at).rg;
+    float known = marked_known(own.a);
     own.a = marked_cover(own.a);
-    float known = solidity(visibility(texelFetch(coc_tx, at, 0).r));
     vec4 layer = mix(guess.layer, own, known);
     float own_part = known * own.a, guess_part = (1.0 - known) * guess.layer.a;
     float diameter = (own_part * state.r + guess_part * guess.diameter) / max(own_part + guess_part, 1e-6);

@@ -8,10 +8,12 @@
 //   2 down right      line x - y + h  position y
 //   3 down left       line x + y      position y
 
-// Coverage of a hidden pixel is stored below -1, so that what little is seen of it is kept.
-float hidden_mark(float cover) { return -1.0 - cover; }
-bool is_hidden_mark(float alpha) { return alpha < 0.0; }
-float marked_cover(float alpha) { return -1.0 - alpha; }
+// Alpha of a hidden pixel: below -1 by its coverage, 0..1, and by how far it is seen after all, 0..1.
+#define KNOWN_STEPS 256.0
+
+float hidden_mark(float cover, float known) { return -1.0 - cover - 4.0 * floor(known * KNOWN_STEPS); }
+float marked_known(float alpha) { return floor((-1.0 - alpha) / 4.0) / KNOWN_STEPS; }
+float marked_cover(float alpha) { return -1.0 - alpha - 4.0 * KNOWN_STEPS * marked_known(alpha); }
 
 #define DIRECTIONS 4
 #define NOWHERE (-1)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import moderngl
 
-from heatlens.defocus.blur_pass import BlurPass, BlurTargets
+from heatlens.defocus.blur_pass import BlurPass, BlurTargets, Diffusion
 from heatlens.defocus.fragment_pass import Fragments
 from heatlens.defocus.kernels import named_kernel
 from heatlens.defocus.optics import Optics
@@ -70,9 +70,9 @@ class HighlightSplitPass:
             textures={"color_tx": color},
             images={"out_luminance_img": luminance},
         )
-        yield from self._blur.steps(
-            luminance, coc, named_kernel("heat"), optics.axis_scales, targets, _SURROUNDINGS_PX
-        )
+        heat = named_kernel("heat")
+        what = Diffusion(luminance, coc, heat, optics.axis_scales, _SURROUNDINGS_PX)
+        yield from self._blur.steps(what, targets)
         self._split.dispatch(
             tiles(color.size),
             textures={"color_tx": color, "coc_tx": coc, "surroundings_tx": targets.out_color},

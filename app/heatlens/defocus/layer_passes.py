@@ -7,18 +7,25 @@ import moderngl
 
 from heatlens.defocus.fragment_pass import Fragments
 from heatlens.defocus.layer_cuts import LayerCut
+from heatlens.defocus.layer_plan import LayerPlan
 from heatlens.defocus.line_solver import Bindings, LineSolver, LineSystem
 from heatlens.defocus.pixel_list import clear_list
 from heatlens.defocus.plate_passes import tiles
+from heatlens.defocus.tile_mask import TileMask
 from heatlens.gpu.program import ComputeProgram, groups_for
 
 
 @dataclass(frozen=True)
 class Layer:
-    """A layer's pixels."""
+    """A layer's pixels, in the tiles that it is worked on in; its size may be less than the picture's.
 
-    color: moderngl.Texture  # rgb times coverage, a coverage, marked where it has to be guessed
-    state: moderngl.Texture  # r diameter |coc|, g how far it has content, 0..1
+    color  rgb times coverage, a coverage, marked where it has to be guessed
+    state  r diameter |coc| in pixels of the layer, g how far it has content, 0..1
+    """
+
+    color: moderngl.Texture
+    state: moderngl.Texture
+    mask: TileMask
 
 
 class LayerSplitPass:
@@ -27,15 +34,22 @@ class LayerSplitPass:
     def __init__(self, ctx: moderngl.Context) -> None:
         self._program = ComputeProgram(ctx, "layer_split.comp.glsl")
 
-    def run(self, picture: Fragments, cut: LayerCut, pixels: moderngl.Buffer, out: Layer) -> None:
-        """Write the layer between the limits of `cut`, and the list of its hidden `pixels`."""
+    def run(
+        self, picture: Fragments, plan: LayerPlan, pixels: moderngl.Buffer, out: Layer
+    ) -> None:
+        """Write the layer that `plan` cuts out, at its size, and the list of its hidden `pixels`."""
         clear_list(pixels)
         self._program.dispatch(
-            tiles(picture.coc.size),
+            tiles(out.color.size),
             textures=picture.textures(),
             images={"out_layer_img": out.color, "out_state_img": out.state},
-            buffers={0: pixels},
-            uniforms={**_limits(cut), "is_farthest": cut.is_farthest},
+            buffers={0: pixels, 1: out.mask.words},
+            uniforms={
+                **_limits(plan.cut),
+                **out.mask.uniforms,
+                "is_farthest": plan.cut.is_farthest,
+                "reduction": plan.reduction,
+            },
         )
 
 
@@ -53,12 +67,10 @@ class HiddenFillPass:
     _DIRECTIONS = 4
 
     def __init__(self, ctx: moderngl.Context) -> None:
-        self._ctx = ctx
         self._all_program = ComputeProgram(ctx, "seen_bits_all.comp.glsl")
         self._clear_program = ComputeProgram(ctx, "seen_bits_clear.comp.glsl")
         self._cost_program = ComputeProgram(ctx, "hidden_cost.comp.glsl")
         self._fill_program = ComputeProgram(ctx, "hidden_fill.comp.glsl")
-        self._all: tuple[tuple[int, int], moderngl.Buffer] | None = None
 
     @staticmethod
     def bits_bytes(size: tuple[int, int]) -> int:
@@ -71,46 +83,36 @@ class HiddenFillPass:
         pixels: moderngl.Buffer,
         bits: moderngl.Buffer,
         cost: moderngl.Texture,
-        coc: moderngl.Texture,
-        cut: LayerCut,
         reach_px: int,
     ) -> Iterator[None]:
-        """Fill the hidden `pixels` of `layer` in place, in short steps; `bits`, `cost` are scratch.
+        """Fill the hidden `pixels` of `layer` in place, in short steps.
 
-        What is farther than `reach_px` from everything seen stays empty.
+        Hidden pixels more than `reach_px` from any visible pixel of the layer stay empty. `bits` is
+        scratch, and so is `cost`, which has to be -1 everywhere.
         """
         size = layer.color.size
-        buffers = {0: pixels, 1: bits}
-        seen = {"layer_tx": layer.color}
-        self._ctx.copy_buffer(bits, self._all_seen(size), self.bits_bytes(size))
-        self._clear_program.dispatch_indirect(pixels, buffers=buffers, uniforms={"size": size})
+        uniforms = {"size": size, "reach_px": reach_px, **layer.mask.uniforms}
+        buffers = {0: pixels, 1: bits, 2: layer.mask.words}
+        words = groups_for(max(_words(size)), 64)
+        self._all_program.dispatch((words, self._DIRECTIONS), buffers=buffers, uniforms=uniforms)
+        self._clear_program.dispatch_indirect(pixels, buffers=buffers, uniforms=uniforms)
         yield
-        reach = {"reach_px": reach_px}
         self._cost_program.dispatch_indirect(
-            pixels, textures=seen, images={"out_cost_img": cost}, buffers=buffers, uniforms=reach
+            pixels,
+            textures={"layer_tx": layer.color},
+            images={"out_cost_img": cost},
+            buffers=buffers,
+            uniforms=uniforms,
         )
         yield
         self._fill_program.dispatch_indirect(
             pixels,
-            textures={"cost_tx": cost, "coc_tx": coc},
+            textures={"cost_tx": cost},
             images={"layer_img": layer.color, "state_img": layer.state},
             buffers=buffers,
-            uniforms=_limits(cut) | reach,
+            uniforms=uniforms,
         )
         yield
-
-    def _all_seen(self, size: tuple[int, int]) -> moderngl.Buffer:
-        """Masks with nothing hidden, to start each layer from; made once a size."""
-        if self._all is None or self._all[0] != size:
-            if self._all is not None:
-                self._all[1].release()
-            self._all = (size, self._ctx.buffer(reserve=self.bits_bytes(size)))
-            self._all_program.dispatch(
-                (groups_for(max(_words(size)), 64), self._DIRECTIONS),
-                buffers={1: self._all[1]},
-                uniforms={"size": size},
-            )
-        return self._all[1]
 
 
 def _words(size: tuple[int, int]) -> tuple[int, int, int, int]:
@@ -136,8 +138,12 @@ class CocFillPass:
         axis_scales: tuple[float, float],
         rows: moderngl.Texture,
         out_coc: moderngl.Texture,
+        mask: TileMask | None = None,
     ) -> Iterator[None]:
-        """`rows` (two channels) is scratch; `out_coc` gets a diameter everywhere."""
+        """Write a diameter to every pixel of `out_coc`, or to those of the tiles in `mask`.
+
+        `rows` is scratch of two channels and the solver's `between_size`.
+        """
         uniforms = {"kappa": 1.0, "is_near": cut.is_before_focus}
         along_rows = Bindings(
             {"state_tx": state}, {"out_rows_img": rows}, uniforms | {"axis_scale": axis_scales[0]}
@@ -147,23 +153,32 @@ class CocFillPass:
             {"out_coc_img": out_coc},
             uniforms | {"axis_scale": axis_scales[1]},
         )
-        yield from self._solver.steps(self._SYSTEM, "rows", state.size, along_rows)
-        yield from self._solver.steps(self._SYSTEM, "columns", state.size, along_columns)
+        yield from self._solver.steps(self._SYSTEM, "rows", state.size, along_rows, mask)
+        yield from self._solver.steps(self._SYSTEM, "columns", state.size, along_columns, mask)
 
 
 class CompositePass:
     """A blurred layer over what is behind it."""
 
     def __init__(self, ctx: moderngl.Context) -> None:
-        self._program = ComputeProgram(ctx, "composite.comp.glsl")
+        self._whole = ComputeProgram(ctx, "composite.comp.glsl")
+        self._reduced = ComputeProgram(ctx, "composite.comp.glsl", {"REDUCED": 1})
 
-    def run(self, layer: moderngl.Texture, is_farthest: bool, color: moderngl.Texture) -> None:
-        """Put the blurred `layer` over `color`, far to near."""
-        self._program.dispatch(
-            tiles(layer.size),
+    def run(
+        self, layer: moderngl.Texture, plan: LayerPlan, mask: TileMask, color: moderngl.Texture
+    ) -> None:
+        """Put the blurred `layer` over `color`, far to near; the farthest one replaces it."""
+        program = self._whole if plan.reduction == 1 else self._reduced
+        program.dispatch(
+            tiles(color.size),
             textures={"layer_tx": layer},
             images={"out_color_img": color},
-            uniforms={"is_farthest": is_farthest},
+            buffers={0: mask.words},
+            uniforms={
+                **mask.uniforms,
+                "is_farthest": plan.cut.is_farthest,
+                "reduction": plan.reduction,
+            },
         )
 
 

@@ -173,7 +173,7 @@ class SweepSolver(LineSolver):
     name = "sweep"
     _STRIPS = True
     _LINES_PER_GROUP = 8  # one vector of a software rasteriser's invocations
-    _BLOCK = 8  # pixels that are eliminated twice, so that what they need stays in registers
+    _BLOCK = 4  # pixels eliminated twice, so that what they need stays in registers; 8 compile long
 
     def _bytes_per_line(self, system: LineSystem, length: int) -> tuple[int, ...]:
         blocks = groups_for(length, self._BLOCK) * system.poles

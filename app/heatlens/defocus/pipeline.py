@@ -2,16 +2,17 @@
 
 A picture comes about in steps, each named after its pass, so that a window can answer in between.
 
-plate -> proxy -> coc -> fragments -> each layer, far to near: split, fill what is hidden,
-extend its coc, blur, composite -> picture
+plate -> proxy -> coc -> fragments -> tiles -> each layer, far to near, in the tiles where it shows and at
+the size that its blur allows: split, fill what is hidden, extend its coc, blur, composite -> picture
 """
 
+import math
 from collections.abc import Callable, Generator, Iterator
 from typing import TypeVar
 
 import moderngl
 
-from heatlens.defocus.blur_pass import BlurPass, BlurTargets, pole_layers
+from heatlens.defocus.blur_pass import PACKED, BlurPass, BlurTargets, Diffusion, pole_layers
 from heatlens.defocus.fragment_pass import FragmentPass, Fragments
 from heatlens.defocus.highlight_pass import (
     HighlightBuffers,
@@ -20,7 +21,7 @@ from heatlens.defocus.highlight_pass import (
     HighlightSplitPass,
 )
 from heatlens.defocus.kernels import Kernel
-from heatlens.defocus.layer_cuts import LayerCut, layer_cuts
+from heatlens.defocus.layer_cuts import layer_cuts
 from heatlens.defocus.layer_passes import (
     CocFillPass,
     CompositePass,
@@ -29,12 +30,15 @@ from heatlens.defocus.layer_passes import (
     LayerSplitPass,
     LimitsPass,
 )
+from heatlens.defocus.layer_plan import LayerPlan, layer_plans
 from heatlens.defocus.line_solver import LineSolver
 from heatlens.defocus.optics import Optics
 from heatlens.defocus.other_methods import OtherMethods
 from heatlens.defocus.pixel_list import list_bytes
 from heatlens.defocus.plate_passes import AlphaPass, CocPass, ProxyPass, proxy_size
 from heatlens.defocus.quality import kernel_for, layers_for
+from heatlens.defocus.tile_mask import TileMask
+from heatlens.defocus.tile_pass import TilePass
 from heatlens.gpu.textures import TexturePool
 from heatlens.model.settings import Bokeh, DefocusSettings, Method
 
@@ -50,10 +54,12 @@ class DefocusPasses:
         self.coc = CocPass(ctx)
         self.alpha = AlphaPass(ctx)
         self.fragments = FragmentPass(ctx)
+        self.solver = solver
+        self.tiles = TilePass(ctx)
         self.split = LayerSplitPass(ctx)
         self.hidden = HiddenFillPass(ctx)
         self.coc_fill = CocFillPass(solver)
-        self.blur = BlurPass(ctx, solver)
+        self.blur = BlurPass(solver)
         self.composite = CompositePass(ctx)
         self.limits = LimitsPass(ctx)
         self.split_lamps = HighlightSplitPass(ctx, self.blur)
@@ -126,7 +132,8 @@ class DefocusPipeline:
         elif settings.method is Method.PYRAMID:
             yield from _named("pyramid", others.pyramid(*work))
         else:
-            return (yield from self._blurred(color, coc, kernel_for(settings), optics))
+            what = Diffusion(color, coc, kernel_for(settings), optics.axis_scales)
+            return (yield from self._blurred(what))
         return self.pool.texture("blurred", color.size, 4)
 
     def _layered(
@@ -146,12 +153,22 @@ class DefocusPipeline:
             color, listed = yield from self._without_lamps(color, coc, kernel, optics)
         picture = self._fragmented(color, coc, optics)
         yield "fragments"
-        cuts = layer_cuts(optics.occupied_px, layers_for(settings))
-        for number, cut in enumerate(cuts):
-            self._tell_progress(number, len(cuts))
-            layer, layer_coc = yield from self._layer(picture, cut, optics)
-            blurred = yield from self._blurred(layer.color, layer_coc, kernel, optics)
-            self._passes.composite.run(blurred, cut.is_farthest, out)
+        plans = layer_plans(layer_cuts(optics.occupied_px, layers_for(settings)), optics)
+        found = self._passes.tiles.look_through(picture, plans, self.pool)
+        for number, plan in enumerate(plans):
+            self._tell_progress(number, len(plans))
+            mask = self._passes.tiles.mask(found, plans, number, optics, self.pool)
+            yield "tiles"
+            layer, layer_coc = yield from self._layer(picture, plan, mask, optics)
+            what = Diffusion(
+                layer.color,
+                layer_coc,
+                kernel,
+                optics.axis_scales,
+                resampled_px_2=plan.resampled_px_2,
+            )
+            blurred = yield from self._blurred(what, plan, mask)
+            self._passes.composite.run(blurred, plan, mask, out)
             yield "composite"
         if listed is not None:
             self._passes.draw_lamps.run(listed, picture, optics, out)
@@ -189,10 +206,7 @@ class DefocusPipeline:
         low, high = pool.texture("low", size, 4), pool.texture("layer", size, 4)
         sizes = HighlightBuffers.sizes(size)
         lamps = HighlightBuffers(**{name: pool.buffer(name, sizes[name]) for name in sizes})
-        targets = BlurTargets(
-            pool.array("poles", size, pole_layers(kernel), 4, "f2"),
-            pool.texture("blurred", size, 4),
-        )
+        targets = BlurTargets(self._poles(size, kernel), pool.texture("blurred", size, 4))
         luminance = pool.texture("out", size, 4)
         split = self._passes.split_lamps.steps(color, coc, optics, luminance, targets, low, high)
         yield from _named("lamps found", split)
@@ -216,41 +230,56 @@ class DefocusPipeline:
         return picture
 
     def _layer(
-        self, picture: Fragments, cut: LayerCut, optics: Optics
+        self, picture: Fragments, plan: LayerPlan, mask: TileMask, optics: Optics
     ) -> Steps[tuple[Layer, moderngl.Texture]]:
-        """A layer without holes, and its coc everywhere."""
-        size, pool = picture.coc.size, self.pool
-        pixels = pool.buffer("pixels", list_bytes(size))
-        layer = Layer(pool.texture("layer", size, 4), pool.texture("state", size, 2))
-        self._passes.split.run(picture, cut, pixels, layer)
+        """A layer without holes, and its coc everywhere that `mask` says."""
+        size, pool = plan.size(picture.coc.size), self.pool
+        pixels = pool.buffer("pixels", list_bytes(picture.coc.size))
+        color = pool.texture(_of_size("layer", plan), size, 4)
+        layer = Layer(color, pool.texture(_of_size("state", plan), size, 2), mask)
+        self._passes.split.run(picture, plan, pixels, layer)
         yield "layer split"
-        if not cut.is_nearest:
+        if not plan.cut.is_nearest:
             hidden = self._passes.hidden.steps(
                 layer,
                 pixels,
-                pool.buffer("bits", HiddenFillPass.bits_bytes(size)),
-                pool.texture("blurred", size, 4),
-                picture.coc,
-                cut,
-                optics.uncovered_px,
+                pool.buffer("bits", HiddenFillPass.bits_bytes(picture.coc.size)),
+                pool.filled(_of_size("blurred", plan), size, 4, -1.0),
+                math.ceil(plan.uncovered_px / plan.reduction),
             )
             yield from _named("hidden fill", hidden)
-        layer_coc = pool.texture("layer coc", size, 1)
-        rows = pool.texture("fill rows", size, 2)
-        extend = self._passes.coc_fill.steps(layer.state, cut, optics.axis_scales, rows, layer_coc)
+        layer_coc = pool.texture(_of_size("layer coc", plan), size, 1)
+        rows_size = self._passes.solver.between_size(size)
+        rows = pool.texture(_of_size("fill rows", plan), rows_size, 2)
+        scales = optics.axis_scales
+        extend = self._passes.coc_fill.steps(layer.state, plan.cut, scales, rows, layer_coc, mask)
         yield from _named("coc fill", extend)
         return layer, layer_coc
 
     def _blurred(
-        self, color: moderngl.Texture, coc: moderngl.Texture, kernel: Kernel, optics: Optics
+        self, what: Diffusion, plan: LayerPlan | None = None, mask: TileMask | None = None
     ) -> Steps[moderngl.Texture]:
-        targets = BlurTargets(
-            self.pool.array("poles", color.size, pole_layers(kernel), 4, "f2"),
-            self.pool.texture("blurred", color.size, 4),
-        )
-        blur = self._passes.blur.steps(color, coc, kernel, optics.axis_scales, targets)
-        yield from _named("blur", blur)
-        return targets.out_color
+        """What is diffused, of a layer or of the whole picture; empty outside of the mask."""
+        size = what.color.size
+        if plan is not None and plan.reduction > 1:  # what enlarging it takes in of other tiles
+            out = self.pool.filled(_of_size("blurred", plan), size, 4, 0.0)
+        else:
+            out = self.pool.texture("blurred", size, 4)
+        targets = BlurTargets(self._poles(size, what.kernel, plan), out)
+        yield from _named("blur", self._passes.blur.steps(what, targets, mask))
+        return out
+
+    def _poles(
+        self, size: tuple[int, int], kernel: Kernel, plan: LayerPlan | None = None
+    ) -> moderngl.TextureArray:
+        """What lies between the rows and the columns of a blur."""
+        between = self._passes.solver.between_size(size)
+        return self.pool.array(_of_size("poles", plan), between, pole_layers(kernel), 4, PACKED)
+
+
+def _of_size(name: str, plan: LayerPlan | None) -> str:
+    """Layers of each size have textures of their own, or each would be made anew for the next."""
+    return name if plan is None or plan.reduction == 1 else f"{name} / {plan.reduction}"
 
 
 def _named(name: str, steps: Iterator[None]) -> Iterator[str]:

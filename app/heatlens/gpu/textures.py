@@ -74,6 +74,7 @@ class TexturePool:
         self._held: dict[str, tuple[tuple[object, ...], moderngl.Texture]] = {}
         self._arrays: dict[str, tuple[tuple[object, ...], moderngl.TextureArray]] = {}
         self._buffers: dict[str, moderngl.Buffer] = {}
+        self._targets: dict[str, tuple[moderngl.Texture, moderngl.Framebuffer]] = {}
 
     def texture(
         self, name: str, size: tuple[int, int], components: int, storage: Storage = "f4"
@@ -86,6 +87,19 @@ class TexturePool:
             self._held[name][1].release()
         self._held[name] = (kind, new_texture(self._ctx, size, components, storage, name))
         return self._held[name][1]
+
+    def filled(
+        self, name: str, size: tuple[int, int], components: int, value: float
+    ) -> moderngl.Texture:
+        """The float32 texture called `name`, every channel of every pixel `value`."""
+        texture = self.texture(name, size, components)
+        before = self._targets.get(name)
+        if before is None or before[0] is not texture:
+            self._targets[name] = (texture, self._ctx.framebuffer([texture]))
+        self._targets[name][1].clear(value, value, value, value)
+        if before is not None and before[0] is not texture:
+            before[1].release()
+        return texture
 
     def array(
         self,
@@ -114,10 +128,12 @@ class TexturePool:
 
     def release(self) -> None:
         """Give everything back to OpenGL."""
+        for _, target in self._targets.values():
+            target.release()
         for _, texture in self._held.values():
             texture.release()
         for _, array in self._arrays.values():
             array.release()
         for buffer in self._buffers.values():
             buffer.release()
-        self._held, self._arrays, self._buffers = {}, {}, {}
+        self._held, self._arrays, self._buffers, self._targets = {}, {}, {}, {}

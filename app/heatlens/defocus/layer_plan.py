@@ -1,0 +1,87 @@
+"""How a layer is worked on: at which size, and how far its blur reaches.
+
+A layer that is blurred much has no detail to lose: it is blurred at 1/2, 1/4 or 1/8 size, as long as
+its circle of confusion stays large enough there for the shape of the disc.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from heatlens.defocus.layer_cuts import FARTHER_THAN_ALL, LayerCut
+from heatlens.defocus.optics import Optics
+
+REDUCTIONS = (8, 4, 2)
+LEAST_REDUCED_PX = 8.0  # of coc in the smaller picture
+SPREAD = 1.0  # of the coc: beyond so much of it a kernel's tail is below a thousandth
+MARGIN_PX = 8.0  # the fill's own neighbourhood, and what enlarging a smaller picture takes in
+
+
+@dataclass(frozen=True, slots=True)
+class LayerPlan:
+    """One layer's work.
+
+    reduction     pixels of the picture along a side of one of the layer's
+    widest_px     largest |coc| in the layer, pixels of the picture
+    uncovered_px  how far behind a silhouette something hidden can still show, pixels of the picture
+    """
+
+    cut: LayerCut
+    reduction: int
+    widest_px: float
+    uncovered_px: float
+
+    @property
+    def ends_px(self) -> tuple[float, float]:
+        """Signed coc between which something belongs to the layer."""
+        near, far = self.cut.near, self.cut.far
+        return near.at_px - near.half_width_px, far.at_px + far.half_width_px
+
+    def size(self, picture: tuple[int, int]) -> tuple[int, int]:
+        """Width and height of the layer for a picture's."""
+        return -(-picture[0] // self.reduction), -(-picture[1] // self.reduction)
+
+    @property
+    def resampled_px_2(self) -> float:
+        """What making the layer smaller and larger blurs, as the square of a disc's diameter.
+
+        In pixels of the layer. Variances add, a disc's is d^2 / 16; a box of `reduction` pixels has
+        1/12 - 1/(12 reduction^2) more than one pixel, and linear interpolation 1/6 on the mean.
+        """
+        if self.reduction == 1:
+            return 0.0
+        return 16.0 * (1 / 12 - 1 / (12 * self.reduction**2) + 1 / 6)
+
+
+def layer_plans(cuts: list[LayerCut], optics: Optics) -> list[LayerPlan]:
+    """A plan for each layer of the picture, in the same order."""
+    return [_plan(cut, optics) for cut in cuts]
+
+
+def _plan(cut: LayerCut, optics: Optics) -> LayerPlan:
+    coc = optics.occupied_px
+    low, high = (np.searchsorted(coc, end) for end in LayerPlan(cut, 1, 0.0, 0.0).ends_px)
+    held = coc[max(low - 1, 0) : high + 1]  # a bin's two ends may lie on both sides
+    widest = float(np.max(np.abs(held), initial=0.0))
+    narrowest = _least_px(cut, float(held[-1])) * min(optics.axis_scales)
+    reduction = next((k for k in REDUCTIONS if narrowest >= k * LEAST_REDUCED_PX), 1)
+    uncovering = 0.0 if cut.is_nearest else max(-optics.nearest_px, 0.0)
+    uncovered = max(optics.axis_scales) * (uncovering + widest) / 2 + MARGIN_PX
+    return LayerPlan(cut, reduction, widest, uncovered)
+
+
+def _least_px(cut: LayerCut, farthest_px: float) -> float:
+    """The least |coc| there can be in a layer: that of its cut, which does not move in a pull."""
+    if not cut.is_before_focus:
+        return cut.near.at_px - cut.near.half_width_px
+    if cut.far is FARTHER_THAN_ALL:
+        return -farthest_px
+    return -cut.far.at_px - cut.far.half_width_px
+
+
+def reach_tiles(plan: LayerPlan, nearest_px: float, wider_scale: float, tile_px: float) -> int:
+    """How many tiles away from a layer's content something of it can still be seen."""
+    uncovered = (max(-nearest_px, 0.0) + plan.widest_px) / 2
+    reach = wider_scale * max(SPREAD * plan.widest_px, uncovered) + MARGIN_PX
+    return math.ceil(reach / tile_px) + 1

@@ -1,0 +1,91 @@
+"""Finds the tiles that each layer is worked on in: near its content and where it is uncovered."""
+
+from dataclasses import dataclass
+
+import moderngl
+
+from heatlens.defocus.fragment_pass import Fragments
+from heatlens.defocus.layer_plan import MARGIN_PX, SPREAD, LayerPlan, reach_tiles
+from heatlens.defocus.optics import Optics
+from heatlens.defocus.tile_mask import TILE, TileMask, tile_count
+from heatlens.gpu.program import ComputeProgram, groups_for
+from heatlens.gpu.textures import TexturePool
+from heatlens.model.settings import LAYERS_MAX
+
+_GROUP = 8
+
+
+@dataclass(frozen=True)
+class TileContent:
+    """What the picture's tiles hold: bit l of a word, layer l has content; the nearest coc."""
+
+    content: moderngl.Buffer
+    nearest: moderngl.Buffer
+    size: tuple[int, int]  # of the picture, pixels
+
+
+class TilePass:
+    """The picture's tiles looked through once, then for each layer those that it needs."""
+
+    def __init__(self, ctx: moderngl.Context) -> None:
+        self._layers = ComputeProgram(ctx, "tile_layers.comp.glsl")
+        self._rows = ComputeProgram(ctx, "tile_reach_rows.comp.glsl")
+        self._reach = ComputeProgram(ctx, "tile_reach.comp.glsl")
+
+    def look_through(
+        self, picture: Fragments, plans: list[LayerPlan], pool: TexturePool
+    ) -> TileContent:
+        """Which of the layers have content in each tile of the picture."""
+        size, need = picture.coc.size, TileMask.bytes_for(picture.coc.size)
+        found = TileContent(pool.buffer("tile content", need), pool.buffer("tile nearest", need), size)
+        ends = [plan.ends_px for plan in plans]
+        self._layers.dispatch(
+            _groups(tile_count(size)),
+            textures=picture.textures(),
+            buffers={0: found.content, 1: found.nearest},
+            uniforms={
+                "tiles": tile_count(size),
+                "layer_ends_px": ends + [(0.0, 0.0)] * (_LAYERS_OF_SHADER - len(ends)),
+                "layer_count": len(ends),
+            },
+        )
+        return found
+
+    def mask(
+        self, found: TileContent, plans: list[LayerPlan], layer: int, optics: Optics, pool: TexturePool
+    ) -> TileMask:
+        """The tiles of one layer, at its own size; the next layer's mask overwrites it."""
+        plan = plans[layer]
+        size = plan.size(found.size)
+        tiles, need = tile_count(size), TileMask.bytes_for(size)
+        tile_px, wider = float(TILE * plan.reduction), max(optics.axis_scales)
+        buffers = {
+            0: found.content,
+            1: found.nearest,
+            2: pool.buffer("tile distance", need),
+            3: pool.buffer("tile hider", need),
+            4: pool.buffer("tile mask", need),
+        }
+        uniforms: dict[str, object] = {
+            "tiles": tiles,
+            "reach_tiles": reach_tiles(plan, optics.nearest_px, wider, tile_px),
+            "picture_tiles": tile_count(found.size),
+            "reduction": plan.reduction,
+            "layer": layer,
+            "tile_px": tile_px,
+            "spread_px": SPREAD * wider * plan.widest_px,
+            "widest_px": plan.widest_px,
+            "wider_scale": wider,
+            "margin_px": MARGIN_PX,
+        }
+        self._rows.dispatch(_groups(tiles), buffers=buffers, uniforms=uniforms)
+        self._reach.dispatch(_groups(tiles), buffers=buffers, uniforms=uniforms)
+        return TileMask(buffers[4], tiles)
+
+
+_LAYERS_OF_SHADER = 8  # as in tile_layers.comp.glsl
+assert LAYERS_MAX <= _LAYERS_OF_SHADER
+
+
+def _groups(tiles: tuple[int, int]) -> tuple[int, int]:
+    return groups_for(tiles[0], _GROUP), groups_for(tiles[1], _GROUP)

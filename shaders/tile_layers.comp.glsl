@@ -1,0 +1,50 @@
+// Which layers have content in each tile of the picture, and the nearest circle of confusion there.
+//
+// Inputs
+//   coc_tx      signed coc, pixels
+//   kind_tx, near_tx   fragments of rim pixels
+// Output
+//   content_buf bit l: layer l has content in the tile
+//   nearest_buf least signed coc in the tile, pixels
+
+#include "lib/kind.lib.glsl"
+
+#define TILE 16
+#define LAYERS_MAX 8
+
+layout(local_size_x = 8, local_size_y = 8) in;
+
+uniform sampler2D coc_tx;
+uniform sampler2D kind_tx;
+uniform sampler2D near_tx;
+uniform ivec2 tiles;                    // across, down
+uniform vec2 layer_ends_px[LAYERS_MAX]; // signed coc where each layer's membership begins and ends
+uniform int layer_count;
+layout(std430, binding = 0) writeonly buffer content_block { uint content_buf[]; };
+layout(std430, binding = 1) writeonly buffer nearest_block { float nearest_buf[]; };
+
+uint layers_of(float coc) {
+    uint bits = 0u;
+    for (int l = 0; l < layer_count; ++l)
+        if (coc > layer_ends_px[l].x && coc < layer_ends_px[l].y) bits |= 1u << l;
+    return bits;
+}
+
+void main() {
+    ivec2 tile = ivec2(gl_GlobalInvocationID.xy);
+    if (any(greaterThanEqual(tile, tiles))) return;
+    ivec2 first = tile * TILE, end = min(first + TILE, textureSize(coc_tx, 0));
+    uint content = 0u;
+    float nearest = 1e30;
+    for (int y = first.y; y < end.y; ++y)
+        for (int x = first.x; x < end.x; ++x) {
+            ivec2 at = ivec2(x, y);
+            float coc = texelFetch(coc_tx, at, 0).r;
+            content |= layers_of(coc);
+            nearest = min(nearest, coc);
+            int rim = texelFetch(kind_tx, at, 0).r == FAR_RIM ? 1 : 0;
+            for (; rim > 0; --rim) content |= layers_of(texelFetch(near_tx, at, 0).a);
+        }
+    content_buf[tile.y * tiles.x + tile.x] = content;
+    nearest_buf[tile.y * tiles.x + tile.x] = nearest;
+}
