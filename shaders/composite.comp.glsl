@@ -6,8 +6,8 @@
 // Output
 //   out_color_img   rgb so far (read and written); a 1
 
-#define TILE_MASK_BINDING 0
-#include "lib/tile_mask.lib.glsl"
+#define TILE_LIST_BINDING 0
+#include "lib/tile_list.lib.glsl"
 
 layout(local_size_x = 16, local_size_y = 16) in;
 
@@ -42,10 +42,11 @@ void composite(ivec2 at) {
     imageStore(out_color_img, at, vec4(max(color, 0.0), 1.0));
 }
 
-void main() {
-    ivec2 at = ivec2(gl_GlobalInvocationID.xy);
-    if (any(greaterThanEqual(at, imageSize(out_color_img)))) return;
-    bool is_there = is_active(at / reduction);
-    for (int n = is_there ? 1 : 0; n > 0; --n) composite(at);
-    if (is_farthest && !is_there) imageStore(out_color_img, at, vec4(vec3(0.0), 1.0));
+// A workgroup's part of a tile: with a reduction of 2, a tile stands for 2 x 2 workgroups.
+void composite_tile(ivec2 tile) {
+    ivec2 groups = tile * ivec2(gl_NumWorkGroups.yz) + ivec2(gl_WorkGroupID.yz);
+    ivec2 at = groups * ivec2(gl_WorkGroupSize.xy) + ivec2(gl_LocalInvocationID.xy);
+    if (all(lessThan(at, imageSize(out_color_img)))) composite(at);
 }
+
+void main() { FOR_EACH_TILE(composite_tile) }

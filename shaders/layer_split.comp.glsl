@@ -16,12 +16,12 @@
 //   pixel list    what is hidden
 
 #define PIXEL_LIST_BINDING 0
-#define TILE_MASK_BINDING 1
+#define TILE_LIST_BINDING 1
 #include "lib/hidden.lib.glsl"
 #include "lib/layer.lib.glsl"
 #include "lib/pixel_list.lib.glsl"
 #include "lib/silhouette.lib.glsl"
-#include "lib/tile_mask.lib.glsl"
+#include "lib/tile_list.lib.glsl"
 
 layout(local_size_x = 16, local_size_y = 16) in;
 
@@ -82,7 +82,7 @@ void add_pixel(inout Sum sum, ivec2 at) {
     float seen = visibility(coc), visible = max(seen, THIN), has_near = 0.0;
     Content content = whole_of(x, coc, visible);
     float kind = texelFetch(kind_tx, at, 0).r;
-    for (int rim = kind == WHOLE ? 0 : 1; rim > 0; --rim) {
+    for (int rim = kind == WHOLE ? 0 : 1; rim > 0; --rim) {  // a loop that no lane enters costs nothing
         vec4 far = texelFetch(far_tx, at, 0), near = texelFetch(near_tx, at, 0);
         if (kind == FAR_RIM) content = far_rim_of(x, coc, far, near, visible);
         if (kind == NEAR_RIM) content = near_rim_of(x, coc, far, near.a, visible);
@@ -99,7 +99,9 @@ void add_pixel(inout Sum sum, ivec2 at) {
 
 void store(ivec2 at, Sum sum) {
     float known = sum.known / sum.count, of_known = 1.0 / max(sum.known, 1e-12);
-    if (reduction > 1) known = min(known / SEEN_PART, 1.0);
+#ifdef REDUCED
+    known = min(known / SEEN_PART, 1.0);
+#endif
     bool hidden = known < 1.0;
     if (hidden) list_append(at);
     vec4 layer = sum.layer * of_known;
@@ -108,16 +110,17 @@ void store(ivec2 at, Sum sum) {
     imageStore(out_state_img, at, vec4(diameter, sum.solid * of_known, 0.0, 0.0));
 }
 
-// Loops that run zero times where nothing is to be done: a software rasteriser runs the whole of
-// every branch, but leaves a loop that no lane enters.
-void main() {
-    ivec2 at = ivec2(gl_GlobalInvocationID.xy), first = at * reduction;
-    if (any(greaterThanEqual(at, imageSize(out_layer_img)))) return;
-    ivec2 end = min(first + reduction, textureSize(coc_tx, 0));
-    for (int n = is_active(at) ? 1 : 0; n > 0; --n) {
-        Sum sum = Sum(vec4(0.0), 0.0, 0.0, 0.0, 0.0);
-        for (int y = first.y; y < end.y; ++y)
-            for (int x = first.x; x < end.x; ++x) add_pixel(sum, ivec2(x, y));
-        store(at, sum);
-    }
+void split_tile(ivec2 tile) {
+    ivec2 at = tile * ivec2(gl_WorkGroupSize.xy) + ivec2(gl_LocalInvocationID.xy);
+    Sum sum = Sum(vec4(0.0), 0.0, 0.0, 0.0, 0.0);
+#ifdef REDUCED
+    ivec2 first = at * reduction, end = min(first + reduction, textureSize(coc_tx, 0));
+    for (int y = first.y; y < end.y; ++y)
+        for (int x = first.x; x < end.x; ++x) add_pixel(sum, ivec2(x, y));
+#else
+    add_pixel(sum, at);
+#endif
+    if (all(lessThan(at, imageSize(out_layer_img)))) store(at, sum);
 }
+
+void main() { FOR_EACH_TILE(split_tile) }

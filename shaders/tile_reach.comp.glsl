@@ -6,7 +6,10 @@
 //   hider_buf      least signed coc in the tile, pixels of the picture
 // Output
 //   tile_mask_buf  as lib/tile_mask.lib.glsl has it
+//   tile list      the same tiles one by one (lib/tile_list.lib.glsl)
 
+#define TILE_LIST_BINDING 5
+#include "lib/tile_list.lib.glsl"
 #include "lib/tile_reach.lib.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
@@ -34,5 +37,7 @@ void main() {
     int here = tile.y * tiles.x + tile.x;
     float uncovered_px = wider_scale * (max(-hider_buf[here], 0.0) + widest_px) / 2.0;
     float reach_px = max(spread_px, uncovered_px) + margin_px;
-    tile_mask_buf[here] = away_px <= reach_px ? 1u : 0u;
+    bool is_needed = away_px <= reach_px;
+    tile_mask_buf[here] = is_needed ? 1u : 0u;
+    if (is_needed) list_tile(tile);
 }

@@ -11,46 +11,53 @@ from heatlens.defocus.layer_plan import LayerPlan
 from heatlens.defocus.line_solver import Bindings, LineSolver, LineSystem
 from heatlens.defocus.pixel_list import clear_list
 from heatlens.defocus.plate_passes import tiles
-from heatlens.defocus.tile_mask import TileMask
+from heatlens.defocus.tile_mask import TileList, TileMask
 from heatlens.gpu.program import ComputeProgram, groups_for
 
 
 @dataclass(frozen=True)
 class Layer:
-    """A layer's pixels, in the tiles that it is worked on in; its size may be less than the picture's.
+    """A layer's pixels, in the tiles that it is worked on in; it may be smaller than the picture.
 
     color  rgb times coverage, a coverage, marked where it has to be guessed
     state  r diameter |coc| in pixels of the layer, g how far it has content, 0..1
+    mask   the tiles, and `listed` the same ones by one
     """
 
     color: moderngl.Texture
     state: moderngl.Texture
     mask: TileMask
+    listed: TileList
 
 
 class LayerSplitPass:
     """One layer out of the picture."""
 
     def __init__(self, ctx: moderngl.Context) -> None:
-        self._program = ComputeProgram(ctx, "layer_split.comp.glsl")
+        self._programs = _of_both_sizes(ctx, "layer_split.comp.glsl")
 
     def run(
         self, picture: Fragments, plan: LayerPlan, pixels: moderngl.Buffer, out: Layer
     ) -> None:
-        """Write the layer that `plan` cuts out, at its size, and the list of its hidden `pixels`."""
+        """Write the layer that `plan` cuts out, at its size, and list its hidden `pixels`."""
         clear_list(pixels)
-        self._program.dispatch(
-            tiles(out.color.size),
+        self._programs[plan.reduction > 1].dispatch_indirect(
+            out.listed.words,
+            offset=TileList.OF_LAYER,
             textures=picture.textures(),
             images={"out_layer_img": out.color, "out_state_img": out.state},
-            buffers={0: pixels, 1: out.mask.words},
+            buffers={0: pixels, 1: out.listed.words},
             uniforms={
                 **_limits(plan.cut),
-                **out.mask.uniforms,
                 "is_farthest": plan.cut.is_farthest,
                 "reduction": plan.reduction,
             },
         )
+
+
+def _of_both_sizes(ctx: moderngl.Context, shader: str) -> dict[bool, ComputeProgram]:
+    """Programs by whether the layer is smaller than the picture."""
+    return {False: ComputeProgram(ctx, shader), True: ComputeProgram(ctx, shader, {"REDUCED": 1})}
 
 
 def _limits(cut: LayerCut) -> dict[str, object]:
@@ -161,24 +168,19 @@ class CompositePass:
     """A blurred layer over what is behind it."""
 
     def __init__(self, ctx: moderngl.Context) -> None:
-        self._whole = ComputeProgram(ctx, "composite.comp.glsl")
-        self._reduced = ComputeProgram(ctx, "composite.comp.glsl", {"REDUCED": 1})
+        self._programs = _of_both_sizes(ctx, "composite.comp.glsl")
 
     def run(
-        self, layer: moderngl.Texture, plan: LayerPlan, mask: TileMask, color: moderngl.Texture
+        self, blurred: moderngl.Texture, plan: LayerPlan, listed: TileList, color: moderngl.Texture
     ) -> None:
-        """Put the blurred `layer` over `color`, far to near; the farthest one replaces it."""
-        program = self._whole if plan.reduction == 1 else self._reduced
-        program.dispatch(
-            tiles(color.size),
-            textures={"layer_tx": layer},
+        """Put a `blurred` layer over `color`, far to near; the farthest one replaces it."""
+        self._programs[plan.reduction > 1].dispatch_indirect(
+            listed.words,
+            offset=TileList.OF_PICTURE,
+            textures={"layer_tx": blurred},
             images={"out_color_img": color},
-            buffers={0: mask.words},
-            uniforms={
-                **mask.uniforms,
-                "is_farthest": plan.cut.is_farthest,
-                "reduction": plan.reduction,
-            },
+            buffers={0: listed.words},
+            uniforms={"is_farthest": plan.cut.is_farthest, "reduction": plan.reduction},
         )
 
 

@@ -2,8 +2,8 @@
 
 A picture comes about in steps, each named after its pass, so that a window can answer in between.
 
-plate -> proxy -> coc -> fragments -> tiles -> each layer, far to near, in the tiles where it shows and at
-the size that its blur allows: split, fill what is hidden, extend its coc, blur, composite -> picture
+plate -> proxy -> coc -> fragments -> each layer, far to near, in the tiles where it shows and at the
+size that its blur allows: split, fill what is hidden, extend its coc, blur, composite -> picture
 """
 
 import math
@@ -37,11 +37,12 @@ from heatlens.defocus.other_methods import OtherMethods
 from heatlens.defocus.pixel_list import list_bytes
 from heatlens.defocus.plate_passes import AlphaPass, CocPass, ProxyPass, proxy_size
 from heatlens.defocus.quality import kernel_for, layers_for
-from heatlens.defocus.tile_mask import TileMask
+from heatlens.defocus.tile_mask import TileList, TileMask
 from heatlens.defocus.tile_pass import TilePass
 from heatlens.gpu.textures import TexturePool
 from heatlens.model.settings import Bokeh, DefocusSettings, Method
 
+_NO_COST = (-1.0, -1.0, -1.0, -1.0)  # as hidden_fill.comp.glsl takes it, for what is seen
 Result = TypeVar("Result")
 Steps = Generator[str, None, Result]  # names of passes as their work is issued, then the result
 
@@ -147,19 +148,19 @@ class DefocusPipeline:
     ) -> Steps[moderngl.Texture]:
         """Layers far to near, blurred and put over each other in the texture called `name`."""
         kernel = kernel_for(settings)
-        out = self.pool.texture(name, color.size, 4)
         listed = None
         if lamps:
             color, listed = yield from self._without_lamps(color, coc, kernel, optics)
         picture = self._fragmented(color, coc, optics)
         yield "fragments"
         plans = layer_plans(layer_cuts(optics.occupied_px, layers_for(settings)), optics)
+        out = self.pool.filled(name, color.size, (0.0, 0.0, 0.0, 1.0))
         found = self._passes.tiles.look_through(picture, plans, self.pool)
         for number, plan in enumerate(plans):
             self._tell_progress(number, len(plans))
-            mask = self._passes.tiles.mask(found, plans, number, optics, self.pool)
+            where = self._passes.tiles.find(found, plans, number, optics, self.pool)
             yield "tiles"
-            layer, layer_coc = yield from self._layer(picture, plan, mask, optics)
+            layer, layer_coc = yield from self._layer(picture, plan, where, optics)
             what = Diffusion(
                 layer.color,
                 layer_coc,
@@ -167,8 +168,8 @@ class DefocusPipeline:
                 optics.axis_scales,
                 resampled_px_2=plan.resampled_px_2,
             )
-            blurred = yield from self._blurred(what, plan, mask)
-            self._passes.composite.run(blurred, plan, mask, out)
+            blurred = yield from self._blurred(what, plan, layer.mask)
+            self._passes.composite.run(blurred, plan, layer.listed, out)
             yield "composite"
         if listed is not None:
             self._passes.draw_lamps.run(listed, picture, optics, out)
@@ -230,13 +231,17 @@ class DefocusPipeline:
         return picture
 
     def _layer(
-        self, picture: Fragments, plan: LayerPlan, mask: TileMask, optics: Optics
+        self,
+        picture: Fragments,
+        plan: LayerPlan,
+        where: tuple[TileMask, TileList],
+        optics: Optics,
     ) -> Steps[tuple[Layer, moderngl.Texture]]:
-        """A layer without holes, and its coc everywhere that `mask` says."""
+        """A layer without holes, and its coc, in the tiles that are to be worked on."""
         size, pool = plan.size(picture.coc.size), self.pool
         pixels = pool.buffer("pixels", list_bytes(picture.coc.size))
         color = pool.texture(_of_size("layer", plan), size, 4)
-        layer = Layer(color, pool.texture(_of_size("state", plan), size, 2), mask)
+        layer = Layer(color, pool.texture(_of_size("state", plan), size, 2), *where)
         self._passes.split.run(picture, plan, pixels, layer)
         yield "layer split"
         if not plan.cut.is_nearest:
@@ -244,7 +249,7 @@ class DefocusPipeline:
                 layer,
                 pixels,
                 pool.buffer("bits", HiddenFillPass.bits_bytes(picture.coc.size)),
-                pool.filled(_of_size("blurred", plan), size, 4, -1.0),
+                pool.filled(_of_size("blurred", plan), size, _NO_COST),
                 math.ceil(plan.uncovered_px / plan.reduction),
             )
             yield from _named("hidden fill", hidden)
@@ -252,7 +257,9 @@ class DefocusPipeline:
         rows_size = self._passes.solver.between_size(size)
         rows = pool.texture(_of_size("fill rows", plan), rows_size, 2)
         scales = optics.axis_scales
-        extend = self._passes.coc_fill.steps(layer.state, plan.cut, scales, rows, layer_coc, mask)
+        extend = self._passes.coc_fill.steps(
+            layer.state, plan.cut, scales, rows, layer_coc, layer.mask
+        )
         yield from _named("coc fill", extend)
         return layer, layer_coc
 
@@ -262,7 +269,7 @@ class DefocusPipeline:
         """What is diffused, of a layer or of the whole picture; empty outside of the mask."""
         size = what.color.size
         if plan is not None and plan.reduction > 1:  # what enlarging it takes in of other tiles
-            out = self.pool.filled(_of_size("blurred", plan), size, 4, 0.0)
+            out = self.pool.filled(_of_size("blurred", plan), size, (0.0, 0.0, 0.0, 0.0))
         else:
             out = self.pool.texture("blurred", size, 4)
         targets = BlurTargets(self._poles(size, what.kernel, plan), out)

@@ -1,5 +1,6 @@
 """Which tiles of a picture are worked on (lib/tile_mask.lib.glsl)."""
 
+import struct
 from dataclasses import dataclass
 
 import moderngl
@@ -7,6 +8,7 @@ import moderngl
 from heatlens.gpu.program import groups_for
 
 TILE = 16  # pixels a side, as in lib/tile_mask.lib.glsl
+_LIST_HEAD = struct.Struct("7I")  # workgroups x, y, z of both passes; count
 _ALL = b"\xff" * 4  # a word: its tile is worked on
 TileCount = tuple[int, int]  # across, down
 
@@ -33,6 +35,25 @@ class TileMask:
     def uniforms(self) -> dict[str, object]:
         """As the shaders take them."""
         return {"tiles_across": self.tiles[0]}
+
+
+@dataclass(frozen=True)
+class TileList:
+    """The tiles of a mask one by one, for passes with a workgroup a tile (lib/tile_list.lib.glsl)."""
+
+    words: moderngl.Buffer
+
+    OF_LAYER = 0  # where the workgroups stand of a pass over the layer, as bytes into `words`,
+    OF_PICTURE = 12  # and of one over the picture, `reduction` times `reduction` to a tile
+
+    @staticmethod
+    def bytes_for(size: tuple[int, int]) -> int:
+        """Bytes of a list that can hold every tile of a picture."""
+        return _LIST_HEAD.size + TileMask.bytes_for(size)
+
+    def clear(self, reduction: int) -> None:
+        """Empty the list; before the pass that appends to it."""
+        self.words.write(_LIST_HEAD.pack(0, 1, 1, 0, reduction, reduction, 0))
 
 
 class WholePictures:

@@ -7,7 +7,7 @@ import moderngl
 from heatlens.defocus.fragment_pass import Fragments
 from heatlens.defocus.layer_plan import MARGIN_PX, SPREAD, LayerPlan, reach_tiles
 from heatlens.defocus.optics import Optics
-from heatlens.defocus.tile_mask import TILE, TileMask, tile_count
+from heatlens.defocus.tile_mask import TILE, TileList, TileMask, tile_count
 from heatlens.gpu.program import ComputeProgram, groups_for
 from heatlens.gpu.textures import TexturePool
 from heatlens.model.settings import LAYERS_MAX
@@ -37,7 +37,8 @@ class TilePass:
     ) -> TileContent:
         """Which of the layers have content in each tile of the picture."""
         size, need = picture.coc.size, TileMask.bytes_for(picture.coc.size)
-        found = TileContent(pool.buffer("tile content", need), pool.buffer("tile nearest", need), size)
+        content, nearest = (pool.buffer(f"tile {name}", need) for name in ("content", "nearest"))
+        found = TileContent(content, nearest, size)
         ends = [plan.ends_px for plan in plans]
         self._layers.dispatch(
             _groups(tile_count(size)),
@@ -51,20 +52,28 @@ class TilePass:
         )
         return found
 
-    def mask(
-        self, found: TileContent, plans: list[LayerPlan], layer: int, optics: Optics, pool: TexturePool
-    ) -> TileMask:
-        """The tiles of one layer, at its own size; the next layer's mask overwrites it."""
+    def find(
+        self,
+        found: TileContent,
+        plans: list[LayerPlan],
+        layer: int,
+        optics: Optics,
+        pool: TexturePool,
+    ) -> tuple[TileMask, TileList]:
+        """The tiles of one layer, at its own size; the next layer's overwrite them."""
         plan = plans[layer]
         size = plan.size(found.size)
         tiles, need = tile_count(size), TileMask.bytes_for(size)
         tile_px, wider = float(TILE * plan.reduction), max(optics.axis_scales)
+        listed = TileList(pool.buffer("tile list", TileList.bytes_for(size)))
+        listed.clear(plan.reduction)
         buffers = {
             0: found.content,
             1: found.nearest,
             2: pool.buffer("tile distance", need),
             3: pool.buffer("tile hider", need),
             4: pool.buffer("tile mask", need),
+            5: listed.words,
         }
         uniforms: dict[str, object] = {
             "tiles": tiles,
@@ -80,7 +89,7 @@ class TilePass:
         }
         self._rows.dispatch(_groups(tiles), buffers=buffers, uniforms=uniforms)
         self._reach.dispatch(_groups(tiles), buffers=buffers, uniforms=uniforms)
-        return TileMask(buffers[4], tiles)
+        return TileMask(buffers[4], tiles), listed
 
 
 _LAYERS_OF_SHADER = 8  # as in tile_layers.comp.glsl

@@ -89,14 +89,14 @@ class TexturePool:
         return self._held[name][1]
 
     def filled(
-        self, name: str, size: tuple[int, int], components: int, value: float
+        self, name: str, size: tuple[int, int], value: tuple[float, float, float, float]
     ) -> moderngl.Texture:
-        """The float32 texture called `name`, every channel of every pixel `value`."""
-        texture = self.texture(name, size, components)
+        """The RGBA float32 texture called `name` with `value` in every pixel."""
+        texture = self.texture(name, size, 4)
         before = self._targets.get(name)
         if before is None or before[0] is not texture:
             self._targets[name] = (texture, self._ctx.framebuffer([texture]))
-        self._targets[name][1].clear(value, value, value, value)
+        self._targets[name][1].clear(*value)
         if before is not None and before[0] is not texture:
             before[1].release()
         return texture

@@ -1,0 +1,31 @@
+// The tiles of a layer that are worked on, so that a pass runs on these alone: a workgroup a tile.
+//
+// The list begins with the workgroups of two later passes (glDispatchComputeIndirect): one of the
+// layer's size, and one of the picture's, where a tile stands for several. The order of the tiles
+// differs from run to run.
+
+layout(std430, binding = TILE_LIST_BINDING) buffer tile_list_block {
+    uint layer_groups[3];
+    uint picture_groups[3];
+    uint tile_count;
+    uint listed_tiles[];  // y << 16 | x
+};
+
+#define TILE_GROUPS_MAX 65535u  // what OpenGL promises; longer lists are walked in strides
+
+void list_tile(ivec2 tile) {
+    uint slot = atomicAdd(tile_count, 1u);
+    if (slot < TILE_GROUPS_MAX) {
+        atomicAdd(layer_groups[0], 1u);
+        atomicAdd(picture_groups[0], 1u);
+    }
+    listed_tiles[slot] = uint(tile.y) << 16 | uint(tile.x);
+}
+
+ivec2 listed_tile(uint slot) {
+    return ivec2(listed_tiles[slot] & 0xffffu, listed_tiles[slot] >> 16);
+}
+
+// What main of a later pass does with the list.
+#define FOR_EACH_TILE(DO) \
+    for (uint slot = gl_WorkGroupID.x; slot < tile_count; slot += gl_NumWorkGroups.x) DO(listed_tile(slot));
