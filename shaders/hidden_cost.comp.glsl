@@ -1,14 +1,15 @@
-// For each hidden pixel, along each direction: how much the nearest seen pixels on both sides differ.
+// For each block with hidden pixels, along each direction: how much the nearest seen pixels on both sides differ.
 // A stripe that a wire breaks has alike ends along the stripe.
 //
 // Inputs
 //   layer_tx       rgb times coverage, a coverage, marked if hidden
 //   bits_buf       seen pixels (seen_bits_clear.comp.glsl)
-//   pixel list     what is hidden
-// Output (hidden pixels only)
+//   pixel list     what is guessed (hidden_blocks.comp.glsl)
+// Output (a pixel a block of 2 x 2; those with hidden pixels only)
 //   out_cost_img   a direction a channel: mean squared difference of the ends, < 0 if not both exist
 
 #define PIXEL_LIST_BINDING 0
+#include "lib/hidden_block.lib.glsl"
 #include "lib/pixel_list.lib.glsl"
 #include "lib/seen_bits.lib.glsl"
 #include "lib/tone.lib.glsl"
@@ -46,7 +47,8 @@ float difference(ivec2 at, int k, ivec2 ends, int taps) {
     return weights > 0.0 ? sum / weights : -1.0;
 }
 
-void compare_ends(ivec2 at) {
+void compare_ends(ivec2 listed) {
+    ivec2 at = listed & PLACE_MASK;
     size = textureSize(layer_tx, 0);
     vec4 cost = vec4(-1.0);
     ivec2 ends[DIRECTIONS];
@@ -54,7 +56,7 @@ void compare_ends(ivec2 at) {
     int taps = is_beyond_reach(ends) ? 0 : TAPS;
     for (int k = 0; k < DIRECTIONS; ++k)
         if (all(greaterThan(ends[k], ivec2(0)))) cost[k] = difference(at, k, ends[k], taps);
-    imageStore(out_cost_img, at, cost);
+    if ((uint(listed.x) & MARK_FIRST) != 0u) imageStore(out_cost_img, at >> 1, cost);
 }
 
 void main() { FOR_EACH_LISTED(compare_ends) }

@@ -5,12 +5,13 @@
 // Inputs
 //   cost_tx           hidden_cost.comp.glsl, -1 for what is seen
 //   bits_buf          what is seen (seen_bits_clear.comp.glsl)
-//   pixel list        what is hidden
+//   pixel list        what is guessed (hidden_blocks.comp.glsl)
 // Read where seen, written where hidden
 //   layer_img         rgb times coverage, a coverage, marked if hidden
 //   state_img         r diameter |coc|, g how far there is content, 0..1
 
 #define PIXEL_LIST_BINDING 0
+#include "lib/hidden_block.lib.glsl"
 #include "lib/layer.lib.glsl"
 #include "lib/pixel_list.lib.glsl"
 #include "lib/seen_bits.lib.glsl"
@@ -22,7 +23,7 @@ uniform sampler2D cost_tx;
 layout(rgba32f) uniform image2D layer_img;
 layout(rg32f) uniform image2D state_img;
 
-#define REACH 2                // costs are averaged over 5 x 5 pixels
+#define REACH 1                // costs are averaged over 3 x 3 blocks
 #define ALIKE_VARIANCE 0.04    // of compressed colour: ends that differ by 0.2 count much less
 #define LEAST_LIKENESS 1e-4    // if no direction has alike ends the nearest decide
 #define DISTANCE_POWER 2.0
@@ -43,11 +44,11 @@ Content content_at(ivec2 at) {
     return Content(vec4(color, layer.a), imageLoad(state_img, at).r * layer.a);
 }
 
-vec4 mean_cost(ivec2 at, ivec2 size, int reach) {
+vec4 mean_cost(ivec2 block, int reach) {
     vec4 sum = vec4(0.0), count = vec4(0.0);
     for (int y = -reach; y <= reach; ++y)
         for (int x = -reach; x <= reach; ++x) {
-            ivec2 p = clamp(at + ivec2(x, y), ivec2(0), size - 1);
+            ivec2 p = clamp(block + ivec2(x, y), ivec2(0), textureSize(cost_tx, 0) - 1);
             vec4 cost = texelFetch(cost_tx, p, 0);
             vec4 counts = step(0.0, cost);
             sum += counts * cost;
@@ -86,7 +87,7 @@ void make_guess(ivec2 at, ivec2 size, out Guess guess) {
     ivec2 ends[DIRECTIONS];
     for (int k = 0; k < DIRECTIONS; ++k) ends[k] = ends_of(k, at, size);
     bool beyond = is_beyond_reach(ends);
-    vec4 cost = mean_cost(at, size, beyond ? -1 : REACH);
+    vec4 cost = mean_cost(at >> 1, beyond ? -1 : REACH);
     Content sum = Content(vec4(0.0), 0.0);
     float weights = 0.0;
     int directions = beyond ? 0 : DIRECTIONS;
@@ -116,9 +117,7 @@ void make_guess(ivec2 at, ivec2 size, out Guess guess) {
 }
 
 // The guess, and what is seen of the pixel itself as far as that goes.
-void fill_pixel(ivec2 at) {
-    Guess guess;
-    make_guess(at, imageSize(layer_img), guess);
+void fill_pixel(ivec2 at, Guess guess) {
     vec4 own = imageLoad(layer_img, at);
     vec2 state = imageLoad(state_img, at).rg;
     float known = marked_known(own.a);
@@ -131,4 +130,13 @@ void fill_pixel(ivec2 at) {
     imageStore(state_img, at, vec4(diameter, content, 0.0, 0.0));
 }
 
-void main() { FOR_EACH_LISTED(fill_pixel) }
+void fill_listed(ivec2 listed) {
+    ivec2 hidden = listed & PLACE_MASK;
+    bool is_block = listed.y > PLACE_MASK;
+    Guess guess;
+    make_guess(hidden, imageSize(layer_img), guess);
+    fill_pixel(hidden, guess);
+    for (int i = is_block ? 1 : 4; i < 4; ++i) fill_pixel(hidden + ivec2(i & 1, i >> 1), guess);
+}
+
+void main() { FOR_EACH_LISTED(fill_listed) }

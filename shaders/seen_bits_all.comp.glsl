@@ -12,15 +12,25 @@ layout(local_size_x = 64) in;
 uniform ivec2 size;
 layout(std430, binding = 1) writeonly buffer bits_block { uint bits_buf[]; };
 
+// How many pixels from here on along a direction lie in one tile, and inside the picture as this one does.
+int run_in_tile(ivec2 at, ivec2 direction) {
+    ivec2 in_tile = at & (TILE - 1);
+    int run = direction.y == 0 ? TILE : min(TILE - in_tile.y, size.y - at.y);
+    if (direction.x > 0) run = min(run, min(TILE - in_tile.x, size.x - at.x));
+    return direction.x < 0 ? min(run, in_tile.x + 1) : run;
+}
+
 void main() {
     int word = int(gl_GlobalInvocationID.x), k = int(gl_GlobalInvocationID.y);
     int per_line = words_per_line(k, size);
     if (word >= lines_of(k, size) * per_line) return;
     uint bits = 0u;
-    for (int i = 0; i < 32; ++i) {
+    for (int i = 0; i < 32;) {
         ivec2 at = pixel_of(k, word / per_line, word % per_line * 32 + i, size);
         bool inside = all(greaterThanEqual(at, ivec2(0))) && all(lessThan(at, size));
-        if (inside && is_active(at)) bits |= 1u << i;
+        int run = inside ? min(run_in_tile(at, DIRECTION[k]), 32 - i) : 1;
+        if (inside && is_active(at)) bits |= (~0u >> (32 - run)) << i;
+        i += run;
     }
     bits_buf[first_word(k, size) + word] = bits;
 }

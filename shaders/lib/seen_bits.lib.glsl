@@ -10,6 +10,10 @@ bool is_seen(ivec2 at, ivec2 size) {
     return (word >> (at.x & 31) & 1u) == 1u;
 }
 
+bool is_seen_or_outside(ivec2 at, ivec2 size) {
+    return any(greaterThanEqual(at, size)) || is_seen(at, size);
+}
+
 int steps_ahead(int first, int per_line, int i) {
     int word = i >> 5;
     uint bits = bits_buf[first + word] & (~0u << (i & 31));

@@ -68,6 +68,25 @@ def _limits(cut: LayerCut) -> dict[str, object]:
     }
 
 
+@dataclass(frozen=True)
+class HiddenScratch:
+    """What the hidden fill works with.
+
+    bits    `HiddenFillPass.bits_bytes`: which pixels are seen
+    blocks  `list_bytes` of `block_size`: the blocks of 2 x 2 pixels with something hidden
+    cost    RGBA of `block_size`, -1 everywhere
+    """
+
+    bits: moderngl.Buffer
+    blocks: moderngl.Buffer
+    cost: moderngl.Texture
+
+
+def block_size(size: tuple[int, int]) -> tuple[int, int]:
+    """How many blocks of 2 x 2 pixels cover a picture, across and down."""
+    return groups_for(size[0], 2), groups_for(size[1], 2)
+
+
 class HiddenFillPass:
     """Guesses what nearer layers hide, along structures that go on behind them."""
 
@@ -76,6 +95,7 @@ class HiddenFillPass:
     def __init__(self, ctx: moderngl.Context) -> None:
         self._all_program = ComputeProgram(ctx, "seen_bits_all.comp.glsl")
         self._clear_program = ComputeProgram(ctx, "seen_bits_clear.comp.glsl")
+        self._block_program = ComputeProgram(ctx, "hidden_blocks.comp.glsl")
         self._cost_program = ComputeProgram(ctx, "hidden_cost.comp.glsl")
         self._fill_program = ComputeProgram(ctx, "hidden_fill.comp.glsl")
 
@@ -88,35 +108,36 @@ class HiddenFillPass:
         self,
         layer: Layer,
         pixels: moderngl.Buffer,
-        bits: moderngl.Buffer,
-        cost: moderngl.Texture,
+        scratch: HiddenScratch,
         reach_px: int,
     ) -> Iterator[None]:
         """Fill the hidden `pixels` of `layer` in place, in short steps.
 
-        Hidden pixels more than `reach_px` from any visible pixel of the layer stay empty. `bits` is
-        scratch, and so is `cost`, which has to be -1 everywhere.
+        Hidden pixels more than `reach_px` from any visible pixel of the layer stay empty.
         """
         size = layer.color.size
         uniforms = {"size": size, "reach_px": reach_px, **layer.mask.uniforms}
-        buffers = {0: pixels, 1: bits, 2: layer.mask.words}
+        buffers = {0: pixels, 1: scratch.bits, 2: layer.mask.words, 3: scratch.blocks}
+        blocks = buffers | {0: scratch.blocks}
         words = groups_for(max(_words(size)), 64)
         self._all_program.dispatch((words, self._DIRECTIONS), buffers=buffers, uniforms=uniforms)
         self._clear_program.dispatch_indirect(pixels, buffers=buffers, uniforms=uniforms)
+        clear_list(scratch.blocks)
+        self._block_program.dispatch_indirect(pixels, buffers=buffers, uniforms=uniforms)
         yield
         self._cost_program.dispatch_indirect(
-            pixels,
+            scratch.blocks,
             textures={"layer_tx": layer.color},
-            images={"out_cost_img": cost},
-            buffers=buffers,
+            images={"out_cost_img": scratch.cost},
+            buffers=blocks,
             uniforms=uniforms,
         )
         yield
         self._fill_program.dispatch_indirect(
-            pixels,
-            textures={"cost_tx": cost},
+            scratch.blocks,
+            textures={"cost_tx": scratch.cost},
             images={"layer_img": layer.color, "state_img": layer.state},
-            buffers=buffers,
+            buffers=blocks,
             uniforms=uniforms,
         )
         yield

@@ -26,9 +26,11 @@ from heatlens.defocus.layer_passes import (
     CocFillPass,
     CompositePass,
     HiddenFillPass,
+    HiddenScratch,
     Layer,
     LayerSplitPass,
     LimitsPass,
+    block_size,
 )
 from heatlens.defocus.layer_plan import LayerPlan, layer_plans
 from heatlens.defocus.line_solver import LineSolver
@@ -248,8 +250,11 @@ class DefocusPipeline:
             hidden = self._passes.hidden.steps(
                 layer,
                 pixels,
-                pool.buffer("bits", HiddenFillPass.bits_bytes(picture.coc.size)),
-                pool.filled(_of_size("blurred", plan), size, _NO_COST),
+                HiddenScratch(
+                    pool.buffer("bits", HiddenFillPass.bits_bytes(picture.coc.size)),
+                    pool.buffer("blocks", list_bytes(block_size(picture.coc.size))),
+                    pool.filled(_of_size("cost", plan), block_size(size), _NO_COST),
+                ),
                 math.ceil(plan.uncovered_px / plan.reduction),
             )
             yield from _named("hidden fill", hidden)
