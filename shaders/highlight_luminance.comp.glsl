@@ -1,20 +1,31 @@
 // What a highlight's surroundings are measured in: mean of rgb, clipped, so that the lamp itself does
-// not raise the level it is compared with.
+// not raise the level it is compared with. At half the size, for the surroundings are wide.
 //
-// Input
+// Inputs
 //   color_tx          scene-linear rgb
-// Output
-//   out_luminance_img all channels the same, 0..1
+//   coc_tx            signed circle of confusion, pixels
+// Outputs (a pixel for 2 x 2 of the picture)
+//   out_luminance_img mean, all channels the same, 0..1
+//   out_coc_img       least diameter, pixels of this picture: what is in focus keeps to itself
 
 #include "lib/tone.lib.glsl"
 
 layout(local_size_x = 16, local_size_y = 16) in;
 
 uniform sampler2D color_tx;
+uniform sampler2D coc_tx;
 layout(rgba32f) uniform writeonly image2D out_luminance_img;
+layout(r32f) uniform writeonly image2D out_coc_img;
 
 void main() {
     ivec2 at = ivec2(gl_GlobalInvocationID.xy);
-    if (any(greaterThanEqual(at, textureSize(color_tx, 0)))) return;
-    imageStore(out_luminance_img, at, vec4(clamp(mean_of(texelFetch(color_tx, at, 0).rgb), 0.0, 1.0)));
+    if (any(greaterThanEqual(at, imageSize(out_luminance_img)))) return;
+    float sum = 0.0, diameter = 1e30;
+    for (int i = 0; i < 4; ++i) {
+        ivec2 p = min(2 * at + ivec2(i & 1, i >> 1), textureSize(color_tx, 0) - 1);
+        sum += clamp(mean_of(texelFetch(color_tx, p, 0).rgb), 0.0, 1.0);
+        diameter = min(diameter, abs(texelFetch(coc_tx, p, 0).r));
+    }
+    imageStore(out_luminance_img, at, vec4(sum / 4.0));
+    imageStore(out_coc_img, at, vec4(diameter / 2.0));
 }

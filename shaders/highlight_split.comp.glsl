@@ -4,7 +4,7 @@
 //
 // Inputs
 //   color_tx          scene-linear rgb, a kept
-//   surroundings_tx   diffused luminance
+//   surroundings_tx   diffused luminance, a pixel for 2 x 2
 //   coc_tx            signed circle of confusion, pixels
 // Outputs
 //   out_low_img       what is diffused
@@ -30,7 +30,7 @@ void main() {
     if (any(greaterThanEqual(at, textureSize(color_tx, 0)))) return;
     vec4 x = texelFetch(color_tx, at, 0);
     float coc = texelFetch(coc_tx, at, 0).r;
-    float limit = TIMES_BRIGHTER * texelFetch(surroundings_tx, at, 0).r + LEAST_LUMINANCE;
+    float limit = TIMES_BRIGHTER * texelFetch(surroundings_tx, at >> 1, 0).r + LEAST_LUMINANCE;
     float luminance = mean_of(x.rgb);
     float drawn = smoothstep(LEAST_COC_PX, WHOLE_COC_PX, abs(coc));
     float over = luminance > limit ? drawn * (1.0 - limit / luminance) : 0.0;

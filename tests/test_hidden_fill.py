@@ -3,32 +3,35 @@
 import moderngl
 import numpy as np
 
-from heatlens.defocus.layer_cuts import FARTHER_THAN_ALL, Cut, LayerCut
-from heatlens.defocus.layer_passes import HiddenFillPass, Layer
+from heatlens.defocus.layer_passes import HiddenFillPass, HiddenScratch, Layer, block_size
 from heatlens.defocus.pixel_list import list_bytes
+from heatlens.defocus.tile_mask import TileList, WholePictures
 from heatlens.gpu.textures import FloatArray, download, new_texture, upload
 
 HIDDEN = -1.0  # nothing of the pixel is seen
-FRONT_PX, BEHIND_PX = -20.0, 7.0
-CUT = LayerCut(near=Cut(-10.0, 1.0), far=FARTHER_THAN_ALL)
 
 
 def filled(
     ctx: moderngl.Context, layer: FloatArray, state: FloatArray, reach_px: int = 1000
 ) -> tuple[FloatArray, FloatArray]:
     size = layer.shape[1::-1]
-    target = Layer(new_texture(ctx, size, 4), new_texture(ctx, size, 2))
+    mask = WholePictures(ctx).mask(size)
+    listed = TileList(ctx.buffer(reserve=TileList.bytes_for(size)))
+    target = Layer(new_texture(ctx, size, 4), new_texture(ctx, size, 2), mask, listed)
     upload(target.color, layer)
     upload(target.state, state)
     hidden = np.argwhere(layer[..., 3] < 0).astype(np.uint32)
     head = np.array([-(-len(hidden) // 64), 1, 1, len(hidden)], np.uint32)
     pixels = ctx.buffer(reserve=list_bytes(size))
     pixels.write(np.concatenate([head, hidden[:, 0] << 16 | hidden[:, 1]]).tobytes())
-    bits = ctx.buffer(reserve=HiddenFillPass.bits_bytes(size))
-    coc = new_texture(ctx, size, 1)
-    upload(coc, np.where(layer[..., 3] < 0, FRONT_PX, BEHIND_PX).astype(np.float32))
-    cost = new_texture(ctx, size, 4)
-    list(HiddenFillPass(ctx).steps(target, pixels, bits, cost, coc, CUT, reach_px))
+    cost = new_texture(ctx, block_size(size), 4)
+    upload(cost, np.full((*block_size(size)[::-1], 4), -1.0, np.float32))
+    scratch = HiddenScratch(
+        ctx.buffer(reserve=HiddenFillPass.bits_bytes(size)),
+        ctx.buffer(reserve=list_bytes(size)),
+        cost,
+    )
+    list(HiddenFillPass(ctx).steps(target, pixels, scratch, reach_px))
     return download(target.color), download(target.state)
 
 

@@ -4,7 +4,7 @@ import moderngl
 import numpy as np
 import pytest
 
-from heatlens.defocus.blur_pass import BlurPass, BlurTargets
+from heatlens.defocus.blur_pass import PACKED, BlurPass, BlurTargets
 from heatlens.defocus.fragment_pass import Fragments
 from heatlens.defocus.highlight_pass import (
     SPRITES_MAX,
@@ -12,6 +12,7 @@ from heatlens.defocus.highlight_pass import (
     HighlightDrawPass,
     HighlightListPass,
     HighlightSplitPass,
+    Surroundings,
 )
 from heatlens.defocus.line_solver import SweepSolver
 from heatlens.defocus.optics import Optics
@@ -28,14 +29,17 @@ class Lamps:
         upload(self.color, np.concatenate([color, np.ones((*coc.shape, 1))], -1))
         upload(self.coc, coc)
         self.low, self.high, self.out = (new_texture(ctx, size, 4) for _ in range(3))
-        targets = BlurTargets(new_array(ctx, size, 1, 4), new_texture(ctx, size, 4))
         sizes = HighlightBuffers.sizes(size)
         self.buffers = HighlightBuffers(**{k: ctx.buffer(reserve=v) for k, v in sizes.items()})
-        luminance = new_texture(ctx, size, 4)
-        split = HighlightSplitPass(ctx, BlurPass(ctx, SweepSolver(ctx)))
-        list(
-            split.steps(self.color, self.coc, self.optics, luminance, targets, self.low, self.high)
+        solver, half = SweepSolver(ctx), Surroundings.half_size(size)
+        poles = new_array(ctx, solver.between_size(half), 1, 4, PACKED)
+        scratch = Surroundings(
+            new_texture(ctx, half, 4),
+            new_texture(ctx, half, 1),
+            BlurTargets(poles, new_texture(ctx, half, 4)),
         )
+        split = HighlightSplitPass(ctx, BlurPass(solver))
+        list(split.steps(self.color, self.coc, self.optics, scratch, self.low, self.high))
         self.taken = download(self.high)[..., :3]
         HighlightListPass(ctx).run(self.high, self.optics, self.buffers, self.low)
         kind, far, near = (new_texture(ctx, size, channels, "f2") for channels in (1, 4, 4))

@@ -3,8 +3,9 @@
 // along this axis. Where either neighbour is in focus nothing flows.
 // (Kass, Lefohn, Owens 2006, section 3; kappa complex: a rational function of the line's Laplacian.)
 //
-// Rows give one image a pole. Columns mix these with M and add the real parts:
-//   z_a = (1 + kappa_a L_x)^-1 x      y = Re sum_b (1 + kappa_b L_y)^-1 sum_a M_ab z_a
+// Rows give an image for each pole of the columns, which add the real parts of what they make of these:
+//   z_b = sum_a M_ab / m_b (1 + kappa_a L_x)^-1 x      y = Re sum_b m_b (1 + kappa_b L_y)^-1 z_b
+// with m_b = sum_a M_ab, so that one value everywhere is that value, exactly, between them too.
 //
 // Inputs
 //   coc_tx      signed circle of confusion, diameter in pixels
@@ -27,9 +28,9 @@ uniform float axis_scale;      // squeeze and pixel aspect: diameter along this 
 uniform float least_px;        // pixels with a smaller coc are blurred by this
 uniform float resampled_px_2;  // what a smaller picture's own reduction and enlargement blur already
 uniform Num kappa[POLES];
-uniform Num mix_weights[POLES * POLES];  // M, symmetric
 
 #ifdef ROWS
+uniform Num mix_weights[POLES * POLES];  // M_ab / m_b
 uniform sampler2D source_tx;
 #ifdef HALF_POLES
 layout(rgba32ui) uniform writeonly uimage2DArray out_poles_img;
@@ -43,6 +44,7 @@ uniform usampler2DArray poles_tx;
 uniform sampler2DArray poles_tx;
 #endif
 uniform sampler2D color_tx;
+uniform Num sum_weights[POLES];  // m_b
 layout(rgba32f) uniform writeonly image2D out_color_img;
 #endif
 
@@ -155,7 +157,7 @@ struct Output {
 };
 
 void clear_output(out Output o) { o.y = vec4(0.0); }
-void add_pole(inout Output o, int pole, Value y) { o.y += real_part(y); }
+void add_pole(inout Output o, int pole, Value y) { o.y += real_of_product(sum_weights[pole], y); }
 
 // What is exactly in focus keeps its value bit for bit: the weights sum to 1 only up to rounding. A loop,
 // because a software rasteriser reads both sides of a branch, but skips a loop that no lane enters.

@@ -21,6 +21,7 @@ Num inverted(Num a) { return vec2(a.x, -a.y) / dot(a, a); }
 Value value(vec4 a) { return mat2x4(a, vec4(0.0)); }
 Value mul(Num a, Value v) { return mat2x4(a.x * v[0] - a.y * v[1], a.x * v[1] + a.y * v[0]); }
 vec4 real_part(Value v) { return v[0]; }
+vec4 real_of_product(Num a, Value v) { return a.x * v[0] - a.y * v[1]; }
 #else
 #define Num float
 #define Value vec4
@@ -33,4 +34,5 @@ Num inverted(Num a) { return 1.0 / a; }
 Value value(vec4 a) { return a; }
 Value mul(Num a, Value v) { return a * v; }
 vec4 real_part(Value v) { return v; }
+vec4 real_of_product(Num a, Value v) { return a * v; }
 #endif

@@ -4,6 +4,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import moderngl
+import numpy as np
+import numpy.typing as npt
 
 from heatlens.defocus.kernels import Kernel
 from heatlens.defocus.line_solver import Axis, Bindings, LineSolver, LineSystem
@@ -55,7 +57,7 @@ class BlurPass:
     def run(self, what: Diffusion, targets: BlurTargets, mask: TileMask | None = None) -> None:
         """Diffuse a picture, or the tiles of it that `mask` names; the others are not touched.
 
-        `what.color` must not be the target: with several steps the target is fed back.
+        The target may be `what.color` itself: what is in focus stays there as it is.
         """
         for _ in self.steps(what, targets, mask):
             pass
@@ -82,10 +84,11 @@ def _both_axes(
     what: Diffusion, source: moderngl.Texture, targets: BlurTargets
 ) -> Iterator[tuple[Axis, Bindings]]:
     """Rows of `source`, then columns; what is in focus is `what.color` again."""
-    kernel = what.kernel
+    kernel, sums = what.kernel, what.kernel.mix.sum(axis=0)
     uniforms: dict[str, object] = {
-        "kappa": _numbers(kernel, "poles"),
-        "mix_weights": _numbers(kernel, "mix"),
+        "kappa": _numbers(kernel, kernel.poles),
+        "mix_weights": _numbers(kernel, kernel.mix / sums),
+        "sum_weights": _numbers(kernel, sums),
         "compact_c": kernel.compact,
         "least_px": what.least_px,
         "resampled_px_2": what.resampled_px_2,
@@ -108,8 +111,8 @@ def _both_axes(
     )
 
 
-def _numbers(kernel: Kernel, field: str) -> object:
+def _numbers(kernel: Kernel, values: npt.NDArray[np.complex128]) -> object:
     """A kernel's coefficients as the shader's `Num` array takes them."""
-    values = getattr(kernel, field).ravel()
-    numbers = [(z.real, z.imag) for z in values] if kernel.is_complex else [z.real for z in values]
+    flat = values.ravel()
+    numbers = [(z.real, z.imag) for z in flat] if kernel.is_complex else [z.real for z in flat]
     return numbers if len(numbers) > 1 else numbers[0]

@@ -46,6 +46,25 @@ class HighlightBuffers:
         }
 
 
+@dataclass(frozen=True)
+class Surroundings:
+    """Scratch for what a pixel is compared with, all of `half_size`.
+
+    luminance  RGBA
+    coc        R
+    targets    of the diffusion
+    """
+
+    luminance: moderngl.Texture
+    coc: moderngl.Texture
+    targets: BlurTargets
+
+    @staticmethod
+    def half_size(size: tuple[int, int]) -> tuple[int, int]:
+        """Width and height for a picture's."""
+        return groups_for(size[0], 2), groups_for(size[1], 2)
+
+
 class HighlightSplitPass:
     """The picture without its lamps, and the lamps."""
 
@@ -59,19 +78,19 @@ class HighlightSplitPass:
         color: moderngl.Texture,
         coc: moderngl.Texture,
         optics: Optics,
-        luminance: moderngl.Texture,
-        targets: BlurTargets,
+        scratch: Surroundings,
         low: moderngl.Texture,
         high: moderngl.Texture,
     ) -> Iterator[None]:
-        """Fill `low` (what is diffused) and `high`; `luminance` and `targets` are scratch."""
+        """Fill `low`, which is what is diffused, and `high`."""
+        luminance, half_coc, targets = scratch.luminance, scratch.coc, scratch.targets
         self._luminance.dispatch(
-            tiles(color.size),
-            textures={"color_tx": color},
-            images={"out_luminance_img": luminance},
+            tiles(luminance.size),
+            textures={"color_tx": color, "coc_tx": coc},
+            images={"out_luminance_img": luminance, "out_coc_img": half_coc},
         )
         heat = named_kernel("heat")
-        what = Diffusion(luminance, coc, heat, optics.axis_scales, _SURROUNDINGS_PX)
+        what = Diffusion(luminance, half_coc, heat, optics.axis_scales, _SURROUNDINGS_PX / 2)
         yield from self._blur.steps(what, targets)
         self._split.dispatch(
             tiles(color.size),

@@ -1,7 +1,7 @@
 """How a layer is worked on: at which size, and how far its blur reaches.
 
-A layer that is blurred much has no detail to lose: it is blurred at 1/2, 1/4 or 1/8 size, as long as
-its circle of confusion stays large enough there for the shape of the disc.
+A layer that is blurred much has no detail to lose: it is blurred at 1/2, 1/4 or 1/8 size, as long
+as its circle of confusion stays large enough there for the shape of the disc.
 """
 
 import math

@@ -2,8 +2,8 @@
 
 A picture comes about in steps, each named after its pass, so that a window can answer in between.
 
-plate -> proxy -> coc -> fragments -> each layer, far to near, in the tiles where it shows and at the
-size that its blur allows: split, fill what is hidden, extend its coc, blur, composite -> picture
+plate -> proxy -> coc -> fragments -> each layer, far to near, in the tiles where it shows and at
+the size that its blur allows: split, fill what is hidden, extend its coc, blur, composite -> picture
 """
 
 import math
@@ -19,6 +19,7 @@ from heatlens.defocus.highlight_pass import (
     HighlightDrawPass,
     HighlightListPass,
     HighlightSplitPass,
+    Surroundings,
 )
 from heatlens.defocus.kernels import Kernel
 from heatlens.defocus.layer_cuts import layer_cuts
@@ -44,6 +45,7 @@ from heatlens.defocus.tile_pass import TilePass
 from heatlens.gpu.textures import TexturePool
 from heatlens.model.settings import Bokeh, DefocusSettings, Method
 
+_NOTHING = (0.0, 0.0, 0.0, 0.0)
 _NO_COST = (-1.0, -1.0, -1.0, -1.0)  # as hidden_fill.comp.glsl takes it, for what is seen
 Result = TypeVar("Result")
 Steps = Generator[str, None, Result]  # names of passes as their work is issued, then the result
@@ -128,6 +130,7 @@ class DefocusPipeline:
     ) -> Steps[moderngl.Texture]:
         """Diffusion without layers, or another method, which sees to depth itself or not at all."""
         others, work = self._passes.others, (color, coc, optics, self.pool)
+        blurred = self.pool.texture("blurred", color.size, 4)
         if settings.method is Method.GATHER:
             yield from _named("gather", others.gather(*work))
         elif settings.method is Method.SCATTER:
@@ -136,8 +139,9 @@ class DefocusPipeline:
             yield from _named("pyramid", others.pyramid(*work))
         else:
             what = Diffusion(color, coc, kernel_for(settings), optics.axis_scales)
-            return (yield from self._blurred(what))
-        return self.pool.texture("blurred", color.size, 4)
+            targets = BlurTargets(self._poles(color.size, what.kernel), blurred)
+            yield from _named("blur", self._passes.blur.steps(what, targets))
+        return blurred
 
     def _layered(
         self,
@@ -170,8 +174,9 @@ class DefocusPipeline:
                 optics.axis_scales,
                 resampled_px_2=plan.resampled_px_2,
             )
-            blurred = yield from self._blurred(what, plan, layer.mask)
-            self._passes.composite.run(blurred, plan, layer.listed, out)
+            targets = BlurTargets(self._poles(picture.coc.size, kernel), layer.color)
+            yield from _named("blur", self._passes.blur.steps(what, targets, layer.mask))
+            self._passes.composite.run(layer.color, plan, layer.listed, out)
             yield "composite"
         if listed is not None:
             self._passes.draw_lamps.run(listed, picture, optics, out)
@@ -209,9 +214,13 @@ class DefocusPipeline:
         low, high = pool.texture("low", size, 4), pool.texture("layer", size, 4)
         sizes = HighlightBuffers.sizes(size)
         lamps = HighlightBuffers(**{name: pool.buffer(name, sizes[name]) for name in sizes})
-        targets = BlurTargets(self._poles(size, kernel), pool.texture("blurred", size, 4))
-        luminance = pool.texture("out", size, 4)
-        split = self._passes.split_lamps.steps(color, coc, optics, luminance, targets, low, high)
+        half = Surroundings.half_size(size)
+        scratch = Surroundings(
+            pool.texture("cost", half, 4),  # dead before there are costs, or layers of half size
+            pool.texture("layer coc / 2", half, 1),
+            BlurTargets(self._poles(size, kernel), pool.texture("layer / 2", half, 4)),
+        )
+        split = self._passes.split_lamps.steps(color, coc, optics, scratch, low, high)
         yield from _named("lamps found", split)
         self._passes.list_lamps.run(high, optics, lamps, low)
         yield "lamps listed"
@@ -242,7 +251,7 @@ class DefocusPipeline:
         """A layer without holes, and its coc, in the tiles that are to be worked on."""
         size, pool = plan.size(picture.coc.size), self.pool
         pixels = pool.buffer("pixels", list_bytes(picture.coc.size))
-        color = pool.texture(_of_size("layer", plan), size, 4)
+        color = pool.filled(_of_size("layer", plan), size, _NOTHING)  # also where enlarging looks
         layer = Layer(color, pool.texture(_of_size("state", plan), size, 2), *where)
         self._passes.split.run(picture, plan, pixels, layer)
         yield "layer split"
@@ -259,8 +268,8 @@ class DefocusPipeline:
             )
             yield from _named("hidden fill", hidden)
         layer_coc = pool.texture(_of_size("layer coc", plan), size, 1)
-        rows_size = self._passes.solver.between_size(size)
-        rows = pool.texture(_of_size("fill rows", plan), rows_size, 2)
+        between = self._passes.solver.between_size(picture.coc.size)
+        rows = pool.texture("fill rows", between, 2)
         scales = optics.axis_scales
         extend = self._passes.coc_fill.steps(
             layer.state, plan.cut, scales, rows, layer_coc, layer.mask
@@ -268,30 +277,15 @@ class DefocusPipeline:
         yield from _named("coc fill", extend)
         return layer, layer_coc
 
-    def _blurred(
-        self, what: Diffusion, plan: LayerPlan | None = None, mask: TileMask | None = None
-    ) -> Steps[moderngl.Texture]:
-        """What is diffused, of a layer or of the whole picture; empty outside of the mask."""
-        size = what.color.size
-        if plan is not None and plan.reduction > 1:  # what enlarging it takes in of other tiles
-            out = self.pool.filled(_of_size("blurred", plan), size, (0.0, 0.0, 0.0, 0.0))
-        else:
-            out = self.pool.texture("blurred", size, 4)
-        targets = BlurTargets(self._poles(size, what.kernel, plan), out)
-        yield from _named("blur", self._passes.blur.steps(what, targets, mask))
-        return out
-
-    def _poles(
-        self, size: tuple[int, int], kernel: Kernel, plan: LayerPlan | None = None
-    ) -> moderngl.TextureArray:
-        """What lies between the rows and the columns of a blur."""
-        between = self._passes.solver.between_size(size)
-        return self.pool.array(_of_size("poles", plan), between, pole_layers(kernel), 4, PACKED)
+    def _poles(self, picture_size: tuple[int, int], kernel: Kernel) -> moderngl.TextureArray:
+        """What lies between the rows and the columns of a blur; layers of any size share it."""
+        between = self._passes.solver.between_size(picture_size)
+        return self.pool.array("poles", between, pole_layers(kernel), 4, PACKED)
 
 
-def _of_size(name: str, plan: LayerPlan | None) -> str:
+def _of_size(name: str, plan: LayerPlan) -> str:
     """Layers of each size have textures of their own, or each would be made anew for the next."""
-    return name if plan is None or plan.reduction == 1 else f"{name} / {plan.reduction}"
+    return name if plan.reduction == 1 else f"{name} / {plan.reduction}"
 
 
 def _named(name: str, steps: Iterator[None]) -> Iterator[str]:

@@ -1,4 +1,4 @@
-"""Which tiles of a picture are worked on (lib/tile_mask.lib.glsl)."""
+"""Which tiles of a picture are worked on (lib/tile_mask.lib.glsl, lib/tile_list.lib.glsl)."""
 
 import struct
 from dataclasses import dataclass
@@ -39,7 +39,7 @@ class TileMask:
 
 @dataclass(frozen=True)
 class TileList:
-    """The tiles of a mask one by one, for passes with a workgroup a tile (lib/tile_list.lib.glsl)."""
+    """The tiles of a mask one by one, for passes with a workgroup a tile."""
 
     words: moderngl.Buffer
 
