@@ -6,7 +6,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.ndimage import map_coordinates
 
-from heatlens.defocus.blur_pass import BlurPass, BlurTargets, pole_layers
+from heatlens.defocus.blur_pass import BlurPass, BlurTargets, Diffusion, pole_layers
 from heatlens.defocus.kernels import Kernel, named_kernel
 from heatlens.defocus.line_solver import PartitionSolver
 from heatlens.gpu.textures import download, new_array, new_texture, upload
@@ -19,7 +19,7 @@ Picture = NDArray[np.float64]
 
 @pytest.fixture(scope="module")
 def blur(session_context: moderngl.Context) -> BlurPass:
-    return BlurPass(session_context, PartitionSolver(session_context))
+    return BlurPass(PartitionSolver(session_context))
 
 
 def size_for(diameter: float) -> int:
@@ -34,10 +34,10 @@ def point_blurred(
     x = np.zeros((side, side, 4), np.float32)
     x[side // 2, side // 2] = 1.0
     color, coc, out = (new_texture(ctx, (side, side), channels) for channels in (4, 1, 4))
-    poles = new_array(ctx, (side, side), pole_layers(kernel), 4)
+    poles = new_array(ctx, (side, side), pole_layers(kernel, "f4"), 4)
     upload(color, x)
     upload(coc, np.full((side, side), diameter, np.float32))
-    blur.run(color, coc, kernel, (1.0, 1.0), BlurTargets(poles, out))
+    blur.run(Diffusion(color, coc, kernel, (1.0, 1.0)), BlurTargets(poles, out))
     picture = download(out)[..., 0].astype(np.float64)
     for texture in (color, coc, out, poles):
         texture.release()

@@ -13,7 +13,8 @@ from heatlens.defocus.layer_cuts import FARTHER_THAN_ALL, LayerCut
 from heatlens.defocus.optics import Optics
 
 REDUCTIONS = (8, 4, 2)
-LEAST_REDUCED_PX = 8.0  # of coc in the smaller picture
+LEAST_REDUCED_PX = 8.0  # of coc in the smaller picture,
+LEAST_REDUCED_SIDE = 64  # and of its shorter side: its rim is coarser, and there is little to gain
 SPREAD = 1.0  # of the coc: beyond so much of it a kernel's tail is below a thousandth
 MARGIN_PX = 8.0  # the fill's own neighbourhood, and what enlarging a smaller picture takes in
 
@@ -54,18 +55,19 @@ class LayerPlan:
         return 16.0 * (1 / 12 - 1 / (12 * self.reduction**2) + 1 / 6)
 
 
-def layer_plans(cuts: list[LayerCut], optics: Optics) -> list[LayerPlan]:
-    """A plan for each layer of the picture, in the same order."""
-    return [_plan(cut, optics) for cut in cuts]
+def layer_plans(cuts: list[LayerCut], optics: Optics, size: tuple[int, int]) -> list[LayerPlan]:
+    """A plan for each layer of a picture of `size` (width, height), in the same order."""
+    return [_plan(cut, optics, min(size)) for cut in cuts]
 
 
-def _plan(cut: LayerCut, optics: Optics) -> LayerPlan:
+def _plan(cut: LayerCut, optics: Optics, side_px: int) -> LayerPlan:
     coc = optics.occupied_px
     low, high = (np.searchsorted(coc, end) for end in LayerPlan(cut, 1, 0.0, 0.0).ends_px)
     held = coc[max(low - 1, 0) : high + 1]  # a bin's two ends may lie on both sides
     widest = float(np.max(np.abs(held), initial=0.0))
     narrowest = _least_px(cut, float(held[-1])) * min(optics.axis_scales)
-    reduction = next((k for k in REDUCTIONS if narrowest >= k * LEAST_REDUCED_PX), 1)
+    fitting = [k for k in REDUCTIONS if side_px >= k * LEAST_REDUCED_SIDE]
+    reduction = next((k for k in fitting if narrowest >= k * LEAST_REDUCED_PX), 1)
     uncovering = 0.0 if cut.is_nearest else max(-optics.nearest_px, 0.0)
     uncovered = max(optics.axis_scales) * (uncovering + widest) / 2 + MARGIN_PX
     return LayerPlan(cut, reduction, widest, uncovered)

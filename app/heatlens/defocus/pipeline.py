@@ -3,7 +3,7 @@
 A picture comes about in steps, each named after its pass, so that a window can answer in between.
 
 plate -> proxy -> coc -> fragments -> each layer, far to near, in the tiles where it shows and at
-the size that its blur allows: split, fill what is hidden, extend its coc, blur, composite -> picture
+the size that its blur allows: split, fill what is hidden, extend its coc, blur, composite -> out
 """
 
 import math
@@ -159,7 +159,8 @@ class DefocusPipeline:
             color, listed = yield from self._without_lamps(color, coc, kernel, optics)
         picture = self._fragmented(color, coc, optics)
         yield "fragments"
-        plans = layer_plans(layer_cuts(optics.occupied_px, layers_for(settings)), optics)
+        cuts = layer_cuts(optics.occupied_px, layers_for(settings))
+        plans = layer_plans(cuts, optics, color.size)
         out = self.pool.filled(name, color.size, (0.0, 0.0, 0.0, 1.0))
         found = self._passes.tiles.look_through(picture, plans, self.pool)
         for number, plan in enumerate(plans):
