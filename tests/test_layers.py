@@ -14,7 +14,7 @@ import heatlens
 PACKAGE = Path(heatlens.__file__).parent
 LAYERS = (
     *("base", "model", "image", "scene", "camera", "color", "gpu", "defocus", "scene_gpu"),
-    *("render", "display", "export", "compare", "bench", "study", "ui", "commands"),
+    *("render", "preview", "display", "export", "compare", "bench", "study", "ui", "commands"),
 )
 BASE = ("__init__", "errors", "paths")
 # render, export and ui pass textures on; bench owns what it measures with, display what is seen

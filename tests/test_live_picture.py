@@ -15,9 +15,9 @@ from heatlens.gpu.textures import download
 from heatlens.model.lens import Lens
 from heatlens.model.settings import Bokeh, DefocusSettings, Quality
 from heatlens.model.shot import Shot
+from heatlens.preview.levels import cheaper
 from heatlens.render import FrameRenderer
 from heatlens.ui.picture.live_picture import LivePicture, PlateVersion
-from heatlens.ui.picture.preview_cost import cheaper
 from plates import plate_of, room
 
 SIZE = (1920, 1080)

@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 from heatlens.defocus.quality import layers_for
 from heatlens.model.settings import LAYERS_MAX, PROXY_MIN, Bokeh, DefocusSettings, Quality
 from heatlens.model.shot import Shot
-from heatlens.ui.picture.preview_cost import CostModel, between, cheaper
+from heatlens.preview.cost import CostModel
+from heatlens.preview.levels import between, cheaper
 from plates import FAR_M, NEAR_M, lens_blurring, moments, plate_of
 
 SETTINGS = st.builds(

@@ -17,9 +17,10 @@ from heatlens.model.lens import Lens
 from heatlens.model.settings import PROXY_MIN, VIEWS_MAX, DefocusSettings, Method
 from heatlens.model.shot import Shot
 from heatlens.model.view import Against, Compare
+from heatlens.preview.cost import CostModel
+from heatlens.preview.levels import cheaper, on_the_way
 from heatlens.render import FrameRenderer
 from heatlens.ui.picture.live_picture import LivePicture
-from heatlens.ui.picture.preview_cost import CostModel, cheaper, on_the_way
 from scenes import still_life
 from window_plates import displayed, region
 

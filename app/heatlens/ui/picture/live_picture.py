@@ -18,8 +18,9 @@ from heatlens.defocus.plate_passes import proxy_size
 from heatlens.errors import HeatlensError
 from heatlens.model.settings import DefocusSettings
 from heatlens.model.shot import Shot
+from heatlens.preview.cost import CostModel
+from heatlens.preview.levels import cheaper, is_better, on_the_way
 from heatlens.render import FrameRenderer
-from heatlens.ui.picture.preview_cost import CostModel, cheaper, is_better, on_the_way
 
 _REST_S = 0.15  # so long without a change is rest
 _KEEP = 0.7, 1.3  # a rung is left for a better one below, for a cheaper above so much of the time

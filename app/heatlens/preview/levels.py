@@ -1,15 +1,12 @@
-"""What a picture will cost, learnt from those that were made, and the best one for a given time."""
+"""The ladder of preview levels: the wished picture, and quicker ones that stand in for it.
 
-from dataclasses import dataclass, field, replace
+The window goes down the ladder while something moves; `heatlens bench --drag` measures each level.
+"""
 
-from heatlens.defocus.quality import kernel_for, layers_for
+from dataclasses import replace
+
 from heatlens.model.settings import PROXY_MIN, Bokeh, DefocusSettings, Method, Quality
 
-Kind = tuple[Method, Bokeh, Quality, int]  # everything but the size
-
-# Nobody knows what the next picture costs of a method whose work grows with the blur.
-_GROWS_WITH_BLUR = (Method.GATHER, Method.SCATTER)
-_NEWEST = 0.4  # weight of the newest picture in the running mean of its kind
 # Cheaper and cheaper: quality, layers (None: as the quality says) and size against the wished one.
 _CHEAPER: tuple[tuple[Quality, int | None, float], ...] = (
     (Quality.PREVIEW, None, 1.0),
@@ -93,61 +90,3 @@ def _rung(
 def _hurried_bokeh(wished: Bokeh) -> Bokeh:
     """A disc of few poles rings around lamps, which one layer does not draw: rather a soft spot."""
     return Bokeh.GAUSSIAN if wished is Bokeh.DISC else wished
-
-
-@dataclass
-class CostModel:
-    """Seconds a pixel by kind of picture; kinds not yet met are guessed from one that was.
-
-    Of a scene through many points of the lens: seconds a pixel and point.
-    """
-
-    seconds_per_px: dict[Kind, float] = field(default_factory=dict)
-
-    def learn(self, settings: DefocusSettings, pixels: int, seconds: float) -> None:
-        """A picture of so many pixels took so long."""
-        kind, new = _kind(settings), seconds / pixels / _times(settings)
-        old = self.seconds_per_px.get(kind, new)
-        self.seconds_per_px[kind] = old + _NEWEST * (new - old)
-
-    def predicted(self, settings: DefocusSettings, pixels: int) -> float:
-        """Seconds for a picture of so many pixels; infinite where nothing is known."""
-        kind = _kind(settings)
-        if settings.method in _GROWS_WITH_BLUR:
-            return float("inf")
-        if kind in self.seconds_per_px:
-            return self.seconds_per_px[kind] * pixels * _times(settings)
-        if settings.method.needs_scene:
-            return float("inf")
-        guesses = [
-            per_px * _weight(settings) / _kind_weight(known)
-            for known, per_px in self.seconds_per_px.items()
-            if not known[0].needs_scene
-        ]
-        return max(guesses) * pixels if guesses else float("inf")
-
-
-def _times(settings: DefocusSettings) -> int:
-    return settings.views if settings.method.needs_scene else 1
-
-
-def _kind(settings: DefocusSettings) -> Kind:
-    if settings.method.needs_scene:  # no bokeh, no quality, no layers
-        return settings.method, Bokeh.DISC, Quality.FILM, 1
-    return settings.method, settings.bokeh, settings.quality, layers_for(settings)
-
-
-def _kind_weight(kind: Kind) -> float:
-    method, bokeh, quality, layers = kind
-    return _weight(DefocusSettings(bokeh, quality, layers, method=method))
-
-
-def _weight(settings: DefocusSettings) -> float:
-    """Work for one pixel, in passes over memory; only ratios count.
-
-    A complex pole weighs about as much as reading and writing the picture; a layer brings its
-    split, its fill and its composite besides its blur.
-    """
-    kernel, layers = kernel_for(settings), layers_for(settings)
-    blur = 1.5 + kernel.steps * len(kernel.poles)
-    return blur if layers == 1 else 4.0 + layers * (blur + 2.5)
