@@ -42,10 +42,15 @@ class Look:
 class SceneRenderer:
     """Holds one scene on the GPU."""
 
-    def __init__(self, ctx: moderngl.Context, scene: Scene) -> None:
+    def __init__(
+        self, ctx: moderngl.Context, scene: Scene, raster: SceneRaster | None = None
+    ) -> None:
+        """`raster`: one that holds the scene already and belongs to somebody else."""
         self.scene = scene
-        self._raster = SceneRaster(ctx)
-        self._raster.load(scene)
+        self._owns_raster = raster is None
+        self._raster = raster or SceneRaster(ctx)
+        if raster is None:
+            self._raster.load(scene)
         self._survey = DepthSurvey(ctx)
         self._ctx = ctx
         self._pool = TexturePool(ctx)
@@ -61,6 +66,10 @@ class SceneRenderer:
     @cached_property
     def _ray_tracer(self) -> RayTracer:
         return RayTracer(self._ctx, self._raster)
+
+    def beside(self) -> "SceneRenderer":
+        """Another look at the same scene, for other frames; it has to be released before this."""
+        return SceneRenderer(self._ctx, self.scene, self._raster)
 
     def pose_at(self, shot: Shot, frame: float) -> Pose:
         """Where the camera of a shot stands."""
@@ -136,7 +145,9 @@ class SceneRenderer:
         method = self._ray_tracer if shot.defocus.method is Method.RAYTRACED else self._accumulation
         seen = replace(lens, t_stop=None, acceptable_coc_mm=None, close_focus_m=None)
         key = (self.pose_at(shot, frame), seen, size, self._moment(frame))
-        yield from method.steps(view, lens_radii_m(lens), shot.defocus.views, out, key)
+        for name in method.steps(view, lens_radii_m(lens), shot.defocus.views, out, key):
+            yield name
+            self._raster.place(frame)  # others may have drawn another frame in between
 
     def _let_go(self) -> None:
         if self._held is not None:
@@ -152,7 +163,8 @@ class SceneRenderer:
             if made in self.__dict__:
                 self.__dict__[made].release()
         self._pool.release()
-        self._raster.release()
+        if self._owns_raster:
+            self._raster.release()
 
     def _moment(self, frame: float) -> float:
         """The frame, where it makes a difference to what is seen."""
