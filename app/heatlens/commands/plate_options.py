@@ -42,6 +42,12 @@ def add_plate_options(parser: argparse.ArgumentParser) -> None:
         metavar="UNIT",
         help="unit of the depth values: m, cm, mm, ft, in, or a number of metres (default: m)",
     )
+    group.add_argument(
+        "--strict",
+        action="store_true",
+        help="refuse a depth that can be read in two ways, and a focus, lens and depth that can "
+        "hardly belong together, instead of saying so and going on",
+    )
     group.add_argument("--near", metavar="METRES", type=finite, help="near end, normalized depth")
     group.add_argument("--far", metavar="METRES", type=finite, help="far end, normalized depth")
 
@@ -61,4 +67,5 @@ def plate_options(args: argparse.Namespace) -> PlateOptions:
         far_m=args.far,
         focal_length_mm=getattr(args, "focal_length", None),
         sensor_width_mm=sensor_width_of(args),
+        strict=args.strict,
     )

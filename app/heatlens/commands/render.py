@@ -19,6 +19,7 @@ from heatlens.commands.look_options import (
 )
 from heatlens.commands.one_frame import check_one_frame
 from heatlens.commands.plate_options import plate_options
+from heatlens.commands.plate_words import say_plate
 from heatlens.commands.say import say
 from heatlens.commands.scene_options import load_scene
 from heatlens.defocus.solver_choice import settled_solver
@@ -126,11 +127,10 @@ def _loaded(
             f"{args.plate} is a plate, seen from one point: --method {settings.method} looks at a "
             "3D scene from many."
         )
-    plate = read_plate(args.plate, plate_options(args))
+    options = plate_options(args)
+    plate = read_plate(args.plate, options)
     lens, said = lens_of(args, plate)
-    depth = plate.depth
-    say(f"depth: {depth.channel} taken as {depth.convention}, {depth.kind}. {depth.why}")
-    say(*plate.notes, said)
+    say_plate(plate, lens, said, options)
     renderer.load(plate)
     return Shot(lens, settings), 0
 

@@ -11,6 +11,7 @@ from heatlens.commands.blur_options import add_blur_options, settings_of
 from heatlens.commands.given_options import refuse_unused
 from heatlens.commands.lens_options import add_lens_options, given_lens, lens_of
 from heatlens.commands.plate_options import add_plate_options, plate_options
+from heatlens.commands.plate_words import say_plate
 from heatlens.commands.say import say
 from heatlens.commands.scene_options import add_framing_options, shot_of_scene
 from heatlens.commands.shot_camera import (
@@ -261,9 +262,10 @@ def _lens_of_options(args: argparse.Namespace) -> Lens | None:
 
 def _lens_of_header(args: argparse.Namespace, sequence: Sequence) -> Lens:
     """The lens that the options and the header of the first frame say together."""
-    plate = read_plate(sequence.path_at(sequence.present[0]), plate_options(args))
+    options = plate_options(args)
+    plate = read_plate(sequence.path_at(sequence.present[0]), options)
     lens, said = lens_of(args, plate)
-    say(f"{plate.path}: {said}")
+    say_plate(plate, lens, f"{plate.path}: {said}", options)
     return lens
 
 

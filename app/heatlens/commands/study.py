@@ -11,6 +11,7 @@ from heatlens.commands.layer_progress import view_progress
 from heatlens.commands.lens_options import lens_of
 from heatlens.commands.one_frame import check_one_frame
 from heatlens.commands.plate_options import plate_options
+from heatlens.commands.plate_words import say_doubts
 from heatlens.commands.say import say
 from heatlens.commands.scene_options import load_scene
 from heatlens.commands.value_types import positive, whole
@@ -148,6 +149,7 @@ def _subject(args: argparse.Namespace) -> Subject:
         notes = renderer.scene.notes if renderer.scene else ()
     else:
         lens, said = lens_of(args, plate)
+        say_doubts(plate, lens, plate_options(args))
         shot, frame, notes = Shot(lens, settings), 0, plate.notes
         renderer.load(plate)
     say(*notes, said)

@@ -1,18 +1,17 @@
 """Plates as what an export is made of: read ahead while others are rendered."""
 
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 from heatlens.errors import InputError
 from heatlens.export.frame_source import FrameLoader, Origin, PlannedFrame
-from heatlens.image.exr_read import read_plate
 from heatlens.image.frame_cache import Damaged, FrameCache
 from heatlens.image.plate import Plate, ReadPixels
 from heatlens.image.sequence import MissingPolicy, Sequence, stamp_of
 from heatlens.image.sequence_names import frames_text
+from heatlens.image.sequence_reader import SequenceReader
 from heatlens.model.shot import Shot
 from heatlens.render import FrameRenderer
 
@@ -71,7 +70,8 @@ class PlateFrames:
         """Reads the plates of `frames` alone."""
         needed = tuple(sorted({frame.origin.frame for frame in frames}))
         sequence = replace(self.sequence, frames=needed, present=needed)
-        return _PlateLoader(sequence, shot, renderer)
+        first = self.sequence.path_at(self.sequence.present[0])
+        return _PlateLoader(sequence, shot, renderer, first)
 
     def _is_still(self, shot: Shot) -> bool:
         """One file, which is there at every frame."""
@@ -84,11 +84,13 @@ class PlateFrames:
 
 
 class _PlateLoader:
-    def __init__(self, sequence: Sequence, shot: Shot, renderer: FrameRenderer) -> None:
+    def __init__(
+        self, sequence: Sequence, shot: Shot, renderer: FrameRenderer, first: Path
+    ) -> None:
         self._renderer = renderer
         self._loaded: tuple[Plate | None, bool] = (None, False)
         self._sequence = sequence
-        read = partial(read_plate, options=shot.plate_options)
+        read = SequenceReader(shot.plate_options, first)
         self._cache = FrameCache(sequence, read, _PLATES_BYTES, keeps_seen=False)
 
     def load(self, frame: PlannedFrame) -> None:

@@ -41,13 +41,18 @@ class _Converted:
     notes: tuple[str, ...] = ()
 
 
-def read_depth(values: FloatImage, what: str, channel: str, options: PlateOptions) -> DepthResult:
+def read_depth(
+    values: FloatImage, what: str, channel: str, options: PlateOptions, program: str = ""
+) -> DepthResult:
     """Depth (H, W) in metres of the raw `values`; `what` starts every sentence about them.
 
-    Raises InputError where the channel is empty, ambiguous or no depth at all.
+    `program` is the name of the one that wrote them. Raises InputError where the channel is empty,
+    ambiguous or no depth at all; with `options.strict` also where the likelier of two was taken.
     """
-    raw = looked_at(values, what, channel)
+    raw = looked_at(values, what, channel, program)
     guess = guess_convention(raw, options)
+    if guess.question and options.strict:
+        raise InputError(guess.question)
     convention = guess.convention
     with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
         converted = _convert(raw, convention, options)
@@ -59,7 +64,9 @@ def read_depth(values: FloatImage, what: str, channel: str, options: PlateOption
     near, far = finite_range(depth, infinite_count)
     if convention == "coc":
         near = far = math.nan
-    report = DepthReport(channel, convention, kind, guess.why, near, far, infinite_count, repaired)
+    report = DepthReport(
+        channel, convention, kind, guess.why, near, far, infinite_count, repaired, guess.question
+    )
     return DepthResult(depth, report, (*converted.notes, *_notes(raw, report, guess)))
 
 
@@ -166,7 +173,9 @@ def _viewing_sign(raw: RawDepth) -> tuple[float, tuple[str, ...]]:
 def _notes(raw: RawDepth, report: DepthReport, guess: Guess) -> tuple[str, ...]:
     """What the person should hear about this channel."""
     notes = []
-    if not guess.certain:
+    if guess.question:
+        notes.append(f"{guess.question} Taken as {guess.convention} for now. {guess.why}")
+    elif not guess.certain:
         notes.append(f"{raw.what} is read as {guess.convention}. {guess.why}")
     if report.repaired_count:
         notes.append(

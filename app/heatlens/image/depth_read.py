@@ -14,6 +14,7 @@ from heatlens.image.depth import DepthResult, finite_range, read_depth
 from heatlens.image.plate import CameraHeader, FloatImage
 from heatlens.image.radial import checked_lens_mm, planar_depth_m
 from heatlens.image.windows import box_at_header, moved_to_window, pixel_aspect_of
+from heatlens.image.written_by import written_by
 from heatlens.model.plate_options import PlateOptions
 
 
@@ -32,7 +33,7 @@ def read_depth_of(
     _check_same_display(path, ref.full_name, header, target)
     values = pixels_of(parts, ref).astype(np.float32)
     what = f"{path}: depth channel {ref.full_name!r}"
-    result = read_depth(values, what, ref.full_name, options)
+    result = read_depth(values, what, ref.full_name, options, written_by(headers))
     if result.report.kind == "radial":
         camera = camera_at_header([target, header, *headers])
         result = _with_values(result, _made_planar(path, result.values, header, camera, options))

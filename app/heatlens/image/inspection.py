@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from heatlens.errors import InputError
+from heatlens.errors import InputError, LensError
 from heatlens.image.camera_header import camera_at_header
 from heatlens.image.channels import (
     ColorChoice,
@@ -20,10 +20,13 @@ from heatlens.image.channels import (
 )
 from heatlens.image.depth_read import read_depth_of
 from heatlens.image.exr_read import read_color, read_parts
+from heatlens.image.plate import CameraHeader
 from heatlens.image.primaries import ToldPrimaries, told_primaries
 from heatlens.image.windows import box_at_header, pixel_aspect_of
 from heatlens.model.boxes import Box
+from heatlens.model.lens import Lens
 from heatlens.model.plate_options import PlateOptions
+from heatlens.model.plausibility import DepthSpan, Doubt, doubts, span_doubts
 
 Facts = dict[str, Any]
 
@@ -42,9 +45,9 @@ def inspect(path: Path, options: PlateOptions) -> Facts:
     header = headers[choice.rgb[0].part if choice else 0]
     window = box_at_header(header, "dataWindow")
     told = told_primaries(header)
-    depth, depth_notes = _depth_facts(path, parts, choice, options)
-    aspect, aspect_notes = pixel_aspect_of(path, header)
     camera = camera_at_header([header, *headers])
+    depth, depth_notes = _depth_facts(path, parts, choice, options, camera)
+    aspect, aspect_notes = pixel_aspect_of(path, header)
     return {
         "path": str(path),
         "width_px": window.width,
@@ -118,18 +121,37 @@ def _color_facts(
 
 
 def _depth_facts(
-    path: Path, parts: Sequence[Part], color: ColorChoice | None, options: PlateOptions
+    path: Path,
+    parts: Sequence[Part],
+    color: ColorChoice | None,
+    options: PlateOptions,
+    camera: CameraHeader,
 ) -> tuple[Facts, tuple[str, ...]]:
     """How the depth was read, with what to say about it; or why there is none."""
     try:
         result = read_depth_of(path, parts, color, options)
     except InputError as error:
         return {"problem": str(error)}, ()
-    facts = {name: _json_value(value) for name, value in asdict(result.report).items()}
-    if result.report.convention == "coc":
+    report = result.report
+    facts = {name: _json_value(value) for name, value in asdict(report).items()}
+    span = DepthSpan(report.near_m, report.far_m, report.infinite_count > 0, options.scene_unit_m)
+    doubtful = tuple(doubt.sentence for doubt in _doubts(camera, span))
+    if report.convention == "coc":
         facts["min_px"] = float(result.values.min())
         facts["max_px"] = float(result.values.max())
-    return facts, result.notes
+    return facts, (*result.notes, *doubtful)
+
+
+def _doubts(camera: CameraHeader, span: DepthSpan) -> tuple[Doubt, ...]:
+    """What cannot well be of the depths, and of the header's lens where it tells all of it."""
+    focal_mm, f_stop = camera.focal_length_mm, camera.f_stop
+    focus_m, sensor_mm = camera.focus_distance_m, camera.sensor_width_mm
+    if focal_mm is None or f_stop is None or focus_m is None or sensor_mm is None:
+        return span_doubts(span)
+    try:
+        return doubts(Lens(focal_mm, f_stop, focus_m, sensor_mm), span)
+    except LensError as error:
+        return (Doubt("lens", f"The header tells a lens that cannot be. {error}"),)
 
 
 def _corners(box: Box) -> list[int]:

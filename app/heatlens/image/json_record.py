@@ -125,7 +125,8 @@ class JsonEntry:
             return self.record(hint)  # type: ignore[arg-type]
         if issubclass(hint, Enum):
             return hint(self.choice([member.value for member in hint]))
-        return {float: self.number, int: self.whole, str: self.text}[hint]()
+        read = {float: self.number, int: self.whole, str: self.text, bool: self.flag}
+        return read[hint]()
 
     def row(self, hints: tuple[Any, ...]) -> tuple[Any, ...]:
         """A list of so many things, or of any number of one kind where `hints` ends in `...`."""
@@ -152,6 +153,12 @@ class JsonEntry:
         if not number.is_integer():
             self.refuse(f"{_shown(self.value)} should be a whole number")
         return int(number)
+
+    def flag(self) -> bool:
+        """True or false."""
+        if not isinstance(self.value, bool):
+            self.refuse(f"{_shown(self.value)} should be true or false")
+        return self.value
 
     def text(self) -> str:
         """A text."""

@@ -20,3 +20,4 @@ class PlateOptions:
     far_m: float | None = None  # metres at its far end
     focal_length_mm: float | None = None  # only radial depth needs it; None: from the header
     sensor_width_mm: float | None = None  # likewise
+    strict: bool = False  # refuse what could be read in two ways, instead of taking the likelier

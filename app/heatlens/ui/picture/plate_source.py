@@ -6,10 +6,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from heatlens.errors import HeatlensError, InputError
-from heatlens.image.exr_read import read_plate
 from heatlens.image.frame_cache import Damaged, FrameCache
 from heatlens.image.plate import Plate
 from heatlens.image.sequence import Sequence, find_sequence
+from heatlens.image.sequence_reader import SequenceReader
 from heatlens.model.plate_options import PlateOptions
 from heatlens.scene.scene_source import is_scene_source
 from heatlens.ui.picture.scene_opening import OpenedScene, opened_scene
@@ -102,9 +102,7 @@ def _opened(
     sequence = find_sequence(text)
     first = _first_frame(sequence, text, frame)
     news = News(wake)
-    cache = FrameCache(
-        sequence, lambda path: read_plate(path, options), _BUDGET_BYTES, on_ready=news.tell
-    )
+    cache = FrameCache(sequence, SequenceReader(options), _BUDGET_BYTES, on_ready=news.tell)
     try:
         found = cache.wait(first, window=0)
         if isinstance(found, Damaged):
