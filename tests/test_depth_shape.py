@@ -81,6 +81,12 @@ def test_what_has_no_planes_says_nothing(seed, amount):
     assert not votes(spheres()).says_inverse and not votes(inverse(spheres())).says_distance
 
 
+def test_one_ramp_over_the_picture_says_nothing():
+    y, x = np.mgrid[:HEIGHT, :WIDTH]
+    for values in (1 + 0.02 * y, 4 - 0.01 * x, 1 + 0.01 * x + 0.02 * y):
+        assert votes(values).looked_at == 0
+
+
 def test_small_even_and_empty_channels_say_nothing():
     for values in (np.ones((1, 1)), np.full((60, 60), 4.0), np.zeros((60, 60)), np.ones((9, 2))):
         assert not votes(values).says_distance and not votes(values).says_inverse

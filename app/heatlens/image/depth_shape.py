@@ -3,7 +3,8 @@
 A plane seen through a pinhole has a 1/z that runs in a straight line over the picture: of three
 pixels in a row, equally far apart, the middle one holds the arithmetic mean of the outer two where
 the channel is 1/z, and their harmonic mean where it is z. Walls, floors and the facets of meshes
-vote; a surface seen straight on, and one that is curved, says nothing either way.
+vote; a surface seen straight on, and one that is curved, says nothing either way. Nor does a
+channel that is one ramp from edge to edge, as people paint them to try a lens.
 """
 
 from collections.abc import Iterator
@@ -24,6 +25,7 @@ _TOLERANCE = 0.1
 _HALF_STEP, _FLOAT_STEP = 2.0**-11, 2.0**-18  # relative, of the channel's values
 _STEPS_APART = 20.0  # the two means are told apart where they differ by so many steps
 _LEAST_VOTES = 100
+_RAMP_SAMPLES, _RAMP_PART = 16, 0.01  # along each side; farthest from a plane, of the range
 _LEAST_SHARE, _LEAST_LEAD = 0.02, 5.0
 
 _Mask = NDArray[np.bool_]
@@ -57,6 +59,8 @@ def flat_votes(values: FloatImage, infinite: NDArray[np.bool_]) -> FlatVotes:
     magnitude = np.where(infinite | ~np.isfinite(values), 0.0, np.abs(values))
     step = _HALF_STEP if _is_half(magnitude) else _FLOAT_STEP
     distance = inverse = looked_at = 0
+    if _is_one_ramp(magnitude):
+        return FlatVotes(0, 0, 0)
     for first, middle, last in _triples(magnitude.astype(np.float64)):
         part, can_tell = _way_to_arithmetic(first, middle, last, step)
         distance += int(np.count_nonzero(can_tell & (np.abs(part) < _TOLERANCE)))
@@ -70,6 +74,17 @@ def _is_half(magnitude: FloatImage) -> bool:
     row = magnitude[magnitude.shape[0] // 2]
     with np.errstate(over="ignore"):
         return bool(np.array_equal(row, row.astype(np.float16).astype(row.dtype)))
+
+
+def _is_one_ramp(magnitude: FloatImage) -> bool:
+    """True where a single plane over the picture tells all of its values."""
+    rows = np.linspace(0, magnitude.shape[0] - 1, _RAMP_SAMPLES).astype(int)
+    columns = np.linspace(0, magnitude.shape[1] - 1, _RAMP_SAMPLES).astype(int)
+    y, x = (grid.ravel() for grid in np.meshgrid(rows, columns, indexing="ij"))
+    values = magnitude[y, x].astype(np.float64)
+    design = np.stack([np.ones(len(x)), x, y], axis=1)
+    plane = design @ np.linalg.lstsq(design, values, rcond=None)[0]
+    return bool(np.abs(values - plane).max() <= _RAMP_PART * np.ptp(values))
 
 
 def _triples(
