@@ -16,7 +16,7 @@ LAYERS = (
     *("base", "model", "image", "scene", "camera", "color", "gpu", "defocus", "scene_gpu"),
     *("render", "preview", "display", "export", "compare", "bench", "study", "ui", "commands"),
 )
-BASE = ("__init__", "errors", "paths")
+BASE = ("__init__", "errors", "paths", "stopping")
 # render, export and ui pass textures on; bench owns what it measures with, display what is seen
 GPU_LAYERS = ("gpu", "defocus", "scene_gpu", "render", "display", "export", "bench", "ui")
 LINES_MAX = 300

@@ -1,9 +1,7 @@
 """`heatlens export`: a shot to EXR frames, pictures or a movie; a second run finishes the first."""
 
 import argparse
-import signal
-from collections.abc import Iterator
-from contextlib import closing, contextmanager
+from contextlib import closing
 
 from heatlens.commands.export_options import add_export_options, job_of
 from heatlens.commands.export_progress import progress_of
@@ -74,23 +72,12 @@ def run(args: argparse.Namespace) -> int:
     if not plan.job.output.is_exr:
         say_seen_through(plan.job.look.transform)
     with (
-        _stopped_as_by_ctrl_c(),
         progress_of(args.progress, plan) as tell,
         closing(export_frames(plan, _renderer)) as steps,
     ):
         for done in steps:
             tell(done)
     return 0
-
-
-@contextmanager
-def _stopped_as_by_ctrl_c() -> Iterator[None]:
-    """Farms and windows end a process with SIGTERM; that, too, should leave nothing behind."""
-    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGTERM, before)
 
 
 def _renderer() -> FrameRenderer:

@@ -3,13 +3,15 @@
 Exit codes: 0 done, 1 `compare` found the pictures further apart than allowed, 2 something the
 user can mend, 130 stopped with Ctrl-C, 141 nobody reads the output any more (`| head`).
 
-Only the module of the command that was asked for is imported, and that where Ctrl-C is answered.
+Only the module of the command that was asked for is imported. `commands.launch` calls this in a
+process of its own, which it ends when Ctrl-C is pressed.
 """
 
 import argparse
 import difflib
 import importlib
 import os
+import signal
 import sys
 from collections.abc import Sequence
 from typing import Any, NoReturn
@@ -84,9 +86,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     except OSError as error:  # files are answered for where they are opened: this is a full disk
         _drop_output()
         return _failed(f"{error.filename or 'standard output'}: {error.strerror or error}")
-    except KeyboardInterrupt:
+    except KeyboardInterrupt as stop:
         print("heatlens: stopped", file=sys.stderr)
-        return 130
+        return 128 + getattr(stop, "number", signal.SIGINT)
 
 
 def _with_command(argv: Sequence[str]) -> list[str]:

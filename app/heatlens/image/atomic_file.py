@@ -10,6 +10,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from heatlens.errors import InputError
+from heatlens.stopping import unfinished
 
 
 def _machine() -> str:
@@ -36,9 +37,10 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
     _check_target(target)
     beside = target.with_name(f".{target.name}.{_MACHINE}.{os.getpid()}.part")
     try:
-        yield beside
-        _to_disk(beside)
-        os.replace(beside, target)
+        with unfinished(beside):
+            yield beside
+            _to_disk(beside)
+            os.replace(beside, target)
     except (OSError, RuntimeError) as error:  # RuntimeError is what OpenEXR raises
         told = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
         # The name that is written to for now means nothing to anybody.
@@ -70,6 +72,14 @@ def _is_dead(part: Path, machine: str, process: int) -> bool:
         return True
     except PermissionError:  # somebody else's, and alive
         return False
+    return _has_ended(process)
+
+
+def _has_ended(process: int) -> bool:
+    """Whether only the name of a process is left: nobody has asked yet how it ended."""
+    with suppress(OSError, IndexError):
+        status = Path(f"/proc/{process}/stat").read_text()
+        return status.rpartition(")")[2].split()[0] in ("Z", "X")
     return False
 
 

@@ -17,6 +17,7 @@ from heatlens.ui.app import App, Start
 from heatlens.ui.files.preferences import WINDOW_LEAST, Preferences, Remembered, config_dir
 from heatlens.ui.layout import restore_layout
 from heatlens.ui.screen import Screen
+from heatlens.ui.stop_signals import StopSignals
 
 _SIZE = 1600, 900
 _FRAMES_AFTER_EVENT = 3  # ImGui needs up to so many to come to rest: hover, layout, focus
@@ -29,11 +30,17 @@ _HELP = (
 
 
 def run_window(start: Start) -> None:
-    """Open the window and stay until it is closed. Raises GpuError where there can be none."""
+    """Open the window and stay until it is closed.
+
+    Raises GpuError where there can be none, and Stopped when Ctrl-C in the terminal closed it.
+    """
     preferences = Preferences.load(config_dir(os.environ))
     window = _open_window(preferences.now)
     try:
-        Loop(window, start, preferences).run()
+        loop = Loop(window, start, preferences)
+        with StopSignals(glfw.post_empty_event) as stops:
+            loop.run(stops)
+        stops.raise_if_stopped()
     finally:
         glfw.terminate()
 
@@ -95,10 +102,10 @@ class Loop:
         self._version = 0, 0
         self._title = ""
 
-    def run(self) -> None:
-        """Until the window is closed."""
+    def run(self, stops: StopSignals) -> None:
+        """Until the window is closed, or a signal asks for that."""
         app = self._app
-        while not (glfw.window_should_close(self._window) or app.is_over):
+        while not (glfw.window_should_close(self._window) or app.is_over or stops.number):
             self._wait()
             if app.timeline.is_due:
                 self._frames_due = max(self._frames_due, 1)

@@ -55,7 +55,7 @@ class ExportRun:
     def cancel(self) -> None:
         """Ask it to stop; what is finished stays, and a later export goes on from there."""
         if self._process is not None and self.is_busy:
-            self._process.send_signal(signal.SIGINT)
+            self._process.terminate()  # heard from its first moment on, unlike Ctrl-C
 
     def close(self) -> None:
         """Stop it and wait until it has ended."""
@@ -93,7 +93,7 @@ class ExportRun:
         code = process.returncode
         if code == 0:
             state.said = f"Done: {state.title}."
-        elif code in (130, -signal.SIGINT):
+        elif code in (128 + signal.SIGTERM, -signal.SIGTERM):
             state.said = f"Stopped: {state.title}. Finished frames stay; export again to go on."
         state.code = code
         self._wake()
