@@ -48,7 +48,7 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     ),
     "bench": ("bench", "--size", "320x180", "--runs", "1"),
 }
-_UNTRUE = re.compile(r"Traceback|Exception ignored|cannot be loaded|Install|initialization|a fault in")
+_UNTRUE = re.compile("Traceback|Exception ignored|cannot be loaded|Install|initialization|a fault")
 _OF_PYTHON = re.compile(r'File "(?!<frozen)[^"]*heatlens')
 
 
