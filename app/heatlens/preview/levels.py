@@ -5,22 +5,23 @@ The window goes down the ladder while something moves; `heatlens bench --drag` m
 
 from dataclasses import replace
 
-from heatlens.model.settings import PROXY_MIN, Bokeh, DefocusSettings, Method, Quality
+from heatlens.defocus.quality import layers_for
+from heatlens.model.settings import PROXY_MIN, DefocusSettings, Method, Quality
 
-# Cheaper and cheaper: quality, layers (None: as the quality says) and size against the wished one.
-_CHEAPER: tuple[tuple[Quality, int | None, float], ...] = (
-    (Quality.PREVIEW, None, 1.0),
-    (Quality.DRAFT, None, 1.0),
-    (Quality.DRAFT, None, 0.5),
-    (Quality.DRAFT, None, 1 / 3),
-    (Quality.DRAFT, 1, 0.5),
-    (Quality.DRAFT, 1, 1 / 3),
-    (Quality.DRAFT, 1, 1 / 4),
-    (Quality.DRAFT, 1, 1 / 6),
-    (Quality.DRAFT, 1, 1 / 8),
+# Each picture is quicker than the one before it: the best quality that it may have, which sets the
+# number of poles of a disc, and its size against the wished one. Nothing else differs, so that the
+# hand sees the same lens at every level.
+_CHEAPER: tuple[tuple[Quality, float], ...] = (
+    (Quality.PREVIEW, 1.0),
+    (Quality.PREVIEW, 1 / 2),
+    (Quality.PREVIEW, 1 / 3),
+    (Quality.PREVIEW, 1 / 4),
+    (Quality.DRAFT, 1 / 4),
+    (Quality.DRAFT, 1 / 6),
+    (Quality.DRAFT, 1 / 8),
 )
-# What is shown on the way from a hurried picture to the whole.
-_BETWEEN = (Quality.DRAFT, None, 0.5)
+# The picture that is shown on the way from a hurried one to a whole one that takes long.
+_BETWEEN = (Quality.PREVIEW, 0.5)
 # Of a scene through many points of the lens, dearest first; at full size each goes on from the next
 # one below it.
 _FULL_VIEWS = (16384, 4096, 1024, 256, 66, 16)
@@ -31,11 +32,10 @@ def cheaper(wished: DefocusSettings) -> list[DefocusSettings]:
     """The wished picture, then ever quicker ones with the same amount of blur."""
     if wished.method.needs_scene:
         return _fewer_views(wished)
-    rank = list(Quality).index
     rungs = [wished]
-    for quality, layers, scale in _CHEAPER:
-        rung = _rung(wished, quality, layers, scale)
-        if rank(quality) <= rank(wished.quality) and rung not in rungs:
+    for quality, scale in _CHEAPER:
+        rung = _rung(wished, quality, scale)
+        if rung not in rungs:
             rungs.append(rung)
     return rungs
 
@@ -68,25 +68,19 @@ def is_better(one: DefocusSettings, other: DefocusSettings, wished: DefocusSetti
 
 
 def between(wished: DefocusSettings) -> DefocusSettings:
-    """A picture with layers that comes sooner than the wished one."""
+    """A smaller picture that comes sooner than the wished one."""
     return _rung(wished, *_BETWEEN)
 
 
-def _rung(
-    wished: DefocusSettings, quality: Quality, layers: int | None, scale: float
-) -> DefocusSettings:
-    given = wished.layers
-    fewer = layers if given is None or layers is None else min(layers, given)
+def _rung(wished: DefocusSettings, best: Quality, scale: float) -> DefocusSettings:
+    """The wished picture smaller and at most as good as `best`, cut into the same layers."""
+    quality = min(best, wished.quality, key=list(Quality).index)
+    method = wished.method if wished.method is Method.HEAT else Method.DIFFUSION
+    layers = layers_for(replace(wished, method=method))
     return replace(
         wished,
-        bokeh=_hurried_bokeh(wished.bokeh) if layers == 1 else wished.bokeh,
-        method=wished.method if wished.method is Method.HEAT else Method.DIFFUSION,
+        method=method,
         quality=quality,
-        layers=given if layers is None else fewer,
+        layers=wished.layers if quality is wished.quality else layers,
         proxy=max(PROXY_MIN, wished.proxy * scale),
     )
-
-
-def _hurried_bokeh(wished: Bokeh) -> Bokeh:
-    """A disc of few poles rings around lamps, which one layer does not draw: rather a soft spot."""
-    return Bokeh.GAUSSIAN if wished is Bokeh.DISC else wished

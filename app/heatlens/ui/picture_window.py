@@ -93,9 +93,9 @@ class PictureWindow:
         b = a
         if view.compare in (Compare.WIPE, Compare.FLIP):
             b = screen.b(linear_b, loaded, view, app.sides.version if of_method else 0)
-        sharp = None
+        detail = None
         if view.depth_of_field and view.compare is not Compare.DIFFERENCE:
-            sharp = screen.sharp(shown, loaded, view)
+            detail = screen.detail(shown, loaded, view)
         overlay = None
         if view.overlay is not Overlay.NONE and app.editing.has_lens:
             overlay = screen.overlay(loaded, app.shot, app.editing.frame, view.overlay)
@@ -103,7 +103,7 @@ class PictureWindow:
         return Pictures(
             a,
             b,
-            sharp,
+            detail,
             overlay,
             *windows,
             plate.pixel_aspect_ratio,
