@@ -220,4 +220,5 @@ def _color_header(shot: Shot) -> Header:
         return {}
     sequence = find_sequence(shot.source)
     first = sequence.path_at(sequence.present[0])
-    return color_header(first, shot.plate_options.color_layer)
+    options = shot.plate_options
+    return color_header(first, options.color_layer, options.eye)

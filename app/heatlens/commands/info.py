@@ -89,6 +89,7 @@ def _plate_lines(facts: dict[str, Any]) -> list[Line]:
         ("data window", _window(facts["data_window"])),
         ("display window", _window(facts["display_window"])),
         ("pixel aspect", f"{facts['pixel_aspect_ratio']:g}"),
+        *([("views", ", ".join(facts["views"]))] if facts["views"] else []),
         *_part_lines(facts["parts"]),
         *_camera_lines(facts["camera"]),
         *_primaries_lines(facts["primaries"]),
@@ -133,6 +134,8 @@ def _primaries_lines(told: dict[str, Any] | None) -> list[Line]:
         return [("primaries", "linear Rec.709 (the header tells no other)")]
     if told["space"] is None:
         said = "of no space that heatlens knows; taken as the input space in use"
+        if told["by_matrix"]:
+            said = "turned into linear Rec.709 by a matrix for the eye"
         return [("primaries", f"{told['value']} (header: {told['attribute']}), {said}")]
     return [("primaries", f"{told['space']} (header: {told['attribute']})")]
 
@@ -142,7 +145,8 @@ def _color_lines(color: dict[str, Any]) -> list[Line]:
     lines = []
     if "layer" in color:
         alpha = "with alpha" if color["has_alpha"] else "no alpha"
-        lines.append(("colour", f"{color['layer'] or 'RGB'}, {alpha}"))
+        view = f" of the view {color['view']}" if color["view"] else ""
+        lines.append(("colour", f"{color['layer'] or 'RGB'}{view}, {alpha}"))
         span = "no finite value"
         if color["min"] is not None:
             span = f"{_number(color['min'])} to {_number(color['max'])}"

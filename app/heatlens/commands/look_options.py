@@ -47,10 +47,10 @@ def add_look_options(parser: argparse.ArgumentParser) -> "argparse._ArgumentGrou
     return group
 
 
-def color_header(path: Path, color_layer: str | None) -> Header:
+def color_header(path: Path, color_layer: str | None, eye: str | None = None) -> Header:
     """Of a plate; empty where it cannot be read, which is said when the plate is asked for."""
     try:
-        return read_color_header(path, color_layer)
+        return read_color_header(path, color_layer, eye)
     except InputError:
         return {}
 
@@ -65,10 +65,10 @@ def transform_of(args: argparse.Namespace, attributes: Header) -> ViewTransform:
     if light.note:
         say(light.note)
     if config is None:
-        return srgb_transform(light.name)
+        return srgb_transform(light.name, light.turned_from)
     display = args.display or config.default_display
     view = args.view or config.views(display)[0]
-    return view_transform(config, display, view, light.name)
+    return view_transform(config, display, view, light.name, light.turned_from)
 
 
 def say_seen_through(transform: ViewTransform) -> None:

@@ -24,6 +24,12 @@ def add_plate_options(parser: argparse.ArgumentParser) -> None:
         help="layer that holds R, G, B; '' is the one without a name (default: found by name)",
     )
     group.add_argument(
+        "--eye",
+        metavar="NAME",
+        help="view of a stereo file: left, right, or as `heatlens info` lists it (default: the "
+        "first)",
+    )
+    group.add_argument(
         "--depth-convention",
         choices=_CONVENTIONS,
         help="what the depth values are: distance; inverse (1/distance, 0 at infinity); normalized "
@@ -35,7 +41,8 @@ def add_plate_options(parser: argparse.ArgumentParser) -> None:
         "--depth-kind",
         choices=("planar", "radial"),
         help="planar: measured along the optical axis, a wall seen straight on has one depth "
-        "(default); radial: along each ray, which needs focal length and sensor width",
+        "(default, but for channels named as Mitsuba's distances along the ray); radial: along "
+        "each ray, which needs focal length and sensor width",
     )
     group.add_argument(
         "--scene-unit",
@@ -61,11 +68,12 @@ def plate_options(args: argparse.Namespace) -> PlateOptions:
         depth_channel=args.depth_channel,
         color_layer=args.color_layer,
         depth_convention=args.depth_convention or "auto",
-        depth_kind=args.depth_kind or "planar",
+        depth_kind=args.depth_kind or "auto",
         scene_unit_m=parse_scene_unit_m(args.scene_unit or "m"),
         near_m=args.near,
         far_m=args.far,
         focal_length_mm=getattr(args, "focal_length", None),
         sensor_width_mm=sensor_width_of(args),
+        eye=args.eye,
         strict=args.strict,
     )

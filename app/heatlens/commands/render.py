@@ -170,7 +170,7 @@ def _encode(args: argparse.Namespace) -> Encode:
     if _is_exr(args):
         return srgb_encoded
     is_scene = is_scene_source(str(args.plate))
-    header = {} if is_scene else color_header(args.plate, args.color_layer)
+    header = {} if is_scene else color_header(args.plate, args.color_layer, args.eye)
     look = Look(transform_of(args, header), args.exposure, args.gamma)
     say_seen_through(look.transform)
     return lambda light: look.transform.apply_cpu(light, look.exposure_stops, look.gamma)

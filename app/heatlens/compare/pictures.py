@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 
 from heatlens.errors import InputError
-from heatlens.image.channels import choose_color, pixels_of
+from heatlens.image.channel_choice import choose_color
+from heatlens.image.channels import pixels_of
 from heatlens.image.exr_read import read_parts
 from heatlens.image.plate import FloatImage
 from heatlens.image.windows import box_at_header

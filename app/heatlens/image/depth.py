@@ -42,11 +42,17 @@ class _Converted:
 
 
 def read_depth(
-    values: FloatImage, what: str, channel: str, options: PlateOptions, program: str = ""
+    values: FloatImage,
+    what: str,
+    channel: str,
+    options: PlateOptions,
+    program: str = "",
+    likely_kind: DepthKind = "planar",
 ) -> DepthResult:
     """Depth (H, W) in metres of the raw `values`; `what` starts every sentence about them.
 
-    `program` is the name of the one that wrote them. Raises InputError where the channel is empty,
+    `program` is the name of the one that wrote them, `likely_kind` what they are measured along
+    unless the options say. Raises InputError where the channel is empty,
     ambiguous or no depth at all; with `options.strict` also where the likelier of two was taken.
     """
     raw = looked_at(values, what, channel, program)
@@ -59,7 +65,8 @@ def read_depth(
     depth = converted.values
     depth[converted.infinite] = np.inf
     repaired = repair_depth(depth, converted.bad, what)
-    kind: DepthKind = "planar" if convention == "coc" else options.depth_kind
+    kind: DepthKind = likely_kind if options.depth_kind == "auto" else options.depth_kind
+    kind = "planar" if convention == "coc" else kind
     infinite_count = int(np.count_nonzero(np.isinf(depth)))  # with those that repair copied
     near, far = finite_range(depth, infinite_count)
     if convention == "coc":

@@ -9,13 +9,17 @@ import numpy as np
 
 from heatlens.errors import InputError
 from heatlens.image.camera_header import camera_at_header
-from heatlens.image.channels import ColorChoice, Header, Part, choose_depth, pixels_of
+from heatlens.image.channel_choice import ColorChoice, choose_depth
+from heatlens.image.channels import ChannelRef, Header, Part, pixels_of
 from heatlens.image.depth import DepthResult, finite_range, read_depth
 from heatlens.image.plate import CameraHeader, FloatImage
 from heatlens.image.radial import checked_lens_mm, planar_depth_m
 from heatlens.image.windows import box_at_header, moved_to_window, pixel_aspect_of
 from heatlens.image.written_by import written_by
-from heatlens.model.plate_options import PlateOptions
+from heatlens.model.plate_options import DepthKind, PlateOptions
+
+# The leaf of Mitsuba's `depth` integrator: the parameter t of the ray that hits.
+_ALONG_RAY = "t"
 
 
 def read_depth_of(
@@ -33,11 +37,26 @@ def read_depth_of(
     _check_same_display(path, ref.full_name, header, target)
     values = pixels_of(parts, ref).astype(np.float32)
     what = f"{path}: depth channel {ref.full_name!r}"
-    result = read_depth(values, what, ref.full_name, options, written_by(headers))
+    kind, kind_notes = _likely_kind(ref, what, options)
+    result = read_depth(values, what, ref.full_name, options, written_by(headers), kind)
+    result = replace(result, notes=(*result.notes, *kind_notes))
     if result.report.kind == "radial":
         camera = camera_at_header([target, header, *headers])
         result = _with_values(result, _made_planar(path, result.values, header, camera, options))
     return _aligned(path, result, header, target)
+
+
+def _likely_kind(
+    ref: ChannelRef, what: str, options: PlateOptions
+) -> tuple[DepthKind, tuple[str, ...]]:
+    """What the channel's name says that it is measured along; said where it is not the axis."""
+    if ref.leaf.lower() != _ALONG_RAY or options.depth_kind != "auto":
+        return "planar", ()
+    note = (
+        f"{what} is named as Mitsuba names distances along the ray: taken as radial; "
+        "--depth-kind planar overrules it."
+    )
+    return "radial", (note,)
 
 
 def _check_same_display(path: Path, channel: str, own: Header, target: Header) -> None:

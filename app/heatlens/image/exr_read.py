@@ -10,25 +10,22 @@ import OpenEXR
 
 from heatlens.errors import InputError
 from heatlens.image.camera_header import camera_at_header
-from heatlens.image.channels import (
-    ColorChoice,
-    Header,
-    Part,
-    choose_color,
-    list_channels,
-    pixels_of,
-)
+from heatlens.image.channel_choice import ColorChoice, choose_color
+from heatlens.image.channels import Header, Part, list_channels, pixels_of
 from heatlens.image.depth_read import read_depth_of
 from heatlens.image.exr_write import JOB_ATTRIBUTE
 from heatlens.image.plate import FloatImage, Plate, read_pixels
 from heatlens.image.quiet import quiet_library
 from heatlens.image.repair import repair_color
+from heatlens.image.views import views_of
 from heatlens.image.windows import box_at_header, pixel_aspect_of
 from heatlens.model.plate_options import PlateOptions
 from heatlens.paths import unreadable
 
 # No GPU takes a larger texture; a damaged header can claim any size.
 MAX_SIDE_PX = 16384
+
+_HOLDS_DEEP = 1 << 11
 
 # Written by the writer itself, or about parts, channels and layouts the output does not have.
 _NOT_CARRIED = {
@@ -57,6 +54,7 @@ def read_parts(path: str | os.PathLike[str]) -> list[Part]:
             parts = OpenEXR.File(str(path), separate_channels=True).parts
         read = [(p.header, {n: c.pixels for n, c in p.channels.items()}) for p in parts]
     except (RuntimeError, ValueError, KeyError, TypeError, OSError, MemoryError) as error:
+        _check_is_flat(path)
         raise InputError(
             f"{path} cannot be read: it is damaged or cut short, or uses a feature of OpenEXR that "
             f"heatlens does not know ({error}). Write it again."
@@ -76,7 +74,7 @@ def read_plate(path: str | os.PathLike[str], options: PlateOptions | None = None
     path, options = Path(path), options or PlateOptions()
     parts = read_parts(path)
     headers = [header for header, _ in parts]
-    choice = choose_color(path, headers, options.color_layer)
+    choice = choose_color(path, headers, options.color_layer, options.eye)
     color, color_notes = read_color(path, parts, choice)
     header = headers[choice.rgb[0].part]
     camera = camera_at_header([header, *headers])
@@ -93,8 +91,9 @@ def read_plate(path: str | os.PathLike[str], options: PlateOptions | None = None
         camera=camera,
         depth=depth.report,
         aovs=tuple(ref.full_name for ref in list_channels(headers)),
-        attributes=_carried(header),
+        attributes=_carried(header) | ({"view": choice.view} if choice.view else {}),
         notes=(*choice.notes, *color_notes, *aspect_notes, *depth.notes),
+        views=views_of(headers),
     )
 
 
@@ -126,6 +125,19 @@ def _check_is_exr(path: Path) -> None:
     if magic != b"\x76\x2f\x31\x01":
         found = "is empty" if not magic else "is not an OpenEXR file"
         raise InputError(f"{path} {found}: heatlens reads .exr files with colour and depth.")
+
+
+def _check_is_flat(path: Path) -> None:
+    """InputError for a deep file, which the library may not even open.
+
+    Bit 11 of the second word says that some part is deep. Source: "OpenEXR File Layout".
+    """
+    with path.open("rb") as file:
+        start = file.read(8)
+    if len(start) == 8 and int.from_bytes(start[4:], "little") & _HOLDS_DEEP:
+        raise InputError(
+            f"{path} holds deep samples, which heatlens does not read: flatten it first."
+        )
 
 
 def _check_headers(path: Path, headers: Sequence[Header]) -> None:

@@ -10,18 +10,13 @@ import numpy as np
 
 from heatlens.errors import InputError, LensError
 from heatlens.image.camera_header import camera_at_header
-from heatlens.image.channels import (
-    ColorChoice,
-    Header,
-    Part,
-    choose_color,
-    pixels_of,
-    type_name,
-)
+from heatlens.image.channel_choice import ColorChoice, choose_color
+from heatlens.image.channels import Header, Part, pixels_of, type_name
 from heatlens.image.depth_read import read_depth_of
 from heatlens.image.exr_read import read_color, read_parts
 from heatlens.image.plate import CameraHeader
 from heatlens.image.primaries import ToldPrimaries, told_primaries
+from heatlens.image.views import views_of
 from heatlens.image.windows import box_at_header, pixel_aspect_of
 from heatlens.model.boxes import Box
 from heatlens.model.lens import Lens
@@ -55,6 +50,7 @@ def inspect(path: Path, options: PlateOptions) -> Facts:
         "data_window": _corners(window),
         "display_window": _corners(box_at_header(header, "displayWindow")),
         "pixel_aspect_ratio": aspect,
+        "views": list(views_of(headers)),
         "parts": [_part_facts(part) for part in parts],
         "camera": {name: _json_value(value) for name, value in asdict(camera).items()},
         "primaries": None if told is None else _primaries_facts(told),
@@ -65,9 +61,16 @@ def inspect(path: Path, options: PlateOptions) -> Facts:
 
 
 def _primaries_facts(told: ToldPrimaries) -> Facts:
-    """The attribute, what it says, and the space that this is, None for one not known."""
-    known = None if told.known is None else told.known.name
-    return {"attribute": told.attribute, "value": told.value, "space": known}
+    """The attribute, what it says, and the space that this is, None for one not known.
+
+    `by_matrix`: it is none that has a name, but its numbers turn it into linear Rec. 709.
+    """
+    return {
+        "attribute": told.attribute,
+        "value": told.value,
+        "space": None if told.known is None else told.known.name,
+        "by_matrix": told.primaries is not None,
+    }
 
 
 def _part_facts(part: Part) -> Facts:
@@ -100,13 +103,15 @@ def _color_facts(
 ) -> tuple[ColorChoice | None, Facts]:
     """The chosen colour and its range over red, green and blue before any repair."""
     try:
-        choice = choose_color(path, [header for header, _ in parts], options.color_layer)
+        headers = [header for header, _ in parts]
+        choice = choose_color(path, headers, options.color_layer, options.eye)
     except InputError as error:
         return None, {"problem": str(error)}
     planes = [pixels_of(parts, ref) for ref in dict.fromkeys(choice.rgb)]
     finite = [plane[np.isfinite(plane)] for plane in planes]
     facts: Facts = {
         "layer": choice.layer,
+        "view": choice.view,
         "has_alpha": choice.alpha is not None,
         "min": min((float(values.min()) for values in finite if values.size), default=None),
         "max": max((float(values.max()) for values in finite if values.size), default=None),

@@ -5,6 +5,7 @@ from typing import Literal
 
 DepthConvention = Literal["auto", "distance", "inverse", "normalized", "normalized-inverted", "coc"]
 DepthKind = Literal["planar", "radial"]
+WishedKind = Literal["auto", DepthKind]
 
 
 @dataclass(frozen=True)
@@ -14,10 +15,11 @@ class PlateOptions:
     depth_channel: str | None = None  # None: found by its name
     color_layer: str | None = None  # None: found by its name; "" is the layer without a name
     depth_convention: DepthConvention = "auto"
-    depth_kind: DepthKind = "planar"  # radial: along the ray, as some ray tracers store it
+    depth_kind: WishedKind = "auto"  # radial: along the ray; auto: where the name says so
     scene_unit_m: float = 1.0  # metres in one unit of the depth channel
     near_m: float | None = None  # metres at the near end of a normalised depth
     far_m: float | None = None  # metres at its far end
     focal_length_mm: float | None = None  # only radial depth needs it; None: from the header
     sensor_width_mm: float | None = None  # likewise
+    eye: str | None = None  # view of a stereo file; None: the first, or that of `color_layer`
     strict: bool = False  # refuse what could be read in two ways, instead of taking the likelier

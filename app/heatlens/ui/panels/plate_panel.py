@@ -8,12 +8,12 @@ from typing import TypeVar
 from imgui_bundle import ImVec2, ImVec4, imgui
 
 from heatlens.errors import InputError
-from heatlens.image.channels import color_layers_among, depth_channels_first
+from heatlens.image.channel_choice import color_layers_among, depth_channels_first
 from heatlens.image.plate import CameraHeader, Plate
 from heatlens.model.boxes import Box
 from heatlens.model.depth_histogram import DepthHistogram
 from heatlens.model.lens import Lens
-from heatlens.model.plate_options import DepthConvention, DepthKind, PlateOptions
+from heatlens.model.plate_options import DepthConvention, PlateOptions, WishedKind
 from heatlens.model.plausibility import Doubt
 from heatlens.model.units import FOOT_M, INCH_M, format_distance, parse_distance_m
 from heatlens.ui import theme, widgets
@@ -29,7 +29,11 @@ _CONVENTIONS: dict[DepthConvention, str] = {
     "normalized-inverted": "1 near, 0 far",
     "coc": "blur in pixels (coc)",
 }
-_KINDS: dict[DepthKind, str] = {"planar": "along the axis", "radial": "along the ray"}
+_KINDS: dict[WishedKind, str] = {
+    "auto": "guessed",
+    "planar": "along the axis",
+    "radial": "along the ray",
+}
 _UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "km": 1e3, "ft": FOOT_M, "in": INCH_M}
 Say = Callable[[str], None]
 Key = TypeVar("Key")
@@ -187,7 +191,10 @@ def _controls(wished: PlateOptions, facts: PlateFacts, say: Say) -> PlateOptions
             _colored(widgets.window_words(doubt.sentence), theme.ACCENT_TEXT)
             widgets.note("doubt about the unit")
     layers = color_layers_among(plate.aovs)
-    return replace(wished, color_layer=_named("colour layer", wished.color_layer, layers))
+    wished = replace(wished, color_layer=_named("colour layer", wished.color_layer, layers))
+    if not plate.views:
+        return wished
+    return replace(wished, eye=_named("eye", wished.eye, plate.views, "The view of a stereo file."))
 
 
 def _ends(wished: PlateOptions, unit: str, say: Say) -> PlateOptions:

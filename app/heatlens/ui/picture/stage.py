@@ -13,7 +13,7 @@ import numpy as np
 from heatlens.errors import GpuError, HeatlensError, InputError
 from heatlens.gpu.context import check_plate_fits
 from heatlens.gpu.textures import new_texture, upload
-from heatlens.image.channels import choose_color
+from heatlens.image.channel_choice import choose_color
 from heatlens.image.exr_read import read_color, read_parts
 from heatlens.image.frame_cache import Damaged, Direction
 from heatlens.image.plate import FloatImage, Plate
