@@ -50,8 +50,9 @@ vec4 mean_cost(ivec2 at, ivec2 size, int reach) {
     for (int y = -reach; y <= reach; ++y)
         for (int x = -reach; x <= reach; ++x) {
             ivec2 p = clamp(at + ivec2(x, y), ivec2(0), size - 1);
+            if (is_seen(p, size)) continue;  // nothing was written there, and it may be NaN
             vec4 cost = texelFetch(cost_tx, p, 0);
-            vec4 counts = is_seen(p, size) ? vec4(0.0) : step(0.0, cost);
+            vec4 counts = step(0.0, cost);
             sum += counts * cost;
             count += counts;
         }
