@@ -79,7 +79,7 @@ def command_context(session_context: moderngl.Context) -> Iterator[None]:
     One of their own would become the current one, and calls meant for the session's go there.
     """
     with pytest.MonkeyPatch.context() as patch:
-        for command in ("bench", "export", "render", "study"):
+        for command in ("bench", "doctor", "export", "render", "study"):
             name = f"heatlens.commands.{command}.headless_context"
             patch.setattr(name, lambda: session_context)
         yield

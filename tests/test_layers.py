@@ -14,11 +14,14 @@ import heatlens
 PACKAGE = Path(heatlens.__file__).parent
 LAYERS = (
     *("base", "model", "image", "scene", "camera", "color", "gpu", "defocus", "scene_gpu"),
-    *("render", "preview", "display", "export", "compare", "bench", "study", "ui", "commands"),
+    *("render", "preview", "display", "export", "compare", "bench", "study", "ui"),
+    *("doctor", "commands"),
 )
 BASE = ("__init__", "errors", "paths", "stopping")
 # render, export and ui pass textures on; bench owns what it measures with, display what is seen
-GPU_LAYERS = ("gpu", "defocus", "scene_gpu", "render", "display", "export", "bench", "ui")
+GPU_LAYERS = (
+    *("gpu", "defocus", "scene_gpu", "render", "display", "export", "bench", "ui", "doctor"),
+)
 LINES_MAX = 300
 FILES = sorted(PACKAGE.rglob("*.py"))
 

@@ -31,11 +31,15 @@ examples:
   heatlens compare out.exr truth.exr --min-psnr 30
   heatlens study plate.exr --truth truth.exr -o report
   heatlens bench --bokeh disc --quality preview
+  heatlens doctor
 
 `heatlens COMMAND --help` explains each command.
 """
 
-_COMMANDS = ("view", "render", "export", "shot", "camera", "info", "compare", "study", "bench")
+_COMMANDS = (
+    *("view", "render", "export", "shot", "camera", "info", "compare", "study", "bench"),
+    "doctor",
+)
 
 
 class _Parser(argparse.ArgumentParser):
