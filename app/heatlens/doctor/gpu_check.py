@@ -13,6 +13,7 @@ from heatlens.doctor.solver_check import KERNELS, TOLERANCE, worst_error
 from heatlens.errors import GpuError, ShaderError
 from heatlens.gpu.context import is_software
 from heatlens.gpu.program import ComputeProgram, DrawProgram
+from heatlens.paths import data_dir
 
 _LIMITS = {
     "GL_MAX_TEXTURE_SIZE": "largest texture",
@@ -94,7 +95,15 @@ def _build(ctx: moderngl.Context, build: Build) -> None:
     name, defines = build
     stem, stage, _ = name.split(".")
     if stage == "frag":
-        DrawProgram(ctx, _VERTEX.get(stem, stem), stem, defines).release()
+        DrawProgram(ctx, _vertex_of(stem), stem, defines).release()
     elif stage == "comp":
         functions = srgb_transform().glsl if stem.startswith("display") else ""
         ComputeProgram(ctx, name, defines, functions).release()
+
+
+def _vertex_of(fragment: str) -> str:
+    """The vertex shader of the same name, or of a shorter one: `picture` for `picture_detail`."""
+    name = _VERTEX.get(fragment, fragment)
+    while "_" in name and not (data_dir("shaders") / f"{name}.vert.glsl").is_file():
+        name = name.rpartition("_")[0]
+    return name
