@@ -153,16 +153,16 @@ def test_leftovers_of_killed_exports_go_and_those_of_the_living_stay(capsys, sho
     exported(capsys, shot_file, out, "--frames", "1001")
     dead = subprocess.Popen(["true"])
     dead.wait()
-    with replacing(out.parent / "n.1001.exr") as beside:  # .n.1001.exr.MACHINE.PROCESS.part
-        beside.write_bytes(b"")
-        machine = beside.name.split(".")[-3]
-    old = time.time() - 2 * 24 * 3600
-    gone = [f".n.1002.exr.{machine}.{dead.pid}.part", ".n.1003.exr.0badcafe.7.part"]
+    with replacing(out.parent / "n.1001.exr") as beside:
+        beside.write_bytes(b"x")
+        machine = beside.name.split(".")[-3]  # .heatlens-RANDOM.MACHINE.PROCESS.part
+    old, name = time.time() - 2 * 24 * 3600, ".heatlens-0123456789abcdef"
+    gone = [f"{name}.{machine}.{dead.pid}.part", f"{name}.0badcafe.7.part"]
     stay = [
-        f".n.1002.exr.{machine}.{os.getppid()}.part",  # of one that is alive
-        ".n.1004.exr.0badcafe.7.part",  # of another machine, a moment ago
-        f".other.1002.exr.{machine}.{dead.pid}.part",  # not ours
-        f".n.1002.exr.{dead.pid}.part",
+        f"{name}.{machine}.{os.getppid()}.part",  # of one that is alive
+        f"{name}.0badcafe.8.part",  # of another machine, a moment ago
+        f".n.1002.exr.{machine}.{dead.pid}.part",  # not ours
+        f"{name}.{dead.pid}.part",
     ]
     for name in gone + stay:
         (out.parent / name).write_bytes(b"half")

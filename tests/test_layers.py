@@ -17,7 +17,7 @@ LAYERS = (
     *("render", "preview", "display", "export", "compare", "bench", "study", "ui"),
     *("doctor", "commands"),
 )
-BASE = ("__init__", "errors", "paths", "stopping")
+BASE = ("__init__", "errors", "faults", "paths", "printable", "stopping")
 # render, export and ui pass textures on; bench owns what it measures with, display what is seen
 GPU_LAYERS = (
     *("gpu", "defocus", "scene_gpu", "render", "display", "export", "bench", "ui", "doctor"),

@@ -1,10 +1,13 @@
-"""Everything the user can mend is one of these; the command line turns them into exit code 2.
+"""Everything that is told in a sentence is one of these; `heatlens.faults` makes them of the rest.
+
+What the user can mend ends a command with exit code 2.
 
 HeatlensError
 ├── InputError    a file, a channel or an option: what was found and what would help
 ├── LensError     a lens that cannot be
 ├── GpuError      no usable OpenGL, or a picture larger than it takes
-└── ShaderError   a shader that does not compile: the file, the line and the driver's words
+├── ShaderError   a shader that does not compile: the file, the line and the driver's words
+└── FaultError    a mistake of heatlens itself, which only a new version mends: exit code 70
 """
 
 
@@ -26,3 +29,7 @@ class GpuError(HeatlensError):
 
 class ShaderError(HeatlensError):
     """A shader failed to compile or link."""
+
+
+class FaultError(HeatlensError):
+    """heatlens made a mistake; the sentence names the file that holds the full report."""

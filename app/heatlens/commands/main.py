@@ -1,7 +1,8 @@
 """The command `heatlens`: chooses the subcommand and turns errors into exit codes.
 
 Exit codes: 0 done, 1 `compare` found the pictures further apart than allowed, 2 something the
-user can mend, 130 stopped with Ctrl-C, 141 nobody reads the output any more (`| head`).
+user can mend, 70 a fault of heatlens, whose report is in a file, 130 stopped with Ctrl-C, 141
+nobody reads the output any more (`| head`).
 
 Only the module of the command that was asked for is imported. `commands.launch` calls this in a
 process of its own, which it ends when Ctrl-C is pressed.
@@ -17,7 +18,9 @@ from collections.abc import Sequence
 from typing import Any, NoReturn
 
 from heatlens import __version__
-from heatlens.errors import HeatlensError, InputError
+from heatlens.errors import FaultError, HeatlensError, InputError
+from heatlens.faults import told_error
+from heatlens.printable import printable
 
 _EPILOG = """\
 examples:
@@ -36,6 +39,7 @@ examples:
 `heatlens COMMAND --help` explains each command.
 """
 
+_FAULT = 70  # as sysexits.h calls an error within a program
 _COMMANDS = (
     *("view", "render", "export", "shot", "camera", "info", "compare", "study", "bench"),
     "doctor",
@@ -81,18 +85,23 @@ def main(argv: Sequence[str] | None = None) -> int:
         sys.stdout.flush()  # a reader that has gone is noticed here, not when Python ends
         return code
     except HeatlensError as error:
-        return _failed(str(error))
+        return _failed(error)
     except MemoryError:
-        return _failed("there is not enough memory. A smaller --proxy or fewer --layers need less.")
+        return _failed(
+            InputError("there is not enough memory. A smaller --proxy or fewer --layers need less.")
+        )
     except BrokenPipeError:
         _drop_output()
         return 128 + 13  # as the shell counts a program ended by SIGPIPE
     except OSError as error:  # files are answered for where they are opened: this is a full disk
         _drop_output()
-        return _failed(f"{error.filename or 'standard output'}: {error.strerror or error}")
+        where = error.filename or "standard output"
+        return _failed(InputError(f"{where}: {error.strerror or error}"))
     except KeyboardInterrupt as stop:
         print("heatlens: stopped", file=sys.stderr)
         return 128 + getattr(stop, "number", signal.SIGINT)
+    except Exception as error:
+        return _failed(told_error(error, "The command ended"))
 
 
 def _with_command(argv: Sequence[str]) -> list[str]:
@@ -120,6 +129,7 @@ def _drop_output() -> None:
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
-def _failed(sentence: str) -> int:
-    print(f"heatlens: {sentence}", file=sys.stderr)
-    return 2
+def _failed(error: HeatlensError) -> int:
+    """Say it in one line, and return the exit code."""
+    print(f"heatlens: {printable(str(error))}", file=sys.stderr)
+    return _FAULT if isinstance(error, FaultError) else 2

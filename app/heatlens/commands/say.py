@@ -2,8 +2,10 @@
 
 import sys
 
+from heatlens.printable import printable
+
 
 def say(*sentences: str) -> None:
     """Each on a line of its own on stderr, at once: what follows may take minutes."""
     for sentence in sentences:
-        print(f"heatlens: {sentence}", file=sys.stderr, flush=True)
+        print(f"heatlens: {printable(sentence)}", file=sys.stderr, flush=True)

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heatlens.errors import InputError
+from heatlens.image.bounds import DEPTH_LEAST_M, bound_coc
 from heatlens.image.depth_guess import Guess, RawDepth, guess_convention, looked_at
 from heatlens.image.plate import DepthReport, FloatImage
 from heatlens.image.repair import repair_depth
@@ -64,7 +65,12 @@ def read_depth(
         converted = _convert(raw, convention, options)
     depth = converted.values
     depth[converted.infinite] = np.inf
-    repaired = repair_depth(depth, converted.bad, what)
+    bounded: tuple[str, ...] = ()
+    if convention == "coc":
+        repaired = repair_depth(depth, converted.bad, what)
+        bounded = bound_coc(depth, what)
+    else:
+        repaired = repair_depth(depth, converted.bad | (depth < DEPTH_LEAST_M), what)
     kind: DepthKind = likely_kind if options.depth_kind == "auto" else options.depth_kind
     kind = "planar" if convention == "coc" else kind
     infinite_count = int(np.count_nonzero(np.isinf(depth)))  # with those that repair copied
@@ -74,7 +80,7 @@ def read_depth(
     report = DepthReport(
         channel, convention, kind, guess.why, near, far, infinite_count, repaired, guess.question
     )
-    return DepthResult(depth, report, (*converted.notes, *_notes(raw, report, guess)))
+    return DepthResult(depth, report, (*converted.notes, *bounded, *_notes(raw, report, guess)))
 
 
 def finite_range(depth: FloatImage, infinite_count: int) -> tuple[float, float]:
@@ -187,7 +193,8 @@ def _notes(raw: RawDepth, report: DepthReport, guess: Guess) -> tuple[str, ...]:
     if report.repaired_count:
         notes.append(
             f"{raw.what} holds no usable value in {report.repaired_count} of {raw.values.size} "
-            "pixels (NaN, or of the wrong sign): they took the nearest neighbour's."
+            "pixels (NaN, of the wrong sign or nearer than a micrometre): they took the "
+            "nearest neighbour's."
         )
     if raw.low == raw.high and not 0 < report.infinite_count < raw.values.size:
         notes.append(f"{raw.what} is {raw.low:g} everywhere: the blur will be the same everywhere.")

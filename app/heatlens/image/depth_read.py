@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from heatlens.errors import InputError
+from heatlens.image.bounds import DEPTH_LEAST_M
 from heatlens.image.camera_header import camera_at_header
 from heatlens.image.channel_choice import ColorChoice, choose_depth
 from heatlens.image.channels import ChannelRef, Header, Part, pixels_of
@@ -77,7 +78,7 @@ def _made_planar(
         options.focal_length_mm or camera.focal_length_mm,
         options.sensor_width_mm or camera.sensor_width_mm,
     )
-    return planar_depth_m(
+    planar_m = planar_depth_m(
         radial_m,
         box_at_header(header, "dataWindow"),
         box_at_header(header, "displayWindow"),
@@ -85,6 +86,7 @@ def _made_planar(
         focal_length_mm,
         sensor_width_mm,
     )
+    return np.maximum(planar_m, np.float32(DEPTH_LEAST_M))  # at the rim of a view of 180 degrees
 
 
 def _aligned(path: Path, result: DepthResult, own: Header, target: Header) -> DepthResult:

@@ -9,6 +9,7 @@ import numpy as np
 import OpenEXR
 
 from heatlens.errors import InputError
+from heatlens.image.bounds import bound_color
 from heatlens.image.camera_header import camera_at_header
 from heatlens.image.channel_choice import ColorChoice, choose_color
 from heatlens.image.channels import Header, Part, list_channels, pixels_of
@@ -106,12 +107,15 @@ def read_color(
     for index, ref in enumerate(choice.rgb):
         color[:, :, index] = pixels_of(parts, ref)
     color[:, :, 3] = 1.0 if choice.alpha is None else pixels_of(parts, choice.alpha)
-    count = repair_color(color, f"{path}: colour layer {choice.layer or 'RGB'!r}")
+    what = f"{path}: colour layer {choice.layer or 'RGB'!r}"
+    count = repair_color(color, what)
+    bounded = bound_color(color, what)
     if not count:
-        return color, ()
+        return color, bounded
     return color, (
         f"{path}: {count} of {red.size} pixels held NaN or infinity in their colour and took the "
         "median of their neighbours.",
+        *bounded,
     )
 
 

@@ -1,15 +1,17 @@
 """Pictures for the eye: scene-linear colour to 8-bit sRGB, as PNG or JPEG."""
 
+import io
 import os
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
 from heatlens.errors import InputError
-from heatlens.image.atomic_file import replacing
+from heatlens.image.atomic_file import write_whole
 from heatlens.image.display import srgb_encoded
 from heatlens.image.plate import FloatImage
 
@@ -35,8 +37,17 @@ def write_png(
     light = _straight(rgba, exposure_stops, keep_alpha=kind == "PNG")
     shown = [_bytes(encode(light[:, :, :3])), _bytes(light[:, :, 3:])]
     image = Image.fromarray(np.concatenate(shown, axis=2))
-    with replacing(path) as beside:
-        image.save(beside, format=kind, quality=_JPEG_QUALITY)
+    write_whole(path, encoded_picture(image, kind, quality=_JPEG_QUALITY))
+
+
+def encoded_picture(image: Image.Image, kind: str, **options: Any) -> bytes:
+    """Return the bytes of a file of the format `kind`; `options` are those of Pillow.
+
+    In memory: what Pillow writes to a full disk in C is cut short without a word.
+    """
+    encoded = io.BytesIO()
+    image.save(encoded, format=kind, **options)
+    return encoded.getvalue()
 
 
 def _straight(rgba: FloatImage, exposure_stops: float, keep_alpha: bool) -> FloatImage:

@@ -12,7 +12,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from heatlens.image.atomic_file import replacing
+from heatlens.image.atomic_file import write_whole
 from heatlens.image.json_record import JsonEntry, plain, read_json, record_to_json
 from heatlens.model.curve import Curve, Key
 from heatlens.model.frames import FrameRange
@@ -129,8 +129,7 @@ def _write(path: Path, shot: Shot) -> None:
     text = _lines(shot_to_json(shot, path.parent)) + "\n"
     # A name that is no Unicode has no UTF-8: its escape is what JSON reads back.
     data = text.encode("utf-8", "backslashreplace")
-    with replacing(path) as beside:
-        beside.write_bytes(data)
+    write_whole(path, data)
 
 
 def _lines(value: Any, indent: str = "") -> str:

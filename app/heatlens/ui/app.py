@@ -11,7 +11,8 @@ from dataclasses import dataclass, field, replace
 import moderngl
 
 from heatlens.camera.samples import CameraSamples
-from heatlens.errors import HeatlensError
+from heatlens.errors import FaultError, HeatlensError
+from heatlens.faults import faults_told
 from heatlens.gpu.context import is_software
 from heatlens.image.focus_pick import depth_at_m
 from heatlens.image.plate import Plate
@@ -151,6 +152,12 @@ class App:
         """Show a sentence in the status bar for a while."""
         self.message, self._message_at = window_words(sentence), time.perf_counter()
 
+    def say_error(self, error: HeatlensError) -> None:
+        """Show what went wrong; after a fault of the program the work in hand is kept first."""
+        if isinstance(error, FaultError):
+            self.documents.keep_now()
+        self.say(str(error))
+
     def open(self, text: str, options: PlateOptions | None = None) -> None:
         """Open a file, a pattern, a folder or a shot; what is open stays until it has a picture."""
         if not self.documents.opens(text):
@@ -228,35 +235,41 @@ class App:
     def poll(self) -> None:
         """Take what threads have read; errors are said, and the last good picture stays."""
         try:
-            opened = self.stage.arrived()
-            if opened is not None:
-                begin(self, opened)
-            if self.stage.reference_arrived():
-                self.say(f"B is {self.reference.path.name}." if self.reference else "")
-            self.filing.poll()
-            self.documents.poll()
-            self.timeline.poll()
+            with faults_told("What was read could not be shown"):
+                self._take_news()
         except HeatlensError as error:
-            self.say(str(error))
+            self.say_error(error)
             self.first.refused()
         if self.stage.plate is None:
             self.sides.restart()  # what was under way read from the plate that left the GPU
         if self.message and time.perf_counter() - self._message_at > _MESSAGE_S:
             self.message = ""
 
+    def _take_news(self) -> None:
+        opened = self.stage.arrived()
+        if opened is not None:
+            begin(self, opened)
+        if self.stage.reference_arrived():
+            self.say(f"B is {self.reference.path.name}." if self.reference else "")
+        self.filing.poll()
+        self.documents.poll()
+        self.timeline.poll()
+
     def update_picture(self) -> None:
         """Answer a change of the shot with a picture that fits the time."""
         try:
-            self.making.wish(self.view, self.shot, self.editing.frame, self.budget_s)
+            with faults_told("The picture could not be made"):
+                self.making.wish(self.view, self.shot, self.editing.frame, self.budget_s)
         except HeatlensError as error:
-            self.say(str(error))
+            self.say_error(error)
 
     def work(self) -> None:
         """Go on with the whole picture for a moment."""
         try:
-            self.making.work()
+            with faults_told("The picture could not be made"):
+                self.making.work()
         except HeatlensError as error:
-            self.say(str(error))
+            self.say_error(error)
 
     def seconds_until_needed(self) -> float | None:
         """How long the loop may sleep without an event; None: until there is one."""

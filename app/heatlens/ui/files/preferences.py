@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from heatlens.errors import InputError
-from heatlens.image.atomic_file import replacing
+from heatlens.image.atomic_file import write_whole
 from heatlens.image.json_record import JsonEntry, read_json, record_to_json
 from heatlens.model.plate_options import PlateOptions
 from heatlens.paths import home_dir
@@ -87,8 +87,8 @@ class Preferences:
         path, self._saved = self.path, self.now
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
-            with replacing(path) as beside:
-                beside.write_text(json.dumps(_entries(self.now), indent=2) + "\n", "utf-8")
+            text = json.dumps(_entries(self.now), indent=2) + "\n"
+            write_whole(path, text.encode())
         except (OSError, InputError) as error:
             self.path = None
             raise InputError(f"Preferences are not kept: {error}") from error

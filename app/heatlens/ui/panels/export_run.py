@@ -67,7 +67,9 @@ class ExportRun:
         folder = tempfile.TemporaryDirectory(prefix="heatlens-")
         path = Path(folder.name) / f"window{SHOT_SUFFIX}"
         write_shot(path, shot)
-        line = [sys.executable, "-m", "heatlens", command, str(path), "-o", output, *words]
+        # -P: a file in the current folder that is called like one of Python's must not be run.
+        program = [sys.executable, "-P", "-m", "heatlens"]
+        line = [*program, command, str(path), "-o", output, *words]
         self.state = ExportState(f"{command} to {output}")
         pipe = subprocess.PIPE
         self._process = subprocess.Popen(line, stdout=pipe, stderr=pipe, text=True)

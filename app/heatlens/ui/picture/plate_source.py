@@ -6,8 +6,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from heatlens.errors import HeatlensError, InputError
+from heatlens.faults import faults_told
+from heatlens.image.channel_choice import choose_color
+from heatlens.image.exr_read import read_color, read_parts
 from heatlens.image.frame_cache import Damaged, FrameCache
-from heatlens.image.plate import Plate
+from heatlens.image.plate import FloatImage, Plate
 from heatlens.image.sequence import Sequence, find_sequence
 from heatlens.image.sequence_reader import SequenceReader
 from heatlens.model.plate_options import PlateOptions
@@ -94,6 +97,7 @@ class PlateOpener:
         self._thread.shutdown(wait=True, cancel_futures=True)
 
 
+@faults_told("The file could not be opened")
 def _opened(
     text: str, options: PlateOptions, frame: int | None, wake: Callable[[], None]
 ) -> Opened | OpenedScene:
@@ -102,14 +106,16 @@ def _opened(
     sequence = find_sequence(text)
     first = _first_frame(sequence, text, frame)
     news = News(wake)
-    cache = FrameCache(sequence, SequenceReader(options), _BUDGET_BYTES, on_ready=news.tell)
+    # A frame that its reader has no answer to is one that is damaged, and the others are seen.
+    read = faults_told("A frame could not be read")(SequenceReader(options))
+    cache = FrameCache(sequence, read, _BUDGET_BYTES, on_ready=news.tell)
     try:
         found = cache.wait(first, window=0)
         if isinstance(found, Damaged):
             raise InputError(found.sentence)
         if found is None:
             raise InputError(f"{sequence.path_at(first)} is not there.")
-    except HeatlensError:
+    except Exception:
         cache.close()
         raise
     return Opened(text, options, cache, first, found, news)
@@ -128,3 +134,11 @@ def _close_unused(future: "Future[Opened | OpenedScene]") -> None:
         opened = future.result()
         if isinstance(opened, Opened):
             opened.cache.close()
+
+
+@faults_told("The reference could not be read")
+def read_reference(path: Path) -> tuple[Path, FloatImage]:
+    """Return the path and the colours (H, W, 4) of any EXR. Raises HeatlensError."""
+    parts = read_parts(path)
+    choice = choose_color(path, [header for header, _ in parts], None)
+    return path, read_color(path, parts, choice)[0]

@@ -13,8 +13,6 @@ import numpy as np
 from heatlens.errors import GpuError, HeatlensError, InputError
 from heatlens.gpu.context import check_plate_fits
 from heatlens.gpu.textures import new_texture, upload
-from heatlens.image.channel_choice import choose_color
-from heatlens.image.exr_read import read_color, read_parts
 from heatlens.image.frame_cache import Damaged, Direction
 from heatlens.image.plate import FloatImage, Plate
 from heatlens.image.sequence import MissingPolicy
@@ -25,7 +23,7 @@ from heatlens.model.plate_options import PlateOptions
 from heatlens.model.shot import Shot
 from heatlens.render import FrameRenderer
 from heatlens.ui.picture.disk_watch import DiskWatch
-from heatlens.ui.picture.plate_source import Opened, PlateOpener
+from heatlens.ui.picture.plate_source import Opened, PlateOpener, read_reference
 from heatlens.ui.picture.scene_opening import OpenedScene
 from heatlens.ui.picture.scene_sight import SceneSight
 from heatlens.ui.picture.stream_source import OpenedStream, StreamSource
@@ -263,7 +261,7 @@ class Stage:
 
     def open_reference(self, path: Path) -> None:
         """Begin to read an EXR to compare with."""
-        self._coming = self._reader.submit(_read_reference, path)
+        self._coming = self._reader.submit(read_reference, path)
         self._coming.add_done_callback(lambda _: self._wake())
 
     def reference_arrived(self) -> bool:
@@ -290,9 +288,3 @@ class Stage:
             self.stream.close()
         if self.opened is not None:
             self.opened.cache.close()
-
-
-def _read_reference(path: Path) -> tuple[Path, FloatImage]:
-    parts = read_parts(path)
-    choice = choose_color(path, [header for header, _ in parts], None)
-    return path, read_color(path, parts, choice)[0]
