@@ -14,7 +14,8 @@ from heatlens.model.shot import Shot
 
 HEIGHT, WIDTH = 20, 28
 LENSES = (Lens(50.0, 2.0, 2.0, 36.0), Lens(1000.0, 0.7, 1500.0, 36.0), Lens(8.0, 22.0, 1e9, 36.0))
-TINY = (1e-45, 1e-38, 1e-30, 1e-12, 1e-9, 1e-7)
+# Not smaller: what processors may take for 0 would be a mark of the sky.
+TINY = (1e-37, 1e-30, 1e-12, 1e-9, 1e-7)
 
 
 def plate_of(tmp_path, depth, light: float = 0.5, **options):
