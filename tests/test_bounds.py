@@ -22,7 +22,7 @@ def plate_of(tmp_path, depth, light: float = 0.5, **options):
     colors = {name: np.full((HEIGHT, WIDTH), 0.5, np.float32) for name in "RGB"}
     colors["R"][4, 5] = light
     path = write_file(tmp_path / "p.exr", colors | {"Z": depth.astype(np.float32)})
-    return read_plate(path, PlateOptions(**options))
+    return read_plate(path, PlateOptions(**({"depth_convention": "distance"} | options)))
 
 
 def ramp(value: float) -> np.ndarray:
@@ -105,6 +105,6 @@ def test_every_method_makes_a_picture_of_any_light(tmp_path, renderer, value):
 
 def test_an_ordinary_plate_is_read_as_it_is(tmp_path):
     path = write_file(tmp_path / "p.exr", rgb(HEIGHT, WIDTH) | {"Z": ramp(2).astype(np.float32)})
-    plate = read_plate(path)
+    plate = read_plate(path, PlateOptions(depth_convention="distance"))
     assert np.array_equal(plate.depth_m, ramp(2)) and plate.notes == ()
     assert np.array_equal(plate.color[..., 0], rgb(HEIGHT, WIDTH)["R"].astype(np.float32))
