@@ -14,8 +14,8 @@ import heatlens
 PACKAGE = Path(heatlens.__file__).parent
 LAYERS = (
     *("base", "model", "image", "scene", "camera", "color", "gpu", "defocus", "scene_gpu"),
-    *("render", "preview", "display", "export", "compare", "bench", "study", "ui"),
-    *("doctor", "commands"),
+    *("render", "preview", "rendered_frames", "display", "export", "compare"),
+    *("bench", "study", "ui", "doctor", "commands"),
 )
 BASE = ("__init__", "errors", "faults", "paths", "printable", "stopping")
 # render, export and ui pass textures on; bench owns what it measures with, display what is seen

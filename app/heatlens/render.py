@@ -66,6 +66,11 @@ class FrameRenderer:
         self._checked_size = (0, 0)
 
     @property
+    def has_loaded(self) -> bool:
+        """There is a plate, or a scene's pinhole picture."""
+        return self._loaded is not None
+
+    @property
     def loaded(self) -> LoadedPlate:
         """The plate, or the scene's pinhole picture; InputError before there is one."""
         if self._loaded is None:
@@ -112,7 +117,7 @@ class FrameRenderer:
     def load_scene_of(self, other: "FrameRenderer") -> None:
         """Look at the scene that another renderer of this context holds, without a second copy.
 
-        This one has to let go of it, or load something else, before the other does.
+        Once the other has let go of the scene, this one can only let go of it too.
         """
         if other._of_scene is None:
             raise InputError("No scene is loaded.")

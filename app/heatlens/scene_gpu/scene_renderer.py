@@ -68,7 +68,7 @@ class SceneRenderer:
         return RayTracer(self._ctx, self._raster)
 
     def beside(self) -> "SceneRenderer":
-        """Another look at the same scene, for other frames; it has to be released before this."""
+        """Another look at the same scene, for other frames, as long as this one holds it."""
         return SceneRenderer(self._ctx, self.scene, self._raster)
 
     def pose_at(self, shot: Shot, frame: float) -> Pose:

@@ -7,6 +7,7 @@ It knows no window and draws nothing: `Screen` does. Every picture comes from th
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 
 import moderngl
 
@@ -42,8 +43,10 @@ from heatlens.ui.picture.screen_pictures import ScreenPictures
 from heatlens.ui.picture.stage import Reference, Stage
 from heatlens.ui.picture.stream_source import NO_FILES, StreamSource
 from heatlens.ui.picture.viewport import ViewportPanel
+from heatlens.ui.picture_turns import PictureTurns
 from heatlens.ui.start.beginning import begin
 from heatlens.ui.start.first_choice import FirstChoice
+from heatlens.ui.timeline.rendered_pull import RenderedPull, store_of
 from heatlens.ui.timeline.timeline import Timeline
 from heatlens.ui.widgets import window_words
 
@@ -73,8 +76,10 @@ class App:
         start: Start,
         wake: Callable[[], None] = lambda: None,
         preferences: Preferences | None = None,
+        frames_folder: Path | None = None,
     ) -> None:
-        """`wake`, called from threads, makes whoever draws draw again."""
+        """`wake`, called from threads, makes whoever draws draw again. Rendered frames are kept in
+        `frames_folder`, None: in memory alone."""
         self.ctx = ctx
         self.start = start
         self.message = ""
@@ -94,6 +99,10 @@ class App:
         self.palette = Palette()
         self.actions = actions()
         self.timeline = Timeline(self, wake)
+        store = store_of(self.filing.preferences.now, frames_folder, wake)
+        self.pull = RenderedPull(self, store, wake)
+        self.turns = PictureTurns(self)
+        self.is_lens_held_off = False  # by a key, to see the pinhole picture
         self.documents = ShotDocuments(self, wake)
         self.scenes = SceneCommands(self)
         self.panels = dict.fromkeys(PANELS, True)
@@ -116,6 +125,11 @@ class App:
     def lens(self) -> Lens:
         """Its lens at the frame."""
         return self.editing.lens
+
+    @property
+    def frame(self) -> int:
+        """Where the playhead is."""
+        return self.editing.frame
 
     @property
     def has_scene(self) -> bool:
@@ -248,28 +262,22 @@ class App:
     def _take_news(self) -> None:
         opened = self.stage.arrived()
         if opened is not None:
+            self.pull.begin()
             begin(self, opened)
         if self.stage.reference_arrived():
             self.say(f"B is {self.reference.path.name}." if self.reference else "")
         self.filing.poll()
         self.documents.poll()
         self.timeline.poll()
+        self.pull.poll()
 
     def update_picture(self) -> None:
         """Answer a change of the shot with a picture that fits the time."""
-        try:
-            with faults_told("The picture could not be made"):
-                self.making.wish(self.view, self.shot, self.editing.frame, self.budget_s)
-        except HeatlensError as error:
-            self.say_error(error)
+        self.turns.update()
 
     def work(self) -> None:
-        """Go on with the whole picture for a moment."""
-        try:
-            with faults_told("The picture could not be made"):
-                self.making.work()
-        except HeatlensError as error:
-            self.say_error(error)
+        """Go on for a moment with the whole picture, else with the frames of the pull."""
+        self.turns.work()
 
     def seconds_until_needed(self) -> float | None:
         """How long the loop may sleep without an event; None: until there is one."""
@@ -278,7 +286,7 @@ class App:
             waits.append(0.1)
         if self.message:
             waits.append(_MESSAGE_S)
-        waits += [self.making.seconds_until_needed(), self.timeline.seconds_until_needed()]
+        waits += [self.turns.seconds_until_needed(), self.timeline.seconds_until_needed()]
         known = [wait for wait in waits if wait is not None]
         return min(known) if known else None
 
@@ -286,6 +294,7 @@ class App:
         """End threads; the GPU's things go with its context."""
         self.filing.close()
         self.documents.close()
+        self.pull.close()
         self.stage.close()
 
 

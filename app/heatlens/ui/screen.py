@@ -14,6 +14,7 @@ from heatlens.ui.panels.marks_panel import pull_popup
 from heatlens.ui.picture_window import PictureWindow
 from heatlens.ui.start.start_screen import hears_keys
 from heatlens.ui.status_bar import StatusBar
+from heatlens.ui.timeline.rendered_panel import rendered_popup
 
 _Window = imgui.WindowFlags_
 
@@ -65,6 +66,7 @@ class Screen:
         if app.shows_keys:
             app.shows_keys = keys_window(app.actions, app.has_scene)
         pull_popup(app)
+        rendered_popup(app)
         shot_question(app)
         app.filing.draw()
 

@@ -2,6 +2,7 @@
 
 import ctypes
 import os
+import sys
 import time
 from collections.abc import Callable
 from typing import Any
@@ -12,6 +13,7 @@ import glfw  # isort: skip
 import moderngl
 
 from heatlens.errors import GpuError
+from heatlens.rendered_frames.disk_store import frames_dir
 from heatlens.ui import theme
 from heatlens.ui.app import App, Start
 from heatlens.ui.files.preferences import WINDOW_LEAST, Preferences, Remembered, config_dir
@@ -96,10 +98,11 @@ class Loop:
         imgui.create_context()
         self._watch_events()
         self._start_imgui()
-        self._app = App(self._ctx, start, glfw.post_empty_event, preferences)
+        folder = frames_dir(os.environ, sys.platform)
+        self._app = App(self._ctx, start, glfw.post_empty_event, preferences, folder)
         restore_layout(self._app, preferences.now.layout)
         self._screen = Screen(self._app)
-        self._version = 0, 0
+        self._version: object = None
         self._title = ""
 
     def run(self, stops: StopSignals) -> None:
@@ -112,9 +115,9 @@ class Loop:
             if self._frames_due > 0:
                 self._frames_due -= 1
                 self._draw()
-            if app.making.is_working:  # also between frames: a moving pointer must not keep it off
+            if app.turns.is_working:  # also between frames: a moving pointer must not keep it off
                 app.work()
-                self._frames_due += app.making.version != self._version
+                self._frames_due += app.turns.version != self._version
         self._remember()
         app.close()
         imgui.backends.opengl3_shutdown()
@@ -178,7 +181,7 @@ class Loop:
         app.speed.frame(seconds, shown.seconds if shown else 0.0, _is_held())
         if shown:
             self._frames_due = max(self._frames_due, 1)
-        self._version = app.making.version
+        self._version = app.turns.version
 
     def _tell_title(self) -> None:
         """The name of what is seen, from the moment it is seen."""
@@ -210,6 +213,7 @@ class Loop:
     def _woken(self) -> None:
         self._frames_due = _FRAMES_AFTER_EVENT
         self._event_at = time.perf_counter()
+        self._app.pull.touched()
 
     def _dropped(self, _window: Any, paths: Any) -> None:
         self._woken()

@@ -65,7 +65,12 @@ class ScreenPictures:
         self.with_mipmaps = False  # pictures are seen so small that they would shimmer without
 
     def a(
-        self, shown: Shown, version: int, plate: LoadedPlate, view: ViewState, b: moderngl.Texture
+        self,
+        shown: Shown,
+        version: object,
+        plate: LoadedPlate,
+        view: ViewState,
+        b: moderngl.Texture,
     ) -> moderngl.Texture:
         """A: the picture through the lens, the pinhole picture, or A's difference from B."""
         source = shown.texture if view.depth_of_field else plate.color
