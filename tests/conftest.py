@@ -33,6 +33,7 @@ def pytest_configure() -> None:
     folder = Path(tempfile.gettempdir()) / f"heatlens-tests-{os.getpid()}"
     os.environ["HEATLENS_CONFIG_DIR"] = str(folder / "preferences")
     os.environ["HEATLENS_LOG_DIR"] = str(folder / "reports")
+    os.environ["HEATLENS_CACHE_DIR"] = str(folder / "cache")
     # What a shell starts in the background ignores Ctrl-C, and hands that on to what it starts.
     signal.signal(signal.SIGINT, signal.default_int_handler)
 

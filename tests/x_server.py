@@ -62,6 +62,7 @@ class Window:
         environment = ENVIRONMENT | {
             "DISPLAY": screen.display,
             "HEATLENS_CONFIG_DIR": str(folder / "config"),
+            "HEATLENS_CACHE_DIR": str(folder / "cache"),
         }
         environment.pop("WAYLAND_DISPLAY", None)
         self.process = started(*words, env=environment)

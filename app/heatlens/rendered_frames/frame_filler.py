@@ -73,7 +73,7 @@ class FrameFiller:
     def work(
         self, job: FrameJob, following: FrameJob | None, slice_s: float
     ) -> RenderedPicture | None:
-        """Go on with `job` for about `slice_s`; return its picture when it is there.
+        """Go on with `job` for about `slice_s`, one step at least; return its picture at the end.
 
         A job with another key than before begins anew. Raises HeatlensError where it cannot be
         rendered.
@@ -84,9 +84,8 @@ class FrameFiller:
         self._read_ahead(job, following)
         end = self._clock() + slice_s
         try:
-            while self._clock() < end:
-                if next(self._steps) is _WAITING:
-                    return None
+            while next(self._steps) is not _WAITING and self._clock() < end:
+                pass
         except StopIteration as done:
             self._steps = None
             return done.value  # type: ignore[no-any-return]
