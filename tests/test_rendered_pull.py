@@ -193,7 +193,7 @@ def test_after_what_the_user_did_frames_wait_a_moment(gui, monkeypatch):
 
 
 def test_scrubbing_shows_what_was_rendered_until_the_new_picture_is_there(gui):
-    gui.app.edit(replace(gui.app.shot, defocus=DefocusSettings(quality=Quality.PREVIEW)))
+    gui.app.edit(replace(gui.app.shot, defocus=DefocusSettings(quality=Quality.FILM)))
     gui.frame()
     fill(gui)
     at_rest(gui)

@@ -179,7 +179,7 @@ def test_a_method_that_needs_a_scene_is_refused_aloud(gui):
 
 def test_the_status_says_what_a_and_b_are(gui):
     def said() -> str:
-        return words(gui.app.view, gui.app.sides, None)
+        return words(gui.app.view, gui.app.sides, None, gui.app.live.shown)
 
     assert said() == "diffusion"
     by_method(gui, Method.GATHER, Compare.WIPE)

@@ -66,11 +66,6 @@ class FrameRenderer:
         self._checked_size = (0, 0)
 
     @property
-    def has_loaded(self) -> bool:
-        """There is a plate, or a scene's pinhole picture."""
-        return self._loaded is not None
-
-    @property
     def loaded(self) -> LoadedPlate:
         """The plate, or the scene's pinhole picture; InputError before there is one."""
         if self._loaded is None:
@@ -112,7 +107,9 @@ class FrameRenderer:
         """Take a scene to the GPU; its pictures are drawn as they are asked for."""
         from heatlens.scene_gpu.scene_renderer import SceneRenderer  # plates do without
 
-        self._take_scene(SceneRenderer(self.ctx, scene))
+        of_scene = SceneRenderer(self.ctx, scene)
+        self.let_go()
+        self._of_scene = of_scene
 
     def load_scene_of(self, other: "FrameRenderer") -> None:
         """Look at the scene that another renderer of this context holds, without a second copy.
@@ -121,9 +118,7 @@ class FrameRenderer:
         """
         if other._of_scene is None:
             raise InputError("No scene is loaded.")
-        self._take_scene(other._of_scene.beside())
-
-    def _take_scene(self, of_scene: "SceneRenderer") -> None:
+        of_scene = other._of_scene.beside()
         self.let_go()
         self._of_scene = of_scene
 

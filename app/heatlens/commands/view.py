@@ -23,7 +23,8 @@ it begins on a start screen: the demo, the still life, any file, those opened la
 lens not given here are taken from the plate's header, and can all be changed in the window. `?`
 there shows the keys. The window remembers recent files, how the plates of a folder are read,
 colours and panels where the system keeps settings, or in the folder that HEATLENS_CONFIG_DIR names;
-options given here win over that.
+options given here win over that. Frames of a shot that it has rendered are kept where the system
+keeps what can be made again, or in the folder that HEATLENS_CACHE_DIR names.
 """
 
 

@@ -66,6 +66,7 @@ class FrameFiller:
         self._clock = clock
         self._wake = wake
         self._job: FrameJob | None = None
+        self._loaded: Plate | None = None  # in the renderer
         self._steps: Steps[RenderedPicture] | None = None
         self._reader = ThreadPoolExecutor(1, thread_name_prefix="frames-plate")
         self._reads: dict[PlateFile, Future[_Read]] = {}
@@ -111,6 +112,7 @@ class FrameFiller:
         self.stop()
         self._reads.clear()
         self.renderer.let_go()
+        self._loaded = None
 
     def close(self) -> None:
         """Read no more."""
@@ -122,8 +124,10 @@ class FrameFiller:
             while not self._begun(job.plate).done():
                 yield _WAITING
             read = self._begun(job.plate).result()
-            if not (self.renderer.has_loaded and self.renderer.loaded.plate is read.plate):
+            if self._loaded is not read.plate:
+                self._loaded = None
                 yield from self.renderer.loading(read.plate, read.bins)
+                self._loaded = read.plate
         picture = yield from self.renderer.steps(job.shot, job.frame)
         self.renderer.ctx.finish()
         yield "finish"

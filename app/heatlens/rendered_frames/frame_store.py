@@ -37,6 +37,7 @@ class FrameStore:
         self._lock = threading.Lock()
         self._writing: set[str] = set()
         self._loading: set[str] = set()
+        self._has_looked = disk is None
         self._generation = 0  # counts how often all was cleared: what was under way then is void
         self._writer = ThreadPoolExecutor(1, thread_name_prefix="frames-write")
         self._loader = ThreadPoolExecutor(1, thread_name_prefix="frames-read")
@@ -55,9 +56,9 @@ class FrameStore:
 
     @property
     def has_room(self) -> bool:
-        """Few pictures wait to be kept."""
+        """Few pictures wait to be kept, and it is known what lies on disk."""
         with self._lock:
-            return len(self._writing) < _WAITING_MOST
+            return self._has_looked and len(self._writing) < _WAITING_MOST
 
     @property
     def is_busy(self) -> bool:
@@ -145,6 +146,7 @@ class FrameStore:
 
     def _look(self, disk: DiskStore) -> None:
         disk.look()
+        self._has_looked = True
         self._changed()
 
     def _clear(self, disk: DiskStore) -> None:

@@ -74,9 +74,9 @@ class KeptScreen:
                 self._texture.release()
             self._texture = new_texture(self._app.ctx, (width, height), 4, "f2", "rendered frame")
             self._on_gpu = ""
-        defocus, frame = job.shot.defocus, self._app.frame
+        shot, frame = self._app.shot, self._app.frame
         return KeptFrame(
-            self._texture, self._app.shot, frame, defocus, 0.0, key=job.key, picture=picture
+            self._texture, shot, frame, shot.defocus, 0.0, key=job.key, picture=picture
         )
 
     def uploaded(self, shown: Shown) -> Shown:

@@ -38,14 +38,17 @@ def rendered_label(app: "App") -> None:
     words = rendered_words(app)
     if not words:
         return
-    em, width = imgui.get_font_size(), imgui.calc_text_size(words).x
+    em, short = imgui.get_font_size(), f"{len(app.pull.rendered)}/{app.pull.wanted}"
     imgui.same_line()
-    if imgui.get_content_region_avail().x < width + em:
+    room = imgui.get_content_region_avail().x - em
+    shown = next((it for it in (words, short) if imgui.calc_text_size(it).x < room), "")
+    if not shown:  # a row more would push the keys out of the panel; the bar tells it too
         imgui.new_line()
+        return
     is_preview = words.startswith("preview")
     imgui.push_style_color(imgui.Col_.text, theme.ACCENT_TEXT if is_preview else theme.DIM)
     imgui.push_style_color(imgui.Col_.button, imgui.ImVec4(0.0, 0.0, 0.0, 0.0))
-    if imgui.button(f"{words}###rendered frames"):
+    if imgui.button(f"{shown}###rendered frames"):
         app.pull.opens_popup = True
     imgui.pop_style_color(2)
     widgets.note("rendered frames")
