@@ -33,7 +33,7 @@ class DiskStore:
 
     def look(self) -> None:
         """Find out which pictures there are; what is beyond the bound goes."""
-        remove_leftovers(self.folder, _is_ours)
+        remove_leftovers(self.folder)
         self._trim(0)
 
     @property
@@ -145,7 +145,3 @@ def _cache_dir(environ: Mapping[str, str], platform: str) -> Path:
         local = environ.get("LOCALAPPDATA")
         return Path(local or home / "AppData" / "Local") / "heatlens" / "Cache"
     return Path(environ.get("XDG_CACHE_HOME") or home / ".cache") / "heatlens"
-
-
-def _is_ours(name: str) -> bool:
-    return _NAME.fullmatch(name) is not None

@@ -46,7 +46,7 @@ from heatlens.ui.picture.viewport import ViewportPanel
 from heatlens.ui.picture_turns import PictureTurns
 from heatlens.ui.start.beginning import begin
 from heatlens.ui.start.first_choice import FirstChoice
-from heatlens.ui.timeline.rendered_pull import RenderedPull, store_of
+from heatlens.ui.timeline.rendered_pull import RenderedPull
 from heatlens.ui.timeline.timeline import Timeline
 from heatlens.ui.widgets import window_words
 
@@ -99,10 +99,8 @@ class App:
         self.palette = Palette()
         self.actions = actions()
         self.timeline = Timeline(self, wake)
-        store = store_of(self.filing.preferences.now, frames_folder, wake)
-        self.pull = RenderedPull(self, store, wake)
+        self.pull = RenderedPull(self, frames_folder, wake)
         self.turns = PictureTurns(self)
-        self.is_lens_held_off = False  # by a key, to see the pinhole picture
         self.documents = ShotDocuments(self, wake)
         self.scenes = SceneCommands(self)
         self.panels = dict.fromkeys(PANELS, True)
@@ -270,10 +268,6 @@ class App:
         self.documents.poll()
         self.timeline.poll()
         self.pull.poll()
-
-    def update_picture(self) -> None:
-        """Answer a change of the shot with a picture that fits the time."""
-        self.turns.update()
 
     def work(self) -> None:
         """Go on for a moment with the whole picture, else with the frames of the pull."""

@@ -15,6 +15,7 @@ class PictureTurns:
 
     def __init__(self, app: "App") -> None:
         self._app = app
+        self.is_lens_held_off = False  # by a key, to see the pinhole picture
 
     @property
     def seen(self) -> Shown | None:

@@ -81,12 +81,12 @@ class PictureWindow:
     def _pictures(self) -> Pictures | None:
         """What the viewport shows, drawn again where it changed."""
         app, plate = self._app, self._app.stage.plate
-        app.is_lens_held_off = self._alt()
+        app.turns.is_lens_held_off = self._alt()
         shown = app.turns.seen
         if plate is None or shown is None:
             return None
         screen, loaded = app.screen, app.renderer.loaded
-        depth_of_field = app.view.depth_of_field and not app.is_lens_held_off
+        depth_of_field = app.view.depth_of_field and not app.turns.is_lens_held_off
         view = replace(app.view, depth_of_field=depth_of_field)
         view = replace(view, exposure_stops=view.exposure_stops + app.lens.transmission_stops)
         screen.with_mipmaps = app.viewport.zoom < MIPMAPS_UNDER

@@ -50,7 +50,7 @@ class Screen:
         if is_new_layout:
             for name in ("Lens", "Look"):  # in front of those that share a place with them
                 imgui.set_window_focus(name)
-        app.update_picture()
+        app.turns.update()
         self.picture.draw(hears)
         app.editing.rest(is_held=imgui.is_any_item_active())
         app.color.apply(app.view, app.screen)

@@ -45,14 +45,15 @@ class RenderedPull:
     def __init__(
         self,
         app: "App",
-        store: FrameStore,
+        folder: Path | None = None,
         wake: Callable[[], None] = lambda: None,
         clock: Callable[[], float] = time.perf_counter,
     ) -> None:
+        """`folder`: where frames are kept on disk, None: nowhere."""
         self._app = app
         self._wake = wake
         self._clock = clock
-        self.store = store
+        self.store = store_of(app.filing.preferences.now, folder, wake)
         self.jobs = PullJobs(app, wake)
         self.version = 0  # counts the frames that were rendered
         self.opens_popup = False  # in the next frame of the window
@@ -105,7 +106,7 @@ class RenderedPull:
         """The picture through the lens is seen, and nothing beside or over it."""
         view = self._app.view
         is_bare = view.compare is Compare.OFF and view.overlay is Overlay.NONE
-        return is_bare and view.depth_of_field and not self._app.is_lens_held_off
+        return is_bare and view.depth_of_field and not self._app.turns.is_lens_held_off
 
     def at_hand(self, keys: frozenset[str]) -> Iterator[FrameJob]:
         """The jobs of frames whose pictures have these keys, in the order they are played."""
