@@ -100,6 +100,7 @@ def command_context(session_context: moderngl.Context) -> Iterator[None]:
         for command in ("bench", "doctor", "export", "render", "study"):
             name = f"heatlens.commands.{command}.headless_context"
             patch.setattr(name, lambda: session_context)
+        patch.setattr("heatlens.api.engine.headless_context", lambda: session_context)
         yield
 
 
