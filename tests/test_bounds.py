@@ -6,7 +6,7 @@ import pytest
 from exr_files import rgb, write_file
 from heatlens.errors import InputError
 from heatlens.image.bounds import COC_MOST_PX, DEPTH_LEAST_M, LIGHT_MOST
-from heatlens.image.exr_read import read_plate
+from heatlens.image.plate_read import read_plate
 from heatlens.model.lens import Lens
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.settings import Bokeh, DefocusSettings, Method, Quality

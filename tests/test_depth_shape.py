@@ -9,7 +9,7 @@ from command_line import stderr_of_run
 from exr_files import rgb, write_file
 from heatlens.errors import InputError
 from heatlens.image.depth_shape import flat_votes
-from heatlens.image.exr_read import read_plate
+from heatlens.image.plate_read import read_plate
 from heatlens.image.sequence_reader import SequenceReader
 from heatlens.image.written_by import written_by
 from heatlens.model.plate_options import PlateOptions

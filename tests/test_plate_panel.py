@@ -10,7 +10,7 @@ from exr_files import rgb, write_file
 from gui import gui_of
 from heatlens.image.camera_header import lens_attributes
 from heatlens.image.channel_choice import color_layers_among, depth_channels_first
-from heatlens.image.exr_read import read_plate
+from heatlens.image.plate_read import read_plate
 from heatlens.image.radial import planar_depth_m
 from heatlens.model.depth_histogram import depth_histogram
 from heatlens.model.plate_options import PlateOptions

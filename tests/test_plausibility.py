@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from command_line import stderr_of_run
 from exr_files import rgb, write_file
 from heatlens.commands.main import main
-from heatlens.image.exr_read import read_plate
 from heatlens.image.plate import depth_span
+from heatlens.image.plate_read import read_plate
 from heatlens.model.coc import far_limit_m, near_limit_m
 from heatlens.model.lens import Lens
 from heatlens.model.plausibility import DepthSpan, doubts, span_doubts

@@ -14,7 +14,7 @@ from heatlens.color.input_space import input_space_of
 from heatlens.color.rgb_matrix import to_rec709
 from heatlens.color.view_transform import srgb_transform, view_transform
 from heatlens.commands.main import main
-from heatlens.image.exr_read import read_plate
+from heatlens.image.plate_read import read_plate
 from heatlens.image.primaries import KNOWN, REC709, TOLERANCE, Primaries, told_primaries
 
 # Names in the built-in config.

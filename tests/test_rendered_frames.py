@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from heatlens.errors import InputError
-from heatlens.image.exr_read import read_plate
+from heatlens.image.plate_read import read_plate
 from heatlens.image.sequence import stamp_of
 from heatlens.model.frames import FrameRange
 from heatlens.model.framing import Pose

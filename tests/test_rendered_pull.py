@@ -9,7 +9,7 @@ from imgui_bundle import imgui
 
 from gui import Gui, gui_of
 from heatlens.gpu.textures import download
-from heatlens.image.exr_read import read_plate
+from heatlens.image.plate_read import read_plate
 from heatlens.model.frames import FrameRange
 from heatlens.model.pull import pull
 from heatlens.model.settings import DefocusSettings, Quality

@@ -8,7 +8,7 @@ from exr_files import distances, rgb, write_file
 from heatlens.commands.main import main
 from heatlens.errors import InputError
 from heatlens.image.atomic_file import replacing
-from heatlens.image.exr_read import read_plate
+from heatlens.image.plate_read import read_plate
 
 
 def refused(capsys, *words: object) -> str:

@@ -8,7 +8,8 @@ from exr_files import rgb, write_file, write_parts
 from heatlens.commands.main import main
 from heatlens.errors import InputError
 from heatlens.image.camera_header import lens_attributes
-from heatlens.image.exr_read import read_parts, read_plate
+from heatlens.image.exr_read import read_parts
+from heatlens.image.plate_read import read_plate
 from heatlens.image.radial import planar_depth_m
 from heatlens.model.boxes import Box
 from heatlens.model.plate_options import PlateOptions

@@ -7,7 +7,7 @@ import pytest
 from imgui_bundle import imgui
 
 from heatlens.gpu.textures import download
-from heatlens.image.exr_read import read_plate
+from heatlens.image.plate_read import read_plate
 from heatlens.model.settings import Method
 from heatlens.model.view import Against, Compare
 from heatlens.render import FrameRenderer

@@ -25,8 +25,8 @@ from heatlens.export.job import ExportJob, ExrOptions, Look
 from heatlens.export.output import Output, parse_output
 from heatlens.export.plan import frames_of
 from heatlens.image.channels import Header
-from heatlens.image.exr_read import read_plate
 from heatlens.image.exr_write import COMPRESSIONS
+from heatlens.image.plate_read import read_plate
 from heatlens.image.sequence import find_sequence
 from heatlens.image.sequence_reader import settled_options
 from heatlens.image.shot_file import is_shot_file, read_shot

@@ -2,8 +2,8 @@
 
 from heatlens.commands.say import say
 from heatlens.errors import InputError
-from heatlens.image.exr_read import read_plate
 from heatlens.image.plate import Plate, depth_span
+from heatlens.image.plate_read import read_plate
 from heatlens.image.sequence import find_sequence
 from heatlens.model.lens import Lens
 from heatlens.model.plate_options import PlateOptions

@@ -28,8 +28,8 @@ from heatlens.export.job import Look
 from heatlens.gpu.context import headless_context
 from heatlens.gpu.textures import FloatArray, download
 from heatlens.image.display import srgb_encoded
-from heatlens.image.exr_read import read_plate
 from heatlens.image.picture_write import Encode, check_output, write_picture
+from heatlens.image.plate_read import read_plate
 from heatlens.model.settings import DefocusSettings
 from heatlens.model.shot import Shot
 from heatlens.render import FrameRenderer
@@ -81,7 +81,8 @@ def run(args: argparse.Namespace) -> int:
     """Read, render, write; say what was decided on the way."""
     start = time.perf_counter()
     check_one_frame(args.plate)
-    check_output(args.output, *files_of_scene(args.plate))
+    depth_file = [] if args.depth is None else [Path(args.depth)]
+    check_output(args.output, *files_of_scene(args.plate), *depth_file)
     _check_look(args)
     settings = settings_of(args)
     refuse_unused(args, str(args.plate), is_scene_source(str(args.plate)), settings.method)

@@ -24,7 +24,7 @@ from heatlens.commands.shot_camera import (
 from heatlens.commands.shot_keys import KEYED, Keys, keys_of, mark_of
 from heatlens.commands.value_types import number
 from heatlens.errors import InputError
-from heatlens.image.exr_read import read_plate
+from heatlens.image.plate_read import read_plate
 from heatlens.image.sequence import Sequence, find_sequence
 from heatlens.image.sequence_names import frames_text
 from heatlens.image.shot_file import SHOT_SUFFIX, write_shot

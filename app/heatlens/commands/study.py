@@ -19,7 +19,7 @@ from heatlens.compare.pictures import Picture, read_picture
 from heatlens.defocus.solver_choice import settled_solver
 from heatlens.errors import InputError
 from heatlens.gpu.context import headless_context
-from heatlens.image.exr_read import read_plate
+from heatlens.image.plate_read import read_plate
 from heatlens.model.lens import Lens
 from heatlens.model.settings import LAYERS_MAX, VIEWS_MAX, Bokeh, Method, Quality
 from heatlens.model.shot import Shot

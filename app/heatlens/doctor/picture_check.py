@@ -12,7 +12,8 @@ from heatlens.defocus.solver_choice import settled_solver
 from heatlens.display.display_pass import DisplayPass
 from heatlens.doctor.finding import Finding
 from heatlens.gpu.textures import FloatArray, download, new_texture, upload
-from heatlens.image.exr_read import read_parts, read_plate
+from heatlens.image.exr_read import read_parts
+from heatlens.image.plate_read import read_plate
 from heatlens.model.lens import Lens
 from heatlens.model.settings import DefocusSettings
 from heatlens.model.shot import Shot

@@ -7,6 +7,7 @@ import numpy as np
 
 from heatlens.errors import InputError
 from heatlens.export.frame_source import FrameLoader, Origin, PlannedFrame
+from heatlens.image.depth_source import depth_path_for
 from heatlens.image.frame_cache import Damaged, FrameCache
 from heatlens.image.plate import Plate, ReadPixels
 from heatlens.image.sequence import MissingPolicy, Sequence, stamp_of
@@ -59,10 +60,10 @@ class PlateFrames:
     def origin(self, shot: Shot, frame: int, missing: MissingPolicy) -> Origin:
         """The plate of `frame`, or the one that stands in for it."""
         if self._is_still(shot):
-            return self._read_from(self.sequence.first, is_black=False)
+            return self._read_from(shot, self.sequence.first, is_black=False)
         held = self.sequence.shown_frame(frame, "hold")
         assert held is not None  # a sequence that was found has a file
-        return self._read_from(held, is_black=missing == "black" and held != frame)
+        return self._read_from(shot, held, is_black=missing == "black" and held != frame)
 
     def loader(
         self, shot: Shot, frames: tuple[PlannedFrame, ...], renderer: FrameRenderer
@@ -78,9 +79,10 @@ class PlateFrames:
         sequence = self.sequence
         return not sequence.form.padding or (sequence.is_single and shot.frames is None)
 
-    def _read_from(self, frame: int, is_black: bool) -> Origin:
-        path = self.sequence.path_at(frame)
-        return Origin(frame, is_black, path, stamp_of(path))
+    def _read_from(self, shot: Shot, frame: int, is_black: bool) -> Origin:
+        path, depth_source = self.sequence.path_at(frame), shot.plate_options.depth_source
+        beside = () if depth_source is None else (stamp_of(depth_path_for(path, depth_source)),)
+        return Origin(frame, is_black, path, stamp_of(path), beside)
 
 
 class _PlateLoader:

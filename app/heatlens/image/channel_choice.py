@@ -265,5 +265,5 @@ def _no_depth_sentence(path: Path, headers: Sequence[Header], view: str) -> str:
     return (
         f"{path} has no depth channel{of_view}: looked for Z, depth, depth.Z, zdepth, distance and "
         f"the like; it has: {found}.{unusable_sentence(headers)} Render the depth into the file, "
-        "or name its channel with --depth-channel."
+        "name its channel with --depth-channel, or the file that holds it with --depth FILE."
     )

@@ -8,7 +8,16 @@ from numpy.typing import NDArray
 
 from heatlens.errors import InputError
 from heatlens.image.bounds import DEPTH_LEAST_M, bound_coc
-from heatlens.image.depth_guess import Guess, RawDepth, guess_convention, looked_at
+from heatlens.image.depth_ends import checked_ends, with_ends
+from heatlens.image.depth_guess import (
+    NORMALIZED_UP_TO,
+    DepthOrigin,
+    Guess,
+    RawDepth,
+    guess_convention,
+    in_full_scale,
+    looked_at,
+)
 from heatlens.image.plate import DepthReport, FloatImage
 from heatlens.image.repair import repair_depth
 from heatlens.model.plate_options import DepthConvention, DepthKind, PlateOptions
@@ -47,19 +56,20 @@ def read_depth(
     what: str,
     channel: str,
     options: PlateOptions,
-    program: str = "",
-    likely_kind: DepthKind = "planar",
+    origin: DepthOrigin | None = None,
 ) -> DepthResult:
     """Depth (H, W) in metres of the raw `values`; `what` starts every sentence about them.
 
-    `program` is the name of the one that wrote them, `likely_kind` what they are measured along
-    unless the options say. Raises InputError where the channel is empty,
-    ambiguous or no depth at all; with `options.strict` also where the likelier of two was taken.
+    `origin` is what is known of them beyond their name. Raises InputError where the channel is
+    empty, ambiguous or no depth at all; with `options.strict` also where a question was left.
     """
-    raw = looked_at(values, what, channel, program)
+    origin = origin or DepthOrigin()
+    raw = looked_at(values, what, channel, origin)
     guess = guess_convention(raw, options)
     if guess.question and options.strict:
         raise InputError(guess.question)
+    if guess.convention == "disparity":
+        options, guess = with_ends(raw, options, guess)
     convention = guess.convention
     with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
         converted = _convert(raw, convention, options)
@@ -71,7 +81,7 @@ def read_depth(
         bounded = bound_coc(depth, what)
     else:
         repaired = repair_depth(depth, converted.bad | (depth < DEPTH_LEAST_M), what)
-    kind: DepthKind = likely_kind if options.depth_kind == "auto" else options.depth_kind
+    kind: DepthKind = origin.kind if options.depth_kind == "auto" else options.depth_kind
     kind = "planar" if convention == "coc" else kind
     infinite_count = int(np.count_nonzero(np.isinf(depth)))  # with those that repair copied
     near, far = finite_range(depth, infinite_count)
@@ -103,6 +113,9 @@ def _convert(raw: RawDepth, convention: DepthConvention, options: PlateOptions) 
         return _from_inverse(raw, options.scene_unit_m)
     if convention == "distance":
         return _from_distance(raw, options.scene_unit_m)
+    raw = in_full_scale(raw)
+    if convention == "disparity":
+        return _from_disparity(raw, options)
     return _from_normalized(raw, convention == "normalized-inverted", options)
 
 
@@ -148,23 +161,33 @@ def _from_inverse(raw: RawDepth, scene_unit_m: float) -> _Converted:
 
 def _from_normalized(raw: RawDepth, inverted: bool, options: PlateOptions) -> _Converted:
     """Metres of 0..1 between near and far; the far end and beyond is nothing hit."""
-    near, far = options.near_m, options.far_m
-    if near is None or far is None:
-        raise InputError(
-            f"{raw.what} is read as normalised: give the distances of its two ends in metres with "
-            "--near and --far."
-        )
-    if not 0 <= near < far < math.inf:
-        raise InputError(
-            f"--near {near:g} and --far {far:g} cannot be the ends of a depth: both are metres, "
-            "near at least 0 and less than far."
-        )
+    near, far = checked_ends(raw, options)
     fraction = 1 - raw.values if inverted else raw.values
     infinite = (fraction >= 1) | raw.infinite
     below = int(np.count_nonzero(fraction < 0)) if (raw.low < 0 or raw.high > 1) else 0
     depth = np.float32(near) + np.maximum(fraction, 0) * np.float32(far - near)
     notes = (f"{raw.what} passes its near end in {below} pixels: set to --near.",) if below else ()
     return _Converted(depth, infinite, ~(depth > 0) & ~infinite, notes)
+
+
+def _from_disparity(raw: RawDepth, options: PlateOptions) -> _Converted:
+    """Metres of 0 to 1 that runs evenly over 1/z, from far to near, as phones and networks write.
+
+    What leaves 0 to 1 has a scale of its own: the least and the greatest value are then the ends.
+    """
+    near, far = checked_ends(raw, options)
+    values = raw.values
+    notes: tuple[str, ...] = ()
+    if raw.low < 0 or raw.high > NORMALIZED_UP_TO:
+        values = (values - np.float32(raw.low)) / np.float32(max(raw.high - raw.low, 1e-30))
+        notes = (
+            f"{raw.what} runs from {raw.low:g} to {raw.high:g}: these are taken for --far and "
+            "--near, in every frame anew.",
+        )
+    dioptres = 1 / far + np.clip(values, 0.0, 1.0) * (1 / near - 1 / far)
+    infinite = dioptres <= INVERSE_INFINITE_UP_TO
+    depth = (1.0 / dioptres).astype(np.float32)
+    return _Converted(depth, infinite, ~np.isfinite(raw.values) | raw.infinite, notes)
 
 
 def _viewing_sign(raw: RawDepth) -> tuple[float, tuple[str, ...]]:

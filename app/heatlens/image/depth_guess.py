@@ -5,15 +5,16 @@ wrong one would blur the wrong things and look almost right. Where one is likeli
 the question is asked aloud.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from heatlens.errors import InputError
 from heatlens.image.depth_shape import FlatVotes, flat_votes
+from heatlens.image.picture_parts import ToldOfPicture
 from heatlens.image.plate import FloatImage
-from heatlens.model.plate_options import DepthConvention, PlateOptions
+from heatlens.model.plate_options import DepthConvention, DepthKind, PlateOptions
 
 # At and beyond this renderers mean "nothing hit": 1e10 (Blender, MoonRay), FLT_MAX, 1e30, inf.
 INFINITE_FROM = 1e10
@@ -46,6 +47,20 @@ class Guess:
     question: str = ""
 
 
+@dataclass(frozen=True)
+class DepthOrigin:
+    """Where a depth is from, beyond its name.
+
+    program  that wrote the file, "" for unknown
+    kind     what it is likely measured along
+    told     what a picture for the eye tells of it; None for a channel of an EXR
+    """
+
+    program: str = ""
+    kind: DepthKind = "planar"
+    told: ToldOfPicture | None = None
+
+
 @dataclass(frozen=True, eq=False)
 class RawDepth:
     """A depth channel as stored, (H, W) float32, and what its values are like."""
@@ -59,7 +74,7 @@ class RawDepth:
     zero_count: int
     nan_count: int
     negative_count: int
-    program: str = ""  # that wrote the file, "" for unknown
+    origin: DepthOrigin
 
     @property
     def infinite_count(self) -> int:
@@ -77,11 +92,21 @@ class RawDepth:
         return min(abs(self.low), abs(self.high))
 
 
-def looked_at(values: FloatImage, what: str, channel: str, program: str = "") -> RawDepth:
+def in_full_scale(raw: RawDepth) -> RawDepth:
+    """Whole numbers of a picture as parts of its white; floating point as it is."""
+    white = None if raw.origin.told is None else raw.origin.told.full_scale
+    if white is None:
+        return raw
+    values = raw.values / np.float32(white)
+    return replace(raw, values=values, low=raw.low / white, high=raw.high / white)
+
+
+def looked_at(values: FloatImage, what: str, channel: str, origin: DepthOrigin) -> RawDepth:
     """Count what is in the channel. Raises InputError when it is empty: all zero or all NaN."""
     magnitude = np.abs(values)
     infinite = magnitude >= INFINITE_FROM
-    for mark in INFINITE_EXACTLY:
+    is_whole = origin.told is not None and origin.told.full_scale is not None
+    for mark in () if is_whole else INFINITE_EXACTLY:
         infinite |= magnitude == mark
     plain = values[~infinite]
     nan_count = int(np.count_nonzero(np.isnan(plain)))
@@ -97,7 +122,7 @@ def looked_at(values: FloatImage, what: str, channel: str, program: str = "") ->
     low, high = (float(plain.min()), float(plain.max())) if plain.size else (np.nan, np.nan)
     negative = int(np.count_nonzero(plain < 0)) if low < 0 else 0
     return RawDepth(
-        values, what, channel, infinite, low, high, zero_count, nan_count, negative, program
+        values, what, channel, infinite, low, high, zero_count, nan_count, negative, origin
     )
 
 
@@ -108,6 +133,8 @@ def guess_convention(raw: RawDepth, options: PlateOptions) -> Guess:
     """
     if options.depth_convention != "auto":
         return Guess(options.depth_convention, "Given with --depth-convention.")
+    if raw.origin.told is not None:
+        return guess_of_picture(raw, raw.origin.told, options)
     by_name = _guess_by_name(raw.channel)
     if by_name:
         return by_name
@@ -158,7 +185,7 @@ def _inverse_by_surfaces(raw: RawDepth, votes: FlatVotes) -> Guess:
 
 def _is_of_nuke(raw: RawDepth) -> bool:
     """The layer that Nuke's own renderer writes: depth.Z, which holds 1/z."""
-    return raw.program == "Nuke" and raw.channel.lower() == "depth.z"
+    return raw.origin.program == "Nuke" and raw.channel.lower() == "depth.z"
 
 
 def _is_dense_near_zero(raw: RawDepth) -> bool:
@@ -225,4 +252,34 @@ def _guess_within_one(raw: RawDepth) -> Guess:
         f"{raw.what} holds only values from {span}, which may be a normalised depth, distances or "
         "1/z. Say which: --depth-convention normalized or normalized-inverted (1 near) with --near "
         "and --far in metres, or --depth-convention distance or inverse."
+    )
+
+
+def guess_of_picture(raw: RawDepth, told: ToldOfPicture, options: PlateOptions) -> Guess:
+    """The convention of a depth in a PNG, JPEG, TIFF, PFM or HEIC, which hardly ever tells it."""
+    if told.convention is not None:
+        return Guess(told.convention, told.why, certain=False)
+    if options.scene_unit_m != 1.0:
+        return Guess("distance", "A unit is given with --scene-unit, as distances have.")
+    votes = flat_votes(raw.values, raw.infinite, 1.0 if told.full_scale else 0.0)
+    span = f"{raw.low:g} to {raw.high:g}"
+    if told.full_scale is None and not votes.says_inverse:
+        why = f"Floating point from {span}"
+        question = _question_of_picture(raw, span)
+        if votes.says_distance:
+            return Guess("distance", f"{why}, whose flat surfaces run as distances do.", False)
+        return Guess("distance", f"{why}, as programs write distances.", False, question)
+    if votes.says_inverse:
+        why = f"Its flat surfaces run evenly over 1/z, in {votes.inverse} places."
+        return Guess("disparity", why, certain=False)
+    why = "Phones and networks that estimate depth write disparity, white near."
+    return Guess("disparity", why, False, _question_of_picture(raw, span))
+
+
+def _question_of_picture(raw: RawDepth, span: str) -> str:
+    return (
+        f"{raw.what} runs from {span}: is it disparity (white near, as phones, MiDaS and Depth "
+        "Anything write it), a depth of 0 to 1, or distances? Say --depth-convention disparity, "
+        "normalized or normalized-inverted (white near), each with --near and --far, or distance "
+        "with --scene-unit."
     )

@@ -11,16 +11,26 @@ from heatlens.errors import InputError
 from heatlens.image.bounds import DEPTH_LEAST_M
 from heatlens.image.camera_header import camera_at_header
 from heatlens.image.channel_choice import ColorChoice, choose_depth
-from heatlens.image.channels import ChannelRef, Header, Part, pixels_of
+from heatlens.image.channels import ChannelRef, Header, Part, flat_channels, pixels_of
 from heatlens.image.depth import DepthResult, finite_range, read_depth
+from heatlens.image.depth_guess import DepthOrigin
+from heatlens.image.depth_source import depth_path_for
+from heatlens.image.file_parts import depth_file_parts
+from heatlens.image.picture_parts import told_of
 from heatlens.image.plate import CameraHeader, FloatImage
 from heatlens.image.radial import checked_lens_mm, planar_depth_m
-from heatlens.image.windows import box_at_header, moved_to_window, pixel_aspect_of
+from heatlens.image.windows import (
+    box_at_header,
+    moved_to_window,
+    pixel_aspect_of,
+    resized_nearest,
+)
 from heatlens.image.written_by import written_by
 from heatlens.model.plate_options import DepthKind, PlateOptions
 
 # The leaf of Mitsuba's `depth` integrator: the parameter t of the ray that hits.
 _ALONG_RAY = "t"
+_SAME_ASPECT = 0.02  # sizes of one shape may differ by their rounding
 
 
 def read_depth_of(
@@ -28,23 +38,91 @@ def read_depth_of(
 ) -> DepthResult:
     """The depth that belongs to `color`, planar, over the colour's data window.
 
-    Without a colour, over its own. Raises InputError naming file, channel and option.
+    Without a colour, over its own. Where `options` name a depth of its own it comes from there.
+    Raises InputError naming file, channel and option.
     """
     headers = [header for header, _ in parts]
+    target = headers[color.rgb[0].part] if color else None
+    if options.depth_source is not None:
+        path = depth_path_for(path, options.depth_source)
+        parts = depth_file_parts(path)
+        camera_headers, headers = headers, [header for header, _ in parts]
+        ref = _in_depth_file(path, headers, color, options)
+        return _read(path, parts, ref, target, camera_headers, options)
     is_coc = options.depth_convention == "coc"
     ref = choose_depth(path, headers, options.depth_channel, color, is_coc)
+    return _read(path, parts, ref, target, headers, options)
+
+
+def _in_depth_file(
+    path: Path, headers: Sequence[Header], color: ColorChoice | None, options: PlateOptions
+) -> ChannelRef:
+    """The depth channel of a file that holds nothing else, whatever it is called.
+
+    A depth written as grey is taken from its red. Raises InputError where there are several.
+    """
+    is_coc = options.depth_convention == "coc"
+    view = color.view if color else ""
+    try:
+        return choose_depth(path, headers, options.depth_channel, color, is_coc)
+    except InputError:
+        usable = [ref for ref in flat_channels(headers) if not view or ref.view in ("", view)]
+        plain = [ref for ref in usable if ref.leaf.lower() not in ("a", "alpha")]
+        letters = {ref.leaf.lower() for ref in plain}
+        is_grey = letters == {"r", "g", "b"} and len(plain) == 3
+        if options.depth_channel is not None or not (len(plain) == 1 or is_grey):
+            raise
+        return next((ref for ref in plain if ref.leaf.lower() == "r"), plain[0])
+
+
+def _read(
+    path: Path,
+    parts: Sequence[Part],
+    ref: ChannelRef,
+    target: Header | None,
+    camera_headers: Sequence[Header],
+    options: PlateOptions,
+) -> DepthResult:
+    """The channel `ref` as planar depth over the window of `target`, None for its own."""
+    headers = [header for header, _ in parts]
     header = headers[ref.part]
-    target = headers[color.rgb[0].part] if color else header
-    _check_same_display(path, ref.full_name, header, target)
     values = pixels_of(parts, ref).astype(np.float32)
+    told = told_of(header)
+    size_notes: tuple[str, ...] = ()
+    if target is None:
+        target = header
+    elif options.depth_source is not None:
+        values, header, size_notes = _at_size_of(path, values, header, target)
+    _check_same_display(path, ref.full_name, header, target)
     what = f"{path}: depth channel {ref.full_name!r}"
+    if told is not None:
+        what = f"{path}: the depth"
     kind, kind_notes = _likely_kind(ref, what, options)
-    result = read_depth(values, what, ref.full_name, options, written_by(headers), kind)
-    result = replace(result, notes=(*result.notes, *kind_notes))
+    origin = DepthOrigin(written_by(headers), kind, told)
+    result = read_depth(values, what, ref.full_name, options, origin)
+    result = replace(result, notes=(*size_notes, *result.notes, *kind_notes))
     if result.report.kind == "radial":
-        camera = camera_at_header([target, header, *headers])
+        camera = camera_at_header([target, header, *camera_headers])
         result = _with_values(result, _made_planar(path, result.values, header, camera, options))
     return _aligned(path, result, header, target)
+
+
+def _at_size_of(
+    path: Path, values: FloatImage, own: Header, target: Header
+) -> tuple[FloatImage, Header, tuple[str, ...]]:
+    """A whole picture of another size as large as the colour; else everything as it is."""
+    window = box_at_header(own, "dataWindow")
+    wanted = box_at_header(target, "displayWindow")
+    is_whole = window == box_at_header(own, "displayWindow")
+    is_like = abs(window.width * wanted.height / (window.height * wanted.width) - 1) < _SAME_ASPECT
+    if window == wanted or not (is_whole and is_like):
+        return values, own, ()
+    note = (
+        f"{path} is {window.width} x {window.height} pixels and the colour {wanted.width} x "
+        f"{wanted.height}: every pixel takes the depth nearest to it."
+    )
+    placed = {"dataWindow": target["displayWindow"], "displayWindow": target["displayWindow"]}
+    return resized_nearest(values, (wanted.height, wanted.width)), own | placed, (note,)
 
 
 def _likely_kind(

@@ -54,15 +54,20 @@ class FlatVotes:
         return own >= least and own >= _LEAST_LEAD * other
 
 
-def flat_votes(values: FloatImage, infinite: NDArray[np.bool_]) -> FlatVotes:
-    """The votes of the surfaces in `values` (H, W); those marked `infinite` are no surface."""
+def flat_votes(
+    values: FloatImage, infinite: NDArray[np.bool_], whole_step: float = 0.0
+) -> FlatVotes:
+    """The votes of the surfaces in `values` (H, W); those marked `infinite` are no surface.
+
+    `whole_step`: values were rounded to multiples of it, as those of 8 bits are.
+    """
     magnitude = np.where(infinite | ~np.isfinite(values), 0.0, np.abs(values))
     step = _HALF_STEP if _is_half(magnitude) else _FLOAT_STEP
     distance = inverse = looked_at = 0
     if _is_one_ramp(magnitude):
         return FlatVotes(0, 0, 0)
     for first, middle, last in _triples(magnitude.astype(np.float64)):
-        part, can_tell = _way_to_arithmetic(first, middle, last, step)
+        part, can_tell = _way_to_arithmetic(first, middle, last, step, whole_step)
         distance += int(np.count_nonzero(can_tell & (np.abs(part) < _TOLERANCE)))
         inverse += int(np.count_nonzero(can_tell & (np.abs(part - 1.0) < _TOLERANCE)))
         looked_at += int(np.count_nonzero(can_tell))
@@ -104,6 +109,7 @@ def _way_to_arithmetic(
     middle: NDArray[np.float64],
     last: NDArray[np.float64],
     step: float,
+    whole_step: float,
 ) -> tuple[NDArray[np.float64], _Mask]:
     """Where the middle lies: 0 on the harmonic mean, 1 on the arithmetic; and where that can be
     told."""
@@ -111,7 +117,7 @@ def _way_to_arithmetic(
     total = np.where(is_surface, first + last, 1.0)
     harmonic, arithmetic = 2 * first * last / total, total / 2
     apart = arithmetic - harmonic
-    can_tell = is_surface & (apart > _STEPS_APART * step * arithmetic)
+    can_tell = is_surface & (apart > _STEPS_APART * np.maximum(step * arithmetic, whole_step))
     can_tell &= np.maximum(first, last) < _RATIO_MOST * np.minimum(first, last)
     part = (middle - harmonic) / np.where(can_tell, apart, 1.0)
     return part, can_tell

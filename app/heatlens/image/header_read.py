@@ -8,6 +8,8 @@ import OpenEXR
 from heatlens.errors import InputError
 from heatlens.image.channel_choice import choose_color
 from heatlens.image.channels import Header
+from heatlens.image.picture_formats import is_picture
+from heatlens.image.picture_parts import picture_header
 from heatlens.image.quiet import quiet_library
 
 
@@ -18,6 +20,8 @@ def read_color_header(
 
     Raises InputError for a file that is missing, damaged, no EXR, or has no such colours.
     """
+    if is_picture(Path(path)):
+        return picture_header(Path(path))
     headers = read_headers(path)
     return headers[choose_color(Path(path), headers, layer, eye).rgb[0].part]
 

@@ -13,8 +13,9 @@ from heatlens.image.camera_header import camera_at_header
 from heatlens.image.channel_choice import ColorChoice, choose_color
 from heatlens.image.channels import Header, Part, pixels_of, type_name
 from heatlens.image.depth_read import read_depth_of
-from heatlens.image.exr_read import read_color, read_parts
+from heatlens.image.file_parts import color_file_parts, notes_of
 from heatlens.image.plate import CameraHeader
+from heatlens.image.plate_read import read_color
 from heatlens.image.primaries import ToldPrimaries, told_primaries
 from heatlens.image.views import views_of
 from heatlens.image.windows import box_at_header, pixel_aspect_of
@@ -34,7 +35,7 @@ def inspect(path: Path, options: PlateOptions) -> Facts:
     become "infinity" and None, for JSON has neither. Raises InputError only when the file cannot
     be read.
     """
-    parts = read_parts(path)
+    parts = color_file_parts(path, options)
     headers = [header for header, _ in parts]
     choice, color = _color_facts(path, parts, options)
     header = headers[choice.rgb[0].part if choice else 0]
@@ -56,7 +57,7 @@ def inspect(path: Path, options: PlateOptions) -> Facts:
         "primaries": None if told is None else _primaries_facts(told),
         "color": color,
         "depth": depth,
-        "notes": [*color.pop("notes", ()), *aspect_notes, *depth_notes],
+        "notes": [*notes_of(header), *color.pop("notes", ()), *aspect_notes, *depth_notes],
     }
 
 

@@ -5,8 +5,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from heatlens.errors import InputError
-from heatlens.image.exr_read import read_plate
 from heatlens.image.plate import Plate
+from heatlens.image.plate_read import read_plate
 from heatlens.model.plate_options import PlateOptions
 
 

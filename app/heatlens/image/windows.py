@@ -39,6 +39,15 @@ def moved_to_window(values: FloatImage, source: Box, target: Box, outside: float
     return moved
 
 
+def resized_nearest(values: FloatImage, shape: tuple[int, ...]) -> FloatImage:
+    """`values` (H, W) at another size; every pixel takes one value, for a mean of two depths is
+    none."""
+    rows = ((np.arange(shape[0]) + 0.5) * values.shape[0] / shape[0]).astype(np.intp)
+    columns = ((np.arange(shape[1]) + 0.5) * values.shape[1] / shape[1]).astype(np.intp)
+    resized: FloatImage = np.ascontiguousarray(values[rows[:, None], columns[None, :]])
+    return resized
+
+
 def _rows_columns(box: Box, window: Box) -> tuple[slice, slice]:
     """Where `box` lies in an array over `window`."""
     rows = slice(box.y0 - window.y0, box.y1 - window.y0)

@@ -9,8 +9,8 @@ from pathlib import Path
 from heatlens.defocus.pipeline import Steps
 from heatlens.errors import InputError
 from heatlens.gpu.textures import download
-from heatlens.image.exr_read import read_plate
 from heatlens.image.plate import Plate
+from heatlens.image.plate_read import read_plate
 from heatlens.image.sequence import Stamp, stamp_of
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.shot import Shot

@@ -218,7 +218,7 @@ class Loop:
     def _dropped(self, _window: Any, paths: Any) -> None:
         self._woken()
         if paths:
-            self._app.open(paths[0])
+            self._app.open_dropped([str(path) for path in paths])
 
     def _start_imgui(self) -> None:
         io = imgui.get_io()

@@ -120,7 +120,8 @@ class Preferences:
         return plates.get(path) or plates.get(os.path.dirname(path)) or PlateOptions()
 
     def read_so(self, folder: Path, options: PlateOptions) -> None:
-        """The plates of a folder are to be read so from now on."""
+        """The plates of a folder are to be read so from now on; each with a depth of its own."""
+        options = replace(options, depth_source=None)
         plates = {name: o for name, o in self.now.plates.items() if name != str(folder)}
         if options != PlateOptions():
             plates[str(folder)] = options

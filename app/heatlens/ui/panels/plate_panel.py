@@ -27,6 +27,7 @@ _CONVENTIONS: dict[DepthConvention, str] = {
     "inverse": "1 / distance",
     "normalized": "0 near, 1 far",
     "normalized-inverted": "1 near, 0 far",
+    "disparity": "disparity, 1 near",
     "coc": "blur in pixels (coc)",
 }
 _KINDS: dict[WishedKind, str] = {
