@@ -10,14 +10,17 @@ from PIL import Image
 
 from command_line import stderr_of_run
 from exr_files import rgb, write_file
+from gui import gui_of
 from heatlens.color.input_space import input_space_of
 from heatlens.commands.main import main
 from heatlens.errors import InputError
+from heatlens.image.depth_source import picture_and_depth
 from heatlens.image.display import srgb_decoded, srgb_encoded
 from heatlens.image.exr_read import read_parts
 from heatlens.image.header_read import read_color_header
 from heatlens.image.plate_read import read_plate
 from heatlens.model.plate_options import PlateOptions
+from heatlens.ui.files.dropped import open_dropped
 from picture_files import (
     HEIGHT,
     WIDTH,
@@ -313,3 +316,29 @@ def test_without_the_extra_heic_names_it(tmp_path, monkeypatch):
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
     with pytest.raises(InputError, match=r"heatlens\[heic\]"):
         read_plate(tmp_path / "p.heic")
+
+
+def test_a_picture_and_its_depth_are_known_by_their_names(tmp_path):
+    names = [str(tmp_path / n) for n in ("sea.jpg", "sea_depth.png")]
+    assert picture_and_depth(names) == picture_and_depth(names[::-1]) == tuple(names)
+    for others in (
+        ["a.exr", "b.exr"],
+        ["a_depth.exr", "b_z.exr"],
+        ["a.exr"],
+        ["a.glb", "depth.exr"],
+    ):
+        assert picture_and_depth(others) is None
+    for frame in (1, 2):
+        (tmp_path / f"z.{frame:04}.exr").write_bytes(b"")
+    pair = picture_and_depth([str(tmp_path / "c.0001.exr"), str(tmp_path / "z.0001.exr")])
+    assert pair == (str(tmp_path / "c.0001.exr"), str(tmp_path / "z.####.exr"))
+
+
+def test_two_files_dropped_on_the_window_are_one_plate(ctx, photo, tmp_path):
+    depth = save(tmp_path / "photo_depth.png", whole(disparity(metres(), 1, 10), "u2"))
+    with gui_of(ctx) as gui:
+        open_dropped(gui.app, [str(depth), str(photo)])
+        gui.until(lambda: gui.app.stage.plate is not None, "the plate")
+        assert gui.app.stage.plate.path == photo and gui.app.shot.source == str(photo)
+        assert gui.app.shot.plate_options.depth_source == str(depth)
+        np.testing.assert_allclose(gui.app.stage.plate.depth_m, metres(), rtol=1e-3)

@@ -15,7 +15,6 @@ from heatlens.camera.samples import CameraSamples
 from heatlens.errors import FaultError, HeatlensError
 from heatlens.faults import faults_told
 from heatlens.gpu.context import is_software
-from heatlens.image.depth_source import picture_and_depth
 from heatlens.image.focus_pick import depth_at_m
 from heatlens.image.plate import Plate
 from heatlens.image.start_lens import StartLens
@@ -175,15 +174,6 @@ class App:
         """Open a file, a pattern, a folder or a shot; what is open stays until it has a picture."""
         if not self.documents.opens(text):
             self.stage.open(text, options or self.filing.options_for(text))
-
-    def open_dropped(self, names: list[str]) -> None:
-        """Open what was dropped: a picture together with its depth, else the first of them."""
-        pair = picture_and_depth(names)
-        if pair is None:
-            self.open(names[0])
-            return
-        picture, depth = pair
-        self.open(picture, replace(self.filing.options_for(picture), depth_source=depth))
 
     def reload(self) -> None:
         """Read the plate again as it is on disk now."""

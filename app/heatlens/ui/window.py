@@ -16,6 +16,7 @@ from heatlens.errors import GpuError
 from heatlens.rendered_frames.disk_store import frames_dir
 from heatlens.ui import theme
 from heatlens.ui.app import App, Start
+from heatlens.ui.files.dropped import open_dropped
 from heatlens.ui.files.preferences import WINDOW_LEAST, Preferences, Remembered, config_dir
 from heatlens.ui.layout import restore_layout
 from heatlens.ui.screen import Screen
@@ -218,7 +219,7 @@ class Loop:
     def _dropped(self, _window: Any, paths: Any) -> None:
         self._woken()
         if paths:
-            self._app.open_dropped([str(path) for path in paths])
+            open_dropped(self._app, [str(path) for path in paths])
 
     def _start_imgui(self) -> None:
         io = imgui.get_io()
