@@ -12,7 +12,7 @@ from command_line import CAMERA, ENVIRONMENT, channels, picture
 from exr_files import write_file
 from heatlens.commands.main import main
 from heatlens.errors import HeatlensError
-from heatlens.image.exr_read import read_plate
+from heatlens.image.plate_read import read_plate
 from heatlens.image.shot_file import read_shot
 
 WORDS = ("--f-stop", "1.4", "--focus-distance", "3", "--float", "--quality", "draft")

@@ -336,9 +336,10 @@ def test_a_picture_and_its_depth_are_known_by_their_names(tmp_path):
 
 def test_two_files_dropped_on_the_window_are_one_plate(ctx, photo, tmp_path):
     depth = save(tmp_path / "photo_depth.png", whole(disparity(metres(), 1, 10), "u2"))
-    with gui_of(ctx) as gui:
+    before = write_file(tmp_path / "b.exr", rgb(HEIGHT, WIDTH) | {"Z": metres().astype("f4")})
+    with gui_of(ctx, before) as gui:
         open_dropped(gui.app, [str(depth), str(photo)])
-        gui.until(lambda: gui.app.stage.plate is not None, "the plate")
-        assert gui.app.stage.plate.path == photo and gui.app.shot.source == str(photo)
+        gui.until(lambda: gui.app.stage.plate.path == photo, "the plate")
+        assert gui.app.shot.source == str(photo)
         assert gui.app.shot.plate_options.depth_source == str(depth)
         np.testing.assert_allclose(gui.app.stage.plate.depth_m, metres(), rtol=1e-3)

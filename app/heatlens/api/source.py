@@ -10,10 +10,10 @@ from typing import Any
 from heatlens.api.engine import ENGINE
 from heatlens.errors import InputError
 from heatlens.gpu.textures import FloatArray
-from heatlens.image.exr_read import read_plate
 from heatlens.image.focus_pick import depth_at_m
 from heatlens.image.plate import Plate
 from heatlens.image.plate_lens import plate_lens
+from heatlens.image.plate_read import read_plate
 from heatlens.image.sequence import Sequence
 from heatlens.model.lens import Lens
 from heatlens.model.plate_options import PlateOptions
