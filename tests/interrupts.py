@@ -47,6 +47,7 @@ COMMANDS: dict[str, tuple[str, ...]] = {
         *("study", str(STILL), "-o", "{out}/report", "--focus-at", "290,190", "--runs", "1"),
         *("--methods", "gather,heat"),
     ),
+    "doctor": ("doctor",),
     "bench": ("bench", "--size", "320x180", "--runs", "1"),
 }
 _UNTRUE = re.compile("Traceback|Exception ignored|cannot be loaded|Install|initialization|a fault")

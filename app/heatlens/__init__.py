@@ -8,9 +8,7 @@
 `heatlens.api` has the functions and says what they take. Nothing is loaded before it is used.
 """
 
-import importlib
-from typing import TYPE_CHECKING, Any
-
+TYPE_CHECKING = False  # as checkers of types know it; `typing` itself would cost milliseconds
 if TYPE_CHECKING:
     from heatlens.api import Source, open
     from heatlens.errors import HeatlensError
@@ -31,8 +29,10 @@ _HOMES = {
 }
 
 
-def __getattr__(name: str) -> Any:
+def __getattr__(name: str) -> object:
     """Load what is asked for; `import heatlens` alone costs nothing."""
+    import importlib
+
     if name not in _HOMES:
         raise AttributeError(f"module 'heatlens' has no attribute {name!r}")
     found = globals()[name] = getattr(importlib.import_module(_HOMES[name]), name)
