@@ -1,8 +1,9 @@
 """From the parts of a file to the depth that belongs to its colour: planar and in its window."""
 
 import math
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +19,7 @@ from heatlens.image.depth_source import depth_path_for
 from heatlens.image.file_parts import depth_file_parts
 from heatlens.image.picture_parts import told_of
 from heatlens.image.plate import CameraHeader, FloatImage
+from heatlens.image.position import depth_of_positions, position_channels
 from heatlens.image.radial import checked_lens_mm, planar_depth_m
 from heatlens.image.windows import (
     box_at_header,
@@ -47,11 +49,48 @@ def read_depth_of(
         path = depth_path_for(path, options.depth_source)
         parts = depth_file_parts(path)
         camera_headers, headers = headers, [header for header, _ in parts]
-        ref = _in_depth_file(path, headers, color, options)
-        return _read(path, parts, ref, target, camera_headers, options)
-    is_coc = options.depth_convention == "coc"
-    ref = choose_depth(path, headers, options.depth_channel, color, is_coc)
-    return _read(path, parts, ref, target, headers, options)
+        find = partial(_in_depth_file, path, headers, color, options)
+    else:
+        camera_headers = headers
+        is_coc = options.depth_convention == "coc"
+        find = partial(choose_depth, path, headers, options.depth_channel, color, is_coc)
+    source = _depth_channel(path, parts, color, options, camera_headers, find)
+    return _read(path, parts, source, target, camera_headers, options)
+
+
+@dataclass(frozen=True, eq=False)
+class _Source:
+    """Values (H, W) as stored, the channel they are in, and how they became depths, if they did."""
+
+    ref: ChannelRef
+    values: FloatImage
+    why: str = ""
+
+
+def _depth_channel(
+    path: Path,
+    parts: Sequence[Part],
+    color: ColorChoice | None,
+    options: PlateOptions,
+    camera_headers: Sequence[Header],
+    find: Callable[[], ChannelRef],
+) -> _Source:
+    """The depth that is found, or one calculated of positions where there is none or they are
+    asked for."""
+    headers = [header for header, _ in parts]
+    name, view = options.depth_channel, color.view if color else ""
+    position = position_channels(headers, name, view)
+    if position is None or name is None:
+        try:
+            ref = find()
+            return _Source(ref, pixels_of(parts, ref).astype(np.float32))
+        except InputError:
+            if position is None:
+                raise
+    points = np.stack([pixels_of(parts, ref).astype(np.float32) for ref in position], axis=-1)
+    all_headers = [*camera_headers, *headers]
+    values, why = depth_of_positions(path, points, position[0].layer, all_headers)
+    return _Source(position[2], values, why)
 
 
 def _in_depth_file(
@@ -78,15 +117,15 @@ def _in_depth_file(
 def _read(
     path: Path,
     parts: Sequence[Part],
-    ref: ChannelRef,
+    source: _Source,
     target: Header | None,
     camera_headers: Sequence[Header],
     options: PlateOptions,
 ) -> DepthResult:
-    """The channel `ref` as planar depth over the window of `target`, None for its own."""
+    """The depth of `source`, planar, over the window of `target`, None for its own."""
+    ref, values = source.ref, source.values
     headers = [header for header, _ in parts]
     header = headers[ref.part]
-    values = pixels_of(parts, ref).astype(np.float32)
     told = told_of(header)
     size_notes: tuple[str, ...] = ()
     if target is None:
@@ -99,7 +138,11 @@ def _read(
         what = f"{path}: the depth"
     kind, kind_notes = _likely_kind(ref, what, options)
     origin = DepthOrigin(written_by(headers), kind, told)
+    if source.why:
+        options = replace(options, depth_convention="distance", depth_kind="planar")
     result = read_depth(values, what, ref.full_name, options, origin)
+    if source.why:
+        result = replace(result, report=replace(result.report, why=source.why))
     result = replace(result, notes=(*size_notes, *result.notes, *kind_notes))
     if result.report.kind == "radial":
         camera = camera_at_header([target, header, *camera_headers])
