@@ -73,7 +73,8 @@ class Gui:
             said = self.app.message or said
             assert time.monotonic() < end, f"{what} never came. {said}"
             self.frame()
-            self.app.work()
+            for _ in range(8):  # the window works on without a frame while nothing is new
+                self.app.work()
             time.sleep(0.001)  # threads have their turn, as they have while a window swaps
 
     def opened(self) -> None:

@@ -39,8 +39,9 @@ from heatlens.ui.panels.speed_panel import Speed
 from heatlens.ui.picture.b_side import BothSides
 from heatlens.ui.picture.budget import budget_s
 from heatlens.ui.picture.making import Making
+from heatlens.ui.picture.reference import Reference
 from heatlens.ui.picture.screen_pictures import ScreenPictures
-from heatlens.ui.picture.stage import Reference, Stage
+from heatlens.ui.picture.stage import Stage
 from heatlens.ui.picture.stream_source import NO_FILES, StreamSource
 from heatlens.ui.picture.viewport import ViewportPanel
 from heatlens.ui.picture_turns import PictureTurns

@@ -7,11 +7,8 @@ from pathlib import Path
 
 from heatlens.errors import HeatlensError, InputError
 from heatlens.faults import faults_told
-from heatlens.image.channel_choice import choose_color
-from heatlens.image.file_parts import color_file_parts
 from heatlens.image.frame_cache import Damaged, FrameCache
-from heatlens.image.plate import FloatImage, Plate
-from heatlens.image.plate_read import read_color
+from heatlens.image.plate import Plate
 from heatlens.image.sequence import Sequence, find_sequence
 from heatlens.image.sequence_reader import SequenceReader
 from heatlens.model.plate_options import PlateOptions
@@ -135,11 +132,3 @@ def _close_unused(future: "Future[Opened | OpenedScene]") -> None:
         opened = future.result()
         if isinstance(opened, Opened):
             opened.cache.close()
-
-
-@faults_told("The reference could not be read")
-def read_reference(path: Path) -> tuple[Path, FloatImage]:
-    """Return the path and the colours (H, W, 4) of any EXR. Raises HeatlensError."""
-    parts = color_file_parts(path, PlateOptions())
-    choice = choose_color(path, [header for header, _ in parts], None)
-    return path, read_color(path, parts, choice)[0]
