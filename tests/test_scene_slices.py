@@ -14,6 +14,7 @@ from heatlens.model.boxes import Box
 from heatlens.model.settings import Method
 from heatlens.scene_gpu import bands
 from heatlens.scene_gpu.raster import SceneRaster
+from heatlens.ui.files.preferences import Preferences, Remembered
 from scene_window import as_opened, middle, whole, write_scene
 from window_plates import QUICK
 
@@ -40,7 +41,8 @@ class Work:
 @pytest.fixture(scope="module")
 def window(session_context: moderngl.Context, tmp_path_factory) -> Iterator[Gui]:
     scene = write_scene(tmp_path_factory.mktemp("scene") / "scene.glb")
-    with gui_of(session_context, scene, defocus=QUICK) as gui:
+    alone = Preferences(Remembered(keep_frames=False))  # no frames are rendered ahead
+    with gui_of(session_context, scene, alone, defocus=QUICK) as gui:
         yield gui
 
 
