@@ -110,12 +110,12 @@ def _for_farm(plan: ExportPlan, tally: Tally) -> Iterator[Tell]:
 
 def progress_text(tally: Tally) -> str:
     """12 of 100 done, 1 min 20 s left."""
-    left = "" if tally.left_s is None else f", {_time_text(tally.left_s)} left"
+    left = "" if tally.left_s is None else f", {time_text(tally.left_s)} left"
     return f"{tally.done} of {tally.count} done{left}"
 
 
-def _time_text(seconds: float) -> str:
-    """With as much precision as an estimate has."""
+def time_text(seconds: float) -> str:
+    """Return seconds in words, with as much precision as an estimate has."""
     if seconds < 100:
         return f"{seconds:.0f} s"
     minutes = round(seconds / 60)
