@@ -11,8 +11,8 @@ from heatlens.commands.lens_options import add_lens_options, lens_of
 from heatlens.commands.plate_options import add_plate_options, plate_options
 from heatlens.commands.plate_words import say_plate
 from heatlens.errors import InputError
-from heatlens.image.exr_read import read_plate
 from heatlens.image.plate import Plate
+from heatlens.image.plate_read import read_plate
 from heatlens.model.lens import Lens
 from heatlens.model.settings import PROXY_MIN, DefocusSettings
 from heatlens.preview.levels import cheaper
