@@ -6,6 +6,7 @@ HeatlensError
 ├── InputError    a file, a channel or an option: what was found and what would help
 ├── LensError     a lens that cannot be
 ├── GpuError      no usable OpenGL, or a picture larger than it takes
+│   └── NoWindowError   no window can be opened here
 ├── ShaderError   a shader that does not compile: the file, the line and the driver's words
 └── FaultError    a mistake of heatlens itself, which only a new version mends: exit code 70
 """
@@ -25,6 +26,10 @@ class LensError(HeatlensError):
 
 class GpuError(HeatlensError):
     """No OpenGL 4.3, or a limit of it that the picture exceeds."""
+
+
+class NoWindowError(GpuError):
+    """There is no display, or none with OpenGL 4.3."""
 
 
 class ShaderError(HeatlensError):

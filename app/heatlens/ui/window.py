@@ -12,7 +12,7 @@ from imgui_bundle import imgui  # before glfw: both then share one libglfw
 import glfw  # isort: skip
 import moderngl
 
-from heatlens.errors import GpuError
+from heatlens.errors import NoWindowError
 from heatlens.rendered_frames.disk_store import frames_dir
 from heatlens.ui import theme
 from heatlens.ui.app import App, Start
@@ -35,7 +35,7 @@ _HELP = (
 def run_window(start: Start) -> None:
     """Open the window and stay until it is closed.
 
-    Raises GpuError where there can be none, and Stopped when Ctrl-C in the terminal closed it.
+    Raises NoWindowError where there can be none, and Stopped when Ctrl-C in the terminal closed it.
     """
     preferences = Preferences.load(config_dir(os.environ))
     window = _open_window(preferences.now)
@@ -51,7 +51,7 @@ def run_window(start: Start) -> None:
 def _open_window(remembered: Remembered) -> Any:
     glfw.ERROR_REPORTING = "ignore"  # said by us, in a sentence
     if not glfw.init():
-        raise GpuError(f"No window can be opened: {_glfw_error()}. {_HELP}")
+        raise NoWindowError(f"No window can be opened: {_glfw_error()}. {_HELP}")
     for hint, value in (
         (glfw.CONTEXT_VERSION_MAJOR, 4),
         (glfw.CONTEXT_VERSION_MINOR, 3),
@@ -64,7 +64,7 @@ def _open_window(remembered: Remembered) -> Any:
     if not window:
         reason = _glfw_error()
         glfw.terminate()
-        raise GpuError(
+        raise NoWindowError(
             f"No window with OpenGL 4.3 can be opened: {reason}. A newer driver may have it; "
             "LIBGL_ALWAYS_SOFTWARE=1 draws with the processor."
         )
