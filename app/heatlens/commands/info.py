@@ -7,10 +7,12 @@ from typing import Any
 
 from heatlens.commands.given_options import refuse_given, refuse_unused
 from heatlens.commands.info_scene import Line, scene_lines
-from heatlens.commands.one_frame import check_one_frame
+from heatlens.commands.info_sequence import found_among, sequence_info
+from heatlens.commands.pipes import file_of_input
 from heatlens.commands.plate_options import add_plate_options, plate_options
 from heatlens.commands.value_types import number
 from heatlens.image.inspection import inspect
+from heatlens.image.sequence import Sequence
 from heatlens.scene.first_shot import first_shot
 from heatlens.scene.scene_facts import scene_facts
 from heatlens.scene.scene_source import is_scene_source
@@ -20,6 +22,9 @@ Says what a render holds and how heatlens would read it: size and windows (pixel
 lens in the header (focal length and sensor in mm, focus in metres), the primaries of the colours,
 the range of the depth (metres) and which convention it was taken for, and why. Try the depth
 options here before a render.
+
+Of several frames (shot.####.exr, a folder, or files that are listed): which are there and which are
+missing, their sizes, how their depth is read, and its range over the shot.
 
 Of a 3D scene: its cameras, frames, objects, triangles, lights and size.
 """
@@ -44,7 +49,10 @@ def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument(
-        "plate", type=Path, metavar="PLATE", help="the render to look at; or a 3D scene; or demo"
+        "plates",
+        nargs="+",
+        metavar="PLATE",
+        help="the render to look at, or several; a sequence; a folder; a 3D scene; or demo",
     )
     parser.add_argument("--json", action="store_true", help="the same as JSON, for programs")
     add_plate_options(parser)
@@ -56,24 +64,31 @@ def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
 
 def run(args: argparse.Namespace) -> int:
     """Print the facts; 0 also where no depth was found."""
-    facts, lines = _of_scene(args) if is_scene_source(str(args.plate)) else _of_plate(args)
-    print(json.dumps(facts, indent=2, allow_nan=False) if args.json else _text(lines))
+    found = [_facts_of(args, item) for item in found_among(args.plates)]
+    if args.json:
+        facts = [item[0] for item in found]
+        print(json.dumps(facts if len(facts) > 1 else facts[0], indent=2, allow_nan=False))
+    else:
+        print("\n\n".join(_text(lines) for _, lines in found))
     return 0
 
 
-def _of_scene(args: argparse.Namespace) -> tuple[dict[str, Any], list[Line]]:
-    text = str(args.plate)
+def _facts_of(args: argparse.Namespace, item: str | Sequence) -> tuple[dict[str, Any], list[Line]]:
+    if isinstance(item, Sequence):
+        return sequence_info(item, plate_options(args))
+    if is_scene_source(item):
+        return _of_scene(args, item)
+    with file_of_input(Path(item)) as path:
+        facts = inspect(path, plate_options(args))
+    return facts, _plate_lines(facts)
+
+
+def _of_scene(args: argparse.Namespace, text: str) -> tuple[dict[str, Any], list[Line]]:
     refuse_unused(args, text, is_scene=True)
     lens = ("focal_length", "sensor_width")
     refuse_given(args, lens, f"{text} is a 3D scene, and that is for depth along rays")
     facts = scene_facts(first_shot(text))
     return facts, scene_lines(facts)
-
-
-def _of_plate(args: argparse.Namespace) -> tuple[dict[str, Any], list[Line]]:
-    check_one_frame(args.plate)
-    facts = inspect(args.plate, plate_options(args))
-    return facts, _plate_lines(facts)
 
 
 def _text(lines: list[Line]) -> str:

@@ -48,6 +48,12 @@ def type_name(header: Header) -> str:
     return str(header.get("type", "scanlineimage")).rpartition(".")[2].lower()
 
 
+def compression_name(header: Header) -> str:
+    """As in `--compression`: none, zip, piz, dwaa ..."""
+    name = str(header["compression"]).rpartition(".")[2].removesuffix("_COMPRESSION").lower()
+    return "none" if name == "no" else name
+
+
 def is_deep(header: Header) -> bool:
     """True for a part with many samples in a pixel."""
     return type_name(header).startswith("deep")

@@ -36,8 +36,11 @@ def write_exr(
     attributes: Mapping[str, Any] | None = None,
     half: bool = True,
     compression: str = "zip",
+    kept: Mapping[str, np.ndarray[Any, Any]] | None = None,
 ) -> None:
     """Write `channels`, each (H, W) over `data_window`, by name; Z, depth and coc stay float.
+
+    `kept` are channels that are written with the bits that they have: half, float or whole numbers.
 
     Half values are clamped to +-65504, so that nothing bright becomes infinite. Attributes that
     the library cannot write (bytes, and rationals in older ones) are left out. Raises InputError,
@@ -52,6 +55,11 @@ def write_exr(
     }
     shape = (data_window.height, data_window.width)
     stored = {name: _stored(name, values, shape, half) for name, values in channels.items()}
+    stored |= {
+        name: np.ascontiguousarray(values)
+        for name, values in (kept or {}).items()
+        if name not in stored
+    }
     encoded = io.BytesIO()  # on a full disk the library ends a file short without a word
     try:
         with quiet_library():

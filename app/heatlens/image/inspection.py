@@ -11,7 +11,7 @@ import numpy as np
 from heatlens.errors import InputError, LensError
 from heatlens.image.camera_header import camera_at_header
 from heatlens.image.channel_choice import ColorChoice, choose_color
-from heatlens.image.channels import Header, Part, pixels_of, type_name
+from heatlens.image.channels import Part, compression_name, pixels_of, type_name
 from heatlens.image.depth_read import read_depth_of
 from heatlens.image.file_parts import color_file_parts, notes_of
 from heatlens.image.plate import CameraHeader
@@ -80,18 +80,12 @@ def _part_facts(part: Part) -> Facts:
     return {
         "name": str(header.get("name", "")),
         "type": type_name(header),
-        "compression": _compression_name(header),
+        "compression": compression_name(header),
         "data_window": _corners(box_at_header(header, "dataWindow")),
         "channels": {
             channel.name: _pixel_type(channels[channel.name]) for channel in header["channels"]
         },
     }
-
-
-def _compression_name(header: Header) -> str:
-    """As in `--compression`: zip, piz, dwaa ..."""
-    name = str(header["compression"]).rpartition(".")[2].removesuffix("_COMPRESSION").lower()
-    return "none" if name == "no" else name
 
 
 def _pixel_type(pixels: np.ndarray[Any, Any]) -> str:

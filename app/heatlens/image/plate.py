@@ -108,6 +108,7 @@ class Plate:
     aovs: tuple[str, ...]  # every channel of the file, by its full name
     attributes: dict[str, Any]  # header entries to carry to the output
     notes: tuple[str, ...]  # sentences to say aloud: repairs, guesses, warnings
+    compression: str = ""  # of the file, as the writer names it; "" where it has none of these
     views: tuple[str, ...] = ()  # of a stereo file, the first one first
 
     @property

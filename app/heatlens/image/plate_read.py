@@ -10,9 +10,9 @@ import numpy as np
 from heatlens.image.bounds import bound_color
 from heatlens.image.camera_header import camera_at_header
 from heatlens.image.channel_choice import ColorChoice, choose_color
-from heatlens.image.channels import Header, Part, list_channels, pixels_of
+from heatlens.image.channels import Header, Part, compression_name, list_channels, pixels_of
 from heatlens.image.depth_read import read_depth_of
-from heatlens.image.exr_write import JOB_ATTRIBUTE
+from heatlens.image.exr_write import COMPRESSIONS, JOB_ATTRIBUTE
 from heatlens.image.file_parts import color_file_parts, notes_of
 from heatlens.image.picture_parts import TOLD
 from heatlens.image.plate import FloatImage, Plate, read_pixels
@@ -57,6 +57,7 @@ def read_plate(path: str | os.PathLike[str], options: PlateOptions | None = None
         aovs=tuple(ref.full_name for ref in list_channels(headers)),
         attributes=_carried(header) | ({"view": choice.view} if choice.view else {}),
         notes=(*notes_of(header), *choice.notes, *color_notes, *aspect_notes, *depth.notes),
+        compression=_compression(header),
         views=views_of(headers),
     )
 
@@ -80,6 +81,12 @@ def read_color(
         "median of their neighbours.",
         *bounded,
     )
+
+
+def _compression(header: Header) -> str:
+    """The one of the part with the colours, where the writer knows it."""
+    name = compression_name(header)
+    return name if name in COMPRESSIONS else ""
 
 
 def _carried(header: Header) -> dict[str, Any]:

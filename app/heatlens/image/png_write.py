@@ -1,4 +1,4 @@
-"""Pictures for the eye: scene-linear colour to 8-bit sRGB, as PNG or JPEG."""
+"""Pictures for the eye: scene-linear colour to 8-bit sRGB, as PNG, JPEG or TIFF."""
 
 import io
 import os
@@ -15,8 +15,12 @@ from heatlens.image.atomic_file import write_whole
 from heatlens.image.display import srgb_encoded
 from heatlens.image.plate import FloatImage
 
-_FORMATS = {".png": "PNG", ".jpg": "JPEG", ".jpeg": "JPEG"}
-_JPEG_QUALITY = 95
+_FORMATS = {".png": "PNG", ".jpg": "JPEG", ".jpeg": "JPEG", ".tif": "TIFF", ".tiff": "TIFF"}
+EYE_SUFFIXES = tuple(_FORMATS)
+_OPTIONS: dict[str, dict[str, Any]] = {
+    "JPEG": {"quality": 95},
+    "TIFF": {"compression": "tiff_adobe_deflate"},
+}
 
 
 def write_png(
@@ -27,17 +31,18 @@ def write_png(
 ) -> None:
     """Write scene-linear `rgba`, (H, W, 3) or premultiplied (H, W, 4), `exposure_stops` brighter.
 
-    `encode` turns light (H, W, 3) into display values, which are clamped to 0..1. PNG holds alpha,
-    un-premultiplied, where any pixel is not opaque; .jpg and .jpeg show it over black. Raises
+    `encode` turns light (H, W, 3) into display values, which are clamped to 0..1. PNG and TIFF
+    hold alpha, un-premultiplied, where any pixel is not opaque; JPEG shows it over black. Raises
     InputError when the file cannot be written.
     """
     kind = _FORMATS.get(Path(path).suffix.lower())
     if kind is None:
         raise InputError(f"{path}: pictures are written as {', '.join(_FORMATS)}.")
-    light = _straight(rgba, exposure_stops, keep_alpha=kind == "PNG")
+    light = _straight(rgba, exposure_stops, keep_alpha=kind != "JPEG")
     shown = [_bytes(encode(light[:, :, :3])), _bytes(light[:, :, 3:])]
     image = Image.fromarray(np.concatenate(shown, axis=2))
-    write_whole(path, encoded_picture(image, kind, quality=_JPEG_QUALITY))
+    options = _OPTIONS.get(kind, {})
+    write_whole(path, encoded_picture(image, kind, **options))
 
 
 def encoded_picture(image: Image.Image, kind: str, **options: Any) -> bytes:

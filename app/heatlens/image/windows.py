@@ -5,7 +5,7 @@ The two meet here and nowhere else.
 
 import math
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from heatlens.image.plate import FloatImage
 from heatlens.model.boxes import Box
 
+Number = TypeVar("Number", bound=np.generic)
 HeaderWindow = tuple[NDArray[np.int32], NDArray[np.int32]]
 
 
@@ -30,9 +31,11 @@ def header_at_box(box: Box) -> HeaderWindow:
     )
 
 
-def moved_to_window(values: FloatImage, source: Box, target: Box, outside: float) -> FloatImage:
+def moved_to_window(
+    values: NDArray[Number], source: Box, target: Box, outside: float
+) -> NDArray[Number]:
     """`values` (H, W) given over `source`, as seen over `target`; `outside` where not covered."""
-    moved: FloatImage = np.full((target.height, target.width), outside, dtype=np.float32)
+    moved: NDArray[Number] = np.full((target.height, target.width), outside, dtype=values.dtype)
     shared = source.intersection(target)
     if not shared.is_empty:
         moved[_rows_columns(shared, target)] = values[_rows_columns(shared, source)]
