@@ -13,6 +13,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import BinaryIO
 
+from heatlens.image.exr_scan import scanned_headers
+
 _LINES_OF_CHUNK = {0: 1, 1: 1, 2: 1, 3: 16, 4: 32, 8: 32, 9: 256}  # by the number of a compression
 _JPEG_END = b"\xff\xd9"
 
@@ -27,13 +29,13 @@ def is_whole(path: Path, suffix: str = "") -> bool:
         with path.open("rb") as file:
             size = os.fstat(file.fileno()).st_size
             return size > 0 and check(file, size)
-    except (OSError, struct.error, KeyError, IndexError):  # the structure itself is cut off
+    except (OSError, struct.error, ValueError, LookupError):  # the structure itself is cut off
         return False
 
 
 def _is_whole_exr(file: BinaryIO, size: int) -> bool:
     """Of one part in scanlines, as they are written here: the chunks lie one behind the other."""
-    header = _exr_header(file)
+    (header,) = scanned_headers(file)
     _, first_row, _, last_row = struct.unpack("<4i", header["dataWindow"])
     lines = _LINES_OF_CHUNK[header["compression"][0]]
     count = -(-(last_row - first_row + 1) // lines)
@@ -45,26 +47,6 @@ def _is_whole_exr(file: BinaryIO, size: int) -> bool:
         file.seek(offset + 4)
         end = offset + 8 + int(struct.unpack("<I", file.read(4))[0])
     return end == size
-
-
-def _exr_header(file: BinaryIO) -> dict[str, bytes]:
-    """The attributes as they are stored; the file stands behind them."""
-    file.seek(8)  # the magic number and the version
-    found = {}
-    while name := _exr_name(file):
-        _exr_name(file)  # the type
-        (length,) = struct.unpack("<I", file.read(4))
-        found[name] = file.read(length)
-    return found
-
-
-def _exr_name(file: BinaryIO) -> str:
-    letters = bytearray()
-    while (letter := file.read(1)) != b"\0":
-        if not letter:
-            raise struct.error("the header is cut off")
-        letters += letter
-    return letters.decode("latin-1")
 
 
 def _is_whole_png(file: BinaryIO, size: int) -> bool:

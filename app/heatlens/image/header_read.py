@@ -8,6 +8,7 @@ import OpenEXR
 from heatlens.errors import InputError
 from heatlens.image.channel_choice import choose_color
 from heatlens.image.channels import Header
+from heatlens.image.exr_limits import check_exr
 from heatlens.image.picture_formats import is_picture
 from heatlens.image.picture_parts import picture_header
 from heatlens.image.quiet import quiet_library
@@ -28,6 +29,7 @@ def read_color_header(
 
 def read_headers(path: str | os.PathLike[str]) -> list[Header]:
     """The header of every part. Raises InputError for a file that is missing, damaged or no EXR."""
+    check_exr(Path(path))
     try:
         with quiet_library():
             parts = OpenEXR.File(str(path), header_only=True).parts

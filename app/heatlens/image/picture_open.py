@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from PIL import Image, ImageOps, UnidentifiedImageError
 
 from heatlens.errors import InputError
-from heatlens.image.exr_read import MAX_SIDE_PX
+from heatlens.image.exr_limits import MAX_SIDE_PX
 from heatlens.image.quiet import quiet_library
 from heatlens.paths import unreadable
 
