@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from typing import TextIO
 
+from heatlens.commands.say import say, tell
 from heatlens.errors import HeatlensError
 from heatlens.export.plan import ExportPlan
 from heatlens.export.run import FrameDone
@@ -70,7 +71,7 @@ def _for_people(plan: ExportPlan, tally: Tally) -> Iterator[Tell]:
 
         yield tell
     kept = f", {tally.kept} were finished before" if tally.kept else ""
-    print(f"heatlens: {_frames(len(tally.written))} written{kept}.", file=sys.stderr)
+    say(f"{_frames(len(tally.written))} written{kept}.")
     _print(str(plan.job.output.pattern))
 
 
@@ -148,5 +149,4 @@ def _say(**entry: object) -> None:
 
 
 def _print(line: str) -> None:
-    text = line.encode("utf-8", "backslashreplace").decode()  # names on disk need be no Unicode
-    print(text, flush=True)
+    tell(line)

@@ -10,9 +10,11 @@ from heatlens.commands.info_scene import Line, scene_lines
 from heatlens.commands.info_sequence import found_among, sequence_info
 from heatlens.commands.pipes import file_of_input
 from heatlens.commands.plate_options import add_plate_options, plate_options
+from heatlens.commands.say import tell
 from heatlens.commands.value_types import number
 from heatlens.image.inspection import inspect
 from heatlens.image.sequence import Sequence
+from heatlens.printable import printable
 from heatlens.scene.first_shot import first_shot
 from heatlens.scene.scene_facts import scene_facts
 from heatlens.scene.scene_source import is_scene_source
@@ -67,9 +69,9 @@ def run(args: argparse.Namespace) -> int:
     found = [_facts_of(args, item) for item in found_among(args.plates)]
     if args.json:
         facts = [item[0] for item in found]
-        print(json.dumps(facts if len(facts) > 1 else facts[0], indent=2, allow_nan=False))
+        tell(json.dumps(facts if len(facts) > 1 else facts[0], indent=2, allow_nan=False), "\n")
     else:
-        print("\n\n".join(_text(lines) for _, lines in found))
+        tell("\n\n".join(_text(lines) for _, lines in found), "\n")
     return 0
 
 
@@ -92,9 +94,8 @@ def _of_scene(args: argparse.Namespace, text: str) -> tuple[dict[str, Any], list
 
 
 def _text(lines: list[Line]) -> str:
-    """Aligned, for reading; names on disk need be no Unicode."""
-    text = "\n".join(f"{label:<{_LABEL_WIDTH}}{value}" for label, value in lines)
-    return text.encode("utf-8", "backslashreplace").decode()
+    """Aligned, for reading; no name makes a line of its own."""
+    return "\n".join(f"{label:<{_LABEL_WIDTH}}{printable(str(value))}" for label, value in lines)
 
 
 def _plate_lines(facts: dict[str, Any]) -> list[Line]:

@@ -16,6 +16,7 @@ import os
 import signal
 import sys
 import time
+import warnings
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -46,6 +47,9 @@ def main() -> int:
 
 def _work() -> int:
     from heatlens.commands.main import main as run
+
+    if not sys.warnoptions:  # lines of source, and of libraries, are not for people
+        warnings.simplefilter("ignore")
 
     return run()
 

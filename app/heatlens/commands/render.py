@@ -105,7 +105,7 @@ def run(args: argparse.Namespace) -> int:
         args.plate, args.output = plate, output
         _render(args)
     if not is_piped:
-        print(args.output)
+        tell(str(args.output))
     return 0
 
 

@@ -1,8 +1,13 @@
-"""What a command says beside its result."""
+"""What a command says: its result, and sentences beside it."""
 
 import sys
 
 from heatlens.printable import printable
+
+
+def tell(text: str, keep: str = "") -> None:
+    """Print a result on stdout, at once; what would steer a terminal is written out, but `keep`."""
+    print(printable(text, keep), flush=True)
 
 
 def say(*sentences: str) -> None:

@@ -12,7 +12,7 @@ from heatlens.commands.given_options import refuse_unused
 from heatlens.commands.lens_options import add_lens_options, given_lens, lens_of
 from heatlens.commands.plate_options import add_plate_options, plate_options
 from heatlens.commands.plate_words import say_plate
-from heatlens.commands.say import say
+from heatlens.commands.say import say, tell
 from heatlens.commands.scene_options import add_framing_options, shot_of_scene
 from heatlens.commands.shot_camera import (
     add_camera_option,
@@ -117,7 +117,7 @@ def run(args: argparse.Namespace) -> int:
     if close:
         limit = format_distance(shot.lens.close_focus_m or 0.0)
         say(f"focus is nearer than the close focus of {limit} at frames {frames_text(close)}.")
-    print(args.output)
+    tell(str(args.output))
     return 0
 
 

@@ -12,7 +12,7 @@ from heatlens.commands.lens_options import lens_of
 from heatlens.commands.one_frame import check_one_frame
 from heatlens.commands.plate_options import plate_options
 from heatlens.commands.plate_words import say_doubts
-from heatlens.commands.say import say
+from heatlens.commands.say import say, tell
 from heatlens.commands.scene_options import load_scene
 from heatlens.commands.value_types import positive, whole
 from heatlens.compare.pictures import Picture, read_picture
@@ -131,7 +131,7 @@ def run(args: argparse.Namespace) -> int:
     report = _report(args, subject, methods, reference)
     with report_folder(args.output) as folder:
         write_report(folder, report, say)
-    print(args.output / PAGE)
+    tell(str(args.output / PAGE))
     return 0
 
 

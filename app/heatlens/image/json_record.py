@@ -15,7 +15,7 @@ from types import NoneType
 from typing import Any, Literal, NoReturn, TypeVar, get_args, get_origin, get_type_hints
 
 from heatlens.errors import HeatlensError, InputError
-from heatlens.paths import unreadable
+from heatlens.paths import file_bytes, unreadable
 
 T = TypeVar("T")
 
@@ -176,7 +176,7 @@ class JsonEntry:
 def read_json(path: Path) -> JsonEntry:
     """The whole of a JSON file. Raises InputError where it cannot be read or is damaged."""
     try:
-        text = path.read_bytes().decode("utf-8-sig")  # editors on Windows put a mark before it
+        text = file_bytes(path).decode("utf-8-sig")  # editors on Windows put a mark before it
         value = json.loads(text, object_pairs_hook=_object, parse_constant=_constant)
     except OSError as error:
         raise unreadable(path, error) from error

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heatlens.errors import InputError
-from heatlens.paths import unreadable
+from heatlens.paths import file_bytes, unreadable
 from heatlens.scene.files_beside import FilesBeside
 from heatlens.scene.mesh_make import made_mesh, own_vertices, smooth_normals
 from heatlens.scene.picture_read import read_picture
@@ -120,7 +120,8 @@ class _Reading:
         if name is None:
             return None
         if name not in self._pictures:
-            self.images.append(read_picture(self.folder.get(name), f"{self.path}: {name}"))
+            data, what = self.folder.get(name), f"{self.path}: {name}"
+            self.images.append(read_picture(data, what, self.images))
             self._pictures[name] = len(self.images) - 1
         return self._pictures[name]
 
@@ -129,7 +130,7 @@ def read_mesh(path: Path) -> Scene:
     """An OBJ, PLY or STL. Raises InputError where it is damaged, or trimesh is not installed."""
     trimesh = _trimesh()
     try:
-        data = path.read_bytes()
+        data = file_bytes(path)
     except OSError as error:
         raise unreadable(path, error) from error
     if not data:

@@ -13,6 +13,7 @@ import glfw  # isort: skip
 import moderngl
 
 from heatlens.errors import NoWindowError
+from heatlens.printable import printable
 from heatlens.rendered_frames.disk_store import frames_dir
 from heatlens.ui import theme
 from heatlens.ui.app import App, Start
@@ -191,7 +192,7 @@ class Loop:
             title = f"{app.documents.title or app.stage.plate.path.name} - heatlens"
             if title != self._title:
                 self._title = title
-                glfw.set_window_title(self._window, title)
+                glfw.set_window_title(self._window, printable(title))
 
     def _watch_events(self) -> None:
         """Any event makes frames due. Set before ImGui's, which calls these in turn."""
