@@ -65,11 +65,11 @@ def _values(gltf: GltfFile, record: Record, width: int) -> NDArray[Any]:
     kind = record.text("type")
     if _WIDTHS.get(kind) != width:
         record.refuse(f"there should be {width} number(s) each here, not {kind[:20] or 'none'!r}")
-    has_bytes = record.has("bufferView")
-    gltf.spend(record, count * width, is_empty=not has_bytes)
-    if has_bytes:
+    if record.has("bufferView"):
         values = _elements(gltf, record, dtype, (count, width))
+        gltf.spend(record, count * width, is_empty=False)
     else:
+        gltf.spend(record, count * width, is_empty=True)
         values = np.zeros((count, width), dtype)
     return _with_sparse(gltf, record, values) if record.has("sparse") else values
 
