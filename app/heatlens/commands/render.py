@@ -22,7 +22,7 @@ from heatlens.commands.one_frame import check_one_frame
 from heatlens.commands.pipes import DASH, file_for_output, file_of_input
 from heatlens.commands.plate_options import plate_options
 from heatlens.commands.plate_words import say_plate
-from heatlens.commands.say import say
+from heatlens.commands.say import say, tell
 from heatlens.commands.scene_options import load_scene
 from heatlens.defocus.solver_choice import settled_solver
 from heatlens.errors import InputError
