@@ -30,6 +30,12 @@ def channels() -> dict[str, np.ndarray]:
     return rgb(HEIGHT, WIDTH) | {"Z": depths()}
 
 
+def stderr_of_run(capsys, code: int, *words: object) -> str:
+    """Run the command, which must end with `code`; what was said on stderr, on one line."""
+    assert main([str(word) for word in words]) == code
+    return " ".join(capsys.readouterr().err.split())
+
+
 def render(capsys, plate, out, *words: object) -> str:
     """Render, which must succeed; what was said on stderr. Stdout names the result alone."""
     assert main(["render", str(plate), "-o", str(out), *map(str, words)]) == 0

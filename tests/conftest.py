@@ -13,6 +13,7 @@ import pytest
 from hypothesis import settings
 
 from both_ways import BothWays
+from heatlens import faults
 from heatlens.gpu.context import headless_context
 from heatlens.render import FrameRenderer
 from heatlens.scene_gpu.raster import SceneRaster
@@ -31,6 +32,8 @@ def pytest_configure() -> None:
     """Whatever window a test opens remembers nothing of this user and for this user nothing."""
     folder = Path(tempfile.gettempdir()) / f"heatlens-tests-{os.getpid()}"
     os.environ["HEATLENS_CONFIG_DIR"] = str(folder / "preferences")
+    os.environ["HEATLENS_LOG_DIR"] = str(folder / "reports")
+    os.environ["HEATLENS_CACHE_DIR"] = str(folder / "cache")
     # What a shell starts in the background ignores Ctrl-C, and hands that on to what it starts.
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
@@ -38,6 +41,21 @@ def pytest_configure() -> None:
 def pytest_addoption(parser: pytest.Parser) -> None:
     """`--update-golden` rewrites tests/golden/ from what the program draws now."""
     parser.addoption("--update-golden", action="store_true", help="rewrite tests/golden/")
+
+
+@pytest.fixture(autouse=True)
+def no_fault_is_hidden(request: pytest.FixtureRequest) -> Iterator[None]:
+    """Fail a test in which heatlens caught a fault of its own, unless it is about that."""
+    faults._written.clear()
+    yield
+    written, about = dict(faults._written), "expects_faults" in request.fixturenames
+    faults._written.clear()
+    assert about or not written, {at: path and path.read_text() for at, path in written.items()}
+
+
+@pytest.fixture
+def expects_faults() -> None:
+    """Mark a test in which something fails in a way that nobody foresaw."""
 
 
 @pytest.fixture(scope="session")
@@ -79,9 +97,10 @@ def command_context(session_context: moderngl.Context) -> Iterator[None]:
     One of their own would become the current one, and calls meant for the session's go there.
     """
     with pytest.MonkeyPatch.context() as patch:
-        for command in ("bench", "export", "render", "study"):
+        for command in ("bench", "doctor", "export", "render", "study"):
             name = f"heatlens.commands.{command}.headless_context"
             patch.setattr(name, lambda: session_context)
+        patch.setattr("heatlens.api.engine.headless_context", lambda: session_context)
         yield
 
 

@@ -30,6 +30,7 @@ class Gui:
         size: Point = SIZE,
         preferences: Preferences | None = None,
         scale: float = 1.0,
+        frames_folder: Path | None = None,
     ) -> None:
         """`scale`: pixels of the screen for one unit of the window, as some desktops have it."""
         self.ctx = ctx
@@ -46,7 +47,7 @@ class Gui:
         self._texture = ctx.texture(self.pixels, 4)
         self._target = ctx.framebuffer([self._texture])
         self._corner = ctx.simple_framebuffer((8, 8))  # frames nobody looks at cost no pixels
-        self.app = App(ctx, start, preferences=preferences)
+        self.app = App(ctx, start, preferences=preferences, frames_folder=frames_folder)
         self.screen = Screen(self.app)
 
     def frame(self, count: int = 1) -> None:
@@ -72,7 +73,8 @@ class Gui:
             said = self.app.message or said
             assert time.monotonic() < end, f"{what} never came. {said}"
             self.frame()
-            self.app.work()
+            for _ in range(8):  # the window works on without a frame while nothing is new
+                self.app.work()
             time.sleep(0.001)  # threads have their turn, as they have while a window swaps
 
     def opened(self) -> None:
@@ -214,13 +216,14 @@ def gui_of(
     preferences: Preferences | None = None,
     size: tuple[int, int] = SIZE,
     scale: float = 1.0,
+    frames_folder: Path | None = None,
     **start: object,
 ) -> Iterator[Gui]:
     """A Gui with its own ImGui, the first picture on the screen."""
     before, context = imgui.get_current_context(), imgui.create_context()
     imgui.set_current_context(context)
     begin = Start(str(source), **start)  # type: ignore[arg-type]
-    gui = Gui(ctx, begin, size, preferences, scale)
+    gui = Gui(ctx, begin, size, preferences, scale, frames_folder)
     try:
         gui.opened()
         yield gui

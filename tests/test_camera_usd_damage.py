@@ -7,7 +7,7 @@ import pytest
 from cameras import FRAMES, moving_camera
 from heatlens.camera.camera_file import read_camera, write_camera
 from heatlens.camera.usd_read import read_usd_camera, usd_camera
-from heatlens.errors import InputError
+from heatlens.errors import FaultError, InputError
 from usd_cameras import SUFFIXES
 
 
@@ -57,9 +57,67 @@ def test_a_file_that_ends_openusd_is_told(usd_path, monkeypatch, code):
         read_usd_camera(f"{usd_path}:/cam")
 
 
-def test_our_own_mistakes_are_not_the_files(usd_path, monkeypatch):
+def test_our_own_mistakes_are_not_the_files(usd_path, monkeypatch, expects_faults):
     monkeypatch.setattr("heatlens.image.apart.__spec__.name", "heatlens.no_such_module")
-    with pytest.raises(RuntimeError, match=r"No module named .*no_such_module"):
+    with pytest.raises(FaultError, match=r"No module named .*no_such_module"):
+        read_usd_camera(str(usd_path))
+
+
+SLIP = """#usda 1.0
+(
+ metersPerUnit = 1
+)
+def Camera "C"
+{
+ float focalLength = 50
+ float2 xformOp:translate = (0, 5)
+ uniform token[] xformOpOrder = ["xformOp:translate"]
+}
+"""
+NUMBERS = """#usda 1.0
+( metersPerUnit = 1 )
+def Camera "C"
+{
+ %s
+}
+"""
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        SLIP,
+        NUMBERS % 'string focalLength = "long"',
+        NUMBERS % "float3 focusDistance = (1, 2, 3)",
+        NUMBERS % "token fStop = 'wide'",
+        NUMBERS % "matrix3d xformOp:transform = ((1,0,0),(0,1,0),(0,0,1))\n"
+        ' uniform token[] xformOpOrder = ["xformOp:transform"]',
+    ],
+)
+def test_a_slip_of_the_keyboard_is_told_in_a_sentence(usd_path, capfd, content):
+    usd_path.write_text(content)
+    with pytest.raises(InputError, match=r"cam\.usda") as refusal:
+        read_usd_camera(str(usd_path))
+    assert len(str(refusal.value).splitlines()) == 1 and "pxrInternal" not in str(refusal.value)
+    assert capfd.readouterr() == ("", "")
+
+
+def bomb(levels: int = 8, width: int = 8) -> str:
+    """Prims that each refer to `width` of the level below: three kilobytes, `width ** levels`."""
+    rows = ["#usda 1.0", 'def Xform "L0"\n{\ndef Camera "C"\n{\n}\n}']
+    for level in range(1, levels + 1):
+        refers = f"(\nreferences = </L{level - 1}>\n)\n{{\n}}"
+        inner = [f'def "R{i}" {refers}' for i in range(width)]
+        rows.append(f'def Xform "L{level}"\n{{\n' + "\n".join(inner) + "\n}")
+    return "\n".join(rows)
+
+
+@pytest.mark.parametrize("name", ["HEATLENS_USD_SECONDS", "HEATLENS_USD_GIGABYTES"])
+def test_a_file_that_describes_a_billion_things_has_a_bound(usd_path, monkeypatch, name):
+    usd_path.write_text(bomb())
+    monkeypatch.setenv("HEATLENS_USD_SECONDS", "4" if name.endswith("SECONDS") else "300")
+    monkeypatch.setenv("HEATLENS_USD_GIGABYTES", "1.2" if name.endswith("BYTES") else "60")
+    with pytest.raises(InputError, match=rf"cam\.usda cannot be read.* {name}|\({name}"):
         read_usd_camera(str(usd_path))
 
 

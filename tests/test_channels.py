@@ -6,7 +6,8 @@ from types import SimpleNamespace
 import pytest
 
 from heatlens.errors import InputError
-from heatlens.image.channels import choose_color, choose_depth
+from heatlens.image.channel_choice import choose_color, choose_depth
+from heatlens.image.views import views_of
 
 FILE = Path("shot.exr")
 
@@ -119,3 +120,73 @@ def test_a_layer_that_is_not_there():
 def test_luminance_and_chroma_are_refused_not_shown_grey():
     with pytest.raises(InputError, match="chroma"):
         choose_color(FILE, [header("Y", "RY", "BY", "Z", sampling=2)], None)
+
+
+def stereo_parts(*names, view=True):
+    """Parts with their colour or depth, each of the eye that its name ends in."""
+    made = []
+    for name in names:
+        channels = ["Z"] if "depth" in name else ["R", "G", "B"]
+        own = {"view": name[-5:].strip("_.")} if view else {}
+        made.append(header(*channels, part=name) | own)
+    return made
+
+
+EYES = ("rgba_right", "rgba_left", "depth_left", "depth_right")
+ONE_PART = header("R", "G", "B", "Z", "right.R", "right.G", "right.B", "right.Z")
+STEREO = [
+    stereo_parts(*EYES),
+    stereo_parts(*reversed(EYES)),
+    stereo_parts(*EYES, view=False),
+    stereo_parts("left", "right", "depth_right", "depth_left"),
+    stereo_parts("rgba.left", "rgba.right", "depth.left", "depth.right", view=False),
+    [ONE_PART | {"multiView": ["left", "right"]}],
+    [header(*(f"{e}.{c}" for e in ("left", "right") for c in "RGB"), "z.left.Z", "z.right.Z")],
+]
+
+
+@pytest.mark.parametrize("headers", STEREO)
+@pytest.mark.parametrize("eye", [None, "left", "right", "RIGHT"])
+def test_the_colour_of_an_eye_has_the_depth_of_that_eye(headers, eye):
+    color = choose_color(FILE, headers, None, eye)
+    depth = choose_depth(FILE, headers, None, color, False)
+    assert color.view == depth.view == (eye or "left").lower()
+    note = "left and right: left is taken; --eye right takes the other"
+    assert any(note in said for said in color.notes) == (eye is None)
+
+
+def test_a_layer_of_the_other_eye_brings_its_own_depth():
+    headers = stereo_parts(*EYES)
+    assert chosen(*headers, layer="rgba_right")[2] == "depth_right.Z"
+    with pytest.raises(InputError, match=r"no RGB layer 'rgba_right'.*rgba_left"):
+        choose_color(FILE, headers, "rgba_right", "left")
+
+
+def test_the_depth_of_another_eye_is_never_taken():
+    headers = stereo_parts("rgba_left", "rgba_right", "depth_left")
+    right = choose_color(FILE, headers, None, "right")
+    with pytest.raises(InputError, match="no depth channel of the view right"):
+        choose_depth(FILE, headers, None, right, False)
+    shared = [*stereo_parts("rgba_left", "rgba_right"), header("Z", part="depth")]
+    assert choose_depth(FILE, shared, None, right, False).full_name == "depth.Z"
+
+
+def test_a_view_that_is_not_there():
+    with pytest.raises(InputError, match=r"no view 'centre' for --eye; it has: left, right"):
+        choose_color(FILE, stereo_parts(*EYES), None, "centre")
+    with pytest.raises(InputError, match="one view, without a name"):
+        choose_color(FILE, [header("R", "G", "B")], None, "right")
+
+
+def test_one_eye_alone_is_no_stereo():
+    headers = [header("R", "G", "B", "Z") | {"view": "left"}]
+    assert views_of(headers) == () and choose_color(FILE, headers, None).notes == ()
+
+
+def test_what_mitsuba_calls_t_is_depth():
+    names = ("R", "G", "B", "dd.T", "sh_normal.X", "sh_normal.Y", "sh_normal.Z")
+    mitsuba = header(*names) | {"generatedBy": "Mitsuba version 3.9.1"}
+    assert chosen(mitsuba)[2] == "dd.T"
+    assert chosen(header("R", "G", "B", "depth.T"))[2] == "depth.T"
+    with pytest.raises(InputError, match="no depth channel"):
+        chosen(header(*names))

@@ -23,7 +23,7 @@ from exports import (
 )
 from exr_files import rgb, window, write_file
 from heatlens.image.camera_header import camera_at_header
-from heatlens.image.exr_read import read_plate
+from heatlens.image.plate_read import read_plate
 from heatlens.image.shot_file import read_shot, write_shot
 from heatlens.model.coc import coc_line, coc_px
 from heatlens.model.plate_options import PlateOptions

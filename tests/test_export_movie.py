@@ -213,7 +213,7 @@ def test_a_movie_whose_export_was_killed_is_made_again(capsys, shot_file, tmp_pa
     whole = files_in(tmp_path)
     (tmp_path / "m.mov").unlink()
     process = started("export", shot_file, "-o", tmp_path / "m.mov")
-    while process.poll() is None and not list(tmp_path.glob(".m.mov.*.part")):
+    while process.poll() is None and not list(tmp_path.glob(".heatlens-*.part")):
         time.sleep(0.001)
     process.kill()
     process.communicate(timeout=60)

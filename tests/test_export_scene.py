@@ -19,7 +19,7 @@ from heatlens.export.fingerprint import fingerprint_of
 from heatlens.export.job import ExportJob, Look
 from heatlens.export.output import parse_output
 from heatlens.export.plan import frames_of, planned
-from heatlens.image.exr_read import read_plate
+from heatlens.image.plate_read import read_plate
 from heatlens.image.shot_file import read_shot, write_shot
 from heatlens.model.frames import FrameRange
 from heatlens.model.framing import CameraTrack, Framing, PoseKey, looking_at

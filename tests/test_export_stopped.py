@@ -69,17 +69,16 @@ def test_killed_a_dozen_times_and_resumed_it_is_as_if_nothing_had_been(long_shot
     shot_file, whole = long_shot
     out = tmp_path / "n.####.exr"
     rng = random.Random(20060106)
-    codes, halves = [], 0
+    codes = []
     for _ in range(KILLS):
         kept = len([name for name in files_in(tmp_path) if name.endswith(".exr")])
         # The line of the beginning, those of frames that are there, and the next few.
         lines = min(1 + kept + rng.randrange(3), len(MANY) - 2)
         process = interrupted(shot_file, out, lines, rng.choice((0.0, 0.02)), signal.SIGKILL)
         codes.append(process.returncode)
-        halves += len(parts_in(tmp_path))
         done = {name: data for name, data in files_in(tmp_path).items() if name.endswith(".exr")}
         assert all(whole[name] == data for name, data in done.items())
-    assert set(codes) <= {0, -signal.SIGKILL} and codes.count(0) < KILLS // 2 and halves > 0
+    assert set(codes) <= {0, -signal.SIGKILL} and codes.count(0) < KILLS // 2
     assert run_apart(shot_file, out) == 0
     assert files_in(tmp_path) == whole
 
@@ -89,7 +88,7 @@ def test_ctrl_c_ends_with_130_and_whole_frames_alone(long_shot, tmp_path, how):
     """Farms and windows send the other signal."""
     shot_file, whole = long_shot
     process = interrupted(shot_file, tmp_path / "n.####.exr", 4, 0.02, how)
-    assert process.returncode == 130
+    assert process.returncode == 128 + how
     assert process.said[1] == "heatlens: stopped\n"
     done = files_in(tmp_path)
     assert 3 <= len(done) < len(MANY)
@@ -153,16 +152,16 @@ def test_leftovers_of_killed_exports_go_and_those_of_the_living_stay(capsys, sho
     exported(capsys, shot_file, out, "--frames", "1001")
     dead = subprocess.Popen(["true"])
     dead.wait()
-    with replacing(out.parent / "n.1001.exr") as beside:  # .n.1001.exr.MACHINE.PROCESS.part
-        beside.write_bytes(b"")
-        machine = beside.name.split(".")[-3]
-    old = time.time() - 2 * 24 * 3600
-    gone = [f".n.1002.exr.{machine}.{dead.pid}.part", ".n.1003.exr.0badcafe.7.part"]
+    with replacing(out.parent / "n.1001.exr") as beside:
+        beside.write_bytes(b"x")
+        machine = beside.name.split(".")[-3]  # .heatlens-RANDOM.MACHINE.PROCESS.part
+    old, name = time.time() - 2 * 24 * 3600, ".heatlens-0123456789abcdef"
+    gone = [f"{name}.{machine}.{dead.pid}.part", f"{name}.0badcafe.7.part"]
     stay = [
-        f".n.1002.exr.{machine}.{os.getppid()}.part",  # of one that is alive
-        ".n.1004.exr.0badcafe.7.part",  # of another machine, a moment ago
-        f".other.1002.exr.{machine}.{dead.pid}.part",  # not ours
-        f".n.1002.exr.{dead.pid}.part",
+        f"{name}.{machine}.{os.getppid()}.part",  # of one that is alive
+        f"{name}.0badcafe.8.part",  # of another machine, a moment ago
+        f".n.1002.exr.{machine}.{dead.pid}.part",  # not ours
+        f"{name}.{dead.pid}.part",
     ]
     for name in gone + stay:
         (out.parent / name).write_bytes(b"half")

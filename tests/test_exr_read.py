@@ -10,7 +10,8 @@ import pytest
 
 from exr_files import distances, part_header, rgb, tiled_header, window, write_file, write_parts
 from heatlens.errors import InputError
-from heatlens.image.exr_read import read_parts, read_plate
+from heatlens.image.exr_read import read_parts
+from heatlens.image.plate_read import read_plate
 from heatlens.model.boxes import Box
 from heatlens.model.plate_options import PlateOptions
 

@@ -9,8 +9,9 @@ import pytest
 
 from heatlens.errors import InputError
 from heatlens.image.camera_header import camera_at_header
-from heatlens.image.exr_read import read_parts, read_plate
+from heatlens.image.exr_read import read_parts
 from heatlens.image.exr_write import COMPRESSIONS, lens_attributes, write_exr
+from heatlens.image.plate_read import read_plate
 from heatlens.model.boxes import Box
 
 WINDOW = Box(0, 0, 5, 3)

@@ -9,7 +9,6 @@ from imgui_bundle import imgui
 
 from exr_files import rgb, write_file
 from gui import gui_of
-from heatlens.ui.background import Background
 from heatlens.ui.files import folder_walk
 from heatlens.ui.files.filing import PURPOSES
 from heatlens.ui.files.folder_walk import FolderWalk
@@ -278,15 +277,6 @@ def test_a_slow_folder_holds_up_nothing_and_the_newest_wish_counts(gui, plates, 
     answer.set()
     gui.frame(5)
     assert shown_folder(gui) == str(plates.parent)
-
-
-def test_a_faulty_job_fails_where_it_is_seen():
-    job = Background(lambda: None)
-    job.start(lambda: 1 // 0)
-    job.wait()
-    with pytest.raises(ZeroDivisionError):
-        job.poll()
-    assert job.poll() is None and not job.is_busy
 
 
 def test_a_save_that_was_typed_shows_its_folder(plates):

@@ -7,8 +7,8 @@ import pytest
 
 from exr_files import distances, rgb, write_file
 from frame_caches import News, Reader, at_rest, names
-from heatlens.image.exr_read import read_plate
 from heatlens.image.frame_cache import FrameCache
+from heatlens.image.plate_read import read_plate
 from heatlens.image.sequence import find_sequence
 
 

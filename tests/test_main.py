@@ -128,17 +128,6 @@ def test_errors_become_exit_codes(monkeypatch, capsys, error, code, words):
     assert len(said.err.splitlines()) == 1
 
 
-def test_an_error_of_ours_is_not_hidden(monkeypatch):
-    """What the user cannot mend keeps its traceback: it is a fault of the program."""
-
-    def fail(args):
-        raise ZeroDivisionError
-
-    monkeypatch.setattr(info, "run", fail)
-    with pytest.raises(ZeroDivisionError):
-        main(["info", "plate.exr"])
-
-
 def test_python_m_heatlens_is_the_command(plate):
     process = started("info", plate)
     out, err = process.communicate()

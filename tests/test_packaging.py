@@ -16,6 +16,8 @@ def test_wheel_runs_from_outside_the_checkout(tmp_path: Path) -> None:
     shaders = {path.name for path in (ROOT / "shaders").rglob("*.glsl")}
     shipped = {path.name for path in (tmp_path / "site" / "heatlens" / "shaders").rglob("*.glsl")}
     assert shipped == shaders
+    assets = {path.name for path in (tmp_path / "site" / "heatlens" / "assets").iterdir()}
+    assert "still_life.exr" in assets and "window.png" not in assets
     code = (
         "import heatlens.paths as p; from heatlens.defocus.kernels import named_kernel;"
         "named_kernel('disc_4'); print(p.data_dir('shaders'), p.data_dir('assets'), p.__file__)"

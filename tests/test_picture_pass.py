@@ -4,8 +4,10 @@ import moderngl
 import numpy as np
 import pytest
 
-from heatlens.display.picture_pass import Laid, PicturePass
+from heatlens.display.enlarge_pass import EnlargePass
+from heatlens.display.picture_pass import Detail, Laid, PicturePass
 from heatlens.model.boxes import Box
+from heatlens.model.coc import CocLine
 
 SCREEN = 64, 40
 ALL = Box(0, 0, *SCREEN)
@@ -135,3 +137,59 @@ def test_a_picture_much_larger_than_the_screen_is_still_its_pixels(ctx, pictures
     last = first[0] + zoom * 8192, first[1] + zoom * 60
     found = painted(ctx, pictures, Laid(texture_of(ctx, pixels), first, last, ALL, True, True))
     assert np.all(found[20, 20:44] == pixels[30, column])
+
+
+def texture_of_depths(ctx: moderngl.Context, depth: np.ndarray) -> moderngl.Texture:
+    return ctx.texture(depth.shape[::-1], 1, depth.astype("f4").tobytes(), dtype="f4")
+
+
+@pytest.mark.parametrize("line", [None, CocLine(at_infinity_px=20.0, per_dioptre_px=-40.0)])
+def test_a_preview_has_the_plates_detail_where_its_focus_is(ctx, pictures, rng, line):
+    """The preview's own light stays: what is missing in it is added, and only in focus."""
+    height, width = SCREEN[1], SCREEN[0]
+    plate, coarse, preview = (rng.integers(100, 130, (height, width, 4)) for _ in range(3))
+    coc = np.broadcast_to(np.linspace(-8.0, 8.0, width), (height, width))
+    depth = coc if line is None else line.per_dioptre_px / (coc - line.at_infinity_px)
+    textures = [texture_of(ctx, it.astype(np.uint8)) for it in (plate, coarse, preview)]
+    for texture in textures:
+        texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+    detail = Detail(textures[0], textures[1], texture_of_depths(ctx, depth), line, texel_px=3.0)
+    laid = Laid(textures[2], (0, 0), SCREEN, ALL, False, True, detail)
+    found = painted(ctx, pictures, laid)[..., :3].astype(float)
+    t = np.clip(np.abs(coc) / 3.0 - 0.5, 0, 1)
+    share = (1 - t * t * (3 - 2 * t))[..., None]
+    expected = preview[..., :3] + share * (plate - coarse)[..., :3]
+    np.testing.assert_allclose(found, expected, atol=0.51)
+    assert share.min() == 0 and share.max() > 0.99
+
+
+def test_a_picture_ready_to_be_enlarged_keeps_its_light(ctx, rng):
+    pixels = noise(rng, 20, 30)
+    pixels[..., :3] = 60 + pixels[..., :3] // 4
+    out = ctx.texture((30, 20), 4)
+    EnlargePass(ctx).run(texture_of(ctx, pixels), out)
+    found = np.frombuffer(out.read(), np.uint8).reshape(20, 30, 4)[..., :3].astype(float)
+    around = np.pad(pixels[..., :3].astype(float), ((1, 1), (1, 1), (0, 0)), "edge")
+    for axis in (0, 1):
+        a, b, c = (np.take(around, range(i, around.shape[axis] - 2 + i), axis) for i in range(3))
+        around = (a + 2 * b + c) / 4
+    expected = pixels[..., :3] + 0.5 * (pixels[..., :3] - around)
+    np.testing.assert_allclose(found, expected, atol=0.51)
+
+
+def test_enlarging_brings_back_what_it_takes(ctx, rng):
+    """Waves of six pixels drawn four times as large: nearer to the wave than without."""
+    x = np.arange(30) + 0.5
+    pixels = np.full((8, 30, 4), 255, np.uint8)
+    mean = np.sinc(1 / 6)  # of a wave over a pixel
+    pixels[..., :3] = np.round(128 + 80 * mean * np.sin(2 * np.pi * x / 6))[:, None]
+    ready = ctx.texture((30, 8), 4)
+    EnlargePass(ctx).run(texture_of(ctx, pixels), ready)
+    large = (np.arange(120) + 0.5) / 4
+    wave = 128 + 80 * np.sin(2 * np.pi * large / 6)
+
+    def error(texture: moderngl.Texture) -> float:
+        row = np.frombuffer(texture.read(), np.uint8).reshape(8, 30, 4)[4, :, 0]
+        return float(np.abs(np.interp(large, x, row) - wave)[12:-12].mean())
+
+    assert error(ready) < 0.5 * error(texture_of(ctx, pixels))

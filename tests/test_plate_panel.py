@@ -9,12 +9,13 @@ import pytest
 from exr_files import rgb, write_file
 from gui import gui_of
 from heatlens.image.camera_header import lens_attributes
-from heatlens.image.channels import color_layers_among, depth_channels_first
-from heatlens.image.exr_read import read_plate
+from heatlens.image.channel_choice import color_layers_among, depth_channels_first
+from heatlens.image.plate_read import read_plate
 from heatlens.image.radial import planar_depth_m
 from heatlens.model.depth_histogram import depth_histogram
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.value_bins import bins_of
+from heatlens.ui import widgets
 from heatlens.ui.files.preferences import Preferences
 from heatlens.ui.picture.probe import seen_depth_m
 from heatlens.ui.widgets import window_words
@@ -264,3 +265,18 @@ def test_names_of_depth_come_first_and_none_is_lost():
 def test_options_are_called_as_in_the_panel():
     said = window_words("give --near and --far, or say --depth-convention distance -- or not")
     assert said == "give near and far, or say depth convention distance -- or not"
+
+
+def test_what_cannot_be_and_what_may_be_two_things_stand_at_their_controls(ctx, tmp_path):
+    values = np.linspace(0.3, 1.0, HEIGHT * WIDTH, dtype=np.float32).reshape(HEIGHT, WIDTH)
+    asked = write_file(
+        tmp_path / "asked.exr",
+        rgb(HEIGHT, WIDTH) | {"Z": 1.3 * values**8},
+        **lens_attributes(50, 2, 500, 36, 24),
+    )
+    with gui_of(ctx, asked, Preferences(), size=SIZE) as gui:
+        gui.app.panels["Look"] = False
+        widgets.drawn_at.clear()
+        gui.frame(3)
+        assert "question about the convention" in widgets.drawn_at
+        assert {"doubt about focus", "doubt about the unit"} <= widgets.drawn_at.keys()

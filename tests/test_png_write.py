@@ -59,7 +59,7 @@ def test_jpeg_by_suffix(tmp_path):
 def test_targets_that_cannot_be(tmp_path):
     color = np.zeros((1, 1, 3), np.float32)
     with pytest.raises(InputError, match=r"\.png, \.jpg"):
-        write_png(tmp_path / "a.tiff", color)
+        write_png(tmp_path / "a.gif", color)
     with pytest.raises(InputError, match="does not exist"):
         write_png(tmp_path / "no" / "a.png", color)
     assert not list(tmp_path.iterdir())

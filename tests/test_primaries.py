@@ -12,8 +12,9 @@ from exr_files import distances, rgb, write_file
 from heatlens.color.color_config import ColorConfig, load_color_config
 from heatlens.color.input_space import input_space_of
 from heatlens.color.rgb_matrix import to_rec709
+from heatlens.color.view_transform import srgb_transform, view_transform
 from heatlens.commands.main import main
-from heatlens.image.exr_read import read_plate
+from heatlens.image.plate_read import read_plate
 from heatlens.image.primaries import KNOWN, REC709, TOLERANCE, Primaries, told_primaries
 
 # Names in the built-in config.
@@ -26,6 +27,7 @@ CONFIG_NAMES = {
     "linear AdobeRGB": "Linear AdobeRGB",
     "CIE XYZ": "CIE XYZ-D65 - Scene-referred",
 }
+NO_TRIANGLE = (0.6, 0.3, 0.4, 0.3, 0.2, 0.3, 0.31, 0.33)
 UNKNOWN = (0.7, 0.3, 0.2, 0.7, 0.14, 0.05, 0.31, 0.33)
 known = pytest.mark.parametrize("primaries", KNOWN, ids=lambda primaries: primaries.name)
 
@@ -111,14 +113,42 @@ def test_a_header_that_tells_nothing_leaves_the_default(built_in, attributes):
     assert input_space_of(None, attributes).name == REC709.name
 
 
-def test_unknown_primaries_are_one_sentence_and_the_default(built_in):
-    for values in (UNKNOWN, (np.nan,) * 8):
+def test_impossible_primaries_are_one_sentence_and_the_default(built_in):
+    for values in (NO_TRIANGLE, (np.nan,) * 8):
         for config in (built_in, None):
             light = input_space_of(config, {"chromaticities": values})
             usual = REC709.name if config is None else built_in.default_input_space
             assert light.name == usual
             assert light.note.count(". ") == 0 and usual in light.note
             assert f"{values[0]:.4g}" in light.note
+
+
+def test_primaries_without_a_name_are_followed_by_a_matrix(built_in):
+    """The primaries of a known space, a little off so that the name is lost, look as it does."""
+    for known_space in KNOWN[:6]:
+        values = tuple(np.add(known_space.chromaticities, 2.5 * TOLERANCE))
+        attributes = {"chromaticities": values}
+        for config in (built_in, None):
+            light = input_space_of(config, attributes)
+            assert light.turned_from is not None and not light.note
+            assert light.turned_from.chromaticities == pytest.approx(values)
+            named = input_space_of(config, {"chromaticities": known_space.chromaticities})
+            seen = [shown_through(config, space) for space in (light, named)]
+            np.testing.assert_allclose(*seen, atol=0.03)
+
+
+def shown_through(config, light):
+    colors = np.float32([[[0.2, 0.2, 0.2], [0.3, 0.1, 0.05], [0.1, 0.3, 0.4], [0.9, 0.9, 0.9]]])
+    if config is None:
+        return srgb_transform(light.name, light.turned_from).apply_cpu(colors)
+    view = "Un-tone-mapped"
+    display = config.default_display
+    return view_transform(config, display, view, light.name, light.turned_from).apply_cpu(colors)
+
+
+def test_the_matrix_leaves_white_white(built_in):
+    light = input_space_of(built_in, {"chromaticities": UNKNOWN})
+    np.testing.assert_allclose(to_rec709(light.turned_from) @ np.ones(3), 1.0, atol=1e-9)
 
 
 def test_a_space_that_the_config_has_not_is_said(tmp_path):
@@ -155,5 +185,6 @@ def test_info_tells_numbers_that_are_no_space_and_headers_that_tell_none(tmp_pat
     assert main(["info", str(path), "--json"]) == 0
     facts = json.loads(capsys.readouterr().out)["primaries"]
     assert (facts["attribute"], facts["space"]) == ("chromaticities", None)
+    assert facts["by_matrix"]
     assert main(["info", str(plate_with(tmp_path)), "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["primaries"] is None

@@ -10,7 +10,7 @@ import pytest
 
 from exr_files import distances, rgb, write_file
 from heatlens.errors import InputError
-from heatlens.image.exr_read import read_plate
+from heatlens.image.plate_read import read_plate
 from heatlens.image.quiet import quiet_library
 
 

@@ -132,7 +132,7 @@ def test_a_film_back_by_name(capsys, plate, tmp_path):
     ("attribute", "words"),
     [
         ("pinholeFocalLength", ("no focal length", "--focal-length")),
-        ("aperture", ("no f stop", "--f-stop")),
+        ("aperture", ("no f-stop", "--f-stop")),
         ("focus", ("no focus distance", "--focus-distance or --focus-at")),
     ],
 )

@@ -7,7 +7,8 @@ import pytest
 
 from command_line import BEFORE, picture, refused, render
 from gltf_files import GltfWriter
-from heatlens.image.exr_read import read_parts, read_plate
+from heatlens.image.exr_read import read_parts
+from heatlens.image.plate_read import read_plate
 from heatlens.model.framing import Framing
 from heatlens.model.lens import Lens
 from heatlens.model.settings import DefocusSettings, Method

@@ -17,9 +17,10 @@ from heatlens.model.lens import Lens
 from heatlens.model.settings import PROXY_MIN, VIEWS_MAX, DefocusSettings, Method
 from heatlens.model.shot import Shot
 from heatlens.model.view import Against, Compare
+from heatlens.preview.cost import CostModel
+from heatlens.preview.levels import cheaper, on_the_way
 from heatlens.render import FrameRenderer
 from heatlens.ui.picture.live_picture import LivePicture
-from heatlens.ui.picture.preview_cost import CostModel, cheaper, on_the_way
 from scenes import still_life
 from window_plates import displayed, region
 
@@ -133,7 +134,7 @@ def test_further_views_are_added_to_the_picture_that_is_there():
     assert not live.wish(Shot(LENS, more), 0, 0.03)
     assert live.shown.settings == few and live.is_working and len(machine.made) == made
     assert settle(machine, live)[-1] == more
-    assert machine.views_drawn() - before == pytest.approx(36 + 15)  # and a rest of 0.15 s
+    assert machine.views_drawn() - before == pytest.approx(36 + 8)  # and a rest of 0.08 s
     assert live.cost.predicted(more, SIZE[0] * SIZE[1]) == pytest.approx(1.0, rel=0.1)
     live.wish(Shot(LENS, replace(few, views=8)), 0, 0.03)  # fewer: another picture
     assert live.shown.settings.views <= 8

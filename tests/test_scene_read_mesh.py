@@ -207,3 +207,26 @@ def test_without_the_library_it_is_told_what_to_install(tmp_path, monkeypatch):
     (tmp_path / "a.stl").write_bytes(STL)
     with pytest.raises(InputError, match=r"pip install 'heatlens\[scene\]'"):
         read_scene(tmp_path / "a.stl")
+
+
+@pytest.mark.parametrize(
+    "lines",
+    [
+        "v 0 0 0\nv 1 0 0\nv 1 1\nf 1 2 3\n",
+        "v 0 0\nv 1 0\nv 1 1\nf 1 2 3\n",
+        "v 1\nv 2\nv 3\nf 1 2 3\n",
+        "v 0 0 0\nv 1 0 0\nv 1 1 0\nvn 1 0\nvn 1 0\nvn 1 0\nf 1//1 2//2 3//3\n",
+        "v 0 0 0\nv 1 0 0\nv 1 1 0\nvt 1\nvt 0\nvt 1\nf 1/1 2/2 3/3\n",
+        "v 0 0 0\nv 1 0 0 1 1\nv 1 1 0 2 2 2 2 2\nf 1 2 3\n",
+    ],
+)
+def test_lines_of_an_obj_that_are_too_short_or_too_long_are_a_scene_or_told(tmp_path, lines):
+    """Each with its own number of numbers, where three are needed."""
+    (tmp_path / "short.obj").write_text(lines)
+    try:
+        scene = read_scene(tmp_path / "short.obj")
+    except InputError as error:
+        assert "short.obj is damaged" in str(error)
+    else:
+        assert scene.triangle_count == 1
+        assert all(np.isfinite(mesh.positions_m).all() for mesh in scene.meshes)

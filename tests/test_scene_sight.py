@@ -14,7 +14,7 @@ from heatlens.scene_gpu.scene_renderer import PINHOLE_VIEWS
 from heatlens.ui.picture.scene_sight import SceneSight
 
 SIZE = (640, 360)
-REST_S, SLICE_S = 0.15, 0.012
+REST_S, SLICE_S = 0.08, 0.012
 SHOT = Shot(Lens(35.0, 2.0, 3.0, 36.0), framing=Framing(*SIZE))
 
 

@@ -63,7 +63,7 @@ def changed(path: Path, **entries) -> str:
         ({"source": 5}, "source: 5 should be a text"),
         ({"source": ""}, "'' cannot be the name of a file"),
         ({"source": "a\0b"}, "cannot be the name of a file"),
-        ({"plate": {"depth_kind": "round"}}, 'plate.depth_kind: "round" should be one of planar, '),
+        ({"plate": {"depth_kind": "round"}}, 'plate.depth_kind: "round" should be one of auto, '),
         ({"plate": {"near_m": 10**400}}, "plate.near_m: 1000"),
         ({"defocus": {"layers": 99}}, "defocus: Layers must be 1 to 7, got 99."),
         ({"marks": [{"name": "A"}]}, "marks[0]: the entry 'x_px' is missing"),

@@ -7,6 +7,7 @@ from imgui_bundle import imgui
 
 from gui import Gui
 from heatlens.model.frames import FrameRange
+from heatlens.ui.timeline.kept_screen import KeptFrame
 from sequences import FIRST, LAST, frame_file, sequence_files
 from timeline_window import Clock, at_frame, film_window, frame, fresh, typed
 from window_plates import room_file
@@ -32,8 +33,11 @@ def clock(gui) -> Clock:
 
 def seen(gui) -> int:
     """The frame whose plate is on the screen."""
-    gui.until(lambda: gui.app.live.shown.frame == frame(gui), "the picture")
-    return int(gui.app.stage.plate.path.name.split(".")[1])
+    app = gui.app
+    gui.until(lambda: app.turns.seen.frame == frame(gui), "the picture")
+    if isinstance(app.turns.seen, KeptFrame):  # rendered before, from the plate of its job
+        return int(app.pull.jobs.of(frame(gui)).plate.path.name.split(".")[1])
+    return int(app.stage.plate.path.name.split(".")[1])
 
 
 def test_a_shot_begins_with_the_frames_and_the_rate_of_its_plate(gui):

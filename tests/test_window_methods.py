@@ -7,7 +7,7 @@ import pytest
 from imgui_bundle import imgui
 
 from heatlens.gpu.textures import download
-from heatlens.image.exr_read import read_plate
+from heatlens.image.plate_read import read_plate
 from heatlens.model.settings import Method
 from heatlens.model.view import Against, Compare
 from heatlens.render import FrameRenderer
@@ -179,7 +179,7 @@ def test_a_method_that_needs_a_scene_is_refused_aloud(gui):
 
 def test_the_status_says_what_a_and_b_are(gui):
     def said() -> str:
-        return words(gui.app.view, gui.app.sides, None)
+        return words(gui.app.view, gui.app.sides, None, gui.app.live.shown)
 
     assert said() == "diffusion"
     by_method(gui, Method.GATHER, Compare.WIPE)

@@ -10,7 +10,7 @@ from imgui_bundle import imgui
 from heatlens.commands.main import main
 from heatlens.display.overlay_pass import OverlayPass
 from heatlens.gpu.textures import download
-from heatlens.image.exr_read import read_plate
+from heatlens.image.plate_read import read_plate
 from heatlens.model.coc import sharp_px
 from heatlens.model.settings import DefocusSettings
 from heatlens.model.view import Overlay

@@ -12,7 +12,7 @@ from exr_files import window, write_file
 from gui import Gui
 from heatlens.errors import GpuError
 from heatlens.gpu.textures import download
-from heatlens.image.exr_read import read_plate
+from heatlens.image.plate_read import read_plate
 from heatlens.model.coc import coc_line, coc_px
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.view import Compare, Overlay

@@ -10,7 +10,7 @@ from gui import Gui
 from heatlens.display.display_pass import DisplayPass
 from heatlens.gpu.textures import new_texture, upload
 from heatlens.image.camera_header import lens_attributes
-from heatlens.image.exr_read import read_plate
+from heatlens.image.plate_read import read_plate
 from heatlens.model.lens import Lens
 from heatlens.model.settings import Bokeh, DefocusSettings, Quality
 from heatlens.render import FrameRenderer

@@ -49,6 +49,11 @@ class Screen:
         return run.stdout.strip()
 
 
+def _cpu_seconds(process: str) -> float:
+    fields = Path(f"{process}/stat").read_text().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
 class Window:
     """`heatlens` in a window on `screen`."""
 
@@ -57,6 +62,7 @@ class Window:
         environment = ENVIRONMENT | {
             "DISPLAY": screen.display,
             "HEATLENS_CONFIG_DIR": str(folder / "config"),
+            "HEATLENS_CACHE_DIR": str(folder / "cache"),
         }
         environment.pop("WAYLAND_DISPLAY", None)
         self.process = started(*words, env=environment)
@@ -103,9 +109,11 @@ class Window:
         return self.screen.hand("getwindowname", self.id)
 
     def cpu_seconds(self) -> float:
-        """Processor time of the process, all threads."""
-        fields = Path(f"/proc/{self.process.pid}/stat").read_text().rpartition(")")[2].split()
-        return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+        """Processor time of the process and of those that it started, all threads."""
+        own = f"/proc/{self.process.pid}"
+        children = Path(f"{own}/task/{self.process.pid}/children").read_text().split()
+        assert children, "the window runs in a process of its own"
+        return sum(map(_cpu_seconds, (own, *(f"/proc/{child}" for child in children))))
 
     def quit(self) -> None:
         """Ctrl+Q until it is taken: without a window manager, focus may come a moment later."""

@@ -1,3 +1,43 @@
-"""heatlens: depth of field by simulated diffusion, seen live."""
+"""heatlens: depth of field by simulated diffusion, seen live, rendered, or called from Python.
+
+    import heatlens
+
+    plate = heatlens.open("plate.exr")
+    picture = plate.render(f_stop=1.4, focus_distance_m=2.24)   # NumPy, (H, W, 4) float32
+
+`heatlens.api` has the functions and says what they take. Nothing is loaded before it is used.
+"""
+
+TYPE_CHECKING = False  # as checkers of types know it; `typing` itself would cost milliseconds
+if TYPE_CHECKING:
+    from heatlens.api import Source, open
+    from heatlens.errors import HeatlensError
+    from heatlens.model.lens import Lens
+    from heatlens.model.settings import DefocusSettings
+    from heatlens.model.shot import Shot
 
 __version__ = "0.1.0"
+__all__ = ["DefocusSettings", "HeatlensError", "Lens", "Shot", "Source", "__version__", "open"]
+
+_HOMES = {
+    "DefocusSettings": "heatlens.model.settings",
+    "HeatlensError": "heatlens.errors",
+    "Lens": "heatlens.model.lens",
+    "Shot": "heatlens.model.shot",
+    "Source": "heatlens.api",
+    "open": "heatlens.api",
+}
+
+
+def __getattr__(name: str) -> object:
+    """Load what is asked for; `import heatlens` alone costs nothing."""
+    import importlib
+
+    if name not in _HOMES:
+        raise AttributeError(f"module 'heatlens' has no attribute {name!r}")
+    found = globals()[name] = getattr(importlib.import_module(_HOMES[name]), name)
+    return found
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

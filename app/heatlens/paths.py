@@ -3,6 +3,7 @@
 And what is said, everywhere, of a file that cannot be opened.
 """
 
+import errno
 import os
 from pathlib import Path
 
@@ -25,6 +26,13 @@ def unreadable(path: Path, error: OSError | None = None) -> InputError:
         return InputError(f"{path} is not there.")
     why = (error.strerror or str(error)) if error is not None else "it is no file"
     return InputError(f"{path} cannot be read: {why}.")
+
+
+def file_bytes(path: Path) -> bytes:
+    """Return what a file holds; an OSError for a pipe or a device, which may never end."""
+    if os.path.exists(path) and not os.path.isfile(path):
+        raise OSError(errno.EINVAL, "it is no file", str(path))
+    return path.read_bytes()
 
 
 def data_dir(name: str) -> Path:

@@ -16,7 +16,7 @@ from heatlens.defocus.solver_choice import fastest_solver
 from heatlens.errors import InputError
 from heatlens.gpu.context import check_plate_fits, check_work_fits
 from heatlens.gpu.stopwatch import Stopwatch
-from heatlens.gpu.textures import FloatArray, download, new_texture, upload
+from heatlens.gpu.textures import FloatArray, download, new_texture, uploading
 from heatlens.image.focus_pick import area_at, middle_m
 from heatlens.image.plate import Plate
 from heatlens.model.boxes import Box
@@ -72,26 +72,66 @@ class FrameRenderer:
             raise InputError("No plate is loaded.")
         return self._loaded
 
+    def beside(self) -> "FrameRenderer":
+        """Another renderer with the same solver, which rounds alike, and with nothing loaded.
+
+        What the one renders does not disturb what the other has half done.
+        """
+        return FrameRenderer(self.ctx, type(self.solver)(self.ctx))
+
     def load(self, plate: Plate) -> None:
         """Take a plate to the GPU; once a file, not once a frame."""
+        drained(self.loading(plate, bins_of_plate(plate)))
+
+    def loading(self, plate: Plate, bins: ValueBins) -> Steps[None]:
+        """`load` in short steps, with the plate's `bins_of_plate`.
+
+        Steps that are not taken to their end leave nothing loaded.
+        """
         size = (plate.data_window.width, plate.data_window.height)
         check_plate_fits(self.ctx, *size)
         self._forget_scene()
         color, depth = self._textures(size)
-        upload(color, plate.color)
-        upload(depth, _depth_or_coc(plate))
-        self._take(LoadedPlate(plate, color, depth, bins_of_plate(plate)))
+        self._loaded = None
+        try:
+            for texture, pixels in ((color, plate.color), (depth, _depth_or_coc(plate))):
+                for _ in uploading(texture, pixels):
+                    yield "upload"
+            self._take(LoadedPlate(plate, color, depth, bins))
+        finally:
+            if self._loaded is None:
+                color.release()
+                depth.release()
 
     def load_scene(self, scene: Scene) -> None:
         """Take a scene to the GPU; its pictures are drawn as they are asked for."""
         from heatlens.scene_gpu.scene_renderer import SceneRenderer  # plates do without
 
         of_scene = SceneRenderer(self.ctx, scene)
+        self.let_go()
+        self._of_scene = of_scene
+
+    def load_scene_of(self, other: "FrameRenderer") -> None:
+        """Look at the scene that another renderer of this context holds, without a second copy.
+
+        Once the other has let go of the scene, this one can only let go of it too.
+        """
+        if other._of_scene is None:
+            raise InputError("No scene is loaded.")
+        of_scene = other._of_scene.beside()
+        self.let_go()
+        self._of_scene = of_scene
+
+    def let_go(self) -> None:
+        """Give back plate or scene and all the room for work on them; programs stay."""
         self._forget_scene()
         if self._loaded is not None:
             self._loaded.color.release()
             self._loaded.depth.release()
-        self._of_scene, self._loaded = of_scene, None
+            self._loaded = None
+        for pipeline in self._pipelines.values():
+            pipeline.forget_plate()
+            pipeline.pool.release()
 
     @property
     def scene(self) -> Scene | None:

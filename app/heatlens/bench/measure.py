@@ -26,6 +26,28 @@ Say = Callable[[str], None]
 
 SWEEP_COC_PX = (2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0)
 SWEEP_SIZES = ((960, 540), (1920, 1080), (3840, 2160))
+BARE_WORDS = "one layer of heat beside two bare sweeps"
+
+
+def copy_words(size: Size, settings: DefocusSettings) -> str:
+    """Return what is said when the copy begins."""
+    width, height = proxy_size(size, settings.proxy)
+    return f"copying {width}x{height}"
+
+
+def frame_words(size: Size, runs: int) -> str:
+    """Return what is said when the frame begins."""
+    return f"frame of {size[0]}x{size[1]}, {runs} runs, twice"
+
+
+def coc_words(coc_px: float) -> str:
+    """Return what is said when an amount of blur begins."""
+    return f"circle of confusion {coc_px:g} px"
+
+
+def size_words(size: Size) -> str:
+    """Return what is said when a size begins."""
+    return f"size {size[0]}x{size[1]}"
 
 
 def measure_frame(
@@ -33,9 +55,9 @@ def measure_frame(
 ) -> FrameReport:
     """The scene at `size`: whole frames, and in turn with them the same with every pass timed."""
     worked_on = proxy_size(size, settings.proxy)
-    say(f"copying {worked_on[0]}x{worked_on[1]}")
+    say(copy_words(size, settings))
     copy = copy_bytes_per_second(frames.ctx, worked_on)
-    say(f"frame of {size[0]}x{size[1]}, {runs} runs, twice")
+    say(frame_words(size, runs))
     frame = frames.frame(scene_plate(size), LENS, settings)
     seconds = frame_seconds(frames.stopwatch, runs, frame.render)
     work = Work(worked_on, kernel_for(settings), frames.solver.name, settings.proxy)
@@ -85,7 +107,7 @@ def measure_coc_sweep(
     """How a frame's time depends on the amount of blur."""
     measured = []
     for coc in SWEEP_COC_PX:
-        say(f"circle of confusion {coc:g} px")
+        say(coc_words(coc))
         one_layer, _ = _uniform_ms(frames, size, coc, replace(settings, layers=1), runs)
         layered = _uniform_ms(frames, size, coc, settings, runs)
         scene = _scene_ms(frames, size, coc, settings, runs)
@@ -120,7 +142,7 @@ def measure_size_sweep(
     out, and said."""
     measured: list[tuple[Size, float, float, int]] = []
     for size in SWEEP_SIZES:
-        say(f"size {size[0]}x{size[1]}")
+        say(size_words(size))
         try:
             frames.check_fits(size, settings)
             frame = frames.frame(scene_plate(size), LENS, settings)
@@ -144,7 +166,7 @@ def size_rows(measured: list[tuple[Size, float, float, int]]) -> tuple[SizeRow, 
 
 def measure_bare(frames: BenchFrames, size: Size, runs: int, say: Say) -> BareReport:
     """A frame of one layer of heat and its two sweeps alone, in turn."""
-    say("one layer of heat beside two bare sweeps")
+    say(BARE_WORDS)
     plate = scene_plate(size)
     frame = frames.frame(plate, LENS, DefocusSettings(Bokeh.HEAT, layers=1))
     bare = BareSweeps(frames.ctx, plate.color, scene_coc_px(size))

@@ -108,13 +108,23 @@ def _row(
     frame: SceneFrame, coc_px: float, truth_views: int, patience: Patience, say: Say
 ) -> ErrorRow:
     """One truth, and everybody held against it."""
-    where = f"largest circle of confusion {coc_px:g} px"
+    where = truth_where(coc_px)
     truth, truth_flip = truth_of(frame, truth_views, lambda done: say(f"{done}, {where}"))
     cells = {
         name: _cell(patience, name, _with(frame, asked), truth, where)
         for name, asked in entrants(frame.shot.defocus).items()
     }
     return ErrorRow(coc_px, truth_flip, cells)
+
+
+def truth_where(coc_px: float) -> str:
+    """Return what is said beside a truth, or a method's name."""
+    return f"largest circle of confusion {coc_px:g} px"
+
+
+def truth_words(views: int) -> str:
+    """Return what is said when a truth begins."""
+    return f"truth from {views} views"
 
 
 def truth_of(frame: SceneFrame, views: int, say: Say) -> tuple[FloatImage, float]:
@@ -129,13 +139,13 @@ def truth_of(frame: SceneFrame, views: int, say: Say) -> tuple[FloatImage, float
 
 def _drawn(frame: SceneFrame, views: int, say: Say) -> FloatImage:
     """The picture through just the lens of the shot; every _SAY_EVERY new views are said."""
+    say(truth_words(views))
     steps = frame.renderer.steps(frame.shot)
     done = 0
     while True:
         try:
             done += next(steps) == "view"
         except StopIteration as end:
-            say(f"truth from {views} views")
             return _rgb(download(end.value))
         if done % _SAY_EVERY == 0:
             say(f"truth, {done} views more")

@@ -47,10 +47,15 @@ def measure_methods(
         ms: dict[str, float | None] = {}
         for name, asked in entrants(settings).items():
             make = partial(_uniform, frames, size, coc, asked)
-            timed = patience.timed(name, make, f"circle of confusion {coc:g} px")
+            timed = patience.timed(name, make, method_where(coc))
             ms[name] = None if timed is None else timed.ms
         rows.append(MethodRow(coc, ms))
     return MethodReport(*size, bounded.LIMIT_S, tuple(rows))
+
+
+def method_where(coc_px: float) -> str:
+    """Return what is said beside a method's name."""
+    return f"circle of confusion {coc_px:g} px"
 
 
 def _uniform(

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from heatlens.bench.drag import DragReport, drag_table
 from heatlens.bench.method_errors import ErrorReport
 from heatlens.bench.method_tables import error_tables, time_table
 from heatlens.bench.methods import MethodReport
@@ -94,18 +95,21 @@ class BareReport:
 class BenchReport:
     """All of it; None is what was not asked for."""
 
-    frame: FrameReport
+    frame: FrameReport | None
     coc_sweep: tuple[CocRow, ...] | None
     size_sweep: tuple[SizeRow, ...] | None
     bare: BareReport | None
     peak_memory_mb: float
     methods: MethodReport | None = None
     method_errors: ErrorReport | None = None
+    drag: DragReport | None = None
 
 
 def report_text(report: BenchReport) -> str:
     """For reading: a head, a table of passes, what else was asked for, memory."""
-    blocks = [_head(report.frame), _pass_table(report.frame), _frame_line(report.frame)]
+    blocks = []
+    if report.frame is not None:
+        blocks += [_head(report.frame), _pass_table(report.frame), _frame_line(report.frame)]
     if report.coc_sweep is not None:
         blocks.append(_coc_table(report.coc_sweep))
     if report.size_sweep is not None:
@@ -116,6 +120,8 @@ def report_text(report: BenchReport) -> str:
         blocks.append(time_table(report.methods))
     if report.method_errors is not None:
         blocks.append(error_tables(report.method_errors))
+    if report.drag is not None:
+        blocks.append(drag_table(report.drag))
     blocks.append(f"peak memory {report.peak_memory_mb:.0f} MB")
     return "\n\n".join(blocks)
 

@@ -13,7 +13,7 @@ from heatlens.camera.usd_read import USD_SUFFIXES, read_usd_camera, split_prim
 from heatlens.camera.usd_units import METERS_PER_UNIT
 from heatlens.camera.usd_write import usd_bytes
 from heatlens.errors import InputError
-from heatlens.image.atomic_file import replacing
+from heatlens.image.atomic_file import write_whole
 from heatlens.image.shot_file import SHOT_SUFFIX
 
 WRITTEN = (".usda", ".usd", ".usdc", ".nk", ".json", ".csv", ".py")
@@ -37,8 +37,7 @@ def write_camera(
     if meters_per_unit is not None:
         _check_unit(path, meters_per_unit)
     data = _encoded(suffix, camera, meters_per_unit)
-    with replacing(path) as beside:
-        beside.write_bytes(data)
+    write_whole(path, data)
 
 
 def read_camera(text: str, scene_unit_m: float = 1.0, up_axis: UpAxis = "y") -> CameraSamples:

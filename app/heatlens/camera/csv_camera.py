@@ -12,7 +12,7 @@ from heatlens.camera.placement import matrix_of
 from heatlens.camera.rows import FRAME, PLACEMENT, Row, camera_of_rows, rows_of
 from heatlens.camera.samples import LENS_TRACKS, CameraSamples
 from heatlens.errors import InputError
-from heatlens.paths import unreadable
+from heatlens.paths import file_bytes, unreadable
 
 _RATE = "frames_per_second"
 _UP = "up_axis"
@@ -37,7 +37,7 @@ def read_csv_camera(path: Path) -> CameraSamples:
     Raises InputError with the line where it is damaged.
     """
     try:
-        text = path.read_bytes().decode("utf-8-sig")
+        text = file_bytes(path).decode("utf-8-sig")
         reader = csv.DictReader(io.StringIO(text, newline=""), strict=True)
         table = [(reader.line_num, row) for row in reader]
     except OSError as error:

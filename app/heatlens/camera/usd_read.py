@@ -16,7 +16,7 @@ from heatlens.camera.usd_units import millimetres
 from heatlens.camera.usd_write import MM_ATTRIBUTES, SQUEEZE
 from heatlens.errors import InputError
 from heatlens.image.quiet import quiet_library
-from heatlens.image.usd_library import read_usd_apart, usd_module
+from heatlens.image.usd_library import read_usd_apart, usd_failures_told, usd_module
 from heatlens.model.frames import FrameRange, check_frame
 from heatlens.paths import unreadable
 
@@ -58,7 +58,7 @@ def usd_camera(text: str) -> CameraSamples:
     several of which none is named.
     """
     path, prim_path = split_prim(text)
-    with quiet_library():
+    with quiet_library(), usd_failures_told(path):
         opened = _opened(path, prim_path)
         try:
             _check_projection(opened)

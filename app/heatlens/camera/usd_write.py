@@ -13,6 +13,7 @@ from heatlens.camera.samples import CameraSamples, finite_m
 from heatlens.camera.usd_units import METERS_PER_UNIT, millimetres
 from heatlens.image.quiet import quiet_library
 from heatlens.image.usd_library import usd_module
+from heatlens.stopping import unfinished
 
 SQUEEZE = "heatlens:squeeze"  # UsdGeomCamera has no word for it
 
@@ -28,7 +29,7 @@ def usd_bytes(
 ) -> bytes:
     """The file: text for .usda, binary for .usd and .usdc. Raises InputError without OpenUSD."""
     stage = _stage(camera, meters_per_unit)
-    with tempfile.TemporaryDirectory() as folder, quiet_library():
+    with tempfile.TemporaryDirectory() as folder, unfinished(folder), quiet_library():
         path = Path(folder) / f"camera{suffix}"
         stage.GetRootLayer().Export(str(path))
         return path.read_bytes()

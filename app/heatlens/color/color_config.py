@@ -7,10 +7,12 @@ that space is the input where the config knows it.
 import os
 import re
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from heatlens.color.ocio_library import ocio
 from heatlens.errors import InputError
+from heatlens.paths import file_bytes, unreadable
 
 # Named in full: `ocio://default` becomes another config with another version of the library, and
 # with it every picture. This one (ACES 2.0) is in OpenColorIO 2.5, the VFX Platform's of 2026.
@@ -26,6 +28,7 @@ LINEAR_REC709 = (
     "Linear Rec.709",
     "lin_srgb",
 )
+_ARCHIVE = b"PK"  # .ocioz
 _SAID_ALREADY = re.compile(r"^Error: Loading the OCIO profile '.*?' failed\. ")
 
 
@@ -134,13 +137,32 @@ def _read(address: str, source: str) -> Any:
     library = ocio()
     if not address.isprintable():  # bytes of another encoding arrive as surrogates
         raise InputError(f"{source!a}: OpenColorIO takes paths in Unicode only. Rename the file.")
+    _check_file(Path(address), source)
     try:
         config = library.Config.CreateFromFile(address)
+    except UnicodeDecodeError as error:  # the library's own words, cut within a letter
+        raise InputError(f"{source} is no usable OpenColorIO config: it is damaged.") from error
     except (library.Exception, library.ExceptionMissingFile) as error:
         raise InputError(f"{source} is no usable OpenColorIO config: {one_line(error)}") from error
     if not config.getDisplays():
         raise InputError(f"{source} names no display, so no picture can be shown with it.")
     return config
+
+
+def _check_file(path: Path, source: str) -> None:
+    """Raise InputError for a config whose names would be no text; archives are left alone."""
+    if not path.exists():  # a name of OpenColorIO's own, or missing, which the library says
+        return
+    try:
+        data = file_bytes(path)
+        if not data.startswith(_ARCHIVE):
+            data.decode("utf-8")
+    except UnicodeDecodeError as error:
+        raise InputError(
+            f"{source} is no usable OpenColorIO config: byte {error.start} is no UTF-8."
+        ) from error
+    except OSError as error:
+        raise unreadable(path, error) from error
 
 
 def one_line(error: Exception) -> str:

@@ -35,11 +35,15 @@ _NAMES: Mapping[Primaries, tuple[str, ...]] = {
 
 @dataclass(frozen=True)
 class InputSpace:
-    """A space of the config, why it is this one, and what to say where a header is not followed."""
+    """A space of the config, why it is this one, and what to say where a header is not followed.
+
+    Of primaries that no space has, it is linear Rec. 709, after a matrix.
+    """
 
     name: str
     why: str
     note: str = ""
+    turned_from: Primaries | None = None  # the light's own, to be turned into `name` by a matrix
 
 
 def input_space_of(
@@ -56,6 +60,11 @@ def input_space_of(
     found = None if told is None else _found(config, told)
     if told is not None and found is not None:
         return InputSpace(found, f"header, {told.attribute}")
+    if told is not None and told.primaries is not None:
+        rec709 = REC709.name if config is None else config.space_called(*LINEAR_REC709)
+        if rec709 is not None:
+            why = f"header, {told.attribute}, by a matrix"
+            return InputSpace(rec709, why, turned_from=told.primaries)
     usual = REC709.name if config is None else config.default_input_space
     if told is None:
         return InputSpace(usual, "the header tells no other")

@@ -15,7 +15,7 @@ from heatlens.color.rgb_matrix import Matrix, to_rec709
 from heatlens.errors import InputError
 from heatlens.image.display import srgb_encoded
 from heatlens.image.plate import FloatImage
-from heatlens.image.primaries import KNOWN, REC709
+from heatlens.image.primaries import KNOWN, REC709, Primaries
 from heatlens.paths import data_dir
 
 # Largest light that is shown, either sign: the largest half float. Infinity would become NaN.
@@ -60,18 +60,22 @@ class ViewTransform:
         return bent
 
 
-def srgb_transform(input_space: str = REC709.name) -> ViewTransform:
+def srgb_transform(
+    input_space: str = REC709.name, turned_from: Primaries | None = None
+) -> ViewTransform:
     """The plain curve of IEC 61966-2-1, clipped at white; needs no library.
 
     `input_space`: name of one of the primaries in `image.primaries`; raises InputError for others.
+    `turned_from`: the light's own primaries, where they have no name.
     """
     check_known("Input space", input_space, tuple(known.name for known in KNOWN))
     glsl = (data_dir("shaders") / "lib" / "srgb_view.lib.glsl").read_text()
     encode: Callable[[FloatImage], FloatImage] = srgb_encoded
     key = "sRGB"
-    if input_space != REC709.name:
-        key = f"sRGB of {input_space}"
-        matrix = to_rec709(next(known for known in KNOWN if known.name == input_space))
+    if turned_from is not None or input_space != REC709.name:
+        own = turned_from or next(known for known in KNOWN if known.name == input_space)
+        key = f"sRGB of {own.name} {own.chromaticities}"
+        matrix = to_rec709(own)
         glsl, encode = _in_rec709(glsl, matrix), _encoder_after(matrix)
     return ViewTransform("sRGB", PLAIN_VIEW, input_space, key, glsl, (), encode)
 
@@ -94,17 +98,25 @@ def _encoder_after(matrix: Matrix) -> Callable[[FloatImage], FloatImage]:
     return encode
 
 
-def view_transform(config: ColorConfig, display: str, view: str, input_space: str) -> ViewTransform:
+def view_transform(
+    config: ColorConfig,
+    display: str,
+    view: str,
+    input_space: str,
+    turned_from: Primaries | None = None,
+) -> ViewTransform:
     """The transform of `view` on `display` for light in `input_space`.
 
+    `turned_from`: the light's own primaries, turned into `input_space`, linear Rec. 709, before.
     Raises InputError where the config has no such name or cannot carry it out.
     """
     check_known(f"{config.source}: view of {display}", view, config.views(display))
     library = ocio()
     try:
-        processor = config.config.getProcessor(
-            library.DisplayViewTransform(src=input_space, display=display, view=view)
-        )
+        shown = library.DisplayViewTransform(src=input_space, display=display, view=view)
+        if turned_from is not None:
+            shown = library.GroupTransform([_matrix_transform(library, turned_from), shown])
+        processor = config.config.getProcessor(shown)
         glsl, luts, key = _for_gpu(library, processor)
         on_cpu = processor.getDefaultCPUProcessor()
     except (library.Exception, library.ExceptionMissingFile) as error:
@@ -113,6 +125,13 @@ def view_transform(config: ColorConfig, display: str, view: str, input_space: st
             f"{one_line(error)}"
         ) from error
     return ViewTransform(display, view, input_space, key, glsl, luts, _encoder(on_cpu))
+
+
+def _matrix_transform(library: Any, primaries: Primaries) -> Any:
+    """From light of these primaries to linear Rec. 709, as the library takes it: row after row."""
+    matrix = np.eye(4)
+    matrix[:3, :3] = to_rec709(primaries)
+    return library.MatrixTransform(matrix=matrix.ravel().tolist())
 
 
 def _encoder(on_cpu: Any) -> Callable[[FloatImage], FloatImage]:

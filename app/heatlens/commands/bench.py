@@ -6,6 +6,7 @@ import resource
 from dataclasses import asdict
 from pathlib import Path
 
+from heatlens.bench.drag import measure_drag
 from heatlens.bench.frames import BenchFrames
 from heatlens.bench.measure import (
     measure_bare,
@@ -17,6 +18,15 @@ from heatlens.bench.method_errors import ErrorReport, check_errors, measure_erro
 from heatlens.bench.methods import measure_methods
 from heatlens.bench.plot import check_plot, write_plot
 from heatlens.bench.report import BenchReport, report_text
+from heatlens.bench.schedule import Asked, planned, probe_seconds_per_px
+from heatlens.commands.bench_drag import (
+    Dragged,
+    add_drag_options,
+    check_drag,
+    dragged,
+    level_sentences,
+)
+from heatlens.commands.bench_progress import BenchProgress
 from heatlens.commands.blur_options import add_blur_options, settings_of
 from heatlens.commands.given_options import refuse_unused
 from heatlens.commands.say import say
@@ -27,12 +37,15 @@ from heatlens.errors import InputError
 from heatlens.gpu.context import headless_context
 from heatlens.model.settings import DefocusSettings
 
+_SIZE = (1920, 1080)
 _TRUTH_VIEWS = 1024
 _TRUTH_SIZE = (480, 270)
 
 _DESCRIPTION = """\
 Renders a scene made in memory again and again and says what each pass takes: milliseconds, the
 bytes it moves and the least it could move, and how close it comes to the rate of a plain copy.
+With --drag: how fast and how good the pictures are that the window shows while the hand moves.
+How long it will take is said before and meanwhile.
 """
 _EPILOG = """\
 examples:
@@ -43,6 +56,8 @@ examples:
   heatlens bench --size 960x540 --methods --truth-views 0    # times alone
   heatlens bench --size 960x540 --methods --truth-size 960x540 --truth-views 4096 --json
   heatlens bench --solver partition --json > partition.json
+  heatlens bench --drag --size 1280x720
+  heatlens bench --drag --plate plate.exr --focus-distance 1.2 --f-stop 1.4 --json
 """
 
 
@@ -58,9 +73,8 @@ def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
     parser.add_argument(
         "--size",
         type=size_of,
-        default=(1920, 1080),
         metavar="WxH",
-        help="pixels across and down (default 1920x1080)",
+        help=f"pixels across and down (default {_SIZE[0]}x{_SIZE[1]})",
     )
     add_blur_options(parser)
     _add_measure_options(parser)
@@ -94,6 +108,7 @@ def _add_measure_options(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="also one layer of heat beside the two bare line sweeps that it cannot do without",
     )
+    add_drag_options(parser, group)
     _add_method_options(group)
     group.add_argument("--json", action="store_true", help="one JSON object instead of tables")
 
@@ -143,9 +158,12 @@ def run(args: argparse.Namespace) -> int:
     if args.runs < 1:
         raise InputError(f"--runs must be at least 1, got {args.runs}.")
     _check_methods(args, settings)
-    report = _measured(args, BenchFrames(headless_context(), args.solver), settings)
+    check_drag(args)
+    frames = BenchFrames(headless_context(), args.solver)
+    report = _measured(args, frames, settings)
     if args.plot is not None and report.methods is not None:
-        write_plot(args.plot, report.methods, report.method_errors, report.frame.renderer)
+        renderer = str(frames.ctx.info["GL_RENDERER"])
+        write_plot(args.plot, report.methods, report.method_errors, renderer)
         say(f"drawn to {args.plot}")
     if args.json:
         print(json.dumps(asdict(report), indent=2, allow_nan=False))
@@ -167,28 +185,63 @@ def _check_methods(args: argparse.Namespace, settings: DefocusSettings) -> None:
 def _measured(
     args: argparse.Namespace, frames: BenchFrames, settings: DefocusSettings
 ) -> BenchReport:
-    size, runs = args.size, args.runs
-    frames.check_fits(size, settings)
-    coc_sweep = size_sweep = bare = None
-    if args.bare:  # first: its limit is met before minutes are spent
-        bare = measure_bare(frames, size, runs, say)
-    frame = measure_frame(frames, size, settings, runs, say)
-    if args.sweep_coc:
-        coc_sweep = measure_coc_sweep(frames, size, settings, runs, say)
-        size_sweep = measure_size_sweep(frames, settings, runs, say)
-    methods = measure_methods(frames, size, settings, runs, say) if args.methods else None
-    errors = _errors(args, frames, settings)
+    """All that was asked for, with how long it will take said before and meanwhile."""
+    frames.check_fits(args.size or _SIZE, settings)
+    say("finding out how long this takes")
+    drag = dragged(args, settings, _SIZE)
+    asked = _asked(args, settings if drag is None else drag[2], drag)
+    with BenchProgress(planned(asked, probe_seconds_per_px(frames, settings))) as tell:
+        return _report(args, frames, asked, drag, tell)
+
+
+def _asked(args: argparse.Namespace, settings: DefocusSettings, drag: Dragged | None) -> Asked:
+    size = args.size or _SIZE
+    if drag is not None:
+        size = drag[0].data_window.width, drag[0].data_window.height
+    return Asked(
+        size,
+        settings,
+        args.runs,
+        frame=drag is None,
+        bare=args.bare,
+        sweeps=args.sweep_coc,
+        methods=args.methods,
+        truth_size=args.truth_size,
+        truth_views=args.truth_views,
+        levels=() if drag is None else level_sentences(drag),
+    )
+
+
+def _report(
+    args: argparse.Namespace,
+    frames: BenchFrames,
+    asked: Asked,
+    drag: Dragged | None,
+    tell: BenchProgress,
+) -> BenchReport:
+    """The measurements in the order of the plan."""
+    size, settings, runs = asked.size, asked.settings, asked.runs
+    coc_sweep = size_sweep = None
+    # First the bare sweeps: their limit is met before minutes are spent.
+    bare = measure_bare(frames, size, runs, tell) if asked.bare else None
+    frame = measure_frame(frames, size, settings, runs, tell) if asked.frame else None
+    if asked.sweeps:
+        coc_sweep = measure_coc_sweep(frames, size, settings, runs, tell)
+        size_sweep = measure_size_sweep(frames, settings, runs, tell)
+    methods = measure_methods(frames, size, settings, runs, tell) if asked.methods else None
+    errors = _errors(args, frames, settings, tell)
+    levels = None if drag is None else measure_drag(frames, *drag, runs, tell)
     memory = _peak_memory_mb()
-    return BenchReport(frame, coc_sweep, size_sweep, bare, memory, methods, errors)
+    return BenchReport(frame, coc_sweep, size_sweep, bare, memory, methods, errors, levels)
 
 
 def _errors(
-    args: argparse.Namespace, frames: BenchFrames, settings: DefocusSettings
+    args: argparse.Namespace, frames: BenchFrames, settings: DefocusSettings, tell: BenchProgress
 ) -> ErrorReport | None:
     """None where they were not asked for."""
     if not args.methods or args.truth_views == 0:
         return None
-    return measure_errors(frames, args.truth_size, settings, args.truth_views, args.runs, say)
+    return measure_errors(frames, args.truth_size, settings, args.truth_views, args.runs, tell)
 
 
 def _peak_memory_mb() -> float:

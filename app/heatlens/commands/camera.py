@@ -10,7 +10,7 @@ from heatlens.camera.samples import CameraSamples
 from heatlens.camera.usd_read import USD_SUFFIXES, split_prim
 from heatlens.commands.given_options import refuse_given
 from heatlens.commands.lens_options import lens_words
-from heatlens.commands.say import say
+from heatlens.commands.say import say, tell
 from heatlens.commands.value_types import number
 from heatlens.errors import InputError
 from heatlens.image.shot_file import SHOT_SUFFIX, is_shot_file, read_shot
@@ -93,7 +93,7 @@ def run(args: argparse.Namespace) -> int:
     unit = args.meters_per_unit
     write_camera(args.output, camera, None if unit is None else parse_scene_unit_m(unit))
     say(*camera.notes)
-    print(args.output)
+    tell(str(args.output))
     return 0
 
 

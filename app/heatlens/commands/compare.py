@@ -6,6 +6,7 @@ import json
 from collections.abc import Callable
 from pathlib import Path
 
+from heatlens.commands.pipes import file_of_input
 from heatlens.commands.say import say
 from heatlens.commands.value_types import finite, positive
 from heatlens.compare.difference import (
@@ -22,7 +23,7 @@ EXIT_NEAR_ENOUGH = 0
 EXIT_TOO_FAR = 1
 
 _DESCRIPTION = """\
-Measures how far RESULT is from TRUTH, two EXR pictures of one frame, and prints:
+Measures how far RESULT is from TRUTH, two pictures of one frame, and prints:
 
   PSNR       dB, higher is nearer: 30 good, 40 hard to see, 99 the same
   SSIM       structure, 1 is the same
@@ -32,6 +33,7 @@ Measures how far RESULT is from TRUTH, two EXR pictures of one frame, and prints
   nonfinite  pixels of the result that hold NaN or infinity, counted as black
 
 PSNR, SSIM and FLIP look at the sRGB picture at exposure 0, HDR-FLIP and relMSE at the light.
+EXR is light; PNG, JPEG and TIFF are taken as sRGB, floating point as light.
 Where the data windows differ, what both files hold of the display window is compared.
 
 Exit code: 0 within every limit given, 1 when one is missed, 2 for what you can mend.
@@ -66,8 +68,8 @@ def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
         description=_DESCRIPTION,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("result", type=Path, metavar="RESULT.exr", help="the picture to judge")
-    parser.add_argument("truth", type=Path, metavar="TRUTH.exr", help="what it should be")
+    parser.add_argument("result", type=Path, metavar="RESULT", help="the picture to judge")
+    parser.add_argument("truth", type=Path, metavar="TRUTH", help="what it should be")
     parser.add_argument("--json", action="store_true", help="print the scores as one JSON object")
     _add_limits(parser)
     _add_difference(parser)
@@ -78,7 +80,9 @@ def run(args: argparse.Namespace) -> int:
     """Compare two files; the exit code says whether every limit is kept."""
     if args.difference is not None:
         check_is_png(args.difference)
-    result, truth = _shared_pixels(read_picture(args.result), read_picture(args.truth))
+    with file_of_input(args.result) as path:
+        judged = read_picture(path)
+    result, truth = _shared_pixels(judged, read_picture(args.truth))
     scores = score(result, truth)
     print(_as_json(scores) if args.json else _as_lines(scores))
     if args.difference is not None:

@@ -1,19 +1,19 @@
 """`heatlens export`: a shot to EXR frames, pictures or a movie; a second run finishes the first."""
 
 import argparse
-import signal
-from collections.abc import Iterator
-from contextlib import closing, contextmanager
+from contextlib import closing
 
 from heatlens.commands.export_options import add_export_options, job_of
 from heatlens.commands.export_progress import progress_of
 from heatlens.commands.export_submit import submit
 from heatlens.commands.look_options import say_seen_through
+from heatlens.commands.plate_words import say_doubts_of_shot
 from heatlens.defocus.solver_choice import settled_solver
 from heatlens.errors import InputError
 from heatlens.export.plan import planned
 from heatlens.export.run import export_frames
 from heatlens.gpu.context import headless_context
+from heatlens.image.shot_file import is_shot_file
 from heatlens.render import FrameRenderer
 
 _DESCRIPTION = """\
@@ -64,29 +64,20 @@ def run(args: argparse.Namespace) -> int:
     if args.chunk is not None and args.submit is None:
         raise InputError("--chunk is for --submit, which writes a job for a farm.")
     plan = planned(job_of(args))
+    if args.submit is None and is_shot_file(args.shot):
+        say_doubts_of_shot(plan.job.shot)
     if args.submit is not None:
         submit(args, plan)
         return 0
     if not plan.job.output.is_exr:
         say_seen_through(plan.job.look.transform)
     with (
-        _stopped_as_by_ctrl_c(),
         progress_of(args.progress, plan) as tell,
         closing(export_frames(plan, _renderer)) as steps,
     ):
         for done in steps:
             tell(done)
     return 0
-
-
-@contextmanager
-def _stopped_as_by_ctrl_c() -> Iterator[None]:
-    """Farms and windows end a process with SIGTERM; that, too, should leave nothing behind."""
-    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGTERM, before)
 
 
 def _renderer() -> FrameRenderer:

@@ -10,6 +10,7 @@ from heatlens.commands.given_options import given, refuse_unused
 from heatlens.commands.lens_options import add_lens_options, lens_of
 from heatlens.commands.look_options import add_look_options, color_header, transform_of
 from heatlens.commands.plate_options import add_plate_options, plate_options
+from heatlens.commands.plate_words import say_plate
 from heatlens.commands.say import say
 from heatlens.commands.scene_options import (
     add_framing_options,
@@ -24,9 +25,10 @@ from heatlens.export.job import ExportJob, ExrOptions, Look
 from heatlens.export.output import Output, parse_output
 from heatlens.export.plan import frames_of
 from heatlens.image.channels import Header
-from heatlens.image.exr_read import read_plate
 from heatlens.image.exr_write import COMPRESSIONS
+from heatlens.image.plate_read import read_plate
 from heatlens.image.sequence import find_sequence
+from heatlens.image.sequence_reader import settled_options
 from heatlens.image.shot_file import is_shot_file, read_shot
 from heatlens.model.settings import DefocusSettings
 from heatlens.model.shot import Shot
@@ -170,9 +172,10 @@ def _still_shot(args: argparse.Namespace) -> Shot:
     Whichever frames are asked for: those of one shot may be asked for in parts.
     """
     sequence, options = find_sequence(args.shot), plate_options(args)
-    lens, said = lens_of(args, read_plate(sequence.path_at(sequence.present[0]), options))
-    say(said)
-    return Shot(lens, source=args.shot, plate_options=options)
+    plate = read_plate(sequence.path_at(sequence.present[0]), options)
+    lens, said = lens_of(args, plate)
+    say_plate(plate, lens, said, options)
+    return Shot(lens, source=args.shot, plate_options=settled_options(options, plate))
 
 
 def _with_overrides(args: argparse.Namespace, shot: Shot) -> Shot:
@@ -217,4 +220,5 @@ def _color_header(shot: Shot) -> Header:
         return {}
     sequence = find_sequence(shot.source)
     first = sequence.path_at(sequence.present[0])
-    return color_header(first, shot.plate_options.color_layer)
+    options = shot.plate_options
+    return color_header(first, options.color_layer, options.eye)

@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from typing import TextIO
 
+from heatlens.commands.say import say, tell
 from heatlens.errors import HeatlensError
 from heatlens.export.plan import ExportPlan
 from heatlens.export.run import FrameDone
@@ -70,7 +71,7 @@ def _for_people(plan: ExportPlan, tally: Tally) -> Iterator[Tell]:
 
         yield tell
     kept = f", {tally.kept} were finished before" if tally.kept else ""
-    print(f"heatlens: {_frames(len(tally.written))} written{kept}.", file=sys.stderr)
+    say(f"{_frames(len(tally.written))} written{kept}.")
     _print(str(plan.job.output.pattern))
 
 
@@ -110,12 +111,12 @@ def _for_farm(plan: ExportPlan, tally: Tally) -> Iterator[Tell]:
 
 def progress_text(tally: Tally) -> str:
     """12 of 100 done, 1 min 20 s left."""
-    left = "" if tally.left_s is None else f", {_time_text(tally.left_s)} left"
+    left = "" if tally.left_s is None else f", {time_text(tally.left_s)} left"
     return f"{tally.done} of {tally.count} done{left}"
 
 
-def _time_text(seconds: float) -> str:
-    """With as much precision as an estimate has."""
+def time_text(seconds: float) -> str:
+    """Return seconds in words, with as much precision as an estimate has."""
     if seconds < 100:
         return f"{seconds:.0f} s"
     minutes = round(seconds / 60)
@@ -148,5 +149,4 @@ def _say(**entry: object) -> None:
 
 
 def _print(line: str) -> None:
-    text = line.encode("utf-8", "backslashreplace").decode()  # names on disk need be no Unicode
-    print(text, flush=True)
+    tell(line)

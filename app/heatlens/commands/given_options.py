@@ -14,7 +14,7 @@ _OF_DIFFUSION = ("bokeh", "quality", "layers")
 _OF_BLUR = ("method", *_OF_DIFFUSION, "views", "proxy")
 _OF_PLATES = (
     *("depth_channel", "color_layer", "depth_convention", "depth_kind", "scene_unit"),
-    *("near", "far"),
+    *("near", "far", "eye", "strict", "depth", "picture_curve"),
 )
 _OF_SCENES = ("size", "scene_camera", "frame", "pinhole")
 _TYPED = {"scene_camera": "--camera"}

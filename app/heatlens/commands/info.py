@@ -7,10 +7,14 @@ from typing import Any
 
 from heatlens.commands.given_options import refuse_given, refuse_unused
 from heatlens.commands.info_scene import Line, scene_lines
-from heatlens.commands.one_frame import check_one_frame
+from heatlens.commands.info_sequence import found_among, sequence_info
+from heatlens.commands.pipes import file_of_input
 from heatlens.commands.plate_options import add_plate_options, plate_options
+from heatlens.commands.say import tell
 from heatlens.commands.value_types import number
 from heatlens.image.inspection import inspect
+from heatlens.image.sequence import Sequence
+from heatlens.printable import printable
 from heatlens.scene.first_shot import first_shot
 from heatlens.scene.scene_facts import scene_facts
 from heatlens.scene.scene_source import is_scene_source
@@ -20,6 +24,9 @@ Says what a render holds and how heatlens would read it: size and windows (pixel
 lens in the header (focal length and sensor in mm, focus in metres), the primaries of the colours,
 the range of the depth (metres) and which convention it was taken for, and why. Try the depth
 options here before a render.
+
+Of several frames (shot.####.exr, a folder, or files that are listed): which are there and which are
+missing, their sizes, how their depth is read, and its range over the shot.
 
 Of a 3D scene: its cameras, frames, objects, triangles, lights and size.
 """
@@ -44,7 +51,10 @@ def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument(
-        "plate", type=Path, metavar="PLATE", help="the render to look at; or a 3D scene; or demo"
+        "plates",
+        nargs="+",
+        metavar="PLATE",
+        help="the render to look at, or several; a sequence; a folder; a 3D scene; or demo",
     )
     parser.add_argument("--json", action="store_true", help="the same as JSON, for programs")
     add_plate_options(parser)
@@ -56,13 +66,26 @@ def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
 
 def run(args: argparse.Namespace) -> int:
     """Print the facts; 0 also where no depth was found."""
-    facts, lines = _of_scene(args) if is_scene_source(str(args.plate)) else _of_plate(args)
-    print(json.dumps(facts, indent=2, allow_nan=False) if args.json else _text(lines))
+    found = [_facts_of(args, item) for item in found_among(args.plates)]
+    if args.json:
+        facts = [item[0] for item in found]
+        tell(json.dumps(facts if len(facts) > 1 else facts[0], indent=2, allow_nan=False), "\n")
+    else:
+        tell("\n\n".join(_text(lines) for _, lines in found), "\n")
     return 0
 
 
-def _of_scene(args: argparse.Namespace) -> tuple[dict[str, Any], list[Line]]:
-    text = str(args.plate)
+def _facts_of(args: argparse.Namespace, item: str | Sequence) -> tuple[dict[str, Any], list[Line]]:
+    if isinstance(item, Sequence):
+        return sequence_info(item, plate_options(args))
+    if is_scene_source(item):
+        return _of_scene(args, item)
+    with file_of_input(Path(item)) as path:
+        facts = inspect(path, plate_options(args))
+    return facts, _plate_lines(facts)
+
+
+def _of_scene(args: argparse.Namespace, text: str) -> tuple[dict[str, Any], list[Line]]:
     refuse_unused(args, text, is_scene=True)
     lens = ("focal_length", "sensor_width")
     refuse_given(args, lens, f"{text} is a 3D scene, and that is for depth along rays")
@@ -70,16 +93,9 @@ def _of_scene(args: argparse.Namespace) -> tuple[dict[str, Any], list[Line]]:
     return facts, scene_lines(facts)
 
 
-def _of_plate(args: argparse.Namespace) -> tuple[dict[str, Any], list[Line]]:
-    check_one_frame(args.plate)
-    facts = inspect(args.plate, plate_options(args))
-    return facts, _plate_lines(facts)
-
-
 def _text(lines: list[Line]) -> str:
-    """Aligned, for reading; names on disk need be no Unicode."""
-    text = "\n".join(f"{label:<{_LABEL_WIDTH}}{value}" for label, value in lines)
-    return text.encode("utf-8", "backslashreplace").decode()
+    """Aligned, for reading; no name makes a line of its own."""
+    return "\n".join(f"{label:<{_LABEL_WIDTH}}{printable(str(value))}" for label, value in lines)
 
 
 def _plate_lines(facts: dict[str, Any]) -> list[Line]:
@@ -89,6 +105,7 @@ def _plate_lines(facts: dict[str, Any]) -> list[Line]:
         ("data window", _window(facts["data_window"])),
         ("display window", _window(facts["display_window"])),
         ("pixel aspect", f"{facts['pixel_aspect_ratio']:g}"),
+        *([("views", ", ".join(facts["views"]))] if facts["views"] else []),
         *_part_lines(facts["parts"]),
         *_camera_lines(facts["camera"]),
         *_primaries_lines(facts["primaries"]),
@@ -133,6 +150,8 @@ def _primaries_lines(told: dict[str, Any] | None) -> list[Line]:
         return [("primaries", "linear Rec.709 (the header tells no other)")]
     if told["space"] is None:
         said = "of no space that heatlens knows; taken as the input space in use"
+        if told["by_matrix"]:
+            said = "turned into linear Rec.709 by a matrix for the eye"
         return [("primaries", f"{told['value']} (header: {told['attribute']}), {said}")]
     return [("primaries", f"{told['space']} (header: {told['attribute']})")]
 
@@ -142,7 +161,8 @@ def _color_lines(color: dict[str, Any]) -> list[Line]:
     lines = []
     if "layer" in color:
         alpha = "with alpha" if color["has_alpha"] else "no alpha"
-        lines.append(("colour", f"{color['layer'] or 'RGB'}, {alpha}"))
+        view = f" of the view {color['view']}" if color["view"] else ""
+        lines.append(("colour", f"{color['layer'] or 'RGB'}{view}, {alpha}"))
         span = "no finite value"
         if color["min"] is not None:
             span = f"{_number(color['min'])} to {_number(color['max'])}"

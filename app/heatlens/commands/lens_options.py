@@ -1,24 +1,24 @@
 """The lens on the command line: what is given wins, then the plate's header; each is said aloud."""
 
 import argparse
-import math
 from collections.abc import Mapping
 
 from heatlens.commands.value_types import number
 from heatlens.errors import InputError
 from heatlens.image.focus_pick import depth_at_m, no_distances
 from heatlens.image.plate import Plate
+from heatlens.image.plate_lens import LensNotToldError, plate_lens
 from heatlens.model.filmback import filmback_named
 from heatlens.model.lens import Lens
 from heatlens.model.units import format_distance, parse_distance_m
 
-_FULL_FRAME_WIDTH_MM = 36.0
 _TOLD = {
     "focal_length_mm": "--focal-length",
     "sensor_width_mm": "--sensor-width",
     "f_stop": "--f-stop",
     "focus_distance_m": "--focus-distance",
 }
+_GIVEN_WITH = {**_TOLD, "focus_distance_m": "--focus-distance or --focus-at"}
 _LENS_VALUES = ("focal_length", "sensor_width", "filmback", "f_stop", "focus_distance")
 
 
@@ -86,13 +86,15 @@ def lens_of(args: argparse.Namespace, plate: Plate) -> tuple[Lens, str]:
     values, sources = given_lens(args), sources_of(args)
     if plate.coc_px is not None:
         return _lens_of_coc(args, plate, values.get("squeeze", 1.0))
-    for field, option in _TOLD.items():
-        if field == "focus_distance_m" and args.focus_at is not None:
-            values[field] = depth_at_m(plate, *pixel_of(args.focus_at))
-        elif field not in values:
-            values[field], sources[field] = _from_header(plate, field, option)
-    lens = Lens(**values)
-    return lens, f"lens: {lens_words(lens, sources)}"
+    if args.focus_at is not None:
+        values["focus_distance_m"] = depth_at_m(plate, *pixel_of(args.focus_at))
+    try:
+        found = plate_lens(plate, values)
+    except LensNotToldError as error:
+        raise InputError(error.told(_GIVEN_WITH)) from None
+    changed = {"assumed full frame": f"assumed full frame; {_TOLD['sensor_width_mm']} changes it"}
+    told = {field: changed.get(source, source) for field, source in found.sources.items()}
+    return found.lens, f"lens: {lens_words(found.lens, {**told, **sources})}"
 
 
 def sources_of(args: argparse.Namespace) -> dict[str, str]:
@@ -126,18 +128,7 @@ def _lens_of_coc(args: argparse.Namespace, plate: Plate, squeeze: float) -> tupl
     said = ["lens: none needed, the plate brings its circle of confusion"]
     given = [name for name in _LENS_VALUES if getattr(args, name) is not None]
     said += [f"--{name.replace('_', '-')} is not used" for name in given]
-    return Lens(50.0, 2.8, math.inf, _FULL_FRAME_WIDTH_MM, squeeze), ", ".join(said)
-
-
-def _from_header(plate: Plate, field: str, option: str) -> tuple[float, str]:
-    value: float | None = getattr(plate.camera, field)
-    if value is not None:
-        return value, f"header, {plate.camera.sources.get(field, 'camera')}"
-    if field == "sensor_width_mm":
-        return _FULL_FRAME_WIDTH_MM, f"assumed full frame; {option} changes it"
-    name = field.removesuffix("_mm").removesuffix("_m").replace("_", " ")
-    more = " or --focus-at" if field == "focus_distance_m" else ""
-    raise InputError(f"{plate.path}: the header tells no {name}; give it with {option}{more}.")
+    return plate_lens(plate, {"squeeze": squeeze}).lens, ", ".join(said)
 
 
 def pixel_of(text: str) -> tuple[int, int]:

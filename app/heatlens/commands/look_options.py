@@ -4,7 +4,6 @@ What nobody says is as the window shows it: the first view of the OpenColorIO co
 """
 
 import argparse
-import importlib.util
 from pathlib import Path
 
 from heatlens.color.color_config import ColorConfig, load_color_config
@@ -30,8 +29,7 @@ def add_look_options(parser: argparse.ArgumentParser) -> "argparse._ArgumentGrou
     group.add_argument(
         "--view",
         metavar="NAME",
-        help=f"default: the display's first; '{PLAIN_VIEW}' is the plain one, which is taken "
-        "where OpenColorIO is not installed",
+        help=f"default: the display's first; '{PLAIN_VIEW}' is the plain one",
     )
     group.add_argument(
         "--input-space",
@@ -47,10 +45,10 @@ def add_look_options(parser: argparse.ArgumentParser) -> "argparse._ArgumentGrou
     return group
 
 
-def color_header(path: Path, color_layer: str | None) -> Header:
+def color_header(path: Path, color_layer: str | None, eye: str | None = None) -> Header:
     """Of a plate; empty where it cannot be read, which is said when the plate is asked for."""
     try:
-        return read_color_header(path, color_layer)
+        return read_color_header(path, color_layer, eye)
     except InputError:
         return {}
 
@@ -65,10 +63,10 @@ def transform_of(args: argparse.Namespace, attributes: Header) -> ViewTransform:
     if light.note:
         say(light.note)
     if config is None:
-        return srgb_transform(light.name)
+        return srgb_transform(light.name, light.turned_from)
     display = args.display or config.default_display
     view = args.view or config.views(display)[0]
-    return view_transform(config, display, view, light.name)
+    return view_transform(config, display, view, light.name, light.turned_from)
 
 
 def say_seen_through(transform: ViewTransform) -> None:
@@ -77,10 +75,7 @@ def say_seen_through(transform: ViewTransform) -> None:
 
 
 def _config(args: argparse.Namespace) -> ColorConfig | None:
-    """None for the plain curve: it was asked for, or there is no OpenColorIO and nobody did."""
-    names = (args.ocio, args.display, args.view, args.input_space)
+    """None for the plain curve, where it was asked for."""
     if args.view == PLAIN_VIEW and args.ocio is None and args.display is None:
-        return None
-    if not any(names) and importlib.util.find_spec("PyOpenColorIO") is None:
         return None
     return load_color_config(args.ocio)

@@ -1,21 +1,26 @@
 """The command `heatlens`: chooses the subcommand and turns errors into exit codes.
 
 Exit codes: 0 done, 1 `compare` found the pictures further apart than allowed, 2 something the
-user can mend, 130 stopped with Ctrl-C, 141 nobody reads the output any more (`| head`).
+user can mend, 70 a fault of heatlens, whose report is in a file, 130 stopped with Ctrl-C, 141
+nobody reads the output any more (`| head`).
 
-Only the module of the command that was asked for is imported, and that where Ctrl-C is answered.
+Only the module of the command that was asked for is imported. `commands.launch` calls this in a
+process of its own, which it ends when Ctrl-C is pressed.
 """
 
 import argparse
 import difflib
 import importlib
 import os
+import signal
 import sys
 from collections.abc import Sequence
 from typing import Any, NoReturn
 
 from heatlens import __version__
-from heatlens.errors import HeatlensError, InputError
+from heatlens.errors import FaultError, HeatlensError, InputError
+from heatlens.faults import told_error
+from heatlens.printable import printable
 
 _EPILOG = """\
 examples:
@@ -29,11 +34,16 @@ examples:
   heatlens compare out.exr truth.exr --min-psnr 30
   heatlens study plate.exr --truth truth.exr -o report
   heatlens bench --bokeh disc --quality preview
+  heatlens doctor
 
 `heatlens COMMAND --help` explains each command.
 """
 
-_COMMANDS = ("view", "render", "export", "shot", "camera", "info", "compare", "study", "bench")
+_FAULT = 70  # as sysexits.h calls an error within a program
+_COMMANDS = (
+    *("view", "render", "export", "shot", "camera", "info", "compare", "study", "bench"),
+    "doctor",
+)
 
 
 class _Parser(argparse.ArgumentParser):
@@ -75,18 +85,23 @@ def main(argv: Sequence[str] | None = None) -> int:
         sys.stdout.flush()  # a reader that has gone is noticed here, not when Python ends
         return code
     except HeatlensError as error:
-        return _failed(str(error))
+        return _failed(error)
     except MemoryError:
-        return _failed("there is not enough memory. A smaller --proxy or fewer --layers need less.")
+        return _failed(
+            InputError("there is not enough memory. A smaller --proxy or fewer --layers need less.")
+        )
     except BrokenPipeError:
         _drop_output()
         return 128 + 13  # as the shell counts a program ended by SIGPIPE
     except OSError as error:  # files are answered for where they are opened: this is a full disk
         _drop_output()
-        return _failed(f"{error.filename or 'standard output'}: {error.strerror or error}")
-    except KeyboardInterrupt:
+        where = error.filename or "standard output"
+        return _failed(InputError(f"{where}: {error.strerror or error}"))
+    except KeyboardInterrupt as stop:
         print("heatlens: stopped", file=sys.stderr)
-        return 130
+        return 128 + getattr(stop, "number", signal.SIGINT)
+    except Exception as error:
+        return _failed(told_error(error, "The command ended"))
 
 
 def _with_command(argv: Sequence[str]) -> list[str]:
@@ -114,6 +129,7 @@ def _drop_output() -> None:
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
-def _failed(sentence: str) -> int:
-    print(f"heatlens: {sentence}", file=sys.stderr)
-    return 2
+def _failed(error: HeatlensError) -> int:
+    """Say it in one line, and return the exit code."""
+    print(f"heatlens: {printable(str(error))}", file=sys.stderr)
+    return _FAULT if isinstance(error, FaultError) else 2

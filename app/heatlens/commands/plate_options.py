@@ -1,18 +1,26 @@
 """The options that say how to read a plate, the same for every command that reads one."""
 
 import argparse
+import os
+from typing import get_args
 
 from heatlens.commands.lens_options import sensor_width_of
 from heatlens.commands.value_types import finite
-from heatlens.model.plate_options import PlateOptions
+from heatlens.model.plate_options import DepthConvention, PlateOptions
 from heatlens.model.units import parse_scene_unit_m
 
-_CONVENTIONS = ("auto", "distance", "inverse", "normalized", "normalized-inverted", "coc")
+_CONVENTIONS = get_args(DepthConvention)
 
 
 def add_plate_options(parser: argparse.ArgumentParser) -> None:
     """Add the group `how to read the plate` to `parser`."""
     group = parser.add_argument_group("how to read the plate")
+    group.add_argument(
+        "--depth",
+        metavar="FILE",
+        help="the depth, where it lies in a file of its own: EXR, PNG, TIFF, PFM, NPY; of a "
+        "sequence its pattern, depth.####.exr",
+    )
     group.add_argument(
         "--depth-channel",
         metavar="NAME",
@@ -24,10 +32,18 @@ def add_plate_options(parser: argparse.ArgumentParser) -> None:
         help="layer that holds R, G, B; '' is the one without a name (default: found by name)",
     )
     group.add_argument(
+        "--eye",
+        metavar="NAME",
+        help="view of a stereo file: left, right, or as `heatlens info` lists it (default: the "
+        "first)",
+    )
+    group.add_argument(
         "--depth-convention",
         choices=_CONVENTIONS,
         help="what the depth values are: distance; inverse (1/distance, 0 at infinity); normalized "
-        "(0 near, 1 far) or normalized-inverted (1 near, 0 far), both with --near and --far; coc "
+        "(0 near, 1 far) or normalized-inverted (1 near, 0 far), both with --near and --far; "
+        "disparity (evenly over 1/distance, 1 or white near, as phones and depth networks write "
+        "it), with --near and --far; coc "
         "(signed diameter of the circle of confusion in pixels, used as it is); default: auto, a "
         "guess that says why",
     )
@@ -35,15 +51,30 @@ def add_plate_options(parser: argparse.ArgumentParser) -> None:
         "--depth-kind",
         choices=("planar", "radial"),
         help="planar: measured along the optical axis, a wall seen straight on has one depth "
-        "(default); radial: along each ray, which needs focal length and sensor width",
+        "(default, but for channels named as Mitsuba's distances along the ray); radial: along "
+        "each ray, which needs focal length and sensor width",
     )
     group.add_argument(
         "--scene-unit",
         metavar="UNIT",
         help="unit of the depth values: m, cm, mm, ft, in, or a number of metres (default: m)",
     )
-    group.add_argument("--near", metavar="METRES", type=finite, help="near end, normalized depth")
-    group.add_argument("--far", metavar="METRES", type=finite, help="far end, normalized depth")
+    group.add_argument(
+        "--strict",
+        action="store_true",
+        help="refuse a depth that can be read in two ways, and a focus, lens and depth that can "
+        "hardly belong together, instead of saying so and going on",
+    )
+    group.add_argument(
+        "--near", metavar="METRES", type=finite, help="near end of a normalized depth or disparity"
+    )
+    group.add_argument("--far", metavar="METRES", type=finite, help="its far end")
+    group.add_argument(
+        "--picture-curve",
+        choices=("srgb", "linear"),
+        help="of PNG, JPEG and TIFF as colour: whole numbers are sRGB, floating point is linear "
+        "light, unless told otherwise",
+    )
 
 
 def plate_options(args: argparse.Namespace) -> PlateOptions:
@@ -55,10 +86,14 @@ def plate_options(args: argparse.Namespace) -> PlateOptions:
         depth_channel=args.depth_channel,
         color_layer=args.color_layer,
         depth_convention=args.depth_convention or "auto",
-        depth_kind=args.depth_kind or "planar",
+        depth_kind=args.depth_kind or "auto",
         scene_unit_m=parse_scene_unit_m(args.scene_unit or "m"),
         near_m=args.near,
         far_m=args.far,
         focal_length_mm=getattr(args, "focal_length", None),
         sensor_width_mm=sensor_width_of(args),
+        depth_source=None if args.depth is None else os.path.expanduser(args.depth),
+        picture_curve=args.picture_curve or "auto",
+        eye=args.eye,
+        strict=args.strict,
     )

@@ -5,6 +5,7 @@ import time
 from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 from heatlens.commands.blur_options import add_blur_options, settings_of
 from heatlens.commands.frame_command import add_frame_command
@@ -18,8 +19,10 @@ from heatlens.commands.look_options import (
     transform_of,
 )
 from heatlens.commands.one_frame import check_one_frame
+from heatlens.commands.pipes import DASH, file_for_output, file_of_input
 from heatlens.commands.plate_options import plate_options
-from heatlens.commands.say import say
+from heatlens.commands.plate_words import say_plate
+from heatlens.commands.say import say, tell
 from heatlens.commands.scene_options import load_scene
 from heatlens.defocus.solver_choice import settled_solver
 from heatlens.errors import InputError
@@ -27,8 +30,11 @@ from heatlens.export.job import Look
 from heatlens.gpu.context import headless_context
 from heatlens.gpu.textures import FloatArray, download
 from heatlens.image.display import srgb_encoded
-from heatlens.image.exr_read import read_plate
+from heatlens.image.exr_write import COMPRESSIONS
+from heatlens.image.kept_channels import kept_channels
 from heatlens.image.picture_write import Encode, check_output, write_picture
+from heatlens.image.plate import Plate
+from heatlens.image.plate_read import read_plate
 from heatlens.model.settings import DefocusSettings
 from heatlens.model.shot import Shot
 from heatlens.render import FrameRenderer
@@ -37,7 +43,8 @@ from heatlens.scene.scene_source import is_scene_source
 
 _DESCRIPTION = """\
 Puts a lens in front of a pinhole plate (EXR with colour and depth) or a 3D scene (glTF, OBJ, PLY,
-USD) and writes the picture: EXR scene-linear with the lens in its header, or PNG for a look.
+USD) and writes the picture: EXR scene-linear with the lens in its header, or PNG, JPEG or TIFF for
+a look.
 """
 _EPILOG = """\
 examples:
@@ -67,22 +74,49 @@ def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
 
 
 def _add_output_options(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("-o", "--output", type=Path, required=True, help=".exr or .png to write")
+    parser.add_argument(
+        "-o",
+        "--output",
+        type=Path,
+        required=True,
+        help=".exr; .png, .jpg or .tif for the eye, 8 bits; or - for an EXR on standard output",
+    )
     parser.add_argument(
         "--pinhole", action="store_true", help="of a scene: colour and Z without a lens, as a plate"
     )
     parser.add_argument("--float", action="store_true", help="32-bit float EXR (default: half)")
+    parser.add_argument(
+        "--compression", choices=COMPRESSIONS, help="of an EXR (default: that of the plate, or zip)"
+    )
+    parser.add_argument(
+        "--keep-channels",
+        metavar="NAMES",
+        help="other layers and channels of the plate that an EXR keeps as they are: names with "
+        "commas, or all",
+    )
     parser.add_argument("--stats", action="store_true", help="say where the time goes")
     add_look_options(parser)
 
 
 def run(args: argparse.Namespace) -> int:
     """Read, render, write; say what was decided on the way."""
+    is_piped = str(args.output) == DASH
+    with file_of_input(args.plate) as plate, file_for_output(args.output) as output:
+        args.plate, args.output = plate, output
+        _render(args)
+    if not is_piped:
+        tell(str(args.output))
+    return 0
+
+
+def _render(args: argparse.Namespace) -> None:
     start = time.perf_counter()
     check_one_frame(args.plate)
-    check_output(args.output, *files_of_scene(args.plate))
+    depth_file = [] if args.depth is None else [Path(args.depth)]
+    check_output(args.output, *files_of_scene(args.plate), *depth_file)
     _check_look(args)
     settings = settings_of(args)
+    _check_kept(args, settings)
     refuse_unused(args, str(args.plate), is_scene_source(str(args.plate)), settings.method)
     encode = _encode(args)
     ctx = headless_context()
@@ -95,6 +129,7 @@ def run(args: argparse.Namespace) -> int:
     render_done = time.perf_counter()
     plate = renderer.loaded.plate
     depth = {"Z": plate.depth_m} if args.pinhole and plate.depth_m is not None else {}
+    kept, kept_attributes = _kept(args, plate)
     write_picture(
         args.output,
         pixels,
@@ -102,13 +137,14 @@ def run(args: argparse.Namespace) -> int:
         shot.lens_at(frame),
         settings.proxy,
         half=not args.float,
+        compression=args.compression or plate.compression or "zip",
         encode=encode,
         more_channels=depth,
+        more_attributes=kept_attributes,
+        kept_channels=kept,
     )
     if args.stats:
         _say_stats(renderer, (start, read_done, render_done, time.perf_counter()))
-    print(args.output)
-    return 0
 
 
 def _loaded(
@@ -126,11 +162,10 @@ def _loaded(
             f"{args.plate} is a plate, seen from one point: --method {settings.method} looks at a "
             "3D scene from many."
         )
-    plate = read_plate(args.plate, plate_options(args))
+    options = plate_options(args)
+    plate = read_plate(args.plate, options)
     lens, said = lens_of(args, plate)
-    depth = plate.depth
-    say(f"depth: {depth.channel} taken as {depth.convention}, {depth.kind}. {depth.why}")
-    say(*plate.notes, said)
+    say_plate(plate, lens, said, options)
     renderer.load(plate)
     return Shot(lens, settings), 0
 
@@ -165,12 +200,32 @@ def _check_look(args: argparse.Namespace) -> None:
         )
 
 
+def _check_kept(args: argparse.Namespace, settings: DefocusSettings) -> None:
+    """Refuse what only an EXR of a plate at its own size can have."""
+    for_exr = {"--compression": args.compression, "--keep-channels": args.keep_channels}
+    wrong = [option for option, value in for_exr.items() if value]
+    if wrong and not _is_exr(args):
+        raise InputError(f"{', '.join(wrong)}: that is for EXR, and {args.output} is none.")
+    if args.keep_channels and is_scene_source(str(args.plate)):
+        raise InputError(f"{args.plate} is a 3D scene: it has no channels to keep.")
+    if args.keep_channels and settings.proxy != 1.0:
+        raise InputError("--keep-channels keeps every pixel as it is: leave --proxy out.")
+
+
+def _kept(args: argparse.Namespace, plate: Plate) -> tuple[dict[str, Any], dict[str, Any]]:
+    """The channels that are wanted beside the colour, and what the header tells of them."""
+    if not args.keep_channels:
+        return {}, {}
+    wanted = [name.strip() for name in args.keep_channels.split(",") if name.strip()]
+    return kept_channels(plate, plate_options(args), wanted)
+
+
 def _encode(args: argparse.Namespace) -> Encode:
     """As the window shows it unless told; EXR keeps the light and what its header says."""
     if _is_exr(args):
         return srgb_encoded
     is_scene = is_scene_source(str(args.plate))
-    header = {} if is_scene else color_header(args.plate, args.color_layer)
+    header = {} if is_scene else color_header(args.plate, args.color_layer, args.eye)
     look = Look(transform_of(args, header), args.exposure, args.gamma)
     say_seen_through(look.transform)
     return lambda light: look.transform.apply_cpu(light, look.exposure_stops, look.gamma)

@@ -11,7 +11,8 @@ from heatlens.commands.blur_options import add_blur_options, settings_of
 from heatlens.commands.given_options import refuse_unused
 from heatlens.commands.lens_options import add_lens_options, given_lens, lens_of
 from heatlens.commands.plate_options import add_plate_options, plate_options
-from heatlens.commands.say import say
+from heatlens.commands.plate_words import say_plate
+from heatlens.commands.say import say, tell
 from heatlens.commands.scene_options import add_framing_options, shot_of_scene
 from heatlens.commands.shot_camera import (
     add_camera_option,
@@ -23,7 +24,7 @@ from heatlens.commands.shot_camera import (
 from heatlens.commands.shot_keys import KEYED, Keys, keys_of, mark_of
 from heatlens.commands.value_types import number
 from heatlens.errors import InputError
-from heatlens.image.exr_read import read_plate
+from heatlens.image.plate_read import read_plate
 from heatlens.image.sequence import Sequence, find_sequence
 from heatlens.image.sequence_names import frames_text
 from heatlens.image.shot_file import SHOT_SUFFIX, write_shot
@@ -116,7 +117,7 @@ def run(args: argparse.Namespace) -> int:
     if close:
         limit = format_distance(shot.lens.close_focus_m or 0.0)
         say(f"focus is nearer than the close focus of {limit} at frames {frames_text(close)}.")
-    print(args.output)
+    tell(str(args.output))
     return 0
 
 
@@ -261,9 +262,10 @@ def _lens_of_options(args: argparse.Namespace) -> Lens | None:
 
 def _lens_of_header(args: argparse.Namespace, sequence: Sequence) -> Lens:
     """The lens that the options and the header of the first frame say together."""
-    plate = read_plate(sequence.path_at(sequence.present[0]), plate_options(args))
+    options = plate_options(args)
+    plate = read_plate(sequence.path_at(sequence.present[0]), options)
     lens, said = lens_of(args, plate)
-    say(f"{plate.path}: {said}")
+    say_plate(plate, lens, f"{plate.path}: {said}", options)
     return lens
 
 

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from heatlens.commands.say import tell
 from heatlens.image.json_record import plain
 from heatlens.image.sequence_names import frames_text
 from heatlens.image.shot_file import read_shot, shot_to_json
@@ -18,6 +19,7 @@ from heatlens.model.pull import frames_too_close
 from heatlens.model.settings import DefocusSettings, Method
 from heatlens.model.shot import LensParameter, Shot
 from heatlens.model.units import format_distance
+from heatlens.printable import printable
 
 _DESCRIPTION = """\
 Says what a shot file holds: the plate, keys, marks and the lens at every frame, with the nearest
@@ -50,8 +52,7 @@ def run(args: argparse.Namespace) -> int:
     if args.json:
         print(json.dumps(_facts(args.shot, shot), indent=2, allow_nan=False))
         return 0
-    text = "\n\n".join(_sections(shot, args.unit))
-    print(text.encode("utf-8", "backslashreplace").decode())  # names on disk need be no Unicode
+    tell("\n\n".join(_sections(shot, args.unit)), keep="\n")
     return 0
 
 
@@ -108,14 +109,14 @@ def _framing_words(framing: Framing) -> str:
     size = f"{framing.width_px}x{framing.height_px}"
     if framing.track is not None:
         return f"{size}, through a camera of the shot's own, {len(framing.track.keys)} keys"
-    return size if framing.camera is None else f"{size}, through camera {framing.camera}"
+    return size if framing.camera is None else f"{size}, through camera {printable(framing.camera)}"
 
 
 def _about(shot: Shot, unit: str) -> str:
     """Aligned lines on all that does not move."""
     lens, blur = shot.lens, shot.defocus
     lines = [
-        ("plate", shot.source or "none"),
+        ("plate", printable(shot.source or "none")),
         ("frames", f"{shot.span or 'not known'}, {shot.frames_per_second:g} per second"),
         ("blur", f"{_blur_words(blur)}, proxy {blur.proxy:g}"),
         ("sensor width", f"{lens.sensor_width_mm:g} mm"),

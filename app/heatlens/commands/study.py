@@ -11,14 +11,15 @@ from heatlens.commands.layer_progress import view_progress
 from heatlens.commands.lens_options import lens_of
 from heatlens.commands.one_frame import check_one_frame
 from heatlens.commands.plate_options import plate_options
-from heatlens.commands.say import say
+from heatlens.commands.plate_words import say_doubts
+from heatlens.commands.say import say, tell
 from heatlens.commands.scene_options import load_scene
 from heatlens.commands.value_types import positive, whole
 from heatlens.compare.pictures import Picture, read_picture
 from heatlens.defocus.solver_choice import settled_solver
 from heatlens.errors import InputError
 from heatlens.gpu.context import headless_context
-from heatlens.image.exr_read import read_plate
+from heatlens.image.plate_read import read_plate
 from heatlens.model.lens import Lens
 from heatlens.model.settings import LAYERS_MAX, VIEWS_MAX, Bokeh, Method, Quality
 from heatlens.model.shot import Shot
@@ -130,7 +131,7 @@ def run(args: argparse.Namespace) -> int:
     report = _report(args, subject, methods, reference)
     with report_folder(args.output) as folder:
         write_report(folder, report, say)
-    print(args.output / PAGE)
+    tell(str(args.output / PAGE))
     return 0
 
 
@@ -148,6 +149,7 @@ def _subject(args: argparse.Namespace) -> Subject:
         notes = renderer.scene.notes if renderer.scene else ()
     else:
         lens, said = lens_of(args, plate)
+        say_doubts(plate, lens, plate_options(args))
         shot, frame, notes = Shot(lens, settings), 0, plate.notes
         renderer.load(plate)
     say(*notes, said)

@@ -10,7 +10,7 @@ from heatlens.commands.given_options import refuse_unused
 from heatlens.commands.lens_options import add_lens_options, given_lens
 from heatlens.commands.plate_options import add_plate_options, plate_options
 from heatlens.commands.shot_camera import add_camera_option, checked_camera_of
-from heatlens.errors import InputError
+from heatlens.errors import InputError, NoWindowError
 from heatlens.image.sequence import find_sequence
 from heatlens.image.shot_file import is_shot_file, read_shot
 from heatlens.image.tev_server import DEFAULT_PORT, parse_address
@@ -23,7 +23,8 @@ it begins on a start screen: the demo, the still life, any file, those opened la
 lens not given here are taken from the plate's header, and can all be changed in the window. `?`
 there shows the keys. The window remembers recent files, how the plates of a folder are read,
 colours and panels where the system keeps settings, or in the folder that HEATLENS_CONFIG_DIR names;
-options given here win over that.
+options given here win over that. Frames of a shot that it has rendered are kept where the system
+keeps what can be made again, or in the folder that HEATLENS_CACHE_DIR names.
 """
 
 
@@ -65,12 +66,23 @@ def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
 
 
 def run(args: argparse.Namespace) -> int:
-    """Open the window and stay until it is closed."""
+    """Open the window and stay until it is closed; alone and without a display, make pictures."""
+    if args.plate is not None or args.demo or args.listen is not None:
+        return _open(args)
+    try:
+        return _open(args)
+    except NoWindowError as error:
+        from heatlens.commands.first_pictures import make_first_pictures
+
+        return make_first_pictures(error)
+
+
+def _open(args: argparse.Namespace) -> int:
     try:
         from heatlens.ui.app import Start
         from heatlens.ui.window import run_window
     except ImportError as error:
-        raise InputError(
+        raise NoWindowError(
             f"The window cannot be loaded ({error}). Install what it needs with: "
             "pip install 'heatlens[gui]', and on Debian or Ubuntu: apt-get install libgl1 libegl1. "
             "`heatlens render` works without."

@@ -8,9 +8,10 @@ from PIL import Image
 
 from heatlens.compare.metrics import flip_evaluation
 from heatlens.errors import InputError
-from heatlens.image.atomic_file import replacing
+from heatlens.image.atomic_file import write_whole
 from heatlens.image.display import srgb_encoded
 from heatlens.image.plate import FloatImage
+from heatlens.image.png_write import encoded_picture
 
 
 def absolute_difference(result: FloatImage, truth: FloatImage, gain: float) -> FloatImage:
@@ -40,8 +41,7 @@ def write_difference(
     check_is_png(path)
     strip = np.concatenate([srgb_encoded(result), srgb_encoded(truth), error], axis=1)
     image = Image.fromarray((strip * 255 + 0.5).astype(np.uint8))
-    with replacing(path) as beside:
-        image.save(beside, format="PNG")
+    write_whole(path, encoded_picture(image, "PNG"))
 
 
 def check_is_png(path: str | os.PathLike[str]) -> None:

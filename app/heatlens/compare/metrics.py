@@ -20,6 +20,8 @@ PSNR_MOST_DB = 99.0
 _RELATIVE_FLOOR = 0.01
 # Side of the window that SSIM slides over the picture.
 _SSIM_SIDE_PX = 7
+# Its constants for values in 0..1: (0.01)^2 and (0.03)^2, as in the paper.
+_SSIM_C1, _SSIM_C2 = 1e-4, 9e-4
 # Below this the FLIP library finds no exposure for a truth and ends the process.
 _DARKEST_TRUTH = 1e-6
 _LUMINANCE = np.array([0.2126, 0.7152, 0.0722], np.float32)  # Rec. 709
@@ -105,8 +107,23 @@ def _psnr_db(shown: FloatImage, shown_truth: FloatImage) -> float:
 
 
 def _ssim(shown: FloatImage, shown_truth: FloatImage) -> float:
-    metrics = _optional("skimage.metrics", "SSIM")
-    return float(metrics.structural_similarity(shown, shown_truth, channel_axis=-1, data_range=1.0))
+    """Mean over channels and all whole windows of 7 x 7 pixels, with their sample covariances."""
+    a, b = shown.astype(np.float64), shown_truth.astype(np.float64)
+    mean_a, mean_b = _window_means(a), _window_means(b)
+    sample = _SSIM_SIDE_PX**2 / (_SSIM_SIDE_PX**2 - 1)
+    variances = sample * (_window_means(a * a) + _window_means(b * b) - mean_a**2 - mean_b**2)
+    covariance = sample * (_window_means(a * b) - mean_a * mean_b)
+    luminance = (2 * mean_a * mean_b + _SSIM_C1) / (mean_a**2 + mean_b**2 + _SSIM_C1)
+    return float(np.mean(luminance * (2 * covariance + _SSIM_C2) / (variances + _SSIM_C2)))
+
+
+def _window_means(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Of every window that lies whole inside; (H, W, C) to (H - 6, W - 6, C)."""
+    for axis in (0, 1):
+        sums = np.insert(np.cumsum(values, axis), 0, 0.0, axis)
+        ends = np.arange(_SSIM_SIDE_PX, sums.shape[axis])
+        values = np.take(sums, ends, axis) - np.take(sums, ends - _SSIM_SIDE_PX, axis)
+    return values / _SSIM_SIDE_PX**2
 
 
 def _flip_hdr(result: FloatImage, truth: FloatImage) -> float:

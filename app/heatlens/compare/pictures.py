@@ -7,11 +7,13 @@ from pathlib import Path
 import numpy as np
 
 from heatlens.errors import InputError
-from heatlens.image.channels import choose_color, pixels_of
-from heatlens.image.exr_read import read_parts
+from heatlens.image.channel_choice import choose_color
+from heatlens.image.channels import pixels_of
+from heatlens.image.file_parts import color_file_parts
 from heatlens.image.plate import FloatImage
 from heatlens.image.windows import box_at_header
 from heatlens.model.boxes import Box
+from heatlens.model.plate_options import PlateOptions
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,12 +32,12 @@ class Picture:
 
 
 def read_picture(path: str | os.PathLike[str]) -> Picture:
-    """The finished picture of an EXR file.
+    """The finished picture of a file, scene-linear; of a PNG, JPEG or TIFF, what its sRGB says.
 
     Raises InputError for a file that is missing, damaged or has no colour.
     """
     path = Path(path)
-    parts = read_parts(path)
+    parts = color_file_parts(path, PlateOptions())
     headers = [header for header, _ in parts]
     choice = choose_color(path, headers, None)
     header = headers[choice.rgb[0].part]

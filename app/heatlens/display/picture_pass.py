@@ -8,12 +8,31 @@ from dataclasses import dataclass
 
 import moderngl
 
-from heatlens.gpu.program import DrawProgram
+from heatlens.gpu.program import DrawProgram, Image
 from heatlens.model.boxes import Box
+from heatlens.model.coc import CocLine
 from heatlens.model.view_geometry import Point
 
 # Straight alpha over what lies below; the screen stays opaque, or the desktop would shine through.
 _OVER = (moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA, moderngl.ZERO, moderngl.ONE)
+
+
+@dataclass(frozen=True, eq=False)
+class Detail:
+    """What a preview is too small to show of what is in focus.
+
+    plate    the plate, display values
+    coarse   the plate at the preview's size, display values
+    depth    of the plate: metres, or signed coc in pixels where `line` is None
+    line     signed coc over dioptres, in pixels of `depth`
+    texel_px side of a pixel of the preview, in pixels of `depth`
+    """
+
+    plate: moderngl.Texture
+    coarse: moderngl.Texture
+    depth: moderngl.Texture
+    line: CocLine | None
+    texel_px: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,6 +44,7 @@ class Laid:
     clip         nothing is drawn outside
     is_nearest   texels are squares; else the texture's filter counts
     is_opaque    its alpha is 1
+    detail       is added where the picture is in focus; such a picture is opaque
     """
 
     texture: moderngl.Texture
@@ -33,6 +53,7 @@ class Laid:
     clip: Box
     is_nearest: bool
     is_opaque: bool
+    detail: Detail | None = None
 
 
 class PicturePass:
@@ -41,7 +62,8 @@ class PicturePass:
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
         self._program = DrawProgram(ctx, "picture")
-        self._quad = self._program.vertex_array([])
+        self._with_detail = DrawProgram(ctx, "picture", "picture_detail")
+        self._quads = {it: it.vertex_array([]) for it in (self._program, self._with_detail)}
 
     def run(
         self, laid: Iterable[Laid], target: moderngl.Framebuffer, screen_px: tuple[int, int]
@@ -62,13 +84,28 @@ class PicturePass:
         clip = picture.clip
         target.scissor = (clip.x0, screen_px[1] - clip.y1, clip.width, clip.height)
         self._ctx.enable_only(moderngl.NOTHING if picture.is_opaque else moderngl.BLEND)
-        self._program.bind(
-            textures={"picture_tx": picture.texture},
-            uniforms={
-                "first_px": picture.first,
-                "last_px": picture.last,
-                "screen_px": screen_px,
-                "is_nearest": picture.is_nearest,
-            },
-        )
-        self._quad.render(moderngl.TRIANGLE_STRIP, vertices=4)
+        program = self._program
+        textures: dict[str, Image] = {"picture_tx": picture.texture}
+        uniforms: dict[str, object] = {}
+        if picture.detail is not None:
+            program = self._with_detail
+            textures |= _detail_textures(picture.detail)
+            uniforms |= _detail_uniforms(picture.detail)
+        uniforms |= {"first_px": picture.first, "last_px": picture.last, "screen_px": screen_px}
+        uniforms["is_nearest"] = picture.is_nearest
+        program.bind(textures=textures, uniforms=uniforms)
+        self._quads[program].render(moderngl.TRIANGLE_STRIP, vertices=4)
+
+
+def _detail_textures(detail: Detail) -> dict[str, Image]:
+    return {"plate_tx": detail.plate, "coarse_tx": detail.coarse, "depth_tx": detail.depth}
+
+
+def _detail_uniforms(detail: Detail) -> dict[str, object]:
+    line = detail.line
+    return {
+        "is_coc": line is None,
+        "at_infinity_px": line.at_infinity_px if line else 0.0,
+        "per_dioptre_px": line.per_dioptre_px if line else 0.0,
+        "texel_px": detail.texel_px,
+    }

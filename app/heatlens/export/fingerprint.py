@@ -7,27 +7,21 @@ names, its buffers and pictures; of other scenes only the first file counts, and
 is known by the program's version.
 """
 
-import hashlib
-import json
 from collections.abc import Iterable
-from dataclasses import replace
 from typing import Any
 
 from heatlens import __version__
 from heatlens.export.frame_source import Origin
 from heatlens.export.job import ExportJob
 from heatlens.image.json_record import plain
+from heatlens.image.picture_digest import digest, without_advice
 from heatlens.model.framing import Framing
 from heatlens.model.lens import Lens
-
-_DIGEST_BYTES = 16
 
 
 def fingerprint_of(job: ExportJob, frame: int, lens: Lens, origin: Origin) -> str:
     """32 hexadecimal digits for one frame; where nothing that matters differs, the same."""
-    # These two warn and measure, but leave every pixel as it is.
-    seen = replace(lens, acceptable_coc_mm=None, close_focus_m=None)
-    return _digest(
+    return digest(
         {
             "version": __version__,
             "frame": frame,
@@ -35,7 +29,7 @@ def fingerprint_of(job: ExportJob, frame: int, lens: Lens, origin: Origin) -> st
             **({"beside": origin.beside} if origin.beside else {}),
             "is_black": origin.is_black,
             "plate_options": plain(job.shot.plate_options),
-            "lens": plain(seen),
+            "lens": plain(without_advice(lens)),
             "framing": plain(job.shot.framing or Framing()),
             "defocus": None if job.pinhole else plain(job.shot.defocus),
             "output": _output_facts(job),
@@ -45,7 +39,7 @@ def fingerprint_of(job: ExportJob, frame: int, lens: Lens, origin: Origin) -> st
 
 def fingerprint_of_movie(frames: Iterable[str], frames_per_second: float) -> str:
     """One for a movie whose frames have these."""
-    return _digest({"frames": list(frames), "frames_per_second": frames_per_second})
+    return digest({"frames": list(frames), "frames_per_second": frames_per_second})
 
 
 def _output_facts(job: ExportJob) -> dict[str, Any]:
@@ -60,8 +54,3 @@ def _output_facts(job: ExportJob) -> dict[str, Any]:
         "gamma": look.gamma,
         "burn_in": look.unit if look.burn_in else None,
     }
-
-
-def _digest(facts: dict[str, Any]) -> str:
-    text = json.dumps(facts, sort_keys=True)
-    return hashlib.blake2b(text.encode(), digest_size=_DIGEST_BYTES).hexdigest()

@@ -7,20 +7,24 @@ from PIL import Image
 
 from heatlens.export.frame_source import PlannedFrame
 from heatlens.export.movie_library import av
+from heatlens.export.whole import is_whole
 from heatlens.image.exr_write import JOB_ATTRIBUTE
 from heatlens.image.quiet import quiet_library
 
 
 def is_finished(frame: PlannedFrame) -> bool:
-    """True where the frame's file is there and was made of the same."""
+    """True where the frame's file is there, was made of the same, and is whole."""
     if not frame.path.is_file():
         return False
     read = _exr_fingerprint if frame.path.suffix.lower() == ".exr" else _picture_fingerprint
-    return read(frame.path) == frame.fingerprint
+    return read(frame.path) == frame.fingerprint and is_whole(frame.path)
 
 
 def is_movie_finished(path: Path, fingerprint: str) -> bool:
-    """True where the movie is there and was made of the same. Raises InputError without PyAV."""
+    """True where the movie is there, was made of the same, and is whole.
+
+    Raises InputError without PyAV.
+    """
     if not path.is_file():
         return False
     library = av()
@@ -29,7 +33,7 @@ def is_movie_finished(path: Path, fingerprint: str) -> bool:
             comment = container.metadata.get("comment")
     except library.error.FFmpegError:
         return False
-    return bool(comment == f"{JOB_ATTRIBUTE}={fingerprint}")
+    return comment == f"{JOB_ATTRIBUTE}={fingerprint}" and is_whole(path)
 
 
 def _exr_fingerprint(path: Path) -> object:

@@ -11,10 +11,11 @@ from PIL.PngImagePlugin import PngInfo
 from heatlens.errors import InputError
 from heatlens.export.frame_source import PlannedFrame
 from heatlens.export.job import ExportJob, ExrOptions
-from heatlens.image.atomic_file import replacing
+from heatlens.image.atomic_file import write_whole
 from heatlens.image.exr_write import JOB_ATTRIBUTE
 from heatlens.image.picture_write import write_picture
 from heatlens.image.plate import FloatImage, Plate
+from heatlens.image.png_write import encoded_picture
 from heatlens.model.coc import coc_line, coc_px
 
 _JPEG_QUALITY = 95
@@ -94,15 +95,14 @@ def _sampled(values: FloatImage, shape: tuple[int, ...]) -> FloatImage:
 def _write_shown(frame: RenderedFrame) -> None:
     mark = frame.planned.fingerprint
     image = Image.fromarray(quantised(frame.pixels, np.uint8))
-    with replacing(frame.planned.path) as beside:
-        if frame.planned.path.suffix.lower() == ".png":
-            text = PngInfo()
-            text.add_text(JOB_ATTRIBUTE, mark)
-            image.save(beside, format="PNG", pnginfo=text)
-        else:
-            image.save(
-                beside, format="JPEG", quality=_JPEG_QUALITY, comment=f"{JOB_ATTRIBUTE}={mark}"
-            )
+    if frame.planned.path.suffix.lower() == ".png":
+        text = PngInfo()
+        text.add_text(JOB_ATTRIBUTE, mark)
+        data = encoded_picture(image, "PNG", pnginfo=text)
+    else:
+        comment = f"{JOB_ATTRIBUTE}={mark}"
+        data = encoded_picture(image, "JPEG", quality=_JPEG_QUALITY, comment=comment)
+    write_whole(frame.planned.path, data)
 
 
 def quantised(display: FloatImage, kind: type[Whole]) -> NDArray[Whole]:

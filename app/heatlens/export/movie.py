@@ -18,6 +18,7 @@ from heatlens.errors import InputError
 from heatlens.export.frame_files import RenderedFrame, quantised
 from heatlens.export.job import ExportJob
 from heatlens.export.movie_library import av
+from heatlens.export.whole import is_whole
 from heatlens.image.atomic_file import replacing
 from heatlens.image.exr_write import JOB_ATTRIBUTE
 from heatlens.image.plate import FloatImage
@@ -68,6 +69,8 @@ def movie_file(job: ExportJob, path: Path, fingerprint: str) -> Iterator["Movie"
             movie = Movie(container, codec, rate)
             yield movie
             movie.finish()
+        if not is_whole(beside, path.suffix):
+            raise OSError("what is on the disk is cut short; it may be full")
 
 
 class Movie:
@@ -79,6 +82,7 @@ class Movie:
         self._rate = rate
         self._size = (0, 0)
         self._stream: Any = None
+        self._has_failed = False
 
     def write(self, frame: RenderedFrame) -> None:
         """The next frame. Raises InputError for one that is of another size than the first."""
@@ -121,8 +125,13 @@ class Movie:
         )
 
     def _encode(self, frame: Any) -> None:
+        """After a write that failed there is no further one: FFmpeg would end the process."""
+        if self._has_failed:
+            raise OSError("an earlier frame could not be written")
+        self._has_failed = True
         for packet in self._stream.encode(frame):
             self._container.mux(packet)
+        self._has_failed = False
 
 
 def _check_display(job: ExportJob) -> None:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from heatlens.errors import InputError
 from heatlens.image.sequence_names import NameForm, parse_pattern
+from heatlens.stopping import folder_made
 
 PICTURE_SUFFIXES = (".png", ".jpg", ".jpeg")
 MOVIE_SUFFIXES = (".mov", ".mp4")
@@ -77,6 +78,8 @@ def check_names(output: Output, frames: tuple[int, ...]) -> None:
 def make_folder(output: Output) -> None:
     """The folder the files go to, in one that is there; raises InputError."""
     try:
+        if not output.folder.is_dir():
+            folder_made(output.folder)
         output.folder.mkdir(exist_ok=True)
     except OSError as error:
         raise InputError(

@@ -1,18 +1,18 @@
 """Plates as what an export is made of: read ahead while others are rendered."""
 
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 from heatlens.errors import InputError
 from heatlens.export.frame_source import FrameLoader, Origin, PlannedFrame
-from heatlens.image.exr_read import read_plate
+from heatlens.image.depth_source import depth_path_for
 from heatlens.image.frame_cache import Damaged, FrameCache
 from heatlens.image.plate import Plate, ReadPixels
 from heatlens.image.sequence import MissingPolicy, Sequence, stamp_of
 from heatlens.image.sequence_names import frames_text
+from heatlens.image.sequence_reader import SequenceReader
 from heatlens.model.shot import Shot
 from heatlens.render import FrameRenderer
 
@@ -60,10 +60,10 @@ class PlateFrames:
     def origin(self, shot: Shot, frame: int, missing: MissingPolicy) -> Origin:
         """The plate of `frame`, or the one that stands in for it."""
         if self._is_still(shot):
-            return self._read_from(self.sequence.first, is_black=False)
+            return self._read_from(shot, self.sequence.first, is_black=False)
         held = self.sequence.shown_frame(frame, "hold")
         assert held is not None  # a sequence that was found has a file
-        return self._read_from(held, is_black=missing == "black" and held != frame)
+        return self._read_from(shot, held, is_black=missing == "black" and held != frame)
 
     def loader(
         self, shot: Shot, frames: tuple[PlannedFrame, ...], renderer: FrameRenderer
@@ -71,24 +71,28 @@ class PlateFrames:
         """Reads the plates of `frames` alone."""
         needed = tuple(sorted({frame.origin.frame for frame in frames}))
         sequence = replace(self.sequence, frames=needed, present=needed)
-        return _PlateLoader(sequence, shot, renderer)
+        first = self.sequence.path_at(self.sequence.present[0])
+        return _PlateLoader(sequence, shot, renderer, first)
 
     def _is_still(self, shot: Shot) -> bool:
         """One file, which is there at every frame."""
         sequence = self.sequence
         return not sequence.form.padding or (sequence.is_single and shot.frames is None)
 
-    def _read_from(self, frame: int, is_black: bool) -> Origin:
-        path = self.sequence.path_at(frame)
-        return Origin(frame, is_black, path, stamp_of(path))
+    def _read_from(self, shot: Shot, frame: int, is_black: bool) -> Origin:
+        path, depth_source = self.sequence.path_at(frame), shot.plate_options.depth_source
+        beside = () if depth_source is None else (stamp_of(depth_path_for(path, depth_source)),)
+        return Origin(frame, is_black, path, stamp_of(path), beside)
 
 
 class _PlateLoader:
-    def __init__(self, sequence: Sequence, shot: Shot, renderer: FrameRenderer) -> None:
+    def __init__(
+        self, sequence: Sequence, shot: Shot, renderer: FrameRenderer, first: Path
+    ) -> None:
         self._renderer = renderer
         self._loaded: tuple[Plate | None, bool] = (None, False)
         self._sequence = sequence
-        read = partial(read_plate, options=shot.plate_options)
+        read = SequenceReader(shot.plate_options, first)
         self._cache = FrameCache(sequence, read, _PLATES_BYTES, keeps_seen=False)
 
     def load(self, frame: PlannedFrame) -> None:

@@ -13,7 +13,7 @@ from heatlens.export.frame_files import RenderedFrame, write_frame
 from heatlens.export.frame_source import PlannedFrame
 from heatlens.export.frame_writer import FrameWriter
 from heatlens.export.movie import movie_file
-from heatlens.export.output import Output, make_folder
+from heatlens.export.output import make_folder
 from heatlens.export.plan import ExportPlan
 from heatlens.export.rendering import FrameRendering
 from heatlens.image.atomic_file import remove_leftovers
@@ -42,7 +42,7 @@ def export_frames(
     raised: InputError for a plate that is damaged or a file that cannot be written.
     """
     make_folder(plan.job.output)
-    remove_leftovers(plan.job.output.folder, partial(_is_ours, plan.job.output))
+    remove_leftovers(plan.job.output.folder)
     left = []
     for frame, is_there in zip(plan.frames, _are_there(plan), strict=True):
         if is_there:
@@ -98,8 +98,3 @@ def _files(plan: ExportPlan) -> Iterator[Write]:
 def _written(write: Write, frame: RenderedFrame) -> FrameDone:
     write(frame)
     return FrameDone(frame.planned.frame, frame.planned.path, was_there=False)
-
-
-def _is_ours(output: Output, name: str) -> bool:
-    """Whether `name` is one of the files of `output`."""
-    return name == output.form.prefix or output.form.number_in(name) is not None

@@ -1,12 +1,14 @@
 """A headless OpenGL 4.3 context: EGL, no display, a GPU or Mesa's software rasteriser."""
 
 import math
+import os
 from pathlib import Path
 from typing import Any
 
 import moderngl
 
 from heatlens.errors import GpuError
+from heatlens.gpu import nan_fill
 
 _EGL: dict[str, Any] = {"backend": "egl"}  # reaches glcontext; moderngl's stub has no name for it
 _HELP = "On Debian or Ubuntu: apt-get install libgl1 libegl1"
@@ -18,6 +20,8 @@ def headless_context() -> moderngl.Context:
         ctx = moderngl.create_context(standalone=True, require=430, **_EGL)
     except Exception as error:  # moderngl and glcontext raise bare Exception
         raise GpuError(f"No OpenGL 4.3 ({error}). {_HELP}") from error
+    if os.environ.get(nan_fill.VARIABLE):
+        nan_fill.fill_new_with_nan(ctx)
     return ctx
 
 

@@ -6,6 +6,7 @@ import moderngl
 
 from heatlens.errors import ShaderError
 from heatlens.gpu.shader_source import ShaderSource, assemble
+from heatlens.gpu.uninterrupted import uninterrupted
 from heatlens.paths import data_dir
 
 Image = moderngl.Texture | moderngl.TextureArray | moderngl.Texture3D
@@ -89,7 +90,8 @@ class ComputeProgram:
 
 def _compile(ctx: moderngl.Context, source: ShaderSource) -> moderngl.ComputeShader:
     try:
-        return ctx.compute_shader(source.text)
+        with uninterrupted():
+            return ctx.compute_shader(source.text)
     except moderngl.Error as error:
         raise ShaderError(f"{source.files[0]}: {source.explained(str(error))}") from error
 
@@ -123,9 +125,10 @@ class DrawProgram:
         stages = [assemble(folder, file, defines) for file in files]
         self._ctx = ctx
         try:
-            self._program = ctx.program(
-                vertex_shader=stages[0].text, fragment_shader=stages[1].text
-            )
+            with uninterrupted():
+                self._program = ctx.program(
+                    vertex_shader=stages[0].text, fragment_shader=stages[1].text
+                )
         except moderngl.Error as error:
             log = stages["fragment_shader" in str(error)].explained(str(error))
             raise ShaderError(f"{fragment or name}: {log}") from error

@@ -1,5 +1,6 @@
 """Textures as the passes need them: nearest, clamped, labelled; NumPy in and out."""
 
+from collections.abc import Iterator
 from typing import Literal
 
 import moderngl
@@ -10,6 +11,7 @@ from heatlens.errors import GpuError
 
 Storage = Literal["f2", "f4", "u4"]
 FloatArray = npt.NDArray[np.float32]
+_BAND_BYTES = 16 << 20  # taken to the GPU at a time: some milliseconds
 
 
 def _check_memory(ctx: moderngl.Context, what: str) -> None:
@@ -55,6 +57,17 @@ def new_array(
 def upload(texture: moderngl.Texture, pixels: FloatArray) -> None:
     """Write `pixels` (H, W) or (H, W, C), float32, into a float32 texture of that size."""
     texture.write(np.ascontiguousarray(pixels, np.float32).data.cast("B"))
+
+
+def uploading(texture: moderngl.Texture, pixels: FloatArray) -> Iterator[None]:
+    """`upload` band by band, so that a window can answer in between."""
+    width, height = texture.size
+    rows = max(1, _BAND_BYTES // max(1, 4 * texture.components * width))
+    pixels = np.ascontiguousarray(pixels, np.float32)
+    for row in range(0, height, rows):
+        band = pixels[row : row + rows]
+        texture.write(band.data.cast("B"), viewport=(0, row, width, len(band)))
+        yield
 
 
 def download(texture: moderngl.Texture) -> FloatArray:

@@ -3,13 +3,15 @@
 import os
 import platform
 import re
+import secrets
 import time
 import zlib
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from heatlens.errors import InputError
+from heatlens.stopping import unfinished
 
 
 def _machine() -> str:
@@ -21,35 +23,56 @@ def _machine() -> str:
 
 
 _MACHINE = _machine()  # folders are shared, and everybody counts processes from 1
-_PART = re.compile(r"\.(.+)\.([0-9a-f]{8})\.([0-9]+)\.part")
+_PART = re.compile(r"\.heatlens-[0-9a-f]{16}\.([0-9a-f]{8})\.([0-9]+)\.part")
 _FORGOTTEN_S = 24 * 60 * 60.0  # nobody writes one file for so long without a change to it
+_NEW_FILE = os.O_CREAT | os.O_EXCL | os.O_RDWR
+_NEW_FILE |= getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0)
+
+
+def write_whole(path: str | os.PathLike[str], data: bytes) -> None:
+    """Write `data` to `path`, or leave what stood there as it was.
+
+    Raises InputError where nothing can be written there, or not all of it arrives on the disk.
+    """
+    with replacing(path) as beside, open(beside, "wb", buffering=0) as file:
+        left = memoryview(data)
+        while left:  # a disk that fills up may take a part and say so only at the next write
+            left = left[file.write(left) :]
+        os.fsync(file.fileno())
+        arrived = os.fstat(file.fileno()).st_size
+        if arrived != len(data):
+            raise OSError(f"only {arrived:,} of {len(data):,} bytes are on the disk")
 
 
 @contextmanager
 def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
     """A path to write to; it takes the place of `path` when the block ends well, else it goes.
 
-    What stood at `path` stays until then. A link keeps pointing where it did.
-    Raises InputError where nothing can be written there.
+    What stood at `path` stays until then. A link keeps pointing where it did. The file to write to
+    is there already, empty, under a short name that nobody can foresee; `write_whole` is for those
+    who have all bytes at hand. Raises InputError where nothing can be written there.
     """
     target = Path(os.path.realpath(path))
     _check_target(target)
-    beside = target.with_name(f".{target.name}.{_MACHINE}.{os.getpid()}.part")
+    beside = target.with_name(f".heatlens-{secrets.token_hex(8)}.{_MACHINE}.{os.getpid()}.part")
     try:
-        yield beside
-        _to_disk(beside)
-        os.replace(beside, target)
+        with unfinished(beside):
+            os.close(os.open(beside, _NEW_FILE, 0o666))
+            yield beside
+            _to_disk(beside)
+            os.replace(beside, target)
     except (OSError, RuntimeError) as error:  # RuntimeError is what OpenEXR raises
         told = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
         # The name that is written to for now means nothing to anybody.
         why = told.replace(str(beside), str(target)).rstrip(".")
         raise InputError(f"{target} could not be written: {why}.") from error
     finally:
-        beside.unlink(missing_ok=True)
+        with suppress(OSError):  # a disk that refuses this, too, has refused something before
+            beside.unlink(missing_ok=True)
 
 
-def remove_leftovers(folder: Path, is_ours: Callable[[str], bool]) -> None:
-    """Delete what killed processes left beside files whose names `is_ours` knows.
+def remove_leftovers(folder: Path) -> None:
+    """Delete what killed processes left in a folder while they wrote files there.
 
     What a process of this machine that is alive writes stays, and of another machine what has
     changed within a day. What cannot be deleted stays too: it is in nobody's way.
@@ -57,7 +80,7 @@ def remove_leftovers(folder: Path, is_ours: Callable[[str], bool]) -> None:
     with suppress(OSError):
         for name in os.listdir(folder):
             match = _PART.fullmatch(name)
-            if match and is_ours(match[1]) and _is_dead(folder / name, match[2], int(match[3])):
+            if match and _is_dead(folder / name, match[1], int(match[2])):
                 (folder / name).unlink(missing_ok=True)
 
 
@@ -70,20 +93,30 @@ def _is_dead(part: Path, machine: str, process: int) -> bool:
         return True
     except PermissionError:  # somebody else's, and alive
         return False
+    return _has_ended(process)
+
+
+def _has_ended(process: int) -> bool:
+    """Whether only the name of a process is left: nobody has asked yet how it ended."""
+    with suppress(OSError, IndexError):
+        status = Path(f"/proc/{process}/stat").read_text()
+        return status.rpartition(")")[2].split()[0] in ("Z", "X")
     return False
 
 
 def _to_disk(path: Path) -> None:
-    """Else a power cut can leave the new name without its content."""
+    """Else a power cut can leave the new name without its content. Empty files mean nothing."""
     with open(path, "rb+") as file:
         os.fsync(file.fileno())
+        if not os.fstat(file.fileno()).st_size:
+            raise OSError("no bytes arrived on the disk")
 
 
 def _check_target(target: Path) -> None:
     """Refuse what a rename would fail on, or destroy: folders and devices."""
-    if not target.parent.is_dir():
+    if not os.path.isdir(target.parent):
         raise InputError(f"{target} cannot be written: the folder {target.parent} does not exist.")
-    if target.exists() and not target.is_file():
+    if os.path.exists(target) and not os.path.isfile(target):
         raise InputError(
             f"{target} cannot be written: it is a folder or a device, not a file. "
             "Give the name of a file."

@@ -7,7 +7,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heatlens.errors import InputError
-from heatlens.image.depth_guess import Guess, RawDepth, guess_convention, looked_at
+from heatlens.image.bounds import DEPTH_LEAST_M, bound_coc
+from heatlens.image.depth_ends import checked_ends, with_ends
+from heatlens.image.depth_guess import (
+    NORMALIZED_UP_TO,
+    DepthOrigin,
+    Guess,
+    RawDepth,
+    guess_convention,
+    in_full_scale,
+    looked_at,
+)
 from heatlens.image.plate import DepthReport, FloatImage
 from heatlens.image.repair import repair_depth
 from heatlens.model.plate_options import DepthConvention, DepthKind, PlateOptions
@@ -41,26 +51,46 @@ class _Converted:
     notes: tuple[str, ...] = ()
 
 
-def read_depth(values: FloatImage, what: str, channel: str, options: PlateOptions) -> DepthResult:
+def read_depth(
+    values: FloatImage,
+    what: str,
+    channel: str,
+    options: PlateOptions,
+    origin: DepthOrigin | None = None,
+) -> DepthResult:
     """Depth (H, W) in metres of the raw `values`; `what` starts every sentence about them.
 
-    Raises InputError where the channel is empty, ambiguous or no depth at all.
+    `origin` is what is known of them beyond their name. Raises InputError where the channel is
+    empty, ambiguous or no depth at all; with `options.strict` also where a question was left.
     """
-    raw = looked_at(values, what, channel)
+    origin = origin or DepthOrigin()
+    raw = looked_at(values, what, channel, origin)
     guess = guess_convention(raw, options)
+    if guess.question and options.strict:
+        raise InputError(guess.question)
+    if guess.convention == "disparity":
+        options, guess = with_ends(raw, options, guess)
     convention = guess.convention
     with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
         converted = _convert(raw, convention, options)
     depth = converted.values
     depth[converted.infinite] = np.inf
-    repaired = repair_depth(depth, converted.bad, what)
-    kind: DepthKind = "planar" if convention == "coc" else options.depth_kind
+    bounded: tuple[str, ...] = ()
+    if convention == "coc":
+        repaired = repair_depth(depth, converted.bad, what)
+        bounded = bound_coc(depth, what)
+    else:
+        repaired = repair_depth(depth, converted.bad | (depth < DEPTH_LEAST_M), what)
+    kind: DepthKind = origin.kind if options.depth_kind == "auto" else options.depth_kind
+    kind = "planar" if convention == "coc" else kind
     infinite_count = int(np.count_nonzero(np.isinf(depth)))  # with those that repair copied
     near, far = finite_range(depth, infinite_count)
     if convention == "coc":
         near = far = math.nan
-    report = DepthReport(channel, convention, kind, guess.why, near, far, infinite_count, repaired)
-    return DepthResult(depth, report, (*converted.notes, *_notes(raw, report, guess)))
+    report = DepthReport(
+        channel, convention, kind, guess.why, near, far, infinite_count, repaired, guess.question
+    )
+    return DepthResult(depth, report, (*converted.notes, *bounded, *_notes(raw, report, guess)))
 
 
 def finite_range(depth: FloatImage, infinite_count: int) -> tuple[float, float]:
@@ -83,6 +113,9 @@ def _convert(raw: RawDepth, convention: DepthConvention, options: PlateOptions) 
         return _from_inverse(raw, options.scene_unit_m)
     if convention == "distance":
         return _from_distance(raw, options.scene_unit_m)
+    raw = in_full_scale(raw)
+    if convention == "disparity":
+        return _from_disparity(raw, options)
     return _from_normalized(raw, convention == "normalized-inverted", options)
 
 
@@ -128,23 +161,33 @@ def _from_inverse(raw: RawDepth, scene_unit_m: float) -> _Converted:
 
 def _from_normalized(raw: RawDepth, inverted: bool, options: PlateOptions) -> _Converted:
     """Metres of 0..1 between near and far; the far end and beyond is nothing hit."""
-    near, far = options.near_m, options.far_m
-    if near is None or far is None:
-        raise InputError(
-            f"{raw.what} is read as normalised: give the distances of its two ends in metres with "
-            "--near and --far."
-        )
-    if not 0 <= near < far < math.inf:
-        raise InputError(
-            f"--near {near:g} and --far {far:g} cannot be the ends of a depth: both are metres, "
-            "near at least 0 and less than far."
-        )
+    near, far = checked_ends(raw, options)
     fraction = 1 - raw.values if inverted else raw.values
     infinite = (fraction >= 1) | raw.infinite
     below = int(np.count_nonzero(fraction < 0)) if (raw.low < 0 or raw.high > 1) else 0
     depth = np.float32(near) + np.maximum(fraction, 0) * np.float32(far - near)
     notes = (f"{raw.what} passes its near end in {below} pixels: set to --near.",) if below else ()
     return _Converted(depth, infinite, ~(depth > 0) & ~infinite, notes)
+
+
+def _from_disparity(raw: RawDepth, options: PlateOptions) -> _Converted:
+    """Metres of 0 to 1 that runs evenly over 1/z, from far to near, as phones and networks write.
+
+    What leaves 0 to 1 has a scale of its own: the least and the greatest value are then the ends.
+    """
+    near, far = checked_ends(raw, options)
+    values = raw.values
+    notes: tuple[str, ...] = ()
+    if raw.low < 0 or raw.high > NORMALIZED_UP_TO:
+        values = (values - np.float32(raw.low)) / np.float32(max(raw.high - raw.low, 1e-30))
+        notes = (
+            f"{raw.what} runs from {raw.low:g} to {raw.high:g}: these are taken for --far and "
+            "--near, in every frame anew.",
+        )
+    dioptres = 1 / far + np.clip(values, 0.0, 1.0) * (1 / near - 1 / far)
+    infinite = dioptres <= INVERSE_INFINITE_UP_TO
+    depth = (1.0 / dioptres).astype(np.float32)
+    return _Converted(depth, infinite, ~np.isfinite(raw.values) | raw.infinite, notes)
 
 
 def _viewing_sign(raw: RawDepth) -> tuple[float, tuple[str, ...]]:
@@ -166,12 +209,15 @@ def _viewing_sign(raw: RawDepth) -> tuple[float, tuple[str, ...]]:
 def _notes(raw: RawDepth, report: DepthReport, guess: Guess) -> tuple[str, ...]:
     """What the person should hear about this channel."""
     notes = []
-    if not guess.certain:
+    if guess.question:
+        notes.append(f"{guess.question} Taken as {guess.convention} for now. {guess.why}")
+    elif not guess.certain:
         notes.append(f"{raw.what} is read as {guess.convention}. {guess.why}")
     if report.repaired_count:
         notes.append(
             f"{raw.what} holds no usable value in {report.repaired_count} of {raw.values.size} "
-            "pixels (NaN, or of the wrong sign): they took the nearest neighbour's."
+            "pixels (NaN, of the wrong sign or nearer than a micrometre): they took the "
+            "nearest neighbour's."
         )
     if raw.low == raw.high and not 0 < report.infinite_count < raw.values.size:
         notes.append(f"{raw.what} is {raw.low:g} everywhere: the blur will be the same everywhere.")

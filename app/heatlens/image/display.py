@@ -16,3 +16,11 @@ def srgb_encoded(linear: ArrayLike) -> FloatImage:
     curve = 1.055 * np.power(light, np.float32(1 / 2.4)) - 0.055
     encoded: FloatImage = np.where(light <= 0.0031308, 12.92 * light, curve).astype(np.float32)
     return encoded
+
+
+def srgb_decoded(encoded: ArrayLike) -> FloatImage:
+    """Linear light of sRGB values of any shape; the inverse of `srgb_encoded` in 0..1."""
+    values = np.asarray(encoded, dtype=np.float32)
+    curve = np.power((np.maximum(values, 0.0) + 0.055) / 1.055, np.float32(2.4))
+    light: FloatImage = np.where(values <= 0.04045, values / 12.92, curve).astype(np.float32)
+    return light

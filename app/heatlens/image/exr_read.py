@@ -1,42 +1,16 @@
 """EXR files to plates. Every way the library has of failing ends in an InputError here."""
 
 import os
-from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
-import numpy as np
 import OpenEXR
 
 from heatlens.errors import InputError
-from heatlens.image.camera_header import camera_at_header
-from heatlens.image.channels import (
-    ColorChoice,
-    Header,
-    Part,
-    choose_color,
-    list_channels,
-    pixels_of,
-)
-from heatlens.image.depth_read import read_depth_of
-from heatlens.image.exr_write import JOB_ATTRIBUTE
-from heatlens.image.plate import FloatImage, Plate, read_pixels
+from heatlens.image.channels import Part
+from heatlens.image.exr_limits import check_exr
 from heatlens.image.quiet import quiet_library
-from heatlens.image.repair import repair_color
-from heatlens.image.windows import box_at_header, pixel_aspect_of
-from heatlens.model.plate_options import PlateOptions
-from heatlens.paths import unreadable
 
-# No GPU takes a larger texture; a damaged header can claim any size.
-MAX_SIDE_PX = 16384
-
-# Written by the writer itself, or about parts, channels and layouts the output does not have.
-_NOT_CARRIED = {
-    *("channels", "compression", "dataWindow", "displayWindow", "lineOrder", "pixelAspectRatio"),
-    *("type", "tiles", "chunkCount", "name", "version", "preview", "maxSamplesPerPixel"),
-    *("multiView", "view", "dwaCompressionLevel", "zipCompressionLevel", "idManifest"),
-    *("deepImageState", JOB_ATTRIBUTE),
-}
+_HOLDS_DEEP = 1 << 11
 
 # The library decompresses on one thread unless told; more than four gain nothing on a frame.
 OpenEXR.set_global_thread_count(min(4, os.cpu_count() or 1))
@@ -48,19 +22,21 @@ def read_parts(path: str | os.PathLike[str]) -> list[Part]:
     Raises InputError for what is no EXR file, is damaged, cut short or larger than a GPU takes.
     """
     path = Path(path)
-    _check_is_exr(path)
+    check_exr(path)
     try:
         with quiet_library():
             headers = [part.header for part in OpenEXR.File(str(path), header_only=True).parts]
-            _check_headers(path, headers)
             # Of damaged pixels the library only warns, in print, and drops the part.
             parts = OpenEXR.File(str(path), separate_channels=True).parts
         read = [(p.header, {n: c.pixels for n, c in p.channels.items()}) for p in parts]
     except (RuntimeError, ValueError, KeyError, TypeError, OSError, MemoryError) as error:
+        _check_is_flat(path)
         raise InputError(
             f"{path} cannot be read: it is damaged or cut short, or uses a feature of OpenEXR that "
             f"heatlens does not know ({error}). Write it again."
         ) from error
+    if not headers:
+        raise InputError(f"{path} is damaged: it has no readable part. Write it again.")
     if len(read) != len(headers):
         lost, count = len(headers) - len(read), len(headers)
         whose = "its pixels" if count == 1 else f"the pixels of {lost} of its {count} parts"
@@ -68,83 +44,14 @@ def read_parts(path: str | os.PathLike[str]) -> list[Part]:
     return read
 
 
-def read_plate(path: str | os.PathLike[str], options: PlateOptions | None = None) -> Plate:
-    """The picture with its depth, clean of NaN, over the data window of its colour.
+def _check_is_flat(path: Path) -> None:
+    """InputError for a deep file, which the library may not even open.
 
-    Raises InputError naming the file, what was found and which option would help.
+    Bit 11 of the second word says that some part is deep. Source: "OpenEXR File Layout".
     """
-    path, options = Path(path), options or PlateOptions()
-    parts = read_parts(path)
-    headers = [header for header, _ in parts]
-    choice = choose_color(path, headers, options.color_layer)
-    color, color_notes = read_color(path, parts, choice)
-    header = headers[choice.rgb[0].part]
-    camera = camera_at_header([header, *headers])
-    aspect, aspect_notes = pixel_aspect_of(path, header)
-    depth = read_depth_of(path, parts, choice, options)
-    is_coc = depth.report.convention == "coc"
-    return Plate(
-        path=path,
-        pixels=read_pixels(color, depth.values, is_coc),
-        has_alpha=choice.alpha is not None,
-        data_window=box_at_header(header, "dataWindow"),
-        display_window=box_at_header(header, "displayWindow"),
-        pixel_aspect_ratio=aspect,
-        camera=camera,
-        depth=depth.report,
-        aovs=tuple(ref.full_name for ref in list_channels(headers)),
-        attributes=_carried(header),
-        notes=(*choice.notes, *color_notes, *aspect_notes, *depth.notes),
-    )
-
-
-def read_color(
-    path: Path, parts: Sequence[Part], choice: ColorChoice
-) -> tuple[FloatImage, tuple[str, ...]]:
-    """RGBA (H, W, 4) of the chosen channels with NaN and infinity repaired, and what to say."""
-    red = pixels_of(parts, choice.rgb[0])
-    color = np.empty((*red.shape, 4), dtype=np.float32)
-    for index, ref in enumerate(choice.rgb):
-        color[:, :, index] = pixels_of(parts, ref)
-    color[:, :, 3] = 1.0 if choice.alpha is None else pixels_of(parts, choice.alpha)
-    count = repair_color(color, f"{path}: colour layer {choice.layer or 'RGB'!r}")
-    if not count:
-        return color, ()
-    return color, (
-        f"{path}: {count} of {red.size} pixels held NaN or infinity in their colour and took the "
-        "median of their neighbours.",
-    )
-
-
-def _check_is_exr(path: Path) -> None:
-    """InputError for a path that is missing, no file, not readable or of another format."""
-    try:
-        with path.open("rb") as file:
-            magic = file.read(4)
-    except OSError as error:
-        raise unreadable(path, error) from error
-    if magic != b"\x76\x2f\x31\x01":
-        found = "is empty" if not magic else "is not an OpenEXR file"
-        raise InputError(f"{path} {found}: heatlens reads .exr files with colour and depth.")
-
-
-def _check_headers(path: Path, headers: Sequence[Header]) -> None:
-    """InputError for no part at all, or a data window that no GPU takes or is empty."""
-    if not headers:
-        raise InputError(f"{path} is damaged: it has no readable part. Write it again.")
-    for header in headers:
-        window = box_at_header(header, "dataWindow")
-        if not (0 < window.width <= MAX_SIDE_PX and 0 < window.height <= MAX_SIDE_PX):
-            raise InputError(
-                f"{path} has a data window of {window.width} x {window.height} pixels; heatlens "
-                f"takes 1 to {MAX_SIDE_PX} a side."
-            )
-
-
-def _carried(header: Header) -> dict[str, Any]:
-    """The metadata worth keeping in the output."""
-    return {
-        name: value
-        for name, value in header.items()
-        if name not in _NOT_CARRIED and not name.startswith("cryptomatte/")
-    }
+    with path.open("rb") as file:
+        start = file.read(8)
+    if len(start) == 8 and int.from_bytes(start[4:], "little") & _HOLDS_DEEP:
+        raise InputError(
+            f"{path} holds deep samples, which heatlens does not read: flatten it first."
+        )

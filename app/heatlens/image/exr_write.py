@@ -9,7 +9,7 @@ import numpy as np
 import OpenEXR
 
 from heatlens.errors import InputError
-from heatlens.image.atomic_file import replacing
+from heatlens.image.atomic_file import write_whole
 from heatlens.image.camera_header import lens_attributes
 from heatlens.image.quiet import quiet_library
 from heatlens.image.windows import header_at_box
@@ -36,8 +36,11 @@ def write_exr(
     attributes: Mapping[str, Any] | None = None,
     half: bool = True,
     compression: str = "zip",
+    kept: Mapping[str, np.ndarray[Any, Any]] | None = None,
 ) -> None:
     """Write `channels`, each (H, W) over `data_window`, by name; Z, depth and coc stay float.
+
+    `kept` are channels that are written with the bits that they have: half, float or whole numbers.
 
     Half values are clamped to +-65504, so that nothing bright becomes infinite. Attributes that
     the library cannot write (bytes, and rationals in older ones) are left out. Raises InputError,
@@ -52,11 +55,18 @@ def write_exr(
     }
     shape = (data_window.height, data_window.width)
     stored = {name: _stored(name, values, shape, half) for name, values in channels.items()}
+    stored |= {
+        name: np.ascontiguousarray(values)
+        for name, values in (kept or {}).items()
+        if name not in stored
+    }
     encoded = io.BytesIO()  # on a full disk the library ends a file short without a word
-    with replacing(path) as beside:
+    try:
         with quiet_library():
             OpenEXR.File(header, stored).write(encoded)
-        beside.write_bytes(encoded.getvalue())  # a view would have to outlive an error
+    except RuntimeError as error:
+        raise InputError(f"{path} could not be written: {error}.") from error
+    write_whole(path, encoded.getvalue())
 
 
 def _stored(

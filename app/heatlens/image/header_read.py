@@ -6,21 +6,30 @@ from pathlib import Path
 import OpenEXR
 
 from heatlens.errors import InputError
-from heatlens.image.channels import Header, choose_color
+from heatlens.image.channel_choice import choose_color
+from heatlens.image.channels import Header
+from heatlens.image.exr_limits import check_exr
+from heatlens.image.picture_formats import is_picture
+from heatlens.image.picture_parts import picture_header
 from heatlens.image.quiet import quiet_library
 
 
-def read_color_header(path: str | os.PathLike[str], layer: str | None = None) -> Header:
-    """The header of the part that holds the colours, `layer` as in `choose_color`.
+def read_color_header(
+    path: str | os.PathLike[str], layer: str | None = None, eye: str | None = None
+) -> Header:
+    """The header of the part that holds the colours, `layer` and `eye` as in `choose_color`.
 
     Raises InputError for a file that is missing, damaged, no EXR, or has no such colours.
     """
+    if is_picture(Path(path)):
+        return picture_header(Path(path))
     headers = read_headers(path)
-    return headers[choose_color(Path(path), headers, layer).rgb[0].part]
+    return headers[choose_color(Path(path), headers, layer, eye).rgb[0].part]
 
 
 def read_headers(path: str | os.PathLike[str]) -> list[Header]:
     """The header of every part. Raises InputError for a file that is missing, damaged or no EXR."""
+    check_exr(Path(path))
     try:
         with quiet_library():
             parts = OpenEXR.File(str(path), header_only=True).parts

@@ -8,22 +8,21 @@ from typing import Any
 
 import numpy as np
 
-from heatlens.errors import InputError
+from heatlens.errors import InputError, LensError
 from heatlens.image.camera_header import camera_at_header
-from heatlens.image.channels import (
-    ColorChoice,
-    Header,
-    Part,
-    choose_color,
-    pixels_of,
-    type_name,
-)
+from heatlens.image.channel_choice import ColorChoice, choose_color
+from heatlens.image.channels import Part, compression_name, pixels_of, type_name
 from heatlens.image.depth_read import read_depth_of
-from heatlens.image.exr_read import read_color, read_parts
+from heatlens.image.file_parts import color_file_parts, notes_of
+from heatlens.image.plate import CameraHeader
+from heatlens.image.plate_read import read_color
 from heatlens.image.primaries import ToldPrimaries, told_primaries
+from heatlens.image.views import views_of
 from heatlens.image.windows import box_at_header, pixel_aspect_of
 from heatlens.model.boxes import Box
+from heatlens.model.lens import Lens
 from heatlens.model.plate_options import PlateOptions
+from heatlens.model.plausibility import DepthSpan, Doubt, doubts, span_doubts
 
 Facts = dict[str, Any]
 
@@ -36,15 +35,15 @@ def inspect(path: Path, options: PlateOptions) -> Facts:
     become "infinity" and None, for JSON has neither. Raises InputError only when the file cannot
     be read.
     """
-    parts = read_parts(path)
+    parts = color_file_parts(path, options)
     headers = [header for header, _ in parts]
     choice, color = _color_facts(path, parts, options)
     header = headers[choice.rgb[0].part if choice else 0]
     window = box_at_header(header, "dataWindow")
     told = told_primaries(header)
-    depth, depth_notes = _depth_facts(path, parts, choice, options)
-    aspect, aspect_notes = pixel_aspect_of(path, header)
     camera = camera_at_header([header, *headers])
+    depth, depth_notes = _depth_facts(path, parts, choice, options, camera)
+    aspect, aspect_notes = pixel_aspect_of(path, header)
     return {
         "path": str(path),
         "width_px": window.width,
@@ -52,19 +51,27 @@ def inspect(path: Path, options: PlateOptions) -> Facts:
         "data_window": _corners(window),
         "display_window": _corners(box_at_header(header, "displayWindow")),
         "pixel_aspect_ratio": aspect,
+        "views": list(views_of(headers)),
         "parts": [_part_facts(part) for part in parts],
         "camera": {name: _json_value(value) for name, value in asdict(camera).items()},
         "primaries": None if told is None else _primaries_facts(told),
         "color": color,
         "depth": depth,
-        "notes": [*color.pop("notes", ()), *aspect_notes, *depth_notes],
+        "notes": [*notes_of(header), *color.pop("notes", ()), *aspect_notes, *depth_notes],
     }
 
 
 def _primaries_facts(told: ToldPrimaries) -> Facts:
-    """The attribute, what it says, and the space that this is, None for one not known."""
-    known = None if told.known is None else told.known.name
-    return {"attribute": told.attribute, "value": told.value, "space": known}
+    """The attribute, what it says, and the space that this is, None for one not known.
+
+    `by_matrix`: it is none that has a name, but its numbers turn it into linear Rec. 709.
+    """
+    return {
+        "attribute": told.attribute,
+        "value": told.value,
+        "space": None if told.known is None else told.known.name,
+        "by_matrix": told.primaries is not None,
+    }
 
 
 def _part_facts(part: Part) -> Facts:
@@ -73,18 +80,12 @@ def _part_facts(part: Part) -> Facts:
     return {
         "name": str(header.get("name", "")),
         "type": type_name(header),
-        "compression": _compression_name(header),
+        "compression": compression_name(header),
         "data_window": _corners(box_at_header(header, "dataWindow")),
         "channels": {
             channel.name: _pixel_type(channels[channel.name]) for channel in header["channels"]
         },
     }
-
-
-def _compression_name(header: Header) -> str:
-    """As in `--compression`: zip, piz, dwaa ..."""
-    name = str(header["compression"]).rpartition(".")[2].removesuffix("_COMPRESSION").lower()
-    return "none" if name == "no" else name
 
 
 def _pixel_type(pixels: np.ndarray[Any, Any]) -> str:
@@ -97,13 +98,15 @@ def _color_facts(
 ) -> tuple[ColorChoice | None, Facts]:
     """The chosen colour and its range over red, green and blue before any repair."""
     try:
-        choice = choose_color(path, [header for header, _ in parts], options.color_layer)
+        headers = [header for header, _ in parts]
+        choice = choose_color(path, headers, options.color_layer, options.eye)
     except InputError as error:
         return None, {"problem": str(error)}
     planes = [pixels_of(parts, ref) for ref in dict.fromkeys(choice.rgb)]
     finite = [plane[np.isfinite(plane)] for plane in planes]
     facts: Facts = {
         "layer": choice.layer,
+        "view": choice.view,
         "has_alpha": choice.alpha is not None,
         "min": min((float(values.min()) for values in finite if values.size), default=None),
         "max": max((float(values.max()) for values in finite if values.size), default=None),
@@ -118,18 +121,37 @@ def _color_facts(
 
 
 def _depth_facts(
-    path: Path, parts: Sequence[Part], color: ColorChoice | None, options: PlateOptions
+    path: Path,
+    parts: Sequence[Part],
+    color: ColorChoice | None,
+    options: PlateOptions,
+    camera: CameraHeader,
 ) -> tuple[Facts, tuple[str, ...]]:
     """How the depth was read, with what to say about it; or why there is none."""
     try:
         result = read_depth_of(path, parts, color, options)
     except InputError as error:
         return {"problem": str(error)}, ()
-    facts = {name: _json_value(value) for name, value in asdict(result.report).items()}
-    if result.report.convention == "coc":
+    report = result.report
+    facts = {name: _json_value(value) for name, value in asdict(report).items()}
+    span = DepthSpan(report.near_m, report.far_m, report.infinite_count > 0, options.scene_unit_m)
+    doubtful = tuple(doubt.sentence for doubt in _doubts(camera, span))
+    if report.convention == "coc":
         facts["min_px"] = float(result.values.min())
         facts["max_px"] = float(result.values.max())
-    return facts, result.notes
+    return facts, (*result.notes, *doubtful)
+
+
+def _doubts(camera: CameraHeader, span: DepthSpan) -> tuple[Doubt, ...]:
+    """What cannot well be of the depths, and of the header's lens where it tells all of it."""
+    focal_mm, f_stop = camera.focal_length_mm, camera.f_stop
+    focus_m, sensor_mm = camera.focus_distance_m, camera.sensor_width_mm
+    if focal_mm is None or f_stop is None or focus_m is None or sensor_mm is None:
+        return span_doubts(span)
+    try:
+        return doubts(Lens(focal_mm, f_stop, focus_m, sensor_mm), span)
+    except LensError as error:
+        return (Doubt("lens", f"The header tells a lens that cannot be. {error}"),)
 
 
 def _corners(box: Box) -> list[int]:

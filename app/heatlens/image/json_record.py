@@ -15,7 +15,7 @@ from types import NoneType
 from typing import Any, Literal, NoReturn, TypeVar, get_args, get_origin, get_type_hints
 
 from heatlens.errors import HeatlensError, InputError
-from heatlens.paths import unreadable
+from heatlens.paths import file_bytes, unreadable
 
 T = TypeVar("T")
 
@@ -125,7 +125,8 @@ class JsonEntry:
             return self.record(hint)  # type: ignore[arg-type]
         if issubclass(hint, Enum):
             return hint(self.choice([member.value for member in hint]))
-        return {float: self.number, int: self.whole, str: self.text}[hint]()
+        read = {float: self.number, int: self.whole, str: self.text, bool: self.flag}
+        return read[hint]()
 
     def row(self, hints: tuple[Any, ...]) -> tuple[Any, ...]:
         """A list of so many things, or of any number of one kind where `hints` ends in `...`."""
@@ -153,6 +154,12 @@ class JsonEntry:
             self.refuse(f"{_shown(self.value)} should be a whole number")
         return int(number)
 
+    def flag(self) -> bool:
+        """True or false."""
+        if not isinstance(self.value, bool):
+            self.refuse(f"{_shown(self.value)} should be true or false")
+        return self.value
+
     def text(self) -> str:
         """A text."""
         if not isinstance(self.value, str):
@@ -169,7 +176,7 @@ class JsonEntry:
 def read_json(path: Path) -> JsonEntry:
     """The whole of a JSON file. Raises InputError where it cannot be read or is damaged."""
     try:
-        text = path.read_bytes().decode("utf-8-sig")  # editors on Windows put a mark before it
+        text = file_bytes(path).decode("utf-8-sig")  # editors on Windows put a mark before it
         value = json.loads(text, object_pairs_hook=_object, parse_constant=_constant)
     except OSError as error:
         raise unreadable(path, error) from error

@@ -5,15 +5,17 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
+from numpy.typing import NDArray
+
 from heatlens.errors import InputError
 from heatlens.image.display import srgb_encoded
 from heatlens.image.exr_write import lens_attributes, write_exr
 from heatlens.image.plate import FloatImage, Plate
-from heatlens.image.png_write import write_png
+from heatlens.image.png_write import EYE_SUFFIXES, write_png
 from heatlens.model.boxes import Box
 from heatlens.model.lens import Lens
 
-PICTURE_SUFFIXES = (".exr", ".png")
+PICTURE_SUFFIXES = (".exr", *EYE_SUFFIXES)
 Encode = Callable[[FloatImage], FloatImage]  # scene-linear (H, W, 3) to display values
 
 
@@ -29,14 +31,16 @@ def write_picture(
     encode: Encode = srgb_encoded,
     more_channels: Mapping[str, FloatImage] | None = None,
     more_attributes: Mapping[str, Any] | None = None,
+    kept_channels: Mapping[str, NDArray[Any]] | None = None,
 ) -> None:
     """Write `pixels`, (H, W, 4) premultiplied at `proxy` size, as the suffix of `path` asks.
 
     EXR: scene-linear, over the plate's windows, its metadata and `lens` in the header; 16 bits a
     channel where `half`, `more_channels` of the same size beside the colour and `more_attributes`
-    in the header. PNG: through `encode`. Raises InputError when it cannot be written.
+    in the header, `kept_channels` bit for bit. Pictures for the eye: through `encode`. Raises
+    InputError when it cannot be written.
     """
-    if path.suffix.lower() == ".png":
+    if path.suffix.lower() in EYE_SUFFIXES:
         write_png(path, pixels if plate.has_alpha else pixels[..., :3], encode=encode)
         return
     names = "RGBA" if plate.has_alpha else "RGB"
@@ -49,6 +53,7 @@ def write_picture(
         {**plate.attributes, **_lens_header(plate, lens), **(more_attributes or {})},
         half=half,
         compression=compression,
+        kept=kept_channels,
     )
 
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from heatlens.model.boxes import Box
 from heatlens.model.plate_options import DepthConvention, DepthKind
+from heatlens.model.plausibility import DepthSpan
 
 FloatImage = NDArray[np.float32]
 
@@ -39,6 +40,7 @@ class DepthReport:
     far_m: float  # farthest finite depth; likewise
     infinite_count: int  # pixels where nothing was hit
     repaired_count: int  # pixels that held no depth and took a neighbour's
+    question: str = ""  # what only a person can answer where another convention fits as well
 
 
 class Pixels(Protocol):
@@ -106,6 +108,8 @@ class Plate:
     aovs: tuple[str, ...]  # every channel of the file, by its full name
     attributes: dict[str, Any]  # header entries to carry to the output
     notes: tuple[str, ...]  # sentences to say aloud: repairs, guesses, warnings
+    compression: str = ""  # of the file, as the writer names it; "" where it has none of these
+    views: tuple[str, ...] = ()  # of a stereo file, the first one first
 
     @property
     def color(self) -> FloatImage:
@@ -130,3 +134,9 @@ class Plate:
     def has_distances(self) -> bool:
         """It brings metres, and no circle of confusion; asking fetches nothing."""
         return self.pixels.coc_px is None
+
+
+def depth_span(plate: Plate, scene_unit_m: float) -> DepthSpan:
+    """The depths of a plate that was read with this unit, to hold a lens against."""
+    report = plate.depth
+    return DepthSpan(report.near_m, report.far_m, report.infinite_count > 0, scene_unit_m)

@@ -1,20 +1,26 @@
-"""Pictures for the eye: scene-linear colour to 8-bit sRGB, as PNG or JPEG."""
+"""Pictures for the eye: scene-linear colour to 8-bit sRGB, as PNG, JPEG or TIFF."""
 
+import io
 import os
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
 from heatlens.errors import InputError
-from heatlens.image.atomic_file import replacing
+from heatlens.image.atomic_file import write_whole
 from heatlens.image.display import srgb_encoded
 from heatlens.image.plate import FloatImage
 
-_FORMATS = {".png": "PNG", ".jpg": "JPEG", ".jpeg": "JPEG"}
-_JPEG_QUALITY = 95
+_FORMATS = {".png": "PNG", ".jpg": "JPEG", ".jpeg": "JPEG", ".tif": "TIFF", ".tiff": "TIFF"}
+EYE_SUFFIXES = tuple(_FORMATS)
+_OPTIONS: dict[str, dict[str, Any]] = {
+    "JPEG": {"quality": 95},
+    "TIFF": {"compression": "tiff_adobe_deflate"},
+}
 
 
 def write_png(
@@ -25,18 +31,28 @@ def write_png(
 ) -> None:
     """Write scene-linear `rgba`, (H, W, 3) or premultiplied (H, W, 4), `exposure_stops` brighter.
 
-    `encode` turns light (H, W, 3) into display values, which are clamped to 0..1. PNG holds alpha,
-    un-premultiplied, where any pixel is not opaque; .jpg and .jpeg show it over black. Raises
+    `encode` turns light (H, W, 3) into display values, which are clamped to 0..1. PNG and TIFF
+    hold alpha, un-premultiplied, where any pixel is not opaque; JPEG shows it over black. Raises
     InputError when the file cannot be written.
     """
     kind = _FORMATS.get(Path(path).suffix.lower())
     if kind is None:
         raise InputError(f"{path}: pictures are written as {', '.join(_FORMATS)}.")
-    light = _straight(rgba, exposure_stops, keep_alpha=kind == "PNG")
+    light = _straight(rgba, exposure_stops, keep_alpha=kind != "JPEG")
     shown = [_bytes(encode(light[:, :, :3])), _bytes(light[:, :, 3:])]
     image = Image.fromarray(np.concatenate(shown, axis=2))
-    with replacing(path) as beside:
-        image.save(beside, format=kind, quality=_JPEG_QUALITY)
+    options = _OPTIONS.get(kind, {})
+    write_whole(path, encoded_picture(image, kind, **options))
+
+
+def encoded_picture(image: Image.Image, kind: str, **options: Any) -> bytes:
+    """Return the bytes of a file of the format `kind`; `options` are those of Pillow.
+
+    In memory: what Pillow writes to a full disk in C is cut short without a word.
+    """
+    encoded = io.BytesIO()
+    image.save(encoded, format=kind, **options)
+    return encoded.getvalue()
 
 
 def _straight(rgba: FloatImage, exposure_stops: float, keep_alpha: bool) -> FloatImage:

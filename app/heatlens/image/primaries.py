@@ -16,6 +16,7 @@ _ACES_WHITE = (0.32168, 0.33767)
 
 # Writers round to three or four digits. Any two of KNOWN differ by 0.03 somewhere.
 TOLERANCE = 0.002
+_LEAST_AREA = 1e-3  # of the triangle of primaries; Rec. 709's is 0.22 in the same measure
 
 
 @dataclass(frozen=True)
@@ -59,6 +60,7 @@ class ToldPrimaries:
     attribute: str
     value: str  # as it stands there, for reading
     known: Primaries | None
+    primaries: Primaries | None = None  # as the numbers say, where they can be light's
 
 
 def told_primaries(attributes: Mapping[str, Any]) -> ToldPrimaries | None:
@@ -88,7 +90,22 @@ def _by_numbers(attributes: Mapping[str, Any]) -> ToldPrimaries | None:
         )
     )
     found = next((known for known in KNOWN if _are_near(values, known)), None)
-    return ToldPrimaries("chromaticities", said, found)
+    if found is not None or not _can_be(values):
+        return ToldPrimaries("chromaticities", said, found)
+    own = Primaries("the header's primaries", "", tuple(float(value) for value in values))
+    return ToldPrimaries("chromaticities", said, None, own)
+
+
+def _can_be(values: np.ndarray[Any, Any]) -> bool:
+    """True for three primaries that span an area, and a white inside it."""
+    red, green, blue, white = values.reshape(4, 2).astype(np.float64)
+    if not np.isfinite(values).all() or white[1] <= 0:
+        return False
+    corners = np.stack([[*corner, 1.0] for corner in (red, green, blue)], axis=1)
+    if abs(np.linalg.det(corners)) < _LEAST_AREA:
+        return False
+    shares = np.linalg.solve(corners, [*white, 1.0])
+    return bool((shares > 0).all())
 
 
 def _by_container(attributes: Mapping[str, Any]) -> ToldPrimaries | None:

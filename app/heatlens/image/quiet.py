@@ -1,6 +1,7 @@
 """Keep the OpenEXR library's own words off the terminal: each failure has one sentence, ours."""
 
 import contextlib
+import ctypes
 import io
 import os
 import sys
@@ -21,7 +22,7 @@ class _WithoutQuietThreads:
 
     def __init__(self, stream: TextIO | None):
         self.replaces = stream
-        self._stream = stream or io.StringIO()  # None in a program without a terminal
+        self._stream = _beside(stream) or io.StringIO()  # None in a program without a terminal
 
     def write(self, text: str) -> int:
         """Called by `print`."""
@@ -29,6 +30,13 @@ class _WithoutQuietThreads:
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._stream, name)
+
+
+def _beside(stream: TextIO | None) -> TextIO | None:
+    """A stream to where `stream` leads, for as long as the descriptor of the process is muted."""
+    if stream is None or not _is_process_stream(stream, 1):
+        return stream
+    return open(os.dup(1), "w", 1, stream.encoding, stream.errors)
 
 
 _depth = _Depth()
@@ -41,11 +49,11 @@ _threads_inside = 0
 
 @contextlib.contextmanager
 def quiet_library() -> Iterator[None]:
-    """Drop what this thread prints to stdout inside the block, and what C writes to stderr.
+    """Drop what this thread prints to stdout inside the block, and what C writes anywhere.
 
     The library warns of damaged pixels on Python's stdout, where results belong, and its C core
-    writes to the process's stderr. Several threads may be inside at once, and what others print
-    gets through; what C code writes to stderr is lost for all of them, so keep the block short.
+    writes to the process's stdout and stderr. Several threads may be inside at once, and what
+    others print gets through; what C code writes is lost for all of them: keep the block short.
     """
     _enter()
     _depth.blocks += 1
@@ -78,8 +86,39 @@ def _leave() -> None:
 def _muted_process() -> Iterator[None]:
     """Both streams quiet for the block."""
     stdout: Any = _quiet_stdout()
-    with contextlib.redirect_stdout(stdout), _muted_stderr():
+    with contextlib.suppress(OSError, ValueError):  # whoever prints next will be told of it
+        if sys.stdout is not None:
+            sys.stdout.flush()
+    with contextlib.redirect_stdout(stdout), _muted_descriptor(1), _muted_stderr():
         yield
+
+
+@contextlib.contextmanager
+def _muted_descriptor(number: int) -> Iterator[int | None]:
+    """Point a descriptor of the process nowhere for the block; gives another one to where it was.
+
+    None in a program without it, as under pythonw: there is nothing to mute.
+    """
+    try:
+        saved = os.dup(number)
+    except OSError:
+        yield None
+        return
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    try:
+        os.dup2(nowhere, number)
+        yield saved
+    finally:
+        _flush_c()
+        os.dup2(saved, number)
+        os.close(saved)
+        os.close(nowhere)
+
+
+def _flush_c() -> None:
+    """Have C write what it keeps of its own stdout: it would come out when the program ends."""
+    if os.name == "posix":
+        ctypes.CDLL(None).fflush(None)
 
 
 def _quiet_stdout() -> _WithoutQuietThreads:
@@ -95,28 +134,18 @@ def _quiet_stdout() -> _WithoutQuietThreads:
 @contextlib.contextmanager
 def _muted_stderr() -> Iterator[None]:
     """Point the process's stderr nowhere for the block, but let Python's own go on as before."""
-    try:
-        saved = os.dup(2)
-    except OSError:  # a program without a stderr, as under pythonw: nothing to mute
-        yield
-        return
-    nowhere = os.open(os.devnull, os.O_WRONLY)
-    try:
-        with _python_stderr_to(saved):
-            os.dup2(nowhere, 2)
+    goes_through = _is_process_stream(sys.stderr, 2)
+    with _muted_descriptor(2) as saved:
+        if saved is None or not goes_through:
             yield
-    finally:
-        os.dup2(saved, 2)
-        os.close(saved)
-        os.close(nowhere)
+            return
+        with _python_stderr_to(saved):
+            yield
 
 
 @contextlib.contextmanager
 def _python_stderr_to(descriptor: int) -> Iterator[None]:
-    """Where Python writes its stderr to the process's, let it write to `descriptor` instead."""
-    if not _is_process_stderr(sys.stderr):
-        yield
-        return
+    """Let Python, which writes its stderr to the process's, write to `descriptor` instead."""
     encoding = sys.stderr.encoding
     with (
         open(descriptor, "w", 1, encoding, "backslashreplace", closefd=False) as stream,
@@ -125,9 +154,9 @@ def _python_stderr_to(descriptor: int) -> Iterator[None]:
         yield
 
 
-def _is_process_stderr(stream: TextIO | None) -> bool:
-    """True for a stream on descriptor 2; a test or a window may have put another there."""
+def _is_process_stream(stream: TextIO | None, number: int) -> bool:
+    """True for a stream on that descriptor; a test or a window may have put another there."""
     try:
-        return stream is not None and stream.fileno() == 2
+        return stream is not None and stream.fileno() == number
     except (OSError, ValueError):
         return False

@@ -19,8 +19,9 @@ def check_mostly_good(bad_count: int, size: int, what: str) -> None:
     """InputError when more than half of the pixels are bad; `what` names file and channel."""
     if bad_count > MAX_BAD_FRACTION * size:
         raise InputError(
-            f"{what} has no usable value in {bad_count} of {size} pixels (NaN, infinite or of the "
-            "wrong sign): too many to mend. Render the frame again or choose another channel."
+            f"{what} has no usable value in {bad_count} of {size} pixels (NaN, infinite, of the "
+            "wrong sign or nearer than a micrometre): too many to mend. Render the frame again or "
+            "choose another channel."
         )
 
 

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Literal
 
 from heatlens.errors import InputError
+from heatlens.image.picture_formats import PICTURES_READ
 from heatlens.image.sequence_names import (
     MAX_FRAMES,
     NameForm,
@@ -192,13 +193,15 @@ def _sequence_of(folder: Path, names: list[str], form: NameForm, frames: str | N
 
 
 def _form_of_folder(folder: Path, names: list[str]) -> NameForm:
-    """The one EXR sequence in `folder`, with stills beside it or none; else InputError."""
-    found = sequences_among(name for name in names if name.lower().endswith(".exr"))
+    """The one sequence in `folder`, EXR before others, with stills beside it or none; else
+    InputError."""
+    suffixes = (".exr",) if any(name.lower().endswith(".exr") for name in names) else PICTURES_READ
+    found = sequences_among(name for name in names if name.lower().endswith(suffixes))
     forms = [form for form, frames in found.items() if len(frames) > 1] or list(found)
     if len(forms) == 1:
         return forms[0]
     if not found:
-        raise InputError(f"The folder {folder} holds no EXR file.")
+        raise InputError(f"The folder {folder} holds no EXR file, and no other picture.")
     raise InputError(
         f"The folder {folder} holds more than one picture: {_listed(found)}. Name one of them."
     )

@@ -6,13 +6,13 @@ is relative to the file, so that a shot moves together with its plate.
 
 import json
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from heatlens.image.atomic_file import replacing
+from heatlens.image.atomic_file import write_whole
 from heatlens.image.json_record import JsonEntry, plain, read_json, record_to_json
 from heatlens.model.curve import Curve, Key
 from heatlens.model.frames import FrameRange
@@ -62,6 +62,10 @@ def read_shot(path: str | os.PathLike[str]) -> Shot:
     }
     if "source" in entries:
         values["source"] = _absolute(entries["source"].text(), path)
+    if "plate_options" in values:
+        values["plate_options"] = _with_depth_source(
+            values["plate_options"], lambda text: _absolute(text, path)
+        )
     if "marks" in entries:
         values["marks"] = tuple(_mark(entry) for entry in entries["marks"].items())
     shot = top.built(Shot, values | {"curves": _curves(entries)})
@@ -108,6 +112,8 @@ def newer_autosave(path: str | os.PathLike[str]) -> Path | None:
 
 def shot_to_json(shot: Shot, folder: str | os.PathLike[str]) -> dict[str, Any]:
     """The entries of the file, for one that lies in `folder`."""
+    options = _with_depth_source(shot.plate_options, lambda text: _relative(text, folder))
+    shot = replace(shot, plate_options=options)
     fields = {
         name: plain(value)
         for name, (field, _) in _FIELDS.items()
@@ -129,8 +135,7 @@ def _write(path: Path, shot: Shot) -> None:
     text = _lines(shot_to_json(shot, path.parent)) + "\n"
     # A name that is no Unicode has no UTF-8: its escape is what JSON reads back.
     data = text.encode("utf-8", "backslashreplace")
-    with replacing(path) as beside:
-        beside.write_bytes(data)
+    write_whole(path, data)
 
 
 def _lines(value: Any, indent: str = "") -> str:
@@ -187,6 +192,13 @@ def _mark(entry: JsonEntry) -> Mark:
     if isinstance(entry.value, dict) and "object_name" in entry.value:
         return entry.record(ObjectMark)
     return entry.record(PointMark)
+
+
+def _with_depth_source(options: PlateOptions, turned: Callable[[str], str]) -> PlateOptions:
+    """The options with the path of the depth, where it has a file of its own, told otherwise."""
+    if options.depth_source is None:
+        return options
+    return replace(options, depth_source=turned(options.depth_source))
 
 
 def _focus_word(scale: Scale) -> str:

@@ -13,11 +13,12 @@ from numpy.typing import NDArray
 
 from heatlens.errors import InputError
 from heatlens.image.camera_header import camera_at_header
-from heatlens.image.channels import Header, Part, choose_color, choose_depth
+from heatlens.image.channel_choice import choose_color, choose_depth
+from heatlens.image.channels import Header, Part
 from heatlens.image.depth import finite_range
 from heatlens.image.depth_read import read_depth_of
-from heatlens.image.exr_read import read_color
 from heatlens.image.plate import DepthReport, FloatImage, Plate, read_pixels
+from heatlens.image.plate_read import read_color
 from heatlens.image.tev_images import TevImage, not_sent
 from heatlens.image.windows import header_at_box
 from heatlens.model.boxes import Box

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from heatlens.image.exr_read import MAX_SIDE_PX
+from heatlens.image.exr_limits import MAX_SIDE_PX
 from heatlens.image.plate import FloatImage
 
 # Any text, such as the first bytes of an HTTP request, is a greater length: it ends the connection.

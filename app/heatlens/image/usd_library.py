@@ -1,7 +1,9 @@
 """OpenUSD, imported when first asked for: everything else works without it."""
 
 import importlib
-from collections.abc import Callable
+import re
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -21,10 +23,28 @@ def usd_module(name: str) -> Any:
         ) from error
 
 
+@contextmanager
+def usd_failures_told(path: Path | str) -> Iterator[None]:
+    """Raise InputError for whatever OpenUSD says of a damaged file, wherever it says it.
+
+    A value of another kind than its name promises is found out where it is used.
+    """
+    errors = usd_module("Tf")
+    try:
+        yield
+    except (
+        *(errors.ErrorException, errors.CppException),
+        *(TypeError, ValueError, ArithmeticError, RuntimeError),
+    ) as error:
+        words = " ".join(str(error).split())
+        reason = re.search(r" : '(.*)'$", words)  # behind the place in OpenUSD's own source
+        said = (reason[1] if reason else words)[:120]
+        raise InputError(f"{path} is damaged: OpenUSD gives no sense of it ({said}).") from error
+
+
 def read_usd_apart(read: Callable[[str], Result], text: str, path: Path | str) -> Result:
     """`read(text)` of the file at `path`, in a process that a damaged file may end.
 
-    Raises InputError where it cannot be read.
+    Raises InputError where it cannot be read, or not with the time and memory that it may take.
     """
-    ended = f"{path} cannot be read: it is damaged in a way that ends OpenUSD."
-    return called_apart(read, text, ended)
+    return called_apart(read, text, str(path))

@@ -5,7 +5,7 @@ The two meet here and nowhere else.
 
 import math
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from heatlens.image.plate import FloatImage
 from heatlens.model.boxes import Box
 
+Number = TypeVar("Number", bound=np.generic)
 HeaderWindow = tuple[NDArray[np.int32], NDArray[np.int32]]
 
 
@@ -30,13 +31,24 @@ def header_at_box(box: Box) -> HeaderWindow:
     )
 
 
-def moved_to_window(values: FloatImage, source: Box, target: Box, outside: float) -> FloatImage:
+def moved_to_window(
+    values: NDArray[Number], source: Box, target: Box, outside: float
+) -> NDArray[Number]:
     """`values` (H, W) given over `source`, as seen over `target`; `outside` where not covered."""
-    moved: FloatImage = np.full((target.height, target.width), outside, dtype=np.float32)
+    moved: NDArray[Number] = np.full((target.height, target.width), outside, dtype=values.dtype)
     shared = source.intersection(target)
     if not shared.is_empty:
         moved[_rows_columns(shared, target)] = values[_rows_columns(shared, source)]
     return moved
+
+
+def resized_nearest(values: FloatImage, shape: tuple[int, ...]) -> FloatImage:
+    """`values` (H, W) at another size; every pixel takes one value, for a mean of two depths is
+    none."""
+    rows = ((np.arange(shape[0]) + 0.5) * values.shape[0] / shape[0]).astype(np.intp)
+    columns = ((np.arange(shape[1]) + 0.5) * values.shape[1] / shape[1]).astype(np.intp)
+    resized: FloatImage = np.ascontiguousarray(values[rows[:, None], columns[None, :]])
+    return resized
 
 
 def _rows_columns(box: Box, window: Box) -> tuple[slice, slice]:

@@ -2,6 +2,8 @@
 
 from pathlib import Path
 
+from heatlens.paths import file_bytes
+
 
 class FilesBeside:
     """Those of a scene's file, as trimesh asks for them; `missing` are names that led nowhere."""
@@ -22,7 +24,7 @@ class FilesBeside:
     def get(self, name: str) -> bytes:
         """The bytes of a file; an OSError where it is missing or elsewhere."""
         try:
-            return self.path(name).read_bytes()
+            return file_bytes(self.path(name))
         except OSError as error:
             self.missing.append(name.strip()[:80])
             raise FileNotFoundError(name) from error

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heatlens.errors import InputError
-from heatlens.paths import unreadable
+from heatlens.paths import file_bytes, unreadable
 from heatlens.scene.files_beside import FilesBeside
 from heatlens.scene.mesh_make import made_mesh, own_vertices, smooth_normals
 from heatlens.scene.picture_read import read_picture
@@ -42,12 +42,15 @@ class _Reading:
         if faces is None or not len(faces):
             self.notes["Points and lines are not drawn; only triangles are."] = None
             return
-        positions = np.asarray(geometry.vertices, np.float64)
-        if np.min(faces) < 0 or np.max(faces) >= len(positions):
+        positions = self._rows("vertices", geometry.vertices, 3)
+        corners = self._rows("triangles", faces, 3)
+        if np.min(corners) < 0 or np.max(corners) >= len(positions):
             raise InputError(f"{self.path}: a triangle names a vertex that is not there.")
-        found, triangles = _floats(positions), np.asarray(faces, np.uint32)
+        found, triangles = _floats(positions), corners.astype(np.uint32)
         uvs = getattr(geometry.visual, "uv", None)
-        uvs = None if uvs is None else _floats(np.asarray(uvs) * (1, -1) + (0, 1))
+        if uvs is not None:
+            told = self._rows("texture coordinates", uvs, 2, len(positions))
+            uvs = _floats(told * (1, -1) + (0, 1))
         normals = self._normals(geometry, found, triangles)
         material = self._material(geometry.visual)
         colors = None if material.base_color_map is not None else _colors(geometry)
@@ -61,13 +64,32 @@ class _Reading:
         what, number = f"{self.path}: {name}", len(self.meshes)
         self.meshes.append(made_mesh(what, found, triangles, normals, uvs, number, colors))
 
+    def _rows(self, what: str, told: Any, width: int, count: int | None = None) -> NDArray[Any]:
+        """(N, `width`) of what the file tells, refused where a row of it is too short or missing.
+
+        Of texture coordinates a third is left out, which few programs write and none needs here.
+        """
+        found = np.asarray(told)
+        if found.ndim == 2 and found.shape[1] > width == 2:
+            found = found[:, :2]
+        is_right = found.ndim == 2 and found.shape[1] == width and found.dtype.kind in "fiu"
+        if not is_right or (count is not None and len(found) != count):
+            number = "" if count is None else f"{count} "
+            shape = " x ".join(map(str, found.shape))
+            raise InputError(
+                f"{self.path} is damaged: there should be {number}{what} of {width} numbers each, "
+                f"not {shape}. Export it again."
+            )
+        return found
+
     def _normals(
         self, geometry: Any, positions: NDArray[np.float32], triangles: NDArray[np.uint32]
     ) -> NDArray[np.float32] | None:
         """Those of the file; a PLY without them is a scan and smooth, what else has none flat."""
         # Asked for, trimesh makes some up; only its cache knows whether the file had them.
         if self.path.suffix.lower() != ".stl" and "vertex_normals" in geometry._cache:
-            return _floats(geometry.vertex_normals)
+            told = geometry.vertex_normals
+            return _floats(self._rows("normals", told, 3, len(positions)))
         if self.path.suffix.lower() == ".ply" and np.isfinite(positions).all():
             return smooth_normals(positions, triangles)
         return None
@@ -98,7 +120,8 @@ class _Reading:
         if name is None:
             return None
         if name not in self._pictures:
-            self.images.append(read_picture(self.folder.get(name), f"{self.path}: {name}"))
+            data, what = self.folder.get(name), f"{self.path}: {name}"
+            self.images.append(read_picture(data, what, self.images))
             self._pictures[name] = len(self.images) - 1
         return self._pictures[name]
 
@@ -107,7 +130,7 @@ def read_mesh(path: Path) -> Scene:
     """An OBJ, PLY or STL. Raises InputError where it is damaged, or trimesh is not installed."""
     trimesh = _trimesh()
     try:
-        data = path.read_bytes()
+        data = file_bytes(path)
     except OSError as error:
         raise unreadable(path, error) from error
     if not data:

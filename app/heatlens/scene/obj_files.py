@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
 
-from heatlens.paths import unreadable
+from heatlens.paths import file_bytes, unreadable
 from heatlens.scene.files_beside import FilesBeside
 
 _LIBRARY, _PICTURE = b"mtllib", "map_kd"
@@ -61,7 +61,7 @@ def _lines(data: mmap.mmap) -> Iterator[bytes]:
 
 def _pictures_of(library: Path) -> Iterator[str]:
     """The names behind each `map_Kd`. An OSError where the file cannot be read."""
-    for line in _text(library.read_bytes()).splitlines():
+    for line in _text(file_bytes(library)).splitlines():
         if len(words := line.split()) > 1 and words[0].lower() == _PICTURE:
             yield line[line.lower().index(_PICTURE) + len(_PICTURE) :]
 

@@ -2,6 +2,7 @@
 
 import io
 import warnings
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,17 +14,27 @@ _FORMATS = ("PNG", "JPEG", "WEBP")
 # A GPU takes no more a side; a damaged header can claim any size.
 _SIDE_MOST_PX = 16384
 _PIXELS_MOST = 1 << 27
+_TOGETHER_MOST = 1 << 29
 
 
-def read_picture(data: bytes, what: str) -> NDArray[np.uint8]:
+def read_picture(
+    data: bytes, what: str, before: Sequence[NDArray[np.uint8]] = ()
+) -> NDArray[np.uint8]:
     """(H, W, 4), row 0 on top; `what` names the picture in what is said of it.
 
-    Raises InputError for a picture that is damaged, of another format or too large.
+    Raises InputError for a picture that is damaged, of another format or too large, or that is too
+    much with those of its scene that were read `before`.
     """
+    held = sum(picture.size // 4 for picture in before)
     try:
         with warnings.catch_warnings(), Image.open(io.BytesIO(data), formats=_FORMATS) as image:
             warnings.simplefilter("ignore")  # of odd but readable headers
             _check_size(image, what)
+            if held + image.width * image.height > _TOGETHER_MOST:
+                raise InputError(
+                    f"{what}: all pictures of a scene may have {_TOGETHER_MOST:,} pixels together, "
+                    "and with this one they have more. Make them smaller."
+                )
             return pixels_of_image(image)
     except UnidentifiedImageError:
         raise InputError(f"{what}: this is no picture, or not a PNG, JPEG or WebP.") from None

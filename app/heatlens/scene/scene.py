@@ -18,6 +18,7 @@ from heatlens.model.framing import CameraTrack
 
 Array = NDArray[np.float64]
 Color = tuple[float, float, float]
+INSTANCES_MOST = 200_000
 # frame -> (instances, 4, 4): where each of the scene's instances is
 Motion = Callable[[float], Array]
 
@@ -166,6 +167,7 @@ class Scene:
     def __post_init__(self) -> None:
         if not self.instances:
             raise InputError(f"{self.path}: there is nothing in this scene to look at.")
+        check_instances(self.path, len(self.instances))
 
     @property
     def triangle_count(self) -> int:
@@ -190,3 +192,11 @@ class Scene:
                 return camera
         known = ", ".join(camera.name for camera in self.cameras) or "none"
         raise InputError(f"{self.path} has no camera called {name!r}; there are: {known}.")
+
+
+def check_instances(path: Path, count: int) -> None:
+    """Raise InputError where a file has more things than can be looked at."""
+    if count > INSTANCES_MOST:
+        raise InputError(
+            f"{path} has {count:,} things or more; {INSTANCES_MOST:,} are the most. Join some."
+        )

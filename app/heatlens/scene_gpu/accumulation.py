@@ -43,10 +43,11 @@ class Accumulation:
     ) -> Iterator[str]:
         """The mean of `views` views through the lens of half axes `radii_m` into `out`.
 
-        `out` is RGBA of the view's size, half or float32, and holds the mean so far after each
-        step. Equal keys mean equal light from the scene, view and lens: what was summed up for one
-        is gone on with. Fewer views than there are begin again, so that their number alone says
-        what is seen. With half axes of 0 it is the antialiased picture of a pinhole.
+        `out` is RGBA of the view's size, half or float32, and holds the mean so far after each step
+        called "view"; the steps before it are called "band". Equal keys mean equal light from the
+        scene, view and lens: what was summed up for one is gone on with. Fewer views than there are
+        begin again, so that their number alone says what is seen. With half axes of 0 it is the
+        antialiased picture of a pinhole.
         """
         if self._key != (key, view.size) or self._count > views:
             self._key, self._count = (key, view.size), 0
@@ -56,7 +57,14 @@ class Accumulation:
         offsets, jitters = lens_samples(self._count, views, radii_m)
         for (u, v), (x, y) in zip(offsets.tolist(), jitters.tolist(), strict=True):
             through = replace(view, offset_m=(u, v), jitter_px=(x, y))
-            self._raster.draw(through, self._pool.texture("view", view.size, 4))
+            drawn, bands = (
+                self._pool.texture("view", view.size, 4),
+                self._raster.bands.of(view.size),
+            )
+            for band in bands:
+                self._raster.draw(through, drawn, band)
+                if band is not bands[-1]:
+                    yield "band"
             self._add(out, is_new=True)
             yield "view"
 

@@ -4,6 +4,8 @@ First the depth of all triangles, then the light of those that are seen: each pi
 """
 
 import math
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 import moderngl
 import numpy as np
@@ -13,11 +15,14 @@ from heatlens.gpu.textures import FloatArray
 from heatlens.model.boxes import Box
 from heatlens.scene.scene import Array, Daylight, Scene
 from heatlens.scene.scene_view import SceneView
+from heatlens.scene_gpu.bands import Bands
 from heatlens.scene_gpu.draw_targets import DrawTargets
 from heatlens.scene_gpu.mesh_draw import MeshDraw
 from heatlens.scene_gpu.scene_buffers import SceneBuffers
 from heatlens.scene_gpu.shadow_pass import ShadowPass
 from heatlens.scene_gpu.sky_light import diffuse_polynomial
+
+_ALWAYS = "1"  # the comparison of depths that is always true, as moderngl has it
 
 
 class SceneRaster:
@@ -29,6 +34,8 @@ class SceneRaster:
         self._shadow = ShadowPass(ctx)
         self._sky = DrawProgram(ctx, "scene_sky")
         self._sky_array = self._sky.vertex_array([])
+        self._done = DrawProgram(ctx, "scene_done")
+        self._done_array = self._done.vertex_array([])
         self._draws: dict[str, MeshDraw] = {}
         self._buffers: SceneBuffers | None = None
         self._placed: Array | None = None
@@ -48,6 +55,7 @@ class SceneRaster:
         """Take a scene in the place of the one before; its things stand nowhere until `place`."""
         self._let_go()
         self._buffers = SceneBuffers(self._ctx, scene)
+        self.bands = Bands(self._ctx, self._buffers.triangles_drawn)
         names = ("cover", "surface", "depth")
         self._draws = {n: MeshDraw(self._ctx, self._buffers, f"scene_{n}") for n in names}
         self._sky_light = diffuse_polynomial(scene.daylight)
@@ -80,18 +88,54 @@ class SceneRaster:
             "shadow_texel_m": self._shadow.texel_m,
         }
 
-    def draw(self, view: SceneView, color: moderngl.Texture) -> None:
-        """One sample a pixel, at the view's jitter, into RGBA `color`; alpha is 1."""
-        self._draw_into(self._targets.of(color), view)
+    def draw(
+        self,
+        view: SceneView,
+        color: moderngl.Texture,
+        band: Box | None = None,
+        done: moderngl.Texture | None = None,
+    ) -> None:
+        """One sample a pixel, at the view's jitter, into RGBA `color`; alpha is 1.
 
-    def depth(self, view: SceneView, depth: moderngl.Texture) -> None:
+        Only in `band`, where that is given, and only where `done`, R, is 0: what is written into
+        other pixels of the band means nothing.
+        """
+        with self._within(self._targets.of(color), band) as target:
+            target.clear()
+            if done is not None:
+                self._hide(target, done)
+            self._draw_into(target, view)
+
+    def depth(self, view: SceneView, depth: moderngl.Texture, band: Box | None = None) -> None:
         """How far away it is at the view's jitter, planar metres, R float32; +inf for the sky."""
-        target = self._targets.of(depth)
+        with self._within(self._targets.of(depth), band) as target:
+            target.clear(red=math.inf)
+            self._ctx.enable_only(moderngl.DEPTH_TEST)
+            self._draws["depth"](view_uniforms(view))
+            self._ctx.enable_only(moderngl.NOTHING)
+
+    @contextmanager
+    def _within(
+        self, target: moderngl.Framebuffer, band: Box | None
+    ) -> Iterator[moderngl.Framebuffer]:
+        """Draw into the band alone; None: everywhere."""
+        if band is not None:
+            target.scissor = band.x0, band.y0, band.width, band.height
         target.use()
-        target.clear(red=math.inf)
+        try:
+            yield target
+        finally:
+            target.scissor = None  # type: ignore[assignment]  # its stub does not know that
+
+    def _hide(self, target: moderngl.Framebuffer, done: moderngl.Texture) -> None:
+        """Lay something nearer than all else over what is done."""
         self._ctx.enable_only(moderngl.DEPTH_TEST)
-        self._draws["depth"](view_uniforms(view))
-        self._ctx.enable_only(moderngl.NOTHING)
+        self._ctx.depth_func = _ALWAYS
+        target.color_mask = (False,) * 4
+        self._done.bind(textures={"done_tx": done})
+        self._done_array.render(moderngl.TRIANGLES, 3)
+        target.color_mask = (True,) * 4
+        self._ctx.depth_func = "<"
 
     def depth_at(self, view: SceneView, frame: float, depth: moderngl.Texture) -> None:
         """Into `depth`, R float32, as it is at another frame; things stay where they are placed."""
@@ -114,8 +158,6 @@ class SceneRaster:
     def _draw_into(self, target: moderngl.Framebuffer, view: SceneView) -> None:
         uniforms = self.shading_uniforms() | view_uniforms(view)
         textures = {"shadow_tx": self._shadow.map}
-        target.use()
-        target.clear()
         self._ctx.enable_only(moderngl.DEPTH_TEST)
         target.color_mask = (False,) * 4
         self._draws["cover"](uniforms)
@@ -143,6 +185,7 @@ class SceneRaster:
         self._targets.release()
         self._shadow.release()
         self._sky.release()
+        self._done.release()
 
 
 def columns(matrix: Array) -> tuple[float, ...]:

@@ -75,6 +75,11 @@ class SceneBuffers:
         return {name: 1 for name, is_needed in names.items() if is_needed}
 
     @property
+    def triangles_drawn(self) -> int:
+        """Those of all instances together."""
+        return int(np.diff(self.first_triangle)[self._meshes].sum())
+
+    @property
     def storage(self) -> dict[int, moderngl.Buffer]:
         """The blocks of lib/scene.lib.glsl by binding."""
         return {INSTANCES: self.instances, MATERIALS: self.materials, LIGHTS: self.lights}

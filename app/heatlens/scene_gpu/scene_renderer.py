@@ -17,6 +17,7 @@ from heatlens.scene.scene import Scene
 from heatlens.scene.scene_bounds import bounds_m, track_of
 from heatlens.scene.scene_view import SceneView, lens_radii_m, view_of
 from heatlens.scene_gpu.accumulation import Accumulation
+from heatlens.scene_gpu.antialias import Antialias
 from heatlens.scene_gpu.depth_survey import DepthSurvey
 from heatlens.scene_gpu.raster import SceneRaster
 from heatlens.scene_gpu.ray_tracer import RayTracer
@@ -25,7 +26,6 @@ from heatlens.scene_gpu.scene_plate import DrawnPixels, plate_of_scene
 # Of one sample a pixel each, spread evenly over it. Few would leave lamps smaller than a pixel
 # dimmer or brighter than they are, and a blur spreads that wide.
 PINHOLE_VIEWS = 64
-_NO_LENS_M = (0.0, 0.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,17 +42,22 @@ class Look:
 class SceneRenderer:
     """Holds one scene on the GPU."""
 
-    def __init__(self, ctx: moderngl.Context, scene: Scene) -> None:
+    def __init__(
+        self, ctx: moderngl.Context, scene: Scene, raster: SceneRaster | None = None
+    ) -> None:
+        """`raster`: one that holds the scene already and belongs to somebody else."""
         self.scene = scene
-        self._raster = SceneRaster(ctx)
-        self._raster.load(scene)
+        self._owns_raster = raster is None
+        self._raster = raster or SceneRaster(ctx)
+        if raster is None:
+            self._raster.load(scene)
         self._survey = DepthSurvey(ctx)
         self._ctx = ctx
         self._pool = TexturePool(ctx)
         self._held: tuple[object, Look] | None = None
         self._views = 0  # in it
         self._bank = 0  # of two sets of textures: what is held stays while another comes about
-        self._pinhole = Accumulation(ctx, self._raster)
+        self._pinhole = Antialias(ctx, self._raster)
 
     @cached_property
     def _accumulation(self) -> Accumulation:
@@ -61,6 +66,10 @@ class SceneRenderer:
     @cached_property
     def _ray_tracer(self) -> RayTracer:
         return RayTracer(self._ctx, self._raster)
+
+    def beside(self) -> "SceneRenderer":
+        """Another look at the same scene, for other frames, as long as this one holds it."""
+        return SceneRenderer(self._ctx, self.scene, self._raster)
 
     def pose_at(self, shot: Shot, frame: float) -> Pose:
         """Where the camera of a shot stands."""
@@ -81,8 +90,10 @@ class SceneRenderer:
         color = self._pool.texture(f"pinhole colour {bank}", size, 4, "f2")
         yield from self._colored(shot, frame, views, color)
         depth = self._pool.texture(f"pinhole depth {bank}", size, 1)
-        self._raster.depth(self._view(shot, frame, size), depth)
-        yield "pinhole"
+        for band in self._raster.bands.of(size):
+            self._raster.depth(self._view(shot, frame, size), depth, band)
+            yield "pinhole"
+            self._raster.place(frame)
         surveyed, pixels = self._survey.of(depth), DrawnPixels(color, depth, self._raster.read)
         seen = self.pose_at(shot, frame), shot.lens_at(frame), size
         plate = plate_of_scene(self.scene.path, pixels, surveyed, seen)
@@ -99,14 +110,17 @@ class SceneRenderer:
     def _colored(
         self, shot: Shot, frame: float, views: int, color: moderngl.Texture
     ) -> Iterator[str]:
-        """The mean of `views` that differ within the pixel; of one, through its middle."""
+        """At most `views` samples a pixel, spread over it; of one, through its middle."""
         view = self._view(shot, frame, color.size)
         self._raster.place(frame)
         if views == 1:
-            self._raster.draw(view, color)
+            for band in self._raster.bands.of(color.size):
+                self._raster.draw(view, color, band)
+                yield "pinhole"
+                self._raster.place(frame)
             return
         key = self._pinhole_key(shot, frame)
-        for _ in self._pinhole.steps(view, _NO_LENS_M, views, color, key):
+        for _ in self._pinhole.steps(view, views, color, key):
             yield "pinhole"
             self._raster.place(frame)  # others may have drawn another frame in between
 
@@ -136,7 +150,9 @@ class SceneRenderer:
         method = self._ray_tracer if shot.defocus.method is Method.RAYTRACED else self._accumulation
         seen = replace(lens, t_stop=None, acceptable_coc_mm=None, close_focus_m=None)
         key = (self.pose_at(shot, frame), seen, size, self._moment(frame))
-        yield from method.steps(view, lens_radii_m(lens), shot.defocus.views, out, key)
+        for name in method.steps(view, lens_radii_m(lens), shot.defocus.views, out, key):
+            yield name
+            self._raster.place(frame)  # others may have drawn another frame in between
 
     def _let_go(self) -> None:
         if self._held is not None:
@@ -152,7 +168,8 @@ class SceneRenderer:
             if made in self.__dict__:
                 self.__dict__[made].release()
         self._pool.release()
-        self._raster.release()
+        if self._owns_raster:
+            self._raster.release()
 
     def _moment(self, frame: float) -> float:
         """The frame, where it makes a difference to what is seen."""

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from heatlens.errors import InputError
+from heatlens.stopping import unfinished
 
 NUMBERS = "study.json"  # names every file of the report: by it a folder is known as one of ours
 _MARK = "heatlens_study"
@@ -25,9 +26,10 @@ def report_folder(path: str | os.PathLike[str]) -> Iterator[Path]:
     target = checked_target(path)
     beside = target.with_name(f".{target.name}.{os.getpid()}.part")
     try:
-        beside.mkdir()
-        yield beside
-        _exchange(beside, target)
+        with unfinished(beside):
+            beside.mkdir()
+            yield beside
+            _exchange(beside, target)
     except OSError as error:
         raise InputError(f"{target} could not be written: {error}") from error
     finally:

@@ -7,11 +7,13 @@ It knows no window and draws nothing: `Screen` does. Every picture comes from th
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 
 import moderngl
 
 from heatlens.camera.samples import CameraSamples
-from heatlens.errors import HeatlensError
+from heatlens.errors import FaultError, HeatlensError
+from heatlens.faults import faults_told
 from heatlens.gpu.context import is_software
 from heatlens.image.focus_pick import depth_at_m
 from heatlens.image.plate import Plate
@@ -37,12 +39,15 @@ from heatlens.ui.panels.speed_panel import Speed
 from heatlens.ui.picture.b_side import BothSides
 from heatlens.ui.picture.budget import budget_s
 from heatlens.ui.picture.making import Making
+from heatlens.ui.picture.reference import Reference
 from heatlens.ui.picture.screen_pictures import ScreenPictures
-from heatlens.ui.picture.stage import Reference, Stage
+from heatlens.ui.picture.stage import Stage
 from heatlens.ui.picture.stream_source import NO_FILES, StreamSource
 from heatlens.ui.picture.viewport import ViewportPanel
+from heatlens.ui.picture_turns import PictureTurns
 from heatlens.ui.start.beginning import begin
 from heatlens.ui.start.first_choice import FirstChoice
+from heatlens.ui.timeline.rendered_pull import RenderedPull
 from heatlens.ui.timeline.timeline import Timeline
 from heatlens.ui.widgets import window_words
 
@@ -72,8 +77,10 @@ class App:
         start: Start,
         wake: Callable[[], None] = lambda: None,
         preferences: Preferences | None = None,
+        frames_folder: Path | None = None,
     ) -> None:
-        """`wake`, called from threads, makes whoever draws draw again."""
+        """`wake`, called from threads, makes whoever draws draw again. Rendered frames are kept in
+        `frames_folder`, None: in memory alone."""
         self.ctx = ctx
         self.start = start
         self.message = ""
@@ -93,6 +100,8 @@ class App:
         self.palette = Palette()
         self.actions = actions()
         self.timeline = Timeline(self, wake)
+        self.pull = RenderedPull(self, frames_folder, wake)
+        self.turns = PictureTurns(self)
         self.documents = ShotDocuments(self, wake)
         self.scenes = SceneCommands(self)
         self.panels = dict.fromkeys(PANELS, True)
@@ -115,6 +124,11 @@ class App:
     def lens(self) -> Lens:
         """Its lens at the frame."""
         return self.editing.lens
+
+    @property
+    def frame(self) -> int:
+        """Where the playhead is."""
+        return self.editing.frame
 
     @property
     def has_scene(self) -> bool:
@@ -150,6 +164,12 @@ class App:
     def say(self, sentence: str) -> None:
         """Show a sentence in the status bar for a while."""
         self.message, self._message_at = window_words(sentence), time.perf_counter()
+
+    def say_error(self, error: HeatlensError) -> None:
+        """Show what went wrong; after a fault of the program the work in hand is kept first."""
+        if isinstance(error, FaultError):
+            self.documents.keep_now()
+        self.say(str(error))
 
     def open(self, text: str, options: PlateOptions | None = None) -> None:
         """Open a file, a pattern, a folder or a shot; what is open stays until it has a picture."""
@@ -228,35 +248,31 @@ class App:
     def poll(self) -> None:
         """Take what threads have read; errors are said, and the last good picture stays."""
         try:
-            opened = self.stage.arrived()
-            if opened is not None:
-                begin(self, opened)
-            if self.stage.reference_arrived():
-                self.say(f"B is {self.reference.path.name}." if self.reference else "")
-            self.filing.poll()
-            self.documents.poll()
-            self.timeline.poll()
+            with faults_told("What was read could not be shown"):
+                self._take_news()
         except HeatlensError as error:
-            self.say(str(error))
+            self.say_error(error)
             self.first.refused()
         if self.stage.plate is None:
             self.sides.restart()  # what was under way read from the plate that left the GPU
         if self.message and time.perf_counter() - self._message_at > _MESSAGE_S:
             self.message = ""
 
-    def update_picture(self) -> None:
-        """Answer a change of the shot with a picture that fits the time."""
-        try:
-            self.making.wish(self.view, self.shot, self.editing.frame, self.budget_s)
-        except HeatlensError as error:
-            self.say(str(error))
+    def _take_news(self) -> None:
+        opened = self.stage.arrived()
+        if opened is not None:
+            self.pull.begin()
+            begin(self, opened)
+        if self.stage.reference_arrived():
+            self.say(f"B is {self.reference.path.name}." if self.reference else "")
+        self.filing.poll()
+        self.documents.poll()
+        self.timeline.poll()
+        self.pull.poll()
 
     def work(self) -> None:
-        """Go on with the whole picture for a moment."""
-        try:
-            self.making.work()
-        except HeatlensError as error:
-            self.say(str(error))
+        """Go on for a moment with the whole picture, else with the frames of the pull."""
+        self.turns.work()
 
     def seconds_until_needed(self) -> float | None:
         """How long the loop may sleep without an event; None: until there is one."""
@@ -265,7 +281,7 @@ class App:
             waits.append(0.1)
         if self.message:
             waits.append(_MESSAGE_S)
-        waits += [self.making.seconds_until_needed(), self.timeline.seconds_until_needed()]
+        waits += [self.turns.seconds_until_needed(), self.timeline.seconds_until_needed()]
         known = [wait for wait in waits if wait is not None]
         return min(known) if known else None
 
@@ -273,6 +289,7 @@ class App:
         """End threads; the GPU's things go with its context."""
         self.filing.close()
         self.documents.close()
+        self.pull.close()
         self.stage.close()
 
 

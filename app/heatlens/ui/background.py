@@ -5,6 +5,8 @@ from concurrent.futures import Future
 from threading import Thread
 from typing import Generic, TypeVar
 
+from heatlens.faults import told_error
+
 Result = TypeVar("Result")
 
 
@@ -31,7 +33,10 @@ class Background(Generic[Result]):
         return self._coming is not None
 
     def poll(self) -> Result | None:
-        """The result, once, when it is there. Raises what the job raised."""
+        """Return the result, once, when it is there.
+
+        Raises HeatlensError, and nothing else, where the job failed in whatever way.
+        """
         coming = self._coming
         if coming is None or not coming.done():
             return None
@@ -47,6 +52,6 @@ class Background(Generic[Result]):
 def _run(job: Callable[[], Result], coming: "Future[Result]", wake: Callable[[], None]) -> None:
     try:
         coming.set_result(job())
-    except BaseException as error:  # `poll` raises it in the loop, where it is seen
-        coming.set_exception(error)
+    except Exception as error:  # `poll` raises it in the loop, where it is said
+        coming.set_exception(told_error(error))
     wake()

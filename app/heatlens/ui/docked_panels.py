@@ -4,6 +4,8 @@ from dataclasses import replace
 
 from imgui_bundle import imgui
 
+from heatlens.image.plate import depth_span
+from heatlens.model.plausibility import Doubt, doubts
 from heatlens.ui.action_list import nudge_focus
 from heatlens.ui.app import App
 from heatlens.ui.panels.lens_panel import LensFacts, blur_panel, lens_panel
@@ -52,7 +54,7 @@ class DockedPanels:
         app = self._app
         if self._begin("Lens", _Window.no_scroll_with_mouse) and not app.stage.is_waiting:
             sources = {} if app.begun is None else app.begun.sources
-            facts = LensFacts(app.histogram, app.view.unit, sources)
+            facts = LensFacts(app.histogram, app.view.unit, sources, self._doubts())
             app.edit_lens(lens_panel(app.lens, facts, app.say))
             app.edit(replace(app.shot, defocus=blur_panel(app.shot.defocus, app.has_scene)))
             if app.histogram is not None and app.timeline.has_time:
@@ -61,6 +63,13 @@ class DockedPanels:
             if wheel and imgui.is_window_hovered(imgui.HoveredFlags_.child_windows):
                 nudge_focus(app, wheel)
         imgui.end()
+
+    def _doubts(self) -> tuple[Doubt, ...]:
+        """Of the lens in front of a plate; the lengths of a scene are told by its file."""
+        app, plate = self._app, self._app.stage.plate
+        if plate is None or app.has_scene or not plate.has_distances:
+            return ()
+        return doubts(app.lens, depth_span(plate, app.shot.plate_options.scene_unit_m))
 
     def _look(self) -> None:
         app = self._app
@@ -80,7 +89,9 @@ class DockedPanels:
                 hovered_m = seen_depth_m(plate, app.stage.plate_px(app.shot, hovered))
             reading, unit = app.filing.reading, app.view.unit
             problem = window_words(reading.problem)
-            facts = PlateFacts(plate, app.histogram, hovered_m, unit, problem, app.lens)
+            facts = PlateFacts(
+                plate, app.histogram, hovered_m, unit, problem, app.lens, self._doubts()
+            )
             reading.change(plate_panel(reading.wished, facts, app.say))
         imgui.end()
 

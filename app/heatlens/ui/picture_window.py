@@ -14,6 +14,7 @@ from heatlens.ui.picture.legend import draw_legend, entries
 from heatlens.ui.picture.screen_pictures import layer_limits_px, picture_of_b
 from heatlens.ui.picture.viewport import MIPMAPS_UNDER, Pictures, ViewportResult
 from heatlens.ui.start.start_screen import StartScreen
+from heatlens.ui.timeline.kept_screen import KeptFrame
 
 _Window = imgui.WindowFlags_
 
@@ -36,7 +37,7 @@ class PictureWindow:
         if self._app.first.is_wanted:
             self.hovered = None
             self._start.choose(self._app, hears_keys)
-        elif self._app.stage.is_black:
+        elif self._app.stage.is_black and not self._app.pull.is_alone:
             imgui.text_disabled(f"  Frame {self._app.editing.frame} has no file.")
         elif self._app.stage.is_waiting:
             imgui.text_disabled("  Waiting for a renderer. Ctrl+O opens a file instead.")
@@ -79,31 +80,37 @@ class PictureWindow:
 
     def _pictures(self) -> Pictures | None:
         """What the viewport shows, drawn again where it changed."""
-        app, shown, plate = self._app, self._app.live.shown, self._app.stage.plate
+        app, plate = self._app, self._app.stage.plate
+        app.turns.is_lens_held_off = self._alt()
+        shown = app.turns.seen
         if plate is None or shown is None:
             return None
         screen, loaded = app.screen, app.renderer.loaded
-        view = replace(app.view, depth_of_field=app.view.depth_of_field and not self._alt())
+        depth_of_field = app.view.depth_of_field and not app.turns.is_lens_held_off
+        view = replace(app.view, depth_of_field=depth_of_field)
         view = replace(view, exposure_stops=view.exposure_stops + app.lens.transmission_stops)
         screen.with_mipmaps = app.viewport.zoom < MIPMAPS_UNDER
         reference = app.reference.texture if app.reference else None
         of_method = app.sides.of_method(view)
         linear_b = picture_of_b(view, loaded, reference, of_method)
-        a = screen.a(shown, app.sides.version, loaded, view, linear_b)
+        if is_kept := isinstance(shown, KeptFrame):
+            a = app.pull.screen.texture(shown, view)
+        else:
+            a = screen.a(shown, app.sides.version, loaded, view, linear_b)
         b = a
         if view.compare in (Compare.WIPE, Compare.FLIP):
             b = screen.b(linear_b, loaded, view, app.sides.version if of_method else 0)
-        sharp = None
-        if view.depth_of_field and view.compare is not Compare.DIFFERENCE:
-            sharp = screen.sharp(shown, loaded, view)
+        detail = None
+        if view.depth_of_field and view.compare is not Compare.DIFFERENCE and not is_kept:
+            detail = screen.detail(shown, loaded, view)
         overlay = None
         if view.overlay is not Overlay.NONE and app.editing.has_lens:
             overlay = screen.overlay(loaded, app.shot, app.editing.frame, view.overlay)
-        windows = app.stage.windows(app.shot)
+        windows = app.pull.screen.windows(shown) or app.stage.windows(app.shot)
         return Pictures(
             a,
             b,
-            sharp,
+            detail,
             overlay,
             *windows,
             plate.pixel_aspect_ratio,

@@ -2,6 +2,8 @@
 
 from imgui_bundle import ImVec2, imgui
 
+from heatlens.errors import HeatlensError
+from heatlens.faults import faults_told
 from heatlens.ui.actions import pressed
 from heatlens.ui.app import App
 from heatlens.ui.docked_panels import DockedPanels
@@ -12,6 +14,7 @@ from heatlens.ui.panels.marks_panel import pull_popup
 from heatlens.ui.picture_window import PictureWindow
 from heatlens.ui.start.start_screen import hears_keys
 from heatlens.ui.status_bar import StatusBar
+from heatlens.ui.timeline.rendered_panel import rendered_popup
 
 _Window = imgui.WindowFlags_
 
@@ -26,7 +29,17 @@ class Screen:
         self._panels = DockedPanels(app)
 
     def draw(self) -> None:
-        """Between ImGui's new_frame and its render."""
+        """Draw between ImGui's new_frame and its render; what fails is said, the rest goes on."""
+        state = imgui.internal.ErrorRecoveryState()
+        imgui.internal.error_recovery_store_state(state)
+        try:
+            with faults_told("The window could not be drawn"):
+                self._draw()
+        except HeatlensError as error:
+            _close_what_is_open(state)
+            self._app.say_error(error)
+
+    def _draw(self) -> None:
         app = self._app
         app.poll()
         hears = hears_keys()  # before a popup takes its Enter and is gone
@@ -37,7 +50,7 @@ class Screen:
         if is_new_layout:
             for name in ("Lens", "Look"):  # in front of those that share a place with them
                 imgui.set_window_focus(name)
-        app.update_picture()
+        app.turns.update()
         self.picture.draw(hears)
         app.editing.rest(is_held=imgui.is_any_item_active())
         app.color.apply(app.view, app.screen)
@@ -53,6 +66,7 @@ class Screen:
         if app.shows_keys:
             app.shows_keys = keys_window(app.actions, app.has_scene)
         pull_popup(app)
+        rendered_popup(app)
         shot_question(app)
         app.filing.draw()
 
@@ -76,3 +90,13 @@ class Screen:
         self.status.draw(self.picture.hovered)
         imgui.end()
         imgui.pop_style_var()
+
+
+def _close_what_is_open(state: imgui.internal.ErrorRecoveryState) -> None:
+    """End the windows, menus and styles that a failure left begun: ImGui asserts that none is."""
+    io = imgui.get_io()
+    before = io.config_error_recovery_enable_assert, io.config_error_recovery_enable_debug_log
+    io.config_error_recovery_enable_assert = io.config_error_recovery_enable_debug_log = False
+    io.config_error_recovery_enable_tooltip = False
+    imgui.internal.error_recovery_try_to_recover_state(state)
+    io.config_error_recovery_enable_assert, io.config_error_recovery_enable_debug_log = before

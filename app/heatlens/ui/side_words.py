@@ -15,9 +15,9 @@ def mouse_words(has_camera: bool) -> str:
     return "Click to focus.  Right drag orbits, with Ctrl it moves aside; Ctrl+wheel goes nearer"
 
 
-def words(view: ViewState, sides: BothSides, reference: str | None) -> str:
-    """ "A: diffusion    B: gather"; A alone where B is not seen. `reference`: the EXR's name."""
-    shown = sides.a.shown
+def words(view: ViewState, sides: BothSides, reference: str | None, shown: Shown | None) -> str:
+    """ "A: diffusion    B: gather"; A alone where B is not seen. `reference`: the EXR's name;
+    `shown`: the picture that is A."""
     if shown is None:
         return ""
     a = side_words(shown) if view.depth_of_field else "pinhole"
@@ -42,9 +42,11 @@ def _b_words(view: ViewState, of_method: Shown | None, reference: str | None) ->
     return "pinhole"
 
 
-def draw_sides(view: ViewState, sides: BothSides, reference: str | None) -> None:
+def draw_sides(
+    view: ViewState, sides: BothSides, reference: str | None, shown: Shown | None
+) -> None:
     """On the line of the last item, where there is room beside it."""
-    text = words(view, sides, reference)
+    text = words(view, sides, reference, shown)
     end = imgui.get_item_rect_max().x - imgui.get_window_pos().x
     em = imgui.get_font_size()
     left = imgui.get_window_width() - imgui.calc_text_size(text).x - 0.6 * em

@@ -8,6 +8,7 @@ from heatlens.ui import theme
 from heatlens.ui.app import App
 from heatlens.ui.picture.probe import PictureReader, probe_at, probe_text
 from heatlens.ui.side_words import draw_sides, mouse_words
+from heatlens.ui.timeline.kept_screen import KeptFrame
 from heatlens.ui.widgets import window_words
 
 
@@ -31,16 +32,20 @@ class StatusBar:
             imgui.text_disabled(window_words(app.stage.stream.words))
         else:
             imgui.text_disabled(self.words(hovered))
-        draw_sides(app.view, app.sides, None if app.reference is None else app.reference.path.name)
+        reference = None if app.reference is None else app.reference.path.name
+        draw_sides(app.view, app.sides, reference, app.turns.seen)
 
     def words(self, hovered: tuple[int, int] | None) -> str:
         """What is under the pointer; beside the picture, what can be done."""
-        app, plate, shown = self._app, self._app.stage.plate, self._app.live.shown
-        if plate is None or shown is None or hovered is None:
+        app, plate, shown = self._app, self._app.stage.plate, self._app.turns.seen
+        is_past = app.pull.is_alone  # what plays is not of the plate that is there
+        if plate is None or shown is None or hovered is None or is_past:
             asked = "Arrows and Enter, a digit or a click" if app.first.is_wanted else ""
             return f"{asked or mouse_words(app.has_scene)}.  ? shows the keys."
+        app.pull.screen.uploaded(shown)
         pixel = app.stage.plate_px(app.shot, hovered)
-        probe = probe_at(pixel, plate, app.lens, shown, app.live.version, self._reader)
+        version = shown.key if isinstance(shown, KeptFrame) else app.live.version
+        probe = probe_at(pixel, plate, app.lens, shown, version, self._reader)
         if probe is None:
             return ""
         if app.has_scene:  # which may be drawn smaller than it is

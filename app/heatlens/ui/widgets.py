@@ -8,6 +8,7 @@ from typing import TypeVar
 from imgui_bundle import ImVec2, imgui
 
 from heatlens.errors import InputError
+from heatlens.printable import printable
 
 Value = TypeVar("Value")
 
@@ -131,7 +132,8 @@ def parse_number(text: str, low: float, high: float, what: str) -> float:
 
 def window_words(sentence: str) -> str:
     """A sentence that names options of the command line, as the panels name them."""
-    return re.sub(r"--([a-z]+(?:-[a-z]+)*)", lambda match: match[1].replace("-", " "), sentence)
+    said = printable(sentence)
+    return re.sub(r"--([a-z]+(?:-[a-z]+)*)", lambda match: match[1].replace("-", " "), said)
 
 
 def spacer(em: float = 0.3) -> None:

@@ -2,6 +2,7 @@
 
 import ctypes
 import os
+import sys
 import time
 from collections.abc import Callable
 from typing import Any
@@ -11,12 +12,16 @@ from imgui_bundle import imgui  # before glfw: both then share one libglfw
 import glfw  # isort: skip
 import moderngl
 
-from heatlens.errors import GpuError
+from heatlens.errors import NoWindowError
+from heatlens.printable import printable
+from heatlens.rendered_frames.disk_store import frames_dir
 from heatlens.ui import theme
 from heatlens.ui.app import App, Start
+from heatlens.ui.files.dropped import open_dropped
 from heatlens.ui.files.preferences import WINDOW_LEAST, Preferences, Remembered, config_dir
 from heatlens.ui.layout import restore_layout
 from heatlens.ui.screen import Screen
+from heatlens.ui.stop_signals import StopSignals
 
 _SIZE = 1600, 900
 _FRAMES_AFTER_EVENT = 3  # ImGui needs up to so many to come to rest: hover, layout, focus
@@ -29,11 +34,17 @@ _HELP = (
 
 
 def run_window(start: Start) -> None:
-    """Open the window and stay until it is closed. Raises GpuError where there can be none."""
+    """Open the window and stay until it is closed.
+
+    Raises NoWindowError where there can be none, and Stopped when Ctrl-C in the terminal closed it.
+    """
     preferences = Preferences.load(config_dir(os.environ))
     window = _open_window(preferences.now)
     try:
-        Loop(window, start, preferences).run()
+        loop = Loop(window, start, preferences)
+        with StopSignals(glfw.post_empty_event) as stops:
+            loop.run(stops)
+        stops.raise_if_stopped()
     finally:
         glfw.terminate()
 
@@ -41,7 +52,7 @@ def run_window(start: Start) -> None:
 def _open_window(remembered: Remembered) -> Any:
     glfw.ERROR_REPORTING = "ignore"  # said by us, in a sentence
     if not glfw.init():
-        raise GpuError(f"No window can be opened: {_glfw_error()}. {_HELP}")
+        raise NoWindowError(f"No window can be opened: {_glfw_error()}. {_HELP}")
     for hint, value in (
         (glfw.CONTEXT_VERSION_MAJOR, 4),
         (glfw.CONTEXT_VERSION_MINOR, 3),
@@ -54,7 +65,7 @@ def _open_window(remembered: Remembered) -> Any:
     if not window:
         reason = _glfw_error()
         glfw.terminate()
-        raise GpuError(
+        raise NoWindowError(
             f"No window with OpenGL 4.3 can be opened: {reason}. A newer driver may have it; "
             "LIBGL_ALWAYS_SOFTWARE=1 draws with the processor."
         )
@@ -89,25 +100,26 @@ class Loop:
         imgui.create_context()
         self._watch_events()
         self._start_imgui()
-        self._app = App(self._ctx, start, glfw.post_empty_event, preferences)
+        folder = frames_dir(os.environ, sys.platform)
+        self._app = App(self._ctx, start, glfw.post_empty_event, preferences, folder)
         restore_layout(self._app, preferences.now.layout)
         self._screen = Screen(self._app)
-        self._version = 0, 0
+        self._version: object = None
         self._title = ""
 
-    def run(self) -> None:
-        """Until the window is closed."""
+    def run(self, stops: StopSignals) -> None:
+        """Until the window is closed, or a signal asks for that."""
         app = self._app
-        while not (glfw.window_should_close(self._window) or app.is_over):
+        while not (glfw.window_should_close(self._window) or app.is_over or stops.number):
             self._wait()
             if app.timeline.is_due:
                 self._frames_due = max(self._frames_due, 1)
             if self._frames_due > 0:
                 self._frames_due -= 1
                 self._draw()
-            if app.making.is_working:  # also between frames: a moving pointer must not keep it off
+            if app.turns.is_working:  # also between frames: a moving pointer must not keep it off
                 app.work()
-                self._frames_due += app.making.version != self._version
+                self._frames_due += app.turns.version != self._version
         self._remember()
         app.close()
         imgui.backends.opengl3_shutdown()
@@ -171,7 +183,7 @@ class Loop:
         app.speed.frame(seconds, shown.seconds if shown else 0.0, _is_held())
         if shown:
             self._frames_due = max(self._frames_due, 1)
-        self._version = app.making.version
+        self._version = app.turns.version
 
     def _tell_title(self) -> None:
         """The name of what is seen, from the moment it is seen."""
@@ -180,7 +192,7 @@ class Loop:
             title = f"{app.documents.title or app.stage.plate.path.name} - heatlens"
             if title != self._title:
                 self._title = title
-                glfw.set_window_title(self._window, title)
+                glfw.set_window_title(self._window, printable(title))
 
     def _watch_events(self) -> None:
         """Any event makes frames due. Set before ImGui's, which calls these in turn."""
@@ -203,11 +215,12 @@ class Loop:
     def _woken(self) -> None:
         self._frames_due = _FRAMES_AFTER_EVENT
         self._event_at = time.perf_counter()
+        self._app.pull.touched()
 
     def _dropped(self, _window: Any, paths: Any) -> None:
         self._woken()
         if paths:
-            self._app.open(paths[0])
+            open_dropped(self._app, [str(path) for path in paths])
 
     def _start_imgui(self) -> None:
         io = imgui.get_io()

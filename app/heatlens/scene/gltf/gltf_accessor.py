@@ -13,8 +13,6 @@ from heatlens.scene.gltf.gltf_json import Record
 
 _TYPES = {5120: "i1", 5121: "u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
-# An accessor without bytes of its own is zeros, of which a few bytes could claim any number.
-_ZEROS_MOST = 1 << 24
 
 
 def read_floats(gltf: GltfFile, index: int, width: int) -> NDArray[np.float32]:
@@ -69,10 +67,10 @@ def _values(gltf: GltfFile, record: Record, width: int) -> NDArray[Any]:
         record.refuse(f"there should be {width} number(s) each here, not {kind[:20] or 'none'!r}")
     if record.has("bufferView"):
         values = _elements(gltf, record, dtype, (count, width))
-    elif count <= _ZEROS_MOST:
-        values = np.zeros((count, width), dtype)
+        gltf.spend(record, count * width, is_empty=False)
     else:
-        record.refuse(f"it claims {count} numbers and has no bytes for them")
+        gltf.spend(record, count * width, is_empty=True)
+        values = np.zeros((count, width), dtype)
     return _with_sparse(gltf, record, values) if record.has("sparse") else values
 
 

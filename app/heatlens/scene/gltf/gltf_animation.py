@@ -136,7 +136,7 @@ class Animation:
 
     def moves(self, node: int) -> bool:
         """Whether it or what it hangs on does."""
-        return any(above in self.tracks for above in self.tree.chain(node))
+        return bool(self.tracks) and any(above in self.tracks for above in self.tree.chain(node))
 
     @np.errstate(over="ignore", invalid="ignore")  # what comes of it is looked at by the caller
     def track_of(self, node: int, frames: Array) -> Array:

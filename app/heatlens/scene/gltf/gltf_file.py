@@ -20,7 +20,7 @@ from urllib.parse import unquote
 
 from heatlens.errors import InputError
 from heatlens.image.json_record import JsonEntry
-from heatlens.paths import unreadable
+from heatlens.paths import file_bytes, unreadable
 from heatlens.scene.gltf.gltf_json import Record
 
 _MAGIC = b"glTF"
@@ -31,6 +31,10 @@ _KNOWN = {
     *("KHR_lights_punctual", "KHR_materials_emissive_strength", "KHR_mesh_quantization"),
     *("KHR_texture_transform", "EXT_texture_webp", "EXT_mesh_gpu_instancing"),
 }
+# Budgets of one file: meshes may share their bytes, and take memory each.
+_BUFFERS_MOST = 4_000_000_000
+_NUMBERS_MOST = 200_000_000
+_EMPTY_MOST = 4_000_000
 _HARMLESS = ("KHR_materials_", "KHR_xmp", "KHR_animation_pointer")
 
 
@@ -43,6 +47,7 @@ class GltfFile:
     binary: bytes | None  # of a .glb
     _buffers: dict[int, bytes] = field(default_factory=dict)
     _lists: dict[str, list[Record]] = field(default_factory=dict)
+    _spent: dict[str, int] = field(default_factory=dict)
 
     def listed(self, name: str) -> list[Record]:
         """The objects of a list of the file, such as its `nodes`."""
@@ -67,7 +72,21 @@ class GltfFile:
             record.refuse("this buffer has no bytes: neither in the file nor beside it")
         if len(data) < length:
             record.refuse(f"only {len(data)} of {length} bytes are there; the file is cut short")
+        held = sum(map(len, self._buffers.values()))
+        if held + length > _BUFFERS_MOST:
+            record.refuse(f"its buffers hold more than {_BUFFERS_MOST / 1e9:g} GB together")
         return data[:length]
+
+    def spend(self, record: Record, numbers: int, is_empty: bool) -> None:
+        """Count numbers that an accessor brings to memory; refused where all of them are too many.
+
+        `is_empty`: it has no bytes for them, so that a few letters could claim any number.
+        """
+        name, most = ("empty", _EMPTY_MOST) if is_empty else ("filled", _NUMBERS_MOST)
+        self._spent[name] = self._spent.get(name, 0) + numbers
+        if self._spent[name] > most:
+            what = "and has no bytes for them; " if is_empty else "with all before it; "
+            record.refuse(f"it claims {numbers:,} numbers {what}{most:,} are the most in one file")
 
     def view(self, index: int) -> memoryview:
         """The bytes of a buffer view. Raises InputError where they reach past the buffer."""
@@ -87,7 +106,7 @@ class GltfFile:
         if path is None:
             return _base64(record, record.text("uri"))
         try:
-            return path.read_bytes()
+            return file_bytes(path)
         except OSError as error:
             _unreadable(record, error)
 
@@ -148,7 +167,7 @@ def _text_of(path: Path) -> bytes:
 def open_gltf(path: Path) -> GltfFile:
     """Raises InputError for what is no glTF 2.0, is damaged, or needs what is not known here."""
     try:
-        data = path.read_bytes()
+        data = file_bytes(path)
     except OSError as error:
         raise unreadable(path, error) from error
     if not data:

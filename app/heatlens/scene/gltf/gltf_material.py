@@ -113,7 +113,7 @@ class GltfMaterials:
             self.notes["A texture names no picture that is known here, and is left out."] = None
             return None
         if source not in self._found:
-            self.images.append(_picture(self.gltf, images[source]))
+            self.images.append(_picture(self.gltf, images[source], self.images))
             self._found[source] = len(self.images) - 1
         return self._found[source]
 
@@ -134,11 +134,11 @@ class GltfMaterials:
         return places[0] if places else UvPlace()
 
 
-def _picture(gltf: GltfFile, record: Record) -> NDArray[np.uint8]:
+def _picture(gltf: GltfFile, record: Record, before: list[NDArray[np.uint8]]) -> NDArray[np.uint8]:
     view = record.index("bufferView", len(gltf.listed("bufferViews")))
     data = gltf.uri_bytes(record) if view is None else bytes(gltf.view(view))
     what = f"{gltf.path}: {record.entry.place}"
-    return read_picture(data, what)
+    return read_picture(data, what, before)
 
 
 def _uv_place(info: Record) -> UvPlace:

@@ -16,6 +16,7 @@ from heatlens.scene.scene import Array
 RESTS = {"translation": (0, 0, 0), "rotation": (0, 0, 0, 1), "scale": (1, 1, 1)}
 _FAR_MOST = 1e9
 _ROOT = -1
+_LEVELS_MOST = 256  # of nodes below each other; scenes that people make have some ten
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,8 +65,10 @@ def read_tree(gltf: GltfFile) -> NodeTree:
     seen: set[int] = set()
     level = _roots(gltf, records)
     while level:
-        if len(seen | set(level)) != len(seen) + len(level):
+        if len(set(level)) != len(level) or not seen.isdisjoint(level):
             _raise_twice(gltf, level, seen)
+        if len(levels) == _LEVELS_MOST:
+            records[level[0]].refuse(f"it hangs below {_LEVELS_MOST} others, which are the most")
         seen.update(level)
         levels.append(tuple(level))
         level = _children(records, level, parents)

@@ -18,7 +18,7 @@ from heatlens.scene.gltf.gltf_material import GltfMaterials
 from heatlens.scene.gltf.gltf_mesh import GltfMeshes
 from heatlens.scene.gltf.gltf_nodes import RESTS, matrices, read_tree
 from heatlens.scene.gltf.gltf_view import GltfViews
-from heatlens.scene.scene import Array, Instance, Scene
+from heatlens.scene.scene import Array, Instance, Scene, check_instances
 
 _FAR_MOST_M = 1e9
 _SPREAD = "EXT_mesh_gpu_instancing"
@@ -72,7 +72,8 @@ def read_gltf(path: Path) -> Scene:
 def _instances(animation: Animation, meshes: GltfMeshes) -> tuple[tuple[Instance, ...], _Hanging]:
     gltf, tree = meshes.gltf, animation.tree
     listed = gltf.listed("meshes")
-    names, numbers, nodes, offsets = [], [], [], []
+    names: list[str] = []
+    numbers, nodes, offsets = [], [], []
     for node in tree.seen:
         record = tree.records[node]
         index = record.index("mesh", len(listed))
@@ -81,6 +82,7 @@ def _instances(animation: Animation, meshes: GltfMeshes) -> tuple[tuple[Instance
         name = record.text("name") or listed[index].text("name") or f"node {node}"
         for number in meshes.of(index):
             spread = _spread(gltf, record)
+            check_instances(gltf.path, len(names) + len(spread))
             names += [name] * len(spread)
             numbers += [number] * len(spread)
             nodes += [node] * len(spread)

@@ -3,9 +3,8 @@
 from pathlib import Path
 from typing import Any
 
-from heatlens.errors import InputError
 from heatlens.image.quiet import quiet_library
-from heatlens.image.usd_library import read_usd_apart, usd_module
+from heatlens.image.usd_library import read_usd_apart, usd_failures_told, usd_module
 from heatlens.paths import unreadable
 
 
@@ -23,12 +22,8 @@ def files_of_usd(path: Path) -> tuple[Path, ...]:
 def named_by_usd(text: str) -> tuple[Path, ...]:
     """`files_of_usd` in this process."""
     own = Path(text).resolve()
-    errors, utils = usd_module("Tf"), usd_module("UsdUtils")
-    with quiet_library():
-        try:
-            layers, pictures, missing = utils.ComputeAllDependencies(str(own))
-        except (errors.ErrorException, errors.CppException) as error:
-            raise InputError(f"{text} cannot be read: it is damaged or no USD file.") from error
+    with quiet_library(), usd_failures_told(text):
+        layers, pictures, missing = usd_module("UsdUtils").ComputeAllDependencies(str(own))
     listed = (*(layer.realPath for layer in layers), *pictures, *missing)
     found = (Path(_file_of(name)) for name in listed)
     return tuple(dict.fromkeys(path for path in found if path.is_absolute() and path != own))

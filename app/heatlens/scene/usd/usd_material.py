@@ -1,6 +1,7 @@
 """Materials of USD: UsdPreviewSurface, and the pictures its inputs are joined to."""
 
 import math
+import os
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -82,12 +83,15 @@ class UsdMaterials:
     def _picture(self, path: str) -> int:
         if path not in self._pictures:
             resolver = usd_module("Ar")
+            if os.path.exists(path) and not os.path.isfile(path):  # a pipe or a device never ends
+                raise InputError(f"{self.stage.path}: the picture {path[:80]!r} is no file.")
             asset = resolver.GetResolver().OpenAsset(resolver.ResolvedPath(path))
             if not asset:
                 raise InputError(f"{self.stage.path}: the picture {path[:80]!r} is not there.")
             with asset:
                 data = bytes(asset.GetBuffer())
-            self.images.append(read_picture(data, f"{self.stage.path}: {path}"))
+            what = f"{self.stage.path}: {path}"
+            self.images.append(read_picture(data, what, self.images))
             self._pictures[path] = len(self.images) - 1
         return self._pictures[path]
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from heatlens.errors import InputError
 from heatlens.image.quiet import quiet_library
-from heatlens.image.usd_library import read_usd_apart, usd_module
+from heatlens.image.usd_library import read_usd_apart, usd_failures_told, usd_module
 from heatlens.model.frames import FrameRange
 from heatlens.model.framing import CameraTrack, Pose, PoseKey, pose_of
 from heatlens.scene.scene import Array, Instance, Mesh, Scene, SceneCamera
@@ -45,17 +45,8 @@ def read_usd(path: Path) -> Scene:
 def usd_scene(text: str) -> Scene:
     """Raises InputError where the file is damaged, or holds nothing to look at."""
     path = Path(text)
-    errors = usd_module("Tf")
-    with quiet_library():
-        stage = open_stage(path)
-        try:
-            return _scene(stage)
-        # A value of another kind than its name promises is found out where it is used.
-        except (errors.ErrorException, errors.CppException, TypeError, ValueError) as error:
-            said = " ".join(str(error).split())[:120]
-            raise InputError(
-                f"{path} is damaged: OpenUSD gives no sense of it ({said})."
-            ) from error
+    with quiet_library(), usd_failures_told(path):
+        return _scene(open_stage(path))
 
 
 def _scene(stage: UsdStage) -> Scene:

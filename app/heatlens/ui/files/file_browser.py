@@ -10,7 +10,7 @@ from pathlib import Path
 
 from imgui_bundle import ImVec2, imgui
 
-from heatlens.errors import InputError
+from heatlens.errors import HeatlensError
 from heatlens.image.folder_list import Entry
 from heatlens.ui import theme, widgets
 from heatlens.ui.files.folder_walk import Chosen, FolderWalk, Purpose
@@ -64,7 +64,7 @@ class FileBrowser:
     def _taken(self, walk: FolderWalk) -> Chosen | None:
         try:
             typed = walk.poll()
-        except InputError as error:
+        except HeatlensError as error:
             typed = None
             self._say(str(error))
         is_typing = imgui.get_io().want_text_input

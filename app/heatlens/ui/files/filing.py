@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from imgui_bundle import imgui
 
 from heatlens.errors import InputError
+from heatlens.image.picture_formats import PICTURES_READ
 from heatlens.image.picture_write import PICTURE_SUFFIXES
 from heatlens.image.sequence import find_sequence
 from heatlens.image.shot_file import SHOT_SUFFIX
@@ -40,10 +41,10 @@ PURPOSES = {
             "open",
             "Open a plate or a scene",
             "Open",
-            (".exr", *SCENE_SUFFIXES),
+            (".exr", *PICTURES_READ, *SCENE_SUFFIXES),
             "# stands for the frame number.   A scene is a .glb, .gltf, .obj, .ply or .usd file.",
         ),
-        Purpose("reference", "Open a reference", "Open", (".exr",), "Any EXR: it is shown as B."),
+        Purpose("reference", "Open a reference", "Open", (".exr", *PICTURES_READ), "Shown as B."),
         Purpose(
             "save",
             "Save the picture",

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from heatlens.errors import InputError
+from heatlens.errors import HeatlensError
 from heatlens.image.folder_list import Entry, FolderList, list_folder
 from heatlens.image.sequence import find_sequence
 from heatlens.paths import home_dir
@@ -89,11 +89,12 @@ class FolderWalk:
     def poll(self) -> Chosen | None:
         """Take what the thread found; a file that was typed is chosen.
 
-        Raises InputError, once, for what is not there or cannot be read; `problem` keeps saying it.
+        Raises HeatlensError, once, for what is not there or cannot be read; `problem` keeps saying
+        it.
         """
         try:
             found = self._reader.poll()
-        except InputError as error:
+        except HeatlensError as error:
             self.problem = str(error)
             raise
         if found is None:

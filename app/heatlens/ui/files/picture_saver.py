@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from heatlens.errors import InputError
+from heatlens.errors import HeatlensError, InputError
 from heatlens.gpu.textures import download
 from heatlens.image.picture_write import Encode, check_output, write_picture
 from heatlens.image.plate import FloatImage, Plate
@@ -82,7 +82,7 @@ class PictureSaver:
             self._writer.start(partial(_done, snap(), wish.path))
         try:
             said = self._writer.poll()
-        except InputError as error:
+        except HeatlensError as error:
             said = str(error)
         if said is not None:
             self._say(said)

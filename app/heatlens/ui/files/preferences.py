@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from heatlens.errors import InputError
-from heatlens.image.atomic_file import replacing
+from heatlens.image.atomic_file import write_whole
 from heatlens.image.json_record import JsonEntry, read_json, record_to_json
 from heatlens.model.plate_options import PlateOptions
 from heatlens.paths import home_dir
@@ -19,6 +19,7 @@ from heatlens.ui.timeline.playback import Ending
 FILE_NAME = "preferences.json"
 RECENT_MAX = 10
 _FOLDERS_MAX = 200  # of which it is known how their plates are read
+MEGABYTES_MOST = 10**8  # for rendered frames: more than any disk has
 WINDOW_LEAST, _WINDOW_MOST = 200, 16384  # screen units a side
 
 
@@ -37,6 +38,9 @@ class Remembered:
     layout         where the panels lie, as ImGui writes it; "" where they lie in the beginning
     ending         what happens after the last frame that is played
     every_frame    whether playing waits for each frame to be there; else it keeps time
+    keep_frames    whether frames of a shot are rendered ahead while nothing else is to do
+    memory_mb      for rendered frames, in millions of bytes; 0: a quarter of what is free
+    disk_mb        for rendered frames, in millions of bytes; 0: none are kept on disk
     """
 
     recent: tuple[str, ...] = ()
@@ -51,6 +55,9 @@ class Remembered:
     layout: str = ""
     ending: Ending = Ending.LOOP
     every_frame: bool = True
+    keep_frames: bool = True
+    memory_mb: int = 0
+    disk_mb: int = 4000
 
 
 class Preferences:
@@ -87,8 +94,8 @@ class Preferences:
         path, self._saved = self.path, self.now
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
-            with replacing(path) as beside:
-                beside.write_text(json.dumps(_entries(self.now), indent=2) + "\n", "utf-8")
+            text = json.dumps(_entries(self.now), indent=2) + "\n"
+            write_whole(path, text.encode())
         except (OSError, InputError) as error:
             self.path = None
             raise InputError(f"Preferences are not kept: {error}") from error
@@ -113,7 +120,8 @@ class Preferences:
         return plates.get(path) or plates.get(os.path.dirname(path)) or PlateOptions()
 
     def read_so(self, folder: Path, options: PlateOptions) -> None:
-        """The plates of a folder are to be read so from now on."""
+        """The plates of a folder are to be read so from now on; each with a depth of its own."""
+        options = replace(options, depth_source=None)
         plates = {name: o for name, o in self.now.plates.items() if name != str(folder)}
         if options != PlateOptions():
             plates[str(folder)] = options
@@ -193,6 +201,13 @@ def _flag(entry: JsonEntry) -> bool:
     return bool(entry.value)
 
 
+def _megabytes(entry: JsonEntry) -> int:
+    count = entry.whole()
+    if not 0 <= count <= MEGABYTES_MOST:
+        entry.refuse(f"{count} should be 0 to {MEGABYTES_MOST}")
+    return count
+
+
 _READERS = {
     "recent": _texts,
     "folders": _text_map,
@@ -206,4 +221,7 @@ _READERS = {
     "layout": JsonEntry.text,
     "ending": lambda entry: Ending(entry.choice(tuple(Ending))),
     "every_frame": _flag,
+    "keep_frames": _flag,
+    "memory_mb": _megabytes,
+    "disk_mb": _megabytes,
 }

@@ -1,6 +1,6 @@
 """The shot as a document: begun with a plate, opened, saved, and kept while it is not saved."""
 
-from concurrent.futures import Future
+from concurrent.futures import Future, wait
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from heatlens.ui.app import App
+
+_DISK_S = 5.0  # waited for the disk in `keep_now`
 
 
 @dataclass(frozen=True)
@@ -145,6 +147,19 @@ class ShotDocuments:
             is_saved = self.is_saved
             self._track(self.store.drop(target) if is_saved else self.store.keep(target, shot))
 
+    def keep_now(self) -> None:
+        """Keep at once what is not saved, even in the middle of a gesture, and wait for the disk.
+
+        For a moment after which nothing may come: a fault of the program, or a signal to end it.
+        """
+        target, shot = self._target, self._app.shot
+        if target is None or self.offer is not None or shot == self._kept or self.is_saved:
+            return
+        self._kept = shot
+        keeping = self.store.keep(target, shot)
+        self._track(keeping)
+        wait([keeping], timeout=_DISK_S)
+
     @property
     def _target(self) -> Path | None:
         """The file beside which is kept what is not saved."""
@@ -215,7 +230,8 @@ class ShotDocuments:
             self._track(self.store.drop(path))
 
     def close(self) -> None:
-        """Finish what is being written."""
+        """Keep what is not saved, and finish what is being written."""
+        self.keep_now()
         self._drop_unnamed()
         self.store.close()
 

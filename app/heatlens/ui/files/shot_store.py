@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from heatlens.errors import InputError
+from heatlens.faults import faults_told
 from heatlens.image.shot_file import (
     SHOT_SUFFIX,
     autosave_path,
@@ -61,7 +62,7 @@ class ShotStore:
         return self._begin(lambda: autosave_path(path).unlink(missing_ok=True))
 
     def _begin(self, job: Callable[[], Result]) -> Future[Result]:
-        future = self._thread.submit(job)
+        future = self._thread.submit(faults_told("The shot could not be kept or read")(job))
         future.add_done_callback(lambda _: self._wake())
         return future
 

@@ -30,7 +30,7 @@ class ColorChoice:
             say(f"{error} Pictures are shown through the plain sRGB curve.")
         self._inputs = self.config.input_spaces() if self.config else ()
         self.attributes: Mapping[str, Any] = {}  # of the open plate's header
-        self._current = ("", "", "")
+        self._current: tuple[str, str, InputSpace | None] = ("", "", None)
         self.transform = srgb_transform()  # the one in use
 
     def displays(self) -> tuple[str, ...]:
@@ -63,15 +63,18 @@ class ColorChoice:
 
     def apply(self, view: ViewState, screen: ScreenPictures) -> None:
         """Have `screen` draw through the names in `view`; a transform that fails is said."""
-        wished = (view.display, view.view, self.input_of(view.input_space).name)
+        light = self.input_of(view.input_space)
+        wished = (view.display, view.view, light)
         if wished == self._current:
             return
         self._current = wished
         try:
             if self.config is None:
-                transform = srgb_transform(wished[2])
+                transform = srgb_transform(light.name, light.turned_from)
             else:
-                transform = view_transform(self.config, *wished)
+                transform = view_transform(
+                    self.config, view.display, view.view, light.name, light.turned_from
+                )
             screen.display.set_transform(transform)
             self.transform = transform
         except HeatlensError as error:

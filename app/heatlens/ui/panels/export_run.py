@@ -55,7 +55,7 @@ class ExportRun:
     def cancel(self) -> None:
         """Ask it to stop; what is finished stays, and a later export goes on from there."""
         if self._process is not None and self.is_busy:
-            self._process.send_signal(signal.SIGINT)
+            self._process.terminate()  # heard from its first moment on, unlike Ctrl-C
 
     def close(self) -> None:
         """Stop it and wait until it has ended."""
@@ -67,7 +67,9 @@ class ExportRun:
         folder = tempfile.TemporaryDirectory(prefix="heatlens-")
         path = Path(folder.name) / f"window{SHOT_SUFFIX}"
         write_shot(path, shot)
-        line = [sys.executable, "-m", "heatlens", command, str(path), "-o", output, *words]
+        # -P: a file in the current folder that is called like one of Python's must not be run.
+        program = [sys.executable, "-P", "-m", "heatlens"]
+        line = [*program, command, str(path), "-o", output, *words]
         self.state = ExportState(f"{command} to {output}")
         pipe = subprocess.PIPE
         self._process = subprocess.Popen(line, stdout=pipe, stderr=pipe, text=True)
@@ -93,7 +95,7 @@ class ExportRun:
         code = process.returncode
         if code == 0:
             state.said = f"Done: {state.title}."
-        elif code in (130, -signal.SIGINT):
+        elif code in (128 + signal.SIGTERM, -signal.SIGTERM):
             state.said = f"Stopped: {state.title}. Finished frames stay; export again to go on."
         state.code = code
         self._wake()

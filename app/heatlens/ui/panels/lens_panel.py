@@ -12,6 +12,7 @@ from heatlens.model.depth_histogram import DepthHistogram
 from heatlens.model.f_stops import THIRD_STOPS, nearest_index
 from heatlens.model.filmback import FILMBACKS
 from heatlens.model.lens import Lens
+from heatlens.model.plausibility import About, Doubt
 from heatlens.model.settings import (
     LAYERS_MAX,
     VIEWS_MAX,
@@ -21,7 +22,7 @@ from heatlens.model.settings import (
     Quality,
 )
 from heatlens.model.units import format_distance, parse_distance_m
-from heatlens.ui import widgets
+from heatlens.ui import theme, widgets
 from heatlens.ui.panels.focus_bar import focus_bar
 
 _CUSTOM = "custom"
@@ -38,6 +39,7 @@ class LensFacts:
     histogram: DepthHistogram | None  # None: the plate has no distances
     unit: str  # m or ft
     sources: Mapping[str, str]  # field of the lens -> where its value began
+    doubts: tuple[Doubt, ...] = ()  # what cannot well be of this lens and these depths
 
 
 def lens_panel(lens: Lens, facts: LensFacts, say: Say) -> Lens:
@@ -47,6 +49,7 @@ def lens_panel(lens: Lens, facts: LensFacts, say: Say) -> Lens:
         lens = _focus(lens, facts, say)
         lens = _aperture(lens, say)
         lens = _hardware(lens)
+        _doubts(facts, "lens")
     except LensError as error:  # two values that do not go together: the step is not taken
         say(str(error))
         return before
@@ -71,8 +74,20 @@ def _focus(lens: Lens, facts: LensFacts, say: Say) -> Lens:
     )
     if distance_m != lens.focus_distance_m:
         lens = replace(lens, focus_distance_m=distance_m)
+    _doubts(facts, "focus")
+    _doubts(facts, "depth")
     _limits(lens, facts.unit)
     return lens
+
+
+def _doubts(facts: LensFacts, about: About) -> None:
+    """At the field: what cannot well be, and what would mend it."""
+    for doubt in facts.doubts:
+        if doubt.about == about:
+            imgui.push_style_color(imgui.Col_.text, theme.ACCENT_TEXT)
+            imgui.text_wrapped(widgets.window_words(doubt.sentence))
+            imgui.pop_style_color()
+            widgets.note(f"doubt about {about}")
 
 
 def _limits(lens: Lens, unit: str) -> None:

@@ -5,10 +5,10 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from heatlens.errors import HeatlensError, InputError
-from heatlens.image.exr_read import read_plate
 from heatlens.image.focus_pick import depth_at_m
 from heatlens.image.frame_cache import Damaged, FrameCache
 from heatlens.image.plate import Plate
+from heatlens.image.plate_read import read_plate
 from heatlens.model.frames import FrameRange
 from heatlens.model.marks import DistanceMark, Mark, ObjectMark, PointMark, next_mark_name
 from heatlens.model.plate_options import PlateOptions

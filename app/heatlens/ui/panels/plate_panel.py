@@ -5,15 +5,16 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TypeVar
 
-from imgui_bundle import ImVec2, imgui
+from imgui_bundle import ImVec2, ImVec4, imgui
 
 from heatlens.errors import InputError
-from heatlens.image.channels import color_layers_among, depth_channels_first
+from heatlens.image.channel_choice import color_layers_among, depth_channels_first
 from heatlens.image.plate import CameraHeader, Plate
 from heatlens.model.boxes import Box
 from heatlens.model.depth_histogram import DepthHistogram
 from heatlens.model.lens import Lens
-from heatlens.model.plate_options import DepthConvention, DepthKind, PlateOptions
+from heatlens.model.plate_options import DepthConvention, PlateOptions, WishedKind
+from heatlens.model.plausibility import Doubt
 from heatlens.model.units import FOOT_M, INCH_M, format_distance, parse_distance_m
 from heatlens.ui import theme, widgets
 from heatlens.ui.panels.focus_bar import draw_histogram, draw_scale
@@ -26,9 +27,14 @@ _CONVENTIONS: dict[DepthConvention, str] = {
     "inverse": "1 / distance",
     "normalized": "0 near, 1 far",
     "normalized-inverted": "1 near, 0 far",
+    "disparity": "disparity, 1 near",
     "coc": "blur in pixels (coc)",
 }
-_KINDS: dict[DepthKind, str] = {"planar": "along the axis", "radial": "along the ray"}
+_KINDS: dict[WishedKind, str] = {
+    "auto": "guessed",
+    "planar": "along the axis",
+    "radial": "along the ray",
+}
 _UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "km": 1e3, "ft": FOOT_M, "in": INCH_M}
 Say = Callable[[str], None]
 Key = TypeVar("Key")
@@ -44,6 +50,7 @@ class PlateFacts:
     unit: str  # m or ft
     problem: str  # why the plate is not read as wished, or ""
     lens: Lens  # radial depth takes from it what the header does not tell
+    doubts: tuple[Doubt, ...] = ()  # what cannot well be of the lens and these depths
 
 
 def plate_panel(wished: PlateOptions, facts: PlateFacts, say: Say) -> PlateOptions:
@@ -52,9 +59,7 @@ def plate_panel(wished: PlateOptions, facts: PlateFacts, say: Say) -> PlateOptio
     imgui.separator_text("Read as")
     wished = _controls(wished, facts, say)
     if facts.problem:
-        imgui.push_style_color(imgui.Col_.text, theme.BAD)
-        imgui.text_wrapped(facts.problem)
-        imgui.pop_style_color()
+        _colored(facts.problem, theme.BAD)
     if imgui.button("Guess again", ImVec2(-1, 0)):
         wished = PlateOptions()
     widgets.note("Guess again")
@@ -160,6 +165,13 @@ def _corner(data: Box, display: Box) -> str:
     return f"{data.x0 - display.x0}, {data.y0 - display.y0}"
 
 
+def _colored(text: str, color: ImVec4) -> None:
+    """A sentence over as many lines as it needs."""
+    imgui.push_style_color(imgui.Col_.text, color)
+    imgui.text_wrapped(text)
+    imgui.pop_style_color()
+
+
 # How to read it
 
 
@@ -168,12 +180,22 @@ def _controls(wished: PlateOptions, facts: PlateFacts, say: Say) -> PlateOptions
     names = depth_channels_first(plate.aovs)
     channel = _named("channel", wished.depth_channel, names, "The channel that is the depth.")
     convention = _keyed("convention", wished.depth_convention, _CONVENTIONS)
+    if plate.depth.question:
+        _colored(widgets.window_words(plate.depth.question), theme.ACCENT_TEXT)
+        widgets.note("question about the convention")
     wished = replace(wished, depth_channel=channel, depth_convention=convention)
     wished = _ends(wished, facts.unit, say)
     wished = _kind(wished, facts)
     wished = _unit(wished, say)
+    for doubt in facts.doubts:
+        if doubt.about != "lens":
+            _colored(widgets.window_words(doubt.sentence), theme.ACCENT_TEXT)
+            widgets.note("doubt about the unit")
     layers = color_layers_among(plate.aovs)
-    return replace(wished, color_layer=_named("colour layer", wished.color_layer, layers))
+    wished = replace(wished, color_layer=_named("colour layer", wished.color_layer, layers))
+    if not plate.views:
+        return wished
+    return replace(wished, eye=_named("eye", wished.eye, plate.views, "The view of a stereo file."))
 
 
 def _ends(wished: PlateOptions, unit: str, say: Say) -> PlateOptions:

@@ -3,6 +3,7 @@
 A cache tells only news, so that a window in which nothing happens is not drawn for it.
 """
 
+from contextlib import suppress
 from threading import Event, Thread
 
 from heatlens.image.frame_cache import FrameCache
@@ -21,8 +22,9 @@ class DiskWatch:
 
     def _watch(self) -> None:
         while not self._is_over.wait(self._pause_s()):
-            if self.cache is not None:
-                self.cache.refresh()
+            with suppress(Exception):  # what a cache cannot go on with, it says to the loop as well
+                if self.cache is not None:
+                    self.cache.refresh()
 
     def _pause_s(self) -> float:
         frames = 0 if self.cache is None else len(self.cache.sequence.frames)

@@ -1,8 +1,8 @@
 """The picture that follows the hand: quick while something is dragged, whole when it rests.
 
 A picture that fits the time of a frame is made whole at once. Where it does not, a quicker one of
-the same blur is shown (smaller, with fewer poles or layers), and the whole one comes about in
-slices, so that nothing waits for it. A scene seen from many points of the lens refines on the way.
+the same lens is shown (smaller, its discs of fewer poles), and the whole one comes about in slices,
+so that nothing waits for it. A scene seen from many points of the lens refines on the way.
 """
 
 import time
@@ -18,13 +18,15 @@ from heatlens.defocus.plate_passes import proxy_size
 from heatlens.errors import HeatlensError
 from heatlens.model.settings import DefocusSettings
 from heatlens.model.shot import Shot
+from heatlens.preview.cost import CostModel
+from heatlens.preview.levels import cheaper, is_better, on_the_way
 from heatlens.render import FrameRenderer
-from heatlens.ui.picture.preview_cost import CostModel, cheaper, is_better, on_the_way
 
-_REST_S = 0.15  # so long without a change is rest
+_REST_S = 0.08  # so long without a change is rest: a hand that drags sends several in this time
 _KEEP = 0.7, 1.3  # a rung is left for a better one below, for a cheaper above so much of the time
 _LEAST_WIDTH_PX = 160  # of a hurried picture
-_FAST_ENOUGH = 3.0  # the whole picture follows directly where the one between saves less than this
+_PATIENCE_S = 3.0  # the whole picture follows directly where it takes no longer than this,
+_FAST_ENOUGH = 3.0  # or where the one between saves less than this
 
 
 class PlateVersion(NamedTuple):
@@ -198,9 +200,12 @@ class LivePicture:
         """On the way up: the whole picture, or a better one that is there much sooner."""
         assert self._wish is not None
         wished = self._wish[0].defocus
+        whole_s = self._predicted(wished)
+        if whole_s <= _PATIENCE_S and not wished.method.needs_scene:
+            return wished
         for step in on_the_way(wished):
             better = self.shown is None or is_better(step, self.shown.settings, wished)
-            if better and self._predicted(step) * _FAST_ENOUGH < self._predicted(wished):
+            if better and self._predicted(step) * _FAST_ENOUGH < whole_s:
                 return step
         return wished
 

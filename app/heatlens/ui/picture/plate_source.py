@@ -6,10 +6,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from heatlens.errors import HeatlensError, InputError
-from heatlens.image.exr_read import read_plate
+from heatlens.faults import faults_told
 from heatlens.image.frame_cache import Damaged, FrameCache
 from heatlens.image.plate import Plate
 from heatlens.image.sequence import Sequence, find_sequence
+from heatlens.image.sequence_reader import SequenceReader
 from heatlens.model.plate_options import PlateOptions
 from heatlens.scene.scene_source import is_scene_source
 from heatlens.ui.picture.scene_opening import OpenedScene, opened_scene
@@ -94,6 +95,7 @@ class PlateOpener:
         self._thread.shutdown(wait=True, cancel_futures=True)
 
 
+@faults_told("The file could not be opened")
 def _opened(
     text: str, options: PlateOptions, frame: int | None, wake: Callable[[], None]
 ) -> Opened | OpenedScene:
@@ -102,16 +104,16 @@ def _opened(
     sequence = find_sequence(text)
     first = _first_frame(sequence, text, frame)
     news = News(wake)
-    cache = FrameCache(
-        sequence, lambda path: read_plate(path, options), _BUDGET_BYTES, on_ready=news.tell
-    )
+    # A frame that its reader has no answer to is one that is damaged, and the others are seen.
+    read = faults_told("A frame could not be read")(SequenceReader(options))
+    cache = FrameCache(sequence, read, _BUDGET_BYTES, on_ready=news.tell)
     try:
         found = cache.wait(first, window=0)
         if isinstance(found, Damaged):
             raise InputError(found.sentence)
         if found is None:
             raise InputError(f"{sequence.path_at(first)} is not there.")
-    except HeatlensError:
+    except Exception:
         cache.close()
         raise
     return Opened(text, options, cache, first, found, news)

@@ -36,7 +36,7 @@ class PictureReader:
         self._framebuffer: tuple[moderngl.Texture, moderngl.Framebuffer] | None = None
         self._last: tuple[object, Rgba] | None = None
 
-    def pixel(self, shown: Shown, version: int, at: tuple[int, int]) -> Rgba:
+    def pixel(self, shown: Shown, version: object, at: tuple[int, int]) -> Rgba:
         """The texel `at` (column, row) of the picture in float."""
         key = (version, shown.texture, at)
         if self._last is None or self._last[0] != key:
@@ -63,7 +63,7 @@ def probe_at(
     plate: Plate,
     lens: Lens,
     shown: Shown,
-    version: int,
+    version: object,
     reader: PictureReader,
 ) -> Probe | None:
     """The probe at a pixel of the display window; None outside the data window."""

@@ -1,10 +1,14 @@
 """A scene that has been opened, and what it is called."""
 
 from dataclasses import dataclass
+from pathlib import Path
 
+from heatlens.image.sequence import Stamp, stamp_of
 from heatlens.model.shot import Shot
 from heatlens.scene.first_shot import FirstShot, first_shot
 from heatlens.scene.scene import Scene
+from heatlens.scene.scene_read import files_of_scene
+from heatlens.scene.scene_source import is_demo
 
 
 @dataclass(frozen=True, eq=False)
@@ -13,6 +17,7 @@ class OpenedScene:
 
     text: str
     first: FirstShot
+    stamps: tuple[Stamp | None, ...] = ()  # of its files, as they were before they were read
 
     @property
     def scene(self) -> Scene:
@@ -32,4 +37,5 @@ class OpenedScene:
 
 def opened_scene(text: str) -> OpenedScene:
     """Read it. Raises InputError naming the file where that fails."""
-    return OpenedScene(text, first_shot(text))
+    stamps = () if is_demo(text) else tuple(map(stamp_of, files_of_scene(Path(text))))
+    return OpenedScene(text, first_shot(text), stamps)

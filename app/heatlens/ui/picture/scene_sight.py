@@ -11,7 +11,7 @@ from heatlens.model.shot import Shot
 from heatlens.render import FrameRenderer, LoadedPlate
 from heatlens.scene_gpu.scene_renderer import PINHOLE_VIEWS
 
-_REST_S = 0.15  # so long without a move is rest
+_REST_S = 0.08  # so long without a move is rest
 _BUDGET_S = 0.03  # for drawing while something moves
 _SCALES = (1.0, 1 / 2, 1 / 4)
 _MORE_VIEWS_S = 0.006  # for views beyond the first while something moves
@@ -23,8 +23,8 @@ class SceneSight:
     """Chooses how large the scene is drawn, by how long it took before.
 
     While something moves: as large as the time allows, by one view or, where a machine has time
-    left for more, by as many as there is time for. At rest: at once as
-    large as it is asked for, then antialiased, in slices: soon good, and whole at last.
+    left for more, by as many as there is time for. At rest, in slices: as large as it is asked for,
+    then antialiased, soon well enough to be worth a blur, and whole at last.
     """
 
     def __init__(
@@ -81,9 +81,6 @@ class SceneSight:
         """Go on with a better picture of what was last looked at, if that rests."""
         if self._wish is None or self.is_whole or self.seconds_to_rest() > 0:
             return
-        if self._scale < 1.0:
-            self._drawn(*self._wish, 1.0, 1)
-            return
         if self._coming is None:
             self._coming_views = self._next_views(self._wish[0])
             self._coming = self._renderer.looking(*self._wish, self._coming_views)
@@ -91,10 +88,12 @@ class SceneSight:
         for _ in self._coming:
             if self._clock() - start >= slice_s:
                 return
-        self._views, self._coming = self._coming_views, None
+        self._scale, self._views, self._coming = 1.0, self._coming_views, None
 
     def _next_views(self, shot: Shot) -> int:
         is_soon = self._whole_s(shot) * PINHOLE_VIEWS <= _ALL_AT_ONCE_S
+        if self._scale < 1.0:
+            return 1
         return PINHOLE_VIEWS if self.is_good or is_soon else _GOOD_VIEWS
 
     def seconds_to_rest(self) -> float:

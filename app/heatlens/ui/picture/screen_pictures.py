@@ -4,10 +4,13 @@ import moderngl
 
 from heatlens.defocus.layer_cuts import layer_cuts
 from heatlens.defocus.optics import Optics
+from heatlens.defocus.plate_passes import ProxyPass, proxy_size
 from heatlens.defocus.quality import layers_for
 from heatlens.display.display_pass import DisplayPass
+from heatlens.display.enlarge_pass import EnlargePass
 from heatlens.display.overlay_pass import OverlayPass
-from heatlens.display.sharp_pass import SharpPass
+from heatlens.display.picture_pass import Detail
+from heatlens.gpu.textures import TexturePool
 from heatlens.model.coc import sharp_px
 from heatlens.model.shot import Shot
 from heatlens.model.view import Against, Compare, Overlay, ViewState
@@ -15,6 +18,7 @@ from heatlens.render import LoadedPlate, optics_of
 from heatlens.ui.picture.live_picture import Shown
 
 Key = tuple[object, ...]
+Look = tuple[float, float, int, bool]  # exposure, gamma, version of the transform, mipmaps
 
 
 class _Target:
@@ -47,18 +51,26 @@ class ScreenPictures:
         self._ctx = ctx
         self.display = DisplayPass(ctx)
         self._overlays = OverlayPass(ctx)
-        self._sharp_pass = SharpPass(ctx)
-        self._sharp_of: LoadedPlate | None = None  # the plate of the hurried picture before
+        self._proxy = ProxyPass(ctx)
+        self._enlarge = EnlargePass(ctx)
+        self._pool = TexturePool(ctx)
+        self._detail_of: LoadedPlate | None = None  # the plate of the hurried picture before
         self._a = _Target(ctx, "A on the screen")
         self._b = _Target(ctx, "B on the screen")
         self._pinhole = _Target(ctx, "plate on the screen")
-        self._sharp = _Target(ctx, "what is sharp")
+        self._fine = _Target(ctx, "plate at the size of the picture at rest")
+        self._coarse = _Target(ctx, "plate at the preview's size")
         self._overlay = _Target(ctx, "overlay")
         self.transform_version = 0  # whoever sets another view transform counts it up
         self.with_mipmaps = False  # pictures are seen so small that they would shimmer without
 
     def a(
-        self, shown: Shown, version: int, plate: LoadedPlate, view: ViewState, b: moderngl.Texture
+        self,
+        shown: Shown,
+        version: object,
+        plate: LoadedPlate,
+        view: ViewState,
+        b: moderngl.Texture,
     ) -> moderngl.Texture:
         """A: the picture through the lens, the pinhole picture, or A's difference from B."""
         source = shown.texture if view.depth_of_field else plate.color
@@ -72,7 +84,8 @@ class ScreenPictures:
             if is_difference:
                 self.display.run_difference(source, b, out, *look[:2], view.difference_gain)
             else:
-                self.display.run(source, out, *look[:2])
+                is_enlarged = view.depth_of_field and _is_hurried(shown)
+                self._display(source, out, look, is_enlarged)
             self._finish(out)
         assert self._a.texture is not None
         return self._a.texture
@@ -91,27 +104,50 @@ class ScreenPictures:
         assert target.texture is not None
         return target.texture
 
-    def sharp(self, shown: Shown, plate: LoadedPlate, view: ViewState) -> moderngl.Texture | None:
-        """What is in focus, to lie over a hurried picture; None where that is as sharp itself.
-
-        With several layers a foreground may lie over what is in focus: then the preview is right.
-        """
-        proxy = shown.settings.proxy
-        if proxy >= shown.shot.defocus.proxy or layers_for(shown.settings) > 1:
+    def detail(self, shown: Shown, plate: LoadedPlate, view: ViewState) -> Detail | None:
+        """What a hurried picture lacks of what is in focus; None for a whole one."""
+        if not _is_hurried(shown):
             return None
-        if self._sharp_of is not plate:  # while a sequence plays, each plate is seen only once
-            self._sharp_of = plate
+        if self._detail_of is not plate:  # while a sequence plays, each plate is seen only once
+            self._detail_of = plate
             return None
-        pinhole = self.b(plate.color, plate, view)
-        key = (plate, shown.shot.lens_at(shown.frame), proxy, self._look(view))
-        if self._sharp.needs(plate.depth.size, key):
-            assert self._sharp.texture is not None
-            optics = optics_of(plate.plate, plate.occupied, shown.shot.lens_at(shown.frame))
-            self._sharp_pass.run(pinhole, plate.depth, optics, proxy, self._sharp.texture)
-            self._finish(self._sharp.texture)
-        return self._sharp.texture
+        proxy, lens = shown.settings.proxy, shown.shot.lens_at(shown.frame)
+        optics = optics_of(plate.plate, plate.occupied, lens)
+        wished = shown.shot.defocus.proxy
+        if wished == 1.0:
+            fine = self.b(plate.color, plate, view)
+        else:
+            fine = self._small_plate(self._fine, plate, wished, view, is_enlarged=False)
+        coarse = self._small_plate(self._coarse, plate, proxy, view, is_enlarged=True)
+        return Detail(fine, coarse, plate.depth, optics.line, 1.0 / proxy)
 
-    def _look(self, view: ViewState) -> tuple[float, float, int, bool]:
+    def _small_plate(
+        self, target: _Target, plate: LoadedPlate, proxy: float, view: ViewState, is_enlarged: bool
+    ) -> moderngl.Texture:
+        """The plate at a preview's size, as a preview in which all is in focus would be shown."""
+        size, look = proxy_size(plate.color.size, proxy), self._look(view)
+        if target.needs(size, (plate, look)):
+            color = self._pool.texture("small plate", size, 4)
+            depth = self._pool.texture("small depth", size, 1)
+            self._proxy.run(plate.color, plate.depth, 1.0, color, depth)
+            assert target.texture is not None
+            self._display(color, target.texture, look, is_enlarged)
+            self._finish(target.texture)
+        assert target.texture is not None
+        return target.texture
+
+    def _display(
+        self, source: moderngl.Texture, out: moderngl.Texture, look: Look, is_enlarged: bool
+    ) -> None:
+        """Write display values; of a picture that is drawn larger, ready for that."""
+        if not is_enlarged:
+            self.display.run(source, out, *look[:2])
+            return
+        shown = self._pool.texture("shown small", source.size, 4, "f2")
+        self.display.run(source, shown, *look[:2])
+        self._enlarge.run(shown, out)
+
+    def _look(self, view: ViewState) -> Look:
         return view.exposure_stops, view.gamma, self.transform_version, self.with_mipmaps
 
     def _finish(self, texture: moderngl.Texture) -> None:
@@ -131,6 +167,11 @@ class ScreenPictures:
             self._overlays.run(overlay, plate.depth, optics, sharp, limits, self._overlay.texture)
         assert self._overlay.texture is not None
         return self._overlay.texture
+
+
+def _is_hurried(shown: Shown) -> bool:
+    """Smaller than it will be."""
+    return shown.settings.proxy < shown.shot.defocus.proxy
 
 
 def layer_limits_px(optics: Optics, shot: Shot) -> tuple[float, ...]:

@@ -4,17 +4,13 @@ import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 
-import moderngl
 import numpy as np
 
 from heatlens.errors import GpuError, HeatlensError, InputError
 from heatlens.gpu.context import check_plate_fits
 from heatlens.gpu.textures import new_texture, upload
-from heatlens.image.channels import choose_color
-from heatlens.image.exr_read import read_color, read_parts
 from heatlens.image.frame_cache import Damaged, Direction
 from heatlens.image.plate import FloatImage, Plate
 from heatlens.image.sequence import MissingPolicy
@@ -26,17 +22,10 @@ from heatlens.model.shot import Shot
 from heatlens.render import FrameRenderer
 from heatlens.ui.picture.disk_watch import DiskWatch
 from heatlens.ui.picture.plate_source import Opened, PlateOpener
+from heatlens.ui.picture.reference import Reference, read_reference
 from heatlens.ui.picture.scene_opening import OpenedScene
 from heatlens.ui.picture.scene_sight import SceneSight
 from heatlens.ui.picture.stream_source import OpenedStream, StreamSource
-
-
-@dataclass(frozen=True, eq=False)
-class Reference:
-    """B: any EXR with a colour."""
-
-    path: Path
-    texture: moderngl.Texture
 
 
 class Stage:
@@ -63,7 +52,7 @@ class Stage:
         self.upload_s = 0.0
         self.version = 0  # counts plates put on the GPU
         self.is_finer = False  # the latest of them is the one before with less noise
-        self._frame, self._is_settled = 0, False
+        self._frame, self._is_settled, self._is_playing = 0, False, False
         self.is_black = False  # there is no file, and nothing stands in for it
         self.problem = ""  # why the frame cannot be seen, in a sentence
         self.wanted: tuple[int, Direction, int] | None = None  # of the cache, as last told
@@ -180,9 +169,15 @@ class Stage:
     def look(self, shot: Shot, frame: int, is_playing: bool = False) -> None:
         """Have the scene's pinhole picture at `frame`; drawn again only where something moved."""
         self.problem, self.is_black, self._frame = "", False, frame
+        self._is_playing = is_playing
         with self._drawing():
             self.sight.look(shot, frame, is_playing)
         self._is_settled = True
+
+    def follow(self, shot: Shot, frame: int) -> None:
+        """Look again where the shot has changed since: a blur would wait for its whole picture."""
+        if self.scene is not None and self.plate is not None:
+            self.look(shot, frame, self._is_playing)
 
     def refine(self, slice_s: float) -> None:
         """Go on with a better picture of a scene that rests."""
@@ -263,7 +258,7 @@ class Stage:
 
     def open_reference(self, path: Path) -> None:
         """Begin to read an EXR to compare with."""
-        self._coming = self._reader.submit(_read_reference, path)
+        self._coming = self._reader.submit(read_reference, path)
         self._coming.add_done_callback(lambda _: self._wake())
 
     def reference_arrived(self) -> bool:
@@ -290,9 +285,3 @@ class Stage:
             self.stream.close()
         if self.opened is not None:
             self.opened.cache.close()
-
-
-def _read_reference(path: Path) -> tuple[Path, FloatImage]:
-    parts = read_parts(path)
-    choice = choose_color(path, [header for header, _ in parts], None)
-    return path, read_color(path, parts, choice)[0]

@@ -5,6 +5,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 
+from heatlens.errors import HeatlensError
+from heatlens.faults import faults_told
 from heatlens.image.plate import Plate
 from heatlens.image.tev_server import TevServer
 from heatlens.model.plate_options import PlateOptions
@@ -74,9 +76,10 @@ class StreamSource:
         time.sleep(max(0.0, due_s - time.monotonic()))
         of = self._server.version, options
         try:
-            plate = self._server.snapshot(options=options)
-        except MemoryError:
-            return _Made(of, None, "This machine has no memory for the frame that was sent.")
+            with faults_told("The frame that was sent could not be read"):
+                plate = self._server.snapshot(options=options)
+        except HeatlensError as error:
+            return _Made(of, None, str(error))
         return _Made(of, plate, "" if plate is not None else self._server.problem or "")
 
     @property

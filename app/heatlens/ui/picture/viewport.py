@@ -7,7 +7,7 @@ from typing import Literal
 import moderngl
 from imgui_bundle import ImVec2, imgui
 
-from heatlens.display.picture_pass import Laid, PicturePass
+from heatlens.display.picture_pass import Detail, Laid, PicturePass
 from heatlens.model.boxes import Box
 from heatlens.model.view import Compare, ViewState
 from heatlens.model.view_geometry import (
@@ -35,7 +35,7 @@ class Pictures:
 
     a: moderngl.Texture
     b: moderngl.Texture
-    sharp: moderngl.Texture | None  # over A, while A is a hurried picture
+    detail: Detail | None  # of A, while that is a hurried picture
     overlay: moderngl.Texture | None
     data_window: Box
     display_window: Box
@@ -188,9 +188,11 @@ class ViewportPanel:
         return Box(math.ceil(x * scale), math.ceil(y * scale), x1, y1)
 
     def _lay_a(self, pictures: Pictures, near: bool, clip: Box) -> None:
-        self._lay(pictures.a, pictures, near and not pictures.is_proxy, clip)
-        if pictures.sharp is not None:
-            self._lay(pictures.sharp, pictures, near, clip, is_opaque=False)
+        detail = pictures.detail
+        self._lay(pictures.a, pictures, near and not pictures.is_proxy, clip, detail=detail)
+        if detail is not None:
+            self._set_filter(detail.plate, pictures, near)
+            self._set_filter(detail.coarse, pictures, False)
 
     def _lay(
         self,
@@ -199,13 +201,14 @@ class ViewportPanel:
         is_nearest: bool,
         clip: Box,
         is_opaque: bool = True,
+        detail: Detail | None = None,
     ) -> None:
         """Lay a texture over the data window."""
         self._set_filter(texture, pictures, is_nearest)
         data, display = pictures.data_window, pictures.display_window
         first = self._screen_at((data.x0 - display.x0, data.y0 - display.y0))
         last = self._screen_at((data.x1 - display.x0, data.y1 - display.y0))
-        self._laid.append(Laid(texture, first, last, clip, is_nearest, is_opaque))
+        self._laid.append(Laid(texture, first, last, clip, is_nearest, is_opaque, detail))
 
     def _screen_at(self, point: Point) -> Point:
         x, y = self.geometry.window_at_picture(point)

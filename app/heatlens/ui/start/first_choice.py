@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from heatlens.image.picture_formats import PICTURES_READ
 from heatlens.image.shot_file import is_shot_file
 from heatlens.paths import data_dir, home_dir
 from heatlens.scene.scene_source import DEMO, is_scene_source
@@ -135,5 +136,6 @@ def kind_of(text: str) -> str:
     if is_scene_source(text):
         return "3D scene"
     name = Path(text).name
-    is_one = name.lower().endswith(".exr") and not any(mark in name for mark in _PATTERN_MARKS)
+    is_file = name.lower().endswith((".exr", *PICTURES_READ))
+    is_one = is_file and not any(mark in name for mark in _PATTERN_MARKS)
     return "Plate" if is_one else "Sequence"

@@ -57,7 +57,7 @@ class Timeline:
         self._mark_tracks = MarkTracks()
         self._scene_mark_tracks = SceneMarkTracks(app)
         self._states = FrameStates()
-        self._direction: Literal[1, -1] = 1  # in which it moved last
+        self.direction: Literal[1, -1] = 1  # in which it moved last
         self._said = ""
 
     # What there is
@@ -169,7 +169,7 @@ class Timeline:
         before = self._app.editing.frame
         if frame != before:
             self._app.editing.frame = frame
-            self._direction = 1 if frame > before else -1
+            self.direction = 1 if frame > before else -1
 
     def step(self, frames: int) -> None:
         """So many frames on, or back."""
@@ -230,7 +230,7 @@ class Timeline:
         self._show()
         if self.playback.direction:
             now, rate = app.editing.frame, app.shot.frames_per_second
-            is_ready = app.stage.is_settled_at(now)
+            is_ready = self._is_there(now)
             frame = self.playback.moved(now, self.played, rate, is_ready)
             if frame != now and self._may_play(frame):
                 self._put(frame)
@@ -252,12 +252,14 @@ class Timeline:
         return True
 
     def _show(self) -> None:
+        if self._app.pull.is_alone:
+            return
         if self._app.stage.scene is not None:
             is_playing = self.playback.direction != 0
             self._app.stage.look(self._app.shot, self._app.editing.frame, is_playing)
             return
         ahead = _AHEAD_PLAYING if self.playback.direction else _AHEAD_STILL
-        direction = self.playback.direction or self._direction
+        direction = self.playback.direction or self.direction
         self._app.stage.show(self._app.editing.frame, direction, ahead, self.missing)
 
     @property
@@ -267,8 +269,14 @@ class Timeline:
 
     @property
     def _waits_for_nothing(self) -> bool:
-        is_there = self._app.stage.is_settled_at(self._app.editing.frame)
-        return is_there or not self.playback.is_every_frame
+        return self._is_there(self._app.frame) or not self.playback.is_every_frame
+
+    def _is_there(self, frame: int) -> bool:
+        """The frame is seen: as it was rendered before, else by its plate."""
+        pull = self._app.pull
+        if pull.is_alone:
+            return pull.is_at_hand(frame)
+        return self._app.stage.is_settled_at(frame)
 
     def seconds_until_needed(self) -> float | None:
         """How long the loop may sleep; None: until a plate has been read, or for ever."""

@@ -28,6 +28,12 @@ def play_actions() -> list[Action]:
         Action("In point here", "Play", lambda app: app.timeline.set_in(), _K.i),
         Action("Out point here", "Play", lambda app: app.timeline.set_out(), _K.o),
         Action("In and out points away", "Play", lambda app: app.timeline.play_all(), _K.i, _SHIFT),
+        Action(
+            "Render frames ahead", "Play", lambda app: app.pull.switch(),
+            is_on=lambda app: app.filing.preferences.now.keep_frames,
+        ),
+        Action("Clear rendered frames", "Play", lambda app: app.pull.clear()),
+        Action("Rendered frames...", "Play", lambda app: app.pull.open_popup()),
     ]  # fmt: skip
 
 

@@ -90,6 +90,8 @@ def _draw_ruler(app: "App", scale: TimeScale, y: float, height: float) -> None:
         text = str(frame)
         text_x = scale.words_x(frame, imgui.calc_text_size(text).x)
         draw.add_text(ImVec2(text_x, y + 0.1 * em), theme.TEXT_DIM, text)
+    for run in app.pull.runs:
+        _draw_cells(draw, scale, run, strip_y - _STRIP, strip_y - 1.0, theme.RENDERED)
     _draw_states(app, scale, strip_y)
     _draw_warnings(app, scale, y)
     draw.pop_clip_rect()

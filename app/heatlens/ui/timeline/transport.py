@@ -11,6 +11,7 @@ from heatlens.image.sequence import MissingPolicy
 from heatlens.model.frames import check_frame, check_frames_per_second
 from heatlens.ui import theme, widgets
 from heatlens.ui.timeline.playback import Ending
+from heatlens.ui.timeline.rendered_panel import rendered_label
 
 if TYPE_CHECKING:
     from heatlens.ui.app import App
@@ -38,6 +39,7 @@ def transport(app: "App") -> None:
     _frame_field(app)
     _rate_field(app)
     _choices(app)
+    rendered_label(app)
 
 
 def _buttons(app: "App") -> None:

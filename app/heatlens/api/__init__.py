@@ -1,0 +1,22 @@
+"""heatlens from Python: open a plate or a scene, look at it through a lens, get an array.
+
+    import heatlens
+
+    with heatlens.open("plate.exr") as plate:
+        for f_stop in (1.4, 2.8, 5.6):
+            picture = plate.render(f_stop=f_stop, focus_at=(290, 190))
+
+    heatlens.open(color, depth_m).render(f_stop=2, focus_distance_m=3, focal_length_mm=50)
+    heatlens.open("shot.heatlens.json").render(frame=1012)
+    heatlens.open("scene.glb", size=(960, 540)).render(f_stop=2, focus_distance_m=3, views=256,
+                                                       method="accumulation")
+
+The commands stand on the same functions: `FrameRenderer` draws, `plate_lens` and `first_shot` say
+which lens it is. OpenGL is started by the first picture and kept, for one thread; `render` leaves
+its context current, so who draws with OpenGL in that thread as well makes theirs current again.
+"""
+
+from heatlens.api.opening import open
+from heatlens.api.source import Source
+
+__all__ = ["Source", "open"]

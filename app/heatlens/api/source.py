@@ -1,0 +1,220 @@
+"""Plates and scenes in front of a lens, rendered to arrays."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import fields, replace
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+from heatlens.api.engine import ENGINE
+from heatlens.errors import InputError
+from heatlens.gpu.textures import FloatArray
+from heatlens.image.focus_pick import depth_at_m
+from heatlens.image.plate import Plate
+from heatlens.image.plate_lens import plate_lens
+from heatlens.image.plate_read import read_plate
+from heatlens.image.sequence import Sequence
+from heatlens.model.lens import Lens
+from heatlens.model.plate_options import PlateOptions
+from heatlens.model.settings import Bokeh, DefocusSettings, Method, Quality
+from heatlens.model.shot import LensCurves, Shot
+from heatlens.render import FrameRenderer
+from heatlens.scene.first_shot import FirstShot
+
+_BLUR = {"bokeh": Bokeh, "quality": Quality, "method": Method}
+
+
+class Source(ABC):
+    """What is in front of the lens: a plate, a sequence of plates, or a 3D scene."""
+
+    def render(
+        self,
+        lens: Lens | None = None,
+        *,
+        frame: int | None = None,
+        focal_length_mm: float | None = None,
+        sensor_width_mm: float | None = None,
+        f_stop: float | None = None,
+        focus_distance_m: float | None = None,
+        focus_at: tuple[int, int] | None = None,
+        squeeze: float | None = None,
+        **blur: Any,
+    ) -> FloatArray:
+        """The picture through the lens: (H, W, 4) float32, scene-linear, premultiplied, row 0 top.
+
+        `lens`, or single values of it; what is not given is that of the shot file, of the header or
+        of the scene's camera. `focus_at` is a pixel (x, y) of the picture that is to be sharp.
+        `frame` is that of a sequence, a shot or a scene (default: the first). `blur` takes the
+        fields of `DefocusSettings`: quality="draft", bokeh, layers, proxy, method, views.
+
+        Raises HeatlensError: a lens value that nobody tells, a file that cannot be read, a picture
+        too large for this machine.
+        """
+        values = {
+            "focal_length_mm": focal_length_mm,
+            "sensor_width_mm": sensor_width_mm,
+            "f_stop": f_stop,
+            "focus_distance_m": focus_distance_m,
+            "squeeze": squeeze,
+        }
+        given = {} if lens is None else _values_of(lens)
+        given |= {name: float(value) for name, value in values.items() if value is not None}
+        if focus_at is not None and focus_distance_m is not None:
+            raise InputError("Give focus_distance_m or focus_at, not both.")
+        renderer = ENGINE.renderer()
+        shot, at = self._shot_on(renderer, frame, given, focus_at)
+        return renderer.pixels(replace(shot, defocus=_settings(shot.defocus, blur)), at)
+
+    @abstractmethod
+    def _shot_on(
+        self,
+        renderer: FrameRenderer,
+        frame: int | None,
+        given: dict[str, float],
+        focus_at: tuple[int, int] | None,
+    ) -> tuple[Shot, int]:
+        """Load what is seen at a frame; the shot with the lens, and the frame."""
+
+    def close(self) -> None:
+        """Let go of its pixels; the next `render` reads and loads them again."""
+        ENGINE.forget(self)
+
+    def __enter__(self) -> "Source":
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+
+class OnePlate(Source):
+    """A plate in memory; there are no frames."""
+
+    def __init__(self, plate: Plate) -> None:
+        self._plate = plate
+
+    def _shot_on(
+        self,
+        renderer: FrameRenderer,
+        frame: int | None,
+        given: dict[str, float],
+        focus_at: tuple[int, int] | None,
+    ) -> tuple[Shot, int]:
+        if frame is not None:
+            raise InputError("An array is one picture: leave frame out.")
+        ENGINE.load(self, self._plate)
+        return Shot(_lens_at(self._plate, given, focus_at)), 0
+
+
+class Plates(Source):
+    """Files, one a frame; `shot` has the lens where a shot file was opened."""
+
+    def __init__(self, sequence: Sequence, options: PlateOptions, shot: Shot | None) -> None:
+        self._sequence = sequence
+        self._options = options
+        self._shot = shot
+        self._read: tuple[Path, Plate] | None = None
+
+    def _shot_on(
+        self,
+        renderer: FrameRenderer,
+        frame: int | None,
+        given: dict[str, float],
+        focus_at: tuple[int, int] | None,
+    ) -> tuple[Shot, int]:
+        at = self._sequence.present[0] if frame is None else frame
+        plate = self._plate(self._sequence.path_at(at))
+        ENGINE.load(self, plate)
+        if self._shot is not None:
+            given = _values_of(self._shot.lens_at(at)) | given
+        shot = self._shot or Shot(Lens(50.0, 2.8, 5.0, 36.0))
+        return _with_lens(shot, _lens_at(plate, given, focus_at)), at
+
+    def close(self) -> None:
+        """See `Source.close`."""
+        self._read = None
+        super().close()
+
+    def _plate(self, path: Path) -> Plate:
+        """The latest is kept: a lens is turned more often than the frame."""
+        if self._read is None or self._read[0] != path:
+            self._read = (path, read_plate(path, self._options))
+        return self._read[1]
+
+
+class Scene(Source):
+    """A 3D scene, through one of its cameras."""
+
+    def __init__(self, first: FirstShot, text: str) -> None:
+        self._first = first
+        self._text = text
+
+    def _shot_on(
+        self,
+        renderer: FrameRenderer,
+        frame: int | None,
+        given: dict[str, float],
+        focus_at: tuple[int, int] | None,
+    ) -> tuple[Shot, int]:
+        begun = self._first
+        at = begun.frame if frame is None else frame
+        ENGINE.load(self, begun.scene)
+        shot = _with_values(begun.shot, at, given)
+        if focus_at is not None:
+            plate = renderer.look(shot, at).plate
+            return _with_values(shot, at, {"focus_distance_m": depth_at_m(plate, *focus_at)}), at
+        needed = {"f_stop", "focus_distance_m"} & begun.assumed - set(given)
+        if needed:
+            missing = " and ".join(sorted(needed))
+            raise InputError(f"{self._text}: a scene does not tell all of a lens; give {missing}.")
+        return shot, at
+
+
+def _lens_at(plate: Plate, given: Mapping[str, float], focus_at: tuple[int, int] | None) -> Lens:
+    if focus_at is not None:
+        given = {**given, "focus_distance_m": depth_at_m(plate, *focus_at)}
+    return plate_lens(plate, given).lens
+
+
+def _with_values(shot: Shot, frame: int, given: Mapping[str, float]) -> Shot:
+    """The shot at one frame, with the lens that it has there but for the given values."""
+    if not given:
+        return shot
+    return _with_lens(shot, replace(shot.lens_at(frame), **given))
+
+
+def _with_lens(shot: Shot, lens: Lens) -> Shot:
+    """The shot with a lens that stands still."""
+    return replace(shot, lens=lens, curves=LensCurves())
+
+
+def _values_of(lens: Lens) -> dict[str, float]:
+    values = {field.name: getattr(lens, field.name) for field in fields(lens)}
+    return {name: value for name, value in values.items() if value is not None}
+
+
+def _settings(before: DefocusSettings, blur: Mapping[str, Any]) -> DefocusSettings:
+    """`before` with what was given. Raises InputError for what a blur does not have."""
+    check_names(blur, DefocusSettings)
+    values: dict[str, Any] = dict(blur)
+    for name, kind in _BLUR.items():
+        if name in values:
+            try:
+                values[name] = kind(values[name])
+            except ValueError:
+                known = ", ".join(kind)
+                raise InputError(f"{name} is one of {known}, got {values[name]!r}.") from None
+    return replace(before, **values)
+
+
+def check_names(given: Mapping[str, Any], kind: Any) -> None:
+    """InputError for a name that is no field of the dataclass `kind`."""
+    known = [field.name for field in fields(kind)]
+    for name in given:
+        if name not in known:
+            raise InputError(f"There is no {name!r}; there are {', '.join(known)}.")

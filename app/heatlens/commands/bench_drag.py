@@ -1,0 +1,87 @@
+"""`heatlens bench --drag`: its options, and the picture that is dragged."""
+
+import argparse
+from dataclasses import replace
+from pathlib import Path
+
+from heatlens.bench.drag import level_words
+from heatlens.bench.synthetic_plate import LENS, scene_plate
+from heatlens.commands.given_options import given
+from heatlens.commands.lens_options import add_lens_options, lens_of
+from heatlens.commands.plate_options import add_plate_options, plate_options
+from heatlens.commands.plate_words import say_plate
+from heatlens.errors import InputError
+from heatlens.image.plate import Plate
+from heatlens.image.plate_read import read_plate
+from heatlens.model.lens import Lens
+from heatlens.model.settings import PROXY_MIN, DefocusSettings
+from heatlens.preview.levels import cheaper
+
+Size = tuple[int, int]
+Dragged = tuple[Plate, Lens, DefocusSettings]
+
+
+def add_drag_options(parser: argparse.ArgumentParser, group: "argparse._ArgumentGroup") -> None:
+    """Add --drag and --plate to `group`, and to `parser` how the plate and its lens are read."""
+    group.add_argument(
+        "--drag",
+        action="store_true",
+        help="what the hand sees instead of the passes: for each preview level that the window "
+        "may show while something is dragged, pictures a second and FLIP to the picture at rest, "
+        "as they look on the screen at 1:1; FLIP needs pip install 'heatlens[compare]'",
+    )
+    group.add_argument(
+        "--plate",
+        type=Path,
+        metavar="FILE",
+        help="with --drag: an EXR with colour and depth instead of the scene made in memory; "
+        "--size then makes it smaller (default: as large as it is)",
+    )
+    add_lens_options(parser)
+    add_plate_options(parser)
+
+
+def check_drag(args: argparse.Namespace) -> None:
+    """Raise InputError for options that would change nothing."""
+    if args.plate is None:
+        names = given(args, add_lens_options, add_plate_options)
+        if names:
+            raise InputError(f"{', '.join(names)} says how to read --plate; give both.")
+    elif not args.drag:
+        raise InputError("--plate is what --drag measures; give both.")
+
+
+def dragged(args: argparse.Namespace, settings: DefocusSettings, default: Size) -> Dragged | None:
+    """Return what is dragged: plate, lens, and settings at the size that was asked for.
+
+    None where nothing is. Raises HeatlensError for a plate that cannot be read or is too small.
+    """
+    if not args.drag:
+        return None
+    if args.plate is None:
+        return scene_plate(args.size or default), LENS, settings
+    options = plate_options(args)
+    plate = read_plate(args.plate, options)
+    lens, said = lens_of(args, plate)
+    say_plate(plate, lens, said, options)
+    return plate, lens, _at_size(plate, settings, args.size)
+
+
+def _at_size(plate: Plate, settings: DefocusSettings, size: Size | None) -> DefocusSettings:
+    """The proxy that comes nearest to the width."""
+    if size is None:
+        return settings
+    full = plate.data_window.width, plate.data_window.height
+    if size[0] > full[0] or size[1] > full[1]:
+        raise InputError(
+            f"--size {size[0]}x{size[1]} is larger than {plate.path.name}, which has "
+            f"{full[0]}x{full[1]} pixels: a plate can only be made smaller."
+        )
+    return replace(settings, proxy=max(PROXY_MIN, settings.proxy * size[0] / full[0]))
+
+
+def level_sentences(what: Dragged) -> tuple[str, ...]:
+    """Return what is said when each level begins."""
+    plate, _, settings = what
+    size = plate.data_window.width, plate.data_window.height
+    return tuple(level_words(level, size) for level in cheaper(settings))

@@ -1,0 +1,77 @@
+"""`heatlens doctor`: whether everything works on this machine, for people and for bug reports."""
+
+import argparse
+import json
+import time
+from collections.abc import Iterator
+from dataclasses import asdict
+
+from heatlens.doctor import machine_check, picture_check, window_check
+from heatlens.doctor.finding import Check, Finding, made_sure
+from heatlens.doctor.gpu_check import Gpu
+from heatlens.gpu.context import headless_context
+
+_DESCRIPTION = """\
+Tries what heatlens stands on: packages, OpenGL and its limits, every shader, the solvers against
+float64, the still life against a stored picture, colours, fonts and display. Takes some seconds.
+Exit code 1 where something is at fault. Paste what it says into a bug report.
+"""
+_EPILOG = """\
+examples:
+  heatlens doctor
+  heatlens doctor --json > doctor.json
+"""
+
+
+def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    """Add `doctor` to the command line."""
+    parser = commands.add_parser(
+        "doctor",
+        help="try whether everything works on this machine",
+        description=_DESCRIPTION,
+        epilog=_EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("--json", action="store_true", help="one JSON object instead of lines")
+    parser.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Make every check, say each finding at once; 1 where something is at fault."""
+    start, found = time.perf_counter(), []
+    for finding in _findings():
+        found.append(finding)
+        if not args.json:
+            print(f"{finding.state:5}  {finding.name}: {finding.said}", flush=True)
+    faults = sum(finding.state == "fault" for finding in found)
+    seconds = time.perf_counter() - start
+    if args.json:
+        report = {"ok": not faults, "seconds": seconds, "findings": [asdict(f) for f in found]}
+        print(json.dumps(report, indent=2))
+    else:
+        told = "nothing is at fault" if not faults else f"at fault: {faults}"
+        print(f"{len(found)} findings in {seconds:.1f} s, {told}")
+    return int(faults > 0)
+
+
+def _findings() -> Iterator[Finding]:
+    for name, check in _checks().items():
+        yield from made_sure(name, check)
+
+
+def _checks() -> dict[str, Check]:
+    """In the order in which one needs the other. The display comes last: drivers crash there."""
+    gpu = Gpu(headless_context)
+    return {
+        "machine": machine_check.system,
+        "packages": machine_check.packages,
+        "EXR": machine_check.files,
+        "OpenGL": gpu.device,
+        "shaders": gpu.shaders,
+        "solvers": gpu.solvers,
+        "still life": lambda: picture_check.still_life(gpu.ctx),
+        "OpenColorIO": lambda: picture_check.color(gpu.ctx),
+        "OpenGL errors": gpu.errors,
+        "fonts": window_check.fonts,
+        "display": window_check.display,
+    }

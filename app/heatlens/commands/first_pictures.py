@@ -1,0 +1,87 @@
+"""What `heatlens` alone does where no window can be opened: pictures, and how to go on."""
+
+import os
+import shlex
+import sys
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+from PIL import Image
+
+import heatlens
+from heatlens.color.color_config import load_color_config
+from heatlens.color.view_transform import ViewTransform, view_transform
+from heatlens.commands.say import say
+from heatlens.errors import NoWindowError
+from heatlens.image.atomic_file import write_whole
+from heatlens.image.png_write import encoded_picture, write_png
+from heatlens.paths import data_dir
+from heatlens.scene.demo.demo import demo_shot
+from heatlens.scene.scene_source import DEMO
+
+_STILL, _PULL = "heatlens_still_life.png", "heatlens_pull.webp"
+_FRUIT = (290, 190)  # a pixel of the still life that is to be sharp
+_FRAMES, _SIZE = 8, (320, 180)  # of the pull: some seconds on a processor
+_F_STOP = 1.2  # wider than the demo is shot: the picture is small, and the pull is to be seen
+_MILLISECONDS = 240  # that each of them is seen
+_WIPE = "\r\x1b[K"
+
+
+def make_first_pictures(why: NoWindowError) -> int:
+    """Render what comes with heatlens into this folder and name the commands to go on with.
+
+    Raises GpuError where there is no OpenGL at all.
+    """
+    say(str(why).partition(". ")[0] + ", so here are pictures instead.")
+    folder, plate = _folder(), data_dir("assets") / "still_life.exr"
+    view = _default_view()
+    still, pull = folder / _STILL, folder / _PULL
+    picture = heatlens.open(plate).render(focus_at=_FRUIT)
+    write_png(still, picture[..., :3], encode=view.apply_cpu)
+    print(f"{still}    the still life, focus on the fruit", flush=True)
+    write_whole(pull, _animation(list(_shown_frames(view))))
+    print(f"{pull}    the street at night, the focus pulled from one walker to the next")
+    print(
+        "\nOn with these, or with a plate or scene of your own:\n"
+        f"  heatlens render {shlex.quote(str(plate))} -o lights.png --focus-at 330,60\n"
+        "  heatlens render demo -o street.png --frame 120 --f-stop 1.4\n"
+        "  heatlens export demo -o street/####.png --frames 60-90 --size 640x360\n"
+        "  heatlens render --help"
+    )
+    return 0
+
+
+def _folder() -> Path:
+    """The current one, or where nothing can be written there one for temporary files."""
+    here = Path.cwd()
+    return here if os.access(here, os.W_OK) else Path(tempfile.mkdtemp(prefix="heatlens-"))
+
+
+def _default_view() -> ViewTransform:
+    config = load_color_config(None)
+    display, view = config.default_display, config.default_view
+    return view_transform(config, display, view, config.default_input_space)
+
+
+def _shown_frames(view: ViewTransform) -> Iterator[Image.Image]:
+    """The first pull of the demo; on a terminal it is said how far it is."""
+    start, end = demo_shot().key_frames[:2]
+    source = heatlens.open(DEMO, size=_SIZE)
+    for number, frame in enumerate(np.linspace(start, end, _FRAMES)):
+        if sys.stderr.isatty():
+            sys.stderr.write(f"{_WIPE}heatlens: frame {number + 1} of {_FRAMES}")
+            sys.stderr.flush()
+        light = source.render(frame=round(float(frame)), f_stop=_F_STOP, quality="preview")
+        shown = np.clip(view.apply_cpu(light[..., :3]), 0.0, 1.0)
+        yield Image.fromarray((shown * 255 + 0.5).astype(np.uint8))
+    if sys.stderr.isatty():
+        sys.stderr.write(_WIPE)
+
+
+def _animation(frames: list[Image.Image]) -> bytes:
+    """There and back again, for ever."""
+    rest = [*frames[1:], *frames[-2:0:-1]]
+    options = {"append_images": rest, "duration": _MILLISECONDS, "loop": 0, "quality": 85}
+    return encoded_picture(frames[0], "WEBP", save_all=True, **options)

@@ -1,0 +1,88 @@
+"""`heatlens info` of several frames: a sequence, a folder of one, or files that were listed."""
+
+import os
+import sys
+from collections.abc import Sequence as Items
+from pathlib import Path
+from typing import Any
+
+from heatlens.commands.info_scene import Line
+from heatlens.image.sequence import Sequence, find_sequence
+from heatlens.image.sequence_facts import sequence_facts
+from heatlens.image.sequence_names import NameForm, form_of, parse_pattern
+from heatlens.model.plate_options import PlateOptions
+from heatlens.model.units import format_distance
+
+
+def found_among(texts: Items[str]) -> list[str | Sequence]:
+    """What is meant by the names: each a file, or several that are frames of one shot.
+
+    Patterns and folders are shots; of files that are listed, those of one form belong together.
+    Raises InputError for a pattern without files.
+    """
+    groups: dict[tuple[Path, NameForm], list[int]] = {}
+    found: list[str | Sequence | tuple[Path, NameForm]] = []
+    for text in texts:
+        path = Path(os.path.expanduser(text))
+        is_pattern = not path.exists() and parse_pattern(path.name) is not None
+        form, frame = form_of(path.name)
+        if path.is_dir() or is_pattern:
+            found.append(find_sequence(text))
+        elif frame is None or len(texts) == 1 or not path.exists():
+            found.append(text)
+        else:
+            key = (path.parent, form)
+            if key not in groups:
+                found.append(key)
+            groups.setdefault(key, []).append(frame)
+    return [_settled(item, groups) if isinstance(item, tuple) else item for item in found]
+
+
+def _settled(key: tuple[Path, NameForm], groups: dict[tuple[Path, NameForm], list[int]]) -> Any:
+    """One file by its name, or the frames that were listed."""
+    folder, form = key
+    frames = tuple(sorted(groups[key]))
+    if len(frames) == 1:
+        return str(folder / form.name_at(frames[0]))
+    every = tuple(range(frames[0], frames[-1] + 1))
+    return Sequence(folder, form, every, frames)
+
+
+def sequence_info(sequence: Sequence, options: PlateOptions) -> tuple[dict[str, Any], list[Line]]:
+    """The facts of a shot, and as lines; says on a terminal how far it is."""
+    count, done = len(sequence.present), 0
+
+    def tell(frame: int) -> None:
+        nonlocal done
+        done += 1
+        if sys.stderr.isatty():
+            print(f"\rframe {frame}, {done} of {count}", end="", file=sys.stderr, flush=True)
+
+    facts = sequence_facts(sequence, options, tell)
+    if sys.stderr.isatty():
+        print("\r\033[K", end="", file=sys.stderr, flush=True)
+    return facts, _lines(facts)
+
+
+def _lines(facts: dict[str, Any]) -> list[Line]:
+    lines = [
+        ("sequence", facts["path"]),
+        ("frames", f"{facts['frames']} ({facts['frame_count']})"),
+        ("missing", facts["missing"] or "none"),
+        *_with_frames("size", facts["sizes"]),
+        *_with_frames("depth", facts["depth"]),
+    ]
+    if facts["near_m"] is not None:
+        near, far = format_distance(facts["near_m"]), format_distance(facts["far_m"])
+        span = f"{near} (frame {facts['near_frame']}) to {far} (frame {facts['far_frame']})"
+        lines.append(("  range", span))
+    lines += _with_frames("note", facts["notes"])
+    lines += [(f"frame {frame}", sentence) for frame, sentence in facts["damaged"].items()]
+    return lines
+
+
+def _with_frames(label: str, found: dict[str, str]) -> list[Line]:
+    """One line for what all have; else the frames that have it behind each."""
+    if len(found) == 1 and label != "note":
+        return [(label, name) for name in found]
+    return [(label, f"{name} (frames {frames})") for name, frames in found.items()]

@@ -1,0 +1,155 @@
+"""The process that people start: it has a second one do the work, and waits.
+
+Ctrl-C must be answered at once, whatever the work is in the middle of. Drivers and libraries do not
+allow that from inside: an interrupt that falls into a call of theirs is answered when the call
+returns, which may be many seconds later, turns up as a wrong reason ("cannot be loaded"), or ends
+in a crash. So the work does not hear Ctrl-C at all. This process does: it ends the work, removes
+what that left unfinished, and says so. The window, which has things to save, asks to be told
+instead (`stopping.hearing`).
+
+It is also told here when a fault in a driver or a library ended the work.
+
+Exit codes: those of `commands.main`, and 128 + N after signal N: 130 Ctrl-C, 143 SIGTERM.
+"""
+
+import os
+import signal
+import sys
+import time
+import warnings
+from collections.abc import Iterable
+from pathlib import Path
+
+from heatlens import stopping
+
+_PATIENCE_S = 3.0  # for a process that hears: it may be in the middle of a step of its work
+_FAULT = 70  # EX_SOFTWARE of sysexits.h
+_DIE_WITH_PARENT = 1  # PR_SET_PDEATHSIG of prctl(2)
+
+
+def main() -> int:
+    """Run the command line of this process; returns the exit code."""
+    if sys.platform != "linux":  # what is used here exists there alone
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+        return _work()
+    stops = _stop_signals()
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {*stops, signal.SIGCHLD})
+    record, parent = stopping.begin_record(), os.getpid()
+    worker = os.fork()
+    if worker == 0:
+        for stop in stops:
+            signal.signal(stop, signal.SIG_IGN)
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        _end_with(parent)
+        return _work()
+    return _wait_for(worker, stops, record)
+
+
+def _work() -> int:
+    from heatlens.commands.main import main as run
+
+    if not sys.warnoptions:  # lines of source, and of libraries, are not for people
+        warnings.simplefilter("ignore")
+
+    return run()
+
+
+def _stop_signals() -> set[signal.Signals]:
+    """Those that end this process; one started in the background may have to ignore them."""
+    stops = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+    return {stop for stop in stops if signal.getsignal(stop) is not signal.SIG_IGN}
+
+
+def _end_with(parent: int) -> None:
+    """Have the system end this process when the one that waits for it is killed."""
+    import ctypes
+
+    ctypes.CDLL(None).prctl(_DIE_WITH_PARENT, signal.SIGKILL)
+    if os.getppid() != parent:  # it was killed before that was asked for
+        os._exit(128 + signal.SIGKILL)
+
+
+def _wait_for(worker: int, stops: set[signal.Signals], record: int) -> int:
+    """Wait until the work has ended or is to end; returns the exit code."""
+    while True:
+        heard = signal.sigwait({*stops, signal.SIGCHLD})
+        ended, status = os.waitpid(worker, os.WNOHANG)
+        if ended:
+            return _ended(os.waitstatus_to_exitcode(status), record)
+        if heard in stops:
+            return _stop(worker, signal.Signals(heard), record)
+
+
+def _stop(worker: int, how: signal.Signals, record: int) -> int:
+    """End the work, remove what it left unfinished, and say so unless it did itself."""
+    code = _asked(worker, how) if stopping.read_record(record).hears else None
+    if code is not None and code >= 0:
+        return code
+    if code is None:
+        os.kill(worker, signal.SIGSTOP)  # so that it starts nothing while its children are found
+        for process in (worker, *_descendants(worker)):
+            _kill(process)
+        os.waitpid(worker, 0)
+    stopping.remove_left(stopping.read_record(record))
+    _say("stopped")
+    return 128 + how
+
+
+def _asked(worker: int, how: signal.Signals) -> int | None:
+    """Pass the signal on; the exit code of the work, None where it does not come to its end.
+
+    A second signal, from somebody without patience, is not waited for.
+    """
+    os.kill(worker, how)
+    end = time.monotonic() + _PATIENCE_S
+    while (left_s := end - time.monotonic()) > 0:
+        got = signal.sigtimedwait({signal.SIGCHLD, signal.SIGINT, signal.SIGTERM}, left_s)
+        ended, status = os.waitpid(worker, os.WNOHANG)
+        if ended:
+            return os.waitstatus_to_exitcode(status)
+        if got is not None and got.si_signo != signal.SIGCHLD:
+            return None
+    return None
+
+
+def _ended(code: int, record: int) -> int:
+    """The exit code for that of the work, which is negative where a signal ended it."""
+    if code >= 0:
+        return code
+    stopping.remove_left(stopping.read_record(record))
+    name = signal.Signals(-code).name
+    if -code in (signal.SIGSEGV, signal.SIGBUS, signal.SIGABRT, signal.SIGFPE, signal.SIGILL):
+        _say(
+            f"a fault in the graphics driver or in a library ended the work ({name}). "
+            "`heatlens doctor` tries what there is."
+        )
+        return _FAULT
+    if -code == signal.SIGKILL:
+        _say("the work was killed from outside, as systems do where memory runs out")
+    return 128 - code
+
+
+def _descendants(process: int) -> Iterable[int]:
+    """Processes that `process` started, and those that they started."""
+    for tasks in Path(f"/proc/{process}/task").glob("*/children"):
+        try:
+            children = [int(word) for word in tasks.read_text().split()]
+        except OSError:  # the thread has ended meanwhile
+            continue
+        for child in children:
+            yield child
+            yield from _descendants(child)
+
+
+def _kill(process: int) -> None:
+    try:
+        os.kill(process, signal.SIGKILL)
+    except ProcessLookupError:
+        return  # it ended by itself
+
+
+def _say(sentence: str) -> None:
+    """Also over a line of progress that the work left on the terminal."""
+    wipe = "\r\x1b[K" if sys.stderr.isatty() else ""
+    sys.stderr.write(f"{wipe}heatlens: {sentence}\n")
+    sys.stderr.flush()

@@ -1,0 +1,73 @@
+"""`-` for a file: standard input as a plate, standard output as a picture."""
+
+import shutil
+import sys
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from heatlens.errors import InputError
+from heatlens.stopping import unfinished
+
+DASH = "-"
+# How files begin, and the ends of the names by which they are read.
+_MAGIC = {
+    b"\x76\x2f\x31\x01": ".exr",
+    b"\x89PNG": ".png",
+    b"\xff\xd8\xff": ".jpg",
+    b"II*\0": ".tif",
+    b"MM\0*": ".tif",
+    b"\x93NUMPY": ".npy",
+}
+
+
+@contextmanager
+def file_of_input(path: Path) -> Iterator[Path]:
+    """`path`, or where that is `-` a file with what comes on standard input; it goes in the end.
+
+    Raises InputError for what is no picture, and where somebody would have to type it.
+    """
+    if str(path) != DASH:
+        yield path
+        return
+    if sys.stdin is None or sys.stdin.isatty():
+        raise InputError("- is standard input, and nothing is piped into it.")
+    with _folder() as folder:
+        data = sys.stdin.buffer.read()
+        suffix = next((end for magic, end in _MAGIC.items() if data.startswith(magic)), None)
+        if suffix is None:
+            found = "is empty" if not data else "is neither an EXR nor a PNG, JPEG or TIFF"
+            raise InputError(f"Standard input {found}.")
+        spooled = folder / f"stdin{suffix}"
+        spooled.write_bytes(data)
+        yield spooled
+
+
+@contextmanager
+def file_for_output(path: Path) -> Iterator[Path]:
+    """`path`, or where that is `-` an EXR to write, which then goes to standard output.
+
+    Raises InputError where that is a terminal.
+    """
+    if str(path) != DASH:
+        yield path
+        return
+    if sys.stdout.isatty():
+        raise InputError("- is standard output, and a terminal shows no EXR: pipe it on.")
+    with _folder() as folder:
+        spooled = folder / "stdout.exr"
+        yield spooled
+        sys.stdout.buffer.write(spooled.read_bytes())
+        sys.stdout.buffer.flush()
+
+
+@contextmanager
+def _folder() -> Iterator[Path]:
+    """A folder of our own, which goes in the end, whatever happens."""
+    folder = Path(tempfile.mkdtemp(prefix="heatlens-"))
+    with unfinished(folder):
+        try:
+            yield folder
+        finally:
+            shutil.rmtree(folder, ignore_errors=True)

@@ -1,0 +1,48 @@
+"""What a command says of a plate and of the lens in front of it, before it starts to work."""
+
+from heatlens.commands.say import say
+from heatlens.errors import InputError
+from heatlens.image.plate import Plate, depth_span
+from heatlens.image.plate_read import read_plate
+from heatlens.image.sequence import find_sequence
+from heatlens.model.lens import Lens
+from heatlens.model.plate_options import PlateOptions
+from heatlens.model.plausibility import doubts
+from heatlens.model.shot import Shot
+from heatlens.scene.scene_source import is_scene_source
+
+
+def say_plate(plate: Plate, lens: Lens, said_of_lens: str, options: PlateOptions) -> None:
+    """How the depth was read and why, every repair, the lens, and what cannot well be.
+
+    Raises InputError for the first doubt where `options` are strict.
+    """
+    depth = plate.depth
+    say(f"depth: {depth.channel} taken as {depth.convention}, {depth.kind}. {depth.why}")
+    say(*plate.notes, said_of_lens)
+    say_doubts(plate, lens, options)
+
+
+def say_doubts_of_shot(shot: Shot) -> None:
+    """What cannot well be of a shot's lens at any of its keys, in front of its first plate."""
+    if shot.source is None or is_scene_source(shot.source):
+        return
+    sequence = find_sequence(shot.source)
+    try:
+        plate = read_plate(sequence.path_at(sequence.present[0]), shot.plate_options)
+    except InputError:  # told when the frame's turn comes; perhaps it is not among those asked for
+        return
+    lenses = [shot.lens_at(frame) for frame in shot.key_frames] or [shot.lens]
+    span = depth_span(plate, shot.plate_options.scene_unit_m)
+    if all(doubts(lens, span) for lens in lenses):  # a pull may well begin in front of everything
+        say_doubts(plate, lenses[0], shot.plate_options)
+
+
+def say_doubts(plate: Plate, lens: Lens, options: PlateOptions) -> None:
+    """What cannot well be of this lens in front of these depths; refused where strict."""
+    if not plate.has_distances:
+        return
+    for doubt in doubts(lens, depth_span(plate, options.scene_unit_m)):
+        if options.strict:
+            raise InputError(f"{plate.path}: {doubt.sentence}")
+        say(doubt.sentence)

@@ -1,0 +1,37 @@
+"""What a check found, and what all of them share."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+from heatlens.errors import HeatlensError
+
+State = Literal["ok", "note", "fault"]
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One line of the report.
+
+    state    ok; note: something is absent that not everybody needs; fault: something is wrong
+    said     one sentence or a list, for people
+    details  the same and more, as numbers and texts for programs
+    """
+
+    name: str
+    state: State
+    said: str
+    details: dict[str, Any] = field(default_factory=dict)
+
+
+Check = Callable[[], Iterator[Finding]]
+
+
+def made_sure(name: str, check: Check) -> Iterator[Finding]:
+    """The findings of `check`; whatever it raises is a finding too, and the next check goes on."""
+    try:
+        yield from check()
+    except HeatlensError as error:
+        yield Finding(name, "fault", str(error))
+    except Exception as error:  # a driver or a library in a state that nobody foresaw
+        yield Finding(name, "fault", f"{type(error).__name__}: {error}")

@@ -1,0 +1,109 @@
+"""OpenGL: which, what it can hold, whether it builds every shader and solves lines as it should."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+
+import moderngl
+
+from heatlens.color.view_transform import srgb_transform
+from heatlens.defocus.line_solver import SOLVERS
+from heatlens.doctor.finding import Finding
+from heatlens.doctor.shader_builds import Build, pass_builds, solver_builds
+from heatlens.doctor.solver_check import KERNELS, TOLERANCE, worst_error
+from heatlens.errors import GpuError, ShaderError
+from heatlens.gpu.context import is_software
+from heatlens.gpu.program import ComputeProgram, DrawProgram
+from heatlens.paths import data_dir
+
+_LIMITS = {
+    "GL_MAX_TEXTURE_SIZE": "largest texture",
+    "GL_MAX_SHADER_STORAGE_BLOCK_SIZE": "storage block",
+    "GL_MAX_COMPUTE_WORK_GROUP_INVOCATIONS": "invocations of a workgroup",
+}
+# Fragment shaders whose vertex shader has another name.
+_VERTEX = {f"scene_{name}": "scene_mesh" for name in ("cover", "depth", "surface")}
+
+
+@dataclass
+class Gpu:
+    """The context that the checks share, made when the first of them asks for it."""
+
+    make_context: Callable[[], moderngl.Context]
+    _made: list[moderngl.Context] = field(default_factory=list)
+
+    @property
+    def ctx(self) -> moderngl.Context:
+        """Raises GpuError where there is no OpenGL 4.3."""
+        if not self._made:
+            self._made.append(self.make_context())
+        return self._made[0]
+
+    def device(self) -> Iterator[Finding]:
+        """Driver and limits."""
+        info = self.ctx.info
+        limits = {name: int(info[name]) for name in _LIMITS}
+        details = {
+            "renderer": str(info["GL_RENDERER"]),
+            "vendor": str(info["GL_VENDOR"]),
+            "version": str(info["GL_VERSION"]),
+            "is_software": is_software(self.ctx),
+            **limits,
+        }
+        listed = ", ".join(f"{_LIMITS[name]} {value}" for name, value in limits.items())
+        kind = "on the processor" if details["is_software"] else "on a GPU"
+        said = f"{details['renderer']}, OpenGL {details['version']}, {kind}; {listed}"
+        yield Finding("OpenGL", "ok", said, details)
+
+    def shaders(self) -> Iterator[Finding]:
+        """Build every one, in every form."""
+        builds = solver_builds() + pass_builds()
+        refused = []
+        for build in builds:
+            try:
+                _build(self.ctx, build)
+            except ShaderError as error:
+                refused.append(" ".join(str(error).split()))
+        for words in refused:
+            yield Finding("shaders", "fault", words)
+        built = len(builds) - len(refused)
+        said = f"{built} of {len(builds)} builds"
+        details = {"built": built, "refused": refused}
+        yield Finding("shaders", "fault" if refused else "ok", said, details)
+
+    def solvers(self) -> Iterator[Finding]:
+        """Each strategy on random lines, against NumPy in float64."""
+        for name, make in SOLVERS.items():
+            solver = make(self.ctx)
+            errors = {kernel: worst_error(self.ctx, solver, kernel) for kernel in KERNELS}
+            solver.release()
+            worst = max(errors.values())
+            good = worst <= TOLERANCE
+            said = f"{name}: off by {worst:.1e} at most (allowed {TOLERANCE:.0e})"
+            details = {"solver": name, "errors": errors}
+            yield Finding("solvers", "ok" if good else "fault", said, details)
+
+    def errors(self) -> Iterator[Finding]:
+        """Whether OpenGL complained of anything meanwhile."""
+        error = self.ctx.error
+        if error != "GL_NO_ERROR":
+            raise GpuError(f"OpenGL complains: {error}.")
+        yield Finding("OpenGL errors", "ok", "none")
+
+
+def _build(ctx: moderngl.Context, build: Build) -> None:
+    """Compile, link and release. Vertex shaders are built with their fragment shaders."""
+    name, defines = build
+    stem, stage, _ = name.split(".")
+    if stage == "frag":
+        DrawProgram(ctx, _vertex_of(stem), stem, defines).release()
+    elif stage == "comp":
+        functions = srgb_transform().glsl if stem.startswith("display") else ""
+        ComputeProgram(ctx, name, defines, functions).release()
+
+
+def _vertex_of(fragment: str) -> str:
+    """The vertex shader of the same name, or of a shorter one: `picture` for `picture_detail`."""
+    name = _VERTEX.get(fragment, fragment)
+    while "_" in name and not (data_dir("shaders") / f"{name}.vert.glsl").is_file():
+        name = name.rpartition("_")[0]
+    return name

@@ -1,0 +1,117 @@
+"""The machine and what is installed on it."""
+
+import importlib
+import importlib.metadata
+import os
+import platform
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+import heatlens
+from heatlens.doctor.finding import Finding
+from heatlens.image.exr_read import read_parts
+from heatlens.image.exr_write import write_exr
+from heatlens.model.boxes import Box
+
+# By distribution: the module to import, and what is missing without it.
+_REQUIRED = {
+    "fileseq": "fileseq",
+    "moderngl": "moderngl",
+    "numpy": "numpy",
+    "opencolorio": "PyOpenColorIO",
+    "OpenEXR": "OpenEXR",
+    "pillow": "PIL",
+}
+_OPTIONAL = {
+    "glfw": ("glfw", "no window"),
+    "imgui-bundle": ("imgui_bundle", "no window"),
+    "av": ("av", "no movies"),
+    "trimesh": ("trimesh", "no OBJ, PLY and STL"),
+    "usd-core": ("pxr", "no USD"),
+    "flip-evaluator": ("flip_evaluator", "no FLIP in `compare`"),
+    "matplotlib": ("matplotlib", "no `bench --plot`"),
+}
+
+
+def system() -> Iterator[Finding]:
+    """Program, Python, operating system, processor and memory."""
+    details = {
+        "heatlens": heatlens.__version__,
+        "python": platform.python_version(),
+        "system": _system_name(),
+        "processors": os.cpu_count(),
+        "memory_gb": _memory_gb(),
+    }
+    said = (
+        f"heatlens {details['heatlens']}, Python {details['python']}, {details['system']}, "
+        f"{details['processors']} processors, {details['memory_gb']} GB"
+    )
+    yield Finding("machine", "ok", said, details)
+
+
+def packages() -> Iterator[Finding]:
+    """Everything that is imported, and its version; what cannot be imported says why."""
+    found: dict[str, str] = {}
+    for name, module in _REQUIRED.items():
+        why = _why_not(module)
+        if why is not None:
+            said = f"{name} cannot be imported ({why}). pip install {name}"
+            yield Finding("packages", "fault", said)
+        else:
+            found[name] = _version(name)
+    for name, (module, loss) in _OPTIONAL.items():
+        why = _why_not(module)
+        if why is not None:
+            yield Finding("packages", "note", f"{name}: {loss} ({why})", {"missing": name})
+        else:
+            found[name] = _version(name)
+    listed = ", ".join(f"{name} {version}" for name, version in found.items())
+    yield Finding("packages", "ok", listed, found)
+
+
+def files() -> Iterator[Finding]:
+    """An EXR that is written and read again, value for value."""
+    values = np.linspace(-4.0, 4.0, 12, dtype=np.float32).reshape(3, 4)
+    window = Box(0, 0, 4, 3)
+    with tempfile.TemporaryDirectory(prefix="heatlens-") as folder:
+        path = Path(folder) / "doctor.exr"
+        write_exr(path, {"Z": values}, window, window)
+        ((_, channels),) = read_parts(path)
+    same = np.array_equal(channels["Z"], values)
+    said = "written and read again" if same else "what was read is not what was written"
+    yield Finding("EXR", "ok" if same else "fault", said)
+
+
+def _why_not(module: str) -> str | None:
+    """Why `module` cannot be imported, None where it can."""
+    try:
+        importlib.import_module(module)
+    except Exception as error:  # a library that lacks another may raise anything
+        return str(error) or type(error).__name__
+    return None
+
+
+def _version(distribution: str) -> str:
+    try:
+        return importlib.metadata.version(distribution)
+    except importlib.metadata.PackageNotFoundError:
+        return "of unknown version"
+
+
+def _system_name() -> str:
+    try:
+        name = platform.freedesktop_os_release()["PRETTY_NAME"]
+    except (OSError, KeyError):
+        name = platform.system()
+    return f"{name}, kernel {platform.release()}, {platform.machine()}"
+
+
+def _memory_gb() -> float | None:
+    try:
+        size = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    except (ValueError, OSError, AttributeError):
+        return None
+    return round(size / 1e9, 1)

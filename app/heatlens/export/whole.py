@@ -1,0 +1,90 @@
+"""Whether a file that an export wrote is all there: by its structure, without its pixels.
+
+A file that a full disk, a broken copy or a power cut shortened still begins as a whole one does, so
+that its header alone proves nothing. Every format here says within the file how long it has to be.
+
+Sources: OpenEXR, "File Layout"; W3C, PNG specification, section 5; ISO/IEC 10918-1, annex B;
+ISO/IEC 14496-12, section 4.2.
+"""
+
+import os
+import struct
+from collections.abc import Callable
+from pathlib import Path
+from typing import BinaryIO
+
+from heatlens.image.exr_scan import scanned_headers
+
+_LINES_OF_CHUNK = {0: 1, 1: 1, 2: 1, 3: 16, 4: 32, 8: 32, 9: 256}  # by the number of a compression
+_JPEG_END = b"\xff\xd9"
+
+
+def is_whole(path: Path, suffix: str = "") -> bool:
+    """Return whether a file ends where its own structure says that it ends.
+
+    `suffix` tells its kind, as .exr, where its name does not.
+    """
+    check = _CHECKS[(suffix or path.suffix).lower()]
+    try:
+        with path.open("rb") as file:
+            size = os.fstat(file.fileno()).st_size
+            return size > 0 and check(file, size)
+    except (OSError, struct.error, ValueError, LookupError):  # the structure itself is cut off
+        return False
+
+
+def _is_whole_exr(file: BinaryIO, size: int) -> bool:
+    """Of one part in scanlines, as they are written here: the chunks lie one behind the other."""
+    (header,) = scanned_headers(file)
+    _, first_row, _, last_row = struct.unpack("<4i", header["dataWindow"])
+    lines = _LINES_OF_CHUNK[header["compression"][0]]
+    count = -(-(last_row - first_row + 1) // lines)
+    offsets = struct.unpack(f"<{count}Q", file.read(8 * count))
+    end = file.tell()
+    for offset in sorted(offsets):
+        if offset != end:
+            return False
+        file.seek(offset + 4)
+        end = offset + 8 + int(struct.unpack("<I", file.read(4))[0])
+    return end == size
+
+
+def _is_whole_png(file: BinaryIO, size: int) -> bool:
+    """The chunk IEND is the last thing in the file, and the others lead there."""
+    end, kind = 8, b""
+    while end < size and kind != b"IEND":
+        file.seek(end)
+        length, kind = struct.unpack(">I4s", file.read(8))
+        end += 12 + length
+    return kind == b"IEND" and end == size
+
+
+def _is_whole_jpeg(file: BinaryIO, size: int) -> bool:
+    file.seek(size - len(_JPEG_END))
+    return file.read() == _JPEG_END
+
+
+def _is_whole_movie(file: BinaryIO, size: int) -> bool:
+    """The boxes of QuickTime and MP4 lie one behind the other up to the end; pictures are there."""
+    end, kinds = 0, set()
+    while end < size:
+        file.seek(end)
+        length, kind = struct.unpack(">I4s", file.read(8))
+        head = 8
+        if length == 1:  # the length has 64 bits, and stands behind the kind
+            (length,), head = struct.unpack(">Q", file.read(8)), 16
+        if length < head:
+            return False
+        kinds.add(kind)
+        end += length
+    return end == size and {b"moov", b"mdat"} <= kinds
+
+
+_CHECKS: dict[str, Callable[[BinaryIO, int], bool]] = {
+    ".exr": _is_whole_exr,
+    ".png": _is_whole_png,
+    ".jpg": _is_whole_jpeg,
+    ".jpeg": _is_whole_jpeg,
+    ".mov": _is_whole_movie,
+    ".mp4": _is_whole_movie,
+}

@@ -1,0 +1,131 @@
+"""The last net: what heatlens did not foresee becomes a sentence, and a full report in a file.
+
+HEATLENS_LOG_DIR names the folder of the reports, and HEATLENS_DEBUG=1 shows each of them on stderr
+as well. A report holds no pixels and nothing of the files in hand but their names.
+"""
+
+import importlib.metadata
+import os
+import platform
+import sys
+import tempfile
+import threading
+import time
+import traceback
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from heatlens import __version__
+from heatlens.errors import FaultError, HeatlensError, InputError
+from heatlens.paths import home_dir
+from heatlens.printable import printable
+
+_KEPT = 20  # reports in the folder; older ones go
+_LIBRARIES = ("numpy", "moderngl", "OpenEXR", "pillow", "imgui-bundle", "usd-core", "av", "trimesh")
+_WORDS_MOST = 200  # letters of an error that the sentence repeats
+
+_lock = threading.Lock()
+_written: dict[str, Path | None] = {}  # by the place of the fault: one that repeats is written once
+
+
+@contextmanager
+def faults_told(what: str = "This could not be done") -> Iterator[None]:
+    """Raise nothing but HeatlensError from the block; `what` begins the sentence of a fault.
+
+    Also a decorator. What is out of memory or refused by the system is an InputError; what nobody
+    foresaw is written to a report and becomes a FaultError.
+    """
+    try:
+        yield
+    except Exception as error:
+        told = told_error(error, what)
+        if told is error:
+            raise
+        raise told from error
+
+
+def told_error(error: Exception, what: str = "This could not be done") -> HeatlensError:
+    """Return what is to be said of `error`; a report is written where it is a fault of heatlens."""
+    if isinstance(error, HeatlensError):
+        return error
+    if isinstance(error, MemoryError):
+        return InputError(
+            f"{what}: there is not enough memory. A smaller picture or fewer layers need less."
+        )
+    if isinstance(error, OSError) and error.strerror:
+        where = f"{os.fsdecode(error.filename)}: " if error.filename else f"{what}: "
+        return InputError(f"{where}{error.strerror}.")
+    said = " ".join(f"{type(error).__name__}: {error}".split())[:_WORDS_MOST].rstrip(": ")
+    path = write_report(error)
+    where = f"The report is in {path}" if path else "No report could be written"
+    return FaultError(f"{what}; this is a fault of heatlens ({said}). {where}.")
+
+
+def write_report(error: BaseException) -> Path | None:
+    """Write the full report of `error` and return its file; None where no folder takes it."""
+    text = _report(error)
+    if os.environ.get("HEATLENS_DEBUG", "0") not in ("", "0") and sys.stderr is not None:
+        sys.stderr.write(text)
+    place = _place(error)
+    with _lock:
+        if place not in _written:
+            _written[place] = _in_a_file(text)
+        return _written[place]
+
+
+def report_folder(environ: Mapping[str, str], system: str = sys.platform) -> Path:
+    """Return where reports are kept: as the system wants it, or where HEATLENS_LOG_DIR says."""
+    if environ.get("HEATLENS_LOG_DIR"):
+        return Path(environ["HEATLENS_LOG_DIR"])
+    home = home_dir()
+    if system == "darwin":
+        return home / "Library" / "Logs" / "heatlens"
+    if system == "win32":
+        return Path(environ.get("LOCALAPPDATA") or home / "AppData" / "Local") / "heatlens" / "Logs"
+    return Path(environ.get("XDG_STATE_HOME") or home / ".local" / "state") / "heatlens"
+
+
+def _in_a_file(text: str) -> Path | None:
+    """A new file in the folder of reports, or where that cannot be, among temporary files."""
+    for folder in (report_folder(os.environ), Path(tempfile.gettempdir())):
+        with suppress(OSError):
+            folder.mkdir(parents=True, exist_ok=True)
+            begin = time.strftime("fault-%Y%m%d-%H%M%S-")
+            handle, name = tempfile.mkstemp(".log", begin, folder)
+            with open(handle, "w", encoding="utf-8") as file:
+                file.write(text)
+            _remove_old(folder)
+            return Path(name)
+    return None
+
+
+def _remove_old(folder: Path) -> None:
+    """The names sort by their time."""
+    for path in sorted(folder.glob("fault-*.log"))[:-_KEPT]:
+        path.unlink(missing_ok=True)
+
+
+def _report(error: BaseException) -> str:
+    found = (f"{name} {_version(name)}" for name in _LIBRARIES)
+    text = "".join(traceback.format_exception(error))
+    head = (
+        f"heatlens {__version__}, {time.strftime('%Y-%m-%d %H:%M:%S')}",
+        f"Python {platform.python_version()} on {platform.platform()}",
+        ", ".join(found),
+        f"Command: {sys.argv!r}",
+    )
+    return printable("\n".join((*head, "", text)), keep="\n\t")
+
+
+def _version(name: str) -> str:
+    try:
+        return importlib.metadata.version(name)
+    except importlib.metadata.PackageNotFoundError:
+        return "is not installed"
+
+
+def _place(error: BaseException) -> str:
+    """The kind of error and where it was raised."""
+    frames = traceback.extract_tb(error.__traceback__)
+    return f"{type(error).__name__} {[(f.filename, f.lineno) for f in frames[-1:]]}"

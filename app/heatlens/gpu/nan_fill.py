@@ -1,0 +1,54 @@
+"""New textures and buffers filled with NaN, to find what reads before it writes.
+
+Mesa's llvmpipe hands out zeros, other drivers whatever lay in that memory. With
+HEATLENS_FILL_NAN=1 in the environment such a mistake shows in every picture and test.
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+import moderngl
+
+VARIABLE = "HEATLENS_FILL_NAN"
+# All bits set: NaN in float16 and float32, the largest number in unsigned integers.
+_BYTE = b"\xff"
+_SIZES = {"f1": 1, "f2": 2, "f4": 4, "i1": 1, "i2": 2, "i4": 4, "u1": 1, "u2": 2, "u4": 4}
+_Texture = moderngl.Texture | moderngl.TextureArray | moderngl.Texture3D
+
+
+def fill_new_with_nan(ctx: moderngl.Context) -> None:
+    """Have everything that `ctx` makes from now on without content begin as NaN."""
+    made: Any = ctx  # its methods are replaced for this one context
+    for name in ("texture", "texture_array", "texture3d"):
+        setattr(made, name, _filled(getattr(ctx, name), _fill_texture))
+    made.buffer = _filled(ctx.buffer, _fill_buffer)
+
+
+def _filled(make: Callable[..., Any], fill: Callable[[Any], None]) -> Callable[..., Any]:
+    def filling(*args: Any, **options: Any) -> Any:
+        made = make(*args, **options)
+        has_content = any(isinstance(a, bytes | memoryview) for a in args) or options.get("data")
+        if not has_content and not options.get("samples"):
+            fill(made)
+        return made
+
+    return filling
+
+
+def _fill_texture(texture: _Texture) -> None:
+    texels = 1
+    for side in texture.size:
+        texels *= side
+    texture.write(_BYTE * (texels * texture.components * _SIZES[texture.dtype]))
+
+
+def _fill_buffer(buffer: Any) -> None:
+    """Also when it is given a new size, which forgets what was in it."""
+    buffer.write(_BYTE * buffer.size)
+    orphan = buffer.orphan
+
+    def filling(size: int = -1) -> None:
+        orphan(size)
+        buffer.write(_BYTE * buffer.size)
+
+    buffer.orphan = filling

@@ -1,0 +1,93 @@
+"""The headers of an EXR file as their bytes lie there, read before any library is given the file.
+
+A few flipped bits make a header claim a million channels or tiles of gigabytes, for which a library
+sets memory aside before it looks at the pixels. Source: OpenEXR, "File Layout".
+"""
+
+import struct
+from dataclasses import dataclass
+from typing import BinaryIO
+
+MAGIC = b"\x76\x2f\x31\x01"
+_MANY_PARTS = 0x1000
+_PARTS_MOST = 1000
+_NAME_MOST = 256  # the format allows 255
+_BYTES_MOST = 1 << 26  # of all headers: manifests of Cryptomatte are the largest thing in them
+_BYTES_OF = {0: 4, 1: 2, 2: 4}  # by the number of a type: uint, half, float
+
+RawHeader = dict[str, bytes]
+
+
+class CutError(ValueError):
+    """The headers end before they should, or are none."""
+
+
+@dataclass(frozen=True)
+class RawChannel:
+    """A channel as the header lists it."""
+
+    name: bytes
+    bytes_each: int
+    x_sampling: int
+    y_sampling: int
+
+
+def scanned_headers(file: BinaryIO) -> list[RawHeader]:
+    """Return the attributes of each part by name, as they are stored; the file stands behind them.
+
+    Raises CutError where they are not whole.
+    """
+    if file.read(4) != MAGIC:
+        raise CutError("no EXR")
+    (flags,) = _numbers(file, "<I")
+    if not flags & _MANY_PARTS:
+        return [_header(file)]
+    found = []
+    while header := _header(file):
+        found.append(header)
+        if len(found) > _PARTS_MOST:
+            raise CutError(f"there are more than {_PARTS_MOST} parts")
+    return found
+
+
+def channels_of(header: RawHeader) -> list[RawChannel]:
+    """Return the channels of one part. Raises CutError where the list is not whole."""
+    stored, at, found = header.get("channels", b""), 0, []
+    while at < len(stored) and stored[at]:
+        end = stored.find(b"\0", at)
+        if end < 0 or end + 17 > len(stored):
+            raise CutError("the list of channels is cut off")
+        kind, _, x, y = struct.unpack_from("<i4sii", stored, end + 1)
+        if kind not in _BYTES_OF:
+            raise CutError("a channel has a type that is not known")
+        found.append(RawChannel(stored[at:end], _BYTES_OF[kind], max(x, 1), max(y, 1)))
+        at = end + 17
+    return found
+
+
+def _header(file: BinaryIO) -> RawHeader:
+    found = {}
+    while name := _name(file):
+        _name(file)  # its type
+        (length,) = _numbers(file, "<I")
+        value = file.read(length) if file.tell() + length <= _BYTES_MOST else b""
+        if len(value) != length:
+            raise CutError(f"the attribute {name[:40]} is cut off")
+        found[name] = value
+    return found
+
+
+def _name(file: BinaryIO) -> str:
+    letters = bytearray()
+    while (letter := file.read(1)) != b"\0":
+        letters += letter
+        if not letter or len(letters) > _NAME_MOST:
+            raise CutError("a name in it does not end")
+    return letters.decode("utf-8", "backslashreplace")
+
+
+def _numbers(file: BinaryIO, form: str) -> tuple[int, ...]:
+    data = file.read(struct.calcsize(form))
+    if len(data) < struct.calcsize(form):
+        raise CutError("it ends within a number")
+    return struct.unpack(form, data)

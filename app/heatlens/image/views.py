@@ -1,0 +1,62 @@
+"""The views of a stereo picture: which eye each channel belongs to.
+
+A part of its own names its view in the attribute `view`; where one part holds several, `multiView`
+lists them, the view stands before the last component of a channel's name, and what has no layer
+belongs to the first. Some programs only write left and right into the names. Source: the OpenEXR
+documents "Storing Multi-View Images in OpenEXR Files" and "Standard Attributes".
+"""
+
+import re
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+_EYES = ("left", "right")
+_SEPARATORS = re.compile(r"[._ ]")
+
+
+def views_of(headers: Sequence[Mapping[str, Any]]) -> tuple[str, ...]:
+    """The views that the headers list, or that their parts name; the one to begin with first."""
+    listed = [name for header in headers for name in _listed_views(header)]
+    own = [str(header["view"]) for header in headers if header.get("view")]
+    found = list(dict.fromkeys(listed or own))
+    if not found:
+        found = _eyes_in_names(headers)
+    if not listed:  # the order of the parts means nothing
+        found.sort(key=lambda name: name.lower() != _EYES[0])
+    return tuple(found) if len(found) > 1 else ()
+
+
+def view_of(header: Mapping[str, Any], full_name: str, views: Sequence[str]) -> str:
+    """The view that a channel belongs to; "" for one of all views, or where there are none."""
+    own = str(header.get("view", ""))
+    listed = _listed_views(header)
+    if own in views and len(listed) < 2:
+        return own
+    words = [word.lower() for word in _SEPARATORS.split(full_name)]
+    named = next((view for view in views if view.lower() in words), "")
+    if named or len(listed) < 2:
+        return named
+    return "" if "." in full_name else listed[0]
+
+
+def without_view(name: str, view: str) -> str:
+    """A layer's name without that of its view: `rgba_left` and `left.rgba` are `rgba`."""
+    if not view:
+        return name
+    words = re.split(r"([._ ])", name)
+    kept = [i for i in range(0, len(words), 2) if words[i].lower() != view.lower()]
+    return "".join(words[i] + (words[i + 1] if i != kept[-1] else "") for i in kept)
+
+
+def _listed_views(header: Mapping[str, Any]) -> list[str]:
+    """The names in `multiView`, which an older writer may have stored as something else."""
+    value = header.get("multiView")
+    return [str(name) for name in value] if isinstance(value, list | tuple) else []
+
+
+def _eyes_in_names(headers: Sequence[Mapping[str, Any]]) -> list[str]:
+    """Left and right, where the names of parts or channels hold both."""
+    names = [str(header.get("name", "")) for header in headers]
+    names += [channel.name for header in headers for channel in header.get("channels", ())]
+    words = {word.lower() for name in names for word in _SEPARATORS.split(name)}
+    return list(_EYES) if set(_EYES) <= words else []

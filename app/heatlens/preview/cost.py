@@ -1,0 +1,83 @@
+"""What a picture will cost on this machine, learnt from the pictures that were made before it."""
+
+import math
+from dataclasses import dataclass, field
+
+from heatlens.defocus.quality import kernel_for, layers_for
+from heatlens.model.settings import Bokeh, DefocusSettings, Method, Quality
+
+Kind = tuple[Method, Bokeh, Quality, int]
+Sized = tuple[Kind, float]  # and its size against the plate: small pictures cost more by the pixel
+
+# The cost of the next picture cannot be predicted for a method whose work grows with the blur.
+_GROWS_WITH_BLUR = (Method.GATHER, Method.SCATTER)
+_NEWEST = 0.4  # weight of the newest picture in the running mean of its kind
+
+
+@dataclass
+class CostModel:
+    """Seconds a pixel by kind of picture and size; others are guessed from those that were met.
+
+    Of a scene through many points of the lens: seconds a pixel and point.
+    """
+
+    seconds_per_px: dict[Sized, float] = field(default_factory=dict)
+
+    def learn(self, settings: DefocusSettings, pixels: int, seconds: float) -> None:
+        """A picture of so many pixels took so long; all others are slower or quicker with it."""
+        sized, new = _sized(settings), seconds / pixels / _times(settings)
+        old = self.seconds_per_px.get(sized, new)
+        pace = 1.0 + _NEWEST * (new / old - 1.0)
+        self.seconds_per_px[sized] = old
+        for other in self._alike(settings):
+            self.seconds_per_px[other] *= pace
+
+    def predicted(self, settings: DefocusSettings, pixels: int) -> float:
+        """Seconds for a picture of so many pixels; infinite where nothing is known."""
+        kind, known = _kind(settings), self._alike(settings)
+        if settings.method in _GROWS_WITH_BLUR or not known:
+            return float("inf")
+        sizes = [size for other, size in known if other == kind]
+        if sizes:
+            nearest = min(sizes, key=lambda size: abs(math.log(size / settings.proxy)))
+            return self.seconds_per_px[kind, nearest] * pixels * _times(settings)
+        if settings.method.needs_scene:
+            return float("inf")
+        weight = _weight(settings)
+        guesses = [self.seconds_per_px[it] * weight / _kind_weight(it[0]) for it in known]
+        return max(guesses) * pixels
+
+    def _alike(self, settings: DefocusSettings) -> list[Sized]:
+        """What was met of the same sort of work: drawings of a scene, or blurs of a plate."""
+        is_of_scene = settings.method.needs_scene
+        return [it for it in self.seconds_per_px if it[0][0].needs_scene is is_of_scene]
+
+
+def _times(settings: DefocusSettings) -> int:
+    return settings.views if settings.method.needs_scene else 1
+
+
+def _sized(settings: DefocusSettings) -> Sized:
+    return _kind(settings), settings.proxy
+
+
+def _kind(settings: DefocusSettings) -> Kind:
+    if settings.method.needs_scene:  # no bokeh, no quality, no layers
+        return settings.method, Bokeh.DISC, Quality.FILM, 1
+    return settings.method, settings.bokeh, settings.quality, layers_for(settings)
+
+
+def _kind_weight(kind: Kind) -> float:
+    method, bokeh, quality, layers = kind
+    return _weight(DefocusSettings(bokeh, quality, layers, method=method))
+
+
+def _weight(settings: DefocusSettings) -> float:
+    """Work for one pixel, in passes over memory; only ratios count.
+
+    A complex pole weighs about as much as reading and writing the picture; a layer brings its
+    split, its fill and its composite besides its blur.
+    """
+    kernel, layers = kernel_for(settings), layers_for(settings)
+    blur = 1.5 + kernel.steps * len(kernel.poles)
+    return blur if layers == 1 else 4.0 + layers * (blur + 2.5)

@@ -1,0 +1,86 @@
+"""The ladder of preview levels: the wished picture, and quicker ones that stand in for it.
+
+The window goes down the ladder while something moves; `heatlens bench --drag` measures each level.
+"""
+
+from dataclasses import replace
+
+from heatlens.defocus.quality import layers_for
+from heatlens.model.settings import PROXY_MIN, DefocusSettings, Method, Quality
+
+# Each picture is quicker than the one before it: the best quality that it may have, which sets the
+# number of poles of a disc, and its size against the wished one. Nothing else differs, so that the
+# hand sees the same lens at every level.
+_CHEAPER: tuple[tuple[Quality, float], ...] = (
+    (Quality.PREVIEW, 1.0),
+    (Quality.PREVIEW, 1 / 2),
+    (Quality.PREVIEW, 1 / 3),
+    (Quality.PREVIEW, 1 / 4),
+    (Quality.DRAFT, 1 / 4),
+    (Quality.DRAFT, 1 / 6),
+    (Quality.DRAFT, 1 / 8),
+)
+# The picture that is shown on the way from a hurried one to a whole one that takes long.
+_BETWEEN = (Quality.PREVIEW, 0.5)
+# Of a scene through many points of the lens, dearest first; at full size each goes on from the next
+# one below it.
+_FULL_VIEWS = (16384, 4096, 1024, 256, 66, 16)
+_FEW_VIEWS = ((16, 1 / 2), (16, 1 / 4), (4, 1 / 4), (4, 1 / 8))  # how many, at which size
+
+
+def cheaper(wished: DefocusSettings) -> list[DefocusSettings]:
+    """The wished picture, then ever quicker ones with the same amount of blur."""
+    if wished.method.needs_scene:
+        return _fewer_views(wished)
+    rungs = [wished]
+    for quality, scale in _CHEAPER:
+        rung = _rung(wished, quality, scale)
+        if rung not in rungs:
+            rungs.append(rung)
+    return rungs
+
+
+def _fewer_views(wished: DefocusSettings) -> list[DefocusSettings]:
+    rungs = [wished]
+    for views, scale in (*((n, 1.0) for n in _FULL_VIEWS), *_FEW_VIEWS):
+        rung = replace(
+            wished,
+            views=min(views, wished.views),
+            proxy=max(PROXY_MIN, wished.proxy * scale),
+        )
+        if rung not in rungs:
+            rungs.append(rung)
+    return rungs
+
+
+def on_the_way(wished: DefocusSettings) -> list[DefocusSettings]:
+    """What may be shown before the wished picture while nobody drags, quickest first."""
+    return _fewer_views(wished)[:0:-1] if wished.method.needs_scene else [between(wished)]
+
+
+def is_better(one: DefocusSettings, other: DefocusSettings, wished: DefocusSettings) -> bool:
+    """Whether `one`, a rung of the wished picture, comes closer to it than `other`."""
+    if wished.method.needs_scene:  # any number of views may be seen already
+        return (one.proxy, one.views) > (other.proxy, other.views)
+    rungs = cheaper(wished)
+    ranks = [rungs.index(it) if it in rungs else len(rungs) for it in (one, other)]
+    return ranks[0] < ranks[1]
+
+
+def between(wished: DefocusSettings) -> DefocusSettings:
+    """A smaller picture that comes sooner than the wished one."""
+    return _rung(wished, *_BETWEEN)
+
+
+def _rung(wished: DefocusSettings, best: Quality, scale: float) -> DefocusSettings:
+    """The wished picture smaller and at most as good as `best`, cut into the same layers."""
+    quality = min(best, wished.quality, key=list(Quality).index)
+    method = wished.method if wished.method is Method.HEAT else Method.DIFFUSION
+    layers = layers_for(replace(wished, method=method))
+    return replace(
+        wished,
+        method=method,
+        quality=quality,
+        layers=wished.layers if quality is wished.quality else layers,
+        proxy=max(PROXY_MIN, wished.proxy * scale),
+    )

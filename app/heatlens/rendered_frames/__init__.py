@@ -1,0 +1,1 @@
+"""Rendered frames of a shot, kept in memory and on disk, so that playing them renders nothing."""

@@ -1,0 +1,147 @@
+"""Pictures in a folder within a bound; the files that were not used longest go first.
+
+Several windows may share the folder: a file appears whole or not at all, and one that another
+window deleted, or that is damaged, counts as not there.
+"""
+
+import os
+import re
+import threading
+from collections.abc import Mapping
+from contextlib import suppress
+from pathlib import Path
+
+from heatlens.errors import InputError
+from heatlens.image.atomic_file import remove_leftovers, replacing
+from heatlens.paths import home_dir
+from heatlens.rendered_frames.kept_picture import KeptPicture, decoded, encoded
+
+DEFAULT_BYTES = 4 << 30
+_NAME = re.compile(r"([0-9a-f]{32})\.frame")
+
+
+class DiskStore:
+    """Files by key. Every method may be called from any thread; those that take a key wait for
+    the disk, but for `keys`."""
+
+    def __init__(self, folder: Path, limit_bytes: int = DEFAULT_BYTES) -> None:
+        """`folder` is made when the first picture is written. `look` tells what is in it."""
+        self.folder = folder
+        self._lock = threading.Lock()
+        self._sizes: dict[str, int] = {}
+        self._limit = limit_bytes
+
+    def look(self) -> None:
+        """Find out which pictures there are; what is beyond the bound goes."""
+        remove_leftovers(self.folder)
+        self._trim(0)
+
+    @property
+    def limit_bytes(self) -> int:
+        """Return the bound."""
+        return self._limit
+
+    @property
+    def bytes_in_use(self) -> int:
+        """Return the bytes of all files, as they were when the folder was looked at last."""
+        with self._lock:
+            return sum(self._sizes.values())
+
+    def keys(self) -> frozenset[str]:
+        """Return the keys of all files, as they were when the folder was looked at last."""
+        with self._lock:
+            return frozenset(self._sizes)
+
+    def resize(self, limit_bytes: int) -> None:
+        """Set another bound; what is beyond it goes at once."""
+        self._limit = limit_bytes
+        self._trim(0)
+
+    def load(self, key: str) -> KeptPicture | None:
+        """Return the picture, whose file counts as used; a damaged file goes, and is None."""
+        path = self._path(key)
+        try:
+            picture = decoded(path.read_bytes(), key)
+        except OSError:
+            picture = None
+        if picture is None:
+            self._delete(key)
+        else:
+            with suppress(OSError):
+                os.utime(path)
+        return picture
+
+    def save(self, key: str, picture: KeptPicture) -> None:
+        """Write a picture; one larger than the bound is not written.
+
+        Raises InputError where nothing can be written.
+        """
+        data = encoded(picture, key)
+        if len(data) > self._limit:
+            return
+        try:
+            self.folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise InputError(f"{self.folder} cannot be made: {error.strerror}.") from error
+        self._trim(len(data))
+        with replacing(self._path(key)) as beside:
+            beside.write_bytes(data)
+        with self._lock:
+            self._sizes[key] = len(data)
+        self._trim(0)  # another window may have written at the same time
+
+    def clear(self) -> None:
+        """Delete every picture in the folder."""
+        for key in self._listed():
+            self._delete(key)
+
+    def _path(self, key: str) -> Path:
+        return self.folder / f"{key}.frame"
+
+    def _delete(self, key: str) -> None:
+        with suppress(OSError):
+            self._path(key).unlink(missing_ok=True)
+        with self._lock:
+            self._sizes.pop(key, None)
+
+    def _trim(self, room: int) -> None:
+        """Delete the oldest files until `room` bytes more are within the bound."""
+        listed = self._listed()
+        with self._lock:
+            self._sizes = {key: size for key, (_, size) in listed.items()}
+        total = sum(size for _, size in listed.values()) + room
+        for key in sorted(listed, key=lambda key: listed[key][0]):
+            if total <= self._limit:
+                break
+            self._delete(key)
+            total -= listed[key][1]
+
+    def _listed(self) -> Mapping[str, tuple[int, int]]:
+        """Time of use in nanoseconds and size of every file, by key."""
+        found: dict[str, tuple[int, int]] = {}
+        with suppress(OSError), os.scandir(self.folder) as entries:
+            for entry in entries:
+                match = _NAME.fullmatch(entry.name)
+                if match:
+                    with suppress(OSError):  # deleted by another window meanwhile
+                        status = entry.stat()
+                        found[match[1]] = status.st_mtime_ns, status.st_size
+        return found
+
+
+def frames_dir(environ: Mapping[str, str], platform: str) -> Path:
+    """Return the folder for rendered frames: where the system has what can be made again, or
+    where HEATLENS_CACHE_DIR says."""
+    return _cache_dir(environ, platform) / "frames"
+
+
+def _cache_dir(environ: Mapping[str, str], platform: str) -> Path:
+    if environ.get("HEATLENS_CACHE_DIR"):
+        return Path(environ["HEATLENS_CACHE_DIR"])
+    home = home_dir()
+    if platform == "darwin":
+        return home / "Library" / "Caches" / "heatlens"
+    if platform == "win32":
+        local = environ.get("LOCALAPPDATA")
+        return Path(local or home / "AppData" / "Local") / "heatlens" / "Cache"
+    return Path(environ.get("XDG_CACHE_HOME") or home / ".cache") / "heatlens"

@@ -1,0 +1,161 @@
+"""Renders frames one after the other in short slices, while nobody needs the time."""
+
+import time
+from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+
+from heatlens.defocus.pipeline import Steps
+from heatlens.errors import InputError
+from heatlens.gpu.textures import download
+from heatlens.image.plate import Plate
+from heatlens.image.plate_read import read_plate
+from heatlens.image.sequence import Stamp, stamp_of
+from heatlens.model.plate_options import PlateOptions
+from heatlens.model.shot import Shot
+from heatlens.model.value_bins import ValueBins
+from heatlens.render import FrameRenderer, bins_of_plate
+from heatlens.rendered_frames.kept_picture import RenderedPicture
+
+_WAITING = "waiting for a plate"
+
+
+@dataclass(frozen=True)
+class PlateFile:
+    """A plate as it was when the key of its frame was made."""
+
+    path: Path
+    stamp: Stamp | None
+    options: PlateOptions
+
+
+@dataclass(frozen=True)
+class FrameJob:
+    """A frame to be rendered.
+
+    key    under which its picture is kept
+    shot   at the size of the picture that is kept
+    frame  its number
+    plate  the file that it is rendered from, None for a scene
+    """
+
+    key: str
+    shot: Shot
+    frame: int
+    plate: PlateFile | None
+
+
+@dataclass(frozen=True, eq=False)
+class _Read:
+    plate: Plate
+    bins: ValueBins
+
+
+class FrameFiller:
+    """Works on one job at a time; the plate of the next one is read meanwhile."""
+
+    def __init__(
+        self,
+        renderer: FrameRenderer,
+        wake: Callable[[], None] = lambda: None,
+        clock: Callable[[], float] = time.perf_counter,
+    ) -> None:
+        """`renderer` serves nobody else; `wake` is called on a thread when a plate was read."""
+        self.renderer = renderer
+        self._clock = clock
+        self._wake = wake
+        self._job: FrameJob | None = None
+        self._loaded: Plate | None = None  # in the renderer
+        self._steps: Steps[RenderedPicture] | None = None
+        self._reader = ThreadPoolExecutor(1, thread_name_prefix="frames-plate")
+        self._reads: dict[PlateFile, Future[_Read]] = {}
+
+    def work(
+        self, job: FrameJob, following: FrameJob | None, slice_s: float
+    ) -> RenderedPicture | None:
+        """Go on with `job` for about `slice_s`, one step at least; return its picture at the end.
+
+        A job with another key than before begins anew. Raises HeatlensError where it cannot be
+        rendered.
+        """
+        if self._job is None or job.key != self._job.key or self._steps is None:
+            self.stop()
+            self._job, self._steps = job, self._making(job)
+        self._read_ahead(job, following)
+        end = self._clock() + slice_s
+        try:
+            while next(self._steps) is not _WAITING and self._clock() < end:
+                pass
+        except StopIteration as done:
+            self._steps = None
+            return done.value  # type: ignore[no-any-return]
+        except BaseException:
+            self._steps = None
+            raise
+        return None
+
+    def stop(self) -> None:
+        """Give up what is half done."""
+        if self._steps is not None:
+            self._steps.close()
+        self._steps = self._job = None
+
+    @property
+    def is_reading(self) -> bool:
+        """The plate of the job is being read: until then there is nothing to do."""
+        file = None if self._job is None else self._job.plate
+        return file in self._reads and not self._reads[file].done()
+
+    def let_go(self) -> None:
+        """Give back the memory that only work needs."""
+        self.stop()
+        self._reads.clear()
+        self.renderer.let_go()
+        self._loaded = None
+
+    def close(self) -> None:
+        """Read no more."""
+        self.stop()
+        self._reader.shutdown(wait=True, cancel_futures=True)
+
+    def _making(self, job: FrameJob) -> Steps[RenderedPicture]:
+        if job.plate is not None:
+            while not self._begun(job.plate).done():
+                yield _WAITING
+            read = self._begun(job.plate).result()
+            if self._loaded is not read.plate:
+                self._loaded = None
+                yield from self.renderer.loading(read.plate, read.bins)
+                self._loaded = read.plate
+        picture = yield from self.renderer.steps(job.shot, job.frame)
+        self.renderer.ctx.finish()
+        yield "finish"
+        plate = self.renderer.loaded.plate
+        return RenderedPicture(
+            download(picture),
+            plate.data_window,
+            plate.display_window,
+            plate.pixel_aspect_ratio,
+        )
+
+    def _read_ahead(self, job: FrameJob, following: FrameJob | None) -> None:
+        """Hold the plates of both jobs, and no others."""
+        wanted = [it.plate for it in (job, following) if it is not None and it.plate is not None]
+        self._reads = {file: read for file, read in self._reads.items() if file in wanted}
+        for file in wanted:
+            self._begun(file)
+
+    def _begun(self, file: PlateFile) -> "Future[_Read]":
+        if file not in self._reads:
+            self._reads[file] = self._reader.submit(_read, file)
+            self._reads[file].add_done_callback(lambda _: self._wake())
+        return self._reads[file]
+
+
+def _read(file: PlateFile) -> _Read:
+    """On a thread: the plate, and where its surfaces lie."""
+    if stamp_of(file.path) != file.stamp:
+        raise InputError(f"{file.path} was written again meanwhile.")
+    plate = read_plate(file.path, file.options)
+    return _Read(plate, bins_of_plate(plate))

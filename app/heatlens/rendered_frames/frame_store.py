@@ -1,0 +1,163 @@
+"""Pictures in memory, and behind these on disk: the disk is read and written on threads."""
+
+import threading
+from collections.abc import Callable, Iterable
+from concurrent.futures import ThreadPoolExecutor
+
+from heatlens.errors import InputError
+from heatlens.rendered_frames.disk_store import DiskStore
+from heatlens.rendered_frames.kept_picture import KeptPicture, RenderedPicture
+from heatlens.rendered_frames.memory_store import MemoryStore, default_memory_bytes
+
+MEGABYTE = 10**6
+_WAITING_MOST = 3  # pictures that wait to be kept; more would be memory that nobody counts
+_FILE_EXTRA_BYTES = 4096  # at most, of a file beside its pixels
+
+
+def memory_bytes_of(megabytes: int) -> int:
+    """Return the bound for memory as a user set it; 0 is a quarter of what is free."""
+    return megabytes * MEGABYTE or default_memory_bytes()
+
+
+class FrameStore:
+    """Answers at once what is there; `version` counts whenever that may have changed."""
+
+    def __init__(
+        self,
+        memory: MemoryStore,
+        disk: DiskStore | None = None,
+        wake: Callable[[], None] = lambda: None,
+    ) -> None:
+        """`disk` None: nothing is written. `wake` is called on threads when there is news."""
+        self.memory = memory
+        self.disk = disk
+        self.problem = ""  # why nothing is written any more, in a sentence
+        self.version = 0
+        self._wake = wake
+        self._lock = threading.Lock()
+        self._writing: set[str] = set()
+        self._loading: set[str] = set()
+        self._has_looked = disk is None
+        self._generation = 0  # counts how often all was cleared: what was under way then is void
+        self._writer = ThreadPoolExecutor(1, thread_name_prefix="frames-write")
+        self._loader = ThreadPoolExecutor(1, thread_name_prefix="frames-read")
+        if disk is not None:
+            self._writer.submit(self._look, disk)
+
+    def known(self) -> frozenset[str]:
+        """Return the keys of all pictures, wherever they lie."""
+        on_disk = frozenset() if self.disk is None else self.disk.keys()
+        with self._lock:
+            return self.memory.keys() | on_disk | self._writing
+
+    def get(self, key: str) -> KeptPicture | None:
+        """Return the picture where it lies in memory."""
+        return self.memory.get(key)
+
+    @property
+    def has_room(self) -> bool:
+        """Few pictures wait to be kept, and it is known what lies on disk."""
+        with self._lock:
+            return self._has_looked and len(self._writing) < _WAITING_MOST
+
+    @property
+    def is_busy(self) -> bool:
+        """Something is being read or written."""
+        with self._lock:
+            return bool(self._writing or self._loading)
+
+    def capacity(self, picture_bytes: int) -> int:
+        """Return how many pictures of this size can be kept."""
+        limits = [self.memory.limit_bytes // max(picture_bytes, 1)]
+        if self.disk is not None:
+            limits.append(self.disk.limit_bytes // (picture_bytes + _FILE_EXTRA_BYTES))
+        return max(limits)
+
+    def put(self, key: str, picture: RenderedPicture) -> None:
+        """Keep a picture: soon in memory, then on disk."""
+        with self._lock:
+            self._writing.add(key)
+        self._writer.submit(self._keep, key, picture, self._generation)
+        self._changed()
+
+    def fetch(self, keys: Iterable[str]) -> None:
+        """Have those of `keys` that lie on disk alone read into memory, in this order."""
+        if self.disk is None:
+            return
+        held, on_disk = self.memory.keys(), self.disk.keys()
+        for key in keys:
+            with self._lock:
+                if key in held or key not in on_disk or key in self._loading:
+                    continue
+                self._loading.add(key)
+            self._loader.submit(self._load, self.disk, key, self._generation)
+
+    def clear(self) -> None:
+        """Let go of every picture, in memory and on disk."""
+        self._generation += 1
+        self.memory.clear()
+        if self.disk is not None:
+            self._writer.submit(self._clear, self.disk)
+        self._changed()
+
+    def resize(self, memory_bytes: int, disk_bytes: int) -> None:
+        """Set other bounds."""
+        self.memory.resize(memory_bytes)
+        if self.disk is not None:
+            self._writer.submit(self._resize, self.disk, disk_bytes)
+        self._changed()
+
+    def wait(self) -> None:
+        """Return when all that was asked for so far has been read and written."""
+        for thread in (self._writer, self._loader):
+            thread.submit(lambda: None).result()
+
+    def close(self) -> None:
+        """Write what waits, and end the threads."""
+        self._loader.shutdown(wait=True, cancel_futures=True)
+        self._writer.shutdown(wait=True)
+
+    def _keep(self, key: str, picture: RenderedPicture, generation: int) -> None:
+        if generation == self._generation:
+            kept = picture.kept()
+            self.memory.put(key, kept)
+            self._changed()
+            self._save(key, kept)
+        with self._lock:
+            self._writing.discard(key)
+        self._changed()
+
+    def _save(self, key: str, picture: KeptPicture) -> None:
+        """On disk as well, where that has not failed before."""
+        if self.disk is None or self.problem:
+            return
+        try:
+            self.disk.save(key, picture)
+        except InputError as error:
+            self.problem = f"Rendered frames are kept in memory alone: {error}"
+
+    def _load(self, disk: DiskStore, key: str, generation: int) -> None:
+        picture = disk.load(key)
+        if picture is not None and generation == self._generation:
+            self.memory.put(key, picture)
+        with self._lock:
+            self._loading.discard(key)
+        self._changed()
+
+    def _look(self, disk: DiskStore) -> None:
+        disk.look()
+        self._has_looked = True
+        self._changed()
+
+    def _clear(self, disk: DiskStore) -> None:
+        disk.clear()
+        self._changed()
+
+    def _resize(self, disk: DiskStore, limit_bytes: int) -> None:
+        disk.resize(limit_bytes)
+        self._changed()
+
+    def _changed(self) -> None:
+        with self._lock:
+            self.version += 1
+        self._wake()

@@ -1,0 +1,96 @@
+"""A rendered picture as it is kept: half floats, where it lies, and as bytes of a file."""
+
+import json
+import struct
+import zlib
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from heatlens.gpu.textures import FloatArray
+from heatlens.model.boxes import Box
+
+HalfImage = npt.NDArray[np.float16]
+
+_HALF_MOST = 65504.0  # the largest half float; more would be infinite
+_MAGIC = b"HLframe1"
+_HEAD = struct.Struct("<8sII")  # magic, CRC-32 of all that follows, bytes of the description
+
+
+@dataclass(frozen=True, eq=False)
+class RenderedPicture:
+    """One frame as it was rendered: a KeptPicture with (H, W, 4) float32 pixels."""
+
+    pixels: FloatArray
+    data_window: Box
+    display_window: Box
+    pixel_aspect: float = 1.0
+
+    def kept(self) -> "KeptPicture":
+        """Return it in half floats, which takes a while."""
+        half = half_of(self.pixels)
+        return KeptPicture(half, self.data_window, self.display_window, self.pixel_aspect)
+
+
+@dataclass(frozen=True, eq=False)
+class KeptPicture:
+    """One frame.
+
+    pixels          (H, W, 4) half floats, scene-linear, premultiplied
+    data_window     of the plate that it was rendered from, in pixels of the plate
+    display_window  of the same plate
+    pixel_aspect    width of a pixel for its height
+    """
+
+    pixels: HalfImage
+    data_window: Box
+    display_window: Box
+    pixel_aspect: float = 1.0
+
+    @property
+    def nbytes(self) -> int:
+        """Return the memory that its pixels take."""
+        return self.pixels.nbytes
+
+
+def half_of(pixels: FloatArray) -> HalfImage:
+    """Round float32 pixels to half floats; what is brighter than these reach becomes the most."""
+    return np.clip(pixels, -_HALF_MOST, _HALF_MOST).astype(np.float16)
+
+
+def encoded(picture: KeptPicture, key: str) -> bytes:
+    """Return the bytes of a file that holds `picture` under `key`."""
+    height, width = picture.pixels.shape[:2]
+    windows = [_corners(box) for box in (picture.data_window, picture.display_window)]
+    facts = {"key": key, "size": [width, height], "windows": windows}
+    words = json.dumps(facts | {"pixel_aspect": picture.pixel_aspect}).encode()
+    pixels = np.ascontiguousarray(picture.pixels).data.cast("B")
+    check = zlib.crc32(pixels, zlib.crc32(words))
+    return b"".join((_HEAD.pack(_MAGIC, check, len(words)), words, pixels))
+
+
+def decoded(data: bytes, key: str) -> KeptPicture | None:
+    """Return the picture that `encoded` wrote under `key`; None for anything else, or damage."""
+    if len(data) < _HEAD.size:
+        return None
+    magic, check, count = _HEAD.unpack_from(data)
+    if magic != _MAGIC or zlib.crc32(memoryview(data)[_HEAD.size :]) != check:
+        return None
+    try:
+        facts = json.loads(data[_HEAD.size : _HEAD.size + count])
+        return _picture(facts, data, _HEAD.size + count) if facts["key"] == key else None
+    except (ValueError, KeyError, TypeError):  # whole, but written by somebody else
+        return None
+
+
+def _picture(facts: dict[str, Any], data: bytes, offset: int) -> KeptPicture:
+    width, height = facts["size"]
+    pixels = np.frombuffer(data, np.float16, offset=offset).reshape(height, width, 4)
+    data_window, display_window = (Box(*corners) for corners in facts["windows"])
+    return KeptPicture(pixels, data_window, display_window, float(facts["pixel_aspect"]))
+
+
+def _corners(box: Box) -> tuple[int, int, int, int]:
+    return box.x0, box.y0, box.x1, box.y1

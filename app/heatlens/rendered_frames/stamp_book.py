@@ -1,0 +1,56 @@
+"""Stamps of many files, looked up on a thread: a folder on a network may answer slowly."""
+
+from collections.abc import Callable, Iterable
+from concurrent.futures import Future, ThreadPoolExecutor
+from pathlib import Path
+
+from heatlens.image.sequence import Stamp, stamp_of
+
+Stamps = dict[Path, Stamp | None]
+
+
+class StampBook:
+    """Knows the files as they were at the last look; `version` counts whenever that differs."""
+
+    def __init__(self, wake: Callable[[], None] = lambda: None) -> None:
+        """`wake` is called on the thread when the files are no longer what they were."""
+        self.version = 0
+        self._wake = wake
+        self._stamps: Stamps = {}
+        self._thread = ThreadPoolExecutor(1, thread_name_prefix="frames-stamps")
+        self._looking: Future[Stamps] | None = None
+
+    def look(self, paths: Iterable[Path]) -> None:
+        """Begin to look at these files, and forget others; one look at a time."""
+        self._take()
+        if self._looking is None:
+            self._looking = self._thread.submit(self._looked, tuple(paths), self._stamps)
+
+    def knows(self, path: Path) -> bool:
+        """Whether a look at this file is over."""
+        self._take()
+        return path in self._stamps
+
+    def stamp(self, path: Path) -> Stamp | None:
+        """Return the file's stamp; None where it was not there, or was never looked at."""
+        self._take()
+        return self._stamps.get(path)
+
+    def close(self) -> None:
+        """Look no more."""
+        self._thread.shutdown(wait=True, cancel_futures=True)
+
+    def _take(self) -> None:
+        """Take over what the thread has found."""
+        if self._looking is None or not self._looking.done():
+            return
+        found, self._looking = self._looking.result(), None
+        if found != self._stamps:
+            self._stamps = found
+            self.version += 1
+
+    def _looked(self, paths: tuple[Path, ...], before: Stamps) -> Stamps:
+        found = {path: stamp_of(path) for path in paths}
+        if found != before:
+            self._wake()
+        return found

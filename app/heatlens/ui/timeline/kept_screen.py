@@ -1,0 +1,160 @@
+"""Rendered frames on the screen: taken to the GPU when they are seen, and not rendered again."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import moderngl
+
+from heatlens.gpu.context import is_software
+from heatlens.gpu.textures import new_texture
+from heatlens.model.boxes import Box
+from heatlens.model.view import ViewState
+from heatlens.rendered_frames.frame_filler import FrameJob
+from heatlens.rendered_frames.kept_picture import KeptPicture
+from heatlens.ui.picture.live_picture import Shown
+from heatlens.ui.picture.screen_frames import ScreenFrames
+from heatlens.ui.picture.viewport import MIPMAPS_UNDER
+
+if TYPE_CHECKING:
+    from heatlens.ui.app import App
+
+Look = tuple[float, float, int, bool]  # exposure in stops, gamma, view transform, with mipmaps
+
+
+@dataclass(frozen=True, eq=False)
+class KeptFrame(Shown):
+    """A frame that was rendered before. Its texture holds it once it was `uploaded`."""
+
+    key: str = ""
+    picture: KeptPicture | None = None
+
+    @property
+    def is_whole(self) -> bool:
+        """As the shot is rendered, at the size of the window."""
+        return True
+
+
+class KeptScreen:
+    """Shows the frames of `RenderedPull`, which the application has as `pull`."""
+
+    def __init__(self, app: "App") -> None:
+        self._app = app
+        self._frames = ScreenFrames(app.ctx)
+        self._is_slow = is_software(app.ctx)
+        self._texture: moderngl.Texture | None = None
+        self._on_gpu = ""  # key of what the texture holds
+        self._seen: KeptFrame | None = None
+        self._prepared: object = None  # for what all frames were prepared
+
+    def begin(self) -> None:
+        """Something else was opened, or all frames were forgotten."""
+        self._seen, self._on_gpu, self._prepared = None, "", None
+        self._frames.clear()
+
+    def shown(self) -> KeptFrame | None:
+        """The picture at the playhead; while it is read from the disk, the one before."""
+        app, pull = self._app, self._app.pull
+        job = pull.jobs.of(app.frame) if pull.is_on and pull.fits_view else None
+        if job is None:
+            return None
+        picture = pull.store.get(job.key)
+        if picture is None:
+            return self._seen if pull.is_alone else None
+        seen = self._seen
+        is_new = seen is None or (seen.key, seen.frame) != (job.key, app.frame)
+        if seen is None or is_new or seen.texture is not self._texture:
+            self._seen = self._kept(job, picture)
+        return self._seen
+
+    def _kept(self, job: FrameJob, picture: KeptPicture) -> KeptFrame:
+        height, width = picture.pixels.shape[:2]
+        if self._texture is None or self._texture.size != (width, height):
+            if self._texture is not None:
+                self._texture.release()
+            self._texture = new_texture(self._app.ctx, (width, height), 4, "f2", "rendered frame")
+            self._on_gpu = ""
+        shot, frame = self._app.shot, self._app.frame
+        return KeptFrame(
+            self._texture, shot, frame, shot.defocus, 0.0, key=job.key, picture=picture
+        )
+
+    def uploaded(self, shown: Shown) -> Shown:
+        """The same, its light in its texture."""
+        if isinstance(shown, KeptFrame) and shown.picture is not None and self._on_gpu != shown.key:
+            shown.texture.write(shown.picture.pixels.data.cast("B"))
+            self._on_gpu = shown.key
+        return shown
+
+    def windows(self, shown: Shown) -> tuple[Box, Box] | None:
+        """Data and display window of a frame that was rendered from a plate; None for others."""
+        is_plate = isinstance(shown, KeptFrame) and self._app.stage.scene is None
+        picture = shown.picture if isinstance(shown, KeptFrame) and is_plate else None
+        return None if picture is None else (picture.data_window, picture.display_window)
+
+    def texture(self, shown: KeptFrame, view: ViewState) -> moderngl.Texture:
+        """The frame in the colours of the screen. `view` has the exposure of its lens in it."""
+        look = self._look(view, shown.texture.size)
+        if self._is_slow:
+            size, keys = shown.texture.size, self._app.pull.keys
+
+            def draw(out: moderngl.Texture) -> None:
+                self._draw(shown, look, out)
+
+            found = self._frames.texture(shown.key, look, size, keys, draw)
+            if found is not None:
+                return found
+        screen = self._app.screen
+        screen.with_mipmaps = look[-1]
+        self.uploaded(shown)
+        plate = self._app.renderer.loaded
+        return screen.a(shown, shown.key, plate, view, shown.texture)
+
+    def _look(self, view: ViewState, size: tuple[int, int]) -> Look:
+        zoom = self._app.viewport.zoom * self._app.picture_shape.height_px / size[1]
+        version = self._app.screen.transform_version
+        return view.exposure_stops, view.gamma, version, zoom < MIPMAPS_UNDER
+
+    def _draw(self, shown: KeptFrame, look: Look, out: moderngl.Texture) -> None:
+        self.uploaded(shown)
+        self._app.screen.display.run(shown.texture, out, *look[:2])
+        if look[-1]:
+            out.build_mipmaps()
+
+    @property
+    def has_work(self) -> bool:
+        """A frame at hand is not in the colours of the screen yet, and that takes long here."""
+        if not self._is_slow or self._prepared == self._of:
+            return False
+        if next(self._unprepared(), None) is None:
+            self._prepared = self._of
+            return False
+        return True
+
+    @property
+    def _of(self) -> object:
+        """What all prepared frames depend on."""
+        app = self._app
+        return app.pull.counted, app.view, app.screen.transform_version, app.viewport.zoom
+
+    def prepare(self) -> None:
+        """Take one frame more to the colours of the screen."""
+        shown = next(self._unprepared(), None) if self.has_work else None
+        if shown is not None:
+            self.texture(shown, self._view(shown))
+
+    def _unprepared(self) -> Iterator[KeptFrame]:
+        pull, memory = self._app.pull, self._app.pull.store.memory.keys()
+        for job in pull.at_hand(memory):
+            picture = pull.store.get(job.key)
+            if picture is None:
+                continue
+            size = picture.pixels.shape[1], picture.pixels.shape[0]
+            shown = replace(self._kept(job, picture), frame=job.frame)
+            is_there = self._frames.holds(job.key, self._look(self._view(shown), size))
+            if not is_there and self._frames.has_room(job.key, size, pull.keys):
+                yield shown
+
+    def _view(self, shown: KeptFrame) -> ViewState:
+        view, lens = self._app.view, shown.shot.lens_at(shown.frame)
+        return replace(view, exposure_stops=view.exposure_stops + lens.transmission_stops)

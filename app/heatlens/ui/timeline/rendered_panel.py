@@ -1,0 +1,140 @@
+"""What is said of the frames that are rendered: words over the timeline, bar on it, and a popup
+that tells how much is kept."""
+
+from typing import TYPE_CHECKING
+
+from imgui_bundle import ImVec2, imgui
+
+from heatlens.errors import InputError
+from heatlens.rendered_frames.frame_store import MEGABYTE
+from heatlens.ui import theme, widgets
+from heatlens.ui.files.preferences import MEGABYTES_MOST
+
+if TYPE_CHECKING:
+    from heatlens.ui.app import App
+
+_POPUP = "Rendered frames"
+_TIP = (
+    "Frames under the blue bar are rendered and play at full rate. The others are rendered while\n"
+    "nothing else is to do, from the playhead on; until then they are shown as a quick preview.\n"
+    "Click to see how much is kept."
+)
+
+
+def rendered_words(app: "App") -> str:
+    """How far the frames are, in words; nothing where none are rendered ahead."""
+    pull, playing = app.pull, bool(app.timeline.playback.direction)
+    if not pull.wanted:
+        return ""
+    done, wanted = len(pull.rendered), pull.wanted
+    shown = "preview: " if playing and not pull.is_alone else ""
+    if done == wanted and wanted == app.timeline.played.count:
+        return f"all {wanted} frames rendered"
+    return f"{shown}{done} of {wanted} frames rendered"
+
+
+def rendered_label(app: "App") -> None:
+    """The words as a button, in the row that is being drawn."""
+    words = rendered_words(app)
+    if not words:
+        return
+    em, short = imgui.get_font_size(), f"{len(app.pull.rendered)}/{app.pull.wanted}"
+    imgui.same_line()
+    room = imgui.get_content_region_avail().x - em
+    shown = next((it for it in (words, short) if imgui.calc_text_size(it).x < room), "")
+    if not shown:  # a row more would push the keys out of the panel; the bar tells it too
+        imgui.new_line()
+        return
+    is_preview = words.startswith("preview")
+    imgui.push_style_color(imgui.Col_.text, theme.ACCENT_TEXT if is_preview else theme.DIM)
+    imgui.push_style_color(imgui.Col_.button, imgui.ImVec4(0.0, 0.0, 0.0, 0.0))
+    if imgui.button(f"{shown}###rendered frames"):
+        app.pull.opens_popup = True
+    imgui.pop_style_color(2)
+    widgets.note("rendered frames")
+    if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
+        imgui.set_tooltip(_TIP)
+
+
+def rendered_popup(app: "App") -> None:
+    """How much is kept, and how much may be; over the window."""
+    if app.pull.opens_popup:
+        app.pull.opens_popup = False
+        imgui.open_popup(_POPUP)
+    screen = imgui.get_main_viewport()
+    imgui.set_next_window_pos(screen.get_center(), imgui.Cond_.appearing, ImVec2(0.5, 0.5))
+    imgui.set_next_window_size(ImVec2(26 * imgui.get_font_size(), 0))
+    if imgui.begin_popup(_POPUP):
+        imgui.text("Rendered frames")
+        _facts(app)
+        _limits(app)
+        _buttons(app)
+        imgui.end_popup()
+
+
+def _facts(app: "App") -> None:
+    store, (width, height) = app.pull.store, app.pull.jobs.size
+    lines = [rendered_words(app) or "no frames to play"]
+    if app.pull.wanted:
+        megabytes = app.pull.picture_bytes / MEGABYTE
+        lines.append(f"each {width} x {height} pixels, {megabytes:.1f} MB: as large as it is seen")
+    lines.append(f"{_used(store.memory.bytes_in_use, store.memory.limit_bytes)} of memory")
+    if store.disk is not None:
+        used = _used(store.disk.bytes_in_use, store.disk.limit_bytes)
+        lines.append(f"{used} on disk, in {store.disk.folder}")
+    if store.problem:
+        lines.append(store.problem)
+    for line in lines:
+        imgui.push_style_color(imgui.Col_.text, theme.DIM)
+        imgui.text_wrapped(line)
+        imgui.pop_style_color()
+    widgets.spacer()
+
+
+def _used(used: int, limit: int) -> str:
+    return f"{used / MEGABYTE:,.0f} of {limit / MEGABYTE:,.0f} MB"
+
+
+def _limits(app: "App") -> None:
+    preferences = app.filing.preferences
+    before = preferences.now
+    widgets.label("memory", "Megabytes for rendered frames; empty is a quarter of what is free")
+    memory = _megabytes("memory for frames", before.memory_mb, "a quarter of what is free", app)
+    disk = before.disk_mb
+    if app.pull.store.disk is not None:
+        widgets.label("disk", "Megabytes for rendered frames; 0 keeps none on disk")
+        disk = _megabytes("disk for frames", before.disk_mb, "0", app)
+    widgets.label("render")
+    _, is_on = imgui.checkbox("frames ahead, while nothing else is to do", before.keep_frames)
+    widgets.note("render frames ahead")
+    preferences.change(memory_mb=memory, disk_mb=disk, keep_frames=is_on)
+    if (memory, disk) != (before.memory_mb, before.disk_mb):
+        app.pull.resize(memory, disk)
+
+
+def _megabytes(name: str, value: int, hint: str, app: "App") -> int:
+    shown = f"{value} MB" if value else ""
+    return widgets.text_field(name, shown, value, _parse_megabytes, app.say, hint)
+
+
+def _parse_megabytes(text: str) -> int:
+    """Megabytes, or gigabytes where these are named; nothing is 0."""
+    cleaned = text.strip().lower().replace(",", ".").removesuffix("b").strip()
+    times = 1000 if cleaned.endswith("g") else 1
+    try:
+        count = float(cleaned.rstrip("gm").strip() or 0) * times
+    except ValueError:
+        raise InputError(f"{text!r} is no amount of memory; 2000 or 2 GB is.") from None
+    if not 0 <= count <= MEGABYTES_MOST:
+        raise InputError(f"{text!r} should be 0 to {MEGABYTES_MOST:,} MB.")
+    return round(count)
+
+
+def _buttons(app: "App") -> None:
+    if imgui.button("Clear"):
+        app.pull.clear()
+    widgets.note("clear frames")
+    imgui.same_line()
+    if imgui.button("Close"):
+        imgui.close_current_popup()
+    widgets.note("close rendered frames")

@@ -1,0 +1,259 @@
+"""The frames of the shot as they are rendered: kept, counted, rendered while nothing else is to do.
+
+Played from here, a frame is taken to the GPU and rendered no more.
+"""
+
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from heatlens.errors import HeatlensError
+from heatlens.faults import faults_told
+from heatlens.model.frames import FrameRange
+from heatlens.model.view import Compare, Overlay
+from heatlens.rendered_frames.disk_store import DiskStore
+from heatlens.rendered_frames.frame_filler import FrameFiller, FrameJob
+from heatlens.rendered_frames.frame_order import frames_from, runs_of
+from heatlens.rendered_frames.frame_store import MEGABYTE, FrameStore, memory_bytes_of
+from heatlens.rendered_frames.memory_store import MemoryStore
+from heatlens.ui.files.preferences import Remembered
+from heatlens.ui.timeline.kept_screen import KeptScreen
+from heatlens.ui.timeline.pull_jobs import PullJobs
+
+if TYPE_CHECKING:
+    from heatlens.ui.app import App
+
+_SLICE_S = 0.02  # of work before the loop looks for input again
+_REST_S = 0.3  # after what the user did, until frames are rendered
+_KEYS_S = 0.004  # for the keys of frames, in each frame of the window
+_FRAMES_MOST = 4000  # that are looked after at a time
+_AHEAD = 24  # frames that are read from the disk ahead of the playhead
+_PIXEL_BYTES = 8  # four half floats
+
+
+def store_of(now: Remembered, folder: Path | None, wake: Callable[[], None]) -> FrameStore:
+    """The store with the bounds that the user set; without a folder in memory alone."""
+    memory = MemoryStore(memory_bytes_of(now.memory_mb))
+    disk = None if folder is None else DiskStore(folder, now.disk_mb * MEGABYTE)
+    return FrameStore(memory, disk, wake)
+
+
+class RenderedPull:
+    """Looks after the frames that are played, as many of them as can be kept."""
+
+    def __init__(
+        self,
+        app: "App",
+        folder: Path | None = None,
+        wake: Callable[[], None] = lambda: None,
+        clock: Callable[[], float] = time.perf_counter,
+    ) -> None:
+        """`folder`: where frames are kept on disk, None: nowhere."""
+        self._app = app
+        self._wake = wake
+        self._clock = clock
+        self.store = store_of(app.filing.preferences.now, folder, wake)
+        self.jobs = PullJobs(app, wake)
+        self.version = 0  # counts the frames that were rendered
+        self.opens_popup = False  # in the next frame of the window
+        self._filler: FrameFiller | None = None
+        self._order: tuple[int, ...] = ()
+        self.counted: object = None  # what the frames below were counted of
+        self.rendered: frozenset[int] = frozenset()
+        self.runs: tuple[FrameRange, ...] = ()
+        self._missing: list[FrameJob] = []
+        self._refused: set[str] = set()  # keys of frames that cannot be rendered
+        self._made: set[str] = set()  # keys that were made since the user did something
+        self._rests_at = 0.0
+        self.keys: frozenset[str] = frozenset()  # of all frames that are looked after
+        self.screen = KeptScreen(app)
+
+    # What there is
+
+    @property
+    def is_on(self) -> bool:
+        """There are frames to be played, and they are to be kept."""
+        app = self._app
+        if not app.filing.preferences.now.keep_frames or app.stage.plate is None:
+            return False
+        is_drawn = app.viewport.viewport.size[0] > 1.0  # only then is it known how large
+        return is_drawn and app.timeline.played.count > 1 and not app.stage.is_streaming
+
+    @property
+    def wanted(self) -> int:
+        """How many frames are to be rendered: those that are played, as far as they are kept."""
+        return len(self._order)
+
+    def has(self, frame: int) -> bool:
+        """The frame was rendered, wherever its picture lies."""
+        job = self.jobs.of(frame) if self.is_on else None
+        return job is not None and job.key in self.store.known()
+
+    def is_at_hand(self, frame: int) -> bool:
+        """Its picture lies in memory."""
+        job = self.jobs.of(frame) if self.is_on else None
+        return job is not None and self.store.get(job.key) is not None
+
+    @property
+    def is_alone(self) -> bool:
+        """It plays, and what is seen at the playhead was rendered: nothing else is needed."""
+        app = self._app
+        return bool(app.timeline.playback.direction) and self.fits_view and self.has(app.frame)
+
+    @property
+    def fits_view(self) -> bool:
+        """The picture through the lens is seen, and nothing beside or over it."""
+        view = self._app.view
+        is_bare = view.compare is Compare.OFF and view.overlay is Overlay.NONE
+        return is_bare and view.depth_of_field and not self._app.turns.is_lens_held_off
+
+    def at_hand(self, keys: frozenset[str]) -> Iterator[FrameJob]:
+        """The jobs of frames whose pictures have these keys, in the order they are played."""
+        jobs = (self.jobs.of(frame) for frame in self._order)
+        return (job for job in jobs if job is not None and job.key in keys)
+
+    # What happens by itself
+
+    def poll(self) -> None:
+        """Once a frame of the window: what has changed, and what is needed next."""
+        if not self.is_on:
+            self._order, self.rendered, self.runs, self._missing = (), frozenset(), (), []
+            self.counted = None
+            return
+        timeline = self._app.timeline
+        direction = timeline.playback.direction or timeline.direction
+        most = min(_FRAMES_MOST, max(1, self.store.capacity(self.picture_bytes)))
+        self._order = frames_from(self._app.frame, direction, timeline.played, most)
+        self.jobs.update(self._order)
+        self.jobs.make(self._order, _KEYS_S)
+        self._count()
+        self._fetch()
+
+    @property
+    def picture_bytes(self) -> int:
+        """What one frame takes in memory."""
+        width, height = self.jobs.size
+        return width * height * _PIXEL_BYTES
+
+    def _count(self) -> None:
+        """Which of the frames are rendered, and which are not; again only where that changed."""
+        made_of = (self.store.version, self.jobs.version, self._order)
+        if made_of == self.counted:
+            return
+        self.counted, known = made_of, self.store.known()
+        jobs = [job for frame in self._order if (job := self.jobs.of(frame))]
+        self.rendered = frozenset(job.frame for job in jobs if job.key in known)
+        self.runs = runs_of(self.rendered)
+        self._missing = [job for job in jobs if job.key not in known]
+        self.keys = frozenset(job.key for job in jobs)
+
+    def _fetch(self) -> None:
+        """Have what is played next in memory."""
+        ahead = _AHEAD if self._app.timeline.playback.direction else 2
+        most = self.store.memory.limit_bytes // (2 * self.picture_bytes)
+        jobs = (self.jobs.of(frame) for frame in self._order[: min(ahead, most)])
+        self.store.fetch([job.key for job in jobs if job is not None])
+
+    def touched(self) -> None:
+        """The user did something: frames are rendered when that is over."""
+        self._rests_at = self._clock() + _REST_S
+        self._made.clear()
+
+    def seconds_until_needed(self) -> float | None:
+        """How long the loop may sleep before frames are rendered; None: until there is news."""
+        if not self.has_work:
+            return None
+        return max(0.0, self._rests_at - self._clock())
+
+    @property
+    def has_work(self) -> bool:
+        """A frame could be rendered now, if the user rests."""
+        is_playing = bool(self._app.timeline.playback.direction)
+        if is_playing or not self.is_on:
+            return False
+        if self._next() is None:
+            return self.screen.has_work
+        is_reading = self._filler is not None and self._filler.is_reading
+        return not is_reading and self.store.has_room
+
+    def _next(self, after: int = 0) -> FrameJob | None:
+        """The frame that is to be rendered next, or the one `after` it."""
+        known = self._refused | self._made
+        found = (job for job in self._missing if job.key not in known)
+        return next((job for at, job in enumerate(found) if at == after), None)
+
+    def work(self) -> None:
+        """Go on with the next frame for a moment, if the user rests. Raises no error: what cannot
+        be rendered is said where it is seen."""
+        self._count()
+        job = self._next()
+        if job is None:
+            self._let_go()
+            self.screen.prepare()
+        elif self.has_work and self._clock() >= self._rests_at:
+            self._work(job)
+
+    def _work(self, job: FrameJob) -> None:
+        try:
+            with faults_told("A frame could not be rendered ahead"):
+                picture = self._ready_filler().work(job, self._next(1), _SLICE_S)
+        except HeatlensError:
+            self._refused.add(job.key)
+            return
+        if picture is not None:
+            self._made.add(job.key)
+            self.store.put(job.key, picture)
+            self.version += 1
+
+    def _ready_filler(self) -> FrameFiller:
+        """With the scene in front of its lens, where there is one."""
+        main = self._app.renderer
+        if self._filler is None:
+            self._filler = FrameFiller(main.beside(), self._wake)
+        if main.scene is not self._filler.renderer.scene:
+            self._filler.let_go()
+            if main.scene is not None:
+                self._filler.renderer.load_scene_of(main)
+        return self._filler
+
+    def _let_go(self) -> None:
+        """The GPU's memory is for others while there is nothing to render."""
+        if self._filler is not None:
+            self._filler.let_go()
+
+    def begin(self) -> None:
+        """Something else was opened: what is half done was of the past."""
+        self._let_go()
+        self._refused.clear()
+        self._made.clear()
+        self.screen.begin()
+
+    # What the user may do with it
+
+    def clear(self) -> None:
+        """Forget every frame that was rendered, of this shot and of all others."""
+        self.store.clear()
+        self.screen.begin()
+        self._made.clear()
+        self._refused.clear()
+
+    def switch(self) -> None:
+        """Render frames ahead from now on, or no more."""
+        preferences = self._app.filing.preferences
+        preferences.change(keep_frames=not preferences.now.keep_frames)
+
+    def open_popup(self) -> None:
+        """Show how much is kept."""
+        self.opens_popup = True
+
+    def resize(self, memory_mb: int, disk_mb: int) -> None:
+        """Keep so much and no more."""
+        self.store.resize(memory_bytes_of(memory_mb), disk_mb * MEGABYTE)
+
+    def close(self) -> None:
+        """End the threads; what waits to be written is written."""
+        if self._filler is not None:
+            self._filler.close()
+        self.jobs.close()
+        self.store.close()

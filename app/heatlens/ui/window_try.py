@@ -1,0 +1,62 @@
+"""Whether a window can be opened here, and what it would be drawn with."""
+
+import os
+from pathlib import Path
+
+import imgui_bundle
+import moderngl
+from imgui_bundle import imgui
+
+import glfw  # isort: skip
+
+from heatlens.errors import GpuError, InputError
+from heatlens.ui import theme
+
+
+def fonts_found() -> str:
+    """Load the fonts of the window; their folder. Raises InputError where one is not there."""
+    folder = Path(imgui_bundle.__file__).parent / "assets" / "fonts" / "Roboto"
+    before, own = imgui.get_current_context(), imgui.create_context()
+    imgui.set_current_context(own)
+    try:
+        theme.apply(1.0)
+    except (RuntimeError, OSError) as error:
+        raise InputError(f"The fonts in {folder} cannot be loaded: {error}.") from error
+    finally:
+        imgui.destroy_context(own)
+        if before is not None:
+            imgui.set_current_context(before)
+    return str(folder)
+
+
+def display_named() -> str | None:
+    """What the environment names as display, None where it names none."""
+    for name in ("WAYLAND_DISPLAY", "DISPLAY"):
+        if os.environ.get(name):
+            return f"{name}={os.environ[name]}"
+    return None
+
+
+def renderer_of_a_window() -> str:
+    """Open a window that is not seen, and close it; the name of its OpenGL.
+
+    Raises GpuError where none can be opened.
+    """
+    glfw.ERROR_REPORTING = "ignore"
+    if not glfw.init():
+        raise GpuError(f"No window can be opened: {glfw.get_error()[1]!r}.")
+    try:
+        for hint, value in (
+            (glfw.VISIBLE, 0),
+            (glfw.CONTEXT_VERSION_MAJOR, 4),
+            (glfw.CONTEXT_VERSION_MINOR, 3),
+            (glfw.OPENGL_PROFILE, glfw.OPENGL_CORE_PROFILE),
+        ):
+            glfw.window_hint(hint, value)
+        window = glfw.create_window(64, 64, "heatlens", None, None)
+        if not window:
+            raise GpuError(f"No window with OpenGL 4.3 can be opened: {glfw.get_error()[1]!r}.")
+        glfw.make_context_current(window)
+        return str(moderngl.create_context(require=430).info["GL_RENDERER"])
+    finally:
+        glfw.terminate()

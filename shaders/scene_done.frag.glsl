@@ -1,0 +1,7 @@
+// Lies in front of pixels that need no further samples, so that nothing is shaded there.
+
+uniform sampler2D done_tx;  // 0 where a pixel is not done
+
+void main() {
+    if (texelFetch(done_tx, ivec2(gl_FragCoord.xy), 0).r == 0.0) discard;
+}

@@ -1,0 +1,6 @@
+// A triangle over the whole picture, nearer than anything that is drawn.
+
+void main() {
+    vec2 at = vec2(gl_VertexID % 2, gl_VertexID / 2) * 4.0 - 1.0;
+    gl_Position = vec4(at, -1.0, 1.0);
+}

@@ -1,0 +1,111 @@
+"""Pictures for the eye as phones, cameras and networks write them, made for the tests."""
+
+import base64
+import math
+from io import BytesIO
+from pathlib import Path
+
+import numpy as np
+import OpenImageIO
+from PIL import Image, ImageCms
+
+HEIGHT, WIDTH = 24, 36
+_XMP = b"http://ns.adobe.com/xap/1.0/\0"
+_EXTENSION = b"http://ns.adobe.com/xmp/extension/\0"
+
+
+def colors(height=HEIGHT, width=WIDTH):
+    """(H, W, 3) of 8 bits, every value from 0 to 255 somewhere."""
+    ramp = np.arange(height * width) * 255 // (height * width - 1)
+    return np.stack([ramp, 255 - ramp, ramp // 2], axis=1).reshape(height, width, 3).astype("u1")
+
+
+def metres(height=HEIGHT, width=WIDTH):
+    """Distances (H, W) from 1 to 10 m, evenly over 1/z, a step in the middle."""
+    part = np.linspace(0, 0.4, height * width).reshape(height, width)
+    part[:, width // 2 :] += 0.6
+    return 1 / (0.1 + part * 0.9)
+
+
+def disparity(distance_m, near_m, far_m):
+    """0 to 1, far to near."""
+    return (1 / distance_m - 1 / far_m) / (1 / near_m - 1 / far_m)
+
+
+def save(path: Path, values, **options) -> Path:
+    Image.fromarray(values).save(path, **options)
+    return path
+
+
+def save_16_bits_of_color(path: Path, values) -> Path:
+    """(H, W, C) of uint16 or float32, which Pillow cannot write."""
+    kind = "uint16" if values.dtype == np.uint16 else "float"
+    spec = OpenImageIO.ImageSpec(values.shape[1], values.shape[0], values.shape[2], kind)
+    out = OpenImageIO.ImageOutput.create(str(path))
+    assert out.open(str(path), spec) and out.write_image(values)
+    out.close()
+    return path
+
+
+def display_p3() -> bytes:
+    """An ICC profile that calls itself Display P3; its numbers are sRGB's, and nobody asks them."""
+    data = bytearray(ImageCms.ImageCmsProfile(ImageCms.createProfile("sRGB")).tobytes())
+    name = "sRGB built-in".encode("utf-16-be")
+    at = data.find(name)
+    assert at > 0
+    data[at : at + len(name)] = "Display P3   ".encode("utf-16-be")
+    return bytes(data)
+
+
+def encoded(values, kind="PNG") -> bytes:
+    out = BytesIO()
+    Image.fromarray(values).save(out, kind)
+    return out.getvalue()
+
+
+def jpeg_with_gdepth(path: Path, near_m, far_m, fraction, form="RangeInverse", turn=1) -> Path:
+    """A photo whose XMP holds the depth, most of it in an extension of several pieces."""
+    data = base64.b64encode(encoded((fraction * 255 + 0.5).astype("u1"))).decode()
+    head = (
+        '<x:xmpmeta xmlns:x="adobe:ns:meta/"><rdf:Description '
+        f'GDepth:Format="{form}" GDepth:Near="{near_m}" GDepth:Far="{far_m}" '
+        'GDepth:Mime="image/png" /></x:xmpmeta>'
+    )
+    body = f'<x:xmpmeta><rdf:Description GDepth:Data="{data}" /></x:xmpmeta>'.encode()
+    pieces, size = [], math.ceil(len(body) / 3)
+    for offset in range(0, len(body), size):
+        pieces.append(
+            _EXTENSION
+            + b"0" * 32
+            + len(body).to_bytes(4, "big")
+            + offset.to_bytes(4, "big")
+            + body[offset : offset + size]
+        )
+    exif = Image.Exif()
+    exif[0x0112] = turn
+    plain = BytesIO()
+    Image.fromarray(colors()).save(plain, "JPEG", quality=95, exif=exif)
+    segments = b"".join(_segment(data) for data in [_XMP + head.encode(), *reversed(pieces)])
+    jpeg = plain.getvalue()
+    path.write_bytes(jpeg[:2] + segments + jpeg[2:])
+    return path
+
+
+def jpeg_with_dynamic_depth(path: Path, near_m, far_m, fraction) -> Path:
+    """A photo with another picture and the depth behind it, as a container lists them."""
+    depth, confidence = encoded((fraction * 255 + 0.5).astype("u1"), "JPEG"), encoded(colors())
+    xmp = (
+        "<x:xmpmeta><Container:Directory>"
+        '<Container:Item Item:Mime="image/jpeg" Item:Length="0" Item:DataURI="primary"/>'
+        f'<Container:Item Item:Mime="image/png" Item:Length="{len(confidence)}"/>'
+        f'<Container:Item Item:Mime="image/jpeg" Item:Length="{len(depth)}"/>'
+        f'</Container:Directory><Device:DepthMap DepthMap:Format="RangeInverse" '
+        f'DepthMap:Near="{near_m}" DepthMap:Far="{far_m}" DepthMap:Units="Meters"/></x:xmpmeta>'
+    )
+    jpeg = encoded(colors(), "JPEG")
+    path.write_bytes(jpeg[:2] + _segment(_XMP + xmp.encode()) + jpeg[2:] + confidence + depth)
+    return path
+
+
+def _segment(data: bytes) -> bytes:
+    return b"\xff\xe1" + (len(data) + 2).to_bytes(2, "big") + data

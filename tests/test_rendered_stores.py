@@ -1,0 +1,235 @@
+"""Rendered frames in memory and on disk: within their bounds, and never a wrong picture."""
+
+import os
+import tempfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from heatlens.model.boxes import Box
+from heatlens.rendered_frames.disk_store import DiskStore, frames_dir
+from heatlens.rendered_frames.frame_store import FrameStore
+from heatlens.rendered_frames.kept_picture import (
+    KeptPicture,
+    RenderedPicture,
+    decoded,
+    encoded,
+    half_of,
+)
+from heatlens.rendered_frames.memory_store import MemoryStore
+
+WINDOWS = Box(-2, 3, 10, 9), Box(0, 0, 12, 8)
+
+
+def key_of(number: int) -> str:
+    return f"{number:032x}"
+
+
+def picture_of(number: int, height: int = 4, width: int = 6) -> KeptPicture:
+    """A picture that is like no other."""
+    pixels = np.full((height, width, 4), number, np.float16)
+    pixels[0, 0] = np.arange(4)
+    return KeptPicture(pixels, *WINDOWS, pixel_aspect=1.25)
+
+
+def same(one: KeptPicture, other: KeptPicture) -> bool:
+    rest = [(it.data_window, it.display_window, it.pixel_aspect) for it in (one, other)]
+    return rest[0] == rest[1] and np.array_equal(one.pixels, other.pixels)
+
+
+SIZES = st.tuples(st.integers(1, 9), st.integers(1, 9))
+# Puts (key, size), asks (key), changes of the bound, and forgetting all.
+USE = st.lists(
+    st.one_of(
+        st.tuples(st.just("put"), st.integers(0, 12), SIZES),
+        st.tuples(st.just("get"), st.integers(0, 12), SIZES),
+        st.tuples(st.just("resize"), st.integers(0, 4000), SIZES),
+        st.tuples(st.just("clear"), st.just(0), SIZES),
+    ),
+    max_size=60,
+)
+
+
+@given(st.integers(0, 3000), USE)
+def test_memory_stays_within_its_bound_and_gives_back_what_was_put(limit, use):
+    store, put = MemoryStore(limit), {}
+    for what, number, size in use:
+        if what == "put":
+            put[number] = picture_of(number, *size)
+            store.put(key_of(number), put[number])
+            is_small = put[number].nbytes <= store.limit_bytes
+            assert (store.get(key_of(number)) is put[number]) == is_small
+        elif what == "get":
+            assert store.get(key_of(number)) in (None, put.get(number))
+        elif what == "resize":
+            store.resize(number)
+        else:
+            store.clear()
+            assert store.bytes_in_use == 0
+        held = [store.get(key) for key in store.keys()]
+        assert store.bytes_in_use == sum(picture.nbytes for picture in held)
+        assert store.bytes_in_use <= store.limit_bytes
+
+
+def test_what_was_not_asked_for_longest_leaves_memory_first():
+    store = MemoryStore(3 * picture_of(0).nbytes)
+    for number in (1, 2, 3):
+        store.put(key_of(number), picture_of(number))
+    store.get(key_of(1))
+    store.put(key_of(4), picture_of(4))
+    assert store.keys() == {key_of(n) for n in (1, 3, 4)}
+
+
+@settings(max_examples=30)
+@given(st.integers(0, 6000), USE)
+def test_the_folder_stays_within_its_bound_and_gives_back_what_was_put(limit, use):
+    with tempfile.TemporaryDirectory() as folder:
+        store, put = DiskStore(Path(folder) / "frames", limit), {}
+        for what, number, size in use:
+            if what == "put":
+                put[number] = picture_of(number, *size)
+                store.save(key_of(number), put[number])
+            elif what == "get":
+                found = store.load(key_of(number))
+                assert found is None or same(found, put[number])
+            elif what == "resize":
+                store.resize(number)
+            else:
+                store.clear()
+            files = list(store.folder.iterdir()) if store.folder.exists() else []
+            assert {path.stem for path in files} == store.keys()
+            assert sum(path.stat().st_size for path in files) == store.bytes_in_use
+            assert store.bytes_in_use <= store.limit_bytes
+
+
+def test_the_file_that_was_not_used_longest_goes_first(tmp_path):
+    one = len(encoded(picture_of(1), key_of(1)))
+    store = DiskStore(tmp_path, 3 * one)
+    for number in (1, 2, 3):
+        store.save(key_of(number), picture_of(number))
+        os.utime(tmp_path / f"{key_of(number)}.frame", (number, number))
+    assert store.load(key_of(1)) is not None
+    store.save(key_of(4), picture_of(4))
+    assert store.keys() == {key_of(n) for n in (1, 3, 4)}
+
+
+@given(st.data())
+def test_a_damaged_or_cut_file_is_none_at_all(data):
+    whole = encoded(picture_of(7), key_of(7))
+    assert same(decoded(whole, key_of(7)), picture_of(7))
+    assert decoded(whole, key_of(8)) is None  # another file under this name
+    cut = data.draw(st.integers(0, len(whole) - 1))
+    assert decoded(whole[:cut], key_of(7)) is None
+    bits = bytearray(whole)
+    at = data.draw(st.integers(0, len(whole) - 1))
+    bits[at] ^= data.draw(st.integers(1, 255))
+    assert decoded(bytes(bits), key_of(7)) is None
+    assert decoded(data.draw(st.binary(max_size=80)), key_of(7)) is None
+
+
+@pytest.mark.parametrize("damage", [b"", b"no picture", None])
+def test_a_damaged_file_is_a_miss_and_goes(tmp_path, damage):
+    store = DiskStore(tmp_path, 10**6)
+    store.save(key_of(1), picture_of(1))
+    path = tmp_path / f"{key_of(1)}.frame"
+    if damage is None:
+        path.unlink()  # as another window does that needs the room
+    else:
+        path.write_bytes(damage)
+    assert store.load(key_of(1)) is None
+    assert store.keys() == set() and not path.exists()
+
+
+def test_two_windows_share_a_folder(tmp_path):
+    one, two = DiskStore(tmp_path, 10**6), DiskStore(tmp_path, 10**6)
+    one.save(key_of(1), picture_of(1))
+    two.look()
+    assert same(two.load(key_of(1)), picture_of(1))
+    two.clear()
+    assert one.load(key_of(1)) is None
+
+
+def test_files_of_others_in_the_folder_stay(tmp_path):
+    other = tmp_path / "notes.txt"
+    other.write_text("mine", "utf-8")
+    store = DiskStore(tmp_path, 0)
+    store.look()
+    store.clear()
+    assert other.read_text("utf-8") == "mine"
+
+
+def test_half_floats_are_the_nearest_and_what_they_cannot_reach_is_the_most_they_can():
+    pixels = np.array([[[0.1, 1e9, -1e9, 1.0]]], np.float32)
+    half = half_of(pixels)
+    assert half[0, 0, 0] == np.float16(0.1)
+    assert half[0, 0, 1:3].tolist() == [65504.0, -65504.0]
+
+
+def rendered(number: int) -> RenderedPicture:
+    kept = picture_of(number)
+    return RenderedPicture(kept.pixels.astype(np.float32), *WINDOWS, pixel_aspect=1.25)
+
+
+def test_what_memory_gave_up_comes_back_from_disk(tmp_path):
+    store = FrameStore(MemoryStore(2 * picture_of(0).nbytes), DiskStore(tmp_path, 10**6))
+    for number in (1, 2, 3):
+        store.put(key_of(number), rendered(number))
+    store.wait()
+    assert store.known() == {key_of(n) for n in (1, 2, 3)}
+    assert store.get(key_of(1)) is None
+    version = store.version
+    store.fetch([key_of(1), key_of(9)])
+    store.wait()
+    assert same(store.get(key_of(1)), picture_of(1)) and store.version > version
+    store.close()
+
+
+def test_frames_of_the_window_before_are_there(tmp_path):
+    first = FrameStore(MemoryStore(10**6), DiskStore(tmp_path, 10**6))
+    first.put(key_of(1), rendered(1))
+    first.close()
+    second = FrameStore(MemoryStore(10**6), DiskStore(tmp_path, 10**6))
+    second.wait()
+    assert second.known() == {key_of(1)}
+    second.fetch([key_of(1)])
+    second.wait()
+    assert same(second.get(key_of(1)), picture_of(1))
+    second.clear()
+    second.wait()
+    assert second.known() == set() and list(tmp_path.iterdir()) == []
+    second.close()
+
+
+def test_a_folder_that_cannot_be_written_is_said_once_and_memory_goes_on(tmp_path):
+    blocked = tmp_path / "file"
+    blocked.write_text("in the way", "utf-8")
+    store = FrameStore(MemoryStore(10**6), DiskStore(blocked / "frames", 10**6))
+    for number in (1, 2):
+        store.put(key_of(number), rendered(number))
+    store.wait()
+    assert store.known() == {key_of(1), key_of(2)}
+    assert str(blocked / "frames") in store.problem
+    store.close()
+
+
+def test_capacity_is_that_of_the_larger_one():
+    one = picture_of(0).nbytes
+    memory = MemoryStore(3 * one)
+    assert FrameStore(memory).capacity(one) == 3
+    both = FrameStore(memory, DiskStore(Path("unused"), 10 * (one + 4096)))
+    assert both.capacity(one) == 10
+
+
+@pytest.mark.parametrize(
+    ("environ", "platform", "expected"),
+    [
+        ({"HEATLENS_CACHE_DIR": "/c"}, "linux", "/c/frames"),
+        ({"XDG_CACHE_HOME": "/x"}, "linux", "/x/heatlens/frames"),
+        ({"LOCALAPPDATA": "/l"}, "win32", "/l/heatlens/Cache/frames"),
+    ],
+)
+def test_where_the_folder_is(environ, platform, expected):
+    assert frames_dir(environ, platform) == Path(expected)
