@@ -1,7 +1,7 @@
 // A line solved by many invocations: each eliminates the inside of a run of RUN pixels, the run ends
 // are solved together in shared memory by cyclic reduction, and each run is substituted back.
-// Zhang, Cohen, Owens 2010; Laszlo, Giles, Appleyard 2016. Made for GPUs: pixels are read from
-// memory once a pole and everything between stays in registers and shared memory.
+// Zhang, Cohen, Owens 2010; Laszlo, Giles, Appleyard 2016. Made for GPUs: every pixel is read from
+// memory once, and what is between stays in registers and shared memory.
 //
 // Elimination is star-mesh: taking away a pixel with ground g, source r and conductances b to the
 // left, c to the right joins its neighbours by bc/D, D = g + b + c, and hands them gb/D, rb/D and
@@ -12,9 +12,20 @@
 //            `----------- c: what joins it to the pixel at hand
 //
 // Several lines share a workgroup (LINES_PER_GROUP, fastest index), so columns load coalesced.
-// Every invocation reaches every barrier: beyond the line's end pixels are joined to nothing.
+// Every invocation reaches every barrier: pixels beyond the line's end, and those of tiles that the
+// mask leaves out, are joined to nothing, and are neither read nor written.
+//
+// SYSTEM names the network (see solve_sweep.comp.glsl). To save registers its channels are solved in
+// PARTS, and it is asked for a pixel in two steps (lib/blur_parts.lib.glsl):
+//   Link          what its place in the network depends on: link_at, conductance, specific_heat
+//   Input         what its right-hand side depends on: is_source_read tells when it is to be read
 
 #include SYSTEM
+#ifndef Link
+#include "lib/one_part.lib.glsl"
+#endif
+#define TILE_MASK_BINDING 2
+#include "lib/tile_mask.lib.glsl"
 
 layout(local_size_x = LINES_PER_GROUP, local_size_y = RUNS) in;
 
@@ -25,81 +36,140 @@ shared Num g_sh[SLOTS];
 shared Num left_sh[SLOTS];
 shared Num right_sh[SLOTS];
 
-#define NO_LINE (-1)
-
-int line_of_invocation() {
-    int slot = int(gl_GlobalInvocationID.x);
-    return slot < line_count ? first_line + slot : NO_LINE;
-}
-
 int slot_of(int run) { return run * LINES_PER_GROUP + int(gl_LocalInvocationID.x); }
 
-// Solve the chain of separators; the answer replaces r_sh. RUNS is a power of two.
-void solve_separators(int run) {
+Num inverse_sum_of(int slot) { return inverted(g_sh[slot] + left_sh[slot] + right_sh[slot]); }
+
+// Eliminate the separators `reach` before and after the one that stays.
+void reduce_onto(int run, int reach) {
+    int me = slot_of(run), i = slot_of(run - reach);
+    Num share = mul(right_sh[i], inverse_sum_of(i));
+    g_sh[me] += mul(g_sh[i], share);
+    r_sh[me] += mul(share, r_sh[i]);
+    left_sh[me] = mul(left_sh[i], share);
+    if (run + reach >= RUNS) return;
+    int k = slot_of(run + reach);
+    share = mul(left_sh[k], inverse_sum_of(k));
+    g_sh[me] += mul(g_sh[k], share);
+    r_sh[me] += mul(share, r_sh[k]);
+    right_sh[me] = mul(right_sh[k], share);
+}
+
+void substitute_between(int run, int reach) {
     int me = slot_of(run);
-    for (int reach = 1; reach < RUNS; reach *= 2) {
-        if ((run + 1) % (2 * reach) == 0) {
-            int i = slot_of(run - reach);
-            Num inverse_sum = inverted(g_sh[i] + left_sh[i] + right_sh[i]);
-            Num share = mul(right_sh[i], inverse_sum);
-            g_sh[me] += mul(g_sh[i], share);
-            r_sh[me] += mul(share, r_sh[i]);
-            left_sh[me] = mul(left_sh[i], share);
-            if (run + reach < RUNS) {
-                int k = slot_of(run + reach);
-                share = mul(left_sh[k], inverted(g_sh[k] + left_sh[k] + right_sh[k]));
-                g_sh[me] += mul(g_sh[k], share);
-                r_sh[me] += mul(share, r_sh[k]);
-                right_sh[me] = mul(right_sh[k], share);
-            }
-        }
+    Value sum = r_sh[me];
+    if (run >= reach) sum += mul(left_sh[me], r_sh[slot_of(run - reach)]);
+    if (run + reach < RUNS) sum += mul(right_sh[me], r_sh[slot_of(run + reach)]);
+    r_sh[me] = mul(inverse_sum_of(me), sum);
+}
+
+// Solve the chain of separators; the answer replaces r_sh. The first invocations do it, so that whole
+// waves have nothing to do where few separators are left.
+void solve_separators(int worker) {
+    int reach = 1;
+    for (; 2 * reach <= RUNS; reach *= 2) {
+        int run = (worker + 1) * 2 * reach - 1;
+        if (run < RUNS) reduce_onto(run, reach);
         barrier();
     }
-    if (run == RUNS - 1) r_sh[me] = mul(inverted(g_sh[me]), r_sh[me]);
+    int last = slot_of(reach - 1);
+    if (worker == 0) r_sh[last] = mul(inverted(g_sh[last]), r_sh[last]);
     barrier();
-    for (int reach = RUNS / 2; reach > 0; reach /= 2) {
-        if ((run + 1) % (2 * reach) == reach) {
-            Value sum = r_sh[me] + mul(right_sh[me], r_sh[slot_of(run + reach)]);
-            if (run >= reach) sum += mul(left_sh[me], r_sh[slot_of(run - reach)]);
-            r_sh[me] = mul(inverted(g_sh[me] + left_sh[me] + right_sh[me]), sum);
-        }
+    for (reach /= 2; reach > 0; reach /= 2) {
+        int run = (2 * worker + 1) * reach - 1;
+        if (run < RUNS) substitute_between(run, reach);
         barrier();
     }
 }
 
-// What the line holds at a place of this run; beyond its end the last pixel again, joined to nothing.
-Input input_in(int line, int i) { return input_at(pixel_at(line, clamp(i, 0, line_length - 1))); }
+// Pixels that follow each other, as one invocation knows them.
+struct Run {
+    int line, first, last;  // its first and last pixel that may be read: neighbours that it is joined to too
+    bool is_in_work[RUN];
+    Link link[RUN];
+    float b[RUN + 1];       // conductances: from what comes before, between pixels, to what comes after
+};
 
-// Solve pole p; y receives the run's pixels, the separator last.
-void solve_pole(int p, int line, int run, out Value y[RUN]) {
-    Num to_left[RUN], to_next[RUN];
-    int first = run * RUN, me = slot_of(run);
-    bool inside = first < line_length;
-    Input before = input_in(line, first - 1), here = input_in(line, first), after;
-    float b_in = run > 0 && inside ? conductance(before, here) : 0.0, b_out;
-    Num c = flow(p, b_in), g = ZERO_NUM, g_left = ZERO_NUM;
-    Value r = ZERO_VALUE, r_left = ZERO_VALUE;
+bool is_in_work(int line, int i) {
+    if (line >= first_line + line_count || i < 0 || i >= line_length) return false;
+    return is_tile_active(i / TILE * axis + line / TILE * axis.yx);
+}
+
+ivec2 place_in(Run r, int i) { return pixel_at(r.line, clamp(i, r.first, r.last)); }
+
+bool is_empty(Run r) {
+    bool any_in_work = false;
+    for (int j = 0; j < RUN; j += TILE) any_in_work = any_in_work || r.is_in_work[j];
+    return !any_in_work;
+}
+
+// Pixels of one tile are in work together, as far as the line goes.
+void find_work(inout Run r, int start) {
+    for (int j = 0; j < RUN; ++j)
+        r.is_in_work[j] = is_in_work(r.line, start + j / TILE * TILE) && start + j < line_length;
+    bool has_before = r.is_in_work[0] && is_in_work(r.line, start - 1);
+    bool has_after = r.is_in_work[RUN - 1] && is_in_work(r.line, start + RUN);
+    r.first = has_before ? start - 1 : start;
+    r.last = has_after ? start + RUN : min(start + RUN, line_length) - 1;
+}
+
+void read_links(inout Run r, int start) {
+    Link before = link_at(place_in(r, start - 1));
     for (int j = 0; j < RUN; ++j) {
-        int i = first + j;
-        after = input_in(line, i + 1);
-        b_out = i + 1 < line_length ? conductance(here, after) : 0.0;
-        Value own = source(source_of(before, here, after, b_in, b_out), p);
-        r = j == 0 ? own : r + own;
-        g += num(specific_heat(here));
+        r.link[j] = link_at(place_in(r, start + j));
+        bool is_joined = j == 0 ? r.first < start : r.is_in_work[j - 1] && r.is_in_work[j];
+        if (is_joined) r.b[j] = conductance(before, r.link[j]);
+        before = r.link[j];
+    }
+    if (r.last == start + RUN) r.b[RUN] = conductance(before, link_at(place_in(r, start + RUN)));
+}
+
+Run run_from(int line, int start) {
+    Run r;
+    r.line = line;
+    find_work(r, start);
+    for (int j = 0; j <= RUN; ++j) r.b[j] = 0.0;
+    if (!is_empty(r)) read_links(r, start);
+    return r;
+}
+
+void read_sources(Run r, int start, int part, int pole, inout Source s[RUN]) {
+    if (is_empty(r)) return;
+    Input before = input_at(place_in(r, start - 1), part, pole);
+    Input here = input_at(place_in(r, start), part, pole);
+    for (int j = 0; j < RUN; ++j) {
+        Input after = input_at(place_in(r, start + j + 1), part, pole), next = after;
+        if (r.b[j] == 0.0) before = here;
+        if (r.b[j + 1] == 0.0) next = here;
+        s[j] = source_of(before, here, next, r.b[j], r.b[j + 1]);
         before = here;
         here = after;
-        b_in = b_out;
-        if (j == RUN - 1) break;
-        Num b = flow(p, b_out);
+    }
+}
+
+Num heat_of(Run r, int j) { return num(r.is_in_work[j] ? specific_heat(r.link[j]) : 1.0); }
+
+// What joins a pixel to those around it, as it was eliminated: their share in its answer.
+struct Shares {
+    Num left[RUN], next[RUN];
+};
+
+// Eliminate all but the last pixel of a run, whose right-hand sides y holds, onto its two ends.
+void eliminate_run(Run r, int pole, int run, inout Value y[RUN], out Shares shares) {
+    int me = slot_of(run);
+    Num c = flow(pole, r.b[0]), g = heat_of(r, 0), g_left = ZERO_NUM;
+    Value r_left = ZERO_VALUE;
+    for (int j = 0; j < RUN - 1; ++j) {
+        Num b = flow(pole, r.b[j + 1]);
         Num inverse_sum = inverted(g + c + b);
-        to_left[j] = mul(c, inverse_sum);
-        to_next[j] = mul(b, inverse_sum);
-        y[j] = mul(inverse_sum, r);
-        g_left += mul(g, to_left[j]);
-        r_left += mul(to_left[j], r);
-        c = mul(c, to_next[j]);
-        g = mul(g, to_next[j]);
-        r = mul(to_next[j], r);
+        shares.left[j] = mul(c, inverse_sum);
+        shares.next[j] = mul(b, inverse_sum);
+        g_left += mul(g, shares.left[j]);
+        r_left += mul(shares.left[j], y[j]);
+        c = mul(c, shares.next[j]);
+        g = heat_of(r, j + 1) + mul(g, shares.next[j]);
+        y[j + 1] += mul(shares.next[j], y[j]);
+        y[j] = mul(inverse_sum, y[j]);
     }
     g_sh[me] = g_left;
     r_sh[me] = r_left;
@@ -109,33 +179,44 @@ void solve_pole(int p, int line, int run, out Value y[RUN]) {
     if (run + 1 < RUNS) {
         int after_me = slot_of(run + 1);
         g += g_sh[after_me];
-        r += r_sh[after_me];
+        y[RUN - 1] += r_sh[after_me];
         right = left_sh[after_me];
     }
     barrier();
     g_sh[me] = g;
-    r_sh[me] = r;
+    r_sh[me] = y[RUN - 1];
     right_sh[me] = right;
     barrier();
-    solve_separators(run);
+}
+
+void substitute_run(int run, Shares shares, inout Value y[RUN]) {
     Value left_end = run > 0 ? r_sh[slot_of(run - 1)] : ZERO_VALUE;
-    y[RUN - 1] = r_sh[me];
-    for (int j = RUN - 2; j >= 0; --j) y[j] += mul(to_left[j], left_end) + mul(to_next[j], y[j + 1]);
+    y[RUN - 1] = r_sh[slot_of(run)];
+    for (int j = RUN - 2; j >= 0; --j) y[j] += mul(shares.left[j], left_end) + mul(shares.next[j], y[j + 1]);
     barrier();  // the next pole reuses shared memory
 }
 
-void main() {
-    int line = line_of_invocation();
-    int run = int(gl_LocalInvocationID.y);
+void solve_pole(Run r, Source s[RUN], int run, int part, int pole, inout Output o[RUN]) {
     Value y[RUN];
+    Shares shares;
+    for (int j = 0; j < RUN; ++j) y[j] = r.is_in_work[j] ? source(s[j], part, pole) : ZERO_VALUE;
+    eliminate_run(r, pole, run, y, shares);
+    solve_separators(run);
+    substitute_run(run, shares, y);
+    for (int j = 0; j < RUN; ++j) add_pole(o[j], part, pole, y[j]);
+}
+
+void main() {
+    int run = int(gl_LocalInvocationID.y), start = run * RUN;
+    Run r = run_from(first_line + int(gl_GlobalInvocationID.x), start);
+    Source s[RUN];
     Output o[RUN];
     for (int j = 0; j < RUN; ++j) clear_output(o[j]);
-    for (int p = 0; p < POLES; ++p) {
-        solve_pole(p, max(line, 0), run, y);
-        for (int j = 0; j < RUN; ++j) add_pole(o[j], p, y[j]);
-    }
-    for (int j = 0; j < RUN; ++j) {
-        int i = run * RUN + j;
-        if (line != NO_LINE && i < line_length) store(pixel_at(line, i), o[j]);
+    for (int part = 0; part < PARTS; ++part) {
+        for (int pole = 0; pole < POLES; ++pole) {
+            if (is_source_read(part, pole)) read_sources(r, start, part, pole, s);
+            solve_pole(r, s, run, part, pole, o);
+        }
+        for (int j = 0; j < RUN; ++j) store(pixel_at(r.line, start + j), r.link[j], r.is_in_work[j], o[j], part);
     }
 }

@@ -67,6 +67,10 @@ uvec2 halves_of(vec4 v) {
 
 vec4 floats_of(uvec2 v) { return vec4(unpackHalf2x16(v.x), unpackHalf2x16(v.y)); }
 
+#ifdef IN_PARTS
+#include "lib/blur_parts.lib.glsl"
+#else
+
 #ifdef ROWS
 struct Input {
     float d_2;
@@ -170,3 +174,4 @@ void store(ivec2 at, Output o) {
 float conductance(Input a, Input b) { return min(a.d_2, b.d_2); }
 float specific_heat(Input here) { return 1.0; }
 Num flow(int pole, float d_2) { return kappa[pole] * d_2 - num(compact_at(d_2)); }
+#endif

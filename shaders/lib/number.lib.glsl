@@ -1,38 +1,51 @@
 // One arithmetic for real and complex kernels.
 //
-//   Num    a coefficient: float, or vec2 (real, imaginary)
-//   Value  what is diffused, four channels: vec4, or mat2x4 (column 0 real, column 1 imaginary)
+//   Num       a coefficient: float, or vec2 (real, imaginary)
+//   Channels  those that are solved together: four, or two where there are two PARTS
+//   Value     what is diffused: Channels, or a matrix (column 0 real, column 1 imaginary)
 //
-// Both take + and float *; what differs is written below. COMPLEX is set by the program.
+// All take + and float *; what differs is written below. COMPLEX is set by the program.
 
 #ifndef COMPLEX
 #define COMPLEX 1
 #endif
 
+#ifndef PARTS
+#define PARTS 1
+#endif
+
+#if PARTS == 1
+#define Channels vec4
+#define ComplexValue mat2x4
+#else
+#define Channels vec2
+#define ComplexValue mat2
+#endif
+
 #if COMPLEX
 #define Num vec2
-#define Value mat2x4
+#define Value ComplexValue
 #define ZERO_NUM vec2(0.0)
-#define ZERO_VALUE mat2x4(0.0)
+#define ZERO_VALUE Value(0.0)
 
 Num num(float a) { return vec2(a, 0.0); }
 Num mul(Num a, Num b) { return vec2(a.x * b.x - a.y * b.y, a.x * b.y + a.y * b.x); }
 Num inverted(Num a) { return vec2(a.x, -a.y) / dot(a, a); }
-Value value(vec4 a) { return mat2x4(a, vec4(0.0)); }
-Value mul(Num a, Value v) { return mat2x4(a.x * v[0] - a.y * v[1], a.x * v[1] + a.y * v[0]); }
-vec4 real_part(Value v) { return v[0]; }
-vec4 real_of_product(Num a, Value v) { return a.x * v[0] - a.y * v[1]; }
+Value value(Channels a) { return Value(a, Channels(0.0)); }
+Value mul(Num a, Value v) { return Value(a.x * v[0] - a.y * v[1], a.x * v[1] + a.y * v[0]); }
+Channels real_part(Value v) { return v[0]; }
+Channels real_of_product(Num a, Value v) { return a.x * v[0] - a.y * v[1]; }
 #else
 #define Num float
-#define Value vec4
+#define Value Channels
 #define ZERO_NUM 0.0
-#define ZERO_VALUE vec4(0.0)
+#define ZERO_VALUE Channels(0.0)
 
 Num num(float a) { return a; }
 Num mul(Num a, Num b) { return a * b; }
 Num inverted(Num a) { return 1.0 / a; }
-Value value(vec4 a) { return a; }
+Value value(Channels a) { return a; }
 Value mul(Num a, Value v) { return a * v; }
-vec4 real_part(Value v) { return v; }
-vec4 real_of_product(Num a, Value v) { return a * v; }
+Channels real_part(Value v) { return v; }
+Channels real_of_product(Num a, Value v) { return a * v; }
 #endif

@@ -203,7 +203,9 @@ class PartitionSolver(LineSolver):
 
     name = "partition"
     _SLOTS = 512  # 56 bytes each: under the 32 KiB of shared memory that GL 4.3 promises
-    _RUN_WISHED = 8  # pixels an invocation: what fits the registers of a GPU
+    _RUN_LEAST = 4  # pixels an invocation: what fits the registers of a GPU
+    _RUNS_STEP = 64  # so that pictures of many sizes share few programs
+    _LINES_MOST = 4
 
     def _bytes_per_line(self, system: LineSystem, length: int) -> tuple[int, ...]:
         return ()
@@ -211,25 +213,33 @@ class PartitionSolver(LineSolver):
     def _bands(self, system: LineSystem, length: int, lines: int) -> Iterator[tuple[int, int]]:
         yield 0, lines
 
+    @classmethod
+    def shape(cls, system: LineSystem, length: int) -> dict[str, int]:
+        """How a line of `length` pixels is cut, as the shader takes it.
+
+        RUN, a power of two, divides a tile or holds whole ones.
+        """
+        run = cls._RUN_LEAST
+        while run * cls._SLOTS < length:
+            run *= 2
+        runs = cls._RUNS_STEP * groups_for(length, run * cls._RUNS_STEP)
+        return {
+            "RUN": run,
+            "RUNS": runs,
+            "LINES_PER_GROUP": min(cls._LINES_MOST, cls._SLOTS // runs),
+            "PARTS": 2 if system.is_complex else 1,
+            "IN_PARTS": 1,
+        }
+
     def _solve_band(
         self, system: LineSystem, axis: Axis, length: int, count: int, band: Bindings
     ) -> None:
-        runs = 1
-        while runs < self._SLOTS and runs * self._RUN_WISHED < length:
-            runs *= 2
-        lines_per_group = min(4, self._SLOTS // runs)
-        program = self._program(
-            "solve_partition.comp.glsl",
-            system,
-            axis,
-            RUNS=runs,
-            RUN=max(2, groups_for(length, runs)),
-            LINES_PER_GROUP=lines_per_group,
-        )
-        program.dispatch(
-            (groups_for(count, lines_per_group), 1),
+        shape = self.shape(system, length)
+        self._program("solve_partition.comp.glsl", system, axis, **shape).dispatch(
+            (groups_for(count, shape["LINES_PER_GROUP"]), 1),
             textures=band.textures,
             images=band.images,
+            buffers=self._buffers(system, length, count, band),
             uniforms=band.uniforms,
         )
 

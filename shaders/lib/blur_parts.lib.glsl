@@ -1,0 +1,201 @@
+// The blur of lib/blur_system.lib.glsl for a strategy whose invocations keep several pixels in
+// registers (solve_partition.comp.glsl). There is no room for every pole of every pixel at once, so the
+// channels are solved in PARTS, and what poles do not share is read when their turn comes.
+//
+// Rows keep the answers of one part as halves until they can mix them. Between rows and columns a texel
+// holds eight halves if HALF_POLES: all channels of one pole where there is one part; else the channels
+// of one part, of two poles that follow each other, and both parts of the last pole of an odd number.
+// Without HALF_POLES it holds four floats of one pole.
+
+#define Link float  // square of the diameter along this axis
+
+Link link_at(ivec2 at) { return diameter_2_at(at); }
+float conductance(Link a, Link b) { return min(a, b); }
+float specific_heat(Link here) { return 1.0; }
+Num flow(int pole, float d_2) { return kappa[pole] * d_2 - num(compact_at(d_2)); }
+
+#ifndef HALF_POLES
+#define Packed Value
+#define Texel vec4
+Packed pack(Value v) { return v; }
+Value unpack(Packed p) { return p; }
+#elif COMPLEX && PARTS == 1
+#define Packed uvec4
+#define Texel uvec4
+Packed pack(Value v) { return uvec4(halves_of(v[0]), halves_of(v[1])); }
+Value unpack(Packed p) { return Value(floats_of(p.xy), floats_of(p.zw)); }
+#else
+#define Packed uvec2
+#define Texel uvec4
+Packed pack(Value v) { return halves_of(vec4(v)); }
+Value unpack(Packed p) { return Value(floats_of(p)); }
+#endif
+
+#if defined HALF_POLES && PARTS == 2
+#define POLES_PER_TEXEL 2
+#else
+#define POLES_PER_TEXEL 1
+#endif
+#define HAS_SINGLE_POLE (POLES % POLES_PER_TEXEL == 1)
+
+// The texel's layer of a part of a pole, the first of those in the texel.
+int layer_of(int part, int pole) {
+#if !defined HALF_POLES && COMPLEX
+    return 2 * pole + part;
+#else
+    return POLES - pole < POLES_PER_TEXEL ? pole : pole + part;
+#endif
+}
+
+#ifdef ROWS
+struct Input {
+    vec4 x;
+};
+
+struct Source {
+    vec4 x;
+};
+
+bool is_source_read(int part, int pole) { return part == 0 && pole == 0; }
+Input input_at(ivec2 at, int part, int pole) { return Input(texelFetch(source_tx, at, 0)); }
+
+Source source_of(Input before, Input here, Input after, float b_in, float b_out) {
+    return Source(here.x + compact_at(b_in) * (before.x - here.x) + compact_at(b_out) * (after.x - here.x));
+}
+
+Value source(Source s, int part, int pole) {
+#if PARTS == 2
+    return value(part == 0 ? s.x.xy : s.x.zw);
+#else
+    return value(s.x);
+#endif
+}
+
+struct Output {
+    Packed z[POLES];
+#if HAS_SINGLE_POLE
+    Packed single;  // the first part of the last pole, mixed
+#endif
+};
+
+void clear_output(out Output o) {
+    for (int k = 0; k < POLES; ++k) o.z[k] = Packed(0);
+#if HAS_SINGLE_POLE
+    o.single = Packed(0);
+#endif
+}
+
+// A choice among all of them, because an index that varies would send the array to memory.
+void add_pole(inout Output o, int part, int pole, Value y) {
+    for (int k = 0; k < POLES; ++k)
+        if (k == pole) o.z[k] = pack(y);
+}
+
+Packed mixed(Output o, int k) {
+    Value sum = ZERO_VALUE;
+    for (int a = 0; a < POLES; ++a) sum += mul(mix_weights[a * POLES + k], unpack(o.z[a]));
+    return pack(sum);
+}
+
+void write_texel(ivec2 at, int layer, Texel texel) { imageStore(out_poles_img, ivec3(at, layer), texel); }
+
+void store(ivec2 at, Link here, bool is_inside, inout Output o, int part) {
+#if POLES_PER_TEXEL == 2
+    for (int k = 0; k + 1 < POLES; k += 2) {
+        uvec4 texel = uvec4(mixed(o, k), mixed(o, k + 1));
+        if (is_inside) write_texel(at, layer_of(part, k), texel);
+    }
+#if HAS_SINGLE_POLE
+    Packed single = mixed(o, POLES - 1);
+    if (part == 1 && is_inside) write_texel(at, POLES - 1, uvec4(o.single, single));
+    o.single = single;
+#endif
+#else
+    if (!is_inside) return;
+    for (int k = 0; k < POLES; ++k) {
+#if defined HALF_POLES && COMPLEX
+        write_texel(at, k, mixed(o, k));
+#elif defined HALF_POLES
+        write_texel(at, k, uvec4(mixed(o, k), 0u, 0u));
+#elif COMPLEX && PARTS == 1
+        Value z = mixed(o, k);
+        write_texel(at, 2 * k, z[0]);
+        write_texel(at, 2 * k + 1, z[1]);
+#elif COMPLEX
+        write_texel(at, layer_of(part, k), vec4(mixed(o, k)));
+#else
+        write_texel(at, k, mixed(o, k));
+#endif
+    }
+#endif
+}
+
+#else
+struct Input {
+    Value z[POLES_PER_TEXEL];
+};
+
+struct Source {
+    Value z[POLES_PER_TEXEL];
+};
+
+bool is_source_read(int part, int pole) { return pole % POLES_PER_TEXEL == 0; }
+
+Texel texel_at(ivec2 at, int layer) { return texelFetch(poles_tx, ivec3(at, layer), 0); }
+
+Input input_at(ivec2 at, int part, int pole) {
+    Input read;
+#if POLES_PER_TEXEL == 2
+    uvec4 texel = texel_at(at, layer_of(part, pole));
+    bool is_second = pole == POLES - 1 && part == 1;
+    read.z[0] = unpack(is_second ? texel.zw : texel.xy);
+    read.z[1] = unpack(texel.zw);
+#elif defined HALF_POLES && COMPLEX
+    read.z[0] = unpack(texel_at(at, pole));
+#elif defined HALF_POLES
+    read.z[0] = unpack(texel_at(at, pole).xy);
+#elif COMPLEX && PARTS == 1
+    read.z[0] = Value(texel_at(at, 2 * pole), texel_at(at, 2 * pole + 1));
+#else
+    read.z[0] = Value(texel_at(at, layer_of(part, pole)));
+#endif
+    return read;
+}
+
+Source source_of(Input before, Input here, Input after, float b_in, float b_out) {
+    float c_in = compact_at(b_in), c_out = compact_at(b_out);
+    Source s;
+    for (int k = 0; k < POLES_PER_TEXEL; ++k)
+        s.z[k] = here.z[k] + c_in * (before.z[k] - here.z[k]) + c_out * (after.z[k] - here.z[k]);
+    return s;
+}
+
+Value source(Source s, int part, int pole) {
+#if POLES_PER_TEXEL == 2
+    if (pole % 2 == 1) return s.z[1];
+#endif
+    return s.z[0];
+}
+
+struct Output {
+    vec4 y;
+};
+
+void clear_output(out Output o) { o.y = vec4(0.0); }
+
+void add_pole(inout Output o, int part, int pole, Value y) {
+#if PARTS == 2
+    if (part == 0) o.y.xy += real_part(y);
+    else o.y.zw += real_part(y);
+#else
+    o.y += real_part(y);
+#endif
+}
+
+// What is exactly in focus keeps its value bit for bit: the weights sum to 1 only up to rounding.
+void store(ivec2 at, Link here, bool is_inside, inout Output o, int part) {
+    if (part < PARTS - 1 || !is_inside) return;
+    if (here == 0.0) o.y = texelFetch(color_tx, at, 0);
+    imageStore(out_color_img, at, o.y);
+}
+#endif

@@ -1,0 +1,13 @@
+// A system of one pole, which knows nothing of parts, for a strategy that solves in parts
+// (lib/blur_parts.lib.glsl): all of it is one part, and its source is read once.
+
+#define Link Input
+
+Link link_at(ivec2 at) { return input_at(at); }
+bool is_source_read(int part, int pole) { return true; }
+Input input_at(ivec2 at, int part, int pole) { return input_at(at); }
+Value source(Source s, int part, int pole) { return source(s, pole); }
+void add_pole(inout Output o, int part, int pole, Value y) { add_pole(o, pole, y); }
+void store(ivec2 at, Link here, bool is_inside, inout Output o, int part) {
+    if (is_inside) store(at, o);
+}
