@@ -184,11 +184,12 @@ struct Output {
 void clear_output(out Output o) { o.y = vec4(0.0); }
 
 void add_pole(inout Output o, int part, int pole, Value y) {
+    Channels real = real_of_product(sum_weights[pole], y);
 #if PARTS == 2
-    if (part == 0) o.y.xy += real_part(y);
-    else o.y.zw += real_part(y);
+    if (part == 0) o.y.xy += real;
+    else o.y.zw += real;
 #else
-    o.y += real_part(y);
+    o.y += real;
 #endif
 }
 

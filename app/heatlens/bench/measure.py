@@ -96,6 +96,7 @@ def pass_row(name: str, entry: PassSeconds, work: Work, copy_bytes_per_s: float)
         bytes_moved=moved,
         bytes_least=None if traffic.least is None else round(traffic.least * pixels),
         at_least=traffic.at_least,
+        at_most=traffic.at_most,
         moved_gb_per_s=None if rate is None else 1e-9 * rate,
         copy_share=None if rate is None else rate / copy_bytes_per_s,
     )

@@ -6,9 +6,11 @@ moved   what the pass asks of memory as its shaders are written: every texel tha
 least   inputs read once, outputs written once, at their storage sizes
 
 Bytes a pixel. What only runs on listed pixels (rims, hidden pixels, lamps) depends on the plate and
-is left out: such a pass is marked `at_least`. What draws a scene is not here: its triangles decide.
-Storage: picture rgba32f 16, coc r32f 4, kind r16f 2,
-fragments rgba16f 8 each, layer rgba32f 16, its state rg32f 8, poles rgba16f 8 a layer.
+is left out: such a pass is marked `at_least`. What is done a layer is counted as if every layer were
+worked on everywhere and at the picture's size: a pass that a mask of tiles or a smaller layer can
+spare some of this is marked `at_most`. What draws a scene is not here: its triangles decide.
+Storage: picture rgba32f 16, coc r32f 4, kind r16f 2, fragments rgba16f 8 each, layer rgba32f 16, its
+state rg32f 8, poles rgba32ui 16 each.
 """
 
 from collections.abc import Callable
@@ -18,9 +20,9 @@ from heatlens.defocus.blur_pass import pole_layers
 from heatlens.defocus.highlight_pass import block_count
 from heatlens.defocus.kernels import Kernel, named_kernel
 from heatlens.defocus.layer_passes import HiddenFillPass
-from heatlens.defocus.line_solver import LineSystem
+from heatlens.defocus.line_solver import LineSystem, PartitionSolver, SweepSolver
 
-_COLOR, _COC, _STATE, _KIND, _FRAGMENT, _POLE_LAYER = 16, 4, 8, 2, 8, 8
+_COLOR, _COC, _STATE, _KIND, _FRAGMENT, _POLE_LAYER = 16, 4, 8, 2, 8, 16
 _TALLY, _OFFSET = 32, 4  # a block of 8 x 8 pixels
 
 
@@ -41,6 +43,7 @@ class Traffic:
     moved: float | None
     least: float | None
     at_least: bool = False
+    at_most: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,10 +72,11 @@ def solve_bytes(solver: str, system: LineSystem, reads: AxisReads) -> float:
     poles, value, link = system.poles, system.value_bytes, 3 * system.num_bytes
     once = reads.node + reads.source
     end = reads.finish + reads.written
-    if solver == "partition":  # all between stays on the chip; each pole reads its inputs anew
-        return poles * once + end
-    if solver == "sweep":  # s and the weight of the next pixel: written forward, read backward
-        return once + 2 * poles * (value + system.num_bytes) + end
+    if solver == "partition":  # all between stays on the chip
+        return once + end
+    if solver == "sweep":  # s and t of each block, written forward and read backward; pixels twice
+        kept = poles * (value + system.num_bytes) / SweepSolver.BLOCK
+        return 2 * once + 2 * kept + end
     # cyclic, over a long line: LOAD writes a pixel and its links; for each pixel that is eliminated
     # REDUCE reads it and one that stays, which it writes, and SUBSTITUTE reads it and one answer
     # beside it, and writes its own; STORE reads the answers
@@ -83,14 +87,17 @@ def solve_bytes(solver: str, system: LineSystem, reads: AxisReads) -> float:
 
 
 def blur_bytes(solver: str, kernel: Kernel) -> float:
-    """Bytes a pixel of a blur: a compact kernel's source, then for each step rows and columns."""
+    """Bytes a pixel of a blur: for each step rows and columns."""
     system = LineSystem("lib/blur_system.lib.glsl", len(kernel.poles), kernel.is_complex)
-    poles = _POLE_LAYER * pole_layers(kernel)
+    poles, coc_again = _POLE_LAYER * pole_layers(kernel), _COC  # is the pixel in focus?
+    read_twice = 0
+    if solver == "partition":  # it keeps the coc; a texel of both parts is read for each
+        coc_again = 0
+        read_twice = _POLE_LAYER * PartitionSolver.shared_texels(system)
     rows = AxisReads(_COC, _COLOR, 0, poles)
-    columns = AxisReads(_COC, poles, _COC, _COLOR)  # coc again: is the pixel in focus?
-    source = _COLOR + _COC + _COLOR if kernel.compact else 0
+    columns = AxisReads(_COC, poles + read_twice, coc_again, _COLOR)
     step = solve_bytes(solver, system, rows) + solve_bytes(solver, system, columns)
-    return source + kernel.steps * step
+    return kernel.steps * step
 
 
 def _proxy(work: Work, runs: int) -> Traffic:
@@ -124,6 +131,11 @@ def _fragments(work: Work, runs: int) -> Traffic:
     return Traffic(runs * (_COC + _KIND), runs * (_COC + _KIND), at_least=True)
 
 
+def _tiles(work: Work, runs: int) -> Traffic:
+    """The picture is looked through once, whatever the number of layers; a tile has few words."""
+    return Traffic(_COC + _KIND, _COC + _KIND, at_least=True)
+
+
 def _layer_split(work: Work, runs: int) -> Traffic:
     picture = _COLOR + _COC + _KIND + 2 * _FRAGMENT
     moved = runs * (picture + _COLOR + _STATE)
@@ -139,20 +151,21 @@ def _hidden_fill(work: Work, runs: int) -> Traffic:
 
 def _coc_fill(work: Work, runs: int) -> Traffic:
     system = LineSystem("lib/fill_system.lib.glsl")
-    rows = AxisReads(_STATE, 0, 0, _STATE)
-    columns = AxisReads(_STATE, 0, _STATE + _STATE, _COC)  # the state again, and what rows gave
+    rows = AxisReads(_STATE, 0, _STATE, _STATE)  # the state again when the answer is stored
+    columns = AxisReads(_STATE, _STATE, _STATE, _COC)
     moved = sum(solve_bytes(work.solver, system, reads) for reads in (rows, columns))
-    return Traffic(runs * moved, runs * (_STATE + _COC))
+    return Traffic(runs * moved, runs * (_STATE + _COC), at_most=True)
 
 
 def _blur(work: Work, runs: int) -> Traffic:
-    return Traffic(runs * blur_bytes(work.solver, work.kernel), runs * (_COLOR + _COC + _COLOR))
+    moved = blur_bytes(work.solver, work.kernel)
+    return Traffic(runs * moved, runs * (_COLOR + _COC + _COLOR), at_most=True)
 
 
 def _composite(work: Work, runs: int) -> Traffic:
     """The farthest layer is only written; each nearer one reads what is behind it."""
     moved = runs * 2 * _COLOR + (runs - 1) * _COLOR
-    return Traffic(moved, moved)
+    return Traffic(moved, moved, at_most=True)
 
 
 def _limits(work: Work, runs: int) -> Traffic:
@@ -184,6 +197,7 @@ PASS_COSTS: dict[str, Callable[[Work, int], Traffic]] = {
     "lamps found": _lamps_found,
     "lamps listed": _lamps_listed,
     "fragments": _fragments,
+    "tiles": _tiles,
     "layer split": _layer_split,
     "hidden fill": _hidden_fill,
     "coc fill": _coc_fill,

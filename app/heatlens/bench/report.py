@@ -13,6 +13,8 @@ class PassRow:
     """One pass of a frame. None where the bytes depend on the plate alone.
 
     at_least        the bytes, and with them the rate, leave out what is done on listed pixels only
+    at_most         they count each layer whole, though it may be smaller, or left out where it is not
+                    seen
     moved_gb_per_s  bytes moved over time; copy_share is its share of what a copy reaches
     """
 
@@ -24,6 +26,7 @@ class PassRow:
     at_least: bool
     moved_gb_per_s: float | None
     copy_share: float | None
+    at_most: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -144,7 +147,7 @@ def _head(frame: FrameReport) -> str:
 def _pass_table(frame: FrameReport) -> str:
     lines = ["pass                 ms   runs    MB moved    MB least      GB/s   of copy"]
     for row in frame.passes:
-        more = "+" if row.at_least else " "
+        more = "+" if row.at_least else "-" if row.at_most else " "
         cells = (
             _number(row.bytes_moved, 1e-6, 1) + more,
             _number(row.bytes_least, 1e-6, 1) + more,
@@ -153,7 +156,7 @@ def _pass_table(frame: FrameReport) -> str:
         )
         lines.append(f"{row.name:14}{row.ms:9.2f}{row.runs:7d}{''.join(cells)}")
     lines.append(
-        f"+ and what listed pixels add; a copy reaches {frame.copy_gb_per_s:.2f} GB/s, "
+        f"+ and what listed pixels add; - less what masks and smaller layers spare; a copy reaches {frame.copy_gb_per_s:.2f} GB/s, "
         "more comes from caches"
     )
     return "\n".join(lines)

@@ -172,11 +172,11 @@ class SweepSolver(LineSolver):
 
     name = "sweep"
     _STRIPS = True
-    _LINES_PER_GROUP = 8  # one vector of a software rasteriser's invocations
-    _BLOCK = 4  # pixels eliminated twice, so that what they need stays in registers; 8 compile long
+    LINES_PER_GROUP = 8  # one vector of a software rasteriser's invocations
+    BLOCK = 4  # pixels eliminated twice, so that what they need stays in registers; 8 compile long
 
     def _bytes_per_line(self, system: LineSystem, length: int) -> tuple[int, ...]:
-        blocks = groups_for(length, self._BLOCK) * system.poles
+        blocks = groups_for(length, self.BLOCK) * system.poles
         return system.value_bytes * blocks, system.num_bytes * blocks
 
     def _solve_band(
@@ -186,11 +186,11 @@ class SweepSolver(LineSolver):
             "solve_sweep.comp.glsl",
             system,
             axis,
-            LINES_PER_GROUP=self._LINES_PER_GROUP,
-            BLOCK=self._BLOCK,
+            LINES_PER_GROUP=self.LINES_PER_GROUP,
+            BLOCK=self.BLOCK,
         )
         program.dispatch(
-            (groups_for(count, self._LINES_PER_GROUP), 1),
+            (groups_for(count, self.LINES_PER_GROUP), 1),
             textures=band.textures,
             images=band.images,
             buffers=self._buffers(system, length, count, band),
@@ -213,6 +213,11 @@ class PartitionSolver(LineSolver):
     def _bands(self, system: LineSystem, length: int, lines: int) -> Iterator[tuple[int, int]]:
         yield 0, lines
 
+    @staticmethod
+    def shared_texels(system: LineSystem) -> int:
+        """How many texels a pixel between rows and columns hold both parts of a pole."""
+        return system.poles % 2 if _parts(system) == 2 else 0
+
     @classmethod
     def shape(cls, system: LineSystem, length: int) -> dict[str, int]:
         """How a line of `length` pixels is cut, as the shader takes it.
@@ -222,12 +227,14 @@ class PartitionSolver(LineSolver):
         run = cls._RUN_LEAST
         while run * cls._SLOTS < length:
             run *= 2
-        runs = cls._RUNS_STEP * groups_for(length, run * cls._RUNS_STEP)
+        runs = groups_for(length, run)
+        step = min(cls._RUNS_STEP, 1 << (runs - 1).bit_length())
+        runs = step * groups_for(runs, step)
         return {
             "RUN": run,
             "RUNS": runs,
             "LINES_PER_GROUP": min(cls._LINES_MOST, cls._SLOTS // runs),
-            "PARTS": 2 if system.is_complex else 1,
+            "PARTS": _parts(system),
             "IN_PARTS": 1,
         }
 
@@ -242,6 +249,11 @@ class PartitionSolver(LineSolver):
             buffers=self._buffers(system, length, count, band),
             uniforms=band.uniforms,
         )
+
+
+def _parts(system: LineSystem) -> int:
+    """In how many parts the channels are solved: four complex ones do not fit the registers."""
+    return 2 if system.is_complex else 1
 
 
 class CyclicSolver(LineSolver):

@@ -3,40 +3,47 @@
 import itertools
 import re
 
+from heatlens.defocus.line_solver import Axis, LineSystem, PartitionSolver, SweepSolver
 from heatlens.gpu.shader_source import assemble
 from heatlens.paths import data_dir
 
 Build = tuple[str, dict[str, object]]
 
 _OVERLAY = "overlay.comp.glsl"
-_SYSTEMS = {"lib/blur_system.lib.glsl": (1, 2, 5), "lib/fill_system.lib.glsl": (1,)}
-_STRATEGIES: dict[str, list[dict[str, object]]] = {
-    "solve_sweep.comp.glsl": [{"LINES_PER_GROUP": 8, "BLOCK": 4, "STRIPS": 1}],
-    "solve_partition.comp.glsl": [{"LINES_PER_GROUP": 2, "RUNS": 256, "RUN": 8}],
-    "solve_cyclic.comp.glsl": [
-        {"STAGE": stage} for stage in ("LOAD", "REDUCE", "SUBSTITUTE", "STORE")
-    ],
-}
+_SYSTEMS = [  # the blur of every kernel, and the fill
+    *(
+        LineSystem("lib/blur_system.lib.glsl", poles, poles > 1, (("HALF_POLES", 1),))
+        for poles in (1, 2, 3, 4, 5)
+    ),
+    LineSystem("lib/fill_system.lib.glsl"),
+]
+_AXES: tuple[Axis, ...] = ("rows", "columns")
+_LENGTHS_PX = (720, 1920)  # of lines; longer ones are cut into longer runs of the same shape
+_SWEEP, _PARTITION, _CYCLIC = (f"solve_{n}.comp.glsl" for n in ("sweep", "partition", "cyclic"))
+_STRATEGIES = (_SWEEP, _PARTITION, _CYCLIC)
+_STAGES = ("LOAD", "REDUCE", "SUBSTITUTE", "STORE")
 _COUNTED = ("highlight_sprites.comp.glsl", "scatter_sort.comp.glsl")
 _OF_SMALLER_LAYERS = ("layer_split.comp.glsl", "composite.comp.glsl")
 _OF_SCENES = ("HOLES", "COLORS", "BUMPS")  # what a scene has decides which of them are defined
 
 
 def solver_builds() -> list[Build]:
-    """Each strategy for each system of lines."""
-    builds: list[Build] = []
-    for (system, poles), rows in itertools.product(_SYSTEMS.items(), (True, False)):
-        for count, half in itertools.product(poles, (True, False)):
-            defines: dict[str, object] = {
-                "SYSTEM": system,
-                "POLES": count,
-                "COMPLEX": int(count > 1),
-            }
-            defines |= {"ROWS": 1} if rows else {}
-            defines |= {"HALF_POLES": 1} if half else {}
-            for name, variants in _STRATEGIES.items():
-                builds += [(name, defines | variant) for variant in variants]
-    return builds
+    """Each strategy for each system of lines, as the solvers build them."""
+    return [
+        (name, system.shader_defines(axis) | build)
+        for system, axis in itertools.product(_SYSTEMS, _AXES)
+        for name, build in _strategy_builds(system)
+    ]
+
+
+def _strategy_builds(system: LineSystem) -> list[Build]:
+    lines = SweepSolver.LINES_PER_GROUP
+    shapes = (PartitionSolver.shape(system, length) for length in _LENGTHS_PX)
+    return [
+        (_SWEEP, {"LINES_PER_GROUP": lines, "BLOCK": SweepSolver.BLOCK, "STRIPS": 1}),
+        *((_PARTITION, dict(shape)) for shape in shapes),
+        *((_CYCLIC, {"STAGE": stage}) for stage in _STAGES),
+    ]
 
 
 def pass_builds() -> list[Build]:

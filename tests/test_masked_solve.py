@@ -1,0 +1,158 @@
+"""Lines solved in some tiles only: as if nothing lay around them, with nothing else touched."""
+
+from dataclasses import dataclass, replace
+
+import moderngl
+import numpy as np
+import pytest
+
+from heatlens.defocus.blur_pass import PACKED, BlurPass, BlurTargets, Diffusion, pole_layers
+from heatlens.defocus.kernels import Kernel, named_kernel
+from heatlens.defocus.layer_cuts import Cut, LayerCut
+from heatlens.defocus.layer_passes import CocFillPass
+from heatlens.defocus.line_solver import LineSolver, PartitionSolver, SweepSolver
+from heatlens.defocus.tile_mask import TILE, TileMask, tile_count
+from heatlens.gpu.textures import FloatArray, Storage, download, new_array, new_texture, upload
+
+SIZE = (150, 90)  # 10 x 6 tiles, the last of both only in part
+ISLANDS = [  # first tile across and down, tiles across and down; none beside another
+    (0, 0, 2, 3),
+    (3, 0, 1, 1),
+    (5, 1, 4, 1),
+    (3, 2, 1, 4),
+    (8, 3, 2, 3),
+    (5, 4, 2, 1),
+]
+UNTOUCHED = 7.25
+CUT = LayerCut(near=Cut(10.0, 2.0), far=Cut(80.0, 2.0))
+
+
+@dataclass(frozen=True)
+class Plate:
+    """Colour (H, W, 4), coc (H, W) and how far it is known (H, W)."""
+
+    color: FloatArray
+    coc: FloatArray
+    known: FloatArray
+
+    def cut_out(self, island: tuple[slice, slice]) -> "Plate":
+        return Plate(self.color[island], self.coc[island], self.known[island])
+
+
+@pytest.fixture(scope="module", params=[SweepSolver, PartitionSolver])
+def solver(request: pytest.FixtureRequest, session_context: moderngl.Context) -> LineSolver:
+    return request.param(session_context)
+
+
+@pytest.fixture
+def plate(rng: np.random.Generator) -> Plate:
+    """Not a number wherever no tile is worked on: whoever reads that spreads it."""
+    shape = SIZE[::-1]
+    outside = np.repeat(np.repeat(tile_map() == 0, TILE, 0), TILE, 1)[: shape[0], : shape[1]]
+    color = rng.random((*shape, 4), np.float32)
+    coc = 30.0 * rng.random(shape, np.float32) ** 2
+    known = np.round(rng.random(shape)).astype(np.float32)
+    for values in (color, coc, known):
+        values[outside] = np.nan
+    return Plate(color, coc, known)
+
+
+def tile_map() -> np.ndarray:
+    across, down = tile_count(SIZE)
+    tiles = np.zeros((down, across), np.uint32)
+    for x, y, width, height in ISLANDS:
+        tiles[y : y + height, x : x + width] = 1
+    return tiles
+
+
+def places() -> list[tuple[slice, slice]]:
+    return [
+        (slice(TILE * y, TILE * (y + height)), slice(TILE * x, TILE * (x + width)))
+        for x, y, width, height in ISLANDS
+    ]
+
+
+def mask_of_islands(ctx: moderngl.Context) -> TileMask:
+    words = tile_map()
+    return TileMask(ctx.buffer(words.tobytes()), words.shape[::-1])
+
+
+def blurred(
+    solver: LineSolver, plate: Plate, kernel: Kernel, storage: Storage, mask: TileMask | None
+) -> FloatArray:
+    ctx, size = solver._ctx, plate.coc.shape[::-1]
+    color, coc, out = (new_texture(ctx, size, channels) for channels in (4, 1, 4))
+    upload(color, plate.color)
+    upload(coc, plate.coc)
+    upload(out, np.full((*plate.coc.shape, 4), UNTOUCHED))
+    layers = pole_layers(kernel, storage)
+    poles = new_array(ctx, solver.between_size(size), layers, 4, storage)
+    poles.write(b"\xff" * (poles.width * poles.height * layers * 16))
+    BlurPass(solver).run(Diffusion(color, coc, kernel, (1.0, 1.0)), BlurTargets(poles, out), mask)
+    return download(out)
+
+
+def filled(solver: LineSolver, plate: Plate, mask: TileMask | None) -> FloatArray:
+    ctx, size = solver._ctx, plate.coc.shape[::-1]
+    state, out = new_texture(ctx, size, 2), new_texture(ctx, size, 1)
+    rows = new_texture(ctx, solver.between_size(size), 2)
+    rows.write(b"\xff" * (rows.width * rows.height * 8))
+    upload(state, np.stack([plate.coc, plate.known], axis=-1))
+    upload(out, np.full(plate.coc.shape, UNTOUCHED))
+    list(CocFillPass(solver).steps(state, CUT, (1.0, 1.0), rows, out, mask))
+    return download(out).reshape(plate.coc.shape)
+
+
+def outside_of_islands(picture: FloatArray) -> FloatArray:
+    rest = picture.copy()
+    for place in places():
+        rest[place] = UNTOUCHED
+    return rest
+
+
+@pytest.mark.parametrize("storage", ["f4", PACKED])
+@pytest.mark.parametrize("name", ["heat", "disc_2", "disc_3", "disc_4"])
+def test_an_island_of_tiles_blurs_like_a_picture_of_its_own(
+    ctx: moderngl.Context, solver: LineSolver, plate: Plate, name: str, storage: Storage
+) -> None:
+    kernel, tolerance = named_kernel(name), 1e-5 if storage == "f4" else 2e-3
+    masked = blurred(solver, plate, kernel, storage, mask_of_islands(ctx))
+    for place in places():
+        alone = blurred(solver, plate.cut_out(place), kernel, storage, None)
+        np.testing.assert_allclose(masked[place], alone, atol=tolerance)
+    assert np.all(outside_of_islands(masked) == UNTOUCHED)
+
+
+def test_an_island_of_tiles_is_filled_like_a_picture_of_its_own(
+    ctx: moderngl.Context, solver: LineSolver, plate: Plate
+) -> None:
+    masked = filled(solver, plate, mask_of_islands(ctx))
+    for place in places():
+        alone = filled(solver, plate.cut_out(place), None)
+        np.testing.assert_allclose(masked[place], alone, rtol=1e-4, atol=1e-4)
+    assert np.all(outside_of_islands(masked) == UNTOUCHED)
+
+
+def test_a_mask_of_no_tile_touches_nothing(
+    ctx: moderngl.Context, solver: LineSolver, plate: Plate
+) -> None:
+    none = replace(mask_of_islands(ctx), words=ctx.buffer(reserve=tile_map().nbytes))
+    none.words.clear()
+    assert np.all(blurred(solver, plate, named_kernel("disc_2"), PACKED, none) == UNTOUCHED)
+
+
+@pytest.mark.parametrize("length", [4096, 16384])  # of one run, and of several tiles in a run
+def test_long_lines_are_solved_in_their_tiles_only(
+    ctx: moderngl.Context, solver: LineSolver, rng: np.random.Generator, length: int
+) -> None:
+    active = np.tile([1, 0, 0, 1, 1, 0, 1, 1], length // (8 * TILE)).astype(np.uint32)
+    inside = np.repeat(active, TILE) == 1
+    color = np.where(inside[:, None], rng.random((length, 4), np.float32), np.nan)[None]
+    coc = np.where(inside, np.float32(20.0), np.nan)[None]
+    plate = Plate(color, coc, coc)
+    mask = TileMask(ctx.buffer(active.tobytes()), (len(active), 1))
+    masked = blurred(solver, plate, named_kernel("disc_3"), "f4", mask)
+    island = (slice(None), slice(3 * TILE, 5 * TILE))
+    alone = blurred(solver, plate.cut_out(island), named_kernel("disc_3"), "f4", None)
+    np.testing.assert_allclose(masked[island], alone, atol=1e-5)
+    assert np.all(masked[:, ~inside] == UNTOUCHED) and np.all(masked[:, inside] != UNTOUCHED)
