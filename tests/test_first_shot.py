@@ -53,7 +53,7 @@ def test_a_shot_file_begins_as_the_window_does(request, tmp_path, name):
     assert replace(shot.lens, focus_distance_m=window.lens.focus_distance_m) == window.lens
 
 
-@pytest.mark.parametrize("words", [(), ("--camera", "tight"), ("--squeeze", "1.5")])
+@pytest.mark.parametrize("words", [(), ("--scene-camera", "tight"), ("--squeeze", "1.5")])
 def test_render_and_export_make_one_picture(capsys, filmed, tmp_path, words):
     given = (*TINY, *LENS, *words, "--quality", "draft", "--float")
     said = render(capsys, filmed, tmp_path / "a.exr", *given)

@@ -4,21 +4,16 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from types import SimpleNamespace
 
-import numpy as np
-import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from heatlens.defocus.plate_passes import proxy_size
 from heatlens.defocus.quality import kernel_for, layers_for
-from heatlens.gpu.textures import download
 from heatlens.model.lens import Lens
 from heatlens.model.settings import Bokeh, DefocusSettings, Quality
 from heatlens.model.shot import Shot
 from heatlens.preview.levels import cheaper
-from heatlens.render import FrameRenderer
 from heatlens.ui.picture.live_picture import LivePicture, PlateVersion
-from plates import plate_of, room
 
 SIZE = (1920, 1080)
 FILM = DefocusSettings()
@@ -260,6 +255,27 @@ def test_the_picture_of_a_plate_that_became_finer_stays_until_the_next_is_whole(
     assert live.wish(shot, 0, BUDGET_S, PlateVersion(3)) and live.shown.plate == 3
 
 
+@given(SPEEDS)
+def test_of_a_plate_that_will_be_finer_only_what_comes_soon_is_made(full_seconds):
+    machine, live = taught(full_seconds)
+    live.wish(shots(1)[0], 0, BUDGET_S)
+    machine.now += 1.0
+    count = len(machine.made)
+    for _ in range(10_000):
+        if not live.wants_work(is_plate_whole=False):
+            break
+        live.work(SLICE_S, is_plate_whole=False)
+    assert not live.wants_work(is_plate_whole=False)
+    assert all(
+        machine.seconds(made) <= machine.seconds(FILM) / 3 or machine.seconds(made) <= 0.25
+        for made in machine.made[count:]
+    )
+    if live.is_working:
+        assert machine.seconds(FILM) > 0.25
+        settle(machine, live)
+    assert live.shown.settings == FILM
+
+
 def test_a_picture_that_is_looked_at_is_not_drawn_over():
     """Two slots: the next one comes about in the other."""
     machine, live = taught(0.3)
@@ -272,36 +288,3 @@ def test_a_picture_that_is_looked_at_is_not_drawn_over():
             looked_at = live.shown
             live.work(SLICE_S)
             assert live.shown is looked_at or live.shown.texture[2] != looked_at.texture[2]
-
-
-@pytest.fixture(scope="module")
-def loaded(session_context, renderer) -> FrameRenderer:
-    renderer.load(plate_of(*room()))
-    return renderer
-
-
-@pytest.mark.parametrize(
-    "defocus",
-    [
-        DefocusSettings(),
-        DefocusSettings(Bokeh.GAUSSIAN, Quality.PREVIEW, layers=2),
-        DefocusSettings(Bokeh.HEAT, Quality.DRAFT, layers=1),
-        DefocusSettings(Bokeh.DISC, Quality.DRAFT, proxy=0.5),
-    ],
-    ids=lambda d: f"{d.bokeh} {d.quality}",
-)
-def test_the_whole_picture_is_the_renderers_bit_for_bit(ctx, loaded, defocus):
-    """In short slices, after a drag, and beside the picture of another slot."""
-    live = LivePicture(loaded)
-    for focus_m in (1.0, 1.5, 2.5):
-        shot = Shot(replace(LENS, f_stop=0.5, focus_distance_m=focus_m), defocus)
-        live.wish(shot, 0, 1e-4)
-        quick = live.shown
-        np.testing.assert_array_equal(
-            download(quick.texture), loaded.pixels(replace(shot, defocus=quick.settings))
-        )
-        live.wish(shot, 0, 1e-4)
-    while live.is_working:
-        live.work(1e-4)
-    assert live.shown.settings == defocus
-    np.testing.assert_array_equal(download(live.shown.texture), loaded.pixels(shot))

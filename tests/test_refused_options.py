@@ -73,7 +73,7 @@ def test_a_shot_is_not_written_with_what_it_cannot_follow(capsys, plate, tmp_pat
     out = tmp_path / "s.heatlens.json"
     words = ("shot", "new", plate, "-o", out)
     assert "--bokeh" in said_of(capsys, *words, "--method", "gather", "--bokeh", "disc")
-    assert "--camera" in said_of(capsys, *words, "--scene-camera", "a")
+    assert "--scene-camera" in said_of(capsys, *words, "--scene-camera", "a")
     assert not out.exists()
 
 

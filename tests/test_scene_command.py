@@ -78,7 +78,8 @@ def test_a_pinhole_picture_through_the_lens_is_the_live_picture_bit_for_bit(
 
 
 def test_a_camera_that_is_not_there_is_told_with_those_that_are(capsys, scene, tmp_path):
-    said = refused(capsys, scene, tmp_path / "o.exr", "--size", "8x8", "--camera", "sied", *LENS)
+    words = ("--size", "8x8", "--scene-camera", "sied", *LENS)
+    said = refused(capsys, scene, tmp_path / "o.exr", *words)
     assert "scene.glb" in said and "sied" in said and "side" in said and "main" in said
 
 
@@ -86,14 +87,14 @@ def test_another_camera_sees_another_picture_with_its_own_angle(capsys, scene, t
     seen = []
     for name in ("main", "side"):
         out = tmp_path / f"{name}.exr"
-        render(capsys, scene, out, "--size", "48x27", "--camera", name, "--pinhole", *LENS)
+        render(capsys, scene, out, "--size", "48x27", "--scene-camera", name, "--pinhole", *LENS)
         seen.append(picture(out))
     assert np.abs(seen[0][1] - seen[1][1]).max() > 0.05
     focal = [header["pinholeFocalLength"] for header, _ in seen]
     assert focal[1] > focal[0]
 
 
-@pytest.mark.parametrize("words", [("--size", "8x8"), ("--camera", "main"), ("--frame", 3)])
+@pytest.mark.parametrize("words", [("--size", "8x8"), ("--scene-camera", "main"), ("--frame", 3)])
 def test_a_plate_is_not_asked_how_it_is_looked_at(capsys, tmp_path, words):
     plate = room_file(tmp_path / "room.exr")
     said = refused(capsys, plate, tmp_path / "o.exr", *words)

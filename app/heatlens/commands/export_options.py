@@ -71,7 +71,7 @@ def _add_frame_options(parser: argparse.ArgumentParser) -> None:
 
 
 def _add_scene_options(parser: argparse.ArgumentParser) -> None:
-    add_framing_options(parser, "--camera")
+    add_framing_options(parser)
     parser.add_argument(
         "--pinhole",
         action="store_true",

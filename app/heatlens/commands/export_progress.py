@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from typing import TextIO
 
-from heatlens.commands.say import say, tell
+from heatlens.commands.say import say, shows_progress, tell
 from heatlens.errors import HeatlensError
 from heatlens.export.plan import ExportPlan
 from heatlens.export.run import FrameDone
@@ -134,7 +134,7 @@ def _terminal() -> Iterator[TextIO]:
     A descriptor of its own: while files are read on other threads, Python's stderr is another one
     by the moment, for the EXR library's words are kept off it.
     """
-    if not sys.stderr.isatty():
+    if not shows_progress(sys.stderr):
         yield io.StringIO()
         return
     with open(os.dup(sys.stderr.fileno()), "w") as out:

@@ -37,12 +37,12 @@ def add_frame_command(
     parser.add_argument(
         "plate",
         type=Path,
-        help="EXR with colour and depth; or a scene: .glb, .gltf, .obj, .ply, .usd; or demo",
+        help="EXR with colour and depth; or a scene: .glb, .gltf, .obj, .ply, .stl, .usd; or demo",
     )
     own(parser)
     add_lens_options(parser)
     blur(parser)
     add_plate_options(parser)
-    group = add_framing_options(parser, "--camera")
+    group = add_framing_options(parser)
     group.add_argument("--frame", type=whole, metavar="N", help="of the animation (default: first)")
     parser.set_defaults(run=run)

@@ -17,7 +17,6 @@ _OF_PLATES = (
     *("near", "far", "eye", "strict", "depth", "picture_curve"),
 )
 _OF_SCENES = ("size", "scene_camera", "frame", "pinhole")
-_TYPED = {"scene_camera": "--camera"}
 
 
 def given(args: argparse.Namespace, *groups: AddOptions) -> Given:
@@ -59,5 +58,5 @@ def refuse_given(args: argparse.Namespace, names: Iterable[str], why: str) -> No
     """InputError, beginning with `why`, for those of the options `names` that were given."""
     found = [name for name in names if getattr(args, name, None) not in (None, False)]
     if found:
-        typed = ", ".join(_TYPED.get(name, f"--{name.replace('_', '-')}") for name in found)
+        typed = ", ".join(f"--{name.replace('_', '-')}" for name in found)
         raise InputError(f"{why}: leave {typed} out.")

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TextIO
 
+from heatlens.commands.say import shows_progress
 from heatlens.model.shot import Shot
 from heatlens.render import FrameRenderer
 
@@ -17,7 +18,7 @@ _WIPE = "\r\x1b[K"
 def layer_progress(renderer: FrameRenderer, stream: TextIO | None = None) -> Iterator[None]:
     """Say on `stream` (stderr) which layer is worked on; nothing if it is no terminal."""
     out = stream or sys.stderr
-    if not out.isatty():
+    if not shows_progress(out):
         yield
         return
     start = time.perf_counter()
@@ -40,7 +41,7 @@ def layer_progress(renderer: FrameRenderer, stream: TextIO | None = None) -> Ite
 def view_progress(shot: Shot, stream: TextIO | None = None) -> Iterator[Callable[[str], None]]:
     """What is to be told each step of a picture, and says how many views of a scene are done."""
     out = stream or sys.stderr
-    if not (out.isatty() and shot.defocus.method.needs_scene):
+    if not (shows_progress(out) and shot.defocus.method.needs_scene):
         yield lambda _: None
         return
     start, done = time.perf_counter(), 0

@@ -3,7 +3,7 @@
 import argparse
 from collections.abc import Mapping
 
-from heatlens.commands.value_types import number
+from heatlens.commands.value_types import f_number, millimetres, number, with_point
 from heatlens.errors import InputError
 from heatlens.image.focus_pick import depth_at_m, no_distances
 from heatlens.image.plate import Plate
@@ -32,13 +32,15 @@ def add_lens_options(parser: argparse.ArgumentParser, can_pick: bool = True) -> 
         "Values not given are taken from the plate's header or the scene's camera, where these "
         "have them.",
     )
-    group.add_argument("--focal-length", type=number, metavar="MM", help="in millimetres")
+    group.add_argument("--focal-length", type=millimetres, metavar="MM", help="in millimetres")
     back = group.add_mutually_exclusive_group()
     back.add_argument(
-        "--sensor-width", type=number, metavar="MM", help="width of the film back in millimetres"
+        "--sensor-width", type=millimetres, metavar="MM", help="of the film back, in millimetres"
     )
     back.add_argument("--filmback", metavar="NAME", help='a film back by name, as "Super 35"')
-    group.add_argument("--f-stop", type=number, metavar="N", help="2 for f/2; smaller blurs more")
+    group.add_argument(
+        "--f-stop", type=f_number, metavar="N", help="2 or f/2; smaller blurs more"
+    )
     focus = group.add_mutually_exclusive_group()
     focus.add_argument(
         "--focus-distance", metavar="DISTANCE", help="metres, or with a unit: 190cm, 6'3\", inf"
@@ -70,7 +72,8 @@ def given_lens(args: argparse.Namespace) -> dict[str, float]:
 
     Raises InputError for what is no distance and no film back.
     """
-    focus = None if args.focus_distance is None else parse_distance_m(args.focus_distance)
+    typed = args.focus_distance
+    focus = None if typed is None else parse_distance_m(with_point(typed))
     values = {
         "focal_length_mm": args.focal_length,
         "sensor_width_mm": sensor_width_of(args),

@@ -9,7 +9,6 @@ process of its own, which it ends when Ctrl-C is pressed.
 """
 
 import argparse
-import difflib
 import importlib
 import os
 import signal
@@ -18,6 +17,8 @@ from collections.abc import Sequence
 from typing import Any, NoReturn
 
 from heatlens import __version__
+from heatlens.commands.say import say_nothing
+from heatlens.commands.words import meant, with_command
 from heatlens.errors import FaultError, HeatlensError, InputError
 from heatlens.faults import told_error
 from heatlens.printable import printable
@@ -49,6 +50,17 @@ _COMMANDS = (
 class _Parser(argparse.ArgumentParser):
     """Answers a wrong option in two lines; argparse would put the whole usage before them."""
 
+    def __init__(self, *args: Any, **options: Any) -> None:
+        """With the option that all commands have."""
+        super().__init__(*args, **options)
+        self.add_argument(
+            "-q",
+            "--quiet",
+            action="store_true",
+            default=argparse.SUPPRESS,
+            help="say nothing but results and errors",
+        )
+
     def error(self, message: str) -> NoReturn:
         """Exit code 2. Commands are parsed by this class too: argparse takes the parent's."""
         self.exit(2, f"heatlens: {message}\n`{self.prog} --help` explains.\n")
@@ -57,8 +69,19 @@ class _Parser(argparse.ArgumentParser):
         """Nothing may be left over; argparse would blame that on the parent, not the command."""
         parsed, unknown = super().parse_known_args(args, namespace)
         if unknown:
-            self.error(f"unrecognized arguments: {' '.join(unknown)}")
+            self.error(f"unrecognized arguments: {' '.join(unknown)}{meant(unknown, self)}")
         return parsed, unknown
+
+
+class _Completion(argparse.Action):
+    """Prints the script and ends, as --help does."""
+
+    def __call__(self, parser: argparse.ArgumentParser, *given: Any) -> None:
+        """`given` are the namespace, the shell and the option."""
+        import shtab
+
+        print(shtab.complete(parser, shell=given[1]))
+        parser.exit()
 
 
 def build_parser(names: Sequence[str] = _COMMANDS) -> argparse.ArgumentParser:
@@ -69,7 +92,13 @@ def build_parser(names: Sequence[str] = _COMMANDS) -> argparse.ArgumentParser:
         epilog=_EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("--version", action="version", version=f"heatlens {__version__}")
+    parser.add_argument("-V", "--version", action="version", version=f"heatlens {__version__}")
+    parser.add_argument(
+        "--print-completion",
+        action=_Completion,
+        choices=("bash", "zsh", "tcsh"),
+        help="print the script with which this shell completes commands and options",
+    )
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
     for name in names:
         importlib.import_module(f"heatlens.commands.{name}").register(commands)
@@ -81,6 +110,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         words = _with_command(sys.argv[1:] if argv is None else argv)
         args = build_parser(_needed(words)).parse_args(words)
+        say_nothing(getattr(args, "quiet", False))
         code = int(args.run(args))
         sys.stdout.flush()  # a reader that has gone is noticed here, not when Python ends
         return code
@@ -105,23 +135,14 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _with_command(argv: Sequence[str]) -> list[str]:
-    """`view` put first where no command is named: `heatlens plate.exr`, `heatlens` alone."""
-    words = list(argv)
-    if not words:
-        return ["view"]
-    if words[0] in (*_COMMANDS, "-h", "--help", "--version"):
-        return words
-    near = difflib.get_close_matches(words[0], _COMMANDS, 1)
-    if near and not os.path.exists(words[0]):
-        raise InputError(f"There is no command or file {words[0]!r}. Did you mean {near[0]}?")
-    return ["view", *words]
+    return with_command(argv, _COMMANDS)
 
 
 def _needed(words: Sequence[str]) -> tuple[str, ...]:
     """The command that is asked for; for the help all of them, for the version none."""
     if words[0] in _COMMANDS:
         return (words[0],)
-    return () if words[0] == "--version" else _COMMANDS
+    return () if words[0] in ("-V", "--version") else _COMMANDS
 
 
 def _drop_output() -> None:

@@ -227,8 +227,12 @@ def _encode(args: argparse.Namespace) -> Encode:
     is_scene = is_scene_source(str(args.plate))
     header = {} if is_scene else color_header(args.plate, args.color_layer, args.eye)
     look = Look(transform_of(args, header), args.exposure, args.gamma)
-    say_seen_through(look.transform)
-    return lambda light: look.transform.apply_cpu(light, look.exposure_stops, look.gamma)
+
+    def encode(light: FloatArray) -> FloatArray:
+        say_seen_through(look.transform)
+        return look.transform.apply_cpu(light, look.exposure_stops, look.gamma)
+
+    return encode
 
 
 def _say_stats(renderer: FrameRenderer, at: tuple[float, float, float, float]) -> None:

@@ -18,21 +18,14 @@ from heatlens.scene.first_shot import FirstShot, first_shot
 _FOCUS = "focus_distance_m"
 
 
-def add_framing_options(
-    parser: argparse.ArgumentParser, *short_names: str
-) -> "argparse._ArgumentGroup":
-    """--size, and --scene-camera, which may have other names where these mean nothing else.
-
-    The group of them.
-    """
+def add_framing_options(parser: argparse.ArgumentParser) -> "argparse._ArgumentGroup":
+    """--size and --scene-camera; the group of them."""
     group = parser.add_argument_group("3D scene", "How it is looked at; plates do not ask.")
     group.add_argument(
         "--size", type=size_of, metavar="WxH", help="of the picture (default 1280x720)"
     )
     group.add_argument(
-        *short_names,
         "--scene-camera",
-        dest="scene_camera",
         metavar="NAME",
         help="camera of the scene to look through (default: its first; without one, all is seen)",
     )

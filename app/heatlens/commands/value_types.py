@@ -2,6 +2,11 @@
 
 import argparse
 import math
+import re
+
+from heatlens.commands.say import say
+
+_MILLIMETRES = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4, '"': 25.4}
 
 
 def whole(text: str) -> int:
@@ -13,11 +18,46 @@ def whole(text: str) -> int:
 
 
 def number(text: str) -> float:
-    """A number; whether it can be what is asked for is said where that is known."""
+    """A number, also as 2,8; whether it can be what is asked for is said where that is known."""
     try:
-        return float(text)
+        return float(with_point(text))
     except ValueError:
         raise argparse.ArgumentTypeError(f"{text!r} is not a number") from None
+
+
+def with_point(text: str) -> str:
+    """2,8 as 2.8. Three digits after the comma may be thousands, and stay as they are."""
+    return re.sub(r"^([-+]?\d+),(\d{1,2}|\d{4,})(?!\d|,)", r"\1.\2", text.strip())
+
+
+def f_number(text: str) -> float:
+    """The N of f/N: 2.8, f/2.8, F2,8. Of T2.8 it is said that the blur has another number."""
+    match = re.fullmatch(r"(?i)\s*(f\s*/?|t\s*/?)?\s*(.*?)\s*", text)
+    assert match is not None  # everything is matched
+    try:
+        value = float(with_point(match[2]))
+    except ValueError:
+        raise argparse.ArgumentTypeError(
+            f"{text!r} is not a number of an f-stop, such as 2.8 or f/2.8"
+        ) from None
+    if (match[1] or "").lower().startswith("t"):
+        say(
+            f"{text} is taken as f/{value:g}. A T-stop also counts what the glass swallows; the "
+            "blur is that of the f-stop, which is a little lower."
+        )
+    return value
+
+
+def millimetres(text: str) -> float:
+    """A length on the lens or sensor: 50, 50mm, 5cm, 2in; without a unit it is millimetres."""
+    match = re.fullmatch(r"(?i)\s*(.*?)\s*(mm|cm|m|in|\")?\s*", text)
+    assert match is not None  # everything is matched
+    try:
+        return float(with_point(match[1])) * _MILLIMETRES[(match[2] or "mm").lower()]
+    except ValueError:
+        raise argparse.ArgumentTypeError(
+            f"{text!r} is not a number of millimetres, such as 50 or 50mm"
+        ) from None
 
 
 def finite(text: str) -> float:

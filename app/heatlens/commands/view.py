@@ -40,7 +40,7 @@ def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
         "plate",
         nargs="?",
         help="EXR with colour and depth, a sequence as shot.####.exr, a folder of one, "
-        "a 3D scene (.glb, .gltf, .obj, .ply, .usd), "
+        "a 3D scene (.glb, .gltf, .obj, .ply, .stl, .usd), "
         "or a shot that was saved as name.heatlens.json; "
         "default: a start screen, to choose from what comes with heatlens and recent files",
     )

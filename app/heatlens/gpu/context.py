@@ -11,7 +11,11 @@ from heatlens.errors import GpuError
 from heatlens.gpu import nan_fill
 
 _EGL: dict[str, Any] = {"backend": "egl"}  # reaches glcontext; moderngl's stub has no name for it
-_HELP = "On Debian or Ubuntu: apt-get install libgl1 libegl1"
+_INSTALL = "On Debian or Ubuntu: apt-get install libgl1 libegl1"
+_TOO_OLD = (
+    "The driver that is installed has an older one: a newer driver may help, and "
+    "LIBGL_ALWAYS_SOFTWARE=1 draws with the processor"
+)
 
 
 def headless_context() -> moderngl.Context:
@@ -19,10 +23,15 @@ def headless_context() -> moderngl.Context:
     try:
         ctx = moderngl.create_context(standalone=True, require=430, **_EGL)
     except Exception as error:  # moderngl and glcontext raise bare Exception
-        raise GpuError(f"No OpenGL 4.3 ({error}). {_HELP}") from error
+        raise GpuError(f"No OpenGL 4.3 ({error}). {_help(str(error))}") from error
     if os.environ.get(nan_fill.VARIABLE):
         nan_fill.fill_new_with_nan(ctx)
     return ctx
+
+
+def _help(why: str) -> str:
+    """Nothing is to be installed where a driver was found and asked."""
+    return _TOO_OLD if "eglCreateContext" in why else _INSTALL
 
 
 def is_software(ctx: moderngl.Context) -> bool:

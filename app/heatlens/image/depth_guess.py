@@ -127,10 +127,22 @@ def looked_at(values: FloatImage, what: str, channel: str, origin: DepthOrigin) 
 
 
 def guess_convention(raw: RawDepth, options: PlateOptions) -> Guess:
-    """The convention of `raw`, with why.
+    """The convention of `raw`, with why; InputError where one of --near and --far is in vain.
 
     Raises InputError when its values fit several, naming the options that decide.
     """
+    guess = _guessed(raw, options)
+    ends = {"--near": options.near_m, "--far": options.far_m}
+    given = [name for name, value in ends.items() if value is not None]
+    if guess.convention == "distance" and len(given) == 1:
+        raise InputError(
+            f"{raw.what} is taken as distances, and {given[0]} is an end of a normalized depth: "
+            f"leave {given[0]} out, or say --depth-convention."
+        )
+    return guess
+
+
+def _guessed(raw: RawDepth, options: PlateOptions) -> Guess:
     if options.depth_convention != "auto":
         return Guess(options.depth_convention, "Given with --depth-convention.")
     if raw.origin.told is not None:

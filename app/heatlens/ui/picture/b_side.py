@@ -72,19 +72,23 @@ class BothSides:
         if self.b.wish(other, frame, left_s, plate):
             self.a.pause()
 
-    def work(self, slice_s: float) -> None:
+    def wants_work(self, is_plate_whole: bool) -> bool:
+        """There is a picture to go on with, see LivePicture."""
+        return any(side.wants_work(is_plate_whole) for side in self._sides())
+
+    def work(self, slice_s: float, is_plate_whole: bool = True) -> None:
         """Go on with the picture that is under way, else with the side whose turn it is."""
-        side = self._next()
+        side = self._next(is_plate_whole)
         other = self.a if side is self.b else self.b
         version = side.version
-        side.work(slice_s)
+        side.work(slice_s, is_plate_whole)
         if side.version != version:
             self._is_turn_of_b = other is self.b
 
-    def _next(self) -> LivePicture:
-        if self._method is None or not self.b.is_working:
+    def _next(self, is_plate_whole: bool) -> LivePicture:
+        if self._method is None or not self.b.wants_work(is_plate_whole):
             return self.a
-        if not self.a.is_working:
+        if not self.a.wants_work(is_plate_whole):
             return self.b
         return self.b if self._is_turn_of_b else self.a
 

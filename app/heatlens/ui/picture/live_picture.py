@@ -26,6 +26,7 @@ _REST_S = 0.08  # so long without a change is rest: a hand that drags sends seve
 _KEEP = 0.7, 1.3  # a rung is left for a better one below, for a cheaper above so much of the time
 _LEAST_WIDTH_PX = 160  # of a hurried picture
 _PATIENCE_S = 3.0  # the whole picture follows directly where it takes no longer than this,
+_SOON_S = 0.25  # no longer than this where the plate itself will soon be finer,
 _FAST_ENOUGH = 3.0  # or where the one between saves less than this
 
 
@@ -164,13 +165,21 @@ class LivePicture:
         """How long until the whole picture may be begun; 0 where it may."""
         return max(0.0, self._changed_at + _REST_S - self._clock())
 
-    def work(self, slice_s: float) -> None:
-        """Go on with the whole picture for about `slice_s`, if the hand rests."""
-        if not self.is_working or self.seconds_to_rest() > 0:
+    def wants_work(self, is_plate_whole: bool = True) -> bool:
+        """There is a picture to go on with: the whole one only where the plate is as it stays."""
+        if not self.is_working:
+            return False
+        return is_plate_whole or self._work is not None or self._next_rung(False) is not None
+
+    def work(self, slice_s: float, is_plate_whole: bool = True) -> None:
+        """Go on with a better picture for about `slice_s`, if the hand rests."""
+        if not self.wants_work(is_plate_whole) or self.seconds_to_rest() > 0:
             return
         with self._refusing():
             if self._work is None:
-                self._start(self._next_rung())
+                rung = self._next_rung(is_plate_whole)
+                assert rung is not None
+                self._start(rung)
             self._advance(slice_s)
 
     def _is_of_wish(self, shown: Shown) -> bool:
@@ -196,18 +205,22 @@ class LivePicture:
         large = [it for it in rungs if proxy_size(size, it.proxy)[0] >= _LEAST_WIDTH_PX]
         return large or [it for it in rungs if it.proxy == rungs[0].proxy]
 
-    def _next_rung(self) -> DefocusSettings:
-        """On the way up: the whole picture, or a better one that is there much sooner."""
+    def _next_rung(self, is_plate_whole: bool) -> DefocusSettings | None:
+        """On the way up: the whole picture, or a better one that is there much sooner.
+
+        Of a plate that will soon be finer only what comes soon, which may be nothing.
+        """
         assert self._wish is not None
         wished = self._wish[0].defocus
         whole_s = self._predicted(wished)
-        if whole_s <= _PATIENCE_S and not wished.method.needs_scene:
+        patience_s = _PATIENCE_S if is_plate_whole else _SOON_S
+        if whole_s <= patience_s and not wished.method.needs_scene:
             return wished
         for step in on_the_way(wished):
             better = self.shown is None or is_better(step, self.shown.settings, wished)
             if better and self._predicted(step) * _FAST_ENOUGH < whole_s:
                 return step
-        return wished
+        return wished if is_plate_whole or wished.method.needs_scene else None
 
     def _predicted(self, settings: DefocusSettings) -> float:
         return self.cost.predicted(settings, self._pixels(settings))

@@ -43,14 +43,15 @@ class Making:
     def work(self) -> None:
         """Go on with the whole picture for a moment. Raises HeatlensError."""
         if self._is_blurring:
-            self._sides.work(_SLICE_S)
+            self._sides.work(_SLICE_S, self._stage.is_whole)
         else:
             self._stage.refine(_SLICE_S)
 
     @property
     def _is_blurring(self) -> bool:
-        has_plate = self._stage.plate is not None and self._stage.is_good
-        return has_plate and self._sides.is_working
+        stage = self._stage
+        has_plate = stage.plate is not None and stage.is_good
+        return has_plate and self._sides.wants_work(stage.is_whole)
 
     def seconds_until_needed(self) -> float | None:
         """How long the loop may sleep; None: until something changes."""

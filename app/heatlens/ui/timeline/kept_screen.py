@@ -151,8 +151,9 @@ class KeptScreen:
                 continue
             size = picture.pixels.shape[1], picture.pixels.shape[0]
             shown = replace(self._kept(job, picture), frame=job.frame)
-            is_there = self._frames.holds(job.key, self._look(self._view(shown), size))
-            if not is_there and self._frames.has_room(job.key, size, pull.keys):
+            if not self._frames.has_room(job.key, size, pull.keys):
+                return
+            if not self._frames.holds(job.key, self._look(self._view(shown), size)):
                 yield shown
 
     def _view(self, shown: KeptFrame) -> ViewState:

@@ -117,7 +117,8 @@ class PullJobs:
 
     def of(self, frame: int) -> FrameJob | None:
         """The job of a frame; None where there is nothing to render, or nothing is known yet."""
-        self.make((frame,), 1.0)
+        if frame not in self._jobs:
+            self.make((frame,), 1.0)
         return self._jobs.get(frame)
 
     def _made(self, frame: int) -> FrameJob | None:

@@ -59,6 +59,7 @@ class RenderedPull:
         self.opens_popup = False  # in the next frame of the window
         self._filler: FrameFiller | None = None
         self._order: tuple[int, ...] = ()
+        self._ordered: object = None  # what is played, and how many frames can be kept
         self.counted: object = None  # what the frames below were counted of
         self.rendered: frozenset[int] = frozenset()
         self.runs: tuple[FrameRange, ...] = ()
@@ -121,14 +122,20 @@ class RenderedPull:
             self._order, self.rendered, self.runs, self._missing = (), frozenset(), (), []
             self.counted = None
             return
-        timeline = self._app.timeline
-        direction = timeline.playback.direction or timeline.direction
-        most = min(_FRAMES_MOST, max(1, self.store.capacity(self.picture_bytes)))
-        self._order = frames_from(self._app.frame, direction, timeline.played, most)
+        self._put_in_order()
         self.jobs.update(self._order)
         self.jobs.make(self._order, _KEYS_S)
         self._count()
         self._fetch()
+
+    def _put_in_order(self) -> None:
+        """The frames as they will be rendered; while it plays none is, and their order waits."""
+        timeline = self._app.timeline
+        most = min(_FRAMES_MOST, max(1, self.store.capacity(self.picture_bytes)))
+        wanted = timeline.played, most
+        if wanted != self._ordered or not timeline.playback.direction:
+            self._ordered = wanted
+            self._order = frames_from(self._app.frame, timeline.direction, *wanted)
 
     @property
     def picture_bytes(self) -> int:
@@ -150,9 +157,12 @@ class RenderedPull:
 
     def _fetch(self) -> None:
         """Have what is played next in memory."""
-        ahead = _AHEAD if self._app.timeline.playback.direction else 2
+        timeline = self._app.timeline
+        direction = timeline.playback.direction
         most = self.store.memory.limit_bytes // (2 * self.picture_bytes)
-        jobs = (self.jobs.of(frame) for frame in self._order[: min(ahead, most)])
+        most = min(_AHEAD if direction else 2, most)
+        ahead = frames_from(self._app.frame, direction or timeline.direction, timeline.played, most)
+        jobs = (self.jobs.of(frame) for frame in ahead)
         self.store.fetch([job.key for job in jobs if job is not None])
 
     def touched(self) -> None:

@@ -1,0 +1,61 @@
+"""The words of a command line before they are parsed, and what was meant by wrong ones."""
+
+import argparse
+import difflib
+import os
+from collections.abc import Sequence
+
+from heatlens.errors import InputError
+
+_QUIET = ("-q", "--quiet")
+_ABOUT_ALL = ("-h", "--help", "-V", "--version", "--print-completion")
+# What people type who come from other programs.
+_OTHER_NAMES = {
+    "--aperture": "--f-stop",
+    "--fnumber": "--f-stop",
+    "--fstop": "--f-stop",
+    "--iris": "--f-stop",
+    "--camera": "--scene-camera",
+    "--focus": "--focus-distance",
+    "--lens": "--focal-length",
+    "--out": "--output",
+    "--resolution": "--size",
+    "--samples": "--views",
+    "--sensor": "--sensor-width",
+}
+
+
+def with_command(argv: Sequence[str], commands: Sequence[str]) -> list[str]:
+    """Put the command first: `view` where none is named, and help as the option that it is.
+
+    Raises InputError for a word that is nearly a command, and no file.
+    """
+    words = list(argv)
+    if not words:
+        return ["view"]
+    first, rest = words[0], words[1:]
+    if first in _QUIET:
+        command, *others = with_command(rest, commands)
+        return [command, first, *others]
+    if first in (*commands, *_ABOUT_ALL):
+        return words
+    if first in ("help", "version") and not os.path.exists(first):
+        return [*rest, "--help"] if first == "help" else ["--version"]
+    near = difflib.get_close_matches(first, commands, 1)
+    if near and not os.path.exists(first):
+        raise InputError(f"There is no command or file {first!r}. Did you mean {near[0]}?")
+    return ["view", *words]
+
+
+def meant(unknown: Sequence[str], parser: argparse.ArgumentParser) -> str:
+    """Return ". Did you mean --f-stop?" for a wrong option that is like one there is, else ""."""
+    known = [name for name in parser._option_string_actions if name.startswith("--")]
+    for word in unknown:
+        option = word.partition("=")[0]
+        if not option.startswith("--"):
+            continue
+        other = _OTHER_NAMES.get(option)
+        near = [other] if other in known else difflib.get_close_matches(option, known, 1)
+        if near:
+            return f". Did you mean {near[0]}?"
+    return ""
