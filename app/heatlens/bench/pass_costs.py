@@ -6,11 +6,11 @@ moved   what the pass asks of memory as its shaders are written: every texel tha
 least   inputs read once, outputs written once, at their storage sizes
 
 Bytes a pixel. What only runs on listed pixels (rims, hidden pixels, lamps) depends on the plate and
-is left out: such a pass is marked `at_least`. What is done a layer is counted as if every layer were
-worked on everywhere and at the picture's size: a pass that a mask of tiles or a smaller layer can
-spare some of this is marked `at_most`. What draws a scene is not here: its triangles decide.
-Storage: picture rgba32f 16, coc r32f 4, kind r16f 2, fragments rgba16f 8 each, layer rgba32f 16, its
-state rg32f 8, poles rgba32ui 16 each.
+is left out: such a pass is marked `at_least`. What is done a layer is counted as if each were
+worked on everywhere and at the picture's size: a pass that masks of tiles and smaller layers spare
+some of this is marked `at_most`. What draws a scene is not here: its triangles decide.
+Storage: picture rgba32f 16, coc r32f 4, kind r16f 2, fragments rgba16f 8 each, layer rgba32f 16,
+its state rg32f 8, poles rgba32ui 16 each.
 """
 
 from collections.abc import Callable

@@ -13,8 +13,7 @@ class PassRow:
     """One pass of a frame. None where the bytes depend on the plate alone.
 
     at_least        the bytes, and with them the rate, leave out what is done on listed pixels only
-    at_most         they count each layer whole, though it may be smaller, or left out where it is not
-                    seen
+    at_most         they count each layer whole, also where it is not solved, or is smaller
     moved_gb_per_s  bytes moved over time; copy_share is its share of what a copy reaches
     """
 
@@ -156,8 +155,8 @@ def _pass_table(frame: FrameReport) -> str:
         )
         lines.append(f"{row.name:14}{row.ms:9.2f}{row.runs:7d}{''.join(cells)}")
     lines.append(
-        f"+ and what listed pixels add; - less what masks and smaller layers spare; a copy reaches {frame.copy_gb_per_s:.2f} GB/s, "
-        "more comes from caches"
+        "+ and what listed pixels add; - less what masks and smaller layers spare; "
+        f"a copy reaches {frame.copy_gb_per_s:.2f} GB/s, more comes from caches"
     )
     return "\n".join(lines)
 
