@@ -85,7 +85,7 @@ void solve_separators(int worker) {
 // Pixels that follow each other, as one invocation knows them.
 struct Run {
     int line, first, last;  // its first and last pixel that may be read: neighbours that it is joined to too
-    bool is_in_work[RUN];
+    int in_work[RUN];       // 0 or 1: some drivers take no bools in an array
     Link link[RUN];
     float b[RUN + 1];       // conductances: from what comes before, between pixels, to what comes after
 };
@@ -99,16 +99,16 @@ ivec2 place_in(Run r, int i) { return pixel_at(r.line, clamp(i, r.first, r.last)
 
 bool is_empty(Run r) {
     bool any_in_work = false;
-    for (int j = 0; j < RUN; j += TILE) any_in_work = any_in_work || r.is_in_work[j];
+    for (int j = 0; j < RUN; j += TILE) any_in_work = any_in_work || r.in_work[j] != 0;
     return !any_in_work;
 }
 
 // Pixels of one tile are in work together, as far as the line goes.
 void find_work(inout Run r, int start) {
     for (int j = 0; j < RUN; ++j)
-        r.is_in_work[j] = is_in_work(r.line, start + j / TILE * TILE) && start + j < line_length;
-    bool has_before = r.is_in_work[0] && is_in_work(r.line, start - 1);
-    bool has_after = r.is_in_work[RUN - 1] && is_in_work(r.line, start + RUN);
+        r.in_work[j] = is_in_work(r.line, start + j / TILE * TILE) && start + j < line_length ? 1 : 0;
+    bool has_before = r.in_work[0] != 0 && is_in_work(r.line, start - 1);
+    bool has_after = r.in_work[RUN - 1] != 0 && is_in_work(r.line, start + RUN);
     r.first = has_before ? start - 1 : start;
     r.last = has_after ? start + RUN : min(start + RUN, line_length) - 1;
 }
@@ -117,7 +117,7 @@ void read_links(inout Run r, int start) {
     Link before = link_at(place_in(r, start - 1));
     for (int j = 0; j < RUN; ++j) {
         r.link[j] = link_at(place_in(r, start + j));
-        bool is_joined = j == 0 ? r.first < start : r.is_in_work[j - 1] && r.is_in_work[j];
+        bool is_joined = j == 0 ? r.first < start : (r.in_work[j - 1] & r.in_work[j]) != 0;
         if (is_joined) r.b[j] = conductance(before, r.link[j]);
         before = r.link[j];
     }
@@ -147,7 +147,7 @@ void read_sources(Run r, int start, int part, int pole, inout Source s[RUN]) {
     }
 }
 
-Num heat_of(Run r, int j) { return num(r.is_in_work[j] ? specific_heat(r.link[j]) : 1.0); }
+Num heat_of(Run r, int j) { return num(r.in_work[j] != 0 ? specific_heat(r.link[j]) : 1.0); }
 
 // What joins a pixel to those around it, as it was eliminated: their share in its answer.
 struct Shares {
@@ -199,7 +199,7 @@ void substitute_run(int run, Shares shares, inout Value y[RUN]) {
 void solve_pole(Run r, Source s[RUN], int run, int part, int pole, inout Output o[RUN]) {
     Value y[RUN];
     Shares shares;
-    for (int j = 0; j < RUN; ++j) y[j] = r.is_in_work[j] ? source(s[j], part, pole) : ZERO_VALUE;
+    for (int j = 0; j < RUN; ++j) y[j] = r.in_work[j] != 0 ? source(s[j], part, pole) : ZERO_VALUE;
     eliminate_run(r, pole, run, y, shares);
     solve_separators(run);
     substitute_run(run, shares, y);
@@ -217,6 +217,6 @@ void main() {
             if (is_source_read(part, pole)) read_sources(r, start, part, pole, s);
             solve_pole(r, s, run, part, pole, o);
         }
-        for (int j = 0; j < RUN; ++j) store(pixel_at(r.line, start + j), r.link[j], r.is_in_work[j], o[j], part);
+        for (int j = 0; j < RUN; ++j) store(pixel_at(r.line, start + j), r.link[j], r.in_work[j] != 0, o[j], part);
     }
 }
