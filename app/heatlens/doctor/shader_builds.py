@@ -38,12 +38,10 @@ def solver_builds() -> list[Build]:
 
 def _strategy_builds(system: LineSystem) -> list[Build]:
     lines = SweepSolver.LINES_PER_GROUP
+    sweep: Build = (_SWEEP, {"LINES_PER_GROUP": lines, "BLOCK": SweepSolver.BLOCK, "STRIPS": 1})
     shapes = (PartitionSolver.shape(system, length) for length in _LENGTHS_PX)
-    return [
-        (_SWEEP, {"LINES_PER_GROUP": lines, "BLOCK": SweepSolver.BLOCK, "STRIPS": 1}),
-        *((_PARTITION, dict(shape)) for shape in shapes),
-        *((_CYCLIC, {"STAGE": stage}) for stage in _STAGES),
-    ]
+    partition: list[Build] = [(_PARTITION, dict(shape)) for shape in shapes]
+    return [sweep, *partition, *((_CYCLIC, {"STAGE": stage}) for stage in _STAGES)]
 
 
 def pass_builds() -> list[Build]:
