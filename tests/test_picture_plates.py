@@ -375,3 +375,13 @@ def test_the_depth_inside_a_heic(metadata, convention):
     else:
         np.testing.assert_array_equal(found.values, values)
         assert found.full_scale == 255
+
+
+def test_a_photo_in_focus_comes_back_as_it_was(photo, tmp_path, capsys):
+    depth = tmp_path / "d.npy"
+    np.save(depth, np.full((HEIGHT, WIDTH), 2.0, np.float32))
+    out = tmp_path / "o.png"
+    words = ["render", photo, "--depth", depth, "-o", out, "--f-stop", 22, "--focus-distance", 2]
+    said = stderr_of_run(capsys, 0, *words, "--focal-length", 20, "--depth-convention", "distance")
+    assert "seen through Un-tone-mapped" in said
+    np.testing.assert_allclose(np.asarray(Image.open(out)).astype(int), colors(), atol=2)

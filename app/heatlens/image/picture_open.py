@@ -62,10 +62,10 @@ def picture_info(path: Path) -> tuple[tuple[int, int], dict[str, Any]]:
         height, width = _array(path).shape[:2]
         return (width, height), {}
     with _refusals(path), _opened(path) as image:
-        if image is None:
+        if image is None:  # floating point, for all others are known to Pillow
             height, width = _by_openimageio(path).shape[:2]
-            return (width, height), {}
-        return image.size, _info(image)
+            return (width, height), {"is_light": True}
+        return image.size, _info(image) | {"is_light": image.mode == "F"}
 
 
 @contextlib.contextmanager
