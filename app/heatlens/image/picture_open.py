@@ -73,6 +73,8 @@ def _opened(path: Path) -> Iterator[Image.Image | None]:
     """The file with its pixels unread; None for a kind that Pillow does not know."""
     if path.suffix.lower() in _HEIC:
         _with_heic(path)
+    if not path.is_file():  # to open a pipe is to wait for whoever writes to it
+        raise unreadable(path)
     with path.open("rb"):  # what cannot be opened is told by the name of the reason
         pass
     try:
