@@ -4,7 +4,7 @@ Each reader raises HeatlensError or returns arrays that must all be finite.
 """
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 from pathlib import Path
 
 import numpy as np
@@ -128,7 +128,7 @@ def _numbers(values: Iterable[object]) -> Arrays:
 
 
 def _lens_numbers(path: Path) -> Arrays:
-    return _numbers(vars(read_shot(path).lens).values())
+    return _numbers(astuple(read_shot(path).lens))
 
 
 def _ocio(folder: Path) -> list[Path]:

@@ -3,7 +3,9 @@
     python tests/fuzz/run.py --formats obj exr --minutes 5 --seed 7 --keep /tmp/found
 
 A mutant is well answered when its reader refuses it with one sentence, or gives nothing but finite
-numbers, within ten seconds and two gigabytes. Everything else is counted, and kept where asked.
+numbers, within ten seconds of a processor and two gigabytes. Everything else is counted, and kept
+where asked. Of USD, which the program reads in a process of its own with bounds, also a mutant is
+well answered that ends such a process or goes beyond its bounds: that is what it is there for.
 """
 
 import argparse
@@ -18,7 +20,9 @@ import time
 from pathlib import Path
 
 SECONDS_MOST, BYTES_MOST = 10.0, 2_000_000_000
+_SILENCE_S = 60.0  # of a process that reads: it hangs, also on a busy machine
 GOOD = ("fine", "told")
+GOOD_APART = (*GOOD, "crash", "hang", "slow", "memory")
 _HERE = Path(__file__).resolve()
 
 
@@ -29,6 +33,12 @@ def fuzzed(name: str, seed: int, seconds: float, keep: Path | None = None) -> co
     while left_s > 0:
         number, left_s = _one_process(name, seed, number, left_s, counts, keep)
     return counts
+
+
+def badly_answered(name: str, counts: collections.Counter) -> dict[str, int]:
+    """Return how many came to an end that no mutant of the format may come to."""
+    good = GOOD_APART if name.startswith("usd") else GOOD
+    return {outcome: count for outcome, count in counts.items() if outcome not in good}
 
 
 def _one_process(
@@ -50,7 +60,7 @@ def _one_process(
             if not line:
                 counts["crash"] += 1
                 return number + 1, end - time.monotonic()
-            patience_s = 2 * SECONDS_MOST
+            patience_s = _SILENCE_S
             if line == "ready":
                 end = time.monotonic() + left_s
                 continue
@@ -76,6 +86,8 @@ def _work(name: str, seed: int, number: int, keep: Path | None) -> None:
     with tempfile.TemporaryDirectory(prefix="heatlens-fuzz-") as text:
         folder = Path(text)
         whole = {path: path.read_bytes() for path in form.write(folder)}
+        for path in whole:  # what is loaded once is not the time of a mutant
+            _outcome(form, {path: path.read_bytes()}, None)
         print("ready", flush=True)
         while True:
             outcome, data = _outcome(form, whole, random.Random(f"{name} {seed} {number}"))
@@ -86,17 +98,18 @@ def _work(name: str, seed: int, number: int, keep: Path | None) -> None:
             number += 1
 
 
-def _outcome(form, whole: dict[Path, bytes], chance: random.Random) -> tuple[str, bytes]:
+def _outcome(form, whole: dict[Path, bytes], chance: random.Random | None) -> tuple[str, bytes]:
+    """How a mutant was answered, and the mutant; without `chance` nothing is damaged."""
     import warnings
 
     from mutate import mutated
 
     from heatlens.errors import HeatlensError
 
-    path = chance.choice(sorted(whole))
-    data = mutated(whole[path], chance)
+    path = chance.choice(sorted(whole)) if chance else next(iter(whole))
+    data = mutated(whole[path], chance) if chance else whole[path]
     path.write_bytes(data)
-    begin = time.monotonic()
+    begin = time.process_time()
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
@@ -106,7 +119,7 @@ def _outcome(form, whole: dict[Path, bytes], chance: random.Random) -> tuple[str
     except Exception as error:
         outcome = f"traceback {type(error).__name__}"
     path.write_bytes(whole[path])
-    if time.monotonic() - begin > SECONDS_MOST:
+    if time.process_time() - begin > SECONDS_MOST:
         outcome = "slow"
     if resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024 > BYTES_MOST:
         outcome = "memory"
@@ -139,7 +152,7 @@ def main() -> int:
         counts = fuzzed(name, args.seed, 60 * args.minutes, args.keep)
         said = ", ".join(f"{count:,} {outcome}" for outcome, count in counts.most_common())
         print(f"{name}: {sum(counts.values()):,} mutants: {said}", flush=True)
-        is_bad |= any(outcome not in GOOD for outcome in counts)
+        is_bad |= bool(badly_answered(name, counts))
     return int(is_bad)
 
 
