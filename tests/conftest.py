@@ -39,7 +39,8 @@ def pytest_configure() -> None:
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """`--update-golden` rewrites tests/golden/ from what the program draws now."""
+    """`--update-golden` rewrites tests/golden/; `--fuzz-minutes` makes the fuzzers run long."""
+    parser.addoption("--fuzz-minutes", type=float, help="fuzz each format for so long")
     parser.addoption("--update-golden", action="store_true", help="rewrite tests/golden/")
 
 

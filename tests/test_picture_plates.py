@@ -18,6 +18,7 @@ from heatlens.image.depth_source import picture_and_depth
 from heatlens.image.display import srgb_decoded, srgb_encoded
 from heatlens.image.exr_read import read_parts
 from heatlens.image.header_read import read_color_header
+from heatlens.image.inner_depth import inner_depth
 from heatlens.image.plate_read import read_plate
 from heatlens.model.plate_options import PlateOptions
 from heatlens.ui.files.dropped import open_dropped
@@ -343,3 +344,44 @@ def test_two_files_dropped_on_the_window_are_one_plate(ctx, photo, tmp_path):
         assert gui.app.shot.source == str(photo)
         assert gui.app.shot.plate_options.depth_source == str(depth)
         np.testing.assert_allclose(gui.app.stage.plate.depth_m, metres(), rtol=1e-3)
+
+
+class DepthOfHeic:
+    """What pillow-heif hands out for a depth image; it cannot write one."""
+
+    def __init__(self, values, metadata):
+        self.info = {"metadata": metadata}
+        self._values = values
+
+    def to_pillow(self):
+        return Image.fromarray(self._values)
+
+
+@pytest.mark.parametrize(
+    ("metadata", "convention"),
+    [
+        ({"representation_type": 1, "d_min": 0.1, "d_max": 1.0}, "inverse"),  # as iPhones write
+        ({"representation_type": 0, "z_near": 1.0, "z_far": 10.0}, "inverse"),
+        ({"representation_type": 2, "d_min": 0.1, "d_max": 1.0}, "disparity"),
+        ({}, "disparity"),
+    ],
+)
+def test_the_depth_inside_a_heic(metadata, convention):
+    values = whole(disparity(metres(), 1, 10), "u1")
+    found = inner_depth("p.heic", {"depth_images": [DepthOfHeic(values, metadata)]})
+    assert found.convention == convention
+    if convention == "inverse":
+        np.testing.assert_allclose(found.values, 1 / metres(), atol=0.9 / 255)
+    else:
+        np.testing.assert_array_equal(found.values, values)
+        assert found.full_scale == 255
+
+
+def test_a_photo_in_focus_comes_back_as_it_was(photo, tmp_path, capsys):
+    depth = tmp_path / "d.npy"
+    np.save(depth, np.full((HEIGHT, WIDTH), 2.0, np.float32))
+    out = tmp_path / "o.png"
+    words = ["render", photo, "--depth", depth, "-o", out, "--f-stop", 22, "--focus-distance", 2]
+    said = stderr_of_run(capsys, 0, *words, "--focal-length", 20, "--depth-convention", "distance")
+    assert "seen through Un-tone-mapped" in said
+    np.testing.assert_allclose(np.asarray(Image.open(out)).astype(int), colors(), atol=2)

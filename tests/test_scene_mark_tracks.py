@@ -60,7 +60,7 @@ def marked(gui: Gui, *marks) -> None:
 
 def measured(gui: Gui) -> list[dict[int, float]]:
     """Dioptres by frame of each mark, once all are known."""
-    tracks = gui.app.timeline._scene_mark_tracks
+    tracks = gui.app.timeline.scene_mark_tracks
     gui.until(lambda: tracks._next() is None, "all marks")
     return [dict(at for line in track.lines for at in line) for track in tracks.tracks()]
 
@@ -79,7 +79,7 @@ def test_marks_of_a_scene_have_a_line_over_its_frames(gui):
 def test_a_moment_measures_a_part_and_the_window_goes_on(gui, drawn, monkeypatch):
     monkeypatch.setattr(scene_mark_tracks, "_SLICE_S", 1e-9)
     marked(gui, MIDDLE)
-    tracks = gui.app.timeline._scene_mark_tracks
+    tracks = gui.app.timeline.scene_mark_tracks
     gui.until(lambda: tracks.is_due, "a still picture")
     drawn.clear()
     monkeypatch.setattr(scene_mark_tracks, "_SLICE_S", 1e-3)
@@ -93,7 +93,7 @@ def test_what_is_known_is_not_measured_again(gui, drawn):
     measured(gui)
     count = len(drawn)
     assert count == gui.app.timeline.frames.count
-    assert not gui.app.timeline._scene_mark_tracks.is_due
+    assert not gui.app.timeline.scene_mark_tracks.is_due
     gui.app.timeline.go(5)  # another frame, focus and name are no other distance
     whole(gui)
     marked(gui, replace(MIDDLE, name="Z"))

@@ -13,8 +13,8 @@ from heatlens.gpu.textures import FloatArray
 from heatlens.image.focus_pick import depth_at_m
 from heatlens.image.plate import Plate
 from heatlens.image.plate_lens import plate_lens
-from heatlens.image.plate_read import read_plate
 from heatlens.image.sequence import Sequence
+from heatlens.image.sequence_reader import SequenceReader
 from heatlens.model.lens import Lens
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.settings import Bokeh, DefocusSettings, Method, Quality
@@ -116,7 +116,7 @@ class Plates(Source):
 
     def __init__(self, sequence: Sequence, options: PlateOptions, shot: Shot | None) -> None:
         self._sequence = sequence
-        self._options = options
+        self._reader = SequenceReader(options, sequence.path_at(sequence.present[0]))
         self._shot = shot
         self._read: tuple[Path, Plate] | None = None
 
@@ -143,7 +143,7 @@ class Plates(Source):
     def _plate(self, path: Path) -> Plate:
         """The latest is kept: a lens is turned more often than the frame."""
         if self._read is None or self._read[0] != path:
-            self._read = (path, read_plate(path, self._options))
+            self._read = (path, self._reader(path))
         return self._read[1]
 
 

@@ -6,12 +6,14 @@ that space is the input where the config knows it.
 
 import os
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from heatlens.color.ocio_library import ocio
 from heatlens.errors import InputError
+from heatlens.image.picture_parts import told_of
 from heatlens.paths import file_bytes, unreadable
 
 # Named in full: `ocio://default` becomes another config with another version of the library, and
@@ -19,6 +21,7 @@ from heatlens.paths import file_bytes, unreadable
 BUILT_IN = "cg-config-v4.0.0_aces-v2.0_ocio-v2.5"
 
 # What configs call linear Rec.709: ACES since 2.0, the Color Interop Forum, ACES 1, Blender.
+PLAIN_OCIO_VIEW = "Un-tone-mapped"
 LINEAR_REC709 = (
     "Linear Rec.709 (sRGB)",
     "lin_rec709_scene",
@@ -174,3 +177,18 @@ def check_known(what: str, name: str, known: tuple[str, ...]) -> None:
     """Raise InputError, with what there is, unless `name` is among `known`."""
     if name not in known:
         raise InputError(f"{what} {name!r} is not among {', '.join(known)}.")
+
+
+def default_view(config: ColorConfig, display: str, attributes: Mapping[str, Any]) -> str:
+    """The view that a display begins with for a plate whose header has `attributes`.
+
+    The config's first; a photo was made for the eye already, and comes back as it was through the
+    view that maps no tones, where there is one.
+    """
+    views = config.views(display)
+    told = told_of(dict(attributes))
+    return (
+        PLAIN_OCIO_VIEW
+        if told is not None and told.is_for_the_eye and PLAIN_OCIO_VIEW in views
+        else views[0]
+    )

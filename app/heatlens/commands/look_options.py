@@ -6,7 +6,7 @@ What nobody says is as the window shows it: the first view of the OpenColorIO co
 import argparse
 from pathlib import Path
 
-from heatlens.color.color_config import ColorConfig, load_color_config
+from heatlens.color.color_config import ColorConfig, default_view, load_color_config
 from heatlens.color.input_space import input_space_of
 from heatlens.color.view_transform import PLAIN_VIEW, ViewTransform, srgb_transform, view_transform
 from heatlens.commands.say import say
@@ -65,7 +65,7 @@ def transform_of(args: argparse.Namespace, attributes: Header) -> ViewTransform:
     if config is None:
         return srgb_transform(light.name, light.turned_from)
     display = args.display or config.default_display
-    view = args.view or config.views(display)[0]
+    view = args.view or default_view(config, display, attributes)
     return view_transform(config, display, view, light.name, light.turned_from)
 
 

@@ -1,7 +1,7 @@
 """A rendered frame to its file: EXR with all that was asked for, or a picture for the eye."""
 
 from dataclasses import dataclass
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,7 @@ from heatlens.image.exr_write import JOB_ATTRIBUTE
 from heatlens.image.picture_write import write_picture
 from heatlens.image.plate import FloatImage, Plate
 from heatlens.image.png_write import encoded_picture
+from heatlens.image.timecode import Timecode, exr_timecode, timecode_of
 from heatlens.model.coc import coc_line, coc_px
 
 _JPEG_QUALITY = 95
@@ -54,8 +55,23 @@ def _write_exr(job: ExportJob, frame: RenderedFrame) -> None:
         half=job.exr.half,
         compression=job.exr.compression,
         more_channels=measures_of(frame, proxy, job.exr),
-        more_attributes={JOB_ATTRIBUTE: frame.planned.fingerprint},
+        more_attributes={JOB_ATTRIBUTE: frame.planned.fingerprint, **_timecode(job, frame)},
     )
+
+
+def frame_timecode(job: ExportJob, frame: RenderedFrame) -> Timecode | None:
+    """That of the plate, counted on for a frame in whose place another plate stands; None where
+    the plate tells none, or one that does not go with the rate."""
+    told, rate = timecode_of(frame.plate.attributes), job.shot.frames_per_second
+    if told is None or not told.fits(rate):
+        return None
+    return told.later(frame.planned.frame - frame.planned.origin.frame, rate)
+
+
+def _timecode(job: ExportJob, frame: RenderedFrame) -> dict[str, Any]:
+    timecode = frame_timecode(job, frame)
+    value = None if timecode is None else exr_timecode(timecode)
+    return {} if value is None else {"timeCode": value}
 
 
 def measures_of(frame: RenderedFrame, proxy: float, wanted: ExrOptions) -> dict[str, FloatImage]:

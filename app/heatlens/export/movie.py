@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from heatlens.errors import InputError
-from heatlens.export.frame_files import RenderedFrame, quantised
+from heatlens.export.frame_files import RenderedFrame, frame_timecode, quantised
 from heatlens.export.job import ExportJob
 from heatlens.export.movie_library import av
 from heatlens.export.whole import is_whole
@@ -64,9 +64,10 @@ def movie_file(job: ExportJob, path: Path, fingerprint: str) -> Iterator["Movie"
     rate, codec = exact_rate(job.shot.frames_per_second), _CODECS[job.output.suffix]
     with replacing(path) as beside, _failures_told(path, library):
         options = {"movie_timescale": str(rate.numerator), "movflags": "+faststart"}
+        options["write_tmcd"] = "1"  # MPEG-4 files have a timecode track only on wish
         with library.open(str(beside), "w", format=codec.container, options=options) as container:
             container.metadata["comment"] = f"{JOB_ATTRIBUTE}={fingerprint}"
-            movie = Movie(container, codec, rate)
+            movie = Movie(job, container, codec, rate)
             yield movie
             movie.finish()
         if not is_whole(beside, path.suffix):
@@ -76,7 +77,8 @@ def movie_file(job: ExportJob, path: Path, fingerprint: str) -> Iterator["Movie"
 class Movie:
     """Frames of one size into a container that is open."""
 
-    def __init__(self, container: Any, codec: Codec, rate: Fraction) -> None:
+    def __init__(self, job: ExportJob, container: Any, codec: Codec, rate: Fraction) -> None:
+        self._job = job
         self._container = container
         self._codec = codec
         self._rate = rate
@@ -90,6 +92,7 @@ class Movie:
         if self._stream is None:
             self._size = (width, height)
             self._stream = self._new_stream(frame.plate.pixel_aspect_ratio)
+            self._begin_timecode(frame)
         if self._size != (width, height):
             first = "x".join(map(str, self._size))
             raise InputError(
@@ -114,6 +117,12 @@ class Movie:
         context.color_primaries = context.color_trc = context.colorspace = _REC709
         context.color_range = _VIDEO_RANGE
         return stream
+
+    def _begin_timecode(self, frame: RenderedFrame) -> None:
+        """Of the first frame: the container counts on from there, in a track of its own."""
+        timecode = frame_timecode(self._job, frame)
+        if timecode is not None:
+            self._container.metadata["timecode"] = str(timecode)
 
     def _coded(self, display: FloatImage) -> Any:
         """(H, W, 3) as the encoder takes it: sides even, the last row and column stand twice."""

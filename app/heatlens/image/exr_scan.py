@@ -72,7 +72,7 @@ def _header(file: BinaryIO) -> RawHeader:
         (length,) = _numbers(file, "<I")
         value = file.read(length) if file.tell() + length <= _BYTES_MOST else b""
         if len(value) != length:
-            raise CutError(f"the attribute {name[:40]} is cut off")
+            raise CutError(f"the attribute {name[:40]!r} is cut off")
         found[name] = value
     return found
 

@@ -26,7 +26,8 @@ _EXTENSION_HEAD = 32 + 4 + 4  # a digest of the whole, its length, and where thi
 # Entries of GDepth and of Dynamic Depth, as attributes or as elements.
 _ENTRY = r'(?:GDepth|DepthMap):{name}(?:="([^"]*)"|>([^<]*)<)'
 _ITEM_LENGTH = re.compile(r'Item:Length(?:="(\d+)"|>(\d+)<)')
-_UNIFORM_INVERSE_Z = 0
+_UNIFORM_INVERSE_Z, _UNIFORM_DISPARITY = 0, 1  # depth_representation_type
+_EVEN_OVER_INVERSE_Z = (_UNIFORM_INVERSE_Z, _UNIFORM_DISPARITY)
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,15 +120,23 @@ def _of_heic(path: Path, found: Any) -> InnerDepth:
     values = np.asarray(found.to_pillow()).astype(np.float32)
     values = values[:, :, 0] if values.ndim == 3 else values
     full_scale = 255.0 if values.max(initial=0) <= 255 else 65535.0
-    told = found.info.get("metadata") or {}
-    low, high = told.get("d_min"), told.get("d_max")
-    is_inverse = told.get("representation_type", _UNIFORM_INVERSE_Z) == _UNIFORM_INVERSE_Z
-    if is_inverse and low is not None and high is not None and 0 <= low < high:
+    low, high = _ends_in_dioptres(found.info.get("metadata") or {})
+    if low is not None and high is not None and 0 <= low < high:
         dioptres = (low + values / full_scale * (high - low)).astype(np.float32)
         why = f"The photo carries it inside, as disparity from {low:g} to {high:g} dioptres."
         return InnerDepth(dioptres, "inverse", why)
     why = "The photo carries it inside, as disparity, white near."
     return InnerDepth(values, "disparity", why, full_scale)
+
+
+def _ends_in_dioptres(told: dict[str, Any]) -> tuple[float | None, float | None]:
+    """1/z of black and of white, where the file tells them; phones count disparity in 1/m."""
+    if told.get("representation_type", _UNIFORM_INVERSE_Z) not in _EVEN_OVER_INVERSE_Z:
+        return None, None
+    near_m, far_m = told.get("z_near"), told.get("z_far")
+    if near_m and far_m:
+        return 1 / far_m, 1 / near_m
+    return told.get("d_min"), told.get("d_max")
 
 
 def _xmp_of(segments: Any) -> str:

@@ -62,10 +62,10 @@ def picture_info(path: Path) -> tuple[tuple[int, int], dict[str, Any]]:
         height, width = _array(path).shape[:2]
         return (width, height), {}
     with _refusals(path), _opened(path) as image:
-        if image is None:
+        if image is None:  # floating point, for all others are known to Pillow
             height, width = _by_openimageio(path).shape[:2]
-            return (width, height), {}
-        return image.size, _info(image)
+            return (width, height), {"is_light": True}
+        return image.size, _info(image) | {"is_light": image.mode == "F"}
 
 
 @contextlib.contextmanager
@@ -73,6 +73,8 @@ def _opened(path: Path) -> Iterator[Image.Image | None]:
     """The file with its pixels unread; None for a kind that Pillow does not know."""
     if path.suffix.lower() in _HEIC:
         _with_heic(path)
+    if not path.is_file():  # to open a pipe is to wait for whoever writes to it
+        raise unreadable(path)
     with path.open("rb"):  # what cannot be opened is told by the name of the reason
         pass
     try:

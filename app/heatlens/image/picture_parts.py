@@ -42,12 +42,14 @@ class ToldOfPicture:
     full_scale  white of a depth in whole numbers, None for floating point
     convention  of the depth, where the file tells it; None where it does not
     why         one sentence: how it is known
+    is_for_the_eye  it was a picture to be looked at, and no light
     """
 
     notes: tuple[str, ...] = ()
     full_scale: float | None = None
     convention: DepthConvention | None = None
     why: str = ""
+    is_for_the_eye: bool = False
 
 
 def told_of(header: Header) -> ToldOfPicture | None:
@@ -92,7 +94,7 @@ def depth_parts(path: Path) -> list[Part]:
 def picture_header(path: Path) -> Header:
     """The header of `color_parts` without the pixels."""
     size, info = picture_info(path)
-    return _header((), size, info, ToldOfPicture())
+    return _header((), size, info, ToldOfPicture(is_for_the_eye=not info.get("is_light")))
 
 
 def _part(channels: dict[str, FloatImage], raw: RawPicture, told: ToldOfPicture) -> Part:

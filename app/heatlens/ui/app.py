@@ -274,16 +274,17 @@ class App:
         """Go on for a moment with the whole picture, else with the frames of the pull."""
         self.turns.work()
 
+    @property
+    def wants_frames(self) -> bool:
+        """A gesture waits to become a step, or a shot to be saved: frames of the window do it."""
+        return self.editing.is_unsettled or self.documents.is_behind
+
     def seconds_until_needed(self) -> float | None:
         """How long the loop may sleep without an event; None: until there is one."""
-        waits: list[float | None] = []
-        if self.editing.is_unsettled or self.documents.is_behind:
-            waits.append(0.1)
-        if self.message:
-            waits.append(_MESSAGE_S)
+        waits: list[float | None] = [0.1] if self.wants_frames else []
+        waits += [_MESSAGE_S] if self.message else []
         waits += [self.turns.seconds_until_needed(), self.timeline.seconds_until_needed()]
-        known = [wait for wait in waits if wait is not None]
-        return min(known) if known else None
+        return min((wait for wait in waits if wait is not None), default=None)
 
     def close(self) -> None:
         """End threads; the GPU's things go with its context."""

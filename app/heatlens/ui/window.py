@@ -26,6 +26,7 @@ from heatlens.ui.stop_signals import StopSignals
 _SIZE = 1600, 900
 _FRAMES_AFTER_EVENT = 3  # ImGui needs up to so many to come to rest: hover, layout, focus
 _TOOLTIP_S = 0.6  # one more frame so long after the last event: tooltips wait for it
+_PULSE_S, _AFTER_EVENT_S = 0.25, 1.5  # between frames of the window while it works, after an event
 _CURSOR_S = 0.4  # the cursor of a text field blinks
 _HELP = (
     "`heatlens render` works without a display; on Debian or Ubuntu a window needs an X server or "
@@ -95,7 +96,7 @@ class Loop:
     def __init__(self, window: Any, start: Start, preferences: Preferences) -> None:
         self._window = window
         self._frames_due = _FRAMES_AFTER_EVENT
-        self._event_at = 0.0
+        self._event_at = self._drawn_at = 0.0
         self._ctx = moderngl.create_context(require=430)
         imgui.create_context()
         self._watch_events()
@@ -112,7 +113,7 @@ class Loop:
         app = self._app
         while not (glfw.window_should_close(self._window) or app.is_over or stops.number):
             self._wait()
-            if app.timeline.is_due:
+            if app.timeline.is_due or self._is_pulse_due():
                 self._frames_due = max(self._frames_due, 1)
             if self._frames_due > 0:
                 self._frames_due -= 1
@@ -125,6 +126,15 @@ class Loop:
         imgui.backends.opengl3_shutdown()
         imgui.backends.glfw_shutdown()
         imgui.destroy_context()
+
+    def _is_pulse_due(self) -> bool:
+        """While there is always something to work on, what comes a while after an event, such as a
+        tooltip or the end of a gesture, needs a frame of the window now and then."""
+        now, app = time.perf_counter(), self._app
+        if not app.turns.is_working or now - self._drawn_at < _PULSE_S:
+            return False
+        is_typing = imgui.get_io().want_text_input
+        return is_typing or app.wants_frames or now - self._event_at < _AFTER_EVENT_S
 
     def _wait(self) -> None:
         """Take events; sleep for one where there is nothing to do."""
@@ -163,7 +173,7 @@ class Loop:
         return min(known) if known else None
 
     def _draw(self) -> None:
-        start = time.perf_counter()
+        start = self._drawn_at = time.perf_counter()
         app, before = self._app, self._app.live.version
         imgui.backends.opengl3_new_frame()
         imgui.backends.glfw_new_frame()

@@ -179,8 +179,9 @@ class RenderedPull:
     @property
     def has_work(self) -> bool:
         """A frame could be rendered now, if the user rests."""
-        is_playing = bool(self._app.timeline.playback.direction)
-        if is_playing or not self.is_on:
+        timeline = self._app.timeline
+        is_busy = timeline.playback.direction or timeline.scene_mark_tracks.is_due
+        if is_busy or not self.is_on:
             return False
         if self._next() is None:
             return self.screen.has_work

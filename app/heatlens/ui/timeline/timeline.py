@@ -55,7 +55,7 @@ class Timeline:
         self.track = FocusTrack()
         self.heights: tuple[float, float] | None = None  # places that the curve shows
         self._mark_tracks = MarkTracks()
-        self._scene_mark_tracks = SceneMarkTracks(app)
+        self.scene_mark_tracks = SceneMarkTracks(app)
         self._states = FrameStates()
         self.direction: Literal[1, -1] = 1  # in which it moved last
         self._said = ""
@@ -146,7 +146,7 @@ class Timeline:
     def mark_tracks(self) -> tuple[MarkTrack, ...]:
         """How far marked things are: of files at the frames in memory, of scenes once measured."""
         if self._app.has_scene:
-            return self._scene_mark_tracks.tracks()
+            return self.scene_mark_tracks.tracks()
         return self._mark_tracks.tracks(self.cache, self.runs(), self._app.shot.marks)
 
     @property
@@ -226,7 +226,7 @@ class Timeline:
         """Once a frame of the window: the playhead moves on, and its plate is asked for."""
         app = self._app
         self.marks.poll()
-        self._scene_mark_tracks.poll()
+        self.scene_mark_tracks.poll()
         self._show()
         if self.playback.direction:
             now, rate = app.editing.frame, app.shot.frames_per_second
@@ -285,7 +285,7 @@ class Timeline:
             waits.append(self.playback.seconds_until_due(self._app.shot.frames_per_second))
         if self.cache is not None and self.is_shown:
             waits.append(_BEHIND_S if self._states.is_behind(self.cache, self._news) else None)
-        if self._scene_mark_tracks.is_due:
+        if self.scene_mark_tracks.is_due:
             waits.append(_NEXT_SLICE_S)
         known = [wait for wait in waits if wait is not None]
         return min(known) if known else None

@@ -1,0 +1,189 @@
+"""The formats that are fuzzed: whole files to begin with, and what reading a damaged one must give.
+
+Each reader raises HeatlensError or returns arrays that must all be finite.
+"""
+
+from collections.abc import Callable, Iterable
+from dataclasses import astuple, dataclass
+from pathlib import Path
+
+import numpy as np
+import OpenEXR
+
+from cameras import moving_camera
+from exr_files import distances, rgb, tiled_header, write_file, write_parts
+from gltf_files import encoded, square_scene
+from heatlens.camera.camera_file import write_camera
+from heatlens.camera.csv_camera import read_csv_camera
+from heatlens.camera.json_camera import read_json_camera
+from heatlens.camera.usd_read import usd_camera
+from heatlens.color.color_config import load_color_config
+from heatlens.errors import HeatlensError
+from heatlens.image.camera_header import lens_attributes
+from heatlens.image.plate_read import read_plate
+from heatlens.image.shot_file import read_shot, write_shot
+from heatlens.image.tev_images import TevImages
+from heatlens.image.tev_protocol import PacketStream, TevPacketError, TevStreamError, message_of
+from heatlens.model.lens import Lens
+from heatlens.model.shot import Shot
+from heatlens.scene.scene import Scene
+from heatlens.scene.scene_read import read_scene
+from heatlens.scene.usd.usd_scene_read import usd_scene
+from shots_of_tests import worked_on
+from test_scene_read_mesh import MTL, OBJ, PIXELS, PLY, STL
+from test_tev_fuzz import GOOD
+
+Arrays = Iterable[np.ndarray]
+
+
+@dataclass(frozen=True)
+class Format:
+    """Whole files by their names, written into a folder, and how one of them is read."""
+
+    write: Callable[[Path], list[Path]]
+    read: Callable[[Path], Arrays]
+
+
+def _exr(folder: Path) -> list[Path]:
+    channels = {n: v / 7 for n, v in rgb(12, 16).items()} | {"Z": distances(12, 16)}
+    header = lens_attributes(50.0, 2.0, 2.24, 36.0, 24.0)
+    found = []
+    for name in (n for n in dir(OpenEXR) if n.endswith("_COMPRESSION")):
+        path, kind = folder / f"{name.split('_')[0].lower()}.exr", getattr(OpenEXR, name)
+        found.append(write_file(path, channels, compression=kind, **header))
+    found.append(write_file(folder / "tiled.exr", channels, **tiled_header(), **header))
+    color, depth = ({"name": "rgb"}, rgb(12, 16)), ({"name": "depth"}, {"Z": distances(12, 16)})
+    return [*found, write_parts(folder / "parts.exr", color, depth)]
+
+
+def _deep(folder: Path) -> list[Path]:
+    """Two samples in each pixel."""
+    samples = np.empty((6, 8), dtype=object)
+    for at in np.ndindex(6, 8):
+        samples[at] = np.array([1.0, 2.0], np.float32)
+    header = {"type": OpenEXR.deepscanline, "compression": OpenEXR.ZIPS_COMPRESSION}
+    OpenEXR.File(header, {n: samples.copy() for n in "RGBAZ"}).write(str(folder / "deep.exr"))
+    return [folder / "deep.exr"]
+
+
+def _plate(path: Path) -> Arrays:
+    plate = read_plate(path)
+    depth = plate.coc_px if plate.depth_m is None else plate.depth_m
+    assert depth is not None
+    return plate.color, depth[~np.isinf(depth)]
+
+
+def _meshes(scene: Scene) -> Arrays:
+    for mesh in scene.meshes:
+        yield from (mesh.positions_m, mesh.normals, mesh.uvs)
+        assert mesh.triangles.size == 0 or mesh.triangles.max() < len(mesh.positions_m)
+    yield scene.transforms_at(1)
+
+
+def _beside(name: str, data: bytes) -> Callable[[Path], list[Path]]:
+    def write(folder: Path) -> list[Path]:
+        (folder / "a.mtl").write_text(MTL)
+        (folder / "pic.png").write_bytes(encoded(PIXELS))
+        (folder / name).write_bytes(data)
+        return [folder / name]
+
+    return write
+
+
+def _materials(folder: Path) -> list[Path]:
+    """What an OBJ names is damaged, and the OBJ read."""
+    return [_beside("a.obj", OBJ.encode())(folder)[0].with_name("a.mtl")]
+
+
+def _gltf(folder: Path) -> list[Path]:
+    (folder / "a.glb").write_bytes(square_scene().glb())
+    (folder / "a.gltf").write_bytes(square_scene().gltf())
+    return [folder / "a.glb", folder / "a.gltf"]
+
+
+def _usd(folder: Path) -> list[Path]:
+    stage = (Path(__file__).parent / "stage.usda").read_text()
+    (folder / "a.usda").write_text(stage)
+    write_camera(folder / "b.usda", moving_camera())
+    write_camera(folder / "c.usdc", moving_camera())
+    return [folder / "a.usda", folder / "b.usda", folder / "c.usdc"]
+
+
+def _camera(suffix: str) -> Callable[[Path], list[Path]]:
+    def write(folder: Path) -> list[Path]:
+        write_camera(folder / f"cam{suffix}", moving_camera())
+        return [folder / f"cam{suffix}"]
+
+    return write
+
+
+def _shot(folder: Path) -> list[Path]:
+    write_shot(folder / "s.heatlens.json", worked_on(Shot(Lens(50.0, 2.0, 2.0, 36.0))))
+    return [folder / "s.heatlens.json"]
+
+
+def _numbers(values: Iterable[object]) -> Arrays:
+    told = [value for value in values if isinstance(value, float)]
+    return [np.array([value for value in told if value != np.inf])]
+
+
+def _lens_numbers(path: Path) -> Arrays:
+    return _numbers(astuple(read_shot(path).lens))
+
+
+def _ocio(folder: Path) -> list[Path]:
+    (folder / "c.ocio").write_bytes((Path(__file__).parent / "config.ocio").read_bytes())
+    return [folder / "c.ocio"]
+
+
+def _config(path: Path) -> Arrays:
+    config = load_color_config(str(path))
+    for display in config.displays():
+        config.views(display)
+    config.input_spaces()
+    return ()
+
+
+def _tev(folder: Path) -> list[Path]:
+    (folder / "stream").write_bytes(b"".join(GOOD))
+    return [folder / "stream"]
+
+
+def _stream(path: Path) -> Arrays:
+    """As the server takes what a stranger sends."""
+    images, stream, rest = TevImages(max_values=1 << 16), PacketStream(), path.read_bytes()
+    try:
+        while rest:
+            wanted = max(stream.wanted, 1)
+            packet = stream.feed(rest[:wanted])
+            rest = rest[wanted:]
+            if packet is not None:
+                images.apply(message_of(packet))
+    except (TevPacketError, TevStreamError) as error:
+        raise HeatlensError(str(error)) from error
+    return ()
+
+
+FORMATS = {
+    "exr": Format(_exr, _plate),
+    "deep": Format(_deep, _plate),
+    "gltf": Format(_gltf, lambda path: _meshes(read_scene(path))),
+    "obj": Format(_beside("a.obj", OBJ.encode()), lambda path: _meshes(read_scene(path))),
+    "mtl": Format(_materials, lambda path: _meshes(read_scene(path.with_name("a.obj")))),
+    "ply": Format(_beside("a.ply", PLY), lambda path: _meshes(read_scene(path))),
+    "stl": Format(_beside("a.stl", STL), lambda path: _meshes(read_scene(path))),
+    "usd": Format(_usd, lambda path: _meshes(usd_scene(str(path)))),
+    "usd-camera": Format(
+        lambda folder: _usd(folder)[1:],
+        lambda path: _numbers(usd_camera(str(path)).focal_length_mm or ()),
+    ),
+    "camera-json": Format(
+        _camera(".json"), lambda path: _numbers(read_json_camera(path).focal_length_mm or ())
+    ),
+    "camera-csv": Format(
+        _camera(".csv"), lambda path: _numbers(read_csv_camera(path).focal_length_mm or ())
+    ),
+    "shot": Format(_shot, _lens_numbers),
+    "ocio": Format(_ocio, _config),
+    "tev": Format(_tev, _stream),
+}
