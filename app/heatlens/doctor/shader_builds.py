@@ -41,7 +41,8 @@ def _strategy_builds(system: LineSystem) -> list[Build]:
     sweep: Build = (_SWEEP, {"LINES_PER_GROUP": lines, "BLOCK": SweepSolver.BLOCK, "STRIPS": 1})
     shapes = (PartitionSolver.shape(system, length) for length in _LENGTHS_PX)
     partition: list[Build] = [(_PARTITION, dict(shape)) for shape in shapes]
-    return [sweep, *partition, *((_CYCLIC, {"STAGE": stage}) for stage in _STAGES)]
+    cyclic: list[Build] = [(_CYCLIC, {"STAGE": stage}) for stage in _STAGES]
+    return [sweep, *partition, *cyclic]
 
 
 def pass_builds() -> list[Build]:
