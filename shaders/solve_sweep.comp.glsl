@@ -1,14 +1,14 @@
 // A line solved by one invocation: forward elimination, backward substitution, all poles at once.
 // The least arithmetic of all strategies; right where a few wide cores run a line each.
 //
-// In network form (no diagonal is ever formed, so nothing cancels beside a wide blur):
-//   u_i = g_i + b_(i-1) t_(i-1)      t_i = u_i / (u_i + b_i)
-//   s_i = (r_i + b_(i-1) s_(i-1)) / (u_i + b_i)
-//   y_i = s_i + b_i / (u_i + b_i) y_(i+1)
+// In network form: eliminating a pixel hands the share w_i of its heat capacity and of its source on to
+// the next one. No diagonal is ever formed, so nothing cancels beside a wide blur:
+//   u_i = g_i + w_(i-1) u_(i-1)      s_i = r_i + w_(i-1) s_(i-1)      w_i = b_i / (u_i + b_i)
+//   y_i = s_i / (u_i + b_i) + w_i y_(i+1)
 //
-// Memory costs a processor more than arithmetic: the way forward keeps s and t only once a BLOCK of
-// pixels, and the way back eliminates each block again, in registers. Tiles that the mask leaves out
-// are neither read nor written; nothing flows into them.
+// Memory costs a processor more than arithmetic: the way forward keeps what is handed on only once a
+// BLOCK of pixels, and the way back eliminates each block again, in registers. Tiles that the mask leaves
+// out are neither read nor written; nothing flows into them.
 //
 // SYSTEM names the network, a lib file, which gives every strategy:
 //   Input         what it reads of a pixel: input_at
@@ -27,23 +27,30 @@
 layout(local_size_x = LINES_PER_GROUP) in;
 
 layout(std430, binding = 0) buffer sweep_value_block { Value s_buf[]; };
-layout(std430, binding = 1) buffer sweep_link_block { Num t_buf[]; };
+layout(std430, binding = 1) buffer sweep_heat_block { Num u_buf[]; };
 
 #define BLOCKS_PER_LINE ((line_length + BLOCK - 1) / BLOCK)
 
 // Of functions below: what they do with each pole, or with each pixel of a block.
-#define ELIMINATE_POLE(p) eliminate_pole(front, at.here, r, at.b_in, b_out, p, w[p]);
-#define FORGET_POLE(p) front.s[p] = ZERO_VALUE; front.t[p] = ZERO_NUM;
-#define KEEP_POLE(p) s_buf[kept_at(slot, i, p)] = front.s[p]; t_buf[kept_at(slot, i, p)] = front.t[p];
-#define TAKE_POLE(p) front.s[p] = s_buf[kept_at(slot, i, p)]; front.t[p] = t_buf[kept_at(slot, i, p)];
-#define SUBSTITUTE_POLE(p) y[p] = gone.s[p] + mul(gone.w[p], y[p]); add_pole(o, p, y[p]);
-#define ELIMINATE_AGAIN(j) eliminate(front, at, line, run, first + j, gone[j].w); gone[j].s = front.s;
+#define ELIMINATE_POLE(p) eliminate_pole(front, at.here, source(r, p), b_out, p, gone);
+#define FORGET_POLE(p) front.source[p] = ZERO_VALUE; front.heat[p] = ZERO_NUM;
+#define KEEP_POLE(p) s_buf[kept_at(slot, i, p)] = front.source[p]; u_buf[kept_at(slot, i, p)] = front.heat[p];
+#define TAKE_POLE(p) front.source[p] = s_buf[kept_at(slot, i, p)]; front.heat[p] = u_buf[kept_at(slot, i, p)];
+#define SUBSTITUTE_POLE(p) y[p] = mul(gone.inverse[p], gone.s[p]) + mul(gone.w[p], y[p]); add_pole(o, p, y[p]);
+#define ELIMINATE_AGAIN(j) eliminate(front, at, line, run, first + j, gone[j]);
 #define SUBSTITUTE(j) substitute(gone[j], y, pixel_at(line, first + j), first + j < run.end);
 #define CLEAR_POLE(p) y[p] = ZERO_VALUE;
 
-struct Front {  // of the elimination: what has gone before a pixel
+// What the pixels before hand on.
+struct Front {
+    Value source[POLES];
+    Num heat[POLES];
+};
+
+// A pixel as it was eliminated.
+struct Eliminated {
     Value s[POLES];
-    Num t[POLES];
+    Num inverse[POLES], w[POLES];
 };
 
 struct Run {  // pixels joined to each other, as far as a tile knows of them
@@ -85,17 +92,19 @@ Place place_at(int line, Run run, int i) {
     return at;
 }
 
-void eliminate_pole(inout Front front, Input here, Source r, float b_in, float b_out, int p, out Num w) {
-    Num from_before = flow(p, b_in), to_next = flow(p, b_out);
-    Num u = num(specific_heat(here)) + mul(from_before, front.t[p]);
-    Num inverse_sum = inverted(u + to_next);
-    front.s[p] = mul(inverse_sum, source(r, p) + mul(from_before, front.s[p]));
-    front.t[p] = mul(u, inverse_sum);
-    w = mul(to_next, inverse_sum);
+void eliminate_pole(inout Front front, Input here, Value r, float b_out, int p, inout Eliminated gone) {
+    Num to_next = flow(p, b_out), u = num(specific_heat(here)) + front.heat[p];
+    Value s = r + front.source[p];
+    Num inverse = inverted(u + to_next), w = mul(to_next, inverse);
+    gone.s[p] = s;
+    gone.inverse[p] = inverse;
+    gone.w[p] = w;
+    front.source[p] = mul(w, s);
+    front.heat[p] = mul(w, u);
 }
 
-// Eliminate pixel i, and go on to the next; w is what its answer takes of the next one's.
-void eliminate(inout Front front, inout Place at, int line, Run run, int i, out Num w[POLES]) {
+// Eliminate pixel i, and go on to the next.
+void eliminate(inout Front front, inout Place at, int line, Run run, int i, inout Eliminated gone) {
     Input after = input_in(line, run, i + 1);
     float b_out = i + 1 < run.end ? conductance(at.here, after) : 0.0;
     Source r = source_of(at.before, at.here, after, at.b_in, b_out);
@@ -120,7 +129,7 @@ void take(out Front front, int slot, int i) {
 void eliminate_forward(int line, int slot, int tiles) {
     Front front;
     Place at;
-    Num w[POLES];
+    Eliminated gone;
     for (int tile = 0; tile < tiles; ++tile) {
         int blocks = blocks_of(line, tile);
         Run run = run_of(line, tile);
@@ -131,16 +140,10 @@ void eliminate_forward(int line, int slot, int tiles) {
                 at = place_at(line, run, first);
             }
             keep(front, slot, first);
-            for (int j = 0; j < BLOCK; ++j) eliminate(front, at, line, run, first + j, w);
+            for (int j = 0; j < BLOCK; ++j) eliminate(front, at, line, run, first + j, gone);
         }
     }
 }
-
-// A pixel as it was eliminated.
-struct Eliminated {
-    Value s[POLES];
-    Num w[POLES];
-};
 
 void substitute(Eliminated gone, inout Value y[POLES], ivec2 at, bool is_inside) {
     Output o;
