@@ -168,7 +168,7 @@ def test_work_is_kept_before_a_fault_is_said(reports, gui, tmp_path, monkeypatch
     gui.until(lambda: not app.documents._writing, "the file")
     app.edit_lens(replace(app.lens, f_stop=1.25))
     monkeypatch.setattr(app.making, "wish", broken)
-    app.update_picture()
+    app.turns.update()
     assert "The picture could not be made; this is a fault" in app.message
     assert read_shot(autosave_path(path)).lens.f_stop == 1.25
     assert read_shot(path).lens.f_stop != 1.25
