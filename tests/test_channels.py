@@ -134,7 +134,14 @@ def stereo_parts(*names, view=True):
 
 EYES = ("rgba_right", "rgba_left", "depth_left", "depth_right")
 ONE_PART = header("R", "G", "B", "Z", "right.R", "right.G", "right.B", "right.Z")
+BLENDER_STEREO = [
+    header(*(f"ViewLayer.{layer}.{c}" for c in names), part=f"ViewLayer.{layer}-{eye}")
+    | {"view": eye}
+    for layer, names in (("Combined", "RGBA"), ("Depth", "Z"))
+    for eye in ("left", "right")
+]
 STEREO = [
+    BLENDER_STEREO,
     stereo_parts(*EYES),
     stereo_parts(*reversed(EYES)),
     stereo_parts(*EYES, view=False),
@@ -153,6 +160,13 @@ def test_the_colour_of_an_eye_has_the_depth_of_that_eye(headers, eye):
     assert color.view == depth.view == (eye or "left").lower()
     note = "left and right: left is taken; --eye right takes the other"
     assert any(note in said for said in color.notes) == (eye is None)
+
+
+def test_blender_names_a_part_after_its_view_too():
+    color = choose_color(FILE, BLENDER_STEREO, None, "right")
+    assert color.layer == "ViewLayer.Combined-right"
+    depth = choose_depth(FILE, BLENDER_STEREO, None, color, False)
+    assert depth.full_name == "ViewLayer.Depth-right.Z"
 
 
 def test_a_layer_of_the_other_eye_brings_its_own_depth():

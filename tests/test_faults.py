@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+import threading
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,7 +17,13 @@ from heatlens import faults
 from heatlens.commands import info
 from heatlens.commands.main import main
 from heatlens.errors import FaultError, InputError
-from heatlens.faults import faults_told, report_folder, told_error, write_report
+from heatlens.faults import (
+    faults_told,
+    report_folder,
+    report_from_threads,
+    told_error,
+    write_report,
+)
 from heatlens.image.shot_file import autosave_path, read_shot, write_shot
 from heatlens.model.lens import Lens
 from heatlens.model.shot import Shot
@@ -125,6 +132,15 @@ def test_whatever_a_job_raises_is_told(reports, expects_faults):
     assert background.poll() is None
 
 
+def test_a_thread_that_fails_prints_no_traceback(reports, monkeypatch, capfd, expects_faults):
+    monkeypatch.setattr(threading, "excepthook", threading.excepthook)
+    report_from_threads()
+    thread = threading.Thread(target=broken)
+    thread.start()
+    thread.join()
+    assert capfd.readouterr() == ("", "") and "in broken" in report_in(reports)
+
+
 # The window
 
 
@@ -151,8 +167,8 @@ def test_work_is_kept_before_a_fault_is_said(reports, gui, tmp_path, monkeypatch
     app.documents.save_as(path)
     gui.until(lambda: not app.documents._writing, "the file")
     app.edit_lens(replace(app.lens, f_stop=1.25))
-    monkeypatch.setattr(app.making, "work", broken)
-    app.work()
+    monkeypatch.setattr(app.making, "wish", broken)
+    app.turns.update()
     assert "The picture could not be made; this is a fault" in app.message
     assert read_shot(autosave_path(path)).lens.f_stop == 1.25
     assert read_shot(path).lens.f_stop != 1.25

@@ -98,5 +98,4 @@ def test_an_idle_window_is_closed_by_a_signal(tmp_path: Path, number, code):
         said = window.process.communicate(timeout=60)
     finally:
         screen.close()
-    assert window.process.returncode == code
-    assert said == ("", "heatlens: stopped\n")
+    assert (window.process.returncode, *said) == (code, "", "heatlens: stopped\n")

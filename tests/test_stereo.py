@@ -72,10 +72,13 @@ def test_distances_along_mitsubas_rays_become_depth(tmp_path):
 
 
 def test_a_deep_file_that_the_library_cannot_open_is_called_deep(tmp_path):
+    """Deep files say since OpenEXR 3.0 how their samples lie, in an entry that it cannot read."""
+    flat = write_file(tmp_path / "flat.exr", rgb() | {"Z": rgb()["R"]}).read_bytes()
+    entry = b"deepImageState\0deepImageState\0\x01\0\0\0\x01"
     path = tmp_path / "deep.exr"
-    path.write_bytes(b"\x76\x2f\x31\x01" + (2 | 1 << 11).to_bytes(4, "little") + b"\0" * 40)
+    path.write_bytes(flat[:5] + bytes([flat[5] | 8]) + flat[6:8] + entry + flat[8:])
     with pytest.raises(InputError, match=r"deep samples.*flatten"):
         read_plate(path)
-    path.write_bytes(b"\x76\x2f\x31\x01" + (2).to_bytes(4, "little") + b"\0" * 40)
+    path.write_bytes(flat[:8] + entry + flat[8:])
     with pytest.raises(InputError, match="damaged"):
         read_plate(path)

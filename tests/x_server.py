@@ -31,10 +31,15 @@ class Screen:
             stderr=subprocess.DEVNULL,
         )
         os.close(write)
+        self.started: list[subprocess.Popen[str]] = []
         with os.fdopen(read) as pipe:
             self.display = f":{pipe.readline().strip()}"
 
     def close(self) -> None:
+        """Also what tests that failed left open: its warning would fall into another test."""
+        for process in self.started:
+            process.kill()
+            process.communicate()
         self._server.terminate()
         self._server.wait(WAIT_S)
 
@@ -66,6 +71,7 @@ class Window:
         }
         environment.pop("WAYLAND_DISPLAY", None)
         self.process = started(*words, env=environment)
+        screen.started.append(self.process)
         self.id = ""
         self.until(self._is_shown, "a picture in the window")
 
@@ -87,8 +93,10 @@ class Window:
         self.until(lambda: self.screen.picture().tobytes() != before, f"an answer to {words}")
 
     def keys(self, *keys: str) -> None:
-        self.screen.hand("windowfocus", "--sync", self.id)
-        time.sleep(STEP_S)
+        # A change of focus makes ImGui forget the keys of that frame, long on a slow machine.
+        if self.screen.hand("getwindowfocus") != self.id:
+            self.screen.hand("windowfocus", "--sync", self.id)
+            time.sleep(1.0)
         self.screen.hand("key", "--delay", 60, *keys)
         time.sleep(STEP_S)
 

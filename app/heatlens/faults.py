@@ -74,6 +74,16 @@ def write_report(error: BaseException) -> Path | None:
         return _written[place]
 
 
+def report_from_threads() -> None:
+    """Have a thread that fails write a report, where Python would print its traceback."""
+    threading.excepthook = _of_thread
+
+
+def _of_thread(args: threading.ExceptHookArgs) -> None:
+    if args.exc_value is not None:
+        write_report(args.exc_value)
+
+
 def report_folder(environ: Mapping[str, str], system: str = sys.platform) -> Path:
     """Return where reports are kept: as the system wants it, or where HEATLENS_LOG_DIR says."""
     if environ.get("HEATLENS_LOG_DIR"):

@@ -54,6 +54,21 @@ def unfinished(path: str | os.PathLike[str]) -> Iterator[None]:
         _write(_FINISHED, path)
 
 
+@contextmanager
+def temporary_folder() -> Iterator[Path]:
+    """A new folder among the temporary files, which goes however the block ends."""
+    import shutil
+    import tempfile
+
+    path = Path(tempfile.gettempdir()) / f"heatlens-{os.urandom(8).hex()}"
+    with unfinished(path):
+        path.mkdir(mode=0o700)
+        try:
+            yield path
+        finally:
+            shutil.rmtree(path, ignore_errors=True)
+
+
 def folder_made(path: str | os.PathLike[str]) -> None:
     """Have the folder `path` removed at the end of a stopped process, if it is empty."""
     _write(_MADE, path)

@@ -5,7 +5,7 @@ from formats import FORMATS
 from run import badly_answered, fuzzed
 
 SEED = 20060106
-SHORT_S = 3.0
+SHORT_S = 2.0
 
 
 @pytest.mark.parametrize("name", FORMATS)

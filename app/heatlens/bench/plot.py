@@ -9,6 +9,7 @@ from heatlens.bench.methods import MethodReport
 from heatlens.bench.plot_panels import error_panel, time_panel, trade_panel
 from heatlens.errors import InputError
 from heatlens.image.atomic_file import replacing
+from heatlens.image.output_check import check_writable
 
 PLOT_SUFFIXES = (".png", ".svg")
 
@@ -34,6 +35,7 @@ def check_plot(path: Path) -> None:
         raise InputError(f"{path}: a plot must end in {' or '.join(PLOT_SUFFIXES)}.")
     if not path.parent.is_dir():
         raise InputError(f"{path}: there is no folder {path.parent}.")
+    check_writable(path)
     figure_class()
 
 

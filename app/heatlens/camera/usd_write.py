@@ -3,9 +3,7 @@
 Focus at infinity, for which renderers have no common sign, is INFINITE_M away.
 """
 
-import tempfile
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 from heatlens.camera.placement import camera_to_world
@@ -13,7 +11,7 @@ from heatlens.camera.samples import CameraSamples, finite_m
 from heatlens.camera.usd_units import METERS_PER_UNIT, millimetres
 from heatlens.image.quiet import quiet_library
 from heatlens.image.usd_library import usd_module
-from heatlens.stopping import unfinished
+from heatlens.stopping import temporary_folder
 
 SQUEEZE = "heatlens:squeeze"  # UsdGeomCamera has no word for it
 
@@ -29,8 +27,8 @@ def usd_bytes(
 ) -> bytes:
     """The file: text for .usda, binary for .usd and .usdc. Raises InputError without OpenUSD."""
     stage = _stage(camera, meters_per_unit)
-    with tempfile.TemporaryDirectory() as folder, unfinished(folder), quiet_library():
-        path = Path(folder) / f"camera{suffix}"
+    with temporary_folder() as folder, quiet_library():
+        path = folder / f"camera{suffix}"
         stage.GetRootLayer().Export(str(path))
         return path.read_bytes()
 

@@ -47,7 +47,9 @@ def main() -> int:
 
 def _work() -> int:
     from heatlens.commands.main import main as run
+    from heatlens.faults import report_from_threads
 
+    report_from_threads()
     if not sys.warnoptions:  # lines of source, and of libraries, are not for people
         warnings.simplefilter("ignore")
 

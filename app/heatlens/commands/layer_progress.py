@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TextIO
 
+from heatlens.commands.export_progress import time_text
 from heatlens.commands.say import shows_progress
 from heatlens.model.shot import Shot
 from heatlens.render import FrameRenderer
@@ -49,8 +50,11 @@ def view_progress(shot: Shot, stream: TextIO | None = None) -> Iterator[Callable
     def tell(name: str) -> None:
         nonlocal done
         done += name in ("view", "rays")
-        if done and time.perf_counter() - start > _SILENT_S:
-            out.write(f"{_WIPE}heatlens: view {done} of {shot.defocus.views}")
+        seconds = time.perf_counter() - start
+        if done and seconds > _SILENT_S:
+            views = max(shot.defocus.views, done)
+            left = time_text(seconds / done * (views - done))
+            out.write(f"{_WIPE}heatlens: view {done} of {views}, {left} left")
             out.flush()
 
     try:

@@ -38,9 +38,7 @@ def add_lens_options(parser: argparse.ArgumentParser, can_pick: bool = True) -> 
         "--sensor-width", type=millimetres, metavar="MM", help="of the film back, in millimetres"
     )
     back.add_argument("--filmback", metavar="NAME", help='a film back by name, as "Super 35"')
-    group.add_argument(
-        "--f-stop", type=f_number, metavar="N", help="2 or f/2; smaller blurs more"
-    )
+    group.add_argument("--f-stop", type=f_number, metavar="N", help="2 or f/2; smaller blurs more")
     focus = group.add_mutually_exclusive_group()
     focus.add_argument(
         "--focus-distance", metavar="DISTANCE", help="metres, or with a unit: 190cm, 6'3\", inf"

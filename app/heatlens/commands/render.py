@@ -32,15 +32,18 @@ from heatlens.gpu.textures import FloatArray, download
 from heatlens.image.display import srgb_encoded
 from heatlens.image.exr_write import COMPRESSIONS
 from heatlens.image.kept_channels import kept_channels
+from heatlens.image.output_check import check_space
 from heatlens.image.picture_write import Encode, check_output, write_picture
 from heatlens.image.plate import Plate
 from heatlens.image.plate_read import read_plate
+from heatlens.model.framing import Framing
 from heatlens.model.settings import DefocusSettings
 from heatlens.model.shot import Shot
 from heatlens.render import FrameRenderer
 from heatlens.scene.scene_read import files_of_scene
 from heatlens.scene.scene_source import is_scene_source
 
+_PACKED = 0.1  # what is left of a picture that packs well
 _DESCRIPTION = """\
 Puts a lens in front of a pinhole plate (EXR with colour and depth) or a 3D scene (glTF, OBJ, PLY,
 USD) and writes the picture: EXR scene-linear with the lens in its header, or PNG, JPEG or TIFF for
@@ -123,6 +126,7 @@ def _render(args: argparse.Namespace) -> None:
     renderer = FrameRenderer(ctx, settled_solver(ctx))
     renderer.stopwatch.on = args.stats
     shot, frame = _loaded(args, renderer, settings)
+    _check_room(args, shot, renderer)
     read_done = time.perf_counter()
     with layer_progress(renderer), view_progress(shot) as tell:
         pixels = _pixels(args, renderer, shot, frame, tell)
@@ -168,6 +172,15 @@ def _loaded(
     say_plate(plate, lens, said, options)
     renderer.load(plate)
     return Shot(lens, settings), 0
+
+
+def _check_room(args: argparse.Namespace, shot: Shot, renderer: FrameRenderer) -> None:
+    """InputError where the disk has less room than the picture takes when it packs well."""
+    scene = renderer.scene
+    width, height = (shot.framing or Framing()).size if scene else renderer.loaded.color.size
+    values = 4 * width * height * shot.defocus.proxy**2
+    need = values * (4 if args.float else 2) * _PACKED if _is_exr(args) else 0.0
+    check_space(args.output.absolute().parent, need, "the picture")
 
 
 def _pixels(

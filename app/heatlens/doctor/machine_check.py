@@ -4,9 +4,7 @@ import importlib
 import importlib.metadata
 import os
 import platform
-import tempfile
 from collections.abc import Iterator
-from pathlib import Path
 
 import numpy as np
 
@@ -15,6 +13,7 @@ from heatlens.doctor.finding import Finding
 from heatlens.image.exr_read import read_parts
 from heatlens.image.exr_write import write_exr
 from heatlens.model.boxes import Box
+from heatlens.stopping import temporary_folder
 
 # By distribution: the module to import, and what is missing without it.
 _REQUIRED = {
@@ -76,8 +75,8 @@ def files() -> Iterator[Finding]:
     """An EXR that is written and read again, value for value."""
     values = np.linspace(-4.0, 4.0, 12, dtype=np.float32).reshape(3, 4)
     window = Box(0, 0, 4, 3)
-    with tempfile.TemporaryDirectory(prefix="heatlens-") as folder:
-        path = Path(folder) / "doctor.exr"
+    with temporary_folder() as folder:
+        path = folder / "doctor.exr"
         write_exr(path, {"Z": values}, window, window)
         ((_, channels),) = read_parts(path)
     same = np.array_equal(channels["Z"], values)

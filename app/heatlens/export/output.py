@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from heatlens.errors import InputError
+from heatlens.image.output_check import check_writable
 from heatlens.image.sequence_names import NameForm, parse_pattern
 from heatlens.stopping import folder_made
 
@@ -85,3 +86,4 @@ def make_folder(output: Output) -> None:
         raise InputError(
             f"The folder {output.folder} cannot be made: {error.strerror or error}."
         ) from error
+    check_writable(output.path_at(0))

@@ -17,6 +17,7 @@ from heatlens.export.output import make_folder
 from heatlens.export.plan import ExportPlan
 from heatlens.export.rendering import FrameRendering
 from heatlens.image.atomic_file import remove_leftovers
+from heatlens.image.output_check import check_space
 from heatlens.render import FrameRenderer
 
 Write = Callable[[RenderedFrame], None]
@@ -50,7 +51,20 @@ def export_frames(
         else:
             left.append(frame)
     if left:
-        yield from _exported(plan, tuple(left), make_renderer)
+        with closing(_exported(plan, tuple(left), make_renderer)) as steps:
+            yield from _with_room(plan, steps, len(left))
+
+
+def _with_room(
+    plan: ExportPlan, steps: Generator[FrameDone], count: int
+) -> Generator[FrameDone]:
+    """`steps`; after the first of them InputError where the disk has no room for the others."""
+    for number, done in enumerate(steps):
+        yield done
+        if number == 0 and not plan.job.output.is_movie and done.path.is_file():
+            more = count - 1
+            need = more * done.path.stat().st_size
+            check_space(done.path.parent, need, f"{more} more frames as large as the first")
 
 
 def _are_there(plan: ExportPlan) -> Iterator[bool]:
@@ -65,7 +79,7 @@ def _are_there(plan: ExportPlan) -> Iterator[bool]:
 
 def _exported(
     plan: ExportPlan, frames: tuple[PlannedFrame, ...], make_renderer: Callable[[], FrameRenderer]
-) -> Iterator[FrameDone]:
+) -> Generator[FrameDone]:
     may_be_there = not (plan.job.force or plan.job.output.is_movie)
     with (
         _files(plan) as write,

@@ -109,4 +109,7 @@ def _full_name(header: Header, key: str, many_parts: bool) -> str:
     part_name = str(header.get("name", ""))
     if not many_parts or not part_name or key.lower().startswith(f"{part_name.lower()}."):
         return key
+    plain = without_view(part_name, str(header.get("view", "")))
+    if plain and key.lower().startswith(f"{plain.lower()}."):  # Blender adds the view to the part
+        return f"{part_name}{key[len(plain) :]}"
     return f"{part_name}.{key}"

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from heatlens.errors import InputError
 from heatlens.image.display import srgb_encoded
 from heatlens.image.exr_write import lens_attributes, write_exr
+from heatlens.image.output_check import check_writable
 from heatlens.image.plate import FloatImage, Plate
 from heatlens.image.png_write import EYE_SUFFIXES, write_png
 from heatlens.model.boxes import Box
@@ -66,6 +67,7 @@ def check_output(path: Path, plate: Path, *beside: Path) -> None:
         raise InputError(f"{path}: the output must end in {' or '.join(PICTURE_SUFFIXES)}.")
     if not os.path.isdir(path.parent):
         raise InputError(f"{path}: there is no folder {path.parent}.")
+    check_writable(path)
     if os.path.isdir(path):
         raise InputError(f"{path} is a folder: give the name of a file to write.")
     if _is_same(path, plate):

@@ -24,6 +24,12 @@ class _WithoutQuietThreads:
         self.replaces = stream
         self._stream = _beside(stream) or io.StringIO()  # None in a program without a terminal
 
+    def __del__(self) -> None:
+        """Another stream took the place of the one this was made for: its copy is closed."""
+        stream = self.__dict__.get("_stream")
+        if stream is not None and stream is not self.replaces:
+            stream.close()
+
     def write(self, text: str) -> int:
         """Called by `print`."""
         return len(text) if _depth.blocks else self._stream.write(text)

@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 _EYES = ("left", "right")
-_SEPARATORS = re.compile(r"[._ ]")
+_SEPARATORS = re.compile(r"[-._ ]")
 
 
 def views_of(headers: Sequence[Mapping[str, Any]]) -> tuple[str, ...]:
@@ -43,7 +43,7 @@ def without_view(name: str, view: str) -> str:
     """A layer's name without that of its view: `rgba_left` and `left.rgba` are `rgba`."""
     if not view:
         return name
-    words = re.split(r"([._ ])", name)
+    words = re.split(r"([-._ ])", name)
     kept = [i for i in range(0, len(words), 2) if words[i].lower() != view.lower()]
     return "".join(words[i] + (words[i + 1] if i != kept[-1] else "") for i in kept)
 

@@ -10,7 +10,7 @@ from heatlens.faults import faults_told
 from heatlens.image.frame_cache import Damaged, FrameCache
 from heatlens.image.plate import Plate
 from heatlens.image.sequence import Sequence, find_sequence
-from heatlens.image.sequence_reader import SequenceReader
+from heatlens.image.sequence_reader import SequenceReader, settled_options
 from heatlens.model.plate_options import PlateOptions
 from heatlens.scene.scene_source import is_scene_source
 from heatlens.ui.picture.scene_opening import OpenedScene, opened_scene
@@ -41,6 +41,11 @@ class Opened:
     frame: int
     plate: Plate
     news: "News"
+
+    @property
+    def settled(self) -> PlateOptions:
+        """How every frame is read: as the first one was found to be."""
+        return settled_options(self.options, self.plate)
 
 
 @dataclass(frozen=True)

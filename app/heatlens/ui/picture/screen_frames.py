@@ -12,7 +12,7 @@ import moderngl
 Look = tuple[object, ...]
 Draw = Callable[[moderngl.Texture], None]
 
-_MOST_BYTES = 512 << 20
+MOST_BYTES = 512 << 20
 
 
 @dataclass(eq=False)
@@ -24,9 +24,9 @@ class _Frame:
 class ScreenFrames:
     """Textures by the key of their frame, within a bound of bytes."""
 
-    def __init__(self, ctx: moderngl.Context, most_bytes: int = _MOST_BYTES) -> None:
+    def __init__(self, ctx: moderngl.Context, most_bytes: int = MOST_BYTES) -> None:
         self._ctx = ctx
-        self._most = most_bytes
+        self.most_bytes = most_bytes
         self._held: dict[str, _Frame] = {}
         self.bytes_in_use = 0
 
@@ -39,7 +39,7 @@ class ScreenFrames:
         if key in self._held:
             return True
         kept = sum(_bytes(self._held[it].texture.size) for it in self._held if it in wanted)
-        return kept + _bytes(size) <= self._most
+        return kept + _bytes(size) <= self.most_bytes
 
     def texture(
         self, key: str, look: Look, size: tuple[int, int], wanted: Collection[str], draw: Draw
@@ -69,7 +69,7 @@ class ScreenFrames:
 
     def _make_room(self, size: tuple[int, int], wanted: Collection[str]) -> None:
         for key in [it for it in self._held if it not in wanted]:
-            if self.bytes_in_use + _bytes(size) <= self._most:
+            if self.bytes_in_use + _bytes(size) <= self.most_bytes:
                 return
             self._drop(key)
 

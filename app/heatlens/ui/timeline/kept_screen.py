@@ -13,7 +13,7 @@ from heatlens.model.view import ViewState
 from heatlens.rendered_frames.frame_filler import FrameJob
 from heatlens.rendered_frames.kept_picture import KeptPicture
 from heatlens.ui.picture.live_picture import Shown
-from heatlens.ui.picture.screen_frames import ScreenFrames
+from heatlens.ui.picture.screen_frames import MOST_BYTES, ScreenFrames
 from heatlens.ui.picture.viewport import MIPMAPS_UNDER
 
 if TYPE_CHECKING:
@@ -97,6 +97,8 @@ class KeptScreen:
         look = self._look(view, shown.texture.size)
         if self._is_slow:
             size, keys = shown.texture.size, self._app.pull.keys
+            memory = self._app.pull.store.memory
+            self._frames.most_bytes = min(MOST_BYTES, memory.limit_bytes // 2)
 
             def draw(out: moderngl.Texture) -> None:
                 self._draw(shown, look, out)

@@ -141,7 +141,7 @@ class PullJobs:
             return None
         if not self._stamps.knows(path):
             raise _NotYetError
-        return PlateFile(path, self._stamps.stamp(path), opened.options)
+        return PlateFile(path, self._stamps.stamp(path), opened.settled)
 
     def _path(self, frame: int) -> Path | None:
         """The file that is shown for a frame; None for none."""

@@ -38,14 +38,15 @@ def rendered_label(app: "App") -> None:
     words = rendered_words(app)
     if not words:
         return
-    em, short = imgui.get_font_size(), f"{len(app.pull.rendered)}/{app.pull.wanted}"
+    em, is_preview = imgui.get_font_size(), words.startswith("preview")
+    count = f"{len(app.pull.rendered)}/{app.pull.wanted}"
+    short = f"preview {count}" if is_preview else count
     imgui.same_line()
     room = imgui.get_content_region_avail().x - em
     shown = next((it for it in (words, short) if imgui.calc_text_size(it).x < room), "")
     if not shown:  # a row more would push the keys out of the panel; the bar tells it too
         imgui.new_line()
         return
-    is_preview = words.startswith("preview")
     imgui.push_style_color(imgui.Col_.text, theme.ACCENT_TEXT if is_preview else theme.DIM)
     imgui.push_style_color(imgui.Col_.button, imgui.ImVec4(0.0, 0.0, 0.0, 0.0))
     if imgui.button(f"{shown}###rendered frames"):
