@@ -41,12 +41,12 @@ class Lamps:
         split = HighlightSplitPass(ctx, BlurPass(solver))
         list(split.steps(self.color, self.coc, self.optics, scratch, self.low, self.high))
         self.taken = download(self.high)[..., :3]
-        HighlightListPass(ctx).run(self.high, self.optics, self.buffers, self.low)
+        list(HighlightListPass(ctx).steps(self.high, self.optics, self.buffers, self.low))
         kind, far, near = (new_texture(ctx, size, channels, "f2") for channels in (1, 4, 4))
         for empty in (self.out, kind, far, near):  # what a driver hands out may be anything
             empty.write(bytes(size[0] * size[1] * empty.components * int(empty.dtype[1])))
         picture = Fragments(self.color, self.coc, kind, far, near)
-        HighlightDrawPass(ctx).run(self.buffers, picture, self.optics, self.out)
+        list(HighlightDrawPass(ctx).steps(self.buffers, picture, self.optics, self.out))
 
     @property
     def count(self) -> int:

@@ -55,3 +55,14 @@ def test_a_cut_appears_before_any_pixel_reaches_it(cut_px: float) -> None:
     after = layer_cuts(np.linspace(start - 1e-3, 0, 200), 7)
     assert len(after) == len(before) + 1
     assert membership(after[-1], np.array([start - 1e-3]))[0] < 1e-4
+
+
+@given(COCS, st.integers(1, 7), st.floats(0.05, 1.0))
+def test_a_smaller_picture_is_cut_where_the_whole_one_is(coc, layers_max, proxy) -> None:
+    whole, small = layer_cuts(coc, layers_max), layer_cuts(coc * proxy, layers_max, proxy)
+    assert len(whole) == len(small)
+    for one, other in zip(whole, small, strict=True):
+        assert (one.is_farthest, one.is_nearest) == (other.is_farthest, other.is_nearest)
+        for cut, scaled in ((one.near, other.near), (one.far, other.far)):
+            if abs(cut.at_px) < 1e9:
+                assert scaled.at_px == pytest.approx(cut.at_px * proxy)

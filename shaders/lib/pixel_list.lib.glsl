@@ -7,6 +7,8 @@
 #define PIXELS_PER_GROUP 64u
 #define GROUPS_MAX 65535u  // what OpenGL promises; longer lists are walked in strides
 
+#include "lib/list_slice.lib.glsl"
+
 layout(std430, binding = PIXEL_LIST_BINDING) buffer pixel_list_block {
     uint list_groups[3];
     uint list_count;
@@ -26,6 +28,6 @@ ivec2 list_pixel(uint slot) {
 
 // What main of a later pass does with the list.
 #define FOR_EACH_LISTED(DO) \
-    for (uint slot = gl_GlobalInvocationID.x; slot < list_count; \
-         slot += gl_NumWorkGroups.x * PIXELS_PER_GROUP) \
+    for (uint slot = slice_start(list_count) + gl_GlobalInvocationID.x; \
+         slot < slice_end(list_count); slot += gl_NumWorkGroups.x * PIXELS_PER_GROUP) \
         DO(list_pixel(slot));

@@ -4,6 +4,8 @@
 // layer's size, and one of the picture's, where a tile stands for several. The order of the tiles
 // differs from run to run.
 
+#include "lib/list_slice.lib.glsl"
+
 layout(std430, binding = TILE_LIST_BINDING) buffer tile_list_block {
     uint layer_groups[3];
     uint picture_groups[3];
@@ -28,4 +30,6 @@ ivec2 listed_tile(uint slot) {
 
 // What main of a later pass does with the list.
 #define FOR_EACH_TILE(DO) \
-    for (uint slot = gl_WorkGroupID.x; slot < tile_count; slot += gl_NumWorkGroups.x) DO(listed_tile(slot));
+    for (uint slot = slice_start(tile_count) + gl_WorkGroupID.x; \
+         slot < slice_end(tile_count); slot += gl_NumWorkGroups.x) \
+        DO(listed_tile(slot));

@@ -96,7 +96,7 @@ class Frame:
         settings = self.shot.defocus
         optics = self.renderer.optics(self.shot)
         layers = layers_for(settings)
-        return 1 if layers == 1 else len(layer_cuts(optics.occupied_px * settings.proxy, layers))
+        return 1 if layers == 1 else len(layer_cuts(optics.occupied_px, layers))
 
 
 class SceneFrame(Frame):

@@ -15,6 +15,7 @@ from heatlens.gpu.program import ComputeProgram, DrawProgram, groups_for
 SPRITES_MAX = 4096
 _AREA_MAX = 24.0  # pixels drawn for each of the picture: hundreds of lamps a third of it wide
 _SURROUNDINGS_PX = 16.0  # least diameter over which a pixel's surroundings are taken
+_PIXELS_A_BAND = 1 << 17  # drawn in a step: hundreds of discs may lie over each other there
 _BLOCK, _WORKGROUP = 8, 8
 _TALLY_BYTES, _SPRITE_BYTES = 32, 32
 PLAN_BYTES = 32
@@ -109,13 +110,13 @@ class HighlightListPass:
         self._write = ComputeProgram(ctx, "highlight_sprites.comp.glsl")
         self._restore = ComputeProgram(ctx, "highlight_restore.comp.glsl")
 
-    def run(
+    def steps(
         self,
         high: moderngl.Texture,
         optics: Optics,
         buffers: HighlightBuffers,
         low: moderngl.Texture,
-    ) -> None:
+    ) -> Iterator[None]:
         """Fill the list; where it would be too long, put the lamps back into `low`."""
         size = high.size
         bound = {0: buffers.tally, 1: buffers.plan, 2: buffers.offset, 3: buffers.sprite}
@@ -124,6 +125,7 @@ class HighlightListPass:
         high_tx, scales = {"high_tx": high}, {"axis_scales": optics.axis_scales}
         restore_groups = tiles(size)
         self._count.dispatch(groups, textures=high_tx, buffers=bound, uniforms=scales)
+        yield
         self._plan.dispatch(
             (1, 1),
             buffers=bound,
@@ -135,10 +137,13 @@ class HighlightListPass:
                 "restore_groups_y": restore_groups[1],
             },
         )
+        yield
         self._write.dispatch(groups, textures=high_tx, buffers=bound, uniforms=scales)
+        yield
         self._restore.dispatch_indirect(
             buffers.plan, offset=20, textures=high_tx, images={"low_img": low}
         )
+        yield
 
 
 class HighlightDrawPass:
@@ -150,16 +155,36 @@ class HighlightDrawPass:
         self._quads: tuple[moderngl.Buffer, moderngl.VertexArray] | None = None
         self._target: tuple[moderngl.Texture, moderngl.Framebuffer] | None = None
 
-    def run(
+    def steps(
         self,
         buffers: HighlightBuffers,
         picture: Fragments,
         optics: Optics,
         color: moderngl.Texture,
+    ) -> Iterator[None]:
+        """Add every disc of the list to `color`, where `picture` does not show it hidden.
+
+        Band by band of the picture: a hundred discs a third of it wide are drawn in several steps.
+        """
+        width, height = color.size
+        rows = max(1, _PIXELS_A_BAND // width)
+        for first in range(0, height, rows):
+            self._draw_band(buffers, picture, optics, color, (0, first, width, rows))
+            yield
+
+    def _draw_band(
+        self,
+        buffers: HighlightBuffers,
+        picture: Fragments,
+        optics: Optics,
+        color: moderngl.Texture,
+        band: tuple[int, int, int, int],
     ) -> None:
-        """Add every disc of the list to `color`, where `picture` does not show it hidden."""
+        """Draw into `band` (x, y, width, height) alone, with all state set: others draw between."""
         quads = self._quads_of(buffers.sprite)
-        self._draw_into(color)
+        target = self._target_of(color)
+        target.use()
+        target.scissor = band
         self._program.bind(
             textures=picture.textures(),
             uniforms={
@@ -172,6 +197,7 @@ class HighlightDrawPass:
         self._ctx.blend_func = moderngl.ONE, moderngl.ONE
         quads.render_indirect(buffers.plan, moderngl.TRIANGLE_STRIP, 1)
         self._ctx.disable(moderngl.BLEND)
+        target.scissor = None
 
     def _quads_of(self, sprites: moderngl.Buffer) -> moderngl.VertexArray:
         if self._quads is None or self._quads[0] is not sprites:
@@ -179,16 +205,17 @@ class HighlightDrawPass:
             self._quads = (sprites, self._program.vertex_array(layout))
         return self._quads[1]
 
-    def _draw_into(self, color: moderngl.Texture) -> None:
-        """Bind `color` as the target.
+    def _target_of(self, color: moderngl.Texture) -> moderngl.Framebuffer:
+        """A framebuffer around `color`, bound if it is new.
 
         The old one is released last: moderngl would bind the window's framebuffer in its place, and
         a headless context has none.
         """
         before = self._target
-        if before is None or before[0] is not color:
-            self._target = (color, self._ctx.framebuffer([color]))
-        if self._target is not None:
-            self._target[1].use()
-        if before is not None and before is not self._target:
+        if before is not None and before[0] is color:
+            return before[1]
+        self._target = (color, self._ctx.framebuffer([color]))
+        self._target[1].use()
+        if before is not None:
             before[1].release()
+        return self._target[1]

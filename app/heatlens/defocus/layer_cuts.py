@@ -34,6 +34,7 @@ class Cut:
 
 NEARER_THAN_ALL = Cut(-_BEYOND_PX, 0.1 * _BEYOND_PX)
 FARTHER_THAN_ALL = Cut(_BEYOND_PX, 0.1 * _BEYOND_PX)
+_BEYOND = (NEARER_THAN_ALL, FARTHER_THAN_ALL)
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,11 +56,27 @@ class LayerCut:
         return self.near is NEARER_THAN_ALL
 
 
-def layer_cuts(occupied_px: npt.NDArray[np.float64], layers_max: int) -> list[LayerCut]:
+def layer_cuts(
+    occupied_px: npt.NDArray[np.float64], layers_max: int, proxy: float = 1.0
+) -> list[LayerCut]:
     """Layers for a picture with these signed coc (ascending), far to near; empty ones left out.
 
-    With fewer layers than the picture asks for, the cuts nearest to the camera go first.
+    A picture at `proxy` times the size is cut where the whole picture is, so that its layers are
+    the same. With fewer layers than the picture asks for, the cuts nearest to the camera go first.
     """
+    whole = _cuts_of_whole(occupied_px / proxy, layers_max)
+    return whole if proxy == 1.0 else [_scaled(layer, proxy) for layer in whole]
+
+
+def _scaled(layer: LayerCut, proxy: float) -> LayerCut:
+    near, far = (
+        cut if cut in _BEYOND else Cut(cut.at_px * proxy, cut.half_width_px * proxy)
+        for cut in (layer.near, layer.far)
+    )
+    return replace(layer, near=near, far=far)
+
+
+def _cuts_of_whole(occupied_px: npt.NDArray[np.float64], layers_max: int) -> list[LayerCut]:
     nearest_px, farthest_px = float(occupied_px[0]), float(occupied_px[-1])
     far_px = max(farthest_px * FAR_CUT_PART, FAR_CUT_LEAST_PX)
     far = Cut(far_px, far_px * FAR_SOFTNESS)

@@ -9,7 +9,7 @@ from heatlens.defocus.fragment_pass import Fragments
 from heatlens.defocus.layer_cuts import LayerCut
 from heatlens.defocus.layer_plan import LayerPlan
 from heatlens.defocus.line_solver import Bindings, LineSolver, LineSystem
-from heatlens.defocus.pixel_list import clear_list
+from heatlens.defocus.pixel_list import clear_list, slices
 from heatlens.defocus.plate_passes import tiles
 from heatlens.defocus.tile_mask import TileList, TileMask
 from heatlens.gpu.program import ComputeProgram, groups_for
@@ -36,23 +36,26 @@ class LayerSplitPass:
     def __init__(self, ctx: moderngl.Context) -> None:
         self._programs = _of_both_sizes(ctx, "layer_split.comp.glsl")
 
-    def run(
+    def steps(
         self, picture: Fragments, plan: LayerPlan, pixels: moderngl.Buffer, out: Layer
-    ) -> None:
+    ) -> Iterator[None]:
         """Write the layer that `plan` cuts out, at its size, and list its hidden `pixels`."""
         clear_list(pixels)
-        self._programs[plan.reduction > 1].dispatch_indirect(
-            out.listed.words,
-            offset=TileList.OF_LAYER,
-            textures=picture.textures(),
-            images={"out_layer_img": out.color, "out_state_img": out.state},
-            buffers={0: pixels, 1: out.listed.words},
-            uniforms={
-                **_limits(plan.cut),
-                "is_farthest": plan.cut.is_farthest,
-                "reduction": plan.reduction,
-            },
-        )
+        uniforms = {
+            **_limits(plan.cut),
+            "is_farthest": plan.cut.is_farthest,
+            "reduction": plan.reduction,
+        }
+        for part in slices(picture.coc.size):
+            self._programs[plan.reduction > 1].dispatch_indirect(
+                out.listed.words,
+                offset=TileList.OF_LAYER,
+                textures=picture.textures(),
+                images={"out_layer_img": out.color, "out_state_img": out.state},
+                buffers={0: pixels, 1: out.listed.words},
+                uniforms=uniforms | part,
+            )
+            yield
 
 
 def _of_both_sizes(ctx: moderngl.Context, shader: str) -> dict[bool, ComputeProgram]:
@@ -121,26 +124,29 @@ class HiddenFillPass:
         blocks = buffers | {0: scratch.blocks}
         words = groups_for(max(_words(size)), 64)
         self._all_program.dispatch((words, self._DIRECTIONS), buffers=buffers, uniforms=uniforms)
+        yield
         self._clear_program.dispatch_indirect(pixels, buffers=buffers, uniforms=uniforms)
         clear_list(scratch.blocks)
         self._block_program.dispatch_indirect(pixels, buffers=buffers, uniforms=uniforms)
         yield
-        self._cost_program.dispatch_indirect(
-            scratch.blocks,
-            textures={"layer_tx": layer.color},
-            images={"out_cost_img": scratch.cost},
-            buffers=blocks,
-            uniforms=uniforms,
-        )
-        yield
-        self._fill_program.dispatch_indirect(
-            scratch.blocks,
-            textures={"cost_tx": scratch.cost},
-            images={"layer_img": layer.color, "state_img": layer.state},
-            buffers=blocks,
-            uniforms=uniforms,
-        )
-        yield
+        for part in slices(size):
+            self._cost_program.dispatch_indirect(
+                scratch.blocks,
+                textures={"layer_tx": layer.color},
+                images={"out_cost_img": scratch.cost},
+                buffers=blocks,
+                uniforms=uniforms | part,
+            )
+            yield
+        for part in slices(size):
+            self._fill_program.dispatch_indirect(
+                scratch.blocks,
+                textures={"cost_tx": scratch.cost},
+                images={"layer_img": layer.color, "state_img": layer.state},
+                buffers=blocks,
+                uniforms=uniforms | part,
+            )
+            yield
 
 
 def _words(size: tuple[int, int]) -> tuple[int, int, int, int]:

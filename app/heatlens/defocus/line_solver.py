@@ -18,6 +18,7 @@ from heatlens.gpu.program import ComputeProgram, Image, groups_for
 
 SCRATCH_BYTES_MAX = 4 << 20  # a few lines a core; more only spills the processor's caches
 STRIP_COLUMNS, STRIP_FOLD = 8, 128  # as in lib/strips.lib.glsl
+_PIXELS_A_BAND = 1 << 17  # solved in a step: some ten milliseconds without a GPU
 _MASK_BINDING = 2  # as in the shaders of the strategies
 Axis = Literal["rows", "columns"]
 
@@ -139,7 +140,8 @@ class LineSolver(ABC):
 
     def _bands(self, system: LineSystem, length: int, lines: int) -> Iterator[tuple[int, int]]:
         per_line = max(1, sum(self._bytes_per_line(system, length)))
-        step = max(TILE, SCRATCH_BYTES_MAX // per_line // TILE * TILE)
+        most = min(SCRATCH_BYTES_MAX // per_line, _PIXELS_A_BAND // length)
+        step = max(TILE, most // TILE * TILE)
         for first in range(0, lines, step):
             yield first, min(step, lines - first)
 

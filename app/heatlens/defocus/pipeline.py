@@ -159,7 +159,7 @@ class DefocusPipeline:
             color, listed = yield from self._without_lamps(color, coc, kernel, optics)
         picture = self._fragmented(color, coc, optics)
         yield "fragments"
-        cuts = layer_cuts(optics.occupied_px, layers_for(settings))
+        cuts = layer_cuts(optics.occupied_px, layers_for(settings), settings.proxy)
         plans = layer_plans(cuts, optics, color.size)
         out = self.pool.filled(name, color.size, (0.0, 0.0, 0.0, 1.0))
         found = self._passes.tiles.look_through(picture, plans, self.pool)
@@ -180,8 +180,8 @@ class DefocusPipeline:
             self._passes.composite.run(layer.color, plan, layer.listed, out)
             yield "composite"
         if listed is not None:
-            self._passes.draw_lamps.run(listed, picture, optics, out)
-            yield "lamps drawn"
+            drawn = self._passes.draw_lamps.steps(listed, picture, optics, out)
+            yield from _named("lamps drawn", drawn)
         return out
 
     def _tell_progress(self, done: int, layers: int) -> None:
@@ -223,8 +223,8 @@ class DefocusPipeline:
         )
         split = self._passes.split_lamps.steps(color, coc, optics, scratch, low, high)
         yield from _named("lamps found", split)
-        self._passes.list_lamps.run(high, optics, lamps, low)
-        yield "lamps listed"
+        listed = self._passes.list_lamps.steps(high, optics, lamps, low)
+        yield from _named("lamps listed", listed)
         return low, lamps
 
     def _fragmented(
@@ -254,8 +254,7 @@ class DefocusPipeline:
         pixels = pool.buffer("pixels", list_bytes(picture.coc.size))
         color = pool.filled(_of_size("layer", plan), size, _NOTHING)  # also where enlarging looks
         layer = Layer(color, pool.texture(_of_size("state", plan), size, 2), *where)
-        self._passes.split.run(picture, plan, pixels, layer)
-        yield "layer split"
+        yield from _named("layer split", self._passes.split.steps(picture, plan, pixels, layer))
         if not plan.cut.is_nearest:
             hidden = self._passes.hidden.steps(
                 layer,

@@ -1,6 +1,7 @@
 """A list of pixels on the GPU that a later pass runs on alone (lib/pixel_list.lib.glsl)."""
 
 import struct
+from collections.abc import Iterator
 
 import moderngl
 
@@ -15,3 +16,13 @@ def list_bytes(size: tuple[int, int]) -> int:
 def clear_list(pixels: moderngl.Buffer) -> None:
     """Empty the list; before the pass that appends to it."""
     pixels.write(_HEAD)
+
+
+_PIXELS_A_SLICE = 1 << 18  # of the picture: some ten milliseconds of work without a GPU
+
+
+def slices(size: tuple[int, int]) -> Iterator[dict[str, object]]:
+    """The parts that a long pass over a picture runs in, as lib/list_slice.lib.glsl takes them."""
+    count = max(1, -(-size[0] * size[1] // _PIXELS_A_SLICE))
+    for part in range(count):
+        yield {"list_slice": (part, count)}

@@ -1,0 +1,7 @@
+// A part of a list: a pass runs part by part, so that a window can answer in between.
+
+uniform ivec2 list_slice;  // which part, of how many; 0 of 0: all of the list
+
+uint slice_at(uint count, int part) { return count * uint(part) / uint(max(list_slice.y, 1)); }
+uint slice_start(uint count) { return slice_at(count, list_slice.x); }
+uint slice_end(uint count) { return slice_at(count, list_slice.x + 1); }
