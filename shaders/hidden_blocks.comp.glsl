@@ -15,6 +15,7 @@
 layout(local_size_x = PIXELS_PER_GROUP) in;
 
 uniform ivec2 size;
+uniform int slices;  // in which later passes take the list
 layout(std430, binding = 3) buffer block_list_block {
     uint block_groups[3];
     uint block_count;
@@ -25,7 +26,8 @@ layout(std430, binding = 3) buffer block_list_block {
 
 void append_block(ivec2 at, uint marks) {
     uint slot = atomicAdd(block_count, 1u);
-    if (slot % PIXELS_PER_GROUP == 0u && slot / PIXELS_PER_GROUP < GROUPS_MAX) atomicAdd(block_groups[0], 1u);
+    uint per_group = PIXELS_PER_GROUP * uint(slices);
+    if (slot % per_group == 0u && slot / per_group < GROUPS_MAX) atomicAdd(block_groups[0], 1u);
     block_pixels[slot] = uint(at.y) << 16 | uint(at.x) | marks;
 }
 

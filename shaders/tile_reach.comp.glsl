@@ -19,6 +19,7 @@ uniform float spread_px;   // how far content spreads by its own blur, picture p
 uniform float widest_px;   // widest |coc| in the layer
 uniform float wider_scale; // axis scale of the wider axis
 uniform float margin_px;
+uniform int slices;        // in which a later pass takes the list
 layout(std430, binding = 2) readonly buffer distance_block { int distance_buf[]; };
 layout(std430, binding = 3) readonly buffer hider_block { float hider_buf[]; };
 layout(std430, binding = 4) writeonly buffer tile_mask_block { uint tile_mask_buf[]; };
@@ -39,5 +40,5 @@ void main() {
     float reach_px = max(spread_px, uncovered_px) + margin_px;
     bool is_needed = away_px <= reach_px;
     tile_mask_buf[here] = is_needed ? 1u : 0u;
-    if (is_needed) list_tile(tile);
+    if (is_needed) list_tile(tile, uint(slices));
 }

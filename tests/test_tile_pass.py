@@ -7,6 +7,7 @@ from heatlens.defocus.fragment_pass import Fragments
 from heatlens.defocus.layer_cuts import layer_cuts
 from heatlens.defocus.layer_plan import layer_plans
 from heatlens.defocus.optics import Optics
+from heatlens.defocus.pixel_list import slice_count
 from heatlens.defocus.tile_mask import TILE, tile_count
 from heatlens.defocus.tile_pass import TilePass
 from heatlens.gpu.textures import TexturePool, new_texture, upload
@@ -35,7 +36,8 @@ def active_tiles(ctx, coc: np.ndarray) -> list[tuple[np.ndarray, tuple[float, fl
         across, down = tile_count(plan.size(size))
         words = np.frombuffer(mask.words.read(4 * across * down), np.uint32).reshape(down, across)
         head = np.frombuffer(listed.words.read(28), np.uint32)
-        assert head[0] == head[3] == head[6] == np.count_nonzero(words)
+        assert head[3] == head[6] == np.count_nonzero(words)
+        assert head[0] == -(-head[6] // slice_count(size))
         assert tuple(head[4:6]) == (plan.reduction, plan.reduction)
         masks.append((words != 0, plan.ends_px, plan.reduction))
     return masks

@@ -15,12 +15,11 @@ layout(std430, binding = TILE_LIST_BINDING) buffer tile_list_block {
 
 #define TILE_GROUPS_MAX 65535u  // what OpenGL promises; longer lists are walked in strides
 
-void list_tile(ivec2 tile) {
+// The pass of the layer's size will run in so many slices (lib/list_slice.lib.glsl).
+void list_tile(ivec2 tile, uint slices) {
     uint slot = atomicAdd(tile_count, 1u);
-    if (slot < TILE_GROUPS_MAX) {
-        atomicAdd(layer_groups[0], 1u);
-        atomicAdd(picture_groups[0], 1u);
-    }
+    if (slot % slices == 0u && slot / slices < TILE_GROUPS_MAX) atomicAdd(layer_groups[0], 1u);
+    if (slot < TILE_GROUPS_MAX) atomicAdd(picture_groups[0], 1u);
     listed_tiles[slot] = uint(tile.y) << 16 | uint(tile.x);
 }
 

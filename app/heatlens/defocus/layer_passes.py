@@ -9,7 +9,7 @@ from heatlens.defocus.fragment_pass import Fragments
 from heatlens.defocus.layer_cuts import LayerCut
 from heatlens.defocus.layer_plan import LayerPlan
 from heatlens.defocus.line_solver import Bindings, LineSolver, LineSystem
-from heatlens.defocus.pixel_list import clear_list, slices
+from heatlens.defocus.pixel_list import clear_list, slice_count, slices
 from heatlens.defocus.plate_passes import tiles
 from heatlens.defocus.tile_mask import TileList, TileMask
 from heatlens.gpu.program import ComputeProgram, groups_for
@@ -120,6 +120,7 @@ class HiddenFillPass:
         """
         size = layer.color.size
         uniforms = {"size": size, "reach_px": reach_px, **layer.mask.uniforms}
+        uniforms["slices"] = slice_count(size)
         buffers = {0: pixels, 1: scratch.bits, 2: layer.mask.words, 3: scratch.blocks}
         blocks = buffers | {0: scratch.blocks}
         words = groups_for(max(_words(size)), 64)

@@ -18,7 +18,7 @@ from heatlens.gpu.program import ComputeProgram, Image, groups_for
 
 SCRATCH_BYTES_MAX = 4 << 20  # a few lines a core; more only spills the processor's caches
 STRIP_COLUMNS, STRIP_FOLD = 8, 128  # as in lib/strips.lib.glsl
-_PIXELS_A_BAND = 1 << 17  # solved in a step: some ten milliseconds without a GPU
+_PIXELS_A_BAND = 1 << 18  # solved in a step: some ten milliseconds without a GPU
 _MASK_BINDING = 2  # as in the shaders of the strategies
 Axis = Literal["rows", "columns"]
 

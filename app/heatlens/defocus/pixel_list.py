@@ -18,11 +18,16 @@ def clear_list(pixels: moderngl.Buffer) -> None:
     pixels.write(_HEAD)
 
 
-_PIXELS_A_SLICE = 1 << 18  # of the picture: some ten milliseconds of work without a GPU
+_PIXELS_A_SLICE = 1 << 19  # of the picture: some ten milliseconds of work without a GPU
+
+
+def slice_count(size: tuple[int, int]) -> int:
+    """In how many parts a long pass over a picture runs, so that a window can answer in between."""
+    return max(1, -(-size[0] * size[1] // _PIXELS_A_SLICE))
 
 
 def slices(size: tuple[int, int]) -> Iterator[dict[str, object]]:
-    """The parts that a long pass over a picture runs in, as lib/list_slice.lib.glsl takes them."""
-    count = max(1, -(-size[0] * size[1] // _PIXELS_A_SLICE))
+    """Each part as lib/list_slice.lib.glsl takes it."""
+    count = slice_count(size)
     for part in range(count):
         yield {"list_slice": (part, count)}

@@ -7,6 +7,7 @@ import moderngl
 from heatlens.defocus.fragment_pass import Fragments
 from heatlens.defocus.layer_plan import MARGIN_PX, SPREAD, LayerPlan, reach_tiles
 from heatlens.defocus.optics import Optics
+from heatlens.defocus.pixel_list import slice_count
 from heatlens.defocus.tile_mask import TILE, TileList, TileMask, tile_count
 from heatlens.gpu.program import ComputeProgram, groups_for
 from heatlens.gpu.textures import TexturePool
@@ -86,6 +87,7 @@ class TilePass:
             "widest_px": plan.widest_px,
             "wider_scale": wider,
             "margin_px": MARGIN_PX,
+            "slices": slice_count(found.size),
         }
         self._rows.dispatch(_groups(tiles), buffers=buffers, uniforms=uniforms)
         self._reach.dispatch(_groups(tiles), buffers=buffers, uniforms=uniforms)
