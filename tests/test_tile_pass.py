@@ -35,7 +35,7 @@ def active_tiles(ctx, coc: np.ndarray) -> list[tuple[np.ndarray, tuple[float, fl
         mask, listed = tile_pass.find(found, plans, number, optics, pool)
         across, down = tile_count(plan.size(size))
         words = np.frombuffer(mask.words.read(4 * across * down), np.uint32).reshape(down, across)
-        head = np.frombuffer(listed.words.read(28), np.uint32)
+        head = np.frombuffer(listed.words.read(28), np.uint32).astype(int)
         assert head[3] == head[6] == np.count_nonzero(words)
         assert head[0] == -(-head[6] // slice_count(size))
         assert tuple(head[4:6]) == (plan.reduction, plan.reduction)
