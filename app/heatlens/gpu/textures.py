@@ -109,7 +109,8 @@ class TexturePool:
         before = self._targets.get(name)
         if before is None or before[0] is not texture:
             self._targets[name] = (texture, self._ctx.framebuffer([texture]))
-        self._targets[name][1].clear(*value)
+        whole = (0, 0, *size)  # whatever scissor others have left
+        self._targets[name][1].clear(*value, viewport=whole)
         if before is not None and before[0] is not texture:
             before[1].release()
         return texture
