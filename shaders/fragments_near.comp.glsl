@@ -29,6 +29,7 @@ void split_near(ivec2 at) {
     vec3 x = color_at(at), near;
     if (!unmixed_near(at, near)) {
         imageStore(far_img, at, vec4(min(x, HALF_MAX), 1.0));
+        imageStore(near_img, at, vec4(vec3(0.0), coc));  // nothing else shines through
         return;
     }
     vec4 through = vec4(0.0);  // a coc

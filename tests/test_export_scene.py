@@ -210,7 +210,7 @@ def test_a_scene_that_is_not_there(capsys, tmp_path, missing):
     ("words", "said"),
     [
         ((), "--f-stop and --focus-distance"),
-        ((*TOLD, "--camera=nobody"), "no camera called 'nobody'"),
+        ((*TOLD, "--scene-camera=nobody"), "no camera called 'nobody'"),
         (("--focus-at=3,4",), "--focus-at needs a picture"),
         ((*UNBLURRED, "--pinhole", "--proxy=0.5"), "leave --proxy out"),
     ],
@@ -219,7 +219,7 @@ def test_options_that_a_scene_cannot_follow(capsys, square, tmp_path, words, sai
     assert said in refused(capsys, square, tmp_path / "n.exr", *words)
 
 
-@pytest.mark.parametrize("word", ["--size=8x8", "--camera=a", "--pinhole"])
+@pytest.mark.parametrize("word", ["--size=8x8", "--scene-camera=a", "--pinhole"])
 def test_options_that_are_for_scenes(capsys, tmp_path, word):
     shot = tmp_path / "s.heatlens.json"
     write_shot(shot, replace(SHOT, source=str(tmp_path / "plate.####.exr")))

@@ -224,3 +224,18 @@ def test_a_focus_pull_does_not_pop(ctx, renderer, bokeh, quality, from_m, to_m):
     ]
     steps = np.abs(np.diff(frames, axis=0)).mean(axis=(1, 2, 3))
     assert 0.0 < steps.min() and steps.max() < 2.0 * steps.mean()
+
+
+# Nothing of the pictures before
+
+
+@pytest.mark.parametrize("size", [(32, 18), (96, 54), (131, 77)])
+@pytest.mark.parametrize("quality", Quality)
+def test_a_picture_does_not_depend_on_those_before_it(ctx, renderer, quality, size):
+    """Textures are used again and lists are in another order each time: every bit stays."""
+    renderer.load(plate_of(*room(*size)))
+    shots = [Shot(lens_blurring(c, size[0]), DefocusSettings(quality=quality)) for c in (3, 12, 40)]
+    first = [renderer.pixels(shot) for shot in shots]
+    backwards = [renderer.pixels(shot) for shot in reversed(shots)]
+    for one, other in zip(first, reversed(backwards), strict=True):
+        assert np.array_equal(one, other)

@@ -76,7 +76,7 @@ class HiddenScratch:
     """What the hidden fill works with.
 
     bits    `HiddenFillPass.bits_bytes`: which pixels are seen
-    blocks  `list_bytes` of `block_size`: the blocks of 2 x 2 pixels with something hidden
+    blocks  `list_bytes` of the picture: each hidden pixel may be guessed for itself
     cost    RGBA of `block_size`, -1 everywhere
     """
 

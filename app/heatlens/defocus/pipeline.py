@@ -261,7 +261,7 @@ class DefocusPipeline:
                 pixels,
                 HiddenScratch(
                     pool.buffer("bits", HiddenFillPass.bits_bytes(picture.coc.size)),
-                    pool.buffer("blocks", list_bytes(block_size(picture.coc.size))),
+                    pool.buffer("blocks", list_bytes(picture.coc.size)),
                     pool.filled(_of_size("cost", plan), block_size(size), _NO_COST),
                 ),
                 math.ceil(plan.uncovered_px / plan.reduction),
