@@ -202,14 +202,14 @@ def plate(tmp_path):
 
 def test_options_of_the_command_line_win_over_remembered_ones(ctx, plate):
     preferences = Preferences()
-    preferences.read_so(plate.parent, PlateOptions(scene_unit_m=0.01, near_m=3.0))
+    preferences.read_so(plate.parent, PlateOptions(scene_unit_m=0.01, depth_channel="Z"))
     given = PlateOptions(depth_convention="inverse")
     with gui_of(ctx, plate, preferences, plate_options=given) as gui:
         assert gui.app.stage.opened.options == given
     lens = PlateOptions(focal_length_mm=35.0)
     with gui_of(ctx, plate, preferences, plate_options=lens) as gui:
         assert gui.app.stage.opened.options == PlateOptions(
-            scene_unit_m=0.01, near_m=3.0, focal_length_mm=35.0
+            scene_unit_m=0.01, depth_channel="Z", focal_length_mm=35.0
         )
 
 

@@ -98,7 +98,7 @@ def test_a_plate_that_is_none(capsys, tmp_path, kind):
 def test_outputs_that_cannot_be(capsys, plate, tmp_path):
     (tmp_path / "folder.exr").mkdir()
     for name, words in [
-        ("out.tif", ".exr or .png"),
+        ("out.bmp", ".exr or .png"),
         ("out", ".exr or .png"),
         ("none/out.exr", "no folder"),
         ("plate.exr/out.exr", "no folder"),

@@ -204,9 +204,9 @@ def test_a_picture_to_a_disk_that_cannot_be_written_is_a_sentence(tmp_path, shot
     finally:
         subprocess.run(["umount", folder], check=True)
     assert process.returncode == 2
-    assert said.splitlines() == [
-        f"heatlens: {folder}/n.1001.exr could not be written: Read-only file system."
-    ]
+    (sentence,) = said.splitlines()
+    assert sentence.startswith(f"heatlens: {folder}/n.")
+    assert sentence.endswith(f"nothing may be written in {folder}. Choose another folder.")
 
 
 def test_a_jpeg_of_the_window_and_of_the_export_is_no_stump(tmp_path):
