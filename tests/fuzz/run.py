@@ -1,6 +1,6 @@
 """Fuzz a reader: damaged files, the same for the same seed, each read in a process that may end.
 
-    python tests/fuzz/run.py --formats obj exr --minutes 5 --seed 7 --keep /tmp/found
+    python tests/fuzz/run.py --formats obj exr --minutes 5 --seed 7 --keep found
 
 A mutant is well answered when its reader refuses it with one sentence, or gives nothing but finite
 numbers, within ten seconds of a processor and two gigabytes. Everything else is counted, and kept
