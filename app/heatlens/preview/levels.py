@@ -17,6 +17,7 @@ _CHEAPER: tuple[tuple[Quality, float], ...] = (
     (Quality.PREVIEW, 1 / 3),
     (Quality.PREVIEW, 1 / 4),
     (Quality.DRAFT, 1 / 4),
+    (Quality.DRAFT, 1 / 5),
     (Quality.DRAFT, 1 / 6),
     (Quality.DRAFT, 1 / 8),
 )
