@@ -197,7 +197,7 @@ class HighlightDrawPass:
         self._ctx.blend_func = moderngl.ONE, moderngl.ONE
         quads.render_indirect(buffers.plan, moderngl.TRIANGLE_STRIP, 1)
         self._ctx.disable(moderngl.BLEND)
-        target.scissor = None  # type: ignore[assignment]  # which the library knows and its stub not
+        target.scissor = None  # type: ignore[assignment]  # missing in moderngl.pyi
 
     def _quads_of(self, sprites: moderngl.Buffer) -> moderngl.VertexArray:
         if self._quads is None or self._quads[0] is not sprites:

@@ -175,7 +175,7 @@ class SweepSolver(LineSolver):
     name = "sweep"
     _STRIPS = True
     LINES_PER_GROUP = 8  # one vector of a software rasteriser's invocations
-    BLOCK = 4  # pixels eliminated twice, so that what they need stays in registers; 8 compile long
+    BLOCK = 4  # pixels; with 8 the programs take twice as long to compile and gain little
 
     def _bytes_per_line(self, system: LineSystem, length: int) -> tuple[int, ...]:
         blocks = groups_for(length, self.BLOCK) * system.poles
