@@ -12,14 +12,14 @@ import numpy as np
 import pytest
 from hypothesis import settings
 
-from both_ways import BothWays
 from heatlens import faults
 from heatlens.gpu.context import headless_context
 from heatlens.render import FrameRenderer
 from heatlens.scene_gpu.raster import SceneRaster
+from support.both_ways import BothWays
 
 if TYPE_CHECKING:
-    from gui import Gui
+    from support.gui import Gui
 
 
 # The same code, the same verdict, also on a busy machine; `pytest --hypothesis-profile=default`
@@ -39,9 +39,9 @@ def pytest_configure() -> None:
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """`--update-golden` rewrites tests/golden/; `--fuzz-minutes` makes the fuzzers run long."""
+    """Add `--update-golden`, which rewrites the golden pictures, and `--fuzz-minutes`."""
     parser.addoption("--fuzz-minutes", type=float, help="fuzz each format for so long")
-    parser.addoption("--update-golden", action="store_true", help="rewrite tests/golden/")
+    parser.addoption("--update-golden", action="store_true", help="rewrite tests/render/golden/")
 
 
 @pytest.fixture(autouse=True)
@@ -116,8 +116,8 @@ def room_window(
     session_context: moderngl.Context, tmp_path_factory: pytest.TempPathFactory
 ) -> Iterator["Gui"]:
     """One window a test file, the room in it, its blur the quickest."""
-    from gui import gui_of  # here: command line tests need no ImGui
-    from window_plates import QUICK, room_file
+    from support.gui import gui_of  # here: command line tests need no ImGui
+    from support.window_plates import QUICK, room_file
 
     plate = room_file(tmp_path_factory.mktemp("window") / "room.exr")
     with gui_of(session_context, plate, defocus=QUICK) as gui:
@@ -134,7 +134,7 @@ def gui(ctx: moderngl.Context, room_window: "Gui") -> "Gui":
 @pytest.fixture
 def shot_file(tmp_path: Path) -> Path:
     """A shot of six tiny plates, with all of them on disk."""
-    from exports import write_shot_file
+    from support.exports import write_shot_file
 
     return write_shot_file(tmp_path)
 
@@ -158,7 +158,7 @@ def small_demo(monkeypatch: pytest.MonkeyPatch) -> None:
     from heatlens.model.framing import Framing
     from heatlens.model.lens import Lens
     from heatlens.model.shot import Shot
-    from scenes import still_life
+    from support.scenes import still_life
 
     shot = Shot(Lens(50.0, 2.0, 3.0, 36.0), framing=Framing(80, 48, "camera"))
     monkeypatch.setattr(heatlens.scene.demo.demo, "demo_scene", still_life)

@@ -17,14 +17,14 @@ from heatlens.errors import InputError
 from heatlens.gpu.context import check_plate_fits, check_work_fits
 from heatlens.gpu.stopwatch import Stopwatch
 from heatlens.gpu.textures import FloatArray, download, new_texture, uploading
-from heatlens.image.focus_pick import area_at, middle_m
-from heatlens.image.plate import Plate
 from heatlens.model.boxes import Box
 from heatlens.model.coc import axis_scales, coc_line
 from heatlens.model.framing import Framing, Pose
 from heatlens.model.lens import Lens
 from heatlens.model.shot import Shot
 from heatlens.model.value_bins import ValueBins, bins_of
+from heatlens.plate.focus_pick import area_at, middle_m
+from heatlens.plate.plate import Plate
 from heatlens.scene.scene import Scene
 
 if TYPE_CHECKING:

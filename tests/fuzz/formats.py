@@ -10,28 +10,28 @@ from pathlib import Path
 import numpy as np
 import OpenEXR
 
-from cameras import moving_camera
-from exr_files import distances, rgb, tiled_header, write_file, write_parts
-from gltf_files import encoded, square_scene
 from heatlens.camera.camera_file import write_camera
 from heatlens.camera.csv_camera import read_csv_camera
 from heatlens.camera.json_camera import read_json_camera
 from heatlens.camera.usd_read import usd_camera
 from heatlens.color.color_config import load_color_config
+from heatlens.documents.shot_file import read_shot, write_shot
 from heatlens.errors import HeatlensError
-from heatlens.image.camera_header import lens_attributes
-from heatlens.image.plate_read import read_plate
-from heatlens.image.shot_file import read_shot, write_shot
-from heatlens.image.tev_images import TevImages
-from heatlens.image.tev_protocol import PacketStream, TevPacketError, TevStreamError, message_of
 from heatlens.model.lens import Lens
 from heatlens.model.shot import Shot
+from heatlens.plate.camera_header import lens_attributes
+from heatlens.plate.read import read_plate
 from heatlens.scene.scene import Scene
 from heatlens.scene.scene_read import read_scene
-from heatlens.scene.usd.usd_scene_read import usd_scene
-from shots_of_tests import worked_on
-from test_scene_read_mesh import MTL, OBJ, PIXELS, PLY, STL
-from test_tev_fuzz import GOOD
+from heatlens.scene.usd.read import usd_scene
+from heatlens.stream.images import TevImages
+from heatlens.stream.protocol import PacketStream, TevPacketError, TevStreamError, message_of
+from support.cameras import moving_camera
+from support.exr_files import distances, rgb, tiled_header, write_file, write_parts
+from support.gltf_files import encoded, square_scene
+from support.mesh_files import MTL, OBJ, PIXELS, PLY, STL
+from support.shots_of_tests import worked_on
+from support.tev_packets import GOOD
 
 Arrays = Iterable[np.ndarray]
 

@@ -5,7 +5,7 @@ import threading
 from heatlens.defocus.solver_choice import settled_solver
 from heatlens.errors import GpuError
 from heatlens.gpu.context import headless_context
-from heatlens.image.plate import Plate
+from heatlens.plate.plate import Plate
 from heatlens.render import FrameRenderer
 from heatlens.scene.scene import Scene
 

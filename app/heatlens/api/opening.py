@@ -8,14 +8,14 @@ from typing import Any
 from numpy.typing import ArrayLike
 
 from heatlens.api.source import OnePlate, Plates, Scene, Source, check_names
+from heatlens.documents.shot_file import is_shot_file, read_shot
 from heatlens.errors import InputError
-from heatlens.image.plate_of_arrays import plate_of_arrays
-from heatlens.image.sequence import find_sequence
-from heatlens.image.shot_file import is_shot_file, read_shot
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.shot import Shot
+from heatlens.plate.of_arrays import plate_of_arrays
 from heatlens.scene.first_shot import first_shot
 from heatlens.scene.scene_source import is_scene_source
+from heatlens.sequence.sequence import find_sequence
 
 
 def open(

@@ -9,18 +9,18 @@ from typing import Any
 
 from heatlens.api.engine import ENGINE
 from heatlens.errors import InputError
+from heatlens.frame_cache.reader import SequenceReader
 from heatlens.gpu.textures import FloatArray
-from heatlens.image.focus_pick import depth_at_m
-from heatlens.image.plate import Plate
-from heatlens.image.plate_lens import plate_lens
-from heatlens.image.sequence import Sequence
-from heatlens.image.sequence_reader import SequenceReader
 from heatlens.model.lens import Lens
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.settings import Bokeh, DefocusSettings, Method, Quality
 from heatlens.model.shot import LensCurves, Shot
+from heatlens.plate.focus_pick import depth_at_m
+from heatlens.plate.header_lens import plate_lens
+from heatlens.plate.plate import Plate
 from heatlens.render import FrameRenderer
 from heatlens.scene.first_shot import FirstShot
+from heatlens.sequence.sequence import Sequence
 
 _BLUR = {"bokeh": Bokeh, "quality": Quality, "method": Method}
 

@@ -12,9 +12,9 @@ from heatlens.camera.samples import CameraSamples, UpAxis
 from heatlens.camera.usd_read import USD_SUFFIXES, read_usd_camera, split_prim
 from heatlens.camera.usd_units import METERS_PER_UNIT
 from heatlens.camera.usd_write import usd_bytes
+from heatlens.documents.shot_file import SHOT_SUFFIX
 from heatlens.errors import InputError
-from heatlens.image.atomic_file import write_whole
-from heatlens.image.shot_file import SHOT_SUFFIX
+from heatlens.files.atomic_file import write_whole
 
 WRITTEN = (".usda", ".usd", ".usdc", ".nk", ".json", ".csv", ".py")
 

@@ -8,12 +8,12 @@ from heatlens.camera.samples import CameraSamples, UpAxis
 from heatlens.camera.scene_camera import camera_in_scene
 from heatlens.camera.shot_lens import lens_camera
 from heatlens.errors import InputError
-from heatlens.image.header_read import read_headers
-from heatlens.image.sequence import Sequence, find_sequence
 from heatlens.model.filmback import FILMBACKS
 from heatlens.model.frames import FrameRange
 from heatlens.model.shot import Shot
+from heatlens.plate.header_read import read_headers
 from heatlens.scene.scene_source import is_scene_source, open_scene
+from heatlens.sequence.sequence import Sequence, find_sequence
 
 _ASSUMED_ASPECT = 16 / 9
 

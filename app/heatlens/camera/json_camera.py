@@ -7,7 +7,7 @@ from typing import Any
 from heatlens.camera.placement import matrix_of
 from heatlens.camera.rows import FRAME, PLACEMENT, Row, camera_of_rows, rows_of
 from heatlens.camera.samples import LENS_TRACKS, CameraSamples
-from heatlens.image.json_record import JsonEntry, plain, read_json
+from heatlens.files.json_record import JsonEntry, plain, read_json
 
 CAMERA_VERSION = 1
 

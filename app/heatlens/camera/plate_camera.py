@@ -10,14 +10,14 @@ from heatlens.camera.float32 import shortest
 from heatlens.camera.placement import Array, Matrix, from_exr, is_rigid, matrix_of
 from heatlens.camera.samples import LENS_TRACKS, CameraSamples, Track, UpAxis
 from heatlens.errors import InputError
-from heatlens.image.camera_header import camera_at_header
-from heatlens.image.channels import Header
-from heatlens.image.header_read import read_headers
-from heatlens.image.plate import CameraHeader
-from heatlens.image.sequence import find_sequence
-from heatlens.image.sequence_names import frames_text
-from heatlens.image.windows import box_at_header, pixel_aspect_of
 from heatlens.model.frames import FRAMES_PER_SECOND
+from heatlens.plate.camera_header import camera_at_header
+from heatlens.plate.channels import Header
+from heatlens.plate.header_read import read_headers
+from heatlens.plate.plate import CameraHeader
+from heatlens.plate.windows import box_at_header, pixel_aspect_of
+from heatlens.sequence.names import frames_text
+from heatlens.sequence.sequence import find_sequence
 
 _PLACEMENT = "worldToCamera"
 _TOLD_BY_HEADERS = [name for name in LENS_TRACKS if name not in ("sensor_height_mm", "squeeze")]

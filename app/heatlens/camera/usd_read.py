@@ -15,8 +15,8 @@ from heatlens.camera.samples import INFINITE_M, CameraSamples, Track, UpAxis
 from heatlens.camera.usd_units import millimetres
 from heatlens.camera.usd_write import MM_ATTRIBUTES, SQUEEZE
 from heatlens.errors import InputError
-from heatlens.image.quiet import quiet_library
-from heatlens.image.usd_library import read_usd_apart, usd_failures_told, usd_module
+from heatlens.files.quiet import quiet_library
+from heatlens.files.usd_library import read_usd_apart, usd_failures_told, usd_module
 from heatlens.model.frames import FrameRange, check_frame
 from heatlens.paths import unreadable
 

@@ -9,8 +9,8 @@ from typing import Any
 from heatlens.camera.placement import camera_to_world
 from heatlens.camera.samples import CameraSamples, finite_m
 from heatlens.camera.usd_units import METERS_PER_UNIT, millimetres
-from heatlens.image.quiet import quiet_library
-from heatlens.image.usd_library import usd_module
+from heatlens.files.quiet import quiet_library
+from heatlens.files.usd_library import usd_module
 from heatlens.stopping import temporary_folder
 
 SQUEEZE = "heatlens:squeeze"  # UsdGeomCamera has no word for it

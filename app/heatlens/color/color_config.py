@@ -13,8 +13,8 @@ from typing import Any
 
 from heatlens.color.ocio_library import ocio
 from heatlens.errors import InputError
-from heatlens.image.picture_parts import told_of
 from heatlens.paths import file_bytes, unreadable
+from heatlens.plate.picture_parts import told_of
 
 # Named in full: `ocio://default` becomes another config with another version of the library, and
 # with it every picture. This one (ACES 2.0) is in OpenColorIO 2.5, the VFX Platform's of 2026.

@@ -13,10 +13,10 @@ from heatlens.color.color_config import ColorConfig, check_known, one_line
 from heatlens.color.ocio_library import ocio
 from heatlens.color.rgb_matrix import Matrix, to_rec709
 from heatlens.errors import InputError
-from heatlens.image.display import srgb_encoded
-from heatlens.image.plate import FloatImage
-from heatlens.image.primaries import KNOWN, REC709, Primaries
 from heatlens.paths import data_dir
+from heatlens.plate.display import srgb_encoded
+from heatlens.plate.plate import FloatImage
+from heatlens.plate.primaries import KNOWN, REC709, Primaries
 
 # Largest light that is shown, either sign: the largest half float. Infinity would become NaN.
 LIGHT_MAX = 65504.0

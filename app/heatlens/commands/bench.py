@@ -6,19 +6,6 @@ import resource
 from dataclasses import asdict
 from pathlib import Path
 
-from heatlens.bench.drag import measure_drag
-from heatlens.bench.frames import BenchFrames
-from heatlens.bench.measure import (
-    measure_bare,
-    measure_coc_sweep,
-    measure_frame,
-    measure_size_sweep,
-)
-from heatlens.bench.method_errors import ErrorReport, check_errors, measure_errors
-from heatlens.bench.methods import measure_methods
-from heatlens.bench.plot import check_plot, write_plot
-from heatlens.bench.report import BenchReport, report_text
-from heatlens.bench.schedule import Asked, planned, probe_seconds_per_px
 from heatlens.commands.bench_drag import (
     Dragged,
     add_drag_options,
@@ -35,6 +22,19 @@ from heatlens.commands.value_types import whole
 from heatlens.defocus.line_solver import SOLVERS
 from heatlens.errors import InputError
 from heatlens.gpu.context import headless_context
+from heatlens.measure.bench.drag import measure_drag
+from heatlens.measure.bench.frames import BenchFrames
+from heatlens.measure.bench.measure import (
+    measure_bare,
+    measure_coc_sweep,
+    measure_frame,
+    measure_size_sweep,
+)
+from heatlens.measure.bench.method_errors import ErrorReport, check_errors, measure_errors
+from heatlens.measure.bench.methods import measure_methods
+from heatlens.measure.bench.plot import check_plot, write_plot
+from heatlens.measure.bench.report import BenchReport, report_text
+from heatlens.measure.bench.schedule import Asked, planned, probe_seconds_per_px
 from heatlens.model.settings import DefocusSettings
 
 _SIZE = (1920, 1080)

@@ -4,17 +4,17 @@ import argparse
 from dataclasses import replace
 from pathlib import Path
 
-from heatlens.bench.drag import level_words
-from heatlens.bench.synthetic_plate import LENS, scene_plate
 from heatlens.commands.given_options import given
 from heatlens.commands.lens_options import add_lens_options, lens_of
 from heatlens.commands.plate_options import add_plate_options, plate_options
 from heatlens.commands.plate_words import say_plate
 from heatlens.errors import InputError
-from heatlens.image.plate import Plate
-from heatlens.image.plate_read import read_plate
+from heatlens.measure.bench.drag import level_words
+from heatlens.measure.bench.synthetic_plate import LENS, scene_plate
 from heatlens.model.lens import Lens
 from heatlens.model.settings import PROXY_MIN, DefocusSettings
+from heatlens.plate.plate import Plate
+from heatlens.plate.read import read_plate
 from heatlens.preview.levels import cheaper
 
 Size = tuple[int, int]

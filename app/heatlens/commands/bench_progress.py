@@ -7,9 +7,9 @@ from collections.abc import Callable
 from types import TracebackType
 from typing import TextIO
 
-from heatlens.bench.schedule import Pace, Step
 from heatlens.commands.export_progress import time_text
 from heatlens.commands.say import say
+from heatlens.measure.bench.schedule import Pace, Step
 
 _WIPE = "\r\x1b[K"
 

@@ -12,8 +12,8 @@ from heatlens.commands.given_options import refuse_given
 from heatlens.commands.lens_options import lens_words
 from heatlens.commands.say import say, tell
 from heatlens.commands.value_types import number
+from heatlens.documents.shot_file import SHOT_SUFFIX, is_shot_file, read_shot
 from heatlens.errors import InputError
-from heatlens.image.shot_file import SHOT_SUFFIX, is_shot_file, read_shot
 from heatlens.model.frames import parse_frame_range
 from heatlens.model.units import parse_scene_unit_m
 from heatlens.scene.first_shot import FirstShot, first_shot

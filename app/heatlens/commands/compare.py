@@ -9,15 +9,15 @@ from pathlib import Path
 from heatlens.commands.pipes import file_of_input
 from heatlens.commands.say import say
 from heatlens.commands.value_types import finite, positive
-from heatlens.compare.difference import (
+from heatlens.measure.compare.difference import (
     absolute_difference,
     check_is_png,
     flip_map,
     write_difference,
 )
-from heatlens.compare.metrics import PSNR_MOST_DB, Scores, nonfinite_count, score
-from heatlens.compare.pictures import Picture, read_picture, shared_region
-from heatlens.image.plate import FloatImage
+from heatlens.measure.compare.metrics import PSNR_MOST_DB, Scores, nonfinite_count, score
+from heatlens.measure.compare.pictures import Picture, read_picture, shared_region
+from heatlens.plate.plate import FloatImage
 
 EXIT_NEAR_ENOUGH = 0
 EXIT_TOO_FAR = 1

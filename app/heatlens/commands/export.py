@@ -9,11 +9,11 @@ from heatlens.commands.export_submit import submit
 from heatlens.commands.look_options import say_seen_through
 from heatlens.commands.plate_words import say_doubts_of_shot
 from heatlens.defocus.solver_choice import settled_solver
+from heatlens.documents.shot_file import is_shot_file
 from heatlens.errors import InputError
 from heatlens.export.plan import planned
 from heatlens.export.run import export_frames
 from heatlens.gpu.context import headless_context
-from heatlens.image.shot_file import is_shot_file
 from heatlens.render import FrameRenderer
 
 _DESCRIPTION = """\

@@ -20,19 +20,19 @@ from heatlens.commands.scene_options import (
     with_framing,
 )
 from heatlens.commands.value_types import number, whole
+from heatlens.documents.shot_file import is_shot_file, read_shot
 from heatlens.errors import InputError
 from heatlens.export.job import ExportJob, ExrOptions, Look
 from heatlens.export.output import Output, parse_output
 from heatlens.export.plan import frames_of
-from heatlens.image.channels import Header
-from heatlens.image.exr_write import COMPRESSIONS
-from heatlens.image.plate_read import read_plate
-from heatlens.image.sequence import find_sequence
-from heatlens.image.sequence_reader import settled_options
-from heatlens.image.shot_file import is_shot_file, read_shot
+from heatlens.frame_cache.reader import settled_options
 from heatlens.model.settings import DefocusSettings
 from heatlens.model.shot import Shot
+from heatlens.plate.channels import Header
+from heatlens.plate.exr_write import COMPRESSIONS
+from heatlens.plate.read import read_plate
 from heatlens.scene.scene_source import is_scene_source, open_scene
+from heatlens.sequence.sequence import find_sequence
 
 
 def add_export_options(parser: argparse.ArgumentParser) -> None:

@@ -6,10 +6,10 @@ from pathlib import Path
 from heatlens.commands.export_options import add_export_options
 from heatlens.commands.given_options import given
 from heatlens.commands.say import say
+from heatlens.documents.shot_file import is_shot_file
 from heatlens.errors import InputError
 from heatlens.export.openjd import PathParameter, chunks_of, job_template
 from heatlens.export.plan import ExportPlan
-from heatlens.image.shot_file import is_shot_file
 
 _CHUNK = 10  # frames: long enough that to start the program does not count
 # Said anew for each task, or of no use there.

@@ -15,9 +15,9 @@ from heatlens.color.color_config import load_color_config
 from heatlens.color.view_transform import ViewTransform, view_transform
 from heatlens.commands.say import say
 from heatlens.errors import NoWindowError
-from heatlens.image.atomic_file import write_whole
-from heatlens.image.png_write import encoded_picture, write_png
+from heatlens.files.atomic_file import write_whole
 from heatlens.paths import data_dir
+from heatlens.plate.png_write import encoded_picture, write_png
 from heatlens.scene.demo.demo import demo_shot
 from heatlens.scene.scene_source import DEMO
 

@@ -12,12 +12,12 @@ from heatlens.commands.pipes import file_of_input
 from heatlens.commands.plate_options import add_plate_options, plate_options
 from heatlens.commands.say import tell
 from heatlens.commands.value_types import number
-from heatlens.image.inspection import inspect
-from heatlens.image.sequence import Sequence
+from heatlens.plate.inspection import inspect
 from heatlens.printable import printable
 from heatlens.scene.first_shot import first_shot
 from heatlens.scene.scene_facts import scene_facts
 from heatlens.scene.scene_source import is_scene_source
+from heatlens.sequence.sequence import Sequence
 
 _DESCRIPTION = """\
 Says what a render holds and how heatlens would read it: size and windows (pixels), channels, the

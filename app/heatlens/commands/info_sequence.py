@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import Any
 
 from heatlens.commands.info_scene import Line
-from heatlens.image.sequence import Sequence, find_sequence
-from heatlens.image.sequence_facts import sequence_facts
-from heatlens.image.sequence_names import NameForm, form_of, parse_pattern
+from heatlens.frame_cache.sequence_facts import sequence_facts
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.units import format_distance
+from heatlens.sequence.names import NameForm, form_of, parse_pattern
+from heatlens.sequence.sequence import Sequence, find_sequence
 
 
 def found_among(texts: Items[str]) -> list[str | Sequence]:

@@ -5,12 +5,12 @@ from collections.abc import Mapping
 
 from heatlens.commands.value_types import f_number, millimetres, number, with_point
 from heatlens.errors import InputError
-from heatlens.image.focus_pick import depth_at_m, no_distances
-from heatlens.image.plate import Plate
-from heatlens.image.plate_lens import LensNotToldError, plate_lens
 from heatlens.model.filmback import filmback_named
 from heatlens.model.lens import Lens
 from heatlens.model.units import format_distance, parse_distance_m
+from heatlens.plate.focus_pick import depth_at_m, no_distances
+from heatlens.plate.header_lens import LensNotToldError, plate_lens
+from heatlens.plate.plate import Plate
 
 _TOLD = {
     "focal_length_mm": "--focal-length",

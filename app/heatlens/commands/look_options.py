@@ -12,8 +12,8 @@ from heatlens.color.view_transform import PLAIN_VIEW, ViewTransform, srgb_transf
 from heatlens.commands.say import say
 from heatlens.commands.value_types import number
 from heatlens.errors import InputError
-from heatlens.image.channels import Header
-from heatlens.image.header_read import read_color_header
+from heatlens.plate.channels import Header
+from heatlens.plate.header_read import read_color_header
 
 
 def add_look_options(parser: argparse.ArgumentParser) -> "argparse._ArgumentGroup":

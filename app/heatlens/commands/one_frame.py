@@ -4,7 +4,7 @@ import os
 from pathlib import Path
 
 from heatlens.errors import InputError
-from heatlens.image.sequence_names import parse_pattern
+from heatlens.sequence.names import parse_pattern
 
 
 def check_one_frame(path: Path) -> None:

@@ -2,14 +2,14 @@
 
 from heatlens.commands.say import say
 from heatlens.errors import InputError
-from heatlens.image.plate import Plate, depth_span
-from heatlens.image.plate_read import read_plate
-from heatlens.image.sequence import find_sequence
 from heatlens.model.lens import Lens
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.plausibility import doubts
 from heatlens.model.shot import Shot
+from heatlens.plate.plate import Plate, depth_span
+from heatlens.plate.read import read_plate
 from heatlens.scene.scene_source import is_scene_source
+from heatlens.sequence.sequence import find_sequence
 
 
 def say_plate(plate: Plate, lens: Lens, said_of_lens: str, options: PlateOptions) -> None:

@@ -27,18 +27,18 @@ from heatlens.commands.scene_options import load_scene
 from heatlens.defocus.solver_choice import settled_solver
 from heatlens.errors import InputError
 from heatlens.export.job import Look
+from heatlens.files.output_check import check_space
 from heatlens.gpu.context import headless_context
 from heatlens.gpu.textures import FloatArray, download
-from heatlens.image.display import srgb_encoded
-from heatlens.image.exr_write import COMPRESSIONS
-from heatlens.image.kept_channels import kept_channels
-from heatlens.image.output_check import check_space
-from heatlens.image.picture_write import Encode, check_output, write_picture
-from heatlens.image.plate import Plate
-from heatlens.image.plate_read import read_plate
 from heatlens.model.framing import Framing
 from heatlens.model.settings import DefocusSettings
 from heatlens.model.shot import Shot
+from heatlens.plate.display import srgb_encoded
+from heatlens.plate.exr_write import COMPRESSIONS
+from heatlens.plate.kept_channels import kept_channels
+from heatlens.plate.picture_write import Encode, check_output, write_picture
+from heatlens.plate.plate import Plate
+from heatlens.plate.read import read_plate
 from heatlens.render import FrameRenderer
 from heatlens.scene.scene_read import files_of_scene
 from heatlens.scene.scene_source import is_scene_source

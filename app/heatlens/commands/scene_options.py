@@ -7,11 +7,11 @@ from dataclasses import replace
 
 from heatlens.commands.lens_options import given_lens, lens_words, pixel_of, sources_of
 from heatlens.errors import InputError
-from heatlens.image.focus_pick import depth_at_m
 from heatlens.model.frames import FrameRange
 from heatlens.model.framing import Framing
 from heatlens.model.settings import DefocusSettings
 from heatlens.model.shot import Shot
+from heatlens.plate.focus_pick import depth_at_m
 from heatlens.render import FrameRenderer
 from heatlens.scene.first_shot import FirstShot, first_shot
 

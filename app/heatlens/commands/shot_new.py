@@ -23,18 +23,18 @@ from heatlens.commands.shot_camera import (
 )
 from heatlens.commands.shot_keys import KEYED, Keys, keys_of, mark_of
 from heatlens.commands.value_types import number
+from heatlens.documents.shot_file import SHOT_SUFFIX, write_shot
 from heatlens.errors import InputError
-from heatlens.image.plate_read import read_plate
-from heatlens.image.sequence import Sequence, find_sequence
-from heatlens.image.sequence_names import frames_text
-from heatlens.image.shot_file import SHOT_SUFFIX, write_shot
 from heatlens.model.frames import FRAMES_PER_SECOND, FrameRange, parse_frame_range
 from heatlens.model.interpolation import Interpolation
 from heatlens.model.lens import Lens
 from heatlens.model.pull import frames_too_close
 from heatlens.model.shot import FOCUS_SCALES, LensParameter, Shot
 from heatlens.model.units import format_distance, parse_distance_m
+from heatlens.plate.read import read_plate
 from heatlens.scene.scene_source import is_scene_source
+from heatlens.sequence.names import frames_text
+from heatlens.sequence.sequence import Sequence, find_sequence
 
 _DESCRIPTION = """\
 Writes a shot file: the plate or 3D scene, the lens with its keys, focus marks, frames and blur. The

@@ -8,9 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from heatlens.commands.say import tell
-from heatlens.image.json_record import plain
-from heatlens.image.sequence_names import frames_text
-from heatlens.image.shot_file import read_shot, shot_to_json
+from heatlens.documents.shot_file import read_shot, shot_to_json
+from heatlens.files.json_record import plain
 from heatlens.model.coc import far_limit_m, near_limit_m
 from heatlens.model.framing import Framing
 from heatlens.model.lens import Lens
@@ -20,6 +19,7 @@ from heatlens.model.settings import DefocusSettings, Method
 from heatlens.model.shot import LensParameter, Shot
 from heatlens.model.units import format_distance
 from heatlens.printable import printable
+from heatlens.sequence.names import frames_text
 
 _DESCRIPTION = """\
 Says what a shot file holds: the plate, keys, marks and the lens at every frame, with the nearest

@@ -15,25 +15,25 @@ from heatlens.commands.plate_words import say_doubts
 from heatlens.commands.say import say, tell
 from heatlens.commands.scene_options import load_scene
 from heatlens.commands.value_types import positive, whole
-from heatlens.compare.pictures import Picture, read_picture
 from heatlens.defocus.solver_choice import settled_solver
 from heatlens.errors import InputError
 from heatlens.gpu.context import headless_context
-from heatlens.image.plate_read import read_plate
+from heatlens.measure.compare.pictures import Picture, read_picture
+from heatlens.measure.study import reference as references
+from heatlens.measure.study.crops import crop_boxes
+from heatlens.measure.study.folder import checked_target, report_folder
+from heatlens.measure.study.measured import check_measurable, cut, measure_all
+from heatlens.measure.study.reference import Reference
+from heatlens.measure.study.report import Report
+from heatlens.measure.study.subject import Subject
+from heatlens.measure.study.write import PAGE, write_report
 from heatlens.model.lens import Lens
 from heatlens.model.settings import LAYERS_MAX, VIEWS_MAX, Bokeh, Method, Quality
 from heatlens.model.shot import Shot
 from heatlens.model.units import format_distance
+from heatlens.plate.read import read_plate
 from heatlens.render import FrameRenderer
 from heatlens.scene.scene_source import is_scene_source
-from heatlens.study import reference as references
-from heatlens.study.crops import crop_boxes
-from heatlens.study.folder import checked_target, report_folder
-from heatlens.study.measured import check_measurable, cut, measure_all
-from heatlens.study.reference import Reference
-from heatlens.study.report import Report
-from heatlens.study.subject import Subject
-from heatlens.study.write import PAGE, write_report
 
 _TRUTH_VIEWS = 1024
 _FINER = 4  # what is judged must not be as fine as what it is held against

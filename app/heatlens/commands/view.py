@@ -10,12 +10,12 @@ from heatlens.commands.given_options import refuse_unused
 from heatlens.commands.lens_options import add_lens_options, given_lens
 from heatlens.commands.plate_options import add_plate_options, plate_options
 from heatlens.commands.shot_camera import add_camera_option, checked_camera_of
+from heatlens.documents.shot_file import is_shot_file, read_shot
 from heatlens.errors import InputError, NoWindowError
-from heatlens.image.sequence import find_sequence
-from heatlens.image.shot_file import is_shot_file, read_shot
-from heatlens.image.tev_server import DEFAULT_PORT, parse_address
 from heatlens.paths import unreadable
 from heatlens.scene.scene_source import DEMO, is_demo, is_scene_source
+from heatlens.sequence.sequence import find_sequence
+from heatlens.stream.server import DEFAULT_PORT, parse_address
 
 _DESCRIPTION = """\
 Opens the window: click in the picture to focus, drag the aperture, compare, save. Without a plate

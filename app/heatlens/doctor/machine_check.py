@@ -10,9 +10,9 @@ import numpy as np
 
 import heatlens
 from heatlens.doctor.finding import Finding
-from heatlens.image.exr_read import read_parts
-from heatlens.image.exr_write import write_exr
 from heatlens.model.boxes import Box
+from heatlens.plate.exr_read import read_parts
+from heatlens.plate.exr_write import write_exr
 from heatlens.stopping import temporary_folder
 
 # By distribution: the module to import, and what is missing without it.

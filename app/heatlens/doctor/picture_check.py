@@ -12,12 +12,12 @@ from heatlens.defocus.solver_choice import settled_solver
 from heatlens.display.display_pass import DisplayPass
 from heatlens.doctor.finding import Finding
 from heatlens.gpu.textures import FloatArray, download, new_texture, upload
-from heatlens.image.exr_read import read_parts
-from heatlens.image.plate_read import read_plate
 from heatlens.model.lens import Lens
 from heatlens.model.settings import DefocusSettings
 from heatlens.model.shot import Shot
 from heatlens.paths import data_dir
+from heatlens.plate.exr_read import read_parts
+from heatlens.plate.read import read_plate
 from heatlens.render import FrameRenderer
 
 SHOT = Shot(Lens(50.0, 1.4, 1.243, 36.0), DefocusSettings(proxy=0.25))

@@ -3,9 +3,9 @@
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
-from heatlens.image.plate import FloatImage, Plate
 from heatlens.model.lens import Lens
 from heatlens.model.units import format_distance
+from heatlens.plate.plate import FloatImage, Plate
 
 _TEXT_SHARE = 1 / 24  # of the picture's height: read on a phone, and not in the way on a wall
 _LEAST_SIZE = 1.0  # FreeType has no smaller one

@@ -13,10 +13,10 @@ from typing import Any
 from heatlens import __version__
 from heatlens.export.frame_source import Origin
 from heatlens.export.job import ExportJob
-from heatlens.image.json_record import plain
-from heatlens.image.picture_digest import digest, without_advice
+from heatlens.files.json_record import plain
 from heatlens.model.framing import Framing
 from heatlens.model.lens import Lens
+from heatlens.plate.picture_digest import digest, without_advice
 
 
 def fingerprint_of(job: ExportJob, frame: int, lens: Lens, origin: Origin) -> str:

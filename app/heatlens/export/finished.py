@@ -8,8 +8,8 @@ from PIL import Image
 from heatlens.export.frame_source import PlannedFrame
 from heatlens.export.movie_library import av
 from heatlens.export.whole import is_whole
-from heatlens.image.exr_write import JOB_ATTRIBUTE
-from heatlens.image.quiet import quiet_library
+from heatlens.files.quiet import quiet_library
+from heatlens.plate.exr_write import JOB_ATTRIBUTE
 
 
 def is_finished(frame: PlannedFrame) -> bool:

@@ -11,13 +11,13 @@ from PIL.PngImagePlugin import PngInfo
 from heatlens.errors import InputError
 from heatlens.export.frame_source import PlannedFrame
 from heatlens.export.job import ExportJob, ExrOptions
-from heatlens.image.atomic_file import write_whole
-from heatlens.image.exr_write import JOB_ATTRIBUTE
-from heatlens.image.picture_write import write_picture
-from heatlens.image.plate import FloatImage, Plate
-from heatlens.image.png_write import encoded_picture
-from heatlens.image.timecode import Timecode, exr_timecode, timecode_of
+from heatlens.files.atomic_file import write_whole
 from heatlens.model.coc import coc_line, coc_px
+from heatlens.plate.exr_write import JOB_ATTRIBUTE
+from heatlens.plate.picture_write import write_picture
+from heatlens.plate.plate import FloatImage, Plate
+from heatlens.plate.png_write import encoded_picture
+from heatlens.plate.timecode import Timecode, exr_timecode, timecode_of
 
 _JPEG_QUALITY = 95
 

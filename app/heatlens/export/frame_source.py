@@ -4,10 +4,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
-from heatlens.image.sequence import MissingPolicy, Stamp
 from heatlens.model.lens import Lens
 from heatlens.model.shot import Shot
 from heatlens.render import FrameRenderer
+from heatlens.sequence.sequence import MissingPolicy, Stamp
 
 
 @dataclass(frozen=True)

@@ -5,8 +5,8 @@ from dataclasses import dataclass, field
 from heatlens.color.view_transform import ViewTransform, srgb_transform
 from heatlens.errors import InputError
 from heatlens.export.output import Output
-from heatlens.image.sequence import MissingPolicy
 from heatlens.model.shot import Shot
+from heatlens.sequence.sequence import MissingPolicy
 
 _STOPS_MOST = 30.0  # from there on all is white or black
 _GAMMA_MOST = 10.0

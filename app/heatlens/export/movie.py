@@ -19,9 +19,9 @@ from heatlens.export.frame_files import RenderedFrame, frame_timecode, quantised
 from heatlens.export.job import ExportJob
 from heatlens.export.movie_library import av
 from heatlens.export.whole import is_whole
-from heatlens.image.atomic_file import replacing
-from heatlens.image.exr_write import JOB_ATTRIBUTE
-from heatlens.image.plate import FloatImage
+from heatlens.files.atomic_file import replacing
+from heatlens.plate.exr_write import JOB_ATTRIBUTE
+from heatlens.plate.plate import FloatImage
 
 _REC709 = 1  # of primaries, curve and matrix alike: ITU-T H.273, tables 2 to 4
 _VIDEO_RANGE = 1  # FFmpeg's number for 16..235

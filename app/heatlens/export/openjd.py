@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from heatlens.errors import InputError
-from heatlens.image.sequence_names import frames_text
+from heatlens.sequence.names import frames_text
 
 # Limits of the schema: values of a task parameter, characters in one, characters of a job's name.
 _TASKS_MOST, _TEXT_MOST, _NAME_MOST = 1024, 1024, 128

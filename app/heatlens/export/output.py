@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from heatlens.errors import InputError
-from heatlens.image.output_check import check_writable
-from heatlens.image.sequence_names import NameForm, parse_pattern
+from heatlens.files.output_check import check_writable
+from heatlens.sequence.names import NameForm, parse_pattern
 from heatlens.stopping import folder_made
 
 PICTURE_SUFFIXES = (".png", ".jpg", ".jpeg")

@@ -10,10 +10,10 @@ from heatlens.export.job import ExportJob, check_source
 from heatlens.export.output import check_names
 from heatlens.export.plate_frames import PlateFrames
 from heatlens.export.scene_frames import SceneFrames
-from heatlens.image.sequence import find_sequence
-from heatlens.image.sequence_names import parse_frames
 from heatlens.model.shot import Shot
 from heatlens.scene.scene_source import is_scene_source
+from heatlens.sequence.names import parse_frames
+from heatlens.sequence.sequence import find_sequence
 
 
 @dataclass(frozen=True)

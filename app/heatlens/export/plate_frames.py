@@ -7,14 +7,14 @@ import numpy as np
 
 from heatlens.errors import InputError
 from heatlens.export.frame_source import FrameLoader, Origin, PlannedFrame
-from heatlens.image.depth_source import depth_path_for
-from heatlens.image.frame_cache import Damaged, FrameCache
-from heatlens.image.plate import Plate, ReadPixels
-from heatlens.image.sequence import MissingPolicy, Sequence, stamp_of
-from heatlens.image.sequence_names import frames_text
-from heatlens.image.sequence_reader import SequenceReader
+from heatlens.frame_cache.cache import Damaged, FrameCache
+from heatlens.frame_cache.reader import SequenceReader
 from heatlens.model.shot import Shot
+from heatlens.plate.plate import Plate, ReadPixels
 from heatlens.render import FrameRenderer
+from heatlens.sequence.depth_files import depth_path_for
+from heatlens.sequence.names import frames_text
+from heatlens.sequence.sequence import MissingPolicy, Sequence, stamp_of
 
 _AHEAD = 2  # plates read while one is rendered
 # Six plates of 4K, four bytes for each of RGBA and depth; a larger one is read when it is its turn.

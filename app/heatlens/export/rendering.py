@@ -8,7 +8,7 @@ from heatlens.export.frame_source import PlannedFrame
 from heatlens.export.plan import ExportPlan
 from heatlens.export.shown import ShownPictures
 from heatlens.gpu.textures import download
-from heatlens.image.plate import FloatImage, Plate
+from heatlens.plate.plate import FloatImage, Plate
 from heatlens.render import FrameRenderer
 
 

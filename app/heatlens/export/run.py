@@ -16,8 +16,8 @@ from heatlens.export.movie import movie_file
 from heatlens.export.output import make_folder
 from heatlens.export.plan import ExportPlan
 from heatlens.export.rendering import FrameRendering
-from heatlens.image.atomic_file import remove_leftovers
-from heatlens.image.output_check import check_space
+from heatlens.files.atomic_file import remove_leftovers
+from heatlens.files.output_check import check_space
 from heatlens.render import FrameRenderer
 
 Write = Callable[[RenderedFrame], None]
@@ -55,9 +55,7 @@ def export_frames(
             yield from _with_room(plan, steps, len(left))
 
 
-def _with_room(
-    plan: ExportPlan, steps: Generator[FrameDone], count: int
-) -> Generator[FrameDone]:
+def _with_room(plan: ExportPlan, steps: Generator[FrameDone], count: int) -> Generator[FrameDone]:
     """`steps`; after the first of them InputError where the disk has no room for the others."""
     for number, done in enumerate(steps):
         yield done

@@ -5,13 +5,13 @@ from functools import cached_property
 from pathlib import Path
 
 from heatlens.export.frame_source import FrameLoader, Origin, PlannedFrame
-from heatlens.image.sequence import MissingPolicy, stamp_of
 from heatlens.model.shot import Shot
 from heatlens.paths import unreadable
 from heatlens.render import FrameRenderer
 from heatlens.scene.scene import Scene
 from heatlens.scene.scene_read import files_of_scene
 from heatlens.scene.scene_source import is_demo, open_scene
+from heatlens.sequence.sequence import MissingPolicy, stamp_of
 
 _STILL_FRAME = 1  # of what stands still
 

@@ -8,9 +8,9 @@ import numpy as np
 from heatlens.display.display_pass import DisplayPass
 from heatlens.export.job import Look
 from heatlens.gpu.textures import download, new_texture
-from heatlens.image.picture_write import scaled_window
-from heatlens.image.plate import FloatImage, Plate
-from heatlens.image.windows import moved_to_window
+from heatlens.plate.picture_write import scaled_window
+from heatlens.plate.plate import FloatImage, Plate
+from heatlens.plate.windows import moved_to_window
 
 BurnIn = Callable[[FloatImage], FloatImage]
 

@@ -12,7 +12,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from heatlens.errors import InputError
-from heatlens.image.atomic_file import remove_leftovers, replacing
+from heatlens.files.atomic_file import remove_leftovers, replacing
 from heatlens.paths import home_dir
 from heatlens.rendered_frames.kept_picture import KeptPicture, decoded, encoded
 

@@ -9,14 +9,14 @@ from pathlib import Path
 from heatlens.defocus.pipeline import Steps
 from heatlens.errors import InputError
 from heatlens.gpu.textures import download
-from heatlens.image.plate import Plate
-from heatlens.image.plate_read import read_plate
-from heatlens.image.sequence import Stamp, stamp_of
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.shot import Shot
 from heatlens.model.value_bins import ValueBins
+from heatlens.plate.plate import Plate
+from heatlens.plate.read import read_plate
 from heatlens.render import FrameRenderer, bins_of_plate
 from heatlens.rendered_frames.kept_picture import RenderedPicture
+from heatlens.sequence.sequence import Stamp, stamp_of
 
 _WAITING = "waiting for a plate"
 

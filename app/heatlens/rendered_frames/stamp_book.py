@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable
 from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 
-from heatlens.image.sequence import Stamp, stamp_of
+from heatlens.sequence.sequence import Stamp, stamp_of
 
 Stamps = dict[Path, Stamp | None]
 

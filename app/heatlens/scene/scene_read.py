@@ -5,13 +5,13 @@ from pathlib import Path
 
 from heatlens.errors import InputError
 from heatlens.paths import unreadable
-from heatlens.scene.gltf.gltf_file import named_files
-from heatlens.scene.gltf.gltf_read import read_gltf
+from heatlens.scene.gltf.file import named_files
+from heatlens.scene.gltf.read import read_gltf
 from heatlens.scene.mesh_read import read_mesh
 from heatlens.scene.obj_files import files_of_obj
 from heatlens.scene.scene import Scene
-from heatlens.scene.usd.usd_files import files_of_usd
-from heatlens.scene.usd.usd_scene_read import read_usd
+from heatlens.scene.usd.files import files_of_usd
+from heatlens.scene.usd.read import read_usd
 
 _READERS = {
     ".glb": read_gltf,

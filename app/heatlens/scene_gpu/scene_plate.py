@@ -10,10 +10,10 @@ import numpy as np
 
 from heatlens.errors import GpuError
 from heatlens.gpu.textures import FloatArray, download
-from heatlens.image.plate import CameraHeader, DepthReport, Plate
 from heatlens.model.boxes import Box
 from heatlens.model.framing import Pose
 from heatlens.model.lens import Lens
+from heatlens.plate.plate import CameraHeader, DepthReport, Plate
 from heatlens.scene_gpu.depth_survey import Surveyed
 
 _MIRRORED_Z = np.diag([1.0, 1.0, -1.0, 1.0])

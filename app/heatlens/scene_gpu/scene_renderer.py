@@ -7,12 +7,12 @@ from functools import cached_property
 import moderngl
 
 from heatlens.gpu.textures import FloatArray, TexturePool, download
-from heatlens.image.plate import Plate
 from heatlens.model.boxes import Box
 from heatlens.model.framing import Framing, Pose
 from heatlens.model.settings import Method
 from heatlens.model.shot import Shot
 from heatlens.model.value_bins import ValueBins
+from heatlens.plate.plate import Plate
 from heatlens.scene.scene import Scene
 from heatlens.scene.scene_bounds import bounds_m, track_of
 from heatlens.scene.scene_view import SceneView, lens_radii_m, view_of

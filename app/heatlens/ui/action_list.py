@@ -14,7 +14,7 @@ from heatlens.ui.actions import _CTRL, _SHIFT, Action
 from heatlens.ui.panel_names import PANELS
 from heatlens.ui.panels.focus_bar import focused_at
 from heatlens.ui.panels.lens_panel import barred_methods
-from heatlens.ui.timeline.timeline_actions import key_actions, play_actions
+from heatlens.ui.timeline.actions import key_actions, play_actions
 
 if TYPE_CHECKING:
     from heatlens.ui.app import App

@@ -15,9 +15,6 @@ from heatlens.camera.samples import CameraSamples
 from heatlens.errors import FaultError, HeatlensError
 from heatlens.faults import faults_told
 from heatlens.gpu.context import is_software
-from heatlens.image.focus_pick import depth_at_m
-from heatlens.image.plate import Plate
-from heatlens.image.start_lens import StartLens
 from heatlens.model.depth_histogram import DepthHistogram
 from heatlens.model.lens import Lens
 from heatlens.model.plate_options import PlateOptions
@@ -25,6 +22,9 @@ from heatlens.model.settings import DefocusSettings
 from heatlens.model.shot import Shot
 from heatlens.model.view import ViewState
 from heatlens.model.view_geometry import PictureShape
+from heatlens.plate.focus_pick import depth_at_m
+from heatlens.plate.plate import Plate
+from heatlens.plate.start_lens import StartLens
 from heatlens.render import FrameRenderer
 from heatlens.ui.action_list import actions
 from heatlens.ui.editing import Editing

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 from imgui_bundle import imgui
 
-from heatlens.image.plate import depth_span
 from heatlens.model.plausibility import Doubt, doubts
+from heatlens.plate.plate import depth_span
 from heatlens.ui.action_list import nudge_focus
 from heatlens.ui.app import App
 from heatlens.ui.panels.lens_panel import LensFacts, blur_panel, lens_panel
@@ -17,7 +17,7 @@ from heatlens.ui.panels.speed_panel import speed_panel
 from heatlens.ui.picture.probe import seen_depth_m
 from heatlens.ui.picture.stream_source import NO_FILES
 from heatlens.ui.timeline.dope_sheet import lens_dots
-from heatlens.ui.timeline.timeline_panel import timeline_panel
+from heatlens.ui.timeline.panel import timeline_panel
 from heatlens.ui.widgets import window_words
 
 _Window = imgui.WindowFlags_

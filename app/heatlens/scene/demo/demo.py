@@ -17,11 +17,11 @@ from heatlens.model.marks import DistanceMark
 from heatlens.model.pull import pull
 from heatlens.model.settings import DefocusSettings
 from heatlens.model.shot import Shot
-from heatlens.scene.demo.demo_actors import LOOP_FRAMES, Clothes, Walk, dress, joints_at
-from heatlens.scene.demo.demo_cafe import build_cafe
-from heatlens.scene.demo.demo_set import DemoSet
-from heatlens.scene.demo.demo_street import build_street
-from heatlens.scene.demo.demo_wet import add_puddles
+from heatlens.scene.demo.actors import LOOP_FRAMES, Clothes, Walk, dress, joints_at
+from heatlens.scene.demo.cafe import build_cafe
+from heatlens.scene.demo.street import build_street
+from heatlens.scene.demo.street_set import DemoSet
+from heatlens.scene.demo.wet_ground import add_puddles
 from heatlens.scene.scene import Array, Daylight, Motion, Scene, SceneCamera
 
 DEMO_SOURCE = "demo"

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from heatlens.image.depth_source import picture_and_depth
+from heatlens.sequence.depth_files import picture_and_depth
 
 if TYPE_CHECKING:
     from heatlens.ui.app import App

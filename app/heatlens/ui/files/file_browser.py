@@ -11,7 +11,7 @@ from pathlib import Path
 from imgui_bundle import ImVec2, imgui
 
 from heatlens.errors import HeatlensError
-from heatlens.image.folder_list import Entry
+from heatlens.sequence.folder_list import Entry
 from heatlens.ui import theme, widgets
 from heatlens.ui.files.folder_walk import Chosen, FolderWalk, Purpose
 

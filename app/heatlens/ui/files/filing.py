@@ -8,16 +8,16 @@ from typing import TYPE_CHECKING
 
 from imgui_bundle import imgui
 
+from heatlens.documents.shot_file import SHOT_SUFFIX
 from heatlens.errors import InputError
-from heatlens.image.picture_formats import PICTURES_READ
-from heatlens.image.picture_write import PICTURE_SUFFIXES
-from heatlens.image.sequence import find_sequence
-from heatlens.image.shot_file import SHOT_SUFFIX
+from heatlens.files.picture_formats import PICTURES_READ
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.view import ViewState
 from heatlens.paths import home_dir
+from heatlens.plate.picture_write import PICTURE_SUFFIXES
 from heatlens.scene.scene_read import SCENE_SUFFIXES
 from heatlens.scene.scene_source import is_demo, is_scene_source
+from heatlens.sequence.sequence import find_sequence
 from heatlens.ui.background import Background
 from heatlens.ui.files.camera_import import CameraImport
 from heatlens.ui.files.file_browser import FileBrowser

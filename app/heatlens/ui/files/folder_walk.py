@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from heatlens.errors import HeatlensError
-from heatlens.image.folder_list import Entry, FolderList, list_folder
-from heatlens.image.sequence import find_sequence
 from heatlens.paths import home_dir
+from heatlens.sequence.folder_list import Entry, FolderList, list_folder
+from heatlens.sequence.sequence import find_sequence
 from heatlens.ui.background import Background
 
 

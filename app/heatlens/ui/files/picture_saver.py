@@ -11,9 +11,9 @@ from pathlib import Path
 
 from heatlens.errors import HeatlensError, InputError
 from heatlens.gpu.textures import download
-from heatlens.image.picture_write import Encode, check_output, write_picture
-from heatlens.image.plate import FloatImage, Plate
 from heatlens.model.lens import Lens
+from heatlens.plate.picture_write import Encode, check_output, write_picture
+from heatlens.plate.plate import FloatImage, Plate
 from heatlens.scene.scene_read import files_of_scene
 from heatlens.ui.background import Background
 from heatlens.ui.files.clipboard import copy_png

@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from heatlens.errors import InputError
-from heatlens.image.atomic_file import write_whole
-from heatlens.image.json_record import JsonEntry, read_json, record_to_json
+from heatlens.files.atomic_file import write_whole
+from heatlens.files.json_record import JsonEntry, read_json, record_to_json
 from heatlens.model.plate_options import PlateOptions
 from heatlens.paths import home_dir
 from heatlens.ui.timeline.playback import Ending

@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from heatlens.documents.shot_file import is_shot_file
 from heatlens.errors import HeatlensError
-from heatlens.image.shot_file import is_shot_file
 from heatlens.model.frames import FRAMES_PER_SECOND, FrameRange
 from heatlens.model.lens import Lens
 from heatlens.model.settings import DefocusSettings

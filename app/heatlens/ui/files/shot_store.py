@@ -8,9 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeVar
 
-from heatlens.errors import InputError
-from heatlens.faults import faults_told
-from heatlens.image.shot_file import (
+from heatlens.documents.shot_file import (
     SHOT_SUFFIX,
     autosave_path,
     newer_autosave,
@@ -18,6 +16,8 @@ from heatlens.image.shot_file import (
     write_autosave,
     write_shot,
 )
+from heatlens.errors import InputError
+from heatlens.faults import faults_told
 from heatlens.model.shot import Shot
 
 Result = TypeVar("Result")

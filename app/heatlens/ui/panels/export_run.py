@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from threading import Thread
 
-from heatlens.image.shot_file import SHOT_SUFFIX, write_shot
+from heatlens.documents.shot_file import SHOT_SUFFIX, write_shot
 from heatlens.model.shot import Shot
 
 

@@ -5,15 +5,15 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from heatlens.errors import HeatlensError, InputError
-from heatlens.image.focus_pick import depth_at_m
-from heatlens.image.frame_cache import Damaged, FrameCache
-from heatlens.image.plate import Plate
-from heatlens.image.plate_read import read_plate
+from heatlens.frame_cache.cache import Damaged, FrameCache
 from heatlens.model.frames import FrameRange
 from heatlens.model.marks import DistanceMark, Mark, ObjectMark, PointMark, next_mark_name
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.pull import EASE_PERCENT, follow, pull
 from heatlens.model.shot import Shot
+from heatlens.plate.focus_pick import depth_at_m
+from heatlens.plate.plate import Plate
+from heatlens.plate.read import read_plate
 from heatlens.ui.background import Background
 from heatlens.ui.panels.point_following import Following
 from heatlens.ui.picture.plate_source import Opened

@@ -8,14 +8,14 @@ from typing import TypeVar
 from imgui_bundle import ImVec2, ImVec4, imgui
 
 from heatlens.errors import InputError
-from heatlens.image.channel_choice import color_layers_among, depth_channels_first
-from heatlens.image.plate import CameraHeader, Plate
 from heatlens.model.boxes import Box
 from heatlens.model.depth_histogram import DepthHistogram
 from heatlens.model.lens import Lens
 from heatlens.model.plate_options import DepthConvention, PlateOptions, WishedKind
 from heatlens.model.plausibility import Doubt
 from heatlens.model.units import FOOT_M, INCH_M, format_distance, parse_distance_m
+from heatlens.plate.channel_choice import color_layers_among, depth_channels_first
+from heatlens.plate.plate import CameraHeader, Plate
 from heatlens.ui import theme, widgets
 from heatlens.ui.panels.focus_bar import draw_histogram, draw_scale
 

@@ -6,7 +6,7 @@ A cache tells only news, so that a window in which nothing happens is not drawn 
 from contextlib import suppress
 from threading import Event, Thread
 
-from heatlens.image.frame_cache import FrameCache
+from heatlens.frame_cache.cache import FrameCache
 
 _EVERY_S = 2.0
 _FRAMES_A_SECOND = 2000  # a folder with more files is looked at more seldom

@@ -7,10 +7,10 @@ from itertools import pairwise
 from imgui_bundle import ImVec2, ImVec4, imgui
 
 from heatlens.defocus.optics import Optics
-from heatlens.image.plate import DepthReport
 from heatlens.model.units import format_distance
 from heatlens.model.view import Overlay
 from heatlens.model.view_geometry import Viewport
+from heatlens.plate.plate import DepthReport
 from heatlens.ui import theme
 
 Rgb = tuple[float, float, float]

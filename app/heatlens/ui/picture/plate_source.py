@@ -7,12 +7,12 @@ from pathlib import Path
 
 from heatlens.errors import HeatlensError, InputError
 from heatlens.faults import faults_told
-from heatlens.image.frame_cache import Damaged, FrameCache
-from heatlens.image.plate import Plate
-from heatlens.image.sequence import Sequence, find_sequence
-from heatlens.image.sequence_reader import SequenceReader, settled_options
+from heatlens.frame_cache.cache import Damaged, FrameCache
+from heatlens.frame_cache.reader import SequenceReader, settled_options
 from heatlens.model.plate_options import PlateOptions
+from heatlens.plate.plate import Plate
 from heatlens.scene.scene_source import is_scene_source
+from heatlens.sequence.sequence import Sequence, find_sequence
 from heatlens.ui.picture.scene_opening import OpenedScene, opened_scene
 
 _BUDGET_BYTES = 2 << 30  # plates kept in memory: some eighty frames of 1080p

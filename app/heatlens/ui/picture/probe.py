@@ -6,11 +6,11 @@ from dataclasses import dataclass
 import moderngl
 import numpy as np
 
-from heatlens.image.plate import Plate
 from heatlens.model.boxes import Box
 from heatlens.model.coc import coc_line, coc_px
 from heatlens.model.lens import Lens
 from heatlens.model.units import format_distance
+from heatlens.plate.plate import Plate
 from heatlens.ui.picture.live_picture import Shown
 
 Rgba = tuple[float, float, float, float]

@@ -6,11 +6,11 @@ from pathlib import Path
 import moderngl
 
 from heatlens.faults import faults_told
-from heatlens.image.channel_choice import choose_color
-from heatlens.image.file_parts import color_file_parts
-from heatlens.image.plate import FloatImage
-from heatlens.image.plate_read import read_color
 from heatlens.model.plate_options import PlateOptions
+from heatlens.plate.channel_choice import choose_color
+from heatlens.plate.file_parts import color_file_parts
+from heatlens.plate.plate import FloatImage
+from heatlens.plate.read import read_color
 
 
 @dataclass(frozen=True, eq=False)

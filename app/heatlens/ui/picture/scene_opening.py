@@ -3,12 +3,12 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from heatlens.image.sequence import Stamp, stamp_of
 from heatlens.model.shot import Shot
 from heatlens.scene.first_shot import FirstShot, first_shot
 from heatlens.scene.scene import Scene
 from heatlens.scene.scene_read import files_of_scene
 from heatlens.scene.scene_source import is_demo
+from heatlens.sequence.sequence import Stamp, stamp_of
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,17 +9,17 @@ from pathlib import Path
 import numpy as np
 
 from heatlens.errors import GpuError, HeatlensError, InputError
+from heatlens.frame_cache.cache import Damaged, Direction
 from heatlens.gpu.context import check_plate_fits
 from heatlens.gpu.textures import new_texture, upload
-from heatlens.image.frame_cache import Damaged, Direction
-from heatlens.image.plate import FloatImage, Plate
-from heatlens.image.sequence import MissingPolicy
 from heatlens.model.boxes import Box
 from heatlens.model.depth_histogram import DepthHistogram, depth_histogram
 from heatlens.model.framing import Framing
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.shot import Shot
+from heatlens.plate.plate import FloatImage, Plate
 from heatlens.render import FrameRenderer
+from heatlens.sequence.sequence import MissingPolicy
 from heatlens.ui.picture.disk_watch import DiskWatch
 from heatlens.ui.picture.plate_source import Opened, PlateOpener
 from heatlens.ui.picture.reference import Reference, read_reference

@@ -7,9 +7,9 @@ from functools import partial
 
 from heatlens.errors import HeatlensError
 from heatlens.faults import faults_told
-from heatlens.image.plate import Plate
-from heatlens.image.tev_server import TevServer
 from heatlens.model.plate_options import PlateOptions
+from heatlens.plate.plate import Plate
+from heatlens.stream.server import TevServer
 from heatlens.ui.background import Background
 
 NO_FILES = (

@@ -5,8 +5,8 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from heatlens.errors import HeatlensError, LensError
-from heatlens.image.start_lens import StartLens, start_lens
 from heatlens.model.shot import Shot
+from heatlens.plate.start_lens import StartLens, start_lens
 from heatlens.ui.files.given_camera import begun_with_camera, first_values
 from heatlens.ui.files.shot_documents import started_shot
 from heatlens.ui.picture.plate_source import Opened

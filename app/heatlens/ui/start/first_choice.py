@@ -4,8 +4,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from heatlens.image.picture_formats import PICTURES_READ
-from heatlens.image.shot_file import is_shot_file
+from heatlens.documents.shot_file import is_shot_file
+from heatlens.files.picture_formats import PICTURES_READ
 from heatlens.paths import data_dir, home_dir
 from heatlens.scene.scene_source import DEMO, is_scene_source
 from heatlens.ui.actions import Action

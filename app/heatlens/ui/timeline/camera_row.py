@@ -8,7 +8,7 @@ from heatlens.ui import theme, widgets
 from heatlens.ui.timeline.diamond import diamond
 from heatlens.ui.timeline.key_rows import CAMERA
 from heatlens.ui.timeline.row_name import row_name
-from heatlens.ui.timeline.timeline_scale import TimeScale
+from heatlens.ui.timeline.scale import TimeScale
 
 if TYPE_CHECKING:
     from heatlens.ui.app import App

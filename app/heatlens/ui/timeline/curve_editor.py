@@ -19,7 +19,7 @@ from heatlens.ui.timeline.dope_sheet import draw_keys, hold_keys
 from heatlens.ui.timeline.focus_track import Sample
 from heatlens.ui.timeline.key_choice import Chosen, KeyId, moved
 from heatlens.ui.timeline.key_hand import Places
-from heatlens.ui.timeline.timeline_scale import TimeScale
+from heatlens.ui.timeline.scale import TimeScale
 
 if TYPE_CHECKING:
     from heatlens.ui.app import App

@@ -12,7 +12,7 @@ from heatlens.model.interpolation import Ease, Interpolation, Scale
 from heatlens.ui import theme, widgets
 from heatlens.ui.timeline.curve_axis import CurveAxis
 from heatlens.ui.timeline.key_choice import checked, frames_of
-from heatlens.ui.timeline.timeline_scale import TimeScale
+from heatlens.ui.timeline.scale import TimeScale
 
 if TYPE_CHECKING:
     from heatlens.ui.app import App

@@ -13,7 +13,7 @@ from heatlens.ui.timeline.key_choice import Chosen, KeyId, key_of, moved
 from heatlens.ui.timeline.key_hand import Places
 from heatlens.ui.timeline.key_rows import ROWS, Row, key_frames
 from heatlens.ui.timeline.row_name import row_name
-from heatlens.ui.timeline.timeline_scale import TimeScale
+from heatlens.ui.timeline.scale import TimeScale
 
 if TYPE_CHECKING:
     from heatlens.ui.app import App

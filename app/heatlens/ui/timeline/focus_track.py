@@ -4,14 +4,14 @@ from dataclasses import dataclass
 from weakref import WeakKeyDictionary
 
 from heatlens.errors import HeatlensError
-from heatlens.image.focus_pick import depth_at_m
-from heatlens.image.frame_cache import FrameCache
-from heatlens.image.plate import Plate
+from heatlens.frame_cache.cache import FrameCache
 from heatlens.model.coc import far_limit_m, near_limit_m
 from heatlens.model.frames import FrameRange
 from heatlens.model.marks import DistanceMark, Mark, ObjectMark, PointMark
 from heatlens.model.pull import frames_too_close
 from heatlens.model.shot import Shot
+from heatlens.plate.focus_pick import depth_at_m
+from heatlens.plate.plate import Plate
 from heatlens.ui.timeline.frame_states import Run
 
 _WARNED_MOST = 2000  # frames that are asked whether they are too close

@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from itertools import groupby
 
-from heatlens.image.frame_cache import FrameCache, FrameState
+from heatlens.frame_cache.cache import FrameCache, FrameState
 
 _PART = 0.05  # of the time may be spent on it at most
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from heatlens.defocus.plate_passes import proxy_size
 from heatlens.errors import HeatlensError, InputError
-from heatlens.image.frame_cache import FrameCache
+from heatlens.frame_cache.cache import FrameCache
 from heatlens.model.framing import Framing
 from heatlens.model.settings import PROXY_MIN
 from heatlens.model.shot import Shot

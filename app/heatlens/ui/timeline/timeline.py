@@ -6,11 +6,11 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Literal
 
 from heatlens.errors import InputError
-from heatlens.image.frame_cache import FrameCache
-from heatlens.image.sequence import MissingPolicy
+from heatlens.frame_cache.cache import FrameCache
 from heatlens.model.curve import SAME_FRAME
 from heatlens.model.frames import FrameRange
 from heatlens.model.shot import LensParameter, Shot
+from heatlens.sequence.sequence import MissingPolicy
 from heatlens.ui.panels.mark_commands import MarkCommands
 from heatlens.ui.timeline.curve_axis import CurveLine
 from heatlens.ui.timeline.focus_track import FocusTrack, MarkTrack, MarkTracks
@@ -19,8 +19,8 @@ from heatlens.ui.timeline.key_commands import KeyCommands
 from heatlens.ui.timeline.key_hand import KeyHand
 from heatlens.ui.timeline.key_rows import CAMERA, Row
 from heatlens.ui.timeline.playback import Playback
+from heatlens.ui.timeline.scale import TimeScale
 from heatlens.ui.timeline.scene_mark_tracks import SceneMarkTracks
-from heatlens.ui.timeline.timeline_scale import TimeScale
 
 if TYPE_CHECKING:
     from heatlens.ui.app import App

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, cast
 from imgui_bundle import ImVec2, imgui
 
 from heatlens.errors import InputError
-from heatlens.image.sequence import MissingPolicy
 from heatlens.model.frames import check_frame, check_frames_per_second
+from heatlens.sequence.sequence import MissingPolicy
 from heatlens.ui import theme, widgets
 from heatlens.ui.timeline.playback import Ending
 from heatlens.ui.timeline.rendered_panel import rendered_label

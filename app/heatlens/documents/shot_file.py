@@ -1,0 +1,227 @@
+"""name.heatlens.json: a shot as a file that people can read, and compare line by line.
+
+Distances, lengths and frames carry their units in the names of the entries. The path of the plate
+is relative to the file, so that a shot moves together with its plate.
+"""
+
+import json
+import os
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from heatlens.files.atomic_file import write_whole
+from heatlens.files.json_record import JsonEntry, plain, read_json, record_to_json
+from heatlens.model.curve import Curve, Key
+from heatlens.model.frames import FrameRange
+from heatlens.model.framing import Framing
+from heatlens.model.interpolation import Ease, Scale
+from heatlens.model.lens import Lens
+from heatlens.model.marks import DistanceMark, Mark, ObjectMark, PointMark
+from heatlens.model.plate_options import PlateOptions
+from heatlens.model.settings import DefocusSettings
+from heatlens.model.shot import FOCUS_SCALES, LensCurves, LensParameter, Shot
+
+SHOT_SUFFIX = ".heatlens.json"
+SHOT_VERSION = 1
+
+_VERSION = "heatlens_shot"
+# Entries that hold a field of Shot as it is: its name and its type.
+_FIELDS: dict[str, tuple[str, type[Any]]] = {
+    "plate": ("plate_options", PlateOptions),
+    "frames": ("frames", FrameRange),
+    "in_out": ("in_out", FrameRange),
+    "frames_per_second": ("frames_per_second", float),
+    "lens": ("lens", Lens),
+    "defocus": ("defocus", DefocusSettings),
+    "framing": ("framing", Framing),
+}
+# Sources that are a name and no path, as long as no file is called so: the scene of the program.
+_NAMES = ("demo",)
+_OTHERS = ("source", "focus_interpolation", "keys", "marks")
+
+
+def read_shot(path: str | os.PathLike[str]) -> Shot:
+    """The shot in a file; its source is an absolute path.
+
+    Raises InputError naming the file and the place in it where it is damaged, says what cannot be,
+    or is of a version that is not known here.
+    """
+    path = Path(path)
+    top = read_json(path)
+    top.check_version(_VERSION, SHOT_VERSION, "shot")
+    entries = top.members([_VERSION, *_FIELDS, *_OTHERS])
+    if "lens" not in entries:
+        top.refuse("the entry 'lens' is missing")
+    values = {
+        field: entries[name].of_type(kind)
+        for name, (field, kind) in _FIELDS.items()
+        if name in entries
+    }
+    if "source" in entries:
+        values["source"] = _absolute(entries["source"].text(), path)
+    if "plate_options" in values:
+        values["plate_options"] = _with_depth_source(
+            values["plate_options"], lambda text: _absolute(text, path)
+        )
+    if "marks" in entries:
+        values["marks"] = tuple(_mark(entry) for entry in entries["marks"].items())
+    shot = top.built(Shot, values | {"curves": _curves(entries)})
+    _check_keys(top, shot)
+    return shot
+
+
+def is_shot_file(text: str) -> bool:
+    """Whether a name is that of a shot, saved or unsaved: no plate, scene or camera has it."""
+    name = Path(text).name.lower()
+    return name.endswith((SHOT_SUFFIX, f"{SHOT_SUFFIX}.autosave"))
+
+
+def write_shot(path: str | os.PathLike[str], shot: Shot) -> None:
+    """Write a shot; until it is whole, what stood there stays. An autosave beside it goes.
+
+    Raises InputError where nothing can be written.
+    """
+    _write(Path(path), shot)
+    with suppress(OSError):  # one that stays is older than the file, and is not offered again
+        autosave_path(path).unlink(missing_ok=True)
+
+
+def autosave_path(path: str | os.PathLike[str]) -> Path:
+    """Where the unsaved state of a shot file is kept: hidden, beside it."""
+    path = Path(path)
+    return path.with_name(f".{path.name}.autosave")
+
+
+def write_autosave(path: str | os.PathLike[str], shot: Shot) -> None:
+    """Keep the unsaved state of the shot file `path`; `read_shot` reads it."""
+    _write(autosave_path(path), shot)
+
+
+def newer_autosave(path: str | os.PathLike[str]) -> Path | None:
+    """The autosave of the shot file `path` where it is later than the file, or the file is gone."""
+    autosave = autosave_path(path)
+    if not autosave.is_file():
+        return None
+    saved = Path(path)
+    is_newer = not saved.exists() or autosave.stat().st_mtime_ns > saved.stat().st_mtime_ns
+    return autosave if is_newer else None
+
+
+def shot_to_json(shot: Shot, folder: str | os.PathLike[str]) -> dict[str, Any]:
+    """The entries of the file, for one that lies in `folder`."""
+    options = _with_depth_source(shot.plate_options, lambda text: _relative(text, folder))
+    shot = replace(shot, plate_options=options)
+    fields = {
+        name: plain(value)
+        for name, (field, _) in _FIELDS.items()
+        if (value := getattr(shot, field)) is not None
+    }
+    curves = {parameter: shot.curves.of(parameter) for parameter in LensParameter}
+    source = {} if shot.source is None else {"source": _relative(shot.source, folder)}
+    return {
+        _VERSION: SHOT_VERSION,
+        **source,
+        **fields,
+        "focus_interpolation": _focus_word(shot.curves.focus_distance_m.scale),
+        "keys": {str(p): [_key_json(key) for key in c.keys] for p, c in curves.items() if c.keys},
+        "marks": [record_to_json(mark) for mark in shot.marks],
+    }
+
+
+def _write(path: Path, shot: Shot) -> None:
+    text = _lines(shot_to_json(shot, path.parent)) + "\n"
+    # A name that is no Unicode has no UTF-8: its escape is what JSON reads back.
+    data = text.encode("utf-8", "backslashreplace")
+    write_whole(path, data)
+
+
+def _lines(value: Any, indent: str = "") -> str:
+    """JSON with an entry or an item of a list on each line, and each item whole on its line."""
+    inner = f"{indent}  "
+    if isinstance(value, dict) and value:
+        rows = [f"{json.dumps(name)}: {_lines(entry, inner)}" for name, entry in value.items()]
+    elif isinstance(value, list) and value:
+        rows = [json.dumps(item, ensure_ascii=False) for item in value]
+    else:
+        return json.dumps(value, ensure_ascii=False)
+    start, end = "{}" if isinstance(value, dict) else "[]"
+    return f"{start}\n{inner}" + f",\n{inner}".join(rows) + f"\n{indent}{end}"
+
+
+def _check_keys(top: JsonEntry, shot: Shot) -> None:
+    """Every key must leave a lens that can be."""
+    keys = JsonEntry(top.path, "keys", None)
+    for frame in shot.key_frames:
+        keys.built(shot.lens_at, {"frame": frame})
+
+
+def _curves(entries: Mapping[str, JsonEntry]) -> LensCurves:
+    """The keys of each parameter, focus on the scale that the file says."""
+    curves = LensCurves()
+    if "focus_interpolation" in entries:
+        scale = FOCUS_SCALES[entries["focus_interpolation"].choice(FOCUS_SCALES)]
+        curves = replace(curves, focus_distance_m=Curve(scale=scale))
+    if "keys" not in entries:
+        return curves
+    keyed = {
+        name: entry.built(
+            Curve,
+            {
+                "keys": tuple(item.record(Key) for item in entry.items()),
+                "scale": curves.of(LensParameter(name)).scale,
+            },
+        )
+        for name, entry in entries["keys"].members([p.value for p in LensParameter]).items()
+    }
+    return replace(curves, **keyed)
+
+
+def _key_json(key: Key) -> dict[str, Any]:
+    """A key's entries; handles as they come are not worth the width."""
+    default = record_to_json(Ease())
+    return {name: value for name, value in record_to_json(key).items() if value != default}
+
+
+def _mark(entry: JsonEntry) -> Mark:
+    """A distance, an object, or a point of the picture, as its entries say."""
+    if isinstance(entry.value, dict) and "distance_m" in entry.value:
+        return entry.record(DistanceMark)
+    if isinstance(entry.value, dict) and "object_name" in entry.value:
+        return entry.record(ObjectMark)
+    return entry.record(PointMark)
+
+
+def _with_depth_source(options: PlateOptions, turned: Callable[[str], str]) -> PlateOptions:
+    """The options with the path of the depth, where it has a file of its own, told otherwise."""
+    if options.depth_source is None:
+        return options
+    return replace(options, depth_source=turned(options.depth_source))
+
+
+def _focus_word(scale: Scale) -> str:
+    return next(word for word, known in FOCUS_SCALES.items() if known is scale)
+
+
+def _relative(source: str, folder: str | os.PathLike[str]) -> str:
+    """The path as the file tells it: from its folder, or absolute where they share none."""
+    if source in _NAMES and not os.path.exists(source):
+        return source
+    absolute = os.path.abspath(source)
+    try:
+        shared = os.path.commonpath([absolute, os.path.abspath(folder)])
+    except ValueError:  # on two drives
+        return absolute
+    if shared == os.path.dirname(shared):
+        return absolute
+    return Path(os.path.relpath(absolute, folder)).as_posix()
+
+
+def _absolute(source: str, path: Path) -> str:
+    """A path in the file, from the folder of the file at `path`."""
+    if not source or "\0" in source:  # no path, which Shot says better
+        return source
+    absolute = os.path.abspath(os.path.join(path.parent, source))
+    return source if source in _NAMES and not os.path.exists(absolute) else absolute

@@ -1,0 +1,247 @@
+"""The frames of a sequence in memory: those about to be shown are read ahead, on threads."""
+
+import threading
+from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from pathlib import Path
+from types import TracebackType
+from typing import Literal
+
+from heatlens.errors import HeatlensError
+from heatlens.frame_cache.plate_shelf import Damaged, Held, PlateShelf, plate_bytes
+from heatlens.frame_cache.play_order import Direction, PlayOrder
+from heatlens.plate.plate import Plate
+from heatlens.sequence.sequence import Sequence, Stamp, changed, rescanned, stamp_of
+
+__all__ = ["Damaged", "Direction", "FrameCache", "FrameState", "plate_bytes"]
+
+# absent: on disk alone; queued: wanted, not begun; missing: no file.
+FrameState = Literal["absent", "queued", "reading", "ready", "damaged", "missing"]
+
+
+class FrameCache:
+    """Plates of `sequence`, as `read` makes them, within `budget_bytes` of colour and depth.
+
+    `want` says where the playhead is; `get` answers at once with what there is. `read` runs on up
+    to `workers` threads at a time; the memory it takes while it works is not counted. A
+    HeatlensError makes the frame Damaged until its file changes. Any other exception is a fault of
+    the program: reading stops and every later `want`, `get`, `wait` and `refresh` raises it.
+    `on_ready`, called without arguments on one of the threads whenever there is news, should only
+    wake a loop. A frame larger than the budget is held while the playhead is on it, alone.
+
+    `keeps_seen` False: frames go as soon as they are not wanted any more, for who never comes back.
+
+    One lock guards every field that changes; no file is touched and nobody called under it.
+    """
+
+    def __init__(
+        self,
+        sequence: Sequence,
+        read: Callable[[Path], Plate],
+        budget_bytes: int,
+        workers: int = 2,
+        on_ready: Callable[[], None] = lambda: None,
+        keeps_seen: bool = True,
+    ):
+        self._read = read
+        self._workers = workers
+        self._on_ready = on_ready
+        self._keeps_seen = keeps_seen
+        self._changed = threading.Condition(threading.Lock())
+        self._sequence = sequence
+        self._unread_states = _unread_states(sequence)
+        # Before the first `want` not even the playhead is wanted.
+        self._order = PlayOrder.at(sequence.frames, sequence.first, 1, window=-1)
+        self._shelf = PlateShelf(budget_bytes)
+        self._is_looking = False
+        self._problem: str | None = None
+        self._failure: BaseException | None = None
+        self._closed = False
+        # One thread more than reads at a time: a look at the folder waits for none of them.
+        self._threads = ThreadPoolExecutor(workers + 1, thread_name_prefix="frame-cache")
+
+    @property
+    def sequence(self) -> Sequence:
+        """The frames as they were at the last look at the disk."""
+        with self._changed:
+            return self._sequence
+
+    @property
+    def problem(self) -> str | None:
+        """Why the last look at the disk found nothing, in a sentence; what was known then stays."""
+        with self._changed:
+            return self._problem
+
+    @property
+    def bytes_in_use(self) -> int:
+        """Pixels held, and room set aside for those being read."""
+        with self._changed:
+            return self._shelf.bytes_in_use
+
+    def want(self, frame: int, direction: Direction = 1, window: int = 24) -> None:
+        """Put the playhead on `frame`, to be read first, then `window` frames in `direction`.
+
+        After the last frame comes the first, as in a player that loops.
+        """
+        self._raise_failure()
+        with self._changed:
+            self._order = PlayOrder.at(self._sequence.frames, frame, direction, window)
+            self._shelf.trim(self._order)
+            if not self._keeps_seen:
+                self._shelf.keep_only(set(self._order.wanted()))
+            self._begin_reads()
+            self._changed.notify_all()
+
+    def get(self, frame: int) -> Plate | Damaged | None:
+        """What is in memory of `frame`, without waiting; None for nothing yet."""
+        self._raise_failure()
+        with self._changed:
+            held = self._shelf.held.get(frame)
+        return held.content if held else None
+
+    def wait(
+        self, frame: int, direction: Direction = 1, window: int = 24
+    ) -> Plate | Damaged | None:
+        """`want`, and then `get` once `frame` is read: for exports, which leave no frame out.
+
+        None for a frame without a file, or when another thread moves the playhead or closes.
+        """
+        self.want(frame, direction, window)
+        with self._changed:
+            self._changed.wait_for(lambda: not self._is_coming(frame))
+        return self.get(frame)
+
+    def states(self) -> dict[int, FrameState]:
+        """How every frame of the sequence stands, in order, for a timeline."""
+        with self._changed:
+            states = self._unread_states.copy()
+            for frame in self._order.wanted():
+                if states[frame] == "absent":
+                    states[frame] = "queued"
+            states.update(dict.fromkeys(self._shelf.reserved, "reading"))
+            for frame, held in self._shelf.held.items():
+                states[frame] = "damaged" if isinstance(held.content, Damaged) else "ready"
+        return states
+
+    def refresh(self) -> None:
+        """Have a thread look at the disk for frames that came, went or were written again.
+
+        Returns at once. A frame whose file changed is read anew, one that came if it is wanted.
+        """
+        self._raise_failure()
+        with self._changed:
+            if not (self._is_looking or self._closed):
+                self._is_looking = True
+                stamps = {frame: held.stamp for frame, held in self._shelf.held.items()}
+                self._threads.submit(self._look, self._sequence, stamps)
+
+    def close(self) -> None:
+        """Read no more; returns when the reads that have begun are over."""
+        with self._changed:
+            self._closed = True
+            self._changed.notify_all()
+        self._threads.shutdown(wait=True, cancel_futures=True)
+
+    def __enter__(self) -> "FrameCache":
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def _raise_failure(self) -> None:
+        """In the caller's thread, what went wrong in one of ours."""
+        with self._changed:
+            failure = self._failure
+        if failure is not None:
+            raise failure
+
+    def _is_unread(self, frame: int) -> bool:
+        """True for a file that is neither held nor being read; the lock is held."""
+        is_known = frame in self._shelf.held or frame in self._shelf.reserved
+        return not is_known and self._sequence.has(frame)
+
+    def _is_coming(self, frame: int) -> bool:
+        """True while waiting for `frame` makes sense; the lock is held."""
+        if self._closed or self._failure or self._order.playhead != frame:
+            return False
+        return frame in self._shelf.reserved or self._is_unread(frame)
+
+    def _begin_reads(self) -> None:
+        """Give idle threads the frames most wanted that there is room for; the lock is held."""
+        if self._closed or self._failure:
+            return
+        for frame in filter(self._is_unread, self._order.wanted()):
+            if len(self._shelf.reserved) >= self._workers:
+                return
+            if not self._shelf.reserve(frame, self._order):
+                return
+            self._threads.submit(self._read_frame, frame, self._sequence.path_at(frame))
+
+    def _read_frame(self, frame: int, path: Path) -> None:
+        """On a thread: read `path` and put it on the shelf."""
+        with self._failures_kept():
+            stamp = stamp_of(path)  # before the pixels: what is written meanwhile counts as new
+            held = Held(self._plate_or_damage(path), stamp)
+            with self._changed:
+                self._shelf.put(frame, held, self._order)
+                del held  # should the shelf give it up, its memory is free for the next
+                if not self._sequence.has(frame):
+                    self._shelf.forget(frame)  # gone since the read began
+                self._begin_reads()
+                self._changed.notify_all()
+            self._on_ready()
+
+    def _plate_or_damage(self, path: Path) -> Plate | Damaged:
+        try:
+            return self._read(path)
+        except HeatlensError as error:
+            return Damaged(path, str(error))
+
+    def _look(self, sequence: Sequence, stamps: Mapping[int, Stamp | None]) -> None:
+        """On a thread: what became of `sequence`, and of the files read when they had `stamps`."""
+        with self._failures_kept():
+            try:
+                found, stale, problem = rescanned(sequence), changed(sequence, stamps), None
+            except HeatlensError as error:
+                found, stale, problem = sequence, (), str(error)
+            with self._changed:
+                is_news = (found, problem) != (self._sequence, self._problem) or bool(stale)
+                self._is_looking, self._problem = False, problem
+                self._take_over(found, stale)
+                self._changed.notify_all()
+            if is_news:
+                self._on_ready()
+
+    def _take_over(self, sequence: Sequence, stale: tuple[int, ...]) -> None:
+        """Go on with `sequence`, without what is `stale`; the lock is held."""
+        self._sequence, self._unread_states = sequence, _unread_states(sequence)
+        order = self._order
+        self._order = PlayOrder.at(sequence.frames, order.playhead, order.direction, order.window)
+        for frame in stale:
+            self._shelf.forget(frame)
+        self._begin_reads()
+
+    @contextmanager
+    def _failures_kept(self) -> Iterator[None]:
+        """Keep what is raised in the block for the callers of this object, and wake them."""
+        try:
+            yield
+        except BaseException as error:
+            with self._changed:
+                self._failure = error
+                self._changed.notify_all()
+            self._on_ready()
+            raise
+
+
+def _unread_states(sequence: Sequence) -> dict[int, FrameState]:
+    """Every frame as it stands before any is read."""
+    states: dict[int, FrameState] = dict.fromkeys(sequence.frames, "missing")
+    states.update(dict.fromkeys(sequence.present, "absent"))
+    return states

@@ -1,0 +1,91 @@
+"""What is in the frames of a shot and how heatlens would read them, as plain values for JSON."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from heatlens.errors import InputError
+from heatlens.frame_cache.reader import SequenceReader
+from heatlens.model.plate_options import PlateOptions
+from heatlens.model.plausibility import span_doubts
+from heatlens.plate.plate import Plate, depth_span
+from heatlens.sequence.names import frames_text
+from heatlens.sequence.sequence import Sequence
+
+Facts = dict[str, Any]
+
+
+def sequence_facts(
+    sequence: Sequence, options: PlateOptions, tell: Callable[[int], None] = lambda frame: None
+) -> Facts:
+    """Frames, gaps, sizes, depth over the shot, and what is wrong with single frames.
+
+    Every frame is read; `tell` hears which one is next. Lengths are metres; what no frame has is
+    None. Sentences that several frames say alike are told once.
+    """
+    survey = _Survey(options)
+    reader = SequenceReader(options)
+    for frame in sequence.present:
+        tell(frame)
+        try:
+            survey.add(frame, reader(sequence.path_at(frame)))
+        except InputError as error:
+            survey.damaged[frame] = str(error)
+    return {
+        "path": sequence.pattern,
+        "frames": frames_text(sequence.present),
+        "frame_count": len(sequence.present),
+        "missing": frames_text(sequence.missing) if sequence.missing else None,
+        **survey.facts(),
+    }
+
+
+class _Survey:
+    """Gathers what the frames have in common, and where they differ."""
+
+    def __init__(self, options: PlateOptions) -> None:
+        self._options = options
+        self._sizes: dict[str, list[int]] = {}
+        self._readings: dict[str, list[int]] = {}
+        self._notes: dict[str, list[int]] = {}
+        self._near: tuple[float, int] | None = None
+        self._far: tuple[float, int] | None = None
+        self.damaged: dict[int, str] = {}
+
+    def add(self, frame: int, plate: Plate) -> None:
+        """One frame that could be read."""
+        window, depth = plate.display_window, plate.depth
+        self._sizes.setdefault(f"{window.width} x {window.height}", []).append(frame)
+        said = f"{depth.channel}, {depth.convention}, {depth.kind}"
+        self._readings.setdefault(said, []).append(frame)
+        span = depth_span(plate, self._options.scene_unit_m)
+        doubtful = [doubt.sentence for doubt in span_doubts(span)]
+        for note in (*plate.notes, *doubtful):
+            self._notes.setdefault(_without_path(note, plate.path), []).append(frame)
+        if span.has_surfaces:
+            near, far = (span.near_m, frame), (span.far_m, frame)
+            self._near = near if self._near is None else min(self._near, near)
+            self._far = far if self._far is None else max(self._far, far)
+
+    def facts(self) -> Facts:
+        """All of it."""
+        return {
+            "sizes": _by_frames(self._sizes),
+            "depth": _by_frames(self._readings),
+            "near_m": None if self._near is None else self._near[0],
+            "near_frame": None if self._near is None else self._near[1],
+            "far_m": None if self._far is None else self._far[0],
+            "far_frame": None if self._far is None else self._far[1],
+            "notes": _by_frames(self._notes),
+            "damaged": {str(frame): sentence for frame, sentence in self.damaged.items()},
+        }
+
+
+def _by_frames(found: dict[str, list[int]]) -> dict[str, str]:
+    """Each thing with the frames that have it."""
+    return {name: frames_text(tuple(frames)) for name, frames in found.items()}
+
+
+def _without_path(note: str, path: Path) -> str:
+    """The same sentence of another frame is the same sentence."""
+    return note.replace(f"{path}: ", "").replace(str(path), path.name)

@@ -1,0 +1,146 @@
+"""A plate on the GPU rendered again and again: whole frames, and the time of each pass."""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from itertools import count
+from statistics import median
+
+import moderngl
+
+from heatlens.defocus.layer_cuts import layer_cuts
+from heatlens.defocus.line_solver import SOLVERS
+from heatlens.defocus.pipeline import Steps
+from heatlens.defocus.plate_passes import proxy_size
+from heatlens.defocus.quality import layers_for
+from heatlens.gpu.context import check_plate_fits, check_work_fits
+from heatlens.gpu.stopwatch import Stopwatch
+from heatlens.model.framing import Framing
+from heatlens.model.lens import Lens
+from heatlens.model.settings import DefocusSettings
+from heatlens.model.shot import Shot
+from heatlens.plate.plate import Plate
+from heatlens.render import FrameRenderer
+from heatlens.scene.scene import Scene
+
+_HAIR = 1e-9  # of the f-stop
+_HAIRS = count(1)  # one for all: two frames of one lens must not meet either
+
+
+@dataclass(frozen=True, slots=True)
+class PassSeconds:
+    """One pass over a frame: seconds of all its runs, and how many."""
+
+    seconds: float
+    runs: int
+
+
+@dataclass(frozen=True, slots=True)
+class FrameSeconds:
+    """Medians: whole frames with the stopwatch off and on, and each pass by name, in order."""
+
+    whole: float
+    timed: float
+    passes: dict[str, PassSeconds]
+
+
+class BenchFrames:
+    """Plates through a `FrameRenderer` with a solver of choice."""
+
+    def __init__(self, ctx: moderngl.Context, solver: str) -> None:
+        """`solver` is a name of SOLVERS, or "auto" for the one that `render` would choose."""
+        self.ctx = ctx
+        self._renderer = FrameRenderer(ctx, None if solver == "auto" else SOLVERS[solver](ctx))
+        self.solver = self._renderer.solver
+        self.stopwatch = self._renderer.stopwatch
+
+    def check_fits(self, size: tuple[int, int], settings: DefocusSettings) -> None:
+        """GpuError for a picture beyond OpenGL or memory; before its plate takes its share."""
+        check_plate_fits(self.ctx, *size)
+        check_work_fits(self.ctx, *proxy_size(size, settings.proxy))
+
+    def frame(self, plate: Plate, lens: Lens, settings: DefocusSettings) -> "Frame":
+        """`plate` taken to the GPU, in the place of the one before."""
+        self._renderer.load(plate)
+        return Frame(self._renderer, Shot(lens, settings))
+
+    def scene_frame(
+        self, scene: Scene, framing: Framing, lens: Lens, settings: DefocusSettings
+    ) -> "SceneFrame":
+        """`scene` taken to the GPU, in the place of what was there."""
+        self._renderer.load_scene(scene)
+        return SceneFrame(self._renderer, Shot(lens, settings, framing=framing))
+
+
+@dataclass(frozen=True, eq=False)
+class Frame:
+    """One frame, ready to render; another plate in its place ends it."""
+
+    renderer: FrameRenderer
+    shot: Shot
+
+    def render(self) -> moderngl.Texture:
+        """Issue the frame; the GPU may still be at it."""
+        return self.renderer.render(self._next_shot())
+
+    def steps(self) -> Steps[moderngl.Texture]:
+        """The same in steps, as `FrameRenderer.steps` has them."""
+        return self.renderer.steps(self._next_shot())
+
+    def _next_shot(self) -> Shot:
+        return self.shot
+
+    @property
+    def layer_count(self) -> int:
+        """How many layers the picture comes in, its proxy size considered."""
+        settings = self.shot.defocus
+        optics = self.renderer.optics(self.shot)
+        layers = layers_for(settings)
+        return 1 if layers == 1 else len(layer_cuts(optics.occupied_px, layers))
+
+
+class SceneFrame(Frame):
+    """A frame of a scene, from all points of the lens each time."""
+
+    def _next_shot(self) -> Shot:
+        """Through a lens that is another by a hair: what is summed up for one is not done again."""
+        f_stop = self.shot.lens.f_stop * (1.0 + _HAIR * next(_HAIRS))
+        return replace(self.shot, lens=replace(self.shot.lens, f_stop=f_stop))
+
+
+def run_seconds(ctx: moderngl.Context, work: Callable[[], object]) -> float:
+    """Wall clock of `work` until the GPU has finished it."""
+    ctx.finish()
+    start = time.perf_counter()
+    work()
+    ctx.finish()
+    return time.perf_counter() - start
+
+
+def median_seconds(ctx: moderngl.Context, runs: int, *works: Callable[[], object]) -> list[float]:
+    """Median wall clock of each work, taken in turn so that all meet the same machine, after one
+    warm-up each (programs are built, textures made)."""
+    for work in works:
+        work()
+    turns = [[run_seconds(ctx, work) for work in works] for _ in range(runs)]
+    return [median(seconds) for seconds in zip(*turns, strict=True)]
+
+
+def frame_seconds(stopwatch: Stopwatch, runs: int, work: Callable[[], object]) -> FrameSeconds:
+    """A frame with the stopwatch off and on, in turn, after one warm-up."""
+    work()
+    whole: list[float] = []
+    timed: list[float] = []
+    passes: list[dict[str, PassSeconds]] = []
+    for _ in range(runs):
+        whole.append(run_seconds(stopwatch.ctx, work))
+        stopwatch.times.clear()
+        stopwatch.on = True
+        timed.append(run_seconds(stopwatch.ctx, work))
+        stopwatch.on = False
+        passes.append({n: PassSeconds(t.seconds, t.runs) for n, t in stopwatch.times.items()})
+    medians = {
+        name: PassSeconds(median(p[name].seconds for p in passes), entry.runs)
+        for name, entry in passes[0].items()
+    }
+    return FrameSeconds(median(whole), median(timed), medians)

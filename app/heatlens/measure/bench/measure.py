@@ -1,0 +1,176 @@
+"""The measurements of `heatlens bench`: a frame and its passes, sweeps, the bare yardstick."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+from heatlens.defocus.plate_passes import proxy_size
+from heatlens.defocus.quality import kernel_for
+from heatlens.errors import GpuError
+from heatlens.gpu.context import is_software
+from heatlens.measure.bench.bandwidth import copy_bytes_per_second
+from heatlens.measure.bench.bare_sweep import BareSweeps
+from heatlens.measure.bench.frames import BenchFrames, PassSeconds, frame_seconds, median_seconds
+from heatlens.measure.bench.pass_costs import Traffic, Work, frame_traffic
+from heatlens.measure.bench.report import BareReport, CocRow, FrameReport, PassRow, SizeRow
+from heatlens.measure.bench.synthetic_plate import (
+    LENS,
+    lens_reaching,
+    scene_coc_px,
+    scene_plate,
+    uniform_coc_plate,
+)
+from heatlens.model.settings import Bokeh, DefocusSettings
+
+Size = tuple[int, int]
+Say = Callable[[str], None]
+
+SWEEP_COC_PX = (2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0)
+SWEEP_SIZES = ((960, 540), (1920, 1080), (3840, 2160))
+BARE_WORDS = "one layer of heat beside two bare sweeps"
+
+
+def copy_words(size: Size, settings: DefocusSettings) -> str:
+    """Return what is said when the copy begins."""
+    width, height = proxy_size(size, settings.proxy)
+    return f"copying {width}x{height}"
+
+
+def frame_words(size: Size, runs: int) -> str:
+    """Return what is said when the frame begins."""
+    return f"frame of {size[0]}x{size[1]}, {runs} runs, twice"
+
+
+def coc_words(coc_px: float) -> str:
+    """Return what is said when an amount of blur begins."""
+    return f"circle of confusion {coc_px:g} px"
+
+
+def size_words(size: Size) -> str:
+    """Return what is said when a size begins."""
+    return f"size {size[0]}x{size[1]}"
+
+
+def measure_frame(
+    frames: BenchFrames, size: Size, settings: DefocusSettings, runs: int, say: Say
+) -> FrameReport:
+    """The scene at `size`: whole frames, and in turn with them the same with every pass timed."""
+    worked_on = proxy_size(size, settings.proxy)
+    say(copy_words(size, settings))
+    copy = copy_bytes_per_second(frames.ctx, worked_on)
+    say(frame_words(size, runs))
+    frame = frames.frame(scene_plate(size), LENS, settings)
+    seconds = frame_seconds(frames.stopwatch, runs, frame.render)
+    work = Work(worked_on, kernel_for(settings), frames.solver.name, settings.proxy)
+    return FrameReport(
+        renderer=str(frames.ctx.info["GL_RENDERER"]),
+        is_software=is_software(frames.ctx),
+        width=size[0],
+        height=size[1],
+        proxy=settings.proxy,
+        method=str(settings.method),
+        bokeh=str(settings.bokeh),
+        quality=str(settings.quality),
+        layer_count=frame.layer_count,
+        solver=frames.solver.name,
+        runs=runs,
+        copy_gb_per_s=1e-9 * copy,
+        passes=tuple(pass_row(name, entry, work, copy) for name, entry in seconds.passes.items()),
+        frame_ms=1e3 * seconds.whole,
+        stopwatch_frame_ms=1e3 * seconds.timed,
+    )
+
+
+def pass_row(name: str, entry: PassSeconds, work: Work, copy_bytes_per_s: float) -> PassRow:
+    """The bytes of the cost table put beside the time measured; '-' for a pass it lacks."""
+    try:
+        traffic = frame_traffic(name, work, entry.runs)
+    except KeyError:
+        traffic = Traffic(None, None)
+    pixels = work.size[0] * work.size[1]
+    moved = None if traffic.moved is None else round(traffic.moved * pixels)
+    rate = None if moved is None or entry.seconds <= 0.0 else moved / entry.seconds
+    return PassRow(
+        name=name,
+        ms=1e3 * entry.seconds,
+        runs=entry.runs,
+        bytes_moved=moved,
+        bytes_least=None if traffic.least is None else round(traffic.least * pixels),
+        at_least=traffic.at_least,
+        at_most=traffic.at_most,
+        moved_gb_per_s=None if rate is None else 1e-9 * rate,
+        copy_share=None if rate is None else rate / copy_bytes_per_s,
+    )
+
+
+def measure_coc_sweep(
+    frames: BenchFrames, size: Size, settings: DefocusSettings, runs: int, say: Say
+) -> tuple[CocRow, ...]:
+    """How a frame's time depends on the amount of blur."""
+    measured = []
+    for coc in SWEEP_COC_PX:
+        say(coc_words(coc))
+        one_layer, _ = _uniform_ms(frames, size, coc, replace(settings, layers=1), runs)
+        layered = _uniform_ms(frames, size, coc, settings, runs)
+        scene = _scene_ms(frames, size, coc, settings, runs)
+        measured.append((coc, one_layer, layered, scene))
+    _, first_one, (first_layered, _), (first_scene, _) = measured[0]
+    return tuple(
+        CocRow(c, one, one / first_one, lay, lay / first_layered, n, scene, scene / first_scene, m)
+        for c, one, (lay, n), (scene, m) in measured
+    )
+
+
+def _uniform_ms(
+    frames: BenchFrames, size: Size, coc: float, settings: DefocusSettings, runs: int
+) -> tuple[float, int]:
+    """One coc everywhere: milliseconds, layers."""
+    frame = frames.frame(uniform_coc_plate(size, coc), LENS, settings)
+    return 1e3 * median_seconds(frames.ctx, runs, frame.render)[0], frame.layer_count
+
+
+def _scene_ms(
+    frames: BenchFrames, size: Size, coc: float, settings: DefocusSettings, runs: int
+) -> tuple[float, int]:
+    """The scene through a lens whose largest coc there is `coc`: milliseconds, layers."""
+    frame = frames.frame(scene_plate(size), lens_reaching(coc, size), settings)
+    return 1e3 * median_seconds(frames.ctx, runs, frame.render)[0], frame.layer_count
+
+
+def measure_size_sweep(
+    frames: BenchFrames, settings: DefocusSettings, runs: int, say: Say
+) -> tuple[SizeRow, ...]:
+    """How a frame's time depends on its pixels; sizes that this machine has no room for are left
+    out, and said."""
+    measured: list[tuple[Size, float, float, int]] = []
+    for size in SWEEP_SIZES:
+        say(size_words(size))
+        try:
+            frames.check_fits(size, settings)
+            frame = frames.frame(scene_plate(size), LENS, settings)
+        except GpuError as error:
+            say(f"left out: {error}")
+            continue
+        single = replace(frame, shot=replace(frame.shot, defocus=replace(settings, layers=1)))
+        one_s, layered_s = median_seconds(frames.ctx, runs, single.render, frame.render)
+        measured.append((size, 1e3 * one_s, 1e3 * layered_s, frame.layer_count))
+    return size_rows(measured)
+
+
+def size_rows(measured: list[tuple[Size, float, float, int]]) -> tuple[SizeRow, ...]:
+    """From (size, one layer ms, layered ms, layers): with the time of a pixel over the first's."""
+    per_pixel = [(one / (w * h), layered / (w * h)) for (w, h), one, layered, _ in measured]
+    return tuple(
+        SizeRow(*size, one, a / per_pixel[0][0], layered, b / per_pixel[0][1], layer_count)
+        for (size, one, layered, layer_count), (a, b) in zip(measured, per_pixel, strict=True)
+    )
+
+
+def measure_bare(frames: BenchFrames, size: Size, runs: int, say: Say) -> BareReport:
+    """A frame of one layer of heat and its two sweeps alone, in turn."""
+    say(BARE_WORDS)
+    plate = scene_plate(size)
+    frame = frames.frame(plate, LENS, DefocusSettings(Bokeh.HEAT, layers=1))
+    bare = BareSweeps(frames.ctx, plate.color, scene_coc_px(size))
+    heat_s, bare_s = median_seconds(frames.ctx, runs, frame.render, bare.run)
+    bare.release()
+    return BareReport(1e3 * heat_s, 1e3 * bare_s, heat_s / bare_s)

@@ -1,0 +1,207 @@
+"""What was measured, as values; JSON is made of them field by field."""
+
+from dataclasses import dataclass
+
+from heatlens.measure.bench.drag import DragReport, drag_table
+from heatlens.measure.bench.method_errors import ErrorReport
+from heatlens.measure.bench.method_tables import error_tables, time_table
+from heatlens.measure.bench.methods import MethodReport
+
+
+@dataclass(frozen=True, slots=True)
+class PassRow:
+    """One pass of a frame. None where the bytes depend on the plate alone.
+
+    at_least        the bytes, and with them the rate, leave out what is done on listed pixels only
+    at_most         they count each layer whole, also where it is not solved, or is smaller
+    moved_gb_per_s  bytes moved over time; copy_share is its share of what a copy reaches
+    """
+
+    name: str
+    ms: float
+    runs: int
+    bytes_moved: int | None
+    bytes_least: int | None
+    at_least: bool
+    moved_gb_per_s: float | None
+    copy_share: float | None
+    at_most: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class FrameReport:
+    """A frame of the scene; milliseconds are medians over `runs`, wall clock until the GPU is done.
+
+    stopwatch_frame_ms  the same with every pass timed, which keeps the GPU from running ahead
+    """
+
+    renderer: str
+    is_software: bool
+    width: int
+    height: int
+    proxy: float
+    method: str
+    bokeh: str
+    quality: str
+    layer_count: int
+    solver: str
+    runs: int
+    copy_gb_per_s: float
+    passes: tuple[PassRow, ...]
+    frame_ms: float
+    stopwatch_frame_ms: float
+
+
+@dataclass(frozen=True, slots=True)
+class CocRow:
+    """Frames by circle of confusion; each ratio is to the first row.
+
+    one_layer, layered  the same coc everywhere, without layers and with those it falls in
+    scene               the lens opened until this is the largest coc, so that layers come and go
+    """
+
+    coc_px: float
+    one_layer_ms: float
+    one_layer_ratio: float
+    layered_ms: float
+    layered_ratio: float
+    layered_layer_count: int
+    scene_ms: float
+    scene_ratio: float
+    scene_layer_count: int
+
+
+@dataclass(frozen=True, slots=True)
+class SizeRow:
+    """Frames of the scene by size; each ratio is of the time a pixel takes, to the first row."""
+
+    width: int
+    height: int
+    one_layer_ms: float
+    one_layer_per_pixel_ratio: float
+    layered_ms: float
+    layered_per_pixel_ratio: float
+    layer_count: int
+
+
+@dataclass(frozen=True, slots=True)
+class BareReport:
+    """One layer of heat as a frame, and nothing but its two line sweeps."""
+
+    heat_frame_ms: float
+    bare_sweeps_ms: float
+    ratio: float
+
+
+@dataclass(frozen=True, slots=True)
+class BenchReport:
+    """All of it; None is what was not asked for."""
+
+    frame: FrameReport | None
+    coc_sweep: tuple[CocRow, ...] | None
+    size_sweep: tuple[SizeRow, ...] | None
+    bare: BareReport | None
+    peak_memory_mb: float
+    methods: MethodReport | None = None
+    method_errors: ErrorReport | None = None
+    drag: DragReport | None = None
+
+
+def report_text(report: BenchReport) -> str:
+    """For reading: a head, a table of passes, what else was asked for, memory."""
+    blocks = []
+    if report.frame is not None:
+        blocks += [_head(report.frame), _pass_table(report.frame), _frame_line(report.frame)]
+    if report.coc_sweep is not None:
+        blocks.append(_coc_table(report.coc_sweep))
+    if report.size_sweep is not None:
+        blocks.append(_size_table(report.size_sweep))
+    if report.bare is not None:
+        blocks.append(_bare_line(report.bare))
+    if report.methods is not None:
+        blocks.append(time_table(report.methods))
+    if report.method_errors is not None:
+        blocks.append(error_tables(report.method_errors))
+    if report.drag is not None:
+        blocks.append(drag_table(report.drag))
+    blocks.append(f"peak memory {report.peak_memory_mb:.0f} MB")
+    return "\n\n".join(blocks)
+
+
+def _head(frame: FrameReport) -> str:
+    clock = (
+        "a software rasteriser: passes are timed by wall clock around glFinish"
+        if frame.is_software
+        else "passes are timed by the GPU's timer queries"
+    )
+    proxy = f" at proxy {frame.proxy:g}" if frame.proxy < 1.0 else ""
+    return (
+        f"{frame.renderer}; {clock}\n"
+        f"{frame.width}x{frame.height}{proxy}, method {frame.method}, "
+        f"bokeh {frame.bokeh}, quality {frame.quality}, "
+        f"layers {frame.layer_count}, solver {frame.solver}, median of {frame.runs}"
+    )
+
+
+def _pass_table(frame: FrameReport) -> str:
+    lines = ["pass                 ms   runs    MB moved    MB least      GB/s   of copy"]
+    for row in frame.passes:
+        more = "+" if row.at_least else "-" if row.at_most else " "
+        cells = (
+            _number(row.bytes_moved, 1e-6, 1) + more,
+            _number(row.bytes_least, 1e-6, 1) + more,
+            _number(row.moved_gb_per_s, 1.0, 2, 9) + more,
+            _number(row.copy_share, 100.0, 0, 7) + " %",
+        )
+        lines.append(f"{row.name:14}{row.ms:9.2f}{row.runs:7d}{''.join(cells)}")
+    lines.append(
+        "+ and what listed pixels add; - less what masks and smaller layers spare; "
+        f"a copy reaches {frame.copy_gb_per_s:.2f} GB/s, more comes from caches"
+    )
+    return "\n".join(lines)
+
+
+def _number(value: float | None, scale: float, digits: int, width: int = 11) -> str:
+    return f"{'-':>{width}}" if value is None else f"{value * scale:{width}.{digits}f}"
+
+
+def _frame_line(frame: FrameReport) -> str:
+    return (
+        f"whole frame {frame.frame_ms:.1f} ms; "
+        f"{frame.stopwatch_frame_ms:.1f} ms with the stopwatch on"
+    )
+
+
+def _coc_table(rows: tuple[CocRow, ...]) -> str:
+    lines = [
+        "circle of confusion   one layer        layered                  scene, this its largest",
+        "                px       ms  ratio         ms  ratio  layers         ms  ratio  layers",
+    ]
+    lines += [
+        f"{row.coc_px:18g}{row.one_layer_ms:9.1f}{row.one_layer_ratio:7.2f}"
+        f"{row.layered_ms:11.1f}{row.layered_ratio:7.2f}{row.layered_layer_count:8d}"
+        f"{row.scene_ms:11.1f}{row.scene_ratio:7.2f}{row.scene_layer_count:8d}"
+        for row in rows
+    ]
+    return "\n".join(lines)
+
+
+def _size_table(rows: tuple[SizeRow, ...]) -> str:
+    lines = [
+        "size              one layer             layered",
+        "                       ms  ratio/px          ms  ratio/px  layers",
+    ]
+    lines += [
+        f"{f'{row.width}x{row.height}':16}{row.one_layer_ms:9.1f}"
+        f"{row.one_layer_per_pixel_ratio:10.2f}{row.layered_ms:12.1f}"
+        f"{row.layered_per_pixel_ratio:10.2f}{row.layer_count:8d}"
+        for row in rows
+    ]
+    return "\n".join(lines)
+
+
+def _bare_line(bare: BareReport) -> str:
+    return (
+        f"heat, one layer: frame {bare.heat_frame_ms:.1f} ms, two bare Thomas sweeps "
+        f"{bare.bare_sweeps_ms:.1f} ms, ratio {bare.ratio:.2f}"
+    )

@@ -1,0 +1,159 @@
+"""How long a bench will take: what it has before it, and how fast it has been so far."""
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from heatlens.measure.bench import bounded
+from heatlens.measure.bench.entrants import entrants
+from heatlens.measure.bench.frames import BenchFrames, run_seconds
+from heatlens.measure.bench.measure import (
+    BARE_WORDS,
+    SWEEP_COC_PX,
+    SWEEP_SIZES,
+    coc_words,
+    copy_words,
+    frame_words,
+    size_words,
+)
+from heatlens.measure.bench.method_errors import truth_where, truth_words
+from heatlens.measure.bench.methods import METHOD_COC_PX, method_where
+from heatlens.measure.bench.synthetic_plate import LENS, scene_plate
+from heatlens.model.settings import DefocusSettings
+
+_PROBE = (320, 180)
+_PRIOR = 0.15  # of the whole plan: so much of it the first guess weighs against what was measured
+# In frames of the film picture. Guesses that the first measurements correct.
+_ONE_LAYER, _BARE, _OTHER_METHOD, _VIEW, _LEVEL = 0.3, 0.5, 0.4, 0.1, 0.4
+_COPY_S = 0.3
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """A part of the bench: the sentence that is said when it begins, and seconds it should take."""
+
+    sentence: str
+    seconds: float
+
+
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """What is to be measured.
+
+    levels  sentences of the preview levels that are measured; none where they are not asked for
+    """
+
+    size: tuple[int, int]
+    settings: DefocusSettings
+    runs: int
+    frame: bool = True
+    bare: bool = False
+    sweeps: bool = False
+    methods: bool = False
+    truth_size: tuple[int, int] = (0, 0)
+    truth_views: int = 0
+    levels: tuple[str, ...] = ()
+
+
+def probe_seconds_per_px(frames: BenchFrames, settings: DefocusSettings) -> float:
+    """Return what a pixel of a small frame takes, its programs built before."""
+    frame = frames.frame(scene_plate(_PROBE), LENS, settings)
+    frame.render()
+    return run_seconds(frames.ctx, frame.render) / (_PROBE[0] * _PROBE[1])
+
+
+def planned(asked: Asked, seconds_per_px: float) -> tuple[Step, ...]:
+    """Return all parts in their order; `seconds_per_px` of a frame as it is asked for."""
+    frame_s, runs = _pixels(asked.size) * seconds_per_px, asked.runs + 1
+    steps = [Step(BARE_WORDS, runs * _BARE * frame_s)] if asked.bare else []
+    if asked.frame:
+        steps += [Step(copy_words(asked.size, asked.settings), _COPY_S)]
+        steps += [Step(frame_words(asked.size, asked.runs), (2 * asked.runs + 1) * frame_s)]
+    if asked.sweeps:
+        each = runs * (2.0 + _ONE_LAYER)
+        steps += [Step(coc_words(coc), each * frame_s) for coc in SWEEP_COC_PX]
+        each = runs * (1.0 + _ONE_LAYER) * seconds_per_px
+        steps += [Step(size_words(size), each * _pixels(size)) for size in SWEEP_SIZES]
+    if asked.methods:
+        steps += _of_methods(asked, frame_s)
+        steps += _of_errors(asked, _pixels(asked.truth_size) * seconds_per_px)
+    return (*steps, *(Step(it, runs * _LEVEL * frame_s) for it in asked.levels))
+
+
+def _of_methods(asked: Asked, frame_s: float) -> list[Step]:
+    return [step for coc in METHOD_COC_PX for step in _cells(asked, method_where(coc), frame_s)]
+
+
+def _of_errors(asked: Asked, frame_s: float) -> list[Step]:
+    if asked.truth_views == 0:
+        return []
+    steps = []
+    for coc in METHOD_COC_PX:
+        where = truth_where(coc)
+        for views in (max(asked.truth_views // 2, 1), asked.truth_views):
+            seconds = asked.truth_views / 2 * _VIEW * frame_s
+            steps.append(Step(f"{truth_words(views)}, {where}", seconds))
+        steps += _cells(asked, where, frame_s)
+    return steps
+
+
+def _cells(asked: Asked, where: str, frame_s: float) -> list[Step]:
+    """Each method at one amount of blur, none longer than it may take."""
+    found = []
+    for name, settings in entrants(asked.settings).items():
+        weight = settings.views * _VIEW if settings.method.needs_scene else _OTHER_METHOD
+        seconds = min((asked.runs + 1) * weight * frame_s, bounded.LIMIT_S)
+        found.append(Step(f"{name}, {where}", seconds))
+    return found
+
+
+def _pixels(size: tuple[int, int]) -> int:
+    return size[0] * size[1]
+
+
+class Pace:
+    """Where in its plan a bench is, and how long the rest will take at the pace so far."""
+
+    def __init__(
+        self, steps: Sequence[Step], clock: Callable[[], float] = time.perf_counter
+    ) -> None:
+        self.steps = tuple(steps)
+        self._clock = clock
+        self._at = -1  # the step that goes on
+        self._began = clock()
+        self._planned = self._taken = 0.0  # of the steps that are over
+
+    @property
+    def number(self) -> int:
+        """Which step goes on, counted from 1; 0 before the first."""
+        return self._at + 1
+
+    def begin(self, sentence: str) -> bool:
+        """A step begins; False for a sentence that is no step. Steps passed over were left out."""
+        later = range(self._at + 1, len(self.steps))
+        found = next((at for at in later if self.steps[at].sentence == sentence), None)
+        if found is None:
+            return False
+        now = self._clock()
+        if self._at >= 0:
+            self._planned += self.steps[self._at].seconds
+            self._taken += now - self._began
+        self._at, self._began = found, now
+        return True
+
+    @property
+    def left_s(self) -> float:
+        """Seconds to the end."""
+        pace = self._pace
+        after = pace * sum(step.seconds for step in self.steps[self._at + 1 :])
+        if self._at < 0:
+            return after
+        current = pace * self.steps[self._at].seconds - (self._clock() - self._began)
+        return after + max(0.0, current)
+
+    @property
+    def _pace(self) -> float:
+        """Seconds for a second that was planned."""
+        prior = _PRIOR * sum(step.seconds for step in self.steps)
+        whole = self._planned + prior
+        return (self._taken + prior) / whole if whole > 0.0 else 1.0

@@ -1,0 +1,75 @@
+"""A scene made in memory for the methods that look at one: the same blur everywhere, as a wall."""
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heatlens.measure.bench.synthetic_plate import LENS, uniform_coc_plate
+from heatlens.model.coc import coc_line
+from heatlens.model.framing import CameraTrack, Framing, PoseKey, looking_at
+from heatlens.model.lens import Lens
+from heatlens.plate.display import srgb_encoded
+from heatlens.scene.scene import Daylight, Instance, Material, Mesh, Scene
+
+_SQUARES = (96, 54)  # twice as many triangles: about those of the built-in scene
+_BLACK = (0.0, 0.0, 0.0)
+_NIGHT = Daylight(sun=_BLACK, zenith=_BLACK, horizon=_BLACK, ground=_BLACK)
+
+
+def uniform_coc_scene(size: tuple[int, int], diameter_px: float, lens: Lens = LENS) -> Scene:
+    """A wall across the view that shines in the colours of `uniform_coc_plate`, up to white.
+
+    It stands before the focus where |coc| is `diameter_px`: behind it, none is larger than at
+    infinity. No point of the lens sees past its border, beyond which the picture begins again.
+    """
+    distance_m = wall_m(size[0], diameter_px, lens)
+    wall = _wall(size, diameter_px, distance_m, lens)
+    glow = Material("wall", _BLACK, emission=(1.0, 1.0, 1.0), emission_map=0)
+    here = Instance("wall", 0, np.eye(4))
+    picture = _picture(size, diameter_px)
+    return Scene(Path("synthetic"), (wall,), (here,), (glow,), (picture,), daylight=_NIGHT)
+
+
+def wall_framing(size: tuple[int, int]) -> Framing:
+    """A camera in the origin that looks along -z."""
+    pose = looking_at((0.0, 0.0, 0.0), (0.0, 0.0, -1.0))
+    return Framing(*size, track=CameraTrack((PoseKey(1, pose),)))
+
+
+def wall_m(width_px: int, diameter_px: float, lens: Lens) -> float:
+    """Where coc is -`diameter_px`, in metres."""
+    line = coc_line(lens, width_px)
+    return line.per_dioptre_px / (-diameter_px - line.at_infinity_px)
+
+
+def _wall(size: tuple[int, int], margin_px: float, distance_m: float, lens: Lens) -> Mesh:
+    """_SQUARES over the picture, whatever the blur, and `margin_px` around them; uv is 0 to 1."""
+    x, y = (
+        np.array([-margin_px, *np.linspace(0, side, count + 1), side + margin_px])
+        for side, count in zip(size, _SQUARES, strict=True)
+    )
+    pixels = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
+    pixel_m = distance_m * lens.sensor_width_mm / (size[0] * lens.focal_length_mm)
+    across, down = (pixel_m * (pixels - np.array(size) / 2)).T
+    positions = np.stack([across, -down, np.full_like(down, -distance_m)], axis=1)
+    return Mesh(
+        positions.astype(np.float32),
+        np.tile(np.array((0.0, 0.0, 1.0), np.float32), (len(positions), 1)),
+        (pixels / size).astype(np.float32),
+        _triangles(len(x), len(y)),
+    )
+
+
+def _triangles(columns: int, rows: int) -> NDArray[np.uint32]:
+    """Two for each square of a grid of corners, seen from +z."""
+    corner = np.arange(columns * rows, dtype=np.uint32).reshape(rows, columns)
+    a, b, c, d = corner[:-1, :-1], corner[1:, :-1], corner[1:, 1:], corner[:-1, 1:]
+    return np.stack([a, b, c, a, c, d], axis=-1).reshape(-1, 3)
+
+
+def _picture(size: tuple[int, int], diameter_px: float) -> NDArray[np.uint8]:
+    light = uniform_coc_plate(size, diameter_px).color
+    shown = np.ones_like(light)
+    shown[..., :3] = np.clip(srgb_encoded(light[..., :3]), 0.0, 1.0)
+    return np.asarray(np.rint(255 * shown), np.uint8)

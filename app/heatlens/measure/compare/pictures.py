@@ -1,0 +1,78 @@
+"""Two files on one pixel grid: what both of them show of the same frame."""
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from heatlens.errors import InputError
+from heatlens.model.boxes import Box
+from heatlens.model.plate_options import PlateOptions
+from heatlens.plate.channel_choice import choose_color
+from heatlens.plate.channels import pixels_of
+from heatlens.plate.file_parts import color_file_parts
+from heatlens.plate.plate import FloatImage
+from heatlens.plate.windows import box_at_header
+
+
+@dataclass(frozen=True, eq=False)
+class Picture:
+    """The colour of a file as it is, NaN and all: `rgb` (H, W, 3) float32 over `data_window`."""
+
+    path: Path
+    rgb: FloatImage
+    data_window: Box
+    display_window: Box
+
+    def over(self, region: Box) -> FloatImage:
+        """The pixels (H, W, 3) of a region inside the data window."""
+        x0, y0 = region.x0 - self.data_window.x0, region.y0 - self.data_window.y0
+        return self.rgb[y0 : y0 + region.height, x0 : x0 + region.width]
+
+
+def read_picture(path: str | os.PathLike[str]) -> Picture:
+    """The finished picture of a file, scene-linear; of a PNG, JPEG or TIFF, what its sRGB says.
+
+    Raises InputError for a file that is missing, damaged or has no colour.
+    """
+    path = Path(path)
+    parts = color_file_parts(path, PlateOptions())
+    headers = [header for header, _ in parts]
+    choice = choose_color(path, headers, None)
+    header = headers[choice.rgb[0].part]
+    channels = [pixels_of(parts, ref).astype(np.float32) for ref in choice.rgb]
+    return Picture(
+        path=path,
+        rgb=np.stack(channels, axis=-1),
+        data_window=box_at_header(header, "dataWindow"),
+        display_window=box_at_header(header, "displayWindow"),
+    )
+
+
+def shared_region(result: Picture, truth: Picture) -> Box:
+    """The pixels that both files hold; all of the data window where theirs is the same.
+
+    Where the data windows differ it is what both hold of the display window. Raises InputError
+    when the display windows differ, for then no pixel of one is known to be that of the other.
+    """
+    if result.display_window != truth.display_window:
+        raise InputError(
+            "Only pictures on one pixel grid can be compared: the display window of "
+            f"{_said(result.path, result.display_window)}, that of "
+            f"{_said(truth.path, truth.display_window)}."
+        )
+    if result.data_window == truth.data_window:
+        return result.data_window
+    region = result.data_window.intersection(truth.data_window).intersection(truth.display_window)
+    if region.is_empty:
+        raise InputError(
+            "The pictures have no pixel in common: the data window of "
+            f"{_said(result.path, result.data_window)}, that of "
+            f"{_said(truth.path, truth.data_window)}."
+        )
+    return region
+
+
+def _said(path: Path, box: Box) -> str:
+    return f"{path} is {box.width} x {box.height} pixels at ({box.x0}, {box.y0})"

@@ -1,0 +1,108 @@
+"""What a study measures: each method's picture, how far it is from the reference, its time."""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from statistics import median
+
+import numpy as np
+
+from heatlens.errors import GpuError
+from heatlens.measure.bench.frames import run_seconds
+from heatlens.measure.compare.metrics import Scores, score
+from heatlens.measure.study.reference import Reference
+from heatlens.measure.study.subject import Subject
+from heatlens.model.boxes import Box
+from heatlens.model.settings import DefocusSettings, Method
+from heatlens.plate.plate import FloatImage
+
+LIMIT_S = 60.0  # the runs of one method stop here; its warm-up is always done to the end
+Say = Callable[[str], None]
+
+
+@dataclass(frozen=True, eq=False)
+class Row:
+    """One method: its picture, scene-linear (H, W, 3), and what was measured of it.
+
+    seconds  median of `runs` frames after a warm-up; of the warm-up alone where runs is 0
+    """
+
+    method: Method
+    detail: str
+    pixels: FloatImage
+    seconds: float
+    runs: int
+    scores: Scores
+
+
+@dataclass(frozen=True)
+class Rows:
+    """All methods, the nearest to the reference first, and why others are missing."""
+
+    rows: tuple[Row, ...]
+    left_out: tuple[str, ...]
+
+
+def check_measurable() -> None:
+    """InputError now rather than after minutes where the packages that measure are missing."""
+    black = np.zeros((8, 8, 3), np.float32)
+    score(black, black)
+
+
+def measure_all(
+    subject: Subject, methods: tuple[Method, ...], reference: Reference, runs: int, say: Say
+) -> Rows:
+    """A row for each method; one that this machine has no room for is left out, and said.
+
+    Raises the GpuError of the last one where none could be rendered.
+    """
+    rows: list[Row] = []
+    left_out: list[str] = []
+    for at, method in enumerate(methods, 1):
+        say(f"{at} of {len(methods)}: {method}")
+        try:
+            rows.append(measured(subject, subject.settings(method), reference, runs))
+        except GpuError as error:
+            if not rows and at == len(methods):
+                raise
+            left_out.append(f"{method} is left out: {error}")
+            say(left_out[-1])
+    return Rows(tuple(sorted(rows, key=lambda row: row.scores.flip)), tuple(left_out))
+
+
+def measured(subject: Subject, settings: DefocusSettings, reference: Reference, runs: int) -> Row:
+    """One method: rendered, compared over the reference's region, rendered again for its time."""
+    start = time.monotonic()
+    subject.forget(settings)
+    pixels = cut(subject.pixels(settings), reference.region)
+    warm_up = time.monotonic() - start
+    seconds = run_times(subject, settings, runs, start + LIMIT_S - warm_up)
+    scores = score(pixels, reference.pixels)
+    middle = median(seconds or [warm_up])
+    return Row(settings.method, detail_of(settings), pixels, middle, len(seconds), scores)
+
+
+def run_times(
+    subject: Subject, settings: DefocusSettings, runs: int, last_start: float
+) -> list[float]:
+    """Seconds of each of `runs` frames, of fewer where the clock passes `last_start`."""
+    seconds: list[float] = []
+    while len(seconds) < runs and time.monotonic() < last_start:
+        subject.forget(settings)
+        seconds.append(run_seconds(subject.renderer.ctx, lambda: subject.draw(settings)))
+    return seconds
+
+
+def cut(rgba: FloatImage, region: Box) -> FloatImage:
+    """Colour (H, W, 3) over a region in pixels of the picture itself."""
+    rows, columns = slice(region.y0, region.y1), slice(region.x0, region.x1)
+    return np.ascontiguousarray(rgba[rows, columns, :3])
+
+
+def detail_of(settings: DefocusSettings) -> str:
+    """The settings that the method asks for, in words; empty where it asks for none."""
+    if settings.method is Method.DIFFUSION:
+        layers = "" if settings.layers is None else f", {settings.layers} layers"
+        return f"{settings.bokeh}, {settings.quality}{layers}"
+    unit = {Method.ACCUMULATION: "views", Method.RAYTRACED: "rays a pixel"}.get(settings.method)
+    return f"{settings.views} {unit}" if unit else ""

@@ -1,0 +1,84 @@
+"""What the methods of a study are held against: a file, many views of a scene, or diffusion."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from heatlens.measure.compare.pictures import Picture, shared_region
+from heatlens.measure.study.subject import Subject
+from heatlens.model.boxes import Box
+from heatlens.model.settings import Bokeh, DefocusSettings, Method, Quality
+from heatlens.plate.plate import FloatImage
+
+_SHARED = (
+    "Accumulation begins with the views that the truth begins with, which favours it a little."
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Reference:
+    """Scene-linear `pixels` (H, W, 3) over `region`, a box in pixels of the rendered picture.
+
+    name      what it is, in a few words
+    is_truth  False where it is one of the methods itself, which may be wrong as well
+    note      a sentence on what favours a method, empty where nothing does
+    """
+
+    pixels: FloatImage
+    region: Box
+    name: str
+    is_truth: bool
+    note: str = ""
+
+
+def from_file(subject: Subject, truth: Picture) -> Reference:
+    """The finished picture of a file, where it and the subject have pixels.
+
+    Raises InputError where the two are not on one pixel grid.
+    """
+    plate = subject.plate
+    data = plate.data_window
+    own = Picture(plate.path, plate.color[..., :3], data, plate.display_window)
+    shared = shared_region(own, truth)
+    x0, y0 = shared.x0 - data.x0, shared.y0 - data.y0
+    region = Box(x0, y0, x0 + shared.width, y0 + shared.height)
+    return Reference(_finite(truth.over(shared)), region, truth.path.name, is_truth=True)
+
+
+def truth_settings(subject: Subject, views: int) -> DefocusSettings:
+    """A scene seen from `views` points of the lens. Raises InputError for more than there are."""
+    return replace(subject.settings(Method.ACCUMULATION), views=views)
+
+
+def from_views(subject: Subject, views: int, tell: Callable[[str], None]) -> Reference:
+    """The truth of a scene: right but for the noise of so many; `tell` hears of each step."""
+    settings = truth_settings(subject, views)
+    name = f"the scene seen from {views} points of the lens"
+    return replace(_rendered(subject.pixels(settings, tell), name, is_truth=True), note=_SHARED)
+
+
+def from_diffusion(subject: Subject) -> Reference:
+    """The best that heatlens makes of a plate. It is no truth."""
+    settings = DefocusSettings(bokeh=Bokeh.DISC, quality=Quality.FILM, method=Method.DIFFUSION)
+    return _rendered(subject.pixels(settings), "diffusion, film", is_truth=False)
+
+
+def announce(reference: Reference, say: Callable[[str], None]) -> None:
+    """Say aloud what counts as right here."""
+    if reference.is_truth:
+        say(f"truth: {reference.name}")
+    else:
+        say(
+            f"no truth was given: the methods are held against {reference.name}, which is a "
+            "method itself; --truth compares with a finished picture"
+        )
+
+
+def _rendered(rgba: FloatImage, name: str, is_truth: bool) -> Reference:
+    height, width = rgba.shape[:2]
+    return Reference(_finite(rgba[..., :3]), Box(0, 0, width, height), name, is_truth)
+
+
+def _finite(rgb: FloatImage) -> FloatImage:
+    return np.where(np.isfinite(rgb), rgb, 0).astype(np.float32)

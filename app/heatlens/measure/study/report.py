@@ -1,0 +1,46 @@
+"""A whole study as a value: all that its pages and its numbers say."""
+
+from dataclasses import dataclass
+
+from heatlens.measure.study.measured import Row
+from heatlens.measure.study.reference import Reference
+from heatlens.model.boxes import Box
+from heatlens.plate.plate import FloatImage
+
+
+@dataclass(frozen=True, eq=False)
+class Report:
+    """What was studied and what came out.
+
+    title     the name of the source
+    facts     what the pictures have in common: (label, value), for reading
+    reference what the rows are held against
+    sharp     the picture before the lens (H, W, 3) over the same region, None where there is none
+    rows      the nearest to the reference first
+    left_out  a sentence for each method that is missing
+    crops     places to look at, in pixels of the reference
+    gain      how many times brighter than they are the differences are drawn
+    machine   the name of the renderer that the times belong to
+    """
+
+    title: str
+    facts: tuple[tuple[str, str], ...]
+    reference: Reference
+    sharp: FloatImage | None
+    rows: tuple[Row, ...]
+    left_out: tuple[str, ...]
+    crops: tuple[Box, ...]
+    gain: float
+    machine: str
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height that all its pictures have."""
+        return self.reference.region.width, self.reference.region.height
+
+    @property
+    def best(self) -> Row:
+        """The nearest to the reference; a method that is the reference itself does not count."""
+        if self.reference.is_truth:
+            return self.rows[0]
+        return next((row for row in self.rows if row.scores.flip > 0), self.rows[0])

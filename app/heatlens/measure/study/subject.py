@@ -1,0 +1,66 @@
+"""What is studied: one frame of a plate or a scene, through one lens, blurred in many ways."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+from heatlens.gpu.textures import download
+from heatlens.model.settings import DefocusSettings, Method
+from heatlens.model.shot import Shot
+from heatlens.plate.plate import FloatImage, Plate
+from heatlens.render import FrameRenderer
+
+
+@dataclass(frozen=True, eq=False)
+class Subject:
+    """A renderer that has the source loaded, and what to ask it for.
+
+    The methods take the lens of `shot`; its settings are those of diffusion, and say from how many
+    points the methods of a scene look.
+    """
+
+    name: str
+    renderer: FrameRenderer
+    shot: Shot
+    frame: int = 0
+
+    @property
+    def methods(self) -> tuple[Method, ...]:
+        """Every method that the source allows, in the order of `Method`."""
+        is_scene = self.renderer.scene is not None
+        return tuple(method for method in Method if is_scene or not method.needs_scene)
+
+    @property
+    def plate(self) -> Plate:
+        """The picture before the lens; of a scene as seen from the lens's middle."""
+        return self.renderer.look(self.shot, self.frame).plate
+
+    @property
+    def machine(self) -> str:
+        """The name that OpenGL gives what draws."""
+        return str(self.renderer.ctx.info["GL_RENDERER"])
+
+    def settings(self, method: Method) -> DefocusSettings:
+        """Those of the shot, for another method."""
+        return replace(self.shot.defocus, method=method)
+
+    def pixels(
+        self, settings: DefocusSettings, tell: Callable[[str], None] = lambda _: None
+    ) -> FloatImage:
+        """The picture, (H, W, 4) float32, premultiplied; `tell` hears of each step of it."""
+        steps = self.renderer.steps(replace(self.shot, defocus=settings), self.frame)
+        while True:
+            try:
+                tell(next(steps))
+            except StopIteration as end:
+                return download(end.value)
+
+    def draw(self, settings: DefocusSettings) -> None:
+        """Issue the picture; the GPU may still be at it."""
+        self.renderer.render(replace(self.shot, defocus=settings), self.frame)
+
+    def forget(self, settings: DefocusSettings) -> None:
+        """Have a method that goes on where it stopped begin again: one view of another lens."""
+        if settings.method.needs_scene:
+            lens = replace(self.shot.lens, f_stop=0.8 * self.shot.lens.f_stop)
+            other = replace(self.shot, lens=lens, defocus=replace(settings, views=1))
+            self.renderer.render(other, self.frame)

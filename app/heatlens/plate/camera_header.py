@@ -1,0 +1,88 @@
+"""The lens in an EXR header, in and out: standard attributes, focus in metres, the rest in mm.
+
+Names and units: the OpenEXR list of standard attributes.
+"""
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from heatlens.plate.plate import CameraHeader
+
+Header = dict[str, Any]
+
+# Field of CameraHeader -> attributes that give it, the one meant for pinhole cameras first.
+_ATTRIBUTES = {
+    "focus_distance_m": ("focus",),
+    "f_stop": ("aperture",),
+    "focal_length_mm": ("pinholeFocalLength", "nominalFocalLength", "effectiveFocalLength"),
+    "t_stop": ("tStop",),
+}
+_SENSOR = "sensorOverallDimensions"
+
+
+def camera_at_header(headers: Sequence[Header]) -> CameraHeader:
+    """The lens values of `headers`, the first header that has one deciding.
+
+    A value that no lens can have (zero, negative, not a number) counts as not there; only the
+    focus may be infinite.
+    """
+    values: dict[str, float] = {}
+    sources: dict[str, str] = {}
+    for name, attributes in _ATTRIBUTES.items():
+        for attribute in attributes:
+            value = _first_number(headers, attribute, allow_infinite=name == "focus_distance_m")
+            if value is not None:
+                values[name], sources[name] = value, attribute
+                break
+    for name, axis in (("sensor_width_mm", 0), ("sensor_height_mm", 1)):
+        value = _first_sensor_side(headers, axis)
+        if value is not None:
+            values[name], sources[name] = value, _SENSOR
+    return CameraHeader(**values, sources=sources)
+
+
+def lens_attributes(
+    focal_length_mm: float,
+    f_stop: float,
+    focus_distance_m: float,
+    sensor_width_mm: float,
+    sensor_height_mm: float | None = None,
+    t_stop: float | None = None,
+) -> dict[str, Any]:
+    """Header attributes for a lens; the reverse of `camera_at_header`."""
+    attributes: dict[str, Any] = {
+        "focus": float(focus_distance_m),
+        "aperture": float(f_stop),
+        "pinholeFocalLength": float(focal_length_mm),
+    }
+    if t_stop is not None:
+        attributes["tStop"] = float(t_stop)
+    height = 0.0 if sensor_height_mm is None else sensor_height_mm  # 0: not known
+    attributes[_SENSOR] = np.array([sensor_width_mm, height], dtype=np.float32)
+    return attributes
+
+
+def _first_number(headers: Sequence[Header], attribute: str, allow_infinite: bool) -> float | None:
+    """The first usable value of `attribute`."""
+    for header in headers:
+        value = header.get(attribute)
+        if isinstance(value, int | float) and _usable(value, allow_infinite):
+            return float(value)
+    return None
+
+
+def _first_sensor_side(headers: Sequence[Header], axis: int) -> float | None:
+    """Width (axis 0) or height (1) of the sensor in millimetres."""
+    for header in headers:
+        size = np.asarray(header.get(_SENSOR, ()))
+        if size.shape == (2,) and size.dtype.kind in "if" and _usable(size[axis], False):
+            return float(size[axis])
+    return None
+
+
+def _usable(value: float, allow_infinite: bool) -> bool:
+    """True for a positive number, infinity only where it means something."""
+    return value > 0 and (allow_infinite or math.isfinite(value))

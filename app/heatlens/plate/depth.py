@@ -1,0 +1,226 @@
+"""A depth channel, in whatever convention, to planar metres: every infinity is settled here."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heatlens.errors import InputError
+from heatlens.model.plate_options import DepthConvention, DepthKind, PlateOptions
+from heatlens.plate.bounds import DEPTH_LEAST_M, bound_coc
+from heatlens.plate.depth_ends import checked_ends, with_ends
+from heatlens.plate.depth_guess import (
+    NORMALIZED_UP_TO,
+    DepthOrigin,
+    Guess,
+    RawDepth,
+    guess_convention,
+    in_full_scale,
+    looked_at,
+)
+from heatlens.plate.plate import DepthReport, FloatImage
+from heatlens.plate.repair import repair_depth
+
+# Few values of the wrong sign are filtering at edges; this many mean it is no depth channel.
+MAX_WRONG_SIGN_FRACTION = 0.25
+# NaN in a larger part of the frame is a sky, not scattered faults.
+NAN_SKY_FRACTION = 0.05
+# 1/z at or below this is what a distance of 1e10 or more becomes.
+INVERSE_INFINITE_UP_TO = 1e-10
+
+_Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, eq=False)
+class DepthResult:
+    """Metres (not yet planar where the kind is radial), or CoC diameters in pixels."""
+
+    values: FloatImage
+    report: DepthReport
+    notes: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class _Converted:
+    """Values in metres or pixels, and the pixels where they are infinite or worthless."""
+
+    values: FloatImage
+    infinite: _Mask
+    bad: _Mask
+    notes: tuple[str, ...] = ()
+
+
+def read_depth(
+    values: FloatImage,
+    what: str,
+    channel: str,
+    options: PlateOptions,
+    origin: DepthOrigin | None = None,
+) -> DepthResult:
+    """Depth (H, W) in metres of the raw `values`; `what` starts every sentence about them.
+
+    `origin` is what is known of them beyond their name. Raises InputError where the channel is
+    empty, ambiguous or no depth at all; with `options.strict` also where a question was left.
+    """
+    origin = origin or DepthOrigin()
+    raw = looked_at(values, what, channel, origin)
+    guess = guess_convention(raw, options)
+    if guess.question and options.strict:
+        raise InputError(guess.question)
+    if guess.convention == "disparity":
+        options, guess = with_ends(raw, options, guess)
+    convention = guess.convention
+    with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
+        converted = _convert(raw, convention, options)
+    depth = converted.values
+    depth[converted.infinite] = np.inf
+    bounded: tuple[str, ...] = ()
+    if convention == "coc":
+        repaired = repair_depth(depth, converted.bad, what)
+        bounded = bound_coc(depth, what)
+    else:
+        repaired = repair_depth(depth, converted.bad | (depth < DEPTH_LEAST_M), what)
+    kind: DepthKind = origin.kind if options.depth_kind == "auto" else options.depth_kind
+    kind = "planar" if convention == "coc" else kind
+    infinite_count = int(np.count_nonzero(np.isinf(depth)))  # with those that repair copied
+    near, far = finite_range(depth, infinite_count)
+    if convention == "coc":
+        near = far = math.nan
+    report = DepthReport(
+        channel, convention, kind, guess.why, near, far, infinite_count, repaired, guess.question
+    )
+    return DepthResult(depth, report, (*converted.notes, *bounded, *_notes(raw, report, guess)))
+
+
+def finite_range(depth: FloatImage, infinite_count: int) -> tuple[float, float]:
+    """Least and greatest finite depth; infinity where there is none."""
+    if infinite_count == depth.size:
+        return math.inf, math.inf
+    near = float(depth.min())
+    far = float(depth.max())
+    if math.isinf(far):
+        far = float(np.max(depth, where=np.isfinite(depth), initial=near))
+    return near, far
+
+
+def _convert(raw: RawDepth, convention: DepthConvention, options: PlateOptions) -> _Converted:
+    """The conversion that belongs to `convention`."""
+    if convention == "coc":
+        none = np.zeros(raw.values.shape, dtype=np.bool_)
+        return _Converted(raw.values.copy(), none, ~np.isfinite(raw.values))
+    if convention == "inverse":
+        return _from_inverse(raw, options.scene_unit_m)
+    if convention == "distance":
+        return _from_distance(raw, options.scene_unit_m)
+    raw = in_full_scale(raw)
+    if convention == "disparity":
+        return _from_disparity(raw, options)
+    return _from_normalized(raw, convention == "normalized-inverted", options)
+
+
+def _from_distance(raw: RawDepth, scene_unit_m: float) -> _Converted:
+    """Metres of distances in scene units."""
+    sign, notes = _viewing_sign(raw)
+    depth = raw.values * np.float32(sign * scene_unit_m)
+    infinite, infinite_notes = _nothing_hit(raw)
+    bad = ~(depth > 0) & ~infinite  # also true of NaN
+    return _Converted(depth, infinite, bad, notes + infinite_notes)
+
+
+def _nothing_hit(raw: RawDepth) -> tuple[_Mask, tuple[str, ...]]:
+    """Where a distance says that nothing was hit, with what to say about it.
+
+    No surface is at distance 0. Where the file has no other mark of infinity, 0 is one; where it
+    has, a 0 is a fault. With neither, NaN over much of the frame is one; a few NaN are faults.
+    """
+    if raw.infinite_count:
+        return raw.infinite, ()
+    if raw.zero_count:
+        return raw.values == 0, (
+            f"{raw.what} is 0 in {raw.zero_count} pixels: taken as nothing hit, infinitely far. "
+            "If it holds 1/z, say --depth-convention inverse.",
+        )
+    if raw.nan_count > NAN_SKY_FRACTION * raw.values.size:
+        return np.isnan(raw.values), (
+            f"{raw.what} is NaN in {raw.nan_count} of {raw.values.size} pixels: taken as nothing "
+            "hit, infinitely far.",
+        )
+    return raw.infinite, ()
+
+
+def _from_inverse(raw: RawDepth, scene_unit_m: float) -> _Converted:
+    """Metres of 1/z, in one over scene units; 0 is infinitely far."""
+    sign, notes = _viewing_sign(raw)
+    inverse = raw.values * np.float32(sign)
+    infinite = np.abs(inverse) <= INVERSE_INFINITE_UP_TO
+    depth: FloatImage = (np.float32(scene_unit_m) / inverse).astype(np.float32)
+    bad = (~(depth > 0) | raw.infinite) & ~infinite
+    return _Converted(depth, infinite, bad, notes)
+
+
+def _from_normalized(raw: RawDepth, inverted: bool, options: PlateOptions) -> _Converted:
+    """Metres of 0..1 between near and far; the far end and beyond is nothing hit."""
+    near, far = checked_ends(raw, options)
+    fraction = 1 - raw.values if inverted else raw.values
+    infinite = (fraction >= 1) | raw.infinite
+    below = int(np.count_nonzero(fraction < 0)) if (raw.low < 0 or raw.high > 1) else 0
+    depth = np.float32(near) + np.maximum(fraction, 0) * np.float32(far - near)
+    notes = (f"{raw.what} passes its near end in {below} pixels: set to --near.",) if below else ()
+    return _Converted(depth, infinite, ~(depth > 0) & ~infinite, notes)
+
+
+def _from_disparity(raw: RawDepth, options: PlateOptions) -> _Converted:
+    """Metres of 0 to 1 that runs evenly over 1/z, from far to near, as phones and networks write.
+
+    What leaves 0 to 1 has a scale of its own: the least and the greatest value are then the ends.
+    """
+    near, far = checked_ends(raw, options)
+    values = raw.values
+    notes: tuple[str, ...] = ()
+    if raw.low < 0 or raw.high > NORMALIZED_UP_TO:
+        values = (values - np.float32(raw.low)) / np.float32(max(raw.high - raw.low, 1e-30))
+        notes = (
+            f"{raw.what} runs from {raw.low:g} to {raw.high:g}: these are taken for --far and "
+            "--near, in every frame anew.",
+        )
+    dioptres = 1 / far + np.clip(values, 0.0, 1.0) * (1 / near - 1 / far)
+    infinite = dioptres <= INVERSE_INFINITE_UP_TO
+    depth = (1.0 / dioptres).astype(np.float32)
+    return _Converted(depth, infinite, ~np.isfinite(raw.values) | raw.infinite, notes)
+
+
+def _viewing_sign(raw: RawDepth) -> tuple[float, tuple[str, ...]]:
+    """-1 with a note for a camera that looks along -z, else 1; InputError where signs mix."""
+    positive = raw.values.size - raw.infinite_count - raw.zero_count - raw.nan_count
+    positive -= raw.negative_count
+    wrong = min(positive, raw.negative_count)
+    if wrong > MAX_WRONG_SIGN_FRACTION * (positive + raw.negative_count):
+        raise InputError(
+            f"{raw.what} has {raw.negative_count} negative and {positive} positive values, so it "
+            "is no depth. Name the depth with --depth-channel or, if these are diameters of the "
+            "circle of confusion in pixels, say --depth-convention coc."
+        )
+    if raw.negative_count > positive:
+        return -1.0, (f"{raw.what} is negative, as along -z: its sign was turned.",)
+    return 1.0, ()
+
+
+def _notes(raw: RawDepth, report: DepthReport, guess: Guess) -> tuple[str, ...]:
+    """What the person should hear about this channel."""
+    notes = []
+    if guess.question:
+        notes.append(f"{guess.question} Taken as {guess.convention} for now. {guess.why}")
+    elif not guess.certain:
+        notes.append(f"{raw.what} is read as {guess.convention}. {guess.why}")
+    if report.repaired_count:
+        notes.append(
+            f"{raw.what} holds no usable value in {report.repaired_count} of {raw.values.size} "
+            "pixels (NaN, of the wrong sign or nearer than a micrometre): they took the "
+            "nearest neighbour's."
+        )
+    if raw.low == raw.high and not 0 < report.infinite_count < raw.values.size:
+        notes.append(f"{raw.what} is {raw.low:g} everywhere: the blur will be the same everywhere.")
+    elif report.infinite_count == raw.values.size:
+        notes.append(f"{raw.what} is infinite everywhere: nothing was hit in this frame.")
+    return tuple(notes)

@@ -1,0 +1,57 @@
+"""The two ends of a depth that is only relative: metres that its file does not tell."""
+
+import math
+from dataclasses import replace
+
+from heatlens.errors import InputError
+from heatlens.model.plate_options import PlateOptions
+from heatlens.plate.depth_guess import Guess, RawDepth
+
+# A portrait in a room, so that a photo can be looked at before anybody has measured anything.
+_USUAL_NEAR_M, _USUAL_FAR_M = 1.0, 10.0
+
+
+def checked_ends(raw: RawDepth, options: PlateOptions) -> tuple[float, float]:
+    """Near and far in metres. Raises InputError where they are not given, or cannot be ends.
+
+    The far end of a disparity may be infinite; a disparity has no end at 0.
+    """
+    near, far = options.near_m, options.far_m
+    if near is None or far is None:
+        raise InputError(
+            f"{raw.what} is read as normalised: give the distances of its two ends in metres with "
+            "--near and --far."
+        )
+    is_disparity = options.depth_convention == "disparity"
+    is_far_good = far < math.inf or is_disparity
+    if not (0 <= near < far and is_far_good) or (is_disparity and near == 0):
+        raise InputError(
+            f"--near {near:g} and --far {far:g} cannot be the ends of a depth: both are metres, "
+            f"near {'more than' if is_disparity else 'at least'} 0 and less than far."
+        )
+    return near, far
+
+
+def with_ends(raw: RawDepth, options: PlateOptions, guess: Guess) -> tuple[PlateOptions, Guess]:
+    """Options whose ends are known, for a disparity: where nobody tells them, the usual ones.
+
+    They are then part of the question. Raises InputError where that must not be asked.
+    """
+    options = replace(options, depth_convention="disparity")
+    if options.near_m is not None and options.far_m is not None:
+        return options, guess
+    near = _USUAL_NEAR_M if options.near_m is None else options.near_m
+    far = max(_USUAL_FAR_M, 2 * near) if options.far_m is None else options.far_m
+    if options.near_m is None and far <= near:
+        near = far / 10
+    asked = (
+        f"{raw.what} tells what is nearer, but no metres: how far away are its nearest and its "
+        "farthest point? Say --near and --far."
+    )
+    if options.strict:
+        raise InputError(asked)
+    question = f"{guess.question} {asked}".strip()
+    why = f"{guess.why} Its ends are taken as {near:g} m and {far:g} m."
+    return replace(options, near_m=near, far_m=far), replace(
+        guess, question=question, why=why, certain=False
+    )

@@ -1,0 +1,297 @@
+"""Which convention a depth channel follows, when nobody says: guessed from its name and values.
+
+Where the values fit several conventions and none is likelier, the guess is refused, not made: a
+wrong one would blur the wrong things and look almost right. Where one is likelier, it is taken, and
+the question is asked aloud.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heatlens.errors import InputError
+from heatlens.model.plate_options import DepthConvention, DepthKind, PlateOptions
+from heatlens.plate.depth_shape import FlatVotes, flat_votes
+from heatlens.plate.picture_parts import ToldOfPicture
+from heatlens.plate.plate import FloatImage
+
+# At and beyond this renderers mean "nothing hit": 1e10 (Blender, MoonRay), FLT_MAX, 1e30, inf.
+INFINITE_FROM = 1e10
+# Exact values that mean the same: Mantra's far plane and the largest half.
+INFINITE_EXACTLY = (1e6, 65504.0)
+
+# Filtering carries a normalised depth a little past its ends.
+NORMALIZED_UP_TO = 1.5
+
+# A 1/z beyond this would be nearer than 5 cm in metres; in smaller units it is smaller still.
+INVERSE_MOST = 20.0
+# And in a picture whose least 1/z is greater, all of it would be nearer than one unit.
+INVERSE_LOW_MOST = 1.0
+# Distances of a whole picture seldom lie so near, and never mostly at the near end.
+_NEAR_TOP, _NEAR_LOW, _DENSE_PART = 4.0, 0.5, 0.25
+
+_Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Guess:
+    """A convention, one sentence saying why, and whether it needs no saying aloud.
+
+    `question`: where the values fit another convention nearly as well, both, with their options.
+    """
+
+    convention: DepthConvention  # never "auto"
+    why: str
+    certain: bool = True
+    question: str = ""
+
+
+@dataclass(frozen=True)
+class DepthOrigin:
+    """Where a depth is from, beyond its name.
+
+    program  that wrote the file, "" for unknown
+    kind     what it is likely measured along
+    told     what a picture for the eye tells of it; None for a channel of an EXR
+    """
+
+    program: str = ""
+    kind: DepthKind = "planar"
+    told: ToldOfPicture | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class RawDepth:
+    """A depth channel as stored, (H, W) float32, and what its values are like."""
+
+    values: FloatImage
+    what: str  # "shot.exr: depth channel 'Z'", the start of every sentence about it
+    channel: str
+    infinite: _Mask  # an infinity that distances are marked with, of either sign
+    low: float  # least and greatest of the others; NaN when there are none
+    high: float
+    zero_count: int
+    nan_count: int
+    negative_count: int
+    origin: DepthOrigin
+
+    @property
+    def infinite_count(self) -> int:
+        """Pixels that hold a mark of infinity."""
+        return int(np.count_nonzero(self.infinite))
+
+    @property
+    def top(self) -> float:
+        """Greatest magnitude of the values that are no mark of infinity."""
+        return max(abs(self.low), abs(self.high))
+
+    @property
+    def bottom(self) -> float:
+        """Least magnitude of them, where all have one sign."""
+        return min(abs(self.low), abs(self.high))
+
+
+def in_full_scale(raw: RawDepth) -> RawDepth:
+    """Whole numbers of a picture as parts of its white; floating point as it is."""
+    white = None if raw.origin.told is None else raw.origin.told.full_scale
+    if white is None:
+        return raw
+    values = raw.values / np.float32(white)
+    return replace(raw, values=values, low=raw.low / white, high=raw.high / white)
+
+
+def looked_at(values: FloatImage, what: str, channel: str, origin: DepthOrigin) -> RawDepth:
+    """Count what is in the channel. Raises InputError when it is empty: all zero or all NaN."""
+    magnitude = np.abs(values)
+    infinite = magnitude >= INFINITE_FROM
+    is_whole = origin.told is not None and origin.told.full_scale is not None
+    for mark in () if is_whole else INFINITE_EXACTLY:
+        infinite |= magnitude == mark
+    plain = values[~infinite]
+    nan_count = int(np.count_nonzero(np.isnan(plain)))
+    if nan_count:
+        plain = plain[~np.isnan(plain)]
+    zero_count = int(plain.size - np.count_nonzero(plain))
+    if zero_count + nan_count == values.size:
+        found = "NaN" if zero_count == 0 else "zero or NaN" if nan_count else "zero"
+        raise InputError(
+            f"{what} is empty (every pixel is {found}). Was the depth pass switched on for this "
+            "render? Another channel is taken with --depth-channel."
+        )
+    low, high = (float(plain.min()), float(plain.max())) if plain.size else (np.nan, np.nan)
+    negative = int(np.count_nonzero(plain < 0)) if low < 0 else 0
+    return RawDepth(
+        values, what, channel, infinite, low, high, zero_count, nan_count, negative, origin
+    )
+
+
+def guess_convention(raw: RawDepth, options: PlateOptions) -> Guess:
+    """The convention of `raw`, with why; InputError where one of --near and --far is in vain.
+
+    Raises InputError when its values fit several, naming the options that decide.
+    """
+    guess = _guessed(raw, options)
+    ends = {"--near": options.near_m, "--far": options.far_m}
+    given = [name for name, value in ends.items() if value is not None]
+    if guess.convention == "distance" and len(given) == 1:
+        raise InputError(
+            f"{raw.what} is taken as distances, and {given[0]} is an end of a normalized depth: "
+            f"leave {given[0]} out, or say --depth-convention."
+        )
+    return guess
+
+
+def _guessed(raw: RawDepth, options: PlateOptions) -> Guess:
+    if options.depth_convention != "auto":
+        return Guess(options.depth_convention, "Given with --depth-convention.")
+    if raw.origin.told is not None:
+        return guess_of_picture(raw, raw.origin.told, options)
+    by_name = _guess_by_name(raw.channel)
+    if by_name:
+        return by_name
+    if raw.infinite_count == raw.values.size:
+        return Guess("distance", "Every pixel holds a mark of infinity, as only distances do.")
+    has_ends = options.near_m is not None and options.far_m is not None
+    if has_ends and raw.top <= NORMALIZED_UP_TO:
+        return _normalized_direction(raw)
+    if raw.top > 1:
+        return _guess_beyond_one(raw, has_ends)
+    return _guess_within_one(raw)
+
+
+def _guess_beyond_one(raw: RawDepth, has_ends: bool) -> Guess:
+    """Distances, unless the surfaces or the program say that these values are 1/z."""
+    beyond = "above 1" if raw.high > 1 else "below -1"
+    why = f"Its values run from {raw.low:g} to {raw.high:g}, {beyond}, so they are distances."
+    if has_ends:
+        return Guess("distance", f"{why} --near and --far are not used.", certain=False)
+    if raw.infinite_count or raw.top > INVERSE_MOST:
+        return Guess("distance", why)
+    votes = flat_votes(raw.values, raw.infinite)
+    if votes.says_distance:
+        return Guess("distance", f"{why} Flat surfaces in it run as distances do.")
+    if votes.says_inverse and raw.bottom <= INVERSE_LOW_MOST:
+        return _inverse_by_surfaces(raw, votes)
+    if _is_of_nuke(raw):
+        return _asked(
+            raw,
+            "inverse",
+            f"Nuke wrote the file, and its {raw.channel} is 1/z; no flat surface in it tells.",
+        )
+    if _is_dense_near_zero(raw):
+        return _asked(raw, "distance", f"{why} But most of them are near zero, as those of 1/z.")
+    return Guess("distance", why)
+
+
+def _inverse_by_surfaces(raw: RawDepth, votes: FlatVotes) -> Guess:
+    """1/z, as the flat surfaces say; without a doubt where the program says so as well."""
+    why = (
+        f"Flat surfaces in it run as 1/z does, in {votes.inverse} places against "
+        f"{votes.distance} that run as distances do"
+    )
+    if _is_of_nuke(raw):
+        return Guess("inverse", f"{why}, and Nuke wrote the file.", certain=False)
+    return _asked(raw, "inverse", f"{why}.")
+
+
+def _is_of_nuke(raw: RawDepth) -> bool:
+    """The layer that Nuke's own renderer writes: depth.Z, which holds 1/z."""
+    return raw.origin.program == "Nuke" and raw.channel.lower() == "depth.z"
+
+
+def _is_dense_near_zero(raw: RawDepth) -> bool:
+    """Values up to a few, most of them much smaller: 1/z of a scene, or distances on a table."""
+    if raw.top > _NEAR_TOP or raw.bottom > _NEAR_LOW:
+        return False
+    magnitude = np.abs(raw.values[~raw.infinite & np.isfinite(raw.values)])
+    return bool(np.median(magnitude) < _DENSE_PART * raw.top)
+
+
+def _asked(raw: RawDepth, taken: DepthConvention, why: str) -> Guess:
+    """The likelier of distance and 1/z, with the question that only a person can answer."""
+    question = (
+        f"{raw.what} runs from {raw.low:g} to {raw.high:g}: are these distances, or 1/z? Say "
+        "--depth-convention distance or --depth-convention inverse."
+    )
+    return Guess(taken, why, certain=False, question=question)
+
+
+def _guess_by_name(channel: str) -> Guess | None:
+    """What the channel's name says, if anything."""
+    name = channel.lower()
+    if "coc" in name or "circleofconfusion" in name:
+        return Guess("coc", "Its name says circle of confusion.")
+    if "dispar" in name or "inverse" in name or "invz" in name:
+        return Guess("inverse", "Its name says that it holds 1/z.")
+    return None
+
+
+def _normalized_direction(raw: RawDepth) -> Guess:
+    """Which way round a 0..1 depth runs: the end that more pixels stand at is the far one."""
+    ones = int(np.count_nonzero((raw.values >= 1) & ~raw.infinite))
+    zeros = int(np.count_nonzero((raw.values <= 0) & ~raw.infinite))
+    convention: DepthConvention = "normalized-inverted" if zeros > ones else "normalized"
+    far = "0, black" if zeros > ones else "1, white"
+    return Guess(
+        convention,
+        f"--near and --far are given and its values lie in 0 to 1; {zeros} pixels stand at 0 and "
+        f"{ones} at 1, so {far}, is taken as far: a guess, which --depth-convention overrules.",
+        certain=False,
+    )
+
+
+def _guess_within_one(raw: RawDepth) -> Guess:
+    """The convention of values no greater than 1, or a refusal."""
+    span = f"{raw.low:g} to {raw.high:g}"
+    if raw.infinite_count:
+        return Guess(
+            "distance", f"It holds marks of infinity beside values of {span}, as distances do."
+        )
+    if raw.low == raw.high:
+        return Guess("distance", f"It is {raw.low:g} everywhere: taken as a distance.")
+    votes = flat_votes(raw.values, raw.infinite)
+    if votes.says_inverse and _is_of_nuke(raw):
+        return _inverse_by_surfaces(raw, votes)
+    if raw.zero_count and raw.top < 1 and not votes.says_distance:
+        return Guess(
+            "inverse",
+            f"It is 0 in {raw.zero_count} pixels and up to {raw.high:g} elsewhere, as 1/z with 0 "
+            "at infinity: a guess, which --depth-convention overrules.",
+            certain=False,
+        )
+    raise InputError(
+        f"{raw.what} holds only values from {span}, which may be a normalised depth, distances or "
+        "1/z. Say which: --depth-convention normalized or normalized-inverted (1 near) with --near "
+        "and --far in metres, or --depth-convention distance or inverse."
+    )
+
+
+def guess_of_picture(raw: RawDepth, told: ToldOfPicture, options: PlateOptions) -> Guess:
+    """The convention of a depth in a PNG, JPEG, TIFF, PFM or HEIC, which hardly ever tells it."""
+    if told.convention is not None:
+        return Guess(told.convention, told.why, certain=False)
+    if options.scene_unit_m != 1.0:
+        return Guess("distance", "A unit is given with --scene-unit, as distances have.")
+    votes = flat_votes(raw.values, raw.infinite, 1.0 if told.full_scale else 0.0)
+    span = f"{raw.low:g} to {raw.high:g}"
+    if told.full_scale is None and not votes.says_inverse:
+        why = f"Floating point from {span}"
+        question = _question_of_picture(raw, span)
+        if votes.says_distance:
+            return Guess("distance", f"{why}, whose flat surfaces run as distances do.", False)
+        return Guess("distance", f"{why}, as programs write distances.", False, question)
+    if votes.says_inverse:
+        why = f"Its flat surfaces run evenly over 1/z, in {votes.inverse} places."
+        return Guess("disparity", why, certain=False)
+    why = "Phones and networks that estimate depth write disparity, white near."
+    return Guess("disparity", why, False, _question_of_picture(raw, span))
+
+
+def _question_of_picture(raw: RawDepth, span: str) -> str:
+    return (
+        f"{raw.what} runs from {span}: is it disparity (white near, as phones, MiDaS and Depth "
+        "Anything write it), a depth of 0 to 1, or distances? Say --depth-convention disparity, "
+        "normalized or normalized-inverted (white near), each with --near and --far, or distance "
+        "with --scene-unit."
+    )

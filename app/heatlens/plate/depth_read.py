@@ -1,0 +1,237 @@
+"""From the parts of a file to the depth that belongs to its colour: planar and in its window."""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from heatlens.errors import InputError
+from heatlens.model.plate_options import DepthKind, PlateOptions
+from heatlens.plate.bounds import DEPTH_LEAST_M
+from heatlens.plate.camera_header import camera_at_header
+from heatlens.plate.channel_choice import ColorChoice, choose_depth
+from heatlens.plate.channels import ChannelRef, Header, Part, flat_channels, pixels_of
+from heatlens.plate.depth import DepthResult, finite_range, read_depth
+from heatlens.plate.depth_guess import DepthOrigin
+from heatlens.plate.file_parts import depth_file_parts
+from heatlens.plate.picture_parts import told_of
+from heatlens.plate.plate import CameraHeader, FloatImage
+from heatlens.plate.position import depth_of_positions, position_channels
+from heatlens.plate.radial import checked_lens_mm, planar_depth_m
+from heatlens.plate.windows import (
+    box_at_header,
+    moved_to_window,
+    pixel_aspect_of,
+    resized_nearest,
+)
+from heatlens.plate.written_by import written_by
+from heatlens.sequence.depth_files import depth_path_for
+
+# The leaf of Mitsuba's `depth` integrator: the parameter t of the ray that hits.
+_ALONG_RAY = "t"
+_SAME_ASPECT = 0.02  # sizes of one shape may differ by their rounding
+
+
+def read_depth_of(
+    path: Path, parts: Sequence[Part], color: ColorChoice | None, options: PlateOptions
+) -> DepthResult:
+    """The depth that belongs to `color`, planar, over the colour's data window.
+
+    Without a colour, over its own. Where `options` name a depth of its own it comes from there.
+    Raises InputError naming file, channel and option.
+    """
+    headers = [header for header, _ in parts]
+    target = headers[color.rgb[0].part] if color else None
+    if options.depth_source is not None:
+        path = depth_path_for(path, options.depth_source)
+        parts = depth_file_parts(path)
+        camera_headers, headers = headers, [header for header, _ in parts]
+        find = partial(_in_depth_file, path, headers, color, options)
+    else:
+        camera_headers = headers
+        is_coc = options.depth_convention == "coc"
+        find = partial(choose_depth, path, headers, options.depth_channel, color, is_coc)
+    source = _depth_channel(path, parts, color, options, camera_headers, find)
+    return _read(path, parts, source, target, camera_headers, options)
+
+
+@dataclass(frozen=True, eq=False)
+class _Source:
+    """Values (H, W) as stored, the channel they are in, and how they became depths, if they did."""
+
+    ref: ChannelRef
+    values: FloatImage
+    why: str = ""
+
+
+def _depth_channel(
+    path: Path,
+    parts: Sequence[Part],
+    color: ColorChoice | None,
+    options: PlateOptions,
+    camera_headers: Sequence[Header],
+    find: Callable[[], ChannelRef],
+) -> _Source:
+    """The depth that is found, or one calculated of positions where there is none or they are
+    asked for."""
+    headers = [header for header, _ in parts]
+    name, view = options.depth_channel, color.view if color else ""
+    position = position_channels(headers, name, view)
+    if position is None or name is None:
+        try:
+            ref = find()
+            return _Source(ref, pixels_of(parts, ref).astype(np.float32))
+        except InputError:
+            if position is None:
+                raise
+    points = np.stack([pixels_of(parts, ref).astype(np.float32) for ref in position], axis=-1)
+    all_headers = [*camera_headers, *headers]
+    values, why = depth_of_positions(path, points, position[0].layer, all_headers)
+    return _Source(position[2], values, why)
+
+
+def _in_depth_file(
+    path: Path, headers: Sequence[Header], color: ColorChoice | None, options: PlateOptions
+) -> ChannelRef:
+    """The depth channel of a file that holds nothing else, whatever it is called.
+
+    A depth written as grey is taken from its red. Raises InputError where there are several.
+    """
+    is_coc = options.depth_convention == "coc"
+    view = color.view if color else ""
+    try:
+        return choose_depth(path, headers, options.depth_channel, color, is_coc)
+    except InputError:
+        usable = [ref for ref in flat_channels(headers) if not view or ref.view in ("", view)]
+        plain = [ref for ref in usable if ref.leaf.lower() not in ("a", "alpha")]
+        letters = {ref.leaf.lower() for ref in plain}
+        is_grey = letters == {"r", "g", "b"} and len(plain) == 3
+        if options.depth_channel is not None or not (len(plain) == 1 or is_grey):
+            raise
+        return next((ref for ref in plain if ref.leaf.lower() == "r"), plain[0])
+
+
+def _read(
+    path: Path,
+    parts: Sequence[Part],
+    source: _Source,
+    target: Header | None,
+    camera_headers: Sequence[Header],
+    options: PlateOptions,
+) -> DepthResult:
+    """The depth of `source`, planar, over the window of `target`, None for its own."""
+    ref, values = source.ref, source.values
+    headers = [header for header, _ in parts]
+    header = headers[ref.part]
+    told = told_of(header)
+    size_notes: tuple[str, ...] = ()
+    if target is None:
+        target = header
+    elif options.depth_source is not None:
+        values, header, size_notes = _at_size_of(path, values, header, target)
+    _check_same_display(path, ref.full_name, header, target)
+    what = f"{path}: depth channel {ref.full_name!r}"
+    if told is not None:
+        what = f"{path}: the depth"
+    kind, kind_notes = _likely_kind(ref, what, options)
+    origin = DepthOrigin(written_by(headers), kind, told)
+    if source.why:
+        options = replace(options, depth_convention="distance", depth_kind="planar")
+    result = read_depth(values, what, ref.full_name, options, origin)
+    if source.why:
+        result = replace(result, report=replace(result.report, why=source.why))
+    result = replace(result, notes=(*size_notes, *result.notes, *kind_notes))
+    if result.report.kind == "radial":
+        camera = camera_at_header([target, header, *camera_headers])
+        result = _with_values(result, _made_planar(path, result.values, header, camera, options))
+    return _aligned(path, result, header, target)
+
+
+def _at_size_of(
+    path: Path, values: FloatImage, own: Header, target: Header
+) -> tuple[FloatImage, Header, tuple[str, ...]]:
+    """A whole picture of another size as large as the colour; else everything as it is."""
+    window = box_at_header(own, "dataWindow")
+    wanted = box_at_header(target, "displayWindow")
+    is_whole = window == box_at_header(own, "displayWindow")
+    is_like = abs(window.width * wanted.height / (window.height * wanted.width) - 1) < _SAME_ASPECT
+    if window == wanted or not (is_whole and is_like):
+        return values, own, ()
+    note = (
+        f"{path} is {window.width} x {window.height} pixels and the colour {wanted.width} x "
+        f"{wanted.height}: every pixel takes the depth nearest to it."
+    )
+    placed = {"dataWindow": target["displayWindow"], "displayWindow": target["displayWindow"]}
+    return resized_nearest(values, (wanted.height, wanted.width)), own | placed, (note,)
+
+
+def _likely_kind(
+    ref: ChannelRef, what: str, options: PlateOptions
+) -> tuple[DepthKind, tuple[str, ...]]:
+    """What the channel's name says that it is measured along; said where it is not the axis."""
+    if ref.leaf.lower() != _ALONG_RAY or options.depth_kind != "auto":
+        return "planar", ()
+    note = (
+        f"{what} is named as Mitsuba names distances along the ray: taken as radial; "
+        "--depth-kind planar overrules it."
+    )
+    return "radial", (note,)
+
+
+def _check_same_display(path: Path, channel: str, own: Header, target: Header) -> None:
+    """InputError when nothing says how the pixels of two parts lie on each other."""
+    if box_at_header(own, "displayWindow") != box_at_header(target, "displayWindow"):
+        raise InputError(
+            f"{path}: depth channel {channel!r} and the colour have different display windows, so "
+            "it is unclear which pixels belong together. Write them with the same one."
+        )
+
+
+def _made_planar(
+    path: Path, radial_m: FloatImage, header: Header, camera: CameraHeader, options: PlateOptions
+) -> FloatImage:
+    """Distances along the rays turned into depth along the axis; the options know the lens best."""
+    focal_length_mm, sensor_width_mm = checked_lens_mm(
+        path,
+        options.focal_length_mm or camera.focal_length_mm,
+        options.sensor_width_mm or camera.sensor_width_mm,
+    )
+    planar_m = planar_depth_m(
+        radial_m,
+        box_at_header(header, "dataWindow"),
+        box_at_header(header, "displayWindow"),
+        pixel_aspect_of(path, header)[0],
+        focal_length_mm,
+        sensor_width_mm,
+    )
+    return np.maximum(planar_m, np.float32(DEPTH_LEAST_M))  # at the rim of a view of 180 degrees
+
+
+def _aligned(path: Path, result: DepthResult, own: Header, target: Header) -> DepthResult:
+    """`result` over the data window of the colour's part; infinitely far where not covered."""
+    source, window = box_at_header(own, "dataWindow"), box_at_header(target, "dataWindow")
+    if source == window:
+        return result
+    is_coc = result.report.convention == "coc"
+    values = moved_to_window(result.values, source, window, 0.0 if is_coc else math.inf)
+    shared = source.intersection(window)
+    missing = values.size - shared.width * shared.height
+    note = (
+        f"{path}: {missing} pixels of the colour lie outside the data window of depth channel "
+        f"{result.report.channel!r}: taken as {'in focus' if is_coc else 'infinitely far'}."
+    )
+    notes = (*result.notes, note) if missing else result.notes
+    return _with_values(replace(result, notes=notes), values)
+
+
+def _with_values(result: DepthResult, values: FloatImage) -> DepthResult:
+    """`result` with other values and a report of their range."""
+    if result.report.convention == "coc":
+        return replace(result, values=values)
+    infinite_count = int(np.count_nonzero(np.isinf(values)))
+    near_m, far_m = finite_range(values, infinite_count)
+    report = replace(result.report, near_m=near_m, far_m=far_m, infinite_count=infinite_count)
+    return replace(result, values=values, report=report)

@@ -1,0 +1,123 @@
+"""Whether a depth channel holds distances or their inverse, read off the flat surfaces in it.
+
+A plane seen through a pinhole has a 1/z that runs in a straight line over the picture: of three
+pixels in a row, equally far apart, the middle one holds the arithmetic mean of the outer two where
+the channel is 1/z, and their harmonic mean where it is z. Walls, floors and the facets of meshes
+vote; a surface seen straight on, and one that is curved, says nothing either way. Nor does a
+channel that is one ramp from edge to edge, as people paint them to try a lens.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heatlens.plate.plate import FloatImage
+
+# Pixels between those compared: near slopes are steep, far ones need a longer way.
+_STRIDES = (4, 16, 48)
+_SAMPLES_MOST = 200_000  # of each stride and direction
+# Beyond this ratio two pixels lie on different surfaces more often than on one.
+_RATIO_MOST = 3.0
+# A vote counts within this part of the way from the harmonic to the arithmetic mean.
+_TOLERANCE = 0.1
+_HALF_STEP, _FLOAT_STEP = 2.0**-11, 2.0**-18  # relative, of the channel's values
+_STEPS_APART = 20.0  # the two means are told apart where they differ by so many steps
+_LEAST_VOTES = 100
+_RAMP_SAMPLES, _RAMP_PART = 16, 0.01  # along each side; farthest from a plane, of the range
+_LEAST_SHARE, _LEAST_LEAD = 0.02, 5.0
+
+_Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class FlatVotes:
+    """How many places of a channel run as a plane does, read one way or the other."""
+
+    distance: int
+    inverse: int
+    looked_at: int
+
+    @property
+    def says_distance(self) -> bool:
+        """Far more planes are there when the values are taken for distances."""
+        return self._wins(self.distance, self.inverse)
+
+    @property
+    def says_inverse(self) -> bool:
+        """Far more planes are there when the values are taken for 1/z."""
+        return self._wins(self.inverse, self.distance)
+
+    def _wins(self, own: int, other: int) -> bool:
+        least = max(_LEAST_VOTES, _LEAST_SHARE * self.looked_at)
+        return own >= least and own >= _LEAST_LEAD * other
+
+
+def flat_votes(
+    values: FloatImage, infinite: NDArray[np.bool_], whole_step: float = 0.0
+) -> FlatVotes:
+    """The votes of the surfaces in `values` (H, W); those marked `infinite` are no surface.
+
+    `whole_step`: values were rounded to multiples of it, as those of 8 bits are.
+    """
+    magnitude = np.where(infinite | ~np.isfinite(values), 0.0, np.abs(values))
+    step = _HALF_STEP if _is_half(magnitude) else _FLOAT_STEP
+    distance = inverse = looked_at = 0
+    if _is_one_ramp(magnitude):
+        return FlatVotes(0, 0, 0)
+    for first, middle, last in _triples(magnitude.astype(np.float64)):
+        part, can_tell = _way_to_arithmetic(first, middle, last, step, whole_step)
+        distance += int(np.count_nonzero(can_tell & (np.abs(part) < _TOLERANCE)))
+        inverse += int(np.count_nonzero(can_tell & (np.abs(part - 1.0) < _TOLERANCE)))
+        looked_at += int(np.count_nonzero(can_tell))
+    return FlatVotes(distance, inverse, looked_at)
+
+
+def _is_half(magnitude: FloatImage) -> bool:
+    """True where the values have no more digits than 16 bits hold."""
+    row = magnitude[magnitude.shape[0] // 2]
+    with np.errstate(over="ignore"):
+        return bool(np.array_equal(row, row.astype(np.float16).astype(row.dtype)))
+
+
+def _is_one_ramp(magnitude: FloatImage) -> bool:
+    """True where a single plane over the picture tells all of its values."""
+    rows = np.linspace(0, magnitude.shape[0] - 1, _RAMP_SAMPLES).astype(int)
+    columns = np.linspace(0, magnitude.shape[1] - 1, _RAMP_SAMPLES).astype(int)
+    y, x = (grid.ravel() for grid in np.meshgrid(rows, columns, indexing="ij"))
+    values = magnitude[y, x].astype(np.float64)
+    design = np.stack([np.ones(len(x)), x, y], axis=1)
+    plane = design @ np.linalg.lstsq(design, values, rcond=None)[0]
+    return bool(np.abs(values - plane).max() <= _RAMP_PART * np.ptp(values))
+
+
+def _triples(
+    values: NDArray[np.float64],
+) -> Iterator[tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]]:
+    """Pixels in a row, along x and along y, at every stride; few enough to be looked at quickly."""
+    for plane in (values, values.T):
+        for stride in _STRIDES:
+            if plane.shape[1] <= 2 * stride:
+                continue
+            thin = plane[:: max(1, plane.size // _SAMPLES_MOST)]
+            yield thin[:, : -2 * stride], thin[:, stride:-stride], thin[:, 2 * stride :]
+
+
+def _way_to_arithmetic(
+    first: NDArray[np.float64],
+    middle: NDArray[np.float64],
+    last: NDArray[np.float64],
+    step: float,
+    whole_step: float,
+) -> tuple[NDArray[np.float64], _Mask]:
+    """Where the middle lies: 0 on the harmonic mean, 1 on the arithmetic; and where that can be
+    told."""
+    is_surface = (first > 0) & (middle > 0) & (last > 0)
+    total = np.where(is_surface, first + last, 1.0)
+    harmonic, arithmetic = 2 * first * last / total, total / 2
+    apart = arithmetic - harmonic
+    can_tell = is_surface & (apart > _STEPS_APART * np.maximum(step * arithmetic, whole_step))
+    can_tell &= np.maximum(first, last) < _RATIO_MOST * np.minimum(first, last)
+    part = (middle - harmonic) / np.where(can_tell, apart, 1.0)
+    return part, can_tell

@@ -1,0 +1,57 @@
+"""EXR files to plates. Every way the library has of failing ends in an InputError here."""
+
+import os
+from pathlib import Path
+
+import OpenEXR
+
+from heatlens.errors import InputError
+from heatlens.files.quiet import quiet_library
+from heatlens.plate.channels import Part
+from heatlens.plate.exr_limits import check_exr
+
+_HOLDS_DEEP = 1 << 11
+
+# The library decompresses on one thread unless told; more than four gain nothing on a frame.
+OpenEXR.set_global_thread_count(min(4, os.cpu_count() or 1))
+
+
+def read_parts(path: str | os.PathLike[str]) -> list[Part]:
+    """Header and channels, by their names in the part, of every part of the file.
+
+    Raises InputError for what is no EXR file, is damaged, cut short or larger than a GPU takes.
+    """
+    path = Path(path)
+    check_exr(path)
+    try:
+        with quiet_library():
+            headers = [part.header for part in OpenEXR.File(str(path), header_only=True).parts]
+            # Of damaged pixels the library only warns, in print, and drops the part.
+            parts = OpenEXR.File(str(path), separate_channels=True).parts
+        read = [(p.header, {n: c.pixels for n, c in p.channels.items()}) for p in parts]
+    except (RuntimeError, ValueError, KeyError, TypeError, OSError, MemoryError) as error:
+        _check_is_flat(path)
+        raise InputError(
+            f"{path} cannot be read: it is damaged or cut short, or uses a feature of OpenEXR that "
+            f"heatlens does not know ({error}). Write it again."
+        ) from error
+    if not headers:
+        raise InputError(f"{path} is damaged: it has no readable part. Write it again.")
+    if len(read) != len(headers):
+        lost, count = len(headers) - len(read), len(headers)
+        whose = "its pixels" if count == 1 else f"the pixels of {lost} of its {count} parts"
+        raise InputError(f"{path} is damaged or cut short: {whose} cannot be read. Write it again.")
+    return read
+
+
+def _check_is_flat(path: Path) -> None:
+    """InputError for a deep file, which the library may not even open.
+
+    Bit 11 of the second word says that some part is deep. Source: "OpenEXR File Layout".
+    """
+    with path.open("rb") as file:
+        start = file.read(8)
+    if len(start) == 8 and int.from_bytes(start[4:], "little") & _HOLDS_DEEP:
+        raise InputError(
+            f"{path} holds deep samples, which heatlens does not read: flatten it first."
+        )

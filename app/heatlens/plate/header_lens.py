@@ -1,0 +1,67 @@
+"""The lens in front of a plate where nothing may be made up: what is given, then the header."""
+
+import math
+from collections.abc import Mapping
+
+from heatlens.errors import InputError
+from heatlens.model.lens import Lens
+from heatlens.plate.plate import Plate
+from heatlens.plate.start_lens import StartLens
+
+FULL_FRAME_WIDTH_MM = 36.0
+# Values without which there is no blur, in the words of the field.
+NEEDED = {
+    "focal_length_mm": "focal length",
+    "sensor_width_mm": "sensor width",
+    "f_stop": "f-stop",
+    "focus_distance_m": "focus distance",
+}
+
+
+class LensNotToldError(InputError):
+    """Nobody tells some values of the lens: neither the caller nor the header."""
+
+    def __init__(self, plate: Plate, fields: tuple[str, ...]) -> None:
+        """`fields` are those of Lens that are missing, all of them."""
+        self.plate = plate
+        self.fields = fields
+        super().__init__(self.told({name: name for name in fields}))
+
+    def told(self, how: Mapping[str, str]) -> str:
+        """The sentence; `how` says by field of Lens what gives it."""
+        what = _listed([NEEDED[name] for name in self.fields])
+        them = "it" if len(self.fields) == 1 else "them"
+        given = _listed([how[name] for name in self.fields])
+        return f"{self.plate.path}: the header tells no {what}; give {them} with {given}."
+
+
+def plate_lens(plate: Plate, given: Mapping[str, float]) -> StartLens:
+    """The lens of `given` fields and the plate's header, and by field where a value is from.
+
+    Only the sensor is assumed, to be full frame, and said to be. A plate that brings its circle of
+    confusion needs no lens. Raises LensNotToldError, and LensError for values that make no lens.
+    """
+    if not plate.has_distances:
+        return StartLens(Lens(50.0, 2.8, math.inf, FULL_FRAME_WIDTH_MM, **_squeeze(given)), {})
+    values, sources = dict(given), dict.fromkeys(given, "given")
+    for name in NEEDED:
+        told = getattr(plate.camera, name)
+        if name not in values and told is not None:
+            values[name] = told
+            sources[name] = f"header, {plate.camera.sources.get(name, 'camera')}"
+    if "sensor_width_mm" not in values:
+        values["sensor_width_mm"] = FULL_FRAME_WIDTH_MM
+        sources["sensor_width_mm"] = "assumed full frame"
+    missing = tuple(name for name in NEEDED if name not in values)
+    if missing:
+        raise LensNotToldError(plate, missing)
+    return StartLens(Lens(**values), sources)
+
+
+def _squeeze(given: Mapping[str, float]) -> dict[str, float]:
+    return {"squeeze": given["squeeze"]} if "squeeze" in given else {}
+
+
+def _listed(words: list[str]) -> str:
+    """a, b and c."""
+    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"

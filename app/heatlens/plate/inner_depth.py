@@ -1,0 +1,168 @@
+"""The depth map that a phone's portrait carries inside: Google's in JPEG, Apple's in HEIC.
+
+Sources: "Depthmap Metadata" (GDepth, in XMP), "Dynamic Depth" 1.0 (a map after the picture), and
+the depth representation of HEVC (ISO/IEC 23008-2, annex G) as libheif tells it.
+"""
+
+import base64
+import binascii
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from PIL import Image, UnidentifiedImageError
+
+from heatlens.errors import InputError
+from heatlens.model.plate_options import DepthConvention
+from heatlens.plate.plate import FloatImage
+
+_XMP = b"http://ns.adobe.com/xap/1.0/\0"
+_EXTENSION = b"http://ns.adobe.com/xmp/extension/\0"
+_EXTENSION_HEAD = 32 + 4 + 4  # a digest of the whole, its length, and where this piece begins
+# Entries of GDepth and of Dynamic Depth, as attributes or as elements.
+_ENTRY = r'(?:GDepth|DepthMap):{name}(?:="([^"]*)"|>([^<]*)<)'
+_ITEM_LENGTH = re.compile(r'Item:Length(?:="(\d+)"|>(\d+)<)')
+_UNIFORM_INVERSE_Z, _UNIFORM_DISPARITY = 0, 1  # depth_representation_type
+_EVEN_OVER_INVERSE_Z = (_UNIFORM_INVERSE_Z, _UNIFORM_DISPARITY)
+
+
+@dataclass(frozen=True, eq=False)
+class InnerDepth:
+    """Values (H, W), what they are, how that is known, and what to say of them."""
+
+    values: FloatImage
+    convention: DepthConvention
+    why: str
+    full_scale: float | None = None
+    notes: tuple[str, ...] = ()
+
+
+def inner_depth(path: Path, info: dict[str, Any]) -> InnerDepth | None:
+    """The depth map in a picture whose file is `path`; None where it carries none.
+
+    `info` is what was found beside the pixels. Raises InputError for a map that is damaged.
+    """
+    if info.get("depth_images"):
+        return _of_heic(path, info["depth_images"][0])
+    xmp = _xmp_of(info.get("segments", ()))
+    if not xmp or ("GDepth:" not in xmp and "DepthMap:" not in xmp):
+        return None
+    return _of_google(path, xmp)
+
+
+def _of_google(path: Path, xmp: str) -> InnerDepth | None:
+    """Distances in metres of a map of 0 to 1 between the ends that are told."""
+    near_m, far_m = _number(xmp, "Near"), _number(xmp, "Far")
+    encoded = _map_of_google(path, xmp)
+    if encoded is None:
+        return None
+    if near_m is None or far_m is None or not 0 < near_m < far_m:
+        raise InputError(f"{path}: its depth map tells no ends that could be ({near_m}, {far_m}).")
+    fraction = _grey(path, encoded)
+    form = _text(xmp, "Format") or "RangeInverse"
+    if form == "RangeLinear":
+        depth = near_m + fraction * (far_m - near_m)
+    else:
+        depth = near_m * far_m / (far_m - fraction * (far_m - near_m))
+    why = f"The photo carries it inside, as {form} from {near_m:g} to {far_m:g} m."
+    return InnerDepth(depth.astype(np.float32), "distance", why)
+
+
+def _map_of_google(path: Path, xmp: str) -> bytes | None:
+    """The encoded map: in the XMP itself, or after the picture; None where there is none."""
+    data = _text(xmp, "Data")
+    if data:
+        try:
+            return base64.b64decode("".join(data.split()) + "==")
+        except binascii.Error as error:
+            raise InputError(f"{path}: its depth map is damaged ({error}).") from error
+    lengths = [int(a or b) for a, b in _ITEM_LENGTH.findall(xmp)]
+    after = _items_after(path, [length for length in lengths if length])
+    return next((item for item in after if _is_grey(item)), None)
+
+
+def _items_after(path: Path, lengths: list[int]) -> Iterator[bytes]:
+    """The files behind the picture, whose lengths are told in their order; they end the file."""
+    data = path.read_bytes()
+    start = len(data) - sum(lengths)
+    if start < 0:  # the first length is the picture's own
+        start, lengths = len(data) - sum(lengths[1:]), lengths[1:]
+    for length in lengths:
+        yield data[max(start, 0) : start + length]
+        start += length
+
+
+def _is_grey(data: bytes) -> bool:
+    """True for a picture of one channel."""
+    try:
+        return Image.open(BytesIO(data)).mode in ("L", "I;16", "I", "F")
+    except (UnidentifiedImageError, OSError):
+        return False
+
+
+def _grey(path: Path, data: bytes) -> FloatImage:
+    """0 to 1 of an encoded picture."""
+    try:
+        image = Image.open(BytesIO(data))
+        values = np.asarray(image if image.mode in ("L", "I;16") else image.convert("L"))
+    except (UnidentifiedImageError, OSError, SyntaxError, ValueError) as error:
+        raise InputError(f"{path}: its depth map is damaged ({error}).") from error
+    fraction: FloatImage = values.astype(np.float32) / np.float32(np.iinfo(values.dtype).max)
+    return fraction
+
+
+def _of_heic(path: Path, found: Any) -> InnerDepth:
+    """Disparity as Apple writes it; in metres where its ends are told."""
+    values = np.asarray(found.to_pillow()).astype(np.float32)
+    values = values[:, :, 0] if values.ndim == 3 else values
+    full_scale = 255.0 if values.max(initial=0) <= 255 else 65535.0
+    low, high = _ends_in_dioptres(found.info.get("metadata") or {})
+    if low is not None and high is not None and 0 <= low < high:
+        dioptres = (low + values / full_scale * (high - low)).astype(np.float32)
+        why = f"The photo carries it inside, as disparity from {low:g} to {high:g} dioptres."
+        return InnerDepth(dioptres, "inverse", why)
+    why = "The photo carries it inside, as disparity, white near."
+    return InnerDepth(values, "disparity", why, full_scale)
+
+
+def _ends_in_dioptres(told: dict[str, Any]) -> tuple[float | None, float | None]:
+    """1/z of black and of white, where the file tells them; phones count disparity in 1/m."""
+    if told.get("representation_type", _UNIFORM_INVERSE_Z) not in _EVEN_OVER_INVERSE_Z:
+        return None, None
+    near_m, far_m = told.get("z_near"), told.get("z_far")
+    if near_m and far_m:
+        return 1 / far_m, 1 / near_m
+    return told.get("d_min"), told.get("d_max")
+
+
+def _xmp_of(segments: Any) -> str:
+    """The XMP of a JPEG with its extension, which comes in pieces."""
+    plain, pieces = b"", {}
+    for name, data in segments:
+        if name != "APP1":
+            continue
+        if data.startswith(_XMP):
+            plain += data[len(_XMP) :]
+        elif data.startswith(_EXTENSION):
+            head = len(_EXTENSION) + _EXTENSION_HEAD
+            offset = int.from_bytes(data[head - 4 : head], "big")
+            pieces[offset] = data[head:]
+    whole = plain + b"".join(pieces[offset] for offset in sorted(pieces))
+    return whole.decode("utf-8", "replace")
+
+
+def _text(xmp: str, name: str) -> str | None:
+    found = re.search(_ENTRY.format(name=name), xmp)
+    return None if found is None else (found[1] or found[2])
+
+
+def _number(xmp: str, name: str) -> float | None:
+    text = _text(xmp, name)
+    try:
+        return None if text is None else float(text)
+    except ValueError:
+        return None

@@ -1,0 +1,166 @@
+"""What is in a file and how it would be read, as plain values ready for JSON."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from heatlens.errors import InputError, LensError
+from heatlens.model.boxes import Box
+from heatlens.model.lens import Lens
+from heatlens.model.plate_options import PlateOptions
+from heatlens.model.plausibility import DepthSpan, Doubt, doubts, span_doubts
+from heatlens.plate.camera_header import camera_at_header
+from heatlens.plate.channel_choice import ColorChoice, choose_color
+from heatlens.plate.channels import Part, compression_name, pixels_of, type_name
+from heatlens.plate.depth_read import read_depth_of
+from heatlens.plate.file_parts import color_file_parts, notes_of
+from heatlens.plate.plate import CameraHeader
+from heatlens.plate.primaries import ToldPrimaries, told_primaries
+from heatlens.plate.read import read_color
+from heatlens.plate.views import views_of
+from heatlens.plate.windows import box_at_header, pixel_aspect_of
+
+Facts = dict[str, Any]
+
+
+def inspect(path: Path, options: PlateOptions) -> Facts:
+    """Size, parts, camera, colour and depth of the file at `path`.
+
+    Lengths are metres or millimetres as their names say; windows are [x0, y0, x1, y1], half-open.
+    Where no colour or depth can be had, its entry is {"problem": sentence}. Infinity and NaN
+    become "infinity" and None, for JSON has neither. Raises InputError only when the file cannot
+    be read.
+    """
+    parts = color_file_parts(path, options)
+    headers = [header for header, _ in parts]
+    choice, color = _color_facts(path, parts, options)
+    header = headers[choice.rgb[0].part if choice else 0]
+    window = box_at_header(header, "dataWindow")
+    told = told_primaries(header)
+    camera = camera_at_header([header, *headers])
+    depth, depth_notes = _depth_facts(path, parts, choice, options, camera)
+    aspect, aspect_notes = pixel_aspect_of(path, header)
+    return {
+        "path": str(path),
+        "width_px": window.width,
+        "height_px": window.height,
+        "data_window": _corners(window),
+        "display_window": _corners(box_at_header(header, "displayWindow")),
+        "pixel_aspect_ratio": aspect,
+        "views": list(views_of(headers)),
+        "parts": [_part_facts(part) for part in parts],
+        "camera": {name: _json_value(value) for name, value in asdict(camera).items()},
+        "primaries": None if told is None else _primaries_facts(told),
+        "color": color,
+        "depth": depth,
+        "notes": [*notes_of(header), *color.pop("notes", ()), *aspect_notes, *depth_notes],
+    }
+
+
+def _primaries_facts(told: ToldPrimaries) -> Facts:
+    """The attribute, what it says, and the space that this is, None for one not known.
+
+    `by_matrix`: it is none that has a name, but its numbers turn it into linear Rec. 709.
+    """
+    return {
+        "attribute": told.attribute,
+        "value": told.value,
+        "space": None if told.known is None else told.known.name,
+        "by_matrix": told.primaries is not None,
+    }
+
+
+def _part_facts(part: Part) -> Facts:
+    """Name, layout and channels with their types of one part."""
+    header, channels = part
+    return {
+        "name": str(header.get("name", "")),
+        "type": type_name(header),
+        "compression": compression_name(header),
+        "data_window": _corners(box_at_header(header, "dataWindow")),
+        "channels": {
+            channel.name: _pixel_type(channels[channel.name]) for channel in header["channels"]
+        },
+    }
+
+
+def _pixel_type(pixels: np.ndarray[Any, Any]) -> str:
+    """half, float or uint; deep where a pixel holds a list."""
+    return {"f2": "half", "f4": "float", "u4": "uint"}.get(pixels.dtype.str[1:], "deep")
+
+
+def _color_facts(
+    path: Path, parts: Sequence[Part], options: PlateOptions
+) -> tuple[ColorChoice | None, Facts]:
+    """The chosen colour and its range over red, green and blue before any repair."""
+    try:
+        headers = [header for header, _ in parts]
+        choice = choose_color(path, headers, options.color_layer, options.eye)
+    except InputError as error:
+        return None, {"problem": str(error)}
+    planes = [pixels_of(parts, ref) for ref in dict.fromkeys(choice.rgb)]
+    finite = [plane[np.isfinite(plane)] for plane in planes]
+    facts: Facts = {
+        "layer": choice.layer,
+        "view": choice.view,
+        "has_alpha": choice.alpha is not None,
+        "min": min((float(values.min()) for values in finite if values.size), default=None),
+        "max": max((float(values.max()) for values in finite if values.size), default=None),
+        "nan_count": sum(int(np.count_nonzero(np.isnan(plane))) for plane in planes),
+        "infinite_count": sum(int(np.count_nonzero(np.isinf(plane))) for plane in planes),
+    }
+    try:
+        facts["notes"] = [*choice.notes, *read_color(path, parts, choice)[1]]
+    except InputError as error:
+        facts["problem"] = str(error)
+    return choice, facts
+
+
+def _depth_facts(
+    path: Path,
+    parts: Sequence[Part],
+    color: ColorChoice | None,
+    options: PlateOptions,
+    camera: CameraHeader,
+) -> tuple[Facts, tuple[str, ...]]:
+    """How the depth was read, with what to say about it; or why there is none."""
+    try:
+        result = read_depth_of(path, parts, color, options)
+    except InputError as error:
+        return {"problem": str(error)}, ()
+    report = result.report
+    facts = {name: _json_value(value) for name, value in asdict(report).items()}
+    span = DepthSpan(report.near_m, report.far_m, report.infinite_count > 0, options.scene_unit_m)
+    doubtful = tuple(doubt.sentence for doubt in _doubts(camera, span))
+    if report.convention == "coc":
+        facts["min_px"] = float(result.values.min())
+        facts["max_px"] = float(result.values.max())
+    return facts, (*result.notes, *doubtful)
+
+
+def _doubts(camera: CameraHeader, span: DepthSpan) -> tuple[Doubt, ...]:
+    """What cannot well be of the depths, and of the header's lens where it tells all of it."""
+    focal_mm, f_stop = camera.focal_length_mm, camera.f_stop
+    focus_m, sensor_mm = camera.focus_distance_m, camera.sensor_width_mm
+    if focal_mm is None or f_stop is None or focus_m is None or sensor_mm is None:
+        return span_doubts(span)
+    try:
+        return doubts(Lens(focal_mm, f_stop, focus_m, sensor_mm), span)
+    except LensError as error:
+        return (Doubt("lens", f"The header tells a lens that cannot be. {error}"),)
+
+
+def _corners(box: Box) -> list[int]:
+    """[x0, y0, x1, y1], half-open."""
+    return [box.x0, box.y0, box.x1, box.y1]
+
+
+def _json_value(value: Any) -> Any:
+    """`value`, with a word or None for a float that JSON cannot say."""
+    if isinstance(value, float) and not math.isfinite(value):
+        return "infinity" if value == math.inf else None
+    return value

@@ -1,0 +1,71 @@
+"""Channels of a plate that go to the output as they are: AOVs, identities, the depth itself."""
+
+from collections.abc import Sequence
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Any
+
+from numpy.typing import NDArray
+
+from heatlens.errors import InputError
+from heatlens.model.plate_options import PlateOptions
+from heatlens.plate.channel_choice import choose_color
+from heatlens.plate.channels import ChannelRef, Header, flat_channels, listed, pixels_of
+from heatlens.plate.file_parts import color_file_parts
+from heatlens.plate.plate import Plate
+from heatlens.plate.windows import box_at_header, moved_to_window
+
+ALL = "all"
+_ID_METADATA = "cryptomatte/"
+
+
+def kept_channels(
+    plate: Plate, options: PlateOptions, wanted: Sequence[str]
+) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
+    """Pixels (H, W) by full name over the plate's data window, and the entries that explain them.
+
+    `wanted` are layers or channels, or "all". The colour itself is never among them: it is what
+    is rendered. Raises InputError for a name that the file does not have.
+    """
+    parts = color_file_parts(plate.path, options)
+    headers = [header for header, _ in parts]
+    color = choose_color(plate.path, headers, options.color_layer, options.eye)
+    refs = [ref for ref in flat_channels(headers) if ref not in (*color.rgb, color.alpha)]
+    chosen = refs if ALL in wanted else _chosen(plate.path, refs, wanted)
+    kept: dict[str, NDArray[Any]] = {}
+    for ref in chosen:
+        source = box_at_header(headers[ref.part], "dataWindow")
+        pixels = pixels_of(parts, ref)
+        if source != plate.data_window:
+            pixels = moved_to_window(pixels, source, plate.data_window, 0.0)
+        kept[ref.full_name] = pixels
+    return kept, _explanations(headers) if kept else {}
+
+
+def _chosen(path: Path, refs: Sequence[ChannelRef], wanted: Sequence[str]) -> list[ChannelRef]:
+    """Those of the layers and channels that are wanted, in the order of the file."""
+    chosen: set[ChannelRef] = set()
+    for name in wanted:
+        found = [ref for ref in refs if _is_called(ref, name.lower())]
+        if not found:
+            names = sorted({ref.layer or ref.full_name for ref in refs})
+            near = get_close_matches(name, names, 1)
+            hint = f"Did you mean {near[0]}?" if near else f"It has: {listed(names)}."
+            raise InputError(f"{path} has no layer or channel {name!r} to keep. {hint}")
+        chosen.update(found)
+    return [ref for ref in refs if ref in chosen]
+
+
+def _is_called(ref: ChannelRef, name: str) -> bool:
+    layer = ref.layer.lower()
+    return name in (ref.full_name.lower(), ref.key.lower(), layer) or layer.startswith(f"{name}.")
+
+
+def _explanations(headers: Sequence[Header]) -> dict[str, Any]:
+    """What tells the names of the objects whose identities are kept."""
+    return {
+        name: value
+        for header in headers
+        for name, value in header.items()
+        if name.startswith(_ID_METADATA) and isinstance(value, str)
+    }

@@ -1,0 +1,178 @@
+"""Pictures that are no EXR as they lie in the file: PNG, JPEG, TIFF, HEIC, PFM, NumPy arrays.
+
+Pillow reads what has 8 bits a channel, and one channel of 16 or 32. What it would silently cut to
+8 bits goes through OpenImageIO, which is an extra, as is HEIC.
+"""
+
+import contextlib
+import importlib.util
+import warnings
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image, ImageOps, UnidentifiedImageError
+
+from heatlens.errors import InputError
+from heatlens.files.quiet import quiet_library
+from heatlens.paths import unreadable
+from heatlens.plate.exr_limits import MAX_SIDE_PX
+
+_MODES = {"1": "L", "P": "RGB", "CMYK": "RGB", "YCbCr": "RGB", "PA": "RGBA", "LAB": "RGB"}
+_HEIC = (".heic", ".heif")
+
+
+@dataclass(frozen=True, eq=False)
+class RawPicture:
+    """Values (H, W, C) of 8, 16 or 32 bits, C of 1 to 4, as in the file, and what is told of them.
+
+    `info` is what Pillow found beside the pixels: profile, EXIF, segments, depth images.
+    """
+
+    values: NDArray[Any]
+    info: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def full_scale(self) -> float | None:
+        """White of whole numbers; None for floating point."""
+        kind = self.values.dtype
+        return float(np.iinfo(kind).max) if kind.kind in "ui" else None
+
+
+def open_picture(path: Path) -> RawPicture:
+    """All of the file. Raises InputError naming it where it cannot be read."""
+    if path.suffix.lower() == ".npy":
+        return RawPicture(_array(path))
+    with _refusals(path), _opened(path) as image:
+        if image is None or _is_cut_by_pillow(image):
+            return RawPicture(_by_openimageio(path), _info(image))
+        upright = ImageOps.exif_transpose(image)
+        upright = upright.convert(_MODES[upright.mode]) if upright.mode in _MODES else upright
+        values = np.array(upright)
+        info = _info(image)
+    return RawPicture(values if values.ndim == 3 else values[:, :, None], info)
+
+
+def picture_info(path: Path) -> tuple[tuple[int, int], dict[str, Any]]:
+    """Width and height, and what is told beside the pixels, which are not read."""
+    if path.suffix.lower() == ".npy":
+        height, width = _array(path).shape[:2]
+        return (width, height), {}
+    with _refusals(path), _opened(path) as image:
+        if image is None:  # floating point, for all others are known to Pillow
+            height, width = _by_openimageio(path).shape[:2]
+            return (width, height), {"is_light": True}
+        return image.size, _info(image) | {"is_light": image.mode == "F"}
+
+
+@contextlib.contextmanager
+def _opened(path: Path) -> Iterator[Image.Image | None]:
+    """The file with its pixels unread; None for a kind that Pillow does not know."""
+    if path.suffix.lower() in _HEIC:
+        _with_heic(path)
+    if not path.is_file():  # to open a pipe is to wait for whoever writes to it
+        raise unreadable(path)
+    with path.open("rb"):  # what cannot be opened is told by the name of the reason
+        pass
+    try:
+        image = Image.open(path)
+    except UnidentifiedImageError:
+        yield None
+        return
+    with image:
+        _check_size(path, image.size)
+        yield image
+
+
+@contextlib.contextmanager
+def _refusals(path: Path) -> Iterator[None]:
+    """Every way that the libraries have of failing as an InputError."""
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of damage, which comes to an error or to nothing
+            yield
+    except InputError:
+        raise
+    except FileNotFoundError as error:
+        raise unreadable(path, error) from error
+    except (OSError, ValueError, SyntaxError, RuntimeError, MemoryError, KeyError) as error:
+        raise InputError(
+            f"{path} cannot be read: it is damaged, or of a kind that heatlens does not know "
+            f"({error})."
+        ) from error
+    except Image.DecompressionBombError as error:
+        raise InputError(f"{path} has too many pixels ({error}).") from error
+
+
+def _is_cut_by_pillow(image: Image.Image) -> bool:
+    """True for what Pillow would cut from 16 bits to 8."""
+    is_color = image.mode in ("RGB", "RGBA", "LA", "RGBX")
+    return is_color and any(";16" in str(tile[-1]) for tile in getattr(image, "tile", ()))
+
+
+def _by_openimageio(path: Path) -> NDArray[Any]:
+    """Values (H, W, C) in the file's own type."""
+    if importlib.util.find_spec("OpenImageIO") is None:
+        raise InputError(
+            f"{path} has more than 8 bits a channel, or is of a kind that needs OpenImageIO: "
+            "pip install 'heatlens[pictures]'."
+        )
+    library: Any = importlib.import_module("OpenImageIO")
+    with quiet_library():
+        return _read_by(library, path)
+
+
+def _read_by(library: Any, path: Path) -> NDArray[Any]:
+    opened = library.ImageInput.open(str(path))
+    if opened is None:
+        raise InputError(f"{path} is no picture that can be read ({library.geterror()}).")
+    spec = opened.spec()
+    _check_size(path, (spec.width, spec.height))
+    values = opened.read_image(library.UNKNOWN)
+    opened.close()
+    if values is None:
+        raise InputError(f"{path} is damaged or cut short ({opened.geterror()}).")
+    pixels: NDArray[Any] = np.asarray(values)[:, :, :4]
+    return pixels
+
+
+def _array(path: Path) -> NDArray[Any]:
+    """Values (H, W, C) of a NumPy file, which holds numbers alone."""
+    with _refusals(path):
+        values = np.load(path, allow_pickle=False)
+        values = values.squeeze() if values.ndim > 2 and 1 in values.shape else values
+        if values.ndim not in (2, 3) or values.dtype.kind not in "fui" or not values.size:
+            raise InputError(
+                f"{path} holds an array of shape {values.shape} of {values.dtype}; a picture is "
+                "(height, width) or (height, width, channels) of numbers."
+            )
+    _check_size(path, (values.shape[1], values.shape[0]))
+    pixels: NDArray[Any] = values if values.ndim == 3 else values[:, :, None]
+    return pixels
+
+
+def _with_heic(path: Path) -> None:
+    """Teach Pillow to read HEIC."""
+    if importlib.util.find_spec("pillow_heif") is None:
+        raise InputError(f"{path}: HEIC needs pip install 'heatlens[heic]'.")
+    importlib.import_module("pillow_heif").register_heif_opener()
+
+
+def _info(image: Image.Image | None) -> dict[str, Any]:
+    """What is told beside the pixels."""
+    if image is None:
+        return {}
+    told: dict[str, Any] = {str(name): value for name, value in image.info.items()}
+    told["exif_tags"] = {**image.getexif(), **image.getexif().get_ifd(0x8769)}
+    told["segments"] = list(getattr(image, "applist", ()))
+    return told
+
+
+def _check_size(path: Path, size: tuple[int, int]) -> None:
+    if not all(0 < side <= MAX_SIDE_PX for side in size):
+        raise InputError(
+            f"{path} has {size[0]} x {size[1]} pixels; heatlens takes 1 to {MAX_SIDE_PX} a side."
+        )

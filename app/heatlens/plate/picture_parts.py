@@ -1,0 +1,201 @@
+"""Photos and frames for the eye as the parts of a file, as an EXR has them: light, or depth.
+
+Colour becomes scene-linear and premultiplied. What the file tells of its camera and its primaries
+stands in the header under the names of EXR; what it tells of a depth, under `TOLD`.
+"""
+
+from dataclasses import dataclass
+from io import BytesIO
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image, ImageCms
+
+from heatlens.errors import InputError
+from heatlens.model.boxes import Box
+from heatlens.model.plate_options import DepthConvention, PictureCurve
+from heatlens.plate.camera_header import lens_attributes
+from heatlens.plate.channels import Header, Part
+from heatlens.plate.display import srgb_decoded
+from heatlens.plate.inner_depth import inner_depth
+from heatlens.plate.picture_open import RawPicture, open_picture, picture_info
+from heatlens.plate.plate import FloatImage
+from heatlens.plate.primaries import P3_D65
+from heatlens.plate.windows import header_at_box, resized_nearest
+
+TOLD = "heatlens:told"  # of a header: what `ToldOfPicture` holds; never written to a file
+_FULL_FRAME_MM = (36.0, 24.0)
+_EXIF_FOCAL_35MM = 0xA405
+_SHARE_COLORED = 0.02  # of the range: JPEG leaves grey a little coloured
+
+Kind = Literal["color", "depth"]
+
+
+@dataclass(frozen=True)
+class ToldOfPicture:
+    """What is known of a picture beyond its pixels.
+
+    notes       sentences to say of the colour
+    full_scale  white of a depth in whole numbers, None for floating point
+    convention  of the depth, where the file tells it; None where it does not
+    why         one sentence: how it is known
+    is_for_the_eye  it was a picture to be looked at, and no light
+    """
+
+    notes: tuple[str, ...] = ()
+    full_scale: float | None = None
+    convention: DepthConvention | None = None
+    why: str = ""
+    is_for_the_eye: bool = False
+
+
+def told_of(header: Header) -> ToldOfPicture | None:
+    """What is told of a picture; None for a part of an EXR."""
+    told = header.get(TOLD)
+    return told if isinstance(told, ToldOfPicture) else None
+
+
+def color_parts(path: Path, curve: PictureCurve) -> list[Part]:
+    """R, G, B and A of a picture, linear, with the depth as Z where the picture brings one."""
+    raw = open_picture(path)
+    straight, notes = _linear(path, raw, curve)
+    if straight.shape[2] in (2, 4):
+        straight[:, :, :-1] *= straight[:, :, -1:]
+    names = {1: "Y", 2: "YA", 3: "RGB", 4: "RGBA"}[straight.shape[2]]
+    channels = {name: np.ascontiguousarray(straight[:, :, i]) for i, name in enumerate(names)}
+    found = inner_depth(path, raw.info)
+    if found is None:
+        return [_part(channels, raw, ToldOfPicture(notes))]
+    channels["Z"] = resized_nearest(_upright(found.values, straight, raw), straight.shape[:2])
+    told = ToldOfPicture((*notes, *found.notes), found.full_scale, found.convention, found.why)
+    return [_part(channels, raw, told)]
+
+
+def depth_parts(path: Path) -> list[Part]:
+    """Z of a picture that is a depth, its values as they are in the file.
+
+    Raises InputError for a picture with colours: a colour map has no order that could be read.
+    """
+    raw = open_picture(path)
+    values = raw.values[:, :, : 3 if raw.values.shape[2] >= 3 else 1].astype(np.float32)
+    spread = float((values.max(axis=2) - values.min(axis=2)).max())
+    if spread > _SHARE_COLORED * (raw.full_scale or max(float(np.ptp(values)), 1e-30)):
+        raise InputError(
+            f"{path} is coloured, so it is no depth, or one painted with a colour map: export it "
+            "in grey, best with 16 bits."
+        )
+    told = ToldOfPicture(full_scale=raw.full_scale)
+    return [_part({"Z": np.ascontiguousarray(values[:, :, 0])}, raw, told)]
+
+
+def picture_header(path: Path) -> Header:
+    """The header of `color_parts` without the pixels."""
+    size, info = picture_info(path)
+    return _header((), size, info, ToldOfPicture(is_for_the_eye=not info.get("is_light")))
+
+
+def _part(channels: dict[str, FloatImage], raw: RawPicture, told: ToldOfPicture) -> Part:
+    height, width = raw.values.shape[:2]
+    return _header(tuple(channels), (width, height), raw.info, told), dict(channels)
+
+
+def _header(
+    channels: tuple[str, ...], size: tuple[int, int], info: dict[str, Any], told: ToldOfPicture
+) -> Header:
+    window = header_at_box(Box(0, 0, *size))
+    header: Header = {
+        "channels": [SimpleNamespace(name=c, xSampling=1, ySampling=1) for c in channels],
+        "compression": "NO_COMPRESSION",
+        "dataWindow": window,
+        "displayWindow": window,
+        TOLD: told,
+    }
+    if "display p3" in _profile_name(info).lower():
+        header["chromaticities"] = P3_D65.chromaticities
+    return header | _camera(info)
+
+
+def _camera(info: dict[str, Any]) -> dict[str, Any]:
+    """The focal length as on full frame, which is how a photo is looked at, where EXIF tells it.
+
+    Not the f-stop: on a larger sensor the same one blurs more.
+    """
+    tags = info.get("exif_tags", {})
+    try:
+        focal_mm = float(tags.get(_EXIF_FOCAL_35MM, 0))
+    except (TypeError, ValueError, ZeroDivisionError):
+        return {}
+    if not 1 <= focal_mm <= 2000:
+        return {}
+    lens = lens_attributes(focal_mm, 1.0, 1.0, *_FULL_FRAME_MM)
+    return {name: lens[name] for name in ("pinholeFocalLength", "sensorOverallDimensions")}
+
+
+def _linear(path: Path, raw: RawPicture, curve: PictureCurve) -> tuple[FloatImage, tuple[str, ...]]:
+    """Light (H, W, C) of the values, alpha as it is, and how that was decided."""
+    values, profile_notes = _in_known_primaries(path, raw)
+    if raw.full_scale is not None:
+        values = values.astype(np.float32) / np.float32(raw.full_scale)
+    values = values.astype(np.float32)
+    is_srgb = curve == "srgb" or (curve == "auto" and raw.full_scale is not None)
+    colors = values.shape[2] - (values.shape[2] in (2, 4))
+    if is_srgb:
+        values[:, :, :colors] = srgb_decoded(values[:, :, :colors])
+    if curve != "auto":
+        return values, profile_notes
+    bits = raw.values.dtype.itemsize * 8
+    said = (
+        f"{path}: {bits} bits for the eye, taken as sRGB and turned into light; "
+        "--picture-curve linear takes them as light."
+        if is_srgb
+        else f"{path}: floating point, taken as scene-linear light; --picture-curve srgb turns it."
+    )
+    return values, (said, *profile_notes)
+
+
+def _in_known_primaries(path: Path, raw: RawPicture) -> tuple[NDArray[Any], tuple[str, ...]]:
+    """Values whose primaries are sRGB's or P3's; other profiles are turned into sRGB."""
+    name = _profile_name(raw.info)
+    lower = name.lower()
+    if not name or "srgb" in lower or raw.values.shape[2] < 3:
+        return raw.values, ()
+    if "display p3" in lower:
+        return raw.values, (f"{path}: its profile is {name}, whose primaries are followed.",)
+    if raw.values.dtype != np.uint8:
+        return raw.values, (f"{path}: its profile {name} is not followed; taken as sRGB.",)
+    colors = Image.fromarray(np.ascontiguousarray(raw.values[:, :, :3]))
+    try:
+        profile = ImageCms.ImageCmsProfile(BytesIO(raw.info["icc_profile"]))
+        turned = ImageCms.profileToProfile(colors, profile, ImageCms.createProfile("sRGB"))
+    except (ImageCms.PyCMSError, OSError):
+        return raw.values, (f"{path}: its profile {name} cannot be followed; taken as sRGB.",)
+    values = raw.values.copy()
+    values[:, :, :3] = np.asarray(turned)
+    return values, (f"{path}: turned from its profile {name} into sRGB.",)
+
+
+def _profile_name(info: dict[str, Any]) -> str:
+    """What the colour profile calls itself; "" for none, or one that cannot be read."""
+    data = info.get("icc_profile")
+    if not data:
+        return ""
+    try:
+        return ImageCms.getProfileDescription(ImageCms.ImageCmsProfile(BytesIO(data))).strip()
+    except (ImageCms.PyCMSError, OSError):
+        return ""
+
+
+def _upright(depth: FloatImage, color: FloatImage, raw: RawPicture) -> FloatImage:
+    """The depth turned as EXIF turned the colour."""
+    turn = raw.info.get("exif_tags", {}).get(0x0112, 1)
+    if turn in (5, 6, 7, 8) and (depth.shape[0] > depth.shape[1]) == (
+        color.shape[0] > color.shape[1]
+    ):
+        return depth  # it was stored upright already
+    image = Image.fromarray(depth)
+    methods = {2: 0, 3: 3, 4: 1, 5: 5, 6: 4, 7: 6, 8: 2}
+    turned = image.transpose(Image.Transpose(methods[turn])) if turn in methods else image
+    return np.asarray(turned, np.float32)

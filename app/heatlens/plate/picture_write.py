@@ -1,0 +1,101 @@
+"""The picture through the lens to a file: the window and the command line write the same one."""
+
+import os
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from numpy.typing import NDArray
+
+from heatlens.errors import InputError
+from heatlens.files.output_check import check_writable
+from heatlens.model.boxes import Box
+from heatlens.model.lens import Lens
+from heatlens.plate.display import srgb_encoded
+from heatlens.plate.exr_write import lens_attributes, write_exr
+from heatlens.plate.plate import FloatImage, Plate
+from heatlens.plate.png_write import EYE_SUFFIXES, write_png
+
+PICTURE_SUFFIXES = (".exr", *EYE_SUFFIXES)
+Encode = Callable[[FloatImage], FloatImage]  # scene-linear (H, W, 3) to display values
+
+
+def write_picture(
+    path: Path,
+    pixels: FloatImage,
+    plate: Plate,
+    lens: Lens,
+    proxy: float,
+    *,
+    half: bool = True,
+    compression: str = "zip",
+    encode: Encode = srgb_encoded,
+    more_channels: Mapping[str, FloatImage] | None = None,
+    more_attributes: Mapping[str, Any] | None = None,
+    kept_channels: Mapping[str, NDArray[Any]] | None = None,
+) -> None:
+    """Write `pixels`, (H, W, 4) premultiplied at `proxy` size, as the suffix of `path` asks.
+
+    EXR: scene-linear, over the plate's windows, its metadata and `lens` in the header; 16 bits a
+    channel where `half`, `more_channels` of the same size beside the colour and `more_attributes`
+    in the header, `kept_channels` bit for bit. Pictures for the eye: through `encode`. Raises
+    InputError when it cannot be written.
+    """
+    if path.suffix.lower() in EYE_SUFFIXES:
+        write_png(path, pixels if plate.has_alpha else pixels[..., :3], encode=encode)
+        return
+    names = "RGBA" if plate.has_alpha else "RGB"
+    write_exr(
+        path,
+        {**{name: pixels[..., i] for i, name in enumerate(names)}, **(more_channels or {})},
+        scaled_window(plate.data_window, proxy, pixels.shape[1::-1]),
+        scaled_window(plate.display_window, proxy),
+        plate.pixel_aspect_ratio,
+        {**plate.attributes, **_lens_header(plate, lens), **(more_attributes or {})},
+        half=half,
+        compression=compression,
+        kept=kept_channels,
+    )
+
+
+def check_output(path: Path, plate: Path, *beside: Path) -> None:
+    """Refuse, in an InputError, what would only fail after the rendering, or destroy the plate.
+
+    `beside` are files that are read with it, there or not.
+    """
+    if path.suffix.lower() not in PICTURE_SUFFIXES:
+        raise InputError(f"{path}: the output must end in {' or '.join(PICTURE_SUFFIXES)}.")
+    if not os.path.isdir(path.parent):
+        raise InputError(f"{path}: there is no folder {path.parent}.")
+    check_writable(path)
+    if os.path.isdir(path):
+        raise InputError(f"{path} is a folder: give the name of a file to write.")
+    if _is_same(path, plate):
+        raise InputError(f"{path} is the plate itself: give another name for the output.")
+    if any(_is_same(path, other) for other in beside):
+        raise InputError(f"{path} is a part of {plate.name}: give another name for the output.")
+
+
+def _is_same(path: Path, other: Path) -> bool:
+    return os.path.exists(path) and os.path.exists(other) and os.path.samefile(path, other)
+
+
+def _lens_header(plate: Plate, lens: Lens) -> dict[str, Any]:
+    """The lens as header attributes; none where the plate brought its circle of confusion.
+
+    The height of the sensor is known only to the header, and only for the width that it tells.
+    """
+    if plate.coc_px is not None:
+        return {}
+    camera = plate.camera
+    height_mm = camera.sensor_height_mm if camera.sensor_width_mm == lens.sensor_width_mm else None
+    return lens_attributes(
+        lens.focal_length_mm, lens.f_stop, lens.focus_distance_m, lens.sensor_width_mm, height_mm
+    )
+
+
+def scaled_window(box: Box, scale: float, size: tuple[int, ...] | None = None) -> Box:
+    """A window at proxy size; the data window's size is the picture's own."""
+    x0, y0 = round(box.x0 * scale), round(box.y0 * scale)
+    width, height = size or (max(1, round(box.width * scale)), max(1, round(box.height * scale)))
+    return Box(x0, y0, x0 + width, y0 + height)

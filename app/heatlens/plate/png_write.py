@@ -1,0 +1,70 @@
+"""Pictures for the eye: scene-linear colour to 8-bit sRGB, as PNG, JPEG or TIFF."""
+
+import io
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+from heatlens.errors import InputError
+from heatlens.files.atomic_file import write_whole
+from heatlens.plate.display import srgb_encoded
+from heatlens.plate.plate import FloatImage
+
+_FORMATS = {".png": "PNG", ".jpg": "JPEG", ".jpeg": "JPEG", ".tif": "TIFF", ".tiff": "TIFF"}
+EYE_SUFFIXES = tuple(_FORMATS)
+_OPTIONS: dict[str, dict[str, Any]] = {
+    "JPEG": {"quality": 95},
+    "TIFF": {"compression": "tiff_adobe_deflate"},
+}
+
+
+def write_png(
+    path: str | os.PathLike[str],
+    rgba: FloatImage,
+    exposure_stops: float = 0.0,
+    encode: Callable[[FloatImage], FloatImage] = srgb_encoded,
+) -> None:
+    """Write scene-linear `rgba`, (H, W, 3) or premultiplied (H, W, 4), `exposure_stops` brighter.
+
+    `encode` turns light (H, W, 3) into display values, which are clamped to 0..1. PNG and TIFF
+    hold alpha, un-premultiplied, where any pixel is not opaque; JPEG shows it over black. Raises
+    InputError when the file cannot be written.
+    """
+    kind = _FORMATS.get(Path(path).suffix.lower())
+    if kind is None:
+        raise InputError(f"{path}: pictures are written as {', '.join(_FORMATS)}.")
+    light = _straight(rgba, exposure_stops, keep_alpha=kind != "JPEG")
+    shown = [_bytes(encode(light[:, :, :3])), _bytes(light[:, :, 3:])]
+    image = Image.fromarray(np.concatenate(shown, axis=2))
+    options = _OPTIONS.get(kind, {})
+    write_whole(path, encoded_picture(image, kind, **options))
+
+
+def encoded_picture(image: Image.Image, kind: str, **options: Any) -> bytes:
+    """Return the bytes of a file of the format `kind`; `options` are those of Pillow.
+
+    In memory: what Pillow writes to a full disk in C is cut short without a word.
+    """
+    encoded = io.BytesIO()
+    image.save(encoded, format=kind, **options)
+    return encoded.getvalue()
+
+
+def _straight(rgba: FloatImage, exposure_stops: float, keep_alpha: bool) -> FloatImage:
+    """Light (H, W, 3), or where alpha is kept and counts (H, W, 4) not premultiplied."""
+    rgb = rgba[:, :, :3] * np.float32(2.0**exposure_stops)
+    if not keep_alpha or rgba.shape[2] == 3 or not (rgba[:, :, 3] < 1).any():
+        return rgb
+    alpha = np.nan_to_num(np.clip(rgba[:, :, 3:], 0.0, 1.0))
+    straight = np.divide(rgb, alpha, out=rgb.copy(), where=alpha > 0)
+    return np.concatenate([straight, alpha], axis=2)
+
+
+def _bytes(display: FloatImage) -> NDArray[np.uint8]:
+    """0..1 to 0..255, rounded; a view may leave values beyond."""
+    return (np.clip(np.nan_to_num(display, nan=0.0), 0.0, 1.0) * 255 + 0.5).astype(np.uint8)

@@ -1,0 +1,128 @@
+"""Depth from a channel of positions: the point that each pixel sees, in the world or the camera.
+
+In the camera's coordinates x/z and y/z run evenly over the picture, whatever the lens; in the
+world's they do not. So it is found out which they are, and whether the header's `worldToCamera`
+belongs to them. That matrix is of single floats for points as rows; some write it for columns.
+"""
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heatlens.errors import InputError
+from heatlens.plate.channels import ChannelRef, Header, flat_channels
+from heatlens.plate.plate import FloatImage
+
+_LAYERS = (
+    *("p", "pworld", "position", "worldposition", "worldpos", "pos", "pcam", "pcamera"),
+    *("camerap", "pointposition", "worldpointposition", "ptworld", "pointworld"),
+)
+_AXES = (("x", "y", "z"), ("r", "g", "b"), ("red", "green", "blue"))
+_MATRIX = "worldToCamera"
+_INFINITE_FROM = 1e10
+_SAMPLES = 64  # along each side of the picture
+_LEAST_HITS = 32
+_EVEN_WITHIN = 2e-3  # of the range that x/z and y/z have in the picture; 16 bits give no more
+
+Matrix = NDArray[np.float64]
+
+
+def position_channels(
+    headers: Sequence[Header], name: str | None, view: str
+) -> tuple[ChannelRef, ChannelRef, ChannelRef] | None:
+    """x, y and z of a layer of positions; None where there is none, or `name` is another channel.
+
+    `name` is the layer, or one of its channels.
+    """
+    usable = [ref for ref in flat_channels(headers) if not view or ref.view in ("", view)]
+    layers: dict[tuple[int, str], dict[str, ChannelRef]] = {}
+    for ref in usable:
+        if _is_position(ref):
+            layers.setdefault((ref.part, ref.layer), {})[ref.leaf.lower()] = ref
+    for (_, layer), group in layers.items():
+        names = {layer.lower(), *(part for ref in group.values() for part in _names_of(ref))}
+        axes = next((axes for axes in _AXES if set(axes) <= group.keys()), None)
+        if axes is not None and (name is None or name.lower() in names):
+            return group[axes[0]], group[axes[1]], group[axes[2]]
+    return None
+
+
+def depth_of_positions(
+    path: Path, points: FloatImage, layer: str, headers: Sequence[Header]
+) -> tuple[FloatImage, str]:
+    """Depth (H, W) along the axis of points (H, W, 3), infinite where nothing was hit; and why.
+
+    In the unit of the points. Raises InputError where no camera is known that sees them so.
+    """
+    is_hit = np.isfinite(points).all(axis=2) & (np.abs(points) < _INFINITE_FROM).all(axis=2)
+    is_hit &= (points != 0).any(axis=2)
+    for camera, why in _cameras(headers):
+        seen = points.astype(np.float64) @ camera[:3, :3] + camera[3, :3]
+        if _is_seen_evenly(seen, is_hit):
+            depth = np.where(is_hit, np.abs(seen[:, :, 2]), np.inf)
+            return depth.astype(np.float32), why
+    found = (
+        f"its {_MATRIX} does not belong to them"
+        if _matrix_of(headers) is not None
+        else (f"the header has no {_MATRIX}")
+    )
+    raise InputError(
+        f"{path}: layer {layer!r} holds positions in the world, and {found}, so their distance "
+        "from the camera is not known. Render the depth (Z) as well, or positions in camera space."
+    )
+
+
+def _is_position(ref: ChannelRef) -> bool:
+    word = ref.plain_layer.rpartition(".")[2].lower()
+    return "".join(letter for letter in word if letter.isalnum()) in _LAYERS
+
+
+def _names_of(ref: ChannelRef) -> tuple[str, str]:
+    return ref.full_name.lower(), ref.key.lower()
+
+
+def _cameras(headers: Sequence[Header]) -> Iterator[tuple[Matrix, str]]:
+    """The matrices to try, for points as rows, and how each would be told."""
+    yield np.eye(4), "The positions are in camera space: their depth is along its axis."
+    matrix = _matrix_of(headers)
+    if matrix is not None:
+        why = f"From positions in the world, seen by the camera that {_MATRIX} tells."
+        yield matrix, why
+        yield matrix.T, why
+
+
+def _matrix_of(headers: Sequence[Header]) -> Matrix | None:
+    for header in headers:
+        value: Any = header.get(_MATRIX)
+        if value is not None and np.shape(value) == (4, 4) and np.isfinite(value).all():
+            return np.asarray(value, np.float64)
+    return None
+
+
+def _is_seen_evenly(points: Matrix, is_hit: NDArray[np.bool_]) -> bool:
+    """True where x/z and y/z of most points are one linear function of the pixel each."""
+    height, width = is_hit.shape
+    rows = np.unique(np.linspace(0, height - 1, _SAMPLES).astype(int))
+    columns = np.unique(np.linspace(0, width - 1, _SAMPLES).astype(int))
+    y, x = (grid.ravel() for grid in np.meshgrid(rows, columns, indexing="ij"))
+    hit = is_hit[y, x] & (points[y, x, 2] != 0)
+    y, x = y[hit], x[hit]
+    seen = points[y, x]
+    if len(seen) < _LEAST_HITS or max((seen[:, 2] > 0).mean(), (seen[:, 2] < 0).mean()) < 0.99:
+        return False
+    design = np.stack([np.ones(len(x)), x, y], axis=1)
+    return all(_is_linear(seen[:, axis] / seen[:, 2], design) for axis in (0, 1))
+
+
+def _is_linear(values: Matrix, design: Matrix) -> bool:
+    """True where most values follow the plane through them; edges may hold means of two points."""
+    keep = np.ones(len(values), dtype=bool)
+    for _ in range(3):
+        plane = design @ np.linalg.lstsq(design[keep], values[keep], rcond=None)[0]
+        away = np.abs(values - plane)
+        keep = away <= max(4 * float(np.median(away)), 1e-12)
+    extent = float(np.ptp(plane))
+    return extent > 0 and float(np.quantile(away, 0.8)) <= _EVEN_WITHIN * extent

@@ -1,0 +1,98 @@
+"""Files to plates: the picture with the depth that belongs to it."""
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from heatlens.model.plate_options import PlateOptions
+from heatlens.plate.bounds import bound_color
+from heatlens.plate.camera_header import camera_at_header
+from heatlens.plate.channel_choice import ColorChoice, choose_color
+from heatlens.plate.channels import Header, Part, compression_name, list_channels, pixels_of
+from heatlens.plate.depth_read import read_depth_of
+from heatlens.plate.exr_write import COMPRESSIONS, JOB_ATTRIBUTE
+from heatlens.plate.file_parts import color_file_parts, notes_of
+from heatlens.plate.picture_parts import TOLD
+from heatlens.plate.plate import FloatImage, Plate, read_pixels
+from heatlens.plate.repair import repair_color
+from heatlens.plate.views import views_of
+from heatlens.plate.windows import box_at_header, pixel_aspect_of
+
+# Written by the writer itself, or about parts, channels and layouts the output does not have.
+_NOT_CARRIED = {
+    *("channels", "compression", "dataWindow", "displayWindow", "lineOrder", "pixelAspectRatio"),
+    *("type", "tiles", "chunkCount", "name", "version", "preview", "maxSamplesPerPixel"),
+    *("multiView", "view", "dwaCompressionLevel", "zipCompressionLevel", "idManifest"),
+    *("deepImageState", JOB_ATTRIBUTE, TOLD),
+}
+
+
+def read_plate(path: str | os.PathLike[str], options: PlateOptions | None = None) -> Plate:
+    """The picture with its depth, clean of NaN, over the data window of its colour.
+
+    Raises InputError naming the file, what was found and which option would help.
+    """
+    path, options = Path(path), options or PlateOptions()
+    parts = color_file_parts(path, options)
+    headers = [header for header, _ in parts]
+    choice = choose_color(path, headers, options.color_layer, options.eye)
+    color, color_notes = read_color(path, parts, choice)
+    header = headers[choice.rgb[0].part]
+    camera = camera_at_header([header, *headers])
+    aspect, aspect_notes = pixel_aspect_of(path, header)
+    depth = read_depth_of(path, parts, choice, options)
+    is_coc = depth.report.convention == "coc"
+    return Plate(
+        path=path,
+        pixels=read_pixels(color, depth.values, is_coc),
+        has_alpha=choice.alpha is not None,
+        data_window=box_at_header(header, "dataWindow"),
+        display_window=box_at_header(header, "displayWindow"),
+        pixel_aspect_ratio=aspect,
+        camera=camera,
+        depth=depth.report,
+        aovs=tuple(ref.full_name for ref in list_channels(headers)),
+        attributes=_carried(header) | ({"view": choice.view} if choice.view else {}),
+        notes=(*notes_of(header), *choice.notes, *color_notes, *aspect_notes, *depth.notes),
+        compression=_compression(header),
+        views=views_of(headers),
+    )
+
+
+def read_color(
+    path: Path, parts: Sequence[Part], choice: ColorChoice
+) -> tuple[FloatImage, tuple[str, ...]]:
+    """RGBA (H, W, 4) of the chosen channels with NaN and infinity repaired, and what to say."""
+    red = pixels_of(parts, choice.rgb[0])
+    color = np.empty((*red.shape, 4), dtype=np.float32)
+    for index, ref in enumerate(choice.rgb):
+        color[:, :, index] = pixels_of(parts, ref)
+    color[:, :, 3] = 1.0 if choice.alpha is None else pixels_of(parts, choice.alpha)
+    what = f"{path}: colour layer {choice.layer or 'RGB'!r}"
+    count = repair_color(color, what)
+    bounded = bound_color(color, what)
+    if not count:
+        return color, bounded
+    return color, (
+        f"{path}: {count} of {red.size} pixels held NaN or infinity in their colour and took the "
+        "median of their neighbours.",
+        *bounded,
+    )
+
+
+def _compression(header: Header) -> str:
+    """The one of the part with the colours, where the writer knows it."""
+    name = compression_name(header)
+    return name if name in COMPRESSIONS else ""
+
+
+def _carried(header: Header) -> dict[str, Any]:
+    """The metadata worth keeping in the output."""
+    return {
+        name: value
+        for name, value in header.items()
+        if name not in _NOT_CARRIED and not name.startswith("cryptomatte/")
+    }

@@ -1,0 +1,78 @@
+"""The lens to begin with: what is given wins, then the plate's header, then what is usual."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from heatlens.errors import LensError
+from heatlens.model.lens import Lens
+from heatlens.plate.plate import Plate
+
+# A normal lens on full frame, half open: nobody's wish, but everything can be seen to move.
+_USUAL = {"focal_length_mm": 50.0, "f_stop": 2.8, "sensor_width_mm": 36.0}
+
+
+@dataclass(frozen=True)
+class StartLens:
+    """A lens and, by field, where its values are from."""
+
+    lens: Lens
+    sources: Mapping[str, str]
+
+
+def start_lens(plate: Plate, given: Mapping[str, float]) -> StartLens:
+    """`given` holds fields of Lens. Focus nobody tells goes to the middle of the picture.
+
+    Raises LensError where given values make no lens.
+    """
+    values: dict[str, float] = {}
+    sources: dict[str, str] = {}
+    for name, usual in _USUAL.items():
+        header = getattr(plate.camera, name)
+        if name in given:
+            values[name], sources[name] = given[name], "given"
+        elif _can_be(name, header):
+            values[name], sources[name] = header, f"header, {plate.camera.sources.get(name)}"
+        else:
+            values[name], sources[name] = usual, "assumed: the header does not tell"
+    values["focus_distance_m"], sources["focus_distance_m"] = _focus(plate, given, values)
+    extra = {name: given[name] for name in ("squeeze", "close_focus_m") if name in given}
+    t_stop = plate.camera.t_stop if _can_be("t_stop", plate.camera.t_stop) else None
+    return StartLens(Lens(**values, **extra, t_stop=t_stop), sources)
+
+
+def _can_be(name: str, value: float | None) -> bool:
+    """Whether a lens can have what the header tells; what is absurd must not keep a plate shut."""
+    if value is None:
+        return False
+    try:
+        Lens(**{**_USUAL, "focus_distance_m": math.inf, name: value})
+    except LensError:
+        return False
+    return True
+
+
+def _focus(
+    plate: Plate, given: Mapping[str, float], values: Mapping[str, float]
+) -> tuple[float, str]:
+    if "focus_distance_m" in given:
+        return given["focus_distance_m"], "given"
+    header = plate.camera.focus_distance_m
+    if header is not None and header * 1e3 > values["focal_length_mm"]:
+        return header, f"header, {plate.camera.sources.get('focus_distance_m')}"
+    middle = _middle_depth_m(plate)
+    if middle * 1e3 > values["focal_length_mm"]:
+        return middle, "what is in the middle of the picture"
+    return math.inf, "infinity: nothing tells"
+
+
+def _middle_depth_m(plate: Plate) -> float:
+    """Median depth of the middle ninth of the picture."""
+    if plate.depth_m is None:
+        return math.inf
+    height, width = plate.depth_m.shape
+    third = plate.depth_m[height // 3 : height - height // 3, width // 3 : width - width // 3]
+    ordered = np.sort(third, axis=None)
+    return float(ordered[len(ordered) // 2])

@@ -1,0 +1,72 @@
+"""The wet ground of the built-in scene: puddles are holes, and the street hangs below, mirrored.
+
+A mirror image is as far away as the way of its light is long, and a lens blurs it accordingly.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+import numpy.typing as npt
+
+from heatlens.scene.demo.shapes import quads, scaled
+from heatlens.scene.demo.street_set import DemoSet
+from heatlens.scene.scene import Material
+
+_TILE_M = 9.0  # after which the puddles come again
+_TILE_PX = 256
+_REFLECTED = 0.3  # of the light that meets water at such a flat angle
+_MIRRORED = ("houses", "windows", "street lamps", "garlands", "signs", "shops", "cars")
+
+
+def add_puddles(stage: DemoSet) -> npt.NDArray[np.uint8]:
+    """The ground, and what is mirrored in it of all that is on the stage; gives the ground's map.
+
+    The map is the scene's first image: (H, W, 4), a hole where its alpha is under one half.
+    """
+    for name in _MIRRORED:
+        _mirror(stage, name)
+    wet = Material(
+        "asphalt", (0.032, 0.034, 0.04), roughness=0.26, alpha_cutoff=0.5, base_color_map=0
+    )
+    corners = np.array([(-30, 0, 6), (30, 0, 6), (30, 0, -75), (-30, 0, -75)], np.float64)
+    ground = replace(quads([corners]), uvs=(corners[:, [0, 2]] / _TILE_M).astype(np.float32))
+    stage.put("ground", stage.mesh(ground, stage.material(wet)), np.eye(4))
+    return _puddle_map(np.random.default_rng(11))
+
+
+def _mirror(stage: DemoSet, name: str) -> None:
+    """Each instance of that name once more, upside down and darker."""
+    darker: dict[int, int] = {}
+    for instance in [one for one in stage.instances if one.name == name]:
+        if instance.mesh not in darker:
+            mesh = stage.meshes[instance.mesh]
+            material = stage.material(_reflected(stage.materials[mesh.material]))
+            darker[instance.mesh] = stage.mesh(mesh, material)
+        flipped = scaled(1, -1, 1) @ instance.to_world
+        stage.put("reflections", darker[instance.mesh], flipped)
+
+
+def _reflected(material: Material) -> Material:
+    base, emission = (
+        tuple(_REFLECTED * value for value in color)
+        for color in (material.base_color, material.emission)
+    )
+    return replace(
+        material,
+        base_color=(base[0], base[1], base[2]),
+        emission=(emission[0], emission[1], emission[2]),
+    )
+
+
+def _puddle_map(rng: np.random.Generator) -> npt.NDArray[np.uint8]:
+    """Waves that fit a tile a whole number of times; what is lowest is under water."""
+    at = 2 * np.pi * np.arange(_TILE_PX) / _TILE_PX
+    height = np.zeros((_TILE_PX, _TILE_PX))
+    for _ in range(24):
+        across, along = rng.integers(-4, 5, 2)
+        share = rng.normal() / (1.0 + across**2 + along**2) ** 0.5
+        height += share * np.cos(across * at + along * at[:, None] + rng.uniform(0, 2 * np.pi))
+    height = (height - np.quantile(height, 0.34)) / height.std()
+    pixels = np.full((_TILE_PX, _TILE_PX, 4), 255, np.uint8)
+    pixels[..., 3] = np.clip(127.5 + 127.5 * height / 0.4, 0, 255).astype(np.uint8)
+    return pixels

@@ -1,0 +1,122 @@
+"""Numbers out of the buffers of a glTF file, as its accessors describe them.
+
+Source: Khronos, glTF 2.0 specification, section 3.6.2.
+"""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heatlens.scene.gltf.file import GltfFile
+from heatlens.scene.gltf.json_values import Record
+
+_TYPES = {5120: "i1", 5121: "u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
+_WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
+
+
+def read_floats(gltf: GltfFile, index: int, width: int) -> NDArray[np.float32]:
+    """(count, width) finite numbers; integers are as they are, or 0 to 1 where `normalized`.
+
+    Raises InputError for another width, for NaN and infinity, and where bytes are missing.
+    """
+    record = _accessor(gltf, index)
+    raw = _values(gltf, record, width)
+    found = _normalized(raw) if record.entry.value.get("normalized") is True else raw
+    return _finite(record, found)
+
+
+def read_colors(gltf: GltfFile, index: int) -> NDArray[np.float32]:
+    """(count, 3) or (count, 4) finite numbers; integers are shares, whether that is said or not.
+
+    Raises InputError as `read_floats` does.
+    """
+    record = _accessor(gltf, index)
+    width = 4 if record.text("type") == "VEC4" else 3
+    return _finite(record, _normalized(_values(gltf, record, width)))
+
+
+def _finite(record: Record, values: NDArray[Any]) -> NDArray[np.float32]:
+    floats = values.astype(np.float32)
+    if not np.isfinite(floats).all():
+        record.refuse("some of its numbers are NaN or infinite; export it again")
+    return floats
+
+
+def read_indices(gltf: GltfFile, index: int, below: int) -> NDArray[np.uint32]:
+    """(count,) whole numbers under `below`. Raises InputError otherwise."""
+    record = _accessor(gltf, index)
+    raw = _values(gltf, record, 1)[:, 0]
+    if raw.dtype.kind != "u":
+        record.refuse("indices should be whole numbers without a sign")
+    if raw.size and int(raw.max()) >= below:
+        record.refuse(f"index {int(raw.max())} is beyond the {below} vertices there are")
+    return raw.astype(np.uint32)
+
+
+def _accessor(gltf: GltfFile, index: int) -> Record:
+    accessors = gltf.listed("accessors")
+    return accessors[index]
+
+
+def _values(gltf: GltfFile, record: Record, width: int) -> NDArray[Any]:
+    """(count, width) in the type of the file."""
+    dtype, count = _dtype(record), record.whole("count")
+    kind = record.text("type")
+    if _WIDTHS.get(kind) != width:
+        record.refuse(f"there should be {width} number(s) each here, not {kind[:20] or 'none'!r}")
+    if record.has("bufferView"):
+        values = _elements(gltf, record, dtype, (count, width))
+        gltf.spend(record, count * width, is_empty=False)
+    else:
+        gltf.spend(record, count * width, is_empty=True)
+        values = np.zeros((count, width), dtype)
+    return _with_sparse(gltf, record, values) if record.has("sparse") else values
+
+
+def _dtype(record: Record) -> np.dtype[Any]:
+    code = record.whole("componentType")
+    if code not in _TYPES:
+        record.refuse(f"{code} is no type of number in glTF")
+    return np.dtype(_TYPES[code])
+
+
+def _elements(
+    gltf: GltfFile, record: Record, dtype: np.dtype[Any], shape: tuple[int, int]
+) -> NDArray[Any]:
+    """A copy of what lies in the view that `record` names, one element every so many bytes."""
+    views = gltf.listed("bufferViews")
+    view = record.index("bufferView", len(views))
+    if view is None:
+        record.refuse("the entry 'bufferView' is missing")
+    data, offset = gltf.view(view), record.whole("byteOffset", 0)
+    size = shape[1] * dtype.itemsize
+    stride = views[view].whole("byteStride", size)
+    if stride < size:
+        views[view].refuse(f"elements of {size} bytes cannot lie {stride} bytes apart")
+    if shape[0] and offset + stride * (shape[0] - 1) + size > len(data):
+        record.refuse(f"its {shape[0]} elements reach past the {len(data)} bytes there are")
+    if not shape[0]:
+        return np.zeros(shape, dtype)
+    return np.ndarray(shape, dtype, data, offset, (stride, dtype.itemsize)).copy()
+
+
+def _with_sparse(gltf: GltfFile, record: Record, values: NDArray[Any]) -> NDArray[Any]:
+    """Some of the values replaced by others that are listed."""
+    sparse = record.inside("sparse")
+    count = sparse.whole("count")
+    if count > len(values):
+        sparse.refuse(f"{count} of {len(values)} elements cannot be replaced")
+    places = sparse.inside("indices")
+    where = _elements(gltf, places, _dtype(places), (count, 1))[:, 0]
+    if where.dtype.kind != "u" or (count and int(where.max()) >= len(values)):
+        places.refuse("an index is beyond what it replaces")
+    values[where] = _elements(gltf, sparse.inside("values"), values.dtype, (count, values.shape[1]))
+    return values
+
+
+def _normalized(values: NDArray[Any]) -> NDArray[Any]:
+    """Integers as the shares that they stand for."""
+    if values.dtype.kind == "f":
+        return values
+    return np.maximum(values / np.iinfo(values.dtype).max, -1.0)

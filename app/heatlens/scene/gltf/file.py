@@ -1,0 +1,232 @@
+"""The container of a glTF 2.0 file: its JSON and the bytes that go with it.
+
+`.glb` holds both in one file, `.gltf` names its bytes: within itself as base64, or as files beside
+it. The JSON and its accessors are read here without a library: trimesh leaves out lights,
+animations and all cameras but one, and pygltflib leaves the accessors, the checks of a damaged
+file and its many ways of failing to whoever calls it.
+
+Sources: Khronos, glTF 2.0 specification, sections 3.6 (buffers) and 4 (GLB).
+"""
+
+import base64
+import binascii
+import json
+import struct
+from contextlib import suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import NoReturn
+from urllib.parse import unquote
+
+from heatlens.errors import InputError
+from heatlens.files.json_record import JsonEntry
+from heatlens.paths import file_bytes, unreadable
+from heatlens.scene.gltf.json_values import Record
+
+_MAGIC = b"glTF"
+_JSON, _BIN = 0x4E4F534A, 0x004E4942
+_HEAD_BYTES = 20  # of a .glb: its own head and that of its JSON, which comes first
+# What may be required of whoever reads a file, and is read here or changes only the shine.
+_KNOWN = {
+    *("KHR_lights_punctual", "KHR_materials_emissive_strength", "KHR_mesh_quantization"),
+    *("KHR_texture_transform", "EXT_texture_webp", "EXT_mesh_gpu_instancing"),
+}
+# Budgets of one file: meshes may share their bytes, and take memory each.
+_BUFFERS_MOST = 4_000_000_000
+_NUMBERS_MOST = 200_000_000
+_EMPTY_MOST = 4_000_000
+_HARMLESS = ("KHR_materials_", "KHR_xmp", "KHR_animation_pointer")
+
+
+@dataclass(frozen=True, eq=False)
+class GltfFile:
+    """A file whose JSON was understood; its buffers are read when first asked for."""
+
+    path: Path
+    root: Record
+    binary: bytes | None  # of a .glb
+    _buffers: dict[int, bytes] = field(default_factory=dict)
+    _lists: dict[str, list[Record]] = field(default_factory=dict)
+    _spent: dict[str, int] = field(default_factory=dict)
+
+    def listed(self, name: str) -> list[Record]:
+        """The objects of a list of the file, such as its `nodes`."""
+        if name not in self._lists:
+            self._lists[name] = self.root.records(name)
+        return self._lists[name]
+
+    def buffer(self, index: int) -> bytes:
+        """The bytes of a buffer. Raises InputError where they are missing or too few."""
+        if index not in self._buffers:
+            self._buffers[index] = self._read_buffer(index)
+        return self._buffers[index]
+
+    def _read_buffer(self, index: int) -> bytes:
+        record = self.listed("buffers")[index]
+        length = record.whole("byteLength")
+        if record.has("uri"):
+            data = self.uri_bytes(record)
+        elif index == 0 and self.binary is not None:
+            data = self.binary
+        else:
+            record.refuse("this buffer has no bytes: neither in the file nor beside it")
+        if len(data) < length:
+            record.refuse(f"only {len(data)} of {length} bytes are there; the file is cut short")
+        held = sum(map(len, self._buffers.values()))
+        if held + length > _BUFFERS_MOST:
+            record.refuse(f"its buffers hold more than {_BUFFERS_MOST / 1e9:g} GB together")
+        return data[:length]
+
+    def spend(self, record: Record, numbers: int, is_empty: bool) -> None:
+        """Count numbers that an accessor brings to memory; refused where all of them are too many.
+
+        `is_empty`: it has no bytes for them, so that a few letters could claim any number.
+        """
+        name, most = ("empty", _EMPTY_MOST) if is_empty else ("filled", _NUMBERS_MOST)
+        self._spent[name] = self._spent.get(name, 0) + numbers
+        if self._spent[name] > most:
+            what = "and has no bytes for them; " if is_empty else "with all before it; "
+            record.refuse(f"it claims {numbers:,} numbers {what}{most:,} are the most in one file")
+
+    def view(self, index: int) -> memoryview:
+        """The bytes of a buffer view. Raises InputError where they reach past the buffer."""
+        record = self.listed("bufferViews")[index]
+        number = record.index("buffer", len(self.listed("buffers")))
+        if number is None:
+            record.refuse("the entry 'buffer' is missing")
+        data = self.buffer(number)
+        start, length = record.whole("byteOffset", 0), record.whole("byteLength")
+        if start + length > len(data):
+            record.refuse(f"it ends at byte {start + length} of a buffer of {len(data)}")
+        return memoryview(data)[start : start + length]
+
+    def uri_bytes(self, record: Record) -> bytes:
+        """What an `uri` names: base64 in it, or a file in the folder of this one or under it."""
+        path = self.uri_path(record)
+        if path is None:
+            return _base64(record, record.text("uri"))
+        try:
+            return file_bytes(path)
+        except OSError as error:
+            _unreadable(record, error)
+
+    def uri_path(self, record: Record) -> Path | None:
+        """The file that an `uri` names, there or not; None for base64.
+
+        Raises InputError for one that is no file in the folder of this one or under it.
+        """
+        uri = record.text("uri")
+        if uri.startswith("data:"):
+            return None
+        if "://" in uri or uri.startswith(("//", "http:", "https:", "file:")):
+            record.refuse(f"{uri[:80]!r} is somewhere else; put the file beside this one")
+        folder = self.path.parent.resolve()
+        try:
+            path = (folder / unquote(uri)).resolve()
+        except (OSError, RuntimeError, ValueError) as error:  # a loop of links is a RuntimeError
+            _unreadable(record, error)
+        if not path.is_relative_to(folder):
+            record.refuse(f"{unquote(uri)[:80]!r} leads out of the folder of this file")
+        return path
+
+
+def _unreadable(record: Record, error: Exception) -> NoReturn:
+    reason = getattr(error, "strerror", None) or error
+    record.refuse(f"{unquote(record.text('uri'))[:80]!r} cannot be read: {reason}")
+
+
+def named_files(path: Path) -> tuple[Path, ...]:
+    """The files of buffers and pictures that a .gltf or .glb names, in its order, there or not.
+
+    Those that reading refuses are left out, as they decide nothing. Only the JSON is read. Raises
+    InputError where that is not possible.
+    """
+    file = GltfFile(path, _json(path, _text_of(path)), None)
+    found: dict[Path, None] = {}
+    for record in (*file.listed("buffers"), *file.listed("images")):
+        with suppress(InputError):
+            named = file.uri_path(record) if record.has("uri") else None
+            found |= {} if named is None else {named: None}
+    return tuple(found)
+
+
+def _text_of(path: Path) -> bytes:
+    """The JSON of either kind of file, without the bytes behind it."""
+    try:
+        with path.open("rb") as file:
+            head = file.read(_HEAD_BYTES)
+            if not head.startswith(_MAGIC):
+                return head + file.read()
+            if len(head) < _HEAD_BYTES:
+                _cut_short(path)
+            return file.read(struct.unpack_from("<I", head, 12)[0])
+    except OSError as error:
+        raise unreadable(path, error) from error
+
+
+def open_gltf(path: Path) -> GltfFile:
+    """Raises InputError for what is no glTF 2.0, is damaged, or needs what is not known here."""
+    try:
+        data = file_bytes(path)
+    except OSError as error:
+        raise unreadable(path, error) from error
+    if not data:
+        raise InputError(f"{path} is empty: there is no scene in it.")
+    text, binary = _chunks(path, data) if data.startswith(_MAGIC) else (data, None)
+    file = GltfFile(path, _json(path, text), binary)
+    _check_version(file.root)
+    return file
+
+
+def _chunks(path: Path, data: bytes) -> tuple[bytes, bytes | None]:
+    """The JSON of a .glb, and its bytes where it has some."""
+    if len(data) < _HEAD_BYTES:
+        _cut_short(path)
+    version, length = struct.unpack_from("<II", data, 4)
+    if version != 2:
+        raise InputError(f"{path} is glTF of version {version}; heatlens reads version 2.")
+    if length > len(data):
+        _cut_short(path)
+    found: dict[int, bytes] = {}
+    start = 12
+    while start + 8 <= length:
+        size, kind = struct.unpack_from("<II", data, start)
+        if start + 8 + size > length:
+            _cut_short(path)
+        found.setdefault(kind, data[start + 8 : start + 8 + size])
+        start += 8 + size
+    if _JSON not in found:
+        raise InputError(f"{path} is damaged: it has no description of a scene. Export it again.")
+    return found[_JSON], found.get(_BIN)
+
+
+def _cut_short(path: Path) -> NoReturn:
+    raise InputError(f"{path} is damaged or cut short: bytes are missing. Export it again.")
+
+
+def _json(path: Path, text: bytes) -> Record:
+    try:
+        value = json.loads(text.decode("utf-8-sig"))
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"{path} is damaged or no glTF: {error}. Export it again.") from error
+    return Record(JsonEntry(path, "", value))
+
+
+def _check_version(root: Record) -> None:
+    version = root.inside("asset").text("version")
+    if not version.startswith("2."):
+        root.refuse(f"this is no glTF of version 2, but of {version[:20] or 'none'!r}")
+    required = root.at("extensionsRequired").items() if root.has("extensionsRequired") else []
+    for name in (item.text() for item in required):
+        if name not in _KNOWN and not name.startswith(_HARMLESS):
+            root.refuse(f"it needs {name[:60]}, which is not known here; export it without that")
+
+
+def _base64(record: Record, uri: str) -> bytes:
+    head, _, text = uri.partition(",")
+    if not head.endswith(";base64"):
+        record.refuse("its data should be in base64")
+    try:
+        return base64.b64decode(unquote(text), validate=True)
+    except (binascii.Error, ValueError) as error:
+        record.refuse(f"its base64 is damaged ({error})")

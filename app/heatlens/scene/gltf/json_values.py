@@ -1,0 +1,103 @@
+"""The objects of a glTF file's JSON: what is asked of them is there as it should be, or refused."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NoReturn
+
+from heatlens.files.json_record import JsonEntry
+
+_MOST = 1e300  # with room to reckon below infinity
+
+
+@dataclass(frozen=True, slots=True)
+class Record:
+    """A JSON object of which some entries are known here.
+
+    Every method raises InputError with the file and the place where an entry is of the wrong kind.
+    """
+
+    entry: JsonEntry
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.entry.value, dict):
+            self.entry.refuse("there should be an object in braces here")
+
+    def has(self, name: str) -> bool:
+        """Whether there is such an entry."""
+        return name in self.entry.value
+
+    def refuse(self, sentence: str) -> NoReturn:
+        """Raise InputError: the file, the place, what is wrong."""
+        self.entry.refuse(sentence)
+
+    def at(self, name: str) -> JsonEntry:
+        """The entry, which must be there."""
+        if not self.has(name):
+            self.refuse(f"the entry {name!r} is missing")
+        place = f"{self.entry.place}.{name}" if self.entry.place else name
+        return JsonEntry(self.entry.path, place, self.entry.value[name])
+
+    def inside(self, *names: str) -> "Record":
+        """The object within the object, and so on; an empty one where there is none."""
+        found = self
+        for name in names:
+            missing = JsonEntry(self.entry.path, f"{found.entry.place}.{name}", {})
+            found = Record(found.at(name) if found.has(name) else missing)
+        return found
+
+    def records(self, name: str) -> list["Record"]:
+        """The objects of a list, none where it is missing."""
+        return [Record(item) for item in self.at(name).items()] if self.has(name) else []
+
+    def number(self, name: str, default: float, least: float = -math.inf) -> float:
+        """A finite number that is not below `least`."""
+        return _finite(self.at(name), least) if self.has(name) else default
+
+    def whole(self, name: str, default: int | None = None) -> int:
+        """A number from 0 on without a fraction; without a default it must be there."""
+        if default is not None and not self.has(name):
+            return default
+        found = _finite(self.at(name), 0)
+        if not found.is_integer() or found >= 2**53:
+            self.refuse(f"{name!r} should be a whole number within reason")
+        return int(found)
+
+    def index(self, name: str, count: int) -> int | None:
+        """The place of something in a list of `count`; None where nothing is told."""
+        if not self.has(name):
+            return None
+        found = self.whole(name)
+        if found >= count:
+            self.refuse(f"{name!r} is {found}, but the file has only {count} of them")
+        return found
+
+    def indices(self, name: str, count: int) -> list[int]:
+        """A list of such places, empty where there is none."""
+        if not self.has(name):
+            return []
+        items = {str(i): item.value for i, item in enumerate(self.at(name).items())}
+        listed = Record(JsonEntry(self.entry.path, self.at(name).place, items))
+        return [index for key in items if (index := listed.index(key, count)) is not None]
+
+    def row(self, name: str, default: Sequence[float]) -> tuple[float, ...]:
+        """As many finite numbers as the default has."""
+        if not self.has(name):
+            return tuple(default)
+        items = self.at(name).items()
+        if len(items) != len(default):
+            self.refuse(f"{name!r} should have {len(default)} numbers, not {len(items)}")
+        return tuple(_finite(item, -math.inf) for item in items)
+
+    def text(self, name: str, default: str = "") -> str:
+        """A text."""
+        return self.at(name).text() if self.has(name) else default
+
+
+def _finite(entry: JsonEntry, least: float) -> float:
+    value = entry.value
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        entry.refuse("there should be a number here")
+    if not max(least, -_MOST) <= value <= _MOST:
+        entry.refuse("this number is out of range")
+    return float(value)

@@ -1,0 +1,123 @@
+"""glTF 2.0 files, .glb and .gltf, as scenes.
+
+Units, axes and colours are those of a scene. Intensities of lights are taken as the numbers they
+are, candela and lux, and not brought to the brightness of the daylight.
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from heatlens.errors import InputError
+from heatlens.scene.gltf.accessor import read_floats
+from heatlens.scene.gltf.animation import FIRST_FRAME, Animation, read_animation
+from heatlens.scene.gltf.camera_view import GltfViews
+from heatlens.scene.gltf.file import GltfFile, open_gltf
+from heatlens.scene.gltf.json_values import Record
+from heatlens.scene.gltf.material import GltfMaterials
+from heatlens.scene.gltf.mesh import GltfMeshes
+from heatlens.scene.gltf.nodes import RESTS, matrices, read_tree
+from heatlens.scene.scene import Array, Instance, Scene, check_instances
+
+_FAR_MOST_M = 1e9
+_SPREAD = "EXT_mesh_gpu_instancing"
+
+
+@dataclass(frozen=True, eq=False)
+class _Hanging:
+    """Meshes that hang on nodes: of each instance the node, and its (4, 4) place within that."""
+
+    animation: Animation
+    nodes: tuple[int, ...]
+    offsets: Array
+
+    def __call__(self, frame: float) -> Array:
+        """(instances, 4, 4) to the world."""
+        with np.errstate(over="ignore", invalid="ignore"):
+            places = self.animation.worlds(frame)[list(self.nodes)] @ self.offsets
+        return np.clip(np.nan_to_num(places), -_FAR_MOST_M, _FAR_MOST_M)
+
+
+@np.errstate(over="ignore", invalid="ignore")  # places are looked at once they are known
+def read_gltf(path: Path) -> Scene:
+    """The scene that the file shows first.
+
+    Raises InputError naming the file and the place in it where it is damaged, names what is not
+    there, or has nothing to look at.
+    """
+    gltf = open_gltf(path)
+    animation = read_animation(gltf, read_tree(gltf))
+    materials = GltfMaterials(gltf)
+    meshes = GltfMeshes(gltf, materials)
+    views = GltfViews(gltf, animation)
+    instances, hanging = _instances(animation, meshes)
+    moving = any(animation.moves(node) for node in set(hanging.nodes))
+    notes = animation.notes | materials.notes | meshes.notes | views.notes
+    return Scene(
+        path,
+        tuple(meshes.meshes),
+        instances,
+        tuple(materials.materials),
+        tuple(materials.images),
+        tuple(views.cameras),
+        tuple(views.lights),
+        views.daylight,
+        hanging if moving else None,
+        animation.frames,
+        notes=tuple(f"{path}: {note}" for note in notes),
+    )
+
+
+def _instances(animation: Animation, meshes: GltfMeshes) -> tuple[tuple[Instance, ...], _Hanging]:
+    gltf, tree = meshes.gltf, animation.tree
+    listed = gltf.listed("meshes")
+    names: list[str] = []
+    numbers, nodes, offsets = [], [], []
+    for node in tree.seen:
+        record = tree.records[node]
+        index = record.index("mesh", len(listed))
+        if index is None:
+            continue
+        name = record.text("name") or listed[index].text("name") or f"node {node}"
+        for number in meshes.of(index):
+            spread = _spread(gltf, record)
+            check_instances(gltf.path, len(names) + len(spread))
+            names += [name] * len(spread)
+            numbers += [number] * len(spread)
+            nodes += [node] * len(spread)
+            offsets.append(spread)
+    if not nodes:
+        raise InputError(f"{gltf.path}: there is nothing in this scene to look at.")
+    hanging = _Hanging(animation, tuple(nodes), np.concatenate(offsets))
+    places = animation.worlds(FIRST_FRAME)[nodes] @ hanging.offsets
+    _check_places(gltf, places)
+    found = map(Instance, names, numbers, places)
+    return tuple(found), hanging
+
+
+def _check_places(gltf: GltfFile, places: Array) -> None:
+    if not np.abs(places).max() <= _FAR_MOST_M:
+        raise InputError(
+            f"{gltf.path}: a mesh stands beyond {_FAR_MOST_M:g} m or is as much too large, where "
+            "nothing can be drawn."
+        )
+
+
+def _spread(gltf: GltfFile, record: Record) -> Array:
+    """(K, 4, 4) places of a node's mesh within the node: one, or as many as the file lists."""
+    attributes = record.inside("extensions", _SPREAD, "attributes")
+    found = {
+        name: read_floats(gltf, index, len(rest)).astype(float)
+        for name, rest in RESTS.items()
+        if (index := attributes.index(name.upper(), len(gltf.listed("accessors")))) is not None
+    }
+    if not found:
+        return np.eye(4)[None]
+    count = len(next(iter(found.values())))
+    if any(len(values) != count for values in found.values()):
+        attributes.refuse("its lists are not of one length")
+    full = (
+        found.get(name, np.tile(np.array(rest, float), (count, 1))) for name, rest in RESTS.items()
+    )
+    return matrices(*full)

@@ -1,0 +1,106 @@
+"""Materials of USD: UsdPreviewSurface, and the pictures its inputs are joined to."""
+
+import math
+import os
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heatlens.errors import InputError
+from heatlens.files.usd_library import usd_module
+from heatlens.scene.picture_read import read_picture
+from heatlens.scene.scene import Color, Material
+from heatlens.scene.usd.stage import UsdStage
+
+_BLEND_CUTOFF = 0.5
+
+
+@dataclass
+class UsdMaterials:
+    """The materials that prims are bound to, each once; the first is that of what has none."""
+
+    stage: UsdStage
+    materials: list[Material] = field(default_factory=lambda: [Material()])
+    images: list[NDArray[np.uint8]] = field(default_factory=list)
+    notes: dict[str, None] = field(default_factory=dict)  # in order, each once
+    shaders: set[int] = field(default_factory=set)  # which of them are no colour of a prim alone
+    _found: dict[str, int] = field(default_factory=dict)
+    _pictures: dict[str, int] = field(default_factory=dict)
+
+    def of(self, prim: Any, has_own_colors: bool = False) -> int:
+        """The scene's material of a mesh or of a part; no colour besides those of its vertices."""
+        shade = usd_module("UsdShade")
+        bound, _ = shade.MaterialBindingAPI(prim).ComputeBoundMaterial()
+        surface = bound.ComputeSurfaceSource()[0] if bound else None
+        color = prim.GetAttribute("primvars:displayColor").Get()
+        color = [(1.0, 1.0, 1.0)] if has_own_colors else color
+        name = str(bound.GetPath()) if surface else f"color {color}" if color else ""
+        if not name:
+            return 0
+        if name not in self._found:
+            material = self._surface(bound.GetPrim().GetName(), surface) if surface else None
+            self.materials.append(material or Material(base_color=_color(color[0])))
+            self._found[name] = len(self.materials) - 1
+            self.shaders |= {self._found[name]} if surface else set()
+        return self._found[name]
+
+    def _surface(self, name: str, surface: Any) -> Material:
+        base, base_map = self._input(surface, "diffuseColor", (0.18, 0.18, 0.18))
+        glow, glow_map = self._input(surface, "emissiveColor", (0.0, 0.0, 0.0))
+        opacity, _ = self._input(surface, "opacity", 1.0)
+        threshold, _ = self._input(surface, "opacityThreshold", 0.0)
+        opening = surface.GetInput("opacity")
+        is_cut = _share(opacity) < 1 or bool(opening and opening.HasConnectedSource())
+        return Material(
+            name=name,
+            base_color=_color(base) if base_map is None else (1.0, 1.0, 1.0),
+            base_alpha=_share(opacity),
+            metallic=_share(self._input(surface, "metallic", 0.0)[0]),
+            roughness=_share(self._input(surface, "roughness", 0.5)[0]),
+            emission=_color(glow) if glow_map is None else (1.0, 1.0, 1.0),
+            alpha_cutoff=_share(threshold) or (_BLEND_CUTOFF if is_cut else 0.0),
+            base_color_map=base_map,
+            emission_map=glow_map,
+        )
+
+    def _input(self, surface: Any, name: str, default: Any) -> tuple[Any, int | None]:
+        """Its value, and the picture it is joined to."""
+        found = surface.GetInput(name)
+        if not found:
+            return default, None
+        value = found.Get()
+        sources = found.GetConnectedSources()[0]
+        if not sources:
+            return default if value is None else value, None
+        file = sources[0].source.GetPrim().GetAttribute("inputs:file").Get()
+        if file is None or name not in ("diffuseColor", "emissiveColor"):
+            self.notes["Of maps only those of colour and of light are read."] = None
+            return default, None
+        return default, self._picture(file.resolvedPath or file.path)
+
+    def _picture(self, path: str) -> int:
+        if path not in self._pictures:
+            resolver = usd_module("Ar")
+            if os.path.exists(path) and not os.path.isfile(path):  # a pipe or a device never ends
+                raise InputError(f"{self.stage.path}: the picture {path[:80]!r} is no file.")
+            asset = resolver.GetResolver().OpenAsset(resolver.ResolvedPath(path))
+            if not asset:
+                raise InputError(f"{self.stage.path}: the picture {path[:80]!r} is not there.")
+            with asset:
+                data = bytes(asset.GetBuffer())
+            what = f"{self.stage.path}: {path}"
+            self.images.append(read_picture(data, what, self.images))
+            self._pictures[path] = len(self.images) - 1
+        return self._pictures[path]
+
+
+def _color(value: Any) -> Color:
+    red, green, blue = (float(v) if 0 <= v < math.inf else 0.0 for v in value)
+    return red, green, blue
+
+
+def _share(value: Any) -> float:
+    """Between 0 and 1; NaN is 0."""
+    return min(float(value), 1.0) if value > 0 else 0.0

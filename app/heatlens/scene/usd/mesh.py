@@ -1,0 +1,127 @@
+"""The triangles of a mesh of USD: polygons cut into fans, every corner a vertex of its own."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heatlens.errors import InputError
+from heatlens.files.usd_library import usd_module
+from heatlens.scene.mesh_make import made_mesh, smooth_normals
+from heatlens.scene.scene import Mesh
+from heatlens.scene.usd.material import UsdMaterials
+
+_UV_NAMES = ("st", "UVMap", "map1", "st0")
+
+
+def read_parts(materials: UsdMaterials, prim: Any) -> list[Mesh]:
+    """One mesh for each material. Raises InputError where a mesh contradicts itself."""
+    geometry = usd_module("UsdGeom")
+    what = f"{materials.stage.path}: {prim.GetPath()}"
+    time = usd_module("Usd").TimeCode.EarliestTime()
+    mesh = geometry.Mesh(prim)
+    points = np.array(mesh.GetPointsAttr().Get(time) or [], np.float32).reshape(-1, 3)
+    counts = np.array(mesh.GetFaceVertexCountsAttr().Get(time) or [], np.int64)
+    corners = np.array(mesh.GetFaceVertexIndicesAttr().Get(time) or [], np.int64)
+    _check(what, points, counts, corners)
+    triangles, faces = _fans(counts)
+    normals, uvs = _normals(mesh, points, corners, triangles), _uvs(prim, corners)
+    colors = _colors(prim, len(points), counts, corners)
+    found = []
+    for part, chosen in _by_material(prim, faces, len(counts)):
+        material = materials.of(part, colors is not None)
+        own = triangles[chosen].astype(np.uint32)
+        if len(own):
+            used, places = np.unique(own, return_inverse=True)
+            own = places.reshape(-1, 3).astype(np.uint32)
+            shown = None if material in materials.shaders else colors
+            facing, laid, tint = (None if v is None else v[used] for v in (normals, uvs, shown))
+            at = points[corners[used]]
+            found.append(made_mesh(what, at, own, facing, laid, material, tint))
+    return found
+
+
+def _check(
+    what: str, points: NDArray[np.float32], counts: NDArray[np.int64], corners: NDArray[np.int64]
+) -> None:
+    if counts.size and (counts.min() < 0 or counts.sum() != len(corners)):
+        raise InputError(f"{what}: its polygons have other numbers of corners than it says.")
+    if corners.size and (corners.min() < 0 or corners.max() >= len(points)):
+        raise InputError(f"{what}: a polygon names a vertex that is not there.")
+    if not np.isfinite(points).all():
+        raise InputError(f"{what}: a vertex is at NaN or infinity.")
+
+
+def _fans(counts: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """(T, 3) triangles of corners, and (T,) the face that each belongs to."""
+    sizes = np.maximum(counts - 2, 0)
+    faces = np.repeat(np.arange(len(counts)), sizes)
+    firsts = (np.cumsum(counts) - counts)[faces]
+    steps = np.arange(len(faces)) - (np.cumsum(sizes) - sizes)[faces]
+    return np.stack([firsts, firsts + steps + 1, firsts + steps + 2], axis=1), faces
+
+
+def _normals(
+    mesh: Any,
+    points: NDArray[np.float32],
+    corners: NDArray[np.int64],
+    triangles: NDArray[np.int64],
+) -> NDArray[np.float32] | None:
+    """(corners, 3): of the file, or smooth where it is a subdivision surface; None for flat."""
+    primvar = usd_module("UsdGeom").PrimvarsAPI(mesh.GetPrim()).GetPrimvar("normals")
+    told = primvar.ComputeFlattened() if primvar else mesh.GetNormalsAttr().Get()
+    values = np.array(told if told else [], np.float32).reshape(-1, 3)
+    if len(values) == len(corners) and len(values):
+        return values
+    if len(values) == len(points) and len(values):
+        return np.asarray(values[corners])
+    if mesh.GetSubdivisionSchemeAttr().Get() == "none" or not len(triangles):
+        return None
+    return np.asarray(smooth_normals(points, corners[triangles].astype(np.uint32))[corners])
+
+
+def _uvs(prim: Any, corners: NDArray[np.int64]) -> NDArray[np.float32] | None:
+    """(corners, 2), v downwards."""
+    primvars = usd_module("UsdGeom").PrimvarsAPI(prim)
+    for name in _UV_NAMES:
+        told = primvars.GetPrimvar(name).ComputeFlattened() if primvars.HasPrimvar(name) else None
+        values = np.array(told if told else [], np.float32)
+        if values.ndim != 2 or values.shape[1] != 2:
+            continue
+        values[:, 1] = 1 - values[:, 1]
+        if len(values) == len(corners):
+            return np.asarray(values)
+        if corners.size and len(values) > corners.max():
+            return np.asarray(values[corners])
+    return None
+
+
+def _colors(
+    prim: Any, points: int, counts: NDArray[np.int64], corners: NDArray[np.int64]
+) -> NDArray[np.float32] | None:
+    """(corners, 3) of displayColor, linear; None for one over all, which is the material's."""
+    primvar = usd_module("UsdGeom").PrimvarsAPI(prim).GetPrimvar("displayColor")
+    told = primvar.ComputeFlattened() if primvar else None
+    values = np.array(told if told else [], np.float32).reshape(-1, 3)
+    kind = primvar.GetInterpolation() if len(values) > 1 else "constant"
+    if kind == "uniform" and len(values) == len(counts):
+        return np.repeat(values, counts, axis=0)
+    if kind in ("vertex", "varying") and len(values) == points:
+        return np.asarray(values[corners])
+    return values if kind == "faceVarying" and len(values) == len(corners) else None
+
+
+def _by_material(
+    prim: Any, faces: NDArray[np.int64], count: int
+) -> list[tuple[Any, NDArray[np.bool_]]]:
+    """Each part that is bound to a material, and which of the triangles are in it."""
+    binding = usd_module("UsdShade").MaterialBindingAPI(prim)
+    rest = np.ones(count, bool)
+    found = []
+    for subset in binding.GetMaterialBindSubsets():
+        listed = np.array(subset.GetIndicesAttr().Get() or [], np.int64)
+        chosen = np.zeros(count, bool)
+        chosen[listed[(listed >= 0) & (listed < count)]] = True
+        found.append((subset.GetPrim(), (chosen & rest)[faces]))
+        rest &= ~chosen
+    return [*found, (prim, rest[faces])]

@@ -1,0 +1,79 @@
+"""A stage of OpenUSD, opened: its unit and up axis, its frames, and where things are in them."""
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from heatlens.errors import InputError
+from heatlens.files.usd_library import usd_module
+from heatlens.model.frames import FrameRange, check_frame, check_frames_per_second
+from heatlens.scene.scene import Array
+
+STILL_FRAME = 1
+# Cameras get a key for each frame, and things a matrix.
+_FRAMES_MOST = 100_000
+
+
+@dataclass(frozen=True)
+class UsdStage:
+    """An opened file.
+
+    to_metres  (4, 4) from its world to ours: metres, y up
+    prims      all that are defined, also those within instances
+    """
+
+    path: Path
+    stage: Any
+    prims: list[Any]
+    meters_per_unit: float
+    to_metres: Array
+    frames_per_second: float
+
+    def frames_of(self, prims: list[Any]) -> FrameRange | None:
+        """Those in which one of the prims, or what it hangs on, moves; None where nothing does."""
+        xformable = usd_module("UsdGeom").Xformable
+        hung = {}
+        for prim in prims:
+            while prim and not prim.IsPseudoRoot() and prim.GetPath() not in hung:
+                hung[prim.GetPath()], prim = prim, prim.GetParent()
+        moving = (xformable(prim) for prim in hung.values() if prim.IsA(xformable))
+        times = [time for xform in moving for time in xform.GetTimeSamples()]
+        if not times or min(times) == max(times):
+            return None
+        for time in (min(times), max(times)):
+            check_frame(time)
+        found = FrameRange(math.floor(min(times)), math.ceil(max(times)))
+        if found.count > _FRAMES_MOST:
+            raise InputError(f"{self.path} moves over {found.count:,} frames, which is too many.")
+        return found
+
+    def places(self, prims: list[Any], frame: float) -> Array:
+        """(P, 4, 4) from each prim to our world at a frame."""
+        cache = usd_module("UsdGeom").XformCache(frame)
+        found = np.array([cache.GetLocalToWorldTransform(prim) for prim in prims], np.float64)
+        placed = self.to_metres @ found.reshape(-1, 4, 4).swapaxes(1, 2)
+        if not np.isfinite(placed).all() or (placed.size and np.abs(placed).max() > 1e9):
+            raise InputError(f"{self.path}: something stands where nothing can be drawn.")
+        return np.asarray(placed)
+
+
+def open_stage(path: Path) -> UsdStage:
+    """Raises InputError for what is no stage, is damaged, or has no unit."""
+    usd, tf, geometry = usd_module("Usd"), usd_module("Tf"), usd_module("UsdGeom")
+    try:
+        stage = usd.Stage.Open(str(path))
+        prims = list(stage.Traverse(usd.TraverseInstanceProxies()))
+        unit_m = geometry.GetStageMetersPerUnit(stage)
+        up, rate = geometry.GetStageUpAxis(stage), stage.GetTimeCodesPerSecond()
+    except tf.ErrorException as error:
+        raise InputError(f"{path} cannot be read: it is damaged or no USD file.") from error
+    if not 0 < unit_m < 1e9:
+        raise InputError(f"{path} has {unit_m:g} metres per unit: no length can be told.")
+    check_frames_per_second(rate)
+    to_metres = np.diag([unit_m, unit_m, unit_m, 1.0])
+    if up == "Z":
+        to_metres = to_metres @ [[1, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]]
+    return UsdStage(path, stage, prims, unit_m, np.asarray(to_metres), rate)

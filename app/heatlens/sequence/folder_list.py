@@ -1,0 +1,95 @@
+"""What a folder holds for a person who looks for pictures: folders, files, sequences as one."""
+
+import os
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+from heatlens.errors import InputError
+from heatlens.sequence.names import sequences_among
+from heatlens.sequence.sequence import Sequence
+
+_DIGITS = re.compile(r"(\d+)")
+_NO_FRAMES = (".json",)  # numbers in the names of texts count versions
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A file, or a numbered sequence of files."""
+
+    name: str  # plate.exr or shot.####.exr
+    path: Path  # the file, or the pattern that opens the sequence
+    written_s: float  # when its (last) file was written, seconds since 1970
+    sequence: Sequence | None = None
+
+    @property
+    def frames_text(self) -> str:
+        """First and last frame, and how many between them have no file; "" for one file."""
+        if self.sequence is None:
+            return ""
+        first, last = self.sequence.present[0], self.sequence.present[-1]
+        missing = last - first + 1 - len(self.sequence.present)
+        return f"{first}-{last}" + (f", {missing} missing" if missing else "")
+
+    def file_at(self, frame: int) -> Path:
+        """One of its files: that of `frame`, else the nearest before it, else the first."""
+        if self.sequence is None:
+            return self.path
+        return self.sequence.resolve(frame) or self.path
+
+
+@dataclass(frozen=True)
+class FolderList:
+    """Names of the folders in a folder and its pictures, both as people sort them."""
+
+    folder: Path
+    folders: tuple[str, ...]
+    entries: tuple[Entry, ...]
+
+
+def list_folder(folder: Path, suffixes: tuple[str, ...]) -> FolderList:
+    """What is in `folder`, of files those that end in one of `suffixes`; nothing hidden.
+
+    Raises InputError where the folder cannot be read.
+    """
+    try:
+        with os.scandir(folder) as scan:
+            found = [entry for entry in scan if not entry.name.startswith(".")]
+            folders = [entry.name for entry in found if os.path.isdir(entry.path)]
+    except OSError as error:
+        raise InputError(f"{folder} cannot be read: {error.strerror or error}.") from error
+    inside = set(folders)
+    names = [
+        entry.name
+        for entry in found
+        if entry.name.lower().endswith(suffixes) and entry.name not in inside
+    ]
+    entries = sorted(_entries(folder, names), key=lambda entry: natural(entry.name))
+    return FolderList(folder, tuple(sorted(folders, key=natural)), tuple(entries))
+
+
+def natural(name: str) -> list[str | int]:
+    """A key that sorts shot9 before shot10, and capitals among small letters."""
+    return [int(p) if p.isdecimal() else p for p in _DIGITS.split(name.casefold())]
+
+
+def _entries(folder: Path, names: list[str]) -> list[Entry]:
+    texts = [name for name in names if name.lower().endswith(_NO_FRAMES)]
+    entries = [Entry(name, folder / name, _written_s(folder / name)) for name in texts]
+    for form, frames in sequences_among(set(names).difference(texts)).items():
+        name = form.name_at(frames[-1] if form.padding else 0)
+        written_s = _written_s(folder / name)
+        if len(frames) > 1:
+            sequence = Sequence(folder, form, frames, frames)
+            entries.append(Entry(form.text, Path(sequence.pattern), written_s, sequence))
+        else:
+            entries.append(Entry(name, folder / name, written_s))
+    return entries
+
+
+def _written_s(path: Path) -> float:
+    """0 for what went away while it was looked at, or never was: a link to nothing."""
+    try:
+        return path.stat().st_mtime
+    except OSError:
+        return 0.0

@@ -1,0 +1,274 @@
+"""plate.####.exr and its frames: found on disk, with the gaps, and looked at again as it grows."""
+
+import os
+from bisect import bisect_left, bisect_right
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from difflib import get_close_matches
+from functools import cached_property
+from pathlib import Path
+from typing import Literal
+
+from heatlens.errors import InputError
+from heatlens.files.picture_formats import PICTURES_READ
+from heatlens.sequence.names import (
+    MAX_FRAMES,
+    NameForm,
+    form_of,
+    frames_text,
+    padding_of,
+    parse_frames,
+    parse_pattern,
+    sequences_among,
+)
+
+# What stands in for a frame without a file: the nearest earlier one (else the nearest later),
+# nothing, or an error.
+MissingPolicy = Literal["hold", "black", "stop"]
+Stamp = tuple[int, int]  # time of the last change in nanoseconds, size in bytes
+
+_STILL_FRAME = 1  # the number of a picture that has none in its name
+_NOTATIONS = "shot.####.exr, shot.%04d.exr, shot.@@@@.exr or shot.$F4.exr"
+_NEAR_NAMES = 3  # how many an error lists
+
+
+@dataclass(frozen=True)
+class Sequence:
+    """The frames that are wanted of one numbered picture, and those that had a file when looked.
+
+    `frames` and `present` are sorted, `present` is part of `frames`. `frame_range` is what was
+    asked for, as text; None for every frame there is, and then a growing sequence grows.
+    """
+
+    folder: Path
+    form: NameForm
+    frames: tuple[int, ...]
+    present: tuple[int, ...]
+    frame_range: str | None = None
+
+    @property
+    def first(self) -> int:
+        """The lowest frame wanted."""
+        return self.frames[0]
+
+    @property
+    def last(self) -> int:
+        """The highest frame wanted."""
+        return self.frames[-1]
+
+    @property
+    def is_single(self) -> bool:
+        """True for one frame alone."""
+        return len(self.frames) == 1
+
+    @cached_property
+    def missing(self) -> tuple[int, ...]:
+        """The frames wanted that had no file."""
+        return tuple(sorted(set(self.frames) - set(self.present)))
+
+    @property
+    def pattern(self) -> str:
+        """Text that finds it again, together with `frame_range`: shot.####.exr in its folder.
+
+        Where the name holds such marks itself, one of the files stands for all.
+        """
+        is_notation = self.form.padding and self.form.is_notation
+        first = self.form.name_at((self.present or self.frames)[0])
+        return str(self.folder / (self.form.text if is_notation else first))
+
+    def path_at(self, frame: int) -> Path:
+        """Where the file of `frame` lies, or would."""
+        return self.folder / self.form.name_at(frame)
+
+    def frame_at(self, path: str | os.PathLike[str]) -> int | None:
+        """The frame whose file `path` is; None where it is none of these."""
+        name = Path(path).name
+        found = self.form.frames_in([name]) if self.form.padding else (_STILL_FRAME,)
+        return next((f for f in found if f in self.frames and self.path_at(f).name == name), None)
+
+    def has(self, frame: int) -> bool:
+        """True where `frame` is wanted and had a file."""
+        at = bisect_left(self.present, frame)
+        return self.present[at : at + 1] == (frame,)
+
+    def shown_frame(self, frame: int, policy: MissingPolicy = "hold") -> int | None:
+        """`frame`, or the one that stands in for it; None for black.
+
+        Raises InputError under `stop` where `frame` has no file.
+        """
+        if self.has(frame):
+            return frame
+        if policy == "stop":
+            raise InputError(
+                f"{self.path_at(frame)} is missing: there are {frames_text(self.present)}."
+            )
+        if policy == "black" or not self.present:
+            return None
+        return self.present[max(bisect_right(self.present, frame) - 1, 0)]
+
+    def resolve(self, frame: int, policy: MissingPolicy = "hold") -> Path | None:
+        """The file to show for `frame`; None for black. Raises InputError as `shown_frame`."""
+        shown = self.shown_frame(frame, policy)
+        return None if shown is None else self.path_at(shown)
+
+
+def find_sequence(
+    text: str | os.PathLike[str], frames: str | None = None, *, whole: bool = True
+) -> Sequence:
+    """The sequence that `text` means: a pattern, a folder that holds one, or one of its files.
+
+    Patterns are shot.####.exr, shot.%04d.exr, shot.@@@@.exr, shot.$F4.exr, also with a range before
+    the digits (shot.1001-1100x2####.exr); a lone # takes any padding. `frames`, such as
+    1001-1100x2, goes before a range in the pattern; with neither, all from the first file to the
+    last are wanted. `whole` False: a file stands for its frame alone. A file without a number is a
+    sequence of one frame. Raises InputError naming what was looked for and what there is instead.
+    """
+    path = Path(os.path.expanduser(text))
+    if os.path.isdir(path):
+        names = _names_in(path)
+        return _sequence_of(path, names, _form_of_folder(path, names), frames)
+    if not os.path.isdir(path.parent):
+        raise InputError(f"{path} cannot be found: the folder {path.parent} does not exist.")
+    names = _names_in(path.parent)
+    if os.path.isfile(path):
+        form, own_frames = _form_of_file(path, names, whole)
+    else:
+        form, own_frames = _form_of_pattern(path, names)
+    return _sequence_of(path.parent, names, form, own_frames if frames is None else frames)
+
+
+def rescanned(sequence: Sequence) -> Sequence:
+    """`sequence` as it is on disk now: one look into its folder.
+
+    Without a `frame_range` it grows with its files; it never shrinks, for keys may be set on frames
+    that are being rendered again. Raises InputError when the folder cannot be read.
+    """
+    names = _names_in(sequence.folder)
+    on_disk = _frames_among(sequence.form, names)
+    wanted = sequence.frames
+    if sequence.frame_range is None and on_disk:
+        wanted = _span(sequence.folder, min(on_disk[0], wanted[0]), max(on_disk[-1], wanted[-1]))
+    present = _shared(on_disk, wanted)
+    return replace(sequence, frames=wanted, present=present)
+
+
+def stamp_of(path: Path) -> Stamp | None:
+    """What tells one state of a file from the next; None where there is no file."""
+    try:
+        status = path.stat()
+    except OSError:
+        return None
+    return status.st_mtime_ns, status.st_size
+
+
+def changed(sequence: Sequence, stamps: Mapping[int, Stamp | None]) -> tuple[int, ...]:
+    """The frames of `stamps` whose file now has another stamp: written again, come or gone."""
+    return tuple(f for f, stamp in stamps.items() if stamp_of(sequence.path_at(f)) != stamp)
+
+
+def _form_of_file(path: Path, names: list[str], whole: bool) -> tuple[NameForm, str | None]:
+    """The form of the file at `path` among its neighbours `names`, and its frame if not `whole`."""
+    form, frame = form_of(path.name)
+    if frame is None:
+        return form, None
+    fitting = (replace(form, padding=padding) for padding in padding_of(form, names))
+    form = next((fit for fit in fitting if fit.name_at(frame) == path.name), form)
+    return form, None if whole else str(frame)
+
+
+def _sequence_of(folder: Path, names: list[str], form: NameForm, frames: str | None) -> Sequence:
+    """The frames of `form` among the `names` in `folder`: those in `frames`, or all."""
+    on_disk = _frames_among(form, names)
+    if not on_disk:
+        raise InputError(f"No file is called {folder / form.text}. {_near(form, names)}")
+    if frames is None:
+        return Sequence(folder, form, _span(folder, on_disk[0], on_disk[-1]), on_disk)
+    wanted = parse_frames(frames)
+    found = Sequence(folder, form, wanted, _shared(on_disk, wanted), frames)
+    if not found.present:
+        raise InputError(
+            f"{found.pattern} has no file for frames {frames}: there are {frames_text(on_disk)}."
+        )
+    return found
+
+
+def _form_of_folder(folder: Path, names: list[str]) -> NameForm:
+    """The one sequence in `folder`, EXR before others, with stills beside it or none; else
+    InputError."""
+    suffixes = (".exr",) if any(name.lower().endswith(".exr") for name in names) else PICTURES_READ
+    found = sequences_among(name for name in names if name.lower().endswith(suffixes))
+    forms = [form for form, frames in found.items() if len(frames) > 1] or list(found)
+    if len(forms) == 1:
+        return forms[0]
+    if not found:
+        raise InputError(f"The folder {folder} holds no EXR file, and no other picture.")
+    raise InputError(
+        f"The folder {folder} holds more than one picture: {_listed(found)}. Name one of them."
+    )
+
+
+def _form_of_pattern(path: Path, names: list[str]) -> tuple[NameForm, str | None]:
+    """The form in the name of `path`, its padding settled, and the frames it names, if any."""
+    parsed = parse_pattern(path.name)
+    if parsed is None:
+        raise InputError(
+            f"{path} is neither a file nor a pattern such as {_NOTATIONS}. "
+            f"{_near(form_of(path.name)[0], names)}"
+        )
+    form, frames = parsed
+    if form.padding != 1:
+        return form, frames
+    paddings = padding_of(form, names) or (1,)
+    if len(paddings) > 1:
+        forms = {(f := replace(form, padding=p)): f.frames_in(names) for p in paddings}
+        raise InputError(f"{path} can mean {_listed(forms)}: write one # for each digit.")
+    return replace(form, padding=paddings[0]), frames
+
+
+def _names_in(folder: Path) -> list[str]:
+    """The names of the files in `folder`."""
+    try:
+        with os.scandir(folder) as entries:
+            return [entry.name for entry in entries if entry.is_file()]
+    except OSError as error:
+        raise InputError(f"{folder} cannot be looked into: {error.strerror or error}.") from error
+
+
+def _frames_among(form: NameForm, names: list[str]) -> tuple[int, ...]:
+    """The frames of `form` that `names` has, sorted."""
+    if form.padding:
+        return form.frames_in(names)
+    return (_STILL_FRAME,) if form.prefix in names else ()
+
+
+def _span(folder: Path, first: int, last: int) -> tuple[int, ...]:
+    """Every frame from `first` to `last`."""
+    if last - first >= MAX_FRAMES:
+        raise InputError(
+            f"The frames in {folder} go from {first} to {last}, more than {MAX_FRAMES}: name those "
+            "that you want, as in 1001-1100."
+        )
+    return tuple(range(first, last + 1))
+
+
+def _shared(frames: tuple[int, ...], wanted: tuple[int, ...]) -> tuple[int, ...]:
+    """Those of `frames`, in order, that are wanted."""
+    among = set(wanted)
+    return tuple(frame for frame in frames if frame in among)
+
+
+def _near(form: NameForm, names: list[str]) -> str:
+    """What the folder has instead of `form`: the names most like it, else any EXR files."""
+    found = sequences_among(names)
+    by_text = {f"{f.prefix}{f.suffix}": f for f in found}
+    near = get_close_matches(f"{form.prefix}{form.suffix}", by_text, _NEAR_NAMES)
+    near = near or [text for text in by_text if text.lower().endswith(".exr")][:_NEAR_NAMES]
+    if not near:
+        return "The folder holds no EXR file."
+    return f"The folder holds {_listed({by_text[text]: found[by_text[text]] for text in near})}."
+
+
+def _listed(found: Mapping[NameForm, tuple[int, ...]]) -> str:
+    """Names of sequences with their frames, for a sentence."""
+    texts = (f"{f.text} ({frames_text(at)})" if at else f.text for f, at in found.items())
+    return ", ".join(sorted(texts))

@@ -1,0 +1,229 @@
+"""The network protocol of the image viewer tev: bytes to messages, and nothing done about them.
+
+A packet is its length in bytes (uint32, itself counted), the number of an operation (a byte) and
+what the operation takes: little-endian integers, strings that end in a zero byte and float32
+pixels. Source: README.md of tev, "Over the Network", and its client for Python, tevclient.
+Renderers speak it to show a picture while it grows.
+"""
+
+import struct
+from dataclasses import dataclass
+
+import numpy as np
+
+from heatlens.plate.exr_limits import MAX_SIDE_PX
+from heatlens.plate.plate import FloatImage
+
+# Any text, such as the first bytes of an HTTP request, is a greater length: it ends the connection.
+MAX_PACKET_BYTES = 1 << 28
+MAX_NAME_BYTES = 1024
+MAX_CHANNELS = 64
+
+_LENGTH_BYTES = 4
+_OPEN, _RELOAD, _CLOSE, _UPDATE, _CREATE, _UPDATE_2, _UPDATE_3, _OPEN_2, _GRAPHICS = range(9)
+
+
+class TevStreamError(Exception):
+    """The stream has no next packet to be found: the connection is of no more use."""
+
+
+class TevPacketError(Exception):
+    """One packet makes no sense; those after it may."""
+
+
+@dataclass(frozen=True)
+class CreateImage:
+    """A blank image; one of the same name gives way."""
+
+    name: str
+    width: int
+    height: int
+    channels: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class UpdateImage:
+    """New values for a rectangle: `tiles[channel]` is (H, W) float32, a view into the packet."""
+
+    name: str
+    x: int
+    y: int
+    tiles: dict[str, FloatImage]
+
+
+@dataclass(frozen=True)
+class CloseImage:
+    """The image is no longer wanted."""
+
+    name: str
+
+
+@dataclass(frozen=True)
+class ReadFile:
+    """Wants a file opened or read again from the disk of who listens."""
+
+    name: str
+
+
+@dataclass(frozen=True)
+class Graphics:
+    """Lines drawn over an image: nothing that a plate has."""
+
+
+Message = CreateImage | UpdateImage | CloseImage | ReadFile | Graphics
+
+
+class PacketStream:
+    """The bytes of one connection, cut into packets; holds one unfinished packet at most."""
+
+    def __init__(self, max_bytes: int = MAX_PACKET_BYTES) -> None:
+        self._max_bytes = max_bytes
+        self._bytes = bytearray()
+        self._length = _LENGTH_BYTES  # of what comes next: the length, then the whole packet
+
+    @property
+    def held(self) -> int:
+        """Bytes of a packet that is not whole yet."""
+        return len(self._bytes)
+
+    @property
+    def wanted(self) -> int:
+        """Bytes, at least 1, that `feed` takes at most."""
+        return self._length - len(self._bytes)
+
+    def feed(self, chunk: bytes) -> bytearray | None:
+        """Take the next bytes; the packet without its length once it is whole.
+
+        Raises TevStreamError for a length after which no packet can be found.
+        """
+        self._bytes += chunk
+        if self._length == _LENGTH_BYTES == len(self._bytes):
+            self._length = self._checked(*struct.unpack("<I", self._bytes))
+        if self.wanted > 0:
+            return None
+        packet, self._bytes, self._length = self._bytes, bytearray(), _LENGTH_BYTES
+        del packet[:_LENGTH_BYTES]
+        return packet
+
+    def _checked(self, length: int) -> int:
+        if _LENGTH_BYTES <= length <= self._max_bytes:
+            return length
+        raise TevStreamError(
+            f"it says that it has {length} bytes, and {_LENGTH_BYTES} to {self._max_bytes} are "
+            "taken; a large picture comes in tiles"
+        )
+
+
+def message_of(packet: bytes | bytearray) -> Message:
+    """What `packet`, without its length, says. Raises TevPacketError where it makes no sense."""
+    fields = _Fields(packet)
+    operation = fields.byte()
+    if operation in (_OPEN, _OPEN_2, _RELOAD):
+        fields.byte()  # whether the image is to be brought to the front, here and below
+        return ReadFile(fields.text())
+    if operation == _CLOSE:
+        return CloseImage(fields.text())
+    if operation == _CREATE:
+        return _create_image(fields)
+    if operation in (_UPDATE, _UPDATE_2, _UPDATE_3):
+        return _update_image(fields, operation)
+    if operation == _GRAPHICS:
+        return Graphics()
+    raise TevPacketError(f"no operation has the number {operation}")
+
+
+class _Fields:
+    """Reads one packet from front to back; past its end it raises TevPacketError."""
+
+    def __init__(self, packet: bytes | bytearray) -> None:
+        self._packet = packet
+        self._at = 0
+
+    def byte(self) -> int:
+        return self._numbers("B", 1)[0]
+
+    def int32s(self, count: int) -> tuple[int, ...]:
+        return self._numbers("i", count)
+
+    def int64s(self, count: int) -> tuple[int, ...]:
+        return self._numbers("q", count)
+
+    def text(self) -> str:
+        end = self._packet.find(b"\0", self._at, self._at + MAX_NAME_BYTES + 1)
+        if end < 0:
+            raise TevPacketError(f"a name does not end within {MAX_NAME_BYTES} bytes")
+        raw, self._at = bytes(self._packet[self._at : end]), end + 1
+        try:
+            return raw.decode()
+        except UnicodeDecodeError as error:
+            raise TevPacketError(f"the name {raw[:40]!r} is not UTF-8") from error
+
+    def channels(self, count: int) -> tuple[str, ...]:
+        if not 1 <= count <= MAX_CHANNELS:
+            raise TevPacketError(f"it has {count} channels; 1 to {MAX_CHANNELS} are taken")
+        names = tuple(self.text() for _ in range(count))
+        if len(set(names)) < count or "" in names:
+            raise TevPacketError("two of its channels have one name, or one has none")
+        return names
+
+    def floats(self) -> FloatImage:
+        """All that is left of the packet, without a copy."""
+        count = (len(self._packet) - self._at) // 4
+        if count == 0:
+            return np.empty(0, np.float32)
+        return np.frombuffer(self._packet, "<f4", count, self._at)
+
+    def _numbers(self, code: str, count: int) -> tuple[int, ...]:
+        form = struct.Struct(f"<{count}{code}")
+        if self._at + form.size > len(self._packet):
+            raise TevPacketError("it ends too early")
+        numbers: tuple[int, ...] = form.unpack_from(self._packet, self._at)
+        self._at += form.size
+        return numbers
+
+
+def _create_image(fields: _Fields) -> CreateImage:
+    fields.byte()
+    name = fields.text()
+    width, height, count = fields.int32s(3)
+    _check_size(name, width, height)
+    return CreateImage(name, width, height, fields.channels(count))
+
+
+def _update_image(fields: _Fields, operation: int) -> UpdateImage:
+    """The first version knows one channel, the second one plane after the other, the third any
+    offset and stride, both counted in values."""
+    fields.byte()
+    name = fields.text()
+    channels = fields.channels(1 if operation == _UPDATE else fields.int32s(1)[0])
+    x, y, width, height = fields.int32s(4)
+    _check_size(name, width, height)
+    count = len(channels)
+    offsets = tuple(index * width * height for index in range(count))
+    strides = (1,) * count
+    if operation == _UPDATE_3:
+        offsets, strides = fields.int64s(count), fields.int64s(count)
+    values = fields.floats()
+    tiles = {
+        channel: _tile(values, offset, stride, width, height)
+        for channel, offset, stride in zip(channels, offsets, strides, strict=True)
+    }
+    return UpdateImage(name, x, y, tiles)
+
+
+def _check_size(name: str, width: int, height: int) -> None:
+    if not (0 < width <= MAX_SIDE_PX and 0 < height <= MAX_SIDE_PX):
+        raise TevPacketError(
+            f"{name[:40]!r} has {width} x {height} pixels; 1 to {MAX_SIDE_PX} a side are taken"
+        )
+
+
+def _tile(values: FloatImage, offset: int, stride: int, width: int, height: int) -> FloatImage:
+    """Every `stride`-th of `values` from `offset` on, as (height, width), without a copy."""
+    last = offset + (width * height - 1) * stride
+    if offset < 0 or stride < 1 or last >= values.size:
+        raise TevPacketError(
+            f"it has {values.size} values; {width} x {height} pixels from value {offset} on, "
+            f"{stride} apart, are not among them"
+        )
+    return values[offset : last + 1 : stride].reshape(height, width)

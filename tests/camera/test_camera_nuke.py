@@ -1,0 +1,129 @@
+"""The Nuke node says what the camera is: its text is taken apart as Tcl, and its angles applied."""
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from heatlens.camera.camera_file import write_camera
+from heatlens.camera.from_shot import camera_of_shot
+from heatlens.camera.nuke_write import nuke_text
+from heatlens.camera.samples import INFINITE_M
+from support.cameras import EYE, FRAMES, SHOTS, TARGET, dolly, moving_camera, world_to_camera
+
+
+def words_of(text: str) -> list:
+    """Words of Tcl; one in braces is the list of those in it."""
+    stack: list[list] = [[]]
+    for token in re.findall(r"[{}]|[^\s{}]+", text):
+        if token == "{":
+            stack.append([])
+        elif token == "}":
+            stack[-2].append(stack.pop())
+        else:
+            stack[-1].append(token)
+    (whole,) = stack
+    return whole
+
+
+def knobs_of(text: str) -> dict:
+    """The knobs of the one node."""
+    kind, body = words_of(text)
+    assert kind == "Camera2"
+    return dict(zip(body[::2], body[1::2], strict=True))
+
+
+def element_at(element: list | str, frame: int) -> float:
+    """A number, or the key that a curve has at a frame."""
+    if isinstance(element, str):
+        return float(element)
+    assert element[0] == "curve"
+    keys = dict(zip(element[1::2], element[2::2], strict=True))
+    return float(keys[f"x{frame}"])
+
+
+def at(knob: list | str, frame: int) -> float | list[float]:
+    """A knob's value at a frame, or its values."""
+    if isinstance(knob, str):
+        return float(knob)
+    values = [element_at(element, frame) for element in knob]
+    return values[0] if len(values) == 1 else values
+
+
+@pytest.mark.parametrize("unit_m", [1.0, 0.01, 0.3048, 0.0254])
+def test_the_lens_is_in_millimetres_and_the_focus_in_the_scenes_unit(tmp_path, unit_m):
+    camera = moving_camera()
+    write_camera(tmp_path / "cam.nk", camera, unit_m)
+    knobs = knobs_of((tmp_path / "cam.nk").read_text())
+    assert knobs["name"] == "hero_cam"
+    for index, frame in enumerate(FRAMES):
+        assert at(knobs["focal"], frame) == camera.focal_length_mm[index]
+        focus_m = min(camera.focus_distance_m[index], INFINITE_M)
+        assert at(knobs["focal_point"], frame) * unit_m == pytest.approx(focus_m, rel=1e-12)
+    assert [knobs[name] for name in ("haperture", "vaperture", "fstop")] == ["36.0", "20.25", "1.3"]
+
+
+@given(SHOTS)
+def test_the_lens_of_any_shot_is_at_every_frame(shot):
+    knobs = knobs_of(nuke_text(camera_of_shot(shot, "cam")))
+    for frame in FRAMES:
+        lens = shot.lens_at(frame)
+        assert at(knobs["fstop"], frame) == lens.f_stop
+        assert at(knobs["focal"], frame) == lens.focal_length_mm
+        assert at(knobs["focal_point"], frame) == min(lens.focus_distance_m, INFINITE_M)
+
+
+@pytest.mark.parametrize("unit_m", [1.0, 0.01])
+def test_translation_and_angles_put_the_camera_where_it_is(unit_m):
+    knobs = knobs_of(nuke_text(moving_camera(), unit_m))
+    assert knobs["rot_order"] == "ZXY"
+    for frame, eye in zip(FRAMES, dolly(), strict=True):
+        x, y, z = np.radians(at(knobs["rotate"], frame))
+        turn = about("y", y) @ about("x", x) @ about("z", z)
+        forward = np.subtract(TARGET, eye) / np.linalg.norm(np.subtract(TARGET, eye))
+        assert turn @ (0, 0, -1) == pytest.approx(forward, abs=1e-9)
+        assert (turn @ (1, 0, 0))[1] == pytest.approx(0, abs=1e-9)  # level
+        assert at(knobs["translate"], frame) == pytest.approx(np.divide(eye, unit_m), abs=1e-9)
+
+
+def about(axis: str, angle: float) -> np.ndarray:
+    """Right-handed turn about an axis by radians."""
+    c, s = np.cos(angle), np.sin(angle)
+    return np.array(
+        {
+            "x": [[1, 0, 0], [0, c, -s], [0, s, c]],
+            "y": [[c, 0, s], [0, 1, 0], [-s, 0, c]],
+            "z": [[c, -s, 0], [s, c, 0], [0, 0, 1]],
+        }[axis]
+    )
+
+
+def test_a_world_with_z_up_is_laid_down():
+    """A camera above the origin that looks down at it, with y to the top of its picture."""
+    above = ((1.0, 0, 0, 0), (0, 1.0, 0, 0), (0, 0, 1.0, -7.0), (0, 0, 0, 1.0))
+    camera = moving_camera(world_to_camera=(above,) * 8, up_axis="z")
+    knobs = knobs_of(nuke_text(camera))
+    assert at(knobs["translate"], 1001) == pytest.approx([0, 7, 0])
+    assert at(knobs["rotate"], 1001) == pytest.approx([-90, 0, 0])
+
+
+@given(st.text())
+def test_no_name_breaks_the_node(name):
+    knobs = knobs_of(nuke_text(replace(moving_camera(), name=name)))
+    assert re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", knobs["name"])
+
+
+def test_what_is_not_told_leaves_nukes_own():
+    bare = moving_camera(f_stop=None, focus_distance_m=None, world_to_camera=None)
+    assert set(knobs_of(nuke_text(bare))) == {"inputs", "focal", "haperture", "vaperture", "name"}
+
+
+def test_a_camera_that_stands_still_has_no_curves():
+    still = world_to_camera(EYE, TARGET)
+    camera = moving_camera(
+        world_to_camera=(still,) * 8, focal_length_mm=(50.0,) * 8, focus_distance_m=(2.0,) * 8
+    )
+    assert "curve" not in nuke_text(camera)

@@ -1,0 +1,157 @@
+"""`heatlens doctor`: what is well is said to be well, and what is not is found."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from heatlens.commands import doctor as command
+from heatlens.commands.main import main
+from heatlens.defocus.kernels import named_kernel
+from heatlens.doctor import gpu_check, machine_check, picture_check
+from heatlens.doctor.finding import Finding, made_sure
+from heatlens.doctor.gpu_check import Gpu
+from heatlens.doctor.solver_check import KERNELS, TOLERANCE, blurred_float64
+from heatlens.errors import GpuError
+from heatlens.model.boxes import Box
+from heatlens.plate.exr_write import write_exr
+from support import oracle
+from support.command_line import ENVIRONMENT
+
+TESTS = Path(__file__).resolve().parents[1]
+GOLDENS, HIGHLIGHTS = "render/test_golden.py", "defocus/test_highlights.py"
+
+
+def states(findings) -> list[str]:
+    return [finding.state for finding in findings]
+
+
+def test_everything_is_said_and_nothing_is_at_fault(capsys, session_context):
+    assert main(["doctor"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[-1].endswith("nothing is at fault")
+    names = [line.split(":")[0].split(maxsplit=1)[1] for line in lines[:-1]]
+    assert set(names) == set(command._checks())
+    assert str(session_context.info["GL_RENDERER"]) in "".join(lines)
+
+
+def test_the_float64_of_the_doctor_is_that_of_the_tests(rng):
+    color, coc = rng.random((13, 17, 3)), 30 * rng.random((13, 17)) ** 2
+    for name in KERNELS:
+        kernel = named_kernel(name)
+        expected = oracle.blur(color, coc, kernel)
+        np.testing.assert_allclose(blurred_float64(color, coc, kernel), expected, atol=1e-12)
+
+
+def test_a_solver_that_is_wrong_is_found(ctx, monkeypatch):
+    monkeypatch.setattr(gpu_check, "worst_error", lambda *_: 2 * TOLERANCE)
+    assert states(Gpu(lambda: ctx).solvers()) == ["fault"] * 3
+
+
+def test_a_shader_that_the_driver_refuses_is_named(ctx, monkeypatch):
+    builds = [("coc.comp.glsl", {}), ("coc.comp.glsl", {"main": "++"})]
+    monkeypatch.setattr(gpu_check, "pass_builds", lambda: builds)
+    monkeypatch.setattr(gpu_check, "solver_builds", list)
+    words, summary = Gpu(lambda: ctx).shaders()
+    assert words.state == summary.state == "fault"
+    assert "coc.comp.glsl" in words.said and summary.said == "1 of 2 builds"
+
+
+def test_another_picture_than_the_stored_one_is_found(ctx, monkeypatch):
+    picture = picture_check.rendered(ctx)
+    picture[:10] += 0.1
+    monkeypatch.setattr(picture_check, "rendered", lambda _: picture)
+    (finding,) = picture_check.still_life(ctx)
+    assert finding.state == "fault" and finding.details["share_off"] == pytest.approx(10 / 90)
+    picture[:] = np.nan
+    (finding,) = picture_check.still_life(ctx)
+    assert finding.details["share_off"] == 1.0
+
+
+def test_the_stored_picture_is_that_of_the_program(ctx, request):
+    """`--update-golden` stores what the program draws now."""
+    picture = picture_check.rendered(ctx)
+    if request.config.getoption("--update-golden"):
+        window = Box(0, 0, picture.shape[1], picture.shape[0])
+        channels = {name: picture[..., i] for i, name in enumerate("RGB")}
+        write_exr(picture_check.stored_path(), channels, window, window, compression="piz")
+    assert states(picture_check.still_life(ctx)) == ["ok"]
+
+
+def test_a_missing_package_is_a_note_or_a_fault(monkeypatch):
+    monkeypatch.setitem(sys.modules, "av", None)
+    monkeypatch.setitem(sys.modules, "fileseq", None)
+    found = list(machine_check.packages())
+    assert [(f.state, f.said.split()[0].rstrip(":")) for f in found[:-1]] == [
+        ("fault", "fileseq"),
+        ("note", "av"),
+    ]
+
+
+def test_without_opengl_the_other_checks_go_on(capsys, monkeypatch):
+    def none_here():
+        raise GpuError("No OpenGL 4.3 (none).")
+
+    monkeypatch.setattr(command, "headless_context", none_here)
+    assert main(["doctor", "--json"]) == 1
+    report = json.loads(capsys.readouterr().out)
+    by_name = {finding["name"]: finding["state"] for finding in report["findings"]}
+    assert not report["ok"] and by_name["OpenGL"] == by_name["still life"] == "fault"
+    assert by_name["packages"] == by_name["fonts"] == "ok"
+
+
+def test_a_check_that_breaks_is_a_finding():
+    def breaks():
+        yield Finding("x", "ok", "so far")
+        raise ZeroDivisionError("by zero")
+
+    first, second = made_sure("x", breaks)
+    assert (first.state, second.state) == ("ok", "fault")
+    assert second.said == "ZeroDivisionError: by zero"
+
+
+@pytest.fixture(scope="module")
+def second_driver(tmp_path_factory) -> dict[str, str]:
+    """The environment of OpenGL on Vulkan on the processor: other compilers, no cleared memory."""
+    icds = list(Path("/usr/share/vulkan/icd.d").glob("lvp_icd*.json"))
+    assert icds, "apt-get install mesa-vulkan-drivers"
+    return ENVIRONMENT | {
+        "LIBGL_ALWAYS_SOFTWARE": "1",
+        "GALLIUM_DRIVER": "zink",
+        "ZINK_INLINE_UNIFORMS": "0",  # Mesa 22.3 keeps loop bounds of an earlier dispatch with it
+        "XDG_RUNTIME_DIR": str(tmp_path_factory.mktemp("runtime")),
+    }
+
+
+def test_a_second_driver_is_well(second_driver):
+    command = [sys.executable, "-m", "heatlens", "doctor", "--json"]
+    run = subprocess.run(command, env=second_driver, capture_output=True, text=True)
+    report = json.loads(run.stdout)
+    (device,) = (f for f in report["findings"] if f["name"] == "OpenGL")
+    assert "zink" in device["details"]["renderer"]
+    assert run.returncode == 0, report
+
+
+def test_goldens_and_laws_hold_on_a_second_driver(second_driver):
+    files = [TESTS / name for name in (GOLDENS, HIGHLIGHTS, "render/test_laws.py")]
+    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", *map(str, files)]
+    run = subprocess.run(
+        command, env=second_driver, cwd=TESTS.parent, capture_output=True, text=True
+    )
+    assert run.returncode == 0, run.stdout[-4000:]
+
+
+def test_what_nobody_wrote_is_not_read():
+    """Every new texture and buffer begins as NaN, and the pictures are what they were."""
+    files = [TESTS / GOLDENS, TESTS / HIGHLIGHTS]
+    run = subprocess.run(
+        [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", *map(str, files)],
+        env=ENVIRONMENT | {"HEATLENS_FILL_NAN": "1"},
+        cwd=TESTS.parent,
+        capture_output=True,
+        text=True,
+    )
+    assert run.returncode == 0, run.stdout[-4000:]

@@ -1,0 +1,171 @@
+"""The diffusion on the GPU against float64, and its laws: every strategy, every kernel."""
+
+import moderngl
+import numpy as np
+import pytest
+
+from heatlens.defocus.blur_pass import PACKED, BlurPass, BlurTargets, Diffusion, pole_layers
+from heatlens.defocus.kernels import Kernel, gaussian_kernel, named_kernel
+from heatlens.defocus.line_solver import SOLVERS, LineSolver
+from heatlens.gpu.textures import Storage, download, new_array, new_texture, upload
+from support import oracle
+
+KERNELS = ["heat", "disc_2", "disc_3", "disc_4", "disc_5"]
+SIZES = [(1, 1), (1, 7), (2, 3), (3, 2), (7, 5), (64, 9), (300, 6), (1920, 2), (2, 1080), (4096, 1)]
+
+
+@pytest.fixture(scope="module", params=list(SOLVERS))
+def solver(request: pytest.FixtureRequest, session_context: moderngl.Context) -> LineSolver:
+    return SOLVERS[request.param](session_context)
+
+
+def blurred(
+    solver: LineSolver,
+    x: np.ndarray,
+    coc: np.ndarray,
+    kernel: Kernel,
+    scales: tuple[float, float] = (1.0, 1.0),
+    storage: Storage = "f4",
+) -> np.ndarray:
+    ctx = solver._ctx
+    height, width = coc.shape
+    color, diameter = new_texture(ctx, (width, height), 4), new_texture(ctx, (width, height), 1)
+    upload(color, x)
+    upload(diameter, coc)
+    targets = BlurTargets(
+        new_array(
+            ctx, solver.between_size((width, height)), pole_layers(kernel, storage), 4, storage
+        ),
+        new_texture(ctx, (width, height), 4),
+    )
+    BlurPass(solver).run(Diffusion(color, diameter, kernel, scales), targets)
+    result = download(targets.out_color)
+    for texture in (color, diameter, targets.poles, targets.out_color):
+        texture.release()
+    return result
+
+
+def random_plate(
+    rng: np.random.Generator, size: tuple[int, int], coc_max: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Colours in 0..1; a coc with flat parts, ramps, jumps and points in focus."""
+    width, height = size
+    x = rng.random((height, width, 4), np.float32)
+    coc = coc_max * rng.random((height, width), np.float32) ** 4
+    coc[rng.random((height, width)) < 0.4] = coc_max
+    coc[rng.random((height, width)) < 0.02] = 0.0
+    return x, np.copysign(coc, rng.standard_normal((height, width))).astype(np.float32)
+
+
+@pytest.mark.parametrize("size", SIZES, ids=lambda s: f"{s[0]}x{s[1]}")
+@pytest.mark.parametrize("name", KERNELS)
+def test_agrees_with_float64(
+    ctx: moderngl.Context, solver: LineSolver, rng: np.random.Generator, name: str, size
+) -> None:
+    x, coc = random_plate(rng, size, 60.0)
+    kernel = named_kernel(name)
+    expected = oracle.blur(x.astype(np.float64), coc.astype(np.float64), kernel)
+    np.testing.assert_allclose(blurred(solver, x, coc, kernel), expected, atol=1e-5)
+
+
+@pytest.mark.parametrize("name", KERNELS)
+@pytest.mark.parametrize("axis", ["rows", "columns"])
+def test_wide_blur_on_long_lines_agrees_with_float64(
+    ctx: moderngl.Context, solver: LineSolver, rng: np.random.Generator, name: str, axis: str
+) -> None:
+    size = (16384, 1) if axis == "rows" else (1, 16384)
+    x, coc = random_plate(rng, size, 2000.0)
+    kernel = named_kernel(name)
+    expected = oracle.blur(x.astype(np.float64), coc.astype(np.float64), kernel)
+    np.testing.assert_allclose(blurred(solver, x, coc, kernel), expected, atol=1e-5)
+
+
+@pytest.mark.parametrize("name", KERNELS)
+def test_squeeze_scales_each_axis(
+    ctx: moderngl.Context, solver: LineSolver, rng: np.random.Generator, name: str
+) -> None:
+    x, coc = random_plate(rng, (40, 30), 20.0)
+    scales = (0.5, 1.25)
+    expected = oracle.blur(x.astype(np.float64), coc.astype(np.float64), named_kernel(name), scales)
+    result = blurred(solver, x, coc, named_kernel(name), scales)
+    np.testing.assert_allclose(result, expected, atol=1e-5)
+
+
+@pytest.mark.parametrize("steps", [1, 2, 5])
+def test_gaussian_steps_agree_with_float64(
+    ctx: moderngl.Context, solver: LineSolver, rng: np.random.Generator, steps: int
+) -> None:
+    x, coc = random_plate(rng, (33, 21), 30.0)
+    kernel = gaussian_kernel(steps)
+    expected = oracle.blur(x.astype(np.float64), coc.astype(np.float64), kernel)
+    np.testing.assert_allclose(blurred(solver, x, coc, kernel), expected, atol=1e-5)
+
+
+@pytest.mark.parametrize("name", KERNELS)
+def test_constant_picture_stays_constant(
+    ctx: moderngl.Context, solver: LineSolver, rng: np.random.Generator, name: str
+) -> None:
+    _, coc = random_plate(rng, (61, 47), 90.0)
+    x = np.full((47, 61, 4), 0.75, np.float32)
+    np.testing.assert_allclose(blurred(solver, x, coc, named_kernel(name)), x, atol=1e-5)
+
+
+@pytest.mark.parametrize("name", KERNELS)
+def test_light_is_kept(
+    ctx: moderngl.Context, solver: LineSolver, rng: np.random.Generator, name: str
+) -> None:
+    x, coc = random_plate(rng, (61, 47), 90.0)
+    total = blurred(solver, x, coc, named_kernel(name)).sum(axis=(0, 1), dtype=np.float64)
+    np.testing.assert_allclose(total, x.sum(axis=(0, 1), dtype=np.float64), rtol=1e-5)
+
+
+@pytest.mark.parametrize("name", KERNELS)
+def test_pixels_in_focus_keep_every_bit(
+    ctx: moderngl.Context, solver: LineSolver, rng: np.random.Generator, name: str
+) -> None:
+    x, coc = random_plate(rng, (61, 47), 90.0)
+    coc[10:20, 5:50] = 0.0
+    result = blurred(solver, x, coc, named_kernel(name))
+    assert np.array_equal(result[coc == 0.0], x[coc == 0.0])
+    assert not np.array_equal(result, x)
+
+
+@pytest.mark.parametrize("name", ["heat", "disc_4"])
+def test_transposing_commutes(
+    ctx: moderngl.Context, solver: LineSolver, rng: np.random.Generator, name: str
+) -> None:
+    """Exactly so for a uniform plate; rows and columns commute no more where the blur varies."""
+    x = rng.random((39, 52, 4), np.float32)
+    coc = np.full((39, 52), 17.0, np.float32)
+    kernel = named_kernel(name)
+    across = blurred(solver, np.ascontiguousarray(x.swapaxes(0, 1)), coc.T.copy(), kernel)
+    np.testing.assert_allclose(across.swapaxes(0, 1), blurred(solver, x, coc, kernel), atol=1e-5)
+
+
+def test_small_scratch_gives_the_same_picture(
+    ctx: moderngl.Context, rng: np.random.Generator, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Lines are worked on in tiles; where a tile ends must not show."""
+    x, coc = random_plate(rng, (50, 70), 30.0)
+    kernel = named_kernel("disc_3")
+    for solver_type in SOLVERS.values():
+        whole = blurred(solver_type(ctx), x, coc, kernel)
+        with monkeypatch.context() as patch:
+            patch.setattr("heatlens.defocus.line_solver.SCRATCH_BYTES_MAX", 1)
+            tiled = blurred(solver_type(ctx), x, coc, kernel)
+        assert np.array_equal(whole, tiled)
+
+
+@pytest.mark.parametrize("name", KERNELS)
+def test_half_storage_stays_under_a_code_value(
+    ctx: moderngl.Context, solver: LineSolver, rng: np.random.Generator, name: str
+) -> None:
+    """Between rows and columns half is enough, loses no light on the mean and overflows nowhere."""
+    x, coc = random_plate(rng, (120, 90), 40.0)
+    x[40, 50] = 1e6
+    coc[40, 50] = 0.0
+    kernel = named_kernel(name)
+    exact, half = (blurred(solver, x, coc, kernel, storage=s) for s in ("f4", PACKED))
+    assert half[40, 50, 0] == 1e6
+    np.testing.assert_allclose(half, exact, atol=2e-3)
+    np.testing.assert_allclose(half.mean(dtype=np.float64), exact.mean(dtype=np.float64), rtol=5e-5)

@@ -1,0 +1,214 @@
+"""Overlays against the same formulas in NumPy, for plates of distances and of blur."""
+
+import math
+from dataclasses import replace
+
+import moderngl
+import numpy as np
+import pytest
+
+from heatlens.defocus.layer_cuts import layer_cuts
+from heatlens.display.overlay_pass import OverlayPass
+from heatlens.gpu.textures import new_texture, upload
+from heatlens.model.coc import coc_line, coc_px, sharp_px
+from heatlens.model.lens import Lens
+from heatlens.model.view import Overlay
+from heatlens.plate.plate import Plate
+from heatlens.render import bins_of_plate, optics_of
+from support.plates import coc_plate_of, plate_of, room
+
+LENS = Lens(50.0, 2.0, 2.0, 36.0, acceptable_coc_mm=0.2)
+RED, GREEN, BLUE = (242, 64, 46), (64, 217, 89), (64, 122, 250)
+TINT = 107
+LIMITS = (-10.0, -4.0, -1.0, 2.0)
+
+
+@pytest.fixture(scope="module")
+def overlays(session_context) -> OverlayPass:
+    return OverlayPass(session_context)
+
+
+def room_plate(width: int = 77, height: int = 53) -> Plate:
+    return plate_of(*room(width, height))
+
+
+def coc_room(width: int = 77, height: int = 53) -> Plate:
+    """The same room, its blur in the file."""
+    color, depth = room(width, height)
+    return coc_plate_of(color, coc_px(depth, coc_line(LENS, width)))
+
+
+def coc_of(plate: Plate, lens: Lens = LENS) -> np.ndarray:
+    if plate.coc_px is not None:
+        return plate.coc_px.astype(np.float64)
+    return coc_px(plate.depth_m, coc_line(lens, plate.display_window.width))
+
+
+def drawn(
+    overlays: OverlayPass,
+    ctx: moderngl.Context,
+    overlay: Overlay,
+    plate: Plate,
+    lens: Lens = LENS,
+    limits: tuple[float, ...] = LIMITS,
+) -> np.ndarray:
+    """(H, W, 4) bytes."""
+    values = plate.coc_px if plate.depth_m is None else plate.depth_m
+    size = values.shape[::-1]
+    depth, out = new_texture(ctx, size, 1), ctx.texture(size, 4)
+    upload(depth, values)
+    optics = optics_of(plate, bins_of_plate(plate).occupied, lens)
+    sharp = sharp_px(lens, plate.display_window.width)
+    overlays.run(overlay, depth, optics, sharp, limits, out)
+    found = np.frombuffer(out.read(), np.uint8).reshape(*values.shape, 4)
+    depth.release()
+    out.release()
+    return found
+
+
+PLATES = pytest.mark.parametrize("make", [room_plate, coc_room], ids=["distances", "coc"])
+LENSES = pytest.mark.parametrize(
+    "lens",
+    [LENS, replace(LENS, focus_distance_m=math.inf), replace(LENS, focus_distance_m=0.5)],
+    ids=["2 m", "infinity", "in front of all"],
+)
+
+
+@PLATES
+@LENSES
+def test_zones_are_the_sign_of_the_blur_and_what_counts_as_sharp(ctx, overlays, make, lens):
+    plate = make()
+    coc, sharp = coc_of(plate, lens), sharp_px(lens, 77)
+    found = drawn(overlays, ctx, Overlay.ZONES, plate, lens)
+    assert np.all(found[..., 3] == TINT)
+    sure = abs(abs(coc) - sharp) > 1e-5 * (1 + abs(coc))
+    expected = np.where((abs(coc) <= sharp)[..., None], GREEN, BLUE)
+    expected = np.where((coc < -sharp)[..., None], RED, expected)
+    np.testing.assert_array_equal(found[sure][:, :3], expected[sure])
+    assert sure.mean() > 0.99
+
+
+def test_all_three_zones_are_seen_in_the_room(ctx, overlays):
+    found = drawn(overlays, ctx, Overlay.ZONES, room_plate())
+    assert {tuple(color) for color in found.reshape(-1, 4)[:, :3]} == {RED, GREEN, BLUE}
+
+
+def test_a_blur_of_exactly_what_counts_as_sharp_is_sharp(ctx, overlays):
+    limit = np.float32(sharp_px(LENS, 4))
+    beyond = np.nextafter(limit, np.float32(9))
+    plate = coc_plate_of(
+        np.zeros((1, 4, 3), np.float32), np.array([[-beyond, -limit, limit, beyond]])
+    )
+    found = drawn(overlays, ctx, Overlay.ZONES, plate)[0, :, :3]
+    np.testing.assert_array_equal(found, [RED, GREEN, GREEN, BLUE])
+
+
+@LENSES
+def test_depth_is_grey_and_darker_the_farther(ctx, overlays, lens):
+    """Over dioptres, white at the nearest surface, whatever the lens; the sky is black."""
+    plate = room_plate()
+    found = drawn(overlays, ctx, Overlay.DEPTH, plate, lens)
+    dioptres = 1.0 / plate.depth_m.astype(np.float64)
+    np.testing.assert_allclose(found[..., 0], 255 * dioptres / dioptres.max(), atol=0.6)
+    assert np.all(found[..., :3] == found[..., :1]) and np.all(found[..., 3] == 255)
+    order = np.argsort(plate.depth_m, axis=None)
+    assert np.all(np.diff(found[..., 0].ravel()[order].astype(int)) <= 0)
+
+
+def test_depth_of_a_coc_plate_is_white_in_front(ctx, overlays):
+    plate = coc_room()
+    found = drawn(overlays, ctx, Overlay.DEPTH, plate)[..., 0]
+    low, high = plate.coc_px.min(), plate.coc_px.max()
+    np.testing.assert_allclose(found, 255 * (high - plate.coc_px) / (high - low), atol=0.6)
+
+
+def test_depth_of_a_wall_is_one_grey(ctx, overlays):
+    wall = plate_of(np.zeros((5, 7, 3), np.float32), np.full((5, 7), 3.0, np.float32))
+    assert len(np.unique(drawn(overlays, ctx, Overlay.DEPTH, wall)[..., 0])) == 1
+
+
+@PLATES
+@pytest.mark.parametrize("limits", [LIMITS, (), (0.0,)])
+def test_layers_are_the_limits_passed(ctx, overlays, make, limits):
+    plate = make()
+    coc = coc_of(plate)
+    found = drawn(overlays, ctx, Overlay.LAYERS, plate, limits=limits)
+    colors, layer = np.unique(found.reshape(-1, 4), axis=0, return_inverse=True)
+    expected = np.searchsorted(np.array(limits), coc.ravel())
+    sure = np.all([abs(coc.ravel() - limit) > 1e-4 for limit in (*limits, 1e9)], axis=0)
+    pairs = {(int(a), int(b)) for a, b in zip(layer[sure], expected[sure], strict=True)}
+    assert len(pairs) == len(colors) == len(np.unique(expected[sure]))  # a tint each
+    assert np.all(found[..., 3] == 140)
+
+
+def test_as_many_layers_as_there_can_be_have_a_tint_each(ctx, overlays):
+    coc = np.arange(-4, 4, dtype=np.float32).reshape(1, 8)
+    plate = coc_plate_of(np.zeros((1, 8, 3), np.float32), coc)
+    limits = tuple(np.arange(-3.5, 3.5))
+    found = drawn(overlays, ctx, Overlay.LAYERS, plate, limits=limits)
+    assert len(np.unique(found.reshape(8, 4), axis=0)) == 8
+
+
+def test_the_limits_of_the_renderer_are_ascending_and_fit(ctx, overlays):
+    """What the window passes: the cuts between the layers of this plate."""
+    plate = room_plate(192, 108)
+    optics = optics_of(plate, bins_of_plate(plate).occupied, replace(LENS, f_stop=0.7))
+    cuts = layer_cuts(optics.occupied_px, 7)
+    limits = tuple(sorted(cut.near.at_px for cut in cuts if not cut.is_nearest))
+    found = drawn(overlays, ctx, Overlay.LAYERS, plate, replace(LENS, f_stop=0.7), limits)
+    assert len(limits) == len(cuts) - 1 >= 3
+    assert len(np.unique(found.reshape(-1, 4), axis=0)) == len(cuts)
+
+
+@PLATES
+def test_the_widest_blur_has_the_fullest_colour(ctx, overlays, make):
+    """Amber in front, blue behind, on a logarithmic scale; dark green where sharp."""
+    plate = make()
+    coc, sharp = coc_of(plate), sharp_px(LENS, 77)
+    found = drawn(overlays, ctx, Overlay.COC, plate).astype(float)
+    part = np.log2(1 + abs(coc)) / np.log2(1 + max(abs(coc).max(), 2 * sharp))
+    hue = np.where((coc < 0)[..., None], (1.0, 0.55, 0.12), (0.2, 0.6, 1.0))
+    expected = 0.06 + part[..., None] * (hue - 0.06)
+    expected = np.where((abs(coc) <= sharp)[..., None], (0.10, 0.30, 0.14), expected)
+    sure = abs(abs(coc) - sharp) > 1e-5 * (1 + abs(coc))
+    np.testing.assert_allclose(found[sure][:, :3], 255 * expected[sure], atol=0.7)
+    assert np.all(found[..., 3] == 255)
+
+
+def ramp_plate(width: int = 240) -> Plate:
+    """A floor: dioptres falling evenly from 1 at the left to 0.2 at the right."""
+    dioptres = np.tile(np.linspace(1.0, 0.2, width), (6, 1))
+    return plate_of(np.zeros((6, width, 3), np.float32), (1 / dioptres).astype(np.float32))
+
+
+@pytest.mark.parametrize("focus_m", [1.25, 2.0, 3.3])
+def test_the_plane_in_focus_is_a_line_where_the_floor_passes_it(ctx, overlays, focus_m):
+    lens = replace(LENS, focus_distance_m=focus_m, acceptable_coc_mm=0.05)
+    alpha = drawn(overlays, ctx, Overlay.FOCUS_PLANE, ramp_plate(), lens)[..., 3]
+    column = (1.0 - 1.0 / focus_m) / 0.8 * 239
+    lit = np.flatnonzero(alpha[2] > 200)
+    assert alpha.max() == 230 and np.all(alpha == alpha[0])
+    assert abs(lit.mean() - column) <= 1.0 and len(lit) <= 3
+    far_from = abs(np.arange(240) - column) > 20
+    assert alpha[2, far_from].max() == 0
+
+
+def test_the_plane_is_a_thin_unbroken_line_whatever_the_f_stop(ctx, overlays):
+    for f_stop in (0.7, 2.8, 11.0):
+        lens = replace(LENS, f_stop=f_stop, focus_distance_m=2.0)
+        alpha = drawn(overlays, ctx, Overlay.FOCUS_PLANE, ramp_plate(), lens)[..., 3]
+        assert alpha[:, 147:152].max(axis=1).min() == 230, f_stop
+
+
+def test_no_line_where_two_surfaces_meet_in_front_of_and_behind_the_plane(ctx, overlays):
+    coc = np.where(np.arange(20) < 10, -12.0, 12.0) * np.ones((4, 1))
+    plate = coc_plate_of(np.zeros((4, 20, 3), np.float32), coc)
+    assert drawn(overlays, ctx, Overlay.FOCUS_PLANE, plate)[..., 3].max() == 0
+
+
+@pytest.mark.parametrize("size", [(1, 1), (1, 200), (301, 7)])
+@pytest.mark.parametrize("overlay", [o for o in Overlay if o is not Overlay.NONE])
+def test_every_size_is_covered_to_its_last_pixel(ctx, overlays, size, overlay):
+    plate = plate_of(np.zeros((size[1], size[0], 3), np.float32), np.full(size[::-1], 2.0))
+    found = drawn(overlays, ctx, overlay, plate)
+    assert np.all(found == found[0, 0]) and found[0, 0, 3] > 0

@@ -1,0 +1,51 @@
+"""A save that fails loses nothing, and an autosave is offered while it is the newer one."""
+
+import os
+
+import pytest
+
+from heatlens.documents.shot_file import (
+    autosave_path,
+    newer_autosave,
+    read_shot,
+    write_autosave,
+    write_shot,
+)
+from heatlens.errors import InputError
+from heatlens.model.shot import Shot
+from support.shot_files import FIFTY, FULL, written
+
+
+def test_a_save_that_fails_leaves_the_earlier_file(tmp_path, monkeypatch):
+    path = written(FULL, tmp_path)
+    before = path.read_bytes()
+
+    def full_disk(descriptor: int) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, "fsync", full_disk)
+    with pytest.raises(InputError, match="No space left on device"):
+        write_shot(path, Shot(FIFTY))
+    assert path.read_bytes() == before
+    assert os.listdir(tmp_path) == [path.name]
+
+
+def test_a_save_into_no_folder_is_refused(tmp_path):
+    with pytest.raises(InputError, match="does not exist"):
+        write_shot(tmp_path / "none" / "s.heatlens.json", FULL)
+
+
+def test_an_autosave_is_offered_while_it_is_the_newer_one(tmp_path):
+    path = tmp_path / "s.heatlens.json"
+    assert newer_autosave(path) is None
+    write_autosave(path, FULL)
+    assert newer_autosave(path) == autosave_path(path)  # never saved, yet not lost
+    write_shot(path, Shot(FIFTY))
+    assert newer_autosave(path) is None and not autosave_path(path).exists()
+    write_autosave(path, FULL)
+    for seconds, offered in ((-1, None), (0, None), (1, autosave_path(path))):
+        at_ns = path.stat().st_mtime_ns + seconds * 10**9
+        os.utime(autosave_path(path), ns=(at_ns, at_ns))
+        assert newer_autosave(path) == offered
+    assert read_shot(autosave_path(path)) == FULL
+    assert read_shot(path) == Shot(FIFTY)

@@ -1,0 +1,69 @@
+"""All that decides a pixel is in the fingerprint of its frame, and nothing else."""
+
+from dataclasses import replace
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from heatlens.export.fingerprint import fingerprint_of
+from heatlens.export.frame_source import Origin
+from heatlens.export.job import ExportJob, ExrOptions, Look
+from heatlens.export.output import parse_output
+from heatlens.model.lens import Lens
+from heatlens.model.plate_options import PlateOptions
+from heatlens.model.settings import Quality
+from heatlens.model.shot import LensParameter
+from support.exports import FRAMES, QUICK, shot_of
+
+JOB = ExportJob(shot_of("plate.####.exr"), FRAMES, parse_output("n.####.exr"))
+LENS = Lens(50.0, 2.0, 2.0, 36.0)
+PICTURES = replace(JOB, output=parse_output("n.####.png"))
+
+
+def fingerprint(job=JOB, frame=1001, lens=LENS, stamp=(5, 6), is_black=False) -> str:
+    return fingerprint_of(job, frame, lens, Origin(frame, is_black, None, stamp))
+
+
+@pytest.mark.parametrize(
+    "other",
+    [
+        {"frame": 1002},
+        {"stamp": (5, 7)},
+        {"stamp": (4, 6)},
+        {"is_black": True},
+        *(
+            {"lens": replace(LENS, **{str(p): 1.9})}
+            for p in LensParameter
+            if p != "focal_length_mm"
+        ),
+        {"lens": replace(LENS, focal_length_mm=49.0)},
+        {"lens": replace(LENS, sensor_width_mm=24.0)},
+        {"lens": replace(LENS, focus_distance_m=float("inf"))},
+        {"job": replace(JOB, exr=ExrOptions(half=False))},
+        {"job": replace(JOB, exr=ExrOptions(compression="piz"))},
+        {"job": replace(JOB, exr=ExrOptions(with_depth=True))},
+        {"job": replace(JOB, exr=ExrOptions(with_coc=True))},
+        {"job": replace(JOB, shot=replace(JOB.shot, defocus=replace(QUICK, layers=3)))},
+        {"job": replace(JOB, shot=replace(JOB.shot, defocus=replace(QUICK, proxy=0.5)))},
+        {"job": replace(JOB, shot=replace(JOB.shot, defocus=replace(QUICK, quality=Quality.FILM)))},
+        {"job": replace(JOB, shot=replace(JOB.shot, plate_options=PlateOptions(near_m=1.0)))},
+        {"job": PICTURES},
+        {"job": replace(PICTURES, look=Look(exposure_stops=1.0))},
+        {"job": replace(PICTURES, look=Look(burn_in=True))},
+        {"job": replace(PICTURES, look=Look(burn_in=True, unit="ft"))},
+        {"job": replace(PICTURES, output=parse_output("n.####.jpg"))},
+    ],
+)
+def test_each_thing_that_decides_a_pixel_is_in_the_fingerprint(other):
+    assert fingerprint(**other) != fingerprint()
+
+
+@given(st.sampled_from(["hold", "black", "stop"]), st.booleans(), st.floats(1, 100))
+@settings(deadline=None)
+def test_what_decides_no_pixel_is_not(missing, force, rate):
+    shot = replace(JOB.shot, frames_per_second=rate, source="/elsewhere/plate.####.exr")
+    other = replace(JOB, shot=shot, frames=(1001,), missing=missing, force=force)
+    assert fingerprint(other) == fingerprint()
+    assert fingerprint(replace(JOB, look=Look(exposure_stops=2.0))) == fingerprint()
+    assert fingerprint(replace(PICTURES, exr=ExrOptions(half=False))) == fingerprint(PICTURES)

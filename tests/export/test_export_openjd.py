@@ -1,0 +1,182 @@
+"""`heatlens export --submit openjd`: a template that is valid, and that a farm can run."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import yaml
+from hypothesis import given
+from hypothesis import strategies as st
+
+from heatlens.commands.main import main
+from heatlens.errors import InputError
+from heatlens.export.openjd import PathParameter, _yaml, chunks_of, job_template
+from heatlens.sequence.names import parse_frames
+from support.cube_config import cube_config
+from support.exports import exported, files_in, refused, write_shot_file
+
+BIN = Path(sys.executable).parent  # where the commands of this environment are
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch) -> Path:
+    """A shot, in the working folder."""
+    write_shot_file(tmp_path)
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def submitted(capsys, *words: str) -> tuple[str, str]:
+    """The template, and what is said beside it."""
+    assert main(["export", *words, "--submit", "openjd"]) == 0
+    said = capsys.readouterr()
+    return said.out, said.err
+
+
+def openjd(*words: object) -> subprocess.CompletedProcess[str]:
+    environment = os.environ | {"PATH": f"{BIN}{os.pathsep}{os.environ['PATH']}"}
+    command = [BIN / "openjd", *map(str, words)]
+    return subprocess.run(command, capture_output=True, text=True, env=environment, timeout=60)
+
+
+def arguments(template: str) -> list[str]:
+    return yaml.safe_load(template)["steps"][0]["script"]["actions"]["onRun"]["args"]
+
+
+def test_the_template_runs_here_from_end_to_end_and_twice_the_same(capsys, folder):
+    words = ("s.heatlens.json", "-o", "out/n.####.exr", "--bokeh", "gaussian", "--chunk", "4")
+    template, said = submitted(capsys, *words)
+    assert "6 frames in 2 tasks" in said and not (folder / "out").exists()
+    (folder / "job.yaml").write_text(template)
+    run = openjd("run", "job.yaml")
+    assert run.returncode == 0, run.stdout
+    assert "Chunks run: 2" in run.stdout or "Tasks run: 2" in run.stdout
+    assert "openjd_progress: 100.0" in run.stdout
+    exported(capsys, "s.heatlens.json", "whole/n.####.exr", "--bokeh", "gaussian")
+    assert files_in(folder / "out") == files_in(folder / "whole")
+    assert "6 were finished before" in exported(
+        capsys, "s.heatlens.json", "out/n.####.exr", "--bokeh", "gaussian"
+    )
+
+
+def test_a_task_that_fails_says_why(capsys, folder):
+    template, _ = submitted(capsys, "s.heatlens.json", "-o", "out/n.####.exr")
+    (folder / "job.yaml").write_text(template)
+    (folder / "plates" / "plate.1002.exr").write_bytes(b"")
+    run = openjd("run", "job.yaml")
+    assert run.returncode != 0
+    assert "openjd_fail" in run.stdout and "plate.1002.exr is empty" in run.stdout
+    assert list(files_in(folder / "out")) == ["n.1001.exr"]
+
+
+def test_paths_are_parameters_and_options_are_as_they_were_typed(capsys, folder):
+    config = cube_config(folder).source
+    words = ("-o", "out/n.####.png", "--frames", "1001-1006x2", "--exposure=-0.5", "--burn-in")
+    more = ("--quality", "preview", "--ocio", config, "--missing", "hold")
+    template, said = submitted(capsys, "s.heatlens.json", *words, *more)
+    job = yaml.safe_load(template)
+    assert job["specificationVersion"] == "jobtemplate-2023-09"
+    assert {
+        p["name"]: (p["type"], p["dataFlow"], p["default"]) for p in job["parameterDefinitions"]
+    } == {
+        "Shot": ("PATH", "IN", "s.heatlens.json"),
+        "Plates": ("PATH", "IN", "plates"),
+        "Out": ("PATH", "OUT", "out"),
+        "Config": ("PATH", "IN", "studio.ocio"),
+    }
+    first = ["export", "{{Param.Shot}}", "--plate={{Param.Plates}}/plate.####.exr"]
+    assert arguments(template)[:4] == [*first, "--output={{Param.Out}}/n.####.png"]
+    assert set(arguments(template)[4:]) == {
+        "--missing=hold",
+        "--exposure=-0.5",
+        "--burn-in",
+        "--quality=preview",
+        "--ocio={{Param.Config}}",
+        "--frames={{Task.Param.Frames}}",
+        "--progress=openjd",
+    }
+    assert said.count("\n") == 1
+    (folder / "job.yaml").write_text(template)
+    assert openjd("check", "job.yaml").returncode == 0
+
+
+def test_plates_with_a_lens_of_their_own_are_submitted_too(capsys, folder):
+    words = ("plates/plate.####.exr", "-o", "n.####.exr", "--focus-distance", "6'3\"")
+    template, _ = submitted(capsys, *words, "--f-stop", "2.8")
+    args = arguments(template)
+    assert args[:2] == ["export", "{{Param.Plates}}/plate.####.exr"]
+    assert "--focus-distance=6'3\"" in args and "--f-stop=2.8" in args
+
+
+def test_what_lies_elsewhere_is_given_when_the_job_is_sent(capsys, folder, tmp_path, monkeypatch):
+    """A template may hold no absolute path, and none above itself."""
+    (tmp_path / "here").mkdir()
+    monkeypatch.chdir(tmp_path / "here")
+    template, said = submitted(capsys, str(folder / "s.heatlens.json"), "-o", "n.####.exr")
+    definitions = {p["name"]: p for p in yaml.safe_load(template)["parameterDefinitions"]}
+    assert "default" not in definitions["Shot"] and definitions["Out"]["default"] == "."
+    assert f"-p Shot={folder / 's.heatlens.json'}" in said
+    assert f"-p Plates={folder / 'plates'}" in said and "-p Out" not in said
+    (tmp_path / "here" / "job.yaml").write_text(template)
+    values = (f"Shot={folder / 's.heatlens.json'}", f"Plates={folder / 'plates'}")
+    given_paths = [word for value in values for word in ("-p", value)]
+    run = openjd("run", "job.yaml", *given_paths, "--maximum-tasks", "1")
+    assert run.returncode == 0, run.stdout
+    assert len([name for name in files_in(tmp_path / "here") if name.endswith(".exr")]) == 6
+
+
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [
+        (("-o", "m.mov"), "cannot be made in chunks"),
+        (("-o", "n.####.exr", "--chunk", "0"), "--chunk"),
+        (("-o", "n.####.exr", "--frames", "1000-1001"), "1000"),
+        (("-o", "{{n}}.####.png"), "{{"),
+    ],
+)
+def test_what_cannot_be_submitted(capsys, folder, words, expected):
+    _, out, *more = words
+    assert expected in refused(capsys, "s.heatlens.json", out, *more, "--submit", "openjd")
+
+
+@given(st.sets(st.integers(-50, 3000), min_size=1, max_size=200), st.integers(1, 250))
+def test_chunks_are_all_the_frames_in_order(frames, chunk):
+    ordered = sorted(frames)
+    texts = chunks_of(ordered, chunk)
+    groups = [parse_frames(text) for text in texts]
+    assert [frame for group in groups for frame in group] == ordered
+    assert all(len(group) == chunk for group in groups[:-1]) and len(groups[-1]) <= chunk
+
+
+def test_more_tasks_than_a_job_has_are_refused():
+    with pytest.raises(InputError, match="larger --chunk"):
+        chunks_of(range(1025), 1)
+    assert len(chunks_of(range(1025), 2)) == 513
+
+
+TEXTS = st.text(st.characters(exclude_categories=("C", "Z")) | st.just(" "), max_size=8)
+NAMES = st.from_regex(r"[A-Za-z]{1,8}", fullmatch=True).filter(
+    lambda name: name.lower() not in ("on", "off", "yes", "no", "true", "false", "null", "y", "n")
+)
+
+
+@given(
+    st.recursive(
+        TEXTS,
+        lambda inner: (
+            st.lists(inner, min_size=1, max_size=3)
+            | st.dictionaries(NAMES, inner, min_size=1, max_size=3)
+        ),
+        max_leaves=12,
+    )
+)
+def test_the_yaml_is_what_was_meant(value):
+    assert yaml.safe_load("\n".join(_yaml(value))) == value
+
+
+def test_a_long_name_is_cut_to_what_the_schema_allows():
+    path = PathParameter("Out", Path("/x/out"), "DIRECTORY", "OUT")
+    template = yaml.safe_load(job_template("n" * 300, [path], ["a"], ["1"], Path("/x")))
+    assert len(template["name"]) == 128

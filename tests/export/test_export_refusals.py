@@ -1,0 +1,46 @@
+"""Exports that cannot be are refused in a sentence, before anything is written."""
+
+import pytest
+
+from support.exports import files_in, refused
+
+
+@pytest.mark.parametrize(
+    ("name", "words", "expected"),
+    [
+        ("n.exr", (), "n.####.exr"),
+        ("n.####.tif", (), ".exr, .png"),
+        ("n.1001-1003####.exr", (), "--frames"),
+        ("n.####.mov", (), "one file"),
+        ("no/where/n.####.exr", (), "no folder"),
+        ("n.####.exr", ("--burn-in", "--view", "Raw"), "--view, --burn-in"),
+        ("n.####.exr", ("--exposure", "1"), "scene-linear"),
+        ("n.####.png", ("--with-depth", "--float"), "--float, --with-depth"),
+        ("n.####.png", ("--exposure", "nan"), "exposure"),
+        ("n.####.exr", ("--f-stop", "2"), "--f-stop"),
+        ("n.####.exr", ("--frames", "12-"), "12-"),
+        ("n.####.exr", ("--fps", "0"), "Frames per second"),
+        ("n.####.exr", ("--proxy", "2"), "proxy"),
+        ("n.####.exr", ("--chunk", "2"), "--submit"),
+        ("n.####.exr", ("--plate", "nix.####.exr"), "nix.####.exr"),
+        ("plates/plate.####.exr", (), "made of"),
+    ],
+)
+def test_what_cannot_be_is_refused_in_a_sentence(
+    capsys, shot_file, tmp_path, name, words, expected
+):
+    before = files_in(tmp_path), files_in(tmp_path / "plates")
+    assert expected in refused(capsys, shot_file, tmp_path / name, *words)
+    assert (files_in(tmp_path), files_in(tmp_path / "plates")) == before
+
+
+def test_a_lens_that_cannot_be_is_told_with_its_frame(capsys, shot_file, out):
+    text = shot_file.read_text().replace('"f_stop": 1.4', '"f_stop": -1')
+    shot_file.write_text(text)
+    assert "f-stop" in refused(capsys, shot_file, out)
+
+
+def test_a_folder_in_the_place_of_a_frame(capsys, shot_file, out):
+    (out.parent / "n.1002.exr").mkdir(parents=True)
+    said = refused(capsys, shot_file, out)
+    assert "n.1002.exr" in said and "folder" in said

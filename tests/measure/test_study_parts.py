@@ -1,0 +1,237 @@
+"""The parts of a study: folders, crops, the chart, and the order in which scenes are looked at."""
+
+import json
+import re
+from dataclasses import dataclass, field, replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from heatlens.errors import GpuError, InputError
+from heatlens.measure.study import measured, reference
+from heatlens.measure.study.chart import chart_svg
+from heatlens.measure.study.crops import crop_boxes, crop_side
+from heatlens.measure.study.folder import report_folder, write_numbers
+from heatlens.measure.study.measured import measure_all
+from heatlens.measure.study.report_html import duration
+from heatlens.measure.study.subject import Subject
+from heatlens.model.boxes import Box
+from heatlens.model.lens import Lens
+from heatlens.model.settings import DefocusSettings, Method
+from heatlens.model.shot import Shot
+
+LENS = Lens(50.0, 2.0, 2.0, 36.0)
+
+
+# The folder
+
+
+def report_at(path, *names: str) -> None:
+    with report_folder(path) as folder:
+        for name in names:
+            (folder / name).write_text(name)
+        write_numbers(folder, {}, list(names))
+
+
+def test_nothing_is_there_until_all_is(tmp_path):
+    with report_folder(tmp_path / "r") as folder:
+        (folder / "a").write_text("a")
+        assert not (tmp_path / "r").exists() and folder.parent == tmp_path
+    assert (tmp_path / "r" / "a").read_text() == "a"
+    assert len(list(tmp_path.iterdir())) == 1
+
+
+def test_an_empty_folder_may_be_taken(tmp_path):
+    (tmp_path / "r").mkdir()
+    report_at(tmp_path / "r", "a")
+    assert sorted(p.name for p in (tmp_path / "r").iterdir()) == ["a", "study.json"]
+
+
+def test_what_was_laid_into_a_report_is_not_thrown_away(tmp_path):
+    report_at(tmp_path / "r", "a")
+    (tmp_path / "r" / "my notes").write_text("mine")
+    with pytest.raises(InputError, match="my notes"):
+        report_at(tmp_path / "r", "b")
+    assert (tmp_path / "r" / "my notes").read_text() == "mine"
+
+
+def test_nor_what_comes_while_the_new_one_is_made(tmp_path):
+    report_at(tmp_path / "r", "a")
+    with pytest.raises(InputError, match="late"), report_folder(tmp_path / "r"):
+        (tmp_path / "r" / "late").write_text("mine")
+    assert (tmp_path / "r" / "late").exists() and len(list(tmp_path.iterdir())) == 1
+
+
+@pytest.mark.parametrize(
+    "record", ["", "[]", "{}", '{"files": ["a"]}', '{"heatlens_study": 1, "files": 3}', "[" * 9999]
+)
+def test_a_record_that_is_not_ours_protects_nothing(tmp_path, record):
+    (tmp_path / "r").mkdir()
+    (tmp_path / "r" / "a").write_text("a")
+    (tmp_path / "r" / "study.json").write_text(record)
+    with pytest.raises(InputError, match="no report of heatlens"):
+        report_at(tmp_path / "r", "b")
+
+
+def test_a_link_keeps_pointing_where_it_did(tmp_path):
+    (tmp_path / "real").mkdir()
+    (tmp_path / "link").symlink_to("real")
+    report_at(tmp_path / "link", "a")
+    assert (tmp_path / "link").is_symlink() and (tmp_path / "real" / "a").exists()
+
+
+def test_numbers_that_are_none_are_no_json(tmp_path):
+    with pytest.raises(ValueError, match="JSON"):
+        write_numbers(tmp_path, {"flip": float("nan")}, [])
+    write_numbers(tmp_path, {"flip": 0.5}, ["a"])
+    assert json.loads((tmp_path / "study.json").read_text())["files"] == ["a", "study.json"]
+
+
+# The crops
+
+
+@given(st.integers(7, 90), st.integers(7, 90), st.integers(0, 2**32 - 1))
+def test_crops_lie_inside_and_do_not_touch(height, width, seed):
+    rng = np.random.default_rng(seed)
+    truth, *pictures = rng.random((3, height, width, 3), np.float32)
+    boxes = crop_boxes(pictures, truth)
+    side, seen = crop_side(height, width), np.zeros((height, width), int)
+    assert 1 <= len(boxes) <= 3
+    for box in boxes:
+        assert box.shape == (side, side)
+        assert box.intersection(Box(0, 0, width, height)) == box
+        seen[box.y0 : box.y1, box.x0 : box.x1] += 1
+    assert seen.max() == 1
+
+
+def test_the_first_crop_is_where_the_methods_differ_not_where_all_are_wrong():
+    truth = np.full((100, 100, 3), 0.2, np.float32)
+    good, bad = truth.copy(), truth.copy()
+    good[:40, :40] = bad[:40, :40] = 1.0
+    bad[70:80, 60:70] = 0.5
+    box = crop_boxes([good, bad], truth)[0]
+    assert box.x0 <= 60 and box.x1 >= 70 and box.y0 <= 70 and box.y1 >= 80
+
+
+# The order in which things are measured
+
+
+@dataclass
+class Going:
+    """Stands in for a renderer of a scene whose methods go on where they stopped.
+
+    A picture from n views is off by 1/n. Asking again for the same lens costs nothing new.
+    """
+
+    scene: object = "a scene"
+    ctx: object = field(default_factory=lambda: SimpleNamespace(finish=lambda: None))
+    sums: dict = field(default_factory=dict)
+    drawn: list = field(default_factory=list)
+
+    def render(self, shot, frame=0):
+        method, views = shot.defocus.method, shot.defocus.views
+        if method is Method.SCATTER:
+            raise GpuError("There is no room.")
+        if not method.needs_scene:
+            return 0.5
+        lens, count = self.sums.get(method, (None, 0))
+        count = count if lens == shot.lens else 0
+        self.drawn.append((method, max(0, views - count)))
+        self.sums[method] = (shot.lens, max(count, views))
+        return 1.0 + 1.0 / max(count, views)
+
+    def steps(self, shot, frame=0):
+        yield "view"
+        return np.full((9, 9, 4), self.render(shot, frame) - 0.4, np.float32)
+
+
+@pytest.fixture(autouse=True)
+def pictures_need_no_gpu(monkeypatch):
+    monkeypatch.setattr("heatlens.measure.study.subject.download", lambda pixels: pixels)
+
+
+def truth_from(subject: Subject, views: int) -> reference.Reference:
+    return reference.from_views(subject, views, lambda _: None)
+
+
+def scene_subject(views: int = 8) -> Subject:
+    return Subject("a scene", Going(), Shot(LENS, DefocusSettings(views=views)), 3)
+
+
+def test_a_method_is_judged_by_its_own_views_not_by_those_of_the_truth():
+    subject = scene_subject()
+    truth = truth_from(subject, 1024)
+    rows = measure_all(subject, (Method.ACCUMULATION,), truth, 2, lambda _: None).rows
+    assert truth.pixels[0, 0, 0] == pytest.approx(0.6 + 1 / 1024, rel=1e-6)
+    assert rows[0].pixels[0, 0, 0] == pytest.approx(0.6 + 1 / 8, rel=1e-6)
+    assert rows[0].detail == "8 views"
+
+
+def test_every_timed_frame_of_a_scene_is_drawn_from_nothing():
+    subject = scene_subject()
+    truth = truth_from(subject, 64)
+    measure_all(subject, (Method.RAYTRACED,), truth, 3, lambda _: None)
+    traced = [views for method, views in subject.renderer.drawn if method is Method.RAYTRACED]
+    assert traced == [1, 8] * 4
+
+
+def test_a_scene_has_every_method_and_a_plate_those_for_plates():
+    subject = scene_subject()
+    assert subject.methods == tuple(Method)
+    plate = replace(subject, renderer=Going(scene=None))
+    assert set(Method) - set(plate.methods) == {Method.ACCUMULATION, Method.RAYTRACED}
+
+
+def test_what_finds_no_room_is_left_out_aloud_and_the_others_are_not():
+    subject, said = scene_subject(), []
+    truth = truth_from(subject, 64)
+    found = measure_all(subject, (Method.SCATTER, Method.HEAT), truth, 1, said.append)
+    assert [row.method for row in found.rows] == [Method.HEAT]
+    assert found.left_out == ("scatter is left out: There is no room.",) and said[1:2] == [
+        *found.left_out
+    ]
+    with pytest.raises(GpuError, match="no room"):
+        measure_all(subject, (Method.SCATTER,), truth, 1, said.append)
+
+
+def test_where_time_is_short_the_first_run_is_what_counts(monkeypatch):
+    monkeypatch.setattr(measured, "LIMIT_S", 0.0)
+    subject = scene_subject()
+    truth = truth_from(subject, 4)
+    (row,) = measure_all(subject, (Method.HEAT,), truth, 5, lambda _: None).rows
+    assert row.runs == 0 and row.seconds > 0
+
+
+# How it is shown
+
+
+@pytest.mark.parametrize(
+    ("seconds", "words"),
+    [
+        (0.0000123, "0.0123 ms"),
+        (0.8124, "812 ms"),
+        (0.9999, "1 s"),
+        (1.239, "1.24 s"),
+        (5e3, "5000 s"),
+    ],
+)
+def test_durations_have_three_digits(seconds, words):
+    assert duration(seconds) == words
+
+
+@given(st.lists(st.tuples(st.floats(0, 1), st.floats(1e-5, 1e4)), min_size=1, max_size=7))
+def test_the_chart_keeps_its_dots_inside_and_in_order(values):
+    rows = tuple(
+        SimpleNamespace(method=f"m{i}", seconds=s, scores=SimpleNamespace(flip=f))
+        for i, (f, s) in enumerate(values)
+    )
+    dots = re.findall(r'cx="([-0-9.]+)" cy="([-0-9.]+)"', chart_svg(rows, rows[0]))
+    places = [(float(x), float(y)) for x, y in dots]
+    assert len(places) == len(values)
+    assert all(64 <= x <= 832 and 34 <= y <= 302 for x, y in places)
+    by_time = sorted(range(len(values)), key=lambda i: values[i][1])
+    xs = [places[i][0] for i in by_time]
+    assert xs == sorted(xs)

@@ -1,0 +1,52 @@
+"""A lamp out of focus at every preview level: the same light, disc and brightness."""
+
+import numpy as np
+import pytest
+
+from heatlens.model.settings import DefocusSettings
+from heatlens.model.shot import Shot
+from heatlens.preview.levels import cheaper
+from support.plates import FAR_M, NEAR_M, lens_blurring, plate_of
+
+WIDTH, HEIGHT = 384, 240  # divisible by the scale of every level
+AROUND = 0.02
+BLUR_PX = 40.0
+LIGHT = 300.0
+
+
+@pytest.fixture(scope="module", params=[FAR_M, NEAR_M], ids=["behind", "in front"])
+def lamp(request, renderer):
+    color = np.full((HEIGHT, WIDTH, 3), AROUND, np.float32)
+    color[HEIGHT // 2, WIDTH // 2] += LIGHT
+    renderer.load(plate_of(color, np.full((HEIGHT, WIDTH), request.param, np.float32)))
+    return renderer
+
+
+def enlarged(picture: np.ndarray) -> np.ndarray:
+    """(HEIGHT, WIDTH) of a smaller picture, bilinear, as the window draws it."""
+    for axis, side in enumerate((HEIGHT, WIDTH)):
+        few = picture.shape[axis]
+        at = (np.arange(side) + 0.5) * few / side
+        known = np.arange(few) + 0.5
+        picture = np.apply_along_axis(
+            lambda line, at=at, x=known: np.interp(at, x, line), axis, picture
+        )
+    return picture
+
+
+@pytest.mark.parametrize(
+    "level", cheaper(DefocusSettings()), ids=lambda it: f"{it.quality} {it.proxy:.3f}"
+)
+def test_a_lamp_has_the_same_disc_at_every_level(ctx, lamp, level):
+    """Only the edge of the disc knows how large the pixels are."""
+    picture = lamp.pixels(Shot(lens_blurring(BLUR_PX, WIDTH), level))[..., 1]
+    pixel = WIDTH / picture.shape[1]
+    light = enlarged(picture) - AROUND
+    assert light.sum() == pytest.approx(LIGHT, rel=0.01)
+    y, x = np.indices(light.shape) + 0.5
+    away = np.hypot(x - (WIDTH + 1) / 2, y - (HEIGHT + 1) / 2)
+    plateau = float(np.median(light[away < 0.3 * BLUR_PX]))
+    assert plateau == pytest.approx(LIGHT / (np.pi * BLUR_PX**2 / 4), rel=0.025)
+    half, rim, inner = (np.sqrt((light > part * plateau).sum() / np.pi) for part in (0.5, 0.1, 0.9))
+    assert half == pytest.approx(BLUR_PX / 2, abs=0.35)
+    assert rim - inner <= 0.5 + 1.5 * pixel

@@ -1,0 +1,124 @@
+"""The layers: a file imports from its own layer and those to its left, and stays small.
+
+Read from the syntax tree, so that an import inside a function counts as well.
+"""
+
+import ast
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+import heatlens
+
+PACKAGE = Path(heatlens.__file__).parent
+LAYERS = (
+    *("base", "model", "files", "sequence", "plate", "frame_cache", "stream", "documents", "scene"),
+    *("camera", "color", "gpu", "defocus", "scene_gpu", "render", "preview", "rendered_frames"),
+    *("display", "export", "measure", "ui", "doctor", "api", "commands"),
+)
+BASE = ("__init__", "errors", "faults", "paths", "printable", "stopping")
+# render, export and ui pass textures on; bench owns what it measures with, display what is seen
+GPU_LAYERS = (
+    *("gpu", "defocus", "scene_gpu", "render", "display", "export", "measure", "ui", "doctor"),
+)
+LINES_MAX = 300
+FILES = sorted(PACKAGE.rglob("*.py"))
+
+
+def layer_of(module: str) -> str:
+    """Layer of a dotted module below heatlens: "plate.depth" is in "plate"."""
+    first = module.partition(".")[0]
+    if first == "__main__":
+        return LAYERS[-1]  # python -m heatlens is the command line
+    return LAYERS[0] if first in ("", *BASE) else first
+
+
+def imported_modules(source: str) -> Iterator[str]:
+    """Every module that `source` names in an import, dotted; relative ones as they are written."""
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            base = "." * node.level + (node.module or "")
+            # `from heatlens import gpu` names a layer too; `from heatlens import __version__` none.
+            yield from (f"{base}.{a.name}" if base == "heatlens" else base for a in node.names)
+
+
+def layers_imported(source: str) -> set[str]:
+    inner = {m.partition(".")[2] for m in imported_modules(source) if m.startswith("heatlens")}
+    return {"base" if name.startswith("__version__") else layer_of(name) for name in inner}
+
+
+def module_of(path: Path) -> str:
+    return ".".join(path.relative_to(PACKAGE).with_suffix("").parts)
+
+
+def calls_print(source: str) -> bool:
+    return any(
+        isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "print"
+        for node in ast.walk(ast.parse(source))
+    )
+
+
+@pytest.fixture(params=FILES, ids=module_of)
+def path(request: pytest.FixtureRequest) -> Path:
+    return request.param
+
+
+def test_every_file_is_in_a_known_layer(path):
+    assert layer_of(module_of(path)) in LAYERS
+
+
+def importing_layer(path: Path) -> str:
+    """That of the file; the package itself hands on what `api` has, and loads it when asked."""
+    return "api" if module_of(path) == "__init__" else layer_of(module_of(path))
+
+
+def test_imports_only_from_its_layer_and_those_to_the_left(path):
+    own = LAYERS.index(importing_layer(path))
+    above = [
+        name
+        for name in layers_imported(path.read_text(encoding="utf-8"))
+        if LAYERS.index(name) > own
+    ]
+    assert not above
+
+
+def test_imports_are_absolute(path):
+    assert not [m for m in imported_modules(path.read_text(encoding="utf-8")) if m.startswith(".")]
+
+
+def test_only_the_gpu_layers_know_moderngl(path):
+    users = {m.partition(".")[0] for m in imported_modules(path.read_text(encoding="utf-8"))}
+    assert "moderngl" not in users or layer_of(module_of(path)) in GPU_LAYERS
+
+
+def test_model_needs_the_standard_library_and_numpy_only(path):
+    if layer_of(module_of(path)) in ("base", "model"):
+        foreign = {m.partition(".")[0] for m in imported_modules(path.read_text(encoding="utf-8"))}
+        assert not foreign & {"moderngl", "OpenEXR", "PIL", "skimage", "flip_evaluator", "scipy"}
+
+
+def test_only_the_window_knows_its_libraries(path):
+    users = {m.partition(".")[0] for m in imported_modules(path.read_text(encoding="utf-8"))}
+    assert not users & {"imgui_bundle", "glfw"} or layer_of(module_of(path)) == "ui"
+
+
+def test_only_commands_print(path):
+    assert (
+        not calls_print(path.read_text(encoding="utf-8")) or layer_of(module_of(path)) == "commands"
+    )
+
+
+def test_files_stay_small(path):
+    assert len(path.read_text(encoding="utf-8").splitlines()) <= LINES_MAX
+
+
+def test_the_checks_see_what_they_look_for():
+    source = "def f():\n    from heatlens import gpu\n    import heatlens.plate.plate\n    print(1)"
+    assert layers_imported(source) == {"gpu", "plate"}
+    assert calls_print(source)
+    assert list(imported_modules("from . import plate")) == ["."]
+    assert layers_imported("from heatlens import __version__") == {"base"}
+    assert layers_imported("from heatlens.errors import InputError") == {"base"}

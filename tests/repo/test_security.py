@@ -1,0 +1,38 @@
+"""The page on security tells the bounds that the program has."""
+
+from pathlib import Path
+
+from heatlens.files import apart
+from heatlens.plate import exr_limits
+from heatlens.plate.bounds import COC_MOST_PX, LIGHT_MOST
+from heatlens.scene import picture_read, scene
+from heatlens.scene.gltf import file as gltf_file
+from heatlens.scene.gltf import nodes as gltf_nodes
+
+ROOT = Path(__file__).resolve().parents[2]
+PAGE = (ROOT / "app" / "SECURITY.md").read_text()
+
+
+def test_every_bound_is_told_as_it_is():
+    for told in (
+        f"{exr_limits.MAX_SIDE_PX:,} px",
+        f"{exr_limits.MAX_CHANNELS:,} channels",
+        f"{exr_limits.MAX_BYTES / 1e9:g} GB of pixels",
+        f"{exr_limits._TILE_LEAST_PX:,} px",
+        f"light beyond {LIGHT_MOST:g}".replace("e+", "e"),
+        f"{gltf_file._NUMBERS_MOST // 1_000_000} million numbers",
+        f"{gltf_file._EMPTY_MOST // 1_000_000} million without bytes",
+        f"{gltf_file._BUFFERS_MOST / 1e9:g} GB of buffers",
+        f"{gltf_nodes._LEVELS_MOST} nodes below each other",
+        f"{scene.INSTANCES_MOST:,} things",
+        f"{picture_read._TOGETHER_MOST // 1_000_000 + 1} million pixels together",
+        f"{apart._SECONDS_MOST:g} seconds and {apart._GIGABYTES_MOST:g} GB",
+        apart._SECONDS,
+        apart._GIGABYTES,
+    ):
+        assert told in PAGE, told
+    assert COC_MOST_PX == 1e6 and "beyond a million pixels" in PAGE
+
+
+def test_readme_leads_there():
+    assert "(app/SECURITY.md)" in (ROOT / "README.md").read_text()

@@ -1,0 +1,134 @@
+"""USD stages as scenes, written with OpenUSD; each is read in a process of its own."""
+
+import numpy as np
+import pytest
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdShade
+
+from heatlens.errors import HeatlensError, InputError
+from heatlens.model.frames import FrameRange
+from heatlens.scene.scene_bounds import bounds_m
+from heatlens.scene.scene_read import read_scene
+from heatlens.scene.usd.read import usd_scene
+from support.gltf_files import encoded
+
+BOX = [(0, 0, 0), (100, 0, 0), (100, 200, 0), (0, 200, 0), (50, 300, 0)]
+
+
+def stage_at(path, up="Y", unit_m=0.01):
+    """A stage with one mesh: a square and a triangle on top of it."""
+    stage = Usd.Stage.CreateNew(str(path))
+    UsdGeom.SetStageUpAxis(stage, up)
+    UsdGeom.SetStageMetersPerUnit(stage, unit_m)
+    mesh = UsdGeom.Mesh.Define(stage, "/world/house")
+    mesh.CreatePointsAttr(BOX)
+    mesh.CreateFaceVertexCountsAttr([4, 3])
+    mesh.CreateFaceVertexIndicesAttr([0, 1, 2, 3, 3, 2, 4])
+    mesh.CreateSubdivisionSchemeAttr("none")
+    return stage, mesh
+
+
+@pytest.mark.parametrize(("up", "top"), [("Y", (1, 3, 0)), ("Z", (1, 0, 0))])
+def test_polygons_in_metres_with_y_up(tmp_path, up, top):
+    stage, _ = stage_at(tmp_path / "a.usdc", up)
+    stage.Save()
+    scene = read_scene(tmp_path / "a.usdc")
+    assert scene.triangle_count == 3
+    assert bounds_m(scene, 1)[1] == pytest.approx(top, abs=1e-6)
+    depth = 0 if up == "Y" else -3  # what was y, away from us
+    assert bounds_m(scene, 1)[0] == pytest.approx((0, 0, depth), abs=1e-6)
+
+
+def test_materials_of_parts_with_a_picture(tmp_path):
+    stage, mesh = stage_at(tmp_path / "a.usda")
+    (tmp_path / "pic.png").write_bytes(encoded(np.full((1, 2, 3), 7)))
+    uvs = UsdGeom.PrimvarsAPI(mesh).CreatePrimvar("st", Sdf.ValueTypeNames.TexCoord2fArray)
+    uvs.SetInterpolation("vertex")
+    uvs.Set([(0, 0), (1, 0), (1, 0.5), (0, 0.5), (0.5, 1)])
+    material = UsdShade.Material.Define(stage, "/world/brick")
+    surface = UsdShade.Shader.Define(stage, "/world/brick/surface")
+    surface.CreateIdAttr("UsdPreviewSurface")
+    surface.CreateInput("roughness", Sdf.ValueTypeNames.Float).Set(0.25)
+    picture = UsdShade.Shader.Define(stage, "/world/brick/picture")
+    picture.CreateIdAttr("UsdUVTexture")
+    picture.CreateInput("file", Sdf.ValueTypeNames.Asset).Set("pic.png")
+    color = surface.CreateInput("diffuseColor", Sdf.ValueTypeNames.Color3f)
+    color.ConnectToSource(picture.ConnectableAPI(), "rgb")
+    material.CreateSurfaceOutput().ConnectToSource(surface.ConnectableAPI(), "surface")
+    binding = UsdShade.MaterialBindingAPI.Apply(mesh.GetPrim())
+    subset = binding.CreateMaterialBindSubset("roof", [1])
+    UsdShade.MaterialBindingAPI.Apply(subset.GetPrim()).Bind(material)
+    mesh.CreateDisplayColorAttr([(0.5, 0, 0)])
+    stage.Save()
+    scene = usd_scene(tmp_path / "a.usda")
+    roof, walls = scene.meshes
+    found = scene.materials[roof.material]
+    assert (found.name, found.roughness, found.base_color_map) == ("brick", 0.25, 0)
+    assert (scene.images[0][..., :3] == 7).all()
+    assert scene.materials[walls.material].base_color == (0.5, 0, 0)
+    assert (len(roof.triangles), len(walls.triangles)) == (1, 2)
+    assert roof.uvs.min(axis=0).tolist() == [0, 0]
+    assert roof.uvs.max(axis=0).tolist() == [1, 0.5]
+
+
+def test_instances_share_a_mesh_and_move(tmp_path):
+    stage, _ = stage_at(tmp_path / "a.usda")
+    for i in range(3):
+        prim = stage.DefinePrim(f"/copies/c{i}", "Xform")
+        prim.GetReferences().AddInternalReference("/world")
+        prim.SetInstanceable(True)
+        move = UsdGeom.Xformable(prim).AddTranslateOp()
+        for frame in (11, 21):
+            move.Set(Gf.Vec3d(0, 0, 100 * i * (frame - 11)), frame)
+    stage.SetTimeCodesPerSecond(25)
+    stage.Save()
+    scene = read_scene(tmp_path / "a.usda")
+    assert (len(scene.meshes), len(scene.instances)) == (2, 4)  # that of /world, and of the copies
+    assert (scene.frames, scene.frames_per_second) == (FrameRange(11, 21), 25)
+    assert scene.transforms_at(13.5)[:, 2, 3] == pytest.approx([0, 0, 2.5, 5])
+    assert scene.transforms_at(99)[:, 2, 3] == pytest.approx([0, 0, 10, 20])
+
+
+def test_cameras_with_their_lens(tmp_path):
+    stage, _ = stage_at(tmp_path / "a.usda", "Z")
+    camera = UsdGeom.Camera.Define(stage, "/cam")
+    camera.CreateFocalLengthAttr(40)
+    camera.CreateHorizontalApertureAttr(24)
+    camera.AddTranslateOp().Set(Gf.Vec3d(0, 0, 500))
+    stage.Save()
+    (found,) = read_scene(tmp_path / "a.usda").cameras
+    assert (found.name, found.focal_length_mm, found.sensor_width_mm) == ("cam", 40, 24)
+    pose = found.track.pose_at(1)
+    assert pose.position_m == pytest.approx((0, 5, 0))
+    assert -pose.turn[:, 2] == pytest.approx([0, -1, 0], abs=1e-9)  # it looked down along z
+
+
+def test_damage_is_told(tmp_path):
+    path = tmp_path / "a.usda"
+    for data in (b"", b"#usda 1.0\n(", b"#usda 1.0\n"):
+        path.write_bytes(data)
+        with pytest.raises(InputError, match=r"a\.usda"):
+            read_scene(path)
+
+
+@pytest.mark.parametrize("corners", [[0, 1, 2, 3, 3, 2, 5], [0, 1], [0, 1, 2, 3, 3, 2, -1]])
+def test_polygons_that_contradict_themselves(tmp_path, corners):
+    stage, mesh = stage_at(tmp_path / "a.usda")
+    mesh.GetFaceVertexIndicesAttr().Set(corners)
+    stage.Save()
+    with pytest.raises(InputError, match=r"a\.usda: /world/house"):
+        usd_scene(tmp_path / "a.usda")
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_binary_file_with_changed_bytes(tmp_path, seed):
+    stage, _ = stage_at(tmp_path / "a.usdc")
+    stage.Save()
+    data = bytearray((tmp_path / "a.usdc").read_bytes())
+    random = np.random.default_rng(seed)
+    for at in random.integers(0, len(data), 6):
+        data[at] ^= int(random.integers(1, 256))
+    (tmp_path / "b.usdc").write_bytes(data)
+    try:
+        assert read_scene(tmp_path / "b.usdc").instances
+    except HeatlensError as error:
+        assert "b.usdc" in str(error)

@@ -1,0 +1,26 @@
+"""Opening one scene after another gives back what the one before held on the GPU."""
+
+import moderngl
+import pytest
+
+from heatlens.model.lens import Lens
+from heatlens.model.settings import DefocusSettings, Method, Quality
+from heatlens.model.shot import Shot
+from heatlens.render import FrameRenderer
+from heatlens.scene.scene_bounds import started_framing
+from support.scenes import still_life
+
+
+@pytest.mark.parametrize("method", [Method.DIFFUSION, Method.ACCUMULATION, Method.RAYTRACED])
+def test_the_pinhole_picture_of_the_scene_before_is_given_back(ctx, method):
+    scene, renderer = still_life(), FrameRenderer(ctx)
+    settings = DefocusSettings(quality=Quality.DRAFT, method=method, views=2)
+    shot = Shot(Lens(50, 2, 3, 36), settings, framing=started_framing(scene, (48, 27)))
+    renderer.load_scene(scene)
+    first = renderer.pixels(shot, 1)
+    before = renderer.loaded
+    renderer.load_scene(scene)
+    assert isinstance(before.color.mglo, moderngl.InvalidObject)
+    assert isinstance(before.depth.mglo, moderngl.InvalidObject)
+    assert (renderer.pixels(shot, 1) == first).all()
+    assert ctx.error == "GL_NO_ERROR"

@@ -1,0 +1,49 @@
+"""The whole picture of the window is the renderer's, bit for bit, however it came about."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from heatlens.gpu.textures import download
+from heatlens.model.lens import Lens
+from heatlens.model.settings import Bokeh, DefocusSettings, Quality
+from heatlens.model.shot import Shot
+from heatlens.render import FrameRenderer
+from heatlens.ui.picture.live_picture import LivePicture
+from support.plates import plate_of, room
+
+LENS = Lens(50.0, 2.0, 2.0, 36.0)
+
+
+@pytest.fixture(scope="module")
+def loaded(session_context, renderer) -> FrameRenderer:
+    renderer.load(plate_of(*room()))
+    return renderer
+
+
+@pytest.mark.parametrize(
+    "defocus",
+    [
+        DefocusSettings(),
+        DefocusSettings(Bokeh.GAUSSIAN, Quality.PREVIEW, layers=2),
+        DefocusSettings(Bokeh.HEAT, Quality.DRAFT, layers=1),
+        DefocusSettings(Bokeh.DISC, Quality.DRAFT, proxy=0.5),
+    ],
+    ids=lambda d: f"{d.bokeh} {d.quality}",
+)
+def test_the_whole_picture_is_the_renderers_bit_for_bit(ctx, loaded, defocus):
+    """In short slices, after a drag, and beside the picture of another slot."""
+    live = LivePicture(loaded)
+    for focus_m in (1.0, 1.5, 2.5):
+        shot = Shot(replace(LENS, f_stop=0.5, focus_distance_m=focus_m), defocus)
+        live.wish(shot, 0, 1e-4)
+        quick = live.shown
+        np.testing.assert_array_equal(
+            download(quick.texture), loaded.pixels(replace(shot, defocus=quick.settings))
+        )
+        live.wish(shot, 0, 1e-4)
+    while live.is_working:
+        live.work(1e-4)
+    assert live.shown.settings == defocus
+    np.testing.assert_array_equal(download(live.shown.texture), loaded.pixels(shot))

@@ -1,0 +1,290 @@
+"""What is remembered from one start to the next, and files that say something else."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from heatlens.errors import InputError
+from heatlens.model.plate_options import PlateOptions
+from heatlens.model.view import ViewState
+from heatlens.ui.files.preferences import FILE_NAME, Preferences, Remembered, config_dir
+from heatlens.ui.layout import lists_all
+from heatlens.ui.timeline.playback import Ending
+from support.exr_files import rgb, write_file
+from support.gui import gui_of
+from support.sequences import sequence_files
+from support.window_plates import QUICK
+
+OPTIONS = st.builds(
+    PlateOptions,
+    depth_channel=st.none() | st.text(max_size=8),
+    color_layer=st.none() | st.text(max_size=8),
+    depth_convention=st.sampled_from(["auto", "inverse", "normalized"]),
+    depth_kind=st.sampled_from(["planar", "radial"]),
+    scene_unit_m=st.floats(1e-4, 1e4),
+    near_m=st.none() | st.floats(0, 10),
+    far_m=st.none() | st.floats(10, 1e6),
+)
+REMEMBERED = st.builds(
+    Remembered,
+    recent=st.lists(st.text(), max_size=4).map(tuple),
+    folders=st.dictionaries(st.text(), st.text(), max_size=3),
+    plates=st.dictionaries(st.text(), OPTIONS, max_size=3),
+    display=st.text(max_size=9),
+    view=st.text(max_size=9),
+    unit=st.sampled_from(["m", "ft"]),
+    window_size=st.none() | st.tuples(st.integers(200, 9999), st.integers(200, 9999)),
+    is_maximized=st.booleans(),
+    hidden_panels=st.lists(st.text(), max_size=2).map(tuple),
+    layout=st.text(),
+    ending=st.sampled_from(Ending),
+    every_frame=st.booleans(),
+)
+FULL = Remembered(("/a/b.exr",), {"open": "/a"}, {"/a": PlateOptions(near_m=1.0)}, "D", "V", "ft")
+
+
+def saved(folder: Path, now: Remembered) -> Path:
+    preferences = Preferences.load(folder)
+    preferences.now = now
+    preferences.save()
+    return folder / FILE_NAME
+
+
+# The file
+
+
+@given(REMEMBERED)
+def test_what_is_saved_is_what_is_loaded(tmp_path_factory, now):
+    folder = tmp_path_factory.mktemp("config")
+    saved(folder, now)
+    loaded = Preferences.load(folder)
+    assert (loaded.now, loaded.problem) == (now, "")
+
+
+def test_without_a_file_all_is_as_in_the_beginning(tmp_path):
+    loaded = Preferences.load(tmp_path / "not" / "there")
+    assert (loaded.now, loaded.problem) == (Remembered(), "")
+    loaded.save()
+    assert list(tmp_path.iterdir()) == []  # nothing changed, nothing written
+
+
+def test_nothing_is_written_that_was_written_already(tmp_path):
+    path = saved(tmp_path, FULL)
+    preferences = Preferences.load(tmp_path)
+    path.unlink()
+    preferences.save()
+    assert not path.exists()
+    preferences.change(unit="m")
+    preferences.save()
+    assert path.exists()
+
+
+def test_in_memory_nothing_is_written(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    preferences = Preferences()
+    preferences.opened("a.exr")
+    preferences.save()
+    assert list(tmp_path.iterdir()) == []
+
+
+DAMAGED = [b"", b"{", b"[]", b"null", b"\xff\xfe\x00", b'{"unit": "m"', b'{"unit": NaN}']
+
+
+@pytest.mark.parametrize("content", DAMAGED)
+def test_a_damaged_file_is_told_and_set_aside(tmp_path, content):
+    (tmp_path / FILE_NAME).write_bytes(content)
+    loaded = Preferences.load(tmp_path)
+    assert loaded.now == Remembered()
+    assert FILE_NAME in loaded.problem and loaded.problem.endswith("set back.")
+    assert (tmp_path / "preferences.damaged.json").read_bytes() == content
+
+
+WRONG = [
+    {"unit": "parsec"},
+    {"recent": "a.exr"},
+    {"recent": [3]},
+    {"folders": ["a"]},
+    {"plates": {"/a": {"near_m": "close"}}},
+    {"plates": {"/a": {"nearest": 1}}},
+    {"window_size": [800]},
+    {"window_size": [-1, 800]},
+    {"window_size": [1e9, 800]},
+    {"window_size": "large"},
+    {"is_maximized": 1},
+    {"layout": None},
+    {"ending": "explode"},
+    {"every_frame": "no"},
+]
+
+
+@pytest.mark.parametrize("wrong", WRONG)
+def test_one_wrong_entry_costs_no_other(tmp_path, wrong):
+    path = saved(tmp_path, FULL)
+    (name,) = wrong
+    path.write_text(json.dumps(json.loads(path.read_text()) | wrong))
+    loaded = Preferences.load(tmp_path)
+    for field in Remembered.__dataclass_fields__:
+        of = Remembered() if field == name else FULL
+        assert getattr(loaded.now, field) == getattr(of, field)
+    assert name in loaded.problem
+
+
+def test_entries_of_another_version_are_passed_over(tmp_path):
+    path = saved(tmp_path, FULL)
+    path.write_text(json.dumps(json.loads(path.read_text()) | {"theme": "light"}))
+    loaded = Preferences.load(tmp_path)
+    assert (loaded.now, loaded.problem) == (FULL, "")
+
+
+def test_where_nothing_can_be_written_it_is_said_once(tmp_path):
+    (tmp_path / "file").write_text("")
+    preferences = Preferences.load(tmp_path / "file" / "heatlens")
+    preferences.opened("a.exr")
+    with pytest.raises(InputError, match="Preferences are not kept"):
+        preferences.save()
+    preferences.opened("b.exr")
+    preferences.save()
+
+
+SYSTEMS = [
+    ({"HEATLENS_CONFIG_DIR": "/c", "XDG_CONFIG_HOME": "/x"}, "linux", "/c"),
+    ({"XDG_CONFIG_HOME": "/x"}, "linux", "/x/heatlens"),
+    ({"XDG_CONFIG_HOME": ""}, "linux", "~/.config/heatlens"),
+    ({}, "darwin", "~/Library/Application Support/heatlens"),
+    ({"APPDATA": "/roaming"}, "win32", "/roaming/heatlens"),
+]
+
+
+@pytest.mark.parametrize(("environ", "platform", "folder"), SYSTEMS)
+def test_where_the_system_keeps_them(environ, platform, folder):
+    assert config_dir(environ, platform) == Path(folder).expanduser()
+
+
+def test_a_user_without_a_home_keeps_nothing_and_is_told(monkeypatch):
+    monkeypatch.setattr("heatlens.paths.os.path.expanduser", lambda text: text)
+    assert config_dir({}, "linux") == Path("/.config/heatlens")
+
+
+# What is remembered
+
+
+@given(st.lists(st.sampled_from([f"/p/{i}.exr" for i in range(14)]), max_size=40))
+def test_recent_files_are_the_last_ten_different_ones(opened):
+    preferences = Preferences()
+    for text in opened:
+        preferences.opened(text)
+    assert list(preferences.now.recent) == list(dict.fromkeys(reversed(opened)))[:10]
+
+
+def test_options_count_for_the_files_of_their_folder_alone(tmp_path):
+    preferences, options = Preferences(), PlateOptions(scene_unit_m=0.01)
+    preferences.read_so(tmp_path, options)
+    for text in (tmp_path / "a.exr", tmp_path / "a.####.exr", tmp_path):
+        assert preferences.options_for(str(text)) == options
+    for text in (tmp_path / "sub" / "a.exr", tmp_path.parent / "a.exr"):
+        assert preferences.options_for(str(text)) == PlateOptions()
+    preferences.read_so(tmp_path, PlateOptions())
+    assert preferences.now == Remembered()
+
+
+# In the program
+
+
+@pytest.fixture
+def plate(tmp_path):
+    depth = np.linspace(1, 9, 24 * 36, dtype=np.float32).reshape(24, 36)
+    return write_file(tmp_path / "plate.exr", rgb(24, 36) | {"Z": depth})
+
+
+def test_options_of_the_command_line_win_over_remembered_ones(ctx, plate):
+    preferences = Preferences()
+    preferences.read_so(plate.parent, PlateOptions(scene_unit_m=0.01, depth_channel="Z"))
+    given = PlateOptions(depth_convention="inverse")
+    with gui_of(ctx, plate, preferences, plate_options=given) as gui:
+        assert gui.app.stage.opened.options == given
+    lens = PlateOptions(focal_length_mm=35.0)
+    with gui_of(ctx, plate, preferences, plate_options=lens) as gui:
+        assert gui.app.stage.opened.options == PlateOptions(
+            scene_unit_m=0.01, depth_channel="Z", focal_length_mm=35.0
+        )
+
+
+def test_looks_and_panels_come_back(ctx, plate):
+    preferences = Preferences()
+    with gui_of(ctx, plate, preferences) as gui:
+        display = gui.app.view.display
+        view = gui.app.color.views(display)[-1]
+        gui.click(gui.middle("view"))
+        gui.click(gui.middle(f"view: {view}"))
+        gui.do("Metres or feet")
+        gui.do("Speed")
+        gui.app.filing.remember()
+    assert preferences.now.view == view
+    with gui_of(ctx, plate, preferences) as gui:
+        assert (gui.app.view.display, gui.app.view.view) == (display, view)
+        assert gui.app.view.unit == "ft"
+        assert [name for name, shown in gui.app.panels.items() if not shown] == ["Speed"]
+
+
+def test_how_it_plays_comes_back(ctx, tmp_path):
+    film = sequence_files(tmp_path)
+    preferences = Preferences.load(tmp_path / "config")
+    with gui_of(ctx, film, preferences, defocus=QUICK) as gui:
+        for choice in ("ending: bounce", "pace: real time"):
+            gui.frame(30)
+            gui.click(gui.middle(choice.split(":")[0]))
+            gui.click(gui.middle(choice))
+        gui.app.filing.remember()
+    again = Preferences.load(tmp_path / "config")
+    assert (again.now.ending, again.now.every_frame) == (Ending.BOUNCE, False)
+    with gui_of(ctx, film, again, defocus=QUICK) as gui:
+        assert gui.app.timeline.playback.ending is Ending.BOUNCE
+        assert not gui.app.timeline.playback.is_every_frame
+
+
+def test_names_that_the_colours_do_not_have_are_no_obstacle(ctx, plate):
+    preferences = Preferences(Remembered(display="gone", view="too"))
+    with gui_of(ctx, plate, preferences, view=ViewState()) as gui:
+        assert gui.app.view.display in gui.app.color.displays()
+
+
+def test_what_was_damaged_is_said_in_the_window(ctx, tmp_path, plate):
+    (tmp_path / FILE_NAME).write_text("{")
+    with gui_of(ctx, plate, Preferences.load(tmp_path)) as gui:
+        assert FILE_NAME in gui.app.message and gui.app.live.shown is not None
+
+
+def test_a_layout_counts_while_it_knows_every_panel():
+    assert lists_all("[Window][Picture]\n\n[Window][Lens]\nPos=1,1\n", ["Lens"])
+    assert not lists_all("[Window][Picture]\n[Window][Lens]\n", ["Lens", "Look"])
+    assert not lists_all("", ["Lens"])
+
+
+def test_recent_files_that_are_gone_are_not_shown(ctx, plate):
+    preferences = Preferences()
+    preferences.opened(str(plate.with_name("gone.exr")))
+    with gui_of(ctx, plate, preferences) as gui:
+        gui.click(gui.middle("menu File"))
+        gui.until(lambda: gui.app.filing.recent, "the recent files")
+        assert gui.app.filing.recent == (str(plate),)
+        assert preferences.now.recent == (str(plate), str(plate.with_name("gone.exr")))
+
+
+def test_a_recent_file_is_opened_by_a_click(ctx, plate, tmp_path):
+    other = write_file(tmp_path / "other.0001.exr", rgb(24, 36) | {"Z": np.ones((24, 36), "f4")})
+    pattern = tmp_path / "other.####.exr"
+    preferences = Preferences()
+    preferences.opened(str(pattern))
+    with gui_of(ctx, plate, preferences) as gui:
+        gui.click(gui.middle("menu File"))
+        gui.until(lambda: gui.app.filing.recent, "the recent files")
+        gui.frame(2)
+        gui.move(gui.middle("menu Open recent"))
+        gui.frame(30)
+        gui.click(gui.middle("recent other.####.exr"))
+        gui.until(lambda: gui.app.stage.plate.path == other, "the other plate")
+    assert preferences.now.recent[0] == str(pattern)

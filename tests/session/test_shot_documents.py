@@ -1,0 +1,186 @@
+"""Shots as files, by the menu: saved, opened again, kept beside while not saved, offered again."""
+
+import shutil
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from imgui_bundle import imgui
+
+from heatlens.documents.shot_file import autosave_path, read_shot, write_autosave, write_shot
+from heatlens.model.shot import Shot
+from heatlens.ui.files.preferences import Preferences
+from heatlens.ui.files.shot_documents import ShotDocuments
+from heatlens.ui.files.shot_store import proposed_name
+from support.gui import Gui
+from support.sequences import FIRST
+from support.shots_of_tests import kept, worked_on
+from support.timeline_window import film_window, fresh
+from support.window_plates import room_file
+
+K = imgui.Key
+
+
+@pytest.fixture(scope="module")
+def film(session_context, tmp_path_factory) -> Iterator[Gui]:
+    with film_window(session_context, tmp_path_factory.mktemp("film")) as gui:
+        yield gui
+
+
+@pytest.fixture
+def gui(ctx, film) -> Iterator[Gui]:
+    film.app.documents = ShotDocuments(film.app, lambda: None)
+    film.app.filing.preferences = Preferences()
+    gui = fresh(film)
+    yield gui
+    gui.until(lambda: not gui.app.documents._writing, "the end of writing")
+
+
+def edited(gui) -> Shot:
+    gui.app.editing.do(worked_on(gui.app.shot))
+    gui.frame(2)
+    return gui.app.shot
+
+
+def saved_as(gui, path: Path) -> None:
+    """Ctrl+Shift+S, and the name typed in the browser."""
+    gui.key(K.s, ctrl=True, shift=True)
+    gui.frame(3)
+    gui.until(lambda: not gui.app.filing.browser.walk.is_reading, "the folder")
+    gui.frame(2)
+    gui.key(K.a, ctrl=True)
+    gui.type(str(path))
+    gui.key(K.enter)
+    gui.until(lambda: "Saved" in gui.app.message, "the file")
+
+
+def opened(gui, path: Path) -> None:
+    gui.app.open(str(path))
+    gui.until(lambda: gui.app.documents.path == path, "the shot")
+    gui.frame(2)
+
+
+def test_a_shot_that_was_saved_and_opened_again_is_the_same(gui, tmp_path):
+    shot = edited(gui)
+    path = tmp_path / "pull.heatlens.json"
+    saved_as(gui, path)
+    assert read_shot(path) == shot and gui.app.documents.is_saved
+    assert gui.app.documents.title == "pull.heatlens.json"
+    gui.open(room_file(tmp_path / "still.exr"))
+    assert gui.app.documents.path is None
+    opened(gui, path)
+    assert gui.app.shot == shot
+    assert gui.app.editing.history.past == ()
+    assert gui.app.stage.plate.path.name == f"shot.{FIRST}.exr"
+
+
+def test_saving_again_asks_for_no_name(gui, tmp_path):
+    path = tmp_path / "pull.heatlens.json"
+    saved_as(gui, path)
+    shot = edited(gui)
+    assert gui.app.documents.title == "pull.heatlens.json *"
+    gui.app.message = ""
+    gui.key(K.s, ctrl=True, shift=True)
+    gui.until(lambda: "Saved" in gui.app.message, "the file")
+    assert read_shot(path) == shot and not gui.app.filing.browser.is_open
+
+
+def test_a_shot_is_chosen_in_the_browser(gui, tmp_path):
+    shot = worked_on(gui.app.shot)
+    for number in (1, 2):
+        write_shot(tmp_path / f"v{number}.heatlens.json", shot)
+    gui.app.filing.preferences.looked_in("shot", tmp_path)
+    gui.do("Open shot...")
+    gui.until(lambda: not gui.app.filing.browser.walk.is_reading, "the folder")
+    gui.frame(3)
+    at = gui.middle("file v2.heatlens.json")
+    gui.click(at)
+    gui.click(at)
+    gui.until(lambda: gui.app.documents.path is not None, "the shot")
+    assert gui.app.documents.path == tmp_path / "v2.heatlens.json"
+    assert gui.app.shot == shot
+
+
+def test_what_is_no_shot_is_refused_and_what_is_open_stays(gui, tmp_path):
+    shot = edited(gui)
+    path = tmp_path / "bad.heatlens.json"
+    path.write_text("{}")
+    gui.app.open(str(path))
+    gui.until(lambda: "bad.heatlens.json" in gui.app.message, "a sentence")
+    gui.app.message = ""
+    gui.app.open(str(tmp_path / "none.heatlens.json"))
+    gui.until(lambda: "none.heatlens.json" in gui.app.message, "a sentence")
+    gui.app.message = ""
+    write_shot(path, replace(shot, source=str(tmp_path / "gone.####.exr")))
+    gui.app.open(str(path))
+    gui.until(lambda: "gone" in gui.app.message, "a sentence")
+    gui.frame(3)
+    assert gui.app.shot == shot and gui.app.documents.path is None
+
+
+def test_what_is_not_saved_is_kept_beside_until_it_is(gui, tmp_path):
+    path = tmp_path / "pull.heatlens.json"
+    saved_as(gui, path)
+    assert not autosave_path(path).exists()
+    shot = edited(gui)
+    kept(gui)
+    assert read_shot(autosave_path(path)) == shot
+    assert read_shot(path) != shot
+    gui.key(K.z, ctrl=True)
+    kept(gui)
+    assert not autosave_path(path).exists()
+
+
+@pytest.mark.parametrize("answer", ["Go on with it", "Throw it away"])
+def test_after_a_crash_the_unsaved_shot_is_offered(gui, tmp_path, answer):
+    path, saved = tmp_path / "pull.heatlens.json", gui.app.shot
+    write_shot(path, saved)
+    write_autosave(path, worked_on(saved))
+    gui.app.open(str(path))
+    gui.until(lambda: gui.app.documents.offer is not None, "the question")
+    gui.frame(3)
+    gui.key(K.m)  # means nothing while there is a question
+    gui.click(gui.middle(f"unsaved {answer}"))
+    gui.until(lambda: gui.app.documents.path == path, "the shot")
+    goes_on = answer == "Go on with it"
+    assert gui.app.shot == (worked_on(saved) if goes_on else saved)
+    assert gui.app.documents.is_saved is not goes_on
+    kept(gui)
+    assert autosave_path(path).exists() is goes_on
+    assert read_shot(path) == saved
+    assert not imgui.is_popup_open("", imgui.PopupFlags_.any_popup)
+
+
+def test_an_autosave_that_the_crash_cut_off_is_not_offered(gui, tmp_path):
+    path = tmp_path / "pull.heatlens.json"
+    write_shot(path, worked_on(gui.app.shot))
+    autosave_path(path).write_text('{"heatlens_shot": 1, "le')
+    opened(gui, path)
+    assert gui.app.documents.offer is None and gui.app.documents.is_saved
+
+
+def test_where_nothing_can_be_kept_that_is_said_once(gui, tmp_path):
+    path = tmp_path / "there" / "pull.heatlens.json"
+    path.parent.mkdir()
+    saved_as(gui, path)
+    shutil.rmtree(path.parent)
+    path.parent.write_text("a file where the folder was")
+    edited(gui)
+    gui.until(lambda: "there" in gui.app.message and "Saved" not in gui.app.message, "a sentence")
+    gui.app.message = ""
+    gui.key(K.m)
+    kept(gui)
+    assert gui.app.message == ""
+
+
+@pytest.mark.parametrize(
+    ("plate", "is_numbered", "name"),
+    [
+        ("sc010_v3.1001.exr", True, "sc010_v3.heatlens.json"),
+        ("sc010_v3.exr", False, "sc010_v3.heatlens.json"),
+        ("1001.exr", True, "1001.heatlens.json"),
+    ],
+)
+def test_a_name_is_proposed(plate, is_numbered, name):
+    assert proposed_name(Path(plate), is_numbered) == name

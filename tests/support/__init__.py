@@ -1,0 +1,1 @@
+"""What the tests share: small files, plates, scenes, windows and oracles."""

@@ -1,0 +1,37 @@
+"""A scene as it is drawn and as it is met by rays, beside each other."""
+
+import moderngl
+import numpy as np
+
+from heatlens.gpu.textures import FloatArray, download, new_texture
+from heatlens.scene.scene import Scene
+from heatlens.scene.scene_view import SceneView
+from heatlens.scene_gpu.raster import SceneRaster
+from heatlens.scene_gpu.ray_tracer import RayTracer
+from support.scenes import moved
+
+VIEW = SceneView(moved(0, 0, -3), (32, 32), 50.0, np.inf, 0.5, 20.0)
+
+
+class BothWays:
+    """Both ways to see a scene, from 3 m before it."""
+
+    def __init__(self, ctx: moderngl.Context) -> None:
+        self.raster = SceneRaster(ctx)
+        self.tracer = RayTracer(ctx, self.raster)
+        self.out = new_texture(ctx, VIEW.size, 4)
+
+    def seen(self, scene: Scene) -> FloatArray:
+        """(2, H, W, 3) as it is drawn, and by a ray through the middle of each pixel."""
+        self.raster.load(scene)
+        self.raster.place(1)
+        self.raster.draw(VIEW, self.out)
+        drawn = download(self.out)[..., :3]
+        for _ in self.tracer.steps(VIEW, (0, 0), 1, self.out, object(), pixel_side_px=0.0):
+            pass
+        return np.stack([drawn, download(self.out)[..., :3]])
+
+    def release(self) -> None:
+        self.tracer.release()
+        self.raster.release()
+        self.out.release()

@@ -1,0 +1,85 @@
+"""Sequences without files and a reader that can be held, for tests of reading ahead."""
+
+import threading
+import time
+import weakref
+from pathlib import Path
+
+import numpy as np
+
+from heatlens.errors import InputError
+from heatlens.sequence.names import NameForm
+from heatlens.sequence.sequence import Sequence
+from support.plates import plate_of
+
+PATIENCE_S = 60  # before a test gives up; none takes a hundredth of it
+ONE = 20  # bytes of a plate of one pixel
+FORM = NameForm("a.", 4, ".exr")
+
+
+class News:
+    """An `on_ready` to wait for."""
+
+    def __init__(self):
+        self._happened = threading.Condition()
+
+    def __call__(self):
+        with self._happened:
+            self._happened.notify_all()
+
+    def wait_until(self, predicate):
+        """Look again at each piece of news, and now and then in case it came in between."""
+        end = time.monotonic() + PATIENCE_S
+        while not predicate():
+            assert time.monotonic() < end, "nothing came"
+            with self._happened:
+                self._happened.wait(0.05)
+
+
+class Reader:
+    """Makes the plate of a frame from its name, or fails; remembers what it was asked for."""
+
+    def __init__(self, damaged=(), pixels=lambda frame: 1):
+        self.damaged, self.pixels = damaged, pixels
+        self.begun: list[int] = []
+        self.gate = threading.Event()
+        self.gate.set()
+        self.live = self.most_live = 0
+        self._lock = threading.Lock()
+
+    def __call__(self, path):
+        frame = int(path.name.split(".")[1])
+        with self._lock:
+            self.begun.append(frame)
+            self.live += 1
+            self.most_live = max(self.live, self.most_live)
+        assert self.gate.wait(PATIENCE_S)
+        if frame in self.damaged:
+            self._gone()
+            raise InputError(f"{path} is damaged")
+        depth_m = np.full((1, self.pixels(frame)), 1.0 + frame, np.float32)
+        plate = plate_of(np.full((*depth_m.shape, 3), frame, np.float32), depth_m)
+        weakref.finalize(plate, self._gone)
+        return plate
+
+    def _gone(self):
+        with self._lock:
+            self.live -= 1
+
+
+def sequence_of(frames, present=None):
+    present = tuple(frames) if present is None else tuple(sorted(present))
+    return Sequence(Path("nowhere"), FORM, tuple(frames), present)
+
+
+def frame_of(plate):
+    return int(plate.color[0, 0, 0])
+
+
+def names(states, name):
+    return [frame for frame, state in states.items() if state == name]
+
+
+def at_rest(cache, news):
+    """Wait for the last read: each begins, where there is room, as the one before ends."""
+    news.wait_until(lambda: "reading" not in cache.states().values())

@@ -1,0 +1,38 @@
+"""A point of light on a plate, and the renderer run on it."""
+
+import numpy as np
+
+from heatlens.model.lens import Lens
+from heatlens.model.settings import Bokeh, DefocusSettings, Quality
+from heatlens.model.shot import Shot
+from heatlens.plate.plate import Plate
+from heatlens.render import FrameRenderer
+from support.plates import FAR_M, Image, plate_of
+
+KINDS = [(bokeh, quality) for bokeh in Bokeh for quality in Quality]
+SIZE = 129
+DIM, LAMP = 0.25, 300.0  # added to one pixel: too little, and enough, to be drawn as a disc
+# The poles' images are half floats: 11 bits, of which every passing between rows and columns costs
+# a rounding to the nearest.
+HALF_ROUNDING = 2.0**-11
+
+
+def through(renderer: FrameRenderer, plate: Plate, lens: Lens, *settings: object) -> Image:
+    """(H, W, 4) of `plate`; `settings` in the order of DefocusSettings."""
+    renderer.load(plate)
+    return renderer.pixels(Shot(lens, DefocusSettings(*settings)))
+
+
+def grey_for(bokeh: Bokeh) -> float:
+    """Light around the point: a sum of exponentials has negative lobes, which black would cut off.
+
+    Exact in half. Others do without, as half floats are the finer the nearer to black.
+    """
+    return 0.0078125 if bokeh is Bokeh.DISC else 0.0
+
+
+def point_plate(bokeh: Bokeh, light: float, size: int = SIZE, depth_m: float = FAR_M) -> Plate:
+    """One pixel that is `light` brighter than its surroundings."""
+    color = np.full((size, size, 3), grey_for(bokeh), np.float32)
+    color[size // 2, size // 2] += light
+    return plate_of(color, np.full((size, size), depth_m, np.float32))

@@ -1,0 +1,102 @@
+"""Plates made in memory, and lenses of a known blur, for tests of the renderer."""
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from heatlens.model.boxes import Box
+from heatlens.model.lens import Lens
+from heatlens.plate.plate import CameraHeader, DepthReport, Plate, ReadPixels
+
+Image = npt.NDArray[np.float32]
+
+FOCUS_M = 2.0
+FAR_M = 4.0  # where `lens_blurring` puts its circle of confusion; NEAR_M has the same, in front
+NEAR_M = 4.0 / 3.0
+
+
+def plate_of(color: Image, depth_m: Image, **changes: object) -> Plate:
+    """`color` (H, W, 3 or 4) at `depth_m` (H, W), its windows the whole picture, opaque."""
+    height, width = depth_m.shape
+    rgba = np.ones((height, width, 4), np.float32)
+    rgba[..., : color.shape[2]] = color
+    window = Box(0, 0, width, height)
+    plate = Plate(
+        path=Path("made.exr"),
+        pixels=ReadPixels(rgba, depth_m.astype(np.float32)),
+        has_alpha=False,
+        data_window=window,
+        display_window=window,
+        pixel_aspect_ratio=1.0,
+        camera=CameraHeader(),
+        depth=report_of(depth_m),
+        aovs=("R", "G", "B", "Z"),
+        attributes={},
+        notes=(),
+    )
+    return replace(plate, **changes)  # type: ignore[arg-type]
+
+
+def report_of(depth_m: Image) -> DepthReport:
+    """The range of `depth_m` as the reader would report it."""
+    finite = depth_m[np.isfinite(depth_m)]
+    near_m, far_m = (float(finite.min()), float(finite.max())) if finite.size else (math.inf,) * 2
+    infinite = int(np.count_nonzero(np.isinf(depth_m)))
+    return DepthReport("Z", "distance", "planar", "made", near_m, far_m, infinite, 0)
+
+
+def coc_plate_of(color: Image, coc_px: Image) -> Plate:
+    """`color` with its signed circle of confusion (H, W) in pixels."""
+    report = DepthReport("coc", "coc", "planar", "made", math.nan, math.nan, 0, 0)
+    plate = plate_of(color, np.ones(coc_px.shape, np.float32))
+    pixels = ReadPixels(plate.color, coc_px=coc_px.astype(np.float32))
+    return replace(plate, pixels=pixels, depth=report)
+
+
+def lens_blurring(coc_px: float, display_width_px: int, squeeze: float = 1.0) -> Lens:
+    """A lens whose disc is `coc_px` across at FAR_M and -`coc_px` at NEAR_M.
+
+    From coc = f^2 / (N (S - f)) * (1 - S / z) * W / w, solved for N: 1 - S / z is a half at FAR_M.
+    """
+    focal_mm, sensor_mm = 50.0, 36.0
+    wide_open_mm = focal_mm**2 / (FOCUS_M * 1e3 - focal_mm) * (1 - FOCUS_M / FAR_M)
+    f_stop = wide_open_mm * display_width_px / sensor_mm / coc_px
+    return Lens(focal_mm, f_stop, FOCUS_M, sensor_mm, squeeze)
+
+
+def room(width: int = 96, height: int = 54) -> tuple[Image, Image]:
+    """Colour (H, W, 3) and depth (H, W): tiled ground to a bright sky, a ball, a post, two lamps.
+
+    Silhouettes are not anti-aliased. Everything a layer is cut for is there: what is near and
+    thin, far, infinitely far, and a surface through all of it.
+    """
+    y, x = np.mgrid[:height, :width].astype(np.float32)
+    horizon = height // 3
+    below = np.maximum(y - horizon, 0.0)
+    depth = np.where(y >= horizon, 12.0 / (1.0 + below * 13.0 / height), np.inf)
+    tiles = (x // 4 + y // 4) % 2
+    color = np.where(y[..., None] < horizon, (0.5, 0.6, 0.8), (0.3 + 0.2 * tiles)[..., None])
+    ball = (x - 0.62 * width) ** 2 + (y - 0.5 * height) ** 2 < (0.2 * height) ** 2
+    post = abs(x - 0.23 * width) < 0.045 * width
+    color[ball], depth[ball] = (0.7, 0.2, 0.1), 2.0
+    color[ball & (x % 4 < 2)] = (0.5, 0.3, 0.1)
+    color[post], depth[post] = (0.1, 0.4, 0.2), 0.9
+    color[height // 10, int(0.42 * width)] = 40.0
+    color[height // 5, int(0.83 * width)] = (20.0, 12.0, 4.0)
+    return color.astype(np.float32), depth.astype(np.float32)
+
+
+def moments(picture: Image) -> tuple[float, float, float]:
+    """Sum, and the variance along x and y about the centroid, in pixels^2, of the mean of rgb."""
+    light = picture[..., :3].mean(axis=2, dtype=np.float64)
+    y, x = np.mgrid[: light.shape[0], : light.shape[1]]
+    total = light.sum()
+    return float(total), _variance(light, x, total), _variance(light, y, total)
+
+
+def _variance(light: npt.NDArray[np.float64], at: npt.NDArray[np.int64], total: float) -> float:
+    centre = (light * at).sum() / total
+    return float((light * (at - centre) ** 2).sum() / total)

@@ -1,0 +1,27 @@
+"""A small sequence on disk for tests of the timeline: a ball that comes nearer frame by frame."""
+
+from pathlib import Path
+from typing import Any
+
+from support.plates import room
+from support.window_plates import HEIGHT, WIDTH, write_plate
+
+FIRST, LAST = 1001, 1008
+
+
+def sequence_files(folder: Path, first: int = FIRST, last: int = LAST, **attributes: Any) -> str:
+    """The room, everything in it 5 % nearer from frame to frame; the pattern that finds it."""
+    for frame in range(first, last + 1):
+        frame_file(folder, frame, **attributes)
+    return str(folder / "shot.####.exr")
+
+
+def frame_file(folder: Path, frame: int, **attributes: Any) -> Path:
+    """One frame of it."""
+    color, depth = room(WIDTH, HEIGHT)
+    return write_plate(folder / f"shot.{frame}.exr", color, Z=depth * nearer(frame), **attributes)
+
+
+def nearer(frame: int) -> float:
+    """The distances at a frame over those of the room."""
+    return 0.95 ** (frame - FIRST)

@@ -1,0 +1,55 @@
+"""A shot with every entry, and its file, for tests of shot files."""
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from heatlens.documents.shot_file import read_shot, write_shot
+from heatlens.errors import InputError
+from heatlens.model.curve import Curve, Key
+from heatlens.model.frames import FrameRange
+from heatlens.model.interpolation import Ease, Interpolation, Scale
+from heatlens.model.lens import Lens
+from heatlens.model.marks import DistanceMark, PointMark
+from heatlens.model.plate_options import PlateOptions
+from heatlens.model.settings import Bokeh, DefocusSettings, Method, Quality
+from heatlens.model.shot import LensCurves, Shot
+
+FIFTY = Lens(50.0, 1.3, 0.94, 36.0)
+FULL = Shot(
+    replace(FIFTY, t_stop=1.5, close_focus_m=0.45),
+    DefocusSettings(Bokeh.HEAT, Quality.DRAFT, 3, 0.5, Method.SCATTER),
+    "/shots/s1/plate.####.exr",
+    PlateOptions("Z", "", "normalized", "radial", 0.01, 0.1, 100.0, 50.0, 36.0),
+    LensCurves(
+        Curve(
+            (
+                Key(1001, 0.94, Interpolation.BEZIER, Ease(80.0, -0.01), Ease()),
+                Key(1012.5, 1.0, Interpolation.HOLD),
+                Key(1024, math.inf),
+            ),
+            Scale.RECIPROCAL,
+        ),
+        f_stop=Curve((Key(1010, 2.8, Interpolation.LINEAR),), Scale.LOGARITHMIC),
+    ),
+    (DistanceMark("A", 0.94), DistanceMark("Ä", math.inf), PointMark("B", 960.5, 540.0, 5)),
+    FrameRange(1001, 1024),
+    FrameRange(1005, 1020),
+    24000 / 1001,
+)
+
+
+def written(shot: Shot, folder: Path) -> Path:
+    path = folder / "s.heatlens.json"
+    write_shot(path, shot)
+    return path
+
+
+def refusal(path: Path, text: str | bytes) -> str:
+    """What is said of a file with this content."""
+    path.write_bytes(text if isinstance(text, bytes) else text.encode())
+    with pytest.raises(InputError) as error:
+        read_shot(path)
+    return str(error.value)

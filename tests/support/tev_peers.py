@@ -1,0 +1,92 @@
+"""Both ends of a tev connection for tests: a server that is waited for and packets made by hand."""
+
+import socket
+import struct
+import time
+from contextlib import contextmanager
+
+import numpy as np
+from tevclient import Ipc
+
+from heatlens.stream.server import TevServer
+
+PATIENCE_S = 30  # before a test gives up; none takes a hundredth of it
+CHANNELS = ["R", "G", "B", "Z"]
+
+
+@contextmanager
+def serving(**arguments):
+    """A server at a port of its own, and the end of it looked at."""
+    with TevServer(port=0, **arguments) as server:
+        yield server
+        assert server._thread.is_alive()
+    assert not server._thread.is_alive()
+
+
+def client_of(server):
+    """The real client."""
+    return Ipc(*server.address)
+
+
+def wait_until(predicate):
+    end = time.monotonic() + PATIENCE_S
+    while not predicate():
+        assert time.monotonic() < end, "waited too long"
+        time.sleep(0.002)
+
+
+def settle(server):
+    """Until all that was sent on connections that are closed by now has been taken.
+
+    Connections are taken in turn: once a later one is seen off, so are they, or being read.
+    """
+    with socket.create_connection(server.address) as connection:
+        connection.shutdown(socket.SHUT_WR)
+        assert connection.recv(1) == b""
+    wait_until(lambda: not server._clients)
+
+
+def send(server, data):
+    """The bytes, on a connection of their own; the server may hang up before they are through."""
+    with socket.create_connection(server.address) as connection:
+        try:
+            connection.sendall(data)
+            connection.shutdown(socket.SHUT_WR)
+            while connection.recv(1024):
+                pass
+        except OSError:
+            return
+
+
+def packet(operation, *fields):
+    """A packet: text ends in zero, integers are int32, bytes stay as they are."""
+    body = bytes([operation])
+    for one in fields:
+        if isinstance(one, bool):
+            body += bytes([one])
+        elif isinstance(one, int):
+            body += struct.pack("<i", one)
+        else:
+            body += one.encode() + b"\0" if isinstance(one, str) else bytes(one)
+    return struct.pack("<I", 4 + len(body)) + body
+
+
+def picture(width=9, height=6, far_m=50.0):
+    """(H, W, 4): three colours and a depth in metres, every value of its own."""
+    values = np.arange(width * height * 4, dtype=np.float32).reshape(height, width, 4)
+    values[..., 3] = np.linspace(1.5, far_m, width * height, dtype=np.float32).reshape(height, -1)
+    return values
+
+
+def show(server, name, values, channels=CHANNELS):
+    """Create and fill an image with the real client, and wait until it is there."""
+    with client_of(server) as client:
+        client.create_image(name, values.shape[1], values.shape[0], list(channels))
+        client.update_image(name, values, list(channels))
+    settle(server)
+
+
+def assert_shows(plate, values):
+    """The plate holds exactly these colours and this depth."""
+    np.testing.assert_array_equal(plate.color[..., :3], values[..., :3])
+    np.testing.assert_array_equal(plate.depth_m, values[..., 3])

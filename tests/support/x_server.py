@@ -1,0 +1,138 @@
+"""A screen of its own for the real window: Xvfb, and xdotool as the hand."""
+
+import os
+import shutil
+import subprocess
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+from PIL import Image, ImageGrab
+
+from support.command_line import ENVIRONMENT, started
+
+SCREEN = (1700, 1000)
+WAIT_S = 60.0  # a bound for what must come, not a measurement
+STEP_S = 0.25  # between what the hand does: the window takes it in frame by frame
+
+
+class Screen:
+    """An X server that no one else looks at."""
+
+    def __init__(self) -> None:
+        for program in ("Xvfb", "xdotool"):
+            assert shutil.which(program), f"apt-get install {program.lower()}"
+        read, write = os.pipe()
+        size = "x".join(map(str, SCREEN))
+        self._server = subprocess.Popen(
+            ["Xvfb", "-displayfd", str(write), "-screen", "0", f"{size}x24", "-noreset"],
+            pass_fds=[write],
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+        )
+        os.close(write)
+        self.started: list[subprocess.Popen[str]] = []
+        with os.fdopen(read) as pipe:
+            self.display = f":{pipe.readline().strip()}"
+
+    def close(self) -> None:
+        """Also what tests that failed left open: its warning would fall into another test."""
+        for process in self.started:
+            process.kill()
+            process.communicate()
+        self._server.terminate()
+        self._server.wait(WAIT_S)
+
+    def picture(self) -> Image.Image:
+        return ImageGrab.grab(xdisplay=self.display)
+
+    def hand(self, *words: object) -> str:
+        """Run xdotool; what it says."""
+        command = ["xdotool", *map(str, words)]
+        environment = os.environ | {"DISPLAY": self.display}
+        run = subprocess.run(command, env=environment, capture_output=True, text=True)
+        return run.stdout.strip()
+
+
+def _cpu_seconds(process: str) -> float:
+    fields = Path(f"{process}/stat").read_text().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+class Window:
+    """`heatlens` in a window on `screen`."""
+
+    def __init__(self, screen: Screen, folder: Path, *words: object) -> None:
+        self.screen = screen
+        environment = ENVIRONMENT | {
+            "DISPLAY": screen.display,
+            "HEATLENS_CONFIG_DIR": str(folder / "config"),
+            "HEATLENS_CACHE_DIR": str(folder / "cache"),
+        }
+        environment.pop("WAYLAND_DISPLAY", None)
+        self.process = started(*words, env=environment)
+        screen.started.append(self.process)
+        self.id = ""
+        self.until(self._is_shown, "a picture in the window")
+
+    def _is_shown(self) -> bool:
+        assert self.process.poll() is None, self.process.communicate()
+        self.id = self.screen.hand("search", "--name", " - heatlens").partition("\n")[0]
+        return bool(self.id)
+
+    def until(self, condition: Callable[[], bool], what: str) -> None:
+        end = time.monotonic() + WAIT_S
+        while not condition():
+            assert time.monotonic() < end, f"{what} never came"
+            time.sleep(0.05)
+
+    def changes(self, *words: object) -> None:
+        """xdotool WORDS, which must change what is seen."""
+        before = self.screen.picture().tobytes()
+        self.screen.hand(*words)
+        self.until(lambda: self.screen.picture().tobytes() != before, f"an answer to {words}")
+
+    def keys(self, *keys: str) -> None:
+        # A change of focus makes ImGui forget the keys of that frame, long on a slow machine.
+        if self.screen.hand("getwindowfocus") != self.id:
+            self.screen.hand("windowfocus", "--sync", self.id)
+            time.sleep(1.0)
+        self.screen.hand("key", "--delay", 60, *keys)
+        time.sleep(STEP_S)
+
+    def move(self, x: float, y: float) -> None:
+        self.screen.hand("mousemove", round(x), round(y))
+        time.sleep(STEP_S)
+
+    def drag(self, start: tuple[float, float], end: tuple[float, float]) -> None:
+        self.move(*start)
+        self.screen.hand("mousedown", 1)
+        time.sleep(STEP_S)
+        for i in range(1, 5):
+            self.move(*(a + i / 4 * (b - a) for a, b in zip(start, end, strict=True)))
+        self.screen.hand("mouseup", 1)
+        time.sleep(STEP_S)
+
+    def title(self) -> str:
+        return self.screen.hand("getwindowname", self.id)
+
+    def cpu_seconds(self) -> float:
+        """Processor time of the process and of those that it started, all threads."""
+        own = f"/proc/{self.process.pid}"
+        children = Path(f"{own}/task/{self.process.pid}/children").read_text().split()
+        assert children, "the window runs in a process of its own"
+        return sum(map(_cpu_seconds, (own, *(f"/proc/{child}" for child in children))))
+
+    def quit(self) -> None:
+        """Ctrl+Q until it is taken: without a window manager, focus may come a moment later."""
+        self.keys("ctrl+q")
+        end = time.monotonic() + WAIT_S
+        while self.process.poll() is None and time.monotonic() < end:
+            time.sleep(1.0)
+            if self.process.poll() is None:
+                self.keys("ctrl+q")
+
+    def closed(self) -> tuple[int, str]:
+        """Exit code, and what was said, once the process has ended."""
+        _, said = self.process.communicate(timeout=WAIT_S)
+        return self.process.returncode, said

@@ -1,0 +1,166 @@
+"""Exports from the window: real clicks, real processes, files as the command line writes them."""
+
+import json
+import signal
+import time
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from heatlens.commands.main import main
+from heatlens.gpu.textures import download
+from heatlens.model.boxes import Box
+from heatlens.model.settings import DefocusSettings, Quality
+from heatlens.plate.exr_read import read_parts
+from heatlens.plate.exr_write import write_exr
+from heatlens.ui.panels.export_panel import FRAME_KINDS, ExportWish, wish_for
+from heatlens.ui.panels.export_run import ExportState, _take
+from heatlens.ui.widgets import window_words
+from support.gui import Gui, gui_of
+from support.plates import room
+
+FRAMES = (1001, 1002, 1003)
+TALL = (1280, 1500)  # the whole panel is seen
+WAIT_S = 90.0  # a bound for what must come
+
+
+def written(folder: Path) -> Path:
+    """Three small plates; the pattern of their names."""
+    color, depth = room(48, 32)
+    box = Box(0, 0, 48, 32)
+    for number, frame in enumerate(FRAMES):
+        channels = {name: color[..., i] for i, name in enumerate("RGB")}
+        path = folder / f"room.{frame}.exr"
+        write_exr(path, channels | {"Z": depth * (1 + 0.1 * number)}, box, box)
+    return folder / "room.####.exr"
+
+
+@pytest.fixture
+def gui(session_context, tmp_path: Path) -> Iterator[Gui]:
+    draft = DefocusSettings(quality=Quality.DRAFT)
+    with gui_of(session_context, written(tmp_path), defocus=draft, size=TALL) as window:
+        window.do("Export...")
+        yield window
+
+
+def ended(gui: Gui) -> ExportState:
+    run, end = gui.app.filing.exporter.run, time.monotonic() + WAIT_S
+    while run.is_busy:
+        assert time.monotonic() < end, run.state
+        gui.frame()
+    gui.frame(2)
+    assert run.state is not None
+    return run.state
+
+
+def pixels(path: Path) -> np.ndarray:
+    ((_, channels),) = read_parts(path)
+    return np.stack([channels[name] for name in "RGB"], axis=-1)
+
+
+def test_frames_are_those_of_the_command_line(gui: Gui, tmp_path: Path, capsys) -> None:
+    exporter = gui.app.filing.exporter
+    assert exporter.wish.folder == str(tmp_path / "room_dof") and exporter.wish.name == "room"
+    gui.click(gui.middle("Export"))
+    state = ended(gui)
+    assert (state.code, state.done, state.frames) == (0, 3, 3)
+    assert gui.app.message.startswith("Done")
+    lens = gui.app.lens
+    words = ["--focal-length", lens.focal_length_mm, "--f-stop", lens.f_stop, "--quality", "draft"]
+    words += ["--sensor-width", lens.sensor_width_mm, "--focus-distance", lens.focus_distance_m]
+    for frame in FRAMES:
+        out = tmp_path / f"alone.{frame}.exr"
+        plate = tmp_path / f"room.{frame}.exr"
+        assert main(["render", str(plate), "-o", str(out), *map(str, words)]) == 0
+        assert np.array_equal(pixels(tmp_path / "room_dof" / f"room.{frame}.exr"), pixels(out))
+    capsys.readouterr()
+
+
+def test_the_lens_goes_out_as_a_camera(gui: Gui, tmp_path: Path) -> None:
+    exporter = gui.app.filing.exporter
+    exporter.wish = ExportWish(str(tmp_path), "cam", camera_kind="JSON")
+    gui.frame(2)
+    gui.click(gui.middle("Write camera"))
+    assert ended(gui).code == 0, gui.app.message
+    assert (
+        str(gui.app.lens.focal_length_mm).rstrip("0").rstrip(".")
+        in (tmp_path / "cam.json").read_text()
+    )
+    json.loads((tmp_path / "cam.json").read_text())
+
+
+def test_what_cannot_be_exported_is_said_in_red(gui: Gui, tmp_path: Path) -> None:
+    exporter = gui.app.filing.exporter
+    exporter.wish = ExportWish(str(tmp_path / "out"), "x", frames="2001-2010")
+    gui.frame(2)
+    gui.click(gui.middle("Export"))
+    state = ended(gui)
+    assert state.code == 2 and "2001" in state.said
+    assert gui.app.message == window_words(state.said)
+
+
+def test_a_stopped_export_leaves_whole_files(gui: Gui, tmp_path: Path) -> None:
+    exporter = gui.app.filing.exporter
+    gui.click(gui.middle("Export"))
+    exporter.run.cancel()
+    state = ended(gui)
+    assert state.code in (0, 128 + signal.SIGTERM, -signal.SIGTERM)
+    found = sorted((tmp_path / "room_dof").iterdir())
+    assert all(path.suffix == ".exr" and pixels(path).shape == (32, 48, 3) for path in found)
+
+
+def test_a_folder_that_cannot_be_made_is_said(gui: Gui, tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    exporter = gui.app.filing.exporter
+    exporter.wish = ExportWish(str(tmp_path / "file" / "below"), "x")
+    gui.frame(2)
+    gui.click(gui.middle("Export"))
+    assert "cannot be made" in gui.app.message
+    assert exporter.run.state is None
+
+
+@pytest.mark.parametrize("look", [{"gamma": 1.5}, {"input_space": "ACEScg"}, {}])
+def test_an_exported_picture_looks_as_it_does_here(gui: Gui, tmp_path: Path, look: dict) -> None:
+    gui.app.view = replace(gui.app.view, **look)
+    gui.settled()
+    exporter = gui.app.filing.exporter
+    exporter.wish = ExportWish(str(tmp_path / "out"), "x", "PNG, as it looks", frames="1001")
+    gui.frame(2)
+    gui.click(gui.middle("Export"))
+    assert ended(gui).code == 0, gui.app.message
+    light = download(gui.app.live.shown.texture)[..., :3]
+    stops = gui.app.view.exposure_stops + gui.app.lens.transmission_stops
+    seen = gui.app.color.transform.apply_cpu(light, stops, gui.app.view.gamma)
+    file = np.asarray(Image.open(tmp_path / "out" / "x.1001.png"), float)
+    assert np.abs(file - 255 * np.clip(seen, 0, 1)).max() <= 1.0
+
+
+def test_a_wish_is_words_for_the_command() -> None:
+    wish = wish_for(Path("/shots/bar.v2.1001.exr"))
+    assert wish.output == "/shots/bar_dof/bar.####.exr"
+    assert wish.words("sRGB", "ACES", 0.5) == []
+    assert wish_for(Path("/a/still.exr"), is_single=True).output == "/a/still_dof/still.exr"
+    for kind, suffix in FRAME_KINDS.items():
+        assert ExportWish("/a", "b", kind).output.endswith(suffix)
+    assert "--view" not in ExportWish("/a", "b", "ProRes movie").words("", "sRGB curve", 0.0)
+    look = ExportWish("/a", "b", "ProRes movie", "1-5", "film", burn_in=True)
+    assert look.output == "/a/b.mov"
+    assert look.words("sRGB", "ACES", 0.5) == [
+        *("--frames", "1-5", "--quality", "film", "--display", "sRGB", "--view", "ACES"),
+        *("--exposure=0.5", "--burn-in"),
+    ]
+
+
+def test_news_of_the_process_are_taken_and_other_lines_left() -> None:
+    state = ExportState("export")
+    for line in (
+        '{"event": "begin", "output": "x", "frames": 7}\n',
+        "out/x.exr\n",
+        '{"event": "frame", "frame": 3, "done": 2, "frames": 7, "seconds_left": 4.5}\n',
+    ):
+        _take(line, state)
+    assert (state.done, state.frames, state.left_s) == (2, 7, 4.5)

@@ -1,0 +1,51 @@
+"""The legend names the colours that the overlay draws, and its numbers are the lens's."""
+
+import numpy as np
+import pytest
+
+from heatlens.defocus.optics import Optics
+from heatlens.display.overlay_pass import OverlayPass
+from heatlens.gpu.textures import new_texture, upload
+from heatlens.model.view import Overlay
+from heatlens.plate.plate import DepthReport
+from heatlens.ui.picture.legend import entries
+
+COCS = np.array([[-40.0, -7.0, 0.0, 0.5, 6.0, 30.0]], np.float32)
+OPTICS = Optics(None, np.sort(COCS.ravel()).astype(np.float64))
+LIMITS = (-10.0, -1.0, 10.0)
+DEPTH = DepthReport("Z", "distance", "planar", "", 0.5, 8.0, 3, 0)
+
+
+def drawn(ctx, overlay: Overlay) -> np.ndarray:
+    """(6, 3) display colours of the six pixels."""
+    size = COCS.shape[::-1]
+    depth, out = new_texture(ctx, size, 1), ctx.texture(size, 4)
+    upload(depth, COCS)
+    OverlayPass(ctx).run(overlay, depth, OPTICS, 1.0, LIMITS, out)
+    return np.frombuffer(out.read(), np.uint8).reshape(-1, 4)[:, :3] / 255
+
+
+@pytest.mark.parametrize(
+    ("overlay", "of_entry"),
+    [
+        (Overlay.ZONES, {0: 0, 1: 2, 2: 5}),
+        (Overlay.COC, {0: 0, 1: 2}),
+        (Overlay.LAYERS, {0: 0, 1: 1, 2: 3, 3: 5}),
+        (Overlay.DEPTH, {0: 0, 1: 5}),
+        (Overlay.FOCUS_PLANE, {0: 2}),
+    ],
+)
+def test_colors_are_those_that_are_drawn(ctx, overlay, of_entry):
+    legend = entries(overlay, OPTICS, 1.0, LIMITS, DEPTH, "m")
+    assert len(legend) >= len(of_entry)
+    pixels = drawn(ctx, overlay)
+    for entry, pixel in of_entry.items():
+        assert legend[entry].color == pytest.approx(tuple(pixels[pixel]), abs=0.01)
+
+
+def test_numbers_are_those_of_lens_and_plate():
+    words = {o: [e.words for e in entries(o, OPTICS, 1.25, LIMITS, DEPTH, "ft")] for o in Overlay}
+    assert words[Overlay.COC] == ["nearest 40.0 px", "in focus, up to 1.2 px", "farthest 30.0 px"]
+    assert words[Overlay.DEPTH] == ["1'7.7\"", "infinity"]
+    assert words[Overlay.LAYERS] == ["up to -10 px", "-10 to -1 px", "-1 to +10 px", "from +10 px"]
+    assert words[Overlay.NONE] == []

@@ -1,0 +1,293 @@
+"""The start screen: what it offers, how it is chosen from, and that nothing needs a picture."""
+
+import json
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from imgui_bundle import imgui
+
+from heatlens.commands.main import main
+from heatlens.paths import data_dir
+from heatlens.ui.action_list import actions
+from heatlens.ui.app import Start
+from heatlens.ui.files.preferences import Preferences, Remembered
+from heatlens.ui.picture.stream_source import StreamSource
+from heatlens.ui.start.first_choice import kind_of
+from heatlens.ui.start.start_layout import lay_out
+from support.gui import Gui, gui_of
+from support.window_plates import LENS, QUICK, room_file
+
+K = imgui.Key
+STILL = str(data_dir("assets") / "still_life.exr")
+
+
+@pytest.fixture
+def begun(ctx):
+    """Begins windows without a plate; closed afterwards."""
+    made = []
+
+    def begin(preferences=None, size=(1280, 800), source="", **start):
+        before, context = imgui.get_current_context(), imgui.create_context()
+        imgui.set_current_context(context)
+        gui = Gui(ctx, Start(str(source), defocus=QUICK, **start), size, preferences)
+        made.append((gui, context, before))
+        gui.until(lambda: not gui.app.filing.is_looking, "the recent files")
+        gui.frame(3)
+        return gui
+
+    yield begin
+    for gui, context, before in reversed(made):
+        gui.close()
+        imgui.destroy_context(context)
+        if before is not None:
+            imgui.set_current_context(before)
+
+
+def remembered(*files: object) -> Preferences:
+    return Preferences(Remembered(recent=tuple(str(file) for file in files)))
+
+
+def titles(gui: Gui) -> list[str]:
+    return [card.title for card in gui.app.first.cards()]
+
+
+def choose(gui: Gui, how: str, row: int) -> None:
+    """By the mouse, the arrows or the digit."""
+    if how == "click":
+        gui.click(gui.middle(f"start {titles(gui)[row]}"))
+    elif how == "digit":
+        gui.key(getattr(K, f"_{row + 1}"))
+    else:
+        for _ in range(row):
+            gui.key(K.down_arrow)
+        gui.key(K.enter)
+
+
+HOWS = ["click", "digit", "arrows"]
+
+# What it offers
+
+
+def test_without_a_plate_it_offers_the_demo_the_still_life_and_a_file(begun):
+    gui = begun()
+    assert titles(gui) == ["Demo scene", "Still life", "Open ..."]
+    assert gui.app.stage.plate is None and gui.app.stage.opener.opening is None
+
+
+def test_recent_files_follow_as_far_as_they_are_there(begun, tmp_path):
+    plate, shot = room_file(tmp_path / "room.exr"), tmp_path / "a.heatlens.json"
+    shot.write_text(json.dumps({}))
+    gui = begun(remembered(plate, tmp_path / "gone.exr", STILL, shot))
+    found = [(card.title, card.kind, card.text) for card in gui.app.first.cards()[3:]]
+    assert found == [("room.exr", "Plate", str(plate)), (shot.name, "Shot", str(shot))]
+
+
+@pytest.mark.parametrize(
+    ("name", "kind"),
+    [
+        ("/a/b.exr", "Plate"),
+        ("/a/b.####.exr", "Sequence"),
+        ("/a/b.%04d.exr", "Sequence"),
+        ("/a/frames", "Sequence"),
+        ("/a/b.glb", "3D scene"),
+        ("/a/b.heatlens.json", "Shot"),
+    ],
+)
+def test_a_name_tells_what_a_file_is(name, kind):
+    assert kind_of(name) == kind
+
+
+# Choosing
+
+
+@pytest.mark.parametrize("how", HOWS)
+def test_the_demo_is_opened_as_the_option_opens_it(begun, small_demo, how):
+    gui = begun()
+    choose(gui, how, 0)
+    gui.opened()
+    assert gui.app.shot.source == "demo" and gui.app.has_scene
+    assert not gui.app.first.is_wanted
+    assert gui.app.filing.preferences.now.recent == ()  # it has a place of its own
+
+
+@pytest.mark.parametrize("how", HOWS)
+def test_a_recent_plate_is_opened(begun, tmp_path, how):
+    plates = [room_file(tmp_path / name) for name in ("a.exr", "b.exr")]
+    gui = begun(remembered(*plates))
+    choose(gui, how, 4)
+    gui.opened()
+    assert gui.app.shot.source == str(plates[1]) and gui.app.lens == LENS
+
+
+@pytest.mark.parametrize("how", HOWS)
+def test_a_file_is_asked_for(begun, how):
+    gui = begun()
+    choose(gui, how, 2)
+    gui.until(lambda: gui.app.filing.browser.is_open, "the dialog")
+    gui.key(K._1)  # of the dialog now
+    gui.key(K.escape)
+    gui.frame(3)
+    assert not gui.app.filing.browser.is_open
+    assert gui.app.first.is_wanted and gui.app.stage.opener.opening is None
+
+
+def test_a_dropped_file_is_opened(begun, tmp_path):
+    gui = begun()
+    gui.app.open(str(room_file(tmp_path / "room.exr")))
+    gui.opened()
+    assert not gui.app.first.is_wanted and gui.app.lens == LENS
+
+
+def test_what_cannot_be_opened_is_said_and_another_choice_can_be_made(begun, tmp_path):
+    broken, plate = tmp_path / "broken.exr", room_file(tmp_path / "room.exr")
+    broken.write_bytes(b"no exr")
+    gui = begun(remembered(broken, plate))
+    choose(gui, "digit", 3)
+    gui.until(lambda: "broken.exr" in gui.app.message, "the refusal")
+    assert gui.app.first.is_wanted
+    choose(gui, "digit", 4)
+    gui.opened()
+    assert gui.app.shot.source == str(plate)
+
+
+def test_a_plate_of_the_command_line_that_cannot_be_read_leads_here(begun, tmp_path):
+    broken = tmp_path / "broken.exr"
+    broken.write_bytes(b"no exr")
+    gui = begun(source=broken)
+    gui.until(lambda: gui.app.first.is_wanted, "the start screen")
+    assert "broken.exr" in gui.app.message
+
+
+def test_the_lens_of_the_command_line_is_for_what_is_opened_first(begun, tmp_path):
+    plates = [room_file(tmp_path / name) for name in ("a.exr", "b.exr")]
+    gui = begun(remembered(*plates), lens={"f_stop": 4.0})
+    choose(gui, "digit", 3)
+    gui.opened()
+    assert gui.app.lens.f_stop == 4.0
+    gui.open(plates[1])
+    assert gui.app.lens.f_stop == LENS.f_stop
+
+
+# Nothing is open
+
+
+def test_escape_and_keys_of_the_picture_do_nothing(begun):
+    gui = begun()
+    shot, view = gui.app.shot, gui.app.view
+    for key in (K.escape, K.k, K.space, K.left_bracket, K.d, K.f, K.m, K.up_arrow, K.left_arrow):
+        gui.key(key)
+    assert (gui.app.shot, gui.app.view) == (shot, view)
+    assert gui.app.first.is_wanted and gui.app.stage.opener.opening is None
+
+
+@pytest.mark.parametrize(
+    "action", [a for a in actions() if a.name not in ("Quit", "Open the demo")]
+)
+def test_every_command_can_be_given(gui_begun, action):
+    gui_begun.do(action.name)
+    for _ in range(2):
+        gui_begun.key(K.escape)
+    gui_begun.frame()
+    assert gui_begun.app.stage.plate is None
+
+
+@pytest.fixture(scope="module")
+def gui_begun(session_context):
+    """One for all commands."""
+    context = imgui.create_context()
+    imgui.set_current_context(context)
+    gui = Gui(session_context, Start("", defocus=QUICK), (640, 400))
+    yield gui
+    gui.close()
+    imgui.destroy_context(context)
+
+
+# Back to it
+
+
+def test_the_menu_leads_back_and_escape_to_the_picture_again(ctx, tmp_path):
+    with gui_of(ctx, room_file(tmp_path / "room.exr"), defocus=QUICK) as gui:
+        gui.settled()
+        seen, shot = gui.screenshot(), gui.app.shot
+        gui.do("Start screen...")
+        assert gui.app.first.is_wanted and "start Demo scene" in _drawn()
+        gui.key(K.escape)
+        gui.frame(3)
+        assert not gui.app.first.is_wanted and gui.app.shot == shot
+        assert abs(gui.screenshot().astype(int) - seen).max() <= 1
+
+
+def test_a_renderer_that_is_listened_to_can_be_chosen(begun):
+    stream = StreamSource("127.0.0.1", 0)
+    gui = begun(source=stream.text, stream=stream)
+    gui.do("Start screen...")
+    assert titles(gui)[3] == "Listen to a renderer"
+    choose(gui, "digit", 3)
+    gui.frame(2)
+    assert gui.app.stage.is_waiting and not gui.app.first.is_wanted
+
+
+def _drawn() -> dict:
+    from heatlens.ui.widgets import drawn_at
+
+    return drawn_at
+
+
+# How it looks
+
+
+@given(
+    st.integers(3, 4),
+    st.integers(0, 6),
+    st.tuples(st.floats(100, 3000), st.floats(280, 2000)),
+    st.sampled_from([12.0, 15.0]),
+)
+def test_nothing_overlaps_or_is_cut_off(cards, recent, room, em):
+    layout = lay_out(cards, recent, room, em)
+    first, others = layout.cards[:cards], layout.cards[cards:]
+    bands = [layout.head, *first, layout.hint, *others]
+    assert all(a.end <= b.y + 1e-6 for a, b in pairwise(bands))
+    assert layout.head.y >= 0 and bands[-1].end <= max(room[1], layout.hint.end)
+    assert layout.x >= 0 and layout.x + layout.width <= room[0] + 1e-6
+    assert layout.hint.end <= room[1] or room[1] < 26 * em
+
+
+@pytest.mark.parametrize("size", [(1280, 800), (1600, 900), (800, 500)])
+def test_cards_lie_inside_the_picture_and_six_recent_files_where_there_is_room(
+    begun, tmp_path, size
+):
+    files = [room_file(tmp_path / f"{name}.exr") for name in "abcdefgh"]
+    gui = begun(remembered(*files), size)
+    left, top, right, bottom = gui.rect("picture")
+    shown = [f"start {title}" for title in titles(gui)]
+    assert len(shown) == 9
+    rects = [_drawn()[name] for name in shown[: 9 if size[1] >= 800 else 6]]
+    for x0, y0, x1, y1 in rects:
+        assert left <= x0 < x1 <= right and top <= y0 < y1 <= bottom
+    assert len({(x0, x1) for x0, _, x1, _ in rects}) == 1  # one left edge, one right edge
+
+
+# From the command line
+
+
+def test_the_command_alone_names_no_plate(monkeypatch):
+    starts = []
+    monkeypatch.setattr("heatlens.ui.window.run_window", starts.append)
+    assert main([]) == 0 and main(["view", "--f-stop", "4"]) == 0
+    assert [start.source for start in starts] == ["", ""]
+    assert starts[1].lens == {"f_stop": 4.0}
+
+
+def test_an_empty_name_is_no_wish_for_the_start_screen(capsys, monkeypatch):
+    monkeypatch.setattr("heatlens.ui.window.run_window", lambda start: pytest.fail("a window"))
+    assert main(["view", ""]) == 2
+    assert "empty" in capsys.readouterr().err
+
+
+def test_pictures_on_the_cards_come_with_the_program(begun):
+    pictures = [card.picture for card in begun().app.first.cards() if card.picture]
+    assert len(pictures) == 2
+    assert all(Path(data_dir("assets") / name).is_file() for name in pictures)

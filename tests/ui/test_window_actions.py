@@ -1,0 +1,281 @@
+"""Everything that can be done, by menu and by key; the palette, the keys, and opening files."""
+
+import numpy as np
+import pytest
+from imgui_bundle import imgui
+
+from heatlens.gpu.textures import download
+from heatlens.model.view import Overlay
+from heatlens.ui.action_list import actions
+from heatlens.ui.actions import _CTRL, _SHIFT, Action
+from heatlens.ui.palette import matches
+from support.window_plates import BALL, POST, room_file
+
+K = imgui.Key
+ALL = actions()
+KEYED = [action for action in ALL if action.key is not None]
+
+
+def ids(action: Action) -> str:
+    return action.name
+
+
+def chosen(gui, action: Action) -> None:
+    """Choose it in its menu, by hand."""
+    gui.click(gui.middle(f"menu {action.menu}"))
+    gui.click(gui.middle(f"item {action.name}"))
+
+
+def keyed(gui, action: Action) -> None:
+    gui.key(action.key, ctrl=bool(action.mods & _CTRL), shift=bool(action.mods & _SHIFT))
+
+
+def closed(gui) -> None:
+    """Whatever it opened is closed again, as by hand."""
+    if gui.app.filing.browser.is_open:
+        gui.frame(3)
+        gui.key(K.escape)
+        gui.frame(2)
+        assert not gui.app.filing.browser.is_open
+    gui.key(K.escape)
+    gui.app.is_over = False
+
+
+def state(gui) -> tuple:
+    """All that an action can change and that is seen at once."""
+    app = gui.app
+    others = (app.shows_keys, app.is_over, app.filing.browser.is_open, app.stage.version)
+    return app.shot, app.view, dict(app.panels), *others
+
+
+@pytest.mark.parametrize("by", [chosen, keyed], ids=["menu", "key"])
+def test_every_action_can_be_done_twice(gui, small_demo, by):
+    """Nothing is raised, OpenGL has no error (each frame asks), and the picture comes back."""
+    gui.app.stage.open_reference(gui.app.stage.plate.path)
+    gui.until(lambda: gui.app.reference is not None, "the reference")
+    for action in ALL if by is chosen else KEYED:
+        for _ in range(2):
+            was_on = action.is_on and action.is_on(gui.app)
+            by(gui, action)
+            gui.until(lambda: not gui.app.stage.opener.opening, "the plate")
+            closed(gui)
+            assert action.is_on is None or action.is_on(gui.app) is not was_on, action.name
+    gui.settled()
+    assert gui.app.live.shown.shot == gui.app.shot
+
+
+def test_no_two_actions_share_a_name_or_a_key():
+    assert len({action.name for action in ALL}) == len(ALL)
+    assert len({(action.key, action.mods) for action in KEYED}) == len(KEYED)
+    assert len({action.shortcut for action in KEYED}) == len(KEYED)
+
+
+@pytest.mark.parametrize(
+    ("name", "shortcut"),
+    [("Undo", "Ctrl+Z"), ("Redo", "Ctrl+Shift+Z"), ("Keys", "?"), ("1:1", "1"), ("Zoom in", "+")],
+)
+def test_shortcuts_are_written_as_people_read_them(name, shortcut):
+    assert next(action for action in ALL if action.name == name).shortcut == shortcut
+
+
+@pytest.mark.parametrize("action", [a for a in KEYED if a.is_on is not None], ids=ids)
+def test_a_switch_switches_and_its_key_switches_back(gui, action):
+    gui.app.stage.open_reference(gui.app.stage.plate.path)
+    gui.until(lambda: gui.app.reference is not None, "the reference")
+    was = action.is_on(gui.app)
+    keyed(gui, action)
+    assert action.is_on(gui.app) is not was
+    keyed(gui, action)
+    assert action.is_on(gui.app) is was
+
+
+def test_a_plus_needs_shift_on_many_keyboards(gui):
+    zoom = gui.app.viewport.zoom
+    gui.key(K.equal, shift=True)
+    gui.frame()
+    assert gui.app.viewport.zoom == pytest.approx(2 * zoom)
+
+
+def test_a_key_with_other_modifiers_is_another_key(gui):
+    before = state(gui)
+    gui.key(K.d, ctrl=True)
+    gui.key(K.w, shift=True)
+    gui.key(K._1, ctrl=True, shift=True)
+    assert state(gui) == before
+
+
+def test_quit_ends_the_program(gui):
+    gui.key(K.q, ctrl=True)
+    assert gui.app.is_over
+
+
+def test_a_held_key_goes_on_where_that_is_wanted(gui):
+    before = 1 / gui.app.lens.focus_distance_m
+    gui.hold(K.left_bracket)
+    gui.frame(60)
+    gui.hold(K.left_bracket, False)
+    assert 1 / gui.app.lens.focus_distance_m > before + 5 * gui.app.histogram.most_dioptres / 250
+    gui.hold(K.d)
+    gui.frame(60)
+    gui.hold(K.d, False)
+    assert not gui.app.view.depth_of_field  # once
+
+
+# Palette and keys
+
+
+def test_the_palette_does_what_was_typed(gui):
+    gui.key(K.p, ctrl=True, shift=True)
+    gui.frame(3)
+    gui.type("far xyz")
+    gui.key(K.enter)  # nothing is called so: it waits for other words
+    for _ in range(3):
+        gui.key(K.backspace)
+    gui.type("near")
+    gui.key(K.enter)
+    gui.frame(3)
+    assert gui.app.view.overlay is Overlay.ZONES
+    assert not imgui.is_popup_open("", imgui.PopupFlags_.any_popup)
+
+
+@pytest.mark.parametrize(
+    ("words", "name"),
+    [("wip", "Wipe"), ("plane", "Plane in focus"), ("1:1", "1:1"), ("UNDO", "Undo")],
+)
+def test_few_letters_find_it(words, name):
+    assert next(action for action in ALL if matches(action, words)).name == name
+
+
+def test_every_action_is_found_by_its_name_in_any_order():
+    for action in ALL:
+        assert matches(action, " ".join(reversed(action.name.split())))
+
+
+def test_arrows_choose_in_the_palette_and_escape_does_nothing(gui):
+    before = state(gui)
+    gui.key(K.p, ctrl=True, shift=True)
+    gui.frame(3)
+    gui.type("overlay nothing is called so")
+    gui.key(K.enter)
+    gui.key(K.escape)
+    assert state(gui) == before
+    gui.key(K.p, ctrl=True, shift=True)
+    gui.frame(3)
+    gui.type("lens focus")
+    found = [action.name for action in ALL if matches(action, "lens focus")]
+    assert found[:3] == ["Focus nearer", "Focus farther", "Focus at infinity"]
+    for _ in range(2):
+        gui.key(K.down_arrow)
+    gui.key(K.enter)
+    gui.frame(2)
+    assert gui.app.lens.focus_distance_m == float("inf")
+
+
+def test_a_click_in_the_palette_does_it(gui):
+    gui.key(K.p, ctrl=True, shift=True)
+    gui.frame(3)
+    gui.type("feet")
+    gui.click(gui.middle("palette Metres or feet"))
+    assert gui.app.view.unit == "ft"
+    gui.key(K.d)  # closed: keys are keys again
+    assert not gui.app.view.depth_of_field
+
+
+def test_letters_in_the_palette_are_no_shortcuts(gui):
+    gui.key(K.p, ctrl=True, shift=True)
+    gui.frame(3)
+    before = state(gui)
+    for key in (K.d, K.w, K.z, K._1, K.left_bracket):
+        gui.key(key)
+    assert state(gui) == before
+
+
+def test_a_question_mark_shows_the_keys_and_hides_them(gui):
+    gui.key(K.slash, shift=True)
+    gui.frame(3)
+    assert gui.app.shows_keys
+    assert imgui.internal.find_window_by_name("Keys").active
+    gui.key(K.slash, shift=True)
+    gui.frame(3)
+    assert not gui.app.shows_keys
+    assert not imgui.internal.find_window_by_name("Keys").active
+
+
+# Opening
+
+
+def picture(gui) -> np.ndarray:
+    return download(gui.app.live.shown.texture)
+
+
+def test_another_plate_begins_another_shot(gui, tmp_path):
+    gui.click(gui.at_picture(POST[0] + 0.5, POST[1] + 0.5))
+    gui.rest()
+    gui.do("1:1")
+    other = room_file(tmp_path / "other.exr", 80, 50)
+    gui.open(other)
+    assert gui.app.shot.source == str(other)
+    assert gui.app.editing.history.past == ()
+    assert gui.app.view.zoom is None
+    assert picture(gui).shape[1::-1] == (80, 50)
+    gui.key(K.z, ctrl=True)
+    assert gui.app.shot.source == str(other)
+
+
+def test_reloading_keeps_the_shot_and_takes_the_new_picture(gui, tmp_path):
+    path = room_file(tmp_path / "again.exr")
+    gui.open(path)
+    gui.click(gui.at_picture(POST[0] + 0.5, POST[1] + 0.5))
+    gui.rest()
+    gui.settled()
+    shot, before = gui.app.shot, picture(gui)
+    room_file(path, 64, 96)
+    version = gui.app.stage.version
+    gui.key(K.r, ctrl=True)
+    gui.until(lambda: gui.app.stage.version > version, "the plate")
+    gui.settled()
+    assert gui.app.shot == shot
+    assert picture(gui).shape == (96, 64, 4) != before.shape
+
+
+def damaged(path):
+    path.write_bytes(room_file(path).read_bytes()[:900])
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        damaged,
+        lambda path: path.write_bytes(b""),
+        lambda path: path.write_text("no picture"),
+        lambda path: None,
+        lambda path: path.mkdir(),
+    ],
+    ids=["cut off", "empty", "no EXR", "missing", "folder"],
+)
+def test_what_cannot_be_read_is_said_and_the_last_picture_stays(gui, tmp_path, make):
+    gui.settled()
+    path = tmp_path / "damaged.exr"
+    make(path)
+    shot, before = gui.app.shot, picture(gui)
+    gui.app.open(str(path))
+    gui.until(lambda: gui.app.message, "a sentence")
+    gui.settled()
+    assert path.name in gui.app.message and gui.app.message.endswith(".")
+    assert "Traceback" not in gui.app.message
+    assert gui.app.shot == shot
+    np.testing.assert_array_equal(picture(gui), before)
+    gui.click(gui.at_picture(BALL[0] + 0.5, BALL[1] + 0.5))  # and goes on to be worked with
+    gui.click(gui.at_picture(POST[0] + 0.5, POST[1] + 0.5))
+    assert gui.app.lens != shot.lens
+
+
+def test_a_reference_that_cannot_be_read_is_said_and_the_one_before_stays(gui, tmp_path):
+    gui.app.stage.open_reference(gui.app.stage.plate.path)
+    gui.until(lambda: gui.app.reference is not None, "the reference")
+    before = gui.app.reference
+    gui.app.message = ""
+    gui.app.stage.open_reference(tmp_path / "nothing.exr")
+    gui.until(lambda: gui.app.message, "a sentence")
+    assert "nothing.exr" in gui.app.message
+    assert gui.app.reference is before

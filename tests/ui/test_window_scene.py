@@ -1,0 +1,218 @@
+"""A scene in the window: the hand on its camera, its keys, its objects, and the true pictures."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import moderngl
+import numpy as np
+import pytest
+from imgui_bundle import imgui
+
+from heatlens.gpu.textures import download
+from heatlens.model.framing import Pose
+from heatlens.model.marks import ObjectMark
+from heatlens.model.orbit import pivot_of
+from heatlens.model.settings import Method
+from heatlens.model.view import Against, Compare
+from heatlens.render import FrameRenderer
+from heatlens.scene.scene_read import read_scene
+from heatlens.ui.side_words import mouse_words
+from support.gui import Gui, gui_of
+from support.scene_window import as_opened, middle, whole, write_scene
+from support.window_plates import QUICK
+
+LEFT, RIGHT = 0, 1
+
+
+@pytest.fixture(scope="module")
+def window(session_context: moderngl.Context, tmp_path_factory) -> Iterator[Gui]:
+    scene = write_scene(tmp_path_factory.mktemp("scene") / "scene.glb")
+    with gui_of(session_context, scene, defocus=QUICK) as gui:
+        yield gui
+
+
+@pytest.fixture
+def scene_gui(ctx: moderngl.Context, window: Gui) -> Gui:
+    return as_opened(window)
+
+
+def aside(gui: Gui) -> tuple[float, float]:
+    x, y = middle(gui)
+    return x + 60, y + 20
+
+
+def pose(gui: Gui) -> Pose:
+    return gui.app.scenes.pose
+
+
+def test_the_tab_of_the_scene_comes_with_it_and_all_five_fit(scene_gui):
+    scene, look = (imgui.internal.find_window_by_name(name) for name in ("Scene", "Look"))
+    assert scene.dock_id == look.dock_id
+    bar = scene.dock_node.tab_bar
+    assert bar.tabs.size() == 5 and bar.width_all_tabs <= bar.bar_rect.get_width()
+
+
+def test_a_scene_shows_its_first_cameras_picture(scene_gui):
+    app = scene_gui.app
+    assert app.scenes.framing.camera == "main" and app.message == ""
+    plate = app.stage.plate
+    assert plate.color.shape == (54, 96, 4) and np.ptp(plate.color) > 0.1
+    assert plate.depth_m[27, 48] == pytest.approx(3.0, rel=1e-5)
+
+
+def test_the_right_button_orbits_round_what_is_in_focus_and_undo_comes_back(scene_gui):
+    before, focus = pose(scene_gui), scene_gui.app.lens.focus_distance_m
+    pivot = pivot_of(before, focus)
+    scene_gui.drag(middle(scene_gui), aside(scene_gui), RIGHT)
+    after = pose(scene_gui)
+    assert np.linalg.norm(np.subtract(after.position_m, before.position_m)) > 0.1
+    np.testing.assert_allclose(pivot_of(after, focus), pivot, atol=1e-6)
+    assert after.position_m[0] < before.position_m[0]  # the scene follows the hand
+    scene_gui.rest()
+    scene_gui.app.undo()
+    scene_gui.frame(2)
+    assert pose(scene_gui) == before and scene_gui.app.scenes.framing.track is None
+
+
+def test_a_right_click_that_does_not_move_leaves_the_scenes_camera(scene_gui):
+    shot = scene_gui.app.shot
+    scene_gui.click(middle(scene_gui), RIGHT)
+    assert scene_gui.app.shot == shot
+
+
+def test_a_picture_drawn_small_while_it_moves_stays_as_large_on_the_screen(scene_gui, monkeypatch):
+    app = scene_gui.app
+    large = replace(app.scenes.framing, width_px=960, height_px=540)
+    app.editing.do(replace(app.shot, framing=large))
+    app.view = replace(app.view, zoom=1.0)
+    whole(scene_gui)
+    shape, before = app.picture_shape, app.viewport.geometry
+    monkeypatch.setattr("heatlens.ui.picture.scene_sight._BUDGET_S", 0.0)
+    monkeypatch.setattr("heatlens.ui.picture.scene_sight._REST_S", 60.0)
+    scene_gui.press(middle(scene_gui), RIGHT)
+    x, y = middle(scene_gui)
+    scene_gui.move((x + 20.0, y))
+    scene_gui.frame()
+    assert app.stage.plate.display_window.width < 960  # it is drawn small ...
+    assert (app.picture_shape, app.viewport.geometry) == (shape, before)  # and seen large
+    assert app.stage.plate_px(app.shot, (959, 539))[0] < app.stage.plate.display_window.width
+    scene_gui.release(RIGHT)
+
+
+def test_control_and_the_right_button_go_aside(scene_gui):
+    before = pose(scene_gui)
+    scene_gui.hold(imgui.Key.mod_ctrl)
+    scene_gui.drag(middle(scene_gui), aside(scene_gui), RIGHT)
+    scene_gui.hold(imgui.Key.mod_ctrl, False)
+    after = pose(scene_gui)
+    np.testing.assert_allclose(after.turn, before.turn, atol=1e-9)
+    by = before.turn.T @ np.subtract(after.position_m, before.position_m)
+    assert by[0] < 0 and by[1] > 0 and by[2] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_control_and_the_wheel_go_nearer_and_zoom_nothing(scene_gui):
+    before, zoom = pose(scene_gui), scene_gui.app.viewport.zoom
+    scene_gui.hold(imgui.Key.mod_ctrl)
+    scene_gui.wheel(middle(scene_gui), 1)
+    scene_gui.hold(imgui.Key.mod_ctrl, False)
+    by = before.turn.T @ np.subtract(pose(scene_gui).position_m, before.position_m)
+    np.testing.assert_allclose(by[:2], 0, atol=1e-9)
+    assert by[2] < -0.05
+    whole(scene_gui)
+    assert scene_gui.app.viewport.zoom == zoom
+
+
+def test_the_status_bar_tells_what_the_right_button_does_in_a_scene(scene_gui):
+    text = scene_gui.screen.status.words(None)  # the pointer is beside the picture
+    assert "Right drag orbits" in text and "Ctrl+wheel" in text and "? shows the keys" in text
+    assert "Right drag" not in mouse_words(has_camera=False)
+
+
+def test_the_left_button_focuses_on_what_is_under_it(scene_gui):
+    scene_gui.click(middle(scene_gui), LEFT)
+    assert scene_gui.app.lens.focus_distance_m == pytest.approx(3.0, rel=1e-5)
+
+
+def test_the_camera_goes_through_its_keys(scene_gui):
+    app, scenes = scene_gui.app, scene_gui.app.scenes
+    first, last = app.shot.played.first, app.shot.played.last
+    scenes.set_key()
+    start = pose(scene_gui)
+    app.timeline.go(last)
+    scene_gui.frame(2)
+    scenes.set_key()
+    scene_gui.drag(middle(scene_gui), aside(scene_gui), RIGHT)
+    end = pose(scene_gui)
+    assert scenes.key_frames == (first, last)
+    app.timeline.go((first + last) // 2)
+    scene_gui.frame(2)
+    between = np.array(pose(scene_gui).position_m)
+    assert np.linalg.norm(between - start.position_m) > 0.01
+    assert np.linalg.norm(between - end.position_m) > 0.01
+    app.timeline.go(last)
+    scene_gui.frame(2)
+    imgui.set_window_focus("Scene")
+    scene_gui.frame(2)  # the panel tells of the keys
+    scene_gui.click(scene_gui.middle("delete camera key"))
+    assert scenes.key_frames == (first,) and pose(scene_gui) == start
+
+
+def test_another_camera_brings_its_angle(scene_gui):
+    before = scene_gui.app.lens.focal_length_mm
+    scene_gui.app.scenes.look_through("side")
+    scene_gui.frame(2)
+    assert pose(scene_gui).position_m[0] == pytest.approx(1.5)
+    assert scene_gui.app.lens.focal_length_mm > before
+
+
+def test_what_is_framed_comes_to_the_middle_and_other_scenes_names_are_told(scene_gui):
+    scenes = scene_gui.app.scenes
+    scenes.look_through("side")
+    scenes.selected = "near"
+    scenes.frame_selected()
+    seen = pose(scene_gui).world_to_camera @ (0, 0, 0, 1)
+    np.testing.assert_allclose(seen[:2], 0, atol=1e-6)
+    before, scenes.selected = pose(scene_gui), "of another scene"
+    scenes.frame_selected()
+    assert pose(scene_gui) == before and "of another scene" in scene_gui.app.message
+
+
+def test_a_mark_on_an_object_goes_with_it(scene_gui):
+    app = scene_gui.app
+    app.scenes.mark("near")
+    (mark,) = app.shot.marks
+    assert isinstance(mark, ObjectMark)
+    ends = [app.scenes.object_m("near", f) for f in (app.shot.played.first, app.shot.played.last)]
+    assert ends == pytest.approx([3.0, 5.0], abs=0.1)
+    app.scenes.focus_on("near")
+    assert app.lens.focus_distance_m == pytest.approx(ends[0])
+
+
+@pytest.mark.parametrize("method", [m for m in Method if m.needs_scene])
+def test_a_and_b_are_what_the_renderer_makes_alone(scene_gui, method, renderer: FrameRenderer):
+    app = scene_gui.app
+    true = replace(QUICK, method=method, views=8)
+    renderer.load_scene(read_scene(Path(app.shot.source)))
+    expected = renderer.pixels(replace(app.shot, defocus=true), app.editing.frame)
+    app.edit(replace(app.shot, defocus=true))
+    whole(scene_gui)
+    np.testing.assert_array_equal(download(app.live.shown.texture), expected)
+    app.edit(replace(app.shot, defocus=replace(QUICK, views=8)))
+    against = {"compare": Compare.WIPE, "against": Against.METHOD, "b_method": method}
+    app.view = replace(app.view, **against)
+    scene_gui.frame()
+    whole(scene_gui)
+    shown = app.sides.of_method(app.view)
+    np.testing.assert_array_equal(download(shown.texture), expected)
+
+
+def test_a_damaged_scene_leaves_what_is_open(scene_gui, tmp_path):
+    bad = tmp_path / "bad.glb"
+    bad.write_bytes(b"glTF" + b"\0" * 60)
+    app = scene_gui.app
+    shot, plate = app.shot, app.stage.plate
+    app.open(str(bad))
+    scene_gui.until(lambda: app.message, "a sentence")
+    assert "bad.glb" in app.message
+    assert app.shot == shot and app.stage.plate is plate

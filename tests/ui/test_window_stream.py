@@ -1,0 +1,211 @@
+"""A window that listens: a renderer's frame appears, is refined, and nothing it sends ends it."""
+
+import argparse
+import socket
+from contextlib import contextmanager
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from imgui_bundle import imgui
+from tevclient import Ipc
+
+from heatlens.commands import view
+from heatlens.errors import InputError
+from heatlens.gpu.textures import download
+from heatlens.model.plate_options import PlateOptions
+from heatlens.plate.exr_read import read_parts
+from heatlens.render import FrameRenderer
+from heatlens.ui.app import Start
+from heatlens.ui.picture.stream_source import NO_FILES, StreamSource
+from support.gui import Gui
+from support.plates import room
+from support.tev_peers import CHANNELS, packet
+from support.window_plates import LENS, QUICK, room_file
+
+WIDTH, HEIGHT = 48, 32
+GIVEN = {
+    "focal_length_mm": LENS.focal_length_mm,
+    "f_stop": LENS.f_stop,
+    "focus_distance_m": LENS.focus_distance_m,
+    "sensor_width_mm": LENS.sensor_width_mm,
+}
+
+
+@contextmanager
+def listening(ctx, options=PlateOptions(), lens=GIVEN):  # noqa: B008
+    """A window that waits for a renderer, with an ImGui of its own."""
+    before, context = imgui.get_current_context(), imgui.create_context()
+    imgui.set_current_context(context)
+    stream = StreamSource("127.0.0.1", 0)
+    gui = Gui(ctx, Start(stream.text, options, lens, QUICK, stream=stream))
+    try:
+        gui.frame(3)
+        yield gui
+    finally:
+        gui.close()
+        imgui.destroy_context(context)
+        if before is not None:
+            imgui.set_current_context(before)
+
+
+def address(gui):
+    host, port = gui.app.stage.stream.address.rsplit(":", 1)
+    return host, int(port)
+
+
+def frame_of_room(width=WIDTH, height=HEIGHT):
+    """(H, W, 4): its colours and its distances."""
+    color, depth = room(width, height)
+    return np.ascontiguousarray(np.dstack([color[..., :3], depth]).astype(np.float32))
+
+
+def sent(gui, values, name="beauty", channels=CHANNELS, creates=True):
+    """By the real client; frames of the window until it is on the GPU."""
+    before = gui.app.stage.version
+    with Ipc(*address(gui)) as client:
+        if creates:
+            client.create_image(name, values.shape[1], values.shape[0], list(channels))
+        client.update_image(name, values, list(channels))
+    gui.until(lambda: gui.app.stage.version > before, "the frame")
+
+
+def shows(gui, values):
+    """The whole picture is the one that the renderer makes of these values."""
+
+    def is_it():
+        plate = gui.app.stage.plate
+        return plate is not None and np.array_equal(plate.color[..., :3], values[..., :3])
+
+    gui.until(is_it, "the frame as it was sent")
+    gui.settled()
+    own = FrameRenderer(gui.ctx)
+    own.load(gui.app.stage.plate)
+    found = download(gui.app.live.shown.texture)
+    np.testing.assert_array_equal(found, own.pixels(gui.app.shot))
+    np.testing.assert_array_equal(gui.app.stage.plate.depth_m, values[..., 3])
+
+
+def test_a_frame_appears_and_is_refined_under_the_same_lens(ctx):
+    values = frame_of_room()
+    with listening(ctx) as gui:
+        stream = gui.app.stage.stream
+        assert stream.words == f"Listening on {stream.address} ..." and gui.app.stage.is_waiting
+        sent(gui, values)
+        shows(gui, values)
+        assert gui.app.shot.source == stream.text == f"tev://{stream.address}"
+        assert gui.app.lens == LENS and not gui.app.stage.is_waiting
+        gui.app.edit_lens(replace(gui.app.lens, f_stop=4.0))
+        gui.app.timeline.marks.set_point((3, 5))
+        shot = gui.app.shot
+        refined = values * np.float32([0.5, 0.5, 2, 1])
+        sent(gui, refined, creates=False)
+        shows(gui, refined)
+        another = frame_of_room(30, 40)
+        sent(gui, another, "next frame")
+        shows(gui, another)
+        assert gui.app.shot == shot and shot.marks
+
+
+def test_a_packet_that_makes_no_sense_is_counted_and_the_window_stays(ctx):
+    values = frame_of_room()
+    with listening(ctx) as gui:
+        stream = gui.app.stage.stream
+        for data in (packet(99, "x"), packet(0, True, "/etc/hostname")):
+            with socket.create_connection(address(gui)) as connection:
+                connection.sendall(data)
+        gui.until(lambda: "dropped: 1, refused: 1." in stream.words, "the count")
+        gui.frame(2)
+        assert gui.app.stage.plate is None
+        sent(gui, values)
+        shows(gui, values)
+
+
+def test_a_depth_that_cannot_be_read_is_said_and_read_as_it_is_told_then(ctx):
+    values = frame_of_room()
+    values[..., 3] = np.linspace(0.1, 0.9, WIDTH, dtype=np.float32)
+    options = PlateOptions(depth_convention="distance", scene_unit_m=10.0)
+    with listening(ctx, options) as gui:
+        sent(gui, values)
+        gui.until(lambda: gui.app.live.shown is not None, "a picture")
+        assert gui.app.shot.plate_options == options
+        far_m = gui.app.stage.plate.depth.far_m
+        gui.app.filing.reading.change(replace(options, scene_unit_m=20.0))
+        gui.until(lambda: gui.app.stage.plate.depth.far_m == 2 * far_m, "twice as far")
+        gui.rest()
+        gui.app.undo()
+        gui.until(lambda: gui.app.stage.plate.depth.far_m == far_m, "as far as before")
+        gui.app.filing.reading.change(PlateOptions())
+        gui.until(lambda: "--depth-convention" in gui.app.stage.stream.problem, "a sentence")
+        assert gui.app.stage.plate is not None
+        gui.screenshot()
+
+
+def test_the_picture_is_saved_and_what_needs_files_says_so(ctx, tmp_path):
+    values = frame_of_room()
+    with listening(ctx) as gui:
+        sent(gui, values)
+        shows(gui, values)
+        gui.app.filing.saver.ask(gui.app.shot.source, gui.app.editing.frame, tmp_path / "a.exr")
+        gui.until(lambda: gui.app.message.startswith("Saved"), "the file")
+        saved = read_parts(tmp_path / "a.exr")[0][1]
+        found = download(gui.app.live.shown.texture)
+        for i, name in enumerate("RGB"):
+            np.testing.assert_allclose(saved[name], found[..., i], rtol=2e-3)  # of half floats
+        for name in ("Reload", "Export...", "Save shot"):
+            gui.app.message = ""
+            gui.do(name)
+            assert gui.app.message == NO_FILES, name
+
+
+def test_a_file_takes_the_place_of_the_stream_until_it_is_returned_to(ctx, tmp_path):
+    values = frame_of_room()
+    with listening(ctx) as gui:
+        stream = gui.app.stage.stream
+        sent(gui, values)
+        shows(gui, values)
+        gui.open(room_file(tmp_path / "room.exr"))
+        version = gui.app.stage.version
+        with Ipc(*address(gui)) as client:
+            client.update_image("beauty", 2 * values[..., :3], list("RGB"))
+        gui.frame(10)
+        assert gui.app.stage.version == version and not gui.app.stage.is_streaming
+        gui.app.filing.find_recent()
+        gui.until(lambda: stream.text in gui.app.filing.recent, "the stream among recent files")
+        gui.open(stream.text)
+        shows(gui, values * np.float32([2, 2, 2, 1]))
+        assert gui.app.shot.source == stream.text
+        assert stream.text not in " ".join(gui.app.filing.preferences.now.recent)
+
+
+def parsed(*words):
+    parser = argparse.ArgumentParser()
+    view.register(parser.add_subparsers())
+    return parser.parse_args(["view", *words])
+
+
+def test_an_address_that_is_taken_or_nonsense_is_said_before_a_window_opens(monkeypatch):
+    monkeypatch.setattr("heatlens.ui.window.run_window", lambda start: pytest.fail("a window"))
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = str(taken.getsockname()[1])
+        with pytest.raises(InputError, match=f"Cannot listen on 127.0.0.1:{port}"):
+            view.run(parsed("--listen", port))
+    with pytest.raises(InputError, match="no address to listen on"):
+        view.run(parsed("--listen", "here"))
+    with pytest.raises(InputError, match=r"leave plate\.exr out"):
+        view.run(parsed("plate.exr", "--listen"))
+
+
+def test_the_port_is_free_again_when_the_window_has_closed(monkeypatch):
+    seen = []
+
+    def window(start):
+        seen.append(start.stream.address)
+        with pytest.raises(InputError):
+            StreamSource("127.0.0.1", int(start.stream.address.rsplit(":", 1)[1]))
+
+    monkeypatch.setattr("heatlens.ui.window.run_window", window)
+    assert view.run(parsed("--listen", "127.0.0.1:0")) == 0
+    host, port = seen[0].rsplit(":", 1)
+    StreamSource(host, int(port)).close()
+    assert parsed("--listen").listen == "14158"
