@@ -12,7 +12,6 @@ from heatlens.model.shot import Shot
 from support.lamps import DIM, HALF_ROUNDING, KINDS, LAMP, SIZE, grey_for, point_plate, through
 from support.plates import FAR_M, FOCUS_M, NEAR_M, Image, lens_blurring, moments, plate_of, room
 
-
 # A constant stays constant
 
 
