@@ -12,13 +12,13 @@ import tempfile
 import threading
 import time
 import traceback
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from heatlens import __version__
 from heatlens.errors import FaultError, HeatlensError, InputError
-from heatlens.paths import home_dir
+from heatlens.folders import reports_dir
 from heatlens.printable import printable
 
 _KEPT = 20  # reports in the folder; older ones go
@@ -84,21 +84,9 @@ def _of_thread(args: threading.ExceptHookArgs) -> None:
         write_report(args.exc_value)
 
 
-def report_folder(environ: Mapping[str, str], system: str = sys.platform) -> Path:
-    """Return where reports are kept: as the system wants it, or where HEATLENS_LOG_DIR says."""
-    if environ.get("HEATLENS_LOG_DIR"):
-        return Path(environ["HEATLENS_LOG_DIR"])
-    home = home_dir()
-    if system == "darwin":
-        return home / "Library" / "Logs" / "heatlens"
-    if system == "win32":
-        return Path(environ.get("LOCALAPPDATA") or home / "AppData" / "Local") / "heatlens" / "Logs"
-    return Path(environ.get("XDG_STATE_HOME") or home / ".local" / "state") / "heatlens"
-
-
 def _in_a_file(text: str) -> Path | None:
     """A new file in the folder of reports, or where that cannot be, among temporary files."""
-    for folder in (report_folder(os.environ), Path(tempfile.gettempdir())):
+    for folder in (reports_dir(), Path(tempfile.gettempdir())):
         with suppress(OSError):
             folder.mkdir(parents=True, exist_ok=True)
             begin = time.strftime("fault-%Y%m%d-%H%M%S-")

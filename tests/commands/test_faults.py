@@ -18,7 +18,6 @@ from heatlens.documents.shot_file import autosave_path, read_shot, write_shot
 from heatlens.errors import FaultError, InputError
 from heatlens.faults import (
     faults_told,
-    report_folder,
     report_from_threads,
     told_error,
     write_report,
@@ -91,20 +90,6 @@ def test_without_a_place_for_reports_the_sentence_says_so(monkeypatch, tmp_path,
     monkeypatch.setattr(faults.tempfile, "gettempdir", lambda: str(tmp_path / "file"))
     with pytest.raises(FaultError, match="No report could be written"), faults_told():
         broken()
-
-
-@pytest.mark.parametrize(
-    ("system", "environ", "end"),
-    [
-        ("linux", {"XDG_STATE_HOME": "/s"}, "/s/heatlens"),
-        ("linux", {}, "/.local/state/heatlens"),
-        ("darwin", {}, "/Library/Logs/heatlens"),
-        ("win32", {"LOCALAPPDATA": "/l"}, "/l/heatlens/Logs"),
-        ("linux", {"HEATLENS_LOG_DIR": "/mine"}, "/mine"),
-    ],
-)
-def test_reports_lie_where_the_system_keeps_such_things(system, environ, end):
-    assert report_folder(environ, system).as_posix().endswith(end)
 
 
 def test_a_command_ends_in_one_line_and_70(reports, monkeypatch, capsys, expects_faults):

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from heatlens.model.boxes import Box
-from heatlens.rendered_frames.disk_store import DiskStore, frames_dir
+from heatlens.rendered_frames.disk_store import DiskStore
 from heatlens.rendered_frames.frame_store import FrameStore
 from heatlens.rendered_frames.kept_picture import (
     KeptPicture,
@@ -221,15 +221,3 @@ def test_capacity_is_that_of_the_larger_one():
     assert FrameStore(memory).capacity(one) == 3
     both = FrameStore(memory, DiskStore(Path("unused"), 10 * (one + 4096)))
     assert both.capacity(one) == 10
-
-
-@pytest.mark.parametrize(
-    ("environ", "platform", "expected"),
-    [
-        ({"HEATLENS_CACHE_DIR": "/c"}, "linux", "/c/frames"),
-        ({"XDG_CACHE_HOME": "/x"}, "linux", "/x/heatlens/frames"),
-        ({"LOCALAPPDATA": "/l"}, "win32", "/l/heatlens/Cache/frames"),
-    ],
-)
-def test_where_the_folder_is(environ, platform, expected):
-    assert frames_dir(environ, platform) == Path(expected)

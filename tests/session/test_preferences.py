@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from heatlens.errors import InputError
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.view import ViewState
-from heatlens.ui.files.preferences import FILE_NAME, Preferences, Remembered, config_dir
+from heatlens.ui.files.preferences import FILE_NAME, Preferences, Remembered
 from heatlens.ui.layout import lists_all
 from heatlens.ui.timeline.playback import Ending
 from support.exr_files import rgb, write_file
@@ -148,25 +148,6 @@ def test_where_nothing_can_be_written_it_is_said_once(tmp_path):
         preferences.save()
     preferences.opened("b.exr")
     preferences.save()
-
-
-SYSTEMS = [
-    ({"HEATLENS_CONFIG_DIR": "/c", "XDG_CONFIG_HOME": "/x"}, "linux", "/c"),
-    ({"XDG_CONFIG_HOME": "/x"}, "linux", "/x/heatlens"),
-    ({"XDG_CONFIG_HOME": ""}, "linux", "~/.config/heatlens"),
-    ({}, "darwin", "~/Library/Application Support/heatlens"),
-    ({"APPDATA": "/roaming"}, "win32", "/roaming/heatlens"),
-]
-
-
-@pytest.mark.parametrize(("environ", "platform", "folder"), SYSTEMS)
-def test_where_the_system_keeps_them(environ, platform, folder):
-    assert config_dir(environ, platform) == Path(folder).expanduser()
-
-
-def test_a_user_without_a_home_keeps_nothing_and_is_told(monkeypatch):
-    monkeypatch.setattr("heatlens.paths.os.path.expanduser", lambda text: text)
-    assert config_dir({}, "linux") == Path("/.config/heatlens")
 
 
 # What is remembered

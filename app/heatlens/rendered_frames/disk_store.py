@@ -13,7 +13,6 @@ from pathlib import Path
 
 from heatlens.errors import InputError
 from heatlens.files.atomic_file import remove_leftovers, replacing
-from heatlens.paths import home_dir
 from heatlens.rendered_frames.kept_picture import KeptPicture, decoded, encoded
 
 DEFAULT_BYTES = 4 << 30
@@ -127,21 +126,3 @@ class DiskStore:
                         status = entry.stat()
                         found[match[1]] = status.st_mtime_ns, status.st_size
         return found
-
-
-def frames_dir(environ: Mapping[str, str], platform: str) -> Path:
-    """Return the folder for rendered frames: where the system has what can be made again, or
-    where HEATLENS_CACHE_DIR says."""
-    return _cache_dir(environ, platform) / "frames"
-
-
-def _cache_dir(environ: Mapping[str, str], platform: str) -> Path:
-    if environ.get("HEATLENS_CACHE_DIR"):
-        return Path(environ["HEATLENS_CACHE_DIR"])
-    home = home_dir()
-    if platform == "darwin":
-        return home / "Library" / "Caches" / "heatlens"
-    if platform == "win32":
-        local = environ.get("LOCALAPPDATA")
-        return Path(local or home / "AppData" / "Local") / "heatlens" / "Cache"
-    return Path(environ.get("XDG_CACHE_HOME") or home / ".cache") / "heatlens"

@@ -1,8 +1,6 @@
 """The GLFW window and its loop: nothing is drawn when nothing happened."""
 
 import ctypes
-import os
-import sys
 import time
 from collections.abc import Callable
 from typing import Any
@@ -13,12 +11,12 @@ import glfw  # isort: skip
 import moderngl
 
 from heatlens.errors import NoWindowError
+from heatlens.folders import preferences_dir, rendered_frames_dir
 from heatlens.printable import printable
-from heatlens.rendered_frames.disk_store import frames_dir
 from heatlens.ui import theme
 from heatlens.ui.app import App, Start
 from heatlens.ui.files.dropped import open_dropped
-from heatlens.ui.files.preferences import WINDOW_LEAST, Preferences, Remembered, config_dir
+from heatlens.ui.files.preferences import WINDOW_LEAST, Preferences, Remembered
 from heatlens.ui.layout import restore_layout
 from heatlens.ui.screen import Screen
 from heatlens.ui.stop_signals import StopSignals
@@ -39,7 +37,7 @@ def run_window(start: Start) -> None:
 
     Raises NoWindowError where there can be none, and Stopped when Ctrl-C in the terminal closed it.
     """
-    preferences = Preferences.load(config_dir(os.environ))
+    preferences = Preferences.load(preferences_dir())
     window = _open_window(preferences.now)
     try:
         loop = Loop(window, start, preferences)
@@ -101,7 +99,7 @@ class Loop:
         imgui.create_context()
         self._watch_events()
         self._start_imgui()
-        folder = frames_dir(os.environ, sys.platform)
+        folder = rendered_frames_dir()
         self._app = App(self._ctx, start, glfw.post_empty_event, preferences, folder)
         restore_layout(self._app, preferences.now.layout)
         self._screen = Screen(self._app)

@@ -2,7 +2,6 @@
 
 import json
 import os
-import sys
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
@@ -13,7 +12,6 @@ from heatlens.errors import InputError
 from heatlens.files.atomic_file import write_whole
 from heatlens.files.json_record import JsonEntry, read_json, record_to_json
 from heatlens.model.plate_options import PlateOptions
-from heatlens.paths import home_dir
 from heatlens.ui.timeline.playback import Ending
 
 FILE_NAME = "preferences.json"
@@ -131,18 +129,6 @@ class Preferences:
 def absolute(text: str) -> str:
     """A path or a pattern from the root on, links as they are."""
     return os.path.abspath(os.path.expanduser(text))
-
-
-def config_dir(environ: Mapping[str, str], platform: str = sys.platform) -> Path:
-    """Where preferences are kept: as the system wants it, or where HEATLENS_CONFIG_DIR says."""
-    if environ.get("HEATLENS_CONFIG_DIR"):
-        return Path(environ["HEATLENS_CONFIG_DIR"])
-    home = home_dir()
-    if platform == "darwin":
-        return home / "Library" / "Application Support" / "heatlens"
-    if platform == "win32":
-        return Path(environ.get("APPDATA") or home / "AppData" / "Roaming") / "heatlens"
-    return Path(environ.get("XDG_CONFIG_HOME") or home / ".config") / "heatlens"
 
 
 def _entries(now: Remembered) -> dict[str, Any]:

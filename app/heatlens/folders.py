@@ -1,0 +1,58 @@
+"""The folders of the user where heatlens keeps its own files: preferences, cache and reports.
+
+`platformdirs` knows the places of each system. An environment variable overrules each of them:
+HEATLENS_CONFIG_DIR, HEATLENS_CACHE_DIR and HEATLENS_LOG_DIR.
+"""
+
+import os
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+from platformdirs import PlatformDirs
+from platformdirs.api import PlatformDirsABC
+
+from heatlens.paths import home_dir
+
+_NAME = "heatlens"
+_IS_LINUX = sys.platform.startswith("linux")
+
+
+def preferences_dir(system: type[PlatformDirsABC] = PlatformDirs) -> Path:
+    """Return the folder of the preferences; on Linux `~/.config/heatlens`.
+
+    `system` is the class that knows the folders of a system, for tests of the other ones.
+    """
+    dirs = system(_NAME, appauthor=False, roaming=True)
+    return _chosen("HEATLENS_CONFIG_DIR", lambda: dirs.user_config_dir)
+
+
+def rendered_frames_dir(system: type[PlatformDirsABC] = PlatformDirs) -> Path:
+    """Return the folder of the rendered frames, in the cache; on Linux `~/.cache/heatlens/frames`.
+
+    `system` is the class that knows the folders of a system, for tests of the other ones.
+    """
+    dirs = system(_NAME, appauthor=False)
+    return _chosen("HEATLENS_CACHE_DIR", lambda: dirs.user_cache_dir) / "frames"
+
+
+def reports_dir(system: type[PlatformDirsABC] = PlatformDirs) -> Path:
+    """Return the folder of the fault reports; on Linux `~/.local/state/heatlens`.
+
+    `system` is the class that knows the folders of a system, for tests of the other ones.
+    """
+    # On Linux platformdirs would add "log", but reports of earlier versions lie one level higher.
+    is_plain = system is PlatformDirs and _IS_LINUX
+    dirs = system(_NAME, appauthor=False, opinion=not is_plain)
+    return _chosen("HEATLENS_LOG_DIR", lambda: dirs.user_log_dir)
+
+
+def _chosen(variable: str, usual: Callable[[], str]) -> Path:
+    """Return the folder that an environment variable names, or else the usual one of the system."""
+    chosen = os.environ.get(variable)
+    if chosen:
+        return Path(chosen)
+    try:
+        return Path(usual())
+    except RuntimeError:  # a user without a home, as in a container
+        return home_dir() / f".{_NAME}"
