@@ -86,7 +86,7 @@ ALL = ("--bare", "--sweep-coc", "--methods", "--truth-views", "80", "--truth-siz
 
 def test_what_is_planned_is_what_is_said(capsys, monkeypatch):
     """With everything asked for, each part is told as a part, and the last one is the last."""
-    for name in ("bench.measure", "bench.schedule"):
+    for name in ("measure.bench.measure", "measure.bench.schedule"):
         monkeypatch.setattr(f"heatlens.{name}.SWEEP_COC_PX", (2.0, 9.0))
         monkeypatch.setattr(f"heatlens.{name}.SWEEP_SIZES", ((32, 24),))
     for name in ("methods", "schedule"):
