@@ -6,7 +6,7 @@ all, and nothing else tells. These are doubts and no errors: a person may want s
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 from heatlens.model.coc import far_limit_m, near_limit_m
@@ -74,7 +74,8 @@ class DepthSpan:
     def in_unit(self, unit_m: float) -> "DepthSpan":
         """The same depths, had they been read in another unit."""
         factor = unit_m / self.unit_m
-        return DepthSpan(self.near_m * factor, self.far_m * factor, self.has_sky, unit_m)
+        near_m, far_m = self.near_m * factor, self.far_m * factor
+        return replace(self, near_m=near_m, far_m=far_m, unit_m=unit_m)
 
     def holds(self, distance_m: float) -> bool:
         """True for a distance between the nearest and the farthest surface."""

@@ -217,13 +217,13 @@ def blur_panel(settings: DefocusSettings, has_scene: bool) -> DefocusSettings:
     layers = widgets.choice("layers", layers_shown, counts)
     proxy_shown = next((n for n, v in _PROXIES.items() if v == settings.proxy), _CUSTOM)
     proxy = widgets.choice("picture size", proxy_shown, list(_PROXIES))
-    return DefocusSettings(
-        Bokeh(bokeh),
-        Quality(quality),
-        None if layers == auto else int(layers),
-        _PROXIES.get(proxy, settings.proxy),
-        Method(method),
-        settings.views,
+    return replace(
+        settings,
+        method=Method(method),
+        bokeh=Bokeh(bokeh),
+        quality=Quality(quality),
+        layers=None if layers == auto else int(layers),
+        proxy=_PROXIES.get(proxy, settings.proxy),
     )
 
 
