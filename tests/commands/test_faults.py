@@ -12,6 +12,7 @@ from imgui_bundle import imgui
 
 import heatlens
 from heatlens import faults
+from heatlens.background import Background
 from heatlens.commands import info
 from heatlens.commands.main import main
 from heatlens.documents.shot_file import autosave_path, read_shot, write_shot
@@ -25,7 +26,6 @@ from heatlens.faults import (
 from heatlens.model.lens import Lens
 from heatlens.model.shot import Shot
 from heatlens.ui import screen
-from heatlens.ui.background import Background
 from heatlens.ui.panels.export_run import ExportRun
 from support.command_line import ENVIRONMENT
 from support.gui import gui_of
@@ -140,10 +140,10 @@ def test_a_file_that_breaks_its_reader_leaves_the_window(
 ):
     monkeypatch.setattr("heatlens.ui.picture.plate_source.opened_scene", broken)
     (tmp_path / "bad.obj").write_text("")
-    before = gui.app.stage.plate
+    before = gui.app.source.plate
     gui.app.open(str(tmp_path / "bad.obj"))
     gui.until(lambda: "fault of heatlens" in gui.app.message, "the sentence")
-    assert gui.app.stage.plate is before and not gui.app.is_over
+    assert gui.app.source.plate is before and not gui.app.is_over
     gui.frame(3)
 
 

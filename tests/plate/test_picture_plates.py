@@ -340,10 +340,10 @@ def test_two_files_dropped_on_the_window_are_one_plate(ctx, photo, tmp_path):
     before = write_file(tmp_path / "b.exr", rgb(HEIGHT, WIDTH) | {"Z": metres().astype("f4")})
     with gui_of(ctx, before) as gui:
         open_dropped(gui.app, [str(depth), str(photo)])
-        gui.until(lambda: gui.app.stage.plate.path == photo, "the plate")
+        gui.until(lambda: gui.app.source.plate.path == photo, "the plate")
         assert gui.app.shot.source == str(photo)
         assert gui.app.shot.plate_options.depth_source == str(depth)
-        np.testing.assert_allclose(gui.app.stage.plate.depth_m, metres(), rtol=1e-3)
+        np.testing.assert_allclose(gui.app.source.plate.depth_m, metres(), rtol=1e-3)
 
 
 class DepthOfHeic:

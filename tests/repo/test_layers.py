@@ -17,7 +17,7 @@ LAYERS = (
     *("camera", "color", "gpu", "defocus", "scene_gpu", "render", "preview", "rendered_frames"),
     *("display", "export", "measure", "ui", "doctor", "api", "commands"),
 )
-BASE = ("__init__", "errors", "faults", "folders", "paths", "printable", "stopping")
+BASE = ("__init__", "background", "errors", "faults", "folders", "paths", "printable", "stopping")
 # render, export and ui pass textures on; bench owns what it measures with, display what is seen
 GPU_LAYERS = (
     *("gpu", "defocus", "scene_gpu", "render", "display", "export", "measure", "ui", "doctor"),

@@ -75,10 +75,10 @@ def work(scene_gui: Gui, monkeypatch) -> Work:
     for name in ("draw", "depth"):
         monkeypatch.setattr(SceneRaster, name, counted(getattr(SceneRaster, name)))
     app = scene_gui.app
-    for part in (app.stage.sight, app.sides.a, app.sides.b):
+    for part in (app.source.sight, app.sides.a, app.sides.b):
         monkeypatch.setattr(part, "_clock", found.clock)
     app.sides.a.cost.seconds_per_px.clear()
-    app.stage.sight._seconds_per_px = 2 * BAND_S / (SIZE[0] * 64)  # colour and depth
+    app.source.sight._seconds_per_px = 2 * BAND_S / (SIZE[0] * 64)  # colour and depth
     return found
 
 

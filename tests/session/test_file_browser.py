@@ -62,7 +62,7 @@ def double_click(gui, name):
 
 
 def opened(gui, path):
-    gui.until(lambda: gui.app.stage.plate.path == Path(path), f"the plate {path}")
+    gui.until(lambda: gui.app.source.plate.path == Path(path), f"the plate {path}")
     assert not gui.app.filing.browser.is_open
 
 
@@ -77,7 +77,7 @@ def test_a_double_click_opens_a_sequence_as_one(gui, plates, preferences):
     browse(gui, "Open...")
     double_click(gui, "file shot.####.exr")
     opened(gui, plates / "shot.1001.exr")
-    assert gui.app.stage.opened.cache.sequence.present == (1001, 1002, 1004)
+    assert gui.app.source.opened.cache.sequence.present == (1001, 1002, 1004)
     assert preferences.now.recent[0] == str(plates / "shot.####.exr")
 
 
@@ -152,7 +152,7 @@ def test_what_is_not_there_is_said_and_the_dialog_stays(gui, plates):
     typed(gui, "stil.exr")
     read(gui)
     assert "stil.exr" in gui.app.message and "still.exr" in gui.app.message  # a near name
-    assert gui.app.filing.browser.is_open and gui.app.stage.plate.path.name == "still.exr"
+    assert gui.app.filing.browser.is_open and gui.app.source.plate.path.name == "still.exr"
     gui.key(K.escape)
     assert not gui.app.filing.browser.is_open
 
@@ -181,7 +181,7 @@ def test_leaving_opens_nothing_and_remembers_nothing(gui, preferences, leave):
     gui.click(gui.middle("file shot.####.exr"))
     gui.key(K.escape) if leave == "escape" else gui.click(gui.middle(leave))
     gui.frame(3)
-    assert not gui.app.filing.browser.is_open and not gui.app.stage.opener.opening
+    assert not gui.app.filing.browser.is_open and not gui.app.source.opener.opening
     assert preferences.now.folders == {}
 
 

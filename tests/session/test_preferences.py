@@ -186,10 +186,10 @@ def test_options_of_the_command_line_win_over_remembered_ones(ctx, plate):
     preferences.read_so(plate.parent, PlateOptions(scene_unit_m=0.01, depth_channel="Z"))
     given = PlateOptions(depth_convention="inverse")
     with gui_of(ctx, plate, preferences, plate_options=given) as gui:
-        assert gui.app.stage.opened.options == given
+        assert gui.app.source.opened.options == given
     lens = PlateOptions(focal_length_mm=35.0)
     with gui_of(ctx, plate, preferences, plate_options=lens) as gui:
-        assert gui.app.stage.opened.options == PlateOptions(
+        assert gui.app.source.opened.options == PlateOptions(
             scene_unit_m=0.01, depth_channel="Z", focal_length_mm=35.0
         )
 
@@ -267,5 +267,5 @@ def test_a_recent_file_is_opened_by_a_click(ctx, plate, tmp_path):
         gui.move(gui.middle("menu Open recent"))
         gui.frame(30)
         gui.click(gui.middle("recent other.####.exr"))
-        gui.until(lambda: gui.app.stage.plate.path == other, "the other plate")
+        gui.until(lambda: gui.app.source.plate.path == other, "the other plate")
     assert preferences.now.recent[0] == str(pattern)

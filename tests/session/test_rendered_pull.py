@@ -213,7 +213,7 @@ def test_an_overlay_is_drawn_from_the_plate_of_the_frame(gui):
     clock.now_s += 1 / 24
     gui.frame(2)
     assert not app.pull.is_alone and not isinstance(app.turns.seen, KeptFrame)
-    gui.until(lambda: app.stage.is_settled_at(app.frame), "the plate")
+    gui.until(lambda: app.source.is_settled_at(app.frame), "the plate")
 
 
 def test_a_frame_written_again_is_rendered_again(gui, tmp_path):
@@ -258,7 +258,7 @@ def test_frames_of_a_moving_scene(ctx, tmp_path, renderer):
         app.edit(replace(app.shot, in_out=FrameRange(2, 5)))
         gui.frame()
         fill(gui, 4)
-        renderer.load_scene(app.stage.scene.scene)
+        renderer.load_scene(app.source.scene.scene)
         for frame in (2, 5):
             job = app.pull.jobs.of(frame)
             kept = app.pull.store.get(job.key)

@@ -72,7 +72,7 @@ def test_a_shot_that_was_saved_and_opened_again_is_the_same(gui, tmp_path):
     opened(gui, path)
     assert gui.app.shot == shot
     assert gui.app.editing.history.past == ()
-    assert gui.app.stage.plate.path.name == f"shot.{FIRST}.exr"
+    assert gui.app.source.plate.path.name == f"shot.{FIRST}.exr"
 
 
 def test_saving_again_asks_for_no_name(gui, tmp_path):

@@ -171,7 +171,7 @@ class Gui:
         imgui.internal.clear_active_id()
         app.shows_keys = app.is_over = False
         app.timeline.playback.stop()
-        app.stage.reference = None
+        app.source.reference = None
         app.renderer.stopwatch.on = False
         app.view = app.color.with_names(app.start.view)
         app.reset_layout()
@@ -183,10 +183,10 @@ class Gui:
 
     def open(self, source: Path | str, options: PlateOptions | None = None) -> None:
         """Open another plate and wait for its picture."""
-        before, opener = self.app.stage.version, self.app.stage.opener
+        before, opener = self.app.source.version, self.app.source.opener
         self.app.open(str(source), options)
         # A frame that was awaited before counts as a version too, but not as what is opened.
-        self.until(lambda: opener.opening is None and self.app.stage.version > before, "the plate")
+        self.until(lambda: opener.opening is None and self.app.source.version > before, "the plate")
         self.frame(3)
 
     def screenshot(self) -> np.ndarray:

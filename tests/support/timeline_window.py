@@ -41,13 +41,13 @@ def fresh(film: Gui) -> Gui:
     app = film.app
     app.timeline = Timeline(app)
     app.timeline.playback._clock = Clock()
-    if app.stage.opened.text != app.start.source:
+    if app.source.opened.text != app.start.source:
         film.begin_again()
         film.until(lambda: len(app.timeline.runs()) == 1, "all frames")
     film.io.clear_input_keys()
     film.io.add_mouse_pos_event(-1e4, -1e4)
     app.view, app.message, app.editing.frame = app.color.with_names(app.start.view), "", FIRST
-    app.editing.begin(started_shot(app.stage.opened, app.begun.lens, app.shot.defocus))
+    app.editing.begin(started_shot(app.source.opened, app.begun.lens, app.shot.defocus))
     app.editing.auto_key = True
     film.frame(2)
     return film

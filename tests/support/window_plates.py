@@ -78,4 +78,4 @@ def rendered(gui: Gui, own: FrameRenderer) -> np.ndarray:
 
 
 def plate_pixels(gui: Gui) -> np.ndarray:
-    return gui.app.stage.plate.color
+    return gui.app.source.plate.color

@@ -54,7 +54,7 @@ def choose(gui, control, item):
     gui.click(gui.middle(control))
     gui.frame(2)
     gui.click(gui.middle(f"{control}: {item}"))
-    gui.until(lambda: not gui.app.stage.opener.opening, "an answer")
+    gui.until(lambda: not gui.app.source.opener.opening, "an answer")
     gui.frame(3)
 
 
@@ -62,12 +62,12 @@ def enter(gui, control, text):
     gui.click(gui.middle(control))
     gui.type(text)
     gui.click(gui.middle("plate histogram"))
-    gui.until(lambda: not gui.app.stage.opener.opening, "an answer")
+    gui.until(lambda: not gui.app.source.opener.opening, "an answer")
     gui.frame(3)
 
 
 def depths(gui):
-    return gui.app.stage.plate.depth_m
+    return gui.app.source.plate.depth_m
 
 
 # Choosing
@@ -76,7 +76,7 @@ def depths(gui):
 def test_another_channel_is_read_and_the_shot_stays(gui):
     lens = gui.app.lens
     choose(gui, "channel", "Z")
-    assert gui.app.stage.plate.depth.channel == "Z"
+    assert gui.app.source.plate.depth.channel == "Z"
     assert gui.app.lens == lens
     assert gui.app.shot.plate_options == PlateOptions(depth_channel="Z")
 
@@ -101,7 +101,7 @@ def test_a_unit_by_name_and_in_metres(gui):
 
 
 def test_along_the_ray_is_turned_into_along_the_axis(gui):
-    before = gui.app.stage.plate
+    before = gui.app.source.plate
     choose(gui, "kind", "along the ray")
     window = before.display_window
     planar = planar_depth_m(8 * RAMP, window, window, 1.0, 50.0, 36.0)
@@ -114,7 +114,7 @@ def test_along_the_ray_takes_the_lens_in_hand_where_the_header_tells_none(ctx, t
         gui.app.panels["Look"] = gui.app.panels["Speed"] = False
         gui.frame(3)
         choose(gui, "kind", "along the ray")
-        window = gui.app.stage.plate.display_window
+        window = gui.app.source.plate.display_window
         planar = planar_depth_m(8 * RAMP, window, window, 1.0, 35.0, 36.0)
         np.testing.assert_allclose(depths(gui), planar, rtol=1e-6)
 
@@ -122,18 +122,18 @@ def test_along_the_ray_takes_the_lens_in_hand_where_the_header_tells_none(ctx, t
 def test_a_colour_layer_is_shown(gui, plate):
     choose(gui, "colour layer", "diffuse")
     wanted = read_plate(plate, PlateOptions(color_layer="diffuse"))
-    assert np.array_equal(gui.app.stage.plate.color, wanted.color)
-    assert gui.app.stage.opened.options.color_layer == "diffuse"
+    assert np.array_equal(gui.app.source.plate.color, wanted.color)
+    assert gui.app.source.opened.options.color_layer == "diffuse"
 
 
 def test_a_normalised_depth_waits_for_its_ends(gui):
     """Mist alone may be anything: refused, told, and then read step by step."""
     choose(gui, "channel", "mist.V")
-    reading, plate = gui.app.filing.reading, gui.app.stage.plate
+    reading, plate = gui.app.filing.reading, gui.app.source.plate
     assert "may be a normalised depth" in reading.problem and plate.depth.channel == "Z"
     choose(gui, "convention", "0 near, 1 far")
     assert reading.problem.startswith("Give near and far")
-    assert gui.app.stage.plate is plate and gui.app.live.shown is not None
+    assert gui.app.source.plate is plate and gui.app.live.shown is not None
     enter(gui, "near", "50cm")
     enter(gui, "far", "10")
     assert reading.problem == ""
@@ -142,10 +142,10 @@ def test_a_normalised_depth_waits_for_its_ends(gui):
 
 def test_ends_that_cannot_be_leave_the_picture_and_say_why(gui):
     choose(gui, "convention", "1 near, 0 far")
-    plate = gui.app.stage.plate
+    plate = gui.app.source.plate
     enter(gui, "near", "9")
     enter(gui, "far", "2")
-    assert gui.app.stage.plate is plate
+    assert gui.app.source.plate is plate
     assert "near at least 0 and less than far" in gui.app.filing.reading.problem
     assert "--" not in gui.app.message and "near 9 and far 2" in gui.app.message
     enter(gui, "far", "inf")
@@ -155,9 +155,9 @@ def test_ends_that_cannot_be_leave_the_picture_and_say_why(gui):
 def test_guess_again_forgets_what_was_chosen(gui, plate, preferences):
     choose(gui, "scene unit", "cm")
     gui.click(gui.middle("Guess again"))
-    gui.until(lambda: not gui.app.stage.opener.opening, "an answer")
+    gui.until(lambda: not gui.app.source.opener.opening, "an answer")
     gui.frame(3)
-    assert gui.app.stage.opened.options == PlateOptions()
+    assert gui.app.source.opened.options == PlateOptions()
     np.testing.assert_array_equal(depths(gui), read_plate(plate).depth_m)
     assert preferences.now.plates == {}
 
@@ -171,19 +171,19 @@ def test_a_choice_is_remembered_for_the_folder(ctx, gui, plate, preferences):
     assert preferences.now.plates[str(plate.parent)].depth_channel == "R"
     other = write_file(plate.with_name("other.exr"), channels())
     gui.app.open(str(other))
-    gui.until(lambda: gui.app.stage.plate.path == other, "the other plate")
-    assert gui.app.stage.plate.depth.channel == "R"
+    gui.until(lambda: gui.app.source.plate.path == other, "the other plate")
+    assert gui.app.source.plate.depth.channel == "R"
 
 
 def test_undo_reads_the_plate_as_before(gui, plate):
     choose(gui, "scene unit", "cm")
     gui.rest()
     gui.do("Undo")
-    gui.until(lambda: gui.app.stage.opened.options == PlateOptions(), "the plate as before")
+    gui.until(lambda: gui.app.source.opened.options == PlateOptions(), "the plate as before")
     gui.frame(2)
     assert gui.app.filing.reading.wished == PlateOptions()
     gui.do("Redo")
-    gui.until(lambda: gui.app.stage.opened.options.scene_unit_m == 0.01, "the plate again")
+    gui.until(lambda: gui.app.source.opened.options.scene_unit_m == 0.01, "the plate again")
 
 
 def test_a_plate_that_is_gone_after_undo_is_told_once(gui, plate):
@@ -194,7 +194,7 @@ def test_a_plate_that_is_gone_after_undo_is_told_once(gui, plate):
     gui.until(lambda: "plate.exr" in gui.app.message, "the sentence")
     gui.app.message = ""
     gui.frame(5)
-    assert gui.app.message == "" and not gui.app.stage.opener.opening
+    assert gui.app.message == "" and not gui.app.source.opener.opening
 
 
 def test_a_shot_of_another_plate_leaves_this_one_as_it_is(gui):
@@ -202,15 +202,15 @@ def test_a_shot_of_another_plate_leaves_this_one_as_it_is(gui):
     other = replace(shot, source="/gone.exr", plate_options=PlateOptions(scene_unit_m=0.01))
     gui.app.editing.begin(other)
     gui.frame(3)
-    assert not gui.app.stage.opener.opening
-    assert gui.app.stage.opened.options == PlateOptions()
+    assert not gui.app.source.opener.opening
+    assert gui.app.source.opened.options == PlateOptions()
 
 
 # What it tells
 
 
 def test_the_distance_under_the_pointer_is_that_of_the_pixel(gui):
-    plate = gui.app.stage.plate
+    plate = gui.app.source.plate
     gui.move(gui.at_picture(20.5, 7.5))
     gui.frame(2)
     assert gui.screen.picture.hovered == (20, 7)
@@ -245,7 +245,7 @@ def test_a_plate_of_blur_has_no_histogram(ctx, tmp_path):
         x0, y0, x1, y1 = (round(v) for v in gui.rect("plate because"))
         assert gui.screenshot()[y0:y1, x0:x1].max() > 150  # the text is there
         choose(gui, "convention", "guessed")  # known by its name
-        assert gui.app.stage.plate.coc_px is not None
+        assert gui.app.source.plate.coc_px is not None
 
 
 # Names

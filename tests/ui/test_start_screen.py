@@ -74,7 +74,7 @@ HOWS = ["click", "digit", "arrows"]
 def test_without_a_plate_it_offers_the_demo_the_still_life_and_a_file(begun):
     gui = begun()
     assert titles(gui) == ["Demo scene", "Still life", "Open ..."]
-    assert gui.app.stage.plate is None and gui.app.stage.opener.opening is None
+    assert gui.app.source.plate is None and gui.app.source.opener.opening is None
 
 
 def test_recent_files_follow_as_far_as_they_are_there(begun, tmp_path):
@@ -131,7 +131,7 @@ def test_a_file_is_asked_for(begun, how):
     gui.key(K.escape)
     gui.frame(3)
     assert not gui.app.filing.browser.is_open
-    assert gui.app.first.is_wanted and gui.app.stage.opener.opening is None
+    assert gui.app.first.is_wanted and gui.app.source.opener.opening is None
 
 
 def test_a_dropped_file_is_opened(begun, tmp_path):
@@ -180,7 +180,7 @@ def test_escape_and_keys_of_the_picture_do_nothing(begun):
     for key in (K.escape, K.k, K.space, K.left_bracket, K.d, K.f, K.m, K.up_arrow, K.left_arrow):
         gui.key(key)
     assert (gui.app.shot, gui.app.view) == (shot, view)
-    assert gui.app.first.is_wanted and gui.app.stage.opener.opening is None
+    assert gui.app.first.is_wanted and gui.app.source.opener.opening is None
 
 
 @pytest.mark.parametrize(
@@ -191,7 +191,7 @@ def test_every_command_can_be_given(gui_begun, action):
     for _ in range(2):
         gui_begun.key(K.escape)
     gui_begun.frame()
-    assert gui_begun.app.stage.plate is None
+    assert gui_begun.app.source.plate is None
 
 
 @pytest.fixture(scope="module")
@@ -227,7 +227,7 @@ def test_a_renderer_that_is_listened_to_can_be_chosen(begun):
     assert titles(gui)[3] == "Listen to a renderer"
     choose(gui, "digit", 3)
     gui.frame(2)
-    assert gui.app.stage.is_waiting and not gui.app.first.is_wanted
+    assert gui.app.source.is_waiting and not gui.app.first.is_wanted
 
 
 def _drawn() -> dict:

@@ -37,7 +37,7 @@ def seen(gui) -> int:
     gui.until(lambda: app.turns.seen.frame == frame(gui), "the picture")
     if isinstance(app.turns.seen, KeptFrame):  # rendered before, from the plate of its job
         return int(app.pull.jobs.of(frame(gui)).plate.path.name.split(".")[1])
-    return int(app.stage.plate.path.name.split(".")[1])
+    return int(app.source.plate.path.name.split(".")[1])
 
 
 def test_a_shot_begins_with_the_frames_and_the_rate_of_its_plate(gui):
@@ -201,7 +201,7 @@ def test_gaps_hold_and_damage_is_said_and_stops_nothing(gappy, clock):
         clock.now_s += 1 / 24
         gappy.frame()
         seen(gappy)
-        shown.append((frame(gappy), gappy.app.stage.plate.path.name, gappy.app.message))
+        shown.append((frame(gappy), gappy.app.source.plate.path.name, gappy.app.message))
     names = ["shot.1002.exr", "shot.1002.exr", "shot.1002.exr", "shot.1005.exr", "shot.1001.exr"]
     assert [s[:2] for s in shown] == list(zip([1002, 1003, 1004, 1005, 1001], names, strict=True))
     assert "shot.1004.exr" in shown[2][2] and shown[1][2] == ""

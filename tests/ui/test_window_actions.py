@@ -44,20 +44,20 @@ def closed(gui) -> None:
 def state(gui) -> tuple:
     """All that an action can change and that is seen at once."""
     app = gui.app
-    others = (app.shows_keys, app.is_over, app.filing.browser.is_open, app.stage.version)
+    others = (app.shows_keys, app.is_over, app.filing.browser.is_open, app.source.version)
     return app.shot, app.view, dict(app.panels), *others
 
 
 @pytest.mark.parametrize("by", [chosen, keyed], ids=["menu", "key"])
 def test_every_action_can_be_done_twice(gui, small_demo, by):
     """Nothing is raised, OpenGL has no error (each frame asks), and the picture comes back."""
-    gui.app.stage.open_reference(gui.app.stage.plate.path)
+    gui.app.source.open_reference(gui.app.source.plate.path)
     gui.until(lambda: gui.app.reference is not None, "the reference")
     for action in ALL if by is chosen else KEYED:
         for _ in range(2):
             was_on = action.is_on and action.is_on(gui.app)
             by(gui, action)
-            gui.until(lambda: not gui.app.stage.opener.opening, "the plate")
+            gui.until(lambda: not gui.app.source.opener.opening, "the plate")
             closed(gui)
             assert action.is_on is None or action.is_on(gui.app) is not was_on, action.name
     gui.settled()
@@ -80,7 +80,7 @@ def test_shortcuts_are_written_as_people_read_them(name, shortcut):
 
 @pytest.mark.parametrize("action", [a for a in KEYED if a.is_on is not None], ids=ids)
 def test_a_switch_switches_and_its_key_switches_back(gui, action):
-    gui.app.stage.open_reference(gui.app.stage.plate.path)
+    gui.app.source.open_reference(gui.app.source.plate.path)
     gui.until(lambda: gui.app.reference is not None, "the reference")
     was = action.is_on(gui.app)
     keyed(gui, action)
@@ -230,9 +230,9 @@ def test_reloading_keeps_the_shot_and_takes_the_new_picture(gui, tmp_path):
     gui.settled()
     shot, before = gui.app.shot, picture(gui)
     room_file(path, 64, 96)
-    version = gui.app.stage.version
+    version = gui.app.source.version
     gui.key(K.r, ctrl=True)
-    gui.until(lambda: gui.app.stage.version > version, "the plate")
+    gui.until(lambda: gui.app.source.version > version, "the plate")
     gui.settled()
     assert gui.app.shot == shot
     assert picture(gui).shape == (96, 64, 4) != before.shape
@@ -271,11 +271,11 @@ def test_what_cannot_be_read_is_said_and_the_last_picture_stays(gui, tmp_path, m
 
 
 def test_a_reference_that_cannot_be_read_is_said_and_the_one_before_stays(gui, tmp_path):
-    gui.app.stage.open_reference(gui.app.stage.plate.path)
+    gui.app.source.open_reference(gui.app.source.plate.path)
     gui.until(lambda: gui.app.reference is not None, "the reference")
     before = gui.app.reference
     gui.app.message = ""
-    gui.app.stage.open_reference(tmp_path / "nothing.exr")
+    gui.app.source.open_reference(tmp_path / "nothing.exr")
     gui.until(lambda: gui.app.message, "a sentence")
     assert "nothing.exr" in gui.app.message
     assert gui.app.reference is before

@@ -127,7 +127,7 @@ class Hand(RuleBasedStateMachine):
     def the_picture_is_of_the_shot(self):
         app = self.gui.app
         if not app.timeline.playback.direction:  # a hand on a focus that plays is ever ahead
-            is_there = app.stage.is_settled_at
+            is_there = app.source.is_settled_at
             self.gui.until(lambda: is_there(app.editing.frame), "the plate of the frame")
             self.gui.frame()  # a click is answered in the frame after
             assert app.live.shown.shot == app.shot
@@ -167,7 +167,7 @@ class Hand(RuleBasedStateMachine):
     def arrived(self) -> None:
         """Until the plate is read as the shot says."""
         self.gui.frame()
-        self.gui.until(lambda: not self.gui.app.stage.opener.opening, "the plate")
+        self.gui.until(lambda: not self.gui.app.source.opener.opening, "the plate")
         self.gui.frame()
 
 

@@ -49,7 +49,7 @@ def asked(gui, monkeypatch) -> list[Method]:
 def alone(gui, own: FrameRenderer, method: Method) -> np.ndarray:
     """(H, W, 3) bytes of the shot as it is, by `method`, made anew from the file."""
     shot = gui.app.shot
-    own.load(read_plate(gui.app.stage.plate.path))
+    own.load(read_plate(gui.app.source.plate.path))
     return displayed(gui, own.pixels(replace(shot, defocus=replace(shot.defocus, method=method))))
 
 

@@ -60,7 +60,7 @@ def coc_window(gui, tmp_path) -> Gui:
     blur = coc_px(depth, coc_line(LENS, WIDTH)).astype(np.float32)
     path = write_plate(tmp_path / "blur.exr", color, Z=blur)
     gui.open(path, PlateOptions(depth_convention="coc"))
-    assert gui.app.stage.plate.coc_px is not None
+    assert gui.app.source.plate.coc_px is not None
     return gui
 
 
@@ -97,7 +97,7 @@ def test_its_blur_is_read_under_the_pointer(coc_window):
     gui.app.message = ""
     gui.move(gui.at_picture(SKY[0] + 0.5, SKY[1] + 0.5))
     gui.frame()
-    blur = gui.app.stage.plate.coc_px[SKY[1], SKY[0]]
+    blur = gui.app.source.plate.coc_px[SKY[1], SKY[0]]
     text = gui.screen.status.words(gui.screen.picture.hovered)
     assert text.endswith(f"   coc {blur:+.2f} px")
 
@@ -153,7 +153,7 @@ def test_an_off_origin_picture_lies_where_its_windows_say(off_origin, own):
     gui.frame()
     x, y = (int(c) for c in gui.app.viewport.geometry.origin)
     seen = gui.screenshot()
-    lamp = np.argwhere(gui.app.stage.plate.color[..., 0] == 40.0)[0]
+    lamp = np.argwhere(gui.app.source.plate.color[..., 0] == 40.0)[0]
     row, column = y + 12 - 20 + lamp[0], x - 5 - 10 + lamp[1]
     assert seen[row, column].min() >= 240
     assert seen[row, column - 2].max() < 240
@@ -178,7 +178,7 @@ def test_the_readout_counts_from_both_windows(off_origin):
     gui.frame()
     text = gui.screen.status.words(gui.screen.picture.hovered)
     assert text.startswith("x 3  y 4  (data window 13, 24)")
-    values = " ".join(f"{c:.4g}" for c in gui.app.stage.plate.color[12, 18, :3])
+    values = " ".join(f"{c:.4g}" for c in gui.app.source.plate.color[12, 18, :3])
     assert f"plate {values}" in text
     gui.move(gui.at_picture(60.5, 4.5))
     gui.frame()
@@ -187,7 +187,7 @@ def test_the_readout_counts_from_both_windows(off_origin):
 
 def test_a_click_there_focuses_on_that_pixel_and_outside_the_data_on_none(off_origin):
     gui = off_origin
-    depth = gui.app.stage.plate.depth_m
+    depth = gui.app.source.plate.depth_m
     gui.click(gui.at_picture(3.5, 4.5))
     near = np.sort(depth[10:15, 16:21], axis=None)
     assert gui.app.lens.focus_distance_m == near[12]
@@ -202,7 +202,7 @@ def test_a_click_there_focuses_on_that_pixel_and_outside_the_data_on_none(off_or
 
 def test_wide_pixels_are_shown_wide(gui, own, tmp_path):
     gui.open(room_file(tmp_path / "wide.exr", 96, 64, pixelAspectRatio=2.0))
-    assert gui.app.stage.plate.pixel_aspect_ratio == 2.0
+    assert gui.app.source.plate.pixel_aspect_ratio == 2.0
     gui.do("1:1")
     shows_the_renderers_picture(gui, own)
     (x0, y0), (x1, y1) = gui.at_picture(0, 0), gui.at_picture(96, 64)
@@ -219,7 +219,7 @@ def test_alpha_is_seen_over_black(gui, own, tmp_path):
     alpha = np.where(np.isinf(depth), 0.0, 1.0).astype(np.float32)
     rgba = np.concatenate([color * alpha[..., None], alpha[..., None]], axis=-1)
     gui.open(write_plate(tmp_path / "alpha.exr", rgba, Z=depth))
-    assert gui.app.stage.plate.has_alpha
+    assert gui.app.source.plate.has_alpha
     gui.do("1:1")
     shows_the_renderers_picture(gui, own)
     looked_at_in_every_way(gui)
@@ -265,7 +265,7 @@ def test_a_sequence_shows_the_frame_that_was_named(gui, own, tmp_path):
     gui.open(tmp_path / "shot.0008.exr")
     assert gui.app.editing.frame == 8
     np.testing.assert_array_equal(
-        gui.app.stage.plate.color, read_plate(tmp_path / "shot.0008.exr").color
+        gui.app.source.plate.color, read_plate(tmp_path / "shot.0008.exr").color
     )
 
 

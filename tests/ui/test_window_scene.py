@@ -56,7 +56,7 @@ def test_the_tab_of_the_scene_comes_with_it_and_all_five_fit(scene_gui):
 def test_a_scene_shows_its_first_cameras_picture(scene_gui):
     app = scene_gui.app
     assert app.scenes.framing.camera == "main" and app.message == ""
-    plate = app.stage.plate
+    plate = app.source.plate
     assert plate.color.shape == (54, 96, 4) and np.ptp(plate.color) > 0.1
     assert plate.depth_m[27, 48] == pytest.approx(3.0, rel=1e-5)
 
@@ -94,9 +94,9 @@ def test_a_picture_drawn_small_while_it_moves_stays_as_large_on_the_screen(scene
     x, y = middle(scene_gui)
     scene_gui.move((x + 20.0, y))
     scene_gui.frame()
-    assert app.stage.plate.display_window.width < 960  # it is drawn small ...
+    assert app.source.plate.display_window.width < 960  # it is drawn small ...
     assert (app.picture_shape, app.viewport.geometry) == (shape, before)  # and seen large
-    assert app.stage.plate_px(app.shot, (959, 539))[0] < app.stage.plate.display_window.width
+    assert app.source.plate_px(app.shot, (959, 539))[0] < app.source.plate.display_window.width
     scene_gui.release(RIGHT)
 
 
@@ -211,8 +211,8 @@ def test_a_damaged_scene_leaves_what_is_open(scene_gui, tmp_path):
     bad = tmp_path / "bad.glb"
     bad.write_bytes(b"glTF" + b"\0" * 60)
     app = scene_gui.app
-    shot, plate = app.shot, app.stage.plate
+    shot, plate = app.shot, app.source.plate
     app.open(str(bad))
     scene_gui.until(lambda: app.message, "a sentence")
     assert "bad.glb" in app.message
-    assert app.shot == shot and app.stage.plate is plate
+    assert app.shot == shot and app.source.plate is plate

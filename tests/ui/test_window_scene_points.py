@@ -44,7 +44,7 @@ def moving(gui: Gui, monkeypatch: pytest.MonkeyPatch) -> Iterator[Gui]:
     monkeypatch.setattr("heatlens.ui.picture.scene_sight._REST_S", 60.0)
     gui.press(middle(gui), RIGHT)
     dragged(gui, 4.0)
-    assert app.stage.plate.display_window.width < width
+    assert app.source.plate.display_window.width < width
     yield gui
     gui.release(RIGHT)
 
@@ -62,7 +62,7 @@ def test_nothing_of_whole_size_is_read_back_while_it_moves(moving, monkeypatch):
     app.timeline.marks.set_point(MIDDLE)
     for step in range(1, 5):
         dragged(moving, 4.0 + step)
-        plates.add(app.stage.plate)
+        plates.add(app.source.plate)
     assert len(plates) == 4 and read == []
     assert app.histogram.heights.max() == 1.0  # all that is shown of it was known without
 
@@ -81,7 +81,7 @@ def test_a_point_is_measured_where_it_is_seen_however_small_it_is_drawn(moving):
 
 def test_the_status_bar_counts_pixels_of_the_whole_picture_however_small_it_is_drawn(moving):
     app, (x, y) = moving.app, MIDDLE
-    drawn_px, (_, whole) = app.stage.plate.display_window.width, app.stage.windows(app.shot)
+    drawn_px, (_, whole) = app.source.plate.display_window.width, app.source.windows(app.shot)
     assert drawn_px < whole.width
     words = moving.screen.status.words(MIDDLE)
     assert words.startswith(f"x {x}  y {y}   picture")
@@ -96,7 +96,7 @@ def test_a_point_is_followed_through_a_scene(gui, monkeypatch):
     app, marks = gui.app, gui.app.timeline.marks
     first, last = app.shot.played.first, app.shot.played.last
     marks.set_point((48, 27))
-    before, plate = app.shot, app.stage.plate
+    before, plate = app.shot, app.source.plate
     marks.follow(app.shot.marks[0])
     said = app.message
     gui.frame()
@@ -107,7 +107,7 @@ def test_a_point_is_followed_through_a_scene(gui, monkeypatch):
     keys = app.shot.curves.focus_distance_m.keys
     assert [key.frame for key in keys] == list(range(first, last + 1))
     assert [keys[0].value, keys[-1].value] == pytest.approx([3.0, 5.0], rel=1e-3)
-    assert app.stage.plate is plate
+    assert app.source.plate is plate
     app.undo()
     assert app.shot == before
 

@@ -39,7 +39,7 @@ def on_screen(gui, scale: float) -> np.ndarray:
 def test_one_to_one_is_a_pixel_of_the_screen_for_one_of_the_picture(fine):
     gui, scale = fine
     gui.do("Depth of field")
-    expected = displayed(gui, gui.app.stage.plate.color)
+    expected = displayed(gui, gui.app.source.plate.color)
     np.testing.assert_array_equal(on_screen(gui, scale), expected)
 
 
@@ -50,7 +50,7 @@ def test_the_wipe_parts_them_on_a_pixel_of_the_screen(fine):
     gui.frame()
     assert gui.app.view.compare is Compare.WIPE
     found = on_screen(gui, scale)
-    b = displayed(gui, gui.app.stage.plate.color)
+    b = displayed(gui, gui.app.source.plate.color)
     line, row = WIDTH // 2, 5
     np.testing.assert_array_equal(found[row, :line], a[row, :line])
     np.testing.assert_array_equal(found[row, line + 1 :], b[row, line + 1 :])

@@ -50,7 +50,7 @@ def listening(ctx, options=PlateOptions(), lens=GIVEN):  # noqa: B008
 
 
 def address(gui):
-    host, port = gui.app.stage.stream.address.rsplit(":", 1)
+    host, port = gui.app.source.stream.address.rsplit(":", 1)
     return host, int(port)
 
 
@@ -62,39 +62,39 @@ def frame_of_room(width=WIDTH, height=HEIGHT):
 
 def sent(gui, values, name="beauty", channels=CHANNELS, creates=True):
     """By the real client; frames of the window until it is on the GPU."""
-    before = gui.app.stage.version
+    before = gui.app.source.version
     with Ipc(*address(gui)) as client:
         if creates:
             client.create_image(name, values.shape[1], values.shape[0], list(channels))
         client.update_image(name, values, list(channels))
-    gui.until(lambda: gui.app.stage.version > before, "the frame")
+    gui.until(lambda: gui.app.source.version > before, "the frame")
 
 
 def shows(gui, values):
     """The whole picture is the one that the renderer makes of these values."""
 
     def is_it():
-        plate = gui.app.stage.plate
+        plate = gui.app.source.plate
         return plate is not None and np.array_equal(plate.color[..., :3], values[..., :3])
 
     gui.until(is_it, "the frame as it was sent")
     gui.settled()
     own = FrameRenderer(gui.ctx)
-    own.load(gui.app.stage.plate)
+    own.load(gui.app.source.plate)
     found = download(gui.app.live.shown.texture)
     np.testing.assert_array_equal(found, own.pixels(gui.app.shot))
-    np.testing.assert_array_equal(gui.app.stage.plate.depth_m, values[..., 3])
+    np.testing.assert_array_equal(gui.app.source.plate.depth_m, values[..., 3])
 
 
 def test_a_frame_appears_and_is_refined_under_the_same_lens(ctx):
     values = frame_of_room()
     with listening(ctx) as gui:
-        stream = gui.app.stage.stream
-        assert stream.words == f"Listening on {stream.address} ..." and gui.app.stage.is_waiting
+        stream = gui.app.source.stream
+        assert stream.words == f"Listening on {stream.address} ..." and gui.app.source.is_waiting
         sent(gui, values)
         shows(gui, values)
         assert gui.app.shot.source == stream.text == f"tev://{stream.address}"
-        assert gui.app.lens == LENS and not gui.app.stage.is_waiting
+        assert gui.app.lens == LENS and not gui.app.source.is_waiting
         gui.app.edit_lens(replace(gui.app.lens, f_stop=4.0))
         gui.app.timeline.marks.set_point((3, 5))
         shot = gui.app.shot
@@ -110,13 +110,13 @@ def test_a_frame_appears_and_is_refined_under_the_same_lens(ctx):
 def test_a_packet_that_makes_no_sense_is_counted_and_the_window_stays(ctx):
     values = frame_of_room()
     with listening(ctx) as gui:
-        stream = gui.app.stage.stream
+        stream = gui.app.source.stream
         for data in (packet(99, "x"), packet(0, True, "/etc/hostname")):
             with socket.create_connection(address(gui)) as connection:
                 connection.sendall(data)
         gui.until(lambda: "dropped: 1, refused: 1." in stream.words, "the count")
         gui.frame(2)
-        assert gui.app.stage.plate is None
+        assert gui.app.source.plate is None
         sent(gui, values)
         shows(gui, values)
 
@@ -129,15 +129,15 @@ def test_a_depth_that_cannot_be_read_is_said_and_read_as_it_is_told_then(ctx):
         sent(gui, values)
         gui.until(lambda: gui.app.live.shown is not None, "a picture")
         assert gui.app.shot.plate_options == options
-        far_m = gui.app.stage.plate.depth.far_m
+        far_m = gui.app.source.plate.depth.far_m
         gui.app.filing.reading.change(replace(options, scene_unit_m=20.0))
-        gui.until(lambda: gui.app.stage.plate.depth.far_m == 2 * far_m, "twice as far")
+        gui.until(lambda: gui.app.source.plate.depth.far_m == 2 * far_m, "twice as far")
         gui.rest()
         gui.app.undo()
-        gui.until(lambda: gui.app.stage.plate.depth.far_m == far_m, "as far as before")
+        gui.until(lambda: gui.app.source.plate.depth.far_m == far_m, "as far as before")
         gui.app.filing.reading.change(PlateOptions())
-        gui.until(lambda: "--depth-convention" in gui.app.stage.stream.problem, "a sentence")
-        assert gui.app.stage.plate is not None
+        gui.until(lambda: "--depth-convention" in gui.app.source.stream.problem, "a sentence")
+        assert gui.app.source.plate is not None
         gui.screenshot()
 
 
@@ -161,15 +161,15 @@ def test_the_picture_is_saved_and_what_needs_files_says_so(ctx, tmp_path):
 def test_a_file_takes_the_place_of_the_stream_until_it_is_returned_to(ctx, tmp_path):
     values = frame_of_room()
     with listening(ctx) as gui:
-        stream = gui.app.stage.stream
+        stream = gui.app.source.stream
         sent(gui, values)
         shows(gui, values)
         gui.open(room_file(tmp_path / "room.exr"))
-        version = gui.app.stage.version
+        version = gui.app.source.version
         with Ipc(*address(gui)) as client:
             client.update_image("beauty", 2 * values[..., :3], list("RGB"))
         gui.frame(10)
-        assert gui.app.stage.version == version and not gui.app.stage.is_streaming
+        assert gui.app.source.version == version and not gui.app.source.is_streaming
         gui.app.filing.find_recent()
         gui.until(lambda: stream.text in gui.app.filing.recent, "the stream among recent files")
         gui.open(stream.text)

@@ -39,9 +39,9 @@ from heatlens.ui.panels.speed_panel import Speed
 from heatlens.ui.picture.b_side import BothSides
 from heatlens.ui.picture.budget import budget_s
 from heatlens.ui.picture.making import Making
+from heatlens.ui.picture.open_source import OpenSource
 from heatlens.ui.picture.reference import Reference
 from heatlens.ui.picture.screen_pictures import ScreenPictures
-from heatlens.ui.picture.stage import Stage
 from heatlens.ui.picture.stream_source import NO_FILES, StreamSource
 from heatlens.ui.picture.viewport import ViewportPanel
 from heatlens.ui.picture_turns import PictureTurns
@@ -89,8 +89,8 @@ class App:
         self.sides = BothSides(self.renderer)
         self.live = self.sides.a
         self.screen = ScreenPictures(ctx)
-        self.stage = Stage(self.renderer, wake, start.stream)
-        self.making = Making(self.stage, self.sides)
+        self.source = OpenSource(self.renderer, wake, start.stream)
+        self.making = Making(self.source, self.sides)
         self.color = ColorChoice(start.ocio, self.say)
         self.filing = Filing(self, preferences or Preferences(), wake)
         self.view = self.color.with_names(self.filing.first_view(start.view))
@@ -138,12 +138,12 @@ class App:
     @property
     def histogram(self) -> DepthHistogram | None:
         """Of the plate's distances; None where it has none."""
-        return self.stage.histogram
+        return self.source.histogram
 
     @property
     def reference(self) -> Reference | None:
         """The EXR loaded as B."""
-        return self.stage.reference
+        return self.source.reference
 
     @property
     def budget_s(self) -> float:
@@ -153,10 +153,10 @@ class App:
     @property
     def picture_shape(self) -> PictureShape:
         """Of the display window; one pixel while nothing is open."""
-        plate = self.stage.plate
+        plate = self.source.plate
         if plate is None:
             return PictureShape(1, 1)
-        _, window = self.stage.windows(self.shot)
+        _, window = self.source.windows(self.shot)
         return PictureShape(window.width, window.height, plate.pixel_aspect_ratio)
 
     # What can be done
@@ -174,16 +174,16 @@ class App:
     def open(self, text: str, options: PlateOptions | None = None) -> None:
         """Open a file, a pattern, a folder or a shot; what is open stays until it has a picture."""
         if not self.documents.opens(text):
-            self.stage.open(text, options or self.filing.options_for(text))
+            self.source.open(text, options or self.filing.options_for(text))
 
     def reload(self) -> None:
         """Read the plate again as it is on disk now."""
-        opened, scene = self.stage.opened, self.stage.scene
+        opened, scene = self.source.opened, self.source.scene
         if opened is not None:
-            self.stage.open(opened.text, opened.options, self.editing.frame)
+            self.source.open(opened.text, opened.options, self.editing.frame)
         elif scene is not None:
-            self.stage.open(scene.text, PlateOptions())
-        elif self.stage.is_streaming:
+            self.source.open(scene.text, PlateOptions())
+        elif self.source.is_streaming:
             self.say(NO_FILES)
 
     def browse(self, purpose: str) -> None:
@@ -196,7 +196,7 @@ class App:
 
     def focus_at(self, pixel: tuple[int, int]) -> None:
         """Focus on what is seen at a pixel of the display window; beside the picture, nothing."""
-        plate, pixel = self.stage.plate, self.stage.plate_px(self.shot, pixel)
+        plate, pixel = self.source.plate, self.source.plate_px(self.shot, pixel)
         if plate is None or not _is_inside(plate, pixel):
             return
         try:
@@ -253,17 +253,17 @@ class App:
         except HeatlensError as error:
             self.say_error(error)
             self.first.refused()
-        if self.stage.plate is None:
+        if self.source.plate is None:
             self.sides.restart()  # what was under way read from the plate that left the GPU
         if self.message and time.perf_counter() - self._message_at > _MESSAGE_S:
             self.message = ""
 
     def _take_news(self) -> None:
-        opened = self.stage.arrived()
+        opened = self.source.arrived()
         if opened is not None:
             self.pull.begin()
             begin(self, opened)
-        if self.stage.reference_arrived():
+        if self.source.reference_arrived():
             self.say(f"B is {self.reference.path.name}." if self.reference else "")
         self.filing.poll()
         self.documents.poll()
@@ -291,7 +291,7 @@ class App:
         self.filing.close()
         self.documents.close()
         self.pull.close()
-        self.stage.close()
+        self.source.close()
 
 
 def _is_inside(plate: Plate, pixel: tuple[int, int]) -> bool:

@@ -52,7 +52,7 @@ class DockedPanels:
 
     def _lens(self) -> None:
         app = self._app
-        if self._begin("Lens", _Window.no_scroll_with_mouse) and not app.stage.is_waiting:
+        if self._begin("Lens", _Window.no_scroll_with_mouse) and not app.source.is_waiting:
             sources = {} if app.begun is None else app.begun.sources
             facts = LensFacts(app.histogram, app.view.unit, sources, self._doubts())
             app.edit_lens(lens_panel(app.lens, facts, app.say))
@@ -66,7 +66,7 @@ class DockedPanels:
 
     def _doubts(self) -> tuple[Doubt, ...]:
         """Of the lens in front of a plate; the lengths of a scene are told by its file."""
-        app, plate = self._app, self._app.stage.plate
+        app, plate = self._app, self._app.source.plate
         if plate is None or app.has_scene or not plate.has_distances:
             return ()
         return doubts(app.lens, depth_span(plate, app.shot.plate_options.scene_unit_m))
@@ -79,14 +79,14 @@ class DockedPanels:
         imgui.end()
 
     def _plate(self, hovered: tuple[int, int] | None) -> None:
-        app, plate = self._app, self._app.stage.plate
-        is_open, stream = self._begin("Plate"), app.stage.stream
+        app, plate = self._app, self._app.source.plate
+        is_open, stream = self._begin("Plate"), app.source.stream
         if is_open and stream is not None and (stream.problem or stream.losses):
             imgui.text_wrapped(window_words(stream.words))
         if is_open and plate is not None:
             hovered_m = None
             if hovered is not None:
-                hovered_m = seen_depth_m(plate, app.stage.plate_px(app.shot, hovered))
+                hovered_m = seen_depth_m(plate, app.source.plate_px(app.shot, hovered))
             reading, unit = app.filing.reading, app.view.unit
             problem = window_words(reading.problem)
             facts = PlateFacts(
@@ -103,7 +103,7 @@ class DockedPanels:
     def _export(self) -> None:
         exporter = self._app.filing.exporter
         if self._begin("Export"):
-            if self._app.stage.is_streaming and not exporter.run.is_busy:
+            if self._app.source.is_streaming and not exporter.run.is_busy:
                 imgui.text_wrapped(NO_FILES)
             else:
                 exporter.draw()
@@ -112,7 +112,7 @@ class DockedPanels:
     def _speed(self) -> None:
         app = self._app
         if self._begin("Speed"):
-            app.speed.upload_s = app.stage.upload_s
+            app.speed.upload_s = app.source.upload_s
             speed_panel(app.speed, app.live.shown, app.renderer)
         imgui.end()
 

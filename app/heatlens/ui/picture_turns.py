@@ -22,7 +22,7 @@ class PictureTurns:
         """The picture through the lens: rendered now, or before where that is not there yet."""
         app, now = self._app, self._app.live.shown
         is_there = now is not None and now.frame == app.frame and not app.making.is_working
-        if is_there and app.stage.is_settled_at(app.frame) and not app.pull.is_alone:
+        if is_there and app.source.is_settled_at(app.frame) and not app.pull.is_alone:
             return now
         return app.pull.screen.shown() or now
 

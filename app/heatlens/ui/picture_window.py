@@ -37,12 +37,12 @@ class PictureWindow:
         if self._app.first.is_wanted:
             self.hovered = None
             self._start.choose(self._app, hears_keys)
-        elif self._app.stage.is_black and not self._app.pull.is_alone:
+        elif self._app.source.is_black and not self._app.pull.is_alone:
             imgui.text_disabled(f"  Frame {self._app.editing.frame} has no file.")
-        elif self._app.stage.is_waiting:
+        elif self._app.source.is_waiting:
             imgui.text_disabled("  Waiting for a renderer. Ctrl+O opens a file instead.")
         elif pictures is None:
-            is_coming = self._app.stage.plate is not None or self._app.stage.opener.opening
+            is_coming = self._app.source.plate is not None or self._app.source.opener.opening
             words = "Opening ..." if is_coming else "Nothing is open: Ctrl+O, or drop a file here."
             imgui.text_disabled(f"  {words}")
         else:
@@ -80,7 +80,7 @@ class PictureWindow:
 
     def _pictures(self) -> Pictures | None:
         """What the viewport shows, drawn again where it changed."""
-        app, plate = self._app, self._app.stage.plate
+        app, plate = self._app, self._app.source.plate
         app.turns.is_lens_held_off = self._alt()
         shown = app.turns.seen
         if plate is None or shown is None:
@@ -106,7 +106,7 @@ class PictureWindow:
         overlay = None
         if view.overlay is not Overlay.NONE and app.editing.has_lens:
             overlay = screen.overlay(loaded, app.shot, app.editing.frame, view.overlay)
-        windows = app.pull.screen.windows(shown) or app.stage.windows(app.shot)
+        windows = app.pull.screen.windows(shown) or app.source.windows(app.shot)
         return Pictures(
             a,
             b,

@@ -196,8 +196,8 @@ class Loop:
     def _tell_title(self) -> None:
         """The name of what is seen, from the moment it is seen."""
         app = self._app
-        if app.live.shown is not None and app.stage.plate is not None:
-            title = f"{app.documents.title or app.stage.plate.path.name} - heatlens"
+        if app.live.shown is not None and app.source.plate is not None:
+            title = f"{app.documents.title or app.source.plate.path.name} - heatlens"
             if title != self._title:
                 self._title = title
                 glfw.set_window_title(self._window, printable(title))

@@ -5,11 +5,11 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from heatlens.background import Background
 from heatlens.camera.camera_file import read_camera
 from heatlens.camera.into_shot import with_camera
 from heatlens.camera.samples import CameraSamples
 from heatlens.errors import HeatlensError
-from heatlens.ui.background import Background
 
 if TYPE_CHECKING:
     from heatlens.ui.app import App

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from imgui_bundle import imgui
 
+from heatlens.background import Background
 from heatlens.documents.shot_file import SHOT_SUFFIX
 from heatlens.errors import InputError
 from heatlens.files.picture_formats import PICTURES_READ
@@ -18,7 +19,6 @@ from heatlens.plate.picture_write import PICTURE_SUFFIXES
 from heatlens.scene.scene_read import SCENE_SUFFIXES
 from heatlens.scene.scene_source import is_demo, is_scene_source
 from heatlens.sequence.sequence import find_sequence
-from heatlens.ui.background import Background
 from heatlens.ui.files.camera_import import CameraImport
 from heatlens.ui.files.file_browser import FileBrowser
 from heatlens.ui.files.folder_walk import Chosen, Purpose
@@ -100,8 +100,8 @@ class Filing:
         """Open the first plate, if it is known, and show the panels that were shown."""
         app = self._app
         if text and not app.documents.opens(text):
-            is_stream = app.stage.stream is not None and text == app.stage.stream.text
-            app.stage.open(text, given if is_stream else self._first_options(text, given))
+            is_stream = app.source.stream is not None and text == app.source.stream.text
+            app.source.open(text, given if is_stream else self._first_options(text, given))
         hidden = self.preferences.now.hidden_panels
         app.panels = {name: name not in hidden for name in app.panels}
 
@@ -126,11 +126,11 @@ class Filing:
 
     def browse(self, key: str) -> None:
         """Ask for a file."""
-        plate = self._app.stage.plate
+        plate = self._app.source.plate
         if plate is None and PURPOSES[key].is_save:
             self._app.say("Nothing is open that could be saved.")
             return
-        if key == "save shot" and self._app.stage.is_streaming:
+        if key == "save shot" and self._app.source.is_streaming:
             self._app.say(NO_FILES)
             return
         here = plate.path.absolute().parent if plate is not None else home_dir()
@@ -153,7 +153,7 @@ class Filing:
             app.open(str(chosen.path))
         elif key == "reference":
             at_frame = chosen.entry.file_at(app.editing.frame) if chosen.entry else chosen.path
-            app.stage.open_reference(at_frame)
+            app.source.open_reference(at_frame)
         elif key == "camera":
             self.cameras.begin(chosen.path)
         elif key == "save shot":
@@ -163,14 +163,14 @@ class Filing:
 
     def show_export(self) -> None:
         """Bring the panel to the front."""
-        if self._app.stage.is_streaming:
+        if self._app.source.is_streaming:
             self._app.say(NO_FILES)
         self._app.panels["Export"] = True
         imgui.set_window_focus("Export")
 
     def copy(self) -> None:
         """Put the picture on the clipboard."""
-        if self._app.stage.plate is None:
+        if self._app.source.plate is None:
             self._app.say("Nothing is open that could be copied.")
         else:
             self.saver.ask(self._app.shot.source, self._app.editing.frame, None)
@@ -180,7 +180,7 @@ class Filing:
 
         A renderer that is listened to leads them, so that it can be returned to.
         """
-        stream, names = self._app.stage.stream, self.preferences.now.recent
+        stream, names = self._app.source.stream, self.preferences.now.recent
         first = () if stream is None else (stream.text,)
         self._finder.start(lambda: (*first, *(name for name in names if _is_there(name))))
 
@@ -220,8 +220,8 @@ class Filing:
 
         A shot that was kept beside names its source as a path, and takes its name again.
         """
-        app, stream, reading = self._app, self._app.stage.stream, self.reading
-        if stream is None or not app.stage.is_streaming:
+        app, stream, reading = self._app, self._app.source.stream, self.reading
+        if stream is None or not app.source.is_streaming:
             return
         if reading.wished == stream.options:
             reading.wished = app.shot.plate_options
@@ -257,10 +257,11 @@ class Filing:
 
 def _whole(app: "App") -> Shown | None:
     """The picture of the shot as it is now, once it is whole."""
-    shown, stage, frame = app.live.shown, app.stage, app.editing.frame
-    if stage.plate is None or not (stage.is_whole and stage.is_settled_at(frame)):
+    shown, source, frame = app.live.shown, app.source, app.editing.frame
+    if source.plate is None or not (source.is_whole and source.is_settled_at(frame)):
         return None
-    if stage.opened is not None and stage.plate.path != stage.opened.cache.sequence.resolve(frame):
+    opened = source.opened
+    if opened is not None and source.plate.path != opened.cache.sequence.resolve(frame):
         return None  # the plate of the frame is still being read
     is_it = shown is not None and (shown.shot, shown.frame) == (app.shot, frame)
     return shown if is_it and not app.live.is_working else None
@@ -268,7 +269,7 @@ def _whole(app: "App") -> Shown | None:
 
 def _snap(app: "App", shown: Shown | None) -> Snapshot:
     """The picture, and the way it looks: view transform, exposure, gamma and the glass."""
-    plate = app.stage.plate
+    plate = app.source.plate
     assert shown is not None and plate is not None
     transform, view = app.color.transform, app.view
     stops = view.exposure_stops + app.lens.transmission_stops

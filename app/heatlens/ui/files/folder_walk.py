@@ -5,11 +5,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+from heatlens.background import Background
 from heatlens.errors import HeatlensError
 from heatlens.paths import home_dir
 from heatlens.sequence.folder_list import Entry, FolderList, list_folder
 from heatlens.sequence.sequence import find_sequence
-from heatlens.ui.background import Background
 
 
 @dataclass(frozen=True)

@@ -9,13 +9,13 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
+from heatlens.background import Background
 from heatlens.errors import HeatlensError, InputError
 from heatlens.gpu.textures import download
 from heatlens.model.lens import Lens
 from heatlens.plate.picture_write import Encode, check_output, write_picture
 from heatlens.plate.plate import FloatImage, Plate
 from heatlens.scene.scene_read import files_of_scene
-from heatlens.ui.background import Background
 from heatlens.ui.files.clipboard import copy_png
 from heatlens.ui.picture.live_picture import Shown
 

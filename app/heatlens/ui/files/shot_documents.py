@@ -85,7 +85,7 @@ class ShotDocuments:
         """For a file to save."""
         if self.path is not None:
             return self.path.name
-        opened, plate = self._app.stage.opened, self._app.stage.plate
+        opened, plate = self._app.source.opened, self._app.source.plate
         assert plate is not None  # there is nothing to save before
         is_sequence = opened is not None and not opened.cache.sequence.is_single
         return proposed_name(plate.path, is_sequence)
@@ -168,7 +168,7 @@ class ShotDocuments:
     @property
     def is_behind(self) -> bool:
         """Something was changed that is not kept yet."""
-        is_open = self._app.stage.plate is not None and self.offer is None
+        is_open = self._app.source.plate is not None and self.offer is None
         return is_open and self._target is not None and self._app.shot != self._kept
 
     def _take_read(self) -> None:
@@ -198,7 +198,7 @@ class ShotDocuments:
             shot = begun_with_camera(shot, given.camera, given.lens)
         self._coming = replace(document, shot=shot)
         frame = None if shot.played is None else shot.played.first
-        self._app.stage.open(shot.source or "", shot.plate_options, frame)
+        self._app.source.open(shot.source or "", shot.plate_options, frame)
 
     def _take_written(self) -> None:
         done = [entry for entry in self._writing if entry[0].done()]

@@ -25,7 +25,7 @@ class Exporter:
 
     def draw(self) -> None:
         """The panel, inside its window."""
-        plate, shot = self._app.stage.plate, self._app.shot
+        plate, shot = self._app.source.plate, self._app.shot
         if plate is not None and shot.source != self._of:
             is_single = shot.played is None or shot.played.count == 1
             self.wish, self._of = wish_for(plate.path, is_single), shot.source

@@ -4,6 +4,7 @@ import math
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from heatlens.background import Background
 from heatlens.errors import HeatlensError, InputError
 from heatlens.frame_cache.cache import Damaged, FrameCache
 from heatlens.model.frames import FrameRange
@@ -14,7 +15,6 @@ from heatlens.model.shot import Shot
 from heatlens.plate.focus_pick import depth_at_m
 from heatlens.plate.plate import Plate
 from heatlens.plate.read import read_plate
-from heatlens.ui.background import Background
 from heatlens.ui.panels.point_following import Following
 from heatlens.ui.picture.plate_source import Opened
 from heatlens.ui.timeline.focus_track import mark_m
@@ -55,11 +55,11 @@ class MarkCommands:
 
     def set_point(self, pixel: tuple[int, int]) -> None:
         """A mark on what is seen at a pixel of the display window."""
-        plate = self._app.stage.plate
+        plate = self._app.source.plate
         if plate is None:
             return
         try:
-            depth_at_m(plate, *self._app.stage.plate_px(self._app.shot, pixel))
+            depth_at_m(plate, *self._app.source.plate_px(self._app.shot, pixel))
         except HeatlensError as error:
             self._app.say(str(error))
             return
@@ -89,7 +89,7 @@ class MarkCommands:
         """
         if isinstance(mark, ObjectMark):
             return self._app.scenes.object_m(mark.object_name, frame)
-        cache, plate = self._app.timeline.cache, self._app.stage.plate
+        cache, plate = self._app.timeline.cache, self._app.source.plate
         if isinstance(mark, PointMark) and self._app.has_scene:
             return self._in_scene_m(mark, frame)
         if frame is not None and cache is not None:
@@ -100,8 +100,8 @@ class MarkCommands:
     def _in_scene_m(self, mark: PointMark, frame: int | None) -> float | None:
         app, pixel = self._app, (int(mark.x_px), int(mark.y_px))
         if frame is None or frame == app.editing.frame:
-            x, y = app.stage.plate_px(app.shot, pixel)
-            return mark_m(app.stage.plate, replace(mark, x_px=x, y_px=y))
+            x, y = app.source.plate_px(app.shot, pixel)
+            return mark_m(app.source.plate, replace(mark, x_px=x, y_px=y))
         try:
             return app.renderer.scene_depth_m(app.shot, frame, *pixel)
         except InputError:  # beside the picture
@@ -181,8 +181,8 @@ class MarkCommands:
         elif app.renderer.scene is not None:
             self._following = Following(app.renderer, app.renderer.scene, app.shot, mark, frames)
             app.say(self._following.words)
-        elif app.stage.opened is not None:
-            self._read(app.stage.opened, mark, frames)
+        elif app.source.opened is not None:
+            self._read(app.source.opened, mark, frames)
         else:
             app.say("Points are followed through files and scenes.")
 

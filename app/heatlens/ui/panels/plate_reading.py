@@ -23,12 +23,12 @@ class PlateReading:
     @property
     def problem(self) -> str:
         """Why the plate is not read as wished; "" where it is, or is being tried."""
-        opened = self._app.stage.opened
+        opened = self._app.source.opened
         if opened is None or opened.options == self.wished:
             return ""
         if _lacks_ends(self.wished):
             return "Give near and far: the distances of the two ends of this depth."
-        refused = self._app.stage.opener.refused
+        refused = self._app.source.opener.refused
         is_it = refused is not None and (refused.text, refused.options) == (
             opened.text,
             self.wished,
@@ -43,10 +43,10 @@ class PlateReading:
                 self._open(options)
 
     def _open(self, options: PlateOptions) -> None:
-        opened = self._app.stage.opened
+        opened = self._app.source.opened
         if opened is not None:
             self.wished = self._chosen = options
-            self._app.stage.open(opened.text, options, self._app.editing.frame)
+            self._app.source.open(opened.text, options, self._app.editing.frame)
 
     def arrived(self, opened: Opened) -> None:
         """It has been read: what was chosen by hand is remembered for the folder."""
@@ -57,7 +57,7 @@ class PlateReading:
 
     def follow(self) -> None:
         """Read the plate as the shot wants it after a step of undo."""
-        opened, options = self._app.stage.opened, self._app.shot.plate_options
+        opened, options = self._app.source.opened, self._app.shot.plate_options
         if opened is None or options == self._seen or self._app.shot.source != opened.text:
             return
         self._seen = options

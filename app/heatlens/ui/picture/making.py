@@ -4,7 +4,7 @@ from heatlens.model.shot import Shot
 from heatlens.model.view import ViewState
 from heatlens.ui.picture.b_side import BothSides
 from heatlens.ui.picture.live_picture import PlateVersion
-from heatlens.ui.picture.stage import Stage
+from heatlens.ui.picture.open_source import OpenSource
 
 # Work on the whole picture ends so soon, after the step that it is at, for the loop to look for
 # input again: every 30 ms with steps of up to 18 ms.
@@ -12,49 +12,49 @@ _SLICE_S = 0.012
 
 
 class Making:
-    """The plate of the stage becomes the pictures of both sides."""
+    """The plate of the source becomes the pictures of both sides."""
 
-    def __init__(self, stage: Stage, sides: BothSides) -> None:
-        self._stage = stage
+    def __init__(self, source: OpenSource, sides: BothSides) -> None:
+        self._source = source
         self._sides = sides
         self._wished = 0  # version of the plate that the sides know
 
     @property
     def version(self) -> tuple[int, int]:
         """Another one whenever there is something new to be seen."""
-        return self._stage.version, self._sides.version
+        return self._source.version, self._sides.version
 
     @property
     def is_working(self) -> bool:
         """The whole picture is not there yet."""
-        is_known = self._stage.plate is None or self._stage.version == self._wished
-        return self._sides.is_working or not (self._stage.is_whole and is_known)
+        is_known = self._source.plate is None or self._source.version == self._wished
+        return self._sides.is_working or not (self._source.is_whole and is_known)
 
     def wish(self, view: ViewState, shot: Shot, frame: int, budget_s: float) -> None:
         """Answer a change with a picture that fits the time. Raises HeatlensError."""
-        stage = self._stage
-        stage.refresh()  # only now: what was saved before is picture and plate of one frame
-        stage.follow(shot, frame)
-        if stage.plate is not None and stage.is_settled_at(frame):
-            plate = PlateVersion(stage.version, stage.is_finer)
-            self._wished = stage.version
-            self._sides.wish(view, stage.seen(shot), frame, budget_s, plate)
+        source = self._source
+        source.refresh()  # only now: what was saved before is picture and plate of one frame
+        source.follow(shot, frame)
+        if source.plate is not None and source.is_settled_at(frame):
+            plate = PlateVersion(source.version, source.is_finer)
+            self._wished = source.version
+            self._sides.wish(view, source.seen(shot), frame, budget_s, plate)
 
     def work(self) -> None:
         """Go on with the whole picture for a moment. Raises HeatlensError."""
         if self._is_blurring:
-            self._sides.work(_SLICE_S, self._stage.is_whole)
+            self._sides.work(_SLICE_S, self._source.is_whole)
         else:
-            self._stage.refine(_SLICE_S)
+            self._source.refine(_SLICE_S)
 
     @property
     def _is_blurring(self) -> bool:
-        stage = self._stage
-        has_plate = stage.plate is not None and stage.is_good
-        return has_plate and self._sides.wants_work(stage.is_whole)
+        source = self._source
+        has_plate = source.plate is not None and source.is_good
+        return has_plate and self._sides.wants_work(source.is_whole)
 
     def seconds_until_needed(self) -> float | None:
         """How long the loop may sleep; None: until something changes."""
         if self._is_blurring:
             return self._sides.seconds_to_rest()
-        return self._stage.seconds_until_needed()
+        return self._source.seconds_until_needed()

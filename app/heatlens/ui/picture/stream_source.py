@@ -5,12 +5,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 
+from heatlens.background import Background
 from heatlens.errors import HeatlensError
 from heatlens.faults import faults_told
 from heatlens.model.plate_options import PlateOptions
 from heatlens.plate.plate import Plate
 from heatlens.stream.server import TevServer
-from heatlens.ui.background import Background
 
 NO_FILES = (
     "These frames come from a renderer and have no files: have it write an EXR, and open that."

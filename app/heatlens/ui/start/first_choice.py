@@ -59,20 +59,20 @@ class FirstChoice:
 
     def leave(self) -> None:
         """Back to the picture, where there is one."""
-        if self._app.stage.plate is not None:
+        if self._app.source.plate is not None:
             self.is_wanted = False
 
     def refused(self) -> None:
         """What the program began with cannot be opened: something else can be chosen."""
-        stage = self._app.stage
-        is_idle = stage.opener.opening is None and not stage.is_waiting
+        source = self._app.source
+        is_idle = source.opener.opening is None and not source.is_waiting
         if is_idle and self._app.begun is None and not self.is_wanted:
             self.show()
 
     @property
     def has_nothing(self) -> bool:
         """Nothing was opened yet that panels could tell of."""
-        return self.is_wanted and self._app.stage.plate is None
+        return self.is_wanted and self._app.source.plate is None
 
     def sleeps(self, action: Action) -> bool:
         """Its key does nothing while no picture is seen: it may be one of the start screen's."""
@@ -90,7 +90,7 @@ class FirstChoice:
 
     def cards(self) -> tuple[Card, ...]:
         """What is there always, then the recent files that are there."""
-        stream = self._app.stage.stream
+        stream = self._app.source.stream
         still = str(data_dir("assets") / "still_life.exr")
         listen = () if stream is None else (_listen(stream.text, stream.address),)
         fixed = (*_built_in(still), *listen)
@@ -104,7 +104,7 @@ class FirstChoice:
             self._app.browse("open")
             return
         self._app.open(card.text)
-        stream = self._app.stage.stream
+        stream = self._app.source.stream
         if stream is not None and card.text == stream.text:
             self.is_wanted = False  # the wait for a renderer has words of its own
 

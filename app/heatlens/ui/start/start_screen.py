@@ -44,7 +44,7 @@ class StartScreen:
 
     def choose(self, app: "App", hears: bool) -> None:
         """Draw it and do what the hand wants; `hears`: keys are meant for it."""
-        cards, opening = app.first.cards(), app.stage.opener.opening
+        cards, opening = app.first.cards(), app.source.opener.opening
         answer = self.draw(cards, opening, hears, app.first.most_recent)
         if answer.taken is not None:
             app.first.take(answer.taken)

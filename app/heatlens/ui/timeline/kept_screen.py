@@ -88,7 +88,7 @@ class KeptScreen:
 
     def windows(self, shown: Shown) -> tuple[Box, Box] | None:
         """Data and display window of a frame that was rendered from a plate; None for others."""
-        is_plate = isinstance(shown, KeptFrame) and self._app.stage.scene is None
+        is_plate = isinstance(shown, KeptFrame) and self._app.source.scene is None
         picture = shown.picture if isinstance(shown, KeptFrame) and is_plate else None
         return None if picture is None else (picture.data_window, picture.display_window)
 

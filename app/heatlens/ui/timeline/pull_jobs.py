@@ -47,7 +47,7 @@ class PullJobs:
 
     @property
     def _cache(self) -> FrameCache | None:
-        opened = self._app.stage.opened
+        opened = self._app.source.opened
         return None if opened is None else opened.cache
 
     def update(self, frames: Iterable[int]) -> None:
@@ -57,7 +57,7 @@ class PullJobs:
             self._stamps.look({path for frame in frames if (path := self._path(frame))})
         app, shot = self._app, self._app.shot
         made_of = (
-            *(app.stage.opened, app.stage.scene, self._stamps.version, app.timeline.missing),
+            *(app.source.opened, app.source.scene, self._stamps.version, app.timeline.missing),
             *(shot.lens, shot.curves, shot.defocus, shot.framing, self._scale),
         )
         if made_of != self._made_of:
@@ -68,7 +68,7 @@ class PullJobs:
     def _begin(self, shot: Shot) -> None:
         """What all frames have in common."""
         self._maker = self._maker or maker_of(self._app.renderer)
-        opened = self._app.stage.opened
+        opened = self._app.source.opened
         self._shot = self._sized(shot)
         options = shot.plate_options if opened is None else opened.options
         self._shot_key = shot_key(self._maker, options, self._shot.defocus)
@@ -82,7 +82,7 @@ class PullJobs:
 
     def _sized(self, shot: Shot) -> Shot:
         """Of a plate by the proxy; a scene is drawn smaller."""
-        if self._app.stage.scene is None:
+        if self._app.source.scene is None:
             proxy = max(PROXY_MIN, shot.defocus.proxy * self._scale)
             return replace(shot, defocus=replace(shot.defocus, proxy=proxy))
         framing = shot.framing or Framing()
@@ -92,11 +92,11 @@ class PullJobs:
     @property
     def size(self) -> tuple[int, int]:
         """Width and height of the pictures in pixels."""
-        stage = self._app.stage
-        if stage.scene is not None:
+        source = self._app.source
+        if source.scene is not None:
             full = (self._shot.framing or Framing()).size
-        elif stage.plate is not None:
-            window = stage.plate.data_window
+        elif source.plate is not None:
+            window = source.plate.data_window
             full = window.width, window.height
         else:
             return 1, 1
@@ -124,7 +124,7 @@ class PullJobs:
     def _made(self, frame: int) -> FrameJob | None:
         try:
             lens = self._shot.lens_at(frame)
-            if self._app.stage.scene is not None:
+            if self._app.source.scene is not None:
                 key = frame_key(self._shot_key, self._scene, lens, self._sight(frame))
                 return FrameJob(key, self._shot, frame, None)
             file = self._plate_file(frame)
@@ -136,7 +136,7 @@ class PullJobs:
         return FrameJob(frame_key(self._shot_key, source, lens), self._shot, frame, file)
 
     def _plate_file(self, frame: int) -> PlateFile | None:
-        path, opened = self._path(frame), self._app.stage.opened
+        path, opened = self._path(frame), self._app.source.opened
         if path is None or opened is None:
             return None
         if not self._stamps.knows(path):
@@ -153,7 +153,7 @@ class PullJobs:
 
     @property
     def _scene(self) -> Source:
-        opened = self._app.stage.scene
+        opened = self._app.source.scene
         assert opened is not None
         return Source(opened.text, opened.stamps)
 

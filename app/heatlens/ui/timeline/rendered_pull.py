@@ -76,10 +76,10 @@ class RenderedPull:
     def is_on(self) -> bool:
         """There are frames to be played, and they are to be kept."""
         app = self._app
-        if not app.filing.preferences.now.keep_frames or app.stage.plate is None:
+        if not app.filing.preferences.now.keep_frames or app.source.plate is None:
             return False
         is_drawn = app.viewport.viewport.size[0] > 1.0  # only then is it known how large
-        return is_drawn and app.timeline.played.count > 1 and not app.stage.is_streaming
+        return is_drawn and app.timeline.played.count > 1 and not app.source.is_streaming
 
     @property
     def wanted(self) -> int:

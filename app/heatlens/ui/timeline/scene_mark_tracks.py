@@ -63,7 +63,7 @@ class SceneMarkTracks:
         app, frame = self._app, self._app.editing.frame
         is_moving = app.timeline.playback.direction or app.editing.is_unsettled
         is_busy = app.making.is_working or app.timeline.marks.is_reading
-        return not (is_moving or is_busy) and app.stage.is_settled_at(frame)
+        return not (is_moving or is_busy) and app.source.is_settled_at(frame)
 
     def _forget_what_changed(self) -> None:
         seen_by = (self._app.renderer.scene, *_looked_at(self._app.shot))

@@ -65,7 +65,7 @@ class Timeline:
     @property
     def cache(self) -> FrameCache | None:
         """The frames of what is open."""
-        opened = self._app.stage.opened
+        opened = self._app.source.opened
         return None if opened is None else opened.cache
 
     @property
@@ -78,13 +78,13 @@ class Timeline:
     @property
     def _scene_frames(self) -> FrameRange | None:
         """Those of an animated scene."""
-        opened = self._app.stage.scene
+        opened = self._app.source.scene
         return None if opened is None else opened.scene.frames
 
     @property
     def is_shown(self) -> bool:
         """There is something to see on it."""
-        return self._app.panels[NAME] and self._app.stage.plate is not None and self.has_time
+        return self._app.panels[NAME] and self._app.source.plate is not None and self.has_time
 
     @property
     def has_time(self) -> bool:
@@ -140,7 +140,7 @@ class Timeline:
 
     def runs(self) -> tuple[Run, ...]:
         """How the frames stand."""
-        opened = self._app.stage.opened
+        opened = self._app.source.opened
         return () if opened is None else self._states.runs(opened.cache, self._news)
 
     def mark_tracks(self) -> tuple[MarkTrack, ...]:
@@ -151,8 +151,8 @@ class Timeline:
 
     @property
     def _news(self) -> object:
-        stage = self._app.stage
-        return (stage.opened.news.count if stage.opened else 0, stage.wanted)
+        source = self._app.source
+        return (source.opened.news.count if source.opened else 0, source.wanted)
 
     # Going somewhere
 
@@ -235,8 +235,8 @@ class Timeline:
             if frame != now and self._may_play(frame):
                 self._put(frame)
                 self._show()
-        if app.stage.problem != self._said:
-            self._said = app.stage.problem
+        if app.source.problem != self._said:
+            self._said = app.source.problem
             if self._said:
                 app.say(self._said)
 
@@ -254,13 +254,13 @@ class Timeline:
     def _show(self) -> None:
         if self._app.pull.is_alone:
             return
-        if self._app.stage.scene is not None:
+        if self._app.source.scene is not None:
             is_playing = self.playback.direction != 0
-            self._app.stage.look(self._app.shot, self._app.editing.frame, is_playing)
+            self._app.source.look(self._app.shot, self._app.editing.frame, is_playing)
             return
         ahead = _AHEAD_PLAYING if self.playback.direction else _AHEAD_STILL
         direction = self.playback.direction or self.direction
-        self._app.stage.show(self._app.editing.frame, direction, ahead, self.missing)
+        self._app.source.show(self._app.editing.frame, direction, ahead, self.missing)
 
     @property
     def is_due(self) -> bool:
@@ -276,7 +276,7 @@ class Timeline:
         pull = self._app.pull
         if pull.is_alone:
             return pull.is_at_hand(frame)
-        return self._app.stage.is_settled_at(frame)
+        return self._app.source.is_settled_at(frame)
 
     def seconds_until_needed(self) -> float | None:
         """How long the loop may sleep; None: until a plate has been read, or for ever."""

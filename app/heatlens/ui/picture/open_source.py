@@ -28,7 +28,7 @@ from heatlens.ui.picture.scene_sight import SceneSight
 from heatlens.ui.picture.stream_source import OpenedStream, StreamSource
 
 
-class Stage:
+class OpenSource:
     """Opens plates and references; keeps the plate of the frame on the GPU."""
 
     def __init__(
@@ -38,7 +38,7 @@ class Stage:
         stream: StreamSource | None = None,
     ) -> None:
         self.renderer = renderer
-        self.stream = stream  # a renderer that may send frames; closed with the stage
+        self.stream = stream  # a renderer that may send frames; closed with the source
         if stream is not None:
             stream.wake = wake
         self.is_streaming = False  # its frames are what is seen
