@@ -25,8 +25,8 @@ from heatlens.faults import (
 )
 from heatlens.model.lens import Lens
 from heatlens.model.shot import Shot
+from heatlens.session.export_process import ExportRun
 from heatlens.ui import screen
-from heatlens.ui.panels.export_run import ExportRun
 from support.command_line import ENVIRONMENT
 from support.gui import gui_of
 from support.window_plates import room_file

@@ -15,12 +15,13 @@ PACKAGE = Path(heatlens.__file__).parent
 LAYERS = (
     *("base", "model", "files", "sequence", "plate", "frame_cache", "stream", "documents", "scene"),
     *("camera", "color", "gpu", "defocus", "scene_gpu", "render", "preview", "rendered_frames"),
-    *("display", "export", "measure", "ui", "doctor", "api", "commands"),
+    *("display", "export", "measure", "session", "ui", "doctor", "api", "commands"),
 )
 BASE = ("__init__", "background", "errors", "faults", "folders", "paths", "printable", "stopping")
-# render, export and ui pass textures on; bench owns what it measures with, display what is seen
+# render, preview, export, session and ui pass textures on; measure owns what it measures with
 GPU_LAYERS = (
-    *("gpu", "defocus", "scene_gpu", "render", "display", "export", "measure", "ui", "doctor"),
+    *("gpu", "defocus", "scene_gpu", "render", "preview", "display", "export", "measure"),
+    *("session", "ui", "doctor"),
 )
 LINES_MAX = 300
 FILES = sorted(PACKAGE.rglob("*.py"))

@@ -17,7 +17,7 @@ from heatlens.model.lens import Lens
 from heatlens.model.shot import Shot
 from heatlens.scene.gltf.file import named_files
 from heatlens.scene.scene_read import files_of_scene, read_scene
-from heatlens.ui.files import picture_saver
+from heatlens.session import picture_saver
 from support.exports import exported, refused
 from support.gltf_files import GltfWriter, encoded, square_scene
 

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from imgui_bundle import imgui
 
-from heatlens.ui.files import folder_walk
+from heatlens.session import folder_walk
+from heatlens.session.folder_walk import FolderWalk
+from heatlens.session.preferences import Preferences
 from heatlens.ui.files.filing import PURPOSES
-from heatlens.ui.files.folder_walk import FolderWalk
-from heatlens.ui.files.preferences import Preferences
 from support.exr_files import rgb, write_file
 from support.gui import gui_of
 

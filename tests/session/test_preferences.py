@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 from heatlens.errors import InputError
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.view import ViewState
-from heatlens.ui.files.preferences import FILE_NAME, Preferences, Remembered
+from heatlens.session.playback import Ending
+from heatlens.session.preferences import FILE_NAME, Preferences, Remembered
 from heatlens.ui.layout import lists_all
-from heatlens.ui.timeline.playback import Ending
 from support.exr_files import rgb, write_file
 from support.gui import gui_of
 from support.sequences import sequence_files

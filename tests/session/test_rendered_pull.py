@@ -16,7 +16,7 @@ from heatlens.model.view import Overlay
 from heatlens.plate.read import read_plate
 from heatlens.render import FrameRenderer
 from heatlens.rendered_frames.kept_picture import half_of
-from heatlens.ui.files.preferences import Preferences
+from heatlens.session.preferences import Preferences
 from heatlens.ui.timeline.kept_screen import KeptFrame
 from heatlens.ui.timeline.rendered_panel import rendered_words
 from support.gui import Gui, gui_of

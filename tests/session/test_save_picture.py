@@ -18,8 +18,8 @@ from heatlens.model.settings import Quality
 from heatlens.plate.camera_header import camera_at_header, lens_attributes
 from heatlens.plate.exr_read import read_parts
 from heatlens.plate.png_write import write_png
-from heatlens.ui.files import picture_saver
-from heatlens.ui.files.clipboard import copy_png, tools
+from heatlens.session import picture_saver
+from heatlens.session.clipboard import copy_png, tools
 from support.command_line import render
 from support.exr_files import rgb, window, write_file
 from support.gui import gui_of

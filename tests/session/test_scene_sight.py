@@ -11,7 +11,7 @@ from heatlens.model.framing import Framing, Pose
 from heatlens.model.lens import Lens
 from heatlens.model.shot import Shot
 from heatlens.scene_gpu.scene_renderer import PINHOLE_VIEWS
-from heatlens.ui.picture.scene_sight import SceneSight
+from heatlens.session.scene_preview import ScenePreview
 
 SIZE = (640, 360)
 REST_S, SLICE_S = 0.08, 0.012
@@ -51,11 +51,11 @@ def moved(step: int) -> Shot:
     return replace(SHOT, framing=SHOT.framing.at(Pose((0.1 * step, 0.0, 0.0)), 1))
 
 
-def sight_of(machine: Machine) -> SceneSight:
-    return SceneSight(machine, lambda: machine.now)  # type: ignore[arg-type]
+def sight_of(machine: Machine) -> ScenePreview:
+    return ScenePreview(machine, lambda: machine.now)  # type: ignore[arg-type]
 
 
-def refined(sight: SceneSight, machine: Machine) -> int:
+def refined(sight: ScenePreview, machine: Machine) -> int:
     """Frames of the window until the whole picture is there, none of them held up."""
     dearest_s = machine.per_px_s * SIZE[0] * SIZE[1]
     for count in range(1000):

@@ -5,7 +5,7 @@ import numpy as np
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from heatlens.ui.picture.screen_frames import ScreenFrames
+from heatlens.display.screen_frames import ScreenFrames
 
 SIZES = ((4, 4), (8, 4), (16, 16))
 # Key, its size, which look, and the keys that are wanted.

@@ -10,9 +10,9 @@ from imgui_bundle import imgui
 
 from heatlens.documents.shot_file import autosave_path, read_shot, write_autosave, write_shot
 from heatlens.model.shot import Shot
-from heatlens.ui.files.preferences import Preferences
+from heatlens.session.preferences import Preferences
+from heatlens.session.shot_store import proposed_name
 from heatlens.ui.files.shot_documents import ShotDocuments
-from heatlens.ui.files.shot_store import proposed_name
 from support.gui import Gui
 from support.sequences import FIRST
 from support.shots_of_tests import kept, worked_on

@@ -11,9 +11,9 @@ import numpy as np
 from imgui_bundle import imgui
 
 from heatlens.model.plate_options import PlateOptions
+from heatlens.session.preferences import Preferences
 from heatlens.ui import theme, widgets
 from heatlens.ui.app import App, Start
-from heatlens.ui.files.preferences import Preferences
 from heatlens.ui.screen import Screen
 
 SIZE = (1280, 800)

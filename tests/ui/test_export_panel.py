@@ -17,8 +17,8 @@ from heatlens.model.boxes import Box
 from heatlens.model.settings import DefocusSettings, Quality
 from heatlens.plate.exr_read import read_parts
 from heatlens.plate.exr_write import write_exr
+from heatlens.session.export_process import ExportState, _take
 from heatlens.ui.panels.export_panel import FRAME_KINDS, ExportWish, wish_for
-from heatlens.ui.panels.export_run import ExportState, _take
 from heatlens.ui.widgets import window_words
 from support.gui import Gui, gui_of
 from support.plates import room

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from heatlens.display.probe import seen_depth_m
 from heatlens.model.depth_histogram import depth_histogram
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.value_bins import bins_of
@@ -13,9 +14,8 @@ from heatlens.plate.camera_header import lens_attributes
 from heatlens.plate.channel_choice import color_layers_among, depth_channels_first
 from heatlens.plate.radial import planar_depth_m
 from heatlens.plate.read import read_plate
+from heatlens.session.preferences import Preferences
 from heatlens.ui import widgets
-from heatlens.ui.files.preferences import Preferences
-from heatlens.ui.picture.probe import seen_depth_m
 from heatlens.ui.widgets import window_words
 from support.exr_files import rgb, write_file
 from support.gui import gui_of

@@ -11,9 +11,9 @@ from imgui_bundle import imgui
 
 from heatlens.commands.main import main
 from heatlens.paths import data_dir
+from heatlens.session.preferences import Preferences, Remembered
 from heatlens.ui.action_list import actions
 from heatlens.ui.app import Start
-from heatlens.ui.files.preferences import Preferences, Remembered
 from heatlens.ui.picture.stream_source import StreamSource
 from heatlens.ui.start.first_choice import kind_of
 from heatlens.ui.start.start_layout import lay_out

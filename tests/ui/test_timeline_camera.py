@@ -9,8 +9,8 @@ from imgui_bundle import imgui
 from heatlens.errors import InputError
 from heatlens.model.framing import CameraTrack, Pose, PoseKey
 from heatlens.model.shot import LensParameter
-from heatlens.ui.timeline.key_choice import KeyId, all_keys, copied, deleted, pasted
-from heatlens.ui.timeline.key_rows import CAMERA
+from heatlens.session.key_choice import KeyId, all_keys, copied, deleted, pasted
+from heatlens.session.key_rows import CAMERA
 from support.gltf_files import GltfWriter
 from support.gui import Gui, gui_of
 from support.window_plates import QUICK

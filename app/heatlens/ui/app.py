@@ -12,6 +12,7 @@ from pathlib import Path
 import moderngl
 
 from heatlens.camera.samples import CameraSamples
+from heatlens.display.screen_pictures import ScreenPictures
 from heatlens.errors import FaultError, HeatlensError
 from heatlens.faults import faults_told
 from heatlens.gpu.context import is_software
@@ -26,22 +27,21 @@ from heatlens.plate.focus_pick import depth_at_m
 from heatlens.plate.plate import Plate
 from heatlens.plate.start_lens import StartLens
 from heatlens.render import FrameRenderer
+from heatlens.session.color_choice import ColorChoice
+from heatlens.session.compare_sides import CompareSides
+from heatlens.session.editing import Editing
+from heatlens.session.preferences import Preferences
+from heatlens.session.reference import Reference
 from heatlens.ui.action_list import actions
-from heatlens.ui.editing import Editing
 from heatlens.ui.files.filing import Filing
-from heatlens.ui.files.preferences import Preferences
 from heatlens.ui.files.shot_documents import ShotDocuments
 from heatlens.ui.palette import Palette
 from heatlens.ui.panel_names import PANELS
-from heatlens.ui.panels.color_choice import ColorChoice
 from heatlens.ui.panels.scene_commands import SceneCommands
 from heatlens.ui.panels.speed_panel import Speed
-from heatlens.ui.picture.b_side import BothSides
 from heatlens.ui.picture.budget import budget_s
 from heatlens.ui.picture.making import Making
 from heatlens.ui.picture.open_source import OpenSource
-from heatlens.ui.picture.reference import Reference
-from heatlens.ui.picture.screen_pictures import ScreenPictures
 from heatlens.ui.picture.stream_source import NO_FILES, StreamSource
 from heatlens.ui.picture.viewport import ViewportPanel
 from heatlens.ui.picture_turns import PictureTurns
@@ -86,7 +86,7 @@ class App:
         self.message = ""
         self._message_at = 0.0
         self.renderer = FrameRenderer(ctx)
-        self.sides = BothSides(self.renderer)
+        self.sides = CompareSides(self.renderer)
         self.live = self.sides.a
         self.screen = ScreenPictures(ctx)
         self.source = OpenSource(self.renderer, wake, start.stream)

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 from imgui_bundle import imgui
 
+from heatlens.display.probe import seen_depth_m
 from heatlens.model.plausibility import Doubt, doubts
 from heatlens.plate.plate import depth_span
 from heatlens.ui.action_list import nudge_focus
@@ -14,7 +15,6 @@ from heatlens.ui.panels.marks_panel import marks_panel
 from heatlens.ui.panels.plate_panel import PlateFacts, plate_panel
 from heatlens.ui.panels.scene_panel import scene_panel
 from heatlens.ui.panels.speed_panel import speed_panel
-from heatlens.ui.picture.probe import seen_depth_m
 from heatlens.ui.picture.stream_source import NO_FILES
 from heatlens.ui.timeline.dope_sheet import lens_dots
 from heatlens.ui.timeline.panel import timeline_panel

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 from heatlens.errors import HeatlensError
 from heatlens.faults import faults_told
-from heatlens.ui.picture.live_picture import Shown
+from heatlens.preview.shown import Shown
 
 if TYPE_CHECKING:
     from heatlens.ui.app import App

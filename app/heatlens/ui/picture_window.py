@@ -4,6 +4,7 @@ from dataclasses import replace
 
 from imgui_bundle import ImVec2, imgui
 
+from heatlens.display.screen_pictures import layer_limits_px, picture_of_b
 from heatlens.model.coc import sharp_px
 from heatlens.model.view import Compare, Overlay
 from heatlens.ui import widgets
@@ -11,7 +12,6 @@ from heatlens.ui.app import App
 from heatlens.ui.layout import PICTURE
 from heatlens.ui.panels.marks_panel import draw_point_marks
 from heatlens.ui.picture.legend import draw_legend, entries
-from heatlens.ui.picture.screen_pictures import layer_limits_px, picture_of_b
 from heatlens.ui.picture.viewport import MIPMAPS_UNDER, Pictures, ViewportResult
 from heatlens.ui.start.start_screen import StartScreen
 from heatlens.ui.timeline.kept_screen import KeptFrame

@@ -3,9 +3,9 @@
 from imgui_bundle import imgui
 
 from heatlens.model.view import Against, Compare, ViewState
+from heatlens.preview.shown import Shown
+from heatlens.session.compare_sides import CompareSides
 from heatlens.ui import widgets
-from heatlens.ui.picture.b_side import BothSides
-from heatlens.ui.picture.live_picture import Shown
 
 
 def mouse_words(has_camera: bool) -> str:
@@ -15,7 +15,7 @@ def mouse_words(has_camera: bool) -> str:
     return "Click to focus.  Right drag orbits, with Ctrl it moves aside; Ctrl+wheel goes nearer"
 
 
-def words(view: ViewState, sides: BothSides, reference: str | None, shown: Shown | None) -> str:
+def words(view: ViewState, sides: CompareSides, reference: str | None, shown: Shown | None) -> str:
     """ "A: diffusion    B: gather"; A alone where B is not seen. `reference`: the EXR's name;
     `shown`: the picture that is A."""
     if shown is None:
@@ -43,7 +43,7 @@ def _b_words(view: ViewState, of_method: Shown | None, reference: str | None) ->
 
 
 def draw_sides(
-    view: ViewState, sides: BothSides, reference: str | None, shown: Shown | None
+    view: ViewState, sides: CompareSides, reference: str | None, shown: Shown | None
 ) -> None:
     """On the line of the last item, where there is room beside it."""
     text = words(view, sides, reference, shown)

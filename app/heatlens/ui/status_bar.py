@@ -4,9 +4,9 @@ from dataclasses import replace
 
 from imgui_bundle import imgui
 
+from heatlens.display.probe import PictureReader, probe_at, probe_text
 from heatlens.ui import theme
 from heatlens.ui.app import App
-from heatlens.ui.picture.probe import PictureReader, probe_at, probe_text
 from heatlens.ui.side_words import draw_sides, mouse_words
 from heatlens.ui.timeline.kept_screen import KeptFrame
 from heatlens.ui.widgets import window_words

@@ -13,10 +13,10 @@ import moderngl
 from heatlens.errors import NoWindowError
 from heatlens.folders import preferences_dir, rendered_frames_dir
 from heatlens.printable import printable
+from heatlens.session.preferences import WINDOW_LEAST, Preferences, Remembered
 from heatlens.ui import theme
 from heatlens.ui.app import App, Start
 from heatlens.ui.files.dropped import open_dropped
-from heatlens.ui.files.preferences import WINDOW_LEAST, Preferences, Remembered
 from heatlens.ui.layout import restore_layout
 from heatlens.ui.screen import Screen
 from heatlens.ui.stop_signals import StopSignals

@@ -12,8 +12,8 @@ from imgui_bundle import ImVec2, imgui
 
 from heatlens.errors import HeatlensError
 from heatlens.sequence.folder_list import Entry
+from heatlens.session.folder_walk import Chosen, FolderWalk, Purpose
 from heatlens.ui import theme, widgets
-from heatlens.ui.files.folder_walk import Chosen, FolderWalk, Purpose
 
 _SIZE_EM = (56.0, 34.0)
 _FRAMES_EM, _WRITTEN_EM, _BUTTON_EM = 13.0, 10.0, 6.5

@@ -16,17 +16,17 @@ from heatlens.model.plate_options import PlateOptions
 from heatlens.model.view import ViewState
 from heatlens.paths import home_dir
 from heatlens.plate.picture_write import PICTURE_SUFFIXES
+from heatlens.preview.shown import Shown
 from heatlens.scene.scene_read import SCENE_SUFFIXES
 from heatlens.scene.scene_source import is_demo, is_scene_source
 from heatlens.sequence.sequence import find_sequence
+from heatlens.session.folder_walk import Chosen, Purpose
+from heatlens.session.picture_saver import PictureSaver, Snapshot, snapshot
+from heatlens.session.preferences import Preferences
 from heatlens.ui.files.camera_import import CameraImport
 from heatlens.ui.files.file_browser import FileBrowser
-from heatlens.ui.files.folder_walk import Chosen, Purpose
-from heatlens.ui.files.picture_saver import PictureSaver, Snapshot, snapshot
-from heatlens.ui.files.preferences import Preferences
 from heatlens.ui.panels.exporter import Exporter
 from heatlens.ui.panels.plate_reading import PlateReading
-from heatlens.ui.picture.live_picture import Shown
 from heatlens.ui.picture.plate_source import Opened
 from heatlens.ui.picture.scene_opening import OpenedScene
 from heatlens.ui.picture.stream_source import NO_FILES, OpenedStream

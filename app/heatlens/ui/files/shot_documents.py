@@ -11,8 +11,8 @@ from heatlens.model.frames import FRAMES_PER_SECOND, FrameRange
 from heatlens.model.lens import Lens
 from heatlens.model.settings import DefocusSettings
 from heatlens.model.shot import Shot
-from heatlens.ui.files.given_camera import begun_with_camera
-from heatlens.ui.files.shot_store import Found, ShotStore, proposed_name, unnamed_path
+from heatlens.session.given_camera import begun_with_camera
+from heatlens.session.shot_store import Found, ShotStore, proposed_name, unnamed_path
 from heatlens.ui.picture.plate_source import Opened
 from heatlens.ui.picture.scene_opening import OpenedScene
 

@@ -8,8 +8,8 @@ from imgui_bundle import ImVec2, imgui
 
 from heatlens.model.frames import FrameRange
 from heatlens.model.settings import Quality
+from heatlens.session.export_process import ExportState
 from heatlens.ui import theme, widgets
-from heatlens.ui.panels.export_run import ExportState
 
 FRAME_KINDS = {
     "EXR, scene-linear": ".exr",

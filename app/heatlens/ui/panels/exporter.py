@@ -4,8 +4,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from heatlens.errors import HeatlensError
+from heatlens.session.export_process import ExportRun, ExportState
 from heatlens.ui.panels.export_panel import Asked, ExportWish, export_panel, wish_for
-from heatlens.ui.panels.export_run import ExportRun, ExportState
 
 if TYPE_CHECKING:
     from collections.abc import Callable

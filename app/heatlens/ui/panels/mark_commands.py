@@ -15,9 +15,9 @@ from heatlens.model.shot import Shot
 from heatlens.plate.focus_pick import depth_at_m
 from heatlens.plate.plate import Plate
 from heatlens.plate.read import read_plate
-from heatlens.ui.panels.point_following import Following
+from heatlens.session.focus_track import mark_m
+from heatlens.session.point_following import Following
 from heatlens.ui.picture.plate_source import Opened
-from heatlens.ui.timeline.focus_track import mark_m
 
 if TYPE_CHECKING:
     from collections.abc import Callable

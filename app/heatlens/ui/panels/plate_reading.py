@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING
 
 from heatlens.model.plate_options import PlateOptions
-from heatlens.ui.files.preferences import Preferences
+from heatlens.session.preferences import Preferences
 from heatlens.ui.picture.plate_source import Opened
 
 if TYPE_CHECKING:

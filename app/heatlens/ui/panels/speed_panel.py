@@ -6,9 +6,9 @@ from pathlib import Path
 
 from imgui_bundle import imgui
 
+from heatlens.preview.shown import Shown
 from heatlens.render import FrameRenderer
 from heatlens.ui import widgets
-from heatlens.ui.picture.live_picture import Shown
 
 _KEPT = 30  # pictures and frames that the means are over
 _UNMEASURED = "\N{EN DASH}"

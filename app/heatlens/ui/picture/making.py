@@ -2,8 +2,8 @@
 
 from heatlens.model.shot import Shot
 from heatlens.model.view import ViewState
-from heatlens.ui.picture.b_side import BothSides
-from heatlens.ui.picture.live_picture import PlateVersion
+from heatlens.session.compare_sides import CompareSides
+from heatlens.session.live_picture import PlateVersion
 from heatlens.ui.picture.open_source import OpenSource
 
 # Work on the whole picture ends so soon, after the step that it is at, for the loop to look for
@@ -14,7 +14,7 @@ _SLICE_S = 0.012
 class Making:
     """The plate of the source becomes the pictures of both sides."""
 
-    def __init__(self, source: OpenSource, sides: BothSides) -> None:
+    def __init__(self, source: OpenSource, sides: CompareSides) -> None:
         self._source = source
         self._sides = sides
         self._wished = 0  # version of the plate that the sides know

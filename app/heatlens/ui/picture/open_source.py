@@ -20,11 +20,11 @@ from heatlens.model.shot import Shot
 from heatlens.plate.plate import FloatImage, Plate
 from heatlens.render import FrameRenderer
 from heatlens.sequence.sequence import MissingPolicy
+from heatlens.session.reference import Reference, read_reference
+from heatlens.session.scene_preview import ScenePreview
 from heatlens.ui.picture.disk_watch import DiskWatch
 from heatlens.ui.picture.plate_source import Opened, PlateOpener
-from heatlens.ui.picture.reference import Reference, read_reference
 from heatlens.ui.picture.scene_opening import OpenedScene
-from heatlens.ui.picture.scene_sight import SceneSight
 from heatlens.ui.picture.stream_source import OpenedStream, StreamSource
 
 
@@ -45,7 +45,7 @@ class OpenSource:
         self.opener = PlateOpener(wake)
         self.opened: Opened | None = None  # plates
         self.scene: OpenedScene | None = None  # or a scene in their place
-        self.sight = SceneSight(renderer)
+        self.sight = ScenePreview(renderer)
         self.plate: Plate | None = None
         self.histogram: DepthHistogram | None = None
         self.reference: Reference | None = None

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from heatlens.errors import HeatlensError, LensError
 from heatlens.model.shot import Shot
 from heatlens.plate.start_lens import StartLens, start_lens
-from heatlens.ui.files.given_camera import begun_with_camera, first_values
+from heatlens.session.given_camera import begun_with_camera, first_values
 from heatlens.ui.files.shot_documents import started_shot
 from heatlens.ui.picture.plate_source import Opened
 from heatlens.ui.picture.scene_opening import OpenedScene

@@ -4,9 +4,9 @@ from typing import TYPE_CHECKING
 
 from imgui_bundle import ImVec2, imgui
 
+from heatlens.session.key_rows import CAMERA
 from heatlens.ui import theme, widgets
 from heatlens.ui.timeline.diamond import diamond
-from heatlens.ui.timeline.key_rows import CAMERA
 from heatlens.ui.timeline.row_name import row_name
 from heatlens.ui.timeline.scale import TimeScale
 

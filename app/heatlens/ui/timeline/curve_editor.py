@@ -12,12 +12,12 @@ from imgui_bundle import ImVec2, imgui
 
 from heatlens.model.marks import DistanceMark
 from heatlens.model.shot import LensParameter, Shot
+from heatlens.session.focus_track import Sample
+from heatlens.session.key_choice import Chosen, KeyId, moved
 from heatlens.ui import theme
 from heatlens.ui.timeline.curve_axis import AXES, CurveAxis, raised
 from heatlens.ui.timeline.curve_handles import Heights, curve_handles
 from heatlens.ui.timeline.dope_sheet import draw_keys, hold_keys
-from heatlens.ui.timeline.focus_track import Sample
-from heatlens.ui.timeline.key_choice import Chosen, KeyId, moved
 from heatlens.ui.timeline.key_hand import Places
 from heatlens.ui.timeline.scale import TimeScale
 

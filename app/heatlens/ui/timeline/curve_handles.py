@@ -9,9 +9,9 @@ from imgui_bundle import ImVec2, imgui
 from heatlens.errors import HeatlensError
 from heatlens.model.curve import Curve, Key
 from heatlens.model.interpolation import Ease, Interpolation, Scale
+from heatlens.session.key_choice import checked, frames_of
 from heatlens.ui import theme, widgets
 from heatlens.ui.timeline.curve_axis import CurveAxis
-from heatlens.ui.timeline.key_choice import checked, frames_of
 from heatlens.ui.timeline.scale import TimeScale
 
 if TYPE_CHECKING:

@@ -6,12 +6,12 @@ from imgui_bundle import ImVec2, imgui
 
 from heatlens.model.interpolation import Interpolation
 from heatlens.model.shot import LensParameter, Shot
+from heatlens.session.key_choice import Chosen, KeyId, key_of, moved
+from heatlens.session.key_rows import ROWS, Row, key_frames
 from heatlens.ui import theme, widgets
 from heatlens.ui.timeline.camera_row import camera_row
 from heatlens.ui.timeline.diamond import diamond
-from heatlens.ui.timeline.key_choice import Chosen, KeyId, key_of, moved
 from heatlens.ui.timeline.key_hand import Places
-from heatlens.ui.timeline.key_rows import ROWS, Row, key_frames
 from heatlens.ui.timeline.row_name import row_name
 from heatlens.ui.timeline.scale import TimeScale
 

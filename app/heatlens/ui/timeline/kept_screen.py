@@ -6,14 +6,14 @@ from typing import TYPE_CHECKING
 
 import moderngl
 
+from heatlens.display.screen_frames import MOST_BYTES, ScreenFrames
 from heatlens.gpu.context import is_software
 from heatlens.gpu.textures import new_texture
 from heatlens.model.boxes import Box
 from heatlens.model.view import ViewState
+from heatlens.preview.shown import Shown
 from heatlens.rendered_frames.frame_filler import FrameJob
 from heatlens.rendered_frames.kept_picture import KeptPicture
-from heatlens.ui.picture.live_picture import Shown
-from heatlens.ui.picture.screen_frames import MOST_BYTES, ScreenFrames
 from heatlens.ui.picture.viewport import MIPMAPS_UNDER
 
 if TYPE_CHECKING:

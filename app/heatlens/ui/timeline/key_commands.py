@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 from heatlens.errors import HeatlensError
 from heatlens.model.interpolation import Interpolation
 from heatlens.model.shot import LensParameter, Shot
-from heatlens.ui.timeline.key_choice import (
+from heatlens.session.key_choice import (
     Chosen,
     Copied,
     all_keys,
@@ -19,7 +19,7 @@ from heatlens.ui.timeline.key_choice import (
     pasted,
     with_keys_here,
 )
-from heatlens.ui.timeline.key_rows import CAMERA, key_count
+from heatlens.session.key_rows import CAMERA, key_count
 
 if TYPE_CHECKING:
     from heatlens.ui.app import App

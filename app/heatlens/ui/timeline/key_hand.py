@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Literal
 
 from heatlens.errors import HeatlensError
 from heatlens.model.shot import Shot
-from heatlens.ui.timeline.key_choice import Chosen, KeyId, all_keys, rippled
+from heatlens.session.key_choice import Chosen, KeyId, all_keys, rippled
 
 if TYPE_CHECKING:
     from heatlens.ui.app import App

@@ -8,9 +8,9 @@ from imgui_bundle import imgui
 from heatlens.model.curve import Key
 from heatlens.model.interpolation import Interpolation
 from heatlens.model.shot import LensParameter
+from heatlens.session.key_choice import key_of
+from heatlens.session.key_rows import CAMERA
 from heatlens.ui import widgets
-from heatlens.ui.timeline.key_choice import key_of
-from heatlens.ui.timeline.key_rows import CAMERA
 from heatlens.ui.timeline.transport import beside, combo
 
 if TYPE_CHECKING:

@@ -7,8 +7,8 @@ from imgui_bundle import ImVec2, imgui
 
 from heatlens.errors import InputError
 from heatlens.rendered_frames.frame_store import MEGABYTE
+from heatlens.session.preferences import MEGABYTES_MOST
 from heatlens.ui import theme, widgets
-from heatlens.ui.files.preferences import MEGABYTES_MOST
 
 if TYPE_CHECKING:
     from heatlens.ui.app import App

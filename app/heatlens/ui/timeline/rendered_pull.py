@@ -17,7 +17,7 @@ from heatlens.rendered_frames.frame_filler import FrameFiller, FrameJob
 from heatlens.rendered_frames.frame_order import frames_from, runs_of
 from heatlens.rendered_frames.frame_store import MEGABYTE, FrameStore, memory_bytes_of
 from heatlens.rendered_frames.memory_store import MemoryStore
-from heatlens.ui.files.preferences import Remembered
+from heatlens.session.preferences import Remembered
 from heatlens.ui.timeline.kept_screen import KeptScreen
 from heatlens.ui.timeline.pull_jobs import PullJobs
 

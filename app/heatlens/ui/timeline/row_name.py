@@ -4,8 +4,8 @@ from typing import TYPE_CHECKING
 
 from imgui_bundle import ImVec2, imgui
 
+from heatlens.session.key_rows import Row
 from heatlens.ui import theme, widgets
-from heatlens.ui.timeline.key_rows import Row
 
 if TYPE_CHECKING:
     from heatlens.ui.app import App

@@ -8,7 +8,7 @@ from heatlens.errors import HeatlensError
 from heatlens.model.frames import FrameRange
 from heatlens.model.marks import DistanceMark, ObjectMark, PointMark
 from heatlens.model.shot import LensParameter, Shot
-from heatlens.ui.timeline.focus_track import MarkTrack
+from heatlens.session.focus_track import MarkTrack
 
 if TYPE_CHECKING:
     from heatlens.ui.app import App

@@ -11,14 +11,14 @@ from heatlens.model.curve import SAME_FRAME
 from heatlens.model.frames import FrameRange
 from heatlens.model.shot import LensParameter, Shot
 from heatlens.sequence.sequence import MissingPolicy
+from heatlens.session.focus_track import FocusTrack, MarkTrack, MarkTracks
+from heatlens.session.frame_states import FrameStates, Run
+from heatlens.session.key_rows import CAMERA, Row
+from heatlens.session.playback import Playback
 from heatlens.ui.panels.mark_commands import MarkCommands
 from heatlens.ui.timeline.curve_axis import CurveLine
-from heatlens.ui.timeline.focus_track import FocusTrack, MarkTrack, MarkTracks
-from heatlens.ui.timeline.frame_states import FrameStates, Run
 from heatlens.ui.timeline.key_commands import KeyCommands
 from heatlens.ui.timeline.key_hand import KeyHand
-from heatlens.ui.timeline.key_rows import CAMERA, Row
-from heatlens.ui.timeline.playback import Playback
 from heatlens.ui.timeline.scale import TimeScale
 from heatlens.ui.timeline.scene_mark_tracks import SceneMarkTracks
 

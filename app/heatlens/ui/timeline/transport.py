@@ -9,8 +9,8 @@ from imgui_bundle import ImVec2, imgui
 from heatlens.errors import InputError
 from heatlens.model.frames import check_frame, check_frames_per_second
 from heatlens.sequence.sequence import MissingPolicy
+from heatlens.session.playback import Ending
 from heatlens.ui import theme, widgets
-from heatlens.ui.timeline.playback import Ending
 from heatlens.ui.timeline.rendered_panel import rendered_label
 
 if TYPE_CHECKING:

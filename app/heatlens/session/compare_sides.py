@@ -5,13 +5,14 @@ from dataclasses import replace
 from heatlens.model.settings import Method
 from heatlens.model.shot import Shot
 from heatlens.model.view import Against, Compare, ViewState
+from heatlens.preview.shown import Shown
 from heatlens.render import FrameRenderer
-from heatlens.ui.picture.live_picture import FIRST_PLATE, LivePicture, PlateVersion, Shown
+from heatlens.session.live_picture import FIRST_PLATE, LivePicture, PlateVersion
 
 _LEAST = 0.25  # of the time for a picture, for B, however much A took
 
 
-class BothSides:
+class CompareSides:
     """A, the picture through the lens, and B, the same shot by another method, share the time.
 
     Passes share scratch memory, so that one picture is finished before the other goes on; what was

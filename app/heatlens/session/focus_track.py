@@ -12,7 +12,7 @@ from heatlens.model.pull import frames_too_close
 from heatlens.model.shot import Shot
 from heatlens.plate.focus_pick import depth_at_m
 from heatlens.plate.plate import Plate
-from heatlens.ui.timeline.frame_states import Run
+from heatlens.session.frame_states import Run
 
 _WARNED_MOST = 2000  # frames that are asked whether they are too close
 

@@ -19,7 +19,7 @@ _GOOD_VIEWS = 16  # so many are worth a blur before all of them are there,
 _ALL_AT_ONCE_S = 0.25  # unless all take no longer than this
 
 
-class SceneSight:
+class ScenePreview:
     """Chooses how large the scene is drawn, by how long it took before.
 
     While something moves: as large as the time allows, by one view or, where a machine has time

@@ -14,8 +14,8 @@ from heatlens.gpu.textures import TexturePool
 from heatlens.model.coc import sharp_px
 from heatlens.model.shot import Shot
 from heatlens.model.view import Against, Compare, Overlay, ViewState
+from heatlens.preview.shown import Shown
 from heatlens.render import LoadedPlate, optics_of
-from heatlens.ui.picture.live_picture import Shown
 
 Key = tuple[object, ...]
 Look = tuple[float, float, int, bool]  # exposure, gamma, version of the transform, mipmaps

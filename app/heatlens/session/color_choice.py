@@ -7,9 +7,9 @@ from typing import Any
 from heatlens.color.color_config import ColorConfig, load_color_config
 from heatlens.color.input_space import InputSpace, input_space_of
 from heatlens.color.view_transform import srgb_transform, view_transform
+from heatlens.display.screen_pictures import ScreenPictures
 from heatlens.errors import HeatlensError
 from heatlens.model.view import ViewState
-from heatlens.ui.picture.screen_pictures import ScreenPictures
 
 
 class ColorChoice:

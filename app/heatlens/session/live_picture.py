@@ -20,6 +20,7 @@ from heatlens.model.settings import DefocusSettings
 from heatlens.model.shot import Shot
 from heatlens.preview.cost import CostModel
 from heatlens.preview.levels import cheaper, is_better, on_the_way
+from heatlens.preview.shown import Shown
 from heatlens.render import FrameRenderer
 
 _REST_S = 0.08  # so long without a change is rest: a hand that drags sends several in this time
@@ -38,23 +39,6 @@ class PlateVersion(NamedTuple):
 
 
 FIRST_PLATE = PlateVersion(0)
-
-
-@dataclass(frozen=True, eq=False)
-class Shown:
-    """A finished picture and what it is of."""
-
-    texture: moderngl.Texture
-    shot: Shot
-    frame: int
-    settings: DefocusSettings  # those it was made with
-    seconds: float  # of rendering
-    plate: int = 0  # the number of that it was made of
-
-    @property
-    def is_whole(self) -> bool:
-        """As `heatlens render` would make it."""
-        return self.settings == self.shot.defocus
 
 
 @dataclass

@@ -12,7 +12,7 @@ from heatlens.errors import InputError
 from heatlens.files.atomic_file import write_whole
 from heatlens.files.json_record import JsonEntry, read_json, record_to_json
 from heatlens.model.plate_options import PlateOptions
-from heatlens.ui.timeline.playback import Ending
+from heatlens.session.playback import Ending
 
 FILE_NAME = "preferences.json"
 RECENT_MAX = 10

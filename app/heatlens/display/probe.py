@@ -11,7 +11,7 @@ from heatlens.model.coc import coc_line, coc_px
 from heatlens.model.lens import Lens
 from heatlens.model.units import format_distance
 from heatlens.plate.plate import Plate
-from heatlens.ui.picture.live_picture import Shown
+from heatlens.preview.shown import Shown
 
 Rgba = tuple[float, float, float, float]
 

@@ -12,7 +12,7 @@ from heatlens.model.curve import SAME_FRAME, Curve, Key
 from heatlens.model.framing import PoseKey
 from heatlens.model.interpolation import Interpolation
 from heatlens.model.shot import LensParameter, Shot
-from heatlens.ui.timeline.key_rows import (
+from heatlens.session.key_rows import (
     CAMERA,
     ROWS,
     Keyed,

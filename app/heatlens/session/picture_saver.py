@@ -15,9 +15,9 @@ from heatlens.gpu.textures import download
 from heatlens.model.lens import Lens
 from heatlens.plate.picture_write import Encode, check_output, write_picture
 from heatlens.plate.plate import FloatImage, Plate
+from heatlens.preview.shown import Shown
 from heatlens.scene.scene_read import files_of_scene
-from heatlens.ui.files.clipboard import copy_png
-from heatlens.ui.picture.live_picture import Shown
+from heatlens.session.clipboard import copy_png
 
 
 @dataclass(frozen=True, eq=False)

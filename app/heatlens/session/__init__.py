@@ -1,0 +1,1 @@
+"""What the program behind the window holds and does, without a window: it draws nothing."""
