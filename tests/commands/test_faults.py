@@ -138,7 +138,7 @@ def gui(session_context, tmp_path):
 def test_a_file_that_breaks_its_reader_leaves_the_window(
     reports, gui, tmp_path, monkeypatch, expects_faults
 ):
-    monkeypatch.setattr("heatlens.ui.picture.plate_source.opened_scene", broken)
+    monkeypatch.setattr("heatlens.session.plate_opening.opened_scene", broken)
     (tmp_path / "bad.obj").write_text("")
     before = gui.app.source.plate
     gui.app.open(str(tmp_path / "bad.obj"))
@@ -152,7 +152,7 @@ def test_work_is_kept_before_a_fault_is_said(reports, gui, tmp_path, monkeypatch
     app.documents.save_as(path)
     gui.until(lambda: not app.documents._writing, "the file")
     app.edit_lens(replace(app.lens, f_stop=1.25))
-    monkeypatch.setattr(app.making, "wish", broken)
+    monkeypatch.setattr(app.scheduler, "wish", broken)
     app.turns.update()
     assert "The picture could not be made; this is a fault" in app.message
     assert read_shot(autosave_path(path)).lens.f_stop == 1.25

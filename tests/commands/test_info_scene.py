@@ -8,7 +8,7 @@ import pytest
 
 from heatlens.commands.main import main
 from heatlens.scene.scene_bounds import track_of
-from heatlens.ui.picture.scene_opening import opened_scene
+from heatlens.session.scene_opening import opened_scene
 from support.gltf_files import GltfWriter
 
 

@@ -9,7 +9,7 @@ from heatlens.commands.main import main
 from heatlens.documents.shot_file import read_shot
 from heatlens.scene.first_shot import first_shot
 from heatlens.scene.scene_bounds import object_depth_m, track_of
-from heatlens.ui.picture.scene_opening import opened_scene
+from heatlens.session.scene_opening import opened_scene
 from support.command_line import picture, render
 from support.exports import exported
 from support.gltf_files import GltfWriter

@@ -97,7 +97,7 @@ def test_playing_rendered_frames_renders_nothing_and_shows_each(gui, renderer):
     fill(gui)
     at_rest(gui)
     app, clock = gui.app, gui.app.timeline.playback._clock
-    before = app.making.version
+    before = app.scheduler.version
     gui.key(K.space)
     seen = []
     for _ in range(2 * COUNT):
@@ -109,7 +109,7 @@ def test_playing_rendered_frames_renders_nothing_and_shows_each(gui, renderer):
         light = download(app.pull.screen.uploaded(shown).texture)
         np.testing.assert_array_equal(light, own_picture(gui, renderer, app.frame))
         seen.append(app.frame)
-    assert app.making.version == before
+    assert app.scheduler.version == before
     assert sorted(seen) == sorted([*range(FIRST, LAST + 1)] * 2)
 
 

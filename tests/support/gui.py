@@ -83,7 +83,7 @@ class Gui:
 
     def settled(self) -> None:
         """Until the whole picture is there and on the screen."""
-        self.until(lambda: not self.app.making.is_working, "the whole picture", 60.0)
+        self.until(lambda: not self.app.scheduler.is_working, "the whole picture", 60.0)
         self.frame(2)
 
     def rect(self, name: str) -> tuple[float, float, float, float]:

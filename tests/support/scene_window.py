@@ -41,7 +41,9 @@ def whole(gui: Gui) -> None:
     """Go on until the whole picture is there."""
     gui.frame()  # what was asked for just now is begun
     app = gui.app
-    gui.until(lambda: app.live.shown is not None and not app.making.is_working, "the whole picture")
+    gui.until(
+        lambda: app.live.shown is not None and not app.scheduler.is_working, "the whole picture"
+    )
     gui.frame(2)
 
 

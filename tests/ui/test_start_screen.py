@@ -12,9 +12,9 @@ from imgui_bundle import imgui
 from heatlens.commands.main import main
 from heatlens.paths import data_dir
 from heatlens.session.preferences import Preferences, Remembered
+from heatlens.session.stream_source import StreamSource
 from heatlens.ui.action_list import actions
 from heatlens.ui.app import Start
-from heatlens.ui.picture.stream_source import StreamSource
 from heatlens.ui.start.first_choice import kind_of
 from heatlens.ui.start.start_layout import lay_out
 from support.gui import Gui, gui_of

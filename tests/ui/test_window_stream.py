@@ -16,8 +16,8 @@ from heatlens.gpu.textures import download
 from heatlens.model.plate_options import PlateOptions
 from heatlens.plate.exr_read import read_parts
 from heatlens.render import FrameRenderer
+from heatlens.session.stream_source import NO_FILES, StreamSource
 from heatlens.ui.app import Start
-from heatlens.ui.picture.stream_source import NO_FILES, StreamSource
 from support.gui import Gui
 from support.plates import room
 from support.tev_peers import CHANNELS, packet

@@ -30,8 +30,11 @@ from heatlens.render import FrameRenderer
 from heatlens.session.color_choice import ColorChoice
 from heatlens.session.compare_sides import CompareSides
 from heatlens.session.editing import Editing
+from heatlens.session.open_source import OpenSource
 from heatlens.session.preferences import Preferences
 from heatlens.session.reference import Reference
+from heatlens.session.render_scheduler import RenderScheduler
+from heatlens.session.stream_source import NO_FILES, StreamSource
 from heatlens.ui.action_list import actions
 from heatlens.ui.files.filing import Filing
 from heatlens.ui.files.shot_documents import ShotDocuments
@@ -40,9 +43,6 @@ from heatlens.ui.panel_names import PANELS
 from heatlens.ui.panels.scene_commands import SceneCommands
 from heatlens.ui.panels.speed_panel import Speed
 from heatlens.ui.picture.budget import budget_s
-from heatlens.ui.picture.making import Making
-from heatlens.ui.picture.open_source import OpenSource
-from heatlens.ui.picture.stream_source import NO_FILES, StreamSource
 from heatlens.ui.picture.viewport import ViewportPanel
 from heatlens.ui.picture_turns import PictureTurns
 from heatlens.ui.start.beginning import begin
@@ -90,7 +90,7 @@ class App:
         self.live = self.sides.a
         self.screen = ScreenPictures(ctx)
         self.source = OpenSource(self.renderer, wake, start.stream)
-        self.making = Making(self.source, self.sides)
+        self.scheduler = RenderScheduler(self.source, self.sides)
         self.color = ColorChoice(start.ocio, self.say)
         self.filing = Filing(self, preferences or Preferences(), wake)
         self.view = self.color.with_names(self.filing.first_view(start.view))

@@ -7,6 +7,7 @@ from imgui_bundle import imgui
 from heatlens.display.probe import seen_depth_m
 from heatlens.model.plausibility import Doubt, doubts
 from heatlens.plate.plate import depth_span
+from heatlens.session.stream_source import NO_FILES
 from heatlens.ui.action_list import nudge_focus
 from heatlens.ui.app import App
 from heatlens.ui.panels.lens_panel import LensFacts, blur_panel, lens_panel
@@ -15,7 +16,6 @@ from heatlens.ui.panels.marks_panel import marks_panel
 from heatlens.ui.panels.plate_panel import PlateFacts, plate_panel
 from heatlens.ui.panels.scene_panel import scene_panel
 from heatlens.ui.panels.speed_panel import speed_panel
-from heatlens.ui.picture.stream_source import NO_FILES
 from heatlens.ui.timeline.dope_sheet import lens_dots
 from heatlens.ui.timeline.panel import timeline_panel
 from heatlens.ui.widgets import window_words

@@ -21,7 +21,7 @@ class PictureTurns:
     def seen(self) -> Shown | None:
         """The picture through the lens: rendered now, or before where that is not there yet."""
         app, now = self._app, self._app.live.shown
-        is_there = now is not None and now.frame == app.frame and not app.making.is_working
+        is_there = now is not None and now.frame == app.frame and not app.scheduler.is_working
         if is_there and app.source.is_settled_at(app.frame) and not app.pull.is_alone:
             return now
         return app.pull.screen.shown() or now
@@ -33,7 +33,7 @@ class PictureTurns:
             return
         try:
             with faults_told("The picture could not be made"):
-                app.making.wish(app.view, app.shot, app.frame, app.budget_s)
+                app.scheduler.wish(app.view, app.shot, app.frame, app.budget_s)
         except HeatlensError as error:
             app.say_error(error)
 
@@ -41,15 +41,15 @@ class PictureTurns:
     def is_working(self) -> bool:
         """There is a picture to go on with."""
         app = self._app
-        return not app.pull.is_alone and (app.making.is_working or app.pull.has_work)
+        return not app.pull.is_alone and (app.scheduler.is_working or app.pull.has_work)
 
     def work(self) -> None:
         """Go on for a moment."""
         app = self._app
         try:
             with faults_told("The picture could not be made"):
-                if app.making.is_working:
-                    app.making.work()
+                if app.scheduler.is_working:
+                    app.scheduler.work()
                 else:
                     app.pull.work()
         except HeatlensError as error:
@@ -58,13 +58,13 @@ class PictureTurns:
     @property
     def version(self) -> object:
         """Another one whenever there is something new to be seen."""
-        return self._app.making.version, self._app.pull.version
+        return self._app.scheduler.version, self._app.pull.version
 
     def seconds_until_needed(self) -> float | None:
         """How long the loop may sleep; None: until something changes."""
         app = self._app
         if app.pull.is_alone:
             return None
-        if app.making.is_working:
-            return app.making.seconds_until_needed()
+        if app.scheduler.is_working:
+            return app.scheduler.seconds_until_needed()
         return app.pull.seconds_until_needed()

@@ -22,14 +22,14 @@ from heatlens.scene.scene_source import is_demo, is_scene_source
 from heatlens.sequence.sequence import find_sequence
 from heatlens.session.folder_walk import Chosen, Purpose
 from heatlens.session.picture_saver import PictureSaver, Snapshot, snapshot
+from heatlens.session.plate_opening import Opened
 from heatlens.session.preferences import Preferences
+from heatlens.session.scene_opening import OpenedScene
+from heatlens.session.stream_source import NO_FILES, OpenedStream
 from heatlens.ui.files.camera_import import CameraImport
 from heatlens.ui.files.file_browser import FileBrowser
 from heatlens.ui.panels.exporter import Exporter
 from heatlens.ui.panels.plate_reading import PlateReading
-from heatlens.ui.picture.plate_source import Opened
-from heatlens.ui.picture.scene_opening import OpenedScene
-from heatlens.ui.picture.stream_source import NO_FILES, OpenedStream
 
 if TYPE_CHECKING:
     from heatlens.ui.app import App

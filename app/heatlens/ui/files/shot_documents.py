@@ -12,9 +12,9 @@ from heatlens.model.lens import Lens
 from heatlens.model.settings import DefocusSettings
 from heatlens.model.shot import Shot
 from heatlens.session.given_camera import begun_with_camera
+from heatlens.session.plate_opening import Opened
+from heatlens.session.scene_opening import OpenedScene
 from heatlens.session.shot_store import Found, ShotStore, proposed_name, unnamed_path
-from heatlens.ui.picture.plate_source import Opened
-from heatlens.ui.picture.scene_opening import OpenedScene
 
 if TYPE_CHECKING:
     from collections.abc import Callable

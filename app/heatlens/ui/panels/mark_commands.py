@@ -16,8 +16,8 @@ from heatlens.plate.focus_pick import depth_at_m
 from heatlens.plate.plate import Plate
 from heatlens.plate.read import read_plate
 from heatlens.session.focus_track import mark_m
+from heatlens.session.plate_opening import Opened
 from heatlens.session.point_following import Following
-from heatlens.ui.picture.plate_source import Opened
 
 if TYPE_CHECKING:
     from collections.abc import Callable

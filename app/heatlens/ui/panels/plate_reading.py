@@ -3,8 +3,8 @@
 from typing import TYPE_CHECKING
 
 from heatlens.model.plate_options import PlateOptions
+from heatlens.session.plate_opening import Opened
 from heatlens.session.preferences import Preferences
-from heatlens.ui.picture.plate_source import Opened
 
 if TYPE_CHECKING:
     from heatlens.ui.app import App

@@ -8,10 +8,10 @@ from heatlens.errors import HeatlensError, LensError
 from heatlens.model.shot import Shot
 from heatlens.plate.start_lens import StartLens, start_lens
 from heatlens.session.given_camera import begun_with_camera, first_values
+from heatlens.session.plate_opening import Opened
+from heatlens.session.scene_opening import OpenedScene
+from heatlens.session.stream_source import OpenedStream
 from heatlens.ui.files.shot_documents import started_shot
-from heatlens.ui.picture.plate_source import Opened
-from heatlens.ui.picture.scene_opening import OpenedScene
-from heatlens.ui.picture.stream_source import OpenedStream
 
 if TYPE_CHECKING:
     from heatlens.ui.app import App

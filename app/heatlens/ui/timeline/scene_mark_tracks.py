@@ -62,7 +62,7 @@ class SceneMarkTracks:
     def _is_idle(self) -> bool:
         app, frame = self._app, self._app.editing.frame
         is_moving = app.timeline.playback.direction or app.editing.is_unsettled
-        is_busy = app.making.is_working or app.timeline.marks.is_reading
+        is_busy = app.scheduler.is_working or app.timeline.marks.is_reading
         return not (is_moving or is_busy) and app.source.is_settled_at(frame)
 
     def _forget_what_changed(self) -> None:

@@ -20,12 +20,12 @@ from heatlens.model.shot import Shot
 from heatlens.plate.plate import FloatImage, Plate
 from heatlens.render import FrameRenderer
 from heatlens.sequence.sequence import MissingPolicy
+from heatlens.session.disk_watch import DiskWatch
+from heatlens.session.plate_opening import Opened, PlateOpener
 from heatlens.session.reference import Reference, read_reference
+from heatlens.session.scene_opening import OpenedScene
 from heatlens.session.scene_preview import ScenePreview
-from heatlens.ui.picture.disk_watch import DiskWatch
-from heatlens.ui.picture.plate_source import Opened, PlateOpener
-from heatlens.ui.picture.scene_opening import OpenedScene
-from heatlens.ui.picture.stream_source import OpenedStream, StreamSource
+from heatlens.session.stream_source import OpenedStream, StreamSource
 
 
 class OpenSource:

@@ -4,14 +4,14 @@ from heatlens.model.shot import Shot
 from heatlens.model.view import ViewState
 from heatlens.session.compare_sides import CompareSides
 from heatlens.session.live_picture import PlateVersion
-from heatlens.ui.picture.open_source import OpenSource
+from heatlens.session.open_source import OpenSource
 
 # Work on the whole picture ends so soon, after the step that it is at, for the loop to look for
 # input again: every 30 ms with steps of up to 18 ms.
 _SLICE_S = 0.012
 
 
-class Making:
+class RenderScheduler:
     """The plate of the source becomes the pictures of both sides."""
 
     def __init__(self, source: OpenSource, sides: CompareSides) -> None:

@@ -13,7 +13,7 @@ from heatlens.model.plate_options import PlateOptions
 from heatlens.plate.plate import Plate
 from heatlens.scene.scene_source import is_scene_source
 from heatlens.sequence.sequence import Sequence, find_sequence
-from heatlens.ui.picture.scene_opening import OpenedScene, opened_scene
+from heatlens.session.scene_opening import OpenedScene, opened_scene
 
 _BUDGET_BYTES = 2 << 30  # plates kept in memory: some eighty frames of 1080p
 
