@@ -9,19 +9,24 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from heatlens.commands.main import _with_command, build_parser
+from heatlens.commands.main import _with_command, build_parser, main
+from heatlens.ui import window
 
 ROOT = Path(__file__).resolve().parents[2]
 
 
-def code_lines(text: str) -> list[str]:
-    blocks = text.split("```sh\n")[1:]
-    return [line for block in blocks for line in block.split("```")[0].splitlines()]
+def blocks() -> list[str]:
+    """Each block of shell commands."""
+    return [b.split("```")[0] for b in (ROOT / "README.md").read_text().split("```sh\n")[1:]]
+
+
+def code_lines() -> list[str]:
+    return [line for block in blocks() for line in block.splitlines()]
 
 
 def test_ci_runs_the_readmes_test_command() -> None:
     command = next(
-        line for line in code_lines((ROOT / "README.md").read_text()) if line.endswith("pytest")
+        line for line in code_lines() if line.endswith("pytest")
     )
     assert command in (ROOT / ".ci" / "run").read_text().splitlines()
 
@@ -61,7 +66,7 @@ def parsers(parser: argparse.ArgumentParser) -> Iterator[argparse.ArgumentParser
 def examples() -> list[str]:
     """Command lines of the README, in its blocks and in its text, and of every help."""
     text = (ROOT / "README.md").read_text()
-    lines = [line for line in code_lines(text) if line.startswith("heatlens ")]
+    lines = [line for line in code_lines() if line.startswith("heatlens ")]
     lines += re.findall(r"`(?:\S*/)?(heatlens (?:\w+ )?\S*[-.]\S*[^`\n]*)`", text)
     for parser in parsers(build_parser()):
         whole = (parser.epilog or "").replace("\\\n", " ")
@@ -80,6 +85,31 @@ def test_every_example_can_be_typed(line):
     words = shlex.split(line.partition(" > ")[0], comments=True)[1:]
     args = build_parser().parse_args(_with_command(words))
     assert callable(args.run)
+
+
+def runnable() -> list[str]:
+    """The block that can be run from top to bottom, but what takes minutes or waits for others."""
+    block = next(b for b in blocks() if "heatlens --demo" in b)
+    lines = [line for line in block.splitlines() if line.startswith("heatlens ")]
+    return [line for line in lines if "# minutes" not in line and "--listen" not in line]
+
+
+def test_the_commands_run_from_top_to_bottom(tmp_path, monkeypatch, capsys):
+    """In a folder that holds the assets alone; windows are asked for, and not opened."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "assets").symlink_to(ROOT / "assets")
+    opened: list[str] = []
+    monkeypatch.setattr(window, "run_window", lambda start: opened.append(start.source))
+    for line in runnable():
+        assert main(shlex.split(line, comments=True)[1:]) == 0, (line, capsys.readouterr().err)
+    assert opened == [
+        "assets/still_life.exr",
+        "demo",
+        "pull.heatlens.json",
+        "assets/still_life.exr",
+    ]
+    for name in ("two.png", "error.png", "pull.mp4", "cam.usda", "frames/pull.0103.exr"):
+        assert (tmp_path / name).stat().st_size > 1000
 
 
 def test_the_exit_codes_are_all_told():
