@@ -10,7 +10,8 @@ from heatlens.model.framing import Framing
 from heatlens.model.lens import Lens
 from heatlens.model.settings import DefocusSettings, Method, Quality
 from heatlens.model.shot import Shot
-from heatlens.render import FrameRenderer, bins_of_plate
+from heatlens.render import FrameRenderer
+from heatlens.source.pinhole import bins_of_plate
 from support.plates import lens_blurring, plate_of, room
 from support.scenes import still_life
 

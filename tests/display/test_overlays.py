@@ -14,7 +14,8 @@ from heatlens.model.coc import coc_line, coc_px, sharp_px
 from heatlens.model.lens import Lens
 from heatlens.model.view import Overlay
 from heatlens.plate.plate import Plate
-from heatlens.render import bins_of_plate, optics_of
+from heatlens.render import optics_of
+from heatlens.source.pinhole import bins_of_plate
 from support.plates import coc_plate_of, plate_of, room
 
 LENS = Lens(50.0, 2.0, 2.0, 36.0, acceptable_coc_mm=0.2)

@@ -1,19 +1,20 @@
 """All that decides a pixel is in the fingerprint of its frame, and nothing else."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from heatlens.export.fingerprint import fingerprint_of
-from heatlens.export.frame_source import Origin
 from heatlens.export.job import ExportJob, ExrOptions, Look
 from heatlens.export.output import parse_output
 from heatlens.model.lens import Lens
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.settings import Quality
 from heatlens.model.shot import LensParameter
+from heatlens.source.origin import Origin, StampedFile
 from support.exports import FRAMES, QUICK, shot_of
 
 JOB = ExportJob(shot_of("plate.####.exr"), FRAMES, parse_output("n.####.exr"))
@@ -22,7 +23,8 @@ PICTURES = replace(JOB, output=parse_output("n.####.png"))
 
 
 def fingerprint(job=JOB, frame=1001, lens=LENS, stamp=(5, 6), is_black=False) -> str:
-    return fingerprint_of(job, frame, lens, Origin(frame, is_black, None, stamp))
+    file = StampedFile(Path("plate.exr"), stamp)
+    return fingerprint_of(job, frame, lens, Origin(frame, is_black, (file,)))
 
 
 @pytest.mark.parametrize(

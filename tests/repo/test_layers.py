@@ -14,14 +14,15 @@ import heatlens
 PACKAGE = Path(heatlens.__file__).parent
 LAYERS = (
     *("base", "model", "files", "sequence", "plate", "frame_cache", "stream", "documents", "scene"),
-    *("camera", "color", "gpu", "defocus", "scene_gpu", "render", "preview", "rendered_frames"),
-    *("display", "export", "measure", "session", "ui", "doctor", "api", "commands"),
+    *("camera", "color", "gpu", "defocus", "scene_gpu", "source", "render", "preview"),
+    *("rendered_frames", "display", "export", "measure", "session", "ui", "doctor", "api"),
+    "commands",
 )
 BASE = ("__init__", "background", "errors", "faults", "folders", "paths", "printable", "stopping")
 # render, preview, export, session and ui pass textures on; measure owns what it measures with
 GPU_LAYERS = (
-    *("gpu", "defocus", "scene_gpu", "render", "preview", "display", "export", "measure"),
-    *("session", "ui", "doctor"),
+    *("gpu", "defocus", "scene_gpu", "source", "render", "preview", "display", "export"),
+    *("measure", "session", "ui", "doctor"),
 )
 LINES_MAX = 300
 FILES = sorted(PACKAGE.rglob("*.py"))

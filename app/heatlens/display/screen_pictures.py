@@ -15,7 +15,8 @@ from heatlens.model.coc import sharp_px
 from heatlens.model.shot import Shot
 from heatlens.model.view import Against, Compare, Overlay, ViewState
 from heatlens.preview.shown import Shown
-from heatlens.render import LoadedPlate, optics_of
+from heatlens.render import optics_of
+from heatlens.source.pinhole import Pinhole
 
 Key = tuple[object, ...]
 Look = tuple[float, float, int, bool]  # exposure, gamma, version of the transform, mipmaps
@@ -54,7 +55,7 @@ class ScreenPictures:
         self._proxy = ProxyPass(ctx)
         self._enlarge = EnlargePass(ctx)
         self._pool = TexturePool(ctx)
-        self._detail_of: LoadedPlate | None = None  # the plate of the hurried picture before
+        self._detail_of: Pinhole | None = None  # the plate of the hurried picture before
         self._a = _Target(ctx, "A on the screen")
         self._b = _Target(ctx, "B on the screen")
         self._pinhole = _Target(ctx, "plate on the screen")
@@ -68,7 +69,7 @@ class ScreenPictures:
         self,
         shown: Shown,
         version: object,
-        plate: LoadedPlate,
+        plate: Pinhole,
         view: ViewState,
         b: moderngl.Texture,
     ) -> moderngl.Texture:
@@ -91,7 +92,7 @@ class ScreenPictures:
         return self._a.texture
 
     def b(
-        self, source: moderngl.Texture, plate: LoadedPlate, view: ViewState, version: int = 0
+        self, source: moderngl.Texture, plate: Pinhole, view: ViewState, version: int = 0
     ) -> moderngl.Texture:
         """B: the pinhole picture, the reference, or another method's picture of that version."""
         is_pinhole = source is plate.color
@@ -104,7 +105,7 @@ class ScreenPictures:
         assert target.texture is not None
         return target.texture
 
-    def detail(self, shown: Shown, plate: LoadedPlate, view: ViewState) -> Detail | None:
+    def detail(self, shown: Shown, plate: Pinhole, view: ViewState) -> Detail | None:
         """What a hurried picture lacks of what is in focus; None for a whole one."""
         if not _is_hurried(shown):
             return None
@@ -122,7 +123,7 @@ class ScreenPictures:
         return Detail(fine, coarse, plate.depth, optics.line, 1.0 / proxy)
 
     def _small_plate(
-        self, target: _Target, plate: LoadedPlate, proxy: float, view: ViewState, is_enlarged: bool
+        self, target: _Target, plate: Pinhole, proxy: float, view: ViewState, is_enlarged: bool
     ) -> moderngl.Texture:
         """The plate at a preview's size, as a preview in which all is in focus would be shown."""
         size, look = proxy_size(plate.color.size, proxy), self._look(view)
@@ -154,9 +155,7 @@ class ScreenPictures:
         if self.with_mipmaps:
             texture.build_mipmaps()
 
-    def overlay(
-        self, plate: LoadedPlate, shot: Shot, frame: int, overlay: Overlay
-    ) -> moderngl.Texture:
+    def overlay(self, plate: Pinhole, shot: Shot, frame: int, overlay: Overlay) -> moderngl.Texture:
         """The overlay's colours, for the lens as it is now."""
         lens = shot.lens_at(frame)
         if self._overlay.needs(plate.depth.size, (plate, lens, shot.defocus, overlay)):
@@ -182,7 +181,7 @@ def layer_limits_px(optics: Optics, shot: Shot) -> tuple[float, ...]:
 
 def picture_of_b(
     view: ViewState,
-    plate: LoadedPlate,
+    plate: Pinhole,
     reference: moderngl.Texture | None,
     of_method: Shown | None,
 ) -> moderngl.Texture:

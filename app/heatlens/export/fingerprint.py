@@ -1,32 +1,32 @@
-"""By what a finished frame is known again: a digest of all that decides its pixels.
+"""The fingerprint of an exported frame: a digest of everything that decides its pixels.
 
-Not that a file is there says that it is done, but that this one was made of the same plate or
-scene, lens and options. What it is made of is known by time and size of its file, looked at before
-it is read: one that is written again meanwhile is rendered again. So are the files that a glTF
-names, its buffers and pictures; of other scenes only the first file counts, and the program's own
-is known by the program's version.
+A frame is finished if its file holds the fingerprint of the same plate or scene, lens and options;
+that some file is there is not enough. Plates, depth files, scenes and the files that scenes name
+are identified by time and size, looked up before they are read, so that a file that is written
+meanwhile is rendered again. The scene that comes with the program is identified by its version.
 """
 
 from collections.abc import Iterable
 from typing import Any
 
 from heatlens import __version__
-from heatlens.export.frame_source import Origin
 from heatlens.export.job import ExportJob
 from heatlens.files.json_record import plain
 from heatlens.model.framing import Framing
 from heatlens.model.lens import Lens
 from heatlens.plate.picture_digest import digest, without_advice
+from heatlens.source.origin import Origin
 
 
 def fingerprint_of(job: ExportJob, frame: int, lens: Lens, origin: Origin) -> str:
-    """32 hexadecimal digits for one frame; where nothing that matters differs, the same."""
+    """Return 32 hexadecimal digits: equal for frames that differ in nothing that matters."""
+    stamps = [file.stamp for file in origin.files]
     return digest(
         {
             "version": __version__,
             "frame": frame,
-            "plate": origin.stamp,
-            **({"beside": origin.beside} if origin.beside else {}),
+            "plate": stamps[0] if stamps else None,
+            **({"beside": stamps[1:]} if stamps[1:] else {}),
             "is_black": origin.is_black,
             "plate_options": plain(job.shot.plate_options),
             "lens": plain(without_advice(lens)),
@@ -38,12 +38,12 @@ def fingerprint_of(job: ExportJob, frame: int, lens: Lens, origin: Origin) -> st
 
 
 def fingerprint_of_movie(frames: Iterable[str], frames_per_second: float) -> str:
-    """One for a movie whose frames have these."""
+    """Return the fingerprint of a movie whose frames have these."""
     return digest({"frames": list(frames), "frames_per_second": frames_per_second})
 
 
 def _output_facts(job: ExportJob) -> dict[str, Any]:
-    """The options that count for this kind of file."""
+    """Return the options that count for this kind of file."""
     if job.output.is_exr:
         return {"kind": ".exr", **plain(job.exr)}
     look = job.look

@@ -5,8 +5,8 @@ from pathlib import Path
 import OpenEXR
 from PIL import Image
 
-from heatlens.export.frame_source import PlannedFrame
 from heatlens.export.movie_library import av
+from heatlens.export.plan import PlannedFrame
 from heatlens.export.whole import is_whole
 from heatlens.files.quiet import quiet_library
 from heatlens.plate.exr_write import JOB_ATTRIBUTE

@@ -9,8 +9,8 @@ from PIL import Image
 from PIL.PngImagePlugin import PngInfo
 
 from heatlens.errors import InputError
-from heatlens.export.frame_source import PlannedFrame
 from heatlens.export.job import ExportJob, ExrOptions
+from heatlens.export.plan import PlannedFrame
 from heatlens.files.atomic_file import write_whole
 from heatlens.model.coc import coc_line, coc_px
 from heatlens.plate.exr_write import JOB_ATTRIBUTE

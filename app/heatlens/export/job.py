@@ -7,6 +7,7 @@ from heatlens.errors import InputError
 from heatlens.export.output import Output
 from heatlens.model.shot import Shot
 from heatlens.sequence.sequence import MissingPolicy
+from heatlens.source.named import checked_source
 
 _STOPS_MOST = 30.0  # from there on all is white or black
 _GAMMA_MOST = 10.0
@@ -68,15 +69,8 @@ class ExportJob:
     pinhole: bool = False
 
     def __post_init__(self) -> None:
-        check_source(self.shot)
+        checked_source(self.shot)
         if not self.frames:
             raise InputError("There is no frame to export: give some with --frames.")
         if self.pinhole and self.shot.defocus.proxy != 1.0:
             raise InputError("Frames without a lens are whole: leave --proxy out.")
-
-
-def check_source(shot: Shot) -> str:
-    """What the shot is of; InputError where it is of nothing."""
-    if shot.source is None:
-        raise InputError("The shot is of no plate: name its files with --plate.")
-    return shot.source

@@ -1,19 +1,33 @@
-"""What each frame is made of, which file it becomes, and by what that is known again."""
+"""The plan of an export: what each frame is made of, its file, and its fingerprint."""
 
 import os
 from dataclasses import dataclass
+from pathlib import Path
 
 from heatlens.errors import InputError
 from heatlens.export.fingerprint import fingerprint_of, fingerprint_of_movie
-from heatlens.export.frame_source import FrameSource, PlannedFrame
-from heatlens.export.job import ExportJob, check_source
+from heatlens.export.job import ExportJob
 from heatlens.export.output import check_names
-from heatlens.export.plate_frames import PlateFrames
-from heatlens.export.scene_frames import SceneFrames
+from heatlens.model.lens import Lens
 from heatlens.model.shot import Shot
-from heatlens.scene.scene_source import is_scene_source
 from heatlens.sequence.names import parse_frames
-from heatlens.sequence.sequence import find_sequence
+from heatlens.source.named import source_of
+from heatlens.source.origin import Origin
+from heatlens.source.source import Source
+
+
+@dataclass(frozen=True)
+class PlannedFrame:
+    """A frame before it is rendered.
+
+    fingerprint  identifies everything that decides the pixels; it is kept in the file
+    """
+
+    frame: int
+    origin: Origin
+    lens: Lens
+    path: Path
+    fingerprint: str
 
 
 @dataclass(frozen=True)
@@ -21,31 +35,32 @@ class ExportPlan:
     """All frames of a job, and what they are made of."""
 
     job: ExportJob
-    source: FrameSource
+    source: Source
     frames: tuple[PlannedFrame, ...]
 
     @property
     def movie_fingerprint(self) -> str:
-        """Of all frames in one file."""
+        """Return the fingerprint of all frames in one file."""
         rate = self.job.shot.frames_per_second
         return fingerprint_of_movie([frame.fingerprint for frame in self.frames], rate)
 
 
 def frames_of(shot: Shot, text: str | None) -> tuple[int, ...]:
-    """The frames in `text`, such as 1001-1100x2; None: those from in to out, else all there are.
+    """Return the frames in `text`, such as 1001-1100x2; None: from in to out, else all there are.
 
-    Raises InputError for what are no frames, and where plate or scene cannot be found.
+    Raises InputError for a text that is not a frame range, and where the source is not found.
     """
-    return _source_of(shot).frames_of(shot) if text is None else parse_frames(text)
+    return source_of(shot).frames_of(shot) if text is None else parse_frames(text)
 
 
 def planned(job: ExportJob) -> ExportPlan:
-    """What will be done; files are looked at, but none is written.
+    """Return what will be done. Files are looked up, and none is written.
 
-    Raises InputError where a plate is missing and the job does not say what stands in for it, a
-    scene is missing, a frame would be written over what it is made of, or the lens cannot be.
+    Raises InputError where a plate is missing and the job does not say what stands in for it, where
+    a scene is missing, where a frame would replace a file that it is made of, and where the values
+    make no lens.
     """
-    source = _source_of(job.shot)
+    source = source_of(job.shot)
     source.check(job.shot, job.frames, job.missing)
     check_names(job.output, job.frames)
     plan = ExportPlan(job, source, tuple(_planned(job, source, frame) for frame in job.frames))
@@ -53,12 +68,7 @@ def planned(job: ExportJob) -> ExportPlan:
     return plan
 
 
-def _source_of(shot: Shot) -> FrameSource:
-    text = check_source(shot)
-    return SceneFrames(text) if is_scene_source(text) else PlateFrames(find_sequence(text))
-
-
-def _planned(job: ExportJob, source: FrameSource, frame: int) -> PlannedFrame:
+def _planned(job: ExportJob, source: Source, frame: int) -> PlannedFrame:
     lens = job.shot.lens_at(frame)
     origin = source.origin(job.shot, frame, job.missing)
     mark = fingerprint_of(job, frame, lens, origin)
@@ -66,10 +76,10 @@ def _planned(job: ExportJob, source: FrameSource, frame: int) -> PlannedFrame:
 
 
 def _check_sources_stay(plan: ExportPlan) -> None:
-    paths = [*(frame.origin.path for frame in plan.frames), *plan.source.beside]
-    read = {os.path.realpath(path) for path in paths if path}
+    paths = {file.path for frame in plan.frames for file in frame.origin.files}
+    read = {os.path.realpath(path) for path in paths}
     for frame in plan.frames:
         if os.path.realpath(frame.path) in read:
             raise InputError(
-                f"{frame.path} is what the export is made of: give another name for the output."
+                f"{frame.path} is a file that the export is made of. Give another name for the output."
             )

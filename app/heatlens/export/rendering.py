@@ -4,8 +4,7 @@ import moderngl
 
 from heatlens.export.burn_in import burn_in_text, burned_in
 from heatlens.export.frame_files import RenderedFrame
-from heatlens.export.frame_source import PlannedFrame
-from heatlens.export.plan import ExportPlan
+from heatlens.export.plan import ExportPlan, PlannedFrame
 from heatlens.export.shown import ShownPictures
 from heatlens.gpu.textures import download
 from heatlens.plate.plate import FloatImage, Plate
@@ -20,13 +19,14 @@ class FrameRendering:
     ) -> None:
         self._job = plan.job
         self._renderer = renderer
-        self._loader = plan.source.loader(plan.job.shot, frames, renderer)
+        origins = tuple(frame.origin for frame in frames)
+        self._loader = plan.source.loader(plan.job.shot, origins, renderer)
         is_exr = plan.job.output.is_exr
         self._shown = None if is_exr else ShownPictures(renderer.ctx, plan.job.look)
 
     def rendered(self, frame: PlannedFrame) -> RenderedFrame:
         """The picture of `frame`; raises InputError where its plate is damaged or gone."""
-        self._loader.load(frame)
+        self._loader.load(frame.origin)
         return RenderedFrame(frame, self._plate(), self._pixels(frame))
 
     def close(self) -> None:

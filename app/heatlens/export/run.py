@@ -10,11 +10,10 @@ from pathlib import Path
 from heatlens.errors import HeatlensError
 from heatlens.export.finished import is_finished, is_movie_finished
 from heatlens.export.frame_files import RenderedFrame, write_frame
-from heatlens.export.frame_source import PlannedFrame
 from heatlens.export.frame_writer import FrameWriter
 from heatlens.export.movie import movie_file
 from heatlens.export.output import make_folder
-from heatlens.export.plan import ExportPlan
+from heatlens.export.plan import ExportPlan, PlannedFrame
 from heatlens.export.rendering import FrameRendering
 from heatlens.files.atomic_file import remove_leftovers
 from heatlens.files.output_check import check_space

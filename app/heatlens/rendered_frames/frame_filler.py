@@ -14,9 +14,10 @@ from heatlens.model.shot import Shot
 from heatlens.model.value_bins import ValueBins
 from heatlens.plate.plate import Plate
 from heatlens.plate.read import read_plate
-from heatlens.render import FrameRenderer, bins_of_plate
+from heatlens.render import FrameRenderer
 from heatlens.rendered_frames.kept_picture import RenderedPicture
 from heatlens.sequence.sequence import Stamp, stamp_of
+from heatlens.source.pinhole import bins_of_plate
 
 _WAITING = "waiting for a plate"
 

@@ -8,8 +8,9 @@ from dataclasses import replace
 from heatlens.defocus.pipeline import Steps
 from heatlens.model.framing import Framing
 from heatlens.model.shot import Shot
-from heatlens.render import FrameRenderer, LoadedPlate
+from heatlens.render import FrameRenderer
 from heatlens.scene_gpu.scene_renderer import PINHOLE_VIEWS
+from heatlens.source.pinhole import Pinhole
 
 _REST_S = 0.08  # so long without a move is rest
 _BUDGET_S = 0.03  # for drawing while something moves
@@ -61,7 +62,7 @@ class ScenePreview:
         width, height = (max(1, round(side * self._scale)) for side in framing.size)
         return replace(shot, framing=replace(framing, width_px=width, height_px=height))
 
-    def look(self, shot: Shot, frame: int, is_held: bool = False) -> LoadedPlate:
+    def look(self, shot: Shot, frame: int, is_held: bool = False) -> Pinhole:
         """The pinhole picture at the frame, as well as the time allows.
 
         `is_held`: it will move again soon, however long it rests now.

@@ -1,4 +1,4 @@
-"""Plates as what an export is made of: read ahead while others are rendered."""
+"""Plates as a source: a single file, or the files of a numbered sequence."""
 
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -6,15 +6,17 @@ from pathlib import Path
 import numpy as np
 
 from heatlens.errors import InputError
-from heatlens.export.frame_source import FrameLoader, Origin, PlannedFrame
 from heatlens.frame_cache.cache import Damaged, FrameCache
 from heatlens.frame_cache.reader import SequenceReader
+from heatlens.model.frames import FrameRange
+from heatlens.model.plate_options import PlateOptions
 from heatlens.model.shot import Shot
 from heatlens.plate.plate import Plate, ReadPixels
-from heatlens.render import FrameRenderer
 from heatlens.sequence.depth_files import depth_path_for
 from heatlens.sequence.names import frames_text
-from heatlens.sequence.sequence import MissingPolicy, Sequence, stamp_of
+from heatlens.sequence.sequence import MissingPolicy, Sequence
+from heatlens.source.origin import Origin, stamped
+from heatlens.source.source import FrameLoader, Renderer
 
 _AHEAD = 2  # plates read while one is rendered
 # Six plates of 4K, four bytes for each of RGBA and depth; a larger one is read when it is its turn.
@@ -22,23 +24,29 @@ _PLATES_BYTES = 1 << 30
 
 
 @dataclass(frozen=True)
-class PlateFrames:
-    """The files of a numbered picture, or of one that is there at every frame."""
+class PlateSource:
+    """The files of a sequence, read with `options`. It implements `Source`."""
 
+    text: str
     sequence: Sequence
+    options: PlateOptions
+
+    has_many_views = False
+    is_repeatable = True
 
     @property
     def files(self) -> Path:
-        """The pattern."""
+        """See `Source`."""
         return Path(self.sequence.pattern)
 
     @property
-    def beside(self) -> tuple[Path, ...]:
-        """A plate names no other file."""
-        return ()
+    def frames(self) -> FrameRange | None:
+        """See `Source`."""
+        sequence = self.sequence
+        return None if sequence.is_single else FrameRange(sequence.first, sequence.last)
 
     def frames_of(self, shot: Shot) -> tuple[int, ...]:
-        """Those from in to out; of frames that a pattern names, only these."""
+        """See `Source`; where the pattern names frames, only these count."""
         if shot.played is None:
             return self.sequence.frames
         if self.sequence.frame_range is None:
@@ -46,7 +54,7 @@ class PlateFrames:
         return tuple(frame for frame in self.sequence.frames if frame in shot.played)
 
     def check(self, shot: Shot, frames: tuple[int, ...], missing: MissingPolicy) -> None:
-        """InputError naming the frames that have no file, where none stands in."""
+        """See `Source`."""
         if missing != "stop" or self._is_still(shot):
             return
         gaps = [frame for frame in frames if not self.sequence.has(frame)]
@@ -58,47 +66,44 @@ class PlateFrames:
             )
 
     def origin(self, shot: Shot, frame: int, missing: MissingPolicy) -> Origin:
-        """The plate of `frame`, or the one that stands in for it."""
+        """See `Source`; a missing frame is made of the plate that stands in for it."""
         if self._is_still(shot):
-            return self._read_from(shot, self.sequence.first, is_black=False)
+            return self._origin(self.sequence.first, is_black=False)
         held = self.sequence.shown_frame(frame, "hold")
         assert held is not None  # a sequence that was found has a file
-        return self._read_from(shot, held, is_black=missing == "black" and held != frame)
+        return self._origin(held, is_black=missing == "black" and held != frame)
 
-    def loader(
-        self, shot: Shot, frames: tuple[PlannedFrame, ...], renderer: FrameRenderer
-    ) -> FrameLoader:
-        """Reads the plates of `frames` alone."""
-        needed = tuple(sorted({frame.origin.frame for frame in frames}))
-        sequence = replace(self.sequence, frames=needed, present=needed)
+    def loader(self, shot: Shot, origins: tuple[Origin, ...], renderer: Renderer) -> FrameLoader:
+        """See `Source`; the next plates are read while one is rendered."""
+        needed = tuple(sorted({origin.frame for origin in origins}))
         first = self.sequence.path_at(self.sequence.present[0])
-        return _PlateLoader(sequence, shot, renderer, first)
+        read = SequenceReader(self.options, first)
+        return _PlateLoader(replace(self.sequence, frames=needed, present=needed), read, renderer)
 
     def _is_still(self, shot: Shot) -> bool:
-        """One file, which is there at every frame."""
+        """Return True for one file that is there at every frame."""
         sequence = self.sequence
         return not sequence.form.padding or (sequence.is_single and shot.frames is None)
 
-    def _read_from(self, shot: Shot, frame: int, is_black: bool) -> Origin:
-        path, depth_source = self.sequence.path_at(frame), shot.plate_options.depth_source
-        beside = () if depth_source is None else (stamp_of(depth_path_for(path, depth_source)),)
-        return Origin(frame, is_black, path, stamp_of(path), beside)
+    def _origin(self, frame: int, is_black: bool) -> Origin:
+        path, depth = self.sequence.path_at(frame), self.options.depth_source
+        beside = () if depth is None else (depth_path_for(path, depth),)
+        return Origin(frame, is_black, stamped((path, *beside)))
 
 
 class _PlateLoader:
-    def __init__(
-        self, sequence: Sequence, shot: Shot, renderer: FrameRenderer, first: Path
-    ) -> None:
+    """See `FrameLoader`."""
+
+    def __init__(self, sequence: Sequence, read: SequenceReader, renderer: Renderer) -> None:
         self._renderer = renderer
         self._loaded: tuple[Plate | None, bool] = (None, False)
         self._sequence = sequence
-        read = SequenceReader(shot.plate_options, first)
         self._cache = FrameCache(sequence, read, _PLATES_BYTES, keeps_seen=False)
 
-    def load(self, frame: PlannedFrame) -> None:
-        plate, is_black = self._plate_at(frame.origin.frame), frame.origin.is_black
+    def load(self, origin: Origin) -> None:
+        plate, is_black = self._plate_at(origin.frame), origin.is_black
         if (plate, is_black) != self._loaded:
-            self._renderer.load(_black(plate) if is_black else plate)
+            self._renderer.load(black_plate(plate) if is_black else plate)
             self._loaded = (plate, is_black)
 
     def close(self) -> None:
@@ -107,7 +112,7 @@ class _PlateLoader:
     def _plate_at(self, frame: int) -> Plate:
         needed = self._sequence.frames
         left = len(needed) - 1 - needed.index(frame)
-        # Players loop, and so does the cache: at the end it must not look further.
+        # The cache goes on with the first frame after the last, as players do: do not let it.
         plate = self._cache.wait(frame, window=min(_AHEAD, left))
         if isinstance(plate, Plate):
             return plate
@@ -116,8 +121,8 @@ class _PlateLoader:
         raise InputError(f"{self._sequence.path_at(frame)} is not there any more.")
 
 
-def _black(plate: Plate) -> Plate:
-    """Nothing where `plate` is: no light, and no surface."""
+def black_plate(plate: Plate) -> Plate:
+    """Return a plate of the same size without any light or surface."""
     color = np.zeros_like(plate.color)
     if not plate.has_alpha:
         color[..., 3] = 1.0

@@ -1,0 +1,44 @@
+"""From the name in a shot file or on a command line to the source that it means."""
+
+from typing import assert_never
+
+from heatlens.errors import InputError
+from heatlens.model.plate_options import PlateOptions
+from heatlens.model.shot import Shot
+from heatlens.sequence.sequence import find_sequence
+from heatlens.source.kind import NO_FILES, SourceKind, kind_of
+from heatlens.source.plate_source import PlateSource
+from heatlens.source.scene_source import SceneSource
+from heatlens.source.source import Source
+
+# A shot keeps how its plates are read; who asks for a source alone lets the files tell.
+_AS_FOUND = PlateOptions()
+
+
+def source_named(text: str, options: PlateOptions = _AS_FOUND) -> Source:
+    """Return the source called `text`; plates are read with `options`.
+
+    A scene is not looked for before it is needed. Raises InputError where no plates are found, and
+    for a stream, which only the window shows.
+    """
+    match kind_of(text):
+        case SourceKind.SCENE:
+            return SceneSource(text)
+        case SourceKind.PLATES:
+            return PlateSource(text, find_sequence(text), options)
+        case SourceKind.STREAM:
+            raise InputError(f"{text}: {NO_FILES}")
+        case kind:
+            assert_never(kind)
+
+
+def source_of(shot: Shot) -> Source:
+    """Return the source of a shot. Raises InputError where it names none, or it is not found."""
+    return source_named(checked_source(shot), shot.plate_options)
+
+
+def checked_source(shot: Shot) -> str:
+    """Return the name of a shot's source. Raises InputError where it names none."""
+    if shot.source is None:
+        raise InputError("The shot names no plate. Give its files with --plate.")
+    return shot.source

@@ -1,0 +1,60 @@
+"""What the renderer asks of a source that lies on the GPU, whatever kind it is."""
+
+from typing import Protocol
+
+import moderngl
+
+from heatlens.defocus.pipeline import Steps
+from heatlens.model.framing import Pose
+from heatlens.model.settings import Method
+from heatlens.model.shot import Shot
+from heatlens.scene.scene import Scene
+from heatlens.source.pinhole import Pinhole
+
+
+class SourceOnGpu(Protocol):
+    """A source on the GPU."""
+
+    @property
+    def scene(self) -> Scene | None:
+        """The 3D scene; None where there is none."""
+
+    @property
+    def has_many_views(self) -> bool:
+        """True where it can be seen from many points of the lens, by accumulation or rays."""
+
+    def size(self, shot: Shot) -> tuple[int, int]:
+        """Return width and height of its picture in pixels. Raises InputError without a picture."""
+
+    def check_method(self, method: Method) -> None:
+        """Raise InputError for a method that needs more than this source has."""
+
+    def look(self, shot: Shot, frame: int, views: int | None) -> Steps[Pinhole]:
+        """Make the pinhole picture of `frame` in short steps, and return it.
+
+        `views` is the number of samples a pixel of a scene; None takes a picture that is there
+        already, of however few. Steps that are not taken to their end leave the one before.
+        """
+
+    def through_lens(
+        self, shot: Shot, frame: int, size: tuple[int, int], out: moderngl.Texture
+    ) -> Steps[None]:
+        """Draw `frame` from many points of the lens at `size` into `out`, RGBA float32."""
+
+    def pose_at(self, shot: Shot, frame: float) -> Pose | None:
+        """Return where the camera stands; None where only a picture is known."""
+
+    def depth_m_at(self, shot: Shot, frame: float, x: int, y: int) -> float:
+        """Return the distance at a pixel of the picture, at any frame, as a click finds it.
+
+        Raises InputError outside the picture, and where only the loaded frame is known.
+        """
+
+    def beside(self) -> "SourceOnGpu":
+        """Return another look at the same content, for other frames, as long as this one holds it.
+
+        Raises InputError where there is nothing to share.
+        """
+
+    def release(self) -> None:
+        """Give back the memory of the GPU."""

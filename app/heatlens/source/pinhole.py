@@ -1,0 +1,38 @@
+"""A pinhole picture on the GPU: the plate of a file or a stream, or a scene as it was drawn."""
+
+from dataclasses import dataclass
+
+import moderngl
+import numpy as np
+import numpy.typing as npt
+
+from heatlens.model.value_bins import ValueBins, bins_of
+from heatlens.plate.plate import Plate
+
+
+@dataclass(frozen=True, eq=False)
+class Pinhole:
+    """One frame without a lens, as the defocus passes read it.
+
+    color  RGBA, premultiplied
+    depth  metres, or the signed circle of confusion in pixels where the plate brings that
+    bins   where its surfaces lie, see `bins_of_plate`
+    """
+
+    plate: Plate
+    color: moderngl.Texture
+    depth: moderngl.Texture
+    bins: ValueBins
+
+    @property
+    def occupied(self) -> npt.NDArray[np.float64]:
+        """Return the ends of the bins that hold a surface, ascending."""
+        return self.bins.occupied
+
+
+def bins_of_plate(plate: Plate) -> ValueBins:
+    """Return where the plate's surfaces lie: in dioptres, or in pixels of its own CoC."""
+    if plate.coc_px is not None:
+        return bins_of(plate.coc_px)
+    assert plate.depth_m is not None
+    return bins_of(np.float32(1.0) / plate.depth_m)

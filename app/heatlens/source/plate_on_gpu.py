@@ -1,0 +1,109 @@
+"""Plates on the GPU: one at a time, in textures that the next plate of the same size takes over."""
+
+import moderngl
+import numpy as np
+
+from heatlens.defocus.pipeline import Steps
+from heatlens.errors import InputError
+from heatlens.gpu.textures import FloatArray, new_texture, uploading
+from heatlens.model.framing import Pose
+from heatlens.model.settings import Method
+from heatlens.model.shot import Shot
+from heatlens.model.value_bins import ValueBins
+from heatlens.plate.plate import Plate
+from heatlens.source.pinhole import Pinhole
+
+
+class PlateOnGpu:
+    """Holds the plate that was loaded last, or none. It implements `SourceOnGpu`."""
+
+    scene = None
+    has_many_views = False
+
+    def __init__(self, ctx: moderngl.Context) -> None:
+        self._ctx = ctx
+        self._held: Pinhole | None = None
+
+    @property
+    def held(self) -> Pinhole:
+        """The plate. Raises InputError while there is none."""
+        if self._held is None:
+            raise InputError("No plate is loaded.")
+        return self._held
+
+    def loading(self, plate: Plate, bins: ValueBins) -> Steps[Pinhole]:
+        """Take a plate with its `bins_of_plate` to the GPU in short steps.
+
+        Steps that are not taken to their end leave nothing loaded.
+        """
+        color, depth = self._textures((plate.data_window.width, plate.data_window.height))
+        self._held = None
+        try:
+            for texture, pixels in ((color, plate.color), (depth, _depth_or_coc(plate))):
+                for _ in uploading(texture, pixels):
+                    yield "upload"
+            self._held = Pinhole(plate, color, depth, bins)
+        finally:
+            if self._held is None:
+                color.release()
+                depth.release()
+        return self._held
+
+    def _textures(self, size: tuple[int, int]) -> tuple[moderngl.Texture, moderngl.Texture]:
+        """Return those of the plate before where they fit, else new ones in their place."""
+        if self._held is not None and self._held.color.size == size:
+            return self._held.color, self._held.depth
+        self.release()
+        return (
+            new_texture(self._ctx, size, 4, label="plate colour"),
+            new_texture(self._ctx, size, 1, label="plate depth"),
+        )
+
+    def size(self, shot: Shot) -> tuple[int, int]:
+        """See `SourceOnGpu`."""
+        return self.held.color.size
+
+    def check_method(self, method: Method) -> None:
+        """Raise InputError for a method that looks from many points of the lens."""
+        if method.needs_scene:
+            raise InputError(
+                f"The method {method} looks at a 3D scene from many points of the "
+                f"lens; {self.held.plate.path.name} is a picture from one."
+            )
+
+    def look(self, shot: Shot, frame: int, views: int | None) -> Steps[Pinhole]:
+        """Return the loaded plate, whatever the frame: whoever reads plates loads the right one."""
+        yield from ()
+        return self.held
+
+    def through_lens(
+        self, shot: Shot, frame: int, size: tuple[int, int], out: moderngl.Texture
+    ) -> Steps[None]:
+        """Raise InputError: a plate is a picture from one point."""
+        yield from ()
+        self.check_method(shot.defocus.method)
+
+    def pose_at(self, shot: Shot, frame: float) -> Pose | None:
+        """Return None: a plate has no world around it."""
+        return None
+
+    def depth_m_at(self, shot: Shot, frame: float, x: int, y: int) -> float:
+        """Raise InputError: of other frames than the loaded one nothing is known here."""
+        raise InputError("No scene is loaded.")
+
+    def beside(self) -> "PlateOnGpu":
+        """Raise InputError: plates are not shared."""
+        raise InputError("No scene is loaded.")
+
+    def release(self) -> None:
+        """See `SourceOnGpu`."""
+        if self._held is not None:
+            self._held.color.release()
+            self._held.depth.release()
+            self._held = None
+
+
+def _depth_or_coc(plate: Plate) -> FloatArray:
+    depth = plate.depth_m if plate.depth_m is not None else plate.coc_px
+    assert depth is not None
+    return np.ascontiguousarray(depth, np.float32)

@@ -1,0 +1,75 @@
+"""A 3D scene on the GPU, which draws its pictures as they are asked for."""
+
+import moderngl
+
+from heatlens.defocus.pipeline import Steps
+from heatlens.gpu.context import check_plate_fits
+from heatlens.model.boxes import Box
+from heatlens.model.framing import Framing, Pose
+from heatlens.model.settings import Method
+from heatlens.model.shot import Shot
+from heatlens.plate.focus_pick import area_at, middle_m
+from heatlens.scene.scene import Scene
+from heatlens.scene_gpu.scene_renderer import SceneRenderer
+from heatlens.source.pinhole import Pinhole
+
+
+class SceneOnGpu:
+    """Holds one scene. It implements `SourceOnGpu`."""
+
+    has_many_views = True
+
+    def __init__(self, ctx: moderngl.Context, drawer: SceneRenderer) -> None:
+        self._ctx = ctx
+        self._drawer = drawer
+        self._held: Pinhole | None = None
+
+    @property
+    def scene(self) -> Scene:
+        """See `SourceOnGpu`."""
+        return self._drawer.scene
+
+    def size(self, shot: Shot) -> tuple[int, int]:
+        """See `SourceOnGpu`."""
+        return (shot.framing or Framing()).size
+
+    def check_method(self, method: Method) -> None:
+        """A scene can be rendered by every method."""
+
+    def look(self, shot: Shot, frame: int, views: int | None) -> Steps[Pinhole]:
+        """See `SourceOnGpu`; the same picture is the same object."""
+        check_plate_fits(self._ctx, *self.size(shot))
+        yield from self._drawer.look(shot, frame, views)
+        drawn = self._drawer.held
+        if self._held is None or self._held.plate is not drawn.plate:
+            self._held = Pinhole(drawn.plate, drawn.color, drawn.depth, drawn.dioptres)
+        return self._held
+
+    def through_lens(
+        self, shot: Shot, frame: int, size: tuple[int, int], out: moderngl.Texture
+    ) -> Steps[None]:
+        """See `SourceOnGpu`."""
+        yield from self._drawer.through_lens(shot, frame, size, out)
+
+    def pose_at(self, shot: Shot, frame: float) -> Pose:
+        """See `SourceOnGpu`."""
+        return self._drawer.pose_at(shot, frame)
+
+    def depth_m_at(self, shot: Shot, frame: float, x: int, y: int) -> float:
+        """See `SourceOnGpu`."""
+        window = Box(0, 0, *self.size(shot))
+        return middle_m(self._drawer.depth_in(shot, frame, area_at(x, y, window, window)))
+
+    def beside(self) -> "SceneOnGpu":
+        """See `SourceOnGpu`."""
+        return SceneOnGpu(self._ctx, self._drawer.beside())
+
+    def release(self) -> None:
+        """See `SourceOnGpu`."""
+        self._held = None
+        self._drawer.release()
+
+
+def scene_on_gpu(ctx: moderngl.Context, scene: Scene) -> SceneOnGpu:
+    """Take a scene to the GPU."""
+    return SceneOnGpu(ctx, SceneRenderer(ctx, scene))

@@ -1,0 +1,85 @@
+"""A 3D scene as a source: it has every frame, and is drawn as it is asked for."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+from heatlens.model.frames import FrameRange
+from heatlens.model.shot import Shot
+from heatlens.paths import unreadable
+from heatlens.scene.scene import Scene
+from heatlens.scene.scene_read import files_of_scene
+from heatlens.scene.scene_source import is_demo, open_scene
+from heatlens.sequence.sequence import MissingPolicy
+from heatlens.source.origin import Origin, stamped
+from heatlens.source.source import FrameLoader, Renderer
+
+_STILL_FRAME = 1  # the frame of a scene in which nothing moves
+
+
+@dataclass(frozen=True)
+class SceneSource:
+    """The scene called `text`, which is read when that cannot be put off any longer.
+
+    It implements `Source`.
+    """
+
+    text: str
+
+    has_many_views = True
+    is_repeatable = True
+
+    @property
+    def files(self) -> Path | None:
+        """See `Source`."""
+        return None if is_demo(self.text) else Path(self.text)
+
+    @cached_property
+    def scene(self) -> Scene:
+        """The scene itself. Raises InputError where it cannot be read."""
+        return open_scene(self.text)
+
+    @property
+    def frames(self) -> FrameRange | None:
+        """See `Source`. Raises InputError where the scene cannot be read."""
+        return self.scene.frames
+
+    def frames_of(self, shot: Shot) -> tuple[int, ...]:
+        """See `Source`; without in and out, those in which something moves."""
+        return tuple(shot.played or self.scene.frames or (_STILL_FRAME,))
+
+    def check(self, shot: Shot, frames: tuple[int, ...], missing: MissingPolicy) -> None:
+        """Raise InputError where the file is missing; a scene that is there has every frame."""
+        if self.files is not None and not self.files.is_file():
+            raise unreadable(self.files)
+
+    def origin(self, shot: Shot, frame: int, missing: MissingPolicy) -> Origin:
+        """See `Source`; every frame is made of all the files that the scene names."""
+        return Origin(frame, files=stamped(self.all_files))
+
+    @cached_property
+    def all_files(self) -> tuple[Path, ...]:
+        """The scene's file and those that it names, there or not.
+
+        Raises InputError where a file that names others cannot be read.
+        """
+        return () if self.files is None else files_of_scene(self.files)
+
+    def loader(self, shot: Shot, origins: tuple[Origin, ...], renderer: Renderer) -> FrameLoader:
+        """See `Source`; the scene is taken to the GPU once for all frames."""
+        renderer.load_scene(self.scene)
+        return _SceneLoader(shot, renderer)
+
+
+@dataclass(frozen=True)
+class _SceneLoader:
+    """See `FrameLoader`."""
+
+    shot: Shot
+    renderer: Renderer
+
+    def load(self, origin: Origin) -> None:
+        self.renderer.look(self.shot, origin.frame)
+
+    def close(self) -> None:
+        """Nothing is read ahead."""
