@@ -81,5 +81,6 @@ def _check_sources_stay(plan: ExportPlan) -> None:
     for frame in plan.frames:
         if os.path.realpath(frame.path) in read:
             raise InputError(
-                f"{frame.path} is a file that the export is made of. Give another name for the output."
+                f"{frame.path} is a file that the export is made of. "
+                "Give another name for the output."
             )
