@@ -8,7 +8,7 @@ import pytest
 
 from heatlens.defocus import pipeline
 from heatlens.defocus.kernels import gaussian_kernel, named_kernel
-from heatlens.defocus.line_solver import SOLVERS, LineSystem, SweepSolver
+from heatlens.defocus.line_solver import SOLVERS, LineSystem, SolverName, SweepSolver
 from heatlens.measure.bench.frames import PassSeconds
 from heatlens.measure.bench.measure import pass_row
 from heatlens.measure.bench.pass_costs import (
@@ -35,16 +35,19 @@ def test_line_costs_counted_by_hand():
     heat_rows, disc_rows = AxisReads(4, 16, 0, 16), AxisReads(4, 16, 0, 64)
     # Read coc and colour twice; once in four pixels write s (rgba32f) and t, and read both.
     assert SweepSolver.BLOCK == 4
-    assert solve_bytes("sweep", heat, heat_rows) == 2 * (4 + 16) + 2 * (16 + 4) / 4 + 16
-    assert solve_bytes("sweep", disc, disc_rows) == 2 * (4 + 16) + 2 * 4 * (32 + 8) / 4 + 4 * 16
-    assert solve_bytes("partition", heat, heat_rows) == 4 + 16 + 16
-    assert solve_bytes("partition", disc, disc_rows) == 4 + 16 + 4 * 16
+    assert solve_bytes(SolverName.SWEEP, heat, heat_rows) == 2 * (4 + 16) + 2 * (16 + 4) / 4 + 16
+    assert (
+        solve_bytes(SolverName.SWEEP, disc, disc_rows)
+        == 2 * (4 + 16) + 2 * 4 * (32 + 8) / 4 + 4 * 16
+    )
+    assert solve_bytes(SolverName.PARTITION, heat, heat_rows) == 4 + 16 + 16
+    assert solve_bytes(SolverName.PARTITION, disc, disc_rows) == 4 + 16 + 4 * 16
     # Load 20 + 28, reduce 3 x 28, substitute 28 + 32, store 16 + 16.
-    assert solve_bytes("cyclic", heat, heat_rows) == 48 + 84 + 60 + 32
+    assert solve_bytes(SolverName.CYCLIC, heat, heat_rows) == 48 + 84 + 60 + 32
 
 
 def test_pass_costs_counted_by_hand():
-    work = Work((640, 480), HEAT, "sweep")
+    work = Work((640, 480), HEAT, SolverName.SWEEP)
     assert frame_traffic("coc", work, 1).moved == 4 + 4
     # Rows as above; columns: coc and half poles twice, kept there and back, coc again, picture.
     assert frame_traffic("blur", work, 1).moved == 66 + (2 * (4 + 16) + 10 + 4 + 16)
@@ -60,13 +63,15 @@ def test_pass_costs_counted_by_hand():
 @pytest.mark.parametrize(("poles", "both_parts"), [(2, 0), (3, 1), (4, 0), (5, 1)])
 def test_a_gpu_moves_at_most_six_times_the_least(poles: int, both_parts: int):
     """Rows: coc and colour in, poles out; columns: coc and poles in, picture out."""
-    traffic = frame_traffic("blur", Work(SIZE, named_kernel(f"disc_{poles}"), "partition"), 1)
+    traffic = frame_traffic(
+        "blur", Work(SIZE, named_kernel(f"disc_{poles}"), SolverName.PARTITION), 1
+    )
     assert traffic.moved == 4 + 16 + 16 * poles + 4 + 16 * (poles + both_parts) + 16
     assert traffic.moved <= 6 * traffic.least
 
 
 def test_steps_cost_as_often_as_they_are_taken():
-    work = Work(SIZE, HEAT, "partition")
+    work = Work(SIZE, HEAT, SolverName.PARTITION)
     steps = replace(work, kernel=gaussian_kernel(5))
     assert frame_traffic("blur", steps, 1).moved == 5 * frame_traffic("blur", work, 1).moved
 
@@ -80,14 +85,14 @@ def test_nothing_moves_less_than_the_least(name, solver):
 
 
 def test_a_row_is_bytes_over_time():
-    row = pass_row("coc", PassSeconds(1e-6, 1), Work((10, 10), HEAT, "sweep"), 1.6e9)
+    row = pass_row("coc", PassSeconds(1e-6, 1), Work((10, 10), HEAT, SolverName.SWEEP), 1.6e9)
     assert (row.bytes_moved, row.bytes_least, row.ms) == (800, 800, pytest.approx(1e-3))
     assert row.moved_gb_per_s == pytest.approx(0.8)
     assert row.copy_share == pytest.approx(0.5)
 
 
 def test_a_row_without_time_or_cost_has_no_rate():
-    work = Work((10, 10), HEAT, "sweep")
+    work = Work((10, 10), HEAT, SolverName.SWEEP)
     assert pass_row("coc", PassSeconds(0.0, 1), work, 1e9).moved_gb_per_s is None
     unknown = pass_row("a pass of tomorrow", PassSeconds(1.0, 1), work, 1e9)
     assert (unknown.bytes_moved, unknown.copy_share) == (None, None)

@@ -24,7 +24,7 @@ GPU_LAYERS = (
     *("gpu", "defocus", "scene_gpu", "source", "render", "preview", "display", "export"),
     *("measure", "session", "ui", "doctor"),
 )
-LINES_MAX = 300
+LINES_MAX = 500
 FILES = sorted(PACKAGE.rglob("*.py"))
 
 

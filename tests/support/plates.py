@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from heatlens.model.boxes import Box
 from heatlens.model.lens import Lens
+from heatlens.model.plate_options import DepthConvention, DepthKind
 from heatlens.plate.plate import CameraHeader, DepthReport, Plate, ReadPixels
 
 Image = npt.NDArray[np.float32]
@@ -45,12 +46,16 @@ def report_of(depth_m: Image) -> DepthReport:
     finite = depth_m[np.isfinite(depth_m)]
     near_m, far_m = (float(finite.min()), float(finite.max())) if finite.size else (math.inf,) * 2
     infinite = int(np.count_nonzero(np.isinf(depth_m)))
-    return DepthReport("Z", "distance", "planar", "made", near_m, far_m, infinite, 0)
+    return DepthReport(
+        "Z", DepthConvention.DISTANCE, DepthKind.PLANAR, "made", near_m, far_m, infinite, 0
+    )
 
 
 def coc_plate_of(color: Image, coc_px: Image) -> Plate:
     """`color` with its signed circle of confusion (H, W) in pixels."""
-    report = DepthReport("coc", "coc", "planar", "made", math.nan, math.nan, 0, 0)
+    report = DepthReport(
+        "coc", DepthConvention.COC, DepthKind.PLANAR, "made", math.nan, math.nan, 0, 0
+    )
     plate = plate_of(color, np.ones(coc_px.shape, np.float32))
     pixels = ReadPixels(plate.color, coc_px=coc_px.astype(np.float32))
     return replace(plate, pixels=pixels, depth=report)

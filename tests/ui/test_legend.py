@@ -6,6 +6,7 @@ import pytest
 from heatlens.defocus.optics import Optics
 from heatlens.display.overlay_pass import OverlayPass
 from heatlens.gpu.textures import new_texture, upload
+from heatlens.model.plate_options import DepthConvention, DepthKind
 from heatlens.model.view import Overlay
 from heatlens.plate.plate import DepthReport
 from heatlens.ui.picture.legend import entries
@@ -13,7 +14,7 @@ from heatlens.ui.picture.legend import entries
 COCS = np.array([[-40.0, -7.0, 0.0, 0.5, 6.0, 30.0]], np.float32)
 OPTICS = Optics(None, np.sort(COCS.ravel()).astype(np.float64))
 LIMITS = (-10.0, -1.0, 10.0)
-DEPTH = DepthReport("Z", "distance", "planar", "", 0.5, 8.0, 3, 0)
+DEPTH = DepthReport("Z", DepthConvention.DISTANCE, DepthKind.PLANAR, "", 0.5, 8.0, 3, 0)
 
 
 def drawn(ctx, overlay: Overlay) -> np.ndarray:

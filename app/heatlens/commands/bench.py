@@ -85,7 +85,7 @@ def _add_measure_options(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("what is measured")
     group.add_argument(
         "--solver",
-        choices=("auto", *SOLVERS),
+        choices=("auto", *map(str, SOLVERS)),
         default="auto",
         help="how the lines are solved: sweep suits processors, partition GPUs, cyclic is the 2006 "
         "memo's, for comparison; auto (default) takes what `render` would take here",

@@ -2,14 +2,11 @@
 
 import argparse
 import os
-from typing import get_args
 
 from heatlens.commands.lens_options import sensor_width_of
 from heatlens.commands.value_types import finite
-from heatlens.model.plate_options import DepthConvention, PlateOptions
+from heatlens.model.plate_options import DepthConvention, DepthKind, PictureCurve, PlateOptions
 from heatlens.model.units import parse_scene_unit_m
-
-_CONVENTIONS = get_args(DepthConvention)
 
 
 def add_plate_options(parser: argparse.ArgumentParser) -> None:
@@ -39,17 +36,12 @@ def add_plate_options(parser: argparse.ArgumentParser) -> None:
     )
     group.add_argument(
         "--depth-convention",
-        choices=_CONVENTIONS,
-        help="what the depth values are: distance; inverse (1/distance, 0 at infinity); normalized "
-        "(0 near, 1 far) or normalized-inverted (1 near, 0 far), both with --near and --far; "
-        "disparity (evenly over 1/distance, 1 or white near, as phones and depth networks write "
-        "it), with --near and --far; coc "
-        "(signed diameter of the circle of confusion in pixels, used as it is); default: auto, a "
-        "guess that says why",
+        choices=[str(convention) for convention in DepthConvention],
+        help=f"what the depth values are: {_conventions()} (default: auto)",
     )
     group.add_argument(
         "--depth-kind",
-        choices=("planar", "radial"),
+        choices=[str(kind) for kind in DepthKind if kind is not DepthKind.AUTO],
         help="planar: measured along the optical axis, a wall seen straight on has one depth "
         "(default, but for channels named as Mitsuba's distances along the ray); radial: along "
         "each ray, which needs focal length and sensor width",
@@ -71,10 +63,19 @@ def add_plate_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument("--far", metavar="METRES", type=finite, help="its far end")
     group.add_argument(
         "--picture-curve",
-        choices=("srgb", "linear"),
+        choices=[str(curve) for curve in PictureCurve if curve is not PictureCurve.AUTO],
         help="of PNG, JPEG and TIFF as colour: whole numbers are sRGB, floating point is linear "
         "light, unless told otherwise",
     )
+
+
+def _conventions() -> str:
+    """Return each convention with its meaning, and whether it takes --near and --far."""
+    told = []
+    for convention in DepthConvention:
+        ends = ", with --near and --far" if convention.facts.needs_ends else ""
+        told.append(f"{convention} ({convention.facts.meaning}){ends}")
+    return "; ".join(told)
 
 
 def plate_options(args: argparse.Namespace) -> PlateOptions:
@@ -85,15 +86,15 @@ def plate_options(args: argparse.Namespace) -> PlateOptions:
     return PlateOptions(
         depth_channel=args.depth_channel,
         color_layer=args.color_layer,
-        depth_convention=args.depth_convention or "auto",
-        depth_kind=args.depth_kind or "auto",
+        depth_convention=args.depth_convention or DepthConvention.AUTO,
+        depth_kind=args.depth_kind or DepthKind.AUTO,
         scene_unit_m=parse_scene_unit_m(args.scene_unit or "m"),
         near_m=args.near,
         far_m=args.far,
         focal_length_mm=getattr(args, "focal_length", None),
         sensor_width_mm=sensor_width_of(args),
         depth_source=None if args.depth is None else os.path.expanduser(args.depth),
-        picture_curve=args.picture_curve or "auto",
+        picture_curve=args.picture_curve or PictureCurve.AUTO,
         eye=args.eye,
         strict=args.strict,
     )

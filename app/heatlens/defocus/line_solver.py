@@ -9,7 +9,8 @@ A `LineSystem` names the network (a shader lib file) that a strategy's shader is
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Literal
+from enum import StrEnum
+from typing import Literal, assert_never
 
 import moderngl
 
@@ -21,6 +22,14 @@ STRIP_COLUMNS, STRIP_FOLD = 8, 128  # as in lib/strips.lib.glsl
 _PIXELS_A_BAND = 1 << 18  # solved in a step: some ten milliseconds without a GPU
 _MASK_BINDING = 2  # as in the shaders of the strategies
 Axis = Literal["rows", "columns"]
+
+
+class SolverName(StrEnum):
+    """The strategies, by the words for them on the command line and in reports."""
+
+    SWEEP = "sweep"
+    PARTITION = "partition"
+    CYCLIC = "cyclic"
 
 
 @dataclass(frozen=True)
@@ -65,7 +74,7 @@ class Bindings:
 class LineSolver(ABC):
     """Solves every line of a picture; programs are built once a system and kept."""
 
-    name: str
+    name: SolverName
     _STRIPS = False  # what rows hand to columns lies in strips, see lib/strips.lib.glsl
 
     def __init__(self, ctx: moderngl.Context) -> None:
@@ -172,7 +181,7 @@ class LineSolver(ABC):
 class SweepSolver(LineSolver):
     """Thomas elimination in network form, one invocation a line."""
 
-    name = "sweep"
+    name = SolverName.SWEEP
     _STRIPS = True
     LINES_PER_GROUP = 8  # one vector of a software rasteriser's invocations
     BLOCK = 4  # pixels; with 8 the programs take twice as long to compile and gain little
@@ -203,7 +212,7 @@ class SweepSolver(LineSolver):
 class PartitionSolver(LineSolver):
     """Runs eliminated in registers, run ends by cyclic reduction in shared memory."""
 
-    name = "partition"
+    name = SolverName.PARTITION
     _SLOTS = 512  # 56 bytes each: under the 32 KiB of shared memory that GL 4.3 promises
     _RUN_LEAST = 4  # pixels an invocation: what fits the registers of a GPU
     _RUNS_STEP = 64  # so that pictures of many sizes share few programs
@@ -261,7 +270,7 @@ def _parts(system: LineSystem) -> int:
 class CyclicSolver(LineSolver):
     """Cyclic reduction over memory, log2(length) passes down and up."""
 
-    name = "cyclic"
+    name = SolverName.CYCLIC
 
     def _bytes_per_line(self, system: LineSystem, length: int) -> tuple[int, ...]:
         unknowns = length * system.poles
@@ -284,6 +293,16 @@ class CyclicSolver(LineSolver):
             )
 
 
-SOLVERS: dict[str, type[LineSolver]] = {
-    solver.name: solver for solver in (SweepSolver, PartitionSolver, CyclicSolver)
-}
+def _solver_named(name: SolverName) -> type[LineSolver]:
+    match name:
+        case SolverName.SWEEP:
+            return SweepSolver
+        case SolverName.PARTITION:
+            return PartitionSolver
+        case SolverName.CYCLIC:
+            return CyclicSolver
+        case _:
+            assert_never(name)
+
+
+SOLVERS = {name: _solver_named(name) for name in SolverName}

@@ -8,7 +8,7 @@ the size that its blur allows: split, fill what is hidden, extend its coc, blur,
 
 import math
 from collections.abc import Callable, Generator, Iterator
-from typing import TypeVar
+from typing import TypeVar, assert_never
 
 import moderngl
 
@@ -131,16 +131,21 @@ class DefocusPipeline:
         """Diffusion without layers, or another method, which sees to depth itself or not at all."""
         others, work = self._passes.others, (color, coc, optics, self.pool)
         blurred = self.pool.texture("blurred", color.size, 4)
-        if settings.method is Method.GATHER:
-            yield from _named("gather", others.gather(*work))
-        elif settings.method is Method.SCATTER:
-            yield from _named("scatter", others.scatter(*work))
-        elif settings.method is Method.PYRAMID:
-            yield from _named("pyramid", others.pyramid(*work))
-        else:
-            what = Diffusion(color, coc, kernel_for(settings), optics.axis_scales)
-            targets = BlurTargets(self._poles(color.size, what.kernel), blurred)
-            yield from _named("blur", self._passes.blur.steps(what, targets))
+        match settings.method:
+            case Method.GATHER:
+                yield from _named("gather", others.gather(*work))
+            case Method.SCATTER:
+                yield from _named("scatter", others.scatter(*work))
+            case Method.PYRAMID:
+                yield from _named("pyramid", others.pyramid(*work))
+            case Method.DIFFUSION | Method.HEAT:
+                what = Diffusion(color, coc, kernel_for(settings), optics.axis_scales)
+                targets = BlurTargets(self._poles(color.size, what.kernel), blurred)
+                yield from _named("blur", self._passes.blur.steps(what, targets))
+            case Method.ACCUMULATION | Method.RAYTRACED:
+                raise ValueError(f"{settings.method} draws a scene; a plate cannot be blurred so.")
+            case _:
+                assert_never(settings.method)
         return blurred
 
     def _layered(

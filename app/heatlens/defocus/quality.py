@@ -1,26 +1,51 @@
 """What each quality spends."""
 
+from dataclasses import dataclass
+from typing import assert_never
+
 from heatlens.defocus.kernels import Kernel, gaussian_kernel, named_kernel
 from heatlens.model.settings import LAYERS_MAX, Bokeh, DefocusSettings, Method, Quality
 
-_DISC = {Quality.DRAFT: "disc_2", Quality.PREVIEW: "disc_3", Quality.FILM: "disc_4"}
-_GAUSSIAN_STEPS = {Quality.DRAFT: 2, Quality.PREVIEW: 3, Quality.FILM: 5}
+
+@dataclass(frozen=True)
+class _Spent:
+    """What a quality spends: the disc's kernel, steps of a Gaussian, depth layers at most."""
+
+    disc: str
+    gaussian_steps: int
+    layers: int
+
+
+def _spent(quality: Quality) -> _Spent:
+    match quality:
+        case Quality.DRAFT:
+            return _Spent("disc_2", gaussian_steps=2, layers=3)
+        case Quality.PREVIEW:
+            return _Spent("disc_3", gaussian_steps=3, layers=4)
+        case Quality.FILM:
+            return _Spent("disc_4", gaussian_steps=5, layers=LAYERS_MAX)
+        case _:
+            assert_never(quality)
 
 
 def kernel_for(settings: DefocusSettings) -> Kernel:
-    """The kernel of a bokeh at a quality; all have the same variance for the same disc."""
-    if settings.method is Method.HEAT or settings.bokeh is Bokeh.HEAT:
+    """Return the kernel of a bokeh at a quality; all have the same variance for the same disc."""
+    if settings.method is Method.HEAT:
         return named_kernel("heat")
-    if settings.bokeh is Bokeh.GAUSSIAN:
-        return gaussian_kernel(_GAUSSIAN_STEPS[settings.quality])
-    return named_kernel(_DISC[settings.quality])
-
-
-_LAYERS = {Quality.DRAFT: 3, Quality.PREVIEW: 4, Quality.FILM: LAYERS_MAX}
+    spent = _spent(settings.quality)
+    match settings.bokeh:
+        case Bokeh.HEAT:
+            return named_kernel("heat")
+        case Bokeh.GAUSSIAN:
+            return gaussian_kernel(spent.gaussian_steps)
+        case Bokeh.DISC:
+            return named_kernel(spent.disc)
+        case _:
+            assert_never(settings.bokeh)
 
 
 def layers_for(settings: DefocusSettings) -> int:
-    """How many depth layers at most."""
+    """Return how many depth layers there are at most."""
     if settings.method is not Method.DIFFUSION:
         return 1
-    return settings.layers or _LAYERS[settings.quality]
+    return settings.layers or _spent(settings.quality).layers

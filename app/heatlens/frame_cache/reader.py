@@ -5,7 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from heatlens.errors import InputError
-from heatlens.model.plate_options import PlateOptions
+from heatlens.model.plate_options import DepthConvention, PlateOptions
 from heatlens.plate.plate import Plate
 from heatlens.plate.read import read_plate
 
@@ -27,7 +27,7 @@ class SequenceReader:
         """The plate at `path`. Raises InputError as `read_plate`."""
         with self._lock:  # held while the frame that decides is read: the others depend on it
             options = self._options
-            if options.depth_convention == "auto":
+            if options.depth_convention is DepthConvention.AUTO:
                 return self._decided(path)
         return read_plate(path, options)
 

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import assert_never
 
 from heatlens.errors import InputError
 
@@ -22,21 +23,60 @@ class Quality(StrEnum):
     FILM = "film"
 
 
+@dataclass(frozen=True)
+class MethodFacts:
+    """The facts of a method, from which whoever asks derives.
+
+    meaning         words that explain it
+    needs_scene     it draws a 3D scene from many points of the lens; a plate cannot be seen so
+    grows_with_blur  its work depends on how large the blur is
+    views_are       what `views` counts, "" where the method does not ask for views
+    """
+
+    meaning: str
+    needs_scene: bool = False
+    grows_with_blur: bool = False
+    views_are: str = ""
+
+
 class Method(StrEnum):
     """How a pixel's light gets to where its disc is; all take the same lens and plate."""
 
-    DIFFUSION = "diffusion"  # layers of diffusion, as bokeh, quality and layers say
-    HEAT = "heat"  # one layer of heat, the basic form: Kass, Lefohn, Owens 2006
-    GATHER = "gather"  # each pixel looks around in its disc: Riguer et al. 2003
-    SCATTER = "scatter"  # each pixel is drawn as its disc: Potmesil and Chakravarty 1981
-    PYRAMID = "pyramid"  # smaller and smaller pictures: Williams 1983, Burt and Adelson 1983
-    ACCUMULATION = "accumulation"  # a scene from many points of the lens: Haeberli, Akeley 1990
-    RAYTRACED = "raytraced"  # rays through the lens into a scene: Cook, Porter, Carpenter 1984
+    DIFFUSION = "diffusion"
+    HEAT = "heat"  # Kass, Lefohn, Owens 2006
+    GATHER = "gather"  # Riguer et al. 2003
+    SCATTER = "scatter"  # Potmesil and Chakravarty 1981
+    PYRAMID = "pyramid"  # Williams 1983, Burt and Adelson 1983
+    ACCUMULATION = "accumulation"  # Haeberli and Akeley 1990
+    RAYTRACED = "raytraced"  # Cook, Porter, Carpenter 1984
+
+    @property
+    def facts(self) -> MethodFacts:
+        """Return what is known of the method."""
+        match self:
+            case Method.DIFFUSION:
+                return MethodFacts("layers of diffusion, as bokeh, quality and layers say")
+            case Method.HEAT:
+                return MethodFacts("one layer of heat, the basic form of diffusion")
+            case Method.GATHER:
+                return MethodFacts("each pixel looks around in its disc", grows_with_blur=True)
+            case Method.SCATTER:
+                return MethodFacts("each pixel is drawn as its disc", grows_with_blur=True)
+            case Method.PYRAMID:
+                return MethodFacts("smaller and smaller pictures")
+            case Method.ACCUMULATION:
+                words = "a scene from many points of the lens"
+                return MethodFacts(words, needs_scene=True, views_are="views")
+            case Method.RAYTRACED:
+                words = "rays through the lens into a scene"
+                return MethodFacts(words, needs_scene=True, views_are="rays a pixel")
+            case _:
+                assert_never(self)
 
     @property
     def needs_scene(self) -> bool:
-        """A plate cannot be seen from elsewhere."""
-        return self in (Method.ACCUMULATION, Method.RAYTRACED)
+        """Return whether the method draws a 3D scene; a plate cannot be seen from elsewhere."""
+        return self.facts.needs_scene
 
 
 LAYERS_MAX = 7

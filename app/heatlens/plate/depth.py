@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from typing import assert_never
 
 import numpy as np
 from numpy.typing import NDArray
@@ -68,7 +69,7 @@ def read_depth(
     guess = guess_convention(raw, options)
     if guess.question and options.strict:
         raise InputError(guess.question)
-    if guess.convention == "disparity":
+    if guess.convention is DepthConvention.DISPARITY:
         options, guess = with_ends(raw, options, guess)
     convention = guess.convention
     with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
@@ -76,16 +77,16 @@ def read_depth(
     depth = converted.values
     depth[converted.infinite] = np.inf
     bounded: tuple[str, ...] = ()
-    if convention == "coc":
+    if convention.facts.is_coc:
         repaired = repair_depth(depth, converted.bad, what)
         bounded = bound_coc(depth, what)
     else:
         repaired = repair_depth(depth, converted.bad | (depth < DEPTH_LEAST_M), what)
-    kind: DepthKind = origin.kind if options.depth_kind == "auto" else options.depth_kind
-    kind = "planar" if convention == "coc" else kind
+    kind = origin.kind if options.depth_kind is DepthKind.AUTO else options.depth_kind
+    kind = DepthKind.PLANAR if convention.facts.is_coc else kind
     infinite_count = int(np.count_nonzero(np.isinf(depth)))  # with those that repair copied
     near, far = finite_range(depth, infinite_count)
-    if convention == "coc":
+    if convention.facts.is_coc:
         near = far = math.nan
     report = DepthReport(
         channel, convention, kind, guess.why, near, far, infinite_count, repaired, guess.question
@@ -105,18 +106,25 @@ def finite_range(depth: FloatImage, infinite_count: int) -> tuple[float, float]:
 
 
 def _convert(raw: RawDepth, convention: DepthConvention, options: PlateOptions) -> _Converted:
-    """The conversion that belongs to `convention`."""
-    if convention == "coc":
-        none = np.zeros(raw.values.shape, dtype=np.bool_)
-        return _Converted(raw.values.copy(), none, ~np.isfinite(raw.values))
-    if convention == "inverse":
-        return _from_inverse(raw, options.scene_unit_m)
-    if convention == "distance":
-        return _from_distance(raw, options.scene_unit_m)
-    raw = in_full_scale(raw)
-    if convention == "disparity":
-        return _from_disparity(raw, options)
-    return _from_normalized(raw, convention == "normalized-inverted", options)
+    """Return the values in metres or pixels, as `convention` says; it has been guessed before."""
+    match convention:
+        case DepthConvention.COC:
+            none = np.zeros(raw.values.shape, dtype=np.bool_)
+            return _Converted(raw.values.copy(), none, ~np.isfinite(raw.values))
+        case DepthConvention.INVERSE:
+            return _from_inverse(raw, options.scene_unit_m)
+        case DepthConvention.DISTANCE:
+            return _from_distance(raw, options.scene_unit_m)
+        case DepthConvention.DISPARITY:
+            return _from_disparity(in_full_scale(raw), options)
+        case DepthConvention.NORMALIZED:
+            return _from_normalized(in_full_scale(raw), False, options)
+        case DepthConvention.NORMALIZED_INVERTED:
+            return _from_normalized(in_full_scale(raw), True, options)
+        case DepthConvention.AUTO:
+            raise ValueError("The convention has to be guessed before depths are converted.")
+        case _:
+            assert_never(convention)
 
 
 def _from_distance(raw: RawDepth, scene_unit_m: float) -> _Converted:

@@ -4,7 +4,7 @@ import math
 from dataclasses import replace
 
 from heatlens.errors import InputError
-from heatlens.model.plate_options import PlateOptions
+from heatlens.model.plate_options import DepthConvention, PlateOptions
 from heatlens.plate.depth_guess import Guess, RawDepth
 
 # A portrait in a room, so that a photo can be looked at before anybody has measured anything.
@@ -22,7 +22,7 @@ def checked_ends(raw: RawDepth, options: PlateOptions) -> tuple[float, float]:
             f"{raw.what} is read as normalised: give the distances of its two ends in metres with "
             "--near and --far."
         )
-    is_disparity = options.depth_convention == "disparity"
+    is_disparity = options.depth_convention is DepthConvention.DISPARITY
     is_far_good = far < math.inf or is_disparity
     if not (0 <= near < far and is_far_good) or (is_disparity and near == 0):
         raise InputError(
@@ -37,7 +37,7 @@ def with_ends(raw: RawDepth, options: PlateOptions, guess: Guess) -> tuple[Plate
 
     They are then part of the question. Raises InputError where that must not be asked.
     """
-    options = replace(options, depth_convention="disparity")
+    options = replace(options, depth_convention=DepthConvention.DISPARITY)
     if options.near_m is not None and options.far_m is not None:
         return options, guess
     near = _USUAL_NEAR_M if options.near_m is None else options.near_m

@@ -41,7 +41,7 @@ class Guess:
     `question`: where the values fit another convention nearly as well, both, with their options.
     """
 
-    convention: DepthConvention  # never "auto"
+    convention: DepthConvention  # never AUTO
     why: str
     certain: bool = True
     question: str = ""
@@ -57,7 +57,7 @@ class DepthOrigin:
     """
 
     program: str = ""
-    kind: DepthKind = "planar"
+    kind: DepthKind = DepthKind.PLANAR
     told: ToldOfPicture | None = None
 
 
@@ -134,7 +134,7 @@ def guess_convention(raw: RawDepth, options: PlateOptions) -> Guess:
     guess = _guessed(raw, options)
     ends = {"--near": options.near_m, "--far": options.far_m}
     given = [name for name, value in ends.items() if value is not None]
-    if guess.convention == "distance" and len(given) == 1:
+    if guess.convention is DepthConvention.DISTANCE and len(given) == 1:
         raise InputError(
             f"{raw.what} is taken as distances, and {given[0]} is an end of a normalized depth: "
             f"leave {given[0]} out, or say --depth-convention."
@@ -143,7 +143,7 @@ def guess_convention(raw: RawDepth, options: PlateOptions) -> Guess:
 
 
 def _guessed(raw: RawDepth, options: PlateOptions) -> Guess:
-    if options.depth_convention != "auto":
+    if options.depth_convention is not DepthConvention.AUTO:
         return Guess(options.depth_convention, "Given with --depth-convention.")
     if raw.origin.told is not None:
         return guess_of_picture(raw, raw.origin.told, options)
@@ -151,7 +151,9 @@ def _guessed(raw: RawDepth, options: PlateOptions) -> Guess:
     if by_name:
         return by_name
     if raw.infinite_count == raw.values.size:
-        return Guess("distance", "Every pixel holds a mark of infinity, as only distances do.")
+        return Guess(
+            DepthConvention.DISTANCE, "Every pixel holds a mark of infinity, as only distances do."
+        )
     has_ends = options.near_m is not None and options.far_m is not None
     if has_ends and raw.top <= NORMALIZED_UP_TO:
         return _normalized_direction(raw)
@@ -165,23 +167,27 @@ def _guess_beyond_one(raw: RawDepth, has_ends: bool) -> Guess:
     beyond = "above 1" if raw.high > 1 else "below -1"
     why = f"Its values run from {raw.low:g} to {raw.high:g}, {beyond}, so they are distances."
     if has_ends:
-        return Guess("distance", f"{why} --near and --far are not used.", certain=False)
+        return Guess(
+            DepthConvention.DISTANCE, f"{why} --near and --far are not used.", certain=False
+        )
     if raw.infinite_count or raw.top > INVERSE_MOST:
-        return Guess("distance", why)
+        return Guess(DepthConvention.DISTANCE, why)
     votes = flat_votes(raw.values, raw.infinite)
     if votes.says_distance:
-        return Guess("distance", f"{why} Flat surfaces in it run as distances do.")
+        return Guess(DepthConvention.DISTANCE, f"{why} Flat surfaces in it run as distances do.")
     if votes.says_inverse and raw.bottom <= INVERSE_LOW_MOST:
         return _inverse_by_surfaces(raw, votes)
     if _is_of_nuke(raw):
         return _asked(
             raw,
-            "inverse",
+            DepthConvention.INVERSE,
             f"Nuke wrote the file, and its {raw.channel} is 1/z; no flat surface in it tells.",
         )
     if _is_dense_near_zero(raw):
-        return _asked(raw, "distance", f"{why} But most of them are near zero, as those of 1/z.")
-    return Guess("distance", why)
+        return _asked(
+            raw, DepthConvention.DISTANCE, f"{why} But most of them are near zero, as those of 1/z."
+        )
+    return Guess(DepthConvention.DISTANCE, why)
 
 
 def _inverse_by_surfaces(raw: RawDepth, votes: FlatVotes) -> Guess:
@@ -191,8 +197,8 @@ def _inverse_by_surfaces(raw: RawDepth, votes: FlatVotes) -> Guess:
         f"{votes.distance} that run as distances do"
     )
     if _is_of_nuke(raw):
-        return Guess("inverse", f"{why}, and Nuke wrote the file.", certain=False)
-    return _asked(raw, "inverse", f"{why}.")
+        return Guess(DepthConvention.INVERSE, f"{why}, and Nuke wrote the file.", certain=False)
+    return _asked(raw, DepthConvention.INVERSE, f"{why}.")
 
 
 def _is_of_nuke(raw: RawDepth) -> bool:
@@ -221,9 +227,9 @@ def _guess_by_name(channel: str) -> Guess | None:
     """What the channel's name says, if anything."""
     name = channel.lower()
     if "coc" in name or "circleofconfusion" in name:
-        return Guess("coc", "Its name says circle of confusion.")
+        return Guess(DepthConvention.COC, "Its name says circle of confusion.")
     if "dispar" in name or "inverse" in name or "invz" in name:
-        return Guess("inverse", "Its name says that it holds 1/z.")
+        return Guess(DepthConvention.INVERSE, "Its name says that it holds 1/z.")
     return None
 
 
@@ -231,7 +237,8 @@ def _normalized_direction(raw: RawDepth) -> Guess:
     """Which way round a 0..1 depth runs: the end that more pixels stand at is the far one."""
     ones = int(np.count_nonzero((raw.values >= 1) & ~raw.infinite))
     zeros = int(np.count_nonzero((raw.values <= 0) & ~raw.infinite))
-    convention: DepthConvention = "normalized-inverted" if zeros > ones else "normalized"
+    inverted, upright = DepthConvention.NORMALIZED_INVERTED, DepthConvention.NORMALIZED
+    convention = inverted if zeros > ones else upright
     far = "0, black" if zeros > ones else "1, white"
     return Guess(
         convention,
@@ -246,16 +253,19 @@ def _guess_within_one(raw: RawDepth) -> Guess:
     span = f"{raw.low:g} to {raw.high:g}"
     if raw.infinite_count:
         return Guess(
-            "distance", f"It holds marks of infinity beside values of {span}, as distances do."
+            DepthConvention.DISTANCE,
+            f"It holds marks of infinity beside values of {span}, as distances do.",
         )
     if raw.low == raw.high:
-        return Guess("distance", f"It is {raw.low:g} everywhere: taken as a distance.")
+        return Guess(
+            DepthConvention.DISTANCE, f"It is {raw.low:g} everywhere: taken as a distance."
+        )
     votes = flat_votes(raw.values, raw.infinite)
     if votes.says_inverse and _is_of_nuke(raw):
         return _inverse_by_surfaces(raw, votes)
     if raw.zero_count and raw.top < 1 and not votes.says_distance:
         return Guess(
-            "inverse",
+            DepthConvention.INVERSE,
             f"It is 0 in {raw.zero_count} pixels and up to {raw.high:g} elsewhere, as 1/z with 0 "
             "at infinity: a guess, which --depth-convention overrules.",
             certain=False,
@@ -272,20 +282,26 @@ def guess_of_picture(raw: RawDepth, told: ToldOfPicture, options: PlateOptions) 
     if told.convention is not None:
         return Guess(told.convention, told.why, certain=False)
     if options.scene_unit_m != 1.0:
-        return Guess("distance", "A unit is given with --scene-unit, as distances have.")
+        return Guess(
+            DepthConvention.DISTANCE, "A unit is given with --scene-unit, as distances have."
+        )
     votes = flat_votes(raw.values, raw.infinite, 1.0 if told.full_scale else 0.0)
     span = f"{raw.low:g} to {raw.high:g}"
     if told.full_scale is None and not votes.says_inverse:
         why = f"Floating point from {span}"
         question = _question_of_picture(raw, span)
         if votes.says_distance:
-            return Guess("distance", f"{why}, whose flat surfaces run as distances do.", False)
-        return Guess("distance", f"{why}, as programs write distances.", False, question)
+            return Guess(
+                DepthConvention.DISTANCE, f"{why}, whose flat surfaces run as distances do.", False
+            )
+        return Guess(
+            DepthConvention.DISTANCE, f"{why}, as programs write distances.", False, question
+        )
     if votes.says_inverse:
         why = f"Its flat surfaces run evenly over 1/z, in {votes.inverse} places."
-        return Guess("disparity", why, certain=False)
+        return Guess(DepthConvention.DISPARITY, why, certain=False)
     why = "Phones and networks that estimate depth write disparity, white near."
-    return Guess("disparity", why, False, _question_of_picture(raw, span))
+    return Guess(DepthConvention.DISPARITY, why, False, _question_of_picture(raw, span))
 
 
 def _question_of_picture(raw: RawDepth, span: str) -> str:

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from heatlens.errors import InputError
-from heatlens.model.plate_options import DepthKind, PlateOptions
+from heatlens.model.plate_options import DepthConvention, DepthKind, PlateOptions
 from heatlens.plate.bounds import DEPTH_LEAST_M
 from heatlens.plate.camera_header import camera_at_header
 from heatlens.plate.channel_choice import ColorChoice, choose_depth
@@ -52,7 +52,7 @@ def read_depth_of(
         find = partial(_in_depth_file, path, headers, color, options)
     else:
         camera_headers = headers
-        is_coc = options.depth_convention == "coc"
+        is_coc = options.depth_convention.facts.is_coc
         find = partial(choose_depth, path, headers, options.depth_channel, color, is_coc)
     source = _depth_channel(path, parts, color, options, camera_headers, find)
     return _read(path, parts, source, target, camera_headers, options)
@@ -100,7 +100,7 @@ def _in_depth_file(
 
     A depth written as grey is taken from its red. Raises InputError where there are several.
     """
-    is_coc = options.depth_convention == "coc"
+    is_coc = options.depth_convention.facts.is_coc
     view = color.view if color else ""
     try:
         return choose_depth(path, headers, options.depth_channel, color, is_coc)
@@ -139,12 +139,14 @@ def _read(
     kind, kind_notes = _likely_kind(ref, what, options)
     origin = DepthOrigin(written_by(headers), kind, told)
     if source.why:
-        options = replace(options, depth_convention="distance", depth_kind="planar")
+        options = replace(
+            options, depth_convention=DepthConvention.DISTANCE, depth_kind=DepthKind.PLANAR
+        )
     result = read_depth(values, what, ref.full_name, options, origin)
     if source.why:
         result = replace(result, report=replace(result.report, why=source.why))
     result = replace(result, notes=(*size_notes, *result.notes, *kind_notes))
-    if result.report.kind == "radial":
+    if result.report.kind is DepthKind.RADIAL:
         camera = camera_at_header([target, header, *camera_headers])
         result = _with_values(result, _made_planar(path, result.values, header, camera, options))
     return _aligned(path, result, header, target)
@@ -172,13 +174,13 @@ def _likely_kind(
     ref: ChannelRef, what: str, options: PlateOptions
 ) -> tuple[DepthKind, tuple[str, ...]]:
     """What the channel's name says that it is measured along; said where it is not the axis."""
-    if ref.leaf.lower() != _ALONG_RAY or options.depth_kind != "auto":
-        return "planar", ()
+    if ref.leaf.lower() != _ALONG_RAY or options.depth_kind is not DepthKind.AUTO:
+        return DepthKind.PLANAR, ()
     note = (
         f"{what} is named as Mitsuba names distances along the ray: taken as radial; "
         "--depth-kind planar overrules it."
     )
-    return "radial", (note,)
+    return DepthKind.RADIAL, (note,)
 
 
 def _check_same_display(path: Path, channel: str, own: Header, target: Header) -> None:
@@ -215,7 +217,7 @@ def _aligned(path: Path, result: DepthResult, own: Header, target: Header) -> De
     source, window = box_at_header(own, "dataWindow"), box_at_header(target, "dataWindow")
     if source == window:
         return result
-    is_coc = result.report.convention == "coc"
+    is_coc = result.report.convention.facts.is_coc
     values = moved_to_window(result.values, source, window, 0.0 if is_coc else math.inf)
     shared = source.intersection(window)
     missing = values.size - shared.width * shared.height
@@ -229,7 +231,7 @@ def _aligned(path: Path, result: DepthResult, own: Header, target: Header) -> De
 
 def _with_values(result: DepthResult, values: FloatImage) -> DepthResult:
     """`result` with other values and a report of their range."""
-    if result.report.convention == "coc":
+    if result.report.convention.facts.is_coc:
         return replace(result, values=values)
     infinite_count = int(np.count_nonzero(np.isinf(values)))
     near_m, far_m = finite_range(values, infinite_count)

@@ -69,7 +69,7 @@ def _of_google(path: Path, xmp: str) -> InnerDepth | None:
     else:
         depth = near_m * far_m / (far_m - fraction * (far_m - near_m))
     why = f"The photo carries it inside, as {form} from {near_m:g} to {far_m:g} m."
-    return InnerDepth(depth.astype(np.float32), "distance", why)
+    return InnerDepth(depth.astype(np.float32), DepthConvention.DISTANCE, why)
 
 
 def _map_of_google(path: Path, xmp: str) -> bytes | None:
@@ -124,9 +124,9 @@ def _of_heic(path: Path, found: Any) -> InnerDepth:
     if low is not None and high is not None and 0 <= low < high:
         dioptres = (low + values / full_scale * (high - low)).astype(np.float32)
         why = f"The photo carries it inside, as disparity from {low:g} to {high:g} dioptres."
-        return InnerDepth(dioptres, "inverse", why)
+        return InnerDepth(dioptres, DepthConvention.INVERSE, why)
     why = "The photo carries it inside, as disparity, white near."
-    return InnerDepth(values, "disparity", why, full_scale)
+    return InnerDepth(values, DepthConvention.DISPARITY, why, full_scale)
 
 
 def _ends_in_dioptres(told: dict[str, Any]) -> tuple[float | None, float | None]:

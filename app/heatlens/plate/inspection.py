@@ -136,7 +136,7 @@ def _depth_facts(
     facts = {name: _json_value(value) for name, value in asdict(report).items()}
     span = DepthSpan(report.near_m, report.far_m, report.infinite_count > 0, options.scene_unit_m)
     doubtful = tuple(doubt.sentence for doubt in _doubts(camera, span))
-    if report.convention == "coc":
+    if report.convention.facts.is_coc:
         facts["min_px"] = float(result.values.min())
         facts["max_px"] = float(result.values.max())
     return facts, (*result.notes, *doubtful)

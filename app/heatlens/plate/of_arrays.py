@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike
 
 from heatlens.errors import InputError
 from heatlens.model.boxes import Box
+from heatlens.model.plate_options import DepthConvention, DepthKind
 from heatlens.plate.plate import CameraHeader, DepthReport, FloatImage, Plate, read_pixels
 
 _NAME = Path("array")  # what errors call it
@@ -71,10 +72,14 @@ def _depth_report(depth_m: FloatImage) -> DepthReport:
     near, far = (float(finite.min()), float(finite.max())) if finite.size else (np.inf, np.inf)
     beyond = depth_m.size - finite.size
     why = "The caller says so."
-    return DepthReport("depth_m", "distance", "planar", why, near, far, beyond, 0)
+    return DepthReport(
+        "depth_m", DepthConvention.DISTANCE, DepthKind.PLANAR, why, near, far, beyond, 0
+    )
 
 
 def _coc_report(coc_px: FloatImage) -> DepthReport:
     if not np.isfinite(coc_px).all():
         raise InputError("coc_px holds NaN or infinity.")
-    return DepthReport("coc_px", "coc", "planar", "The caller says so.", np.nan, np.nan, 0, 0)
+    return DepthReport(
+        "coc_px", DepthConvention.COC, DepthKind.PLANAR, "The caller says so.", np.nan, np.nan, 0, 0
+    )

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any, Literal
+from typing import Any, Literal, assert_never
 
 import numpy as np
 from numpy.typing import NDArray
@@ -140,11 +140,11 @@ def _linear(path: Path, raw: RawPicture, curve: PictureCurve) -> tuple[FloatImag
     if raw.full_scale is not None:
         values = values.astype(np.float32) / np.float32(raw.full_scale)
     values = values.astype(np.float32)
-    is_srgb = curve == "srgb" or (curve == "auto" and raw.full_scale is not None)
+    is_srgb = _is_srgb(curve, raw)
     colors = values.shape[2] - (values.shape[2] in (2, 4))
     if is_srgb:
         values[:, :, :colors] = srgb_decoded(values[:, :, :colors])
-    if curve != "auto":
+    if curve is not PictureCurve.AUTO:
         return values, profile_notes
     bits = raw.values.dtype.itemsize * 8
     said = (
@@ -154,6 +154,19 @@ def _linear(path: Path, raw: RawPicture, curve: PictureCurve) -> tuple[FloatImag
         else f"{path}: floating point, taken as scene-linear light; --picture-curve srgb turns it."
     )
     return values, (said, *profile_notes)
+
+
+def _is_srgb(curve: PictureCurve, raw: RawPicture) -> bool:
+    """Return whether the values are sRGB; unless told otherwise, whole numbers are."""
+    match curve:
+        case PictureCurve.AUTO:
+            return raw.full_scale is not None
+        case PictureCurve.SRGB:
+            return True
+        case PictureCurve.LINEAR:
+            return False
+        case _:
+            assert_never(curve)
 
 
 def _in_known_primaries(path: Path, raw: RawPicture) -> tuple[NDArray[Any], tuple[str, ...]]:

@@ -33,7 +33,7 @@ class DepthReport:
     """How the depth channel was read, for the person who has to trust it."""
 
     channel: str
-    convention: DepthConvention  # never "auto": what was used
+    convention: DepthConvention  # never AUTO: what was used
     kind: DepthKind
     why: str  # one sentence: why this convention
     near_m: float  # nearest finite depth; infinite where nothing was hit at all, NaN for CoC

@@ -44,7 +44,7 @@ def read_plate(path: str | os.PathLike[str], options: PlateOptions | None = None
     camera = camera_at_header([header, *headers])
     aspect, aspect_notes = pixel_aspect_of(path, header)
     depth = read_depth_of(path, parts, choice, options)
-    is_coc = depth.report.convention == "coc"
+    is_coc = depth.report.convention.facts.is_coc
     return Plate(
         path=path,
         pixels=read_pixels(color, depth.values, is_coc),

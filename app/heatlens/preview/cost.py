@@ -9,8 +9,6 @@ from heatlens.model.settings import Bokeh, DefocusSettings, Method, Quality
 Kind = tuple[Method, Bokeh, Quality, int]
 Sized = tuple[Kind, float]  # and its size against the plate: small pictures cost more by the pixel
 
-# The cost of the next picture cannot be predicted for a method whose work grows with the blur.
-_GROWS_WITH_BLUR = (Method.GATHER, Method.SCATTER)
 _NEWEST = 0.4  # weight of the newest picture in the running mean of its kind
 
 
@@ -35,7 +33,8 @@ class CostModel:
     def predicted(self, settings: DefocusSettings, pixels: int) -> float:
         """Seconds for a picture of so many pixels; infinite where nothing is known."""
         kind, known = _kind(settings), self._alike(settings)
-        if settings.method in _GROWS_WITH_BLUR or not known:
+        # What the next picture costs is not known where the work depends on how large its blur is.
+        if settings.method.facts.grows_with_blur or not known:
             return float("inf")
         sizes = [size for other, size in known if other == kind]
         if sizes:

@@ -13,6 +13,7 @@ from heatlens.gpu.textures import FloatArray, download
 from heatlens.model.boxes import Box
 from heatlens.model.framing import Pose
 from heatlens.model.lens import Lens
+from heatlens.model.plate_options import DepthConvention, DepthKind
 from heatlens.plate.plate import CameraHeader, DepthReport, Plate
 from heatlens.scene_gpu.depth_survey import Surveyed
 
@@ -105,8 +106,8 @@ def _camera(lens: Lens, width: int, height: int) -> CameraHeader:
 def _report(surveyed: Surveyed) -> DepthReport:
     return DepthReport(
         channel="Z",
-        convention="distance",
-        kind="planar",
+        convention=DepthConvention.DISTANCE,
+        kind=DepthKind.PLANAR,
         why="Measured as the scene was drawn.",
         near_m=surveyed.near_m,
         far_m=surveyed.far_m,

@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import assert_never
 
 import moderngl
 
@@ -147,12 +148,24 @@ class SceneRenderer:
         lens = shot.lens_at(frame)
         self._raster.place(frame)
         view = self._view(shot, frame, size)
-        method = self._ray_tracer if shot.defocus.method is Method.RAYTRACED else self._accumulation
+        method = self._method(shot.defocus.method)
         seen = replace(lens, t_stop=None, acceptable_coc_mm=None, close_focus_m=None)
         key = (self.pose_at(shot, frame), seen, size, self._moment(frame))
         for name in method.steps(view, lens_radii_m(lens), shot.defocus.views, out, key):
             yield name
             self._raster.place(frame)  # others may have drawn another frame in between
+
+    def _method(self, method: Method) -> Accumulation | RayTracer:
+        """Return what draws a scene by `method`."""
+        match method:
+            case Method.ACCUMULATION:
+                return self._accumulation
+            case Method.RAYTRACED:
+                return self._ray_tracer
+            case Method.DIFFUSION | Method.HEAT | Method.GATHER | Method.SCATTER | Method.PYRAMID:
+                raise ValueError(f"{method} blurs a plate; it does not draw a scene.")
+            case _:
+                assert_never(method)
 
     def _let_go(self) -> None:
         if self._held is not None:

@@ -34,7 +34,7 @@ def chosen_channels(image: TevImage, options: PlateOptions) -> TevImage:
     """
     path, headers = plate_path(image.name), [_header(image, tuple(image.planes))]
     color = choose_color(path, headers, options.color_layer)
-    is_coc = options.depth_convention == "coc"
+    is_coc = options.depth_convention.facts.is_coc
     depth = choose_depth(path, headers, options.depth_channel, color, is_coc)
     wanted = {ref.key for ref in (*color.rgb, color.alpha, depth) if ref is not None}
     return replace(image, planes={k: p.copy() for k, p in image.planes.items() if k in wanted})
@@ -49,12 +49,12 @@ def plate_of_image(image: TevImage, options: PlateOptions, aovs: tuple[str, ...]
     header = _header(image, tuple(image.planes))
     parts: list[Part] = [(header, dict(image.planes))]
     choice = choose_color(path, [header], options.color_layer)
-    is_coc = options.depth_convention == "coc"
+    is_coc = options.depth_convention.facts.is_coc
     ref = choose_depth(path, [header], options.depth_channel, choice, is_coc)
     missing = _missing_in(path, image, ref.key)
     color, color_notes = read_color(path, parts, choice)
     depth = read_depth_of(path, parts, choice, options)
-    is_coc = depth.report.convention == "coc"
+    is_coc = depth.report.convention.facts.is_coc
     depth.values[missing] = 0.0 if is_coc else math.inf
     box = Box(0, 0, image.width, image.height)
     return Plate(

@@ -9,7 +9,7 @@ from statistics import median
 import moderngl
 
 from heatlens.defocus.layer_cuts import layer_cuts
-from heatlens.defocus.line_solver import SOLVERS
+from heatlens.defocus.line_solver import SOLVERS, SolverName
 from heatlens.defocus.pipeline import Steps
 from heatlens.defocus.plate_passes import proxy_size
 from heatlens.defocus.quality import layers_for
@@ -50,7 +50,9 @@ class BenchFrames:
     def __init__(self, ctx: moderngl.Context, solver: str) -> None:
         """`solver` is a name of SOLVERS, or "auto" for the one that `render` would choose."""
         self.ctx = ctx
-        self._renderer = FrameRenderer(ctx, None if solver == "auto" else SOLVERS[solver](ctx))
+        self._renderer = FrameRenderer(
+            ctx, None if solver == "auto" else SOLVERS[SolverName(solver)](ctx)
+        )
         self.solver = self._renderer.solver
         self.stopwatch = self._renderer.stopwatch
 

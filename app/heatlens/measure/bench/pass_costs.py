@@ -15,12 +15,13 @@ its state rg32f 8, poles rgba32ui 16 each.
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import assert_never
 
 from heatlens.defocus.blur_pass import pole_layers
 from heatlens.defocus.highlight_pass import block_count
 from heatlens.defocus.kernels import Kernel, named_kernel
 from heatlens.defocus.layer_passes import HiddenFillPass
-from heatlens.defocus.line_solver import LineSystem, PartitionSolver, SweepSolver
+from heatlens.defocus.line_solver import LineSystem, PartitionSolver, SolverName, SweepSolver
 
 _COLOR, _COC, _STATE, _KIND, _FRAGMENT, _POLE_LAYER = 16, 4, 8, 2, 8, 16
 _TALLY, _OFFSET = 32, 4  # a block of 8 x 8 pixels
@@ -32,7 +33,7 @@ class Work:
 
     size: tuple[int, int]  # of the picture that is worked on
     kernel: Kernel
-    solver: str
+    solver: SolverName
     proxy: float = 1.0
 
 
@@ -67,31 +68,35 @@ def frame_traffic(name: str, work: Work, runs: int) -> Traffic:
     return PASS_COSTS[name](work, runs)
 
 
-def solve_bytes(solver: str, system: LineSystem, reads: AxisReads) -> float:
+def solve_bytes(solver: SolverName, system: LineSystem, reads: AxisReads) -> float:
     """Bytes a pixel to solve `system` along one axis."""
     poles, value, link = system.poles, system.value_bytes, 3 * system.num_bytes
     once = reads.node + reads.source
     end = reads.finish + reads.written
-    if solver == "partition":  # all between stays on the chip
-        return once + end
-    if solver == "sweep":  # s and t of each block, written forward and read backward; pixels twice
-        kept = poles * (value + system.num_bytes) / SweepSolver.BLOCK
-        return 2 * once + 2 * kept + end
-    # cyclic, over a long line: LOAD writes a pixel and its links; for each pixel that is eliminated
-    # REDUCE reads it and one that stays, which it writes, and SUBSTITUTE reads it and one answer
-    # beside it, and writes its own; STORE reads the answers
-    load = once + poles * (value + link)
-    reduce = 3 * poles * (value + link)
-    substitute = poles * (value + link + 2 * value)
-    return load + reduce + substitute + poles * value + end
+    match solver:
+        case SolverName.PARTITION:  # all between stays on the chip
+            return once + end
+        case SolverName.SWEEP:  # s and t of each block, written and read back; pixels twice
+            kept = poles * (value + system.num_bytes) / SweepSolver.BLOCK
+            return 2 * once + 2 * kept + end
+        case SolverName.CYCLIC:
+            # Over a long line: LOAD writes a pixel and its links. For each pixel that is
+            # eliminated, REDUCE reads it and one that stays, which it writes, and SUBSTITUTE reads
+            # it and one answer beside it, and writes its own. STORE reads the answers.
+            load = once + poles * (value + link)
+            reduce = 3 * poles * (value + link)
+            substitute = poles * (value + link + 2 * value)
+            return load + reduce + substitute + poles * value + end
+        case _:
+            assert_never(solver)
 
 
-def blur_bytes(solver: str, kernel: Kernel) -> float:
+def blur_bytes(solver: SolverName, kernel: Kernel) -> float:
     """Bytes a pixel of a blur: for each step rows and columns."""
     system = LineSystem("lib/blur_system.lib.glsl", len(kernel.poles), kernel.is_complex)
     poles, coc_again = _POLE_LAYER * pole_layers(kernel), _COC  # is the pixel in focus?
     read_twice = 0
-    if solver == "partition":  # it keeps the coc; a texel of both parts is read for each
+    if solver is SolverName.PARTITION:  # it keeps the coc; a texel of both parts is read for each
         coc_again = 0
         read_twice = _POLE_LAYER * PartitionSolver.shared_texels(system)
     rows = AxisReads(_COC, _COLOR, 0, poles)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from heatlens.model.boxes import Box
 from heatlens.model.coc import coc_line, coc_px
 from heatlens.model.lens import Lens
-from heatlens.model.plate_options import DepthConvention
+from heatlens.model.plate_options import DepthConvention, DepthKind
 from heatlens.plate.plate import CameraHeader, DepthReport, FloatImage, Plate, ReadPixels
 
 # Wide open and focused between the objects: blur on both sides, and every layer is occupied.
@@ -104,7 +104,7 @@ def _plate(
     window = Box(0, 0, width, height)
     rgba = np.ones((height, width, 4), np.float32)
     rgba[..., :3] = color
-    convention: DepthConvention = "coc" if depth_m is None else "distance"
+    convention = DepthConvention.COC if depth_m is None else DepthConvention.DISTANCE
     return Plate(
         path=Path("synthetic"),
         pixels=ReadPixels(rgba, depth_m, coc),
@@ -113,7 +113,7 @@ def _plate(
         display_window=window,
         pixel_aspect_ratio=1.0,
         camera=CameraHeader(),
-        depth=DepthReport("Z", convention, "planar", "synthetic", math.nan, math.nan, 0, 0),
+        depth=DepthReport("Z", convention, DepthKind.PLANAR, "synthetic", math.nan, math.nan, 0, 0),
         aovs=("R", "G", "B", "Z"),
         attributes={},
         notes=(),

@@ -104,5 +104,5 @@ def detail_of(settings: DefocusSettings) -> str:
     if settings.method is Method.DIFFUSION:
         layers = "" if settings.layers is None else f", {settings.layers} layers"
         return f"{settings.bokeh}, {settings.quality}{layers}"
-    unit = {Method.ACCUMULATION: "views", Method.RAYTRACED: "rays a pixel"}.get(settings.method)
+    unit = settings.method.facts.views_are
     return f"{settings.views} {unit}" if unit else ""

@@ -11,7 +11,7 @@ from heatlens.errors import InputError
 from heatlens.model.boxes import Box
 from heatlens.model.depth_histogram import DepthHistogram
 from heatlens.model.lens import Lens
-from heatlens.model.plate_options import DepthConvention, PlateOptions, WishedKind
+from heatlens.model.plate_options import DepthConvention, DepthKind, PlateOptions
 from heatlens.model.plausibility import Doubt
 from heatlens.model.units import FOOT_M, INCH_M, format_distance, parse_distance_m
 from heatlens.plate.channel_choice import color_layers_among, depth_channels_first
@@ -21,20 +21,8 @@ from heatlens.ui.panels.focus_bar import draw_histogram, draw_scale
 
 _BAR_EM = 4.2
 _BY_NAME, _CUSTOM = "found by name", "another"
-_CONVENTIONS: dict[DepthConvention, str] = {
-    "auto": "guessed",
-    "distance": "distance",
-    "inverse": "1 / distance",
-    "normalized": "0 near, 1 far",
-    "normalized-inverted": "1 near, 0 far",
-    "disparity": "disparity, 1 near",
-    "coc": "blur in pixels (coc)",
-}
-_KINDS: dict[WishedKind, str] = {
-    "auto": "guessed",
-    "planar": "along the axis",
-    "radial": "along the ray",
-}
+_CONVENTIONS = {convention: convention.facts.label for convention in DepthConvention}
+_KINDS = {kind: kind.label for kind in DepthKind}
 _UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "km": 1e3, "ft": FOOT_M, "in": INCH_M}
 Say = Callable[[str], None]
 Key = TypeVar("Key")
@@ -82,8 +70,8 @@ def _depth(facts: PlateFacts) -> None:
         rows.append(("nothing hit", _pixels(report.infinite_count, facts.plate)))
     if report.repaired_count:
         rows.append(("repaired", _pixels(report.repaired_count, facts.plate)))
-    kind = _KINDS[report.kind]
-    rows.append(("taken for", f"{report.channel}: {_CONVENTIONS[report.convention]}, {kind}"))
+    taken_for = f"{report.channel}: {report.convention.facts.label}, {report.kind.label}"
+    rows.append(("taken for", taken_for))
     rows.append(("because", widgets.window_words(report.why)))
     for name, text in rows:
         _row(name, text)
@@ -179,7 +167,8 @@ def _controls(wished: PlateOptions, facts: PlateFacts, say: Say) -> PlateOptions
     plate = facts.plate
     names = depth_channels_first(plate.aovs)
     channel = _named("channel", wished.depth_channel, names, "The channel that is the depth.")
-    convention = _keyed("convention", wished.depth_convention, _CONVENTIONS)
+    tip = f"What its values are. Now: {wished.depth_convention.facts.meaning}."
+    convention = _keyed("convention", wished.depth_convention, _CONVENTIONS, tip)
     if plate.depth.question:
         _colored(widgets.window_words(plate.depth.question), theme.ACCENT_TEXT)
         widgets.note("question about the convention")
@@ -200,7 +189,7 @@ def _controls(wished: PlateOptions, facts: PlateFacts, say: Say) -> PlateOptions
 
 def _ends(wished: PlateOptions, unit: str, say: Say) -> PlateOptions:
     """Distances of the ends of a depth of 0 to 1; others have none."""
-    with widgets.disabled(wished.depth_convention in ("distance", "inverse", "coc")):
+    with widgets.disabled(not wished.depth_convention.facts.takes_ends):
         near = _distance_field("near", wished.near_m, unit, say)
         far = _distance_field("far", wished.far_m, unit, say)
     return replace(wished, near_m=near, far_m=far)
@@ -225,7 +214,9 @@ def _kind(wished: PlateOptions, facts: PlateFacts) -> PlateOptions:
     if kind == wished.depth_kind:
         return wished
     camera, lens = facts.plate.camera, facts.lens
-    if kind == "radial" and (camera.focal_length_mm is None or camera.sensor_width_mm is None):
+    if kind is DepthKind.RADIAL and (
+        camera.focal_length_mm is None or camera.sensor_width_mm is None
+    ):
         return replace(
             wished,
             depth_kind=kind,
@@ -237,7 +228,7 @@ def _kind(wished: PlateOptions, facts: PlateFacts) -> PlateOptions:
 
 def _unit(wished: PlateOptions, say: Say) -> PlateOptions:
     """The unit by its name, or in metres."""
-    with widgets.disabled(wished.depth_convention in ("coc", "normalized", "normalized-inverted")):
+    with widgets.disabled(not wished.depth_convention.facts.has_unit):
         known = next((n for n, m in _UNITS.items() if math.isclose(m, wished.scene_unit_m)), "")
         picked = widgets.choice("scene unit", known or _CUSTOM, list(_UNITS))
         unit_m = _UNITS.get(picked, wished.scene_unit_m) if picked != known else wished.scene_unit_m

@@ -67,5 +67,5 @@ class PlateReading:
 
 def _lacks_ends(options: PlateOptions) -> bool:
     """A normalised depth has no distances while nobody tells those of its ends."""
-    is_normalized = options.depth_convention in ("normalized", "normalized-inverted")
-    return is_normalized and (options.near_m is None or options.far_m is None)
+    needs_ends = options.depth_convention.facts.needs_ends
+    return needs_ends and (options.near_m is None or options.far_m is None)

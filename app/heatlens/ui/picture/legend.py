@@ -56,8 +56,8 @@ def entries(
             ends.insert(0, Entry(_NEAR_COC, f"nearest {-near_px:.1f} px"))
         return ends + ([Entry(_FAR_COC, f"farthest {far_px:.1f} px")] if far_px > sharp_px else [])
     if overlay is Overlay.DEPTH:
-        near = "nearest" if depth.convention == "coc" else format_distance(depth.near_m, unit)
-        far = "farthest" if depth.convention == "coc" else format_distance(depth.far_m, unit)
+        near = "nearest" if depth.convention.facts.is_coc else format_distance(depth.near_m, unit)
+        far = "farthest" if depth.convention.facts.is_coc else format_distance(depth.far_m, unit)
         if depth.infinite_count:
             far = "infinity"
         return [Entry((1.0, 1.0, 1.0), near), Entry((0.0, 0.0, 0.0), far)]
