@@ -1,13 +1,10 @@
-"""The plot of `heatlens bench --methods`: whole or not there, and its names clear of each other."""
+"""The plot of `heatlens bench --methods`: whole or not there, every line named."""
 
 import sys
 from dataclasses import replace
-from itertools import combinations, pairwise
 from types import SimpleNamespace
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from PIL import Image as PillowImage
 
 from heatlens.commands.main import main
@@ -16,8 +13,8 @@ from heatlens.measure.bench import methods, plot
 from heatlens.measure.bench.method_errors import ErrorCell, ErrorReport, ErrorRow
 from heatlens.measure.bench.methods import MethodReport, MethodRow
 from heatlens.measure.bench.plot import write_plot
-from heatlens.measure.bench.plot_labels import Label, name_lines, name_points, spread
-from heatlens.measure.bench.plot_panels import chosen_row, time_panel, trade_panel
+from heatlens.measure.bench.plot_panels import time_panel, trade_panel, trade_row
+from heatlens.measure.chart import new_figure
 
 TIMES = MethodReport(
     64,
@@ -61,53 +58,62 @@ def test_a_plot_is_a_picture_of_that_kind(tmp_path, suffix, errors):
     assert list(tmp_path.iterdir()) == [path]
 
 
-def texts_of(figure) -> list[str]:
-    return [text.get_text().strip() for axes in figure.axes for text in axes.texts]
+def legend_of(axes) -> list[str]:
+    return [text.get_text() for text in axes.get_legend().get_texts()]
 
 
-def test_lines_and_points_carry_their_names(tmp_path, monkeypatch):
+def figure_drawn(tmp_path, monkeypatch, times, errors):
+    """The figure that `write_plot` wrote."""
     figures: list = []
-    made = plot._three
-    monkeypatch.setattr(plot, "_three", lambda *a: figures.append(made(*a)) or figures[-1])
-    write_plot(tmp_path / "a.svg", TIMES, ERRORS, "made")
-    figure = figures[0]
-    assert len(figure.axes) == 3
+    made = plot._whole_figure
+    monkeypatch.setattr(plot, "_whole_figure", lambda *a: figures.append(made(*a)) or figures[-1])
+    write_plot(tmp_path / "a.png", times, errors, "made")
+    return figures[0]
+
+
+def test_each_panel_names_its_lines_in_the_order_in_which_they_lie(tmp_path, monkeypatch):
+    figure = figure_drawn(tmp_path, monkeypatch, TIMES, ERRORS)
+    time, error, trade = figure.axes
     assert all(axes.get_yscale() == axes.get_xscale() == "log" for axes in figure.axes)
-    names = texts_of(figure)
-    assert names.count("gather, over 20 s") == 2
-    assert "accumulation 23" in names and "as the disc's area" in names
-    assert names.count("diffusion") == 3
+    assert legend_of(time) == [
+        *("as the disc's area", "gather, over 20 s", "accumulation 23", "diffusion")
+    ]
+    assert legend_of(error) == ["diffusion", "gather, over 20 s", "noise of the truth"]
+    assert legend_of(trade) == ["diffusion", "gather"]
+
+
+def test_no_legend_covers_its_panel_or_leaves_the_figure(tmp_path, monkeypatch):
+    figure = figure_drawn(tmp_path, monkeypatch, TIMES, ERRORS)
+    figure.draw_without_rendering()  # at the resolution that its text is measured with
     for axes in figure.axes:
-        boxes = [text.get_window_extent() for text in axes.texts if text.get_text() != ""]
-        assert not any(a.overlaps(b) for a, b in combinations(boxes, 2)), names
-        assert all(figure.bbox.x0 <= b.x0 and b.x1 <= figure.bbox.x1 for b in boxes)
+        legend = axes.get_legend().get_window_extent()
+        assert legend.x0 >= axes.get_window_extent().x1 - 1
+        assert figure.bbox.x0 <= legend.x0 and legend.x1 <= figure.bbox.x1
 
 
 def test_the_third_panel_is_of_much_blur_and_says_who_has_only_less():
-    assert chosen_row(ERRORS).coc_px == 20.0
+    assert trade_row(ERRORS).coc_px == 20.0
     without = ErrorRow(20.0, 0.002, {"diffusion": cell(4.0, 0.03), "gather": None})
     errors = replace(ERRORS, rows=(ERRORS.rows[0], without))
-    figure = plot.figure_class()()
+    figure = new_figure(6, 4)
     trade_panel(figure.subplots(), errors)
-    assert texts_of(figure) == ["diffusion", "gather, at 2 px"]
+    assert legend_of(figure.axes[0]) == ["diffusion", "gather, at 2 px"]
 
 
 @pytest.mark.parametrize("done", [(), ("diffusion",)])
 def test_who_was_never_done_is_in_no_panel(tmp_path, monkeypatch, done):
     times = {name: 1.0 if name in done else None for name in ("diffusion", "gather")}
     cells = {name: cell(1.0, 0.1) if name in done else None for name in times}
-    figures: list = []
-    made = plot._three
-    monkeypatch.setattr(plot, "_three", lambda *a: figures.append(made(*a)) or figures[-1])
     rows = (MethodRow(2.0, times), MethodRow(20.0, times))
     errors = replace(ERRORS, rows=(ErrorRow(2.0, 0.0, cells), ErrorRow(20.0, 0.0, cells)))
-    write_plot(tmp_path / "a.png", replace(TIMES, rows=rows), errors, "made")
-    assert "gather" not in texts_of(figures[0])
-    assert texts_of(figures[0]).count("diffusion") == 3 * len(done)
+    figure = figure_drawn(tmp_path, monkeypatch, replace(TIMES, rows=rows), errors)
+    names = [name for axes in figure.axes for name in legend_of(axes)]
+    assert "gather" not in names
+    assert names.count("diffusion") == 3 * len(done)
 
 
 def test_the_dotted_line_is_four_times_as_much_for_twice_the_blur():
-    figure = plot.figure_class()()
+    figure = new_figure(6, 4)
     axes = figure.subplots()
     time_panel(axes, TIMES)
     (line,) = [line for line in axes.lines if line.get_linestyle() == ":"]
@@ -126,7 +132,7 @@ def test_what_is_interrupted_while_it_is_written_leaves_the_old_plot(tmp_path, m
         raise KeyboardInterrupt
 
     figure = SimpleNamespace(savefig=interrupted, suptitle=lambda *_, **__: None)
-    monkeypatch.setattr(plot, "_alone", lambda _: figure)
+    monkeypatch.setattr(plot, "_time_figure", lambda _: figure)
     with pytest.raises(KeyboardInterrupt):
         write_plot(path, TIMES, None, "made")
     assert path.read_bytes() == b"old" and list(tmp_path.iterdir()) == [path]
@@ -135,31 +141,6 @@ def test_what_is_interrupted_while_it_is_written_leaves_the_old_plot(tmp_path, m
 def test_what_cannot_be_written_is_said(tmp_path):
     with pytest.raises(InputError, match="folder"):
         write_plot(tmp_path / "none" / "a.png", TIMES, None, "made")
-
-
-@given(st.lists(st.floats(0, 1), max_size=9), st.floats(0.01, 0.3))
-def test_names_are_spread_in_order_and_no_closer_than_the_gap(wanted, gap):
-    placed = spread(wanted, gap)
-    in_order = sorted(range(len(wanted)), key=lambda at: (placed[at], wanted[at]))
-    assert [wanted[at] for at in in_order] == sorted(wanted)
-    assert all(b - a >= gap * (1 - 1e-9) - 1e-12 for a, b in pairwise(sorted(placed)))
-    assert sum(placed) == pytest.approx(sum(wanted), abs=1e-6)  # nobody is favoured
-
-
-def test_names_that_have_room_stay_where_they_are():
-    assert spread([0.9, 0.1, 0.5], 0.2) == pytest.approx([0.9, 0.1, 0.5])
-
-
-@pytest.mark.parametrize("put", [name_lines, name_points])
-def test_names_of_near_neighbours_do_not_cover_each_other(put):
-    figure = plot.figure_class()(figsize=(8, 5))
-    axes = figure.subplots()
-    axes.set(xlim=(1, 1000), ylim=(0.01, 1), xscale="log", yscale="log")
-    places = [(100, 0.1), (110, 0.1), (100, 0.11), (105, 0.095), (120, 0.105)]
-    put(axes, [Label(f"accumulation {n}", *xy, "black") for n, xy in enumerate(places)])
-    boxes = [text.get_window_extent() for text in axes.texts]
-    assert len(boxes) == 5
-    assert not any(a.overlaps(b) for a, b in combinations(boxes, 2))
 
 
 @pytest.mark.usefixtures("ctx")

@@ -1,6 +1,7 @@
 """`heatlens study`: the page is whole, its numbers are those of `compare`, folders are safe."""
 
 import json
+import sys
 from html.parser import HTMLParser
 from pathlib import Path
 from urllib.parse import unquote
@@ -21,7 +22,7 @@ from support.plates import room
 WIDTH, HEIGHT = 48, 27
 QUICK = ("--quality", "draft", "--runs", "1")
 PLATE_METHODS = {"diffusion", "heat", "gather", "scatter", "pyramid"}
-VOID = {"meta", "img", "br", "line", "circle"}
+VOID = {"meta", "img", "br"}
 
 
 class Page(HTMLParser):
@@ -198,6 +199,16 @@ def test_options_that_mean_nothing(capsys, plate, option, value, words):
     with pytest.raises(SystemExit) as stopped:
         main(["study", str(plate), "-o", "report", option, value])
     assert stopped.value.code == 2 and words in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("package", ["jinja2", "matplotlib.figure", "flip_evaluator"])
+def test_a_missing_package_is_told_with_the_extra_that_brings_it(
+    capsys, plate, tmp_path, monkeypatch, package
+):
+    monkeypatch.setitem(sys.modules, package, None)
+    said = refused(capsys, plate, "-o", tmp_path / "report")
+    assert "pip install 'heatlens[study]'" in said and package.partition(".")[0] in said
+    assert not (tmp_path / "report").exists()
 
 
 def test_a_folder_of_somebody_else(capsys, plate, tmp_path):

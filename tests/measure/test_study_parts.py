@@ -1,22 +1,22 @@
 """The parts of a study: folders, crops, the chart, and the order in which scenes are looked at."""
 
 import json
-import re
 from dataclasses import dataclass, field, replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from heatlens.errors import GpuError, InputError
+from heatlens.measure.chart import write_figure
 from heatlens.measure.study import measured, reference
-from heatlens.measure.study.chart import chart_svg
 from heatlens.measure.study.crops import crop_boxes, crop_side
+from heatlens.measure.study.error_chart import error_chart
 from heatlens.measure.study.folder import report_folder, write_numbers
 from heatlens.measure.study.measured import measure_all
-from heatlens.measure.study.report_html import duration
+from heatlens.measure.study.page import duration
 from heatlens.measure.study.subject import Subject
 from heatlens.model.boxes import Box
 from heatlens.model.lens import Lens
@@ -222,16 +222,35 @@ def test_durations_have_three_digits(seconds, words):
     assert duration(seconds) == words
 
 
-@given(st.lists(st.tuples(st.floats(0, 1), st.floats(1e-5, 1e4)), min_size=1, max_size=7))
-def test_the_chart_keeps_its_dots_inside_and_in_order(values):
-    rows = tuple(
-        SimpleNamespace(method=f"m{i}", seconds=s, scores=SimpleNamespace(flip=f))
-        for i, (f, s) in enumerate(values)
-    )
-    dots = re.findall(r'cx="([-0-9.]+)" cy="([-0-9.]+)"', chart_svg(rows, rows[0]))
-    places = [(float(x), float(y)) for x, y in dots]
-    assert len(places) == len(values)
-    assert all(64 <= x <= 832 and 34 <= y <= 302 for x, y in places)
-    by_time = sorted(range(len(values)), key=lambda i: values[i][1])
-    xs = [places[i][0] for i in by_time]
-    assert xs == sorted(xs)
+METHODS = st.sampled_from(list(Method))
+MEASURED = st.tuples(METHODS, st.floats(0, 1), st.floats(0, 1e4))
+
+
+@given(st.lists(MEASURED, min_size=1, max_size=7))
+@settings(max_examples=15)
+def test_the_chart_has_each_method_where_it_was_measured(values):
+    rows = [
+        SimpleNamespace(method=method, seconds=seconds, scores=SimpleNamespace(flip=flip))
+        for method, flip, seconds in values
+    ]
+    figure = error_chart(rows, rows[0])
+    (axes,) = figure.axes
+    (low, high), (bottom, top) = axes.get_xlim(), axes.get_ylim()
+    assert high / low >= 9.99 and bottom == 0
+    for row, line in zip(rows, axes.lines, strict=True):
+        ((ms,), (flip,)) = line.get_data()
+        assert ms == max(1e3 * row.seconds, 1e-3) and flip == row.scores.flip
+        assert low <= ms <= high and bottom <= flip <= top
+    names = [text.get_text() for text in axes.get_legend().get_texts()]
+    by_error = sorted(rows, key=lambda row: -row.scores.flip)
+    assert [name.partition(",")[0] for name in names] == [str(row.method) for row in by_error]
+    assert sum(name.endswith(", the closest") for name in names) == 1
+
+
+def test_a_chart_is_the_same_file_every_time(tmp_path):
+    row = SimpleNamespace(method=Method.HEAT, seconds=1.0, scores=SimpleNamespace(flip=0.2))
+    for name in ("a.svg", "b.svg"):
+        write_figure(tmp_path / name, error_chart([row], row))
+    text = (tmp_path / "a.svg").read_text()
+    assert text == (tmp_path / "b.svg").read_text()
+    assert ">heat, the closest<" in text  # letters, which can be read aloud, not outlines

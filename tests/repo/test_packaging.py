@@ -1,11 +1,37 @@
-"""What is installed is whole: a wheel carries the code, its shaders, kernels and plate."""
+"""The wheel holds the code, its shaders, kernels, page and plate, and true metadata."""
 
+import re
 import subprocess
 import sys
 import zipfile
+from email import message_from_string
+from email.message import Message
 from pathlib import Path
 
+import trove_classifiers
+
 ROOT = Path(__file__).resolve().parents[2]
+
+
+def check_metadata(said: Message) -> None:
+    """What a package index and `pip show` tell: facts that are real, and no address."""
+    assert said["License-Expression"] == "MIT" and "depth of field" in said["Keywords"]
+    assert not said.get_all("Project-URL") and not said["Home-page"]
+    classifiers = said.get_all("Classifier") or []
+    known = {"Typing :: Typed", "Operating System :: POSIX :: Linux"}
+    assert known <= set(classifiers) <= set(trove_classifiers.classifiers)
+    needed = said.get_all("Requires-Dist") or []
+    assert any(line.startswith("platformdirs") for line in needed)
+    extras = {name: packages_of(name, needed) for name in said.get_all("Provides-Extra") or []}
+    assert {"jinja2", "matplotlib", "flip-evaluator"} <= extras["study"]
+    of_users = (extras[name] for name in extras.keys() - {"all", "test"})
+    assert extras["all"] == set().union(*of_users) and extras["all"] <= extras["test"]
+
+
+def packages_of(extra: str, needed: list[str]) -> set[str]:
+    """The names of the packages that an extra installs."""
+    lines = [line for line in needed if line.endswith(f"extra == '{extra}'")]
+    return {re.split(r"[^\w.-]", line)[0] for line in lines}
 
 
 def test_wheel_runs_from_outside_the_checkout(tmp_path: Path) -> None:
@@ -18,6 +44,10 @@ def test_wheel_runs_from_outside_the_checkout(tmp_path: Path) -> None:
     assert shipped == shaders
     assets = {path.name for path in (tmp_path / "site" / "heatlens" / "assets").iterdir()}
     assert "still_life.exr" in assets and "window.png" not in assets
+    modules = {path.name for path in (tmp_path / "site" / "heatlens").rglob("*")}
+    assert {"py.typed", "disc_kernels.json", "page.html.jinja", "page.css"} <= modules
+    (described,) = (tmp_path / "site").glob("heatlens-*.dist-info/METADATA")
+    check_metadata(message_from_string(described.read_text(encoding="utf-8")))
     code = (
         "import heatlens.paths as p; from heatlens.defocus.kernels import named_kernel;"
         "named_kernel('disc_4'); print(p.data_dir('shaders'), p.data_dir('assets'), p.__file__)"

@@ -21,8 +21,10 @@ from heatlens.gpu.context import headless_context
 from heatlens.measure.compare.pictures import Picture, read_picture
 from heatlens.measure.study import reference as references
 from heatlens.measure.study.crops import crop_boxes
+from heatlens.measure.study.error_chart import check_chart
 from heatlens.measure.study.folder import checked_target, report_folder
 from heatlens.measure.study.measured import check_measurable, cut, measure_all
+from heatlens.measure.study.page import check_page
 from heatlens.measure.study.reference import Reference
 from heatlens.measure.study.report import Report
 from heatlens.measure.study.subject import Subject
@@ -46,7 +48,7 @@ machine, and the places at which the methods differ most, side by side.
 The truth is --truth, a finished picture of the same view. Without it, a scene is looked at from
 --views points of the lens; of a plate nobody knows the truth, and the methods are held against
 diffusion at film quality, which the page says. A report that stands in the folder is replaced.
-Needs: pip install 'heatlens[compare]'
+Needs: pip install 'heatlens[study]'
 """
 _EPILOG = """\
 examples:
@@ -122,6 +124,8 @@ def run(args: argparse.Namespace) -> int:
     """Refuse early what cannot end well; render, measure, write."""
     check_one_frame(args.plate)
     checked_target(args.output)
+    check_page()
+    check_chart()
     check_measurable()
     truth = None if args.truth is None else read_picture(args.truth)
     subject = _subject(args)

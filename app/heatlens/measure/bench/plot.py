@@ -1,68 +1,50 @@
-"""A picture of what the methods cost and buy, by matplotlib, imported when first asked for."""
+"""The plot of `heatlens bench --methods`: what each method costs, and what that buys."""
 
-import importlib
 from pathlib import Path
 from typing import Any
 
 from heatlens.errors import InputError
-from heatlens.files.atomic_file import replacing
 from heatlens.files.output_check import check_writable
 from heatlens.measure.bench.method_errors import ErrorReport
 from heatlens.measure.bench.methods import MethodReport
 from heatlens.measure.bench.plot_panels import error_panel, time_panel, trade_panel
+from heatlens.measure.chart import GREY, new_figure, write_figure
 
 PLOT_SUFFIXES = (".png", ".svg")
 
-_ALONE = {"left": 0.09, "right": 0.76, "bottom": 0.11, "top": 0.9}
-# Room at the right of each panel above for the names of its lines.
-_ABOVE = {"left": 0.07, "right": 0.84, "bottom": 0.55, "top": 0.92, "wspace": 0.75}
-_BELOW = {"left": 0.07, "right": 0.98, "bottom": 0.065, "top": 0.44}
-
-
-def figure_class() -> Any:
-    """matplotlib's Figure; raises InputError with what to install."""
-    try:
-        return importlib.import_module("matplotlib.figure").Figure
-    except ImportError as error:
-        raise InputError(
-            f"matplotlib cannot be loaded ({error}). Install it with: pip install 'heatlens[plot]'"
-        ) from error
-
 
 def check_plot(path: Path) -> None:
-    """Refuse, in an InputError, what would only fail after minutes of measuring."""
+    """Raise InputError for a plot that could not be written after minutes of measuring."""
     if path.suffix.lower() not in PLOT_SUFFIXES:
         raise InputError(f"{path}: a plot must end in {' or '.join(PLOT_SUFFIXES)}.")
     if not path.parent.is_dir():
         raise InputError(f"{path}: there is no folder {path.parent}.")
     check_writable(path)
-    figure_class()
+    new_figure(1.0, 1.0)
 
 
 def write_plot(path: Path, times: MethodReport, errors: ErrorReport | None, renderer: str) -> None:
-    """Time over blur, a line for each method, all axes logarithmic; error beside and against it.
+    """Plot time against blur, error against blur, and error against time, a line for each method.
 
-    Without errors the first panel is all. Raises InputError where nothing can be written.
+    All axes are logarithmic. Without errors the first panel is the whole plot. `renderer` names
+    the machine. Raises InputError where nothing can be written.
     """
-    figure = _alone(times) if errors is None else _three(times, errors)
-    figure.suptitle(
-        f"{renderer}; numbers after names are views", fontsize="small", color="0.4", y=0.99
-    )
-    with replacing(path) as beside:
-        figure.savefig(beside, format=path.suffix.lower()[1:], dpi=150)
+    figure = _time_figure(times) if errors is None else _whole_figure(times, errors)
+    words = f"{renderer}; a number after a method's name is its number of views"
+    figure.suptitle(words, fontsize="small", color=GREY)
+    write_figure(path, figure)
 
 
-def _alone(times: MethodReport) -> Any:
-    figure = figure_class()(figsize=(9, 5.5))
-    figure.subplots_adjust(**_ALONE)
+def _time_figure(times: MethodReport) -> Any:
+    figure = new_figure(9, 5.5)
     time_panel(figure.subplots(), times)
     return figure
 
 
-def _three(times: MethodReport, errors: ErrorReport) -> Any:
-    figure = figure_class()(figsize=(13, 9))
-    above = figure.add_gridspec(1, 2, **_ABOVE)
-    time_panel(figure.add_subplot(above[0]), times)
-    error_panel(figure.add_subplot(above[1]), errors)
-    trade_panel(figure.add_subplot(figure.add_gridspec(1, 1, **_BELOW)[0]), errors)
+def _whole_figure(times: MethodReport, errors: ErrorReport) -> Any:
+    figure = new_figure(13, 9)
+    panels = figure.subplot_mosaic([["time", "error"], ["trade", "trade"]])
+    time_panel(panels["time"], times)
+    error_panel(panels["error"], errors)
+    trade_panel(panels["trade"], errors)
     return figure

@@ -1,89 +1,89 @@
-"""The three panels of the methods' plot: time and error over blur, and error over time."""
+"""The three panels of the plot: time against blur, error against blur, and error against time."""
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 from heatlens.measure.bench.entrants import KNOWN_VIEWS
 from heatlens.measure.bench.method_errors import ErrorReport, ErrorRow
 from heatlens.measure.bench.methods import MethodReport
-from heatlens.measure.bench.plot_labels import Label, name_lines, name_points
+from heatlens.measure.chart import GREY, Entry, legend_beside, plain_axes, plain_ticks, style_of
 
-# Okabe and Ito 2008: told apart by those who see fewer colours as well, dark enough for letters.
-_COLORS = {
-    "diffusion": "#D55E00",
-    "heat": "#B8860B",
-    "gather": "#0072B2",
-    "scatter": "#3A9BD0",
-    "pyramid": "#007A59",
-    "accumulation": "#B0528A",
-    "raytraced": "#555555",
-}
-_GREY = "#666666"
-_AT_PX = 50.0  # the blur of the third panel: large enough to tell the methods apart
-Values = dict[str, list[tuple[float, float]]]
+_TRADE_COC_PX = 50.0  # the blur of the third panel: large enough to tell the methods apart
+_FLIP_LEAST = 1e-4  # drawn for equal pictures, whose 0 has no place on a logarithmic axis
+Points = list[tuple[float, float]]  # of one method, by increasing blur
 
 
 def time_panel(axes: Any, report: MethodReport) -> None:
-    """Milliseconds; level is constant cost, the dotted line grows as the disc's area does."""
-    found = _values([(row.coc_px, row.ms) for row in report.rows])
-    cocs = [row.coc_px for row in report.rows]
-    _over_blur(axes, cocs, found)
-    growth = _draw_growth(axes, found)
+    """Draw milliseconds a frame against the circle of confusion in pixels.
+
+    A level line is a constant cost. The dotted line grows as the area of the blur disc does.
+    """
+    lines = _lines([(row.coc_px, row.ms) for row in report.rows])
+    cocs_px = [row.coc_px for row in report.rows]
+    entries = _draw_lines(axes, lines, cocs_px, report.limit_s)
     axes.set(ylabel="time of a frame [ms]", xlabel="circle of confusion [px]")
-    _title(axes, f"Time, {report.width}x{report.height}, the same blur everywhere")
-    _name(axes, found, cocs[-1], report.limit_s, growth)
+    plain_axes(axes, f"Time, {report.width}x{report.height}, the same blur everywhere")
+    legend_beside(axes, [*entries, *_draw_growth(axes, lines)])
 
 
 def error_panel(axes: Any, report: ErrorReport) -> None:
-    """FLIP to the truth; in the grey, the truth is not sure of itself."""
-    found = _values([(row.coc_px, _flips(row)) for row in report.rows])
-    cocs = [row.coc_px for row in report.rows]
-    _over_blur(axes, cocs, found)
+    """Draw FLIP to the truth against the circle of confusion in pixels.
+
+    Errors inside the grey area are smaller than the noise of the truth itself.
+    """
+    lines = _lines([(row.coc_px, _flips(row)) for row in report.rows])
+    cocs_px = [row.coc_px for row in report.rows]
+    entries = _draw_lines(axes, lines, cocs_px, report.limit_s)
     noise = [_flip(row.truth_flip) for row in report.rows]
-    axes.plot(cocs, noise, color="0.8", linewidth=1)
     low, high = axes.get_ylim()
+    area = axes.fill_between(cocs_px, noise, low, color="0.9", linewidth=0)
     axes.set_ylim(low, high)
-    axes.fill_between(cocs, noise, low, color="0.92", linewidth=0)
-    axes.text(cocs[-1], 1.3 * low, "noise of the truth ", color=_GREY, fontsize=9, ha="right")
     axes.set(ylabel="FLIP, lower is better", xlabel="largest circle of confusion [px]")
-    _title(axes, f"Error, {report.width}x{report.height}, to {report.truth_views} views")
-    _name(axes, found, cocs[-1], report.limit_s)
+    plain_axes(axes, f"Error, {report.width}x{report.height}, to {report.truth_views} views")
+    legend_beside(axes, [*entries, Entry(area, "noise of the truth", 0.0)])
 
 
 def trade_panel(axes: Any, report: ErrorReport) -> None:
-    """A point for each method at one blur, amid those of all: what is low is right, what is left
-    is quick. One that was too slow for that blur has its point at the last that it was done at."""
-    row = chosen_row(report)
-    trades = _trades(report)
-    labels = [_traded(report, name, row.coc_px) for name in trades]
-    _logarithmic(axes)
-    for name, points in trades.items():
-        axes.plot(*zip(*points, strict=True), ".-", color=_color(name), alpha=0.25, linewidth=1)
-    for label in labels:
-        axes.plot([label.x], [label.y], "o", color=label.color, markersize=8)
+    """Draw FLIP against milliseconds: a large point a method at one blur, faint lines at all.
+
+    Low is accurate, left is fast. A method that was too slow for that blur has its point at the
+    largest blur that it was measured at, and the legend says which.
+    """
+    row = trade_row(report)
+    axes.set(xscale="log", yscale="log")
+    entries = []
+    for name, points in _trades(report).items():
+        axes.plot(*zip(*points, strict=True), ".-", color=style_of(name)["color"], alpha=0.25)
+        words, (ms, flip) = _traded(report, name, row.coc_px)
+        (point,) = axes.plot([ms], [flip], linestyle="none", markersize=9, **style_of(name))
+        entries.append(Entry(point, words, flip))
     axes.set(xlabel="time of a frame of this scene [ms]", ylabel="FLIP, lower is better")
     size = f"{report.width}x{report.height}"
-    _title(axes, f"Error against time, {size}, up to {row.coc_px:g} px; faint: from 2 to 200 px")
-    _plain_ticks(axes)
-    name_points(axes, labels)
+    plain_axes(
+        axes, f"Error against time, {size}, up to {row.coc_px:g} px; faint: from 2 to 200 px"
+    )
+    plain_ticks(axes.xaxis)
+    plain_ticks(axes.yaxis)
+    legend_beside(axes, entries)
 
 
-def chosen_row(report: ErrorReport) -> ErrorRow:
-    """The row that the third panel shows: the nearest to _AT_PX."""
-    return min(report.rows, key=lambda row: abs(math.log(row.coc_px / _AT_PX)))
+def trade_row(report: ErrorReport) -> ErrorRow:
+    """Return the row that the third panel shows: the one whose blur is nearest to 50 px."""
+    return min(report.rows, key=lambda row: abs(math.log(row.coc_px / _TRADE_COC_PX)))
 
 
-def _traded(report: ErrorReport, name: str, coc_px: float) -> Label:
-    """One method's point, at `coc_px` or the last before it; then its name says where."""
+def _traded(report: ErrorReport, name: str, coc_px: float) -> tuple[str, tuple[float, float]]:
+    """Return one method's words and its (ms, FLIP) at `coc_px`, or at the largest blur below."""
     done = [(row.coc_px, cell) for row in report.rows if (cell := row.cells[name]) is not None]
-    at, cell = [pair for pair in done if pair[0] <= coc_px][-1]
-    words = name if at == coc_px else f"{name}, at {at:g} px"
-    return Label(words, cell.ms, _flip(cell.flip), _color(name))
+    at_px, cell = [pair for pair in done if pair[0] <= coc_px][-1]
+    words = name if at_px == coc_px else f"{name}, at {at_px:g} px"
+    return words, (cell.ms, _flip(cell.flip))
 
 
-def _trades(report: ErrorReport) -> Values:
-    """Of each method that was done once, milliseconds and FLIP from the least blur to the most."""
-    found: Values = {}
+def _trades(report: ErrorReport) -> dict[str, Points]:
+    """Return (ms, FLIP) of each method that was measured at all, by increasing blur."""
+    found: dict[str, Points] = {}
     for row in report.rows:
         for name, cell in row.cells.items():
             if cell is not None:
@@ -91,67 +91,43 @@ def _trades(report: ErrorReport) -> Values:
     return found
 
 
-def _values(rows: list[tuple[float, dict[str, float | None]]]) -> Values:
-    """What there is of each method, over coc; a method of which there is nothing is left out."""
+def _lines(rows: list[tuple[float, dict[str, float | None]]]) -> dict[str, Points]:
+    """Return (coc, value) of each method; a method without any value is left out."""
     names = list(rows[0][1])
     found = {n: [(coc, v) for coc, cells in rows if (v := cells[n]) is not None] for n in names}
     return {name: points for name, points in found.items() if points}
 
 
-def _over_blur(axes: Any, cocs: list[float], found: Values) -> None:
-    _logarithmic(axes)
-    for name, points in found.items():
-        wide = 2.6 if name == "diffusion" else 1.5
-        style = "o--" if name.endswith(f" {KNOWN_VIEWS[0]}") else "o-"
-        axes.plot(*zip(*points, strict=True), style, color=_color(name), linewidth=wide, ms=4)
-    axes.set_xticks(cocs, [f"{coc:g}" for coc in cocs])
-    axes.set_xticks([], minor=True)
-
-
-def _logarithmic(axes: Any) -> None:
+def _draw_lines(
+    axes: Any, lines: dict[str, Points], cocs_px: Sequence[float], limit_s: float
+) -> list[Entry]:
+    """Draw a line for each method and return its legend, which says why a line ends early."""
     axes.set(xscale="log", yscale="log")
-    axes.grid(alpha=0.3)
-    axes.spines[["top", "right"]].set_visible(False)
+    entries = []
+    for name, points in lines.items():
+        width = 2.6 if name == "diffusion" else 1.5
+        dashes = "--" if name.endswith(f" {KNOWN_VIEWS[0]}") else "-"
+        xy = zip(*points, strict=True)
+        (line,) = axes.plot(*xy, dashes, linewidth=width, markersize=5, **style_of(name))
+        is_whole = points[-1][0] == cocs_px[-1]
+        words = name if is_whole else f"{name}, over {limit_s:g} s"
+        entries.append(Entry(line, words, points[-1][1]))
+    axes.set_xticks(cocs_px, [f"{coc:g}" for coc in cocs_px])
+    axes.set_xticks([], minor=True)
+    plain_ticks(axes.yaxis)
+    return entries
 
 
-def _title(axes: Any, words: str) -> None:
-    axes.set_title(words, loc="left", fontsize="medium")
-
-
-def _plain_ticks(axes: Any) -> None:
-    """1, 2, 5, 10 rather than powers, and only decades where there are many."""
-    low, high = axes.get_ylim()
-    steps = (1, 2, 5) if high / low < 1000 else (1,)
-    powers = range(math.floor(math.log10(low)), math.ceil(math.log10(high)))
-    ticks = [n * 10.0**power for power in (*powers, powers.stop) for n in steps]
-    shown = [tick for tick in ticks if low <= tick <= high]
-    axes.set_yticks(shown, [f"{tick:g}" for tick in shown])
-    axes.set_yticks([], minor=True)
-    axes.xaxis.set_major_formatter(lambda x, _: f"{x:g}")
-
-
-def _name(
-    axes: Any, found: Values, last: float, limit_s: float, more: tuple[Label, ...] = ()
-) -> None:
-    """Names at the lines' ends; those that end early say why."""
-    _plain_ticks(axes)
-    labels = []
-    for name, points in found.items():
-        words = name if points[-1][0] == last else f"{name}, over {limit_s:g} s"
-        labels.append(Label(words, *points[-1], _color(name)))
-    name_lines(axes, [*labels, *more])
-
-
-def _draw_growth(axes: Any, found: Values) -> tuple[Label, ...]:
-    """Four times as much for twice the blur, a decade of it, over the method that grows most."""
-    lines = [points for points in found.values() if len(points) > 1]
-    if not lines:
-        return ()
-    points = max(lines, key=lambda line: line[-1][1] / line[0][1])
+def _draw_growth(axes: Any, lines: dict[str, Points]) -> list[Entry]:
+    """Draw the growth of the disc's area over a decade of blur, above the steepest line."""
+    long = [points for points in lines.values() if len(points) > 1]
+    if not long:
+        return []
+    points = max(long, key=lambda line: line[-1][1] / line[0][1])
     end, ms = points[-1][0], 2 * points[-1][1]
     start = max(points[0][0], end / 10)
-    axes.plot([start, end], [ms * (start / end) ** 2, ms], ":", color=_GREY)
-    return (Label("as the disc's area", end, ms, _GREY),)
+    (line,) = axes.plot([start, end], [ms * (start / end) ** 2, ms], ":", color=GREY)
+    return [Entry(line, "as the disc's area", ms)]
 
 
 def _flips(row: ErrorRow) -> dict[str, float | None]:
@@ -159,9 +135,5 @@ def _flips(row: ErrorRow) -> dict[str, float | None]:
 
 
 def _flip(flip: float) -> float:
-    """Equal pictures have no place on a logarithmic axis."""
-    return max(flip, 1e-4)
-
-
-def _color(name: str) -> str:
-    return _COLORS.get(name.partition(" ")[0], "#000000")
+    """Return the FLIP that is drawn, above zero."""
+    return max(flip, _FLIP_LEAST)

@@ -1,16 +1,15 @@
 """How far a picture is from the truth, in numbers that others measure with as well."""
 
 import contextlib
-import importlib
 import io
 from dataclasses import dataclass
-from types import ModuleType
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from heatlens.errors import InputError
+from heatlens.measure.extras import import_extra
 from heatlens.plate.display import srgb_encoded
 from heatlens.plate.plate import FloatImage
 
@@ -74,7 +73,7 @@ def nonfinite_count(rgb: FloatImage) -> int:
 
 def flip_evaluation(result: FloatImage, truth: FloatImage, kind: str, **options: Any) -> Any:
     """What the FLIP library answers: (map, mean, parameters); `kind` LDR (sRGB) or HDR (linear)."""
-    library = _optional("flip_evaluator", "FLIP")
+    library = import_extra("flip_evaluator", "FLIP", "compare")
     options = {"applyMagma": False, "inputsRGB": kind == "LDR"} | options
     with contextlib.redirect_stdout(io.StringIO()):  # some of its versions report progress there
         return library.evaluate(truth, result, kind, **options)
@@ -142,14 +141,3 @@ def _relmse(result: FloatImage, truth: FloatImage) -> float:
 
 def _error(result: FloatImage, truth: FloatImage) -> NDArray[np.float64]:
     return result.astype(np.float64) - truth
-
-
-def _optional(module: str, what: str) -> ModuleType:
-    """A package that only `compare` needs, or InputError with the command to install it."""
-    try:
-        return importlib.import_module(module)
-    except ImportError as error:
-        raise InputError(
-            f"{what} needs the package {module.partition('.')[0]}, which cannot be imported "
-            f"({error}). Install it with: pip install 'heatlens[compare]'"
-        ) from error

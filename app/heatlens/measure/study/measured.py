@@ -10,6 +10,7 @@ import numpy as np
 from heatlens.errors import GpuError
 from heatlens.measure.bench.frames import run_seconds
 from heatlens.measure.compare.metrics import Scores, score
+from heatlens.measure.extras import import_extra
 from heatlens.measure.study.reference import Reference
 from heatlens.measure.study.subject import Subject
 from heatlens.model.boxes import Box
@@ -44,9 +45,8 @@ class Rows:
 
 
 def check_measurable() -> None:
-    """InputError now rather than after minutes where the packages that measure are missing."""
-    black = np.zeros((8, 8, 3), np.float32)
-    score(black, black)
+    """Raise InputError where the package that measures FLIP is not installed."""
+    import_extra("flip_evaluator", "FLIP", "study")
 
 
 def measure_all(

@@ -1,0 +1,95 @@
+"""Charts of the methods, drawn by matplotlib: axes, colours, legends and files in one style."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from heatlens.files.atomic_file import replacing
+from heatlens.measure.extras import import_extra
+
+# Colours that people with colour blindness can tell apart (Okabe and Ito 2008), darkened for
+# white paper; each method has a marker of its own as well.
+_STYLES = {
+    "diffusion": ("#D55E00", "o"),
+    "heat": ("#B8860B", "s"),
+    "gather": ("#0072B2", "^"),
+    "scatter": ("#3A9BD0", "v"),
+    "pyramid": ("#007A59", "D"),
+    "accumulation": ("#B0528A", "P"),
+    "raytraced": ("#555555", "X"),
+}
+_OTHER_STYLE = ("#000000", "o")
+GREY = "#666666"
+_FIXED_TEXT = {"svg.fonttype": "none", "svg.hashsalt": "heatlens"}  # the same file every time
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """One line of a legend: the artist that it explains, its words and its place among the others.
+
+    height  the entries with greater heights stand above
+    """
+
+    artist: Any
+    words: str
+    height: float
+
+
+def new_figure(width_in: float, height_in: float, extra: str = "plot") -> Any:
+    """Return an empty figure that makes room for titles and legends.
+
+    Raises InputError where matplotlib is not installed, with the `extra` that brings it.
+    """
+    figure = import_extra("matplotlib.figure", "A chart", extra).Figure
+    return figure(figsize=(width_in, height_in), layout="constrained")
+
+
+def write_figure(path: Path, figure: Any, dpi: int = 150) -> None:
+    """Write a figure as PNG or SVG, as the suffix says; the file appears whole or not at all.
+
+    Raises InputError where nothing can be written.
+    """
+    matplotlib = import_extra("matplotlib", "A chart", "plot")
+    kind = path.suffix.lower()[1:]
+    metadata = {"Date": None} if kind == "svg" else None
+    with replacing(path) as beside, matplotlib.rc_context(_FIXED_TEXT):
+        figure.savefig(beside, format=kind, dpi=dpi, metadata=metadata)
+
+
+def style_of(method: str) -> dict[str, str]:
+    """Return colour and marker of a method; words after its name, as "heat 23", change nothing."""
+    color, marker = _STYLES.get(method.partition(" ")[0], _OTHER_STYLE)
+    return {"color": color, "marker": marker}
+
+
+def plain_axes(axes: Any, title: str = "") -> None:
+    """Draw a faint grid, no frame at the top and the right, and a title at the left."""
+    axes.grid(alpha=0.3)
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.set_title(title, loc="left", fontsize="medium")
+
+
+def plain_ticks(axis: Any) -> None:
+    """Label a logarithmic axis with 1, 2, 5, 10 instead of powers; a long one with decades."""
+    low, high = axis.get_view_interval()
+    steps = (1, 2, 5) if high / low < 1000 else (1,)
+    powers = range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
+    ticks = [step * 10.0**power for power in powers for step in steps]
+    shown = [tick for tick in ticks if low <= tick <= high]
+    axis.set_ticks(shown, [f"{tick:g}" for tick in shown])
+    axis.set_ticks([], minor=True)
+
+
+def legend_beside(axes: Any, entries: Sequence[Entry]) -> None:
+    """Explain lines or points at the right of the axes, in the order in which they lie there."""
+    ordered = sorted(entries, key=lambda entry: -entry.height)
+    axes.legend(
+        [entry.artist for entry in ordered],
+        [entry.words for entry in ordered],
+        loc="center left",
+        bbox_to_anchor=(1.0, 0.5),
+        frameon=False,
+        fontsize="small",
+    )
