@@ -17,8 +17,8 @@ layout(local_size_x = 8) in;  // one vector of a software rasteriser's invocatio
 layout(r32f) uniform readonly image2D conductance_img;
 layout(rgba32f) uniform readonly image2D color_img;
 layout(rgba32f) uniform writeonly image2D out_color_img;
-layout(std430, binding = 0) buffer bare_weight_block { float weight_buf[]; };
-layout(std430, binding = 1) buffer bare_part_block { vec4 part_buf[]; };
+layout(std430) buffer bare_weight_block { float weight_buf[]; };
+layout(std430) buffer bare_part_block { vec4 part_buf[]; };
 
 uniform ivec2 axis;  // (1, 0) rows, (0, 1) columns
 uniform int line_count;

@@ -6,7 +6,6 @@
 // Output
 //   out_color_img   rgb so far (read and written); a 1
 
-#define TILE_LIST_BINDING 0
 #include "lib/tile_list.lib.glsl"
 
 layout(local_size_x = 16, local_size_y = 16) in;

@@ -15,7 +15,7 @@ layout(local_size_x = WORKERS) in;
 layout(r32f) uniform readonly image2D depth_img;
 uniform float low;       // dioptres
 uniform float per_step;  // bins a dioptre
-layout(std430, binding = 0) buffer count_block { uint count_buf[BINS]; };
+layout(std430) buffer count_block { uint count_buf[BINS]; };
 
 shared uint counts_sh[BINS];
 

@@ -10,7 +10,7 @@
 layout(local_size_x = WORKERS) in;
 
 layout(r32f) uniform readonly image2D depth_img;
-layout(std430, binding = 0) buffer bounds_block {
+layout(std430) buffer bounds_block {
     uint nearest;
     uint farthest;
     uint farthest_hit;  // 0 where nothing was

@@ -7,7 +7,6 @@
 //   out_far_img   rgb of the far fragment, a coverage of the near one
 //   out_near_img  rgb of the near fragment, a its signed coc
 
-#define PIXEL_LIST_BINDING 0
 #include "lib/pixel_list.lib.glsl"
 #include "lib/rim.lib.glsl"
 #include "lib/tone.lib.glsl"

@@ -6,7 +6,6 @@
 //   out_kind_img  WHOLE, FAR_RIM or NEAR_RIM
 //   pixel list    both rims, for fragments_far and fragments_near
 
-#define PIXEL_LIST_BINDING 0
 #include "lib/pixel_list.lib.glsl"
 #include "lib/silhouette.lib.glsl"
 

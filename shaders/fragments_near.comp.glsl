@@ -6,7 +6,6 @@
 //   far_img       far rim: rgb far fragment; near rim: rgb own colour, a its coverage
 //   near_img      near rim: a signed coc of what shines through
 
-#define PIXEL_LIST_BINDING 0
 #include "lib/pixel_list.lib.glsl"
 #include "lib/rim.lib.glsl"
 

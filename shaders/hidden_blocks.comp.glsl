@@ -7,7 +7,6 @@
 // Output
 //   block list   hidden pixels, marked as lib/hidden_block.lib.glsl says
 
-#define PIXEL_LIST_BINDING 0
 #include "lib/hidden_block.lib.glsl"
 #include "lib/pixel_list.lib.glsl"
 #include "lib/seen_bits.lib.glsl"
@@ -16,7 +15,7 @@ layout(local_size_x = PIXELS_PER_GROUP) in;
 
 uniform ivec2 size;
 uniform int slices;  // in which later passes take the list
-layout(std430, binding = 3) buffer block_list_block {
+layout(std430) buffer block_list_block {
     uint block_groups[3];
     uint block_count;
     uint block_pixels[];  // as in lib/pixel_list.lib.glsl

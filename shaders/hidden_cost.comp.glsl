@@ -8,7 +8,6 @@
 // Output (a pixel a block of 2 x 2; those with hidden pixels only)
 //   out_cost_img   a direction a channel: mean squared difference of the ends, < 0 if not both exist
 
-#define PIXEL_LIST_BINDING 0
 #include "lib/hidden_block.lib.glsl"
 #include "lib/pixel_list.lib.glsl"
 #include "lib/seen_bits.lib.glsl"

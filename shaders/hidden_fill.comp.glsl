@@ -10,7 +10,6 @@
 //   layer_img         rgb times coverage, a coverage, marked if hidden
 //   state_img         r diameter |coc|, g how far there is content, 0..1
 
-#define PIXEL_LIST_BINDING 0
 #include "lib/hidden_block.lib.glsl"
 #include "lib/layer.lib.glsl"
 #include "lib/pixel_list.lib.glsl"

@@ -11,9 +11,9 @@
 #define WORKERS 256
 layout(local_size_x = WORKERS) in;
 
-layout(std430, binding = 0) readonly buffer tally_block { BlockTally tally_buf[]; };
-layout(std430, binding = 1) writeonly buffer plan_block { Plan plan; };
-layout(std430, binding = 2) writeonly buffer offset_block { uint offset_buf[]; };
+layout(std430) readonly buffer tally_block { BlockTally tally_buf[]; };
+layout(std430) writeonly buffer plan_block { Plan plan; };
+layout(std430) writeonly buffer offset_block { uint offset_buf[]; };
 
 uniform int block_count;
 uniform uint sprites_max;

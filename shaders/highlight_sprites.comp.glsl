@@ -14,11 +14,11 @@ layout(local_size_x = 8, local_size_y = 8) in;
 uniform sampler2D high_tx;
 
 #ifdef COUNT
-layout(std430, binding = 0) writeonly buffer tally_block { BlockTally tally_buf[]; };
+layout(std430) writeonly buffer tally_block { BlockTally tally_buf[]; };
 #else
-layout(std430, binding = 1) readonly buffer plan_block { Plan plan; };
-layout(std430, binding = 2) readonly buffer offset_block { uint offset_buf[]; };
-layout(std430, binding = 3) writeonly buffer sprite_block { Sprite sprite_buf[]; };
+layout(std430) readonly buffer plan_block { Plan plan; };
+layout(std430) readonly buffer offset_block { uint offset_buf[]; };
+layout(std430) writeonly buffer sprite_block { Sprite sprite_buf[]; };
 #endif
 
 #define PI 3.14159265

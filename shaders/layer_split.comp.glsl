@@ -15,8 +15,6 @@
 //   out_state_img r diameter |coc| in pixels of the layer, g how far there is content, 0..1
 //   pixel list    what is hidden
 
-#define PIXEL_LIST_BINDING 0
-#define TILE_LIST_BINDING 1
 #include "lib/hidden.lib.glsl"
 #include "lib/layer.lib.glsl"
 #include "lib/pixel_list.lib.glsl"

@@ -18,9 +18,9 @@ layout(local_size_x = 8) in;
 #define GROWTH_LOG2 0.321928 // log2(1.25)
 
 uniform sampler2D coc_tx;
-layout(std430, binding = 0) buffer place_block { uint place_buf[]; };
+layout(std430) buffer place_block { uint place_buf[]; };
 #ifndef COUNT
-layout(std430, binding = 1) writeonly buffer pixel_block { uint pixel_buf[]; };
+layout(std430) writeonly buffer pixel_block { uint pixel_buf[]; };
 #endif
 
 // 0 nearest .. 63 farthest; 32 is the focus.

@@ -4,13 +4,12 @@
 //   bits_buf   32 pixels a word, along each direction; 0 beyond the picture's edge too
 
 #include "lib/hidden.lib.glsl"
-#define TILE_MASK_BINDING 2
 #include "lib/tile_mask.lib.glsl"
 
 layout(local_size_x = 64) in;
 
 uniform ivec2 size;
-layout(std430, binding = 1) writeonly buffer bits_block { uint bits_buf[]; };
+layout(std430) writeonly buffer bits_block { uint bits_buf[]; };
 
 // How many pixels from here on along a direction lie in one tile, and inside the picture as this one does.
 int run_in_tile(ivec2 at, ivec2 direction) {

@@ -5,14 +5,13 @@
 // Output
 //   bits_buf     as lib/hidden.lib.glsl counts them
 
-#define PIXEL_LIST_BINDING 0
 #include "lib/hidden.lib.glsl"
 #include "lib/pixel_list.lib.glsl"
 
 layout(local_size_x = PIXELS_PER_GROUP) in;
 
 uniform ivec2 size;
-layout(std430, binding = 1) buffer bits_block { uint bits_buf[]; };
+layout(std430) buffer bits_block { uint bits_buf[]; };
 
 void clear_pixel(ivec2 at) {
     for (int k = 0; k < DIRECTIONS; ++k) {

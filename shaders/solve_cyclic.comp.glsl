@@ -19,8 +19,8 @@ layout(local_size_x = 64) in;
 struct Link {
     Num ground, left, right;
 };
-layout(std430, binding = 0) buffer cyclic_value_block { Value r_buf[]; };
-layout(std430, binding = 1) buffer cyclic_link_block { Link link_buf[]; };
+layout(std430) buffer cyclic_value_block { Value r_buf[]; };
+layout(std430) buffer cyclic_link_block { Link link_buf[]; };
 
 uniform int reach;
 

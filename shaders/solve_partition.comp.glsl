@@ -24,7 +24,6 @@
 #ifndef Link
 #include "lib/one_part.lib.glsl"
 #endif
-#define TILE_MASK_BINDING 2
 #include "lib/tile_mask.lib.glsl"
 
 layout(local_size_x = LINES_PER_GROUP, local_size_y = RUNS) in;

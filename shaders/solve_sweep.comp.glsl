@@ -21,13 +21,12 @@
 
 #include SYSTEM
 #include "lib/each.lib.glsl"
-#define TILE_MASK_BINDING 2
 #include "lib/tile_mask.lib.glsl"
 
 layout(local_size_x = LINES_PER_GROUP) in;
 
-layout(std430, binding = 0) buffer sweep_value_block { Value s_buf[]; };
-layout(std430, binding = 1) buffer sweep_heat_block { Num u_buf[]; };
+layout(std430) buffer sweep_value_block { Value s_buf[]; };
+layout(std430) buffer sweep_heat_block { Num u_buf[]; };
 
 #define BLOCKS_PER_LINE ((line_length + BLOCK - 1) / BLOCK)
 

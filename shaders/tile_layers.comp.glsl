@@ -20,8 +20,8 @@ uniform sampler2D near_tx;
 uniform ivec2 tiles;                    // across, down
 uniform vec2 layer_ends_px[LAYERS_MAX]; // signed coc where each layer's membership begins and ends
 uniform int layer_count;
-layout(std430, binding = 0) writeonly buffer content_block { uint content_buf[]; };
-layout(std430, binding = 1) writeonly buffer nearest_block { float nearest_buf[]; };
+layout(std430) writeonly buffer content_block { uint content_buf[]; };
+layout(std430) writeonly buffer nearest_block { float nearest_buf[]; };
 
 uint layers_of(float coc) {
     uint bits = 0u;

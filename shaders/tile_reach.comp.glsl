@@ -8,7 +8,6 @@
 //   tile_mask_buf  as lib/tile_mask.lib.glsl has it
 //   tile list      the same tiles one by one (lib/tile_list.lib.glsl)
 
-#define TILE_LIST_BINDING 5
 #include "lib/tile_list.lib.glsl"
 #include "lib/tile_reach.lib.glsl"
 
@@ -20,9 +19,9 @@ uniform float widest_px;   // widest |coc| in the layer
 uniform float wider_scale; // axis scale of the wider axis
 uniform float margin_px;
 uniform int slices;        // in which a later pass takes the list
-layout(std430, binding = 2) readonly buffer distance_block { int distance_buf[]; };
-layout(std430, binding = 3) readonly buffer hider_block { float hider_buf[]; };
-layout(std430, binding = 4) writeonly buffer tile_mask_block { uint tile_mask_buf[]; };
+layout(std430) readonly buffer distance_block { int distance_buf[]; };
+layout(std430) readonly buffer hider_block { float hider_buf[]; };
+layout(std430) writeonly buffer tile_mask_block { uint tile_mask_buf[]; };
 
 // Pixels between a tile and one so many tiles away: the nearest corners count.
 float gap_px(int tiles_away) { return float(max(tiles_away - 1, 0)) * tile_px; }

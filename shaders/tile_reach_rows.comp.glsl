@@ -15,10 +15,10 @@ layout(local_size_x = 8, local_size_y = 8) in;
 uniform ivec2 picture_tiles;  // across, down
 uniform int reduction;        // of the layer: picture pixels a side of one of its own
 uniform int layer;
-layout(std430, binding = 0) readonly buffer content_block { uint content_buf[]; };
-layout(std430, binding = 1) readonly buffer nearest_block { float nearest_buf[]; };
-layout(std430, binding = 2) writeonly buffer distance_block { int distance_buf[]; };
-layout(std430, binding = 3) writeonly buffer hider_block { float hider_buf[]; };
+layout(std430) readonly buffer content_block { uint content_buf[]; };
+layout(std430) readonly buffer nearest_block { float nearest_buf[]; };
+layout(std430) writeonly buffer distance_block { int distance_buf[]; };
+layout(std430) writeonly buffer hider_block { float hider_buf[]; };
 
 bool has_content(ivec2 tile) {
     uint content = 0u;

@@ -14,6 +14,7 @@ from hypothesis import settings
 
 from heatlens import faults
 from heatlens.gpu.context import headless_context
+from heatlens.gpu.program import STRICT_VARIABLE
 from heatlens.render import FrameRenderer
 from heatlens.scene_gpu.raster import SceneRaster
 from support.both_ways import BothWays
@@ -34,6 +35,7 @@ def pytest_configure() -> None:
     os.environ["HEATLENS_CONFIG_DIR"] = str(folder / "preferences")
     os.environ["HEATLENS_LOG_DIR"] = str(folder / "reports")
     os.environ["HEATLENS_CACHE_DIR"] = str(folder / "cache")
+    os.environ[STRICT_VARIABLE] = "1"  # an input of a shader that is never given is an error
     # What a shell starts in the background ignores Ctrl-C, and hands that on to what it starts.
     signal.signal(signal.SIGINT, signal.default_int_handler)
 

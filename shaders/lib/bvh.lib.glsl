@@ -8,12 +8,12 @@
 
 struct Node { vec3 low; int first; vec3 high; int count; };  // NODE of bvh.py
 
-layout(std430, binding = 3) readonly buffer vertices_block { vec4 vertices[]; };
-layout(std430, binding = 4) readonly buffer triangles_block { uvec4 triangles[]; };
-layout(std430, binding = 5) readonly buffer nodes_block { Node nodes[]; };
-layout(std430, binding = 6) readonly buffer placed_block { ivec2 placed[]; };  // instance, root
+layout(std430) readonly buffer vertices_block { vec4 vertices[]; };
+layout(std430) readonly buffer triangles_block { uvec4 triangles[]; };
+layout(std430) readonly buffer nodes_block { Node nodes[]; };
+layout(std430) readonly buffer placed_block { ivec2 placed[]; };  // instance, root
 #ifdef COLORS
-layout(std430, binding = 7) readonly buffer colors_block { uvec2 colors[]; };  // half floats
+layout(std430) readonly buffer colors_block { uvec2 colors[]; };  // half floats
 #endif
 
 #ifdef BUMPS

@@ -9,7 +9,7 @@
 
 #include "lib/list_slice.lib.glsl"
 
-layout(std430, binding = PIXEL_LIST_BINDING) buffer pixel_list_block {
+layout(std430) buffer pixel_list_block {
     uint list_groups[3];
     uint list_count;
     uint list_pixels[];  // y << 16 | x

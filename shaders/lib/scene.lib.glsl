@@ -1,11 +1,13 @@
 // A scene in storage buffers, as scene_gpu/scene_buffers.py writes them. All std430.
 //
-//   binding 0  instances, 144 bytes each; those of one mesh lie after each other
-//   binding 1  materials, 80 bytes each
-//   binding 2  lights: their number in 16 bytes, then 48 bytes each
-//   binding 3 and up are the ray tracer's. The vertex buffer is of two vec4 a vertex: position and
-//   u, normal and v; with BUMPS of a third, the tangent and its sign; the index buffer is of three uints a triangle, into all vertices. Colours of
-//   vertices, where a mesh has any, are four half floats each in a buffer of their own.
+//   instances_block  144 bytes each; those of one mesh lie after each other
+//   materials_block  80 bytes each
+//   lights_block     their number in 16 bytes, then 48 bytes each
+//
+// The ray tracer reads more (lib/bvh.lib.glsl). The vertex buffer has two vec4 for each vertex:
+// position and u, normal and v. With BUMPS it has a third: the tangent and its sign. The index buffer
+// has three uints for each triangle, into all vertices. Where a mesh has colours at its vertices, these
+// are four half floats each in a buffer of their own.
 
 struct Instance {
     mat4 to_world;
@@ -27,9 +29,9 @@ struct Light {
     vec4 axis;             // a spot's, unit, and 1; zeros for what shines to all sides
 };
 
-layout(std430, binding = 0) readonly buffer instances_block { Instance instances[]; };
-layout(std430, binding = 1) readonly buffer materials_block { Material materials[]; };
-layout(std430, binding = 2) readonly buffer lights_block {
+layout(std430) readonly buffer instances_block { Instance instances[]; };
+layout(std430) readonly buffer materials_block { Material materials[]; };
+layout(std430) readonly buffer lights_block {
     uvec4 light_count;
     Light lights[];
 };

@@ -2,7 +2,7 @@
 
 #include "lib/hidden.lib.glsl"
 
-layout(std430, binding = 1) readonly buffer bits_block { uint bits_buf[]; };
+layout(std430) readonly buffer bits_block { uint bits_buf[]; };
 
 // Along direction 0 the words follow the rows.
 bool is_seen(ivec2 at, ivec2 size) {

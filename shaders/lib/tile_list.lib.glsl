@@ -6,7 +6,7 @@
 
 #include "lib/list_slice.lib.glsl"
 
-layout(std430, binding = TILE_LIST_BINDING) buffer tile_list_block {
+layout(std430) buffer tile_list_block {
     uint layer_groups[3];
     uint picture_groups[3];
     uint tile_count;

@@ -3,7 +3,7 @@
 
 #define TILE 16
 
-layout(std430, binding = TILE_MASK_BINDING) readonly buffer tile_mask_block { uint tile_mask_buf[]; };
+layout(std430) readonly buffer tile_mask_block { uint tile_mask_buf[]; };
 uniform int tiles_across;  // of the whole picture
 
 bool is_tile_active(ivec2 tile) { return tile_mask_buf[tile.y * tiles_across + tile.x] != 0u; }

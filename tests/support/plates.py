@@ -94,6 +94,33 @@ def room(width: int = 96, height: int = 54) -> tuple[Image, Image]:
     return color.astype(np.float32), depth.astype(np.float32)
 
 
+def wires_and_lamps(width: int = 96, height: int = 54) -> tuple[Image, Image]:
+    """Colour (H, W, 3) and depth (H, W): wires in front of a dark street with lamps.
+
+    The wires are anti-aliased in colour and one sample in depth, as a renderer writes them: two thin
+    ones and a cable, at three distances. Behind them is a wall, and lamps at two distances, some of
+    them behind a wire.
+    """
+    finer = 4
+    y, x = (np.mgrid[: finer * height, : finer * width] + 0.5).astype(np.float32) / finer
+    color = np.stack([0.02 + 0.05 * y / height, 0.03 + 0.04 * x / width, 0.06 + 0.0 * x], -1)
+    depth = np.full(x.shape, 9.0, np.float32)
+    bricks = (y // 6 % 2 + x // 9) % 2 < 1
+    color[bricks] *= 1.6
+    lamps = [(0.2, 0.3, 60.0), (0.52, 0.22, 90.0), (0.78, 0.6, 40.0), (0.4, 0.75, 25.0)]
+    for number, (across, down, light) in enumerate(lamps):
+        lamp = (x - across * width) ** 2 + (y - down * height) ** 2 < 1.5**2
+        color[lamp] = light * np.float32([1.0, 0.8, 0.5] if number % 2 else [0.6, 0.8, 1.0])
+        depth[lamp] = 9.0 if number % 2 else 5.0
+    wires = [(0.1, 0.7, 0.9, 1.0, 2.4), (0.9, -0.5, 0.8, 1.6, 1.2), (0.3, 0.05, 0.6, 2.6, 1.2)]
+    for start, slope, grey, depth_m, thick_px in wires:
+        wire = abs(y - start * height - slope * (x - width / 2)) < thick_px / 2
+        color[wire], depth[wire] = 0.25 * grey, depth_m
+    color = color.reshape(height, finer, width, finer, 3).mean(axis=(1, 3))
+    middle = finer // 2
+    return color.astype(np.float32), depth[middle::finer, middle::finer]
+
+
 def moments(picture: Image) -> tuple[float, float, float]:
     """Sum, and the variance along x and y about the centroid, in pixels^2, of the mean of rgb."""
     light = picture[..., :3].mean(axis=2, dtype=np.float64)

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import moderngl
 
-from heatlens.defocus.pixel_list import clear_list
+from heatlens.defocus.pixel_list import WHOLE_LIST, clear_list
 from heatlens.defocus.plate_passes import tiles
 from heatlens.gpu.program import ComputeProgram
 
@@ -47,27 +47,32 @@ class FragmentPass:
         self._near = ComputeProgram(ctx, "fragments_near.comp.glsl")
 
     def run(self, picture: Fragments, at_infinity_px: float, pixels: moderngl.Buffer) -> None:
-        """`at_infinity_px`: coc of what is infinitely far; `pixels` is scratch."""
+        """Fill the picture's fragments; `pixels` is scratch.
+
+        `at_infinity_px` is the coc of what is infinitely far away.
+        """
         clear_list(pixels)
-        uniforms = {"at_infinity_px": at_infinity_px}
+        buffers = {"pixel_list_block": pixels}
+        uniforms: dict[str, object] = {"at_infinity_px": at_infinity_px}
+        textures = {"color_tx": picture.color, "coc_tx": picture.coc, "kind_tx": picture.kind}
         self._find.dispatch(
             tiles(picture.color.size),
-            textures=picture.textures(),
+            textures={"coc_tx": picture.coc},
             images={"out_kind_img": picture.kind},
-            buffers={0: pixels},
+            buffers=buffers,
             uniforms=uniforms,
         )
         self._far.dispatch_indirect(
             pixels,
-            textures=picture.textures(),
+            textures=textures,
             images={"out_far_img": picture.far, "out_near_img": picture.near},
-            buffers={0: pixels},
-            uniforms=uniforms,
+            buffers=buffers,
+            uniforms=uniforms | WHOLE_LIST,
         )
         self._near.dispatch_indirect(
             pixels,
-            textures=picture.textures(),
+            textures=textures,
             images={"far_img": picture.far, "near_img": picture.near},
-            buffers={0: pixels},
-            uniforms=uniforms,
+            buffers=buffers,
+            uniforms=uniforms | WHOLE_LIST,
         )

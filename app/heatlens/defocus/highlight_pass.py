@@ -10,6 +10,7 @@ from heatlens.defocus.fragment_pass import Fragments
 from heatlens.defocus.kernels import named_kernel
 from heatlens.defocus.optics import Optics
 from heatlens.defocus.plate_passes import tiles
+from heatlens.gpu.draw_target import DrawTarget
 from heatlens.gpu.program import ComputeProgram, DrawProgram, groups_for
 
 SPRITES_MAX = 4096
@@ -119,7 +120,12 @@ class HighlightListPass:
     ) -> Iterator[None]:
         """Fill the list; where it would be too long, put the lamps back into `low`."""
         size = high.size
-        bound = {0: buffers.tally, 1: buffers.plan, 2: buffers.offset, 3: buffers.sprite}
+        planned = {
+            "tally_block": buffers.tally,
+            "plan_block": buffers.plan,
+            "offset_block": buffers.offset,
+        }
+        bound = planned | {"sprite_block": buffers.sprite}
         blocks = (groups_for(size[0], _BLOCK), groups_for(size[1], _BLOCK))
         groups = (groups_for(blocks[0], _WORKGROUP), groups_for(blocks[1], _WORKGROUP))
         high_tx, scales = {"high_tx": high}, {"axis_scales": optics.axis_scales}
@@ -128,7 +134,7 @@ class HighlightListPass:
         yield
         self._plan.dispatch(
             (1, 1),
-            buffers=bound,
+            buffers=planned,
             uniforms={
                 "block_count": blocks[0] * blocks[1],
                 "sprites_max": SPRITES_MAX,
@@ -153,7 +159,7 @@ class HighlightDrawPass:
         self._ctx = ctx
         self._program = DrawProgram(ctx, "highlight_draw")
         self._quads: tuple[moderngl.Buffer, moderngl.VertexArray] | None = None
-        self._target: tuple[moderngl.Texture, moderngl.Framebuffer] | None = None
+        self._target = DrawTarget(ctx)
 
     def steps(
         self,
@@ -182,11 +188,16 @@ class HighlightDrawPass:
     ) -> None:
         """Draw into `band` (x, y, width, height) alone, with all state set: others draw between."""
         quads = self._quads_of(buffers.sprite)
-        target = self._target_of(color)
+        target = self._target.around(color)
         target.use()
         target.scissor = band
         self._program.bind(
-            textures=picture.textures(),
+            textures={
+                "coc_tx": picture.coc,
+                "kind_tx": picture.kind,
+                "far_tx": picture.far,
+                "near_tx": picture.near,
+            },
             uniforms={
                 "picture_size": color.size,
                 "axis_scales": optics.axis_scales,
@@ -204,18 +215,3 @@ class HighlightDrawPass:
             layout = [(sprites, "4f 4f/i", "in_place", "in_light")]
             self._quads = (sprites, self._program.vertex_array(layout))
         return self._quads[1]
-
-    def _target_of(self, color: moderngl.Texture) -> moderngl.Framebuffer:
-        """A framebuffer around `color`, bound if it is new.
-
-        The old one is released last: moderngl would bind the window's framebuffer in its place, and
-        a headless context has none.
-        """
-        before = self._target
-        if before is not None and before[0] is color:
-            return before[1]
-        self._target = (color, self._ctx.framebuffer([color]))
-        self._target[1].use()
-        if before is not None:
-            before[1].release()
-        return self._target[1]

@@ -9,7 +9,7 @@ from heatlens.defocus.fragment_pass import Fragments
 from heatlens.defocus.layer_cuts import LayerCut
 from heatlens.defocus.layer_plan import LayerPlan
 from heatlens.defocus.line_solver import Bindings, LineSolver, LineSystem
-from heatlens.defocus.pixel_list import clear_list, slice_count, slices
+from heatlens.defocus.pixel_list import WHOLE_LIST, clear_list, slice_count, slices
 from heatlens.defocus.plate_passes import tiles
 from heatlens.defocus.tile_mask import TileList, TileMask
 from heatlens.gpu.program import ComputeProgram, groups_for
@@ -52,7 +52,7 @@ class LayerSplitPass:
                 offset=TileList.OF_LAYER,
                 textures=picture.textures(),
                 images={"out_layer_img": out.color, "out_state_img": out.state},
-                buffers={0: pixels, 1: out.listed.words},
+                buffers={"pixel_list_block": pixels, "tile_list_block": out.listed.words},
                 uniforms=uniforms | part,
             )
             yield
@@ -119,24 +119,28 @@ class HiddenFillPass:
         Hidden pixels more than `reach_px` from any visible pixel of the layer stay empty.
         """
         size = layer.color.size
-        uniforms = {"size": size, "reach_px": reach_px, **layer.mask.uniforms}
-        uniforms["slices"] = slice_count(size)
-        buffers = {0: pixels, 1: scratch.bits, 2: layer.mask.words, 3: scratch.blocks}
-        blocks = buffers | {0: scratch.blocks}
-        words = groups_for(max(_words(size)), 64)
-        self._all_program.dispatch((words, self._DIRECTIONS), buffers=buffers, uniforms=uniforms)
+        bits = {"bits_block": scratch.bits}
+        self._mark_seen(layer, bits)
         yield
-        self._clear_program.dispatch_indirect(pixels, buffers=buffers, uniforms=uniforms)
+        hidden = bits | {"pixel_list_block": pixels}
+        sized = WHOLE_LIST | {"size": size}
+        self._clear_program.dispatch_indirect(pixels, buffers=hidden, uniforms=sized)
         clear_list(scratch.blocks)
-        self._block_program.dispatch_indirect(pixels, buffers=buffers, uniforms=uniforms)
+        self._block_program.dispatch_indirect(
+            pixels,
+            buffers=hidden | {"block_list_block": scratch.blocks},
+            uniforms=sized | {"slices": slice_count(size)},
+        )
         yield
+        guessed = bits | {"pixel_list_block": scratch.blocks}
+        reach = {"reach_px": reach_px}
         for part in slices(size):
             self._cost_program.dispatch_indirect(
                 scratch.blocks,
                 textures={"layer_tx": layer.color},
                 images={"out_cost_img": scratch.cost},
-                buffers=blocks,
-                uniforms=uniforms | part,
+                buffers=guessed,
+                uniforms=reach | part,
             )
             yield
         for part in slices(size):
@@ -144,10 +148,19 @@ class HiddenFillPass:
                 scratch.blocks,
                 textures={"cost_tx": scratch.cost},
                 images={"layer_img": layer.color, "state_img": layer.state},
-                buffers=blocks,
-                uniforms=uniforms | part,
+                buffers=guessed,
+                uniforms=reach | part,
             )
             yield
+
+    def _mark_seen(self, layer: Layer, bits: dict[str, moderngl.Buffer]) -> None:
+        """Set the bit of every pixel in the tiles that the layer is worked on in."""
+        size = layer.color.size
+        self._all_program.dispatch(
+            (groups_for(max(_words(size)), 64), self._DIRECTIONS),
+            buffers=bits | {"tile_mask_block": layer.mask.words},
+            uniforms={"size": size, **layer.mask.uniforms},
+        )
 
 
 def _words(size: tuple[int, int]) -> tuple[int, int, int, int]:
@@ -207,8 +220,9 @@ class CompositePass:
             offset=TileList.OF_PICTURE,
             textures={"layer_tx": blurred},
             images={"out_color_img": color},
-            buffers={0: listed.words},
-            uniforms={"is_farthest": plan.cut.is_farthest, "reduction": plan.reduction},
+            buffers={"tile_list_block": listed.words},
+            uniforms=WHOLE_LIST
+            | {"is_farthest": plan.cut.is_farthest, "reduction": plan.reduction},
         )
 
 

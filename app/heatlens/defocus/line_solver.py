@@ -20,7 +20,6 @@ from heatlens.gpu.program import ComputeProgram, Image, groups_for
 SCRATCH_BYTES_MAX = 4 << 20  # a few lines a core; more only spills the processor's caches
 STRIP_COLUMNS, STRIP_FOLD = 8, 128  # as in lib/strips.lib.glsl
 _PIXELS_A_BAND = 1 << 18  # solved in a step: some ten milliseconds without a GPU
-_MASK_BINDING = 2  # as in the shaders of the strategies
 Axis = Literal["rows", "columns"]
 
 
@@ -68,7 +67,6 @@ class Bindings:
     textures: Mapping[str, Image] = field(default_factory=dict)
     images: Mapping[str, Image] = field(default_factory=dict)
     uniforms: Mapping[str, object] = field(default_factory=dict)
-    mask: moderngl.Buffer | None = None  # words of the tiles that are solved
 
 
 class LineSolver(ABC):
@@ -80,7 +78,7 @@ class LineSolver(ABC):
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
         self._programs: dict[tuple[object, ...], ComputeProgram] = {}
-        self._scratch: list[moderngl.Buffer] = []
+        self._scratch: dict[str, moderngl.Buffer] = {}
         self._whole = WholePictures(ctx)
 
     def solve(
@@ -116,9 +114,9 @@ class LineSolver(ABC):
                 "line_count": count,
                 "line_length": length,
             }
-            uniforms = {**bound.uniforms, **here, **tiles.uniforms, "picture_height": size[1]}
-            band = Bindings(bound.textures, bound.images, uniforms, tiles.words)
-            self._solve_band(system, axis, length, count, band)
+            uniforms = {**bound.uniforms, **here, "picture_height": size[1]}
+            band = Bindings(bound.textures, bound.images, uniforms)
+            self._solve_band(system, axis, length, count, band, tiles)
             yield
 
     def between_size(self, size: tuple[int, int]) -> tuple[int, int]:
@@ -132,7 +130,7 @@ class LineSolver(ABC):
         """Give programs and buffers back."""
         for program in self._programs.values():
             program.release()
-        for buffer in self._scratch:
+        for buffer in self._scratch.values():
             buffer.release()
         self._programs.clear()
         self._scratch.clear()
@@ -140,32 +138,35 @@ class LineSolver(ABC):
 
     @abstractmethod
     def _solve_band(
-        self, system: LineSystem, axis: Axis, length: int, count: int, band: Bindings
+        self,
+        system: LineSystem,
+        axis: Axis,
+        length: int,
+        count: int,
+        band: Bindings,
+        tiles: TileMask,
     ) -> None: ...
 
     @abstractmethod
-    def _bytes_per_line(self, system: LineSystem, length: int) -> tuple[int, ...]:
-        """Scratch bytes a line needs in each buffer."""
+    def _bytes_per_line(self, system: LineSystem, length: int) -> dict[str, int]:
+        """Return how many bytes a line needs in each scratch block of the shader."""
 
     def _bands(self, system: LineSystem, length: int, lines: int) -> Iterator[tuple[int, int]]:
-        per_line = max(1, sum(self._bytes_per_line(system, length)))
+        per_line = max(1, sum(self._bytes_per_line(system, length).values()))
         most = min(SCRATCH_BYTES_MAX // per_line, _PIXELS_A_BAND // length)
         step = max(TILE, most // TILE * TILE)
         for first in range(0, lines, step):
             yield first, min(step, lines - first)
 
-    def _buffers(
-        self, system: LineSystem, length: int, count: int, band: Bindings
-    ) -> dict[int, moderngl.Buffer]:
-        """The scratch buffers by binding, grown when a longer line comes, and the mask's words."""
-        for binding, per_line in enumerate(self._bytes_per_line(system, length)):
+    def _buffers(self, system: LineSystem, length: int, count: int) -> dict[str, moderngl.Buffer]:
+        """Return the scratch buffers by their blocks, grown when a longer line comes."""
+        for block, per_line in self._bytes_per_line(system, length).items():
             need = per_line * count
-            if binding == len(self._scratch):
-                self._scratch.append(self._ctx.buffer(reserve=need))
-            elif self._scratch[binding].size < need:
-                self._scratch[binding].orphan(need)
-        assert band.mask is not None
-        return dict(enumerate(self._scratch)) | {_MASK_BINDING: band.mask}
+            if block not in self._scratch:
+                self._scratch[block] = self._ctx.buffer(reserve=need)
+            elif self._scratch[block].size < need:
+                self._scratch[block].orphan(need)
+        return dict(self._scratch)
 
     def _program(
         self, shader: str, system: LineSystem, axis: Axis, **defines: object
@@ -186,12 +187,21 @@ class SweepSolver(LineSolver):
     LINES_PER_GROUP = 8  # one vector of a software rasteriser's invocations
     BLOCK = 4  # pixels; with 8 the programs take twice as long to compile and gain little
 
-    def _bytes_per_line(self, system: LineSystem, length: int) -> tuple[int, ...]:
+    def _bytes_per_line(self, system: LineSystem, length: int) -> dict[str, int]:
         blocks = groups_for(length, self.BLOCK) * system.poles
-        return system.value_bytes * blocks, system.num_bytes * blocks
+        return {
+            "sweep_value_block": system.value_bytes * blocks,
+            "sweep_heat_block": system.num_bytes * blocks,
+        }
 
     def _solve_band(
-        self, system: LineSystem, axis: Axis, length: int, count: int, band: Bindings
+        self,
+        system: LineSystem,
+        axis: Axis,
+        length: int,
+        count: int,
+        band: Bindings,
+        tiles: TileMask,
     ) -> None:
         program = self._program(
             "solve_sweep.comp.glsl",
@@ -204,8 +214,8 @@ class SweepSolver(LineSolver):
             (groups_for(count, self.LINES_PER_GROUP), 1),
             textures=band.textures,
             images=band.images,
-            buffers=self._buffers(system, length, count, band),
-            uniforms=band.uniforms,
+            buffers=self._buffers(system, length, count) | {"tile_mask_block": tiles.words},
+            uniforms={**band.uniforms, **tiles.uniforms},
         )
 
 
@@ -218,8 +228,8 @@ class PartitionSolver(LineSolver):
     _RUNS_STEP = 64  # so that pictures of many sizes share few programs
     _LINES_MOST = 4
 
-    def _bytes_per_line(self, system: LineSystem, length: int) -> tuple[int, ...]:
-        return ()
+    def _bytes_per_line(self, system: LineSystem, length: int) -> dict[str, int]:
+        return {}
 
     def _bands(self, system: LineSystem, length: int, lines: int) -> Iterator[tuple[int, int]]:
         yield 0, lines
@@ -250,15 +260,21 @@ class PartitionSolver(LineSolver):
         }
 
     def _solve_band(
-        self, system: LineSystem, axis: Axis, length: int, count: int, band: Bindings
+        self,
+        system: LineSystem,
+        axis: Axis,
+        length: int,
+        count: int,
+        band: Bindings,
+        tiles: TileMask,
     ) -> None:
         shape = self.shape(system, length)
         self._program("solve_partition.comp.glsl", system, axis, **shape).dispatch(
             (groups_for(count, shape["LINES_PER_GROUP"]), 1),
             textures=band.textures,
             images=band.images,
-            buffers=self._buffers(system, length, count, band),
-            uniforms=band.uniforms,
+            buffers=self._buffers(system, length, count) | {"tile_mask_block": tiles.words},
+            uniforms={**band.uniforms, **tiles.uniforms},
         )
 
 
@@ -272,17 +288,26 @@ class CyclicSolver(LineSolver):
 
     name = SolverName.CYCLIC
 
-    def _bytes_per_line(self, system: LineSystem, length: int) -> tuple[int, ...]:
+    def _bytes_per_line(self, system: LineSystem, length: int) -> dict[str, int]:
         unknowns = length * system.poles
-        return system.value_bytes * unknowns, 3 * system.num_bytes * unknowns
+        return {
+            "cyclic_value_block": system.value_bytes * unknowns,
+            "cyclic_link_block": 3 * system.num_bytes * unknowns,
+        }
 
     def _solve_band(
-        self, system: LineSystem, axis: Axis, length: int, count: int, band: Bindings
+        self,
+        system: LineSystem,
+        axis: Axis,
+        length: int,
+        count: int,
+        band: Bindings,
+        tiles: TileMask,
     ) -> None:
         reaches = [1 << level for level in range(max(0, (length - 1).bit_length()))]
         stages = [("LOAD", 0), *(("REDUCE", reach) for reach in reaches), ("SUBSTITUTE", 0)]
         stages += [*(("SUBSTITUTE", reach) for reach in reversed(reaches)), ("STORE", 0)]
-        buffers = self._buffers(system, length, count, band)
+        buffers = self._buffers(system, length, count)
         for stage, reach in stages:
             self._program("solve_cyclic.comp.glsl", system, axis, STAGE=stage).dispatch(
                 (groups_for(length, 64), count),

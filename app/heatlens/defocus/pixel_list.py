@@ -5,6 +5,7 @@ from collections.abc import Iterator
 
 import moderngl
 
+WHOLE_LIST: dict[str, object] = {"list_slice": (0, 1)}  # as lib/list_slice.lib.glsl takes it
 _HEAD = struct.pack("4I", 0, 1, 1, 0)  # workgroups x, y, z of the later pass; count
 
 

@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from heatlens.defocus.optics import Optics
 from heatlens.defocus.plate_passes import tiles
+from heatlens.gpu.draw_target import DrawTarget
 from heatlens.gpu.program import ComputeProgram, DrawProgram, groups_for
 
 BINS, _MIDDLE, _GROWTH = 64, 32, 1.25  # as in scatter_sort.comp.glsl
@@ -97,7 +98,7 @@ class ScatterPass:
         self._discs = DrawProgram(ctx, "scatter_draw")
         self._over = ComputeProgram(ctx, "scatter_over.comp.glsl")
         self._quads: tuple[moderngl.Buffer, moderngl.VertexArray] | None = None
-        self._drawn: tuple[moderngl.Texture, moderngl.Framebuffer] | None = None
+        self._target = DrawTarget(ctx)
         self._command = ctx.buffer(reserve=16)
 
     def steps(
@@ -114,7 +115,7 @@ class ScatterPass:
         sums = [float(s) for s in disc_sums(optics.axis_scales)]
         largest_px = max(abs(optics.nearest_px), abs(optics.farthest_px))
         inputs = ({"color_tx": color, "coc_tx": coc}, optics.axis_scales, sums)
-        self._draw_into(targets).clear()
+        self._target.around(targets.light, targets.cover).clear()
         first = 0
         for number in numbers:
             count = int(totals[number])
@@ -133,7 +134,7 @@ class ScatterPass:
         """Fill `targets.pixel`, far to near; how many pixels there are in each bin."""
         rows = coc.size[1]
         groups = (groups_for(rows, _ROWS_PER_GROUP), 1)
-        buffers = {0: targets.place, 1: targets.pixel}
+        buffers = {"place_block": targets.place, "pixel_block": targets.pixel}
         self._count.dispatch(groups, textures={"coc_tx": coc}, buffers=buffers)
         words = np.frombuffer(targets.place.read(4 * BINS * rows), np.uint32)
         counts = words.reshape(rows, BINS)
@@ -151,7 +152,7 @@ class ScatterPass:
         """Add `count` discs from `first` on; whatever others drew in between is set anew."""
         textures, axis_scales, sums = inputs
         quads = self._quads_of(targets.pixel)
-        self._draw_into(targets).use()
+        self._target.around(targets.light, targets.cover).use()
         self._discs.bind(
             textures=textures, uniforms={"axis_scales": axis_scales, "disc_sums": sums}
         )
@@ -178,18 +179,3 @@ class ScatterPass:
             layout = [(pixel, "1u/i", "in_pixel")]
             self._quads = (pixel, self._discs.vertex_array(layout))
         return self._quads[1]
-
-    def _draw_into(self, targets: ScatterTargets) -> moderngl.Framebuffer:
-        """The sums of a bin as what is drawn to.
-
-        The old one is released last: moderngl would bind the window's framebuffer in its place, and
-        a headless context has none.
-        """
-        before = self._drawn
-        if before is None or before[0] is not targets.light:
-            self._drawn = (targets.light, self._ctx.framebuffer([targets.light, targets.cover]))
-            self._drawn[1].use()
-            if before is not None:
-                before[1].release()
-        assert self._drawn is not None
-        return self._drawn[1]

@@ -43,8 +43,8 @@ class TilePass:
         ends = [plan.ends_px for plan in plans]
         self._layers.dispatch(
             _groups(tile_count(size)),
-            textures=picture.textures(),
-            buffers={0: found.content, 1: found.nearest},
+            textures={"coc_tx": picture.coc, "kind_tx": picture.kind, "near_tx": picture.near},
+            buffers={"content_block": found.content, "nearest_block": found.nearest},
             uniforms={
                 "tiles": tile_count(size),
                 "layer_ends_px": ends + [(0.0, 0.0)] * (_LAYERS_OF_SHADER - len(ends)),
@@ -68,30 +68,39 @@ class TilePass:
         tile_px, wider = float(TILE * plan.reduction), max(optics.axis_scales)
         listed = TileList(pool.buffer("tile list", TileList.bytes_for(size)))
         listed.clear(plan.reduction)
-        buffers = {
-            0: found.content,
-            1: found.nearest,
-            2: pool.buffer("tile distance", need),
-            3: pool.buffer("tile hider", need),
-            4: pool.buffer("tile mask", need),
-            5: listed.words,
+        mask = TileMask(pool.buffer("tile mask", need), tiles)
+        between = {
+            "distance_block": pool.buffer("tile distance", need),
+            "hider_block": pool.buffer("tile hider", need),
         }
-        uniforms: dict[str, object] = {
+        reach: dict[str, object] = {
             "tiles": tiles,
             "reach_tiles": reach_tiles(plan, optics.nearest_px, wider, tile_px),
-            "picture_tiles": tile_count(found.size),
-            "reduction": plan.reduction,
-            "layer": layer,
-            "tile_px": tile_px,
-            "spread_px": SPREAD * wider * plan.widest_px,
-            "widest_px": plan.widest_px,
-            "wider_scale": wider,
-            "margin_px": MARGIN_PX,
-            "slices": slice_count(found.size),
         }
-        self._rows.dispatch(_groups(tiles), buffers=buffers, uniforms=uniforms)
-        self._reach.dispatch(_groups(tiles), buffers=buffers, uniforms=uniforms)
-        return TileMask(buffers[4], tiles), listed
+        self._rows.dispatch(
+            _groups(tiles),
+            buffers=between | {"content_block": found.content, "nearest_block": found.nearest},
+            uniforms=reach
+            | {
+                "picture_tiles": tile_count(found.size),
+                "reduction": plan.reduction,
+                "layer": layer,
+            },
+        )
+        self._reach.dispatch(
+            _groups(tiles),
+            buffers=between | {"tile_mask_block": mask.words, "tile_list_block": listed.words},
+            uniforms=reach
+            | {
+                "tile_px": tile_px,
+                "spread_px": SPREAD * wider * plan.widest_px,
+                "widest_px": plan.widest_px,
+                "wider_scale": wider,
+                "margin_px": MARGIN_PX,
+                "slices": slice_count(found.size),
+            },
+        )
+        return mask, listed
 
 
 _LAYERS_OF_SHADER = 8  # as in tile_layers.comp.glsl

@@ -62,7 +62,8 @@ class DisplayPass:
         gamma: float = 1.0,
     ) -> None:
         """Write `picture` to `out` of the same size, RGBA of 8 bits (or float, not clamped)."""
-        self._draw(_PICTURE, {"picture_tx": picture}, out, exposure_stops, gamma)
+        uniforms = _view_uniforms(exposure_stops, gamma)
+        self._draw(_PICTURE, {"picture_tx": picture}, out, uniforms)
 
     def run_difference(
         self,
@@ -78,32 +79,32 @@ class DisplayPass:
         `b` of another size is stretched over `a`.
         """
         textures: dict[str, Image] = {"a_tx": a, "b_tx": b}
-        self._draw(_DIFFERENCE, textures, out, exposure_stops, gamma, gain)
+        uniforms = _view_uniforms(exposure_stops, gamma) | {"gain": gain}
+        self._draw(_DIFFERENCE, textures, out, uniforms)
 
     def _draw(
         self,
         name: str,
         textures: dict[str, Image],
         out: moderngl.Texture,
-        exposure_stops: float,
-        gamma: float,
-        gain: float = 1.0,
+        uniforms: dict[str, object],
     ) -> None:
         self._current.program(name).dispatch(
             (groups_for(out.width, _TILE), groups_for(out.height, _TILE)),
             textures=textures | self._current.luts,
             images={"out_display_img": out},
-            uniforms={
-                "exposure_scale": 2.0**exposure_stops,
-                "inverse_gamma": 1.0 / gamma,
-                "gain": gain,
-            },
+            uniforms=uniforms,
         )
 
     def release(self) -> None:
         """Give every program and table back to OpenGL."""
         while self._built:
             self._built.popitem()[1].release()
+
+
+def _view_uniforms(exposure_stops: float, gamma: float) -> dict[str, object]:
+    """As lib/view.lib.glsl takes them."""
+    return {"exposure_scale": 2.0**exposure_stops, "inverse_gamma": 1.0 / gamma}
 
 
 def _texture(ctx: moderngl.Context, lut: Lut) -> Image:

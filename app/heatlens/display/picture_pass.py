@@ -84,15 +84,19 @@ class PicturePass:
         clip = picture.clip
         target.scissor = (clip.x0, screen_px[1] - clip.y1, clip.width, clip.height)
         self._ctx.enable_only(moderngl.NOTHING if picture.is_opaque else moderngl.BLEND)
-        program = self._program
         textures: dict[str, Image] = {"picture_tx": picture.texture}
-        uniforms: dict[str, object] = {}
-        if picture.detail is not None:
+        uniforms: dict[str, object] = {
+            "first_px": picture.first,
+            "last_px": picture.last,
+            "screen_px": screen_px,
+        }
+        if picture.detail is None:
+            program = self._program
+            uniforms["is_nearest"] = picture.is_nearest
+        else:
             program = self._with_detail
             textures |= _detail_textures(picture.detail)
             uniforms |= _detail_uniforms(picture.detail)
-        uniforms |= {"first_px": picture.first, "last_px": picture.last, "screen_px": screen_px}
-        uniforms["is_nearest"] = picture.is_nearest
         program.bind(textures=textures, uniforms=uniforms)
         self._quads[program].render(moderngl.TRIANGLE_STRIP, vertices=4)
 

@@ -41,7 +41,7 @@ class DepthSurvey:
         self._bounds.write(_START)
         groups = min(groups_for(depth.width * depth.height, _GROUP_PIXELS), _GROUPS_MOST), 1
         images = {"depth_img": depth}
-        self._bounds_program.dispatch(groups, images=images, buffers={0: self._bounds})
+        self._bounds_program.dispatch(groups, images=images, buffers={"bounds_block": self._bounds})
         words = np.frombuffer(self._bounds.read(), np.uint32)
         near, far, far_hit = words.view(np.float32)[:3]
         low, high = (float(np.float32(1.0) / end) for end in (far, near))
@@ -58,7 +58,7 @@ class DepthSurvey:
         self._bins_program.dispatch(
             groups,
             images={"depth_img": depth},
-            buffers={0: self._counts},
+            buffers={"count_block": self._counts},
             uniforms={"low": low, "per_step": float(np.float32(1 / step))},
         )
         counts = np.frombuffer(self._counts.read(), np.uint32)

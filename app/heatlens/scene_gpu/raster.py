@@ -111,7 +111,7 @@ class SceneRaster:
         with self._within(self._targets.of(depth), band) as target:
             target.clear(red=math.inf)
             self._ctx.enable_only(moderngl.DEPTH_TEST)
-            self._draws["depth"](view_uniforms(view))
+            self._draws["depth"](mesh_uniforms(view))
             self._ctx.enable_only(moderngl.NOTHING)
 
     @contextmanager
@@ -156,17 +156,17 @@ class SceneRaster:
         return pixels.reshape(area.shape if texture.components == 1 else (*area.shape, -1))
 
     def _draw_into(self, target: moderngl.Framebuffer, view: SceneView) -> None:
-        uniforms = self.shading_uniforms() | view_uniforms(view)
+        meshes, shading = mesh_uniforms(view), self.shading_uniforms()
         textures = {"shadow_tx": self._shadow.map}
         self._ctx.enable_only(moderngl.DEPTH_TEST)
         target.color_mask = (False,) * 4
-        self._draws["cover"](uniforms)
+        self._draws["cover"](meshes)
         target.color_mask = (True,) * 4
         target.depth_mask = False
         self._ctx.depth_func = "=="
-        self._draws["surface"](uniforms, textures)
+        self._draws["surface"](meshes | shading | eye_uniforms(view), textures)
         self._ctx.depth_func = "<="
-        self._sky.bind(textures=textures, uniforms=uniforms)
+        self._sky.bind(textures=textures, uniforms=shading | sky_uniforms(view))
         self._sky_array.render(moderngl.TRIANGLES, 3)
         target.depth_mask = True
         self._ctx.depth_func = "<"
@@ -199,11 +199,18 @@ def sun_direction(daylight: Daylight) -> Array:
     return np.divide(daylight.to_sun, length) if length > 1e-12 else np.array([0.0, 1.0, 0.0])
 
 
-def view_uniforms(view: SceneView) -> dict[str, object]:
-    """What the vertex and sky shaders know of a view."""
-    clip = view.clip_from_world
-    return {
-        "clip_from_world": columns(clip),
-        "world_from_screen": columns(np.asarray(np.linalg.inv(clip[[0, 1, 3], :3]), np.float64)),
-        "eye_m": tuple(map(float, view.eye_m)),
-    }
+def mesh_uniforms(view: SceneView) -> dict[str, object]:
+    """What scene_mesh.vert.glsl knows of a view."""
+    return {"clip_from_world": columns(view.clip_from_world)}
+
+
+def eye_uniforms(view: SceneView) -> dict[str, object]:
+    """What scene_surface.frag.glsl knows of a view."""
+    return {"eye_m": tuple(map(float, view.eye_m))}
+
+
+def sky_uniforms(view: SceneView) -> dict[str, object]:
+    """What scene_sky.vert.glsl knows of a view."""
+    screen_from_world = view.clip_from_world[[0, 1, 3], :3]
+    world_from_screen = np.asarray(np.linalg.inv(screen_from_world), np.float64)
+    return {"world_from_screen": columns(world_from_screen)}

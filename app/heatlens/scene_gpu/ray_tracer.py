@@ -21,7 +21,6 @@ _SHADER = "ray_trace.comp.glsl"
 _DEFINES = ("COLORS", "BUMPS")  # that the shader knows
 _TILE = 8
 _RAYS_PER_STEP = 2**17  # some tenths of a second on a processor: a window answers in between
-_VERTICES, _TRIANGLES, _NODES, _PLACED, _COLORS = 3, 4, 5, 6, 7  # storage bindings
 
 
 class RayTracer:
@@ -140,11 +139,16 @@ class SceneTrees:
         return np.concatenate([trees.nodes, np.zeros(2 * instances - 1, NODE)])
 
     @property
-    def storage(self) -> dict[int, moderngl.Buffer]:
-        """The blocks of lib/scene.lib.glsl and lib/bvh.lib.glsl by binding."""
-        colors = {} if self.buffers.colors is None else {_COLORS: self.buffers.colors}
-        own = {_TRIANGLES: self._triangles, _NODES: self._nodes, _PLACED: self._placed}
-        return self.buffers.storage | {_VERTICES: self.buffers.vertices} | colors | own
+    def storage(self) -> dict[str, moderngl.Buffer]:
+        """The blocks of lib/scene.lib.glsl and lib/bvh.lib.glsl."""
+        colors = {} if self.buffers.colors is None else {"colors_block": self.buffers.colors}
+        own = {
+            "vertices_block": self.buffers.vertices,
+            "triangles_block": self._triangles,
+            "nodes_block": self._nodes,
+            "placed_block": self._placed,
+        }
+        return self.buffers.storage | colors | own
 
     def place(self) -> None:
         """Build the tree of the instances where they lie on the GPU now."""

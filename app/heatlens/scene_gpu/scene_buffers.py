@@ -10,7 +10,6 @@ from heatlens.scene.corners import placed_corners
 from heatlens.scene.scene import Array, Material, Mesh, PointLight, Scene
 from heatlens.scene_gpu.scene_maps import maps_of
 
-INSTANCES, MATERIALS, LIGHTS = 0, 1, 2  # storage bindings
 MOST_LIGHTS = 32
 
 VERTEX = np.dtype([("position", "f4", 3), ("u", "f4"), ("normal", "f4", 3), ("v", "f4")])
@@ -35,8 +34,8 @@ _COMMAND_WORDS = 5  # count, instances, first index, base vertex, base instance
 class SceneBuffers:
     """What the rasteriser and the ray tracer read.
 
-    vertices        of all meshes, VERTEX: binding 3 of the ray tracer as two vec4 a vertex; three
-                    of BUMPY_VERTEX where a material has a map of normals
+    vertices        of all meshes, VERTEX, or BUMPY_VERTEX where a material has a map of
+                    normals; the ray tracer reads two or three vec4 for each
     colors          four half floats for each vertex, linear; None where no mesh has any
     triangles       (T, 3) uint32 into all vertices
     first_triangle  (meshes + 1,) where each mesh's triangles begin
@@ -80,9 +79,13 @@ class SceneBuffers:
         return int(np.diff(self.first_triangle)[self._meshes].sum())
 
     @property
-    def storage(self) -> dict[int, moderngl.Buffer]:
-        """The blocks of lib/scene.lib.glsl by binding."""
-        return {INSTANCES: self.instances, MATERIALS: self.materials, LIGHTS: self.lights}
+    def storage(self) -> dict[str, moderngl.Buffer]:
+        """The blocks of lib/scene.lib.glsl."""
+        return {
+            "instances_block": self.instances,
+            "materials_block": self.materials,
+            "lights_block": self.lights,
+        }
 
     def place(self, transforms: Array) -> None:
         """Put the scene's instances where (N, 4, 4) object-to-world matrices say."""

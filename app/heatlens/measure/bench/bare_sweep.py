@@ -23,8 +23,8 @@ class BareSweeps:
         self._color, self._rows, self.out = (new_texture(ctx, size, 4) for _ in range(3))
         self._conductances = [new_texture(ctx, size, 1) for _ in range(2)]
         self._scratch = {
-            binding: ctx.buffer(reserve=per_pixel * size[0] * size[1])
-            for binding, per_pixel in enumerate((4, 16))
+            block: ctx.buffer(reserve=per_pixel * size[0] * size[1])
+            for block, per_pixel in (("bare_weight_block", 4), ("bare_part_block", 16))
         }
         upload(self._color, color)
         for axis, texture in enumerate(self._conductances):
