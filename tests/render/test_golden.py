@@ -73,6 +73,6 @@ def test_another_renderer_is_skipped_at_home_and_fails_on_a_runner(monkeypatch):
     with pytest.raises(pytest.skip.Exception, match="RTX"):
         require_llvmpipe("NVIDIA GeForce RTX 4090/PCIe/SSE2")
     monkeypatch.setenv("CI", "1")
-    with pytest.raises(pytest.fail.Exception, match="RTX.*LIBGL_ALWAYS_SOFTWARE"):
+    with pytest.raises(pytest.fail.Exception, match=r"RTX.*LIBGL_ALWAYS_SOFTWARE"):
         require_llvmpipe("NVIDIA GeForce RTX 4090/PCIe/SSE2")
     require_llvmpipe("llvmpipe (LLVM 15.0.6, 256 bits)")

@@ -2,8 +2,8 @@
 
     pytest --update-golden tests/render/test_golden.py    # look before you commit
 
-They are compared on llvmpipe only, where they were made. Elsewhere the comparison is skipped, unless
-CI is set in the environment: a runner that compares nothing must not pass for green.
+They are compared on llvmpipe only, where they were made. Elsewhere the comparison is skipped,
+unless CI is set in the environment: a runner that compares nothing must not pass for green.
 """
 
 import os

@@ -97,9 +97,9 @@ def room(width: int = 96, height: int = 54) -> tuple[Image, Image]:
 def wires_and_lamps(width: int = 96, height: int = 54) -> tuple[Image, Image]:
     """Colour (H, W, 3) and depth (H, W): wires in front of a dark street with lamps.
 
-    The wires are anti-aliased in colour and one sample in depth, as a renderer writes them: two thin
-    ones and a cable, at three distances. Behind them is a wall, and lamps at two distances, some of
-    them behind a wire.
+    The wires are anti-aliased in colour and one sample in depth, as a renderer writes them: two
+    thin ones and a cable, at three distances. Behind them is a wall, and lamps at two distances,
+    some of them behind a wire.
     """
     finer = 4
     y, x = (np.mgrid[: finer * height, : finer * width] + 0.5).astype(np.float32) / finer

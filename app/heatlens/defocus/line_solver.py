@@ -69,6 +69,18 @@ class Bindings:
     uniforms: Mapping[str, object] = field(default_factory=dict)
 
 
+@dataclass(frozen=True)
+class Band:
+    """`count` lines of `length` pixels that are solved in one step, in the tiles of a mask."""
+
+    system: LineSystem
+    axis: Axis
+    length: int
+    count: int
+    given: Bindings
+    tiles: TileMask
+
+
 class LineSolver(ABC):
     """Solves every line of a picture; programs are built once a system and kept."""
 
@@ -115,8 +127,8 @@ class LineSolver(ABC):
                 "line_length": length,
             }
             uniforms = {**bound.uniforms, **here, "picture_height": size[1]}
-            band = Bindings(bound.textures, bound.images, uniforms)
-            self._solve_band(system, axis, length, count, band, tiles)
+            given = Bindings(bound.textures, bound.images, uniforms)
+            self._solve_band(Band(system, axis, length, count, given, tiles))
             yield
 
     def between_size(self, size: tuple[int, int]) -> tuple[int, int]:
@@ -136,16 +148,18 @@ class LineSolver(ABC):
         self._scratch.clear()
         self._whole.release()
 
+    def _dispatch(self, program: ComputeProgram, groups: int, band: Band) -> None:
+        """Run a program that solves whole lines and looks at the mask of tiles itself."""
+        program.dispatch(
+            (groups, 1),
+            textures=band.given.textures,
+            images=band.given.images,
+            buffers=self._buffers(band) | {"tile_mask_block": band.tiles.words},
+            uniforms={**band.given.uniforms, **band.tiles.uniforms},
+        )
+
     @abstractmethod
-    def _solve_band(
-        self,
-        system: LineSystem,
-        axis: Axis,
-        length: int,
-        count: int,
-        band: Bindings,
-        tiles: TileMask,
-    ) -> None: ...
+    def _solve_band(self, band: Band) -> None: ...
 
     @abstractmethod
     def _bytes_per_line(self, system: LineSystem, length: int) -> dict[str, int]:
@@ -158,23 +172,21 @@ class LineSolver(ABC):
         for first in range(0, lines, step):
             yield first, min(step, lines - first)
 
-    def _buffers(self, system: LineSystem, length: int, count: int) -> dict[str, moderngl.Buffer]:
+    def _buffers(self, band: Band) -> dict[str, moderngl.Buffer]:
         """Return the scratch buffers by their blocks, grown when a longer line comes."""
-        for block, per_line in self._bytes_per_line(system, length).items():
-            need = per_line * count
+        for block, per_line in self._bytes_per_line(band.system, band.length).items():
+            need = per_line * band.count
             if block not in self._scratch:
                 self._scratch[block] = self._ctx.buffer(reserve=need)
             elif self._scratch[block].size < need:
                 self._scratch[block].orphan(need)
         return dict(self._scratch)
 
-    def _program(
-        self, shader: str, system: LineSystem, axis: Axis, **defines: object
-    ) -> ComputeProgram:
-        key = (shader, system, axis, *sorted(defines.items()))
+    def _program(self, shader: str, band: Band, **defines: object) -> ComputeProgram:
+        key = (shader, band.system, band.axis, *sorted(defines.items()))
         if key not in self._programs:
             strips = {"STRIPS": 1} if self._STRIPS else {}
-            given = system.shader_defines(axis) | strips | defines
+            given = band.system.shader_defines(band.axis) | strips | defines
             self._programs[key] = ComputeProgram(self._ctx, shader, given)
         return self._programs[key]
 
@@ -194,29 +206,11 @@ class SweepSolver(LineSolver):
             "sweep_heat_block": system.num_bytes * blocks,
         }
 
-    def _solve_band(
-        self,
-        system: LineSystem,
-        axis: Axis,
-        length: int,
-        count: int,
-        band: Bindings,
-        tiles: TileMask,
-    ) -> None:
+    def _solve_band(self, band: Band) -> None:
         program = self._program(
-            "solve_sweep.comp.glsl",
-            system,
-            axis,
-            LINES_PER_GROUP=self.LINES_PER_GROUP,
-            BLOCK=self.BLOCK,
+            "solve_sweep.comp.glsl", band, LINES_PER_GROUP=self.LINES_PER_GROUP, BLOCK=self.BLOCK
         )
-        program.dispatch(
-            (groups_for(count, self.LINES_PER_GROUP), 1),
-            textures=band.textures,
-            images=band.images,
-            buffers=self._buffers(system, length, count) | {"tile_mask_block": tiles.words},
-            uniforms={**band.uniforms, **tiles.uniforms},
-        )
+        self._dispatch(program, groups_for(band.count, self.LINES_PER_GROUP), band)
 
 
 class PartitionSolver(LineSolver):
@@ -259,23 +253,10 @@ class PartitionSolver(LineSolver):
             "IN_PARTS": 1,
         }
 
-    def _solve_band(
-        self,
-        system: LineSystem,
-        axis: Axis,
-        length: int,
-        count: int,
-        band: Bindings,
-        tiles: TileMask,
-    ) -> None:
-        shape = self.shape(system, length)
-        self._program("solve_partition.comp.glsl", system, axis, **shape).dispatch(
-            (groups_for(count, shape["LINES_PER_GROUP"]), 1),
-            textures=band.textures,
-            images=band.images,
-            buffers=self._buffers(system, length, count) | {"tile_mask_block": tiles.words},
-            uniforms={**band.uniforms, **tiles.uniforms},
-        )
+    def _solve_band(self, band: Band) -> None:
+        shape = self.shape(band.system, band.length)
+        program = self._program("solve_partition.comp.glsl", band, **shape)
+        self._dispatch(program, groups_for(band.count, shape["LINES_PER_GROUP"]), band)
 
 
 def _parts(system: LineSystem) -> int:
@@ -295,26 +276,18 @@ class CyclicSolver(LineSolver):
             "cyclic_link_block": 3 * system.num_bytes * unknowns,
         }
 
-    def _solve_band(
-        self,
-        system: LineSystem,
-        axis: Axis,
-        length: int,
-        count: int,
-        band: Bindings,
-        tiles: TileMask,
-    ) -> None:
-        reaches = [1 << level for level in range(max(0, (length - 1).bit_length()))]
+    def _solve_band(self, band: Band) -> None:
+        reaches = [1 << level for level in range(max(0, (band.length - 1).bit_length()))]
         stages = [("LOAD", 0), *(("REDUCE", reach) for reach in reaches), ("SUBSTITUTE", 0)]
         stages += [*(("SUBSTITUTE", reach) for reach in reversed(reaches)), ("STORE", 0)]
-        buffers = self._buffers(system, length, count)
+        buffers = self._buffers(band)
         for stage, reach in stages:
-            self._program("solve_cyclic.comp.glsl", system, axis, STAGE=stage).dispatch(
-                (groups_for(length, 64), count),
-                textures=band.textures,
-                images=band.images,
+            self._program("solve_cyclic.comp.glsl", band, STAGE=stage).dispatch(
+                (groups_for(band.length, 64), band.count),
+                textures=band.given.textures,
+                images=band.given.images,
                 buffers=buffers,
-                uniforms={**band.uniforms, "reach": reach},
+                uniforms={**band.given.uniforms, "reach": reach},
             )
 
 
