@@ -239,3 +239,25 @@ def test_a_damaged_file_is_answered_in_a_sentence(capsys, folder):
     said = refused(capsys, folder, "show", "s.heatlens.json")
     assert "s.heatlens.json: keys.focus_distance_m[1]: unknown entry 'valeu'" in said
     assert "is not there" in refused(capsys, folder, "show", "none.heatlens.json")
+
+
+def test_a_lens_that_cannot_be_is_doubted_though_no_header_was_needed(capsys, folder):
+    """As `render` does, by the depths of the first plate; all keys must be doubtful."""
+    write_frames(folder, 1001, 1002)
+    whole = ("--focal-length", "50", "--sensor-width", "36", "--f-stop", "2")
+    _, said = made(capsys, *whole, "--focus-distance", "2240", "--overwrite")
+    assert "farther than every surface" in said and "--focus-distance 2240mm" in said
+    _, said = made(
+        capsys, *whole, "--key", "focus@1001=3", "--key", "focus@1002=2240", "--overwrite"
+    )
+    assert "farther" not in said
+    words = ("--focus-distance", "2240", "--strict", "--overwrite")
+    assert "farther than every surface" in refused(
+        capsys, folder, "new", "plate.####.exr", "-o", "s.heatlens.json", *whole, *words
+    )
+
+
+def test_the_lens_of_a_header_is_doubted_once(capsys, folder):
+    write_frames(folder, 1001)
+    _, said = made(capsys, "--focus-distance", "2240")
+    assert said.count("farther than every surface") == 1

@@ -9,6 +9,7 @@ from heatlens.documents.shot_file import read_shot, write_shot
 from heatlens.model.frames import FrameRange
 from heatlens.model.shot import Shot
 from support.exports import (
+    FRAMES,
     HEIGHT,
     QUICK,
     WIDTH,
@@ -21,6 +22,7 @@ from support.exports import (
     same_frames,
     shot_of,
     write_plate,
+    written,
 )
 
 
@@ -116,3 +118,20 @@ def test_a_damaged_plate_stops_there_and_what_is_done_stays(capsys, shot_file, o
     assert list(files_in(out.parent)) == names_of(".exr", (1001, 1002, 1003))
     plate.write_bytes(whole)
     assert "3 frames written, 3 were finished before." in exported(capsys, shot_file, out)
+
+
+def test_other_channels_of_the_plates_are_kept_bit_for_bit(capsys, shot_file, out, tmp_path):
+    """A black frame keeps nothing, for its plate is another's."""
+    exported(capsys, shot_file, out)
+    (tmp_path / "plates" / "plate.1003.exr").unlink()
+    words = ("--keep-channels", "all")
+    exported(capsys, shot_file, out, *words, "--missing", "black")
+    for frame in FRAMES:
+        kept = exr(out.parent / f"n.{frame}.exr")[1]
+        if frame == 1003:
+            assert set(kept) == set("RGB")
+        else:
+            plate = exr(tmp_path / "plates" / f"plate.{frame}.exr")[1]
+            assert kept["Z"].tobytes() == plate["Z"].tobytes()
+    assert written(capsys, shot_file, out, *words, "--missing", "black") == []
+    assert written(capsys, shot_file, out, "--missing", "black") == list(FRAMES)

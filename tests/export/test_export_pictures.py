@@ -199,3 +199,12 @@ def test_numbers_are_rounded_and_stay_in_range():
         [0, 128, 255],
     ]
     assert quantised(display.astype(np.float32), np.uint16)[0, 1].tolist() == [129, 65535, 65535]
+
+
+# TIFF
+
+
+def test_a_tiff_holds_the_pixels_of_the_png(capsys, shot_file, tmp_path):
+    for suffix in (".png", ".tif"):
+        exported(capsys, shot_file, tmp_path / f"n{suffix}", "--frames", "1003", *PLAIN)
+    np.testing.assert_array_equal(pixels(tmp_path / "n.tif"), pixels(tmp_path / "n.png"))

@@ -9,7 +9,10 @@ from support.exports import files_in, refused
     ("name", "words", "expected"),
     [
         ("n.exr", (), "n.####.exr"),
-        ("n.####.tif", (), ".exr, .png"),
+        ("n.####.gif", (), ".exr, .png"),
+        ("n.####.tif", ("--keep-channels", "all"), "that is for EXR"),
+        ("n.####.exr", ("--keep-channels", "albedo"), "no layer or channel 'albedo' to keep"),
+        ("n.####.exr", ("--keep-channels", "Z", "--proxy", "0.5"), "leave --proxy out"),
         ("n.1001-1003####.exr", (), "--frames"),
         ("n.####.mov", (), "one file"),
         ("no/where/n.####.exr", (), "no folder"),

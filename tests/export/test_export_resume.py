@@ -10,7 +10,7 @@ from heatlens.documents.shot_file import read_shot, write_shot
 from support.exports import FRAMES, exported, with_focus, write_plate, written
 
 
-@pytest.mark.parametrize("suffix", [".exr", ".png", ".jpg"])
+@pytest.mark.parametrize("suffix", [".exr", ".png", ".jpg", ".tif"])
 def test_what_is_finished_is_left(capsys, shot_file, tmp_path, suffix):
     out = tmp_path / "out" / f"n.####{suffix}"
     assert written(capsys, shot_file, out) == list(FRAMES)

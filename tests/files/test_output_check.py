@@ -3,14 +3,17 @@
 import os
 import shutil
 from collections import namedtuple
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from heatlens.commands import render as render_command
 from heatlens.commands.main import main
+from heatlens.export import movie as movies
 from heatlens.stopping import temporary_folder
 from support.command_line import CAMERA, channels, refused, render
+from support.exports import FRAMES, exported, write_plate
 from support.exports import refused as export_refused
 from support.exr_files import write_file
 
@@ -68,6 +71,31 @@ def test_a_disk_without_room_for_the_other_frames(capsys, monkeypatch, shot_file
     assert "5 more frames as large as the first" in said
     assert len(os.listdir(out.parent)) <= 3  # the first, and what was under way
     assert all(name.endswith(".exr") and name[0] != "." for name in os.listdir(out.parent))
+
+
+@pytest.mark.parametrize("suffix", [".mov", ".mp4"])
+def test_a_disk_without_room_for_a_movie(capsys, monkeypatch, shot_file, tmp_path, suffix):
+    """Six frames of 32x18: less than the codec can do with is told at the first of them."""
+    out = tmp_path / f"m{suffix}"
+    free(monkeypatch, 10)
+    said = export_refused(capsys, shot_file, out)
+    assert "a movie of 6 frames will need about" in said and "are free on that disk" in said
+    assert not out.exists()
+    free(monkeypatch, 10**6)
+    exported(capsys, shot_file, out)
+
+
+def test_a_movie_that_grows_faster_than_was_thought(capsys, monkeypatch, shot_file, tmp_path):
+    """By what the frames have needed so far, as soon as there are enough of them."""
+    for frame in FRAMES:
+        write_plate(tmp_path / "plates" / f"plate.{frame}.exr", frame, size=(512, 288))
+    monkeypatch.setattr(movies, "_JUDGED_FRAMES", 3)
+    unknown = replace(movies._CODECS[".mov"], least_bits_px=0.0)
+    monkeypatch.setitem(movies._CODECS, ".mov", unknown)
+    free(monkeypatch, 20_000)  # less than a frame takes
+    said = export_refused(capsys, shot_file, tmp_path / "m.mov", "--force")
+    assert "more frames as those before" in said
+    assert not (tmp_path / "m.mov").exists()
 
 
 def test_a_temporary_folder_goes_however_its_block_ends():

@@ -3,6 +3,7 @@
 import io
 import subprocess
 import sys
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -10,8 +11,10 @@ import pytest
 from PIL import Image
 
 from heatlens.commands.main import main
+from heatlens.documents.shot_file import read_shot
+from heatlens.model.lens import Lens
 from heatlens.plate.exr_read import read_parts
-from support.command_line import ENVIRONMENT, stderr_of_run
+from support.command_line import CAMERA, ENVIRONMENT, stderr_of_run
 from support.exr_files import part_header, rgb, write_file, write_parts
 from support.picture_files import colors, save
 
@@ -144,6 +147,37 @@ def test_info_and_compare_read_from_a_pipe(plate, capsys, monkeypatch):
         monkeypatch.setattr(sys, "stdin", stdin)
         assert main(words) == 0
     assert "PSNR       99.000 dB" in capsys.readouterr().out
+
+
+def pipe(monkeypatch, data: bytes) -> None:
+    stdin = SimpleNamespace(buffer=io.BytesIO(data), isatty=lambda: False)
+    monkeypatch.setattr(sys, "stdin", stdin)
+
+
+def test_a_shot_takes_the_lens_of_a_piped_plate(tmp_path, capsys, monkeypatch):
+    plate = write_file(tmp_path / "p.exr", rgb(HEIGHT, WIDTH) | {"Z": DEPTH}, **CAMERA)
+    out = tmp_path / "s.heatlens.json"
+    pipe(monkeypatch, plate.read_bytes())
+    said = stderr_of_run(capsys, 0, "shot", "new", "-", "-o", out, "--f-stop", "4")
+    assert "the shot is of no plate" in said
+    shot = read_shot(out)
+    assert shot.source is None and shot.lens == Lens(50.0, 4.0, 2.24, 36.0)
+
+
+def test_a_study_of_a_piped_plate(plate, tmp_path, capsys, monkeypatch):
+    pipe(monkeypatch, plate.read_bytes())
+    words = ("--methods", "gather,heat", "--runs", "1", *LENS[:-2])
+    stderr_of_run(capsys, 0, "study", "-", "-o", tmp_path / "report", *words)
+    assert (tmp_path / "report" / "index.html").is_file()
+
+
+def test_the_window_opens_when_all_of_a_pipe_was_read(plate, capsys, monkeypatch):
+    held: list[bytes] = []
+    monkeypatch.setattr(
+        "heatlens.ui.window.run_window", lambda start: held.append(Path(start.source).read_bytes())
+    )
+    pipe(monkeypatch, plate.read_bytes())
+    assert main(["-"]) == 0 and held == [plate.read_bytes()]
 
 
 def test_a_terminal_is_no_pipe(capsys, monkeypatch):

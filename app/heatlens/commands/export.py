@@ -17,9 +17,9 @@ from heatlens.gpu.context import headless_context
 from heatlens.render import FrameRenderer
 
 _DESCRIPTION = """\
-Renders the frames of a shot: EXR scene-linear with the lens of each frame in its header, PNG or
-JPEG through a view transform, or a movie. Run again after a stop or a change, it renders only the
-frames that are not there yet as they should be.
+Renders the frames of a shot: EXR scene-linear with the lens of each frame in its header, PNG,
+JPEG or TIFF through a view transform, or a movie. Run again after a stop or a change, it renders
+only the frames that are not there yet as they should be.
 """
 _EPILOG = """\
 examples:
@@ -53,7 +53,8 @@ def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
         "--output",
         required=True,
         metavar="FILES",
-        help="out/name.####.exr, .png or .jpg; or a movie, name.mov (ProRes) or name.mp4 (H.264)",
+        help="out/name.####.exr, .png, .jpg or .tif; or a movie: name.mov (ProRes), name.mp4 "
+        "(H.264)",
     )
     add_export_options(parser)
     parser.set_defaults(run=run)

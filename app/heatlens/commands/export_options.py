@@ -3,10 +3,12 @@
 import argparse
 import os
 from dataclasses import replace
+from pathlib import Path
 
 from heatlens.color.view_transform import ViewTransform, srgb_transform
 from heatlens.commands.blur_options import add_blur_options, settings_of
 from heatlens.commands.given_options import given, refuse_unused
+from heatlens.commands.kept_option import add_keep_option, kept_names
 from heatlens.commands.lens_options import add_lens_options, lens_of
 from heatlens.commands.look_options import add_look_options, color_header, transform_of
 from heatlens.commands.plate_options import add_plate_options, plate_options
@@ -99,6 +101,7 @@ def _add_exr_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--with-coc", action="store_true", help="circle of confusion in pixels beside the colour"
     )
+    add_keep_option(group)
 
 
 def _add_look_options(parser: argparse.ArgumentParser) -> None:
@@ -117,17 +120,32 @@ def job_of(args: argparse.Namespace) -> ExportJob:
     read = _shot_in_file(args) if is_shot_file(args.shot) else None
     _refuse_unused(args, read)
     shot = _with_overrides(args, read or _shot_of_options(args))
-    with_depth = args.with_depth or args.pinhole
+    exr = ExrOptions(
+        not args.float,
+        args.compression,
+        args.with_depth or args.pinhole,
+        args.with_coc,
+        _kept_names(args, shot),
+    )
     return ExportJob(
         shot,
         _frames(args, shot),
         output,
         args.missing or "stop",
-        ExrOptions(not args.float, args.compression, with_depth, args.with_coc),
+        exr,
         Look(_transform(args, shot), args.exposure, args.gamma, args.burn_in, args.unit or "m"),
         args.force,
         args.pinhole,
     )
+
+
+def _kept_names(args: argparse.Namespace, shot: Shot) -> tuple[str, ...]:
+    """Looked for in the first plate that is there; the others are taken to have the same."""
+    if not args.keep_channels or shot.source is None or is_scene_source(shot.source):
+        return kept_names(args, shot.source or "", Path(), shot.plate_options, 1.0)
+    sequence = find_sequence(shot.source)
+    first = sequence.path_at(sequence.present[0])
+    return kept_names(args, shot.source, first, shot.plate_options, shot.defocus.proxy)
 
 
 def _check_kind(args: argparse.Namespace, output: Output) -> None:

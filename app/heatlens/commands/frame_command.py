@@ -37,7 +37,8 @@ def add_frame_command(
     parser.add_argument(
         "plate",
         type=Path,
-        help="EXR with colour and depth; or a scene: .glb, .gltf, .obj, .ply, .stl, .usd; or demo",
+        help="EXR with colour and depth, or - for one on standard input; or a scene: .glb, .gltf, "
+        ".obj, .ply, .stl, .usd; or demo",
     )
     own(parser)
     add_lens_options(parser)

@@ -17,20 +17,25 @@ def say_plate(plate: Plate, lens: Lens, said_of_lens: str, options: PlateOptions
 
     Raises InputError for the first doubt where `options` are strict.
     """
+    say_reading(plate, said_of_lens)
+    say_doubts(plate, lens, options)
+
+
+def say_reading(plate: Plate, said_of_lens: str) -> None:
+    """How the depth was read and why, every repair, and the lens."""
     depth = plate.depth
     say(f"depth: {depth.channel} taken as {depth.convention}, {depth.kind}. {depth.why}")
     say(*plate.notes, said_of_lens)
-    say_doubts(plate, lens, options)
 
 
 def say_doubts_of_shot(shot: Shot) -> None:
     """What cannot well be of a shot's lens at any of its keys, in front of its first plate."""
     if shot.source is None or is_scene_source(shot.source):
         return
-    sequence = find_sequence(shot.source)
     try:
+        sequence = find_sequence(shot.source)
         plate = read_plate(sequence.path_at(sequence.present[0]), shot.plate_options)
-    except InputError:  # told when the frame's turn comes; perhaps it is not among those asked for
+    except InputError:  # told when the frame's turn comes; perhaps the plates come later
         return
     lenses = [shot.lens_at(frame) for frame in shot.key_frames] or [shot.lens]
     span = depth_span(plate, shot.plate_options.scene_unit_m)

@@ -5,11 +5,11 @@ import time
 from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
 
 from heatlens.commands.blur_options import add_blur_options, settings_of
 from heatlens.commands.frame_command import add_frame_command
 from heatlens.commands.given_options import given, refuse_unused
+from heatlens.commands.kept_option import add_keep_option, kept_names
 from heatlens.commands.layer_progress import layer_progress, view_progress
 from heatlens.commands.lens_options import lens_of
 from heatlens.commands.look_options import (
@@ -37,7 +37,6 @@ from heatlens.plate.display import srgb_encoded
 from heatlens.plate.exr_write import COMPRESSIONS
 from heatlens.plate.kept_channels import kept_channels
 from heatlens.plate.picture_write import Encode, check_output, write_picture
-from heatlens.plate.plate import Plate
 from heatlens.plate.read import read_plate
 from heatlens.render import FrameRenderer
 from heatlens.scene.scene_read import files_of_scene
@@ -91,12 +90,7 @@ def _add_output_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--compression", choices=COMPRESSIONS, help="of an EXR (default: that of the plate, or zip)"
     )
-    parser.add_argument(
-        "--keep-channels",
-        metavar="NAMES",
-        help="other layers and channels of the plate that an EXR keeps as they are: names with "
-        "commas, or all",
-    )
+    add_keep_option(parser)
     parser.add_argument("--stats", action="store_true", help="say where the time goes")
     add_look_options(parser)
 
@@ -119,8 +113,8 @@ def _render(args: argparse.Namespace) -> None:
     check_output(args.output, *files_of_scene(args.plate), *depth_file)
     _check_look(args)
     settings = settings_of(args)
-    _check_kept(args, settings)
     refuse_unused(args, str(args.plate), is_scene_source(str(args.plate)), settings.method)
+    wanted = _kept_names(args, settings)
     encode = _encode(args)
     ctx = headless_context()
     renderer = FrameRenderer(ctx, settled_solver(ctx))
@@ -133,7 +127,7 @@ def _render(args: argparse.Namespace) -> None:
     render_done = time.perf_counter()
     plate = renderer.loaded.plate
     depth = {"Z": plate.depth_m} if args.pinhole and plate.depth_m is not None else {}
-    kept, kept_attributes = _kept(args, plate)
+    kept, kept_attributes = kept_channels(plate, plate_options(args), wanted)
     write_picture(
         args.output,
         pixels,
@@ -213,24 +207,13 @@ def _check_look(args: argparse.Namespace) -> None:
         )
 
 
-def _check_kept(args: argparse.Namespace, settings: DefocusSettings) -> None:
-    """Refuse what only an EXR of a plate at its own size can have."""
+def _kept_names(args: argparse.Namespace, settings: DefocusSettings) -> tuple[str, ...]:
+    """The channels to be kept; refuse what only an EXR of a plate at its own size can have."""
     for_exr = {"--compression": args.compression, "--keep-channels": args.keep_channels}
     wrong = [option for option, value in for_exr.items() if value]
     if wrong and not _is_exr(args):
         raise InputError(f"{', '.join(wrong)}: that is for EXR, and {args.output} is none.")
-    if args.keep_channels and is_scene_source(str(args.plate)):
-        raise InputError(f"{args.plate} is a 3D scene: it has no channels to keep.")
-    if args.keep_channels and settings.proxy != 1.0:
-        raise InputError("--keep-channels keeps every pixel as it is: leave --proxy out.")
-
-
-def _kept(args: argparse.Namespace, plate: Plate) -> tuple[dict[str, Any], dict[str, Any]]:
-    """The channels that are wanted beside the colour, and what the header tells of them."""
-    if not args.keep_channels:
-        return {}, {}
-    wanted = [name.strip() for name in args.keep_channels.split(",") if name.strip()]
-    return kept_channels(plate, plate_options(args), wanted)
+    return kept_names(args, str(args.plate), args.plate, plate_options(args), settings.proxy)
 
 
 def _encode(args: argparse.Namespace) -> Encode:

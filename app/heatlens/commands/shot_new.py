@@ -10,8 +10,9 @@ from heatlens.camera.samples import CameraSamples
 from heatlens.commands.blur_options import add_blur_options, settings_of
 from heatlens.commands.given_options import refuse_unused
 from heatlens.commands.lens_options import add_lens_options, given_lens, lens_of
+from heatlens.commands.pipes import DASH, file_of_input
 from heatlens.commands.plate_options import add_plate_options, plate_options
-from heatlens.commands.plate_words import say_plate
+from heatlens.commands.plate_words import say_doubts_of_shot, say_reading
 from heatlens.commands.say import say, tell
 from heatlens.commands.scene_options import add_framing_options, shot_of_scene
 from heatlens.commands.shot_camera import (
@@ -60,7 +61,9 @@ def register(actions: "argparse._SubParsersAction[argparse.ArgumentParser]") -> 
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument(
-        "plate", help="pattern of its files, such as 'plate.####.exr', or one; or a 3D scene"
+        "plate",
+        help="pattern of its files, such as 'plate.####.exr', or one; or a 3D scene; or - for the "
+        "lens of a plate on standard input",
     )
     parser.add_argument("-o", "--output", type=Path, required=True, help=f"*{SHOT_SUFFIX} to write")
     parser.add_argument("--overwrite", action="store_true", help="replace a shot that is there")
@@ -111,7 +114,7 @@ def _add_time_options(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Write the shot; say what was found, and where focus is nearer than the lens goes."""
     _check_output(args.output, args.overwrite)
-    shot = _shot_of(args)
+    shot = _piped_shot(args) if args.plate == DASH else _shot_of(args)
     write_shot(args.output, shot)
     close = frames_too_close(shot)
     if close:
@@ -119,6 +122,17 @@ def run(args: argparse.Namespace) -> int:
         say(f"focus is nearer than the close focus of {limit} at frames {frames_text(close)}.")
     tell(str(args.output))
     return 0
+
+
+def _piped_shot(args: argparse.Namespace) -> Shot:
+    """The shot of a plate on standard input, which cannot be found again under any name."""
+    with file_of_input(Path(DASH)) as plate:
+        shot = _shot_of(argparse.Namespace(**{**vars(args), "plate": str(plate)}))
+    say(
+        "standard input has no name to find it by again, so the shot is of no plate: "
+        "`heatlens export --plate` names one."
+    )
+    return replace(shot, source=None)
 
 
 def _shot_of(args: argparse.Namespace) -> Shot:
@@ -137,6 +151,7 @@ def _shot_of(args: argparse.Namespace) -> Shot:
         say(*camera.notes, said_of(camera, shot, args.camera, kept))
     shot = _with_keys(shot, keys)
     _say_outside(shot)
+    say_doubts_of_shot(shot)
     return shot
 
 
@@ -265,7 +280,7 @@ def _lens_of_header(args: argparse.Namespace, sequence: Sequence) -> Lens:
     options = plate_options(args)
     plate = read_plate(sequence.path_at(sequence.present[0]), options)
     lens, said = lens_of(args, plate)
-    say_plate(plate, lens, f"{plate.path}: {said}", options)
+    say_reading(plate, f"{plate.path}: {said}")
     return lens
 
 

@@ -10,6 +10,7 @@ from heatlens.commands.given_options import refuse_unused
 from heatlens.commands.layer_progress import view_progress
 from heatlens.commands.lens_options import lens_of
 from heatlens.commands.one_frame import check_one_frame
+from heatlens.commands.pipes import file_of_input
 from heatlens.commands.plate_options import plate_options
 from heatlens.commands.plate_words import say_doubts
 from heatlens.commands.say import say, tell
@@ -122,6 +123,14 @@ def _add_blur_options(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Refuse early what cannot end well; render, measure, write."""
+    with file_of_input(args.plate) as plate:
+        args.plate = plate
+        _study(args)
+    tell(str(args.output / PAGE))
+    return 0
+
+
+def _study(args: argparse.Namespace) -> None:
     check_one_frame(args.plate)
     checked_target(args.output)
     check_page()
@@ -135,8 +144,6 @@ def run(args: argparse.Namespace) -> int:
     report = _report(args, subject, methods, reference)
     with report_folder(args.output) as folder:
         write_report(folder, report, say)
-    tell(str(args.output / PAGE))
-    return 0
 
 
 def _subject(args: argparse.Namespace) -> Subject:

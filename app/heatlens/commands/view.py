@@ -8,6 +8,7 @@ from pathlib import Path
 from heatlens.commands.blur_options import add_blur_options, settings_of
 from heatlens.commands.given_options import refuse_unused
 from heatlens.commands.lens_options import add_lens_options, given_lens
+from heatlens.commands.pipes import DASH, file_of_input
 from heatlens.commands.plate_options import add_plate_options, plate_options
 from heatlens.commands.shot_camera import add_camera_option, checked_camera_of
 from heatlens.documents.shot_file import is_shot_file, read_shot
@@ -41,7 +42,7 @@ def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
         nargs="?",
         help="EXR with colour and depth, a sequence as shot.####.exr, a folder of one, "
         "a 3D scene (.glb, .gltf, .obj, .ply, .stl, .usd), "
-        "or a shot that was saved as name.heatlens.json; "
+        "a shot that was saved as name.heatlens.json, or - for a plate on standard input; "
         "default: a start screen, to choose from what comes with heatlens and recent files",
     )
     parser.add_argument(
@@ -67,6 +68,10 @@ def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
 
 def run(args: argparse.Namespace) -> int:
     """Open the window and stay until it is closed; alone and without a display, make pictures."""
+    if args.plate == DASH:
+        with file_of_input(Path(DASH)) as plate:  # all of it, before the window opens
+            args.plate = str(plate)
+            return _open(args)
     if args.plate is not None or args.demo or args.listen is not None:
         return _open(args)
     try:

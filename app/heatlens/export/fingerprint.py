@@ -45,7 +45,9 @@ def fingerprint_of_movie(frames: Iterable[str], frames_per_second: float) -> str
 def _output_facts(job: ExportJob) -> dict[str, Any]:
     """Return the options that count for this kind of file."""
     if job.output.is_exr:
-        return {"kind": ".exr", **plain(job.exr)}
+        told = plain(job.exr)
+        kept = {} if job.exr.keep else {"keep"}  # files of earlier versions have no such entry
+        return {"kind": ".exr", **{name: told[name] for name in told.keys() - kept}}
     look = job.look
     return {
         "kind": job.output.suffix,

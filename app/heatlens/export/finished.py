@@ -5,6 +5,7 @@ from pathlib import Path
 import OpenEXR
 from PIL import Image
 
+from heatlens.export.frame_files import IMAGE_DESCRIPTION
 from heatlens.export.movie_library import av
 from heatlens.export.plan import PlannedFrame
 from heatlens.export.whole import is_whole
@@ -17,7 +18,7 @@ def is_finished(frame: PlannedFrame) -> bool:
     if not frame.path.is_file():
         return False
     read = _exr_fingerprint if frame.path.suffix.lower() == ".exr" else _picture_fingerprint
-    return read(frame.path) == frame.fingerprint and is_whole(frame.path)
+    return is_whole(frame.path) and read(frame.path) == frame.fingerprint
 
 
 def is_movie_finished(path: Path, fingerprint: str) -> bool:
@@ -46,12 +47,12 @@ def _exr_fingerprint(path: Path) -> object:
 
 
 def _picture_fingerprint(path: Path) -> object:
-    """Text of a PNG, the comment of a JPEG."""
+    """Text of a PNG, the comment of a JPEG, the description of a TIFF."""
     try:
         with Image.open(path) as image:
-            info = image.info
-    except (OSError, ValueError):
+            info, tags = image.info, image.getexif()
+    except (OSError, ValueError, SyntaxError):
         return None
-    comment = info.get("comment", b"")
-    said = comment.decode("ascii", "replace") if isinstance(comment, bytes) else ""
+    comment = info.get("comment") or tags.get(IMAGE_DESCRIPTION) or ""
+    said = comment.decode("ascii", "replace") if isinstance(comment, bytes) else str(comment)
     return info.get(JOB_ATTRIBUTE) or said.removeprefix(f"{JOB_ATTRIBUTE}=")

@@ -14,12 +14,13 @@ from heatlens.export.plan import PlannedFrame
 from heatlens.files.atomic_file import write_whole
 from heatlens.model.coc import coc_line, coc_px
 from heatlens.plate.exr_write import JOB_ATTRIBUTE
+from heatlens.plate.kept_channels import kept_channels
 from heatlens.plate.picture_write import write_picture
 from heatlens.plate.plate import FloatImage, Plate
-from heatlens.plate.png_write import encoded_picture
+from heatlens.plate.png_write import encoded_picture, picture_format
 from heatlens.plate.timecode import Timecode, exr_timecode, timecode_of
 
-_JPEG_QUALITY = 95
+IMAGE_DESCRIPTION = 270  # the tag of TIFF for a text
 
 Whole = TypeVar("Whole", np.uint8, np.uint16)
 
@@ -46,6 +47,7 @@ def write_frame(job: ExportJob, frame: RenderedFrame) -> None:
 
 def _write_exr(job: ExportJob, frame: RenderedFrame) -> None:
     proxy = job.shot.defocus.proxy
+    kept, told = _kept(job, frame)
     write_picture(
         frame.planned.path,
         frame.pixels,
@@ -55,8 +57,19 @@ def _write_exr(job: ExportJob, frame: RenderedFrame) -> None:
         half=job.exr.half,
         compression=job.exr.compression,
         more_channels=measures_of(frame, proxy, job.exr),
-        more_attributes={JOB_ATTRIBUTE: frame.planned.fingerprint, **_timecode(job, frame)},
+        more_attributes={
+            **told,
+            JOB_ATTRIBUTE: frame.planned.fingerprint,
+            **_timecode(job, frame),
+        },
+        kept_channels=kept,
     )
+
+
+def _kept(job: ExportJob, frame: RenderedFrame) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
+    """What `kept_channels` returns; a black frame keeps nothing of the plate that it is not."""
+    wanted = () if frame.planned.origin.is_black else job.exr.keep
+    return kept_channels(frame.plate, job.shot.plate_options, wanted)
 
 
 def frame_timecode(job: ExportJob, frame: RenderedFrame) -> Timecode | None:
@@ -111,14 +124,18 @@ def _sampled(values: FloatImage, shape: tuple[int, ...]) -> FloatImage:
 def _write_shown(frame: RenderedFrame) -> None:
     mark = frame.planned.fingerprint
     image = Image.fromarray(quantised(frame.pixels, np.uint8))
-    if frame.planned.path.suffix.lower() == ".png":
+    kind = picture_format(frame.planned.path)
+    write_whole(frame.planned.path, encoded_picture(image, kind, **_marked(kind, mark)))
+
+
+def _marked(kind: str, mark: str) -> dict[str, Any]:
+    """Pillow's options that put the fingerprint where each format has room for a text."""
+    if kind == "PNG":
         text = PngInfo()
         text.add_text(JOB_ATTRIBUTE, mark)
-        data = encoded_picture(image, "PNG", pnginfo=text)
-    else:
-        comment = f"{JOB_ATTRIBUTE}={mark}"
-        data = encoded_picture(image, "JPEG", quality=_JPEG_QUALITY, comment=comment)
-    write_whole(frame.planned.path, data)
+        return {"pnginfo": text}
+    comment = f"{JOB_ATTRIBUTE}={mark}"
+    return {"comment": comment} if kind == "JPEG" else {"tiffinfo": {IMAGE_DESCRIPTION: comment}}
 
 
 def quantised(display: FloatImage, kind: type[Whole]) -> NDArray[Whole]:

@@ -21,6 +21,7 @@ class ExrOptions:
     compression: str = "zip"
     with_depth: bool = False  # Z, metres
     with_coc: bool = False  # coc, signed diameter in pixels of this picture
+    keep: tuple[str, ...] = ()  # layers and channels of the plate, as in `kept_channels`
 
 
 @dataclass(frozen=True)

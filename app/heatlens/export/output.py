@@ -6,12 +6,12 @@ from pathlib import Path
 
 from heatlens.errors import InputError
 from heatlens.files.output_check import check_writable
+from heatlens.plate.png_write import EYE_SUFFIXES
 from heatlens.sequence.names import NameForm, parse_pattern
 from heatlens.stopping import folder_made
 
-PICTURE_SUFFIXES = (".png", ".jpg", ".jpeg")
 MOVIE_SUFFIXES = (".mov", ".mp4")
-_SUFFIXES = (".exr", *PICTURE_SUFFIXES, *MOVIE_SUFFIXES)
+_SUFFIXES = (".exr", *EYE_SUFFIXES, *MOVIE_SUFFIXES)
 
 
 @dataclass(frozen=True)
@@ -23,7 +23,7 @@ class Output:
 
     @property
     def suffix(self) -> str:
-        """What kind of file: .exr, one of PICTURE_SUFFIXES or of MOVIE_SUFFIXES."""
+        """What kind of file: .exr, one of EYE_SUFFIXES or of MOVIE_SUFFIXES."""
         return Path(self.form.name_at(0)).suffix.lower()
 
     @property

@@ -4,7 +4,7 @@ A file that a full disk, a broken copy or a power cut shortened still begins as 
 that its header alone proves nothing. Every format here says within the file how long it has to be.
 
 Sources: OpenEXR, "File Layout"; W3C, PNG specification, section 5; ISO/IEC 10918-1, annex B;
-ISO/IEC 14496-12, section 4.2.
+Adobe, TIFF revision 6.0, section 2; ISO/IEC 14496-12, section 4.2.
 """
 
 import os
@@ -17,6 +17,8 @@ from heatlens.plate.exr_scan import scanned_headers
 
 _LINES_OF_CHUNK = {0: 1, 1: 1, 2: 1, 3: 16, 4: 32, 8: 32, 9: 256}  # by the number of a compression
 _JPEG_END = b"\xff\xd9"
+_BYTES_OF_TIFF = (0, 1, 1, 2, 4, 8, 1, 1, 2, 4, 8, 4, 8)  # by the number of a type
+_STRIP_OFFSETS, _STRIP_LENGTHS = 273, 279
 
 
 def is_whole(path: Path, suffix: str = "") -> bool:
@@ -64,6 +66,28 @@ def _is_whole_jpeg(file: BinaryIO, size: int) -> bool:
     return file.read() == _JPEG_END
 
 
+def _is_whole_tiff(file: BinaryIO, size: int) -> bool:
+    """Of one picture: the file ends behind its directory, its values and its strips of pixels."""
+    order = {b"II*\0": "<", b"MM\0*": ">"}[file.read(4)]
+    (start,) = struct.unpack(f"{order}I", file.read(4))
+    file.seek(start)
+    (count,) = struct.unpack(f"{order}H", file.read(2))
+    entries = [struct.unpack(f"{order}HHI4s", file.read(12)) for _ in range(count)]
+    ends, found = [start + 2 + 12 * count + 4], {}
+    for tag, kind, number, data in entries:
+        length = _BYTES_OF_TIFF[kind] * number
+        if length > 4:
+            (at,) = struct.unpack(f"{order}I", data)
+            ends.append(at + length)
+            file.seek(at)
+            data = file.read(length)
+        if tag in (_STRIP_OFFSETS, _STRIP_LENGTHS):
+            found[tag] = struct.unpack(f"{order}{number}{'H' if kind == 3 else 'I'}", data[:length])
+    strips = zip(found[_STRIP_OFFSETS], found[_STRIP_LENGTHS], strict=True)
+    ends += [offset + length for offset, length in strips]
+    return max(ends) == size
+
+
 def _is_whole_movie(file: BinaryIO, size: int) -> bool:
     """The boxes of QuickTime and MP4 lie one behind the other up to the end; pictures are there."""
     end, kinds = 0, set()
@@ -85,6 +109,8 @@ _CHECKS: dict[str, Callable[[BinaryIO, int], bool]] = {
     ".png": _is_whole_png,
     ".jpg": _is_whole_jpeg,
     ".jpeg": _is_whole_jpeg,
+    ".tif": _is_whole_tiff,
+    ".tiff": _is_whole_tiff,
     ".mov": _is_whole_movie,
     ".mp4": _is_whole_movie,
 }

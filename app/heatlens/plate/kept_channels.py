@@ -8,10 +8,12 @@ from typing import Any
 from numpy.typing import NDArray
 
 from heatlens.errors import InputError
+from heatlens.files.picture_formats import is_picture
 from heatlens.model.plate_options import PlateOptions
 from heatlens.plate.channel_choice import choose_color
 from heatlens.plate.channels import ChannelRef, Header, flat_channels, listed, pixels_of
 from heatlens.plate.file_parts import color_file_parts
+from heatlens.plate.header_read import read_headers
 from heatlens.plate.plate import Plate
 from heatlens.plate.windows import box_at_header, moved_to_window
 
@@ -27,11 +29,11 @@ def kept_channels(
     `wanted` are layers or channels, or "all". The colour itself is never among them: it is what
     is rendered. Raises InputError for a name that the file does not have.
     """
+    if not wanted:
+        return {}, {}
     parts = color_file_parts(plate.path, options)
     headers = [header for header, _ in parts]
-    color = choose_color(plate.path, headers, options.color_layer, options.eye)
-    refs = [ref for ref in flat_channels(headers) if ref not in (*color.rgb, color.alpha)]
-    chosen = refs if ALL in wanted else _chosen(plate.path, refs, wanted)
+    chosen = _chosen(plate.path, headers, options, wanted)
     kept: dict[str, NDArray[Any]] = {}
     for ref in chosen:
         source = box_at_header(headers[ref.part], "dataWindow")
@@ -42,8 +44,21 @@ def kept_channels(
     return kept, _explanations(headers) if kept else {}
 
 
-def _chosen(path: Path, refs: Sequence[ChannelRef], wanted: Sequence[str]) -> list[ChannelRef]:
+def check_kept(path: Path, options: PlateOptions, wanted: Sequence[str]) -> None:
+    """Raise InputError for what `kept_channels` would refuse; no pixel is read."""
+    if is_picture(path):
+        raise InputError(f"{path} is no EXR: it has no other channels to keep.")
+    _chosen(path, read_headers(path), options, wanted)
+
+
+def _chosen(
+    path: Path, headers: Sequence[Header], options: PlateOptions, wanted: Sequence[str]
+) -> list[ChannelRef]:
     """Those of the layers and channels that are wanted, in the order of the file."""
+    color = choose_color(path, headers, options.color_layer, options.eye)
+    refs = [ref for ref in flat_channels(headers) if ref not in (*color.rgb, color.alpha)]
+    if ALL in wanted:
+        return refs
     chosen: set[ChannelRef] = set()
     for name in wanted:
         found = [ref for ref in refs if _is_called(ref, name.lower())]

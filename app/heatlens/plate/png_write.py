@@ -35,23 +35,28 @@ def write_png(
     hold alpha, un-premultiplied, where any pixel is not opaque; JPEG shows it over black. Raises
     InputError when the file cannot be written.
     """
-    kind = _FORMATS.get(Path(path).suffix.lower())
-    if kind is None:
-        raise InputError(f"{path}: pictures are written as {', '.join(_FORMATS)}.")
+    kind = picture_format(path)
     light = _straight(rgba, exposure_stops, keep_alpha=kind != "JPEG")
     shown = [_bytes(encode(light[:, :, :3])), _bytes(light[:, :, 3:])]
     image = Image.fromarray(np.concatenate(shown, axis=2))
-    options = _OPTIONS.get(kind, {})
-    write_whole(path, encoded_picture(image, kind, **options))
+    write_whole(path, encoded_picture(image, kind))
+
+
+def picture_format(path: str | os.PathLike[str]) -> str:
+    """Return the format that the end of a name asks for: PNG, JPEG or TIFF; else InputError."""
+    kind = _FORMATS.get(Path(path).suffix.lower())
+    if kind is None:
+        raise InputError(f"{path}: pictures are written as {', '.join(_FORMATS)}.")
+    return kind
 
 
 def encoded_picture(image: Image.Image, kind: str, **options: Any) -> bytes:
-    """Return the bytes of a file of the format `kind`; `options` are those of Pillow.
+    """Return the bytes of a file of the format `kind`; `options` of Pillow beside the usual ones.
 
     In memory: what Pillow writes to a full disk in C is cut short without a word.
     """
     encoded = io.BytesIO()
-    image.save(encoded, format=kind, **options)
+    image.save(encoded, format=kind, **_OPTIONS.get(kind, {}), **options)
     return encoded.getvalue()
 
 

@@ -15,6 +15,7 @@ FRAME_KINDS = {
     "EXR, scene-linear": ".exr",
     "PNG, as it looks": ".png",
     "JPEG, as it looks": ".jpg",
+    "TIFF, as it looks": ".tif",
     "ProRes movie": ".mov",
     "H.264 movie": ".mp4",
 }
