@@ -64,11 +64,15 @@ def progress_of(kind: str, plan: ExportPlan) -> AbstractContextManager[Tell]:
 def _for_people(plan: ExportPlan, tally: Tally) -> Iterator[Tell]:
     with _terminal() as out:
 
-        def tell(done: FrameDone) -> None:
-            tally.add(done)
-            out.write(f"{_WIPE}heatlens: frame {done.frame}, {progress_text(tally)}")
+        def show(frame: int) -> None:
+            out.write(f"{_WIPE}heatlens: frame {frame}, {progress_text(tally)}")
             out.flush()
 
+        def tell(done: FrameDone) -> None:
+            tally.add(done)
+            show(done.frame)
+
+        show(plan.frames[0].frame)  # the first one may take long
         yield tell
     kept = f", {tally.kept} were finished before" if tally.kept else ""
     say(f"{_frames(len(tally.written))} written{kept}.")

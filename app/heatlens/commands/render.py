@@ -10,7 +10,6 @@ from heatlens.commands.blur_options import add_blur_options, settings_of
 from heatlens.commands.frame_command import add_frame_command
 from heatlens.commands.given_options import given, refuse_unused
 from heatlens.commands.kept_option import add_keep_option, kept_names
-from heatlens.commands.layer_progress import layer_progress, view_progress
 from heatlens.commands.lens_options import lens_of
 from heatlens.commands.look_options import (
     add_look_options,
@@ -19,6 +18,7 @@ from heatlens.commands.look_options import (
     transform_of,
 )
 from heatlens.commands.one_frame import check_one_frame
+from heatlens.commands.picture_progress import picture_progress
 from heatlens.commands.pipes import DASH, file_for_output, file_of_input
 from heatlens.commands.plate_options import plate_options
 from heatlens.commands.plate_words import say_plate
@@ -38,7 +38,7 @@ from heatlens.plate.exr_write import COMPRESSIONS
 from heatlens.plate.kept_channels import kept_channels
 from heatlens.plate.picture_write import Encode, check_output, write_picture
 from heatlens.plate.read import read_plate
-from heatlens.render import FrameRenderer
+from heatlens.render import FrameRenderer, drained
 from heatlens.scene.scene_read import files_of_scene
 from heatlens.scene.scene_source import is_scene_source
 
@@ -122,7 +122,7 @@ def _render(args: argparse.Namespace) -> None:
     shot, frame = _loaded(args, renderer, settings)
     _check_room(args, shot, renderer)
     read_done = time.perf_counter()
-    with layer_progress(renderer), view_progress(shot) as tell:
+    with picture_progress(renderer, shot) as tell:
         pixels = _pixels(args, renderer, shot, frame, tell)
     render_done = time.perf_counter()
     plate = renderer.loaded.plate
@@ -186,12 +186,7 @@ def _pixels(
 ) -> FloatArray:
     if args.pinhole:
         return renderer.look(shot, frame).plate.color
-    steps = renderer.steps(shot, frame)
-    while True:
-        try:
-            tell(next(steps))
-        except StopIteration as end:
-            return download(end.value)
+    return download(drained(renderer.steps(shot, frame), tell))
 
 
 def _is_exr(args: argparse.Namespace) -> bool:

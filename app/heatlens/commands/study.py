@@ -7,9 +7,9 @@ from pathlib import Path
 from heatlens.commands.blur_options import settings_of
 from heatlens.commands.frame_command import add_frame_command
 from heatlens.commands.given_options import refuse_unused
-from heatlens.commands.layer_progress import view_progress
 from heatlens.commands.lens_options import lens_of
 from heatlens.commands.one_frame import check_one_frame
+from heatlens.commands.picture_progress import view_progress
 from heatlens.commands.pipes import file_of_input
 from heatlens.commands.plate_options import plate_options
 from heatlens.commands.plate_words import say_doubts

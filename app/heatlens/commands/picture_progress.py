@@ -1,0 +1,190 @@
+"""How far a picture has come, on a terminal: one line that is rewritten and then wiped."""
+
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from typing import TextIO
+
+from heatlens.commands.export_progress import time_text
+from heatlens.commands.say import shows_progress
+from heatlens.model.framing import Framing
+from heatlens.model.shot import Shot
+from heatlens.render import FrameRenderer
+
+_SILENT_S = 1.0  # a picture that is done sooner needs no news
+_PAUSE_S = 0.25  # between two lines; each one waits for the GPU
+_WIPE = "\r\x1b[K"
+_VIEWS = ("view", "rays")  # steps that are each a whole picture from one point of the lens
+
+# The work before the first layer and behind the last one, in layers, and how much of a layer is
+# done when a pass of it begins. Means of `heatlens render --stats` on plates of 320 to 2048 pixels;
+# they differ by a factor of two from plate to plate, which the estimate of the time left does too.
+_BEFORE, _BEHIND = 1.5, 0.3
+_DONE_AT = {"layer split": 0.0, "hidden fill": 0.15, "coc fill": 0.35, "blur": 0.5}
+_DONE_AT |= {"composite": 1.0, "lamps drawn": 1.0}
+_DRAWING = "pinhole"  # a step of drawing a scene, which comes before all others
+_FINDING = ("coc", "lamps found", "lamps listed", "fragments")
+
+
+@dataclass
+class LayerCount:
+    """How much of a picture in layers is done.
+
+    rounds  how often all layers are gone through: twice where alpha is blurred as well
+    """
+
+    rounds: int = 1
+    layers: int = 0  # 0: none has begun
+    done: int = 0  # of the layers of this round
+    _round: int = 0
+
+    def begin_layer(self, done: int, layers: int) -> None:
+        """Take in that `done` layers of this round are finished."""
+        self._round += done == 0
+        self.done, self.layers = done, layers
+
+    def share(self, name: str) -> float | None:
+        """Return the share, 0 to 1, that is done at the pass `name`; None before the layers."""
+        if not self.layers:
+            return None
+        whole = _BEFORE + self.layers + _BEHIND
+        here = _BEFORE + self.done + _DONE_AT.get(name, 0.0)
+        return (self._round - 1 + here / whole) / max(self.rounds, self._round)
+
+    @property
+    def text(self) -> str:
+        """Return which layer is worked on: layer 2 of 6."""
+        of = f"layer {self.done + 1} of {self.layers}"
+        return of if self.rounds == 1 else f"{of}, {'alpha' if self._round == 1 else 'colour'}"
+
+
+@dataclass
+class PictureCount:
+    """How much of a picture is done: of the scene's drawing, then of the layers.
+
+    drawings   steps that the drawing of the scene takes; 0 for a plate, which is there
+    """
+
+    drawings: int
+    layers: LayerCount = field(default_factory=LayerCount)
+    drawn: int = 0
+    drawn_s: float = 0.0  # when the last of those steps was done, in seconds from the start
+
+    def take(self, name: str, seconds: float) -> None:
+        """Count the step `name`, which is done now, `seconds` after the start."""
+        if name == _DRAWING:
+            self.drawn, self.drawn_s = self.drawn + 1, seconds
+
+    def text(self, name: str, seconds: float) -> str:
+        """Return what is worked on after the step `name`, and the time left where it is known."""
+        if name == _DRAWING and self.drawn <= self.drawings:
+            left_s = seconds / self.drawn * (self.drawings - self.drawn)
+            return f"drawing the scene, about {time_text(left_s)} left"
+        share = self.layers.share(name)
+        if share is None:
+            what = "finding the layers" if name in _FINDING else name
+            return f"{what}, {time_text(seconds)} so far"
+        left_s = (seconds - self.drawn_s) * (1 / share - 1)
+        return f"{self.layers.text}, about {time_text(left_s)} left"
+
+
+@contextmanager
+def picture_progress(
+    renderer: FrameRenderer, shot: Shot, stream: TextIO | None = None
+) -> Iterator[Callable[[str], None]]:
+    """What is to be told the name of each step of a picture; says how far it is, and what is left.
+
+    Nothing is said where `stream` (stderr) is no terminal.
+    """
+    if shot.defocus.method.needs_scene:
+        with view_progress(shot, stream) as tell_view:
+            yield tell_view
+        return
+    if not shows_progress(stream or sys.stderr):  # who listens waits for the GPU at each layer
+        yield lambda _: None
+        return
+    count, start = PictureCount(_drawings(renderer, shot)), time.perf_counter()
+    with _line(stream) as write:
+
+        def tell(name: str) -> None:
+            count.take(name, time.perf_counter() - start)
+            write(lambda seconds: count.text(name, seconds), renderer.ctx.finish)
+
+        def begin_layer(done: int, layers: int) -> None:
+            count.layers.rounds = 2 if renderer.loaded.plate.has_alpha else 1
+            count.layers.begin_layer(done, layers)
+            tell("layer split")
+
+        renderer.listen(begin_layer)
+        try:
+            yield tell
+        finally:
+            renderer.listen(None)
+
+
+def _drawings(renderer: FrameRenderer, shot: Shot) -> int:
+    """Steps of drawing the scene: each band of rows so often, and once for its depth."""
+    if renderer.scene is None:
+        return 0
+    from heatlens.scene_gpu.bands import Bands  # plates do without
+    from heatlens.scene_gpu.scene_renderer import PINHOLE_VIEWS
+
+    size = (shot.framing or Framing()).size
+    bands = Bands(renderer.ctx, renderer.scene.triangle_count).of(size)
+    return (PINHOLE_VIEWS + 1) * len(bands)
+
+
+@contextmanager
+def view_progress(shot: Shot, stream: TextIO | None = None) -> Iterator[Callable[[str], None]]:
+    """What is to be told each step of a picture, and says how many views of a scene are done."""
+    done = 0
+    with _line(stream) as write:
+
+        def tell(name: str) -> None:
+            nonlocal done
+            done += name in _VIEWS
+            views = max(shot.defocus.views, done)
+            if done:
+                write(
+                    lambda seconds: (
+                        f"view {done} of {views}, {time_text(seconds / done * (views - done))} left"
+                    )
+                )
+            else:
+                write(lambda seconds: f"drawing the scene, {time_text(seconds)} so far")
+
+        yield tell
+
+
+Write = Callable[..., None]
+
+
+@contextmanager
+def _line(stream: TextIO | None) -> Iterator[Write]:
+    """What writes one line over the other, not too soon nor too often, and leaves none behind.
+
+    It is given what makes the text of the seconds so far, and what to wait for before that.
+    """
+    out = stream or sys.stderr
+    if not shows_progress(out):
+        yield lambda *_: None
+        return
+    start = time.perf_counter()
+    last = start + _SILENT_S - _PAUSE_S
+
+    def write(text: Callable[[float], str], wait: Callable[[], None] = lambda: None) -> None:
+        nonlocal last
+        if time.perf_counter() - last < _PAUSE_S:
+            return
+        wait()
+        last = time.perf_counter()
+        out.write(f"{_WIPE}heatlens: {text(last - start)}")
+        out.flush()
+
+    try:
+        yield write
+    finally:
+        out.write(_WIPE)
+        out.flush()
