@@ -161,7 +161,7 @@ def test_a_shot_takes_the_lens_of_a_piped_plate(tmp_path, capsys, monkeypatch):
     said = stderr_of_run(capsys, 0, "shot", "new", "-", "-o", out, "--f-stop", "4")
     assert "the shot is of no plate" in said
     shot = read_shot(out)
-    assert shot.source is None and shot.lens == Lens(50.0, 4.0, 2.24, 36.0)
+    assert shot.source is None and shot.lens == Lens(50.0, 4.0, float(np.float32(2.24)), 36.0)
 
 
 def test_a_study_of_a_piped_plate(plate, tmp_path, capsys, monkeypatch):

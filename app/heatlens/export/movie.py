@@ -76,7 +76,7 @@ def movie_file(job: ExportJob, path: Path, fingerprint: str) -> Iterator["Movie"
         options["write_tmcd"] = "1"  # MPEG-4 files have a timecode track only on wish
         with library.open(str(beside), "w", format=codec.container, options=options) as container:
             container.metadata["comment"] = f"{JOB_ATTRIBUTE}={fingerprint}"
-            movie = Movie(job, container, codec, rate, beside)
+            movie = Movie(job, container, codec, rate, path.parent)
             yield movie
             movie.finish()
         if not is_whole(beside, path.suffix):
@@ -87,11 +87,11 @@ class Movie:
     """Frames of one size into a container that is open."""
 
     def __init__(
-        self, job: ExportJob, container: Any, codec: Codec, rate: Fraction, file: Path
+        self, job: ExportJob, container: Any, codec: Codec, rate: Fraction, folder: Path
     ) -> None:
         self._job = job
-        self._file = file
-        self._written = 0  # frames
+        self._folder = folder
+        self._coded_bytes = self._coded_frames = 0
         self._container = container
         self._codec = codec
         self._rate = rate
@@ -118,18 +118,17 @@ class Movie:
             )
         self._check_room()
         self._encode(self._coded(frame.pixels))
-        self._written += 1
 
     def _check_room(self) -> None:
         """At the beginning by the least that the codec needs, then by what it has needed so far."""
-        left = len(self._job.frames) - self._written
-        if self._written == 0:
+        left = len(self._job.frames) - self._coded_frames
+        if not self._coded_frames:
             width, height = self._size
             need = left * width * height * self._codec.least_bits_px / 8
-            check_space(self._file.parent, need, f"a movie of {left} frames")
-        elif self._written >= _JUDGED_FRAMES:
-            need = left * self._file.stat().st_size / self._written
-            check_space(self._file.parent, need, f"{left} more frames as those before")
+            check_space(self._folder, need, f"a movie of {left} frames")
+        elif self._coded_frames >= _JUDGED_FRAMES:
+            need = left * self._coded_bytes / self._coded_frames
+            check_space(self._folder, need, f"{left} more frames as those before")
 
     def finish(self) -> None:
         """What the encoder still holds."""
@@ -169,6 +168,8 @@ class Movie:
             raise OSError("an earlier frame could not be written")
         self._has_failed = True
         for packet in self._stream.encode(frame):
+            self._coded_bytes += packet.size
+            self._coded_frames += 1
             self._container.mux(packet)
         self._has_failed = False
 
