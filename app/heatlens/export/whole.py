@@ -85,7 +85,7 @@ def _is_whole_tiff(file: BinaryIO, size: int) -> bool:
             found[tag] = struct.unpack(f"{order}{number}{'H' if kind == 3 else 'I'}", data[:length])
     strips = zip(found[_STRIP_OFFSETS], found[_STRIP_LENGTHS], strict=True)
     ends += [offset + length for offset, length in strips]
-    return max(ends) == size
+    return bool(max(ends) == size)
 
 
 def _is_whole_movie(file: BinaryIO, size: int) -> bool:
