@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from heatlens.commands.main import main
+from heatlens.scene.first_shot import first_shot
 from heatlens.scene.scene_bounds import track_of
-from heatlens.session.scene_opening import opened_scene
 from support.gltf_files import GltfWriter
 
 
@@ -39,7 +39,7 @@ def refused(capsys, *words: object) -> str:
 
 def test_what_is_in_a_file(capsys, scene):
     facts = json.loads(info(capsys, scene, "--json"))
-    opened = opened_scene(str(scene)).scene
+    opened = first_shot(str(scene)).scene
     assert facts["objects"] == ["near", "far"]
     assert facts["triangles"] == opened.triangle_count == 4
     assert [camera["name"] for camera in facts["cameras"]] == ["main"]
@@ -73,7 +73,7 @@ def test_the_camera_of_a_scene_is_that_of_its_first_shot(capsys, scene, tmp_path
     said = capsys.readouterr().err
     assert "camera main of the scene" in said and "assumed: a scene tells none" in said
     row = next(csv.DictReader(line for line in out.read_text().splitlines() if line[0] != "#"))
-    opened = opened_scene(str(scene))
+    opened = first_shot(str(scene))
     assert float(row["focal_length_mm"]) == pytest.approx(opened.shot.lens.focal_length_mm)
     assert float(row["focus_distance_m"]) == pytest.approx(opened.shot.lens.focus_distance_m)
     pose = track_of(opened.scene, opened.shot.framing, opened.shot.lens).pose_at(1)

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from heatlens.errors import InputError
 from heatlens.sequence import sequence as sequence_module
 from heatlens.sequence.names import NameForm, form_of, frames_text, parse_frames
-from heatlens.sequence.sequence import Sequence, changed, find_sequence, rescanned, stamp_of
+from heatlens.sequence.sequence import Sequence, find_sequence, rescanned
 
 SHOT = (998, 999, 1001, 1002, 1005)  # 1000, 1003 and 1004 are missing
 
@@ -255,14 +255,3 @@ def test_a_growing_sequence_grows_and_does_not_shrink(shot):
     shot.rmdir()
     with pytest.raises(InputError, match="cannot be looked into"):
         rescanned(grown)
-
-
-def test_files_that_changed_came_or_went_are_told_by_their_stamps(shot):
-    found = find_sequence(shot / "shot.####.exr")
-    stamps = {frame: stamp_of(found.path_at(frame)) for frame in found.frames}
-    assert stamps[1000] is None and changed(found, stamps) == ()
-    found.path_at(998).write_bytes(b"longer")
-    os.utime(found.path_at(999), ns=(1, 1))
-    found.path_at(1000).touch()
-    found.path_at(1001).unlink()
-    assert changed(found, stamps) == (998, 999, 1000, 1001)

@@ -20,8 +20,8 @@ from heatlens.model.shot import LensParameter, Shot
 from heatlens.plate.read import read_plate
 from heatlens.rendered_frames.frame_filler import FrameFiller, FrameJob, PlateFile
 from heatlens.rendered_frames.frame_key import (
+    KeySource,
     SceneSight,
-    Source,
     frame_key,
     maker_of,
     program_digest,
@@ -31,9 +31,10 @@ from heatlens.rendered_frames.frame_order import frames_from, runs_of
 from heatlens.rendered_frames.kept_picture import half_of
 from heatlens.rendered_frames.stamp_book import StampBook
 from heatlens.sequence.sequence import stamp_of
+from heatlens.source.origin import stamped
 from support.window_plates import LENS, room_file
 
-SOURCE = Source("/plates/a.exr", ((5, 7),))
+SOURCE = KeySource("/plates/a.exr", ((5, 7),))
 SIGHT = SceneSight(Pose(), 3.0, (96, 54))
 DRAFT = DefocusSettings(quality=Quality.DRAFT, proxy=0.5)
 
@@ -148,7 +149,7 @@ def filler(ctx, renderer):
 
 def job_of(path, frame: int = 4, key: str = "k") -> FrameJob:
     shot = pull(Shot(LENS, DRAFT), 2.0, 5.0, 1, 8)
-    return FrameJob(key, shot, frame, PlateFile(path, stamp_of(path), PlateOptions()))
+    return FrameJob(key, shot, frame, PlateFile(stamped((path,)), PlateOptions()))
 
 
 def test_a_kept_frame_is_what_the_renderer_gives_in_half_floats(filler, renderer, tmp_path):

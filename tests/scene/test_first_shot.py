@@ -9,7 +9,6 @@ from heatlens.commands.main import main
 from heatlens.documents.shot_file import read_shot
 from heatlens.scene.first_shot import first_shot
 from heatlens.scene.scene_bounds import object_depth_m, track_of
-from heatlens.session.scene_opening import opened_scene
 from support.command_line import picture, render
 from support.exports import exported
 from support.gltf_files import GltfWriter
@@ -48,7 +47,7 @@ def new_shot(tmp_path, scene, *words: str):
 @pytest.mark.parametrize("name", ["bare", "filmed"])
 def test_a_shot_file_begins_as_the_window_does(request, tmp_path, name):
     scene = request.getfixturevalue(name)
-    shot, window = new_shot(tmp_path, scene, *LENS), opened_scene(str(scene)).shot
+    shot, window = new_shot(tmp_path, scene, *LENS), first_shot(str(scene)).shot
     assert replace(shot, lens=window.lens) == window
     assert replace(shot.lens, focus_distance_m=window.lens.focus_distance_m) == window.lens
 

@@ -51,7 +51,7 @@ def scene_gui(ctx: moderngl.Context, window: Gui, monkeypatch) -> Gui:
     """At rest, in a picture of three bands."""
     monkeypatch.setattr(bands, "_LEAST_PX", SIZE[0] * 64)
     gui = as_opened(window)
-    raster = gui.app.renderer._of_scene._raster
+    raster = gui.app.renderer._source._drawer._raster
     raster.bands = bands.Bands(gui.ctx, raster.buffers.triangles_drawn)
     large = replace(gui.app.scenes.framing, width_px=SIZE[0], height_px=SIZE[1])
     gui.app.editing.do(replace(gui.app.shot, framing=large))
@@ -75,10 +75,10 @@ def work(scene_gui: Gui, monkeypatch) -> Work:
     for name in ("draw", "depth"):
         monkeypatch.setattr(SceneRaster, name, counted(getattr(SceneRaster, name)))
     app = scene_gui.app
-    for part in (app.source.sight, app.sides.a, app.sides.b):
+    for part in (app.source.feed._preview, app.sides.a, app.sides.b):
         monkeypatch.setattr(part, "_clock", found.clock)
     app.sides.a.cost.seconds_per_px.clear()
-    app.source.sight._seconds_per_px = 2 * BAND_S / (SIZE[0] * 64)  # colour and depth
+    app.source.feed._preview._seconds_per_px = 2 * BAND_S / (SIZE[0] * 64)  # colour and depth
     return found
 
 

@@ -258,7 +258,7 @@ def test_frames_of_a_moving_scene(ctx, tmp_path, renderer):
         app.edit(replace(app.shot, in_out=FrameRange(2, 5)))
         gui.frame()
         fill(gui, 4)
-        renderer.load_scene(app.source.scene.scene)
+        renderer.load_scene(app.source.scene)
         for frame in (2, 5):
             job = app.pull.jobs.of(frame)
             kept = app.pull.store.get(job.key)

@@ -25,8 +25,7 @@ def write_scene(path: Path) -> Path:
 
 def as_opened(gui: Gui) -> Gui:
     """The scene as it was opened, in a small picture."""
-    app, opened = gui.app, gui.app.source.scene
-    assert opened is not None
+    app, opened = gui.app, gui.app.source.opened.first
     small = replace(opened.shot.framing, width_px=96, height_px=54)
     app.editing.frame = opened.frame
     app.editing.begin(replace(opened.shot, defocus=QUICK, framing=small))

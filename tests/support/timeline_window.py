@@ -8,7 +8,6 @@ from pathlib import Path
 import moderngl
 from imgui_bundle import imgui
 
-from heatlens.ui.files.shot_documents import started_shot
 from heatlens.ui.timeline.timeline import Timeline
 from support.gui import Gui, gui_of
 from support.sequences import FIRST, LAST, sequence_files
@@ -47,7 +46,7 @@ def fresh(film: Gui) -> Gui:
     film.io.clear_input_keys()
     film.io.add_mouse_pos_event(-1e4, -1e4)
     app.view, app.message, app.editing.frame = app.color.with_names(app.start.view), "", FIRST
-    app.editing.begin(started_shot(app.source.opened, app.begun.lens, app.shot.defocus))
+    app.editing.begin(app.source.opened.shot(app.begun.lens, app.shot.defocus))
     app.editing.auto_key = True
     film.frame(2)
     return film

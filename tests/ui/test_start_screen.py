@@ -12,7 +12,7 @@ from imgui_bundle import imgui
 from heatlens.commands.main import main
 from heatlens.paths import data_dir
 from heatlens.session.preferences import Preferences, Remembered
-from heatlens.session.stream_source import StreamSource
+from heatlens.source.stream_source import StreamSource
 from heatlens.ui.action_list import actions
 from heatlens.ui.app import Start
 from heatlens.ui.start.first_choice import kind_of

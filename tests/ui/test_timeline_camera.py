@@ -33,7 +33,7 @@ def window(session_context, tmp_path_factory) -> Iterator[Gui]:
 @pytest.fixture
 def gui(ctx, window) -> Gui:
     """The camera has three keys, the focus one."""
-    app, opened = window.app, window.app.source.scene
+    app, opened = window.app, window.app.source.opened.first
     keys = tuple(PoseKey(f, Pose((x, 0.5, 3.0))) for f, x in PLACES.items())
     framing = replace(opened.shot.framing, width_px=48, height_px=27, track=CameraTrack(keys))
     shot = replace(opened.shot, defocus=QUICK, framing=framing).with_key(6, FOCUS, 3.0)

@@ -51,7 +51,7 @@ def state(gui) -> tuple:
 @pytest.mark.parametrize("by", [chosen, keyed], ids=["menu", "key"])
 def test_every_action_can_be_done_twice(gui, small_demo, by):
     """Nothing is raised, OpenGL has no error (each frame asks), and the picture comes back."""
-    gui.app.source.open_reference(gui.app.source.plate.path)
+    gui.app.references.open(gui.app.source.plate.path)
     gui.until(lambda: gui.app.reference is not None, "the reference")
     for action in ALL if by is chosen else KEYED:
         for _ in range(2):
@@ -80,7 +80,7 @@ def test_shortcuts_are_written_as_people_read_them(name, shortcut):
 
 @pytest.mark.parametrize("action", [a for a in KEYED if a.is_on is not None], ids=ids)
 def test_a_switch_switches_and_its_key_switches_back(gui, action):
-    gui.app.source.open_reference(gui.app.source.plate.path)
+    gui.app.references.open(gui.app.source.plate.path)
     gui.until(lambda: gui.app.reference is not None, "the reference")
     was = action.is_on(gui.app)
     keyed(gui, action)
@@ -271,11 +271,11 @@ def test_what_cannot_be_read_is_said_and_the_last_picture_stays(gui, tmp_path, m
 
 
 def test_a_reference_that_cannot_be_read_is_said_and_the_one_before_stays(gui, tmp_path):
-    gui.app.source.open_reference(gui.app.source.plate.path)
+    gui.app.references.open(gui.app.source.plate.path)
     gui.until(lambda: gui.app.reference is not None, "the reference")
     before = gui.app.reference
     gui.app.message = ""
-    gui.app.source.open_reference(tmp_path / "nothing.exr")
+    gui.app.references.open(tmp_path / "nothing.exr")
     gui.until(lambda: gui.app.message, "a sentence")
     assert "nothing.exr" in gui.app.message
     assert gui.app.reference is before

@@ -115,7 +115,7 @@ def test_a_click_beside_the_handle_focuses(gui):
 
 
 def opened_reference(gui, path: Path) -> None:
-    gui.app.source.open_reference(path)
+    gui.app.references.open(path)
     gui.until(lambda: gui.app.reference is not None, "the reference")
     gui.app.view = replace(gui.app.view, against=Against.REFERENCE)
     gui.frame(2)

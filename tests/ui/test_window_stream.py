@@ -16,7 +16,8 @@ from heatlens.gpu.textures import download
 from heatlens.model.plate_options import PlateOptions
 from heatlens.plate.exr_read import read_parts
 from heatlens.render import FrameRenderer
-from heatlens.session.stream_source import NO_FILES, StreamSource
+from heatlens.source.kind import NO_FILES
+from heatlens.source.stream_source import StreamSource
 from heatlens.ui.app import Start
 from support.gui import Gui
 from support.plates import room
@@ -169,7 +170,7 @@ def test_a_file_takes_the_place_of_the_stream_until_it_is_returned_to(ctx, tmp_p
         with Ipc(*address(gui)) as client:
             client.update_image("beauty", 2 * values[..., :3], list("RGB"))
         gui.frame(10)
-        assert gui.app.source.version == version and not gui.app.source.is_streaming
+        assert gui.app.source.version == version and not gui.app.source.stream.is_shown
         gui.app.filing.find_recent()
         gui.until(lambda: stream.text in gui.app.filing.recent, "the stream among recent files")
         gui.open(stream.text)

@@ -117,7 +117,7 @@ def _open(args: argparse.Namespace) -> int:
 
 def _listen(args: argparse.Namespace) -> int:
     """The window, with what a renderer sends; the port is taken before it opens."""
-    from heatlens.session.stream_source import StreamSource
+    from heatlens.source.stream_source import StreamSource
     from heatlens.ui.app import Start
     from heatlens.ui.window import run_window
 

@@ -9,10 +9,10 @@ from types import TracebackType
 from typing import Literal
 
 from heatlens.errors import HeatlensError
-from heatlens.frame_cache.plate_shelf import Damaged, Held, PlateShelf, plate_bytes
+from heatlens.frame_cache.plate_shelf import Damaged, Held, PlateShelf, Stamps, plate_bytes
 from heatlens.frame_cache.play_order import Direction, PlayOrder
 from heatlens.plate.plate import Plate
-from heatlens.sequence.sequence import Sequence, Stamp, changed, rescanned, stamp_of
+from heatlens.sequence.sequence import Sequence, rescanned, stamp_of
 
 __all__ = ["Damaged", "Direction", "FrameCache", "FrameState", "plate_bytes"]
 
@@ -43,8 +43,10 @@ class FrameCache:
         workers: int = 2,
         on_ready: Callable[[], None] = lambda: None,
         keeps_seen: bool = True,
+        files_of: Callable[[Path], tuple[Path, ...]] = lambda path: (path,),
     ):
         self._read = read
+        self._files_of = files_of
         self._workers = workers
         self._on_ready = on_ready
         self._keeps_seen = keeps_seen
@@ -133,7 +135,7 @@ class FrameCache:
         with self._changed:
             if not (self._is_looking or self._closed):
                 self._is_looking = True
-                stamps = {frame: held.stamp for frame, held in self._shelf.held.items()}
+                stamps = {frame: held.stamps for frame, held in self._shelf.held.items()}
                 self._threads.submit(self._look, self._sequence, stamps)
 
     def close(self) -> None:
@@ -186,8 +188,8 @@ class FrameCache:
     def _read_frame(self, frame: int, path: Path) -> None:
         """On a thread: read `path` and put it on the shelf."""
         with self._failures_kept():
-            stamp = stamp_of(path)  # before the pixels: what is written meanwhile counts as new
-            held = Held(self._plate_or_damage(path), stamp)
+            stamps = self._stamps(path)  # before the pixels: a file written meanwhile is new
+            held = Held(self._plate_or_damage(path), stamps)
             with self._changed:
                 self._shelf.put(frame, held, self._order)
                 del held  # should the shelf give it up, its memory is free for the next
@@ -203,11 +205,19 @@ class FrameCache:
         except HeatlensError as error:
             return Damaged(path, str(error))
 
-    def _look(self, sequence: Sequence, stamps: Mapping[int, Stamp | None]) -> None:
-        """On a thread: what became of `sequence`, and of the files read when they had `stamps`."""
+    def _stamps(self, path: Path) -> Stamps:
+        """Return the stamps of all files that the plate at `path` is read from."""
+        return tuple(stamp_of(file) for file in self._files_of(path))
+
+    def _stale(self, sequence: Sequence, read: Mapping[int, Stamps]) -> tuple[int, ...]:
+        """Return the frames of `read` whose files have other stamps now."""
+        return tuple(f for f, stamps in read.items() if self._stamps(sequence.path_at(f)) != stamps)
+
+    def _look(self, sequence: Sequence, read: Mapping[int, Stamps]) -> None:
+        """Find out what became of `sequence` and of the files that were read; on a thread."""
         with self._failures_kept():
             try:
-                found, stale, problem = rescanned(sequence), changed(sequence, stamps), None
+                found, stale, problem = rescanned(sequence), self._stale(sequence, read), None
             except HeatlensError as error:
                 found, stale, problem = sequence, (), str(error)
             with self._changed:

@@ -7,6 +7,8 @@ from heatlens.frame_cache.play_order import PlayOrder
 from heatlens.plate.plate import Plate
 from heatlens.sequence.sequence import Stamp
 
+Stamps = tuple[Stamp | None, ...]  # of the files that one plate is read from
+
 
 @dataclass(frozen=True)
 class Damaged:
@@ -18,10 +20,10 @@ class Damaged:
 
 @dataclass(frozen=True, eq=False)
 class Held:
-    """What came of a file that had `stamp` before it was read."""
+    """What was read from files that had `stamps` before."""
 
     content: Plate | Damaged
-    stamp: Stamp | None
+    stamps: Stamps
 
     @property
     def size_bytes(self) -> int:

@@ -16,7 +16,8 @@ from heatlens.plate.plate import Plate
 from heatlens.plate.read import read_plate
 from heatlens.render import FrameRenderer
 from heatlens.rendered_frames.kept_picture import RenderedPicture
-from heatlens.sequence.sequence import Stamp, stamp_of
+from heatlens.sequence.sequence import stamp_of
+from heatlens.source.origin import StampedFile
 from heatlens.source.pinhole import bins_of_plate
 
 _WAITING = "waiting for a plate"
@@ -24,11 +25,18 @@ _WAITING = "waiting for a plate"
 
 @dataclass(frozen=True)
 class PlateFile:
-    """A plate as it was when the key of its frame was made."""
+    """A plate as it was when the key of its frame was made.
 
-    path: Path
-    stamp: Stamp | None
+    files  that of the picture first, then that of its depth where it lies apart
+    """
+
+    files: tuple[StampedFile, ...]
     options: PlateOptions
+
+    @property
+    def path(self) -> Path:
+        """The file of the picture."""
+        return self.files[0].path
 
 
 @dataclass(frozen=True)
@@ -156,7 +164,8 @@ class FrameFiller:
 
 def _read(file: PlateFile) -> _Read:
     """On a thread: the plate, and where its surfaces lie."""
-    if stamp_of(file.path) != file.stamp:
-        raise InputError(f"{file.path} was written again meanwhile.")
+    for part in file.files:
+        if stamp_of(part.path) != part.stamp:
+            raise InputError(f"{part.path} was written again meanwhile.")
     plate = read_plate(file.path, file.options)
     return _Read(plate, bins_of_plate(plate))

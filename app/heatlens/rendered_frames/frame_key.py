@@ -20,7 +20,7 @@ from heatlens.sequence.sequence import Stamp
 
 
 @dataclass(frozen=True)
-class Source:
+class KeySource:
     """What stands in front of the lens.
 
     name    the file's path, or what the scene is called
@@ -61,7 +61,7 @@ def shot_key(maker: Sequence[str], options: PlateOptions, defocus: DefocusSettin
     return digest(facts)
 
 
-def frame_key(shot: str, source: Source, lens: Lens, sight: SceneSight | None = None) -> str:
+def frame_key(shot: str, source: KeySource, lens: Lens, sight: SceneSight | None = None) -> str:
     """Return 32 hexadecimal digits: equal where the renderer makes the same picture.
 
     `shot` is the shot's key. The number of the frame does not count: frames at which nothing

@@ -1,13 +1,13 @@
 """Depth in a file of its own: which file belongs to a picture, and its pixels on the picture's."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Sequence as Items
 from pathlib import Path
 
 from heatlens.errors import InputError
 from heatlens.files.picture_formats import is_picture
 from heatlens.sequence.names import form_of, parse_pattern
-from heatlens.sequence.sequence import find_sequence
+from heatlens.sequence.sequence import Sequence, find_sequence
 
 _DEPTH_WORDS = frozenset(
     ("depth", "depthmap", "z", "zdepth", "zbuffer", "disparity", "disp", "dpt", "distance", "midas")
@@ -35,7 +35,37 @@ def depth_path_for(path: Path, source: str) -> Path:
     return depth
 
 
-def picture_and_depth(names: Sequence[str]) -> tuple[str, str] | None:
+class PlateFiles:
+    """Names the files that a plate is read from: the picture, and its depth where that is apart.
+
+    The folder of a pattern is looked into once; after that names are only put together. May be
+    called from several threads.
+    """
+
+    def __init__(self, depth_source: str | None) -> None:
+        """`depth_source` is a file or a pattern; None where the picture holds the depth."""
+        self._source = depth_source
+        self._frames: Sequence | None = None
+
+    def __call__(self, path: Path) -> tuple[Path, ...]:
+        """Return the picture at `path` first, then the file of its depth, there or not.
+
+        A picture that no depth belongs to stands alone.
+        """
+        return (path,) if self._source is None else (path, *self._depth_of(path, self._source))
+
+    def _depth_of(self, path: Path, source: str) -> tuple[Path, ...]:
+        found, frame = Path(source).expanduser(), form_of(path.name)[1]
+        if found.exists() or parse_pattern(found.name) is None:
+            return (found,)
+        try:
+            self._frames = self._frames or find_sequence(source)
+        except InputError:  # no depth is there yet
+            return ()
+        return () if frame is None else (self._frames.path_at(frame),)
+
+
+def picture_and_depth(names: Items[str]) -> tuple[str, str] | None:
     """A picture and its depth, where two files are just that by their names; else None.
 
     A depth with a number in its name stands for the sequence that it is a frame of, if the picture

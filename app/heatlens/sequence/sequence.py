@@ -161,11 +161,6 @@ def stamp_of(path: Path) -> Stamp | None:
     return status.st_mtime_ns, status.st_size
 
 
-def changed(sequence: Sequence, stamps: Mapping[int, Stamp | None]) -> tuple[int, ...]:
-    """The frames of `stamps` whose file now has another stamp: written again, come or gone."""
-    return tuple(f for f, stamp in stamps.items() if stamp_of(sequence.path_at(f)) != stamp)
-
-
 def _form_of_file(path: Path, names: list[str], whole: bool) -> tuple[NameForm, str | None]:
     """The form of the file at `path` among its neighbours `names`, and its frame if not `whole`."""
     form, frame = form_of(path.name)

@@ -1,11 +1,17 @@
-"""What A is compared with, where that is a file."""
+"""The reference: a picture in a file that the rendered one is compared with."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import moderngl
+import numpy as np
 
+from heatlens.background import Background
 from heatlens.faults import faults_told
+from heatlens.gpu.context import check_plate_fits
+from heatlens.gpu.textures import new_texture, upload
 from heatlens.model.plate_options import PlateOptions
 from heatlens.plate.channel_choice import choose_color
 from heatlens.plate.file_parts import color_file_parts
@@ -15,7 +21,7 @@ from heatlens.plate.read import read_color
 
 @dataclass(frozen=True, eq=False)
 class Reference:
-    """B: any EXR with a colour."""
+    """Side B of a comparison: the colours of any picture file."""
 
     path: Path
     texture: moderngl.Texture
@@ -27,3 +33,35 @@ def read_reference(path: Path) -> tuple[Path, FloatImage]:
     parts = color_file_parts(path, PlateOptions())
     choice = choose_color(path, [header for header, _ in parts], None)
     return path, read_color(path, parts, choice)[0]
+
+
+class ReferenceLoader:
+    """Reads a reference on a thread and keeps the latest one on the GPU."""
+
+    def __init__(self, ctx: moderngl.Context, wake: Callable[[], None]) -> None:
+        """`wake` is called on the thread when it is worth asking `poll`."""
+        self.current: Reference | None = None
+        self._ctx = ctx
+        self._reader: Background[tuple[Path, FloatImage]] = Background(wake)
+
+    def open(self, path: Path) -> None:
+        """Begin to read a picture to compare with."""
+        self._reader.start(partial(read_reference, path))
+
+    def poll(self) -> bool:
+        """Return True once, when the reference can be compared with.
+
+        Raises HeatlensError where it cannot be; the one before stays.
+        """
+        found = self._reader.poll()
+        if found is None:
+            return False
+        path, pixels = found
+        size = (pixels.shape[1], pixels.shape[0])
+        check_plate_fits(self._ctx, *size)
+        texture = new_texture(self._ctx, size, 4, label="reference")
+        upload(texture, np.ascontiguousarray(pixels))
+        if self.current is not None:
+            self.current.texture.release()
+        self.current = Reference(path, texture)
+        return True

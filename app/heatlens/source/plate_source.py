@@ -1,6 +1,7 @@
 """Plates as a source: a single file, or the files of a numbered sequence."""
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,7 @@ from heatlens.model.frames import FrameRange
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.shot import Shot
 from heatlens.plate.plate import Plate, ReadPixels
-from heatlens.sequence.depth_files import depth_path_for
+from heatlens.sequence.depth_files import PlateFiles, depth_path_for
 from heatlens.sequence.names import frames_text
 from heatlens.sequence.sequence import MissingPolicy, Sequence
 from heatlens.source.origin import Origin, stamped
@@ -38,6 +39,11 @@ class PlateSource:
     def files(self) -> Path:
         """See `Source`."""
         return Path(self.sequence.pattern)
+
+    @cached_property
+    def files_of(self) -> PlateFiles:
+        """Name the files that the plate at a path is read from: its own, and its depth's."""
+        return PlateFiles(self.options.depth_source)
 
     @property
     def frames(self) -> FrameRange | None:
@@ -87,8 +93,9 @@ class PlateSource:
 
     def _origin(self, frame: int, is_black: bool) -> Origin:
         path, depth = self.sequence.path_at(frame), self.options.depth_source
-        beside = () if depth is None else (depth_path_for(path, depth),)
-        return Origin(frame, is_black, stamped((path, *beside)))
+        if depth is not None:
+            depth_path_for(path, depth)  # raises InputError where the frame has no depth
+        return Origin(frame, is_black, stamped(self.files_of(path)))
 
 
 class _PlateLoader:

@@ -32,9 +32,10 @@ from heatlens.session.compare_sides import CompareSides
 from heatlens.session.editing import Editing
 from heatlens.session.open_source import OpenSource
 from heatlens.session.preferences import Preferences
-from heatlens.session.reference import Reference
+from heatlens.session.reference import Reference, ReferenceLoader
 from heatlens.session.render_scheduler import RenderScheduler
-from heatlens.session.stream_source import NO_FILES, StreamSource
+from heatlens.source.kind import NO_FILES
+from heatlens.source.stream_source import StreamSource
 from heatlens.ui.action_list import actions
 from heatlens.ui.files.filing import Filing
 from heatlens.ui.files.shot_documents import ShotDocuments
@@ -90,6 +91,7 @@ class App:
         self.live = self.sides.a
         self.screen = ScreenPictures(ctx)
         self.source = OpenSource(self.renderer, wake, start.stream)
+        self.references = ReferenceLoader(ctx, wake)
         self.scheduler = RenderScheduler(self.source, self.sides)
         self.color = ColorChoice(start.ocio, self.say)
         self.filing = Filing(self, preferences or Preferences(), wake)
@@ -143,7 +145,7 @@ class App:
     @property
     def reference(self) -> Reference | None:
         """The EXR loaded as B."""
-        return self.source.reference
+        return self.references.current
 
     @property
     def budget_s(self) -> float:
@@ -178,12 +180,10 @@ class App:
 
     def reload(self) -> None:
         """Read the plate again as it is on disk now."""
-        opened, scene = self.source.opened, self.source.scene
-        if opened is not None:
+        opened = self.source.opened
+        if opened is not None and opened.source.is_repeatable:
             self.source.open(opened.text, opened.options, self.editing.frame)
-        elif scene is not None:
-            self.source.open(scene.text, PlateOptions())
-        elif self.source.is_streaming:
+        elif opened is not None:
             self.say(NO_FILES)
 
     def browse(self, purpose: str) -> None:
@@ -263,7 +263,7 @@ class App:
         if opened is not None:
             self.pull.begin()
             begin(self, opened)
-        if self.source.reference_arrived():
+        if self.references.poll():
             self.say(f"B is {self.reference.path.name}." if self.reference else "")
         self.filing.poll()
         self.documents.poll()

@@ -7,7 +7,7 @@ from imgui_bundle import imgui
 from heatlens.display.probe import seen_depth_m
 from heatlens.model.plausibility import Doubt, doubts
 from heatlens.plate.plate import depth_span
-from heatlens.session.stream_source import NO_FILES
+from heatlens.source.kind import NO_FILES
 from heatlens.ui.action_list import nudge_focus
 from heatlens.ui.app import App
 from heatlens.ui.panels.lens_panel import LensFacts, blur_panel, lens_panel
@@ -103,7 +103,7 @@ class DockedPanels:
     def _export(self) -> None:
         exporter = self._app.filing.exporter
         if self._begin("Export"):
-            if self._app.source.is_streaming and not exporter.run.is_busy:
+            if not self._app.source.is_repeatable and not exporter.run.is_busy:
                 imgui.text_wrapped(NO_FILES)
             else:
                 exporter.draw()
@@ -112,7 +112,7 @@ class DockedPanels:
     def _speed(self) -> None:
         app = self._app
         if self._begin("Speed"):
-            app.speed.upload_s = app.source.upload_s
+            app.speed.upload_s = app.source.picture.upload_s
             speed_panel(app.speed, app.live.shown, app.renderer)
         imgui.end()
 

@@ -22,10 +22,9 @@ from heatlens.scene.scene_source import is_demo, is_scene_source
 from heatlens.sequence.sequence import find_sequence
 from heatlens.session.folder_walk import Chosen, Purpose
 from heatlens.session.picture_saver import PictureSaver, Snapshot, snapshot
-from heatlens.session.plate_opening import Opened
 from heatlens.session.preferences import Preferences
-from heatlens.session.scene_opening import OpenedScene
-from heatlens.session.stream_source import NO_FILES, OpenedStream
+from heatlens.source.kind import NO_FILES
+from heatlens.source.opened import Opened
 from heatlens.ui.files.camera_import import CameraImport
 from heatlens.ui.files.file_browser import FileBrowser
 from heatlens.ui.panels.exporter import Exporter
@@ -130,7 +129,7 @@ class Filing:
         if plate is None and PURPOSES[key].is_save:
             self._app.say("Nothing is open that could be saved.")
             return
-        if key == "save shot" and self._app.source.is_streaming:
+        if key == "save shot" and not self._app.source.is_repeatable:
             self._app.say(NO_FILES)
             return
         here = plate.path.absolute().parent if plate is not None else home_dir()
@@ -153,7 +152,7 @@ class Filing:
             app.open(str(chosen.path))
         elif key == "reference":
             at_frame = chosen.entry.file_at(app.editing.frame) if chosen.entry else chosen.path
-            app.source.open_reference(at_frame)
+            app.references.open(at_frame)
         elif key == "camera":
             self.cameras.begin(chosen.path)
         elif key == "save shot":
@@ -163,7 +162,7 @@ class Filing:
 
     def show_export(self) -> None:
         """Bring the panel to the front."""
-        if self._app.source.is_streaming:
+        if not self._app.source.is_repeatable:
             self._app.say(NO_FILES)
         self._app.panels["Export"] = True
         imgui.set_window_focus("Export")
@@ -191,13 +190,10 @@ class Filing:
 
     # What happens by itself
 
-    def arrived(self, opened: Opened | OpenedScene | OpenedStream) -> None:
-        """A plate was opened; with the first one it is told what could not be remembered."""
-        if isinstance(opened, Opened):
-            self.reading.arrived(opened)
-        if isinstance(opened, OpenedStream):
-            self.reading.wished = opened.options
-        elif not is_demo(opened.text):  # it is no file, and has a place of its own
+    def arrived(self, opened: Opened) -> None:
+        """Remember what was opened; with the first one, say what could not be remembered."""
+        self.reading.arrived(opened)
+        if opened.source.files is not None:
             self.preferences.opened(opened.text)
         if self.preferences.problem:
             self._app.say(self.preferences.problem)
@@ -221,7 +217,7 @@ class Filing:
         A shot that was kept beside names its source as a path, and takes its name again.
         """
         app, stream, reading = self._app, self._app.source.stream, self.reading
-        if stream is None or not app.source.is_streaming:
+        if stream is None or not stream.is_shown:
             return
         if reading.wished == stream.options:
             reading.wished = app.shot.plate_options
@@ -260,8 +256,8 @@ def _whole(app: "App") -> Shown | None:
     shown, source, frame = app.live.shown, app.source, app.editing.frame
     if source.plate is None or not (source.is_whole and source.is_settled_at(frame)):
         return None
-    opened = source.opened
-    if opened is not None and source.plate.path != opened.cache.sequence.resolve(frame):
+    cache = app.timeline.cache
+    if cache is not None and source.plate.path != cache.sequence.resolve(frame):
         return None  # the plate of the frame is still being read
     is_it = shown is not None and (shown.shot, shown.frame) == (app.shot, frame)
     return shown if is_it and not app.live.is_working else None

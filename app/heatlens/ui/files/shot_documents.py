@@ -7,14 +7,10 @@ from typing import TYPE_CHECKING
 
 from heatlens.documents.shot_file import is_shot_file
 from heatlens.errors import HeatlensError
-from heatlens.model.frames import FRAMES_PER_SECOND, FrameRange
-from heatlens.model.lens import Lens
-from heatlens.model.settings import DefocusSettings
 from heatlens.model.shot import Shot
 from heatlens.session.given_camera import begun_with_camera
-from heatlens.session.plate_opening import Opened
-from heatlens.session.scene_opening import OpenedScene
 from heatlens.session.shot_store import Found, ShotStore, proposed_name, unnamed_path
+from heatlens.source.opened import Opened
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -85,9 +81,9 @@ class ShotDocuments:
         """For a file to save."""
         if self.path is not None:
             return self.path.name
-        opened, plate = self._app.source.opened, self._app.source.plate
+        cache, plate = self._app.timeline.cache, self._app.source.plate
         assert plate is not None  # there is nothing to save before
-        is_sequence = opened is not None and not opened.cache.sequence.is_single
+        is_sequence = cache is not None and not cache.sequence.is_single
         return proposed_name(plate.path, is_sequence)
 
     @property
@@ -118,7 +114,7 @@ class ShotDocuments:
 
     # What happens by itself
 
-    def taken(self, opened: Opened | OpenedScene) -> Shot | None:
+    def taken(self, opened: Opened) -> Shot | None:
         """The shot whose plate has arrived; None where a plate arrived for itself."""
         coming, self._coming = self._coming, None
         is_it = coming is not None and coming.shot.source == opened.text
@@ -234,24 +230,3 @@ class ShotDocuments:
         self.keep_now()
         self._drop_unnamed()
         self.store.close()
-
-
-def started_shot(opened: Opened | OpenedScene, lens: Lens, defocus: DefocusSettings) -> Shot:
-    """A shot of what was opened, a plate without keys; the rate is that of its header."""
-    if isinstance(opened, OpenedScene):
-        return replace(opened.shot, lens=lens, defocus=defocus)
-    sequence = opened.cache.sequence
-    return Shot(
-        lens,
-        defocus,
-        opened.text,
-        opened.options,
-        frames=None if sequence.is_single else FrameRange(sequence.first, sequence.last),
-        frames_per_second=_rate(opened),
-    )
-
-
-def _rate(opened: Opened) -> float:
-    """The attribute is a fraction; OpenEXR says which rate holds without it, or with nonsense."""
-    rate = float(opened.plate.attributes.get("framesPerSecond", FRAMES_PER_SECOND))
-    return rate if 1.0 <= rate <= 1000.0 else FRAMES_PER_SECOND

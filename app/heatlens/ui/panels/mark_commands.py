@@ -16,7 +16,6 @@ from heatlens.plate.focus_pick import depth_at_m
 from heatlens.plate.plate import Plate
 from heatlens.plate.read import read_plate
 from heatlens.session.focus_track import mark_m
-from heatlens.session.plate_opening import Opened
 from heatlens.session.point_following import Following
 
 if TYPE_CHECKING:
@@ -181,13 +180,14 @@ class MarkCommands:
         elif app.renderer.scene is not None:
             self._following = Following(app.renderer, app.renderer.scene, app.shot, mark, frames)
             app.say(self._following.words)
-        elif app.source.opened is not None:
-            self._read(app.source.opened, mark, frames)
+        elif app.timeline.cache is not None:
+            self._read(app.timeline.cache, mark, frames)
         else:
             app.say("Points are followed through files and scenes.")
 
-    def _read(self, opened: Opened, mark: PointMark, frames: FrameRange) -> None:
-        cache, options = opened.cache, opened.options
+    def _read(self, cache: FrameCache, mark: PointMark, frames: FrameRange) -> None:
+        opened = self._app.source.opened
+        options = PlateOptions() if opened is None else opened.options
         reads = sum(1 for frame in frames if not isinstance(cache.get(frame), Plate))
         if reads:
             self._app.say(f"Reading {reads} frames to follow {mark.name} ...")

@@ -3,8 +3,8 @@
 from typing import TYPE_CHECKING
 
 from heatlens.model.plate_options import PlateOptions
-from heatlens.session.plate_opening import Opened
 from heatlens.session.preferences import Preferences
+from heatlens.source.opened import Opened
 
 if TYPE_CHECKING:
     from heatlens.ui.app import App
@@ -21,9 +21,15 @@ class PlateReading:
         self._seen: PlateOptions | None = None  # those of the shot when it was looked at last
 
     @property
+    def _plates(self) -> Opened | None:
+        """What is open, where it is read from files that can be read in another way."""
+        opened = self._app.source.opened
+        return None if opened is None or opened.cache is None else opened
+
+    @property
     def problem(self) -> str:
         """Why the plate is not read as wished; "" where it is, or is being tried."""
-        opened = self._app.source.opened
+        opened = self._plates
         if opened is None or opened.options == self.wished:
             return ""
         if _lacks_ends(self.wished):
@@ -43,21 +49,21 @@ class PlateReading:
                 self._open(options)
 
     def _open(self, options: PlateOptions) -> None:
-        opened = self._app.source.opened
+        opened = self._plates
         if opened is not None:
             self.wished = self._chosen = options
             self._app.source.open(opened.text, options, self._app.editing.frame)
 
     def arrived(self, opened: Opened) -> None:
-        """It has been read: what was chosen by hand is remembered for the folder."""
-        if opened.options == self._chosen:
+        """Remember for the folder of the plates that was opened what was chosen by hand."""
+        if opened.cache is not None and opened.options == self._chosen:
             self._preferences.read_so(opened.cache.sequence.folder.absolute(), opened.options)
         self._chosen = None
         self.wished = self._seen = opened.options
 
     def follow(self) -> None:
         """Read the plate as the shot wants it after a step of undo."""
-        opened, options = self._app.source.opened, self._app.shot.plate_options
+        opened, options = self._plates, self._app.shot.plate_options
         if opened is None or options == self._seen or self._app.shot.source != opened.text:
             return
         self._seen = options

@@ -48,8 +48,7 @@ class SceneCommands:
     @property
     def scene(self) -> Scene | None:
         """The scene that is open."""
-        opened = self._app.source.scene
-        return None if opened is None else opened.scene
+        return self._app.source.scene
 
     @property
     def framing(self) -> Framing:

@@ -1,4 +1,4 @@
-"""What happens when a plate, a scene or a stream was opened: a shot begins, or goes on."""
+"""What happens when a source was opened: a shot of it begins, or goes on."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -6,22 +6,19 @@ from typing import TYPE_CHECKING
 
 from heatlens.errors import HeatlensError, LensError
 from heatlens.model.shot import Shot
-from heatlens.plate.start_lens import StartLens, start_lens
+from heatlens.plate.start_lens import StartLens
 from heatlens.session.given_camera import begun_with_camera, first_values
-from heatlens.session.plate_opening import Opened
-from heatlens.session.scene_opening import OpenedScene
-from heatlens.session.stream_source import OpenedStream
-from heatlens.ui.files.shot_documents import started_shot
+from heatlens.source.opened import Opened
 
 if TYPE_CHECKING:
     from heatlens.ui.app import App
 
 
-def begin(app: "App", opened: Opened | OpenedScene | OpenedStream) -> None:
+def begin(app: "App", opened: Opened) -> None:
     """Another file or renderer begins a shot, the same file read anew keeps it."""
     app.sides.restart()
     is_same = app.shot.source == opened.text
-    coming = None if isinstance(opened, OpenedStream) else app.documents.taken(opened)
+    coming = app.documents.taken(opened) if opened.source.is_repeatable else None
     app.editing.frame = opened.frame
     app.message = ""
     app.first.begun(opened.text)
@@ -32,30 +29,22 @@ def begin(app: "App", opened: Opened | OpenedScene | OpenedStream) -> None:
         app.editing.begin(_started(app, opened, app.begun))
         app.documents.begun()
         app.view = replace(app.view, zoom=None, center_px=None)
-    elif isinstance(opened, Opened):
+    elif opened.cache is not None:  # its files were read again, perhaps in another way
         app.edit(replace(app.shot, plate_options=opened.options))
-    notes = " ".join((*_notes(opened), _color_note(app, opened))).strip()
+    notes = " ".join((*opened.notes, _color_note(app, opened))).strip()
     if notes:
         app.say(notes)
     app.filing.arrived(opened)
 
 
-def _notes(opened: Opened | OpenedScene | OpenedStream) -> tuple[str, ...]:
-    return opened.scene.notes if isinstance(opened, OpenedScene) else opened.plate.notes
-
-
-def _color_note(app: "App", opened: Opened | OpenedScene | OpenedStream) -> str:
-    """Have the colours mean what the header tells, the same for all frames; a scene's is none."""
-    app.color.attributes = opened.plate.attributes if isinstance(opened, Opened) else {}
+def _color_note(app: "App", opened: Opened) -> str:
+    """Have the colours of all frames mean what the first header tells; return what to say of it."""
+    app.color.attributes = opened.attributes
     return app.color.input_of(app.view.input_space).note
 
 
-def _started(app: "App", opened: Opened | OpenedScene | OpenedStream, begun: StartLens) -> Shot:
-    if isinstance(opened, OpenedStream):
-        shot = Shot(begun.lens, app.shot.defocus, opened.text, opened.options)
-    else:
-        shot = started_shot(opened, begun.lens, app.shot.defocus)
-    return _filmed(app, shot)
+def _started(app: "App", opened: Opened, begun: StartLens) -> Shot:
+    return _filmed(app, opened.shot(begun.lens, app.shot.defocus))
 
 
 def _filmed(app: "App", shot: Shot) -> Shot:
@@ -76,13 +65,13 @@ def _filmed(app: "App", shot: Shot) -> Shot:
     return filmed
 
 
-def _first_lens(app: "App", opened: Opened | OpenedScene | OpenedStream) -> StartLens:
+def _first_lens(app: "App", opened: Opened) -> StartLens:
     """The command line's lens is for what it came with, and said where it cannot be."""
     try:
-        return _lens_of(opened, _given(app, opened.text))
+        return opened.lens(_given(app, opened.text))
     except LensError as error:
         app.say(str(error))
-        return _lens_of(opened, {})
+        return opened.lens({})
 
 
 def _given(app: "App", source: str) -> Mapping[str, float]:
@@ -91,9 +80,3 @@ def _given(app: "App", source: str) -> Mapping[str, float]:
     if not app.first.came_with(source):
         return {}
     return {**first_values(start.camera, start.lens), **start.lens}
-
-
-def _lens_of(opened: Opened | OpenedScene | OpenedStream, given: Mapping[str, float]) -> StartLens:
-    if isinstance(opened, OpenedScene):
-        return StartLens(replace(opened.shot.lens, **given), dict.fromkeys(given, "given"))
-    return start_lens(opened.plate, given)

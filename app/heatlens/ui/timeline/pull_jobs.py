@@ -4,20 +4,18 @@ import math
 import os
 import time
 from collections.abc import Callable, Iterable
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from heatlens.defocus.plate_passes import proxy_size
-from heatlens.errors import HeatlensError, InputError
-from heatlens.frame_cache.cache import FrameCache
+from heatlens.errors import HeatlensError
 from heatlens.model.framing import Framing
-from heatlens.model.settings import PROXY_MIN
 from heatlens.model.shot import Shot
 from heatlens.model.view_geometry import fit_zoom
 from heatlens.rendered_frames.frame_filler import FrameJob, PlateFile
-from heatlens.rendered_frames.frame_key import SceneSight, Source, frame_key, maker_of, shot_key
+from heatlens.rendered_frames.frame_key import KeySource, SceneSight, frame_key, maker_of, shot_key
 from heatlens.rendered_frames.stamp_book import StampBook
+from heatlens.source.origin import StampedFile
 
 if TYPE_CHECKING:
     from heatlens.ui.app import App
@@ -45,19 +43,14 @@ class PullJobs:
         self._look_at = -math.inf
         self.version = 0  # counts whenever jobs came or went
 
-    @property
-    def _cache(self) -> FrameCache | None:
-        opened = self._app.source.opened
-        return None if opened is None else opened.cache
-
     def update(self, frames: Iterable[int]) -> None:
         """Forget the jobs of what has changed since; `frames` are those that will be asked for."""
-        if self._cache is not None and self._clock() >= self._look_at:
+        if self._clock() >= self._look_at:
             self._look_at = self._clock() + _EVERY_S
-            self._stamps.look({path for frame in frames if (path := self._path(frame))})
+            self._stamps.look({path for frame in frames for path in self._files(frame)})
         app, shot = self._app, self._app.shot
         made_of = (
-            *(app.source.opened, app.source.scene, self._stamps.version, app.timeline.missing),
+            *(app.source.opened, self._stamps.version, app.timeline.missing),
             *(shot.lens, shot.curves, shot.defocus, shot.framing, self._scale),
         )
         if made_of != self._made_of:
@@ -69,8 +62,9 @@ class PullJobs:
         """What all frames have in common."""
         self._maker = self._maker or maker_of(self._app.renderer)
         opened = self._app.source.opened
-        self._shot = self._sized(shot)
-        options = shot.plate_options if opened is None else opened.options
+        self._shot = self._app.source.feed.sized(shot, self._scale)
+        is_read = opened is not None and opened.cache is not None
+        options = opened.options if opened is not None and is_read else shot.plate_options
         self._shot_key = shot_key(self._maker, options, self._shot.defocus)
 
     @property
@@ -80,27 +74,14 @@ class PullJobs:
         zoom = fit_zoom(app.viewport.viewport, app.picture_shape)
         return min(max(math.ceil(zoom * _SIZES - 0.25), 1), _SIZES) / _SIZES
 
-    def _sized(self, shot: Shot) -> Shot:
-        """Of a plate by the proxy; a scene is drawn smaller."""
-        if self._app.source.scene is None:
-            proxy = max(PROXY_MIN, shot.defocus.proxy * self._scale)
-            return replace(shot, defocus=replace(shot.defocus, proxy=proxy))
-        framing = shot.framing or Framing()
-        width, height = (max(1, round(side * self._scale)) for side in framing.size)
-        return replace(shot, framing=replace(framing, width_px=width, height_px=height))
-
     @property
     def size(self) -> tuple[int, int]:
         """Width and height of the pictures in pixels."""
         source = self._app.source
-        if source.scene is not None:
-            full = (self._shot.framing or Framing()).size
-        elif source.plate is not None:
-            window = source.plate.data_window
-            full = window.width, window.height
-        else:
+        if source.plate is None:
             return 1, 1
-        return proxy_size(full, self._shot.defocus.proxy)
+        window, _ = source.windows(self._shot)
+        return proxy_size((window.width, window.height), self._shot.defocus.proxy)
 
     def make(self, frames: Iterable[int], seconds: float) -> None:
         """Make the jobs of these frames, as many as there is time for."""
@@ -122,42 +103,30 @@ class PullJobs:
         return self._jobs.get(frame)
 
     def _made(self, frame: int) -> FrameJob | None:
+        opened = self._app.source.opened
         try:
             lens = self._shot.lens_at(frame)
-            if self._app.source.scene is not None:
-                key = frame_key(self._shot_key, self._scene, lens, self._sight(frame))
-                return FrameJob(key, self._shot, frame, None)
-            file = self._plate_file(frame)
+            view = self._scene_view(frame)
         except HeatlensError:
-            return None  # no lens, or no file: what is said of it is said where it is seen
-        if file is None:
-            return None
-        source = Source(os.path.abspath(file.path), (file.stamp,))
-        return FrameJob(frame_key(self._shot_key, source, lens), self._shot, frame, file)
-
-    def _plate_file(self, frame: int) -> PlateFile | None:
-        path, opened = self._path(frame), self._app.source.opened
-        if path is None or opened is None:
-            return None
-        if not self._stamps.knows(path):
+            return None  # no lens: what is said of it is said where it is seen
+        files = self._files(frame)
+        if opened is None or not (files or opened.stamps or view):
+            return None  # no file, which is told where the frame is shown
+        if not all(self._stamps.knows(path) for path in files):
             raise _NotYetError
-        return PlateFile(path, self._stamps.stamp(path), opened.settled)
+        known = tuple(StampedFile(path, self._stamps.stamp(path)) for path in files)
+        name = os.path.abspath(files[0]) if files else opened.text
+        source = KeySource(name, (*opened.stamps, *(file.stamp for file in known)))
+        plate = PlateFile(known, opened.settled) if known else None
+        return FrameJob(frame_key(self._shot_key, source, lens, view), self._shot, frame, plate)
 
-    def _path(self, frame: int) -> Path | None:
-        """The file that is shown for a frame; None for none."""
-        try:
-            cache, missing = self._cache, self._app.timeline.missing
-            return None if cache is None else cache.sequence.resolve(frame, missing)
-        except InputError:
-            return None
+    def _files(self, frame: int) -> tuple[Path, ...]:
+        """Return the files that this frame alone is made of."""
+        opened, missing = self._app.source.opened, self._app.timeline.missing
+        return () if opened is None else opened.files_at(frame, missing)
 
-    @property
-    def _scene(self) -> Source:
-        opened = self._app.source.scene
-        assert opened is not None
-        return Source(opened.text, opened.stamps)
-
-    def _sight(self, frame: int) -> SceneSight | None:
+    def _scene_view(self, frame: int) -> SceneSight | None:
+        """Return how the scene is looked at; None for plates."""
         renderer, size = self._app.renderer, (self._shot.framing or Framing()).size
         pose = renderer.pose_at(self._shot, frame)
         if pose is None or renderer.scene is None:

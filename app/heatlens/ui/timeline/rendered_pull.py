@@ -79,7 +79,7 @@ class RenderedPull:
         if not app.filing.preferences.now.keep_frames or app.source.plate is None:
             return False
         is_drawn = app.viewport.viewport.size[0] > 1.0  # only then is it known how large
-        return is_drawn and app.timeline.played.count > 1 and not app.source.is_streaming
+        return is_drawn and app.timeline.played.count > 1 and app.source.is_repeatable
 
     @property
     def wanted(self) -> int:

@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Literal
 
 from heatlens.errors import InputError
-from heatlens.frame_cache.cache import FrameCache
+from heatlens.frame_cache.cache import Direction, FrameCache
 from heatlens.model.curve import SAME_FRAME
 from heatlens.model.frames import FrameRange
 from heatlens.model.shot import LensParameter, Shot
@@ -14,6 +14,7 @@ from heatlens.sequence.sequence import MissingPolicy
 from heatlens.session.focus_track import FocusTrack, MarkTrack, MarkTracks
 from heatlens.session.frame_states import FrameStates, Run
 from heatlens.session.key_rows import CAMERA, Row
+from heatlens.session.picture_feed import Playhead
 from heatlens.session.playback import Playback
 from heatlens.ui.panels.mark_commands import MarkCommands
 from heatlens.ui.timeline.curve_axis import CurveLine
@@ -70,16 +71,15 @@ class Timeline:
 
     @property
     def is_sequence(self) -> bool:
-        """More than one frame is open."""
-        if self._scene_frames is not None:
-            return self._scene_frames.count > 1
-        return self.cache is not None and not self.cache.sequence.is_single
+        """True where more than one frame is open."""
+        frames = self._opened_frames
+        return frames is not None and frames.count > 1
 
     @property
-    def _scene_frames(self) -> FrameRange | None:
-        """Those of an animated scene."""
-        opened = self._app.source.scene
-        return None if opened is None else opened.scene.frames
+    def _opened_frames(self) -> FrameRange | None:
+        """The frames of the source as they are now; None for a still."""
+        opened = self._app.source.opened
+        return None if opened is None else opened.frames
 
     @property
     def is_shown(self) -> bool:
@@ -99,12 +99,9 @@ class Timeline:
 
     @property
     def frames(self) -> FrameRange | None:
-        """Those of the sequence as it is now; of a still those that its keys reach over."""
-        if self.is_sequence and self.cache is not None:
-            sequence = self.cache.sequence
-            return _range(sequence.first, sequence.last)
-        if self._scene_frames is not None:
-            return self._scene_frames
+        """The frames of the source as they are now; for a still, those that its keys span."""
+        if self._opened_frames is not None:
+            return self._opened_frames
         keyed = self._keyed
         return _range(keyed[0], keyed[-1]) if keyed else None
 
@@ -140,8 +137,7 @@ class Timeline:
 
     def runs(self) -> tuple[Run, ...]:
         """How the frames stand."""
-        opened = self._app.source.opened
-        return () if opened is None else self._states.runs(opened.cache, self._news)
+        return () if self.cache is None else self._states.runs(self.cache, self._news)
 
     def mark_tracks(self) -> tuple[MarkTrack, ...]:
         """How far marked things are: of files at the frames in memory, of scenes once measured."""
@@ -152,7 +148,7 @@ class Timeline:
     @property
     def _news(self) -> object:
         source = self._app.source
-        return (source.opened.news.count if source.opened else 0, source.wanted)
+        return (source.opened.news if source.opened else 0, source.wanted)
 
     # Going somewhere
 
@@ -254,13 +250,12 @@ class Timeline:
     def _show(self) -> None:
         if self._app.pull.is_alone:
             return
-        if self._app.source.scene is not None:
-            is_playing = self.playback.direction != 0
-            self._app.source.look(self._app.shot, self._app.editing.frame, is_playing)
-            return
-        ahead = _AHEAD_PLAYING if self.playback.direction else _AHEAD_STILL
-        direction = self.playback.direction or self.direction
-        self._app.source.show(self._app.editing.frame, direction, ahead, self.missing)
+        is_playing = self.playback.direction != 0
+        direction: Direction = 1 if (self.playback.direction or self.direction) >= 0 else -1
+        ahead = _AHEAD_PLAYING if is_playing else _AHEAD_STILL
+        frame = self._app.editing.frame
+        playhead = Playhead(frame, direction, is_playing, ahead, self.missing)
+        self._app.source.show(self._app.shot, playhead)
 
     @property
     def is_due(self) -> bool:

@@ -1,4 +1,4 @@
-"""From a name to plates in memory: opening and reading happen on threads, the loop only asks."""
+"""From a name to pictures in memory: opening happens on a thread, and the loop only asks."""
 
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -8,44 +8,15 @@ from pathlib import Path
 from heatlens.errors import HeatlensError, InputError
 from heatlens.faults import faults_told
 from heatlens.frame_cache.cache import Damaged, FrameCache
-from heatlens.frame_cache.reader import SequenceReader, settled_options
+from heatlens.frame_cache.reader import SequenceReader
 from heatlens.model.plate_options import PlateOptions
-from heatlens.plate.plate import Plate
-from heatlens.scene.scene_source import is_scene_source
 from heatlens.sequence.sequence import Sequence, find_sequence
-from heatlens.session.scene_opening import OpenedScene, opened_scene
+from heatlens.source.kind import SourceKind, kind_of
+from heatlens.source.opened import News, Opened, OpenedPlates, OpenedStream, opened_scene
+from heatlens.source.plate_source import PlateSource
+from heatlens.source.stream_source import StreamSource
 
 _BUDGET_BYTES = 2 << 30  # plates kept in memory: some eighty frames of 1080p
-
-
-class News:
-    """Counts what a cache tells, and passes it on."""
-
-    def __init__(self, wake: Callable[[], None]) -> None:
-        self.count = 0
-        self._wake = wake
-
-    def tell(self) -> None:
-        """On one of the threads of the cache."""
-        self.count += 1
-        self._wake()
-
-
-@dataclass(frozen=True, eq=False)
-class Opened:
-    """A sequence of which one frame has been read."""
-
-    text: str  # as it was asked for
-    options: PlateOptions
-    cache: FrameCache
-    frame: int
-    plate: Plate
-    news: "News"
-
-    @property
-    def settled(self) -> PlateOptions:
-        """How every frame is read: as the first one was found to be."""
-        return settled_options(self.options, self.plate)
 
 
 @dataclass(frozen=True)
@@ -57,21 +28,28 @@ class Refused:
     sentence: str
 
 
-class PlateOpener:
-    """Opens one thing at a time; what is open already stays until the new one has a picture."""
+class SourceOpener:
+    """Opens one source at a time; the caller keeps the one before until the new one arrives."""
 
-    def __init__(self, wake: Callable[[], None]) -> None:
-        """`wake` is called on a thread whenever it is worth asking."""
+    def __init__(self, wake: Callable[[], None], stream: StreamSource | None = None) -> None:
+        """`wake` is called on a thread whenever it is worth asking.
+
+        `stream` is a renderer that may send frames.
+        """
         self._wake = wake
+        self._stream = stream
         self._thread = ThreadPoolExecutor(1, thread_name_prefix="open")
-        self._coming: Future[Opened | OpenedScene] | None = None
+        self._coming: Future[Opened] | None = None
         self.opening: str | None = None  # what is being opened
-        self.refused: Refused | None = None  # until something else is
+        self.refused: Refused | None = None  # until something else is opened
         self._options = PlateOptions()
 
     def open(self, text: str, options: PlateOptions, frame: int | None = None) -> None:
-        """Begin to open a file, a pattern, a folder or a scene, its first picture being `frame`."""
+        """Begin to open a file, a pattern, a folder, a scene or the stream, at `frame` first."""
         self.cancel()
+        if self._stream is not None and text == self._stream.text:
+            self._stream.begin(options)
+            return
         self.opening, self._options, self.refused = text, options, None
         self._coming = self._thread.submit(_opened, text, options, frame, self._wake)
         self._coming.add_done_callback(lambda _: self._wake())
@@ -82,17 +60,23 @@ class PlateOpener:
             self._coming.add_done_callback(_close_unused)
             self._coming = self.opening = None
 
-    def poll(self) -> Opened | OpenedScene | None:
-        """What has been opened since, once. Raises HeatlensError where that failed."""
+    def poll(self) -> Opened | None:
+        """Return what has been opened since, once. Raises HeatlensError where that failed."""
         coming = self._coming
         if coming is None or not coming.done():
-            return None
+            return self._first_of_stream()
         text, self._coming, self.opening = self.opening, None, None
         try:
             return coming.result()
         except HeatlensError as error:
             self.refused = Refused(text or "", self._options, str(error))
             raise
+
+    def _first_of_stream(self) -> OpenedStream | None:
+        """Return the stream with its first frame, while it is waited for."""
+        stream = self._stream
+        plate = None if stream is None or stream.is_shown else stream.poll()
+        return None if stream is None or plate is None else OpenedStream(stream, plate)
 
     def close(self) -> None:
         """Open no more."""
@@ -103,37 +87,36 @@ class PlateOpener:
 @faults_told("The file could not be opened")
 def _opened(
     text: str, options: PlateOptions, frame: int | None, wake: Callable[[], None]
-) -> Opened | OpenedScene:
-    if is_scene_source(text):
-        return opened_scene(text)
-    sequence = find_sequence(text)
-    first = _first_frame(sequence, text, frame)
-    news = News(wake)
-    # A frame that its reader has no answer to is one that is damaged, and the others are seen.
+) -> Opened:
+    if kind_of(text) is SourceKind.SCENE:
+        return opened_scene(text, options)
+    source = PlateSource(text, find_sequence(text), options)
+    first, news = _first_frame(source.sequence, text, frame), News(wake)
+    # A fault of the program in one frame makes that frame damaged, and the others are shown.
     read = faults_told("A frame could not be read")(SequenceReader(options))
-    cache = FrameCache(sequence, read, _BUDGET_BYTES, on_ready=news.tell)
+    cache = FrameCache(
+        source.sequence, read, _BUDGET_BYTES, on_ready=news.tell, files_of=source.files_of
+    )
     try:
         found = cache.wait(first, window=0)
         if isinstance(found, Damaged):
             raise InputError(found.sentence)
         if found is None:
-            raise InputError(f"{sequence.path_at(first)} is not there.")
+            raise InputError(f"{source.sequence.path_at(first)} is not there.")
     except Exception:
         cache.close()
         raise
-    return Opened(text, options, cache, first, found, news)
+    return OpenedPlates(source, cache, first, found, news)
 
 
 def _first_frame(sequence: Sequence, text: str, wished: int | None) -> int:
-    """The wished frame where there is one, else the file that was named, else the first."""
+    """Return the wished frame where there is one, else the file that was named, else the first."""
     if wished is not None and sequence.has(wished):
         return wished
     named = sequence.frame_at(Path(text))
     return named if named is not None and sequence.has(named) else sequence.present[0]
 
 
-def _close_unused(future: "Future[Opened | OpenedScene]") -> None:
+def _close_unused(future: "Future[Opened]") -> None:
     if not future.cancelled() and future.exception() is None:
-        opened = future.result()
-        if isinstance(opened, Opened):
-            opened.cache.close()
+        future.result().close()

@@ -1,6 +1,6 @@
-"""Looks now and then whether frames came, went or were written again, beside the loop.
+"""Looks now and then whether frames were added, removed or written again, beside the loop.
 
-A cache tells only news, so that a window in which nothing happens is not drawn for it.
+A cache reports only what has changed, so that an idle window is not drawn for nothing.
 """
 
 from contextlib import suppress
@@ -9,7 +9,7 @@ from threading import Event, Thread
 from heatlens.frame_cache.cache import FrameCache
 
 _EVERY_S = 2.0
-_FRAMES_A_SECOND = 2000  # a folder with more files is looked at more seldom
+_FRAMES_A_SECOND = 2000  # a folder with more files is looked at less often
 
 
 class DiskWatch:
@@ -22,7 +22,7 @@ class DiskWatch:
 
     def _watch(self) -> None:
         while not self._is_over.wait(self._pause_s()):
-            with suppress(Exception):  # what a cache cannot go on with, it says to the loop as well
+            with suppress(Exception):  # the cache raises it again where the loop asks for a frame
                 if self.cache is not None:
                     self.cache.refresh()
 
@@ -31,5 +31,5 @@ class DiskWatch:
         return max(_EVERY_S, frames / _FRAMES_A_SECOND)
 
     def close(self) -> None:
-        """Look no more."""
+        """Stop looking."""
         self._is_over.set()

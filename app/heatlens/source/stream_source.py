@@ -1,32 +1,24 @@
-"""Frames from a running renderer for the window: plates of them are made beside the loop."""
+"""A running renderer as a source: it sends frames, and plates are made of them beside the loop."""
 
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
+from typing import ClassVar
 
 from heatlens.background import Background
-from heatlens.errors import HeatlensError
+from heatlens.errors import HeatlensError, InputError
 from heatlens.faults import faults_told
 from heatlens.model.plate_options import PlateOptions
+from heatlens.model.shot import Shot
 from heatlens.plate.plate import Plate
+from heatlens.sequence.sequence import MissingPolicy
+from heatlens.source.kind import NO_FILES, STREAM_PREFIX
+from heatlens.source.origin import Origin
+from heatlens.source.source import FrameLoader, Renderer
 from heatlens.stream.server import TevServer
 
-NO_FILES = (
-    "These frames come from a renderer and have no files: have it write an EXR, and open that."
-)
-
 _PAUSE_S = 0.1  # at least, between two plates: the window has other things to do
-
-
-@dataclass(frozen=True, eq=False)
-class OpenedStream:
-    """A renderer of which the first frame has come."""
-
-    text: str  # as it is asked for: tev://HOST:PORT
-    options: PlateOptions
-    plate: Plate
-    frame: int = 1
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,28 +31,38 @@ class _Made:
 
 
 class StreamSource:
-    """Listens from the start until `close`; the loop asks `poll` and never waits."""
+    """Listens from the start until `close`; the loop asks `poll` and never waits. See `Source`."""
+
+    files: ClassVar = None
+    frames: ClassVar = None
+    has_many_views: ClassVar = False
+    is_repeatable: ClassVar = False
 
     def __init__(self, host: str, port: int) -> None:
-        """Raises InputError where the address cannot be had."""
+        """Raises InputError where the address is in use, or is not one of this machine."""
         self.wake: Callable[[], None] = lambda: None  # called on threads when it is worth asking
         self.options = PlateOptions()  # how frames are read
         self.is_wanted = False  # what comes is to be shown
-        self.problem = ""  # why there is no plate of what came last, in a sentence
+        self.is_shown = False  # and its first frame has come
+        self.problem = ""  # why what came last made no plate, in a sentence
         self._made_of: tuple[int, PlateOptions] | None = None
         self._due_s = 0.0
         self._maker: Background[_Made] = Background(self._tell)
         self._server = TevServer(host, port, on_news=self._tell)
         name, bound = self._server.address
         self.address = f"[{name}]:{bound}" if ":" in name else f"{name}:{bound}"
-        self.text = f"tev://{self.address}"
+        self.text = f"{STREAM_PREFIX}{self.address}"
 
     def begin(self, options: PlateOptions) -> None:
-        """Show what is there, and what comes from now on."""
+        """Show what is there, and what comes from now on, read with `options`."""
         self.options, self.is_wanted, self._made_of = options, True, None
 
+    def show(self, is_shown: bool) -> None:
+        """Tell that its frames are what is shown, or that something else is."""
+        self.is_wanted = self.is_shown = is_shown
+
     def poll(self) -> Plate | None:
-        """The newest frame, once; begins to make the next where the renderer has sent more."""
+        """Return the newest frame, once; begin the next one where the renderer has sent more."""
         made = self._maker.poll()
         if made is not None:
             self._made_of, self.problem = made.of, made.problem
@@ -72,7 +74,7 @@ class StreamSource:
         return made.plate if made is not None and self.is_wanted else None
 
     def _make(self, options: PlateOptions, due_s: float) -> _Made:
-        """On a thread: copy what has come and read it."""
+        """Copy what has come and read it; this runs on a thread."""
         time.sleep(max(0.0, due_s - time.monotonic()))
         of = self._server.version, options
         try:
@@ -84,13 +86,13 @@ class StreamSource:
 
     @property
     def words(self) -> str:
-        """That it listens, and what came and could not be used."""
+        """Return that it listens, and what came and could not be used."""
         said = (f"Listening on {self.address} ...", self.problem, self.losses)
         return " ".join(part for part in said if part)
 
     @property
     def losses(self) -> str:
-        """How many packets were not taken and why the last of them was not; "" without any."""
+        """Return how many packets were not taken, and why the last was not; "" without any."""
         dropped, refused = self._server.dropped, self._server.refused
         if not (dropped or refused):
             return ""
@@ -99,7 +101,23 @@ class StreamSource:
     def _tell(self) -> None:
         self.wake()
 
+    def frames_of(self, shot: Shot) -> tuple[int, ...]:
+        """Raise InputError: frames that were sent cannot be asked for again."""
+        raise InputError(f"{self.text}: {NO_FILES}")
+
+    def check(self, shot: Shot, frames: tuple[int, ...], missing: MissingPolicy) -> None:
+        """Raise InputError, see `frames_of`."""
+        raise InputError(f"{self.text}: {NO_FILES}")
+
+    def origin(self, shot: Shot, frame: int, missing: MissingPolicy) -> Origin:
+        """Raise InputError, see `frames_of`."""
+        raise InputError(f"{self.text}: {NO_FILES}")
+
+    def loader(self, shot: Shot, origins: tuple[Origin, ...], renderer: Renderer) -> FrameLoader:
+        """Raise InputError, see `frames_of`."""
+        raise InputError(f"{self.text}: {NO_FILES}")
+
     def close(self) -> None:
-        """Listen no more; a second time does nothing."""
-        self.is_wanted = False
+        """Stop listening; a second call does nothing."""
+        self.show(False)
         self._server.close()

@@ -1,0 +1,70 @@
+"""The picture of the open source on the GPU, and how it stands with the frame asked for."""
+
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from heatlens.errors import GpuError, HeatlensError
+from heatlens.model.depth_histogram import DepthHistogram, depth_histogram
+from heatlens.plate.plate import Plate
+from heatlens.render import FrameRenderer
+
+
+class GpuPicture:
+    """What is shown of the source now. Feeds put pictures here, panels and scheduler read them.
+
+    plate       None while there is none
+    version     counts the pictures that were put on the GPU
+    is_finer    True where the latest picture is the one before with less noise
+    is_black    True where a missing frame is shown as black
+    is_settled  True where the frame asked for is there, as far as it can be
+    problem     why the frame cannot be shown, in a sentence; "" where it can
+    """
+
+    def __init__(self, renderer: FrameRenderer) -> None:
+        self.renderer = renderer
+        self.plate: Plate | None = None
+        self.histogram: DepthHistogram | None = None
+        self.upload_s = 0.0
+        self.version = 0
+        self.is_finer = False
+        self.is_black = False
+        self.is_settled = False
+        self.problem = ""
+        self.frame = 0  # that was asked for
+
+    def ask(self, frame: int) -> None:
+        """Begin to show `frame`."""
+        self.problem, self.is_black, self.frame = "", False, frame
+
+    def load(self, plate: Plate) -> None:
+        """Take a plate to the GPU in the place of the one before.
+
+        Raises HeatlensError where there is no room for it; then there is no picture.
+        """
+        start = time.perf_counter()
+        self.plate = None
+        self.renderer.load(plate)
+        self.renderer.ctx.finish()
+        self.upload_s = time.perf_counter() - start
+        self._take_loaded()
+
+    @contextmanager
+    def drawing(self) -> Iterator[None]:
+        """Show what the renderer draws in the block; what it cannot draw becomes `problem`."""
+        try:
+            yield
+        except HeatlensError as error:
+            self.problem = str(error)
+            if isinstance(error, GpuError):
+                self.plate = None  # it was drawn over
+            return
+        if self.renderer.loaded.plate is not self.plate:
+            self._take_loaded()
+
+    def _take_loaded(self) -> None:
+        loaded = self.renderer.loaded
+        self.plate = loaded.plate
+        self.histogram = depth_histogram(loaded.bins) if loaded.plate.has_distances else None
+        self.version += 1
+        self.is_finer = False

@@ -1,0 +1,228 @@
+"""How the pictures of each kind of source come to the GPU while the window shows it."""
+
+from dataclasses import dataclass, replace
+
+from heatlens.errors import InputError
+from heatlens.frame_cache.cache import Damaged, Direction
+from heatlens.model.boxes import Box
+from heatlens.model.framing import Framing
+from heatlens.model.settings import PROXY_MIN
+from heatlens.model.shot import Shot
+from heatlens.sequence.sequence import MissingPolicy
+from heatlens.session.gpu_picture import GpuPicture
+from heatlens.session.scene_preview import ScenePreview
+from heatlens.source.opened import Opened, OpenedPlates, OpenedScene, OpenedStream
+
+
+@dataclass(frozen=True)
+class Playhead:
+    """Where the playhead is, and what will be asked for next.
+
+    direction   in which it moves, or moved last
+    ahead       how many frames to read ahead in that direction
+    missing     what stands in for a frame without a file
+    """
+
+    frame: int
+    direction: Direction = 1
+    is_playing: bool = False
+    ahead: int = 0
+    missing: MissingPolicy = "hold"
+
+
+class PictureFeed:
+    """Brings no pictures: what the window has before a source is open, and base of the others."""
+
+    def __init__(self, picture: GpuPicture) -> None:
+        self.picture = picture
+        self.wanted: tuple[int, Direction, int] | None = None  # of a frame cache, as last told
+
+    @property
+    def is_good(self) -> bool:
+        """True where the picture on the GPU is worth a blur."""
+        return True
+
+    @property
+    def is_whole(self) -> bool:
+        """True where the picture on the GPU is as good as it gets."""
+        return True
+
+    def begin(self) -> None:
+        """Show the first picture. Raises HeatlensError; then the source before stays open."""
+
+    def show(self, shot: Shot, playhead: Playhead) -> None:
+        """Have the picture at the playhead on the GPU, now or as soon as it is read."""
+        self.picture.ask(playhead.frame)
+
+    def follow(self, shot: Shot, frame: int) -> None:
+        """Answer a change of the shot since `show`: a blur would wait for its whole picture."""
+
+    def refine(self, slice_s: float) -> None:
+        """Go on for a moment with a better picture of what rests."""
+
+    def refresh(self) -> None:
+        """Take over what has arrived by itself. Raises HeatlensError without room on the GPU."""
+
+    def seen(self, shot: Shot) -> Shot:
+        """Return the shot as it is drawn now: a scene is drawn smaller while something moves."""
+        return shot
+
+    def windows(self, shot: Shot) -> tuple[Box, Box]:
+        """Return data and display window of the whole picture."""
+        assert self.picture.plate is not None
+        return self.picture.plate.data_window, self.picture.plate.display_window
+
+    def plate_px(self, shot: Shot, pixel: tuple[int, int]) -> tuple[int, int]:
+        """Return the pixel of the plate on the GPU under one of the display window."""
+        return pixel
+
+    def sized(self, shot: Shot, scale: float) -> Shot:
+        """Return the shot with smaller pictures, by its proxy."""
+        proxy = max(PROXY_MIN, shot.defocus.proxy * scale)
+        return replace(shot, defocus=replace(shot.defocus, proxy=proxy))
+
+    def seconds_until_needed(self) -> float | None:
+        """Return how long until `refine` has something to do; None where it has nothing."""
+        return None
+
+
+class PlateFeed(PictureFeed):
+    """Reads plates ahead of the playhead and loads the one that is under it."""
+
+    def __init__(self, picture: GpuPicture, opened: OpenedPlates) -> None:
+        super().__init__(picture)
+        self._opened = opened
+
+    def begin(self) -> None:
+        """See `PictureFeed`."""
+        self.picture.load(self._opened.plate)
+        self.picture.frame, self.picture.is_settled = self._opened.frame, True
+
+    def show(self, shot: Shot, playhead: Playhead) -> None:
+        """See `PictureFeed`; what cannot be read becomes the picture's `problem`."""
+        self.picture.ask(playhead.frame)
+        cache = self._opened.cache
+        try:
+            stands_in = cache.sequence.shown_frame(playhead.frame, playhead.missing)
+        except InputError as error:
+            self.picture.problem, self.picture.is_settled = str(error), True
+            return
+        if stands_in is None:
+            self.picture.is_black = self.picture.is_settled = True
+            return
+        wanted = (stands_in, playhead.direction, playhead.ahead)
+        if wanted != self.wanted:
+            cache.want(*wanted)
+            self.wanted = wanted
+        self._take(stands_in)
+
+    def _take(self, frame: int) -> None:
+        found = self._opened.cache.get(frame)
+        self.picture.is_settled = found is not None
+        if isinstance(found, Damaged):
+            self.picture.problem = found.sentence
+        elif found is not None and found is not self.picture.plate:
+            self.picture.load(found)
+
+
+class SceneFeed(PictureFeed):
+    """Draws the scene: small while something moves, whole and antialiased when it rests."""
+
+    def __init__(self, picture: GpuPicture, opened: OpenedScene) -> None:
+        super().__init__(picture)
+        self._opened = opened
+        self._preview = ScenePreview(picture.renderer)
+        self._is_playing = False
+
+    def begin(self) -> None:
+        """See `PictureFeed`."""
+        self.picture.renderer.load_scene(self._opened.scene)
+        self.picture.plate = None
+        self.show(self._opened.first.shot, Playhead(self._opened.frame))
+
+    def show(self, shot: Shot, playhead: Playhead) -> None:
+        """See `PictureFeed`; it is drawn again only where something moved."""
+        self.picture.ask(playhead.frame)
+        self._is_playing = playhead.is_playing
+        with self.picture.drawing():
+            self._preview.look(shot, playhead.frame, playhead.is_playing)
+        self.picture.is_settled = True
+
+    def follow(self, shot: Shot, frame: int) -> None:
+        """See `PictureFeed`."""
+        if self.picture.plate is not None:
+            self.show(shot, Playhead(frame, is_playing=self._is_playing))
+
+    def refine(self, slice_s: float) -> None:
+        """See `PictureFeed`."""
+        if self.is_whole:
+            return
+        was_good = self.is_good
+        with self.picture.drawing():
+            self._preview.refine(slice_s)
+        self.picture.is_finer = was_good and self._preview.is_whole
+
+    @property
+    def is_good(self) -> bool:
+        """See `PictureFeed`: large and antialiased."""
+        return bool(self.picture.problem) or self._preview.is_good
+
+    @property
+    def is_whole(self) -> bool:
+        """See `PictureFeed`: as it is drawn for a file."""
+        return bool(self.picture.problem) or self._preview.is_whole
+
+    def seen(self, shot: Shot) -> Shot:
+        """See `PictureFeed`."""
+        return self._preview.seen(shot)
+
+    def windows(self, shot: Shot) -> tuple[Box, Box]:
+        """See `PictureFeed`; however small the picture is drawn now."""
+        box = Box(0, 0, *(shot.framing or Framing()).size)
+        return box, box
+
+    def plate_px(self, shot: Shot, pixel: tuple[int, int]) -> tuple[int, int]:
+        """See `PictureFeed`; the picture may be drawn smaller now."""
+        if self.picture.plate is None:
+            return pixel
+        window, (_, whole) = self.picture.plate.display_window, self.windows(shot)
+        return pixel[0] * window.width // whole.width, pixel[1] * window.height // whole.height
+
+    def sized(self, shot: Shot, scale: float) -> Shot:
+        """Return the shot with smaller pictures: the scene is drawn smaller."""
+        framing = shot.framing or Framing()
+        width, height = (max(1, round(side * scale)) for side in framing.size)
+        return replace(shot, framing=replace(framing, width_px=width, height_px=height))
+
+    def seconds_until_needed(self) -> float | None:
+        """See `PictureFeed`."""
+        return None if self.is_whole else self._preview.seconds_to_rest()
+
+
+class StreamFeed(PictureFeed):
+    """Shows the newest frame that a renderer has sent, wherever the playhead is."""
+
+    def __init__(self, picture: GpuPicture, opened: OpenedStream) -> None:
+        super().__init__(picture)
+        self._opened = opened
+
+    def begin(self) -> None:
+        """See `PictureFeed`."""
+        self.picture.load(self._opened.plate)
+        self.picture.is_settled = True
+
+    def refresh(self) -> None:
+        """See `PictureFeed`."""
+        plate = self._opened.source.poll()
+        if plate is not None:
+            self.picture.load(plate)
+
+
+def feed_of(opened: Opened, picture: GpuPicture) -> PictureFeed:
+    """Return what brings the pictures of `opened` to the GPU."""
+    if isinstance(opened, OpenedScene):
+        return SceneFeed(picture, opened)
+    if isinstance(opened, OpenedStream):
+        return StreamFeed(picture, opened)
+    assert isinstance(opened, OpenedPlates)
+    return PlateFeed(picture, opened)

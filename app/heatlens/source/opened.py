@@ -1,0 +1,311 @@
+"""A source that has been opened: how a shot of it begins, and what it tells while it is open."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any, ClassVar, Protocol
+
+from heatlens.errors import InputError
+from heatlens.frame_cache.cache import FrameCache
+from heatlens.frame_cache.reader import settled_options
+from heatlens.model.frames import FRAMES_PER_SECOND, FrameRange
+from heatlens.model.lens import Lens
+from heatlens.model.plate_options import PlateOptions
+from heatlens.model.settings import DefocusSettings
+from heatlens.model.shot import Shot
+from heatlens.plate.plate import Plate
+from heatlens.plate.start_lens import StartLens, start_lens
+from heatlens.scene.first_shot import FirstShot, first_shot
+from heatlens.scene.scene import Scene
+from heatlens.sequence.sequence import MissingPolicy, Stamp
+from heatlens.source.kind import SourceKind
+from heatlens.source.origin import stamped
+from heatlens.source.plate_source import PlateSource
+from heatlens.source.scene_source import SceneSource
+from heatlens.source.source import Source
+from heatlens.source.stream_source import StreamSource
+
+
+class Opened(Protocol):
+    """A source with its first picture at hand.
+
+    source   what has been opened
+    options  how its plates are read, as it was asked for
+    frame    the frame to show first
+    """
+
+    @property
+    def kind(self) -> SourceKind:
+        """Which kind it is: the window shows other panels for each."""
+
+    @property
+    def source(self) -> Source: ...
+    @property
+    def options(self) -> PlateOptions: ...
+    @property
+    def frame(self) -> int: ...
+
+    @property
+    def text(self) -> str:
+        """The name that finds the source again."""
+
+    @property
+    def settled(self) -> PlateOptions:
+        """How every plate is read: as the first one was found to be."""
+
+    @property
+    def frames(self) -> FrameRange | None:
+        """The frames as they are now; None for a still and a stream."""
+
+    @property
+    def news(self) -> int:
+        """Counts what has become known of the frames."""
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Sentences to tell the user: repairs, guesses, warnings."""
+
+    @property
+    def attributes(self) -> Mapping[str, Any]:
+        """The header entries of the first plate, which tell what its colours mean."""
+
+    @property
+    def cache(self) -> FrameCache | None:
+        """The plates in memory; None where none are read from files."""
+
+    @property
+    def scene(self) -> Scene | None:
+        """The 3D scene; None where there is none."""
+
+    @property
+    def stamps(self) -> tuple[Stamp | None, ...]:
+        """The stamps of the files that all frames are made of, from before they were read."""
+
+    def files_at(self, frame: int, missing: MissingPolicy) -> tuple[Path, ...]:
+        """Return the files that `frame` alone is made of; none for a black or a missing frame."""
+
+    def lens(self, given: Mapping[str, float]) -> StartLens:
+        """Return the lens to begin with; `given` holds fields of Lens. Raises LensError."""
+
+    def shot(self, lens: Lens, defocus: DefocusSettings) -> Shot:
+        """Return the shot to begin with."""
+
+    def close(self) -> None:
+        """Stop reading."""
+
+
+class News:
+    """Counts the news of a frame cache, and passes them on."""
+
+    def __init__(self, wake: Any) -> None:
+        self.count = 0
+        self._wake = wake
+
+    def tell(self) -> None:
+        """Count; called on the threads of the cache."""
+        self.count += 1
+        self._wake()
+
+
+@dataclass(frozen=True, eq=False)
+class OpenedPlates:
+    """A sequence, or a single file, of which one frame has been read. See `Opened`."""
+
+    source: PlateSource
+    cache: FrameCache
+    frame: int
+    plate: Plate
+    counter: News
+
+    kind: ClassVar = SourceKind.PLATES
+    scene: ClassVar = None
+    stamps: ClassVar = ()
+
+    @property
+    def text(self) -> str:
+        """See `Opened`."""
+        return self.source.text
+
+    @property
+    def options(self) -> PlateOptions:
+        """See `Opened`."""
+        return self.source.options
+
+    @cached_property
+    def settled(self) -> PlateOptions:
+        """See `Opened`."""
+        return settled_options(self.options, self.plate)
+
+    @property
+    def frames(self) -> FrameRange | None:
+        """See `Opened`; a sequence grows while it is being rendered."""
+        sequence = self.cache.sequence
+        return None if sequence.is_single else FrameRange(sequence.first, sequence.last)
+
+    @property
+    def news(self) -> int:
+        """See `Opened`."""
+        return self.counter.count
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """See `Opened`."""
+        return self.plate.notes
+
+    @property
+    def attributes(self) -> Mapping[str, Any]:
+        """See `Opened`."""
+        return self.plate.attributes
+
+    def files_at(self, frame: int, missing: MissingPolicy) -> tuple[Path, ...]:
+        """See `Opened`."""
+        try:
+            path = self.cache.sequence.resolve(frame, missing)
+        except InputError:
+            return ()
+        return () if path is None else self.source.files_of(path)
+
+    def lens(self, given: Mapping[str, float]) -> StartLens:
+        """See `Opened`; what is not given is that of the header."""
+        return start_lens(self.plate, given)
+
+    def shot(self, lens: Lens, defocus: DefocusSettings) -> Shot:
+        """See `Opened`; the frame rate is that of the header."""
+        return Shot(
+            lens,
+            defocus,
+            self.text,
+            self.options,
+            frames=self.frames,
+            frames_per_second=_frame_rate(self.plate),
+        )
+
+    def close(self) -> None:
+        """See `Opened`."""
+        self.cache.close()
+
+
+@dataclass(frozen=True, eq=False)
+class OpenedScene:
+    """A 3D scene, and the shot that looks at it first. See `Opened`."""
+
+    source: SceneSource
+    options: PlateOptions
+    first: FirstShot
+    stamps: tuple[Stamp | None, ...]
+
+    kind: ClassVar = SourceKind.SCENE
+    cache: ClassVar = None
+    news: ClassVar = 0
+    attributes: ClassVar[Mapping[str, Any]] = {}
+
+    @property
+    def text(self) -> str:
+        """See `Opened`."""
+        return self.source.text
+
+    @property
+    def settled(self) -> PlateOptions:
+        """See `Opened`; a scene has no plates that could be read in another way."""
+        return self.options
+
+    @property
+    def scene(self) -> Scene:
+        """See `Opened`."""
+        return self.first.scene
+
+    @property
+    def frame(self) -> int:
+        """See `Opened`."""
+        return self.first.frame
+
+    @property
+    def frames(self) -> FrameRange | None:
+        """See `Opened`."""
+        return self.scene.frames
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """See `Opened`."""
+        return self.scene.notes
+
+    def files_at(self, frame: int, missing: MissingPolicy) -> tuple[Path, ...]:
+        """See `Opened`; all frames are made of the same files."""
+        return ()
+
+    def lens(self, given: Mapping[str, float]) -> StartLens:
+        """See `Opened`; what is not given is that of the scene's camera, or assumed."""
+        return StartLens(replace(self.first.shot.lens, **given), dict.fromkeys(given, "given"))
+
+    def shot(self, lens: Lens, defocus: DefocusSettings) -> Shot:
+        """See `Opened`."""
+        return replace(self.first.shot, lens=lens, defocus=defocus)
+
+    def close(self) -> None:
+        """See `Opened`; nothing is being read."""
+
+
+@dataclass(frozen=True, eq=False)
+class OpenedStream:
+    """A running renderer of which the first frame has come. See `Opened`."""
+
+    source: StreamSource
+    plate: Plate
+
+    kind: ClassVar = SourceKind.STREAM
+    frame: ClassVar = 1
+    frames: ClassVar = None
+    cache: ClassVar = None
+    scene: ClassVar = None
+    news: ClassVar = 0
+    stamps: ClassVar = ()
+    attributes: ClassVar[Mapping[str, Any]] = {}
+
+    @property
+    def text(self) -> str:
+        """See `Opened`."""
+        return self.source.text
+
+    @property
+    def options(self) -> PlateOptions:
+        """See `Opened`; they may change while frames arrive."""
+        return self.source.options
+
+    @property
+    def settled(self) -> PlateOptions:
+        """See `Opened`."""
+        return self.source.options
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """See `Opened`."""
+        return self.plate.notes
+
+    def files_at(self, frame: int, missing: MissingPolicy) -> tuple[Path, ...]:
+        """See `Opened`; a stream has no files."""
+        return ()
+
+    def lens(self, given: Mapping[str, float]) -> StartLens:
+        """See `Opened`."""
+        return start_lens(self.plate, given)
+
+    def shot(self, lens: Lens, defocus: DefocusSettings) -> Shot:
+        """See `Opened`."""
+        return Shot(lens, defocus, self.text, self.options)
+
+    def close(self) -> None:
+        """See `Opened`; the renderer may be listened to again later."""
+
+
+def opened_scene(text: str, options: PlateOptions) -> OpenedScene:
+    """Read a scene. Raises InputError naming the file where that fails."""
+    source = SceneSource(text)
+    stamps = tuple(file.stamp for file in stamped(source.all_files))  # before it is read
+    return OpenedScene(source, options, first_shot(text), stamps)
+
+
+def _frame_rate(plate: Plate) -> float:
+    """Return the rate in the header; OpenEXR says which one holds without a plausible one."""
+    rate = float(plate.attributes.get("framesPerSecond", FRAMES_PER_SECOND))
+    return rate if 1.0 <= rate <= 1000.0 else FRAMES_PER_SECOND
