@@ -11,8 +11,7 @@
 //   sum_img      rgba so far times its weight; after the last rows the picture
 //   weight_img   the weight so far
 
-#include "lib/disc.lib.glsl"
-#include "lib/sharp.lib.glsl"
+#include "lib/aperture.lib.glsl"
 
 layout(local_size_x = 16, local_size_y = 16) in;
 
@@ -31,23 +30,24 @@ layout(r32f) uniform image2D weight_img;
 void main() {
     ivec2 at = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, band_start), size = textureSize(color_tx, 0);
     if (any(greaterThanEqual(at, size))) return;
-    float coc = texelFetch(coc_tx, at, 0).r, radius = 0.5 * abs(coc);
-    if (is_sharp(radius)) {
+    float coc = texelFetch(coc_tx, at, 0).r, radius = 0.5 * coc;
+    if (is_one_pixel(radius)) {
         if (is_last) imageStore(sum_img, at, texelFetch(color_tx, at, 0));
         return;
     }
     vec4 sum = is_first ? vec4(0.0) : imageLoad(sum_img, at);
     float weight = is_first ? 0.0 : imageLoad(weight_img, at).r;
-    ivec2 reach = ivec2(min(ceil(disc_reach(radius, RAMP)), vec2(size)));
+    ivec2 reach = ivec2(min(ceil(aperture_reach(radius, RAMP)), vec2(size)));
     ivec2 first = max(ivec2(-reach.x, max(-reach.y, disc_rows.x)), -at);
     ivec2 last = min(ivec2(reach.x, min(reach.y, disc_rows.y)), size - 1 - at);
     for (int y = first.y; y <= last.y; ++y)
         for (int x = first.x; x <= last.x; ++x) {
-            float inside = disc_profile(vec2(x, y), radius, RAMP);
+            vec2 offset = -vec2(x, y);  // from the disc of the pixel there to this one
+            float inside = aperture_coverage(offset, radius, RAMP);
             if (inside <= 0.0) continue;
             float there = texelFetch(coc_tx, at + ivec2(x, y), 0).r;
             if (there < coc + BEHIND_PX)
-                inside = min(inside, disc_profile(vec2(x, y), 0.5 * abs(there), RAMP));
+                inside = min(inside, aperture_coverage(offset, 0.5 * there, RAMP));
             sum += inside * texelFetch(color_tx, at + ivec2(x, y), 0);
             weight += inside;
         }

@@ -2,7 +2,7 @@
 // ray from there to the lamp crosses nearer depths at places in the picture that move towards the
 // pixel in proportion to the difference in coc. What stands there at that depth hides the lamp.
 
-#include "lib/disc.lib.glsl"
+#include "lib/aperture.lib.glsl"
 #include "lib/kind.lib.glsl"
 
 flat in vec4 place;  // centre x, y in pixels; signed coc; half the width of the rim's ramp
@@ -68,7 +68,7 @@ float seen_at(ivec2 at, float coc) {
 void main() {
     float coc = place.z, ramp = place.w;
     if (abs(coc) < 1e-3) coc = 1e-3;
-    float inside = disc_profile(gl_FragCoord.xy - place.xy, 0.5 * abs(coc), ramp);
+    float inside = aperture_coverage(gl_FragCoord.xy - place.xy, 0.5 * coc, ramp);
     if (inside > 0.0) inside *= seen_at(ivec2(gl_FragCoord.xy), coc);
     if (inside > 0.0) inside *= 1.0 - hidden_part(gl_FragCoord.xy, place.xy, coc);
     if (inside == 0.0) discard;

@@ -6,7 +6,7 @@
 // COUNT output   tally_buf        a tally a block
 // WRITE inputs   plan, offset_buf  output  sprite_buf
 
-#include "lib/disc.lib.glsl"
+#include "lib/aperture.lib.glsl"
 #include "lib/highlights.lib.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
@@ -21,7 +21,6 @@ layout(std430) readonly buffer offset_block { uint offset_buf[]; };
 layout(std430) writeonly buffer sprite_block { Sprite sprite_buf[]; };
 #endif
 
-#define PI 3.14159265
 #define SAME_COC_PX 0.5    // pixels of a lamp: this close, or
 #define SAME_COC_PART 0.05 // this part of the coc
 #define RIM_OFFSET 0.35    // 1/2 for a straight rim; less suits the corners of small lamps as well
@@ -94,14 +93,13 @@ int brightest(ivec2 from, int side) {
 }
 
 float pixels_covered(vec2 centre, float radius, float ramp) {
-    vec2 reach = disc_reach(radius, ramp);
-    if (min(reach.x, reach.y) > NUMERIC_PX)
-        return PI * (radius * radius * axis_scales.x * axis_scales.y + ramp * ramp / 3.0);
+    vec2 reach = aperture_reach(radius, ramp);
+    if (min(reach.x, reach.y) > NUMERIC_PX) return aperture_light(radius * radius, ramp);
     float sum = 0.0;
     ivec2 first = ivec2(floor(centre - reach)), last = ivec2(floor(centre + reach));
     for (int y = first.y; y <= last.y; ++y)
         for (int x = first.x; x <= last.x; ++x)
-            sum += disc_profile(vec2(x, y) + 0.5 - centre, radius, ramp);
+            sum += aperture_coverage(vec2(x, y) + 0.5 - centre, radius, ramp);
     return sum;
 }
 
@@ -126,13 +124,13 @@ Sprite merged(ivec2 from, int side, int best) {
     float variance = max(0.5 * (moment_2 / weight - dot(centre, centre)), 0.0);
     float ramp = sqrt(3.0 * (1.0 / 12.0 + variance));
     centre += vec2(corner);
-    float covered = pixels_covered(centre, 0.5 * abs(coc[best]), ramp);
+    float covered = pixels_covered(centre, 0.5 * coc[best], ramp);
     return Sprite(vec4(centre, coc[best], ramp), vec4(light / max(covered, 1e-6), 0.0));
 }
 
 // Pixels of the picture that drawing a sprite looks at.
 float area_inside(Sprite sprite) {
-    vec2 reach = disc_reach(0.5 * abs(sprite.place.z), sprite.place.w) + 1.0;
+    vec2 reach = aperture_reach(0.5 * sprite.place.z, sprite.place.w) + 1.0;
     vec2 low = max(sprite.place.xy - reach, 0.0), high = min(sprite.place.xy + reach, vec2(size));
     return (high.x - low.x) * (high.y - low.y);
 }

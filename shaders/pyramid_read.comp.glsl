@@ -11,6 +11,8 @@
 // Output
 //   out_color_img  rgba
 
+#include "lib/aperture.lib.glsl"
+
 layout(local_size_x = 16, local_size_y = 16) in;
 
 #define LEVELS_MAX 15
@@ -21,7 +23,6 @@ layout(local_size_x = 16, local_size_y = 16) in;
 uniform sampler2D color_tx;
 uniform sampler2D pyramid_tx;
 uniform sampler2D coc_tx;
-uniform vec2 axis_scales;
 uniform ivec4 places[LEVELS_MAX];  // corner, size of level 1, 2, ..
 uniform int levels;                // without level 0
 layout(rgba32f) uniform writeonly image2D out_color_img;
@@ -55,7 +56,7 @@ void main() {
     ivec2 at = ivec2(gl_GlobalInvocationID.xy);
     if (any(greaterThanEqual(at, textureSize(color_tx, 0)))) return;
     float coc = min(abs(texelFetch(coc_tx, at, 0).r), 1e9);
-    vec2 variances = coc * coc / 16.0 * axis_scales * axis_scales;
+    vec2 variances = aperture_variances(0.5 * coc);
     float least = min(variances.x, variances.y), more = max(variances.x, variances.y) - least;
     vec4 color = vec4(0.0);
     if (more <= 1e-6 * least) {

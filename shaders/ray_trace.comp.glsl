@@ -16,6 +16,7 @@
 #include "lib/tangent.lib.glsl"
 #include "lib/bvh.lib.glsl"
 #include "lib/random.lib.glsl"
+#include "lib/aperture.lib.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
@@ -24,7 +25,6 @@ uniform float focal_px;
 uniform float focus_dioptres;   // 0 with focus at infinity
 uniform vec2 depths_m;          // nearest and farthest that are seen
 uniform vec2 lens_middle_m;
-uniform vec2 lens_radii_m;
 uniform vec2 pixel_middle_px;   // 0 for where it is
 uniform float pixel_side_px;    // of the square that a pixel's rays go through
 uniform int top_root;           // of the tree over the instances
@@ -34,12 +34,6 @@ uniform int band_start;         // first row
 uniform bool is_first;
 layout(rgba32f) uniform image2D sum_img;
 layout(rgba32f) writeonly uniform image2D mean_img;
-
-// Uniform over the ellipse.
-vec2 lens_point(vec2 u) {
-    float angle = 2.0 * PI * u.y;
-    return lens_middle_m + lens_radii_m * sqrt(u.x) * vec2(cos(angle), sin(angle));
-}
 
 vec3 light_at(Hit hit, vec3 to_eye) {
     Instance there = instances[hit.instance];
@@ -71,7 +65,7 @@ void main() {
     if (sum.a < float(rays)) {
         vec4 u = random4(uvec4(at, uint(sum.a), uint(seed)));
         vec2 px = vec2(at) + 0.5 + pixel_middle_px + pixel_side_px * (u.xy - 0.5);
-        sum += vec4(light_through(px, vec2(size), lens_point(u.zw)), 1.0);
+        sum += vec4(light_through(px, vec2(size), lens_middle_m + aperture_point(u.zw)), 1.0);
         imageStore(sum_img, at, sum);
     }
     imageStore(mean_img, at, vec4(sum.rgb / sum.a, 1.0));

@@ -1,6 +1,6 @@
 // A pixel's disc: its share of the pixel's light and as much of cover, to be added up.
 
-#include "lib/disc.lib.glsl"
+#include "lib/aperture.lib.glsl"
 
 flat in vec2 centre;
 flat in float radius;
@@ -13,7 +13,7 @@ layout(location = 1) out float out_cover;
 #define RAMP 0.5
 
 void main() {
-    float part = share < 0.0 ? 1.0 : share * disc_profile(gl_FragCoord.xy - centre, radius, RAMP);
+    float part = share < 0.0 ? 1.0 : share * aperture_coverage(gl_FragCoord.xy - centre, radius, RAMP);
     if (part == 0.0) discard;
     out_light = part * color;
     out_cover = part;

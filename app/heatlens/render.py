@@ -15,7 +15,8 @@ from heatlens.errors import InputError
 from heatlens.gpu.context import check_plate_fits, check_work_fits
 from heatlens.gpu.stopwatch import Stopwatch
 from heatlens.gpu.textures import FloatArray, download
-from heatlens.model.coc import axis_scales, coc_line
+from heatlens.model.aperture import DiscShape
+from heatlens.model.coc import coc_line
 from heatlens.model.framing import Pose
 from heatlens.model.lens import Lens
 from heatlens.model.settings import Method
@@ -226,9 +227,9 @@ def drained(steps: Steps[Result], tell: Callable[[str], None] = lambda _: None) 
 
 def optics_of(plate: Plate, occupied: npt.NDArray[np.float64], lens: Lens) -> Optics:
     """Return the lens in front of this plate, in pixels of its display window."""
-    scales = axis_scales(lens.squeeze, plate.pixel_aspect_ratio)
+    disc = DiscShape(lens.aperture, plate.pixel_aspect_ratio)
     if plate.coc_px is not None:
-        return Optics(None, occupied, scales)
+        return Optics(None, occupied, disc)
     line = coc_line(lens, plate.display_window.width)
     coc = line.at_infinity_px + line.per_dioptre_px * occupied
-    return Optics(line, coc[::-1], scales)  # more dioptres, less coc
+    return Optics(line, coc[::-1], disc)  # more dioptres, less coc

@@ -24,7 +24,7 @@
 #include "lib/strips.lib.glsl"
 
 uniform sampler2D coc_tx;
-uniform float axis_scale;      // squeeze and pixel aspect: diameter along this axis / coc_tx
+uniform float axis_scale;      // spread of the aperture and pixel aspect: diameter along this axis / coc_tx
 uniform float least_px;        // pixels with a smaller coc are blurred by this
 uniform float resampled_px_2;  // what a smaller picture's own reduction and enlargement blur already
 uniform Num kappa[POLES];

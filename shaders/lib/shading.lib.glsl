@@ -2,6 +2,8 @@
 // sun's shadow from one map for both. A comparison of the two is of their lenses, not their light.
 // Include lib/scene.lib.glsl first. Uniforms: SceneRaster.shading_uniforms(); textures: maps_tx, shadow_tx.
 
+#include "lib/pi.lib.glsl"
+
 uniform sampler2DShadow shadow_tx;
 uniform mat4 shadow_from_world;  // to 0..1 in all three axes
 uniform float shadow_texel_m;    // how wide a texel of the map is in the world
@@ -12,7 +14,6 @@ uniform vec3 sky_horizon;
 uniform vec3 sky_ground;
 uniform vec3 sky_light[3];       // diffuse light for a normal's y: a + b y + c y^2
 
-#define PI 3.14159265
 #define MOST_LIGHT 65504.0     // of a half float
 #define LEAST_ROUGHNESS 0.1    // a smoother surface's glint would not be found by any number of rays
 #define GROUND_BAND 0.1        // the sky goes over into the ground within this, sine of an angle

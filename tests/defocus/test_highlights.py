@@ -17,14 +17,23 @@ from heatlens.defocus.highlight_pass import (
 from heatlens.defocus.line_solver import SweepSolver
 from heatlens.defocus.optics import Optics
 from heatlens.gpu.textures import FloatArray, download, new_array, new_texture, upload
+from heatlens.model.aperture import Aperture, DiscShape
+
+ROUND, SQUEEZED = DiscShape(), DiscShape(Aperture(2.0), 1.5)
 
 
 class Lamps:
     """The three highlight passes on one picture."""
 
-    def __init__(self, ctx: moderngl.Context, color: FloatArray, coc: FloatArray) -> None:
+    def __init__(
+        self,
+        ctx: moderngl.Context,
+        color: FloatArray,
+        coc: FloatArray,
+        disc: DiscShape = ROUND,
+    ) -> None:
         size = coc.shape[::-1]
-        self.optics = Optics(None, np.array([coc.min(), coc.max()], np.float64))
+        self.optics = Optics(None, np.array([coc.min(), coc.max()], np.float64), disc)
         self.color, self.coc = new_texture(ctx, size, 4), new_texture(ctx, size, 1)
         upload(self.color, np.concatenate([color, np.ones((*coc.shape, 1))], -1))
         upload(self.coc, coc)
@@ -64,10 +73,11 @@ def night(shape: tuple[int, int], lamps: dict[tuple[int, int], float]) -> FloatA
     return color
 
 
-@pytest.mark.parametrize("coc_px", [1.0, 3.0, 8.0, 15.0, 40.0])
-def test_light_is_kept(ctx: moderngl.Context, coc_px: float) -> None:
+@pytest.mark.parametrize("disc", [ROUND, SQUEEZED])
+@pytest.mark.parametrize("coc_px", [1.0, 3.0, 8.0, 15.0, -40.0])
+def test_light_is_kept(ctx: moderngl.Context, coc_px: float, disc: DiscShape) -> None:
     color = night((96, 96), {(48, 48): 100.0, (40, 60): 30.0})
-    lamps = Lamps(ctx, color, np.full((96, 96), coc_px, np.float32))
+    lamps = Lamps(ctx, color, np.full((96, 96), coc_px, np.float32), disc)
     assert lamps.count == 2
     low = download(lamps.low)[..., :3]
     total = (low + lamps.drawn).sum(axis=(0, 1), dtype=np.float64)
@@ -83,6 +93,19 @@ def test_a_lamp_becomes_a_disc_of_its_coc(ctx: moderngl.Context) -> None:
     np.testing.assert_allclose(drawn[radius < 13.5], plateau, rtol=1e-4)
     assert np.all(drawn[radius > 16.5] == 0.0)
     assert np.count_nonzero(drawn > plateau / 2) == pytest.approx(np.pi * 15**2, rel=0.02)
+
+
+def test_through_a_squeezed_lens_it_becomes_an_ellipse(ctx: moderngl.Context) -> None:
+    lamps = Lamps(
+        ctx, night((80, 80), {(40, 40): 200.0}), np.full((80, 80), 40.0, np.float32), SQUEEZED
+    )
+    drawn = lamps.drawn[..., 0]
+    y, x = np.mgrid[:80, :80] - 40
+    from_centre = np.hypot(x / 10, y / 30)  # half of 40 px, narrower by 2 and lower by 1.5
+    plateau = drawn[from_centre < 0.8].mean()
+    np.testing.assert_allclose(drawn[from_centre < 0.85], plateau, rtol=1e-4)
+    assert np.all(drawn[from_centre > 1.15] == 0.0)
+    assert np.count_nonzero(drawn > plateau / 2) == pytest.approx(np.pi * 10 * 30, rel=0.02)
 
 
 FINE = 16  # points along a pixel's side

@@ -10,6 +10,7 @@ from heatlens.defocus import gather_pass, scatter_pass
 from heatlens.defocus.gather_pass import gather_steps
 from heatlens.defocus.pyramid_pass import level_places, level_variance, pyramid_size
 from heatlens.defocus.scatter_pass import BINS, bin_coc_px, bin_places, disc_sums
+from heatlens.model.aperture import Aperture, DiscShape
 from support.methods_of_plates import DISCS, through
 from support.plates import coc_plate_of
 
@@ -52,9 +53,9 @@ def test_bins_hold_a_quarter_more_each():
 
 
 def test_sums_of_small_discs_come_close_to_their_area():
-    sums = disc_sums((1.0, 1.0))
+    sums = disc_sums(DiscShape())
     assert sums[128] == pytest.approx(math.pi * (64 + 1 / 12), rel=0.005)
-    assert disc_sums((0.5, 1.0))[128] == pytest.approx(sums[128] / 2, rel=0.01)
+    assert disc_sums(DiscShape(Aperture(2.0)))[128] == pytest.approx(sums[128] / 2, rel=0.01)
 
 
 def test_levels_lie_apart_and_inside():

@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 
 from heatlens.model.coc import (
     CocLine,
-    axis_scales,
     coc_line,
     coc_px,
     depth_of_field_m,
@@ -88,19 +87,6 @@ def test_arrays_keep_their_shape():
     depth_m = np.array([[1.0, 2.0, np.inf], [4.0, 0.5, 1.0]], np.float32)
     diameters = coc_px(depth_m, CocLine(10.0, -20.0))
     np.testing.assert_array_equal(diameters, [[-10, 0, 10], [5, -30, -10]])
-
-
-@pytest.mark.parametrize(
-    ("squeeze", "aspect", "scales"),
-    [
-        (1.0, 1.0, (1.0, 1.0)),
-        (2.0, 1.0, (0.5, 1.0)),
-        (1.0, 2.0, (1.0, 2.0)),
-        (1.25, 0.5, (0.8, 0.5)),
-    ],
-)
-def test_axis_scales(squeeze, aspect, scales):
-    assert axis_scales(squeeze, aspect) == scales
 
 
 # With c = 0.025 mm: H = 0.05 + 1.25 / 0.025 = 50.05 m. Focused at 2 m,

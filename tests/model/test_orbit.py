@@ -23,7 +23,7 @@ from heatlens.scene.scene_bounds import (
     started_framing,
     track_of,
 )
-from heatlens.scene.scene_view import lens_radii_m, view_of
+from heatlens.scene.scene_view import pupil_of, view_of
 from support.scenes import box, moved, scene_of
 
 METRES = st.floats(-50, 50)
@@ -168,7 +168,7 @@ def test_a_view_shifts_points_as_the_thin_lens_does(start, point, offset, focus_
     depth = -float((pose.world_to_camera @ (*point, 1.0))[2])
     assume(depth > 0.2)
     lens, size = replace(LENS, focus_distance_m=focus_m, squeeze=1.0), (640, 360)
-    radius = lens_radii_m(lens)[0]
+    radius = pupil_of(lens).radius_m
     u, v = offset[0] * radius, offset[1] * radius
     box_m = np.array([point, point]) + np.array([[-1.0], [1.0]])
     pinhole = view_of(pose, lens, size, box_m)

@@ -14,7 +14,7 @@ from heatlens.model.framing import Pose
 from heatlens.model.lens import Lens
 from heatlens.scene.demo.shapes import moved, quads, scaled
 from heatlens.scene.scene import Daylight, Instance, Material, Scene
-from heatlens.scene.scene_view import SceneView, lens_radii_m, view_of
+from heatlens.scene.scene_view import SceneView, pupil_of, view_of
 from heatlens.scene_gpu.accumulation import Accumulation
 from heatlens.scene_gpu.raster import SceneRaster
 
@@ -62,7 +62,7 @@ class Lab:
         for count in views:
             self.out.write(np.full((*SIZE, 4), 7, np.float32).tobytes())
             key = (lens, self.raster.buffers.scene)
-            steps = list(sums.steps(view_through(lens), lens_radii_m(lens), count, self.out, key))
+            steps = list(sums.steps(view_through(lens), pupil_of(lens), count, self.out, key))
             assert set(steps) <= {"view"}
         return download(self.out)
 
@@ -160,7 +160,7 @@ def test_only_what_is_new_is_drawn(ctx: moderngl.Context, lab: Lab) -> None:
     sums = Accumulation(ctx, lab.raster)
     asked = [4, 4, 9, 2]
     counts = [
-        len(list(sums.steps(view_through(LENS), lens_radii_m(LENS), views, lab.out, "same")))
+        len(list(sums.steps(view_through(LENS), pupil_of(LENS), views, lab.out, "same")))
         for views in asked
     ]
     assert counts == [4, 0, 5, 2]
@@ -178,7 +178,7 @@ def test_what_was_left_half_way_is_gone_on_with(ctx: moderngl.Context, lab: Lab)
     lab.load(1.2)
     sums = Accumulation(ctx, lab.raster)
     key = (LENS, lab.raster.buffers.scene)
-    steps = sums.steps(view_through(LENS), lens_radii_m(LENS), 32, lab.out, key)
+    steps = sums.steps(view_through(LENS), pupil_of(LENS), 32, lab.out, key)
     for _ in range(10):
         next(steps)
     so_far = download(lab.out)

@@ -6,8 +6,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import qmc
 
+from heatlens.model.aperture import Aperture, Pupil
 from heatlens.scene_gpu.lens_samples import _DIRECTIONS, _digits, _sobol, lens_samples
 
+UNIT, TALL = Pupil(Aperture(), 1.0), Pupil(Aperture(2.0), 0.02)
 seeds = st.integers(0, 2**32 - 1)
 
 
@@ -17,36 +19,37 @@ def counted(cells: np.ndarray, split: int, levels: int) -> int:
     return len({(int(x * across), int(y * down)) for x, y in cells})
 
 
-@given(seeds, st.integers(0, 300), st.integers(0, 64), st.floats(1e-4, 1), st.floats(1e-4, 1))
+@given(seeds, st.integers(0, 300), st.integers(0, 64), st.floats(1, 2), st.floats(1e-4, 1))
 def test_they_lie_on_the_lens_and_in_the_pixel(
-    seed: int, first: int, count: int, across: float, up: float
+    seed: int, first: int, count: int, squeeze: float, radius_m: float
 ) -> None:
-    offsets, jitters = lens_samples(first, first + count, (across, up), seed)
+    pupil = Pupil(Aperture(squeeze), radius_m)
+    offsets, jitters = lens_samples(first, first + count, pupil, seed)
     assert offsets.shape == jitters.shape == (count, 2)
-    assert np.all(np.sum((offsets / (across, up)) ** 2, axis=1) <= 1 + 1e-12)
+    assert np.all(np.sum((offsets / pupil.half_extents_m) ** 2, axis=1) <= 1 + 1e-12)
     assert np.all((jitters >= -0.5) & (jitters < 0.5))
 
 
 @given(seeds, st.integers(0, 200), st.integers(0, 200))
 def test_a_prefix_stays_what_it_was(seed: int, first: int, more: int) -> None:
-    whole = lens_samples(0, first + more, (0.02, 0.01), seed)
+    whole = lens_samples(0, first + more, TALL, seed)
     parts = (
-        lens_samples(0, first, (0.02, 0.01), seed),
-        lens_samples(first, first + more, (0.02, 0.01), seed),
+        lens_samples(0, first, TALL, seed),
+        lens_samples(first, first + more, TALL, seed),
     )
     for all_of_it, *pieces in zip(whole, *parts, strict=True):
         np.testing.assert_array_equal(all_of_it, np.concatenate(pieces))
 
 
 def test_another_seed_gives_other_points() -> None:
-    one, other = (lens_samples(0, 32, (1, 1), seed)[0] for seed in (0, 1))
+    one, other = (lens_samples(0, 32, UNIT, seed)[0] for seed in (0, 1))
     assert np.abs(one - other).max(axis=1).min() > 1e-6
 
 
 @given(seeds)
 def test_moments_are_those_of_an_even_disc_and_an_even_pixel(seed: int) -> None:
-    offsets, jitters = lens_samples(0, 1024, (3.0, 1.0), seed)
-    disc = offsets / (3.0, 1.0)
+    offsets, jitters = lens_samples(0, 1024, TALL, seed)
+    disc = offsets / TALL.half_extents_m
     # 1024 random points would miss these by 16 times as much.
     np.testing.assert_allclose(disc.mean(axis=0), 0, atol=1e-3)
     np.testing.assert_allclose(np.cov(disc.T, bias=True), np.eye(2) / 4, atol=1e-3)
@@ -60,7 +63,7 @@ def test_each_ring_and_each_sector_has_its_share(stretch: int) -> None:
     """Of 256 points after whole stretches; random ones miss by sqrt(15) of 16, these by half."""
     misses = []
     for seed in range(32):
-        disc, _ = lens_samples(256 * stretch, 256 * (stretch + 1), (1, 1), seed)
+        disc, _ = lens_samples(256 * stretch, 256 * (stretch + 1), UNIT, seed)
         turns = np.arctan2(disc[:, 1], disc[:, 0]) / (2 * np.pi) % 1
         for shares in (np.sum(disc**2, axis=1), turns):
             sixteenths = np.clip((shares * 16).astype(int), 0, 15)
@@ -72,7 +75,7 @@ def test_each_ring_and_each_sector_has_its_share(stretch: int) -> None:
 def test_discrepancy_is_far_below_that_of_random_points(
     count: int, rng: np.random.Generator
 ) -> None:
-    lens, jitter = lens_samples(0, count, (1, 1))
+    lens, jitter = lens_samples(0, count, UNIT)
     radii = np.sum(lens**2, axis=1)
     turns = np.arctan2(lens[:, 1], lens[:, 0]) / (2 * np.pi) % 1
     random = np.median([star(rng.random((count, 2))) for _ in range(15)])

@@ -9,6 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 from heatlens.gpu.textures import download, new_texture
+from heatlens.model.aperture import PINHOLE, Aperture, Pupil
 from heatlens.model.framing import looking_at
 from heatlens.scene.scene import Material, Scene
 from heatlens.scene.scene_view import SceneView
@@ -20,7 +21,7 @@ from support.ray_oracle import materials_seen, soup
 from support.scenes import BLACK, NIGHT, lamp, moved, plane, scene_of, still_life
 
 Picture = NDArray[np.float32]
-WIDE = (0.12, 0.08)  # half axes of a lens, metres
+WIDE = Pupil(Aperture(1.5), 0.12)
 
 
 class Stage:
@@ -34,17 +35,15 @@ class Stage:
         self.tracer = RayTracer(ctx, self.raster)
         self.out = new_texture(ctx, view.size, 4)
 
-    def traced(
-        self, rays: int, radii_m: tuple[float, float] = WIDE, seed: int = 0, key: object = 0
-    ) -> Picture:
+    def traced(self, rays: int, pupil: Pupil = WIDE, seed: int = 0, key: object = 0) -> Picture:
         """(H, W, 4) the mean of `rays` rays."""
-        for _ in self.tracer.steps(self.view, radii_m, rays, self.out, key, seed):
+        for _ in self.tracer.steps(self.view, pupil, rays, self.out, key, seed):
             pass
         return download(self.out)
 
     def points(self, view: SceneView) -> Picture:
         """(H, W, 4) a ray through the point of each pixel and of the lens that a view names."""
-        for _ in self.tracer.steps(view, (0, 0), 1, self.out, object(), pixel_side_px=0.0):
+        for _ in self.tracer.steps(view, PINHOLE, 1, self.out, object(), pixel_side_px=0.0):
             pass
         return download(self.out)
 
@@ -162,7 +161,7 @@ def test_a_small_lamp_becomes_the_disc_of_the_thin_lens(
     share = stage.traced(rays)[..., 0].astype(np.float64) / LIGHT
     stage.release()
     side = 2 * SMALL_M * view.focal_px / depth_m
-    radii = view.focal_px * np.array(WIDE) * abs(1 / focus_m - 1 / depth_m)
+    radii = view.focal_px * np.array(WIDE.half_extents_m) * abs(1 / focus_m - 1 / depth_m)
     hits = rays * side**2
     assert share.sum() == pytest.approx(side**2, rel=4 / np.sqrt(hits))
     middle = 32 + view.focal_px * np.array([place[0], -place[1]]) / depth_m
@@ -237,7 +236,7 @@ def test_fewer_rays_and_another_lens_begin_again(life: Stage) -> None:
     three = life.traced(3, key="a")
     life.traced(6, key="a")
     assert np.array_equal(life.traced(3, key="a"), three)
-    assert not np.array_equal(life.traced(3, (0.0, 0.0), key="b"), three)
+    assert not np.array_equal(life.traced(3, PINHOLE, key="b"), three)
 
 
 def test_what_has_moved_is_seen_where_it_is_now(ctx: moderngl.Context) -> None:
@@ -253,7 +252,7 @@ def test_what_has_moved_is_seen_where_it_is_now(ctx: moderngl.Context) -> None:
     middles = []
     for frame in frames:
         stage.raster.place(frame)
-        light = stage.traced(2, (0, 0), key=frame)[..., 0].sum(axis=0)
+        light = stage.traced(2, PINHOLE, key=frame)[..., 0].sum(axis=0)
         middles.append((light @ np.arange(64) + 0.5) / light.sum() if light.any() else None)
     stage.release()
     assert middles[:2] == pytest.approx([32, 52], abs=0.5)

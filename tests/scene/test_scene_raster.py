@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from heatlens.gpu.textures import download, new_texture
+from heatlens.model.aperture import PINHOLE
 from heatlens.model.framing import looking_at
 from heatlens.model.lens import Lens
 from heatlens.scene.scene import Array, Material, Scene
@@ -158,7 +159,7 @@ def test_a_lamp_smaller_than_a_pixel_has_its_light(raster: SceneRaster) -> None:
         mesh = plane(0.3 / VIEW.focal_px)  # 0.6 px wide, 1 m away
         at = moved(place / VIEW.focal_px, 0.4 / VIEW.focal_px, -1.0)
         drawn(raster, scene_of([mesh], [(0, at)], [lamp(LIGHT)], daylight=NIGHT))
-        jitters = lens_samples(0, 64, (0.0, 0.0))[1].tolist()
+        jitters = lens_samples(0, 64, PINHOLE)[1].tolist()
         light = sum(drawn_again(raster, replace(VIEW, jitter_px=tuple(j))).sum() for j in jitters)
         alpha = 64 * SIZE[0] * SIZE[1]
         assert (light - alpha) / 64 == pytest.approx(0.36 * sum(LIGHT), rel=0.05)

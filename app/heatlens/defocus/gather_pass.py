@@ -28,7 +28,7 @@ class GatherStep:
 def disc_reach_px(optics: Optics) -> tuple[int, int]:
     """Half the box (x, y) that holds the widest disc of the plate, its rim included."""
     radius = max(abs(optics.nearest_px), abs(optics.farthest_px)) / 2
-    x, y = (math.ceil(radius * scale + _RAMP_PX) for scale in optics.axis_scales)
+    x, y = (math.ceil(radius * scale + _RAMP_PX) for scale in optics.disc.half_extents)
     return x, y
 
 
@@ -76,8 +76,8 @@ class GatherPass:
                 (groups_for(color.size[0], _TILE), groups_for(part.band_rows, _TILE)),
                 textures={"color_tx": color, "coc_tx": coc},
                 images={"sum_img": out_color, "weight_img": weight},
-                uniforms={
-                    "axis_scales": optics.axis_scales,
+                uniforms=optics.disc.uniforms
+                | {
                     "band_start": part.band_start,
                     "disc_rows": (part.disc_first, part.disc_last),
                     "is_first": part.disc_first == first,

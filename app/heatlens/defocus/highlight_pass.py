@@ -92,7 +92,7 @@ class HighlightSplitPass:
             images={"out_luminance_img": luminance, "out_coc_img": half_coc},
         )
         heat = named_kernel("heat")
-        what = Diffusion(luminance, half_coc, heat, optics.axis_scales, _SURROUNDINGS_PX / 2)
+        what = Diffusion(luminance, half_coc, heat, optics.disc.spreads, _SURROUNDINGS_PX / 2)
         yield from self._blur.steps(what, targets)
         self._split.dispatch(
             tiles(color.size),
@@ -128,9 +128,9 @@ class HighlightListPass:
         bound = planned | {"sprite_block": buffers.sprite}
         blocks = (groups_for(size[0], _BLOCK), groups_for(size[1], _BLOCK))
         groups = (groups_for(blocks[0], _WORKGROUP), groups_for(blocks[1], _WORKGROUP))
-        high_tx, scales = {"high_tx": high}, {"axis_scales": optics.axis_scales}
+        high_tx, shape = {"high_tx": high}, optics.disc.uniforms
         restore_groups = tiles(size)
-        self._count.dispatch(groups, textures=high_tx, buffers=bound, uniforms=scales)
+        self._count.dispatch(groups, textures=high_tx, buffers=bound, uniforms=shape)
         yield
         self._plan.dispatch(
             (1, 1),
@@ -144,7 +144,7 @@ class HighlightListPass:
             },
         )
         yield
-        self._write.dispatch(groups, textures=high_tx, buffers=bound, uniforms=scales)
+        self._write.dispatch(groups, textures=high_tx, buffers=bound, uniforms=shape)
         yield
         self._restore.dispatch_indirect(
             buffers.plan, offset=20, textures=high_tx, images={"low_img": low}
@@ -198,11 +198,8 @@ class HighlightDrawPass:
                 "far_tx": picture.far,
                 "near_tx": picture.near,
             },
-            uniforms={
-                "picture_size": color.size,
-                "axis_scales": optics.axis_scales,
-                "nearest_px": optics.nearest_px,
-            },
+            uniforms=optics.disc.uniforms
+            | {"picture_size": color.size, "nearest_px": optics.nearest_px},
         )
         self._ctx.enable_only(moderngl.BLEND)
         self._ctx.blend_func = moderngl.ONE, moderngl.ONE

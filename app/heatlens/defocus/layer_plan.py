@@ -65,11 +65,11 @@ def _plan(cut: LayerCut, optics: Optics, side_px: int) -> LayerPlan:
     low, high = (np.searchsorted(coc, end) for end in LayerPlan(cut, 1, 0.0, 0.0).ends_px)
     held = coc[max(low - 1, 0) : high + 1]  # a bin's two ends may lie on both sides
     widest = float(np.max(np.abs(held), initial=0.0))
-    narrowest = _least_px(cut, float(held[-1])) * min(optics.axis_scales)
+    narrowest = _least_px(cut, float(held[-1])) * min(optics.disc.spreads)
     fitting = [k for k in REDUCTIONS if side_px >= k * LEAST_REDUCED_SIDE]
     reduction = next((k for k in fitting if narrowest >= k * LEAST_REDUCED_PX), 1)
     uncovering = 0.0 if cut.is_nearest else max(-optics.nearest_px, 0.0)
-    uncovered = max(optics.axis_scales) * (uncovering + widest) / 2 + MARGIN_PX
+    uncovered = max(optics.disc.half_extents) * (uncovering + widest) / 2 + MARGIN_PX
     return LayerPlan(cut, reduction, widest, uncovered)
 
 

@@ -1,11 +1,12 @@
 """What the blur has to know of lens and plate, in pixels."""
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import numpy.typing as npt
 
+from heatlens.model.aperture import DiscShape
 from heatlens.model.coc import CocLine
 
 _UNCOVERED_MARGIN_PX = 8  # a kernel's tail, and the fill's own neighbourhood
@@ -17,12 +18,12 @@ class Optics:
 
     line          signed coc over dioptres; None: the plate brings its coc itself
     occupied_px   the signed coc there are in the plate, ascending (ends of narrow bins)
-    axis_scales   (x, y) diameter along the axis over coc: squeeze and pixel aspect
+    disc          shape of the discs in the pixels of the plate
     """
 
     line: CocLine | None
     occupied_px: npt.NDArray[np.float64]
-    axis_scales: tuple[float, float] = (1.0, 1.0)
+    disc: DiscShape = field(default_factory=DiscShape)
 
     @property
     def nearest_px(self) -> float:
@@ -48,7 +49,8 @@ class Optics:
         """
         uncovering = max(-self.nearest_px, 0.0)
         widest = max(uncovering, abs(self.farthest_px))
-        return math.ceil(max(self.axis_scales) * (uncovering + widest) / 2) + _UNCOVERED_MARGIN_PX
+        reach_px = max(self.disc.half_extents) * (uncovering + widest) / 2
+        return math.ceil(reach_px) + _UNCOVERED_MARGIN_PX
 
     def scaled(self, proxy: float) -> "Optics":
         """The same on a picture `proxy` times the size."""

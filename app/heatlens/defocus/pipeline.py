@@ -139,7 +139,7 @@ class DefocusPipeline:
             case Method.PYRAMID:
                 yield from _named("pyramid", others.pyramid(*work))
             case Method.DIFFUSION | Method.HEAT:
-                what = Diffusion(color, coc, kernel_for(settings), optics.axis_scales)
+                what = Diffusion(color, coc, kernel_for(settings), optics.disc.spreads)
                 targets = BlurTargets(self._poles(color.size, what.kernel), blurred)
                 yield from _named("blur", self._passes.blur.steps(what, targets))
             case Method.ACCUMULATION | Method.RAYTRACED:
@@ -177,7 +177,7 @@ class DefocusPipeline:
                 layer.color,
                 layer_coc,
                 kernel,
-                optics.axis_scales,
+                optics.disc.spreads,
                 resampled_px_2=plan.resampled_px_2,
             )
             targets = BlurTargets(self._poles(picture.coc.size, kernel), layer.color)
@@ -275,7 +275,7 @@ class DefocusPipeline:
         layer_coc = pool.texture(_of_size("layer coc", plan), size, 1)
         between = self._passes.solver.between_size(picture.coc.size)
         rows = pool.texture("fill rows", between, 2)
-        scales = optics.axis_scales
+        scales = optics.disc.spreads
         extend = self._passes.coc_fill.steps(
             layer.state, plan.cut, scales, rows, layer_coc, layer.mask
         )

@@ -47,7 +47,7 @@ def pyramid_size(places: list[Place]) -> tuple[int, int]:
 
 def widest_px(optics: Optics) -> float:
     """The largest disc of the plate, along the axis that is the shorter one in every disc."""
-    return max(abs(optics.nearest_px), abs(optics.farthest_px)) * min(optics.axis_scales)
+    return max(abs(optics.nearest_px), abs(optics.farthest_px)) * min(optics.disc.spreads)
 
 
 class PyramidPass:
@@ -84,8 +84,8 @@ class PyramidPass:
             tiles(color.size),
             textures={"color_tx": color, "pyramid_tx": pyramid, "coc_tx": coc},
             images={"out_color_img": out_color},
-            uniforms={
-                "axis_scales": optics.axis_scales,
+            uniforms=optics.disc.uniforms
+            | {
                 "places": places + [(0, 0, 1, 1)] * (_LEVELS_MAX - len(places)),
                 "levels": len(places),
             },

@@ -16,6 +16,7 @@ from heatlens.defocus.optics import Optics
 from heatlens.defocus.plate_passes import tiles
 from heatlens.gpu.draw_target import DrawTarget
 from heatlens.gpu.program import ComputeProgram, DrawProgram, groups_for
+from heatlens.model.aperture import DiscShape
 
 BINS, _MIDDLE, _GROWTH = 64, 32, 1.25  # as in scatter_sort.comp.glsl
 _ROWS_PER_GROUP = 8
@@ -49,21 +50,16 @@ def buffer_bytes(size: tuple[int, int]) -> dict[str, int]:
     return {"place": 4 * BINS * size[1], "pixel": 4 * size[0] * size[1]}
 
 
-def disc_sums(axis_scales: tuple[float, float]) -> npt.NDArray[np.float64]:
-    """What the profile of lib/disc.lib.glsl sums up to, (DISC_SUMS,), by eighths of a pixel."""
+def disc_sums(disc: DiscShape) -> npt.NDArray[np.float64]:
+    """Return the sums (DISC_SUMS,) of the coverage of small discs, by eighths of a pixel of coc."""
     diameters = np.arange(DISC_SUMS) / _STEPS_A_PX
-    return np.array([_disc_sum(d / 2, axis_scales) for d in diameters])
+    return np.array([_disc_sum(disc, d / 2) for d in diameters])
 
 
-def _disc_sum(radius: float, axis_scales: tuple[float, float]) -> float:
-    reach_x, reach_y = (int(np.ceil(radius * scale + _RAMP_PX)) for scale in axis_scales)
+def _disc_sum(disc: DiscShape, radius: float) -> float:
+    reach_x, reach_y = (int(np.ceil(radius * half + _RAMP_PX)) for half in disc.half_extents)
     y, x = np.mgrid[-reach_y : reach_y + 1, -reach_x : reach_x + 1]
-    u, v = x / axis_scales[0], y / axis_scales[1]
-    from_centre = np.maximum(np.hypot(u, v), 1e-6)
-    gradient = np.hypot(u / axis_scales[0], v / axis_scales[1]) / from_centre
-    gradient[reach_y, reach_x] = 1 / min(axis_scales)
-    to_rim = (radius - from_centre) / gradient
-    return float(np.clip((to_rim + _RAMP_PX) / (2 * _RAMP_PX), 0, 1).sum())
+    return float(disc.coverage(x, y, radius, _RAMP_PX).sum())
 
 
 def bin_places(counts: Counts) -> Counts:
@@ -81,9 +77,9 @@ def bin_coc_px(number: int, largest_px: float) -> float:
     return min(largest_px, _GROWTH ** abs(number - _MIDDLE))
 
 
-def disc_fragments(coc_px: float, axis_scales: tuple[float, float], size: tuple[int, int]) -> int:
+def disc_fragments(coc_px: float, disc: DiscShape, size: tuple[int, int]) -> int:
     """Pixels that drawing a disc looks at: its box, as far as it can lie in the picture."""
-    sides = [coc_px * scale + 2 * _RAMP_PX + 1 for scale in axis_scales]
+    sides = [coc_px * half + 2 * _RAMP_PX + 1 for half in disc.half_extents]
     across, down = (min(side, most) for side, most in zip(sides, size, strict=True))
     return max(1, int(across * down))
 
@@ -112,16 +108,14 @@ class ScatterPass:
         totals = self._sorted(coc, targets)
         yield
         numbers = [int(n) for n in np.flatnonzero(totals)[::-1]]
-        sums = [float(s) for s in disc_sums(optics.axis_scales)]
+        sums = [float(s) for s in disc_sums(optics.disc)]
         largest_px = max(abs(optics.nearest_px), abs(optics.farthest_px))
-        inputs = ({"color_tx": color, "coc_tx": coc}, optics.axis_scales, sums)
+        inputs = ({"color_tx": color, "coc_tx": coc}, optics.disc, sums)
         self._target.around(targets.light, targets.cover).clear()
         first = 0
         for number in numbers:
             count = int(totals[number])
-            fragments = disc_fragments(
-                bin_coc_px(number, largest_px), optics.axis_scales, color.size
-            )
+            fragments = disc_fragments(bin_coc_px(number, largest_px), optics.disc, color.size)
             part = max(1, _FRAGMENTS_PER_STEP // fragments)
             for start in range(first, first + count, part):
                 self._draw(inputs, targets, start, min(part, first + count - start))
@@ -144,18 +138,16 @@ class ScatterPass:
 
     def _draw(
         self,
-        inputs: tuple[dict[str, moderngl.Texture], tuple[float, float], list[float]],
+        inputs: tuple[dict[str, moderngl.Texture], DiscShape, list[float]],
         targets: ScatterTargets,
         first: int,
         count: int,
     ) -> None:
         """Add `count` discs from `first` on; whatever others drew in between is set anew."""
-        textures, axis_scales, sums = inputs
+        textures, disc, sums = inputs
         quads = self._quads_of(targets.pixel)
         self._target.around(targets.light, targets.cover).use()
-        self._discs.bind(
-            textures=textures, uniforms={"axis_scales": axis_scales, "disc_sums": sums}
-        )
+        self._discs.bind(textures=textures, uniforms=disc.uniforms | {"disc_sums": sums})
         self._command.write(np.array([4, count, 0, first], np.uint32).tobytes())
         self._ctx.enable_only(moderngl.BLEND)
         self._ctx.blend_func = moderngl.ONE, moderngl.ONE

@@ -65,7 +65,7 @@ class TilePass:
         plan = plans[layer]
         size = plan.size(found.size)
         tiles, need = tile_count(size), TileMask.bytes_for(size)
-        tile_px, wider = float(TILE * plan.reduction), max(optics.axis_scales)
+        tile_px, wider = float(TILE * plan.reduction), max(optics.disc.half_extents)
         listed = TileList(pool.buffer("tile list", TileList.bytes_for(size)))
         listed.clear(plan.reduction)
         mask = TileMask(pool.buffer("tile mask", need), tiles)

@@ -34,7 +34,7 @@ def coc_line(lens: Lens, display_width_px: int) -> CocLine:
     """The line of a spherical lens of this focal length and f-stop, in pixels across.
 
     `display_width_px` is the width of the display window, which the sensor's width fills.
-    `axis_scales` makes the ellipse of an anamorphic lens or of pixels that are not square of it.
+    `DiscShape` says what shape of that diameter a disc has, and counts pixels that are not square.
     """
     per_dioptre_px = _per_dioptre_mm(lens) * display_width_px / lens.sensor_width_mm
     # This division undone by `coc_px` gives exactly zero on the focus.
@@ -53,15 +53,6 @@ def lens_diameter_m(lens: Lens) -> float:
     pinhole's picture knows of the lens, whose image lies a little behind the focal length.
     """
     return -_per_dioptre_mm(lens) / lens.focal_length_mm
-
-
-def axis_scales(squeeze: float, pixel_aspect_ratio: float) -> tuple[float, float]:
-    """(x, y) factors from the diameter of `coc_line` to pixels along each axis.
-
-    A squeeze s narrows the disc to 1/s. `pixel_aspect_ratio` is the width of a pixel over its
-    height: where pixels are wide, the same length covers more of them going down.
-    """
-    return 1.0 / squeeze, pixel_aspect_ratio
 
 
 def sharp_px(lens: Lens, display_width_px: int) -> float:

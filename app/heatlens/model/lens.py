@@ -4,13 +4,13 @@ import math
 from dataclasses import dataclass
 
 from heatlens.errors import LensError
+from heatlens.model.aperture import Aperture
 
 # Share of the sensor's width that still looks sharp; a common rule for pictures seen whole.
 _SHARP_SHARE = 1 / 1500
 # No lens or sensor was ever made outside these, in mm or as an f-number: a value beyond them is in
 # the wrong unit. Within them every diameter of blur stays finite in float32.
 _LEAST, _MOST = 1e-3, 1e6
-_SQUEEZE_LEAST, _SQUEEZE_MOST = 1.0, 2.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,8 +49,13 @@ class Lens:
             _check_hardware("acceptable circle of confusion", self.acceptable_coc_mm, " mm")
         if self.close_focus_m is not None:
             _check_hardware("close focus", self.close_focus_m, " m")
-        _check_squeeze(self.squeeze)
+        _ = self.aperture  # raises LensError for an opening that cannot be
         _check_focus(self.focus_distance_m, self.focal_length_mm)
+
+    @property
+    def aperture(self) -> Aperture:
+        """Shape of the opening."""
+        return Aperture(self.squeeze)
 
     @property
     def aperture_diameter_mm(self) -> float:
@@ -76,14 +81,6 @@ def _check_hardware(name: str, value: float, unit: str) -> None:
         raise LensError(
             f"The {name} must be between {_LEAST:g}{unit} and {_MOST:,.0f}{unit}, "
             f"got {value:g}{unit}."
-        )
-
-
-def _check_squeeze(squeeze: float) -> None:
-    if not _SQUEEZE_LEAST <= squeeze <= _SQUEEZE_MOST:
-        raise LensError(
-            f"The squeeze must be between {_SQUEEZE_LEAST:g} (spherical) and {_SQUEEZE_MOST:g} "
-            f"(anamorphic), got {squeeze:g}."
         )
 
 

@@ -13,7 +13,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from heatlens.model.coc import axis_scales, lens_diameter_m
+from heatlens.model.aperture import Pupil
+from heatlens.model.coc import lens_diameter_m
 from heatlens.model.framing import Pose
 from heatlens.model.lens import Lens
 from heatlens.scene.corners import corners_of
@@ -78,8 +79,6 @@ def view_of(pose: Pose, lens: Lens, size: tuple[int, int], box_m: Array) -> Scen
     return SceneView(world_to_camera, size, focal_px, lens.focus_distance_m, near, far)
 
 
-def lens_radii_m(lens: Lens) -> tuple[float, float]:
-    """Half axes of the lens, across and up: (u / a)^2 + (v / b)^2 <= 1."""
-    across, up = axis_scales(lens.squeeze, 1.0)
-    radius = lens_diameter_m(lens) / 2
-    return across * radius, up * radius
+def pupil_of(lens: Lens) -> Pupil:
+    """Return the opening that a scene is seen through, at the depths of a pinhole's picture."""
+    return Pupil(lens.aperture, lens_diameter_m(lens) / 2)

@@ -11,6 +11,7 @@ import moderngl
 
 from heatlens.gpu.program import ComputeProgram, groups_for
 from heatlens.gpu.textures import TexturePool
+from heatlens.model.aperture import Pupil
 from heatlens.scene.scene_view import SceneView
 from heatlens.scene_gpu.lens_samples import lens_samples
 from heatlens.scene_gpu.raster import SceneRaster
@@ -36,17 +37,17 @@ class Accumulation:
     def steps(
         self,
         view: SceneView,
-        radii_m: tuple[float, float],
+        pupil: Pupil,
         views: int,
         out: moderngl.Texture,
         key: object,
     ) -> Iterator[str]:
-        """The mean of `views` views through the lens of half axes `radii_m` into `out`.
+        """The mean of `views` views through `pupil` into `out`.
 
         `out` is RGBA of the view's size, half or float32, and holds the mean so far after each step
         called "view"; the steps before it are called "band". Equal keys mean equal light from the
         scene, view and lens: what was summed up for one is gone on with. Fewer views than there are
-        begin again, so that their number alone says what is seen. With half axes of 0 it is the
+        begin again, so that their number alone says what is seen. With a radius of 0 it is the
         antialiased picture of a pinhole.
         """
         if self._key != (key, view.size) or self._count > views:
@@ -54,7 +55,7 @@ class Accumulation:
         if self._count == views:
             self._add(out, is_new=False)
             return
-        offsets, jitters = lens_samples(self._count, views, radii_m)
+        offsets, jitters = lens_samples(self._count, views, pupil)
         for (u, v), (x, y) in zip(offsets.tolist(), jitters.tolist(), strict=True):
             through = replace(view, offset_m=(u, v), jitter_px=(x, y))
             drawn, bands = (

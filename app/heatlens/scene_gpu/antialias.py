@@ -11,6 +11,7 @@ import moderngl
 
 from heatlens.gpu.program import ComputeProgram, groups_for
 from heatlens.gpu.textures import Storage, TexturePool
+from heatlens.model.aperture import PINHOLE
 from heatlens.model.boxes import Box
 from heatlens.scene.scene_view import SceneView
 from heatlens.scene_gpu.lens_samples import lens_samples
@@ -21,7 +22,6 @@ _FOR_ALL = 16  # views of every pixel, after which some are done
 # The deviation of a mean that nobody sees, as a part of the light and of what counts as black: one
 # percent of the light is about a step of 8 bits.
 _MOST, _DARKEST = 0.01, 0.01
-_NO_LENS_M = (0.0, 0.0)
 
 
 @dataclass
@@ -64,7 +64,7 @@ class Antialias:
         now = self._progress
         if (now.key, now.size) != (key, view.size) or now.views + (now.bands > 0) > views:
             now = self._progress = _Progress(key, view.size)
-        _, jitters = lens_samples(0, views, _NO_LENS_M)
+        _, jitters = lens_samples(0, views, PINHOLE)
         bands = self._raster.bands.of(view.size)
         while now.views < views:
             self._look(now)

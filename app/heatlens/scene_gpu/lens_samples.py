@@ -8,6 +8,8 @@ where the one before it stopped goes on filling the gaps.
 import numpy as np
 from numpy.typing import NDArray
 
+from heatlens.model.aperture import Pupil
+
 Array = NDArray[np.float64]
 Words = NDArray[np.uint32]
 
@@ -19,27 +21,15 @@ _FACTORS = (0x6C50B47C, 0xB82F1E52, 0xC7AFE638, 0x8D22F6E6)
 
 
 def lens_samples(
-    count_from: int, count_to: int, radii_m: tuple[float, float], seed: int = 0
+    count_from: int, count_to: int, pupil: Pupil, seed: int = 0
 ) -> tuple[Array, Array]:
     """The points from number `count_from` to before `count_to`: offsets and jitters, (n, 2) each.
 
-    Offsets are uniform over the ellipse (u / a)^2 + (v / b)^2 <= 1 of the half axes `radii_m`,
-    jitters over the pixel, [-0.5, 0.5). Same numbers and seed, same points;
-    a seed is 0 to 2^32 - 1.
+    Offsets are uniform over `pupil`, in metres, jitters over the pixel, [-0.5, 0.5). Equal numbers
+    and an equal seed, 0 to 2^32 - 1, give equal points.
     """
     points = _sobol(np.arange(count_from, count_to, dtype=np.uint32), seed)
-    return _disc(points[:, :2]) * radii_m, points[:, 2:] - 0.5
-
-
-def _disc(square: Array) -> Array:
-    """[0, 1)^2 to the unit disc, area kept and neighbours near: Shirley and Chiu 1997."""
-    x, y = (2.0 * square - 1.0).T
-    is_wide = np.abs(x) > np.abs(y)
-    radius = np.where(is_wide, x, y)
-    other = np.where(is_wide, y, x)
-    share = np.divide(other, radius, out=np.zeros_like(radius), where=radius != 0)
-    angle = np.where(is_wide, np.pi / 4 * share, np.pi / 2 - np.pi / 4 * share)
-    return np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=-1)
+    return pupil.points_m(points[:, :2]), points[:, 2:] - 0.5
 
 
 def _sobol(numbers: Words, seed: int) -> Array:

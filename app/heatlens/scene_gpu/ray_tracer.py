@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from heatlens.gpu.program import ComputeProgram, groups_for
 from heatlens.gpu.textures import TexturePool
+from heatlens.model.aperture import Pupil
 from heatlens.scene.scene_view import SceneView
 from heatlens.scene_gpu.bvh import NODE, MeshTrees, instance_tree, mesh_trees
 from heatlens.scene_gpu.raster import SceneRaster
@@ -39,14 +40,14 @@ class RayTracer:
     def steps(
         self,
         view: SceneView,
-        radii_m: tuple[float, float],
+        pupil: Pupil,
         rays: int,
         out: moderngl.Texture,
         key: object,
         seed: int = 0,
         pixel_side_px: float = 1.0,
     ) -> Iterator[str]:
-        """The mean of `rays` rays a pixel through the lens of half axes `radii_m` into `out`.
+        """The mean of `rays` rays a pixel through `pupil` into `out`.
 
         `out` is RGBA float32 of the view's size, and holds the mean so far after each step. Equal
         keys mean equal light from the scene, view and lens: what was summed up for one is gone on
@@ -58,7 +59,7 @@ class RayTracer:
         if self._key != wanted or self._count > rays:
             self._key, self._count = wanted, 0
             self._place()
-        uniforms = self._uniforms(view, radii_m) | {"seed": seed, "pixel_side_px": pixel_side_px}
+        uniforms = self._uniforms(view, pupil) | {"seed": seed, "pixel_side_px": pixel_side_px}
         for count in range(min(self._count + 1, rays), rays + 1):
             for row in range(0, view.size[1], _band_rows(view.size[0])):
                 self._add(out, uniforms | {"rays": count, "band_start": row})
@@ -83,17 +84,20 @@ class RayTracer:
             self._program.release()
             self._program, self._defines = fit, defines
 
-    def _uniforms(self, view: SceneView, radii_m: tuple[float, float]) -> dict[str, object]:
+    def _uniforms(self, view: SceneView, pupil: Pupil) -> dict[str, object]:
         world_from_camera = np.linalg.inv(view.world_to_camera)
-        return self._raster.shading_uniforms() | {
-            "world_from_camera": tuple(world_from_camera.T.ravel().tolist()),
-            "focal_px": view.focal_px,
-            "focus_dioptres": 1.0 / view.focus_m,
-            "depths_m": (view.near_m, view.far_m),
-            "lens_middle_m": view.offset_m,
-            "lens_radii_m": radii_m,
-            "pixel_middle_px": view.jitter_px,
-        }
+        return (
+            self._raster.shading_uniforms()
+            | pupil.uniforms
+            | {
+                "world_from_camera": tuple(world_from_camera.T.ravel().tolist()),
+                "focal_px": view.focal_px,
+                "focus_dioptres": 1.0 / view.focus_m,
+                "depths_m": (view.near_m, view.far_m),
+                "lens_middle_m": view.offset_m,
+                "pixel_middle_px": view.jitter_px,
+            }
+        )
 
     def _add(self, out: moderngl.Texture, uniforms: dict[str, object]) -> None:
         """One ray more for each pixel of a band, where it does not have as many already."""

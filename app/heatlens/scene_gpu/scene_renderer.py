@@ -16,7 +16,7 @@ from heatlens.model.value_bins import ValueBins
 from heatlens.plate.plate import Plate
 from heatlens.scene.scene import Scene
 from heatlens.scene.scene_bounds import bounds_m, track_of
-from heatlens.scene.scene_view import SceneView, lens_radii_m, view_of
+from heatlens.scene.scene_view import SceneView, pupil_of, view_of
 from heatlens.scene_gpu.accumulation import Accumulation
 from heatlens.scene_gpu.antialias import Antialias
 from heatlens.scene_gpu.depth_survey import DepthSurvey
@@ -151,7 +151,7 @@ class SceneRenderer:
         method = self._method(shot.defocus.method)
         seen = replace(lens, t_stop=None, acceptable_coc_mm=None, close_focus_m=None)
         key = (self.pose_at(shot, frame), seen, size, self._moment(frame))
-        for name in method.steps(view, lens_radii_m(lens), shot.defocus.views, out, key):
+        for name in method.steps(view, pupil_of(lens), shot.defocus.views, out, key):
             yield name
             self._raster.place(frame)  # others may have drawn another frame in between
 

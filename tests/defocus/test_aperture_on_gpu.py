@@ -1,0 +1,127 @@
+"""The opening of the lens on the GPU, held against the one on the processor and closed forms."""
+
+from collections.abc import Iterator
+
+import moderngl
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from heatlens.gpu.shader_source import assemble
+from heatlens.model.aperture import Aperture, DiscShape, Pupil
+from heatlens.paths import data_dir
+
+# What the library answers to one question (xy an offset or a point of the unit square, z the
+# radius, w the ramp): a numbers for each of its functions.
+_QUESTIONS = """
+layout(local_size_x = 64) in;
+layout(std430, binding = 0) readonly buffer asked_block { vec4 asked[]; };
+layout(std430, binding = 1) writeonly buffer answer_block { vec4 answers[]; };
+void main() {
+    uint i = gl_GlobalInvocationID.x;
+    if (i >= uint(asked.length())) return;
+    vec4 q = asked[i];
+    answers[3u * i] = vec4(aperture_coverage(q.xy, q.z, q.w), aperture_light(q.z * q.z, q.w),
+                           float(is_one_pixel(q.z)), 0.0);
+    answers[3u * i + 1u] = vec4(aperture_reach(q.z, q.w), aperture_variances(q.z));
+    answers[3u * i + 2u] = vec4(aperture_point(q.xy), 0.0, 0.0);
+}
+"""
+ROUNDS = 40
+squeezes = st.floats(1.0, 2.0)
+aspects = st.floats(0.25, 4.0)
+seeds = st.integers(0, 2**32 - 1)
+
+
+class ApertureOnGpu:
+    """Asks lib/aperture.lib.glsl."""
+
+    def __init__(self, ctx: moderngl.Context) -> None:
+        self._ctx = ctx
+        library = assemble(data_dir("shaders"), "lib/aperture.lib.glsl")
+        self._program = ctx.compute_shader(library.followed_by(_QUESTIONS).text)
+
+    def answers(self, shape: DiscShape | Pupil, questions: np.ndarray) -> np.ndarray:
+        """(n, 3, 4) for (n, 4)."""
+        for name, value in shape.uniforms.items():
+            self._program[name] = value
+        asked = self._ctx.buffer(questions.astype(np.float32).tobytes())
+        told = self._ctx.buffer(reserve=48 * len(questions))
+        asked.bind_to_storage_buffer(0)
+        told.bind_to_storage_buffer(1)
+        self._program.run(-(-len(questions) // 64))
+        self._ctx.memory_barrier()
+        answers = np.frombuffer(told.read(), np.float32).reshape(-1, 3, 4).astype(np.float64)
+        asked.release()
+        told.release()
+        return answers
+
+    def release(self) -> None:
+        self._program.release()
+
+
+@pytest.fixture(scope="module")
+def on_gpu(session_context: moderngl.Context) -> Iterator[ApertureOnGpu]:
+    made = ApertureOnGpu(session_context)
+    yield made
+    made.release()
+
+
+@given(squeezes, aspects, seeds)
+def test_both_say_the_same_of_a_disc(
+    on_gpu: ApertureOnGpu, squeeze: float, aspect: float, seed: int
+) -> None:
+    """At random offsets from discs of random radii and ramps, of either side of the focus."""
+    rng, disc = np.random.default_rng(seed), DiscShape(Aperture(squeeze), aspect)
+    radii = np.exp(rng.uniform(np.log(0.1), np.log(200.0), ROUNDS)) * rng.choice([-1, 1], ROUNDS)
+    ramps = rng.uniform(0.5, 3.0, ROUNDS)
+    offsets = 1.3 * rng.uniform(-1, 1, (ROUNDS, 2)) * np.abs(radii)[:, None]
+    offsets *= np.array(disc.half_extents)
+    offsets[0] = 0.0  # the centre has a rule of its own
+    questions = np.column_stack([offsets, radii, ramps]).astype(np.float32).astype(np.float64)
+    told = on_gpu.answers(disc, questions)
+    for (x, y, radius, ramp), (first, reach_variances, _) in zip(questions, told, strict=True):
+        assert first[0] == pytest.approx(float(disc.coverage(x, y, radius, ramp)), abs=2e-4)
+        assert first[1] == pytest.approx(disc.light(radius, ramp), rel=1e-5)
+        extents = np.abs(radius) * np.array(disc.half_extents)
+        assert first[2] == (extents.max() <= 0.5)
+        np.testing.assert_allclose(reach_variances[:2], extents + ramp, rtol=1e-5)
+        np.testing.assert_allclose(
+            reach_variances[2:], (radius * np.array(disc.spreads)) ** 2 / 4, rtol=1e-5
+        )
+
+
+@given(squeezes, st.floats(1e-3, 1.0), seeds)
+def test_both_have_their_points_in_the_same_opening(
+    on_gpu: ApertureOnGpu, squeeze: float, radius_m: float, seed: int
+) -> None:
+    """Any map that keeps areas will do; the one for rays is polar, so areas and angles tell it."""
+    pupil = Pupil(Aperture(squeeze), radius_m)
+    square = np.random.default_rng(seed).random((64, 2)).astype(np.float32).astype(np.float64)
+    questions = np.column_stack([square, np.ones(64), np.ones(64)])
+    points_m = on_gpu.answers(pupil, questions)[:, 2, :2]
+    u, v = (points_m / pupil.radius_m).T
+    assert np.all(pupil.aperture.covers(0.99999 * u, 0.99999 * v))
+    assert np.all(pupil.aperture.covers(*(0.99999 * pupil.points_m(square) / radius_m).T))
+    round_u, round_v = (points_m / pupil.half_extents_m).T
+    np.testing.assert_allclose(round_u**2 + round_v**2, square[:, 0], atol=1e-5)
+    turns = np.exp(2j * np.pi * square[:, 1]) * np.sqrt(square[:, 0])
+    np.testing.assert_allclose(round_u + 1j * round_v, turns, atol=1e-5)
+
+
+@pytest.mark.parametrize("squeeze", [1.0, 1.33, 2.0])
+def test_even_numbers_fill_the_opening_evenly(on_gpu: ApertureOnGpu, squeeze: float) -> None:
+    """Each cell of a grid over the box around it gets the points that its area is worth."""
+    side, pupil = 256, Pupil(Aperture(squeeze), 1.0)
+    at = (np.arange(side) + 0.5) / side
+    square = np.stack(np.meshgrid(at, at), axis=-1).reshape(-1, 2)
+    questions = np.column_stack([square, np.ones(side**2), np.ones(side**2)])
+    across, up = pupil.half_extents_m
+    box = [[-across, across], [-up, up]]
+    fine = (2 * square - 1) * (across, up)
+    cells = np.histogram2d(*fine[pupil.aperture.covers(*fine.T)].T, 8, box)[0]
+    expected = cells / cells.sum() * side**2
+    for points in (on_gpu.answers(pupil, questions)[:, 2, :2], pupil.points_m(square)):
+        found = np.histogram2d(*points.T, 8, box)[0]
+        np.testing.assert_allclose(found, expected, atol=0.06 * expected.max())
