@@ -128,7 +128,7 @@ def test_pixels_well_inside_are_whole_and_those_well_outside_empty(
         covered = disc.aperture.covers(x / radius, -y / (radius * aspect))
         shown = disc.coverage(x, y, radius, ramp_px)
         on_rim = (shown > 0) & (shown < 1)
-        assert np.mean(on_rim) < 0.05
+        assert np.count_nonzero(on_rim) <= 0.2 * on_rim.size
         np.testing.assert_array_equal(shown[~on_rim], covered[~on_rim])
 
 

@@ -9,6 +9,7 @@ import pytest
 
 from heatlens.gpu.textures import download, new_texture
 from heatlens.measure.compare.metrics import score
+from heatlens.model.aperture import PINHOLE
 from heatlens.model.framing import Framing
 from heatlens.model.lens import Lens
 from heatlens.model.shot import Shot
@@ -41,7 +42,7 @@ class Lab:
     def meant(self, views: int) -> np.ndarray:
         """(H, W, 3): the mean of so many samples in every pixel."""
         sums = Accumulation(self.ctx, self.raster)
-        for _ in sums.steps(self.view, (0.0, 0.0), views, self.out, "key"):
+        for _ in sums.steps(self.view, PINHOLE, views, self.out, "key"):
             pass
         sums.release()
         return download(self.out)[..., :3]

@@ -147,7 +147,7 @@ def test_views_without_a_lens_converge_to_the_area_that_is_covered(
     drawn(raster, left_half(20.3, slope))
     accumulation = Accumulation(raster._ctx, raster)
     color = new_texture(raster._ctx, VIEW.size, 4, storage)
-    assert len(list(accumulation.steps(VIEW, (0.0, 0.0), views, color, "key"))) == views
+    assert len(list(accumulation.steps(VIEW, PINHOLE, views, color, "key"))) == views
     wrong = download(color)[..., 0] / LIGHT[0] - covered(20.3, slope)
     assert np.abs(wrong).max() < 0.5 / np.sqrt(views)
     accumulation.release(), color.release()

@@ -4,6 +4,7 @@ import moderngl
 import numpy as np
 
 from heatlens.gpu.textures import FloatArray, download, new_texture
+from heatlens.model.aperture import PINHOLE
 from heatlens.scene.scene import Scene
 from heatlens.scene.scene_view import SceneView
 from heatlens.scene_gpu.raster import SceneRaster
@@ -27,7 +28,7 @@ class BothWays:
         self.raster.place(1)
         self.raster.draw(VIEW, self.out)
         drawn = download(self.out)[..., :3]
-        for _ in self.tracer.steps(VIEW, (0, 0), 1, self.out, object(), pixel_side_px=0.0):
+        for _ in self.tracer.steps(VIEW, PINHOLE, 1, self.out, object(), pixel_side_px=0.0):
             pass
         return np.stack([drawn, download(self.out)[..., :3]])
 
