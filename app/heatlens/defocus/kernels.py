@@ -1,5 +1,7 @@
 """Kernels of the blur: rational functions of the line Laplacian (`disc_kernels.json`).
 
+They are made by `fit_kernels.py`, which has their mathematics.
+
 A kernel is poles kappa (J,) and mixing weights M (J, J), symmetric, sum Re M = 1:
 
     y = Re sum_ab M_ab (1 + kappa_b L_y)^-1 (1 + kappa_a L_x)^-1 x

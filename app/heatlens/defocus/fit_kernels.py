@@ -1,0 +1,321 @@
+"""Fit the kernels of `disc_kernels.json`: `python -m heatlens.defocus.fit_kernels --help`.
+
+Not used when pictures are rendered. Needs SciPy, which the extra `fit` brings.
+
+A disc is approximated by a function of the line Laplacians that costs the same for every size,
+
+    K = Re sum_ab M_ab (1 + kappa_a d^2 L_x)^-1 (1 + kappa_b d^2 L_y)^-1,
+
+with J complex poles kappa and a complex symmetric matrix M. On a uniform plate L is the second
+difference, whose Fourier transform is the squared frequency, so that for a disc of radius 1 (d = 2)
+a factor has the transform f_a(u) = 1 / (1 + 4 kappa_a u^2), in radians a radius, and the disc has
+2 J_1(q) / q at q^2 = u^2 + v^2. By Parseval the error of the kernel is an integral over frequency,
+
+    E = integral w(q) (Re sum_ab M_ab f_a(u) f_b(v) - 2 J_1(q) / q)^2 du dv,   w = (q^2 + 0.3)^-p,
+
+weighed as the spectra of images fall off (p = 1; 3/4 for five poles, which can follow finer
+detail). Two things are exact: light, Re sum M = 1, and variance, 2 Re sum_ab M_ab kappa_a = 1/16.
+
+Given the poles M solves linear equations, so only poles are searched: variable projection, after
+G. H. Golub and V. Pereyra, SIAM J. Numer. Anal. 10 (1973). The derivative along the poles follows
+from the Lagrangian at the solution. Poles are varied as log kappa, whose imaginary part phi is
+bounded: cos(phi / 2) >= 0.16 keeps elimination without pivoting stable.
+
+What is stored was found with the same weight, but how its integral was sampled is not on record:
+the stored poles of disc_2 lie within 2 % of the minimum that is found here, and their error within
+0.03 %; with more poles the minimum is flatter, and a search from the stored poles ends lower.
+
+`rank` asks for M = V V^T with V (J, rank). A picture that is blurred then passes from rows to
+columns as `rank` complex images instead of J. That is not linear in V any more: poles and V are
+searched together (sequential quadratic programming), from the best M without that bound.
+"""
+
+import argparse
+import json
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from scipy.optimize import minimize
+from scipy.special import j1
+
+from heatlens.defocus.kernels import named_kernel
+
+Reals = npt.NDArray[np.float64]
+Complexes = npt.NDArray[np.complex128]
+
+COS_LEAST = 0.16  # of half the argument of a pole
+PHASE_MOST = 2 * np.arccos(COS_LEAST)
+LIGHT, VARIANCE = 1.0, 1 / 16
+IMAGE_SPECTRUM = 0.3  # in the weight of the error
+POWERS = {"disc_2": 1.0, "disc_3": 1.0, "disc_4": 1.0, "disc_5": 0.75}
+_SIZES = float(np.log(3e-4)), float(np.log(0.1))  # of the poles that a search begins with
+_FREQUENCY_MOST, _RADII, _ANGLES = 60.0, 480, 12
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """Poles (J,), M (J, J) and the error E of a kernel."""
+
+    poles: Complexes
+    mix: Complexes
+    error: float
+
+
+class DiscError:
+    """The error E of kernels against a disc, by quadrature over an eighth of the frequencies."""
+
+    def __init__(self, power: float = 1.0) -> None:
+        """`power` is p of the weight."""
+        radius, per_radius = _gauss(np.linspace(0, _FREQUENCY_MOST, _RADII // 8 + 1), 8)
+        angle, per_angle = _gauss(np.array([0.0, np.pi / 4]), _ANGLES)
+        weight = per_radius * radius * (radius**2 + IMAGE_SPECTRUM) ** -power
+        self._across_2 = (np.outer(radius, np.cos(angle)) ** 2).ravel()
+        self._down_2 = (np.outer(radius, np.sin(angle)) ** 2).ravel()
+        self._weight = np.outer(weight, per_angle).ravel()
+        self._disc = np.repeat(2 * j1(radius) / radius, _ANGLES)
+
+    @cached_property
+    def of_nothing(self) -> float:
+        """Return E of a kernel that is zero: the norm of the disc itself."""
+        return float(self._weight @ self._disc**2)
+
+    def decibels(self, value: float, slopes: Reals) -> tuple[float, Reals]:
+        """Return an error against the disc's norm in decibels, and its slopes.
+
+        A search in decibels ends as exactly for a good kernel as for a poor one.
+        """
+        found = 10 * float(np.log10(value / self.of_nothing))
+        return found, 10 / np.log(10) / value * slopes
+
+    def of(self, poles: Complexes, mix: Complexes) -> tuple[float, Complexes, Complexes]:
+        """Return E, dE/dkappa (J,) and dE/dM (J, J); E changes by the real part of their products
+        with changes of kappa and M."""
+        across, down = self._factors(poles)
+        mixed_across, mixed_down = mix @ across, mix @ down
+        off = np.sum(across * mixed_down, axis=0).real - self._disc
+        weighed = self._weight * off
+        slope_across = -4 * self._across_2 * across**2
+        slope_down = -4 * self._down_2 * down**2
+        by_pole = 2 * (slope_across * mixed_down + slope_down * mixed_across) @ weighed
+        by_mix = 2 * (across * weighed) @ down.T
+        return float(weighed @ off), by_pole, (by_mix + by_mix.T) / 2
+
+    def best_mix(self, poles: Complexes) -> tuple[Complexes, Reals]:
+        """Return the M of least error with light and variance exact, and their two multipliers."""
+        pairs = [(a, b) for a in range(len(poles)) for b in range(a, len(poles))]
+        across, down = self._factors(poles)
+        columns, light, variance = [], [], []
+        for a, b in pairs:
+            both = across[a] * down[b] if a == b else across[a] * down[b] + across[b] * down[a]
+            moment = 2 * (poles[a] if a == b else poles[a] + poles[b])
+            columns += [both.real, -both.imag]
+            light += [1.0 if a == b else 2.0, 0.0]
+            variance += [moment.real, -moment.imag]
+        basis, exact = np.array(columns), np.array([light, variance])
+        weighed = basis * self._weight
+        system = np.block([[2 * weighed @ basis.T, exact.T], [exact, np.zeros((2, 2))]])
+        right = np.concatenate([2 * weighed @ self._disc, [LIGHT, VARIANCE]])
+        solved = np.linalg.lstsq(system, right, rcond=1e-15)[0]
+        mix = np.zeros((len(poles), len(poles)), np.complex128)
+        for (a, b), real, imaginary in zip(pairs, solved[0:-2:2], solved[1:-2:2], strict=True):
+            mix[a, b] = mix[b, a] = complex(real, imaginary)
+        return mix, solved[-2:]
+
+    def _factors(self, poles: Complexes) -> tuple[Complexes, Complexes]:
+        """Return f_a (J, frequencies) along both axes."""
+        kappa = poles[:, None]
+        return 1 / (1 + 4 * kappa * self._across_2), 1 / (1 + 4 * kappa * self._down_2)
+
+
+def fit_disc(count: int, power: float = 1.0, starts: int = 12, seed: int = 1) -> Fit:
+    """Return the best kernel of `count` poles that `starts` searches from random poles find."""
+    error, random = DiscError(power), np.random.default_rng(seed)
+    found = []
+    for _ in range(starts):
+        size = random.uniform(_SIZES[0], _SIZES[1], count)
+        phase = random.uniform(-PHASE_MOST, PHASE_MOST, count)
+        found.append(refined(error, np.exp(size + 1j * phase)))
+    return min(found, key=lambda fit: fit.error)
+
+
+def refined(error: DiscError, poles: Complexes) -> Fit:
+    """Return the kernel of least error that lies downhill from `poles`."""
+    count = len(poles)
+
+    def of(point: Reals) -> tuple[float, Reals]:
+        here = _poles(point, count)
+        mix, multipliers = error.best_mix(here)
+        value, by_pole, _ = error.of(here, mix)
+        by_log = (by_pole + multipliers[1] * _moment_by_pole(mix)) * here
+        return error.decibels(value, _parts(by_log))
+
+    options = {"maxiter": 2000, "ftol": 1e-13, "gtol": 1e-9}
+    end = minimize(
+        of, _start(poles), jac=True, method="L-BFGS-B", bounds=_bounds(count), options=options
+    )
+    poles = _poles(end.x, count)
+    mix, _ = error.best_mix(poles)
+    return Fit(poles, mix, error.of(poles, mix)[0])
+
+
+def of_rank(error: DiscError, near: Fit, rank: int) -> Fit:
+    """Return the kernel of least error near the fit `near` whose M is V V^T, V (J, `rank`)."""
+    search = _RankSearch(error, len(near.poles), rank)
+    images = images_of(near.mix)[:, :rank]
+    end = minimize(
+        search.error_of,
+        np.concatenate([_start(near.poles), _parts(images.conj())]),
+        jac=True,
+        method="SLSQP",
+        bounds=_bounds(len(near.poles)) + [(None, None)] * (2 * images.size),
+        constraints={"type": "eq", "fun": search.excess, "jac": search.excess_slopes},
+        options={"maxiter": 3000, "ftol": 1e-12},
+    )
+    poles, images = search.opened(end.x)
+    mix = images @ images.T
+    return Fit(poles, mix, error.of(poles, mix)[0])
+
+
+@dataclass(frozen=True, eq=False)
+class _RankSearch:
+    """The error and what has to be exact, over a point of log poles and V, with their slopes."""
+
+    error: DiscError
+    count: int
+    rank: int
+
+    def opened(self, point: Reals) -> tuple[Complexes, Complexes]:
+        """Return the poles (J,) and V (J, rank) of a point."""
+        real, imaginary = np.split(point[2 * self.count :], 2)
+        images = (real + 1j * imaginary).reshape(self.count, self.rank)
+        return _poles(point, self.count), images
+
+    def error_of(self, point: Reals) -> tuple[float, Reals]:
+        """Return the error in decibels and its slopes."""
+        poles, images = self.opened(point)
+        value, by_pole, by_mix = self.error.of(poles, images @ images.T)
+        return self.error.decibels(value, _slopes(poles, images, by_pole, by_mix))
+
+    def excess(self, point: Reals) -> Reals:
+        """Return by which share light and variance (2,) are too great."""
+        poles, images = self.opened(point)
+        mix = images @ images.T
+        return np.array([mix.sum().real / LIGHT, _moment(poles, mix) / VARIANCE]) - 1
+
+    def excess_slopes(self, point: Reals) -> Reals:
+        """Return the slopes of both (2, point)."""
+        poles, images = self.opened(point)
+        each = np.ones((self.count, self.count), np.complex128)
+        light = _slopes(poles, images, 0 * poles, each)
+        by_pole = _moment_by_pole(images @ images.T)
+        moment = _slopes(poles, images, by_pole, 2 * poles[:, None] * each)
+        return np.array([light / LIGHT, moment / VARIANCE])
+
+
+def _slopes(poles: Complexes, images: Complexes, by_pole: Complexes, by_mix: Complexes) -> Reals:
+    """Return slopes along log poles and V of what has those along poles and M = V V^T."""
+    return np.concatenate([_parts(by_pole * poles), _parts((by_mix + by_mix.T) @ images)])
+
+
+def _parts(slopes: Complexes) -> Reals:
+    """Return slopes along real and imaginary parts, from complex ones as `DiscError.of` has."""
+    return np.concatenate([slopes.real.ravel(), -slopes.imag.ravel()])
+
+
+def _start(poles: Complexes) -> Reals:
+    logs = np.log(poles)
+    return np.concatenate([logs.real, logs.imag])
+
+
+def _poles(point: Reals, count: int) -> Complexes:
+    poles: Complexes = np.exp(point[:count] + 1j * point[count : 2 * count])
+    return poles
+
+
+def _bounds(count: int) -> list[tuple[float | None, float | None]]:
+    return [(-12.0, 0.0)] * count + [(-PHASE_MOST, PHASE_MOST)] * count
+
+
+def _moment(poles: Complexes, mix: Complexes) -> float:
+    """Return the variance along an axis for a disc of diameter 1."""
+    return float(2 * (mix.sum(axis=1) @ poles).real)
+
+
+def _moment_by_pole(mix: Complexes) -> Complexes:
+    slopes: Complexes = 2 * mix.sum(axis=1)
+    return slopes
+
+
+def images_of(mix: Complexes) -> Complexes:
+    """Return V (J, J) with M = V V^T, the columns of the largest share first (Takagi)."""
+    left, share, right = np.linalg.svd(mix)
+    phase = np.sqrt(np.diagonal(left.conj().T @ right.T))
+    images: Complexes = left * phase * np.sqrt(share)
+    return images
+
+
+def entry_of(fit: Fit) -> dict[str, Any]:
+    """Return a kernel as it stands in the file."""
+    moment = _moment(fit.poles, fit.mix)
+    return {
+        "kappa": [_pair(pole) for pole in fit.poles],
+        "M": [[_pair(weight) for weight in row] for row in fit.mix],
+        "variance_over_disc": round(moment / VARIANCE, 6),
+    }
+
+
+def _pair(value: complex) -> list[float]:
+    return [float(f"{value.real:.9g}"), float(f"{value.imag:.9g}")]
+
+
+def _gauss(edges: Reals, count: int) -> tuple[Reals, Reals]:
+    """Return places and weights of Gauss-Legendre quadrature with `count` in each interval."""
+    place, weight = np.polynomial.legendre.leggauss(count)
+    half = np.diff(edges)[:, None] / 2
+    return (edges[:-1, None] + half * (place + 1)).ravel(), (half * weight).ravel()
+
+
+def main(words: Sequence[str] | None = None) -> int:
+    """Fit what was asked for and print how it compares with what is stored."""
+    parser = argparse.ArgumentParser(
+        prog="python -m heatlens.defocus.fit_kernels",
+        description="Fit sums of exponentials to a disc: the kernels that heatlens blurs with.",
+    )
+    parser.add_argument("names", nargs="*", default=[*POWERS], help="disc_2 to disc_5, or all")
+    parser.add_argument("--starts", type=int, default=12, help="searches from random poles")
+    parser.add_argument("--seed", type=int, default=1, help="of the random poles")
+    parser.add_argument("--from-stored", action="store_true", help="search from the stored poles")
+    parser.add_argument("--rank", type=int, help="images that rows hand to columns, at most")
+    parser.add_argument("-o", "--output", type=Path, help="write the kernels to this JSON file")
+    args = parser.parse_args(words)
+    entries = {name: entry_of(_fitted(name, args)) for name in args.names}
+    if args.output is not None:
+        args.output.write_text(json.dumps({"kernels": entries}, indent=1) + "\n")
+    return 0
+
+
+def _fitted(name: str, args: argparse.Namespace) -> Fit:
+    power, stored = POWERS[name], named_kernel(name)
+    error = DiscError(power)
+    if args.from_stored:
+        fit = refined(error, stored.poles)
+    else:
+        fit = fit_disc(len(stored.poles), power, args.starts, args.seed)
+    if args.rank is not None:
+        fit = of_rank(error, fit, args.rank)
+    before = error.of(stored.poles, stored.mix)[0] / error.of_nothing
+    images = np.linalg.matrix_rank(fit.mix, tol=1e-9)
+    now = fit.error / error.of_nothing
+    found = f"{len(fit.poles)} poles, {images} images, error {now:.4e} of the disc's norm"
+    sys.stdout.write(f"{name}: {found}; stored {before:.4e}\n")
+    return fit
+
+
+if __name__ == "__main__":
+    sys.exit(main())
