@@ -1,4 +1,7 @@
-"""Shared fixtures: one OpenGL context for the session, clean before and after every test."""
+"""Shared fixtures: one OpenGL context for the session, clean before and after every test.
+
+What draws is imported inside the fixtures that draw, so that `pytest tests/model` needs no OpenGL.
+"""
 
 import os
 import signal
@@ -7,19 +10,18 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import moderngl
 import numpy as np
 import pytest
 from hypothesis import settings
 
 from heatlens import faults
-from heatlens.gpu.context import headless_context
-from heatlens.gpu.program import STRICT_VARIABLE
-from heatlens.render import FrameRenderer
-from heatlens.scene_gpu.raster import SceneRaster
-from support.both_ways import BothWays
 
 if TYPE_CHECKING:
+    import moderngl
+
+    from heatlens.render import FrameRenderer
+    from heatlens.scene_gpu.raster import SceneRaster
+    from support.both_ways import BothWays
     from support.gui import Gui
 
 
@@ -30,12 +32,13 @@ settings.load_profile("repeated")
 
 
 def pytest_configure() -> None:
-    """Whatever window a test opens remembers nothing of this user and for this user nothing."""
+    """Move the user's folders away, so that no test reads or changes real preferences."""
     folder = Path(tempfile.gettempdir()) / f"heatlens-tests-{os.getpid()}"
     os.environ["HEATLENS_CONFIG_DIR"] = str(folder / "preferences")
     os.environ["HEATLENS_LOG_DIR"] = str(folder / "reports")
     os.environ["HEATLENS_CACHE_DIR"] = str(folder / "cache")
-    os.environ[STRICT_VARIABLE] = "1"  # an input of a shader that is never given is an error
+    # gpu.program: an input of a shader that is never given is an error.
+    os.environ["HEATLENS_STRICT_SHADERS"] = "1"
     # What a shell starts in the background ignores Ctrl-C, and hands that on to what it starts.
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
@@ -62,42 +65,48 @@ def expects_faults() -> None:
 
 
 @pytest.fixture(scope="session")
-def session_context() -> Iterator[moderngl.Context]:
-    """The one context of the run; making one costs 0.2 s."""
+def session_context() -> Iterator["moderngl.Context"]:
+    """Make the one OpenGL context of the run; making one costs 0.2 s."""
+    from heatlens.gpu.context import headless_context
+
     ctx = headless_context()
     yield ctx
     ctx.release()
 
 
 @pytest.fixture
-def ctx(session_context: moderngl.Context) -> Iterator[moderngl.Context]:
-    """The context, with the promise that a test finds and leaves no OpenGL error."""
+def ctx(session_context: "moderngl.Context") -> Iterator["moderngl.Context"]:
+    """Return the context, and check that a test finds and leaves no OpenGL error."""
     assert session_context.error == "GL_NO_ERROR"
     yield session_context
     assert session_context.error == "GL_NO_ERROR"
 
 
 @pytest.fixture(scope="module")
-def raster(session_context: moderngl.Context) -> Iterator[SceneRaster]:
-    """Draws scenes."""
+def raster(session_context: "moderngl.Context") -> Iterator["SceneRaster"]:
+    """Return what draws scenes as a raster."""
+    from heatlens.scene_gpu.raster import SceneRaster
+
     made = SceneRaster(session_context)
     yield made
     made.release()
 
 
 @pytest.fixture(scope="module")
-def stage(session_context: moderngl.Context) -> Iterator[BothWays]:
-    """Draws scenes and meets them by rays."""
+def stage(session_context: "moderngl.Context") -> Iterator["BothWays"]:
+    """Return what draws scenes as a raster and traces them by rays."""
+    from support.both_ways import BothWays
+
     made = BothWays(session_context)
     yield made
     made.release()
 
 
 @pytest.fixture(scope="session", autouse=True)
-def command_context(session_context: moderngl.Context) -> Iterator[None]:
-    """Commands run inside the tests draw with the session's context.
+def command_context(session_context: "moderngl.Context") -> Iterator[None]:
+    """Make the commands that run inside the tests draw with the context of the session.
 
-    One of their own would become the current one, and calls meant for the session's go there.
+    A context of their own would become the current one, and calls for this one would go there.
     """
     with pytest.MonkeyPatch.context() as patch:
         for command in ("bench", "doctor", "export", "render", "study"):
@@ -108,16 +117,18 @@ def command_context(session_context: moderngl.Context) -> Iterator[None]:
 
 
 @pytest.fixture(scope="module")
-def renderer(session_context: moderngl.Context) -> FrameRenderer:
-    """One a test file; making one measures the solvers and builds the shaders."""
+def renderer(session_context: "moderngl.Context") -> "FrameRenderer":
+    """Make one renderer a test file: it measures the solvers and builds the shaders."""
+    from heatlens.render import FrameRenderer
+
     return FrameRenderer(session_context)
 
 
 @pytest.fixture(scope="module")
 def room_window(
-    session_context: moderngl.Context, tmp_path_factory: pytest.TempPathFactory
+    session_context: "moderngl.Context", tmp_path_factory: pytest.TempPathFactory
 ) -> Iterator["Gui"]:
-    """One window a test file, the room in it, its blur the quickest."""
+    """Open one window a test file, which shows the room with the fastest blur."""
     from support.gui import gui_of  # here: command line tests need no ImGui
     from support.window_plates import QUICK, room_file
 
@@ -127,15 +138,15 @@ def room_window(
 
 
 @pytest.fixture
-def gui(ctx: moderngl.Context, room_window: "Gui") -> "Gui":
-    """That window as it was in the beginning."""
+def gui(ctx: "moderngl.Context", room_window: "Gui") -> "Gui":
+    """Return that window in the state in which it was opened."""
     room_window.begin_again()
     return room_window
 
 
 @pytest.fixture
 def shot_file(tmp_path: Path) -> Path:
-    """A shot of six tiny plates, with all of them on disk."""
+    """Write a shot and its six tiny plates, and return the path of the shot."""
     from support.exports import write_shot_file
 
     return write_shot_file(tmp_path)
@@ -143,19 +154,19 @@ def shot_file(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def out(tmp_path: Path) -> Path:
-    """Frames of an export; their folder is not there yet."""
+    """Return the pattern of exported frames, in a folder that does not exist yet."""
     return tmp_path / "out" / "n.####.exr"
 
 
 @pytest.fixture
 def usd_path(tmp_path: Path) -> Path:
-    """Where a camera in USD will be."""
+    """Return the path of a USD camera that is not written yet."""
     return tmp_path / "cam.usda"
 
 
 @pytest.fixture
 def small_demo(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The program's own scene is a small one, looked at in few pixels."""
+    """Replace the demo scene by a small one that is seen in few pixels."""
     import heatlens.scene.demo.demo
     from heatlens.model.framing import Framing
     from heatlens.model.lens import Lens
@@ -169,12 +180,12 @@ def small_demo(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture
 def rng() -> np.random.Generator:
-    """The same numbers every time."""
+    """Return a random generator that gives the same numbers in each run."""
     return np.random.default_rng(20060106)
 
 
 @pytest.fixture(autouse=True)
 def numpy_raises() -> Iterator[None]:
-    """A NaN made silently is a black pixel in somebody's film."""
+    """Make NumPy raise: a NaN that is made silently is a black pixel in a film."""
     with np.errstate(divide="raise", over="raise", invalid="raise"):
         yield
