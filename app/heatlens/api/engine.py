@@ -19,7 +19,7 @@ class Engine:
         self._loaded: tuple[object, object] | None = None
 
     def renderer(self) -> FrameRenderer:
-        """The renderer, its context current.
+        """Return the renderer with its context current.
 
         Raises GpuError from another thread than the first, and without OpenGL.
         """

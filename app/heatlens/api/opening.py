@@ -66,7 +66,7 @@ def _plate_options(reading: Mapping[str, Any]) -> PlateOptions:
 
 
 def _refuse(what: str, **given: Any) -> None:
-    """InputError for values that would change nothing."""
+    """Raise InputError for values that would change nothing."""
     names = [name for name, value in given.items() if value is not None]
     if names:
         raise InputError(f"The source is {what}: leave {', '.join(names)} out.")

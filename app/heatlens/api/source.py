@@ -26,7 +26,7 @@ _BLUR = {"bokeh": Bokeh, "quality": Quality, "method": Method}
 
 
 class Source(ABC):
-    """What is in front of the lens: a plate, a sequence of plates, or a 3D scene."""
+    """The source before the lens: a plate, a sequence of plates, or a 3D scene."""
 
     def render(
         self,
@@ -41,15 +41,17 @@ class Source(ABC):
         squeeze: float | None = None,
         **blur: Any,
     ) -> FloatArray:
-        """The picture through the lens: (H, W, 4) float32, scene-linear, premultiplied, row 0 top.
+        """Return the picture with the lens.
 
-        `lens`, or single values of it; what is not given is that of the shot file, of the header or
-        of the scene's camera. `focus_at` is a pixel (x, y) of the picture that is to be sharp.
+        (H, W, 4) float32, scene-linear, premultiplied, row 0 top.
+
+        Give `lens`, or single values of it; values that are not given come from the shot file, the
+        header or the scene's camera. `focus_at` is a pixel (x, y) of the picture to focus on.
         `frame` is that of a sequence, a shot or a scene (default: the first). `blur` takes the
         fields of `DefocusSettings`: quality="draft", bokeh, layers, proxy, method, views.
 
-        Raises HeatlensError: a lens value that nobody tells, a file that cannot be read, a picture
-        too large for this machine.
+        Raises HeatlensError for a lens value that is missing, a file that cannot be read, and a
+        picture too large for this machine.
         """
         values = {
             "focal_length_mm": focal_length_mm,
@@ -141,7 +143,7 @@ class Plates(Source):
         super().close()
 
     def _plate(self, path: Path) -> Plate:
-        """The latest is kept: a lens is turned more often than the frame."""
+        """Read a plate and keep it, because the lens changes more often than the frame."""
         if self._read is None or self._read[0] != path:
             self._read = (path, self._reader(path))
         return self._read[1]
@@ -182,14 +184,14 @@ def _lens_at(plate: Plate, given: Mapping[str, float], focus_at: tuple[int, int]
 
 
 def _with_values(shot: Shot, frame: int, given: Mapping[str, float]) -> Shot:
-    """The shot at one frame, with the lens that it has there but for the given values."""
+    """Return the shot at one frame, its lens there changed by the given values."""
     if not given:
         return shot
     return _with_lens(shot, replace(shot.lens_at(frame), **given))
 
 
 def _with_lens(shot: Shot, lens: Lens) -> Shot:
-    """The shot with a lens that stands still."""
+    """Return the shot with a lens that does not change over time."""
     return replace(shot, lens=lens, curves=LensCurves())
 
 
@@ -199,7 +201,7 @@ def _values_of(lens: Lens) -> dict[str, float]:
 
 
 def _settings(before: DefocusSettings, blur: Mapping[str, Any]) -> DefocusSettings:
-    """`before` with what was given. Raises InputError for what a blur does not have."""
+    """Return `before` with the given fields. Raises InputError for a name that is no field."""
     check_names(blur, DefocusSettings)
     values: dict[str, Any] = dict(blur)
     for name, kind in _BLUR.items():
@@ -213,7 +215,7 @@ def _settings(before: DefocusSettings, blur: Mapping[str, Any]) -> DefocusSettin
 
 
 def check_names(given: Mapping[str, Any], kind: Any) -> None:
-    """InputError for a name that is no field of the dataclass `kind`."""
+    """Raise InputError for a name that is no field of the dataclass `kind`."""
     known = [field.name for field in fields(kind)]
     for name in given:
         if name not in known:

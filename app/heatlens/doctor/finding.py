@@ -28,7 +28,7 @@ Check = Callable[[], Iterator[Finding]]
 
 
 def made_sure(name: str, check: Check) -> Iterator[Finding]:
-    """The findings of `check`; whatever it raises is a finding too, and the next check goes on."""
+    """Yield the findings of `check`, and an error that it raises as a finding too."""
     try:
         yield from check()
     except HeatlensError as error:

@@ -39,7 +39,7 @@ class Gpu:
         return self._made[0]
 
     def device(self) -> Iterator[Finding]:
-        """Driver and limits."""
+        """Report the driver and its limits."""
         info = self.ctx.info
         limits = {name: int(info[name]) for name in _LIMITS}
         details = {
@@ -71,7 +71,7 @@ class Gpu:
         yield Finding("shaders", "fault" if refused else "ok", said, details)
 
     def solvers(self) -> Iterator[Finding]:
-        """Each strategy on random lines, against NumPy in float64."""
+        """Compare each solver on random lines with NumPy in float64."""
         for name, make in SOLVERS.items():
             solver = make(self.ctx)
             errors = {kernel: worst_error(self.ctx, solver, kernel) for kernel in KERNELS}
@@ -83,7 +83,7 @@ class Gpu:
             yield Finding("solvers", "ok" if good else "fault", said, details)
 
     def errors(self) -> Iterator[Finding]:
-        """Whether OpenGL complained of anything meanwhile."""
+        """Report whether OpenGL has an error from the checks before."""
         error = self.ctx.error
         if error != "GL_NO_ERROR":
             raise GpuError(f"OpenGL complains: {error}.")
@@ -102,7 +102,7 @@ def _build(ctx: moderngl.Context, build: Build) -> None:
 
 
 def _vertex_of(fragment: str) -> str:
-    """The vertex shader of the same name, or of a shorter one: `picture` for `picture_detail`."""
+    """Return the vertex shader of the same or a shorter name: `picture` for `picture_detail`."""
     name = _VERTEX.get(fragment, fragment)
     while "_" in name and not (data_dir("shaders") / f"{name}.vert.glsl").is_file():
         name = name.rpartition("_")[0]

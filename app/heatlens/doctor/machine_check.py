@@ -36,7 +36,7 @@ _OPTIONAL = {
 
 
 def system() -> Iterator[Finding]:
-    """Program, Python, operating system, processor and memory."""
+    """Report program, Python, operating system, processor and memory."""
     details = {
         "heatlens": heatlens.__version__,
         "python": platform.python_version(),
@@ -52,7 +52,7 @@ def system() -> Iterator[Finding]:
 
 
 def packages() -> Iterator[Finding]:
-    """Everything that is imported, and its version; what cannot be imported says why."""
+    """Report the version of every package, or why it cannot be imported."""
     found: dict[str, str] = {}
     for name, module in _REQUIRED.items():
         why = _why_not(module)
@@ -72,7 +72,7 @@ def packages() -> Iterator[Finding]:
 
 
 def files() -> Iterator[Finding]:
-    """An EXR that is written and read again, value for value."""
+    """Write an EXR, read it again and compare every value."""
     values = np.linspace(-4.0, 4.0, 12, dtype=np.float32).reshape(3, 4)
     window = Box(0, 0, 4, 3)
     with temporary_folder() as folder:
@@ -85,7 +85,7 @@ def files() -> Iterator[Finding]:
 
 
 def _why_not(module: str) -> str | None:
-    """Why `module` cannot be imported, None where it can."""
+    """Return why `module` cannot be imported, or None where it can."""
     try:
         importlib.import_module(module)
     except Exception as error:  # a library that lacks another may raise anything

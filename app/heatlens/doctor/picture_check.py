@@ -27,12 +27,12 @@ COLOR_TOLERANCE = 1e-3  # of display values, between GPU and processor
 
 
 def stored_path() -> Path:
-    """Where the picture lies that is compared with."""
+    """Return the path of the stored picture that the rendered one is compared with."""
     return data_dir("assets") / "doctor.exr"
 
 
 def rendered(ctx: moderngl.Context) -> FloatArray:
-    """The picture as it is here, (H, W, 3)."""
+    """Render the picture on this machine, (H, W, 3)."""
     renderer = FrameRenderer(ctx, settled_solver(ctx))
     renderer.load(read_plate(data_dir("assets") / "still_life.exr"))
     return renderer.pixels(SHOT)[..., :3]
@@ -54,7 +54,7 @@ def still_life(ctx: moderngl.Context) -> Iterator[Finding]:
 
 
 def color(ctx: moderngl.Context) -> Iterator[Finding]:
-    """OpenColorIO's default view, the same on the GPU as on the processor."""
+    """Compare OpenColorIO's default view on the GPU with the same on the processor."""
     config = load_color_config(None)
     view = view_transform(
         config, config.default_display, config.default_view, config.default_input_space

@@ -28,7 +28,7 @@ _OF_SCENES = ("HOLES", "COLORS", "BUMPS")  # what a scene has decides which of t
 
 
 def solver_builds() -> list[Build]:
-    """Each strategy for each system of lines, as the solvers build them."""
+    """Return the builds of each solver for each system of lines."""
     return [
         (name, system.shader_defines(axis) | build)
         for system, axis in itertools.product(_SYSTEMS, _AXES)
@@ -46,7 +46,7 @@ def _strategy_builds(system: LineSystem) -> list[Build]:
 
 
 def pass_builds() -> list[Build]:
-    """All other shaders, in each form that the program or a scene asks for."""
+    """Return the builds of all other shaders, in each variant that the program or a scene uses."""
     files = sorted(data_dir("shaders").glob("*.glsl"))
     builds: list[Build] = [(file.name, {}) for file in files if file.name not in _STRATEGIES]
     builds += [(name, {"COUNT": 1}) for name in _COUNTED]
@@ -62,12 +62,12 @@ def pass_builds() -> list[Build]:
 
 
 def overlay_modes() -> list[str]:
-    """The functions of the overlay's shader, one a mode."""
+    """Return the functions of the overlay's shader, one for each mode."""
     text = (data_dir("shaders") / _OVERLAY).read_text()
     return re.findall(r"^vec4 (\w+)\(ivec2 at, float", text, re.M)
 
 
 def _whole_text(name: str) -> str:
-    """Of a shader and of all that it includes."""
+    """Return the text of a shader with everything that it includes."""
     folder = data_dir("shaders")
     return "".join((folder / file).read_text() for file in assemble(folder, name, {}).files)

@@ -19,7 +19,7 @@ _COMPACT_FULL_PX = 4.0  # from this diameter on the Laplacian is compact in full
 
 
 def worst_error(ctx: moderngl.Context, solver: LineSolver, kernel_name: str) -> float:
-    """The largest difference between GPU and float64, in colours of 0..1."""
+    """Return the largest difference between GPU and float64, in colours of 0..1."""
     rng = np.random.default_rng(20060106)
     width, height = _SIZE
     color = rng.random((height, width, 4), np.float32)
@@ -47,7 +47,7 @@ def _blurred(
 
 
 def blurred_float64(color: Array, coc: Array, kernel: Kernel) -> Array:
-    """What `BlurPass` computes for `color` (H, W, C) and `coc` (H, W), as dense matrices."""
+    """Compute as dense matrices what `BlurPass` does to `color` (H, W, C) by `coc` (H, W)."""
     across, compact_across = _laplacians(coc, kernel)
     down, compact_down = _laplacians(coc.T, kernel)
     source = color - np.einsum("yxw,ywc->yxc", compact_across, color)
@@ -62,14 +62,15 @@ def blurred_float64(color: Array, coc: Array, kernel: Kernel) -> Array:
 
 
 def _laplacians(coc: Array, kernel: Kernel) -> tuple[Array, Array]:
-    """Of each line of `coc` (lines, n): with its conductances, and compact; (lines, n, n)."""
+    """Return two matrices for each line of `coc` (lines, n): Laplacian and compact; (lines, n, n).
+    """
     conductance = np.minimum(coc[:, 1:], coc[:, :-1]) ** 2
     compact = kernel.compact * np.minimum(conductance / _COMPACT_FULL_PX**2, 1.0)
     return _laplacian(conductance), _laplacian(compact)
 
 
 def _laplacian(conductance: Array) -> Array:
-    """(lines, n - 1) to (lines, n, n): what flows out of each pixel."""
+    """Return what flows out of each pixel; (lines, n - 1) to (lines, n, n)."""
     lines, links = conductance.shape
     matrix = np.zeros((lines, links + 1, links + 1))
     at = np.arange(links)
@@ -81,6 +82,6 @@ def _laplacian(conductance: Array) -> Array:
 
 
 def _solved(laplacian: Array, compact: Array, kappa: complex, x: Array) -> NDArray[np.complex128]:
-    """(1 + kappa L - C)^-1 x along each line; x (lines, n, channels)."""
+    """Return (1 + kappa L - C)^-1 x along each line; x is (lines, n, channels)."""
     system = np.eye(laplacian.shape[-1]) + kappa * laplacian - compact
     return np.asarray(np.linalg.solve(system, x.astype(np.complex128)), np.complex128)

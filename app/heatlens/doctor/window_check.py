@@ -8,7 +8,7 @@ _INSTALL = "pip install 'heatlens[gui]', on Debian or Ubuntu also: apt-get insta
 
 
 def fonts() -> Iterator[Finding]:
-    """Those that come with the library of the window."""
+    """Look for the fonts that come with the library of the window."""
     try:
         from heatlens.ui.window_try import fonts_found
     except ImportError as error:
@@ -18,7 +18,7 @@ def fonts() -> Iterator[Finding]:
 
 
 def display() -> Iterator[Finding]:
-    """A window that nobody sees, opened and closed again."""
+    """Open a window that nobody sees, and close it again."""
     try:
         from heatlens.ui.window_try import display_named, renderer_of_a_window
     except ImportError as error:

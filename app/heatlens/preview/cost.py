@@ -22,7 +22,7 @@ class CostModel:
     seconds_per_px: dict[Sized, float] = field(default_factory=dict)
 
     def learn(self, settings: DefocusSettings, pixels: int, seconds: float) -> None:
-        """A picture of so many pixels took so long; all others are slower or quicker with it."""
+        """Learn the seconds of a picture of so many pixels; scale all other predictions by it."""
         sized, new = _sized(settings), seconds / pixels / _times(settings)
         old = self.seconds_per_px.get(sized, new)
         pace = 1.0 + _NEWEST * (new / old - 1.0)
@@ -31,7 +31,7 @@ class CostModel:
             self.seconds_per_px[other] *= pace
 
     def predicted(self, settings: DefocusSettings, pixels: int) -> float:
-        """Seconds for a picture of so many pixels; infinite where nothing is known."""
+        """Return the seconds for a picture of so many pixels; infinite where nothing is known."""
         kind, known = _kind(settings), self._alike(settings)
         # What the next picture costs is not known where the work depends on how large its blur is.
         if settings.method.facts.grows_with_blur or not known:
@@ -47,7 +47,8 @@ class CostModel:
         return max(guesses) * pixels
 
     def _alike(self, settings: DefocusSettings) -> list[Sized]:
-        """What was met of the same sort of work: drawings of a scene, or blurs of a plate."""
+        """Return what is known of the same sort of work: drawings of a scene, or blurs of a plate.
+        """
         is_of_scene = settings.method.needs_scene
         return [it for it in self.seconds_per_px if it[0][0].needs_scene is is_of_scene]
 
@@ -72,7 +73,7 @@ def _kind_weight(kind: Kind) -> float:
 
 
 def _weight(settings: DefocusSettings) -> float:
-    """Work for one pixel, in passes over memory; only ratios count.
+    """Return the work for one pixel, in passes over memory; only ratios count.
 
     A complex pole weighs about as much as reading and writing the picture; a layer brings its
     split, its fill and its composite besides its blur.

@@ -30,7 +30,7 @@ _FEW_VIEWS = ((16, 1 / 2), (16, 1 / 4), (4, 1 / 4), (4, 1 / 8))  # how many, at 
 
 
 def cheaper(wished: DefocusSettings) -> list[DefocusSettings]:
-    """The wished picture, then ever quicker ones with the same amount of blur."""
+    """Return the wished picture, then faster and faster ones with the same amount of blur."""
     if wished.method.needs_scene:
         return _fewer_views(wished)
     rungs = [wished]
@@ -55,12 +55,12 @@ def _fewer_views(wished: DefocusSettings) -> list[DefocusSettings]:
 
 
 def on_the_way(wished: DefocusSettings) -> list[DefocusSettings]:
-    """What may be shown before the wished picture while nobody drags, quickest first."""
+    """Return what may be shown before the wished picture while nobody drags, the fastest first."""
     return _fewer_views(wished)[:0:-1] if wished.method.needs_scene else [between(wished)]
 
 
 def is_better(one: DefocusSettings, other: DefocusSettings, wished: DefocusSettings) -> bool:
-    """Whether `one`, a rung of the wished picture, comes closer to it than `other`."""
+    """Return whether level `one` comes closer to the wished picture than `other` does."""
     if wished.method.needs_scene:  # any number of views may be seen already
         return (one.proxy, one.views) > (other.proxy, other.views)
     rungs = cheaper(wished)
@@ -69,12 +69,13 @@ def is_better(one: DefocusSettings, other: DefocusSettings, wished: DefocusSetti
 
 
 def between(wished: DefocusSettings) -> DefocusSettings:
-    """A smaller picture that comes sooner than the wished one."""
+    """Return a smaller picture that is ready sooner than the wished one."""
     return _rung(wished, *_BETWEEN)
 
 
 def _rung(wished: DefocusSettings, best: Quality, scale: float) -> DefocusSettings:
-    """The wished picture smaller and at most as good as `best`, cut into the same layers."""
+    """Return the wished picture smaller, at most as good as `best`, and cut into the same layers.
+    """
     quality = min(best, wished.quality, key=list(Quality).index)
     method = wished.method if wished.method is Method.HEAT else Method.DIFFUSION
     layers = layers_for(replace(wished, method=method))

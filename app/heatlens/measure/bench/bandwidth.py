@@ -14,8 +14,11 @@ _TRIES = 7
 
 
 def copy_bytes_per_second(ctx: moderngl.Context, size: tuple[int, int]) -> float:
-    """Best of several copies, the first not counted; of `size` on a software rasteriser, whose
-    caches the passes meet in the same state, and of a large picture on a GPU."""
+    """Return the bytes per second of the fastest of several copies; the first copy is not counted.
+
+    A software rasteriser copies a picture of `size`, so that it meets the processor's caches in the
+    state in which the passes meet them; a GPU copies a large picture.
+    """
     size = size if is_software(ctx) else _LARGE
     program = ComputeProgram(ctx, "bandwidth_copy.comp.glsl")
     source, target = (new_texture(ctx, size, 4) for _ in range(2))

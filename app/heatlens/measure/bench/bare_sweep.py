@@ -15,7 +15,7 @@ class BareSweeps:
     """Rows, then columns, with conductances made beforehand; owns all that it needs."""
 
     def __init__(self, ctx: moderngl.Context, color: FloatArray, coc_px: FloatArray) -> None:
-        """`color` (H, W, 4); `coc_px` (H, W), diameters of either sign."""
+        """Take `color` (H, W, 4) and `coc_px` (H, W), diameters of either sign, to the GPU."""
         size = (coc_px.shape[1], coc_px.shape[0])
         _check_scratch_fits(ctx, size)
         self._size = size
@@ -64,7 +64,7 @@ class BareSweeps:
 
 
 def conductances(coc_px: FloatArray, along: int) -> FloatArray:
-    """Of heat, between each pixel and the next one `along` an array axis; 0 at the line's end."""
+    """Return the heat conductance of each pixel to the next `along` an axis; 0 at a line's end."""
     diameter = np.moveaxis(np.abs(coc_px), along, -1)
     result = np.zeros(diameter.shape, np.float32)
     narrower = np.minimum(diameter[..., :-1], diameter[..., 1:])

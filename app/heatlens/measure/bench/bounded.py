@@ -21,7 +21,10 @@ class Timed:
 
 
 def bounded(frame: Frame, runs: int, limit_s: float) -> Timed | None:
-    """Median of `runs` frames, of fewer or of the warm-up alone where time is short, or None."""
+    """Return the median of `runs` frames, or None where even the warm-up exceeds `limit_s`.
+
+    Where time is short, the median is of fewer frames or of the warm-up alone.
+    """
     end = time.monotonic() + limit_s
     first = _first(frame, end)
     if first is None:
@@ -42,7 +45,10 @@ class Patience:
         self._too_slow: set[str] = set()
 
     def timed(self, name: str, make_frame: Callable[[], Frame], where: str) -> Timed | None:
-        """A frame of `name`, made only if it is to be rendered; `where` is said beside it."""
+        """Time a frame of `name`, or return None once it has been too slow.
+
+        `make_frame` is called only if the frame is to be rendered. `where` is named in the message.
+        """
         if name in self._too_slow:
             return None
         self._say(f"{name}, {where}")
@@ -54,7 +60,7 @@ class Patience:
 
 
 def _first(frame: Frame, end: float) -> Timed | None:
-    """A frame step by step, given up after the step in which `end` passes."""
+    """Render a frame step by step; give up after the step that ends later than `end`."""
     frame.renderer.ctx.finish()
     start = time.monotonic()
     steps = frame.steps()

@@ -92,7 +92,7 @@ def flip_missing() -> str:
 def _row(
     frame: Frame, level: DefocusSettings, view: DragView, runs: int, rest: Shown | None
 ) -> tuple[DragRow, Shown | None]:
-    """One level, and how it looks; None where it took too long."""
+    """Measure one preview level and its picture; the picture is None where it took too long."""
     here = replace(frame, shot=replace(frame.shot, defocus=level))
     timed = bounded.bounded(here, runs, bounded.LIMIT_S)
     shown = flip = None

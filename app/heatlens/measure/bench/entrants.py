@@ -9,9 +9,9 @@ KNOWN_VIEWS = (23, 66)
 
 
 def entrants(settings: DefocusSettings) -> dict[str, DefocusSettings]:
-    """Every method by its name, in the order of `Method`, with the settings otherwise given.
+    """Return the settings of every method by its name, in the order of `Method`.
 
-    Those that look through many points of the lens say how many: "accumulation 23".
+    The name of a method that averages views through the lens has their number: "accumulation 23".
     """
     found: dict[str, DefocusSettings] = {}
     for method in Method:
@@ -24,11 +24,12 @@ def entrants(settings: DefocusSettings) -> dict[str, DefocusSettings]:
 
 
 def most_views(settings: DefocusSettings) -> int:
-    """Points of the lens that the one with the most of them looks through."""
+    """Return the largest number of views that any method of a bench renders."""
     return max(KNOWN_VIEWS[-1], settings.views)
 
 
 def _views(settings: DefocusSettings) -> list[int]:
-    """Those asked for; of accumulation, which costs as much as it has views, the known ones too."""
+    """Return the numbers of views to measure: the one asked for, for accumulation also known ones.
+    """
     known = KNOWN_VIEWS if settings.method is Method.ACCUMULATION else ()
     return sorted({*known, settings.views})

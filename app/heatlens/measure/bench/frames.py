@@ -48,7 +48,8 @@ class BenchFrames:
     """Plates through a `FrameRenderer` with a solver of choice."""
 
     def __init__(self, ctx: moderngl.Context, solver: str) -> None:
-        """`solver` is a name of SOLVERS, or "auto" for the one that `render` would choose."""
+        """Make a renderer; `solver` is a name of SOLVERS, or "auto" for the one that `render` uses.
+        """
         self.ctx = ctx
         self._renderer = FrameRenderer(
             ctx, None if solver == "auto" else SOLVERS[SolverName(solver)](ctx)
@@ -57,19 +58,20 @@ class BenchFrames:
         self.stopwatch = self._renderer.stopwatch
 
     def check_fits(self, size: tuple[int, int], settings: DefocusSettings) -> None:
-        """GpuError for a picture beyond OpenGL or memory; before its plate takes its share."""
+        """Raise GpuError for a picture too large for OpenGL or memory, before a plate is made for it.
+        """
         check_plate_fits(self.ctx, *size)
         check_work_fits(self.ctx, *proxy_size(size, settings.proxy))
 
     def frame(self, plate: Plate, lens: Lens, settings: DefocusSettings) -> "Frame":
-        """`plate` taken to the GPU, in the place of the one before."""
+        """Load `plate` to the GPU, in place of the source before it."""
         self._renderer.load(plate)
         return Frame(self._renderer, Shot(lens, settings))
 
     def scene_frame(
         self, scene: Scene, framing: Framing, lens: Lens, settings: DefocusSettings
     ) -> "SceneFrame":
-        """`scene` taken to the GPU, in the place of what was there."""
+        """Load `scene` to the GPU, in place of the source before it."""
         self._renderer.load_scene(scene)
         return SceneFrame(self._renderer, Shot(lens, settings, framing=framing))
 
@@ -86,7 +88,7 @@ class Frame:
         return self.renderer.render(self._next_shot())
 
     def steps(self) -> Steps[moderngl.Texture]:
-        """The same in steps, as `FrameRenderer.steps` has them."""
+        """Render the frame in steps, as `FrameRenderer.steps` does."""
         return self.renderer.steps(self._next_shot())
 
     def _next_shot(self) -> Shot:
@@ -105,13 +107,14 @@ class SceneFrame(Frame):
     """A frame of a scene, from all points of the lens each time."""
 
     def _next_shot(self) -> Shot:
-        """Through a lens that is another by a hair: what is summed up for one is not done again."""
+        """Return the shot with a minimally different lens, so that no accumulated view is reused.
+        """
         f_stop = self.shot.lens.f_stop * (1.0 + _HAIR * next(_HAIRS))
         return replace(self.shot, lens=replace(self.shot.lens, f_stop=f_stop))
 
 
 def run_seconds(ctx: moderngl.Context, work: Callable[[], object]) -> float:
-    """Wall clock of `work` until the GPU has finished it."""
+    """Return the seconds that `work` takes until the GPU has finished it."""
     ctx.finish()
     start = time.perf_counter()
     work()
@@ -120,8 +123,10 @@ def run_seconds(ctx: moderngl.Context, work: Callable[[], object]) -> float:
 
 
 def median_seconds(ctx: moderngl.Context, runs: int, *works: Callable[[], object]) -> list[float]:
-    """Median wall clock of each work, taken in turn so that all meet the same machine, after one
-    warm-up each (programs are built, textures made)."""
+    """Return the median seconds of each work, after one warm-up each that builds programs.
+
+    The works take turns, so that all of them meet the same state of the machine.
+    """
     for work in works:
         work()
     turns = [[run_seconds(ctx, work) for work in works] for _ in range(runs)]
@@ -129,7 +134,7 @@ def median_seconds(ctx: moderngl.Context, runs: int, *works: Callable[[], object
 
 
 def frame_seconds(stopwatch: Stopwatch, runs: int, work: Callable[[], object]) -> FrameSeconds:
-    """A frame with the stopwatch off and on, in turn, after one warm-up."""
+    """Time a frame with the stopwatch off and on, in turn, after one warm-up."""
     work()
     whole: list[float] = []
     timed: list[float] = []

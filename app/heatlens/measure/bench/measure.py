@@ -53,7 +53,7 @@ def size_words(size: Size) -> str:
 def measure_frame(
     frames: BenchFrames, size: Size, settings: DefocusSettings, runs: int, say: Say
 ) -> FrameReport:
-    """The scene at `size`: whole frames, and in turn with them the same with every pass timed."""
+    """Measure whole frames of the scene at `size`, and in turn frames with every pass timed."""
     worked_on = proxy_size(size, settings.proxy)
     say(copy_words(size, settings))
     copy = copy_bytes_per_second(frames.ctx, worked_on)
@@ -81,7 +81,7 @@ def measure_frame(
 
 
 def pass_row(name: str, entry: PassSeconds, work: Work, copy_bytes_per_s: float) -> PassRow:
-    """The bytes of the cost table put beside the time measured; '-' for a pass it lacks."""
+    """Combine the measured time of a pass with the bytes of the cost table; '-' if it has none."""
     try:
         traffic = frame_traffic(name, work, entry.runs)
     except KeyError:
@@ -105,7 +105,7 @@ def pass_row(name: str, entry: PassSeconds, work: Work, copy_bytes_per_s: float)
 def measure_coc_sweep(
     frames: BenchFrames, size: Size, settings: DefocusSettings, runs: int, say: Say
 ) -> tuple[CocRow, ...]:
-    """How a frame's time depends on the amount of blur."""
+    """Measure the time of a frame against the amount of blur."""
     measured = []
     for coc in SWEEP_COC_PX:
         say(coc_words(coc))
@@ -123,7 +123,7 @@ def measure_coc_sweep(
 def _uniform_ms(
     frames: BenchFrames, size: Size, coc: float, settings: DefocusSettings, runs: int
 ) -> tuple[float, int]:
-    """One coc everywhere: milliseconds, layers."""
+    """Return the milliseconds and the layers of a frame that has the same coc everywhere."""
     frame = frames.frame(uniform_coc_plate(size, coc), LENS, settings)
     return 1e3 * median_seconds(frames.ctx, runs, frame.render)[0], frame.layer_count
 
@@ -131,7 +131,7 @@ def _uniform_ms(
 def _scene_ms(
     frames: BenchFrames, size: Size, coc: float, settings: DefocusSettings, runs: int
 ) -> tuple[float, int]:
-    """The scene through a lens whose largest coc there is `coc`: milliseconds, layers."""
+    """Return the milliseconds and the layers of the scene with `coc` as its largest coc."""
     frame = frames.frame(scene_plate(size), lens_reaching(coc, size), settings)
     return 1e3 * median_seconds(frames.ctx, runs, frame.render)[0], frame.layer_count
 
@@ -139,8 +139,10 @@ def _scene_ms(
 def measure_size_sweep(
     frames: BenchFrames, settings: DefocusSettings, runs: int, say: Say
 ) -> tuple[SizeRow, ...]:
-    """How a frame's time depends on its pixels; sizes that this machine has no room for are left
-    out, and said."""
+    """Measure the time of a frame against its number of pixels.
+
+    A size that this machine has no room for is left out, and `say` is told so.
+    """
     measured: list[tuple[Size, float, float, int]] = []
     for size in SWEEP_SIZES:
         say(size_words(size))
@@ -157,7 +159,7 @@ def measure_size_sweep(
 
 
 def size_rows(measured: list[tuple[Size, float, float, int]]) -> tuple[SizeRow, ...]:
-    """From (size, one layer ms, layered ms, layers): with the time of a pixel over the first's."""
+    """Return rows from (size, one layer ms, layered ms, layers), relative to the first size."""
     per_pixel = [(one / (w * h), layered / (w * h)) for (w, h), one, layered, _ in measured]
     return tuple(
         SizeRow(*size, one, a / per_pixel[0][0], layered, b / per_pixel[0][1], layer_count)
@@ -166,7 +168,7 @@ def size_rows(measured: list[tuple[Size, float, float, int]]) -> tuple[SizeRow, 
 
 
 def measure_bare(frames: BenchFrames, size: Size, runs: int, say: Say) -> BareReport:
-    """A frame of one layer of heat and its two sweeps alone, in turn."""
+    """Measure a frame of one layer of heat and its two line sweeps alone, in turn."""
     say(BARE_WORDS)
     plate = scene_plate(size)
     frame = frames.frame(plate, LENS, DefocusSettings(Bokeh.HEAT, layers=1))

@@ -90,9 +90,11 @@ def measure_errors(
     runs: int,
     say: Say,
 ) -> ErrorReport:
-    """Each method on the truth scene: those of plates on its pinhole picture, which is given.
+    """Measure time and error of each method on the truth scene.
 
-    One that was too slow once is left out from there on.
+    Plate methods get its pinhole picture.
+
+    A method that was too slow once is left out from there on.
     """
     frame = frames.scene_frame(truth_scene(), wall_framing(size), LENS, settings)
     frame.renderer.look(frame.shot)  # or the first method of plates would pay for it
@@ -107,7 +109,7 @@ def measure_errors(
 def _row(
     frame: SceneFrame, coc_px: float, truth_views: int, patience: Patience, say: Say
 ) -> ErrorRow:
-    """One truth, and everybody held against it."""
+    """Render the truth for one amount of blur and compare every method with it."""
     where = truth_where(coc_px)
     truth, truth_flip = truth_of(frame, truth_views, lambda done: say(f"{done}, {where}"))
     cells = {
@@ -128,7 +130,8 @@ def truth_words(views: int) -> str:
 
 
 def truth_of(frame: SceneFrame, views: int, say: Say) -> tuple[FloatImage, float]:
-    """The mean of `views` views, (H, W, 3) scene-linear, and FLIP to it of half as many."""
+    """Return the mean of `views` views, (H, W, 3) scene-linear, and the FLIP of half of them to it.
+    """
     pictures = []
     for count in (max(views // 2, 1), views):  # the second goes on where the first stopped
         settings = replace(frame.shot.defocus, method=Method.ACCUMULATION, views=count)
@@ -138,7 +141,7 @@ def truth_of(frame: SceneFrame, views: int, say: Say) -> tuple[FloatImage, float
 
 
 def _drawn(frame: SceneFrame, views: int, say: Say) -> FloatImage:
-    """The picture through just the lens of the shot; every _SAY_EVERY new views are said."""
+    """Render the picture with the lens of the shot; tell `say` after every _SAY_EVERY views."""
     say(truth_words(views))
     steps = frame.renderer.steps(frame.shot)
     done = 0

@@ -9,7 +9,7 @@ _WIDTH = 14
 
 
 def time_table(report: MethodReport) -> str:
-    """A row for each circle of confusion, a column for each method, "skipped" in words."""
+    """Return a table with a row for each circle of confusion and a column for each method."""
     head = (
         f"methods at {report.width}x{report.height}, ms a frame, the same circle of confusion "
         f"everywhere; skipped: more than {report.limit_s:g} s"
@@ -45,7 +45,7 @@ def _of(report: ErrorReport, title: str, field: str, digits: int, with_truth: bo
 def _table(
     names: list[str], rows: Iterable[tuple[float, dict[str, float | None]]], digits: int
 ) -> list[str]:
-    """Aligned; the views that a name ends in stand under it."""
+    """Return aligned lines; the number of views stands under the name of its method."""
     words = [name.partition(" ") for name in names]
     lines = [
         "    px" + "".join(f"{word:>{_WIDTH}}" for word, _, _ in words),

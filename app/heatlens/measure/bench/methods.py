@@ -38,9 +38,9 @@ class MethodReport:
 def measure_methods(
     frames: BenchFrames, size: tuple[int, int], settings: DefocusSettings, runs: int, say: Say
 ) -> MethodReport:
-    """Each method on a plate of one coc, or a scene of it for those that need one.
+    """Measure each method on a plate of uniform coc, or on a scene of it where it needs a scene.
 
-    One that was too slow once is left out from there on.
+    A method that was too slow once is left out from there on.
     """
     patience, rows = Patience(runs, say), []
     for coc in METHOD_COC_PX:
@@ -61,7 +61,7 @@ def method_where(coc_px: float) -> str:
 def _uniform(
     frames: BenchFrames, size: tuple[int, int], coc_px: float, settings: DefocusSettings
 ) -> Frame:
-    """A frame with one coc everywhere."""
+    """Return a frame that has the same coc everywhere."""
     if settings.method.needs_scene:
         scene = uniform_coc_scene(size, coc_px)
         return frames.scene_frame(scene, wall_framing(size), LENS, settings)

@@ -29,7 +29,7 @@ _TALLY, _OFFSET = 32, 4  # a block of 8 x 8 pixels
 
 @dataclass(frozen=True, slots=True)
 class Work:
-    """What a frame's cost depends on, beside the plate's pixels."""
+    """The facts, besides the pixels of the plate, that the cost of a frame depends on."""
 
     size: tuple[int, int]  # of the picture that is worked on
     kernel: Kernel
@@ -64,12 +64,15 @@ class AxisReads:
 
 
 def frame_traffic(name: str, work: Work, runs: int) -> Traffic:
-    """What the pass `name` moves when a frame runs it `runs` times; KeyError for an unknown one."""
+    """Return what the pass `name` moves in a frame that runs it `runs` times.
+
+    Raises KeyError for an unknown pass.
+    """
     return PASS_COSTS[name](work, runs)
 
 
 def solve_bytes(solver: SolverName, system: LineSystem, reads: AxisReads) -> float:
-    """Bytes a pixel to solve `system` along one axis."""
+    """Return the bytes per pixel to solve `system` along one axis."""
     poles, value, link = system.poles, system.value_bytes, 3 * system.num_bytes
     once = reads.node + reads.source
     end = reads.finish + reads.written
@@ -92,7 +95,7 @@ def solve_bytes(solver: SolverName, system: LineSystem, reads: AxisReads) -> flo
 
 
 def blur_bytes(solver: SolverName, kernel: Kernel) -> float:
-    """Bytes a pixel of a blur: for each step rows and columns."""
+    """Return the bytes per pixel of a blur: rows and columns for each step."""
     system = LineSystem("lib/blur_system.lib.glsl", len(kernel.poles), kernel.is_complex)
     poles, coc_again = _POLE_LAYER * pole_layers(kernel), _COC  # is the pixel in focus?
     read_twice = 0
@@ -106,7 +109,7 @@ def blur_bytes(solver: SolverName, kernel: Kernel) -> float:
 
 
 def _proxy(work: Work, runs: int) -> Traffic:
-    """The whole plate's colour, one depth a pixel; a smaller colour and depth written."""
+    """Count the whole plate's colour and depth read, a smaller colour and depth written."""
     moved = runs * (_COLOR / work.proxy**2 + _COC + _COLOR + _COC)
     return Traffic(moved, moved)
 
@@ -116,8 +119,10 @@ def _coc(work: Work, runs: int) -> Traffic:
 
 
 def _lamps_found(work: Work, runs: int) -> Traffic:
-    """Luminance of the colour, a heat blur of it, the split by it; least: colour and coc in, the
-    two halves out."""
+    """Count luminance, its heat blur and the split by it.
+
+    The least possible is colour and coc read and the two parts written.
+    """
     luminance = _COLOR + _COLOR
     split = _COLOR + _COLOR + _COC + _COLOR + _COLOR
     moved = luminance + blur_bytes(work.solver, named_kernel("heat")) + split
@@ -125,7 +130,7 @@ def _lamps_found(work: Work, runs: int) -> Traffic:
 
 
 def _lamps_listed(work: Work, runs: int) -> Traffic:
-    """Two readings of the lamps; tallies and offsets written, then read (tallies twice)."""
+    """Count two reads of the highlights, and counts and offsets written and read again."""
     width, height = work.size
     blocks = block_count(work.size) / (width * height)
     moved = 2 * _COLOR + blocks * (3 * _TALLY + 2 * _OFFSET)
@@ -137,7 +142,7 @@ def _fragments(work: Work, runs: int) -> Traffic:
 
 
 def _tiles(work: Work, runs: int) -> Traffic:
-    """The picture is looked through once, whatever the number of layers; a tile has few words."""
+    """Count one read of the picture for any number of layers; the few words of a tile are free."""
     return Traffic(_COC + _KIND, _COC + _KIND, at_least=True)
 
 
@@ -148,7 +153,8 @@ def _layer_split(work: Work, runs: int) -> Traffic:
 
 
 def _hidden_fill(work: Work, runs: int) -> Traffic:
-    """The masks are copied whole; all else is done on hidden pixels, and the least is theirs."""
+    """Count whole copies of the masks; all other work, and the least possible, is per hidden pixel.
+    """
     width, height = work.size
     masks = 2 * HiddenFillPass.bits_bytes(work.size) / (width * height)
     return Traffic(runs * masks, None, at_least=True)
@@ -168,30 +174,31 @@ def _blur(work: Work, runs: int) -> Traffic:
 
 
 def _composite(work: Work, runs: int) -> Traffic:
-    """The farthest layer is only written; each nearer one reads what is behind it."""
+    """Count one write of the farthest layer; each nearer layer also reads what is behind it."""
     moved = runs * 2 * _COLOR + (runs - 1) * _COLOR
     return Traffic(moved, moved, at_most=True)
 
 
 def _limits(work: Work, runs: int) -> Traffic:
-    """One picture, in place."""
+    """Count one picture, changed in place."""
     return Traffic(runs * 2 * _COLOR, runs * 2 * _COLOR)
 
 
 def _alpha(work: Work, runs: int) -> Traffic:
-    """Once out of the plate, once back into the picture, which is read and written with it."""
+    """Count alpha read from the plate, and written into the picture, which is read for that."""
     taken_out, joined = _COLOR + _COLOR, _COLOR + _COLOR + _COLOR
     moved = runs / 2 * (taken_out + joined)
     return Traffic(moved, moved)
 
 
 def _lamps_drawn(work: Work, runs: int) -> Traffic:
-    """The area of the lamps' discs decides."""
+    """Count the area of the highlights' discs, which decides the cost."""
     return Traffic(None, None)
 
 
 def _method(work: Work, runs: int) -> Traffic:
-    """Colour and coc in, the picture out; how often neighbours are looked at, the coc decides."""
+    """Count colour and coc read and the picture written; the reads of neighbours depend on the coc.
+    """
     moved = runs * (_COLOR + _COC + _COLOR)
     return Traffic(moved, moved, at_least=True)
 

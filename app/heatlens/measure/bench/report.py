@@ -108,7 +108,7 @@ class BenchReport:
 
 
 def report_text(report: BenchReport) -> str:
-    """For reading: a head, a table of passes, what else was asked for, memory."""
+    """Return the report as text: a head, a table of passes, the other measurements, memory."""
     blocks = []
     if report.frame is not None:
         blocks += [_head(report.frame), _pass_table(report.frame), _frame_line(report.frame)]

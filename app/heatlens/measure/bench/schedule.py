@@ -38,9 +38,9 @@ class Step:
 
 @dataclass(frozen=True, slots=True)
 class Asked:
-    """What is to be measured.
+    """The measurements that were asked for.
 
-    levels  sentences of the preview levels that are measured; none where they are not asked for
+    levels  sentences of the preview levels to measure; empty where they were not asked for
     """
 
     size: tuple[int, int]
@@ -98,7 +98,7 @@ def _of_errors(asked: Asked, frame_s: float) -> list[Step]:
 
 
 def _cells(asked: Asked, where: str, frame_s: float) -> list[Step]:
-    """Each method at one amount of blur, none longer than it may take."""
+    """Plan each method at one amount of blur, with no more than the time limit for each."""
     found = []
     for name, settings in entrants(asked.settings).items():
         weight = settings.views * _VIEW if settings.method.needs_scene else _OTHER_METHOD
@@ -112,7 +112,7 @@ def _pixels(size: tuple[int, int]) -> int:
 
 
 class Pace:
-    """Where in its plan a bench is, and how long the rest will take at the pace so far."""
+    """The progress of a bench through its plan, and the time left at the pace so far."""
 
     def __init__(
         self, steps: Sequence[Step], clock: Callable[[], float] = time.perf_counter
@@ -125,11 +125,14 @@ class Pace:
 
     @property
     def number(self) -> int:
-        """Which step goes on, counted from 1; 0 before the first."""
+        """The number of the running step, counted from 1; 0 before the first."""
         return self._at + 1
 
     def begin(self, sentence: str) -> bool:
-        """A step begins; False for a sentence that is no step. Steps passed over were left out."""
+        """Begin the step of a sentence; return False for a sentence that is no step.
+
+        Steps in between count as left out.
+        """
         later = range(self._at + 1, len(self.steps))
         found = next((at for at in later if self.steps[at].sentence == sentence), None)
         if found is None:

@@ -32,32 +32,35 @@ _LAMPS = ((0.15, 0.28), (0.25, 0.28), (0.52, 0.30), (0.66, 0.12), (0.74, 0.22))
 
 
 def scene_plate(size: tuple[int, int]) -> Plate:
-    """A textured ground to the horizon, sky, near and far things before it and a few lamps."""
+    """Return a textured ground to the horizon, a sky, near and far objects and a few lamps."""
     color, depth_m = _scene(size)
     return _plate(color, depth_m=depth_m)
 
 
 def scene_coc_px(size: tuple[int, int], lens: Lens = LENS) -> FloatImage:
-    """The scene's signed circle of confusion (H, W), diameter in pixels."""
+    """Return the signed circle of confusion of the scene (H, W), diameters in pixels."""
     _, depth_m = _scene(size)
     return np.asarray(coc_px(depth_m, coc_line(lens, size[0])), np.float32)
 
 
 def lens_reaching(largest_coc_px: float, size: tuple[int, int]) -> Lens:
-    """`LENS` opened or closed until this is the scene's largest |coc|: it goes with 1 / f-stop."""
+    """Return `LENS` with the f-stop at which the scene's largest |coc| is the one given.
+
+    The coc is proportional to 1 / f-stop.
+    """
     largest = float(np.max(np.abs(scene_coc_px(size))))
     return replace(LENS, f_stop=LENS.f_stop * largest / largest_coc_px)
 
 
 def uniform_coc_plate(size: tuple[int, int], diameter_px: float) -> Plate:
-    """The same colours, everywhere behind the focus by `diameter_px` of coc."""
+    """Return the same colours, behind the focus by `diameter_px` of coc everywhere."""
     width, height = size
     everywhere = np.full((height, width), diameter_px, np.float32)
     return _plate(_scene(size)[0], coc=everywhere)
 
 
 def _scene(size: tuple[int, int]) -> tuple[FloatImage, FloatImage]:
-    """Colour (H, W, 3) and metres (H, W)."""
+    """Return colour (H, W, 3) and depth in metres (H, W)."""
     color, depth_m = _ground_and_sky(size)
     texture = _texture(size)
     width, height = size
@@ -71,12 +74,13 @@ def _scene(size: tuple[int, int]) -> tuple[FloatImage, FloatImage]:
 
 
 def _pixels(start: float, stop: float, count: int) -> slice:
-    """From share to share of `count` pixels, one at least."""
+    """Return the slice from share to share of `count` pixels, at least one pixel long."""
     return slice(int(start * count), max(int(stop * count), int(start * count) + 1))
 
 
 def _ground_and_sky(size: tuple[int, int]) -> tuple[FloatImage, FloatImage]:
-    """Colour (H, W, 3) and metres (H, W) of a plane seen from `_CAMERA_HEIGHT_M` up."""
+    """Return colour (H, W, 3) and metres (H, W) of a plane seen from `_CAMERA_HEIGHT_M` above it.
+    """
     width, height = size
     focal_px = LENS.focal_length_mm / LENS.sensor_width_mm * width
     below_px = np.arange(height, dtype=np.float32)[:, None] + 0.5 - _HORIZON * height
@@ -88,7 +92,7 @@ def _ground_and_sky(size: tuple[int, int]) -> tuple[FloatImage, FloatImage]:
 
 
 def _texture(size: tuple[int, int]) -> FloatImage:
-    """Detail at every scale, 0.2 to 1.8, (H, W): waves whose lengths have no common measure."""
+    """Return detail at every scale, 0.2 to 1.8, (H, W): waves without a common period."""
     y, x = np.mgrid[: size[1], : size[0]].astype(np.float32)
     waves: NDArray[np.float32] = np.zeros_like(x)
     for k in range(4):

@@ -18,10 +18,11 @@ _NIGHT = Daylight(sun=_BLACK, zenith=_BLACK, horizon=_BLACK, ground=_BLACK)
 
 
 def uniform_coc_scene(size: tuple[int, int], diameter_px: float, lens: Lens = LENS) -> Scene:
-    """A wall across the view that shines in the colours of `uniform_coc_plate`, up to white.
+    """Return a wall across the view that emits the colours of `uniform_coc_plate`, up to white.
 
-    It stands before the focus where |coc| is `diameter_px`: behind it, none is larger than at
-    infinity. No point of the lens sees past its border, beyond which the picture begins again.
+    The wall stands before the focus, where |coc| is `diameter_px`: behind the focus no |coc|
+    exceeds that of infinity. No point of the lens sees past its border, beyond which the picture
+    repeats.
     """
     distance_m = wall_m(size[0], diameter_px, lens)
     wall = _wall(size, diameter_px, distance_m, lens)
@@ -32,19 +33,19 @@ def uniform_coc_scene(size: tuple[int, int], diameter_px: float, lens: Lens = LE
 
 
 def wall_framing(size: tuple[int, int]) -> Framing:
-    """A camera in the origin that looks along -z."""
+    """Return the framing of a camera in the origin that looks along -z."""
     pose = looking_at((0.0, 0.0, 0.0), (0.0, 0.0, -1.0))
     return Framing(*size, track=CameraTrack((PoseKey(1, pose),)))
 
 
 def wall_m(width_px: int, diameter_px: float, lens: Lens) -> float:
-    """Where coc is -`diameter_px`, in metres."""
+    """Return the distance in metres at which the coc is -`diameter_px`."""
     line = coc_line(lens, width_px)
     return line.per_dioptre_px / (-diameter_px - line.at_infinity_px)
 
 
 def _wall(size: tuple[int, int], margin_px: float, distance_m: float, lens: Lens) -> Mesh:
-    """_SQUARES over the picture, whatever the blur, and `margin_px` around them; uv is 0 to 1."""
+    """Return a wall of _SQUARES over the picture, plus `margin_px` around them; uv is 0 to 1."""
     x, y = (
         np.array([-margin_px, *np.linspace(0, side, count + 1), side + margin_px])
         for side, count in zip(size, _SQUARES, strict=True)
@@ -62,7 +63,7 @@ def _wall(size: tuple[int, int], margin_px: float, distance_m: float, lens: Lens
 
 
 def _triangles(columns: int, rows: int) -> NDArray[np.uint32]:
-    """Two for each square of a grid of corners, seen from +z."""
+    """Return two triangles for each square of a grid of corners, front side towards +z."""
     corner = np.arange(columns * rows, dtype=np.uint32).reshape(rows, columns)
     a, b, c, d = corner[:-1, :-1], corner[1:, :-1], corner[1:, 1:], corner[:-1, 1:]
     return np.stack([a, b, c, a, c, d], axis=-1).reshape(-1, 3)

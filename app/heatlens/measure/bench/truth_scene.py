@@ -44,7 +44,8 @@ _EYE_M = 0.5
 
 
 def truth_scene() -> Scene:
-    """The boards, the ground and the lamps, before a camera in the origin that looks along -z."""
+    """Return the boards, the ground and the lamps; the camera is in the origin and looks along -z.
+    """
     boards = [(_board(*board[:5]), board[5], 0) for board in _BOARDS]
     lamps = [(_board(*_around(x, y), _LAMP_M), _LAMP_LIGHT, None) for x, y in _LAMPS]
     things = [*boards, (_ground(), _GROUND_LIGHT, 0), *lamps]
@@ -59,7 +60,10 @@ def truth_scene() -> Scene:
 
 
 def truth_lens(largest_coc_px: float, width_px: int) -> Lens:
-    """`LENS` opened or closed until the nearest board's |coc| is this: it goes with 1 / f-stop."""
+    """Return `LENS` with the f-stop at which the nearest board's |coc| is the one given.
+
+    The coc is proportional to 1 / f-stop.
+    """
     nearest = abs(float(coc_px(NEAREST_M, coc_line(LENS, width_px))))
     return replace(LENS, f_stop=LENS.f_stop * nearest / largest_coc_px)
 
@@ -69,13 +73,16 @@ def _shining(light: Color, picture: int | None) -> Material:
 
 
 def _around(x: float, y: float) -> tuple[float, float, float, float]:
-    """Left, right, top, bottom of a lamp with its middle there."""
+    """Return left, right, top and bottom of a lamp whose centre is (x, y)."""
     half_x, half_y = _LAMP_SIDE / 2, _LAMP_SIDE / 2 / _ASPECT
     return x - half_x, x + half_x, y - half_y, y + half_y
 
 
 def _board(left: float, right: float, top: float, bottom: float, away_m: float) -> Mesh:
-    """Upright across the view; its picture is as fine in the frame at every distance."""
+    """Return a board upright across the view.
+
+    Its texture is equally fine on screen at any distance.
+    """
     u, v = np.array((left, right, right, left)), np.array((bottom, bottom, top, top))
     frame_m = away_m * LENS.sensor_width_mm / LENS.focal_length_mm
     x, y = frame_m * (u - 0.5), -frame_m * _ASPECT * (v - 0.5)
@@ -100,7 +107,7 @@ def _quad(corners: ArrayLike, normal: ArrayLike, uvs: ArrayLike) -> Mesh:
 
 
 def _picture(side: int = 128) -> NDArray[np.uint8]:
-    """(side, side, 4) waves at several scales; it repeats without a seam."""
+    """Return (side, side, 4) waves at several scales that repeat without a seam."""
     v, u = math.tau * np.mgrid[:side, :side] / side
     waves = sum(np.sin(n * u + n) * np.sin((n + 1) * v) for n in (1, 3, 8))
     grey = np.rint(255 * (0.7 + 0.1 * np.asarray(waves)))

@@ -15,16 +15,16 @@ from heatlens.plate.png_write import encoded_picture
 
 
 def absolute_difference(result: FloatImage, truth: FloatImage, gain: float) -> FloatImage:
-    """|result - truth| of the display values, `gain` times, clamped to 0..1; (H, W, 3)."""
+    """Return `gain` times |result - truth| of the display values, clamped to 0..1; (H, W, 3)."""
     error = np.abs(srgb_encoded(result) - srgb_encoded(truth)) * np.float32(gain)
     clamped: FloatImage = np.minimum(error, np.float32(1.0))
     return clamped
 
 
 def flip_map(result: FloatImage, truth: FloatImage) -> FloatImage:
-    """LDR-FLIP of each pixel in the colours of magma, black for none; display values (H, W, 3).
+    """Return the LDR-FLIP of each pixel in the colours of magma, as display values (H, W, 3).
 
-    Raises InputError where the package for FLIP is not installed.
+    Black means no difference. Raises InputError where the package for FLIP is not installed.
     """
     shown, shown_truth = srgb_encoded(result), srgb_encoded(truth)
     colors = flip_evaluation(shown, shown_truth, "LDR", applyMagma=True)[0]
@@ -45,6 +45,6 @@ def write_difference(
 
 
 def check_is_png(path: str | os.PathLike[str]) -> None:
-    """InputError unless the name ends in .png; asked early, before a long comparison is lost."""
+    """Raise InputError unless the name ends in .png; call it before a long comparison."""
     if Path(path).suffix.lower() != ".png":
         raise InputError(f"{path}: the picture of the difference is written as .png.")

@@ -67,12 +67,12 @@ def score(result: FloatImage, truth: FloatImage) -> Scores:
 
 
 def nonfinite_count(rgb: FloatImage) -> int:
-    """Pixels of (H, W, 3) in which any channel is NaN or infinite."""
+    """Count the pixels of (H, W, 3) in which any channel is NaN or infinite."""
     return int(np.count_nonzero(~np.isfinite(rgb).all(axis=-1)))
 
 
 def flip_evaluation(result: FloatImage, truth: FloatImage, kind: str, **options: Any) -> Any:
-    """What the FLIP library answers: (map, mean, parameters); `kind` LDR (sRGB) or HDR (linear)."""
+    """Return (map, mean, parameters) of the FLIP library; `kind` is LDR (sRGB) or HDR (linear)."""
     library = import_extra("flip_evaluator", "FLIP", "compare")
     options = {"applyMagma": False, "inputsRGB": kind == "LDR"} | options
     with contextlib.redirect_stdout(io.StringIO()):  # some of its versions report progress there
@@ -117,7 +117,7 @@ def _ssim(shown: FloatImage, shown_truth: FloatImage) -> float:
 
 
 def _window_means(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Of every window that lies whole inside; (H, W, C) to (H - 6, W - 6, C)."""
+    """Return the mean of every window that lies whole inside; (H, W, C) to (H - 6, W - 6, C)."""
     for axis in (0, 1):
         sums = np.insert(np.cumsum(values, axis), 0, 0.0, axis)
         ends = np.arange(_SSIM_SIDE_PX, sums.shape[axis])

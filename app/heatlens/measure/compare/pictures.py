@@ -26,13 +26,13 @@ class Picture:
     display_window: Box
 
     def over(self, region: Box) -> FloatImage:
-        """The pixels (H, W, 3) of a region inside the data window."""
+        """Return the pixels (H, W, 3) of a region inside the data window."""
         x0, y0 = region.x0 - self.data_window.x0, region.y0 - self.data_window.y0
         return self.rgb[y0 : y0 + region.height, x0 : x0 + region.width]
 
 
 def read_picture(path: str | os.PathLike[str]) -> Picture:
-    """The finished picture of a file, scene-linear; of a PNG, JPEG or TIFF, what its sRGB says.
+    """Read the finished picture of a file, scene-linear; PNG, JPEG and TIFF are taken as sRGB.
 
     Raises InputError for a file that is missing, damaged or has no colour.
     """
@@ -51,10 +51,10 @@ def read_picture(path: str | os.PathLike[str]) -> Picture:
 
 
 def shared_region(result: Picture, truth: Picture) -> Box:
-    """The pixels that both files hold; all of the data window where theirs is the same.
+    """Return the region that both files hold: the data window where theirs are equal.
 
     Where the data windows differ it is what both hold of the display window. Raises InputError
-    when the display windows differ, for then no pixel of one is known to be that of the other.
+    where the display windows differ, for then it is unknown which pixels correspond.
     """
     if result.display_window != truth.display_window:
         raise InputError(

@@ -14,10 +14,11 @@ _SIDE_MIN_PX, _SIDE_MAX_PX = 16, 160
 
 
 def crop_boxes(pictures: list[FloatImage], reference: FloatImage, count: int = CROPS) -> list[Box]:
-    """Up to `count` squares that do not touch, the most telling first.
+    """Return up to `count` squares that do not touch, the most telling first.
 
-    `pictures` and `reference` are scene-linear (H, W, 3). Telling is where the errors of the best
-    and the worst picture are furthest apart; where there is one picture, where its error is most.
+    `pictures` and `reference` are scene-linear (H, W, 3). The most telling place is where the
+    errors of the best and the worst picture differ most; with one picture, where its error is
+    largest.
     """
     side = crop_side(*reference.shape[:2])
     sums = _box_sums(_telling(pictures, reference), side)
@@ -31,7 +32,7 @@ def crop_boxes(pictures: list[FloatImage], reference: FloatImage, count: int = C
 
 
 def crop_side(height: int, width: int) -> int:
-    """Pixels along a crop, never more than the picture has."""
+    """Return the side of a crop in pixels, never more than the picture has."""
     side = min(_SIDE_MAX_PX, max(_SIDE_MIN_PX, round(_SHARE * min(height, width))))
     return min(side, height, width)
 
@@ -44,7 +45,7 @@ def flip_inside(picture: FloatImage, reference: FloatImage, box: Box) -> float:
 
 
 def _telling(pictures: list[FloatImage], reference: FloatImage) -> npt.NDArray[np.float64]:
-    """(H, W): worst error less best error of each pixel's display value."""
+    """Return (H, W): the worst error minus the best error of each pixel's display value."""
     shown = srgb_encoded(reference)
     errors = np.stack([np.abs(srgb_encoded(p) - shown).mean(axis=2) for p in pictures])
     least = errors.min(axis=0) if len(pictures) > 1 else 0.0

@@ -18,10 +18,10 @@ VERSION = 1
 
 @contextmanager
 def report_folder(path: str | os.PathLike[str]) -> Iterator[Path]:
-    """A folder to write into; it takes the place of `path` when the block ends well, else it goes.
+    """Yield a folder to write into; it replaces `path` when the block ends without an error.
 
-    An older report there stays until then. A link keeps pointing where it did. Raises InputError
-    where something else stands at `path`, or nothing can be written.
+    An older report stays there until then, and after an error. A link keeps its target. Raises
+    InputError where something else than a report is at `path`, or nothing can be written.
     """
     target = checked_target(path)
     beside = target.with_name(f".{target.name}.{os.getpid()}.part")
@@ -37,7 +37,7 @@ def report_folder(path: str | os.PathLike[str]) -> Iterator[Path]:
 
 
 def checked_target(path: str | os.PathLike[str]) -> Path:
-    """Where the folder will stand; asked early, before minutes are spent on what is refused."""
+    """Return the path of the folder; raise InputError where it may not be written or replaced."""
     target = Path(os.path.realpath(path))
     if not target.parent.is_dir():
         raise InputError(f"{path}: there is no folder {target.parent} to make the report in.")
@@ -51,14 +51,14 @@ def checked_target(path: str | os.PathLike[str]) -> Path:
 
 
 def write_numbers(folder: Path, numbers: dict[str, Any], files: list[str]) -> None:
-    """The record of the report: what was measured, and every file that belongs to it."""
+    """Write the record of the report: its numbers and the names of all its files."""
     record = {_MARK: VERSION, **numbers, "files": sorted([*files, NUMBERS])}
     text = json.dumps(record, indent=2, allow_nan=False)
     (folder / NUMBERS).write_text(text + "\n", encoding="utf-8")
 
 
 def _check_is_ours(folder: Path) -> None:
-    """Empty, or nothing in it but what its own record names."""
+    """Raise InputError unless the folder holds nothing but the files that its record names."""
     try:
         found = set(os.listdir(folder))
     except OSError as error:
@@ -72,7 +72,7 @@ def _check_is_ours(folder: Path) -> None:
 
 
 def _files_of(folder: Path) -> set[str]:
-    """The names in the record of a report; none where there is no such record."""
+    """Return the names in the record of a report; none where there is no such record."""
     try:
         record = json.loads((folder / NUMBERS).read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError):
@@ -84,7 +84,7 @@ def _files_of(folder: Path) -> set[str]:
 
 
 def _exchange(beside: Path, target: Path) -> None:
-    """The new folder for the old one, which comes back if that fails."""
+    """Replace the old folder by the new one; put the old one back if that fails."""
     if not target.exists():
         os.rename(beside, target)
         return

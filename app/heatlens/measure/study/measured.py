@@ -52,9 +52,9 @@ def check_measurable() -> None:
 def measure_all(
     subject: Subject, methods: tuple[Method, ...], reference: Reference, runs: int, say: Say
 ) -> Rows:
-    """A row for each method; one that this machine has no room for is left out, and said.
+    """Measure each method; leave out, and tell `say`, one that this machine has no room for.
 
-    Raises the GpuError of the last one where none could be rendered.
+    Raises the GpuError of the last method where none could be rendered.
     """
     rows: list[Row] = []
     left_out: list[str] = []
@@ -71,7 +71,8 @@ def measure_all(
 
 
 def measured(subject: Subject, settings: DefocusSettings, reference: Reference, runs: int) -> Row:
-    """One method: rendered, compared over the reference's region, rendered again for its time."""
+    """Render one method, compare it over the reference's region, and render it again for its time.
+    """
     start = time.monotonic()
     subject.forget(settings)
     pixels = cut(subject.pixels(settings), reference.region)
@@ -85,7 +86,7 @@ def measured(subject: Subject, settings: DefocusSettings, reference: Reference, 
 def run_times(
     subject: Subject, settings: DefocusSettings, runs: int, last_start: float
 ) -> list[float]:
-    """Seconds of each of `runs` frames, of fewer where the clock passes `last_start`."""
+    """Return the seconds of each of `runs` frames, of fewer where the clock passes `last_start`."""
     seconds: list[float] = []
     while len(seconds) < runs and time.monotonic() < last_start:
         subject.forget(settings)
@@ -94,13 +95,13 @@ def run_times(
 
 
 def cut(rgba: FloatImage, region: Box) -> FloatImage:
-    """Colour (H, W, 3) over a region in pixels of the picture itself."""
+    """Return the colour (H, W, 3) of a region, which is in pixels of the picture."""
     rows, columns = slice(region.y0, region.y1), slice(region.x0, region.x1)
     return np.ascontiguousarray(rgba[rows, columns, :3])
 
 
 def detail_of(settings: DefocusSettings) -> str:
-    """The settings that the method asks for, in words; empty where it asks for none."""
+    """Describe the settings that the method uses; return "" where it has none."""
     if settings.method is Method.DIFFUSION:
         layers = "" if settings.layers is None else f", {settings.layers} layers"
         return f"{settings.bokeh}, {settings.quality}{layers}"

@@ -9,7 +9,7 @@ from heatlens.measure.study.report import Report
 
 
 def report_numbers(report: Report) -> dict[str, Any]:
-    """JSON values; seconds, and scores by the names of `Scores`."""
+    """Return the numbers as JSON values: seconds, and scores by the names of `Scores`."""
     return {
         "heatlens": __version__,
         "title": report.title,

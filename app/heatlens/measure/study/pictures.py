@@ -14,7 +14,7 @@ REFERENCE, SHARP = "reference", "sharp"
 
 
 def crop_name(what: str, place: int) -> str:
-    """The file of a crop; `place` counts from 1."""
+    """Return the file name of a crop; `place` counts from 1."""
     return f"{what}-crop-{place}.png"
 
 

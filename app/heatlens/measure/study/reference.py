@@ -33,7 +33,7 @@ class Reference:
 
 
 def from_file(subject: Subject, truth: Picture) -> Reference:
-    """The finished picture of a file, where it and the subject have pixels.
+    """Return the finished picture of a file, over the region that it shares with the subject.
 
     Raises InputError where the two are not on one pixel grid.
     """
@@ -47,19 +47,20 @@ def from_file(subject: Subject, truth: Picture) -> Reference:
 
 
 def truth_settings(subject: Subject, views: int) -> DefocusSettings:
-    """A scene seen from `views` points of the lens. Raises InputError for more than there are."""
+    """Return settings for `views` views through the lens. Raises InputError for too many."""
     return replace(subject.settings(Method.ACCUMULATION), views=views)
 
 
 def from_views(subject: Subject, views: int, tell: Callable[[str], None]) -> Reference:
-    """The truth of a scene: right but for the noise of so many; `tell` hears of each step."""
+    """Render the truth of a scene, which has only the noise of that many views; report to `tell`.
+    """
     settings = truth_settings(subject, views)
     name = f"the scene seen from {views} points of the lens"
     return replace(_rendered(subject.pixels(settings, tell), name, is_truth=True), note=_SHARED)
 
 
 def from_diffusion(subject: Subject) -> Reference:
-    """The best that heatlens makes of a plate. It is no truth."""
+    """Render the best that heatlens can make of a plate, which is not a truth."""
     settings = DefocusSettings(bokeh=Bokeh.DISC, quality=Quality.FILM, method=Method.DIFFUSION)
     return _rendered(subject.pixels(settings), "diffusion, film", is_truth=False)
 

@@ -10,13 +10,13 @@ from heatlens.plate.plate import FloatImage
 
 @dataclass(frozen=True, eq=False)
 class Report:
-    """What was studied and what came out.
+    """The values of a whole report: what was studied and what came out.
 
     title     the name of the source
-    facts     what the pictures have in common: (label, value), for reading
-    reference what the rows are held against
+    facts     what all the pictures have in common, as (label, value), for reading
+    reference the picture that the rows are compared with
     sharp     the picture before the lens (H, W, 3) over the same region, None where there is none
-    rows      the nearest to the reference first
+    rows      the methods, the closest to the reference first
     left_out  a sentence for each method that is missing
     crops     places to look at, in pixels of the reference
     gain      how many times brighter than they are the differences are drawn

@@ -40,13 +40,13 @@ class Subject:
         return str(self.renderer.ctx.info["GL_RENDERER"])
 
     def settings(self, method: Method) -> DefocusSettings:
-        """Those of the shot, for another method."""
+        """Return the settings of the shot with another method."""
         return replace(self.shot.defocus, method=method)
 
     def pixels(
         self, settings: DefocusSettings, tell: Callable[[str], None] = lambda _: None
     ) -> FloatImage:
-        """The picture, (H, W, 4) float32, premultiplied; `tell` hears of each step of it."""
+        """Render the picture, (H, W, 4) float32, premultiplied; `tell` is called at each step."""
         steps = self.renderer.steps(replace(self.shot, defocus=settings), self.frame)
         while True:
             try:
