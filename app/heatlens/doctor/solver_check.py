@@ -62,7 +62,7 @@ def blurred_float64(color: Array, coc: Array, kernel: Kernel) -> Array:
 
 
 def _laplacians(coc: Array, kernel: Kernel) -> tuple[Array, Array]:
-    """Return two matrices for each line of `coc` (lines, n): Laplacian and compact; (lines, n, n)."""
+    """Return Laplacian and compact matrix (lines, n, n) of each line of `coc` (lines, n)."""
     conductance = np.minimum(coc[:, 1:], coc[:, :-1]) ** 2
     compact = kernel.compact * np.minimum(conductance / _COMPACT_FULL_PX**2, 1.0)
     return _laplacian(conductance), _laplacian(compact)

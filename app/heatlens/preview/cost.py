@@ -47,7 +47,7 @@ class CostModel:
         return max(guesses) * pixels
 
     def _alike(self, settings: DefocusSettings) -> list[Sized]:
-        """Return what is known of the same sort of work: drawings of a scene, or blurs of a plate."""
+        """Return what is known of the same sort of work: drawing scenes, or blurring plates."""
         is_of_scene = settings.method.needs_scene
         return [it for it in self.seconds_per_px if it[0][0].needs_scene is is_of_scene]
 

@@ -74,7 +74,7 @@ def between(wished: DefocusSettings) -> DefocusSettings:
 
 
 def _rung(wished: DefocusSettings, best: Quality, scale: float) -> DefocusSettings:
-    """Return the wished picture smaller, at most as good as `best`, and cut into the same layers."""
+    """Return the wished picture smaller, at most as good as `best`, with the same layers."""
     quality = min(best, wished.quality, key=list(Quality).index)
     method = wished.method if wished.method is Method.HEAT else Method.DIFFUSION
     layers = layers_for(replace(wished, method=method))

@@ -48,7 +48,7 @@ class BenchFrames:
     """Plates through a `FrameRenderer` with a solver of choice."""
 
     def __init__(self, ctx: moderngl.Context, solver: str) -> None:
-        """Make a renderer; `solver` is a name of SOLVERS, or "auto" for the one that `render` uses."""
+        """Make a renderer; `solver` is a name of SOLVERS, or "auto" for that of `render`."""
         self.ctx = ctx
         self._renderer = FrameRenderer(
             ctx, None if solver == "auto" else SOLVERS[SolverName(solver)](ctx)
@@ -108,7 +108,7 @@ class SceneFrame(Frame):
     """A frame of a scene, from all points of the lens each time."""
 
     def _next_shot(self) -> Shot:
-        """Return the shot with a minimally different lens, so that no accumulated view is reused."""
+        """Return the shot with a slightly different lens, so that no accumulated view is reused."""
         f_stop = self.shot.lens.f_stop * (1.0 + _HAIR * next(_HAIRS))
         return replace(self.shot, lens=replace(self.shot.lens, f_stop=f_stop))
 

@@ -130,7 +130,7 @@ def truth_words(views: int) -> str:
 
 
 def truth_of(frame: SceneFrame, views: int, say: Say) -> tuple[FloatImage, float]:
-    """Return the mean of `views` views, (H, W, 3) scene-linear, and the FLIP of half of them to it."""
+    """Return the mean of `views` views, (H, W, 3) scene-linear, and the FLIP of half of them."""
     pictures = []
     for count in (max(views // 2, 1), views):  # the second goes on where the first stopped
         settings = replace(frame.shot.defocus, method=Method.ACCUMULATION, views=count)

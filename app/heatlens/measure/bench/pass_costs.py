@@ -153,7 +153,7 @@ def _layer_split(work: Work, runs: int) -> Traffic:
 
 
 def _hidden_fill(work: Work, runs: int) -> Traffic:
-    """Count whole copies of the masks; all other work, and the least possible, is per hidden pixel."""
+    """Count whole copies of the masks; all other work is per hidden pixel."""
     width, height = work.size
     masks = 2 * HiddenFillPass.bits_bytes(work.size) / (width * height)
     return Traffic(runs * masks, None, at_least=True)
@@ -196,7 +196,7 @@ def _lamps_drawn(work: Work, runs: int) -> Traffic:
 
 
 def _method(work: Work, runs: int) -> Traffic:
-    """Count colour and coc read and the picture written; the reads of neighbours depend on the coc."""
+    """Count colour and coc read, the picture written, and reads of neighbours by the coc."""
     moved = runs * (_COLOR + _COC + _COLOR)
     return Traffic(moved, moved, at_least=True)
 

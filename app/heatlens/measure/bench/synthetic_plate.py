@@ -79,7 +79,7 @@ def _pixels(start: float, stop: float, count: int) -> slice:
 
 
 def _ground_and_sky(size: tuple[int, int]) -> tuple[FloatImage, FloatImage]:
-    """Return colour (H, W, 3) and metres (H, W) of a plane seen from `_CAMERA_HEIGHT_M` above it."""
+    """Return colour (H, W, 3) and metres (H, W) of a plane `_CAMERA_HEIGHT_M` below the eye."""
     width, height = size
     focal_px = LENS.focal_length_mm / LENS.sensor_width_mm * width
     below_px = np.arange(height, dtype=np.float32)[:, None] + 0.5 - _HORIZON * height

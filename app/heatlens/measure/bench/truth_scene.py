@@ -44,7 +44,7 @@ _EYE_M = 0.5
 
 
 def truth_scene() -> Scene:
-    """Return the boards, the ground and the lamps; the camera is in the origin and looks along -z."""
+    """Return the boards, the ground and the lamps, before a camera in the origin along -z."""
     boards = [(_board(*board[:5]), board[5], 0) for board in _BOARDS]
     lamps = [(_board(*_around(x, y), _LAMP_M), _LAMP_LIGHT, None) for x, y in _LAMPS]
     things = [*boards, (_ground(), _GROUND_LIGHT, 0), *lamps]

@@ -71,7 +71,7 @@ def measure_all(
 
 
 def measured(subject: Subject, settings: DefocusSettings, reference: Reference, runs: int) -> Row:
-    """Render one method, compare it over the reference's region, and render it again for its time."""
+    """Render one method, compare it over the reference's region, and time more frames of it."""
     start = time.monotonic()
     subject.forget(settings)
     pixels = cut(subject.pixels(settings), reference.region)

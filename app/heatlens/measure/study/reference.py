@@ -52,7 +52,7 @@ def truth_settings(subject: Subject, views: int) -> DefocusSettings:
 
 
 def from_views(subject: Subject, views: int, tell: Callable[[str], None]) -> Reference:
-    """Render the truth of a scene, which has only the noise of that many views; report to `tell`."""
+    """Render the truth of a scene, exact but for the noise of its views; report to `tell`."""
     settings = truth_settings(subject, views)
     name = f"the scene seen from {views} points of the lens"
     return replace(_rendered(subject.pixels(settings, tell), name, is_truth=True), note=_SHARED)
