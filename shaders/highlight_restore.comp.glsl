@@ -5,7 +5,7 @@
 // Output
 //   low_img    what is diffused, read and written
 
-layout(local_size_x = 16, local_size_y = 16) in;
+layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
 uniform sampler2D high_tx;
 layout(rgba32f) uniform image2D low_img;

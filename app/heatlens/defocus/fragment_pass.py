@@ -5,8 +5,7 @@ from dataclasses import dataclass
 import moderngl
 
 from heatlens.defocus.pixel_list import WHOLE_LIST, clear_list
-from heatlens.defocus.plate_passes import tiles
-from heatlens.gpu.program import ComputeProgram
+from heatlens.gpu.program import ComputeProgram, pixel_groups
 
 
 @dataclass(frozen=True)
@@ -56,7 +55,7 @@ class FragmentPass:
         uniforms: dict[str, object] = {"at_infinity_px": at_infinity_px}
         textures = {"color_tx": picture.color, "coc_tx": picture.coc, "kind_tx": picture.kind}
         self._find.dispatch(
-            tiles(picture.color.size),
+            pixel_groups(picture.color.size),
             textures={"coc_tx": picture.coc},
             images={"out_kind_img": picture.kind},
             buffers=buffers,

@@ -8,12 +8,11 @@ from heatlens.defocus.fragment_pass import Fragments
 from heatlens.defocus.layer_plan import MARGIN_PX, SPREAD, LayerPlan, reach_tiles
 from heatlens.defocus.optics import Optics
 from heatlens.defocus.pixel_list import slice_count
-from heatlens.defocus.tile_mask import TILE, TileList, TileMask, tile_count
+from heatlens.defocus.tile_mask import TileList, TileMask, tile_count
 from heatlens.gpu.program import ComputeProgram, groups_for
+from heatlens.gpu.shader_constants import TILE, TILE_GROUP
 from heatlens.gpu.textures import TexturePool
 from heatlens.model.settings import LAYERS_MAX
-
-_GROUP = 8
 
 
 @dataclass(frozen=True)
@@ -47,7 +46,7 @@ class TilePass:
             buffers={"content_block": found.content, "nearest_block": found.nearest},
             uniforms={
                 "tiles": tile_count(size),
-                "layer_ends_px": ends + [(0.0, 0.0)] * (_LAYERS_OF_SHADER - len(ends)),
+                "layer_ends_px": ends + [(0.0, 0.0)] * (LAYERS_MAX - len(ends)),
                 "layer_count": len(ends),
             },
         )
@@ -103,9 +102,5 @@ class TilePass:
         return mask, listed
 
 
-_LAYERS_OF_SHADER = 8  # as in tile_layers.comp.glsl
-assert LAYERS_MAX <= _LAYERS_OF_SHADER
-
-
 def _groups(tiles: tuple[int, int]) -> tuple[int, int]:
-    return groups_for(tiles[0], _GROUP), groups_for(tiles[1], _GROUP)
+    return groups_for(tiles[0], TILE_GROUP), groups_for(tiles[1], TILE_GROUP)
