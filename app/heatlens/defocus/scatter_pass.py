@@ -54,7 +54,7 @@ def buffer_bytes(size: tuple[int, int]) -> dict[str, int]:
 
 
 def disc_sums(disc: DiscShape) -> npt.NDArray[np.float64]:
-    """Return (SCATTER_DISC_SUMS,) sums of the coverage of small discs, by eighths of a px of coc."""
+    """Return (SCATTER_DISC_SUMS,) sums of the coverage of small discs, by eighths of px of coc."""
     diameters = np.arange(SCATTER_DISC_SUMS) / SCATTER_STEPS_A_PX
     return np.array([_disc_sum(disc, d / 2) for d in diameters])
 
