@@ -29,7 +29,7 @@ def bound_coc(coc_px: FloatImage, what: str) -> tuple[str, ...]:
 
 
 def bound_color(color: FloatImage, what: str) -> tuple[str, ...]:
-    """Bring finite light (H, W, C) into bounds, in place; returns what to say, as `bound_coc`."""
+    """Bring finite light (H, W, C) into bounds, in place, and return notes, as `bound_coc`."""
     if -LIGHT_MOST <= color.min() and color.max() <= LIGHT_MOST:
         return ()
     count = int(np.count_nonzero((np.abs(color) > LIGHT_MOST).any(axis=2)))

@@ -24,10 +24,10 @@ _SENSOR = "sensorOverallDimensions"
 
 
 def camera_at_header(headers: Sequence[Header]) -> CameraHeader:
-    """The lens values of `headers`, the first header that has one deciding.
+    """Return the lens values of `headers`; the first header that has a value decides it.
 
-    A value that no lens can have (zero, negative, not a number) counts as not there; only the
-    focus may be infinite.
+    A value that no lens can have (zero, negative, not a number) counts as missing; only the focus
+    may be infinite.
     """
     values: dict[str, float] = {}
     sources: dict[str, str] = {}
@@ -52,7 +52,7 @@ def lens_attributes(
     sensor_height_mm: float | None = None,
     t_stop: float | None = None,
 ) -> dict[str, Any]:
-    """Header attributes for a lens; the reverse of `camera_at_header`."""
+    """Return header attributes for a lens; the reverse of `camera_at_header`."""
     attributes: dict[str, Any] = {
         "focus": float(focus_distance_m),
         "aperture": float(f_stop),
@@ -66,7 +66,7 @@ def lens_attributes(
 
 
 def _first_number(headers: Sequence[Header], attribute: str, allow_infinite: bool) -> float | None:
-    """The first usable value of `attribute`."""
+    """Return the first usable value of `attribute`."""
     for header in headers:
         value = header.get(attribute)
         if isinstance(value, int | float) and _usable(value, allow_infinite):
@@ -75,7 +75,7 @@ def _first_number(headers: Sequence[Header], attribute: str, allow_infinite: boo
 
 
 def _first_sensor_side(headers: Sequence[Header], axis: int) -> float | None:
-    """Width (axis 0) or height (1) of the sensor in millimetres."""
+    """Return the width (axis 0) or height (axis 1) of the sensor in millimetres."""
     for header in headers:
         size = np.asarray(header.get(_SENSOR, ()))
         if size.shape == (2,) and size.dtype.kind in "if" and _usable(size[axis], False):
@@ -84,5 +84,5 @@ def _first_sensor_side(headers: Sequence[Header], axis: int) -> float | None:
 
 
 def _usable(value: float, allow_infinite: bool) -> bool:
-    """True for a positive number, infinity only where it means something."""
+    """Return whether a number is positive; infinity counts only where `allow_infinite` says so."""
     return value > 0 and (allow_infinite or math.isfinite(value))

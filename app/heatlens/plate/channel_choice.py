@@ -58,10 +58,10 @@ class ColorChoice:
 def choose_color(
     path: Path, headers: Sequence[Header], layer: str | None, eye: str | None = None
 ) -> ColorChoice:
-    """The colour channels of `layer`, or of the likeliest layer when it is None.
+    """Choose the colour channels of `layer`, or of the likeliest layer where it is None.
 
-    Of a stereo file those of the view `eye`; of its first view, which is said, when that is None.
-    Raises InputError naming what was looked for and what the file has.
+    In a stereo file they are those of the view `eye`; where that is None, those of the first view,
+    and a note says so. Raises InputError that names what was looked for and what the file has.
     """
     views = views_of(headers)
     view = _view_called(path, views, eye)
@@ -83,12 +83,12 @@ def choose_color(
 
 
 def color_layers_among(names: Iterable[str]) -> tuple[str, ...]:
-    """Those layers of channels, given by their full names, that `choose_color` could take."""
+    """Return the layers among full channel names that `choose_color` could take."""
     return tuple(_color_layers([ChannelRef(0, name, name) for name in names]))
 
 
 def depth_channels_first(names: Iterable[str]) -> tuple[str, ...]:
-    """Channels by their full names, those whose names say depth before the others."""
+    """Sort full channel names so that those that name a depth come first."""
     refs = [ChannelRef(0, name, name) for name in names]
     words = (*_DEPTH_WORDS, *_COC_WORDS)
     ranks = {ref.full_name: _depth_rank(ref, refs, words, "") for ref in refs}
@@ -98,11 +98,11 @@ def depth_channels_first(names: Iterable[str]) -> tuple[str, ...]:
 def choose_depth(
     path: Path, headers: Sequence[Header], name: str | None, color: ColorChoice | None, coc: bool
 ) -> ChannelRef:
-    """The depth channel: `name`, or the likeliest one when it is None.
+    """Choose the depth channel: `name`, or the likeliest one where it is None.
 
     `coc`: look for a circle of confusion before a depth. A depth of another view than the colour's
-    is never taken; among names equally good the one nearest to the colour wins (same layer tree,
-    then same part). Raises InputError naming what was looked for and what the file has.
+    is never taken; among equally good names the one nearest to the colour wins (same layer tree,
+    then same part). Raises InputError that names what was looked for and what the file has.
     """
     usable = flat_channels(headers)
     if name is not None:
@@ -125,7 +125,7 @@ def choose_depth(
 
 
 def _view_called(path: Path, views: Sequence[str], eye: str | None) -> str | None:
-    """The view that is called `eye` in any case; InputError where there is none."""
+    """Return the view named `eye`, in upper or lower case; raise InputError where there is none."""
     if eye is None:
         return None
     wanted = next((view for view in views if view.lower() == eye.lower()), None)
@@ -136,13 +136,13 @@ def _view_called(path: Path, views: Sequence[str], eye: str | None) -> str | Non
 
 
 def _of_view(layers: Mapping[str, ColorChoice], view: str) -> dict[str, ColorChoice]:
-    """Those of a view; where it has none, those of all views."""
+    """Return the layers of a view; where it has none, those of all views."""
     own = {name: choice for name, choice in layers.items() if choice.view == view}
     return own or {name: choice for name, choice in layers.items() if not choice.view}
 
 
 def _with_views_noted(path: Path, chosen: ColorChoice, views: Sequence[str]) -> ColorChoice:
-    """`chosen`, with a sentence where the file has other views as well."""
+    """Return `chosen` with a note where the file has other views as well."""
     others = [view for view in views if view != chosen.view]
     if not (chosen.view and others):
         return chosen
@@ -154,7 +154,7 @@ def _with_views_noted(path: Path, chosen: ColorChoice, views: Sequence[str]) -> 
 
 
 def _color_layers(usable: Sequence[ChannelRef]) -> dict[str, ColorChoice]:
-    """Every layer that can be shown, by name: red, green and blue, or luminance alone."""
+    """Return every layer that can be shown, by name: red, green and blue, or luminance alone."""
     groups: dict[tuple[int, str], dict[str, ChannelRef]] = {}
     for ref in usable:
         letter = ref.leaf.lower()
@@ -200,7 +200,7 @@ def _depth_rank(
 
 
 def _named(path: Path, usable: Sequence[ChannelRef], name: str) -> ChannelRef:
-    """The channel the user asked for: full name, name in its part, or layer of one channel."""
+    """Find the channel the user asked for: full name, name in its part, or layer of one channel."""
     for ref in usable:
         if name in (ref.full_name, ref.key):
             return ref
@@ -218,7 +218,7 @@ def _named(path: Path, usable: Sequence[ChannelRef], name: str) -> ChannelRef:
 
 
 def _last(layer: str) -> str:
-    """The last component of a layer's name in lower case."""
+    """Return the last component of a layer's name in lower case."""
     return layer.rpartition(".")[2].lower()
 
 
@@ -228,7 +228,7 @@ def _squashed(name: str) -> str:
 
 
 def _with_guess_noted(chosen: ColorChoice, layers: Mapping[str, ColorChoice]) -> ColorChoice:
-    """`chosen`, with a sentence where its name does not say that it is the finished picture."""
+    """Return `chosen` with a note where its name does not say that it is the finished picture."""
     if _last(chosen.rgb[0].plain_layer) in _COLOR_LAYERS or len(layers) == 1:
         return chosen
     note = (
@@ -239,7 +239,7 @@ def _with_guess_noted(chosen: ColorChoice, layers: Mapping[str, ColorChoice]) ->
 
 
 def _without_chroma(path: Path, headers: Sequence[Header], chosen: ColorChoice) -> ColorChoice:
-    """`chosen`; InputError where it is the luminance of colours, which would come out grey."""
+    """Return `chosen`; raise InputError for a luminance whose chroma is in other channels."""
     keys = {ref.leaf.upper() for ref in list_channels(headers) if ref.part == chosen.rgb[0].part}
     if chosen.rgb[0] == chosen.rgb[1] and {"RY", "BY"} & keys:
         raise InputError(
@@ -250,7 +250,7 @@ def _without_chroma(path: Path, headers: Sequence[Header], chosen: ColorChoice) 
 
 
 def _no_color_sentence(path: Path, headers: Sequence[Header]) -> str:
-    """What was looked for, what there is, and why some of it does not count."""
+    """Return what was looked for, what the file has, and why some of it cannot be used."""
     found = listed(ref.full_name for ref in list_channels(headers))
     return (
         f"{path} has no colour: looked for channels R, G, B or Y, alone or in a layer; it has: "
@@ -259,7 +259,7 @@ def _no_color_sentence(path: Path, headers: Sequence[Header]) -> str:
 
 
 def _no_depth_sentence(path: Path, headers: Sequence[Header], view: str) -> str:
-    """What was looked for, what there is, and the option that names it."""
+    """Return what was looked for, what the file has, and the option that names a channel."""
     found = listed(ref.full_name for ref in list_channels(headers))
     of_view = f" of the view {view}" if view else ""
     return (

@@ -44,23 +44,23 @@ class ChannelRef:
 
 
 def type_name(header: Header) -> str:
-    """The part's type in lower case: scanlineimage, tiledimage, deepscanline or deeptile."""
+    """Return the part's type in lower case: scanlineimage, tiledimage, deepscanline or deeptile."""
     return str(header.get("type", "scanlineimage")).rpartition(".")[2].lower()
 
 
 def compression_name(header: Header) -> str:
-    """As in `--compression`: none, zip, piz, dwaa ..."""
+    """Return the compression by its name in `--compression`: none, zip, piz, dwaa ..."""
     name = str(header["compression"]).rpartition(".")[2].removesuffix("_COMPRESSION").lower()
     return "none" if name == "no" else name
 
 
 def is_deep(header: Header) -> bool:
-    """True for a part with many samples in a pixel."""
+    """Return True for a part with many samples in a pixel."""
     return type_name(header).startswith("deep")
 
 
 def list_channels(headers: Sequence[Header]) -> tuple[ChannelRef, ...]:
-    """Every channel of the file, in the order of the file."""
+    """Return every channel, in the order of the file."""
     views, refs = views_of(headers), []
     for part, header in enumerate(headers):
         for channel in header["channels"]:
@@ -71,7 +71,7 @@ def list_channels(headers: Sequence[Header]) -> tuple[ChannelRef, ...]:
 
 
 def flat_channels(headers: Sequence[Header]) -> tuple[ChannelRef, ...]:
-    """The channels with exactly one value in every pixel: neither deep nor subsampled."""
+    """Return the channels with exactly one value in every pixel: neither deep nor subsampled."""
     sampled = {
         (part, channel.name)
         for part, header in enumerate(headers)
@@ -82,13 +82,13 @@ def flat_channels(headers: Sequence[Header]) -> tuple[ChannelRef, ...]:
 
 
 def pixels_of(parts: Sequence[Part], ref: ChannelRef) -> NDArray[Any]:
-    """The channel's values (H, W), float16, float32 or uint32 as in the file."""
+    """Return the channel's values (H, W), float16, float32 or uint32 as in the file."""
     pixels: NDArray[Any] = parts[ref.part][1][ref.key]
     return pixels
 
 
 def listed(names: Iterable[str]) -> str:
-    """The names in one line, the first twenty of them."""
+    """Join the first twenty names in one line."""
     all_names = [name or "(no name)" for name in names]
     left = len(all_names) - _NAMES_LISTED
     more = f" and {left} more" if left > 0 else ""
@@ -96,7 +96,7 @@ def listed(names: Iterable[str]) -> str:
 
 
 def unusable_sentence(headers: Sequence[Header]) -> str:
-    """Says so when deep or subsampled channels were passed over."""
+    """Return a sentence on deep or subsampled channels, "" where there are none."""
     if any(is_deep(header) for header in headers):
         return " It holds deep samples, which heatlens does not read: flatten it first."
     if any(c.xSampling != 1 or c.ySampling != 1 for h in headers for c in h["channels"]):
@@ -105,7 +105,7 @@ def unusable_sentence(headers: Sequence[Header]) -> str:
 
 
 def _full_name(header: Header, key: str, many_parts: bool) -> str:
-    """`layer.leaf`; the part's name stands for a layer that the channel does not name."""
+    """Return `layer.leaf`; the part's name stands for a layer that the channel does not name."""
     part_name = str(header.get("name", ""))
     if not many_parts or not part_name or key.lower().startswith(f"{part_name.lower()}."):
         return key

@@ -59,10 +59,10 @@ def read_depth(
     options: PlateOptions,
     origin: DepthOrigin | None = None,
 ) -> DepthResult:
-    """Depth (H, W) in metres of the raw `values`; `what` starts every sentence about them.
+    """Convert the raw `values` (H, W) to depth in metres; `what` starts every sentence about them.
 
-    `origin` is what is known of them beyond their name. Raises InputError where the channel is
-    empty, ambiguous or no depth at all; with `options.strict` also where a question was left.
+    `origin` is what is known of them besides their name. Raises InputError where the channel is
+    empty, ambiguous or no depth at all; with `options.strict` also where a question is left open.
     """
     origin = origin or DepthOrigin()
     raw = looked_at(values, what, channel, origin)
@@ -95,7 +95,7 @@ def read_depth(
 
 
 def finite_range(depth: FloatImage, infinite_count: int) -> tuple[float, float]:
-    """Least and greatest finite depth; infinity where there is none."""
+    """Return the least and the greatest finite depth; infinity where there is none."""
     if infinite_count == depth.size:
         return math.inf, math.inf
     near = float(depth.min())
@@ -128,7 +128,7 @@ def _convert(raw: RawDepth, convention: DepthConvention, options: PlateOptions) 
 
 
 def _from_distance(raw: RawDepth, scene_unit_m: float) -> _Converted:
-    """Metres of distances in scene units."""
+    """Convert distances in scene units to metres."""
     sign, notes = _viewing_sign(raw)
     depth = raw.values * np.float32(sign * scene_unit_m)
     infinite, infinite_notes = _nothing_hit(raw)
@@ -137,7 +137,7 @@ def _from_distance(raw: RawDepth, scene_unit_m: float) -> _Converted:
 
 
 def _nothing_hit(raw: RawDepth) -> tuple[_Mask, tuple[str, ...]]:
-    """Where a distance says that nothing was hit, with what to say about it.
+    """Return the pixels whose distance says that no surface was hit, and notes about them.
 
     No surface is at distance 0. Where the file has no other mark of infinity, 0 is one; where it
     has, a 0 is a fault. With neither, NaN over much of the frame is one; a few NaN are faults.
@@ -158,7 +158,7 @@ def _nothing_hit(raw: RawDepth) -> tuple[_Mask, tuple[str, ...]]:
 
 
 def _from_inverse(raw: RawDepth, scene_unit_m: float) -> _Converted:
-    """Metres of 1/z, in one over scene units; 0 is infinitely far."""
+    """Convert 1/z, in one over scene units, to metres; 0 is infinitely far."""
     sign, notes = _viewing_sign(raw)
     inverse = raw.values * np.float32(sign)
     infinite = np.abs(inverse) <= INVERSE_INFINITE_UP_TO
@@ -168,7 +168,7 @@ def _from_inverse(raw: RawDepth, scene_unit_m: float) -> _Converted:
 
 
 def _from_normalized(raw: RawDepth, inverted: bool, options: PlateOptions) -> _Converted:
-    """Metres of 0..1 between near and far; the far end and beyond is nothing hit."""
+    """Convert 0..1 between near and far to metres; the far end and beyond is infinitely far."""
     near, far = checked_ends(raw, options)
     fraction = 1 - raw.values if inverted else raw.values
     infinite = (fraction >= 1) | raw.infinite
@@ -179,9 +179,10 @@ def _from_normalized(raw: RawDepth, inverted: bool, options: PlateOptions) -> _C
 
 
 def _from_disparity(raw: RawDepth, options: PlateOptions) -> _Converted:
-    """Metres of 0 to 1 that runs evenly over 1/z, from far to near, as phones and networks write.
+    """Convert 0..1 that is linear in 1/z to metres, from far to near, as phones and networks write.
 
-    What leaves 0 to 1 has a scale of its own: the least and the greatest value are then the ends.
+    Values outside 0..1 have a scale of their own: the least and the greatest value are then the
+    ends.
     """
     near, far = checked_ends(raw, options)
     values = raw.values
@@ -199,7 +200,10 @@ def _from_disparity(raw: RawDepth, options: PlateOptions) -> _Converted:
 
 
 def _viewing_sign(raw: RawDepth) -> tuple[float, tuple[str, ...]]:
-    """-1 with a note for a camera that looks along -z, else 1; InputError where signs mix."""
+    """Return -1 with a note for a camera that looks along -z, else 1.
+
+    Raise InputError for both signs.
+    """
     positive = raw.values.size - raw.infinite_count - raw.zero_count - raw.nan_count
     positive -= raw.negative_count
     wrong = min(positive, raw.negative_count)
@@ -215,7 +219,7 @@ def _viewing_sign(raw: RawDepth) -> tuple[float, tuple[str, ...]]:
 
 
 def _notes(raw: RawDepth, report: DepthReport, guess: Guess) -> tuple[str, ...]:
-    """What the person should hear about this channel."""
+    """Return what the user should know about this channel."""
     notes = []
     if guess.question:
         notes.append(f"{guess.question} Taken as {guess.convention} for now. {guess.why}")

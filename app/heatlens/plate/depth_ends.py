@@ -12,7 +12,7 @@ _USUAL_NEAR_M, _USUAL_FAR_M = 1.0, 10.0
 
 
 def checked_ends(raw: RawDepth, options: PlateOptions) -> tuple[float, float]:
-    """Near and far in metres. Raises InputError where they are not given, or cannot be ends.
+    """Return near and far in metres. Raises InputError where they are missing or impossible.
 
     The far end of a disparity may be infinite; a disparity has no end at 0.
     """
@@ -33,9 +33,10 @@ def checked_ends(raw: RawDepth, options: PlateOptions) -> tuple[float, float]:
 
 
 def with_ends(raw: RawDepth, options: PlateOptions, guess: Guess) -> tuple[PlateOptions, Guess]:
-    """Options whose ends are known, for a disparity: where nobody tells them, the usual ones.
+    """Return options with ends for a disparity: the usual ones where none are given.
 
-    They are then part of the question. Raises InputError where that must not be asked.
+    Assumed ends become part of the question to the user. Raises InputError where no question may be
+    left open.
     """
     options = replace(options, depth_convention=DepthConvention.DISPARITY)
     if options.near_m is not None and options.far_m is not None:

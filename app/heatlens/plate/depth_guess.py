@@ -49,11 +49,11 @@ class Guess:
 
 @dataclass(frozen=True)
 class DepthOrigin:
-    """Where a depth is from, beyond its name.
+    """The source of a depth, as far as it is known besides the channel's name.
 
-    program  that wrote the file, "" for unknown
-    kind     what it is likely measured along
-    told     what a picture for the eye tells of it; None for a channel of an EXR
+    program  the program that wrote the file, "" for unknown
+    kind     what the depth is likely measured along
+    told     what an ordinary picture says about its depth; None for a channel of an EXR
     """
 
     program: str = ""
@@ -93,7 +93,7 @@ class RawDepth:
 
 
 def in_full_scale(raw: RawDepth) -> RawDepth:
-    """Whole numbers of a picture as parts of its white; floating point as it is."""
+    """Return whole numbers as parts of white, and floating point values unchanged."""
     white = None if raw.origin.told is None else raw.origin.told.full_scale
     if white is None:
         return raw
@@ -127,9 +127,10 @@ def looked_at(values: FloatImage, what: str, channel: str, origin: DepthOrigin) 
 
 
 def guess_convention(raw: RawDepth, options: PlateOptions) -> Guess:
-    """The convention of `raw`, with why; InputError where one of --near and --far is in vain.
+    """Guess the convention of `raw`, with the reason.
 
-    Raises InputError when its values fit several, naming the options that decide.
+    Raises InputError where its values fit several, with the options that decide, and where --near
+    or --far was given in vain.
     """
     guess = _guessed(raw, options)
     ends = {"--near": options.near_m, "--far": options.far_m}
@@ -163,7 +164,7 @@ def _guessed(raw: RawDepth, options: PlateOptions) -> Guess:
 
 
 def _guess_beyond_one(raw: RawDepth, has_ends: bool) -> Guess:
-    """Distances, unless the surfaces or the program say that these values are 1/z."""
+    """Guess distances, unless the surfaces or the program say that these values are 1/z."""
     beyond = "above 1" if raw.high > 1 else "below -1"
     why = f"Its values run from {raw.low:g} to {raw.high:g}, {beyond}, so they are distances."
     if has_ends:
@@ -191,7 +192,7 @@ def _guess_beyond_one(raw: RawDepth, has_ends: bool) -> Guess:
 
 
 def _inverse_by_surfaces(raw: RawDepth, votes: FlatVotes) -> Guess:
-    """1/z, as the flat surfaces say; without a doubt where the program says so as well."""
+    """Guess 1/z because flat surfaces say so; it is certain where the program says so as well."""
     why = (
         f"Flat surfaces in it run as 1/z does, in {votes.inverse} places against "
         f"{votes.distance} that run as distances do"
@@ -202,12 +203,15 @@ def _inverse_by_surfaces(raw: RawDepth, votes: FlatVotes) -> Guess:
 
 
 def _is_of_nuke(raw: RawDepth) -> bool:
-    """The layer that Nuke's own renderer writes: depth.Z, which holds 1/z."""
+    """Return whether it is the layer that Nuke's own renderer writes: depth.Z, which holds 1/z."""
     return raw.origin.program == "Nuke" and raw.channel.lower() == "depth.z"
 
 
 def _is_dense_near_zero(raw: RawDepth) -> bool:
-    """Values up to a few, most of them much smaller: 1/z of a scene, or distances on a table."""
+    """Return whether most values are much smaller than the largest, which is a few.
+
+    Such values are 1/z of a scene, or distances on a table.
+    """
     if raw.top > _NEAR_TOP or raw.bottom > _NEAR_LOW:
         return False
     magnitude = np.abs(raw.values[~raw.infinite & np.isfinite(raw.values)])
@@ -215,7 +219,7 @@ def _is_dense_near_zero(raw: RawDepth) -> bool:
 
 
 def _asked(raw: RawDepth, taken: DepthConvention, why: str) -> Guess:
-    """The likelier of distance and 1/z, with the question that only a person can answer."""
+    """Take the likelier of distance and 1/z, and add the question that only a person can answer."""
     question = (
         f"{raw.what} runs from {raw.low:g} to {raw.high:g}: are these distances, or 1/z? Say "
         "--depth-convention distance or --depth-convention inverse."
@@ -224,7 +228,7 @@ def _asked(raw: RawDepth, taken: DepthConvention, why: str) -> Guess:
 
 
 def _guess_by_name(channel: str) -> Guess | None:
-    """What the channel's name says, if anything."""
+    """Guess from the channel's name; return None where it says nothing."""
     name = channel.lower()
     if "coc" in name or "circleofconfusion" in name:
         return Guess(DepthConvention.COC, "Its name says circle of confusion.")
@@ -234,7 +238,7 @@ def _guess_by_name(channel: str) -> Guess | None:
 
 
 def _normalized_direction(raw: RawDepth) -> Guess:
-    """Which way round a 0..1 depth runs: the end that more pixels stand at is the far one."""
+    """Guess which end of a 0..1 depth is far: the one at which more pixels lie."""
     ones = int(np.count_nonzero((raw.values >= 1) & ~raw.infinite))
     zeros = int(np.count_nonzero((raw.values <= 0) & ~raw.infinite))
     inverted, upright = DepthConvention.NORMALIZED_INVERTED, DepthConvention.NORMALIZED
@@ -249,7 +253,7 @@ def _normalized_direction(raw: RawDepth) -> Guess:
 
 
 def _guess_within_one(raw: RawDepth) -> Guess:
-    """The convention of values no greater than 1, or a refusal."""
+    """Guess the convention of values up to 1, or raise InputError."""
     span = f"{raw.low:g} to {raw.high:g}"
     if raw.infinite_count:
         return Guess(
@@ -278,7 +282,7 @@ def _guess_within_one(raw: RawDepth) -> Guess:
 
 
 def guess_of_picture(raw: RawDepth, told: ToldOfPicture, options: PlateOptions) -> Guess:
-    """The convention of a depth in a PNG, JPEG, TIFF, PFM or HEIC, which hardly ever tells it."""
+    """Guess the convention of a depth in a PNG, JPEG, TIFF, PFM or HEIC, which rarely states it."""
     if told.convention is not None:
         return Guess(told.convention, told.why, certain=False)
     if options.scene_unit_m != 1.0:

@@ -38,10 +38,10 @@ _SAME_ASPECT = 0.02  # sizes of one shape may differ by their rounding
 def read_depth_of(
     path: Path, parts: Sequence[Part], color: ColorChoice | None, options: PlateOptions
 ) -> DepthResult:
-    """The depth that belongs to `color`, planar, over the colour's data window.
+    """Read the depth that belongs to `color`, planar, over the colour's data window.
 
-    Without a colour, over its own. Where `options` name a depth of its own it comes from there.
-    Raises InputError naming file, channel and option.
+    Without a colour it covers its own window. Where `options` name a file for the depth it comes
+    from there. Raises InputError that names file, channel and option.
     """
     headers = [header for header, _ in parts]
     target = headers[color.rgb[0].part] if color else None
@@ -75,8 +75,10 @@ def _depth_channel(
     camera_headers: Sequence[Header],
     find: Callable[[], ChannelRef],
 ) -> _Source:
-    """The depth that is found, or one calculated of positions where there is none or they are
-    asked for."""
+    """Find the depth channel, or compute a depth from positions.
+
+    Positions are used where there is no depth channel or where they are asked for.
+    """
     headers = [header for header, _ in parts]
     name, view = options.depth_channel, color.view if color else ""
     position = position_channels(headers, name, view)
@@ -96,9 +98,9 @@ def _depth_channel(
 def _in_depth_file(
     path: Path, headers: Sequence[Header], color: ColorChoice | None, options: PlateOptions
 ) -> ChannelRef:
-    """The depth channel of a file that holds nothing else, whatever it is called.
+    """Find the depth channel of a file that holds nothing else, whatever its name.
 
-    A depth written as grey is taken from its red. Raises InputError where there are several.
+    Of a depth that was written as grey the red channel is taken. Raises InputError for several.
     """
     is_coc = options.depth_convention.facts.is_coc
     view = color.view if color else ""
@@ -122,7 +124,7 @@ def _read(
     camera_headers: Sequence[Header],
     options: PlateOptions,
 ) -> DepthResult:
-    """The depth of `source`, planar, over the window of `target`, None for its own."""
+    """Read the depth of `source`, planar, over the window of `target`; None means its own."""
     ref, values = source.ref, source.values
     headers = [header for header, _ in parts]
     header = headers[ref.part]
@@ -155,7 +157,10 @@ def _read(
 def _at_size_of(
     path: Path, values: FloatImage, own: Header, target: Header
 ) -> tuple[FloatImage, Header, tuple[str, ...]]:
-    """A whole picture of another size as large as the colour; else everything as it is."""
+    """Scale a whole picture of another size to that of the colour.
+
+    Return anything else unchanged.
+    """
     window = box_at_header(own, "dataWindow")
     wanted = box_at_header(target, "displayWindow")
     is_whole = window == box_at_header(own, "displayWindow")
@@ -173,7 +178,7 @@ def _at_size_of(
 def _likely_kind(
     ref: ChannelRef, what: str, options: PlateOptions
 ) -> tuple[DepthKind, tuple[str, ...]]:
-    """What the channel's name says that it is measured along; said where it is not the axis."""
+    """Return what the channel's name says it is measured along; note it where not the axis."""
     if ref.leaf.lower() != _ALONG_RAY or options.depth_kind is not DepthKind.AUTO:
         return DepthKind.PLANAR, ()
     note = (
@@ -184,7 +189,7 @@ def _likely_kind(
 
 
 def _check_same_display(path: Path, channel: str, own: Header, target: Header) -> None:
-    """InputError when nothing says how the pixels of two parts lie on each other."""
+    """Raise InputError where nothing says how the pixels of two parts correspond."""
     if box_at_header(own, "displayWindow") != box_at_header(target, "displayWindow"):
         raise InputError(
             f"{path}: depth channel {channel!r} and the colour have different display windows, so "
@@ -195,7 +200,7 @@ def _check_same_display(path: Path, channel: str, own: Header, target: Header) -
 def _made_planar(
     path: Path, radial_m: FloatImage, header: Header, camera: CameraHeader, options: PlateOptions
 ) -> FloatImage:
-    """Distances along the rays turned into depth along the axis; the options know the lens best."""
+    """Convert distances along the rays to depth along the axis; a lens in the options wins."""
     focal_length_mm, sensor_width_mm = checked_lens_mm(
         path,
         options.focal_length_mm or camera.focal_length_mm,
@@ -213,7 +218,10 @@ def _made_planar(
 
 
 def _aligned(path: Path, result: DepthResult, own: Header, target: Header) -> DepthResult:
-    """`result` over the data window of the colour's part; infinitely far where not covered."""
+    """Return `result` over the data window of the colour's part.
+
+    Infinity where it is not covered.
+    """
     source, window = box_at_header(own, "dataWindow"), box_at_header(target, "dataWindow")
     if source == window:
         return result
@@ -230,7 +238,7 @@ def _aligned(path: Path, result: DepthResult, own: Header, target: Header) -> De
 
 
 def _with_values(result: DepthResult, values: FloatImage) -> DepthResult:
-    """`result` with other values and a report of their range."""
+    """Return `result` with other values and a report of their range."""
     if result.report.convention.facts.is_coc:
         return replace(result, values=values)
     infinite_count = int(np.count_nonzero(np.isinf(values)))

@@ -57,9 +57,9 @@ class FlatVotes:
 def flat_votes(
     values: FloatImage, infinite: NDArray[np.bool_], whole_step: float = 0.0
 ) -> FlatVotes:
-    """The votes of the surfaces in `values` (H, W); those marked `infinite` are no surface.
+    """Count the votes of the surfaces in `values` (H, W); pixels marked `infinite` are no surface.
 
-    `whole_step`: values were rounded to multiples of it, as those of 8 bits are.
+    `whole_step`: the values were rounded to multiples of it, as those of 8 bits are.
     """
     magnitude = np.where(infinite | ~np.isfinite(values), 0.0, np.abs(values))
     step = _HALF_STEP if _is_half(magnitude) else _FLOAT_STEP
@@ -75,14 +75,14 @@ def flat_votes(
 
 
 def _is_half(magnitude: FloatImage) -> bool:
-    """True where the values have no more digits than 16 bits hold."""
+    """Return True where the values have no more digits than 16 bits hold."""
     row = magnitude[magnitude.shape[0] // 2]
     with np.errstate(over="ignore"):
         return bool(np.array_equal(row, row.astype(np.float16).astype(row.dtype)))
 
 
 def _is_one_ramp(magnitude: FloatImage) -> bool:
-    """True where a single plane over the picture tells all of its values."""
+    """Return True where a single plane over the picture explains all values."""
     rows = np.linspace(0, magnitude.shape[0] - 1, _RAMP_SAMPLES).astype(int)
     columns = np.linspace(0, magnitude.shape[1] - 1, _RAMP_SAMPLES).astype(int)
     y, x = (grid.ravel() for grid in np.meshgrid(rows, columns, indexing="ij"))
@@ -95,7 +95,10 @@ def _is_one_ramp(magnitude: FloatImage) -> bool:
 def _triples(
     values: NDArray[np.float64],
 ) -> Iterator[tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]]:
-    """Pixels in a row, along x and along y, at every stride; few enough to be looked at quickly."""
+    """Yield pixels in a row, along x and along y, at every stride.
+
+    Few enough to be examined quickly.
+    """
     for plane in (values, values.T):
         for stride in _STRIDES:
             if plane.shape[1] <= 2 * stride:
@@ -111,8 +114,10 @@ def _way_to_arithmetic(
     step: float,
     whole_step: float,
 ) -> tuple[NDArray[np.float64], _Mask]:
-    """Where the middle lies: 0 on the harmonic mean, 1 on the arithmetic; and where that can be
-    told."""
+    """Return where the middle lies, and where that can be decided.
+
+    0 means on the harmonic mean, 1 on the arithmetic one.
+    """
     is_surface = (first > 0) & (middle > 0) & (last > 0)
     total = np.where(is_surface, first + last, 1.0)
     harmonic, arithmetic = 2 * first * last / total, total / 2

@@ -7,7 +7,7 @@ from heatlens.plate.plate import FloatImage
 
 
 def srgb_encoded(linear: ArrayLike) -> FloatImage:
-    """sRGB values in 0..1 of linear light of any shape, clamped to 0..1; NaN becomes 0.
+    """Convert linear light of any shape to sRGB values, clamped to 0..1; NaN becomes 0.
 
     The curve of IEC 61966-2-1: 12.92 x up to 0.0031308, 1.055 x^(1/2.4) - 0.055 above.
     """
@@ -19,7 +19,7 @@ def srgb_encoded(linear: ArrayLike) -> FloatImage:
 
 
 def srgb_decoded(encoded: ArrayLike) -> FloatImage:
-    """Linear light of sRGB values of any shape; the inverse of `srgb_encoded` in 0..1."""
+    """Convert sRGB values of any shape to linear light; the inverse of `srgb_encoded` in 0..1."""
     values = np.asarray(encoded, dtype=np.float32)
     curve = np.power((np.maximum(values, 0.0) + 0.055) / 1.055, np.float32(2.4))
     light: FloatImage = np.where(values <= 0.04045, values / 12.92, curve).astype(np.float32)

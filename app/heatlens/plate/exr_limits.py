@@ -75,7 +75,7 @@ def _check_names(path: Path, header: RawHeader) -> None:
 
 
 def _size_of(path: Path, header: RawHeader) -> tuple[int, int]:
-    """Width and height of the data window, in pixels."""
+    """Return width and height of the data window in pixels."""
     x0, y0, x1, y1 = struct.unpack("<4i", header["dataWindow"])
     width, height = x1 - x0 + 1, y1 - y0 + 1
     if not (0 < width <= MAX_SIDE_PX and 0 < height <= MAX_SIDE_PX):
@@ -87,7 +87,7 @@ def _size_of(path: Path, header: RawHeader) -> tuple[int, int]:
 
 
 def _check_tiles(path: Path, header: RawHeader) -> None:
-    """Of each tile the library keeps all pixels, also those outside the picture."""
+    """Refuse huge tiles: the library keeps all pixels of a tile, also those outside the picture."""
     if "tiles" not in header:
         return
     width, height = struct.unpack_from("<II", header["tiles"])
@@ -100,7 +100,7 @@ def _check_tiles(path: Path, header: RawHeader) -> None:
 
 
 def _bytes_of(path: Path, header: RawHeader) -> int:
-    """What the pixels of a part take in memory."""
+    """Return the bytes that the pixels of a part take in memory."""
     width, height = _size_of(path, header)
     channels = channels_of(header)
     if header.get("type", b"").startswith(b"deep"):
@@ -112,7 +112,7 @@ def _bytes_of(path: Path, header: RawHeader) -> int:
 
 
 def _check_is_possible(path: Path, header: RawHeader, size: int) -> None:
-    """A file that is too short for what it claims is not worth the memory."""
+    """Refuse a file that is too short for the size that its header claims."""
     smaller = _SMALLER_MOST.get(header["compression"][0])
     if smaller is None or header.get("type", b"").startswith(b"deep"):
         return

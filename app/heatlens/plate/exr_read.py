@@ -17,7 +17,7 @@ OpenEXR.set_global_thread_count(min(4, os.cpu_count() or 1))
 
 
 def read_parts(path: str | os.PathLike[str]) -> list[Part]:
-    """Header and channels, by their names in the part, of every part of the file.
+    """Read header and channels, by their names in the part, of every part of the file.
 
     Raises InputError for what is no EXR file, is damaged, cut short or larger than a GPU takes.
     """
@@ -45,7 +45,7 @@ def read_parts(path: str | os.PathLike[str]) -> list[Part]:
 
 
 def _check_is_flat(path: Path) -> None:
-    """InputError for a deep file, which the library may not even open.
+    """Raise InputError for a deep file, which the library may not even open.
 
     Bit 11 of the second word says that some part is deep. Source: "OpenEXR File Layout".
     """

@@ -72,9 +72,9 @@ def write_exr(
 def _stored(
     name: str, values: np.ndarray[Any, Any], shape: tuple[int, int], half: bool
 ) -> np.ndarray[Any, Any]:
-    """`values` in the type and memory order of the file.
+    """Return `values` in the type and memory order of the file.
 
-    Contiguous above all: the library writes a view's memory, not its elements, without a word.
+    The array must be contiguous: the library writes the memory of a view, not its elements.
     """
     if values.shape != shape:
         raise InputError(
@@ -87,22 +87,23 @@ def _stored(
 
 
 def _compression(name: str) -> Any:
-    """The library's value for one of COMPRESSIONS."""
+    """Return the library's value for one of COMPRESSIONS."""
     if name not in COMPRESSIONS:
         raise InputError(f"No EXR compression {name!r}: choose one of {', '.join(COMPRESSIONS)}.")
     return getattr(OpenEXR, f"{'NO' if name == 'none' else name.upper()}_COMPRESSION")
 
 
 def _writable(attributes: Mapping[str, Any]) -> dict[str, Any]:
-    """A new dict of the attributes that the library can write, each tried in a one-pixel file.
+    """Return the attributes that the library can write, each tried in a file of one pixel.
 
-    It has no list of the types it takes, and one it does not take spoils the whole file.
+    The library has no list of the types it can write, and one it cannot write spoils the whole
+    file.
     """
     return {name: value for name, value in attributes.items() if _can_write(name, value)}
 
 
 def _can_write(name: str, value: Any) -> bool:
-    """True when a file with this attribute alone can be written."""
+    """Return True when a file with this attribute alone can be written."""
     header = {"compression": OpenEXR.NO_COMPRESSION, "type": OpenEXR.scanlineimage, name: value}
     try:
         with quiet_library():

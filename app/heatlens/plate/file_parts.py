@@ -10,16 +10,16 @@ from heatlens.plate.picture_parts import color_parts, depth_parts, told_of
 
 
 def color_file_parts(path: Path, options: PlateOptions) -> list[Part]:
-    """Header and channels of every part, the colours scene-linear; InputError as `read_parts`."""
+    """Read header and channels of every part, colours scene-linear. Raises as `read_parts`."""
     return color_parts(path, options.picture_curve) if is_picture(path) else read_parts(path)
 
 
 def depth_file_parts(path: Path) -> list[Part]:
-    """The same of a file that holds a depth, whose values stay as they are."""
+    """Read the parts of a file that holds a depth, whose values are not converted."""
     return depth_parts(path) if is_picture(path) else read_parts(path)
 
 
 def notes_of(header: Header) -> tuple[str, ...]:
-    """What is to be said of the colours of a picture; nothing of an EXR."""
+    """Return what to say about the colours of a picture; nothing for an EXR."""
     told = told_of(header)
     return () if told is None else told.notes

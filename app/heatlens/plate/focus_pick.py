@@ -12,7 +12,7 @@ _RADIUS_PX = 2  # the median of 5 x 5 pixels: one noisy pixel does not decide
 
 
 def depth_at_m(plate: Plate, x: int, y: int) -> float:
-    """Median depth around a pixel, counted from the display window's corner as viewers show it.
+    """Return the median depth around a pixel, counted from the display window's corner.
 
     Raises InputError outside the picture, and for a plate without distances.
     """
@@ -22,7 +22,7 @@ def depth_at_m(plate: Plate, x: int, y: int) -> float:
 
 
 def area_at(x: int, y: int, data: Box, display: Box) -> Box:
-    """The pixels that are asked around one, counted from the first of the data window.
+    """Return the pixels around one that decide its depth, counted from the data window's corner.
 
     Raises InputError outside the picture.
     """
@@ -40,14 +40,14 @@ def area_at(x: int, y: int, data: Box, display: Box) -> Box:
 
 
 def middle_m(depth_m: FloatImage) -> float:
-    """The upper median of some depths, which may be infinite."""
+    """Return the upper median of depths, which may be infinite."""
     ordered = np.sort(depth_m, axis=None)
     middle = float(ordered[len(ordered) // 2])  # np.median would make NaN between two infinities
     return middle if math.isfinite(middle) else math.inf
 
 
 def no_distances(plate: Plate) -> InputError:
-    """What to say where a distance is asked of a plate that brings its circle of confusion."""
+    """Return the error for a distance that is asked of a plate with a circle of confusion."""
     return InputError(
         f"{plate.path}: its depth channel is a circle of confusion, which has no distances to "
         "focus on."

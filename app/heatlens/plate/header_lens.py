@@ -22,13 +22,13 @@ class LensNotToldError(InputError):
     """Nobody tells some values of the lens: neither the caller nor the header."""
 
     def __init__(self, plate: Plate, fields: tuple[str, ...]) -> None:
-        """`fields` are those of Lens that are missing, all of them."""
+        """Keep the missing `fields` of Lens, all of them."""
         self.plate = plate
         self.fields = fields
         super().__init__(self.told({name: name for name in fields}))
 
     def told(self, how: Mapping[str, str]) -> str:
-        """The sentence; `how` says by field of Lens what gives it."""
+        """Return the sentence; `how` says for each field of Lens what gives it."""
         what = _listed([NEEDED[name] for name in self.fields])
         them = "it" if len(self.fields) == 1 else "them"
         given = _listed([how[name] for name in self.fields])
@@ -36,10 +36,10 @@ class LensNotToldError(InputError):
 
 
 def plate_lens(plate: Plate, given: Mapping[str, float]) -> StartLens:
-    """The lens of `given` fields and the plate's header, and by field where a value is from.
+    """Return the lens of `given` fields and the plate's header, and the origin of each value.
 
-    Only the sensor is assumed, to be full frame, and said to be. A plate that brings its circle of
-    confusion needs no lens. Raises LensNotToldError, and LensError for values that make no lens.
+    Only the sensor is assumed, to be full frame, and a note says so. A plate that brings its circle
+    of confusion needs no lens. Raises LensNotToldError, and LensError for values that make no lens.
     """
     if not plate.has_distances:
         return StartLens(Lens(50.0, 2.8, math.inf, FULL_FRAME_WIDTH_MM, **_squeeze(given)), {})
@@ -63,5 +63,5 @@ def _squeeze(given: Mapping[str, float]) -> dict[str, float]:
 
 
 def _listed(words: list[str]) -> str:
-    """a, b and c."""
+    """Join words as "a, b and c"."""
     return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"

@@ -17,7 +17,7 @@ from heatlens.plate.picture_parts import picture_header
 def read_color_header(
     path: str | os.PathLike[str], layer: str | None = None, eye: str | None = None
 ) -> Header:
-    """The header of the part that holds the colours, `layer` and `eye` as in `choose_color`.
+    """Read the header of the part that holds the colours; `layer` and `eye` as in `choose_color`.
 
     Raises InputError for a file that is missing, damaged, no EXR, or has no such colours.
     """
@@ -28,7 +28,10 @@ def read_color_header(
 
 
 def read_headers(path: str | os.PathLike[str]) -> list[Header]:
-    """The header of every part. Raises InputError for a file that is missing, damaged or no EXR."""
+    """Read the header of every part.
+
+    Raises InputError for a file that is missing, damaged or no EXR.
+    """
     check_exr(Path(path))
     try:
         with quiet_library():

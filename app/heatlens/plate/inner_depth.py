@@ -42,9 +42,9 @@ class InnerDepth:
 
 
 def inner_depth(path: Path, info: dict[str, Any]) -> InnerDepth | None:
-    """The depth map in a picture whose file is `path`; None where it carries none.
+    """Return the depth map inside the picture at `path`, or None where it has none.
 
-    `info` is what was found beside the pixels. Raises InputError for a map that is damaged.
+    `info` is the metadata beside the pixels. Raises InputError for a map that is damaged.
     """
     if info.get("depth_images"):
         return _of_heic(path, info["depth_images"][0])
@@ -55,7 +55,7 @@ def inner_depth(path: Path, info: dict[str, Any]) -> InnerDepth | None:
 
 
 def _of_google(path: Path, xmp: str) -> InnerDepth | None:
-    """Distances in metres of a map of 0 to 1 between the ends that are told."""
+    """Convert a map of 0 to 1 to distances in metres between the ends in the XMP."""
     near_m, far_m = _number(xmp, "Near"), _number(xmp, "Far")
     encoded = _map_of_google(path, xmp)
     if encoded is None:
@@ -73,7 +73,10 @@ def _of_google(path: Path, xmp: str) -> InnerDepth | None:
 
 
 def _map_of_google(path: Path, xmp: str) -> bytes | None:
-    """The encoded map: in the XMP itself, or after the picture; None where there is none."""
+    """Return the encoded map: from the XMP itself, or after the picture.
+
+    None where there is none.
+    """
     data = _text(xmp, "Data")
     if data:
         try:
@@ -86,7 +89,7 @@ def _map_of_google(path: Path, xmp: str) -> bytes | None:
 
 
 def _items_after(path: Path, lengths: list[int]) -> Iterator[bytes]:
-    """The files behind the picture, whose lengths are told in their order; they end the file."""
+    """Yield the files appended to the picture, whose lengths are given in their order."""
     data = path.read_bytes()
     start = len(data) - sum(lengths)
     if start < 0:  # the first length is the picture's own
@@ -97,7 +100,7 @@ def _items_after(path: Path, lengths: list[int]) -> Iterator[bytes]:
 
 
 def _is_grey(data: bytes) -> bool:
-    """True for a picture of one channel."""
+    """Return True for a picture of one channel."""
     try:
         return Image.open(BytesIO(data)).mode in ("L", "I;16", "I", "F")
     except (UnidentifiedImageError, OSError):
@@ -105,7 +108,7 @@ def _is_grey(data: bytes) -> bool:
 
 
 def _grey(path: Path, data: bytes) -> FloatImage:
-    """0 to 1 of an encoded picture."""
+    """Decode a picture to values of 0 to 1."""
     try:
         image = Image.open(BytesIO(data))
         values = np.asarray(image if image.mode in ("L", "I;16") else image.convert("L"))
@@ -116,7 +119,7 @@ def _grey(path: Path, data: bytes) -> FloatImage:
 
 
 def _of_heic(path: Path, found: Any) -> InnerDepth:
-    """Disparity as Apple writes it; in metres where its ends are told."""
+    """Return disparity as Apple writes it; in metres where its ends are given."""
     values = np.asarray(found.to_pillow()).astype(np.float32)
     values = values[:, :, 0] if values.ndim == 3 else values
     full_scale = 255.0 if values.max(initial=0) <= 255 else 65535.0
@@ -130,7 +133,7 @@ def _of_heic(path: Path, found: Any) -> InnerDepth:
 
 
 def _ends_in_dioptres(told: dict[str, Any]) -> tuple[float | None, float | None]:
-    """1/z of black and of white, where the file tells them; phones count disparity in 1/m."""
+    """Return 1/z of black and of white where the file gives them; phones count disparity in 1/m."""
     if told.get("representation_type", _UNIFORM_INVERSE_Z) not in _EVEN_OVER_INVERSE_Z:
         return None, None
     near_m, far_m = told.get("z_near"), told.get("z_far")
@@ -140,7 +143,7 @@ def _ends_in_dioptres(told: dict[str, Any]) -> tuple[float | None, float | None]
 
 
 def _xmp_of(segments: Any) -> str:
-    """The XMP of a JPEG with its extension, which comes in pieces."""
+    """Return the XMP of a JPEG with its extension, which comes in pieces."""
     plain, pieces = b"", {}
     for name, data in segments:
         if name != "APP1":

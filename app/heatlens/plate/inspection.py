@@ -28,12 +28,12 @@ Facts = dict[str, Any]
 
 
 def inspect(path: Path, options: PlateOptions) -> Facts:
-    """Size, parts, camera, colour and depth of the file at `path`.
+    """Return size, parts, camera, colour and depth of the file at `path`.
 
     Lengths are metres or millimetres as their names say; windows are [x0, y0, x1, y1], half-open.
-    Where no colour or depth can be had, its entry is {"problem": sentence}. Infinity and NaN
-    become "infinity" and None, for JSON has neither. Raises InputError only when the file cannot
-    be read.
+    Where no colour or depth can be read, its entry is {"problem": sentence}. Infinity and NaN
+    become "infinity" and None, because JSON has neither. Raises InputError only when the file
+    cannot be read.
     """
     parts = color_file_parts(path, options)
     headers = [header for header, _ in parts]
@@ -62,9 +62,9 @@ def inspect(path: Path, options: PlateOptions) -> Facts:
 
 
 def _primaries_facts(told: ToldPrimaries) -> Facts:
-    """The attribute, what it says, and the space that this is, None for one not known.
+    """Return the attribute, its value, and the space that this is, None for an unknown one.
 
-    `by_matrix`: it is none that has a name, but its numbers turn it into linear Rec. 709.
+    `by_matrix`: the space has no name, but its numbers turn it into linear Rec. 709.
     """
     return {
         "attribute": told.attribute,
@@ -89,14 +89,14 @@ def _part_facts(part: Part) -> Facts:
 
 
 def _pixel_type(pixels: np.ndarray[Any, Any]) -> str:
-    """half, float or uint; deep where a pixel holds a list."""
+    """Return half, float or uint; deep where a pixel holds a list."""
     return {"f2": "half", "f4": "float", "u4": "uint"}.get(pixels.dtype.str[1:], "deep")
 
 
 def _color_facts(
     path: Path, parts: Sequence[Part], options: PlateOptions
 ) -> tuple[ColorChoice | None, Facts]:
-    """The chosen colour and its range over red, green and blue before any repair."""
+    """Return the chosen colour and its range over red, green and blue before any repair."""
     try:
         headers = [header for header, _ in parts]
         choice = choose_color(path, headers, options.color_layer, options.eye)
@@ -127,7 +127,7 @@ def _depth_facts(
     options: PlateOptions,
     camera: CameraHeader,
 ) -> tuple[Facts, tuple[str, ...]]:
-    """How the depth was read, with what to say about it; or why there is none."""
+    """Return how the depth was read, with notes, or why there is none."""
     try:
         result = read_depth_of(path, parts, color, options)
     except InputError as error:
@@ -143,7 +143,7 @@ def _depth_facts(
 
 
 def _doubts(camera: CameraHeader, span: DepthSpan) -> tuple[Doubt, ...]:
-    """What cannot well be of the depths, and of the header's lens where it tells all of it."""
+    """Return doubts about the depths, and about the header's lens where it is complete."""
     focal_mm, f_stop = camera.focal_length_mm, camera.f_stop
     focus_m, sensor_mm = camera.focus_distance_m, camera.sensor_width_mm
     if focal_mm is None or f_stop is None or focus_m is None or sensor_mm is None:
@@ -155,12 +155,12 @@ def _doubts(camera: CameraHeader, span: DepthSpan) -> tuple[Doubt, ...]:
 
 
 def _corners(box: Box) -> list[int]:
-    """[x0, y0, x1, y1], half-open."""
+    """Return [x0, y0, x1, y1], half-open."""
     return [box.x0, box.y0, box.x1, box.y1]
 
 
 def _json_value(value: Any) -> Any:
-    """`value`, with a word or None for a float that JSON cannot say."""
+    """Return `value`, with a word or None for a float that JSON cannot express."""
     if isinstance(value, float) and not math.isfinite(value):
         return "infinity" if value == math.inf else None
     return value

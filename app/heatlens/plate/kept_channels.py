@@ -24,10 +24,10 @@ _ID_METADATA = "cryptomatte/"
 def kept_channels(
     plate: Plate, options: PlateOptions, wanted: Sequence[str]
 ) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
-    """Pixels (H, W) by full name over the plate's data window, and the entries that explain them.
+    """Return pixels (H, W) by full name over the plate's data window, and attributes they need.
 
-    `wanted` are layers or channels, or "all". The colour itself is never among them: it is what
-    is rendered. Raises InputError for a name that the file does not have.
+    `wanted` are layers or channels, or "all". The colour itself is never among them: it is what is
+    rendered. Raises InputError for a name that the file does not have.
     """
     if not wanted:
         return {}, {}
@@ -54,7 +54,7 @@ def check_kept(path: Path, options: PlateOptions, wanted: Sequence[str]) -> None
 def _chosen(
     path: Path, headers: Sequence[Header], options: PlateOptions, wanted: Sequence[str]
 ) -> list[ChannelRef]:
-    """Those of the layers and channels that are wanted, in the order of the file."""
+    """Return the wanted layers and channels, in the order of the file."""
     color = choose_color(path, headers, options.color_layer, options.eye)
     refs = [ref for ref in flat_channels(headers) if ref not in (*color.rgb, color.alpha)]
     if ALL in wanted:
@@ -77,7 +77,7 @@ def _is_called(ref: ChannelRef, name: str) -> bool:
 
 
 def _explanations(headers: Sequence[Header]) -> dict[str, Any]:
-    """What tells the names of the objects whose identities are kept."""
+    """Return the attributes that name the objects of kept ID channels."""
     return {
         name: value
         for header in headers

@@ -16,10 +16,10 @@ _NAME = Path("array")  # what errors call it
 def plate_of_arrays(
     color: ArrayLike, depth_m: ArrayLike | None = None, coc_px: ArrayLike | None = None
 ) -> Plate:
-    """A plate of `color` (H, W, 3 or 4), premultiplied, and (H, W) metres or pixels of coc.
+    """Make a plate of `color` (H, W, 3 or 4), premultiplied, and (H, W) metres or pixels of coc.
 
     Raises InputError for other shapes, for values that are no light, and for depths that are not
-    above 0: infinite ones are where nothing was hit.
+    above 0; infinite depths mean that nothing was hit.
     """
     if (depth_m is None) == (coc_px is None):
         raise InputError("An array of colours needs depth_m or coc_px beside it, one of them.")

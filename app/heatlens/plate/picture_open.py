@@ -43,7 +43,7 @@ class RawPicture:
 
 
 def open_picture(path: Path) -> RawPicture:
-    """All of the file. Raises InputError naming it where it cannot be read."""
+    """Read a whole picture. Raises InputError that names the file where it cannot be read."""
     if path.suffix.lower() == ".npy":
         return RawPicture(_array(path))
     with _refusals(path), _opened(path) as image:
@@ -57,7 +57,7 @@ def open_picture(path: Path) -> RawPicture:
 
 
 def picture_info(path: Path) -> tuple[tuple[int, int], dict[str, Any]]:
-    """Width and height, and what is told beside the pixels, which are not read."""
+    """Read width, height and metadata without the pixels."""
     if path.suffix.lower() == ".npy":
         height, width = _array(path).shape[:2]
         return (width, height), {}
@@ -70,7 +70,7 @@ def picture_info(path: Path) -> tuple[tuple[int, int], dict[str, Any]]:
 
 @contextlib.contextmanager
 def _opened(path: Path) -> Iterator[Image.Image | None]:
-    """The file with its pixels unread; None for a kind that Pillow does not know."""
+    """Open the file with its pixels unread; yield None for a kind that Pillow does not know."""
     if path.suffix.lower() in _HEIC:
         _with_heic(path)
     if not path.is_file():  # to open a pipe is to wait for whoever writes to it
@@ -89,7 +89,7 @@ def _opened(path: Path) -> Iterator[Image.Image | None]:
 
 @contextlib.contextmanager
 def _refusals(path: Path) -> Iterator[None]:
-    """Every way that the libraries have of failing as an InputError."""
+    """Turn every way in which the libraries fail into an InputError."""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of damage, which comes to an error or to nothing
@@ -108,13 +108,13 @@ def _refusals(path: Path) -> Iterator[None]:
 
 
 def _is_cut_by_pillow(image: Image.Image) -> bool:
-    """True for what Pillow would cut from 16 bits to 8."""
+    """Return True for what Pillow would reduce from 16 bits to 8."""
     is_color = image.mode in ("RGB", "RGBA", "LA", "RGBX")
     return is_color and any(";16" in str(tile[-1]) for tile in getattr(image, "tile", ()))
 
 
 def _by_openimageio(path: Path) -> NDArray[Any]:
-    """Values (H, W, C) in the file's own type."""
+    """Read values (H, W, C) in the file's own type."""
     if importlib.util.find_spec("OpenImageIO") is None:
         raise InputError(
             f"{path} has more than 8 bits a channel, or is of a kind that needs OpenImageIO: "
@@ -140,7 +140,7 @@ def _read_by(library: Any, path: Path) -> NDArray[Any]:
 
 
 def _array(path: Path) -> NDArray[Any]:
-    """Values (H, W, C) of a NumPy file, which holds numbers alone."""
+    """Read values (H, W, C) of a NumPy file that holds numbers alone."""
     with _refusals(path):
         values = np.load(path, allow_pickle=False)
         values = values.squeeze() if values.ndim > 2 and 1 in values.shape else values
@@ -162,7 +162,7 @@ def _with_heic(path: Path) -> None:
 
 
 def _info(image: Image.Image | None) -> dict[str, Any]:
-    """What is told beside the pixels."""
+    """Return the metadata of a picture."""
     if image is None:
         return {}
     told: dict[str, Any] = {str(name): value for name, value in image.info.items()}

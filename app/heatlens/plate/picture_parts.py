@@ -36,13 +36,13 @@ Kind = Literal["color", "depth"]
 
 @dataclass(frozen=True)
 class ToldOfPicture:
-    """What is known of a picture beyond its pixels.
+    """The facts about a picture besides its pixels.
 
-    notes       sentences to say of the colour
+    notes       sentences about the colour
     full_scale  white of a depth in whole numbers, None for floating point
-    convention  of the depth, where the file tells it; None where it does not
-    why         one sentence: how it is known
-    is_for_the_eye  it was a picture to be looked at, and no light
+    convention  of the depth, where the file states it; None where it does not
+    why         one sentence on how it is known
+    is_for_the_eye  True for a picture to be looked at, whose values are no light
     """
 
     notes: tuple[str, ...] = ()
@@ -53,13 +53,13 @@ class ToldOfPicture:
 
 
 def told_of(header: Header) -> ToldOfPicture | None:
-    """What is told of a picture; None for a part of an EXR."""
+    """Return the facts about a picture; None for a part of an EXR."""
     told = header.get(TOLD)
     return told if isinstance(told, ToldOfPicture) else None
 
 
 def color_parts(path: Path, curve: PictureCurve) -> list[Part]:
-    """R, G, B and A of a picture, linear, with the depth as Z where the picture brings one."""
+    """Read R, G, B and A of a picture, linear, and Z where the picture holds a depth."""
     raw = open_picture(path)
     straight, notes = _linear(path, raw, curve)
     if straight.shape[2] in (2, 4):
@@ -75,9 +75,9 @@ def color_parts(path: Path, curve: PictureCurve) -> list[Part]:
 
 
 def depth_parts(path: Path) -> list[Part]:
-    """Z of a picture that is a depth, its values as they are in the file.
+    """Read Z of a picture that is a depth, with its values as they are in the file.
 
-    Raises InputError for a picture with colours: a colour map has no order that could be read.
+    Raises InputError for a picture with colours: the colours of a colour map have no order.
     """
     raw = open_picture(path)
     values = raw.values[:, :, : 3 if raw.values.shape[2] >= 3 else 1].astype(np.float32)
@@ -92,7 +92,7 @@ def depth_parts(path: Path) -> list[Part]:
 
 
 def picture_header(path: Path) -> Header:
-    """The header of `color_parts` without the pixels."""
+    """Read the header of `color_parts` without the pixels."""
     size, info = picture_info(path)
     return _header((), size, info, ToldOfPicture(is_for_the_eye=not info.get("is_light")))
 
@@ -119,9 +119,9 @@ def _header(
 
 
 def _camera(info: dict[str, Any]) -> dict[str, Any]:
-    """The focal length as on full frame, which is how a photo is looked at, where EXIF tells it.
+    """Return the focal length as on full frame, which is how a photo is looked at, from EXIF.
 
-    Not the f-stop: on a larger sensor the same one blurs more.
+    The f-stop is left out: on a larger sensor the same f-stop blurs more.
     """
     tags = info.get("exif_tags", {})
     try:
@@ -170,7 +170,7 @@ def _is_srgb(curve: PictureCurve, raw: RawPicture) -> bool:
 
 
 def _in_known_primaries(path: Path, raw: RawPicture) -> tuple[NDArray[Any], tuple[str, ...]]:
-    """Values whose primaries are sRGB's or P3's; other profiles are turned into sRGB."""
+    """Return values in the primaries of sRGB or P3; other profiles are converted to sRGB."""
     name = _profile_name(raw.info)
     lower = name.lower()
     if not name or "srgb" in lower or raw.values.shape[2] < 3:
@@ -191,7 +191,7 @@ def _in_known_primaries(path: Path, raw: RawPicture) -> tuple[NDArray[Any], tupl
 
 
 def _profile_name(info: dict[str, Any]) -> str:
-    """What the colour profile calls itself; "" for none, or one that cannot be read."""
+    """Return the name in the colour profile; "" for none, or one that cannot be read."""
     data = info.get("icc_profile")
     if not data:
         return ""
@@ -202,7 +202,7 @@ def _profile_name(info: dict[str, Any]) -> str:
 
 
 def _upright(depth: FloatImage, color: FloatImage, raw: RawPicture) -> FloatImage:
-    """The depth turned as EXIF turned the colour."""
+    """Turn the depth as EXIF turned the colour."""
     turn = raw.info.get("exif_tags", {}).get(0x0112, 1)
     if turn in (5, 6, 7, 8) and (depth.shape[0] > depth.shape[1]) == (
         color.shape[0] > color.shape[1]

@@ -81,9 +81,9 @@ def _is_same(path: Path, other: Path) -> bool:
 
 
 def _lens_header(plate: Plate, lens: Lens) -> dict[str, Any]:
-    """The lens as header attributes; none where the plate brought its circle of confusion.
+    """Return the lens as header attributes; none where the plate brought its circle of confusion.
 
-    The height of the sensor is known only to the header, and only for the width that it tells.
+    The height of the sensor is known only from the header, and only for the width given there.
     """
     if plate.coc_px is not None:
         return {}
@@ -95,7 +95,7 @@ def _lens_header(plate: Plate, lens: Lens) -> dict[str, Any]:
 
 
 def scaled_window(box: Box, scale: float, size: tuple[int, ...] | None = None) -> Box:
-    """A window at proxy size; the data window's size is the picture's own."""
+    """Return a window at proxy size; the size of the data window is that of the picture."""
     x0, y0 = round(box.x0 * scale), round(box.y0 * scale)
     width, height = size or (max(1, round(box.width * scale)), max(1, round(box.height * scale)))
     return Box(x0, y0, x0 + width, y0 + height)

@@ -60,10 +60,10 @@ class Pixels(Protocol):
     def coc_px(self) -> FloatImage | None: ...
 
     def color_in(self, area: Box) -> FloatImage:
-        """The colours of an area that lies inside, counted from the first pixel."""
+        """Return the colours of an area that lies inside, counted from the first pixel."""
 
     def depth_in(self, area: Box) -> FloatImage:
-        """The metres of an area, likewise; there have to be distances."""
+        """Return the metres of an area that lies inside; the plate must have distances."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,7 +85,7 @@ class ReadPixels:
 
 
 def read_pixels(color: FloatImage, depth: FloatImage, is_coc: bool) -> ReadPixels:
-    """Of a file, whose depth is a circle of confusion or metres."""
+    """Return the pixels of a file, whose depth is a circle of confusion or metres."""
     return ReadPixels(color, coc_px=depth) if is_coc else ReadPixels(color, depth)
 
 
@@ -127,16 +127,16 @@ class Plate:
         return self.pixels.coc_px
 
     def in_memory(self) -> "Plate":
-        """The same with all of its pixels fetched, for other threads."""
+        """Return the plate with all of its pixels fetched, for other threads."""
         return replace(self, pixels=ReadPixels(self.color, self.depth_m, self.coc_px))
 
     @property
     def has_distances(self) -> bool:
-        """It brings metres, and no circle of confusion; asking fetches nothing."""
+        """Whether it has metres rather than a circle of confusion; asking fetches nothing."""
         return self.pixels.coc_px is None
 
 
 def depth_span(plate: Plate, scene_unit_m: float) -> DepthSpan:
-    """The depths of a plate that was read with this unit, to hold a lens against."""
+    """Return the depths of a plate that was read with this unit, to check a lens against."""
     report = plate.depth
     return DepthSpan(report.near_m, report.far_m, report.infinite_count > 0, scene_unit_m)

@@ -71,5 +71,5 @@ def _straight(rgba: FloatImage, exposure_stops: float, keep_alpha: bool) -> Floa
 
 
 def _bytes(display: FloatImage) -> NDArray[np.uint8]:
-    """0..1 to 0..255, rounded; a view may leave values beyond."""
+    """Convert 0..1 to 0..255, rounded; a view may leave values outside."""
     return (np.clip(np.nan_to_num(display, nan=0.0), 0.0, 1.0) * 255 + 0.5).astype(np.uint8)

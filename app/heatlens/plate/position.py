@@ -33,9 +33,9 @@ Matrix = NDArray[np.float64]
 def position_channels(
     headers: Sequence[Header], name: str | None, view: str
 ) -> tuple[ChannelRef, ChannelRef, ChannelRef] | None:
-    """x, y and z of a layer of positions; None where there is none, or `name` is another channel.
+    """Return x, y and z of a layer of positions, or None where there is none.
 
-    `name` is the layer, or one of its channels.
+    `name` is the layer, or one of its channels; another channel gives None.
     """
     usable = [ref for ref in flat_channels(headers) if not view or ref.view in ("", view)]
     layers: dict[tuple[int, str], dict[str, ChannelRef]] = {}
@@ -53,9 +53,10 @@ def position_channels(
 def depth_of_positions(
     path: Path, points: FloatImage, layer: str, headers: Sequence[Header]
 ) -> tuple[FloatImage, str]:
-    """Depth (H, W) along the axis of points (H, W, 3), infinite where nothing was hit; and why.
+    """Return depth (H, W) along the axis of points (H, W, 3), and how it was found.
 
-    In the unit of the points. Raises InputError where no camera is known that sees them so.
+    It is in the unit of the points, and infinite where nothing was hit. Raises InputError where no
+    known camera sees them so.
     """
     is_hit = np.isfinite(points).all(axis=2) & (np.abs(points) < _INFINITE_FROM).all(axis=2)
     is_hit &= (points != 0).any(axis=2)
@@ -85,7 +86,7 @@ def _names_of(ref: ChannelRef) -> tuple[str, str]:
 
 
 def _cameras(headers: Sequence[Header]) -> Iterator[tuple[Matrix, str]]:
-    """The matrices to try, for points as rows, and how each would be told."""
+    """Yield the matrices to try, for points as rows, and the words for each."""
     yield np.eye(4), "The positions are in camera space: their depth is along its axis."
     matrix = _matrix_of(headers)
     if matrix is not None:
@@ -103,7 +104,7 @@ def _matrix_of(headers: Sequence[Header]) -> Matrix | None:
 
 
 def _is_seen_evenly(points: Matrix, is_hit: NDArray[np.bool_]) -> bool:
-    """True where x/z and y/z of most points are one linear function of the pixel each."""
+    """Return True where x/z and y/z of most points are each a linear function of the pixel."""
     height, width = is_hit.shape
     rows = np.unique(np.linspace(0, height - 1, _SAMPLES).astype(int))
     columns = np.unique(np.linspace(0, width - 1, _SAMPLES).astype(int))
@@ -118,7 +119,7 @@ def _is_seen_evenly(points: Matrix, is_hit: NDArray[np.bool_]) -> bool:
 
 
 def _is_linear(values: Matrix, design: Matrix) -> bool:
-    """True where most values follow the plane through them; edges may hold means of two points."""
+    """Return True where most values follow a plane; edges may hold means of two points."""
     keep = np.ones(len(values), dtype=bool)
     for _ in range(3):
         plane = design @ np.linalg.lstsq(design[keep], values[keep], rcond=None)[0]

@@ -55,7 +55,10 @@ _TELLS_NOTHING = ("", "unknown", "data")
 
 @dataclass(frozen=True)
 class ToldPrimaries:
-    """What a header tells, by which attribute; `known` None: it is none of KNOWN."""
+    """The primaries that a header states, and by which attribute.
+
+    `known` is None where they are none of KNOWN.
+    """
 
     attribute: str
     value: str  # as it stands there, for reading
@@ -64,9 +67,9 @@ class ToldPrimaries:
 
 
 def told_primaries(attributes: Mapping[str, Any]) -> ToldPrimaries | None:
-    """What `attributes` of a part tell; None where they tell nothing.
+    """Return what `attributes` of a part state; None where they state nothing.
 
-    A name is more than numbers: a file can keep the chromaticities of what it was made of.
+    A name wins over numbers: a file can keep the chromaticities of what it was made from.
     """
     return _by_name(attributes) or _by_numbers(attributes) or _by_container(attributes)
 
@@ -97,7 +100,7 @@ def _by_numbers(attributes: Mapping[str, Any]) -> ToldPrimaries | None:
 
 
 def _can_be(values: np.ndarray[Any, Any]) -> bool:
-    """True for three primaries that span an area, and a white inside it."""
+    """Return True for three primaries that span an area, and a white inside it."""
     red, green, blue, white = values.reshape(4, 2).astype(np.float64)
     if not np.isfinite(values).all() or white[1] <= 0:
         return False
@@ -109,7 +112,7 @@ def _can_be(values: np.ndarray[Any, Any]) -> bool:
 
 
 def _by_container(attributes: Mapping[str, Any]) -> ToldPrimaries | None:
-    """SMPTE ST 2065-4: files with this flag hold ACES2065-1 and nothing else."""
+    """Recognise SMPTE ST 2065-4: files with this flag hold ACES2065-1 and nothing else."""
     if attributes.get("acesImageContainerFlag") != 1:
         return None
     return ToldPrimaries("acesImageContainerFlag", "1", AP0)

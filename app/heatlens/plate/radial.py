@@ -15,7 +15,7 @@ def planar_depth_m(
     focal_length_mm: float,
     sensor_width_mm: float,
 ) -> FloatImage:
-    """Planar metres (H, W) over `data_window` of distances along the rays.
+    """Convert distances along the rays to planar metres (H, W) over `data_window`.
 
     z = r / sqrt(1 + (x/f)^2 + (y/f)^2), with x and y the pixel's centre on the sensor, measured
     from the centre of the display window, whose width is the sensor's. Infinity stays infinity.
@@ -34,7 +34,7 @@ def planar_depth_m(
 def checked_lens_mm(
     path: object, focal_length_mm: float | None, sensor_width_mm: float | None
 ) -> tuple[float, float]:
-    """Both lengths, or an InputError saying which option gives the missing one."""
+    """Return both lengths, or raise an InputError with the option that gives the missing one."""
     if focal_length_mm is None or sensor_width_mm is None:
         missing = "--focal-length" if focal_length_mm is None else "--sensor-width"
         raise InputError(

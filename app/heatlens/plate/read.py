@@ -31,9 +31,9 @@ _NOT_CARRIED = {
 
 
 def read_plate(path: str | os.PathLike[str], options: PlateOptions | None = None) -> Plate:
-    """The picture with its depth, clean of NaN, over the data window of its colour.
+    """Read a picture with its depth, clean of NaN, over the data window of its colour.
 
-    Raises InputError naming the file, what was found and which option would help.
+    Raises InputError that names the file, what was found and which option would help.
     """
     path, options = Path(path), options or PlateOptions()
     parts = color_file_parts(path, options)
@@ -65,7 +65,7 @@ def read_plate(path: str | os.PathLike[str], options: PlateOptions | None = None
 def read_color(
     path: Path, parts: Sequence[Part], choice: ColorChoice
 ) -> tuple[FloatImage, tuple[str, ...]]:
-    """RGBA (H, W, 4) of the chosen channels with NaN and infinity repaired, and what to say."""
+    """Return RGBA (H, W, 4) of the chosen channels, NaN and infinity repaired, and notes."""
     red = pixels_of(parts, choice.rgb[0])
     color = np.empty((*red.shape, 4), dtype=np.float32)
     for index, ref in enumerate(choice.rgb):
@@ -84,13 +84,13 @@ def read_color(
 
 
 def _compression(header: Header) -> str:
-    """The one of the part with the colours, where the writer knows it."""
+    """Return the compression of the part with the colours, where the writer knows it."""
     name = compression_name(header)
     return name if name in COMPRESSIONS else ""
 
 
 def _carried(header: Header) -> dict[str, Any]:
-    """The metadata worth keeping in the output."""
+    """Return the metadata worth keeping in the output."""
     return {
         name: value
         for name, value in header.items()

@@ -16,7 +16,7 @@ _STEPS = ((0, -1), (0, 1), (-1, 0), (1, 0), (-1, -1), (-1, 1), (1, -1), (1, 1))
 
 
 def check_mostly_good(bad_count: int, size: int, what: str) -> None:
-    """InputError when more than half of the pixels are bad; `what` names file and channel."""
+    """Raise InputError when more than half of the pixels are bad; `what` names file and channel."""
     if bad_count > MAX_BAD_FRACTION * size:
         raise InputError(
             f"{what} has no usable value in {bad_count} of {size} pixels (NaN, infinite, of the "
@@ -53,8 +53,10 @@ def repair_color(color: FloatImage, what: str) -> int:
 
 
 def _filled(padded: FloatImage, rows: NDArray[np.intp], columns: NDArray[np.intp]) -> FloatImage:
-    """New colours (N, C) for the pixels at `rows`, `columns` of the picture inside `padded`; NaN
-    where no neighbour is good yet."""
+    """Return new colours (N, C) for the pixels at `rows`, `columns` of the picture in `padded`.
+
+    A colour is NaN where no neighbour is good yet.
+    """
     colors = _neighbour_median(padded, rows, columns, 1)
     lonely = np.isnan(colors[:, 0])
     colors[lonely] = _neighbour_median(padded, rows[lonely], columns[lonely], 2)
@@ -102,7 +104,7 @@ def repair_depth(depth: FloatImage, bad: _Mask, what: str) -> int:
 def _nearest_step(
     good: _Mask, rows: NDArray[np.intp], columns: NDArray[np.intp]
 ) -> NDArray[np.intp]:
-    """Index into _STEPS of the first good neighbour of each pixel; -1 for none."""
+    """Return the index into _STEPS of the first good neighbour of each pixel; -1 for none."""
     found = np.full(rows.size, -1, dtype=np.intp)
     for index, (dy, dx) in reversed(list(enumerate(_STEPS))):
         found[good[rows + dy, columns + dx]] = index

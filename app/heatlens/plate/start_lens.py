@@ -23,9 +23,10 @@ class StartLens:
 
 
 def start_lens(plate: Plate, given: Mapping[str, float]) -> StartLens:
-    """`given` holds fields of Lens. Focus nobody tells goes to the middle of the picture.
+    """Return the lens to begin with; `given` holds fields of Lens.
 
-    Raises LensError where given values make no lens.
+    Without a focus distance the focus is on the middle of the picture. Raises LensError where the
+    given values make no lens.
     """
     values: dict[str, float] = {}
     sources: dict[str, str] = {}
@@ -44,7 +45,7 @@ def start_lens(plate: Plate, given: Mapping[str, float]) -> StartLens:
 
 
 def _can_be(name: str, value: float | None) -> bool:
-    """Whether a lens can have what the header tells; what is absurd must not keep a plate shut."""
+    """Return whether a lens can have the header's value; an absurd one must not bar the plate."""
     if value is None:
         return False
     try:
@@ -69,7 +70,7 @@ def _focus(
 
 
 def _middle_depth_m(plate: Plate) -> float:
-    """Median depth of the middle ninth of the picture."""
+    """Return the median depth of the middle ninth of the picture."""
     if plate.depth_m is None:
         return math.inf
     height, width = plate.depth_m.shape

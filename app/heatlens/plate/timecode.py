@@ -35,18 +35,21 @@ class Timecode:
         return f"{self.hours:02}:{self.minutes:02}:{self.seconds:02}{sign}{self.frames:02}"
 
     def fits(self, frames_per_second: float) -> bool:
-        """Whether a second of this rate has such a frame, and drops numbers as it does."""
+        """Return whether a second of this rate has such a frame, and drops numbers likewise."""
         whole = round(frames_per_second)
         return self.frames < whole and (not self.drop or whole in (30, 60))
 
     def later(self, frames: int, frames_per_second: float) -> "Timecode":
-        """The timecode so many frames later, or earlier; after midnight it begins anew."""
+        """Return the timecode so many frames later, or earlier.
+
+        After midnight it starts at zero.
+        """
         whole = round(frames_per_second)
         count = self._count(whole) + frames
         return _at(count, whole, self.drop)
 
     def _count(self, whole: int) -> int:
-        """Frames since midnight."""
+        """Count the frames since midnight."""
         minutes = 60 * self.hours + self.minutes
         count = (60 * minutes + self.seconds) * whole + self.frames
         if self.drop:
@@ -55,7 +58,7 @@ class Timecode:
 
 
 def timecode_of(attributes: Mapping[str, Any]) -> Timecode | None:
-    """What the header of a plate tells; None where it tells none that could be."""
+    """Return the timecode of a plate's header; None where there is none that is possible."""
     for entry in _ENTRIES:
         value = attributes.get(entry)
         found = _of_text(value) if isinstance(value, str) else _of_exr(value)
@@ -65,7 +68,7 @@ def timecode_of(attributes: Mapping[str, Any]) -> Timecode | None:
 
 
 def exr_timecode(timecode: Timecode) -> Any | None:
-    """The value of EXR's entry `timeCode`; None for frames beyond 29, which it has no room for."""
+    """Return the value of EXR's entry `timeCode`; None for frames beyond 29, which do not fit."""
     if timecode.frames > _EXR_FRAMES_MOST:
         return None
     value = OpenEXR.TimeCode()
@@ -92,19 +95,19 @@ def _of_exr(value: Any) -> Timecode | None:
 
 
 def _checked(hours: int, minutes: int, seconds: int, frames: int, drop: bool) -> Timecode | None:
-    """None for what no clock shows."""
+    """Return the timecode, or None for one that no clock shows."""
     if not (0 <= hours < 24 and 0 <= minutes < 60 and 0 <= seconds < 60 and 0 <= frames < 100):
         return None
     return Timecode(hours, minutes, seconds, frames, drop)
 
 
 def _dropped_a_minute(whole: int) -> int:
-    """Two numbers of 30, four of 60, in every minute but each tenth."""
+    """Return the frame numbers dropped in every minute but each tenth: two of 30, four of 60."""
     return whole // 15
 
 
 def _at(count: int, whole: int, drop: bool) -> Timecode:
-    """The timecode of a frame counted from midnight."""
+    """Return the timecode of a frame counted from midnight."""
     if drop:
         lost = _dropped_a_minute(whole)
         minute = 60 * whole - lost

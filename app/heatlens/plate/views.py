@@ -15,7 +15,7 @@ _SEPARATORS = re.compile(r"[-._ ]")
 
 
 def views_of(headers: Sequence[Mapping[str, Any]]) -> tuple[str, ...]:
-    """The views that the headers list, or that their parts name; the one to begin with first."""
+    """Return the views that the headers list, or that their parts name; the default view first."""
     listed = [name for header in headers for name in _listed_views(header)]
     own = [str(header["view"]) for header in headers if header.get("view")]
     found = list(dict.fromkeys(listed or own))
@@ -27,7 +27,7 @@ def views_of(headers: Sequence[Mapping[str, Any]]) -> tuple[str, ...]:
 
 
 def view_of(header: Mapping[str, Any], full_name: str, views: Sequence[str]) -> str:
-    """The view that a channel belongs to; "" for one of all views, or where there are none."""
+    """Return the view of a channel; "" for one of all views, or where there are none."""
     own = str(header.get("view", ""))
     listed = _listed_views(header)
     if own in views and len(listed) < 2:
@@ -40,7 +40,7 @@ def view_of(header: Mapping[str, Any], full_name: str, views: Sequence[str]) -> 
 
 
 def without_view(name: str, view: str) -> str:
-    """A layer's name without that of its view: `rgba_left` and `left.rgba` are `rgba`."""
+    """Remove the name of the view: `rgba_left` and `left.rgba` become `rgba`."""
     if not view:
         return name
     words = re.split(r"([-._ ])", name)
@@ -49,13 +49,13 @@ def without_view(name: str, view: str) -> str:
 
 
 def _listed_views(header: Mapping[str, Any]) -> list[str]:
-    """The names in `multiView`, which an older writer may have stored as something else."""
+    """Return the names in `multiView`, which an older writer may have stored as another type."""
     value = header.get("multiView")
     return [str(name) for name in value] if isinstance(value, list | tuple) else []
 
 
 def _eyes_in_names(headers: Sequence[Mapping[str, Any]]) -> list[str]:
-    """Left and right, where the names of parts or channels hold both."""
+    """Return left and right, where the names of parts or channels hold both."""
     names = [str(header.get("name", "")) for header in headers]
     names += [channel.name for header in headers for channel in header.get("channels", ())]
     words = {word.lower() for name in names for word in _SEPARATORS.split(name)}

@@ -18,13 +18,13 @@ HeaderWindow = tuple[NDArray[np.int32], NDArray[np.int32]]
 
 
 def box_at_header(header: dict[str, Any], key: str) -> Box:
-    """The window `key` ("dataWindow" or "displayWindow") of an EXR header."""
+    """Return the window `key` ("dataWindow" or "displayWindow") of an EXR header."""
     (x_min, y_min), (x_max, y_max) = header[key]
     return Box(int(x_min), int(y_min), int(x_max) + 1, int(y_max) + 1)
 
 
 def header_at_box(box: Box) -> HeaderWindow:
-    """The EXR form of `box`: its first and its last pixel."""
+    """Return the EXR form of `box`: its first and its last pixel."""
     return (
         np.array([box.x0, box.y0], dtype=np.int32),
         np.array([box.x1 - 1, box.y1 - 1], dtype=np.int32),
@@ -34,7 +34,10 @@ def header_at_box(box: Box) -> HeaderWindow:
 def moved_to_window(
     values: NDArray[Number], source: Box, target: Box, outside: float
 ) -> NDArray[Number]:
-    """`values` (H, W) given over `source`, as seen over `target`; `outside` where not covered."""
+    """Move `values` (H, W) from window `source` to `target`.
+
+    `outside` fills what is not covered.
+    """
     moved: NDArray[Number] = np.full((target.height, target.width), outside, dtype=values.dtype)
     shared = source.intersection(target)
     if not shared.is_empty:
@@ -43,8 +46,7 @@ def moved_to_window(
 
 
 def resized_nearest(values: FloatImage, shape: tuple[int, ...]) -> FloatImage:
-    """`values` (H, W) at another size; every pixel takes one value, for a mean of two depths is
-    none."""
+    """Resize `values` (H, W) by the nearest pixel, because the mean of two depths is no surface."""
     rows = ((np.arange(shape[0]) + 0.5) * values.shape[0] / shape[0]).astype(np.intp)
     columns = ((np.arange(shape[1]) + 0.5) * values.shape[1] / shape[1]).astype(np.intp)
     resized: FloatImage = np.ascontiguousarray(values[rows[:, None], columns[None, :]])
@@ -52,13 +54,13 @@ def resized_nearest(values: FloatImage, shape: tuple[int, ...]) -> FloatImage:
 
 
 def _rows_columns(box: Box, window: Box) -> tuple[slice, slice]:
-    """Where `box` lies in an array over `window`."""
+    """Return where `box` lies in an array over `window`."""
     rows = slice(box.y0 - window.y0, box.y1 - window.y0)
     return rows, slice(box.x0 - window.x0, box.x1 - window.x0)
 
 
 def pixel_aspect_of(path: Path, header: dict[str, Any]) -> tuple[float, tuple[str, ...]]:
-    """Width of a pixel over its height; 1, with a note, where the header holds nonsense."""
+    """Return width over height of a pixel; 1, with a note, where the header has no valid value."""
     aspect = float(header.get("pixelAspectRatio", 1.0))
     if 0 < aspect < math.inf:
         return aspect, ()

@@ -39,9 +39,9 @@ _WORDS = {
 
 
 def written_by(headers: Sequence[Mapping[str, Any]]) -> str:
-    """The name of the program, or "" where no header tells one that is known here.
+    """Return the name of the program that wrote a file, or "" for an unknown one.
 
-    A compositing program that passed a render on names itself before the renderer.
+    A compositing program that passed a render on is named before the renderer.
     """
     found = {program for header in headers for program in _programs_of(header)}
     if "Nuke" in found:
@@ -50,7 +50,7 @@ def written_by(headers: Sequence[Mapping[str, Any]]) -> str:
 
 
 def _programs_of(header: Mapping[str, Any]) -> set[str]:
-    """Every program that one header names."""
+    """Return every program that one header names."""
     found = set()
     for name, value in header.items():
         entry = name.lower()
