@@ -44,7 +44,7 @@ class Background(Generic[Result]):
         return coming.result()
 
     def wait(self) -> None:
-        """Until the job is done."""
+        """Wait until the job is done."""
         if self._coming is not None:
             self._coming.exception()
 

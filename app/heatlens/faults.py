@@ -85,7 +85,7 @@ def _of_thread(args: threading.ExceptHookArgs) -> None:
 
 
 def _in_a_file(text: str) -> Path | None:
-    """A new file in the folder of reports, or where that cannot be, among temporary files."""
+    """Write a new file in the folder of reports, or else among temporary files."""
     for folder in (reports_dir(), Path(tempfile.gettempdir())):
         with suppress(OSError):
             folder.mkdir(parents=True, exist_ok=True)
@@ -99,7 +99,7 @@ def _in_a_file(text: str) -> Path | None:
 
 
 def _remove_old(folder: Path) -> None:
-    """The names sort by their time."""
+    """Remove the oldest reports; the names sort by their time."""
     for path in sorted(folder.glob("fault-*.log"))[:-_KEPT]:
         path.unlink(missing_ok=True)
 
@@ -124,6 +124,6 @@ def _version(name: str) -> str:
 
 
 def _place(error: BaseException) -> str:
-    """The kind of error and where it was raised."""
+    """Return the kind of error and where it was raised."""
     frames = traceback.extract_tb(error.__traceback__)
     return f"{type(error).__name__} {[(f.filename, f.lineno) for f in frames[-1:]]}"

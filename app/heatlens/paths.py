@@ -13,13 +13,13 @@ _PACKAGE = Path(__file__).resolve().parent
 
 
 def home_dir() -> Path:
-    """The user's home; the root of all folders for a user who has none, as in a container."""
+    """Return the user's home, or the root folder for a user who has none, as in a container."""
     home = os.path.expanduser("~")
     return Path(os.sep if home == "~" else home)
 
 
 def unreadable(path: Path, error: OSError | None = None) -> InputError:
-    """What to say of a file that cannot be opened, whichever it is and whoever asked for it."""
+    """Return the error for a file that cannot be opened."""
     if path.is_dir():
         return InputError(f"{path} is a folder, not a file.")
     if not os.path.lexists(path):
@@ -36,7 +36,10 @@ def file_bytes(path: Path) -> bytes:
 
 
 def data_dir(name: str) -> Path:
-    """The folder `shaders` or `assets`. importlib.resources cannot see a checkout's top level."""
+    """Return the folder `shaders` or `assets`, in a wheel or a checkout.
+
+    importlib.resources cannot see the top level of a checkout.
+    """
     for parent in (_PACKAGE, _PACKAGE.parents[1]):
         if (parent / name).is_dir():
             return parent / name

@@ -22,5 +22,5 @@ def _is_plain(letter: str, keep: str) -> bool:
 
 
 def _escape(letter: str) -> str:
-    """As Python writes it in a string."""
+    """Return the letter as Python writes it in a string."""
     return letter.encode("unicode_escape", "backslashreplace").decode("ascii")

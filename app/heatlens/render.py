@@ -37,7 +37,7 @@ class FrameRenderer:
     """
 
     def __init__(self, ctx: moderngl.Context, solver: LineSolver | None = None) -> None:
-        """`solver` None takes the one that is fastest here, by measurement."""
+        """Make a renderer; `solver` None takes the one that is fastest here, by measurement."""
         self.ctx = ctx
         self.stopwatch = Stopwatch(ctx)
         self.solver = solver or fastest_solver(ctx)

@@ -30,7 +30,7 @@ class Stopped(KeyboardInterrupt):
 
 @dataclass(frozen=True)
 class Left:
-    """What a process that has ended left behind."""
+    """The files that a process that has ended left behind."""
 
     unfinished: tuple[Path, ...]  # files and folders that nobody will finish
     folders_made: tuple[Path, ...]  # to be removed where they are empty
@@ -56,7 +56,7 @@ def unfinished(path: str | os.PathLike[str]) -> Iterator[None]:
 
 @contextmanager
 def temporary_folder() -> Iterator[Path]:
-    """A new folder among the temporary files, which goes however the block ends."""
+    """Yield a new temporary folder, which is removed however the block ends."""
     import shutil
     import tempfile
 

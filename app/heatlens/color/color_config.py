@@ -43,11 +43,14 @@ class ColorConfig:
     config: Any  # PyOpenColorIO.Config
 
     def displays(self) -> tuple[str, ...]:
-        """Names of the displays, in the config's order; at least one."""
+        """Return the names of the displays, in the config's order; at least one."""
         return tuple(self.config.getDisplays())
 
     def views(self, display: str) -> tuple[str, ...]:
-        """Names of the views of `display`, in the config's order; InputError: no such display."""
+        """Return the names of the views of `display`, in the config's order.
+
+        Raises InputError where there is no such display.
+        """
         check_known(f"{self.source}: display", display, self.displays())
         return tuple(self.config.getViews(display))
 
@@ -93,9 +96,10 @@ class ColorConfig:
         return found, f"{found}: the config's scene_linear; it has no linear Rec.709."
 
     def space_called(self, *names: str) -> str | None:
-        """The first space that has one of `names`, as its own, an alias or its interop identifier.
+        """Return the first space that has one of `names`.
 
-        None where there is none, or what has the name is data.
+        A name may be the space's own, an alias or its interop identifier. Returns None where there
+        is none, or the space is marked as data.
         """
         for name in names:
             space = self.config.getColorSpace(name) or self._with_interop_id(name)
@@ -104,17 +108,17 @@ class ColorConfig:
         return None
 
     def _with_interop_id(self, name: str) -> Any:
-        """The space with this identifier, which configs may give since OpenColorIO 2.5."""
+        """Return the space with this identifier, which configs may give since OpenColorIO 2.5."""
         for space in self.config.getColorSpaces():
             if name and space.getInteropID() == name:
                 return space
         return None
 
     def input_spaces(self) -> tuple[str, ...]:
-        """Spaces a scene-linear picture may be in, the default first.
+        """Return the spaces a scene-linear picture may be in, the default first.
 
-        Those marked scene-linear; every space that is not data where the config marks none, as
-        before OpenColorIO 2.
+        They are those marked scene-linear; where the config marks none, as before OpenColorIO 2,
+        every space that is not data.
         """
         spaces = list(self.config.getColorSpaces())
         linear = [s for s in spaces if s.getEncoding() == "scene-linear"]
@@ -123,10 +127,10 @@ class ColorConfig:
 
 
 def load_color_config(path: str | None) -> ColorConfig:
-    """The config at `path`, else the one $OCIO names, else the built-in one.
+    """Load the config at `path`, else the one $OCIO names, else the built-in one.
 
-    `path` may be a .ocio or .ocioz file or an `ocio://` name. Raises InputError where the config
-    is missing or broken, or OpenColorIO is not installed.
+    `path` may be a .ocio or .ocioz file or an `ocio://` name. Raises InputError where the config is
+    missing or broken, or OpenColorIO is not installed.
     """
     named = path or os.environ.get("OCIO")
     if not named:
@@ -136,7 +140,7 @@ def load_color_config(path: str | None) -> ColorConfig:
 
 
 def _read(address: str, source: str) -> Any:
-    """The config; a fault in one of its views shows when that view is asked for, not here."""
+    """Read the config; an error in one of its views shows when that view is used, not here."""
     library = ocio()
     if not address.isprintable():  # bytes of another encoding arrive as surrogates
         raise InputError(f"{source!a}: OpenColorIO takes paths in Unicode only. Rename the file.")
@@ -169,7 +173,7 @@ def _check_file(path: Path, source: str) -> None:
 
 
 def one_line(error: Exception) -> str:
-    """What the library said, without line breaks or the file's name, which its caller gives."""
+    """Return the library's message without line breaks and without the file's name."""
     return _SAID_ALREADY.sub("", " ".join(str(error).split())).rstrip(".") + "."
 
 
@@ -180,10 +184,10 @@ def check_known(what: str, name: str, known: tuple[str, ...]) -> None:
 
 
 def default_view(config: ColorConfig, display: str, attributes: Mapping[str, Any]) -> str:
-    """The view that a display begins with for a plate whose header has `attributes`.
+    """Return the view that a display begins with for a plate whose header has `attributes`.
 
-    The config's first; a photo was made for the eye already, and comes back as it was through the
-    view that maps no tones, where there is one.
+    It is the config's first; a photo was made for the eye already, and keeps its look with the view
+    that does no tone mapping, where there is one.
     """
     views = config.views(display)
     told = told_of(dict(attributes))

@@ -49,9 +49,9 @@ class InputSpace:
 def input_space_of(
     config: ColorConfig | None, attributes: Mapping[str, Any], chosen: str = ""
 ) -> InputSpace:
-    """The space of light whose header has `attributes`; `chosen`, the user's own, wins.
+    """Return the colour space of a picture whose header has `attributes`; `chosen` wins.
 
-    `config` None: the plain sRGB curve, which knows the primaries of `image.primaries` by name.
+    `config` None: the plain sRGB curve, which knows the primaries of `plate.primaries` by name.
     Raises InputError for a config that has no space to fall back on.
     """
     if chosen:
@@ -72,7 +72,7 @@ def input_space_of(
 
 
 def _found(config: ColorConfig | None, told: ToldPrimaries) -> str | None:
-    """The name of the space that was told, where there is one."""
+    """Return the name of the space that the header states, where the config has it."""
     if config is None:
         return None if told.known is None else told.known.name
     if told.known is None:
@@ -82,7 +82,7 @@ def _found(config: ColorConfig | None, told: ToldPrimaries) -> str | None:
 
 
 def _note(config: ColorConfig | None, told: ToldPrimaries, usual: str) -> str:
-    """One sentence on a header that cannot be followed."""
+    """Return a sentence on a header that cannot be followed."""
     if told.known is not None and config is not None:
         problem = f"{config.source} has no {told.known.name}, as is the header's"
     else:

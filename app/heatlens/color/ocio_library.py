@@ -7,7 +7,7 @@ from heatlens.errors import InputError
 
 
 def ocio() -> ModuleType:
-    """The module PyOpenColorIO; raises InputError with what to install."""
+    """Return the module PyOpenColorIO; raise InputError with what to install."""
     try:
         return importlib.import_module("PyOpenColorIO")
     except ImportError as error:

@@ -19,7 +19,10 @@ _BRADFORD: Matrix = np.array(
 
 
 def to_rec709(primaries: Primaries) -> Matrix:
-    """(3, 3): linear Rec.709 = M light, for columns. White stays white; of XYZ, D65 becomes it."""
+    """Return M (3, 3) with linear Rec.709 = M light, for columns.
+
+    White stays white; the D65 white of XYZ becomes white.
+    """
     back: Matrix = np.linalg.inv(_to_xyz(REC709))
     if primaries == XYZ:
         return back
@@ -28,7 +31,7 @@ def to_rec709(primaries: Primaries) -> Matrix:
 
 
 def _to_xyz(primaries: Primaries) -> Matrix:
-    """Columns: XYZ of red, green and blue, which sum to the white with Y = 1."""
+    """Return the XYZ of red, green and blue as columns, which sum to the white with Y = 1."""
     red, green, blue, _ = np.reshape(primaries.chromaticities, (4, 2))
     columns = np.stack([_xyz(*xy) for xy in (red, green, blue)], axis=1)
     matrix: Matrix = columns * np.linalg.solve(columns, _white(primaries))
@@ -41,7 +44,7 @@ def _white(primaries: Primaries) -> Matrix:
 
 
 def _xyz(x: float, y: float) -> Matrix:
-    """Of the sum 1, for blue of AP0 has no luminance to speak of."""
+    """Return XYZ with the sum 1, because blue of AP0 has almost no luminance."""
     return np.array([x, y, 1.0 - x - y])
 
 

@@ -48,9 +48,11 @@ class ViewTransform:
     def apply_cpu(
         self, rgb: FloatImage, exposure_stops: float = 0.0, gamma: float = 1.0
     ) -> FloatImage:
-        """Display values of scene-linear `rgb`, both (H, W, 3) float32; NaN counts as black.
+        """Convert scene-linear `rgb` to display values, both (H, W, 3) float32.
 
-        What leaves 0..1 depends on the view: a tone-mapped one stays inside, Raw does not.
+        NaN counts as black.
+
+        A tone-mapped view stays inside 0..1, Raw does not.
         """
         light = np.clip(np.nan_to_num(rgb, nan=0.0), -LIGHT_MAX, LIGHT_MAX)
         shown = self.encode(np.float32(2.0**exposure_stops) * light.astype(np.float32))
@@ -63,9 +65,9 @@ class ViewTransform:
 def srgb_transform(
     input_space: str = REC709.name, turned_from: Primaries | None = None
 ) -> ViewTransform:
-    """The plain curve of IEC 61966-2-1, clipped at white; needs no library.
+    """Return the plain curve of IEC 61966-2-1, clipped at white; it needs no library.
 
-    `input_space`: name of one of the primaries in `image.primaries`; raises InputError for others.
+    `input_space`: name of one of the primaries in `plate.primaries`; raises InputError for others.
     `turned_from`: the light's own primaries, where they have no name.
     """
     check_known("Input space", input_space, tuple(known.name for known in KNOWN))
@@ -81,7 +83,7 @@ def srgb_transform(
 
 
 def _in_rec709(glsl: str, matrix: Matrix) -> str:
-    """The same after a matrix. GLSL counts the columns of a matrix first."""
+    """Return the same GLSL after a matrix. GLSL counts the columns of a matrix first."""
     values = ", ".join(f"{value:.9g}" for value in matrix.T.flat)
     return (
         glsl.replace(_FUNCTION, "srgb_view")
@@ -105,9 +107,9 @@ def view_transform(
     input_space: str,
     turned_from: Primaries | None = None,
 ) -> ViewTransform:
-    """The transform of `view` on `display` for light in `input_space`.
+    """Return the transform of `view` on `display` for light in `input_space`.
 
-    `turned_from`: the light's own primaries, turned into `input_space`, linear Rec. 709, before.
+    `turned_from`: the light's own primaries, converted to `input_space`, linear Rec. 709, before.
     Raises InputError where the config has no such name or cannot carry it out.
     """
     check_known(f"{config.source}: view of {display}", view, config.views(display))
@@ -128,7 +130,7 @@ def view_transform(
 
 
 def _matrix_transform(library: Any, primaries: Primaries) -> Any:
-    """From light of these primaries to linear Rec. 709, as the library takes it: row after row."""
+    """Return the transform from light of these primaries to linear Rec. 709, row after row."""
     matrix = np.eye(4)
     matrix[:3, :3] = to_rec709(primaries)
     return library.MatrixTransform(matrix=matrix.ravel().tolist())
@@ -144,7 +146,7 @@ def _encoder(on_cpu: Any) -> Callable[[FloatImage], FloatImage]:
 
 
 def _for_gpu(library: Any, processor: Any) -> tuple[str, tuple[Lut, ...], str]:
-    """GLSL, tables and a key of what both calculate."""
+    """Return GLSL, tables and a key of what both compute."""
     on_gpu = processor.getDefaultGPUProcessor()
     shader = library.GpuShaderDesc.CreateShaderDesc(
         language=library.GPU_LANGUAGE_GLSL_4_0, functionName=_FUNCTION, resourcePrefix="ocio_"

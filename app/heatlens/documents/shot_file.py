@@ -44,10 +44,10 @@ _OTHERS = ("source", "focus_interpolation", "keys", "marks")
 
 
 def read_shot(path: str | os.PathLike[str]) -> Shot:
-    """The shot in a file; its source is an absolute path.
+    """Read the shot of a file; its source becomes an absolute path.
 
-    Raises InputError naming the file and the place in it where it is damaged, says what cannot be,
-    or is of a version that is not known here.
+    Raises InputError that names the file and the place in it where it is damaged, impossible, or of
+    an unknown version.
     """
     path = Path(path)
     top = read_json(path)
@@ -74,7 +74,10 @@ def read_shot(path: str | os.PathLike[str]) -> Shot:
 
 
 def is_shot_file(text: str) -> bool:
-    """Whether a name is that of a shot, saved or unsaved: no plate, scene or camera has it."""
+    """Return whether a name is that of a shot, saved or unsaved.
+
+    No plate, scene or camera has it.
+    """
     name = Path(text).name.lower()
     return name.endswith((SHOT_SUFFIX, f"{SHOT_SUFFIX}.autosave"))
 
@@ -90,7 +93,7 @@ def write_shot(path: str | os.PathLike[str], shot: Shot) -> None:
 
 
 def autosave_path(path: str | os.PathLike[str]) -> Path:
-    """Where the unsaved state of a shot file is kept: hidden, beside it."""
+    """Return the path of the unsaved state of a shot file: hidden, beside it."""
     path = Path(path)
     return path.with_name(f".{path.name}.autosave")
 
@@ -101,7 +104,7 @@ def write_autosave(path: str | os.PathLike[str], shot: Shot) -> None:
 
 
 def newer_autosave(path: str | os.PathLike[str]) -> Path | None:
-    """The autosave of the shot file `path` where it is later than the file, or the file is gone."""
+    """Return the autosave of `path` where it is later than the file, or the file is gone."""
     autosave = autosave_path(path)
     if not autosave.is_file():
         return None
@@ -111,7 +114,7 @@ def newer_autosave(path: str | os.PathLike[str]) -> Path | None:
 
 
 def shot_to_json(shot: Shot, folder: str | os.PathLike[str]) -> dict[str, Any]:
-    """The entries of the file, for one that lies in `folder`."""
+    """Return the entries of the file, for one that lies in `folder`."""
     options = _with_depth_source(shot.plate_options, lambda text: _relative(text, folder))
     shot = replace(shot, plate_options=options)
     fields = {
@@ -139,7 +142,7 @@ def _write(path: Path, shot: Shot) -> None:
 
 
 def _lines(value: Any, indent: str = "") -> str:
-    """JSON with an entry or an item of a list on each line, and each item whole on its line."""
+    """Format JSON with one entry or list item a line, and each item whole on its line."""
     inner = f"{indent}  "
     if isinstance(value, dict) and value:
         rows = [f"{json.dumps(name)}: {_lines(entry, inner)}" for name, entry in value.items()]
@@ -152,14 +155,14 @@ def _lines(value: Any, indent: str = "") -> str:
 
 
 def _check_keys(top: JsonEntry, shot: Shot) -> None:
-    """Every key must leave a lens that can be."""
+    """Check that every key leaves a possible lens."""
     keys = JsonEntry(top.path, "keys", None)
     for frame in shot.key_frames:
         keys.built(shot.lens_at, {"frame": frame})
 
 
 def _curves(entries: Mapping[str, JsonEntry]) -> LensCurves:
-    """The keys of each parameter, focus on the scale that the file says."""
+    """Return the keys of each parameter, focus on the scale that the file states."""
     curves = LensCurves()
     if "focus_interpolation" in entries:
         scale = FOCUS_SCALES[entries["focus_interpolation"].choice(FOCUS_SCALES)]
@@ -180,13 +183,13 @@ def _curves(entries: Mapping[str, JsonEntry]) -> LensCurves:
 
 
 def _key_json(key: Key) -> dict[str, Any]:
-    """A key's entries; handles as they come are not worth the width."""
+    """Return the entries of a key; handles in their default position are left out."""
     default = record_to_json(Ease())
     return {name: value for name, value in record_to_json(key).items() if value != default}
 
 
 def _mark(entry: JsonEntry) -> Mark:
-    """A distance, an object, or a point of the picture, as its entries say."""
+    """Return a mark on a distance, an object, or a point of the picture."""
     if isinstance(entry.value, dict) and "distance_m" in entry.value:
         return entry.record(DistanceMark)
     if isinstance(entry.value, dict) and "object_name" in entry.value:
@@ -195,7 +198,7 @@ def _mark(entry: JsonEntry) -> Mark:
 
 
 def _with_depth_source(options: PlateOptions, turned: Callable[[str], str]) -> PlateOptions:
-    """The options with the path of the depth, where it has a file of its own, told otherwise."""
+    """Return the options with the path of a separate depth passed through `turned`."""
     if options.depth_source is None:
         return options
     return replace(options, depth_source=turned(options.depth_source))
@@ -206,7 +209,7 @@ def _focus_word(scale: Scale) -> str:
 
 
 def _relative(source: str, folder: str | os.PathLike[str]) -> str:
-    """The path as the file tells it: from its folder, or absolute where they share none."""
+    """Return the path relative to the folder of the file, or absolute where they share none."""
     if source in _NAMES and not os.path.exists(source):
         return source
     absolute = os.path.abspath(source)
@@ -220,7 +223,7 @@ def _relative(source: str, folder: str | os.PathLike[str]) -> str:
 
 
 def _absolute(source: str, path: Path) -> str:
-    """A path in the file, from the folder of the file at `path`."""
+    """Return a path of the file as an absolute one, from the folder of the file at `path`."""
     if not source or "\0" in source:  # no path, which Shot says better
         return source
     absolute = os.path.abspath(os.path.join(path.parent, source))

@@ -76,7 +76,7 @@ def _check_end(done: "subprocess.CompletedProcess[bytes]", what: str) -> None:
 
 
 def _limit(name: str, most: float) -> float:
-    """What the environment says, where that is a number above 0."""
+    """Return the number in the environment where it is above 0, else `most`."""
     try:
         told = float(os.environ.get(name, most))
     except ValueError:
@@ -85,9 +85,9 @@ def _limit(name: str, most: float) -> float:
 
 
 def _environment() -> dict[str, str]:
-    """The one of this process, with the way to this very package.
+    """Return the environment of this process, with the path to this very package.
 
-    Each thread of OpenUSD sets memory aside: with one for each of many cores, none would be left.
+    Each thread of OpenUSD reserves memory: with one for each of many cores, none would be left.
     """
     paths = [str(Path(heatlens.__file__).parents[1]), os.environ.get("PYTHONPATH", "")]
     threads = {"PXR_WORK_THREAD_LIMIT": "4"}
@@ -95,7 +95,7 @@ def _environment() -> dict[str, str]:
 
 
 def _outcome(module: str, name: str, text: str) -> object:
-    """What the function gives, or the HeatlensError that it raises or that is to be told."""
+    """Return what the function returns, or the HeatlensError to raise in the caller."""
     try:
         return getattr(importlib.import_module(module), name)(text)
     except MemoryError:

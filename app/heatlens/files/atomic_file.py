@@ -15,7 +15,7 @@ from heatlens.stopping import unfinished
 
 
 def _machine() -> str:
-    """Eight digits for this machine; on Linux, containers in it count their own processes."""
+    """Return eight digits for this machine; on Linux, containers number their own processes."""
     where = platform.node()
     with suppress(OSError):
         where += os.readlink("/proc/self/ns/pid")
@@ -46,10 +46,10 @@ def write_whole(path: str | os.PathLike[str], data: bytes) -> None:
 
 @contextmanager
 def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
-    """A path to write to; it takes the place of `path` when the block ends well, else it goes.
+    """Yield a path to write to; it replaces `path` when the block ends without an error.
 
-    What stood at `path` stays until then. A link keeps pointing where it did. The file to write to
-    is there already, empty, under a short name that nobody can foresee; `write_whole` is for those
+    The old file stays until then, and after an error. A link keeps its target. The file to write to
+    exists already, empty, under a short name that nobody can foresee; `write_whole` is for those
     who have all bytes at hand. Raises InputError where nothing can be written there.
     """
     target = Path(os.path.realpath(path))
@@ -97,7 +97,7 @@ def _is_dead(part: Path, machine: str, process: int) -> bool:
 
 
 def _has_ended(process: int) -> bool:
-    """Whether only the name of a process is left: nobody has asked yet how it ended."""
+    """Return whether only the entry of a process is left, because nobody has waited for it yet."""
     with suppress(OSError, IndexError):
         status = Path(f"/proc/{process}/stat").read_text()
         return status.rpartition(")")[2].split()[0] in ("Z", "X")
@@ -105,7 +105,10 @@ def _has_ended(process: int) -> bool:
 
 
 def _to_disk(path: Path) -> None:
-    """Else a power cut can leave the new name without its content. Empty files mean nothing."""
+    """Flush the file to the disk: a power cut could leave the new name without its content.
+
+    Empty files are skipped.
+    """
     with open(path, "rb+") as file:
         os.fsync(file.fileno())
         if not os.fstat(file.fileno()).st_size:

@@ -23,14 +23,16 @@ _WHOLE_MOST = 2**53  # up to here a float that is whole is written without its "
 
 
 def record_to_json(record: Any) -> dict[str, Any]:
-    """The entries of a dataclass whose fields are numbers, texts, choices, such dataclasses or
-    tuples of these."""
+    """Return the entries of a dataclass.
+
+    Its fields are numbers, texts, choices, such dataclasses or tuples of these.
+    """
     values = {field.name: getattr(record, field.name) for field in fields(record)}
     return {name: plain(value) for name, value in values.items() if value is not None}
 
 
 def plain(value: Any) -> Any:
-    """What JSON has for a number, a text, a choice or a dataclass."""
+    """Return the JSON value of a number, a text, a choice or a dataclass."""
     if is_dataclass(value):
         return record_to_json(value)
     if isinstance(value, Enum):
@@ -72,7 +74,7 @@ class JsonEntry:
             )
 
     def members(self, known: Collection[str]) -> dict[str, "JsonEntry"]:
-        """The entries of an object, all of which must be among `known`."""
+        """Return the entries of an object, all of which must be among `known`."""
         if not isinstance(self.value, dict):
             self.refuse(f"{_shown(self.value)} should be an object in braces")
         for name in self.value:
@@ -86,7 +88,7 @@ class JsonEntry:
         }
 
     def items(self) -> list["JsonEntry"]:
-        """The items of a list."""
+        """Return the items of a list."""
         if not isinstance(self.value, list):
             self.refuse(f"{_shown(self.value)} should be a list in brackets")
         return [
@@ -95,7 +97,10 @@ class JsonEntry:
         ]
 
     def record(self, kind: type[T]) -> T:
-        """The dataclass `kind` with this object's entries; the others keep their defaults."""
+        """Return the dataclass `kind` with this object's entries.
+
+        The others keep their defaults.
+        """
         hints = get_type_hints(kind)
         own: tuple[Any, ...] = fields(kind)  # type: ignore[arg-type]
         entries = self.members([field.name for field in own])
@@ -106,14 +111,14 @@ class JsonEntry:
         return self.built(kind, {n: entry.of_type(hints[n]) for n, entry in entries.items()})
 
     def built(self, kind: Callable[..., T], values: Mapping[str, Any]) -> T:
-        """What `kind` makes of these values; its refusal is told with the place."""
+        """Build `kind` from these values; its error is raised with the place in the file."""
         try:
             return kind(**values)
         except HeatlensError as error:
             self.refuse(str(error))
 
     def of_type(self, hint: Any) -> Any:
-        """The value as a field of that type takes it."""
+        """Return the value as a field of that type takes it."""
         if NoneType in get_args(hint):
             (hint,) = (kind for kind in get_args(hint) if kind is not NoneType)
             return None if self.value is None else self.of_type(hint)
@@ -129,7 +134,7 @@ class JsonEntry:
         return read[hint]()
 
     def row(self, hints: tuple[Any, ...]) -> tuple[Any, ...]:
-        """A list of so many things, or of any number of one kind where `hints` ends in `...`."""
+        """Return a list of so many values, or of any number where `hints` ends in `...`."""
         items = self.items()
         if hints[-1] is Ellipsis:
             hints = (hints[0],) * len(items)
@@ -138,7 +143,7 @@ class JsonEntry:
         return tuple(item.of_type(hint) for item, hint in zip(items, hints, strict=True))
 
     def number(self) -> float:
-        """A finite number, or "inf" for infinity."""
+        """Return a finite number, or infinity for "inf"."""
         if self.value == "inf":
             return math.inf
         if isinstance(self.value, bool) or not isinstance(self.value, int | float):
@@ -148,33 +153,33 @@ class JsonEntry:
         return float(self.value)
 
     def whole(self) -> int:
-        """A number without a fraction."""
+        """Return a number without a fraction."""
         number = self.number()
         if not number.is_integer():
             self.refuse(f"{_shown(self.value)} should be a whole number")
         return int(number)
 
     def flag(self) -> bool:
-        """True or false."""
+        """Return true or false."""
         if not isinstance(self.value, bool):
             self.refuse(f"{_shown(self.value)} should be true or false")
         return self.value
 
     def text(self) -> str:
-        """A text."""
+        """Return a text."""
         if not isinstance(self.value, str):
             self.refuse(f"{_shown(self.value)} should be a text in quotation marks")
         return self.value
 
     def choice(self, choices: Collection[str]) -> str:
-        """One of these words."""
+        """Return one of these words."""
         if not isinstance(self.value, str) or self.value not in choices:
             self.refuse(f"{_shown(self.value)} should be one of {', '.join(choices)}")
         return self.value
 
 
 def read_json(path: Path) -> JsonEntry:
-    """The whole of a JSON file. Raises InputError where it cannot be read or is damaged."""
+    """Read a whole JSON file. Raises InputError where it cannot be read or is damaged."""
     try:
         text = file_bytes(path).decode("utf-8-sig")  # editors on Windows put a mark before it
         value = json.loads(text, object_pairs_hook=_object, parse_constant=_constant)
@@ -196,7 +201,7 @@ def read_json(path: Path) -> JsonEntry:
 
 
 def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    """An object in which no entry stands twice: one of them would be lost."""
+    """Return an object; refuse one with an entry that stands twice, of which one would be lost."""
     found = dict(pairs)
     if len(found) != len(pairs):
         names = [name for name, _ in pairs]
@@ -206,11 +211,11 @@ def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 
 
 def _constant(name: str) -> NoReturn:
-    """NaN and Infinity, which some programs write and JSON does not have."""
+    """Refuse NaN and Infinity, which some programs write and JSON does not have."""
     raise ValueError(f'{name} is no JSON number; infinity is written "inf"')
 
 
 def _shown(value: Any) -> str:
-    """A value as it stands in the file, cut where it is long."""
+    """Return a value as it stands in the file, cut where it is long."""
     text = json.dumps(value)
     return text if len(text) <= 40 else f"{text[:37]}..."

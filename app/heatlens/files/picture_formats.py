@@ -9,5 +9,5 @@ PICTURES_READ = (
 
 
 def is_picture(path: Path) -> bool:
-    """Whether a name is that of a picture that is read here, and no EXR."""
+    """Return whether a name is that of a readable picture other than an EXR."""
     return path.suffix.lower() in PICTURES_READ

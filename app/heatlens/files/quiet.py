@@ -25,13 +25,13 @@ class _WithoutQuietThreads:
         self._stream = _beside(stream) or io.StringIO()  # None in a program without a terminal
 
     def __del__(self) -> None:
-        """Another stream took the place of the one this was made for: its copy is closed."""
+        """Close the copy when another stream has replaced the one that it was made for."""
         stream = self.__dict__.get("_stream")
         if stream is not None and stream is not self.replaces:
             stream.close()
 
     def write(self, text: str) -> int:
-        """Called by `print`."""
+        """Write text; called by `print`."""
         return len(text) if _depth.blocks else self._stream.write(text)
 
     def __getattr__(self, name: str) -> Any:
@@ -39,7 +39,7 @@ class _WithoutQuietThreads:
 
 
 def _beside(stream: TextIO | None) -> TextIO | None:
-    """A stream to where `stream` leads, for as long as the descriptor of the process is muted."""
+    """Return a stream to the target of `stream`, for the time the process's descriptor is muted."""
     if stream is None or not _is_process_stream(stream, 1):
         return stream
     return open(os.dup(1), "w", 1, stream.encoding, stream.errors)
@@ -71,7 +71,7 @@ def quiet_library() -> Iterator[None]:
 
 
 def _enter() -> None:
-    """The first thread in mutes: each on its own would restore what another had put there."""
+    """Mute for the first thread: each thread alone would restore what another had put there."""
     global _threads_inside
     with _lock:
         if _threads_inside == 0:
@@ -80,7 +80,7 @@ def _enter() -> None:
 
 
 def _leave() -> None:
-    """The last thread out puts everything back."""
+    """Restore everything after the last thread."""
     global _threads_inside
     with _lock:
         _threads_inside -= 1
@@ -90,7 +90,7 @@ def _leave() -> None:
 
 @contextlib.contextmanager
 def _muted_process() -> Iterator[None]:
-    """Both streams quiet for the block."""
+    """Mute both streams for the block."""
     stdout: Any = _quiet_stdout()
     with contextlib.suppress(OSError, ValueError):  # whoever prints next will be told of it
         if sys.stdout is not None:
@@ -128,7 +128,7 @@ def _flush_c() -> None:
 
 
 def _quiet_stdout() -> _WithoutQuietThreads:
-    """One stream for as long as stdout is the same, so that it never goes while it is written to.
+    """Return one stream for as long as stdout is the same, so that it is never freed while in use.
 
     Before Python 3.14, `print` only borrows what it finds in sys.stdout.
     """
@@ -161,7 +161,10 @@ def _python_stderr_to(descriptor: int) -> Iterator[None]:
 
 
 def _is_process_stream(stream: TextIO | None, number: int) -> bool:
-    """True for a stream on that descriptor; a test or a window may have put another there."""
+    """Return True for a stream on that descriptor.
+
+    A test or a window may have put another there.
+    """
     try:
         return stream is not None and stream.fileno() == number
     except (OSError, ValueError):

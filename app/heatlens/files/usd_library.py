@@ -14,7 +14,10 @@ Result = TypeVar("Result")
 
 
 def usd_module(name: str) -> Any:
-    """The module `name` of OpenUSD, as Usd or UsdGeom; raises InputError with what to install."""
+    """Return the module `name` of OpenUSD, as Usd or UsdGeom.
+
+    Raises InputError with what to install.
+    """
     try:
         return importlib.import_module(f"pxr.{name}")
     except ImportError as error:

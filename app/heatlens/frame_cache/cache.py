@@ -96,7 +96,7 @@ class FrameCache:
             self._changed.notify_all()
 
     def get(self, frame: int) -> Plate | Damaged | None:
-        """What is in memory of `frame`, without waiting; None for nothing yet."""
+        """Return what is in memory of `frame`, without waiting; None for nothing yet."""
         self._raise_failure()
         with self._changed:
             held = self._shelf.held.get(frame)
@@ -105,9 +105,10 @@ class FrameCache:
     def wait(
         self, frame: int, direction: Direction = 1, window: int = 24
     ) -> Plate | Damaged | None:
-        """`want`, and then `get` once `frame` is read: for exports, which leave no frame out.
+        """Want `frame`, and return it once it is read: for exports, which leave no frame out.
 
-        None for a frame without a file, or when another thread moves the playhead or closes.
+        Returns None for a frame without a file, or when another thread moves the playhead or
+        closes.
         """
         self.want(frame, direction, window)
         with self._changed:
@@ -115,7 +116,7 @@ class FrameCache:
         return self.get(frame)
 
     def states(self) -> dict[int, FrameState]:
-        """How every frame of the sequence stands, in order, for a timeline."""
+        """Return the state of every frame of the sequence, in order, for a timeline."""
         with self._changed:
             states = self._unread_states.copy()
             for frame in self._order.wanted():
@@ -157,19 +158,19 @@ class FrameCache:
         self.close()
 
     def _raise_failure(self) -> None:
-        """In the caller's thread, what went wrong in one of ours."""
+        """Raise in the caller's thread what went wrong in one of ours."""
         with self._changed:
             failure = self._failure
         if failure is not None:
             raise failure
 
     def _is_unread(self, frame: int) -> bool:
-        """True for a file that is neither held nor being read; the lock is held."""
+        """Return True for a file that is neither held nor being read; the lock is held."""
         is_known = frame in self._shelf.held or frame in self._shelf.reserved
         return not is_known and self._sequence.has(frame)
 
     def _is_coming(self, frame: int) -> bool:
-        """True while waiting for `frame` makes sense; the lock is held."""
+        """Return True while waiting for `frame` makes sense; the lock is held."""
         if self._closed or self._failure or self._order.playhead != frame:
             return False
         return frame in self._shelf.reserved or self._is_unread(frame)
@@ -186,7 +187,7 @@ class FrameCache:
             self._threads.submit(self._read_frame, frame, self._sequence.path_at(frame))
 
     def _read_frame(self, frame: int, path: Path) -> None:
-        """On a thread: read `path` and put it on the shelf."""
+        """Read `path` and put it on the shelf; runs on a thread."""
         with self._failures_kept():
             stamps = self._stamps(path)  # before the pixels: a file written meanwhile is new
             held = Held(self._plate_or_damage(path), stamps)
@@ -251,7 +252,7 @@ class FrameCache:
 
 
 def _unread_states(sequence: Sequence) -> dict[int, FrameState]:
-    """Every frame as it stands before any is read."""
+    """Return the state of every frame before any is read."""
     states: dict[int, FrameState] = dict.fromkeys(sequence.frames, "missing")
     states.update(dict.fromkeys(sequence.present, "absent"))
     return states

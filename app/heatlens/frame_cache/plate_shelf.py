@@ -20,7 +20,7 @@ class Damaged:
 
 @dataclass(frozen=True, eq=False)
 class Held:
-    """What was read from files that had `stamps` before."""
+    """A plate that was read, and the `stamps` of its files before it was read."""
 
     content: Plate | Damaged
     stamps: Stamps
@@ -32,16 +32,16 @@ class Held:
 
 
 def plate_bytes(plate: Plate) -> int:
-    """The memory that the pixels of `plate` take."""
+    """Return the memory that the pixels of `plate` take."""
     depth = plate.depth_m if plate.depth_m is not None else plate.coc_px
     return plate.color.nbytes + (0 if depth is None else depth.nbytes)
 
 
 class PlateShelf:
-    """What has been read, by frame, and room set aside for what is being read.
+    """Plates by frame, and room reserved for those that are being read.
 
-    The frame at the playhead may be larger than the whole budget: it is then held alone, for a
-    picture that cannot be seen helps nobody. Not for several threads at once: the caller locks.
+    The frame at the playhead may be larger than the whole budget: it is then held alone, because it
+    must be seen. Not safe for several threads at once: the caller locks.
     """
 
     def __init__(self, budget_bytes: int):
@@ -74,7 +74,10 @@ class PlateShelf:
         return True
 
     def put(self, frame: int, held: Held, order: PlayOrder) -> None:
-        """`held` takes the room set aside for `frame`; what was taken too small is made up for."""
+        """Put `held` into the room reserved for `frame`.
+
+        Correct a reservation that was too small.
+        """
         del self.reserved[frame]
         self.held[frame] = held
         if held.size_bytes:
@@ -98,5 +101,5 @@ class PlateShelf:
         self._known_bytes.pop(frame, None)
 
     def _by_rank(self, order: PlayOrder) -> list[int]:
-        """The frames that hold pixels, the most wanted first."""
+        """Return the frames that hold pixels, the most wanted first."""
         return sorted((f for f, held in self.held.items() if held.size_bytes), key=order.rank)

@@ -22,18 +22,21 @@ class PlayOrder:
 
     @staticmethod
     def at(frames: tuple[int, ...], frame: int, direction: Direction, window: int) -> "PlayOrder":
-        """The playhead on `frame`, or on the nearest earlier of `frames`, else on the first."""
+        """Return the order for a playhead on `frame`, or the nearest earlier frame, or the first."""
         playhead = frames[max(bisect_right(frames, frame) - 1, 0)]
         return PlayOrder(frames, playhead, direction, window)
 
     def wanted(self) -> Iterator[int]:
-        """The playhead and the frames it looks ahead to, in the order they will be shown."""
+        """Yield the playhead and the frames it looks ahead to, in the order they will be shown."""
         start, count = self._index(self.playhead), len(self.frames)
         for steps in range(min(self.window + 1, count)):
             yield self.frames[(start + steps * self.direction) % count]
 
     def rank(self, frame: int) -> tuple[int, int]:
-        """Low for what to keep: frames ahead as they come, then those behind, the nearest first."""
+        """Return a low rank for what to keep.
+
+        Frames ahead in order, then those behind, nearest first.
+        """
         steps = self.direction * (self._index(frame) - self._index(self.playhead))
         ahead = steps % len(self.frames)
         return (0, ahead) if ahead <= self.window else (1, len(self.frames) - ahead)

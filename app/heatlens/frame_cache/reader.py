@@ -24,7 +24,7 @@ class SequenceReader:
         self._lock = threading.Lock()
 
     def __call__(self, path: Path) -> Plate:
-        """The plate at `path`. Raises InputError as `read_plate`."""
+        """Read the plate at `path`. Raises InputError as `read_plate`."""
         with self._lock:  # held while the frame that decides is read: the others depend on it
             options = self._options
             if options.depth_convention is DepthConvention.AUTO:
@@ -32,7 +32,7 @@ class SequenceReader:
         return read_plate(path, options)
 
     def _decided(self, path: Path) -> Plate:
-        """The plate at `path`, when it is settled how the frames are read."""
+        """Read the plate at `path` once it is settled how the frames are read."""
         if self._first is not None and self._first != path:
             try:
                 self._settle(read_plate(self._first, self._options))
@@ -47,5 +47,5 @@ class SequenceReader:
 
 
 def settled_options(options: PlateOptions, plate: Plate) -> PlateOptions:
-    """`options` with the convention that `plate`, read with them, was found to follow."""
+    """Return `options` with the convention that `plate` was found to follow."""
     return replace(options, depth_convention=plate.depth.convention)

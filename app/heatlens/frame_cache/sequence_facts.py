@@ -18,10 +18,10 @@ Facts = dict[str, Any]
 def sequence_facts(
     sequence: Sequence, options: PlateOptions, tell: Callable[[int], None] = lambda frame: None
 ) -> Facts:
-    """Frames, gaps, sizes, depth over the shot, and what is wrong with single frames.
+    """Return frames, gaps, sizes, depth over the shot, and what is wrong with single frames.
 
-    Every frame is read; `tell` hears which one is next. Lengths are metres; what no frame has is
-    None. Sentences that several frames say alike are told once.
+    Every frame is read; `tell` is called with each frame before. Lengths are metres; what no frame
+    has is None. A sentence on several frames is given once.
     """
     survey = _Survey(options)
     reader = SequenceReader(options)
@@ -53,7 +53,7 @@ class _Survey:
         self.damaged: dict[int, str] = {}
 
     def add(self, frame: int, plate: Plate) -> None:
-        """One frame that could be read."""
+        """Add one frame that could be read."""
         window, depth = plate.display_window, plate.depth
         self._sizes.setdefault(f"{window.width} x {window.height}", []).append(frame)
         said = f"{depth.channel}, {depth.convention}, {depth.kind}"
@@ -68,7 +68,7 @@ class _Survey:
             self._far = far if self._far is None else max(self._far, far)
 
     def facts(self) -> Facts:
-        """All of it."""
+        """Return all of it."""
         return {
             "sizes": _by_frames(self._sizes),
             "depth": _by_frames(self._readings),
@@ -82,10 +82,10 @@ class _Survey:
 
 
 def _by_frames(found: dict[str, list[int]]) -> dict[str, str]:
-    """Each thing with the frames that have it."""
+    """Return each thing with the frames that have it."""
     return {name: frames_text(tuple(frames)) for name, frames in found.items()}
 
 
 def _without_path(note: str, path: Path) -> str:
-    """The same sentence of another frame is the same sentence."""
+    """Remove the path, so that the same sentence on another frame is equal."""
     return note.replace(f"{path}: ", "").replace(str(path), path.name)

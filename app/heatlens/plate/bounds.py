@@ -18,9 +18,9 @@ LIGHT_MOST = 1e14
 
 
 def bound_coc(coc_px: FloatImage, what: str) -> tuple[str, ...]:
-    """Bring diameters (H, W) of the circle of confusion into bounds, in place.
+    """Bring diameters (H, W) of the circle of confusion into bounds, in place, and return notes.
 
-    Returns what to say of it, nothing where all were; `what` names file and channel.
+    There are no notes where all were within bounds. `what` names file and channel.
     """
     count = int(np.count_nonzero(np.abs(coc_px) > COC_MOST_PX))
     np.clip(coc_px, -COC_MOST_PX, COC_MOST_PX, out=coc_px)

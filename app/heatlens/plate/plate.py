@@ -132,7 +132,10 @@ class Plate:
 
     @property
     def has_distances(self) -> bool:
-        """Whether it has metres rather than a circle of confusion; asking fetches nothing."""
+        """True for a plate with metres rather than a circle of confusion.
+
+        Asking fetches nothing.
+        """
         return self.pixels.coc_px is None
 
 

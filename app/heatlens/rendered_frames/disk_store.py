@@ -20,11 +20,10 @@ _NAME = re.compile(r"([0-9a-f]{32})\.frame")
 
 
 class DiskStore:
-    """Files by key. Every method may be called from any thread; those that take a key wait for
-    the disk, but for `keys`."""
+    """Files by key, for any thread; methods that take a key wait for the disk, except `keys`."""
 
     def __init__(self, folder: Path, limit_bytes: int = DEFAULT_BYTES) -> None:
-        """`folder` is made when the first picture is written. `look` tells what is in it."""
+        """Make a store; `folder` is made with the first picture, and `look` reads what is in it."""
         self.folder = folder
         self._lock = threading.Lock()
         self._sizes: dict[str, int] = {}

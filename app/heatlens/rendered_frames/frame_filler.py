@@ -70,7 +70,10 @@ class FrameFiller:
         wake: Callable[[], None] = lambda: None,
         clock: Callable[[], float] = time.perf_counter,
     ) -> None:
-        """`renderer` serves nobody else; `wake` is called on a thread when a plate was read."""
+        """Take a `renderer` that serves nobody else.
+
+        `wake` is called on a thread after a plate is read.
+        """
         self.renderer = renderer
         self._clock = clock
         self._wake = wake
@@ -163,7 +166,7 @@ class FrameFiller:
 
 
 def _read(file: PlateFile) -> _Read:
-    """On a thread: the plate, and where its surfaces lie."""
+    """Read the plate and its depth range; runs on a thread."""
     for part in file.files:
         if stamp_of(part.path) != part.stamp:
             raise InputError(f"{part.path} was written again meanwhile.")

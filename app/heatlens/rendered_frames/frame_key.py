@@ -21,9 +21,9 @@ from heatlens.sequence.sequence import Stamp
 
 @dataclass(frozen=True)
 class KeySource:
-    """What stands in front of the lens.
+    """The source before the lens, as a part of a key.
 
-    name    the file's path, or what the scene is called
+    name    the file's path, or the name of the scene
     stamps  of the file and of those that it names; None where there is none
     """
 

@@ -28,7 +28,7 @@ class FrameStore:
         disk: DiskStore | None = None,
         wake: Callable[[], None] = lambda: None,
     ) -> None:
-        """`disk` None: nothing is written. `wake` is called on threads when there is news."""
+        """Keep frames in memory and on `disk`, unless that is None; `wake` is called on threads."""
         self.memory = memory
         self.disk = disk
         self.problem = ""  # why nothing is written any more, in a sentence
@@ -128,7 +128,7 @@ class FrameStore:
         self._changed()
 
     def _save(self, key: str, picture: KeptPicture) -> None:
-        """On disk as well, where that has not failed before."""
+        """Save to the disk as well, unless that has failed before."""
         if self.disk is None or self.problem:
             return
         try:

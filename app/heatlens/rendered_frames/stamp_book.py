@@ -27,7 +27,7 @@ class StampBook:
             self._looking = self._thread.submit(self._looked, tuple(paths), self._stamps)
 
     def knows(self, path: Path) -> bool:
-        """Whether a look at this file is over."""
+        """Return whether the stamp of this file is known."""
         self._take()
         return path in self._stamps
 

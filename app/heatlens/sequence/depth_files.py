@@ -15,7 +15,7 @@ _DEPTH_WORDS = frozenset(
 
 
 def depth_path_for(path: Path, source: str) -> Path:
-    """The depth of the picture at `path`: the file `source`, or the frame of that pattern.
+    """Return the depth of the picture at `path`: the file `source`, or the frame of that pattern.
 
     Raises InputError where a pattern has no such frame, or the picture no number.
     """
@@ -43,7 +43,7 @@ class PlateFiles:
     """
 
     def __init__(self, depth_source: str | None) -> None:
-        """`depth_source` is a file or a pattern; None where the picture holds the depth."""
+        """Take a file or a pattern for the depth; None where the picture holds the depth."""
         self._source = depth_source
         self._frames: Sequence | None = None
 
@@ -66,7 +66,7 @@ class PlateFiles:
 
 
 def picture_and_depth(names: Items[str]) -> tuple[str, str] | None:
-    """A picture and its depth, where two files are just that by their names; else None.
+    """Return a picture and its depth, where two files are that by their names; else None.
 
     A depth with a number in its name stands for the sequence that it is a frame of, if the picture
     has a number too.
@@ -91,7 +91,7 @@ def _is_called_depth(name: str) -> bool:
 
 
 def _with_its_frames(picture: str, depth: str) -> str:
-    """The pattern of the depth's sequence where both are frames of one, else the file."""
+    """Return the pattern of the depth's sequence where both are frames of one, else the file."""
     if form_of(Path(picture).name)[1] is None or form_of(Path(depth).name)[1] is None:
         return depth
     sequence = find_sequence(depth)

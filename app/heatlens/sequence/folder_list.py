@@ -32,7 +32,7 @@ class Entry:
         return f"{first}-{last}" + (f", {missing} missing" if missing else "")
 
     def file_at(self, frame: int) -> Path:
-        """One of its files: that of `frame`, else the nearest before it, else the first."""
+        """Return one of its files: that of `frame`, else the nearest before it, else the first."""
         if self.sequence is None:
             return self.path
         return self.sequence.resolve(frame) or self.path
@@ -48,7 +48,7 @@ class FolderList:
 
 
 def list_folder(folder: Path, suffixes: tuple[str, ...]) -> FolderList:
-    """What is in `folder`, of files those that end in one of `suffixes`; nothing hidden.
+    """List the folders in `folder` and the files that end in one of `suffixes`; nothing hidden.
 
     Raises InputError where the folder cannot be read.
     """
@@ -69,7 +69,7 @@ def list_folder(folder: Path, suffixes: tuple[str, ...]) -> FolderList:
 
 
 def natural(name: str) -> list[str | int]:
-    """A key that sorts shot9 before shot10, and capitals among small letters."""
+    """Return a key that sorts shot9 before shot10, and capitals among small letters."""
     return [int(p) if p.isdecimal() else p for p in _DIGITS.split(name.casefold())]
 
 
@@ -88,7 +88,7 @@ def _entries(folder: Path, names: list[str]) -> list[Entry]:
 
 
 def _written_s(path: Path) -> float:
-    """0 for what went away while it was looked at, or never was: a link to nothing."""
+    """Return the time of the last change; 0 for a file that is gone, or a link to nothing."""
     try:
         return path.stat().st_mtime
     except OSError:

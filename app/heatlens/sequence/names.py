@@ -32,12 +32,12 @@ class NameForm:
     suffix: str
 
     def name_at(self, frame: int) -> str:
-        """The file name of `frame`; a sign counts as one of the digits, as in %04d."""
+        """Return the file name of `frame`; a sign counts as one of the digits, as in %04d."""
         number = str(frame).zfill(self.padding) if self.padding else ""
         return f"{self.prefix}{number}{self.suffix}"
 
     def number_in(self, name: str) -> str | None:
-        """The digits of `name`, whatever their padding; None where it is of another form."""
+        """Return the digits of `name`, whatever their padding; None where it is of another form."""
         if not (name.startswith(self.prefix) and name.endswith(self.suffix)):
             return None
         digits = name[len(self.prefix) : len(name) - len(self.suffix)]
@@ -46,7 +46,7 @@ class NameForm:
         return digits
 
     def frames_in(self, names: Iterable[str]) -> tuple[int, ...]:
-        """The frames, sorted, that `names` hold in this form with exactly this padding."""
+        """Return the frames, sorted, that `names` hold in this form with exactly this padding."""
         numbers = (self.number_in(name) for name in names)
         frames = ((int(number), number) for number in numbers if number is not None)
         return tuple(sorted(f for f, text in frames if str(f).zfill(self.padding) == text))
@@ -63,7 +63,7 @@ class NameForm:
 
 
 def form_of(name: str) -> tuple[NameForm, int | None]:
-    """How `name` is built, with the padding its number has, and the number.
+    """Return the form of `name`, with the padding of its number, and the number.
 
     A version (`shot_v02.exr`) is no frame, and a minus after a letter or digit is a hyphen.
     """
@@ -77,10 +77,10 @@ def form_of(name: str) -> tuple[NameForm, int | None]:
 
 
 def parse_pattern(name: str) -> tuple[NameForm, str | None] | None:
-    """The form in a notation such as `shot.1001-1100x2####.exr`, and the frames it names, if any.
+    """Parse a notation such as `shot.1001-1100x2####.exr`: the form, and its frames, if any.
 
-    A lone number after a letter belongs to the name, so that `take2####.exr` is take 2. None for
-    what is no notation.
+    A lone number after a letter belongs to the name, so that `take2####.exr` is take 2. Returns
+    None for what is no notation.
     """
     try:
         # The default style takes one # for four digits.
@@ -100,7 +100,7 @@ def parse_pattern(name: str) -> tuple[NameForm, str | None] | None:
 
 
 def parse_frames(text: str) -> tuple[int, ...]:
-    """The frames, sorted, of `1001-1100x2` or `1001,1005,1010-1020`. Raises InputError."""
+    """Parse `1001-1100x2` or `1001,1005,1010-1020` to sorted frames. Raises InputError."""
     try:
         if re.search(r"\d\s+\d", text):
             raise ValueError("fileseq would join the two numbers")
@@ -116,14 +116,14 @@ def parse_frames(text: str) -> tuple[int, ...]:
 
 
 def frames_text(frames: Iterable[int]) -> str:
-    """`frames` as ranges, 1001-1100x2,1200, the way `parse_frames` reads them."""
+    """Format `frames` as ranges, 1001-1100x2,1200, as `parse_frames` reads them."""
     return str(FrameSet.framesToFrameRange(frames, sort=True))
 
 
 def padding_of(form: NameForm, names: Iterable[str]) -> tuple[int, ...]:
-    """The paddings that the numbers of `names` have in `form`, usually one.
+    """Return the paddings that the numbers of `names` have in `form`, usually one.
 
-    Those with leading zeros tell; where none has any, the shortest number does.
+    Numbers with leading zeros decide; without any, the shortest number does.
     """
     numbers = {number for name in names if (number := form.number_in(name)) is not None}
     padded = {len(number) for number in numbers if number.lstrip("-")[0] == "0" and number != "0"}
@@ -132,7 +132,7 @@ def padding_of(form: NameForm, names: Iterable[str]) -> tuple[int, ...]:
 
 
 def sequences_among(names: Iterable[str]) -> dict[NameForm, tuple[int, ...]]:
-    """Every form that `names` are in, with its frames; none for a picture without a number.
+    """Return every form among `names` with its frames; none for a picture without a number.
 
     Hidden files are left out: systems and programs put their own beside ours.
     """
@@ -151,12 +151,12 @@ def sequences_among(names: Iterable[str]) -> dict[NameForm, tuple[int, ...]]:
 
 
 def _takes_sign(prefix: str) -> bool:
-    """Whether a minus after `prefix` can be the sign of a number."""
+    """Return whether a minus after `prefix` can be the sign of a number."""
     return not prefix[-1:].isalnum()
 
 
 def _is_foreign(padding: str) -> bool:
-    """A notation of fileseq that numbers no whole frames: tiles, sub-frames."""
+    """Return True for notations of fileseq that number no whole frames: tiles, sub-frames."""
     return "UDIM" in padding or "." in padding
 
 

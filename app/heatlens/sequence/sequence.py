@@ -77,17 +77,17 @@ class Sequence:
         return str(self.folder / (self.form.text if is_notation else first))
 
     def path_at(self, frame: int) -> Path:
-        """Where the file of `frame` lies, or would."""
+        """Return the path of the file of `frame`, whether it exists or not."""
         return self.folder / self.form.name_at(frame)
 
     def frame_at(self, path: str | os.PathLike[str]) -> int | None:
-        """The frame whose file `path` is; None where it is none of these."""
+        """Return the frame whose file is `path`; None where it is none of these."""
         name = Path(path).name
         found = self.form.frames_in([name]) if self.form.padding else (_STILL_FRAME,)
         return next((f for f in found if f in self.frames and self.path_at(f).name == name), None)
 
     def has(self, frame: int) -> bool:
-        """True where `frame` is wanted and had a file."""
+        """Return True where `frame` is wanted and had a file."""
         at = bisect_left(self.present, frame)
         return self.present[at : at + 1] == (frame,)
 
@@ -107,7 +107,10 @@ class Sequence:
         return self.present[max(bisect_right(self.present, frame) - 1, 0)]
 
     def resolve(self, frame: int, policy: MissingPolicy = "hold") -> Path | None:
-        """The file to show for `frame`; None for black. Raises InputError as `shown_frame`."""
+        """Return the file to show for `frame`.
+
+        None for black. Raises InputError as `shown_frame`.
+        """
         shown = self.shown_frame(frame, policy)
         return None if shown is None else self.path_at(shown)
 
@@ -115,13 +118,16 @@ class Sequence:
 def find_sequence(
     text: str | os.PathLike[str], frames: str | None = None, *, whole: bool = True
 ) -> Sequence:
-    """The sequence that `text` means: a pattern, a folder that holds one, or one of its files.
+    """Return the sequence that `text` means.
+
+    A pattern, a folder that holds one, or one of its files.
 
     Patterns are shot.####.exr, shot.%04d.exr, shot.@@@@.exr, shot.$F4.exr, also with a range before
     the digits (shot.1001-1100x2####.exr); a lone # takes any padding. `frames`, such as
-    1001-1100x2, goes before a range in the pattern; with neither, all from the first file to the
-    last are wanted. `whole` False: a file stands for its frame alone. A file without a number is a
-    sequence of one frame. Raises InputError naming what was looked for and what there is instead.
+    1001-1100x2, wins over a range in the pattern; with neither, all from the first file to the last
+    are wanted. `whole` False: a file stands for its frame alone. A file without a number is a
+    sequence of one frame. Raises InputError that names what was looked for and what there is
+    instead.
     """
     path = Path(os.path.expanduser(text))
     if os.path.isdir(path):
@@ -138,7 +144,7 @@ def find_sequence(
 
 
 def rescanned(sequence: Sequence) -> Sequence:
-    """`sequence` as it is on disk now: one look into its folder.
+    """Return `sequence` as it is on disk now, after one look into its folder.
 
     Without a `frame_range` it grows with its files; it never shrinks, for keys may be set on frames
     that are being rendered again. Raises InputError when the folder cannot be read.
@@ -153,7 +159,7 @@ def rescanned(sequence: Sequence) -> Sequence:
 
 
 def stamp_of(path: Path) -> Stamp | None:
-    """What tells one state of a file from the next; None where there is no file."""
+    """Return a value that changes with the file; None where there is no file."""
     try:
         status = path.stat()
     except OSError:
@@ -162,7 +168,7 @@ def stamp_of(path: Path) -> Stamp | None:
 
 
 def _form_of_file(path: Path, names: list[str], whole: bool) -> tuple[NameForm, str | None]:
-    """The form of the file at `path` among its neighbours `names`, and its frame if not `whole`."""
+    """Return the form of the file at `path` among its neighbours, and its frame if not `whole`."""
     form, frame = form_of(path.name)
     if frame is None:
         return form, None
@@ -172,7 +178,7 @@ def _form_of_file(path: Path, names: list[str], whole: bool) -> tuple[NameForm, 
 
 
 def _sequence_of(folder: Path, names: list[str], form: NameForm, frames: str | None) -> Sequence:
-    """The frames of `form` among the `names` in `folder`: those in `frames`, or all."""
+    """Return the frames of `form` among the `names` in `folder`: those in `frames`, or all."""
     on_disk = _frames_among(form, names)
     if not on_disk:
         raise InputError(f"No file is called {folder / form.text}. {_near(form, names)}")
@@ -188,8 +194,10 @@ def _sequence_of(folder: Path, names: list[str], form: NameForm, frames: str | N
 
 
 def _form_of_folder(folder: Path, names: list[str]) -> NameForm:
-    """The one sequence in `folder`, EXR before others, with stills beside it or none; else
-    InputError."""
+    """Return the form of the one sequence in `folder`; stills may lie beside it.
+
+    EXR wins over other formats. Raises InputError for several sequences or none.
+    """
     suffixes = (".exr",) if any(name.lower().endswith(".exr") for name in names) else PICTURES_READ
     found = sequences_among(name for name in names if name.lower().endswith(suffixes))
     forms = [form for form, frames in found.items() if len(frames) > 1] or list(found)
@@ -203,7 +211,7 @@ def _form_of_folder(folder: Path, names: list[str]) -> NameForm:
 
 
 def _form_of_pattern(path: Path, names: list[str]) -> tuple[NameForm, str | None]:
-    """The form in the name of `path`, its padding settled, and the frames it names, if any."""
+    """Return the form in the name of `path`, with its padding, and the frames it names, if any."""
     parsed = parse_pattern(path.name)
     if parsed is None:
         raise InputError(
@@ -221,7 +229,7 @@ def _form_of_pattern(path: Path, names: list[str]) -> tuple[NameForm, str | None
 
 
 def _names_in(folder: Path) -> list[str]:
-    """The names of the files in `folder`."""
+    """Return the names of the files in `folder`."""
     try:
         with os.scandir(folder) as entries:
             return [entry.name for entry in entries if entry.is_file()]
@@ -230,14 +238,14 @@ def _names_in(folder: Path) -> list[str]:
 
 
 def _frames_among(form: NameForm, names: list[str]) -> tuple[int, ...]:
-    """The frames of `form` that `names` has, sorted."""
+    """Return the frames of `form` that `names` has, sorted."""
     if form.padding:
         return form.frames_in(names)
     return (_STILL_FRAME,) if form.prefix in names else ()
 
 
 def _span(folder: Path, first: int, last: int) -> tuple[int, ...]:
-    """Every frame from `first` to `last`."""
+    """Return every frame from `first` to `last`."""
     if last - first >= MAX_FRAMES:
         raise InputError(
             f"The frames in {folder} go from {first} to {last}, more than {MAX_FRAMES}: name those "
@@ -247,13 +255,13 @@ def _span(folder: Path, first: int, last: int) -> tuple[int, ...]:
 
 
 def _shared(frames: tuple[int, ...], wanted: tuple[int, ...]) -> tuple[int, ...]:
-    """Those of `frames`, in order, that are wanted."""
+    """Return those of `frames`, in order, that are wanted."""
     among = set(wanted)
     return tuple(frame for frame in frames if frame in among)
 
 
 def _near(form: NameForm, names: list[str]) -> str:
-    """What the folder has instead of `form`: the names most like it, else any EXR files."""
+    """Return what the folder has instead of `form`: the most similar names, else any EXR files."""
     found = sequences_among(names)
     by_text = {f"{f.prefix}{f.suffix}": f for f in found}
     near = get_close_matches(f"{form.prefix}{form.suffix}", by_text, _NEAR_NAMES)
@@ -264,6 +272,6 @@ def _near(form: NameForm, names: list[str]) -> str:
 
 
 def _listed(found: Mapping[NameForm, tuple[int, ...]]) -> str:
-    """Names of sequences with their frames, for a sentence."""
+    """Return names of sequences with their frames, for a sentence."""
     texts = (f"{f.text} ({frames_text(at)})" if at else f.text for f, at in found.items())
     return ", ".join(sorted(texts))

@@ -37,7 +37,7 @@ class Opened(Protocol):
 
     @property
     def kind(self) -> SourceKind:
-        """Which kind it is: the window shows other panels for each."""
+        """The kind of the source; the window shows other panels for each."""
 
     @property
     def source(self) -> Source: ...

@@ -21,7 +21,7 @@ _BUDGET_BYTES = 2 << 30  # plates kept in memory: some eighty frames of 1080p
 
 @dataclass(frozen=True)
 class Refused:
-    """What could not be opened, and why."""
+    """A source that could not be opened, and why."""
 
     text: str
     options: PlateOptions

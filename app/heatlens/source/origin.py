@@ -22,7 +22,7 @@ def stamped(paths: Iterable[Path]) -> tuple[StampedFile, ...]:
 
 @dataclass(frozen=True)
 class Origin:
-    """What one frame of a shot is made of.
+    """The files that one frame of a shot is made of.
 
     frame     number of the plate that is read for it; for a scene, the frame itself
     is_black  True where only the size of that plate is used, and its pixels are replaced by black

@@ -34,7 +34,7 @@ class SceneOnGpu:
         return (shot.framing or Framing()).size
 
     def check_method(self, method: Method) -> None:
-        """A scene can be rendered by every method."""
+        """Accept every method: a scene can be rendered by all of them."""
 
     def look(self, shot: Shot, frame: int, views: int | None) -> Steps[Pinhole]:
         """See `SourceOnGpu`; the same picture is the same object."""

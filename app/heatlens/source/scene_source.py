@@ -82,4 +82,4 @@ class _SceneLoader:
         self.renderer.look(self.shot, origin.frame)
 
     def close(self) -> None:
-        """Nothing is read ahead."""
+        """Do nothing, because nothing is read ahead."""

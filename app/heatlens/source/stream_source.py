@@ -39,7 +39,10 @@ class StreamSource:
     is_repeatable: ClassVar = False
 
     def __init__(self, host: str, port: int) -> None:
-        """Raises InputError where the address is in use, or is not one of this machine."""
+        """Listen at the address.
+
+        Raises InputError where it is in use, or not one of this machine.
+        """
         self.wake: Callable[[], None] = lambda: None  # called on threads when it is worth asking
         self.options = PlateOptions()  # how frames are read
         self.is_wanted = False  # what comes is to be shown

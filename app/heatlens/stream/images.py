@@ -32,7 +32,7 @@ class TevImage:
 
 
 class TevImages:
-    """What the messages so far have left; when there is too much, the oldest image goes."""
+    """The images that the messages so far have made; when there are too many, the oldest goes."""
 
     def __init__(self, max_images: int = MAX_IMAGES, max_values: int = MAX_VALUES) -> None:
         self._max_images, self._max_values = max_images, max_values
@@ -49,7 +49,7 @@ class TevImages:
         return sum(map(_value_count, self._images.values()))
 
     def get(self, name: str) -> TevImage | None:
-        """The image of that name, live: its planes change with the next message."""
+        """Return the image of that name, live: its planes change with the next message."""
         return self._images.get(name)
 
     def apply(self, message: Message) -> bool:
@@ -93,7 +93,7 @@ class TevImages:
 
 
 def not_sent(plane: FloatImage) -> NDArray[np.bool_]:
-    """True where no client has sent a value for `plane` yet."""
+    """Return True where no client has sent a value for `plane` yet."""
     mask: NDArray[np.bool_] = plane.view(np.uint32) == _NOT_SENT
     return mask
 

@@ -115,7 +115,7 @@ class PacketStream:
 
 
 def message_of(packet: bytes | bytearray) -> Message:
-    """What `packet`, without its length, says. Raises TevPacketError where it makes no sense."""
+    """Parse `packet`, without its length. Raises TevPacketError for an invalid one."""
     fields = _Fields(packet)
     operation = fields.byte()
     if operation in (_OPEN, _OPEN_2, _RELOAD):
@@ -167,7 +167,7 @@ class _Fields:
         return names
 
     def floats(self) -> FloatImage:
-        """All that is left of the packet, without a copy."""
+        """Return the rest of the packet as floats, without a copy."""
         count = (len(self._packet) - self._at) // 4
         if count == 0:
             return np.empty(0, np.float32)
@@ -191,8 +191,11 @@ def _create_image(fields: _Fields) -> CreateImage:
 
 
 def _update_image(fields: _Fields, operation: int) -> UpdateImage:
-    """The first version knows one channel, the second one plane after the other, the third any
-    offset and stride, both counted in values."""
+    """Parse an update of pixels in one of its three versions.
+
+    The first version knows one channel, the second one plane after the other, the third any offset
+    and stride, both counted in values.
+    """
     fields.byte()
     name = fields.text()
     channels = fields.channels(1 if operation == _UPDATE else fields.int32s(1)[0])
@@ -219,7 +222,7 @@ def _check_size(name: str, width: int, height: int) -> None:
 
 
 def _tile(values: FloatImage, offset: int, stride: int, width: int, height: int) -> FloatImage:
-    """Every `stride`-th of `values` from `offset` on, as (height, width), without a copy."""
+    """Return every `stride`-th of `values` from `offset` on, as (height, width), without a copy."""
     last = offset + (width * height - 1) * stride
     if offset < 0 or stride < 1 or last >= values.size:
         raise TevPacketError(

@@ -28,7 +28,7 @@ _NAME_LETTERS = 100  # of a plate's path: file systems take 255 bytes
 
 
 def chosen_channels(image: TevImage, options: PlateOptions) -> TevImage:
-    """A copy of `image` with nothing but the channels that a plate is made of.
+    """Copy `image` with nothing but the channels that a plate is made of.
 
     Raises InputError where its channels have no colour or no depth.
     """
@@ -41,7 +41,7 @@ def chosen_channels(image: TevImage, options: PlateOptions) -> TevImage:
 
 
 def plate_of_image(image: TevImage, options: PlateOptions, aovs: tuple[str, ...]) -> Plate:
-    """The plate of what `chosen_channels` gave; `aovs` are all channels of the image.
+    """Make the plate of what `chosen_channels` returned; `aovs` are all channels of the image.
 
     Changes the planes of `image`. Raises InputError where they make no plate, or none yet.
     """
@@ -73,7 +73,7 @@ def plate_of_image(image: TevImage, options: PlateOptions, aovs: tuple[str, ...]
 
 
 def plate_path(name: str) -> Path:
-    """The path a plate of the image `name` goes by; no file is there.
+    """Return the path that stands for the image `name`; no file is there.
 
     A client chooses the name, so nothing of it may lead out of a folder.
     """
@@ -82,7 +82,7 @@ def plate_path(name: str) -> Path:
 
 
 def _header(image: TevImage, channels: tuple[str, ...]) -> Header:
-    """What the header of an EXR file with these channels would say."""
+    """Return the header that an EXR file with these channels would have."""
     window = header_at_box(Box(0, 0, image.width, image.height))
     return {
         "channels": [SimpleNamespace(name=c, xSampling=1, ySampling=1) for c in channels],
@@ -92,7 +92,7 @@ def _header(image: TevImage, channels: tuple[str, ...]) -> Header:
 
 
 def _missing_in(path: Path, image: TevImage, depth_key: str) -> NDArray[np.bool_]:
-    """Where there is no depth yet; fills all that is missing with values that say nothing.
+    """Return where there is no depth yet, and fill all that is missing with neutral values.
 
     The depth repeats what has come, so that its convention is guessed from that alone.
     """
@@ -116,7 +116,7 @@ def _report_with(report: DepthReport, depth_m: FloatImage) -> DepthReport:
 
 
 def _missing_notes(path: Path, missing: NDArray[np.bool_]) -> tuple[str, ...]:
-    """Says so while the picture is not whole."""
+    """Return a note while the picture is not complete."""
     count = int(np.count_nonzero(missing))
     text = f"{path}: {count} of {missing.size} pixels of its depth have not come yet."
     return (text,) if count else ()

@@ -45,7 +45,7 @@ class _Client:
 
 
 def parse_address(text: str) -> tuple[str, int]:
-    """Host and port of "[HOST:]PORT"; an IPv6 host stands in brackets, no host is this machine.
+    """Parse "[HOST:]PORT"; an IPv6 host stands in brackets, no host means this machine.
 
     Port 0 takes a free one. Raises InputError for anything else.
     """
@@ -72,8 +72,11 @@ class TevServer:
         on_news: Callable[[], None] | None = None,
         images: TevImages | None = None,
     ) -> None:
-        """`on_news` is called on the server's thread after `version` went up or a packet was
-        dropped or refused. Raises InputError where the address cannot be had."""
+        """Listen at `host`:`port`.
+
+        `on_news` is called on the server's thread after `version` went up or a packet was dropped
+        or refused. Raises InputError where the address cannot be used.
+        """
         self._listener = _listening(host, port)
         self.address: tuple[str, int] = self._listener.getsockname()[:2]
         self.version = 0  # goes up when images changed
@@ -123,8 +126,11 @@ class TevServer:
     def snapshot(
         self, name: str | None = None, options: PlateOptions | None = None
     ) -> Plate | None:
-        """A plate of the image `name` as it is now; None where it makes none, and then `problem`
-        says why. Without a name of the image created last that has colour and depth channels."""
+        """Return a plate of the image `name` as it is now; None where it makes none.
+
+        `problem` then says why. Without a name it is the image created last that has colour and
+        depth.
+        """
         self._snapshot_problem = None
         options = options or PlateOptions()
         try:
@@ -144,8 +150,11 @@ class TevServer:
     def _copy_of(
         self, names: tuple[str, ...], options: PlateOptions
     ) -> tuple[TevImage, tuple[str, ...]]:
-        """What a plate needs of the first image that has the channels for one, and the names of
-        all its channels. Raises InputError, about the first image, where none has them."""
+        """Copy what a plate needs of the first image that has the channels for one.
+
+        Returns it with the names of all its channels. Raises InputError, about the first image,
+        where none has them.
+        """
         why_not = None
         for name in names:
             with self._lock:
@@ -181,7 +190,7 @@ class TevServer:
         return True
 
     def _accept(self) -> None:
-        """One client more; the one silent for the longest makes room."""
+        """Accept a client; the one silent for the longest time makes room."""
         try:
             connection, _ = self._listener.accept()
         except OSError as error:  # it left again, or no file handle is free
@@ -242,7 +251,7 @@ class TevServer:
         self._has_news = True
 
     def _pause_s(self) -> float | None:
-        """Until news that were held back are due; None without any."""
+        """Return the seconds until delayed news are due; None without any."""
         if not (self._changed or self._has_news):
             return None
         return max(0.0, self._told_s + 1 / NEWS_A_SECOND - time.monotonic())
@@ -263,7 +272,7 @@ class TevServer:
 
 
 def _listening(host: str, port: int) -> socket.socket:
-    """A socket that waits for clients at `host`:`port`."""
+    """Return a socket that waits for clients at `host`:`port`."""
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     try:
         listener = socket.create_server((host, port), family=family)
