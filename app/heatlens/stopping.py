@@ -23,7 +23,7 @@ class Stopped(KeyboardInterrupt):
     """A stop signal was answered in order; nothing is to be done any more."""
 
     def __init__(self, number: int) -> None:
-        """`number` is that of the signal."""
+        """Keep the `number` of the signal."""
         super().__init__()
         self.number = number
 

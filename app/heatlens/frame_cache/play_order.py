@@ -22,7 +22,7 @@ class PlayOrder:
 
     @staticmethod
     def at(frames: tuple[int, ...], frame: int, direction: Direction, window: int) -> "PlayOrder":
-        """Return the order for a playhead on `frame`, or the nearest earlier frame, or the first."""
+        """Return the order for a playhead on `frame`, the nearest earlier frame, or the first."""
         playhead = frames[max(bisect_right(frames, frame) - 1, 0)]
         return PlayOrder(frames, playhead, direction, window)
 
