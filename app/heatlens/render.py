@@ -66,6 +66,10 @@ class FrameRenderer:
         """Return True where the source can be seen from many points of the lens."""
         return self._source.has_many_views
 
+    def size(self, shot: Shot) -> tuple[int, int]:
+        """Return width and height of the source's pictures. Raises InputError without a source."""
+        return self._source.size(shot)
+
     @property
     def methods(self) -> tuple[Method, ...]:
         """Every method that the source allows, in the order of `Method`."""

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 from heatlens.camera.blender_write import blender_text
 from heatlens.camera.camera_file import write_camera
-from heatlens.camera.from_shot import camera_of_shot
 from heatlens.camera.samples import INFINITE_M
+from heatlens.source.shot_camera import camera_of_shot
 from support.cameras import FRAMES, SHOTS, TARGET, dolly, moving_camera
 
 

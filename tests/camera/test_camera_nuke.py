@@ -9,9 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from heatlens.camera.camera_file import write_camera
-from heatlens.camera.from_shot import camera_of_shot
 from heatlens.camera.nuke_write import nuke_text
 from heatlens.camera.samples import INFINITE_M
+from heatlens.source.shot_camera import camera_of_shot
 from support.cameras import EYE, FRAMES, SHOTS, TARGET, dolly, moving_camera, world_to_camera
 
 

@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from heatlens.camera.camera_file import read_camera, write_camera
-from heatlens.camera.from_shot import camera_of_shot
 from heatlens.errors import InputError
+from heatlens.source.shot_camera import camera_of_shot
 from support.cameras import SHOTS, moving_camera
 
 SUFFIXES = (".json", ".csv")

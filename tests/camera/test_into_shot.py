@@ -7,13 +7,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from heatlens.camera.from_shot import camera_of_shot
 from heatlens.camera.into_shot import linear_keys, with_camera
 from heatlens.errors import InputError, LensError
 from heatlens.model.curve import Curve, Key
 from heatlens.model.interpolation import Interpolation, Scale
 from heatlens.model.lens import Lens
 from heatlens.model.shot import LensParameter, Shot
+from heatlens.source.shot_camera import camera_of_shot
 from support.cameras import FRAMES, SHOTS, moving_camera
 
 OTHER = Shot(Lens(24.0, 8.0, 3.0, 23.5, close_focus_m=0.45, t_stop=9.0))

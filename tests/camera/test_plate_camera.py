@@ -7,7 +7,6 @@ import pytest
 
 from heatlens.camera.camera_file import read_camera
 from heatlens.camera.float32 import shortest
-from heatlens.camera.from_shot import camera_of_shot
 from heatlens.camera.plate_camera import read_plate_camera
 from heatlens.errors import InputError
 from heatlens.model.frames import FrameRange
@@ -16,6 +15,7 @@ from heatlens.model.plate_options import PlateOptions
 from heatlens.model.shot import Shot
 from heatlens.plate.camera_header import lens_attributes
 from heatlens.plate.header_read import read_headers
+from heatlens.source.shot_camera import camera_of_shot
 from support.cameras import EYE, FRAMES, TARGET, dolly, exr_attribute, world_to_camera
 from support.exr_files import rgb, window, write_file, write_parts
 

@@ -9,7 +9,6 @@ import pytest
 import yaml
 from PIL import Image
 
-from heatlens.camera.from_shot import camera_of_shot
 from heatlens.camera.placement import from_exr
 from heatlens.color.view_transform import srgb_transform
 from heatlens.commands.main import main
@@ -27,6 +26,7 @@ from heatlens.plate.read import read_plate
 from heatlens.scene.demo.demo import demo_scene, demo_shot
 from heatlens.scene.scene_bounds import track_of
 from heatlens.scene.scene_source import open_scene
+from heatlens.source.shot_camera import camera_of_shot
 from support.exports import exported, exr, files_in, refused
 from support.gltf_files import square_scene
 

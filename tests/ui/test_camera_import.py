@@ -5,9 +5,9 @@ from dataclasses import replace
 import pytest
 
 from heatlens.camera.camera_file import write_camera
-from heatlens.camera.from_shot import camera_of_shot
 from heatlens.model.frames import FrameRange
 from heatlens.model.shot import LensParameter, Shot
+from heatlens.source.shot_camera import camera_of_shot
 
 
 def pulled(gui) -> Shot:

@@ -1,18 +1,16 @@
-"""A shot's lens as a camera, for programs that render it for real."""
+"""The lens of a shot before plates as a camera, for programs that render it for real."""
 
 from dataclasses import replace
 
 from heatlens.camera.placement import Matrix
 from heatlens.camera.plate_camera import picture_aspect, placement_of
 from heatlens.camera.samples import CameraSamples, UpAxis
-from heatlens.camera.scene_camera import camera_in_scene
 from heatlens.camera.shot_lens import lens_camera
 from heatlens.errors import InputError
 from heatlens.model.filmback import FILMBACKS
 from heatlens.model.frames import FrameRange
 from heatlens.model.shot import Shot
 from heatlens.plate.header_read import read_headers
-from heatlens.scene.scene_source import is_scene_source, open_scene
 from heatlens.sequence.sequence import Sequence, find_sequence
 
 _ASSUMED_ASPECT = 16 / 9
@@ -20,7 +18,7 @@ _ASSUMED_ASPECT = 16 / 9
 _Placement = tuple[tuple[Matrix, ...] | None, tuple[str, ...]]
 
 
-def camera_of_shot(
+def camera_before_plates(
     shot: Shot,
     name: str,
     frames: FrameRange | None = None,
@@ -28,16 +26,13 @@ def camera_of_shot(
     scene_unit_m: float | None = None,
     up_axis: UpAxis = "y",
 ) -> CameraSamples:
-    """The lens of `shot` over `frames`, else over those that are played.
+    """Return the lens of `shot` over `frames`, else over those that are played.
 
-    Of a 3D scene size and placement are known, in metres and y up, whatever `scene_unit_m` and
-    `up_axis` say. Of a plate, the height of the sensor is that of its picture, the placement that
-    of its headers, where the plate is there; the notes say which, or what was assumed.
-    `scene_unit_m` None: as the shot reads the plate. Raises InputError where no frames are known or
-    the scene cannot be read, LensError where keys ask for what no lens can be.
+    The height of the sensor is that of the plate's picture, the placement that of its headers,
+    where the plate is there; the notes say which, or what was assumed. `scene_unit_m` None takes
+    the unit that the shot reads the plate with. Raises InputError where no frames are known,
+    LensError where keys make no lens.
     """
-    if shot.source is not None and is_scene_source(shot.source):
-        return camera_in_scene(shot, open_scene(shot.source), name, frames, sensor_height_mm)
     sequence, notes = _plate(shot)
     frames = frames or shot.played or _frames_of(sequence)
     if frames is None:

@@ -5,7 +5,6 @@ import os
 from pathlib import Path
 
 from heatlens.camera.camera_file import WRITTEN, read_camera, write_camera
-from heatlens.camera.from_shot import camera_of_shot
 from heatlens.camera.samples import CameraSamples
 from heatlens.camera.usd_read import USD_SUFFIXES, split_prim
 from heatlens.commands.given_options import refuse_given
@@ -17,7 +16,8 @@ from heatlens.errors import InputError
 from heatlens.model.frames import parse_frame_range
 from heatlens.model.units import parse_scene_unit_m
 from heatlens.scene.first_shot import FirstShot, first_shot
-from heatlens.scene.scene_source import is_scene_source
+from heatlens.source.kind import SourceKind, kind_of
+from heatlens.source.shot_camera import camera_of_shot
 
 _DESCRIPTION = """\
 Writes the lens of a shot at each frame: focal length, f-stop, focus and sensor, and where the
@@ -108,7 +108,7 @@ def _camera_of(args: argparse.Namespace) -> CameraSamples:
     else:
         _refuse_shot_options(args)
         return read_camera(args.source, unit_m or 1.0, args.up_axis or "y")
-    if shot.source is not None and is_scene_source(shot.source):
+    if shot.source is not None and kind_of(shot.source) is SourceKind.SCENE:
         why = f"{shot.source} is a 3D scene, in metres and y up"
         refuse_given(args, ("scene_unit", "up_axis"), why)
     return camera_of_shot(
@@ -124,7 +124,7 @@ def _camera_of(args: argparse.Namespace) -> CameraSamples:
 def _is_scene(source: str) -> bool:
     """USD, which may be a camera and nothing else, is read as cameras are."""
     path, _ = split_prim(source)
-    return is_scene_source(source) and path.suffix.lower() not in USD_SUFFIXES
+    return kind_of(source) is SourceKind.SCENE and path.suffix.lower() not in USD_SUFFIXES
 
 
 def _said_of(first: FirstShot) -> tuple[str, ...]:

@@ -3,7 +3,6 @@
 import argparse
 import os
 from dataclasses import replace
-from pathlib import Path
 
 from heatlens.color.view_transform import ViewTransform, srgb_transform
 from heatlens.commands.blur_options import add_blur_options, settings_of
@@ -33,8 +32,9 @@ from heatlens.model.shot import Shot
 from heatlens.plate.channels import Header
 from heatlens.plate.exr_write import COMPRESSIONS
 from heatlens.plate.read import read_plate
-from heatlens.scene.scene_source import is_scene_source, open_scene
 from heatlens.sequence.sequence import find_sequence
+from heatlens.source.kind import SourceKind, kind_of
+from heatlens.source.named import source_of
 
 
 def add_export_options(parser: argparse.ArgumentParser) -> None:
@@ -141,11 +141,9 @@ def job_of(args: argparse.Namespace) -> ExportJob:
 
 def _kept_names(args: argparse.Namespace, shot: Shot) -> tuple[str, ...]:
     """Looked for in the first plate that is there; the others are taken to have the same."""
-    if not args.keep_channels or shot.source is None or is_scene_source(shot.source):
-        return kept_names(args, shot.source or "", Path(), shot.plate_options, 1.0)
-    sequence = find_sequence(shot.source)
-    first = sequence.path_at(sequence.present[0])
-    return kept_names(args, shot.source, first, shot.plate_options, shot.defocus.proxy)
+    if not args.keep_channels:
+        return ()
+    return kept_names(args, source_of(shot), shot.plate_options, shot.defocus.proxy)
 
 
 def _check_kind(args: argparse.Namespace, output: Output) -> None:
@@ -165,7 +163,7 @@ def _check_kind(args: argparse.Namespace, output: Output) -> None:
 def _shot_of_options(args: argparse.Namespace) -> Shot:
     if args.plate is not None:
         raise InputError("--plate goes with a shot file; plates themselves are given once.")
-    return _scene_shot(args) if is_scene_source(args.shot) else _still_shot(args)
+    return _scene_shot(args) if kind_of(args.shot) is SourceKind.SCENE else _still_shot(args)
 
 
 def _shot_in_file(args: argparse.Namespace) -> Shot:
@@ -213,15 +211,15 @@ def _refuse_unused(args: argparse.Namespace, read: Shot | None) -> None:
     """Before a word is said of the lens; `read` is the shot file, if it is one."""
     source = args.plate or (args.shot if read is None else read.source)
     method = settings_of(args, read.defocus if read else DefocusSettings()).method
-    refuse_unused(args, source or "", None if source is None else is_scene_source(source), method)
+    refuse_unused(args, source or "", None if source is None else kind_of(source), method)
 
 
 def _frames(args: argparse.Namespace, shot: Shot) -> tuple[int, ...]:
-    """Those asked for; of a scene all must lie in the shot, or in its animation."""
+    """Return the frames asked for, all of which must lie where the source has frames."""
     frames = frames_of(shot, args.frames)
-    if args.frames is not None and is_scene_source(shot.source or ""):
-        span = shot.frames or open_scene(str(shot.source)).frames
-        check_frames(str(shot.source), span, frames)
+    if args.frames is not None:
+        source = source_of(shot)
+        check_frames(source.text, source.span(shot), frames)
     return frames
 
 
@@ -233,10 +231,6 @@ def _transform(args: argparse.Namespace, shot: Shot) -> ViewTransform:
 
 
 def _color_header(shot: Shot) -> Header:
-    """Of the first frame that is there, whichever are exported; of a scene none."""
-    if shot.source is None or is_scene_source(shot.source):
-        return {}
-    sequence = find_sequence(shot.source)
-    first = sequence.path_at(sequence.present[0])
+    """Return the header of the first plate that is there, whichever frames are exported."""
     options = shot.plate_options
-    return color_header(first, options.color_layer, options.eye)
+    return color_header(source_of(shot).first_file, options.color_layer, options.eye)

@@ -6,6 +6,7 @@ from typing import Any
 
 from heatlens.errors import InputError
 from heatlens.model.settings import Method
+from heatlens.source.kind import SourceKind
 
 Given = dict[str, Any]
 AddOptions = Callable[[argparse.ArgumentParser], object]
@@ -17,6 +18,11 @@ _OF_PLATES = (
     *("near", "far", "eye", "strict", "depth", "picture_curve"),
 )
 _OF_SCENES = ("size", "scene_camera", "frame", "pinhole")
+_OF_OTHERS = {  # by kind of source: the options that are for other kinds
+    SourceKind.PLATES: (_OF_SCENES, "is a plate, and that is for 3D scenes"),
+    SourceKind.SCENE: (_OF_PLATES, "is a 3D scene, and that is for plates"),
+    SourceKind.STREAM: (_OF_SCENES, "is a running renderer, and that is for 3D scenes"),
+}
 
 
 def given(args: argparse.Namespace, *groups: AddOptions) -> Given:
@@ -32,13 +38,13 @@ def given(args: argparse.Namespace, *groups: AddOptions) -> Given:
 def refuse_unused(
     args: argparse.Namespace,
     source: str = "",
-    is_scene: bool | None = None,
+    kind: SourceKind | None = None,
     method: Method | None = None,
 ) -> None:
     """InputError naming the options that were given and would change nothing.
 
-    `is_scene` None: it does not matter whether `source` is one. `method` None: any may be asked
-    for, later or one after the other.
+    `kind` is that of `source`; None where it does not matter. `method` None: any may be asked for,
+    later or one after the other.
     """
     if getattr(args, "pinhole", False):
         refuse_given(args, _OF_BLUR, "A picture without a lens has no blur")
@@ -48,10 +54,9 @@ def refuse_unused(
         )
     if method is not None and not method.needs_scene:
         refuse_given(args, ("views",), f"The method {method} looks from one point alone")
-    if is_scene is True:
-        refuse_given(args, _OF_PLATES, f"{source} is a 3D scene, and that is for plates")
-    if is_scene is False:
-        refuse_given(args, _OF_SCENES, f"{source} is a plate, and that is for 3D scenes")
+    if kind is not None:
+        names, why = _OF_OTHERS[kind]
+        refuse_given(args, names, f"{source} {why}")
 
 
 def refuse_given(args: argparse.Namespace, names: Iterable[str], why: str) -> None:

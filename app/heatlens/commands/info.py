@@ -16,8 +16,8 @@ from heatlens.plate.inspection import inspect
 from heatlens.printable import printable
 from heatlens.scene.first_shot import first_shot
 from heatlens.scene.scene_facts import scene_facts
-from heatlens.scene.scene_source import is_scene_source
 from heatlens.sequence.sequence import Sequence
+from heatlens.source.kind import SourceKind, kind_of
 
 _DESCRIPTION = """\
 Says what a render holds and how heatlens would read it: size and windows (pixels), channels, the
@@ -78,7 +78,7 @@ def run(args: argparse.Namespace) -> int:
 def _facts_of(args: argparse.Namespace, item: str | Sequence) -> tuple[dict[str, Any], list[Line]]:
     if isinstance(item, Sequence):
         return sequence_info(item, plate_options(args))
-    if is_scene_source(item):
+    if kind_of(item) is SourceKind.SCENE:
         return _of_scene(args, item)
     with file_of_input(Path(item)) as path:
         facts = inspect(path, plate_options(args))
@@ -86,7 +86,7 @@ def _facts_of(args: argparse.Namespace, item: str | Sequence) -> tuple[dict[str,
 
 
 def _of_scene(args: argparse.Namespace, text: str) -> tuple[dict[str, Any], list[Line]]:
-    refuse_unused(args, text, is_scene=True)
+    refuse_unused(args, text, SourceKind.SCENE)
     lens = ("focal_length", "sensor_width")
     refuse_given(args, lens, f"{text} is a 3D scene, and that is for depth along rays")
     facts = scene_facts(first_shot(text))

@@ -1,12 +1,11 @@
 """The option `--keep-channels`: what of a plate an EXR keeps beside the picture."""
 
 import argparse
-from pathlib import Path
 
 from heatlens.errors import InputError
 from heatlens.model.plate_options import PlateOptions
 from heatlens.plate.kept_channels import check_kept
-from heatlens.scene.scene_source import is_scene_source
+from heatlens.source.source import Source
 
 
 def add_keep_option(parser: "argparse.ArgumentParser | argparse._ArgumentGroup") -> None:
@@ -20,18 +19,18 @@ def add_keep_option(parser: "argparse.ArgumentParser | argparse._ArgumentGroup")
 
 
 def kept_names(
-    args: argparse.Namespace, source: str, first: Path, options: PlateOptions, proxy: float
+    args: argparse.Namespace, source: Source, options: PlateOptions, proxy: float
 ) -> tuple[str, ...]:
-    """Return the names that were given; `first` is the first file of `source`.
+    """Return the names that were given, looked for in the first plate that is there.
 
     Raises InputError for a scene, for a smaller picture and for names that the file does not have.
     """
     if not args.keep_channels:
         return ()
-    if is_scene_source(source):
-        raise InputError(f"{source} is a 3D scene: it has no channels to keep.")
+    if source.first_file is None:
+        raise InputError(f"{source.text} is a 3D scene: it has no channels to keep.")
     if proxy != 1.0:
         raise InputError("--keep-channels keeps every pixel as it is: leave --proxy out.")
     wanted = tuple(name.strip() for name in args.keep_channels.split(",") if name.strip())
-    check_kept(first, options, wanted)
+    check_kept(source.first_file, options, wanted)
     return wanted

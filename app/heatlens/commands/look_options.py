@@ -45,8 +45,13 @@ def add_look_options(parser: argparse.ArgumentParser) -> "argparse._ArgumentGrou
     return group
 
 
-def color_header(path: Path, color_layer: str | None, eye: str | None = None) -> Header:
-    """Of a plate; empty where it cannot be read, which is said when the plate is asked for."""
+def color_header(path: Path | None, color_layer: str | None, eye: str | None = None) -> Header:
+    """Return the header of a plate's colours; it is empty where there is no plate.
+
+    Also where the plate cannot be read, which is told when the plate itself is needed.
+    """
+    if path is None:
+        return {}
     try:
         return read_color_header(path, color_layer, eye)
     except InputError:

@@ -8,8 +8,7 @@ from heatlens.model.plausibility import doubts
 from heatlens.model.shot import Shot
 from heatlens.plate.plate import Plate, depth_span
 from heatlens.plate.read import read_plate
-from heatlens.scene.scene_source import is_scene_source
-from heatlens.sequence.sequence import find_sequence
+from heatlens.source.named import source_of
 
 
 def say_plate(plate: Plate, lens: Lens, said_of_lens: str, options: PlateOptions) -> None:
@@ -30,12 +29,12 @@ def say_reading(plate: Plate, said_of_lens: str) -> None:
 
 def say_doubts_of_shot(shot: Shot) -> None:
     """What cannot well be of a shot's lens at any of its keys, in front of its first plate."""
-    if shot.source is None or is_scene_source(shot.source):
-        return
     try:
-        sequence = find_sequence(shot.source)
-        plate = read_plate(sequence.path_at(sequence.present[0]), shot.plate_options)
+        first = None if shot.source is None else source_of(shot).first_file
+        plate = None if first is None else read_plate(first, shot.plate_options)
     except InputError:  # told when the frame's turn comes; perhaps the plates come later
+        return
+    if plate is None:
         return
     lenses = [shot.lens_at(frame) for frame in shot.key_frames] or [shot.lens]
     span = depth_span(plate, shot.plate_options.scene_unit_m)

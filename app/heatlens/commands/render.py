@@ -10,7 +10,6 @@ from heatlens.commands.blur_options import add_blur_options, settings_of
 from heatlens.commands.frame_command import add_frame_command
 from heatlens.commands.given_options import given, refuse_unused
 from heatlens.commands.kept_option import add_keep_option, kept_names
-from heatlens.commands.lens_options import lens_of
 from heatlens.commands.look_options import (
     add_look_options,
     color_header,
@@ -21,26 +20,24 @@ from heatlens.commands.one_frame import check_one_frame
 from heatlens.commands.picture_progress import picture_progress
 from heatlens.commands.pipes import DASH, file_for_output, file_of_input
 from heatlens.commands.plate_options import plate_options
-from heatlens.commands.plate_words import say_plate
 from heatlens.commands.say import say, tell
-from heatlens.commands.scene_options import load_scene
+from heatlens.commands.source_loading import load_source
 from heatlens.defocus.solver_choice import settled_solver
 from heatlens.errors import InputError
 from heatlens.export.job import Look
 from heatlens.files.output_check import check_space
 from heatlens.gpu.context import headless_context
 from heatlens.gpu.textures import FloatArray, download
-from heatlens.model.framing import Framing
 from heatlens.model.settings import DefocusSettings
 from heatlens.model.shot import Shot
 from heatlens.plate.display import srgb_encoded
 from heatlens.plate.exr_write import COMPRESSIONS
 from heatlens.plate.kept_channels import kept_channels
 from heatlens.plate.picture_write import Encode, check_output, write_picture
-from heatlens.plate.read import read_plate
 from heatlens.render import FrameRenderer, drained
 from heatlens.scene.scene_read import files_of_scene
-from heatlens.scene.scene_source import is_scene_source
+from heatlens.source.kind import kind_of
+from heatlens.source.named import single_source
 
 _PACKED = 0.1  # what is left of a picture that packs well
 _DESCRIPTION = """\
@@ -113,13 +110,13 @@ def _render(args: argparse.Namespace) -> None:
     check_output(args.output, *files_of_scene(args.plate), *depth_file)
     _check_look(args)
     settings = settings_of(args)
-    refuse_unused(args, str(args.plate), is_scene_source(str(args.plate)), settings.method)
+    refuse_unused(args, str(args.plate), kind_of(str(args.plate)), settings.method)
     wanted = _kept_names(args, settings)
     encode = _encode(args)
     ctx = headless_context()
     renderer = FrameRenderer(ctx, settled_solver(ctx))
     renderer.stopwatch.on = args.stats
-    shot, frame = _loaded(args, renderer, settings)
+    shot, frame = load_source(args, renderer, settings)
     _check_room(args, shot, renderer)
     read_done = time.perf_counter()
     with picture_progress(renderer, shot) as tell:
@@ -145,33 +142,9 @@ def _render(args: argparse.Namespace) -> None:
         _say_stats(renderer, (start, read_done, render_done, time.perf_counter()))
 
 
-def _loaded(
-    args: argparse.Namespace, renderer: FrameRenderer, settings: DefocusSettings
-) -> tuple[Shot, int]:
-    """Plate or scene on the GPU; what is in front of the lens, and the frame."""
-    if is_scene_source(str(args.plate)):
-        shot, frame, said = load_scene(args, renderer, settings)
-        scene = renderer.scene
-        assert scene is not None
-        say(*scene.notes, said)
-        return shot, frame
-    if settings.method.needs_scene:
-        raise InputError(
-            f"{args.plate} is a plate, seen from one point: --method {settings.method} looks at a "
-            "3D scene from many."
-        )
-    options = plate_options(args)
-    plate = read_plate(args.plate, options)
-    lens, said = lens_of(args, plate)
-    say_plate(plate, lens, said, options)
-    renderer.load(plate)
-    return Shot(lens, settings), 0
-
-
 def _check_room(args: argparse.Namespace, shot: Shot, renderer: FrameRenderer) -> None:
     """InputError where the disk has less room than the picture takes when it packs well."""
-    scene = renderer.scene
-    width, height = (shot.framing or Framing()).size if scene else renderer.loaded.color.size
+    width, height = renderer.size(shot)
     values = 4 * width * height * shot.defocus.proxy**2
     need = values * (4 if args.float else 2) * _PACKED if _is_exr(args) else 0.0
     check_space(args.output.absolute().parent, need, "the picture")
@@ -208,15 +181,18 @@ def _kept_names(args: argparse.Namespace, settings: DefocusSettings) -> tuple[st
     wrong = [option for option, value in for_exr.items() if value]
     if wrong and not _is_exr(args):
         raise InputError(f"{', '.join(wrong)}: that is for EXR, and {args.output} is none.")
-    return kept_names(args, str(args.plate), args.plate, plate_options(args), settings.proxy)
+    if not args.keep_channels:
+        return ()
+    options = plate_options(args)
+    return kept_names(args, single_source(args.plate, options), options, settings.proxy)
 
 
 def _encode(args: argparse.Namespace) -> Encode:
     """As the window shows it unless told; EXR keeps the light and what its header says."""
     if _is_exr(args):
         return srgb_encoded
-    is_scene = is_scene_source(str(args.plate))
-    header = {} if is_scene else color_header(args.plate, args.color_layer, args.eye)
+    first = single_source(args.plate, plate_options(args)).first_file
+    header = color_header(first, args.color_layer, args.eye)
     look = Look(transform_of(args, header), args.exposure, args.gamma)
 
     def encode(light: FloatArray) -> FloatArray:

@@ -56,11 +56,12 @@ def shot_of_scene(args: argparse.Namespace, text: str) -> FirstShot:
 
 def load_scene(
     args: argparse.Namespace, renderer: FrameRenderer, defocus: DefocusSettings
-) -> tuple[Shot, int, str]:
-    """Have the renderer look at the scene that `args.plate` names.
+) -> tuple[Shot, int, tuple[str, ...]]:
+    """Take the scene that `args.plate` names to the GPU.
 
-    The shot, the frame, and a sentence on each value of its lens. Raises InputError where the scene
-    cannot be read or has no such frame, or no lens can be made of the options.
+    Return the shot, the frame, and sentences on the scene and on each value of the lens. Raises
+    InputError where the scene cannot be read or has no such frame, or no lens can be made of the
+    options.
     """
     text = str(args.plate)
     first = _first_shot(args, text)
@@ -72,7 +73,8 @@ def load_scene(
         focus_m = depth_at_m(plate, *pixel_of(args.focus_at))
         first = _first_shot(args, text, {_FOCUS: focus_m})
     _checked(args, text, first)
-    return replace(first.shot, defocus=defocus), frame, said_of_lens(args, first, frame)
+    said = (*first.scene.notes, said_of_lens(args, first, frame))
+    return replace(first.shot, defocus=defocus), frame, said
 
 
 def with_framing(args: argparse.Namespace, shot: Shot) -> Shot:

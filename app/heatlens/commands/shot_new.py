@@ -33,9 +33,9 @@ from heatlens.model.pull import frames_too_close
 from heatlens.model.shot import FOCUS_SCALES, LensParameter, Shot
 from heatlens.model.units import format_distance, parse_distance_m
 from heatlens.plate.read import read_plate
-from heatlens.scene.scene_source import is_scene_source
 from heatlens.sequence.names import frames_text
 from heatlens.sequence.sequence import Sequence, find_sequence
+from heatlens.source.kind import SourceKind, kind_of
 
 _DESCRIPTION = """\
 Writes a shot file: the plate or 3D scene, the lens with its keys, focus marks, frames and blur. The
@@ -142,9 +142,9 @@ def _shot_of(args: argparse.Namespace) -> Shot:
     kept = decided_otherwise(args, keys)
     given = args if camera is None else with_camera_values(args, camera, kept)
     given = _with_first_keys(given, keys)
-    is_scene = is_scene_source(args.plate)
-    refuse_unused(args, args.plate, is_scene, settings_of(args).method)
-    begun = _begun_in_scene if is_scene else _begun_with_plates
+    kind = kind_of(args.plate)
+    refuse_unused(args, args.plate, kind, settings_of(args).method)
+    begun = _begun_in_scene if kind is SourceKind.SCENE else _begun_with_plates
     shot = _with_options(args, begun(given, camera))
     if camera is not None:
         shot = with_camera(shot, camera, kept)

@@ -7,14 +7,11 @@ from pathlib import Path
 from heatlens.commands.blur_options import settings_of
 from heatlens.commands.frame_command import add_frame_command
 from heatlens.commands.given_options import refuse_unused
-from heatlens.commands.lens_options import lens_of
 from heatlens.commands.one_frame import check_one_frame
 from heatlens.commands.picture_progress import view_progress
 from heatlens.commands.pipes import file_of_input
-from heatlens.commands.plate_options import plate_options
-from heatlens.commands.plate_words import say_doubts
 from heatlens.commands.say import say, tell
-from heatlens.commands.scene_options import load_scene
+from heatlens.commands.source_loading import load_source
 from heatlens.commands.value_types import positive, whole
 from heatlens.defocus.solver_choice import settled_solver
 from heatlens.errors import InputError
@@ -32,11 +29,9 @@ from heatlens.measure.study.subject import Subject
 from heatlens.measure.study.write import PAGE, write_report
 from heatlens.model.lens import Lens
 from heatlens.model.settings import LAYERS_MAX, VIEWS_MAX, Bokeh, Method, Quality
-from heatlens.model.shot import Shot
 from heatlens.model.units import format_distance
-from heatlens.plate.read import read_plate
 from heatlens.render import FrameRenderer
-from heatlens.scene.scene_source import is_scene_source
+from heatlens.source.kind import SourceKind, kind_of
 
 _TRUTH_VIEWS = 1024
 _FINER = 4  # what is judged must not be as fine as what it is held against
@@ -149,30 +144,21 @@ def _study(args: argparse.Namespace) -> None:
 def _subject(args: argparse.Namespace) -> Subject:
     """Plate or scene on the GPU, and the lens that the options describe."""
     settings = settings_of(args)
-    is_scene = is_scene_source(str(args.plate))
-    refuse_unused(args, str(args.plate), is_scene)
-    _check_truth(args, is_scene, settings.views)
-    plate = None if is_scene else read_plate(args.plate, plate_options(args))
+    kind = kind_of(str(args.plate))
+    refuse_unused(args, str(args.plate), kind)
+    _check_truth(args, kind, settings.views)
     ctx = headless_context()
     renderer = FrameRenderer(ctx, settled_solver(ctx))
-    if plate is None:
-        shot, frame, said = load_scene(args, renderer, settings)
-        notes = renderer.scene.notes if renderer.scene else ()
-    else:
-        lens, said = lens_of(args, plate)
-        say_doubts(plate, lens, plate_options(args))
-        shot, frame, notes = Shot(lens, settings), 0, plate.notes
-        renderer.load(plate)
-    say(*notes, said)
+    shot, frame = load_source(args, renderer, settings)
     return Subject(args.plate.name, renderer, shot, frame)
 
 
-def _check_truth(args: argparse.Namespace, is_scene: bool, judged: int) -> None:
+def _check_truth(args: argparse.Namespace, kind: SourceKind, judged: int) -> None:
     """A truth of as few views as the methods have would be as wrong as they are."""
     views, least = args.truth_views, _FINER * judged
     if views is None:
         return
-    if args.truth is not None or not is_scene:
+    if args.truth is not None or kind is not SourceKind.SCENE:
         truth = "--truth is it" if args.truth is not None else f"{args.plate} is a plate"
         raise InputError(f"--views is for the truth of a 3D scene, and {truth}: leave it out.")
     if not least <= views <= VIEWS_MAX:
@@ -197,7 +183,7 @@ def _chosen(args: argparse.Namespace, subject: Subject) -> tuple[Method, ...]:
 def _reference(args: argparse.Namespace, subject: Subject, truth: Picture | None) -> Reference:
     if truth is not None:
         return references.from_file(subject, truth)
-    if subject.renderer.scene is None:
+    if not subject.renderer.has_many_views:
         return references.from_diffusion(subject)
     views = args.truth_views or _TRUTH_VIEWS
     say(f"the truth, from {views} points of the lens")
@@ -230,7 +216,7 @@ def _facts(subject: Subject, reference: Reference) -> tuple[tuple[str, str], ...
     lens = "the plate brings its circle of confusion"
     if subject.plate.coc_px is None:
         lens = _lens_words(subject.shot.lens_at(subject.frame))
-    frame = [("Frame", f"{subject.frame}")] if subject.renderer.scene else []
+    frame = [("Frame", f"{subject.frame}")] if subject.renderer.has_many_views else []
     return (
         ("Lens", lens),
         ("Size", f"{region.width} × {region.height} pixels"),

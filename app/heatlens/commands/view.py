@@ -1,7 +1,6 @@
 """`heatlens view`: the window. `heatlens plate.exr` means the same."""
 
 import argparse
-import os
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,9 +12,9 @@ from heatlens.commands.plate_options import add_plate_options, plate_options
 from heatlens.commands.shot_camera import add_camera_option, checked_camera_of
 from heatlens.documents.shot_file import is_shot_file, read_shot
 from heatlens.errors import InputError, NoWindowError
-from heatlens.paths import unreadable
-from heatlens.scene.scene_source import DEMO, is_demo, is_scene_source
-from heatlens.sequence.sequence import find_sequence
+from heatlens.scene.scene_source import DEMO
+from heatlens.source.kind import kind_of
+from heatlens.source.named import source_named
 from heatlens.stream.server import DEFAULT_PORT, parse_address
 
 _DESCRIPTION = """\
@@ -101,12 +100,9 @@ def _open(args: argparse.Namespace) -> int:
     plate = DEMO if args.demo else args.plate or ""  # nothing named: it is chosen in the window
     if is_shot_file(plate):
         read_shot(plate)  # a slip of the keyboard is answered here, without a window
-    elif is_scene_source(plate):
-        if not is_demo(plate) and not os.path.isfile(plate):
-            raise unreadable(Path(plate))
-        refuse_unused(args, plate, is_scene=True)
     elif plate:
-        find_sequence(plate)
+        source_named(plate).require()
+        refuse_unused(args, plate, kind_of(plate))
     lens = given_lens(args)
     camera = checked_camera_of(args, lens)
     run_window(

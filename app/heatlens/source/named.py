@@ -1,16 +1,19 @@
 """From the name in a shot file or on a command line to the source that it means."""
 
+from pathlib import Path
 from typing import assert_never
 
 from heatlens.errors import InputError
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.shot import Shot
-from heatlens.sequence.sequence import find_sequence
+from heatlens.sequence.names import NameForm
+from heatlens.sequence.sequence import Sequence, find_sequence
 from heatlens.source.kind import NO_FILES, SourceKind, kind_of
 from heatlens.source.plate_source import PlateSource
 from heatlens.source.scene_source import SceneSource
 from heatlens.source.source import Source
 
+_STILL_FRAME = 1  # the number of a picture that has none in its name
 # A shot keeps how its plates are read; who asks for a source alone lets the files tell.
 _AS_FOUND = PlateOptions()
 
@@ -30,6 +33,17 @@ def source_named(text: str, options: PlateOptions = _AS_FOUND) -> Source:
             raise InputError(f"{text}: {NO_FILES}")
         case kind:
             assert_never(kind)
+
+
+def single_source(path: Path, options: PlateOptions) -> Source:
+    """Return the source that one file is, also where it is a frame of a sequence.
+
+    Nothing is looked up: whether the file is there is told when it is read.
+    """
+    if kind_of(str(path)) is SourceKind.SCENE:
+        return SceneSource(str(path))
+    alone = Sequence(path.parent, NameForm(path.name, 0, ""), (_STILL_FRAME,), (_STILL_FRAME,))
+    return PlateSource(str(path), alone, options)
 
 
 def source_of(shot: Shot) -> Source:

@@ -3,6 +3,7 @@
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
 
@@ -32,8 +33,8 @@ class PlateSource:
     sequence: Sequence
     options: PlateOptions
 
-    has_many_views = False
-    is_repeatable = True
+    has_many_views: ClassVar = False
+    is_repeatable: ClassVar = True
 
     @property
     def files(self) -> Path:
@@ -50,6 +51,18 @@ class PlateSource:
         """See `Source`."""
         sequence = self.sequence
         return None if sequence.is_single else FrameRange(sequence.first, sequence.last)
+
+    @property
+    def first_file(self) -> Path:
+        """See `Source`."""
+        return self.sequence.path_at(self.sequence.present[0])
+
+    def require(self) -> None:
+        """See `Source`: a sequence that was found has files."""
+
+    def span(self, shot: Shot) -> FrameRange | None:
+        """See `Source`; `check` tells which frames are missing, and others may stand in."""
+        return None
 
     def frames_of(self, shot: Shot) -> tuple[int, ...]:
         """See `Source`; where the pattern names frames, only these count."""
@@ -82,8 +95,7 @@ class PlateSource:
     def loader(self, shot: Shot, origins: tuple[Origin, ...], renderer: Renderer) -> FrameLoader:
         """See `Source`; the next plates are read while one is rendered."""
         needed = tuple(sorted({origin.frame for origin in origins}))
-        first = self.sequence.path_at(self.sequence.present[0])
-        read = SequenceReader(self.options, first)
+        read = SequenceReader(self.options, self.first_file)
         return _PlateLoader(replace(self.sequence, frames=needed, present=needed), read, renderer)
 
     def _is_still(self, shot: Shot) -> bool:

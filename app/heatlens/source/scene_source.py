@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import ClassVar
 
 from heatlens.model.frames import FrameRange
 from heatlens.model.shot import Shot
@@ -26,8 +27,9 @@ class SceneSource:
 
     text: str
 
-    has_many_views = True
-    is_repeatable = True
+    first_file: ClassVar = None
+    has_many_views: ClassVar = True
+    is_repeatable: ClassVar = True
 
     @property
     def files(self) -> Path | None:
@@ -44,14 +46,22 @@ class SceneSource:
         """See `Source`. Raises InputError where the scene cannot be read."""
         return self.scene.frames
 
+    def require(self) -> None:
+        """See `Source`."""
+        if self.files is not None and not self.files.is_file():
+            raise unreadable(self.files)
+
+    def span(self, shot: Shot) -> FrameRange | None:
+        """See `Source`: the frames of the shot, else those in which something moves."""
+        return shot.frames or self.scene.frames
+
     def frames_of(self, shot: Shot) -> tuple[int, ...]:
         """See `Source`; without in and out, those in which something moves."""
         return tuple(shot.played or self.scene.frames or (_STILL_FRAME,))
 
     def check(self, shot: Shot, frames: tuple[int, ...], missing: MissingPolicy) -> None:
         """Raise InputError where the file is missing; a scene that is there has every frame."""
-        if self.files is not None and not self.files.is_file():
-            raise unreadable(self.files)
+        self.require()
 
     def origin(self, shot: Shot, frame: int, missing: MissingPolicy) -> Origin:
         """See `Source`; every frame is made of all the files that the scene names."""

@@ -54,12 +54,22 @@ class Source(Protocol):
         """The frames from the first to the last; None for a still."""
 
     @property
+    def first_file(self) -> Path | None:
+        """The file of the first plate that is there; None where no plate is read from a file."""
+
+    @property
     def has_many_views(self) -> bool:
         """True where it can be seen from many points of the lens, by accumulation or rays."""
 
     @property
     def is_repeatable(self) -> bool:
         """True where the same frame can be rendered again later; False for a stream."""
+
+    def require(self) -> None:
+        """Raise InputError where its files are missing; nothing is read."""
+
+    def span(self, shot: Shot) -> FrameRange | None:
+        """Return the frames outside of which nothing can be asked for; None where anything can."""
 
     def frames_of(self, shot: Shot) -> tuple[int, ...]:
         """Return the frames from in to out, else all that there are.

@@ -9,6 +9,7 @@ from typing import ClassVar
 from heatlens.background import Background
 from heatlens.errors import HeatlensError, InputError
 from heatlens.faults import faults_told
+from heatlens.model.frames import FrameRange
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.shot import Shot
 from heatlens.plate.plate import Plate
@@ -35,6 +36,7 @@ class StreamSource:
 
     files: ClassVar = None
     frames: ClassVar = None
+    first_file: ClassVar = None
     has_many_views: ClassVar = False
     is_repeatable: ClassVar = False
 
@@ -103,6 +105,13 @@ class StreamSource:
 
     def _tell(self) -> None:
         self.wake()
+
+    def require(self) -> None:
+        """See `Source`: whoever listens waits for what comes."""
+
+    def span(self, shot: Shot) -> FrameRange | None:
+        """See `Source`."""
+        return None
 
     def frames_of(self, shot: Shot) -> tuple[int, ...]:
         """Raise InputError: frames that were sent cannot be asked for again."""

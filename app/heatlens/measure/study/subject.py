@@ -7,7 +7,7 @@ from heatlens.gpu.textures import download
 from heatlens.model.settings import DefocusSettings, Method
 from heatlens.model.shot import Shot
 from heatlens.plate.plate import FloatImage, Plate
-from heatlens.render import FrameRenderer
+from heatlens.render import FrameRenderer, drained
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,8 +26,7 @@ class Subject:
     @property
     def methods(self) -> tuple[Method, ...]:
         """Every method that the source allows, in the order of `Method`."""
-        is_scene = self.renderer.scene is not None
-        return tuple(method for method in Method if is_scene or not method.needs_scene)
+        return self.renderer.methods
 
     @property
     def plate(self) -> Plate:
@@ -48,11 +47,7 @@ class Subject:
     ) -> FloatImage:
         """Render the picture, (H, W, 4) float32, premultiplied; `tell` is called at each step."""
         steps = self.renderer.steps(replace(self.shot, defocus=settings), self.frame)
-        while True:
-            try:
-                tell(next(steps))
-            except StopIteration as end:
-                return download(end.value)
+        return download(drained(steps, tell))
 
     def draw(self, settings: DefocusSettings) -> None:
         """Issue the picture; the GPU may still be at it."""

@@ -18,12 +18,11 @@ from heatlens.paths import home_dir
 from heatlens.plate.picture_write import PICTURE_SUFFIXES
 from heatlens.preview.shown import Shown
 from heatlens.scene.scene_read import SCENE_SUFFIXES
-from heatlens.scene.scene_source import is_demo, is_scene_source
-from heatlens.sequence.sequence import find_sequence
 from heatlens.session.folder_walk import Chosen, Purpose
 from heatlens.session.picture_saver import PictureSaver, Snapshot, snapshot
 from heatlens.session.preferences import Preferences
 from heatlens.source.kind import NO_FILES
+from heatlens.source.named import source_named
 from heatlens.source.opened import Opened
 from heatlens.ui.files.camera_import import CameraImport
 from heatlens.ui.files.file_browser import FileBrowser
@@ -274,10 +273,8 @@ def _snap(app: "App", shown: Shown | None) -> Snapshot:
 
 def _is_there(text: str) -> bool:
     """On a thread: a file, a pattern or a folder can still be opened."""
-    if is_scene_source(text):
-        return is_demo(text) or Path(text).is_file()
     try:
-        find_sequence(text)
+        source_named(text).require()
     except InputError:
         return False
     return True

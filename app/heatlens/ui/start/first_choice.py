@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING
 from heatlens.documents.shot_file import is_shot_file
 from heatlens.files.picture_formats import PICTURES_READ
 from heatlens.paths import data_dir, home_dir
-from heatlens.scene.scene_source import DEMO, is_scene_source
+from heatlens.scene.scene_source import DEMO
+from heatlens.source.kind import SourceKind
+from heatlens.source.kind import kind_of as source_kind
 from heatlens.ui.actions import Action
 
 if TYPE_CHECKING:
@@ -133,7 +135,7 @@ def kind_of(text: str) -> str:
     """What a recent file is, in a word, as far as its name tells."""
     if is_shot_file(text):
         return "Shot"
-    if is_scene_source(text):
+    if source_kind(text) is SourceKind.SCENE:
         return "3D scene"
     name = Path(text).name
     is_file = name.lower().endswith((".exr", *PICTURES_READ))

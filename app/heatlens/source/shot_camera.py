@@ -1,0 +1,28 @@
+"""The lens of a shot as a camera, whatever stands before it."""
+
+from heatlens.camera.from_shot import camera_before_plates
+from heatlens.camera.samples import CameraSamples, UpAxis
+from heatlens.camera.scene_camera import camera_in_scene
+from heatlens.model.frames import FrameRange
+from heatlens.model.shot import Shot
+from heatlens.scene.scene_source import open_scene
+from heatlens.source.kind import SourceKind, kind_of
+
+
+def camera_of_shot(
+    shot: Shot,
+    name: str,
+    frames: FrameRange | None = None,
+    sensor_height_mm: float | None = None,
+    scene_unit_m: float | None = None,
+    up_axis: UpAxis = "y",
+) -> CameraSamples:
+    """Return the lens of `shot` over `frames`, else over those that are played.
+
+    In a 3D scene size and placement are known, in metres and y up, whatever `scene_unit_m` and
+    `up_axis` say; for plates see `camera_before_plates`. Raises InputError where no frames are
+    known or the scene cannot be read, LensError where keys make no lens.
+    """
+    if shot.source is not None and kind_of(shot.source) is SourceKind.SCENE:
+        return camera_in_scene(shot, open_scene(shot.source), name, frames, sensor_height_mm)
+    return camera_before_plates(shot, name, frames, sensor_height_mm, scene_unit_m, up_axis)
