@@ -1,7 +1,7 @@
 """The parts of a study: folders, crops, the chart, and the order in which scenes are looked at."""
 
 import json
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from types import SimpleNamespace
 
 import numpy as np
@@ -126,7 +126,7 @@ class Going:
     A picture from n views is off by 1/n. Asking again for the same lens costs nothing new.
     """
 
-    scene: object = "a scene"
+    methods: tuple = tuple(Method)
     ctx: object = field(default_factory=lambda: SimpleNamespace(finish=lambda: None))
     sums: dict = field(default_factory=dict)
     drawn: list = field(default_factory=list)
@@ -176,13 +176,6 @@ def test_every_timed_frame_of_a_scene_is_drawn_from_nothing():
     measure_all(subject, (Method.RAYTRACED,), truth, 3, lambda _: None)
     traced = [views for method, views in subject.renderer.drawn if method is Method.RAYTRACED]
     assert traced == [1, 8] * 4
-
-
-def test_a_scene_has_every_method_and_a_plate_those_for_plates():
-    subject = scene_subject()
-    assert subject.methods == tuple(Method)
-    plate = replace(subject, renderer=Going(scene=None))
-    assert set(Method) - set(plate.methods) == {Method.ACCUMULATION, Method.RAYTRACED}
 
 
 def test_what_finds_no_room_is_left_out_aloud_and_the_others_are_not():

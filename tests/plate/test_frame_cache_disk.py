@@ -5,8 +5,11 @@ import os
 import numpy as np
 import pytest
 
-from heatlens.frame_cache.cache import FrameCache
+from heatlens.frame_cache.cache import Damaged, FrameCache
+from heatlens.frame_cache.reader import SequenceReader
+from heatlens.model.plate_options import DepthConvention, PlateOptions
 from heatlens.plate.read import read_plate
+from heatlens.sequence.depth_files import PlateFiles
 from heatlens.sequence.sequence import find_sequence
 from support.exr_files import distances, rgb, write_file
 from support.frame_caches import News, Reader, at_rest, names
@@ -97,6 +100,29 @@ def test_a_damaged_frame_is_tried_again_only_when_its_file_changes(shot):
         refreshed(cache, news, lambda: len(reads) == 2)
         news.wait_until(lambda: cache.states()[1003] == "damaged")
     assert reads == ["shot.1003.exr"] * 2
+
+
+@pytest.mark.parametrize("is_pattern", [True, False])
+def test_a_depth_file_apart_that_was_written_again_is_read_again(tmp_path, is_pattern):
+    """Also one that was missing; what has its depth in another file, which stays, is kept."""
+    for frame in (1, 2, 3):
+        write_file(tmp_path / f"rgb.{frame:04}.exr", rgb())
+        write_file(tmp_path / f"depth.{frame:04}.exr", {"Z": distances()})
+    depth = tmp_path / ("depth.####.exr" if is_pattern else "depth.0002.exr")
+    options = PlateOptions(depth_source=str(depth), depth_convention=DepthConvention.DISTANCE)
+    (tmp_path / "depth.0003.exr").rename(tmp_path / "kept.exr")
+    sequence, news = find_sequence(tmp_path / "rgb.####.exr"), News()
+    read, files_of = SequenceReader(options), PlateFiles(options.depth_source)
+    with FrameCache(sequence, read, 10**6, 2, news, files_of=files_of) as cache:
+        first, second = cache.wait(1, 1, 0), cache.wait(2, 1, 0)
+        assert isinstance(cache.wait(3, 1, 0), Damaged) is is_pattern
+        write_file(tmp_path / "depth.0002.exr", {"Z": 3 * distances()})
+        os.utime(tmp_path / "depth.0002.exr", ns=(1, 1))
+        (tmp_path / "kept.exr").rename(tmp_path / "depth.0003.exr")
+        refreshed(cache, news, lambda: cache.get(2) is not second)
+        np.testing.assert_allclose(cache.wait(2, 1, 0).depth_m, 3 * second.depth_m)
+        assert (cache.get(1) is first) is is_pattern
+        assert not isinstance(cache.wait(3, 1, 0), Damaged)
 
 
 def test_a_file_that_goes_while_it_is_read_is_missing(shot):

@@ -166,7 +166,8 @@ class SceneRaster:
         self._ctx.depth_func = "=="
         self._draws["surface"](meshes | shading | eye_uniforms(view), textures)
         self._ctx.depth_func = "<="
-        self._sky.bind(textures=textures, uniforms=shading | sky_uniforms(view))
+        sky, storage = shading | sky_uniforms(view), self.buffers.storage
+        self._sky.bind(textures=textures, uniforms=sky, buffers=storage)
         self._sky_array.render(moderngl.TRIANGLES, 3)
         target.depth_mask = True
         self._ctx.depth_func = "<"

@@ -1,0 +1,145 @@
+"""What every source answers, whatever stands before the lens."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from heatlens.errors import InputError
+from heatlens.model.lens import Lens
+from heatlens.model.plate_options import PlateOptions
+from heatlens.model.settings import Method
+from heatlens.model.shot import Shot
+from heatlens.plate.read import read_plate
+from heatlens.render import FrameRenderer
+from heatlens.source.kind import SourceKind, kind_of
+from heatlens.source.named import single_source, source_named, source_of
+from heatlens.source.opener import SourceOpener
+from heatlens.source.stream_source import StreamSource
+from support.exr_files import write_file
+from support.scene_window import write_scene
+from support.scenes import still_life
+from support.window_plates import room_file
+
+LENS = Lens(50.0, 2.0, 2.0, 36.0)
+
+
+@pytest.mark.parametrize(
+    ("text", "kind"),
+    [
+        ("demo", SourceKind.SCENE),
+        ("a/b.glb", SourceKind.SCENE),
+        ("b.usda", SourceKind.SCENE),
+        ("shot.####.exr", SourceKind.PLATES),
+        ("folder", SourceKind.PLATES),
+        ("tev://127.0.0.1:14158", SourceKind.STREAM),
+    ],
+)
+def test_a_name_tells_the_kind(text, kind, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert kind_of(text) is kind
+
+
+def test_a_file_called_demo_goes_before_the_scene_of_the_program(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    room_file(tmp_path / "demo")
+    assert kind_of("demo") is SourceKind.PLATES
+
+
+def test_a_sequence_tells_its_frames_and_a_still_has_none(tmp_path):
+    for frame in (7, 9):
+        room_file(tmp_path / f"shot.{frame:04}.exr", 8, 6)
+    still = room_file(tmp_path / "still.exr", 8, 6)
+    sequence = source_named(str(tmp_path / "shot.####.exr"))
+    assert (sequence.frames.first, sequence.frames.last) == (7, 9)
+    assert sequence.frames_of(Shot(LENS)) == (7, 8, 9)
+    assert sequence.first_file == tmp_path / "shot.0007.exr"
+    assert source_named(str(still)).frames is None
+    alone = single_source(tmp_path / "shot.0009.exr", PlateOptions())
+    assert alone.first_file == tmp_path / "shot.0009.exr" and alone.frames is None
+
+
+def test_an_origin_names_the_depth_that_lies_apart(tmp_path):
+    image = np.zeros((4, 4), np.float32)
+    for frame in (1, 2):
+        write_file(tmp_path / f"rgb.{frame:04}.exr", dict.fromkeys("RGB", image))
+        write_file(tmp_path / f"depth.{frame:04}.exr", {"Z": image})
+    options = PlateOptions(depth_source=str(tmp_path / "depth.####.exr"))
+    source = source_named(str(tmp_path / "rgb.####.exr"), options)
+    origin = source.origin(Shot(LENS), 2, "stop")
+    assert [file.path.name for file in origin.files] == ["rgb.0002.exr", "depth.0002.exr"]
+    assert None not in [file.stamp for file in origin.files]
+    (tmp_path / "depth.0002.exr").unlink()
+    with pytest.raises(InputError, match="depth"):
+        source.origin(Shot(LENS), 2, "stop")
+
+
+def test_a_scene_is_made_of_one_set_of_files(tmp_path):
+    scene = write_scene(tmp_path / "scene.glb")
+    source = source_named(str(scene))
+    assert source.origin(Shot(LENS), 3, "stop").files == source.origin(Shot(LENS), 9, "stop").files
+    assert [file.path for file in source.origin(Shot(LENS), 3, "stop").files] == [scene]
+    assert source.first_file is None and source.span(Shot(LENS)) == source.frames
+    scene.unlink()
+    with pytest.raises(InputError, match=r"scene\.glb"):
+        source.require()
+
+
+def test_the_demo_needs_no_file():
+    source = source_named("demo")
+    source.require()
+    assert source.files is None and source.origin(Shot(LENS), 1, "stop").files == ()
+
+
+def test_a_stream_cannot_be_rendered_again():
+    stream = StreamSource("127.0.0.1", 0)
+    try:
+        assert not stream.is_repeatable and stream.first_file is None
+        for asked in (
+            lambda: stream.frames_of(Shot(LENS)),
+            lambda: stream.origin(Shot(LENS), 1, "hold"),
+            lambda: source_of(Shot(LENS, source=stream.text)),
+        ):
+            with pytest.raises(InputError, match="come from a renderer"):
+                asked()
+    finally:
+        stream.close()
+
+
+def test_a_shot_without_a_source_says_so():
+    with pytest.raises(InputError, match="The shot names no plate"):
+        source_of(Shot(LENS))
+
+
+def test_only_what_has_many_views_allows_methods_that_need_them(ctx, tmp_path):
+    renderer = FrameRenderer(ctx)
+    renderer.load(read_plate(room_file(tmp_path / "room.exr", 16, 12)))
+    of_plates = set(renderer.methods)
+    renderer.load_scene(still_life())
+    assert renderer.methods == tuple(Method)
+    assert {method for method in Method if method.needs_scene} == set(Method) - of_plates
+
+
+@pytest.mark.parametrize("kind", ["plates", "scene"])
+def test_what_is_opened_answers_alike(tmp_path, kind):
+    """The window asks the same of each kind, and begins a shot that finds the source again."""
+    path = room_file(tmp_path / "a.exr") if kind == "plates" else write_scene(tmp_path / "a.glb")
+    opened = _opened(str(path))
+    try:
+        shot = opened.shot(opened.lens({"f_stop": 4.0}).lens, Shot(LENS).defocus)
+        assert shot.lens.f_stop == 4.0 and shot.source == opened.text == str(path)
+        assert opened.kind is kind_of(opened.text)
+        assert source_of(shot).has_many_views is (opened.scene is not None)
+        assert (opened.cache is None) is (opened.scene is not None)
+        assert Path(opened.source.files) == path
+    finally:
+        opened.close()
+
+
+def _opened(text: str):
+    opener = SourceOpener(lambda: None)
+    opener.open(text, PlateOptions())
+    opener._coming.result()
+    found = opener.poll()
+    opener.close()
+    return found
