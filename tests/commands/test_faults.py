@@ -140,21 +140,21 @@ def test_a_file_that_breaks_its_reader_leaves_the_window(
 ):
     monkeypatch.setattr("heatlens.source.opener.opened_scene", broken)
     (tmp_path / "bad.obj").write_text("")
-    before = gui.app.source.plate
-    gui.app.open(str(tmp_path / "bad.obj"))
-    gui.until(lambda: "fault of heatlens" in gui.app.message, "the sentence")
-    assert gui.app.source.plate is before and not gui.app.is_over
+    before = gui.session.source.plate
+    gui.session.files.open(str(tmp_path / "bad.obj"))
+    gui.until(lambda: "fault of heatlens" in gui.session.message, "the sentence")
+    assert gui.session.source.plate is before and not gui.ui.is_over
     gui.frame(3)
 
 
 def test_work_is_kept_before_a_fault_is_said(reports, gui, tmp_path, monkeypatch, expects_faults):
-    app, path = gui.app, tmp_path / "s.heatlens.json"
-    app.documents.save_as(path)
-    gui.until(lambda: not app.documents._writing, "the file")
-    app.edit_lens(replace(app.lens, f_stop=1.25))
-    monkeypatch.setattr(app.scheduler, "wish", broken)
-    app.turns.update()
-    assert "The picture could not be made; this is a fault" in app.message
+    session, path = gui.session, tmp_path / "s.heatlens.json"
+    session.documents.save_as(path)
+    gui.until(lambda: not session.documents._writing, "the file")
+    session.editing.edit_lens(replace(session.lens, f_stop=1.25))
+    monkeypatch.setattr(session.scheduler, "wish", broken)
+    session.turns.update()
+    assert "The picture could not be made; this is a fault" in session.message
     assert read_shot(autosave_path(path)).lens.f_stop == 1.25
     assert read_shot(path).lens.f_stop != 1.25
 
@@ -175,12 +175,12 @@ def test_a_fault_while_the_window_is_drawn_leaves_it_whole(
 
     monkeypatch.setattr(screen, where, half_drawn)
     gui.frame(3)
-    assert "The window could not be drawn; this is a fault" in gui.app.message
+    assert "The window could not be drawn; this is a fault" in gui.session.message
     monkeypatch.undo()
-    gui.app.message = ""
+    gui.session.messages.clear()
     gui.frame(3)
     gui.settled()
-    assert gui.app.message == ""
+    assert gui.session.message == ""
     assert (gui.screenshot() != wanted).mean() < 0.02  # the times of the panel Speed change
     assert len(list(reports.iterdir())) == 1
 

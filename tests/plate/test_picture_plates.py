@@ -18,7 +18,6 @@ from heatlens.plate.header_read import read_color_header
 from heatlens.plate.inner_depth import inner_depth
 from heatlens.plate.read import read_plate
 from heatlens.sequence.depth_files import picture_and_depth
-from heatlens.ui.files.dropped import open_dropped
 from support.command_line import stderr_of_run
 from support.exr_files import rgb, write_file
 from support.gui import gui_of
@@ -339,11 +338,11 @@ def test_two_files_dropped_on_the_window_are_one_plate(ctx, photo, tmp_path):
     depth = save(tmp_path / "photo_depth.png", whole(disparity(metres(), 1, 10), "u2"))
     before = write_file(tmp_path / "b.exr", rgb(HEIGHT, WIDTH) | {"Z": metres().astype("f4")})
     with gui_of(ctx, before) as gui:
-        open_dropped(gui.app, [str(depth), str(photo)])
-        gui.until(lambda: gui.app.source.plate.path == photo, "the plate")
-        assert gui.app.shot.source == str(photo)
-        assert gui.app.shot.plate_options.depth_source == str(depth)
-        np.testing.assert_allclose(gui.app.source.plate.depth_m, metres(), rtol=1e-3)
+        gui.session.files.open_dropped([str(depth), str(photo)])
+        gui.until(lambda: gui.session.source.plate.path == photo, "the plate")
+        assert gui.session.shot.source == str(photo)
+        assert gui.session.shot.plate_options.depth_source == str(depth)
+        np.testing.assert_allclose(gui.session.source.plate.depth_m, metres(), rtol=1e-3)
 
 
 class DepthOfHeic:

@@ -51,10 +51,10 @@ def scene_gui(ctx: moderngl.Context, window: Gui, monkeypatch) -> Gui:
     """At rest, in a picture of three bands."""
     monkeypatch.setattr(bands, "_LEAST_PX", SIZE[0] * 64)
     gui = as_opened(window)
-    raster = gui.app.renderer._source._drawer._raster
+    raster = gui.session.renderer._source._drawer._raster
     raster.bands = bands.Bands(gui.ctx, raster.buffers.triangles_drawn)
-    large = replace(gui.app.scenes.framing, width_px=SIZE[0], height_px=SIZE[1])
-    gui.app.editing.do(replace(gui.app.shot, framing=large))
+    large = replace(gui.session.scenes.framing, width_px=SIZE[0], height_px=SIZE[1])
+    gui.session.editing.do(replace(gui.session.shot, framing=large))
     whole(gui)
     return gui
 
@@ -74,11 +74,11 @@ def work(scene_gui: Gui, monkeypatch) -> Work:
 
     for name in ("draw", "depth"):
         monkeypatch.setattr(SceneRaster, name, counted(getattr(SceneRaster, name)))
-    app = scene_gui.app
-    for part in (app.source.feed._preview, app.sides.a, app.sides.b):
+    session = scene_gui.session
+    for part in (session.source.feed._preview, session.sides.a, session.sides.b):
         monkeypatch.setattr(part, "_clock", found.clock)
-    app.sides.a.cost.seconds_per_px.clear()
-    app.source.feed._preview._seconds_per_px = 2 * BAND_S / (SIZE[0] * 64)  # colour and depth
+    session.sides.a.cost.seconds_per_px.clear()
+    session.source.feed._preview._seconds_per_px = 2 * BAND_S / (SIZE[0] * 64)  # colour and depth
     return found
 
 
@@ -92,9 +92,9 @@ def most_between_looks(gui: Gui, work: Work, do) -> float:
         most = max(most, work.drawn - before)
         for _ in range(8):  # the window works on without a frame while nothing is new
             before = work.drawn
-            gui.app.work()
+            gui.session.work()
             most = max(most, work.drawn - before)
-        if not gui.app.scheduler.is_working:
+        if not gui.session.scheduler.is_working:
             return most
     raise AssertionError("never whole")
 
@@ -107,12 +107,12 @@ def orbit(gui: Gui) -> None:
 
 def test_undo_of_an_orbit_is_answered_at_once(scene_gui, work):
     gui = scene_gui
-    before = gui.app.scenes.pose
+    before = gui.session.scenes.pose
     orbit(gui)
-    assert gui.app.scenes.pose != before
+    assert gui.session.scenes.pose != before
     whole(gui)
-    assert most_between_looks(gui, work, gui.app.undo) <= MOST_BANDS
-    assert gui.app.scenes.pose == before
+    assert most_between_looks(gui, work, gui.session.editing.undo) <= MOST_BANDS
+    assert gui.session.scenes.pose == before
 
 
 def test_undo_in_the_middle_of_a_frame_is_answered_at_once(scene_gui, work, monkeypatch):
@@ -126,7 +126,7 @@ def test_undo_in_the_middle_of_a_frame_is_answered_at_once(scene_gui, work, monk
     def undoing() -> None:
         actions()
         if not undone:
-            undone.append(gui.app.undo())
+            undone.append(gui.session.editing.undo())
 
     monkeypatch.setattr(screen, "_do_actions", undoing)
     assert most_between_looks(gui, work, lambda: None) <= MOST_BANDS
@@ -139,30 +139,30 @@ def test_undo_in_the_middle_of_a_frame_is_answered_at_once(scene_gui, work, monk
 )
 def test_the_whole_picture_comes_in_small_steps(scene_gui, work, method, most):
     gui = scene_gui
-    true = replace(gui.app.shot.defocus, method=method, views=20)
-    gui.app.edit(replace(gui.app.shot, defocus=true))
+    true = replace(gui.session.shot.defocus, method=method, views=20)
+    gui.session.editing.edit(replace(gui.session.shot, defocus=true))
     whole(gui)
-    look_through = lambda: gui.app.scenes.look_through("side")  # noqa: E731
+    look_through = lambda: gui.session.scenes.look_through("side")  # noqa: E731
     assert most_between_looks(gui, work, look_through) <= most
     assert work.drawn > 30
 
 
 def test_what_is_half_done_is_given_up_for_another_wish(scene_gui, work):
     gui = scene_gui
-    gui.app.scenes.look_through("side")
+    gui.session.scenes.look_through("side")
     for _ in range(6):
         gui.frame()
-        gui.app.work()
-    assert gui.app.scheduler.is_working
+        gui.session.work()
+    assert gui.session.scheduler.is_working
     before = work.drawn
-    gui.app.scenes.look_through("main")
+    gui.session.scenes.look_through("main")
     gui.frame()
     assert work.drawn - before <= MOST_BANDS
-    assert gui.app.live.shown.shot.framing.camera == "main"
+    assert gui.session.live.shown.shot.framing.camera == "main"
 
 
 def test_nothing_is_drawn_while_nothing_changes(scene_gui, work):
     for _ in range(10):
         scene_gui.frame()
-        scene_gui.app.work()
+        scene_gui.session.work()
     assert work.drawn == 0

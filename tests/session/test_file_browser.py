@@ -8,9 +8,9 @@ import pytest
 from imgui_bundle import imgui
 
 from heatlens.session import folder_walk
+from heatlens.session.file_commands import PURPOSES
 from heatlens.session.folder_walk import FolderWalk
 from heatlens.session.preferences import Preferences
-from heatlens.ui.files.filing import PURPOSES
 from support.exr_files import rgb, write_file
 from support.gui import gui_of
 
@@ -51,7 +51,7 @@ def browse(gui, action):
 
 
 def read(gui):
-    gui.until(lambda: not gui.app.filing.browser.walk.is_reading, "the folder")
+    gui.until(lambda: not gui.ui.dialogs.browser.walk.is_reading, "the folder")
     gui.frame(2)
 
 
@@ -62,12 +62,12 @@ def double_click(gui, name):
 
 
 def opened(gui, path):
-    gui.until(lambda: gui.app.source.plate.path == Path(path), f"the plate {path}")
-    assert not gui.app.filing.browser.is_open
+    gui.until(lambda: gui.session.source.plate.path == Path(path), f"the plate {path}")
+    assert not gui.ui.dialogs.browser.is_open
 
 
 def shown_folder(gui):
-    return gui.app.filing.browser.walk.typed
+    return gui.ui.dialogs.browser.walk.typed
 
 
 # Opening
@@ -77,14 +77,14 @@ def test_a_double_click_opens_a_sequence_as_one(gui, plates, preferences):
     browse(gui, "Open...")
     double_click(gui, "file shot.####.exr")
     opened(gui, plates / "shot.1001.exr")
-    assert gui.app.source.opened.cache.sequence.present == (1001, 1002, 1004)
+    assert gui.session.source.opened.cache.sequence.present == (1001, 1002, 1004)
     assert preferences.now.recent[0] == str(plates / "shot.####.exr")
 
 
 def test_a_click_chooses_and_the_button_opens(gui, plates):
     browse(gui, "Open...")
     gui.click(gui.middle("browser Open"))  # nothing is chosen yet: a dead button
-    assert gui.app.filing.browser.is_open
+    assert gui.ui.dialogs.browser.is_open
     gui.click(gui.middle("file shot.####.exr"))
     gui.click(gui.middle("browser Open"))
     opened(gui, plates / "shot.1001.exr")
@@ -151,10 +151,10 @@ def test_what_is_not_there_is_said_and_the_dialog_stays(gui, plates):
     browse(gui, "Open...")
     typed(gui, "stil.exr")
     read(gui)
-    assert "stil.exr" in gui.app.message and "still.exr" in gui.app.message  # a near name
-    assert gui.app.filing.browser.is_open and gui.app.source.plate.path.name == "still.exr"
+    assert "stil.exr" in gui.session.message and "still.exr" in gui.session.message  # a near name
+    assert gui.ui.dialogs.browser.is_open and gui.session.source.plate.path.name == "still.exr"
     gui.key(K.escape)
-    assert not gui.app.filing.browser.is_open
+    assert not gui.ui.dialogs.browser.is_open
 
 
 @pytest.mark.parametrize("text", ["~nouser9/a.exr", "~nouser9", "n" * 400, "still.exr/a.exr", " "])
@@ -162,17 +162,17 @@ def test_paths_that_cannot_be_are_said(gui, text):
     browse(gui, "Open...")
     typed(gui, text)
     read(gui)
-    assert gui.app.filing.browser.is_open
-    assert text.strip() in gui.app.message or text == " "
+    assert gui.ui.dialogs.browser.is_open
+    assert text.strip() in gui.session.message or text == " "
 
 
 def test_typed_letters_run_no_shortcuts(gui):
     browse(gui, "Open...")
-    before = gui.app.view
+    before = gui.session.view
     gui.key(K.d)
     gui.key(K.w)
     gui.key(K.q, ctrl=True)
-    assert gui.app.view == before and not gui.app.is_over
+    assert gui.session.view == before and not gui.ui.is_over
 
 
 @pytest.mark.parametrize("leave", ["browser Cancel", "escape"])
@@ -181,7 +181,7 @@ def test_leaving_opens_nothing_and_remembers_nothing(gui, preferences, leave):
     gui.click(gui.middle("file shot.####.exr"))
     gui.key(K.escape) if leave == "escape" else gui.click(gui.middle(leave))
     gui.frame(3)
-    assert not gui.app.filing.browser.is_open and not gui.app.source.opener.opening
+    assert not gui.ui.dialogs.browser.is_open and not gui.session.source.opener.opening
     assert preferences.now.folders == {}
 
 
@@ -190,7 +190,7 @@ def test_the_last_folder_is_remembered_for_each_purpose(gui, plates, preferences
     typed(gui, "takes/inside.exr")
     opened(gui, plates / "takes" / "inside.exr")
     assert preferences.now.folders == {"open": str(plates / "takes")}
-    gui.app.open(str(plates / "still.exr"))
+    gui.session.files.open(str(plates / "still.exr"))
     opened(gui, plates / "still.exr")
     browse(gui, "Open...")
     assert shown_folder(gui) == str(plates / "takes")
@@ -207,12 +207,12 @@ def test_a_folder_that_is_gone_gives_way_to_the_one_above(gui, plates, preferenc
 
 
 def test_the_reference_of_a_sequence_is_the_file_of_the_frame(gui, plates):
-    gui.app.open(str(plates / "shot.1002.exr"))
+    gui.session.files.open(str(plates / "shot.1002.exr"))
     opened(gui, plates / "shot.1002.exr")
     browse(gui, "Open reference...")
     double_click(gui, "file shot.####.exr")
-    gui.until(lambda: gui.app.reference is not None, "the reference")
-    assert gui.app.reference.path == plates / "shot.1002.exr"
+    gui.until(lambda: gui.session.reference is not None, "the reference")
+    assert gui.session.reference.path == plates / "shot.1002.exr"
 
 
 # Saving
@@ -223,7 +223,7 @@ def test_a_name_gets_its_suffix_and_a_typed_folder_counts(gui, plates):
     gui.key(K.a, ctrl=True)  # the name has the focus
     gui.type("takes/mine")
     gui.key(K.enter)
-    gui.until(lambda: "Saved" in gui.app.message, "the file", 60)
+    gui.until(lambda: "Saved" in gui.session.message, "the file", 60)
     assert (plates / "takes" / "mine.exr").exists()
 
 
@@ -232,17 +232,17 @@ def test_nothing_is_written_over_without_asking(gui, plates):
     browse(gui, "Save picture...")
     typed(gui, "takes/inside.exr")
     read(gui)
-    assert gui.app.filing.browser.walk.name == "inside.exr"
+    assert gui.ui.dialogs.browser.walk.name == "inside.exr"
     double_click(gui, "browser Save")  # in one place: the second one keeps what is there
-    assert gui.app.filing.browser.walk.overwrites is None
+    assert gui.ui.dialogs.browser.walk.overwrites is None
     gui.click(gui.middle("browser Save"))
     gui.click(gui.middle("browser Keep it"))
     gui.settled()
-    assert gui.app.filing.browser.is_open and not gui.app.filing.saver.is_busy
+    assert gui.ui.dialogs.browser.is_open and not gui.session.pictures.saver.is_busy
     assert (plates / "takes" / "inside.exr").read_bytes() == before
     gui.click(gui.middle("browser Save"))
     gui.click(gui.middle("browser Overwrite"))
-    gui.until(lambda: "Saved" in gui.app.message, "the file", 60)
+    gui.until(lambda: "Saved" in gui.session.message, "the file", 60)
     assert (plates / "takes" / "inside.exr").read_bytes() != before
 
 
@@ -252,7 +252,7 @@ def test_the_plate_is_never_written_over(gui, plates):
     gui.click(gui.middle("file still.exr"))
     gui.click(gui.middle("browser Save"))
     gui.click(gui.middle("browser Overwrite"))
-    gui.until(lambda: "is the plate itself" in gui.app.message, "the refusal", 60)
+    gui.until(lambda: "is the plate itself" in gui.session.message, "the refusal", 60)
     assert (plates / "still.exr").read_bytes() == before
 
 
@@ -271,7 +271,7 @@ def test_a_slow_folder_holds_up_nothing_and_the_newest_wish_counts(gui, plates, 
     browse(gui, "Open...")
     double_click(gui, "file takes/")
     gui.frame(5)  # drawn although the folder is not read
-    assert gui.app.filing.browser.walk.is_reading and shown_folder(gui) == str(plates)
+    assert gui.ui.dialogs.browser.walk.is_reading and shown_folder(gui) == str(plates)
     gui.click(gui.middle("browser Up"))
     read(gui)
     answer.set()

@@ -186,10 +186,10 @@ def test_options_of_the_command_line_win_over_remembered_ones(ctx, plate):
     preferences.read_so(plate.parent, PlateOptions(scene_unit_m=0.01, depth_channel="Z"))
     given = PlateOptions(depth_convention="inverse")
     with gui_of(ctx, plate, preferences, plate_options=given) as gui:
-        assert gui.app.source.opened.options == given
+        assert gui.session.source.opened.options == given
     lens = PlateOptions(focal_length_mm=35.0)
     with gui_of(ctx, plate, preferences, plate_options=lens) as gui:
-        assert gui.app.source.opened.options == PlateOptions(
+        assert gui.session.source.opened.options == PlateOptions(
             scene_unit_m=0.01, depth_channel="Z", focal_length_mm=35.0
         )
 
@@ -197,18 +197,18 @@ def test_options_of_the_command_line_win_over_remembered_ones(ctx, plate):
 def test_looks_and_panels_come_back(ctx, plate):
     preferences = Preferences()
     with gui_of(ctx, plate, preferences) as gui:
-        display = gui.app.view.display
-        view = gui.app.color.views(display)[-1]
+        display = gui.session.view.display
+        view = gui.session.color.views(display)[-1]
         gui.click(gui.middle("view"))
         gui.click(gui.middle(f"view: {view}"))
         gui.do("Metres or feet")
         gui.do("Speed")
-        gui.app.filing.remember()
+        gui.session.remember(hidden_panels=gui.ui.hidden_panels)
     assert preferences.now.view == view
     with gui_of(ctx, plate, preferences) as gui:
-        assert (gui.app.view.display, gui.app.view.view) == (display, view)
-        assert gui.app.view.unit == "ft"
-        assert [name for name, shown in gui.app.panels.items() if not shown] == ["Speed"]
+        assert (gui.session.view.display, gui.session.view.view) == (display, view)
+        assert gui.session.view.unit == "ft"
+        assert [name for name, shown in gui.ui.panels.items() if not shown] == ["Speed"]
 
 
 def test_how_it_plays_comes_back(ctx, tmp_path):
@@ -219,24 +219,24 @@ def test_how_it_plays_comes_back(ctx, tmp_path):
             gui.frame(30)
             gui.click(gui.middle(choice.split(":")[0]))
             gui.click(gui.middle(choice))
-        gui.app.filing.remember()
+        gui.session.remember(hidden_panels=gui.ui.hidden_panels)
     again = Preferences.load(tmp_path / "config")
     assert (again.now.ending, again.now.every_frame) == (Ending.BOUNCE, False)
     with gui_of(ctx, film, again, defocus=QUICK) as gui:
-        assert gui.app.timeline.playback.ending is Ending.BOUNCE
-        assert not gui.app.timeline.playback.is_every_frame
+        assert gui.session.timeline.playback.ending is Ending.BOUNCE
+        assert not gui.session.timeline.playback.is_every_frame
 
 
 def test_names_that_the_colours_do_not_have_are_no_obstacle(ctx, plate):
     preferences = Preferences(Remembered(display="gone", view="too"))
     with gui_of(ctx, plate, preferences, view=ViewState()) as gui:
-        assert gui.app.view.display in gui.app.color.displays()
+        assert gui.session.view.display in gui.session.color.displays()
 
 
 def test_what_was_damaged_is_said_in_the_window(ctx, tmp_path, plate):
     (tmp_path / FILE_NAME).write_text("{")
     with gui_of(ctx, plate, Preferences.load(tmp_path)) as gui:
-        assert FILE_NAME in gui.app.message and gui.app.live.shown is not None
+        assert FILE_NAME in gui.session.message and gui.session.live.shown is not None
 
 
 def test_a_layout_counts_while_it_knows_every_panel():
@@ -250,8 +250,8 @@ def test_recent_files_that_are_gone_are_not_shown(ctx, plate):
     preferences.opened(str(plate.with_name("gone.exr")))
     with gui_of(ctx, plate, preferences) as gui:
         gui.click(gui.middle("menu File"))
-        gui.until(lambda: gui.app.filing.recent, "the recent files")
-        assert gui.app.filing.recent == (str(plate),)
+        gui.until(lambda: gui.session.recent.found, "the recent files")
+        assert gui.session.recent.found == (str(plate),)
         assert preferences.now.recent == (str(plate), str(plate.with_name("gone.exr")))
 
 
@@ -262,10 +262,10 @@ def test_a_recent_file_is_opened_by_a_click(ctx, plate, tmp_path):
     preferences.opened(str(pattern))
     with gui_of(ctx, plate, preferences) as gui:
         gui.click(gui.middle("menu File"))
-        gui.until(lambda: gui.app.filing.recent, "the recent files")
+        gui.until(lambda: gui.session.recent.found, "the recent files")
         gui.frame(2)
         gui.move(gui.middle("menu Open recent"))
         gui.frame(30)
         gui.click(gui.middle("recent other.####.exr"))
-        gui.until(lambda: gui.app.source.plate.path == other, "the other plate")
+        gui.until(lambda: gui.session.source.plate.path == other, "the other plate")
     assert preferences.now.recent[0] == str(pattern)

@@ -16,8 +16,8 @@ from heatlens.model.view import Overlay
 from heatlens.plate.read import read_plate
 from heatlens.render import FrameRenderer
 from heatlens.rendered_frames.kept_picture import half_of
+from heatlens.session.kept_screen import KeptFrame
 from heatlens.session.preferences import Preferences
-from heatlens.ui.timeline.kept_screen import KeptFrame
 from heatlens.ui.timeline.rendered_panel import rendered_words
 from support.gui import Gui, gui_of
 from support.scene_window import as_opened, write_scene
@@ -33,50 +33,50 @@ FOCUS = LensParameter.FOCUS_DISTANCE
 @pytest.fixture
 def gui(ctx, tmp_path) -> Iterator[Gui]:
     with gui_of(ctx, sequence_files(tmp_path), defocus=QUICK) as gui:
-        gui.app.timeline.playback._clock = Clock()
+        gui.session.timeline.playback._clock = Clock()
         yield gui
 
 
 def rendered(gui: Gui) -> list[int]:
     """The frames under the bar."""
-    return [frame for run in gui.app.pull.runs for frame in run]
+    return [frame for run in gui.session.pull.runs for frame in run]
 
 
 def fill(gui: Gui, count: int = COUNT) -> None:
     """Until so many frames are rendered and lie in memory."""
-    pull, store = gui.app.pull, gui.app.pull.store
+    pull, store = gui.session.pull, gui.session.pull.store
     gui.until(lambda: len(pull.rendered) >= count, f"{count} rendered frames", 120.0)
     store.wait()
     gui.frame(2)
 
 
 def at_rest(gui: Gui) -> None:
-    gui.until(lambda: not gui.app.turns.is_working, "rest", 120.0)
+    gui.until(lambda: not gui.session.turns.is_working, "rest", 120.0)
 
 
 def own_picture(gui: Gui, own: FrameRenderer, frame: int) -> np.ndarray:
-    job = gui.app.pull.jobs.of(frame)
+    job = gui.session.pull.jobs.of(frame)
     own.load(read_plate(job.plate.path))
     return half_of(own.pixels(job.shot, frame))
 
 
 def test_while_nothing_is_to_do_frames_are_rendered_from_the_playhead_on(gui):
-    gui.app.timeline.go(FIRST + 5)
+    gui.session.timeline.go(FIRST + 5)
     gui.frame()
     order = []
     while len(order) < COUNT:
         fill(gui, len(order) + 1)
-        order += sorted(gui.app.pull.rendered - set(order))
+        order += sorted(gui.session.pull.rendered - set(order))
     assert order[0] == FIRST + 5 and order[1] == FIRST + 6
-    assert gui.app.pull.runs == (FrameRange(FIRST, LAST),)
-    assert rendered_words(gui.app) == f"all {COUNT} frames rendered"
+    assert gui.session.pull.runs == (FrameRange(FIRST, LAST),)
+    assert rendered_words(gui.session) == f"all {COUNT} frames rendered"
 
 
 def test_a_kept_frame_is_what_the_renderer_gives_at_that_size(gui, renderer):
     fill(gui)
     pictures = []
     for frame in range(FIRST, LAST + 1):
-        kept = gui.app.pull.store.get(gui.app.pull.jobs.of(frame).key)
+        kept = gui.session.pull.store.get(gui.session.pull.jobs.of(frame).key)
         np.testing.assert_array_equal(kept.pixels, own_picture(gui, renderer, frame))
         pictures.append(kept.pixels.tobytes())
     assert len(set(pictures)) == COUNT
@@ -85,38 +85,38 @@ def test_a_kept_frame_is_what_the_renderer_gives_at_that_size(gui, renderer):
 def test_once_all_is_rendered_nothing_more_is(gui):
     fill(gui)
     at_rest(gui)
-    app, made = gui.app, gui.app.pull.version
-    assert app.turns.seconds_until_needed() is None
+    session, made = gui.session, gui.session.pull.version
+    assert session.turns.seconds_until_needed() is None
     for _ in range(30):
-        app.work()
+        session.work()
         gui.frame()
-    assert app.pull.version == made == COUNT
+    assert session.pull.version == made == COUNT
 
 
 def test_playing_rendered_frames_renders_nothing_and_shows_each(gui, renderer):
     fill(gui)
     at_rest(gui)
-    app, clock = gui.app, gui.app.timeline.playback._clock
-    before = app.scheduler.version
+    session, clock = gui.session, gui.session.timeline.playback._clock
+    before = session.scheduler.version
     gui.key(K.space)
     seen = []
     for _ in range(2 * COUNT):
         clock.now_s += 1 / 24
-        assert app.timeline.is_due
+        assert session.player.is_due
         gui.frame()
-        shown = app.turns.seen
-        assert isinstance(shown, KeptFrame) and app.pull.is_alone
-        light = download(app.pull.screen.uploaded(shown).texture)
-        np.testing.assert_array_equal(light, own_picture(gui, renderer, app.frame))
-        seen.append(app.frame)
-    assert app.scheduler.version == before
+        shown = session.seen
+        assert isinstance(shown, KeptFrame) and session.pull.is_alone
+        light = download(session.pull.screen.uploaded(shown).texture)
+        np.testing.assert_array_equal(light, own_picture(gui, renderer, session.frame))
+        seen.append(session.frame)
+    assert session.scheduler.version == before
     assert sorted(seen) == sorted([*range(FIRST, LAST + 1)] * 2)
 
 
 def test_what_is_played_is_what_is_on_the_screen(gui):
     fill(gui)
     at_rest(gui)
-    app, clock = gui.app, gui.app.timeline.playback._clock
+    session, clock = gui.session, gui.session.timeline.playback._clock
     gui.key(K.space)
     screens = {}
     for _ in range(2 * COUNT):  # the second time from the frames in the colours of the screen
@@ -124,107 +124,109 @@ def test_what_is_played_is_what_is_on_the_screen(gui):
         gui.frame()
         x0, y0, x1, y1 = (round(it) for it in gui.rect("picture"))
         screen = gui.screenshot()[y0:y1, x0:x1].tobytes()
-        assert screens.setdefault(app.frame, screen) == screen
+        assert screens.setdefault(session.frame, screen) == screen
     assert len(set(screens.values())) == COUNT
 
 
 def test_where_frames_are_not_rendered_it_says_so_and_shows_the_quick_picture(gui):
     fill(gui, 1)
-    app, clock = gui.app, gui.app.timeline.playback._clock
-    app.pull.store.resize(0, 0)  # no frame fits any more
+    session, clock = gui.session, gui.session.timeline.playback._clock
+    session.pull.store.resize(0, 0)  # no frame fits any more
     gui.key(K.space)
     clock.now_s += 1 / 24
     gui.frame(2)
-    gui.until(lambda: app.live.shown.frame == app.frame, "the quick picture")
-    assert not app.pull.is_alone and not isinstance(app.turns.seen, KeptFrame)
-    words = rendered_words(app)
+    gui.until(lambda: session.live.shown.frame == session.frame, "the quick picture")
+    assert not session.pull.is_alone and not isinstance(session.seen, KeptFrame)
+    words = rendered_words(session)
     assert words.startswith("preview: ") and words.endswith("frames rendered")
 
 
 def test_while_it_plays_no_frame_is_rendered_ahead(gui):
     gui.key(K.space)
-    assert not gui.app.pull.has_work
+    assert not gui.session.pull.has_work
 
 
 def test_a_moved_key_leaves_the_frames_that_it_does_not_touch(gui):
-    app = gui.app
-    shot = app.shot
+    session = gui.session
+    shot = session.shot
     for frame, metres in ((FIRST, 2.0), (FIRST + 3, 5.0), (LAST, 5.0)):
         shot = shot.with_key(frame, FOCUS, metres)
-    app.edit(shot)
+    session.editing.edit(shot)
     gui.rest()
     fill(gui)
-    app.edit(shot.with_key(FIRST, FOCUS, 2.5))
+    session.editing.edit(shot.with_key(FIRST, FOCUS, 2.5))
     gui.frame()  # the bar follows at once
-    kept = [f for f in range(FIRST, LAST + 1) if shot.lens_at(f) == app.shot.lens_at(f)]
+    kept = [f for f in range(FIRST, LAST + 1) if shot.lens_at(f) == session.shot.lens_at(f)]
     assert rendered(gui) == kept and 0 < len(kept) < COUNT
-    app.undo()
+    session.editing.undo()
     gui.frame()
     assert rendered(gui) == list(range(FIRST, LAST + 1))
 
 
 def test_a_drag_is_answered_at_once_while_frames_are_rendered(gui):
     at = gui.at_picture(60, 32)
-    gui.until(lambda: gui.app.pull._filler is not None, "the first frame")
+    gui.until(lambda: gui.session.pull._filler is not None, "the first frame")
     gui.press(at)
     for step in range(1, 6):
-        gui.app.work()
+        gui.session.work()
         gui.move((at[0] - 8 * step, at[1]))
-        assert gui.app.live.shown.shot == gui.app.shot
-        assert gui.app.turns.seen.shot == gui.app.shot
+        assert gui.session.live.shown.shot == gui.session.shot
+        assert gui.session.seen.shot == gui.session.shot
     gui.release()
 
 
 def test_after_what_the_user_did_frames_wait_a_moment(gui, monkeypatch):
-    app, clock, worked = gui.app, Clock(), []
+    session, clock, worked = gui.session, Clock(), []
     gui.settled()
-    app.pull._clock = clock
-    monkeypatch.setattr(app.pull, "_work", worked.append)
-    app.pull.touched()
-    wait_s = app.turns.seconds_until_needed()
+    session.pull._clock = clock
+    monkeypatch.setattr(session.pull, "_work", worked.append)
+    session.pull.touched()
+    wait_s = session.turns.seconds_until_needed()
     assert 0.0 < wait_s < 1.0
     for _ in range(50):
-        app.work()
+        session.work()
     assert worked == []
     clock.now_s += wait_s
-    assert app.turns.seconds_until_needed() == 0.0
-    app.work()
+    assert session.turns.seconds_until_needed() == 0.0
+    session.work()
     assert len(worked) == 1
 
 
 def test_scrubbing_shows_what_was_rendered_until_the_new_picture_is_there(gui):
-    gui.app.edit(replace(gui.app.shot, defocus=DefocusSettings(quality=Quality.FILM)))
+    gui.session.editing.edit(
+        replace(gui.session.shot, defocus=DefocusSettings(quality=Quality.FILM))
+    )
     gui.frame()
     fill(gui)
     at_rest(gui)
-    gui.app.timeline.go(FIRST + 4)
+    gui.session.timeline.go(FIRST + 4)
     gui.frame()
-    assert isinstance(gui.app.turns.seen, KeptFrame)
-    assert gui.app.turns.seen.frame == FIRST + 4
+    assert isinstance(gui.session.seen, KeptFrame)
+    assert gui.session.seen.frame == FIRST + 4
     gui.settled()
-    assert gui.app.turns.seen is gui.app.live.shown and gui.app.live.shown.is_whole
+    assert gui.session.seen is gui.session.live.shown and gui.session.live.shown.is_whole
 
 
 def test_an_overlay_is_drawn_from_the_plate_of_the_frame(gui):
     fill(gui)
-    app, clock = gui.app, gui.app.timeline.playback._clock
-    app.view = replace(app.view, overlay=Overlay.DEPTH)
+    session, clock = gui.session, gui.session.timeline.playback._clock
+    session.view = replace(session.view, overlay=Overlay.DEPTH)
     gui.key(K.space)
     clock.now_s += 1 / 24
     gui.frame(2)
-    assert not app.pull.is_alone and not isinstance(app.turns.seen, KeptFrame)
-    gui.until(lambda: app.source.is_settled_at(app.frame), "the plate")
+    assert not session.pull.is_alone and not isinstance(session.seen, KeptFrame)
+    gui.until(lambda: session.source.is_settled_at(session.frame), "the plate")
 
 
 def test_a_frame_written_again_is_rendered_again(gui, tmp_path):
     fill(gui)
-    app = gui.app
-    before = app.pull.jobs.of(FIRST + 2).key
+    session = gui.session
+    before = session.pull.jobs.of(FIRST + 2).key
     frame_file(tmp_path, FIRST + 2, note="another take")
-    app.pull.jobs._look_at = 0.0
-    gui.until(lambda: FIRST + 2 not in app.pull.rendered, "news of the file")
+    session.pull.jobs._look_at = 0.0
+    gui.until(lambda: FIRST + 2 not in session.pull.rendered, "news of the file")
     fill(gui)
-    assert app.pull.jobs.of(FIRST + 2).key != before
+    assert session.pull.jobs.of(FIRST + 2).key != before
 
 
 def test_a_damaged_frame_is_left_out_and_the_others_are_rendered(ctx, tmp_path):
@@ -233,35 +235,37 @@ def test_a_damaged_frame_is_left_out_and_the_others_are_rendered(ctx, tmp_path):
     with gui_of(ctx, pattern, defocus=QUICK) as gui:
         fill(gui, COUNT - 1)
         at_rest(gui)
-        assert FIRST + 2 not in gui.app.pull.rendered
-        assert rendered_words(gui.app) == f"{COUNT - 1} of {COUNT} frames rendered"
+        assert FIRST + 2 not in gui.session.pull.rendered
+        assert rendered_words(gui.session) == f"{COUNT - 1} of {COUNT} frames rendered"
 
 
 def test_a_still_with_a_pull_is_played_too(ctx, tmp_path):
     with gui_of(ctx, room_file(tmp_path / "room.exr"), defocus=QUICK) as gui:
-        app = gui.app
+        session = gui.session
         gui.frame(3)
-        assert not app.pull.is_on and rendered_words(app) == ""
-        app.edit(pull(app.shot, 2.0, 5.0, 3, 6))
-        app.timeline.go(3)
+        assert not session.pull.is_on and rendered_words(session) == ""
+        session.editing.edit(pull(session.shot, 2.0, 5.0, 3, 6))
+        session.timeline.go(3)
         gui.frame()
-        fill(gui, app.timeline.played.count)
-        first, last = app.timeline.played.first, app.timeline.played.last
-        assert app.pull.jobs.of(first).key != app.pull.jobs.of(last).key
-        assert app.pull.jobs.of(first).key == app.pull.jobs.of(first - 5).key  # the same lens
+        fill(gui, session.timeline.played.count)
+        first, last = session.timeline.played.first, session.timeline.played.last
+        assert session.pull.jobs.of(first).key != session.pull.jobs.of(last).key
+        assert (
+            session.pull.jobs.of(first).key == session.pull.jobs.of(first - 5).key
+        )  # the same lens
 
 
 def test_frames_of_a_moving_scene(ctx, tmp_path, renderer):
     with gui_of(ctx, write_scene(tmp_path / "scene.gltf"), defocus=QUICK) as gui:
         as_opened(gui)
-        app = gui.app
-        app.edit(replace(app.shot, in_out=FrameRange(2, 5)))
+        session = gui.session
+        session.editing.edit(replace(session.shot, in_out=FrameRange(2, 5)))
         gui.frame()
         fill(gui, 4)
-        renderer.load_scene(app.source.scene)
+        renderer.load_scene(session.source.scene)
         for frame in (2, 5):
-            job = app.pull.jobs.of(frame)
-            kept = app.pull.store.get(job.key)
+            job = session.pull.jobs.of(frame)
+            kept = session.pull.store.get(job.key)
             np.testing.assert_array_equal(kept.pixels, half_of(renderer.pixels(job.shot, frame)))
 
 
@@ -270,23 +274,23 @@ def test_frames_of_yesterday_are_read_from_the_disk(ctx, tmp_path):
     with gui_of(ctx, pattern, defocus=QUICK, frames_folder=folder) as gui:
         fill(gui)
     with gui_of(ctx, pattern, defocus=QUICK, frames_folder=folder) as gui:
-        gui.until(lambda: len(gui.app.pull.rendered) == COUNT, "the frames on disk")
-        assert gui.app.pull.version == 0  # none was rendered
-        gui.app.timeline.playback._clock = Clock()
+        gui.until(lambda: len(gui.session.pull.rendered) == COUNT, "the frames on disk")
+        assert gui.session.pull.version == 0  # none was rendered
+        gui.session.timeline.playback._clock = Clock()
         gui.key(K.space)
-        gui.until(lambda: gui.app.pull.is_at_hand(FIRST + 3), "what comes next in memory")
+        gui.until(lambda: gui.session.pull.is_at_hand(FIRST + 3), "what comes next in memory")
 
 
 def test_forgetting_and_switching_off(gui, tmp_path):
     fill(gui)
     at_rest(gui)
     gui.do("Render frames ahead")
-    assert not gui.app.pull.is_on and rendered(gui) == []
+    assert not gui.session.pull.is_on and rendered(gui) == []
     gui.do("Render frames ahead")
     assert len(rendered(gui)) == COUNT
     gui.do("Clear rendered frames")
     gui.frame()
-    assert rendered(gui) == [] and gui.app.pull.store.memory.bytes_in_use == 0
+    assert rendered(gui) == [] and gui.session.pull.store.memory.bytes_in_use == 0
     fill(gui)
 
 
@@ -303,7 +307,7 @@ def test_the_popup_tells_what_is_kept_and_bounds_it(ctx, tmp_path):
             gui.type(text)
             gui.key(K.enter)
         assert (preferences.now.memory_mb, preferences.now.disk_mb) == (3000, 0)
-        store = gui.app.pull.store
+        store = gui.session.pull.store
         store.wait()
         assert store.memory.limit_bytes == 3 * 10**9 and store.disk.bytes_in_use == 0
         gui.later()

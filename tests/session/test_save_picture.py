@@ -55,7 +55,7 @@ def gui(ctx, plate):
 def save(gui, name):
     """Through the dialog, the name typed."""
     gui.do("Save picture...")
-    gui.until(lambda: not gui.app.filing.browser.walk.is_reading, "the folder")
+    gui.until(lambda: not gui.ui.dialogs.browser.walk.is_reading, "the folder")
     gui.frame(2)
     gui.click(gui.middle("browser name"))
     gui.key(imgui.Key.a, ctrl=True)
@@ -64,8 +64,8 @@ def save(gui, name):
 
 
 def finished(gui):
-    gui.until(lambda: not gui.app.filing.saver.is_busy, "the file", 60)
-    return gui.app.message
+    gui.until(lambda: not gui.session.pictures.saver.is_busy, "the file", 60)
+    return gui.session.message
 
 
 LENSES = [
@@ -79,13 +79,13 @@ LENSES = [
 def test_the_exr_is_byte_for_byte_that_of_the_command_line(
     capsys, gui, plate, tmp_path, lens, settings
 ):
-    app = gui.app
-    app.edit_lens(replace(app.lens, **lens))
-    app.edit(replace(app.shot, defocus=replace(app.shot.defocus, **settings)))
+    session = gui.session
+    session.editing.edit_lens(replace(session.lens, **lens))
+    session.editing.edit(replace(session.shot, defocus=replace(session.shot.defocus, **settings)))
     gui.frame(2)
     save(gui, "window.exr")
     assert finished(gui) == f"Saved {tmp_path / 'window.exr'}."
-    now, defocus = app.lens, app.shot.defocus
+    now, defocus = session.lens, session.shot.defocus
     words = ["--f-stop", now.f_stop, "--focus-distance", now.focus_distance_m]
     words += ["--squeeze", now.squeeze, "--quality", defocus.quality, "--proxy", defocus.proxy]
     render(capsys, plate, tmp_path / "command.exr", *words)
@@ -98,16 +98,18 @@ def test_the_exr_is_byte_for_byte_that_of_the_command_line(
 
 def expected_png(gui):
     """Through the transform on the CPU, by the documented order of steps."""
-    app = gui.app
-    pixels = app.renderer.pixels(app.shot)
+    session = gui.session
+    pixels = session.renderer.pixels(session.shot)
     alpha = pixels[..., 3:]
     light = pixels[..., :3] / alpha
-    shown = app.color.transform.apply_cpu(light, app.view.exposure_stops, app.view.gamma)
+    shown = session.color.transform.apply_cpu(
+        light, session.view.exposure_stops, session.view.gamma
+    )
     return np.concatenate([np.clip(shown, 0, 1), np.clip(alpha, 0, 1)], axis=2) * 255
 
 
 def test_the_png_looks_as_the_window_does(gui, tmp_path):
-    gui.app.view = replace(gui.app.view, exposure_stops=0.75, gamma=1.3)
+    gui.session.view = replace(gui.session.view, exposure_stops=0.75, gamma=1.3)
     gui.frame(2)
     save(gui, "seen.png")
     assert finished(gui).startswith("Saved")
@@ -115,7 +117,7 @@ def test_the_png_looks_as_the_window_does(gui, tmp_path):
     wanted = expected_png(gui)
     assert found.shape == (HEIGHT, WIDTH, 4)
     assert np.abs(found - wanted).max() <= 0.51
-    plain = srgb_transform().apply_cpu(gui.app.renderer.pixels(gui.app.shot)[..., :3]) * 255
+    plain = srgb_transform().apply_cpu(gui.session.renderer.pixels(gui.session.shot)[..., :3]) * 255
     assert np.abs(found[..., :3] - plain).max() > 5  # the view was not sRGB's plain curve
 
 
@@ -129,24 +131,24 @@ def test_a_view_beyond_0_to_1_is_clipped_not_wrapped(tmp_path):
 
 
 def test_a_picture_that_is_not_whole_is_waited_for_aloud(gui, tmp_path):
-    app = gui.app
-    app.live.cost.seconds_per_px.clear()  # nothing is known: the cheapest picture comes first
-    app.edit_lens(replace(app.lens, f_stop=1.2))
+    session = gui.session
+    session.live.cost.seconds_per_px.clear()  # nothing is known: the cheapest picture comes first
+    session.editing.edit_lens(replace(session.lens, f_stop=1.2))
     gui.frame()
-    assert app.live.is_working
-    app.filing.saver.ask(app.shot.source, app.editing.frame, tmp_path / "a.exr")
+    assert session.live.is_working
+    session.pictures.saver.ask(session.shot.source, session.editing.frame, tmp_path / "a.exr")
     gui.frame()
-    assert "Waiting for the whole picture" in app.message and not (tmp_path / "a.exr").exists()
+    assert "Waiting for the whole picture" in session.message and not (tmp_path / "a.exr").exists()
     assert finished(gui).startswith("Saved") and (tmp_path / "a.exr").exists()
 
 
 def test_another_plate_in_between_leaves_the_file_unwritten(gui, plate, tmp_path):
-    app = gui.app
+    session = gui.session
     other = tmp_path / "other.exr"
     shutil.copy(plate, other)
-    app.filing.saver.ask(str(other), app.editing.frame, tmp_path / "a.exr")
+    session.pictures.saver.ask(str(other), session.editing.frame, tmp_path / "a.exr")
     gui.frame()
-    assert app.message.startswith("Gone on before") and not app.filing.saver.is_busy
+    assert session.message.startswith("Gone on before") and not session.pictures.saver.is_busy
     assert not (tmp_path / "a.exr").exists()
 
 
@@ -162,9 +164,9 @@ def test_writing_holds_up_nothing_and_leaving_waits_for_it(ctx, plate, tmp_path,
         gui.settled()
         save(gui, "a.exr")
         gui.frame(5)  # drawn although nothing is written
-        assert gui.app.filing.saver.is_busy and not (tmp_path / "a.exr").exists()
+        assert gui.session.pictures.saver.is_busy and not (tmp_path / "a.exr").exists()
         gui.do("Copy picture")
-        assert "still being written" in gui.app.message
+        assert "still being written" in gui.session.message
         threading.Timer(0.2, go.set).start()
     assert (tmp_path / "a.exr").exists()
 

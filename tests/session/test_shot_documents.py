@@ -10,9 +10,9 @@ from imgui_bundle import imgui
 
 from heatlens.documents.shot_file import autosave_path, read_shot, write_autosave, write_shot
 from heatlens.model.shot import Shot
-from heatlens.session.preferences import Preferences
+from heatlens.session.preferences import Remembered
+from heatlens.session.shot_documents import ShotDocuments
 from heatlens.session.shot_store import proposed_name
-from heatlens.ui.files.shot_documents import ShotDocuments
 from support.gui import Gui
 from support.sequences import FIRST
 from support.shots_of_tests import kept, worked_on
@@ -28,36 +28,43 @@ def film(session_context, tmp_path_factory) -> Iterator[Gui]:
         yield gui
 
 
+def forget(documents: ShotDocuments) -> None:
+    """No document, as before the first one; what is kept has nothing to do with a test before."""
+    documents.path = documents.offer = None
+    documents._saved = documents._kept = documents._reading = documents._coming = None
+    documents._complained = ""
+
+
 @pytest.fixture
 def gui(ctx, film) -> Iterator[Gui]:
-    film.app.documents = ShotDocuments(film.app, lambda: None)
-    film.app.filing.preferences = Preferences()
+    forget(film.session.documents)
+    film.session.preferences.now, film.session.preferences.path = Remembered(), None
     gui = fresh(film)
     yield gui
-    gui.until(lambda: not gui.app.documents._writing, "the end of writing")
+    gui.until(lambda: not gui.session.documents._writing, "the end of writing")
 
 
 def edited(gui) -> Shot:
-    gui.app.editing.do(worked_on(gui.app.shot))
+    gui.session.editing.do(worked_on(gui.session.shot))
     gui.frame(2)
-    return gui.app.shot
+    return gui.session.shot
 
 
 def saved_as(gui, path: Path) -> None:
     """Ctrl+Shift+S, and the name typed in the browser."""
     gui.key(K.s, ctrl=True, shift=True)
     gui.frame(3)
-    gui.until(lambda: not gui.app.filing.browser.walk.is_reading, "the folder")
+    gui.until(lambda: not gui.ui.dialogs.browser.walk.is_reading, "the folder")
     gui.frame(2)
     gui.key(K.a, ctrl=True)
     gui.type(str(path))
     gui.key(K.enter)
-    gui.until(lambda: "Saved" in gui.app.message, "the file")
+    gui.until(lambda: "Saved" in gui.session.message, "the file")
 
 
 def opened(gui, path: Path) -> None:
-    gui.app.open(str(path))
-    gui.until(lambda: gui.app.documents.path == path, "the shot")
+    gui.session.files.open(str(path))
+    gui.until(lambda: gui.session.documents.path == path, "the shot")
     gui.frame(2)
 
 
@@ -65,58 +72,58 @@ def test_a_shot_that_was_saved_and_opened_again_is_the_same(gui, tmp_path):
     shot = edited(gui)
     path = tmp_path / "pull.heatlens.json"
     saved_as(gui, path)
-    assert read_shot(path) == shot and gui.app.documents.is_saved
-    assert gui.app.documents.title == "pull.heatlens.json"
+    assert read_shot(path) == shot and gui.session.documents.is_saved
+    assert gui.session.documents.title == "pull.heatlens.json"
     gui.open(room_file(tmp_path / "still.exr"))
-    assert gui.app.documents.path is None
+    assert gui.session.documents.path is None
     opened(gui, path)
-    assert gui.app.shot == shot
-    assert gui.app.editing.history.past == ()
-    assert gui.app.source.plate.path.name == f"shot.{FIRST}.exr"
+    assert gui.session.shot == shot
+    assert gui.session.editing.history.past == ()
+    assert gui.session.source.plate.path.name == f"shot.{FIRST}.exr"
 
 
 def test_saving_again_asks_for_no_name(gui, tmp_path):
     path = tmp_path / "pull.heatlens.json"
     saved_as(gui, path)
     shot = edited(gui)
-    assert gui.app.documents.title == "pull.heatlens.json *"
-    gui.app.message = ""
+    assert gui.session.documents.title == "pull.heatlens.json *"
+    gui.session.messages.clear()
     gui.key(K.s, ctrl=True, shift=True)
-    gui.until(lambda: "Saved" in gui.app.message, "the file")
-    assert read_shot(path) == shot and not gui.app.filing.browser.is_open
+    gui.until(lambda: "Saved" in gui.session.message, "the file")
+    assert read_shot(path) == shot and not gui.ui.dialogs.browser.is_open
 
 
 def test_a_shot_is_chosen_in_the_browser(gui, tmp_path):
-    shot = worked_on(gui.app.shot)
+    shot = worked_on(gui.session.shot)
     for number in (1, 2):
         write_shot(tmp_path / f"v{number}.heatlens.json", shot)
-    gui.app.filing.preferences.looked_in("shot", tmp_path)
+    gui.session.preferences.looked_in("shot", tmp_path)
     gui.do("Open shot...")
-    gui.until(lambda: not gui.app.filing.browser.walk.is_reading, "the folder")
+    gui.until(lambda: not gui.ui.dialogs.browser.walk.is_reading, "the folder")
     gui.frame(3)
     at = gui.middle("file v2.heatlens.json")
     gui.click(at)
     gui.click(at)
-    gui.until(lambda: gui.app.documents.path is not None, "the shot")
-    assert gui.app.documents.path == tmp_path / "v2.heatlens.json"
-    assert gui.app.shot == shot
+    gui.until(lambda: gui.session.documents.path is not None, "the shot")
+    assert gui.session.documents.path == tmp_path / "v2.heatlens.json"
+    assert gui.session.shot == shot
 
 
 def test_what_is_no_shot_is_refused_and_what_is_open_stays(gui, tmp_path):
     shot = edited(gui)
     path = tmp_path / "bad.heatlens.json"
     path.write_text("{}")
-    gui.app.open(str(path))
-    gui.until(lambda: "bad.heatlens.json" in gui.app.message, "a sentence")
-    gui.app.message = ""
-    gui.app.open(str(tmp_path / "none.heatlens.json"))
-    gui.until(lambda: "none.heatlens.json" in gui.app.message, "a sentence")
-    gui.app.message = ""
+    gui.session.files.open(str(path))
+    gui.until(lambda: "bad.heatlens.json" in gui.session.message, "a sentence")
+    gui.session.messages.clear()
+    gui.session.files.open(str(tmp_path / "none.heatlens.json"))
+    gui.until(lambda: "none.heatlens.json" in gui.session.message, "a sentence")
+    gui.session.messages.clear()
     write_shot(path, replace(shot, source=str(tmp_path / "gone.####.exr")))
-    gui.app.open(str(path))
-    gui.until(lambda: "gone" in gui.app.message, "a sentence")
+    gui.session.files.open(str(path))
+    gui.until(lambda: "gone" in gui.session.message, "a sentence")
     gui.frame(3)
-    assert gui.app.shot == shot and gui.app.documents.path is None
+    assert gui.session.shot == shot and gui.session.documents.path is None
 
 
 def test_what_is_not_saved_is_kept_beside_until_it_is(gui, tmp_path):
@@ -134,18 +141,18 @@ def test_what_is_not_saved_is_kept_beside_until_it_is(gui, tmp_path):
 
 @pytest.mark.parametrize("answer", ["Go on with it", "Throw it away"])
 def test_after_a_crash_the_unsaved_shot_is_offered(gui, tmp_path, answer):
-    path, saved = tmp_path / "pull.heatlens.json", gui.app.shot
+    path, saved = tmp_path / "pull.heatlens.json", gui.session.shot
     write_shot(path, saved)
     write_autosave(path, worked_on(saved))
-    gui.app.open(str(path))
-    gui.until(lambda: gui.app.documents.offer is not None, "the question")
+    gui.session.files.open(str(path))
+    gui.until(lambda: gui.session.documents.offer is not None, "the question")
     gui.frame(3)
     gui.key(K.m)  # means nothing while there is a question
     gui.click(gui.middle(f"unsaved {answer}"))
-    gui.until(lambda: gui.app.documents.path == path, "the shot")
+    gui.until(lambda: gui.session.documents.path == path, "the shot")
     goes_on = answer == "Go on with it"
-    assert gui.app.shot == (worked_on(saved) if goes_on else saved)
-    assert gui.app.documents.is_saved is not goes_on
+    assert gui.session.shot == (worked_on(saved) if goes_on else saved)
+    assert gui.session.documents.is_saved is not goes_on
     kept(gui)
     assert autosave_path(path).exists() is goes_on
     assert read_shot(path) == saved
@@ -154,10 +161,10 @@ def test_after_a_crash_the_unsaved_shot_is_offered(gui, tmp_path, answer):
 
 def test_an_autosave_that_the_crash_cut_off_is_not_offered(gui, tmp_path):
     path = tmp_path / "pull.heatlens.json"
-    write_shot(path, worked_on(gui.app.shot))
+    write_shot(path, worked_on(gui.session.shot))
     autosave_path(path).write_text('{"heatlens_shot": 1, "le')
     opened(gui, path)
-    assert gui.app.documents.offer is None and gui.app.documents.is_saved
+    assert gui.session.documents.offer is None and gui.session.documents.is_saved
 
 
 def test_where_nothing_can_be_kept_that_is_said_once(gui, tmp_path):
@@ -167,11 +174,13 @@ def test_where_nothing_can_be_kept_that_is_said_once(gui, tmp_path):
     shutil.rmtree(path.parent)
     path.parent.write_text("a file where the folder was")
     edited(gui)
-    gui.until(lambda: "there" in gui.app.message and "Saved" not in gui.app.message, "a sentence")
-    gui.app.message = ""
+    gui.until(
+        lambda: "there" in gui.session.message and "Saved" not in gui.session.message, "a sentence"
+    )
+    gui.session.messages.clear()
     gui.key(K.m)
     kept(gui)
-    assert gui.app.message == ""
+    assert gui.session.message == ""
 
 
 @pytest.mark.parametrize(

@@ -10,10 +10,13 @@ import moderngl
 import numpy as np
 from imgui_bundle import imgui
 
+from heatlens.gpu.context import is_software
 from heatlens.model.plate_options import PlateOptions
+from heatlens.render import FrameRenderer
 from heatlens.session.preferences import Preferences
-from heatlens.ui import theme, widgets
-from heatlens.ui.app import App, Start
+from heatlens.session.session import Session
+from heatlens.session.start import Start
+from heatlens.ui import probe, theme
 from heatlens.ui.screen import Screen
 
 SIZE = (1280, 800)
@@ -21,7 +24,7 @@ Point = tuple[float, float]
 
 
 class Gui:
-    """An App, its Screen and a hand."""
+    """A Session, its Screen and a hand."""
 
     def __init__(
         self,
@@ -47,8 +50,17 @@ class Gui:
         self._texture = ctx.texture(self.pixels, 4)
         self._target = ctx.framebuffer([self._texture])
         self._corner = ctx.simple_framebuffer((8, 8))  # frames nobody looks at cost no pixels
-        self.app = App(ctx, start, preferences=preferences, frames_folder=frames_folder)
-        self.screen = Screen(self.app)
+        self.session = Session(
+            FrameRenderer(ctx),
+            start,
+            preferences=preferences,
+            frames_folder=frames_folder,
+            is_software=is_software(ctx),
+        )
+        self.screen = Screen(self.session)
+        self.ui = self.screen.ui
+        self._listening = probe.listening()
+        self.drawn = self._listening.__enter__()  # where each control was drawn last
 
     def frame(self, count: int = 1) -> None:
         """Draw so many frames, with the errors of OpenGL looked for after each."""
@@ -62,7 +74,7 @@ class Gui:
     def _paint(self, target: moderngl.Framebuffer) -> None:
         target.use()
         target.clear(*theme.SURROUND)
-        self.app.viewport.paint(target, self.pixels)
+        self.screen.picture.viewport.paint(target, self.pixels)
         imgui.backends.opengl3_render_draw_data(imgui.get_draw_data())
         assert self.ctx.error == "GL_NO_ERROR"
 
@@ -70,24 +82,24 @@ class Gui:
         """Frames until `condition`; a bound, not a measurement."""
         end, said = time.monotonic() + seconds, ""
         while not condition():
-            said = self.app.message or said
+            said = self.session.message or said
             assert time.monotonic() < end, f"{what} never came. {said}"
             self.frame()
             for _ in range(8):  # the window works on without a frame while nothing is new
-                self.app.work()
+                self.session.work()
             time.sleep(0.001)  # threads have their turn, as they have while a window swaps
 
     def opened(self) -> None:
-        self.until(lambda: self.app.live.shown is not None, "a picture")
+        self.until(lambda: self.session.live.shown is not None, "a picture")
         self.frame(3)
 
     def settled(self) -> None:
         """Until the whole picture is there and on the screen."""
-        self.until(lambda: not self.app.scheduler.is_working, "the whole picture", 60.0)
+        self.until(lambda: not self.session.scheduler.is_working, "the whole picture", 60.0)
         self.frame(2)
 
     def rect(self, name: str) -> tuple[float, float, float, float]:
-        return widgets.drawn_at[name]
+        return self.drawn[name]
 
     def middle(self, name: str) -> Point:
         x0, y0, x1, y1 = self.rect(name)
@@ -145,12 +157,12 @@ class Gui:
 
     def do(self, name: str) -> None:
         """Run an action by its name."""
-        next(a for a in self.app.actions if a.name == name).do(self.app)
+        next(a for a in self.screen.actions if a.name == name).do(self.session.say)
         self.frame(2)
 
     def rest(self) -> None:
         """Let a gesture end, as if time had passed."""
-        self.app.editing.history = self.app.editing.history.at_rest()
+        self.session.editing.history = self.session.editing.history.at_rest()
         self.frame()
 
     def later(self) -> None:
@@ -161,7 +173,7 @@ class Gui:
 
     def begin_again(self) -> None:
         """As it was in the beginning: nothing held or open, the first plate read anew."""
-        app = self.app
+        session = self.session
         self.io.clear_input_keys()
         for button in range(3):
             self.io.add_mouse_button_event(button, False)
@@ -169,24 +181,32 @@ class Gui:
         for _ in range(3):  # a popup over a dialog, say
             self.key(imgui.Key.escape)
         imgui.internal.clear_active_id()
-        app.shows_keys = app.is_over = False
-        app.timeline.playback.stop()
-        app.source.reference = None
-        app.renderer.stopwatch.on = False
-        app.view = app.color.with_names(app.start.view)
-        app.reset_layout()
-        self.open(app.start.source)
-        app.editing.begin(replace(app.shot, lens=app.begun.lens, defocus=app.start.defocus))
-        app.view = replace(app.view, zoom=None, center_px=None)
-        app.message = ""
+        self.ui.shows_keys = self.ui.is_over = False
+        session.timeline.playback.stop()
+        session.source.reference = None
+        session.renderer.stopwatch.on = False
+        session.view = session.color.with_names(session.given.start.view)
+        self.ui.reset_layout()
+        self.open(session.given.start.source)
+        session.editing.begin(
+            replace(
+                session.shot,
+                lens=session.lens_commands.begun_with.lens,
+                defocus=session.given.start.defocus,
+            )
+        )
+        session.view = replace(session.view, zoom=None, center_px=None)
+        session.messages.clear()
         self.frame(3)
 
     def open(self, source: Path | str, options: PlateOptions | None = None) -> None:
         """Open another plate and wait for its picture."""
-        before, opener = self.app.source.version, self.app.source.opener
-        self.app.open(str(source), options)
+        before, opener = self.session.source.version, self.session.source.opener
+        self.session.files.open(str(source), options)
         # A frame that was awaited before counts as a version too, but not as what is opened.
-        self.until(lambda: opener.opening is None and self.app.source.version > before, "the plate")
+        self.until(
+            lambda: opener.opening is None and self.session.source.version > before, "the plate"
+        )
         self.frame(3)
 
     def screenshot(self) -> np.ndarray:
@@ -197,10 +217,11 @@ class Gui:
 
     def at_picture(self, x: float, y: float) -> Point:
         """Where a point of the picture lies in the window."""
-        return self.app.viewport.geometry.window_at_picture((x, y))
+        return self.session.picture_view.geometry.window_at_picture((x, y))
 
     def close(self) -> None:
-        self.app.close()
+        self._listening.__exit__(None, None, None)
+        self.session.close()
         imgui.backends.opengl3_shutdown()
         # moderngl binds again what was bound before: something that stays must be
         self.ctx.framebuffer([self.ctx.texture((1, 1), 4)]).use()

@@ -25,12 +25,12 @@ def write_scene(path: Path) -> Path:
 
 def as_opened(gui: Gui) -> Gui:
     """The scene as it was opened, in a small picture."""
-    app, opened = gui.app, gui.app.source.opened.first
+    session, opened = gui.session, gui.session.source.opened.first
     small = replace(opened.shot.framing, width_px=96, height_px=54)
-    app.editing.frame = opened.frame
-    app.editing.begin(replace(opened.shot, defocus=QUICK, framing=small))
-    app.view = replace(app.view, compare=Compare.OFF, zoom=None)
-    app.scenes.selected, app.message = None, ""
+    session.editing.frame = opened.frame
+    session.editing.begin(replace(opened.shot, defocus=QUICK, framing=small))
+    session.view = replace(session.view, compare=Compare.OFF, zoom=None)
+    session.scenes.selected, session.messages.text = None, ""
     gui.io.add_mouse_pos_event(-1e4, -1e4)
     whole(gui)
     return gui
@@ -39,14 +39,15 @@ def as_opened(gui: Gui) -> Gui:
 def whole(gui: Gui) -> None:
     """Go on until the whole picture is there."""
     gui.frame()  # what was asked for just now is begun
-    app = gui.app
+    session = gui.session
     gui.until(
-        lambda: app.live.shown is not None and not app.scheduler.is_working, "the whole picture"
+        lambda: session.live.shown is not None and not session.scheduler.is_working,
+        "the whole picture",
     )
     gui.frame(2)
 
 
 def middle(gui: Gui) -> tuple[float, float]:
     """Where the picture's middle is in the window."""
-    shape = gui.app.picture_shape
+    shape = gui.session.picture_shape
     return gui.at_picture(shape.width_px / 2, shape.height_px / 2)

@@ -18,4 +18,4 @@ def worked_on(shot: Shot) -> Shot:
 def kept(gui) -> None:
     """Until what was changed has been written beside."""
     gui.frame(2)
-    gui.until(lambda: not gui.app.documents._writing, "the autosave")
+    gui.until(lambda: not gui.session.documents._writing, "the autosave")

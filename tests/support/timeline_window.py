@@ -8,7 +8,12 @@ from pathlib import Path
 import moderngl
 from imgui_bundle import imgui
 
-from heatlens.ui.timeline.timeline import Timeline
+from heatlens.model.pull import EASE_PERCENT
+from heatlens.model.shot import LensParameter
+from heatlens.session.key_drag import KeyDrag
+from heatlens.session.mark_commands import PULL_FRAMES
+from heatlens.session.playback import Ending
+from heatlens.ui.timeline.view import TimelineView
 from support.gui import Gui, gui_of
 from support.sequences import FIRST, LAST, sequence_files
 from support.window_plates import QUICK
@@ -31,29 +36,50 @@ def film_window(ctx: moderngl.Context, folder: Path) -> Iterator[Gui]:
     """The sequence open, every frame of it read."""
     pattern = sequence_files(folder, framesPerSecond=Fraction(25, 1))
     with gui_of(ctx, pattern, defocus=QUICK) as gui:
-        gui.until(lambda: len(gui.app.timeline.runs()) == 1, "all frames")
+        gui.until(lambda: len(gui.session.timeline.runs()) == 1, "all frames")
         yield gui
+
+
+def reset_timeline(gui: Gui) -> None:
+    """The timeline, its panel and what is chosen on it, as they were in the beginning."""
+    session, time, marks = gui.session, gui.session.timeline, gui.session.marks
+    time.playback.stop()
+    time.playback.ending, time.playback.is_every_frame = Ending.LOOP, True
+    time.missing, time.direction = "hold", 1
+    session.keys.choose(frozenset())
+    session.keys._copied = ()
+    session.keys.rows.choose(LensParameter.FOCUS_DISTANCE)
+    session.keys.rows.shows_curve = False
+    marks.pull_from, marks.pull_to, marks.pull_ease_percent = None, "", EASE_PERCENT
+    marks.lengthen_pull(PULL_FRAMES)
+    session.scene_tracks._seen_by = None
+    gui.ui.timeline = TimelineView(KeyDrag(session.editing, session.keys, session.say))
+    gui.ui.opens_pull = False
 
 
 def fresh(film: Gui) -> Gui:
     """The window as it was in the beginning, its film driven by a clock that stands."""
-    app = film.app
-    app.timeline = Timeline(app)
-    app.timeline.playback._clock = Clock()
-    if app.source.opened.text != app.start.source:
+    session = film.session
+    reset_timeline(film)
+    session.timeline.playback._clock = Clock()
+    if session.source.opened.text != session.given.start.source:
         film.begin_again()
-        film.until(lambda: len(app.timeline.runs()) == 1, "all frames")
+        film.until(lambda: len(session.timeline.runs()) == 1, "all frames")
     film.io.clear_input_keys()
     film.io.add_mouse_pos_event(-1e4, -1e4)
-    app.view, app.message, app.editing.frame = app.color.with_names(app.start.view), "", FIRST
-    app.editing.begin(app.source.opened.shot(app.begun.lens, app.shot.defocus))
-    app.editing.auto_key = True
+    session.view = session.color.with_names(session.given.start.view)
+    session.messages.clear()
+    session.editing.frame = FIRST
+    session.editing.begin(
+        session.source.opened.shot(session.lens_commands.begun_with.lens, session.shot.defocus)
+    )
+    session.editing.auto_key = True
     film.frame(2)
     return film
 
 
 def frame(gui) -> int:
-    return gui.app.editing.frame
+    return gui.session.editing.frame
 
 
 def at_frame(gui, number: float) -> tuple[float, float]:

@@ -18,8 +18,8 @@ from heatlens.model.settings import DefocusSettings, Quality
 from heatlens.plate.exr_read import read_parts
 from heatlens.plate.exr_write import write_exr
 from heatlens.session.export_process import ExportState, _take
-from heatlens.ui.panels.export_panel import FRAME_KINDS, ExportWish, wish_for
-from heatlens.ui.widgets import window_words
+from heatlens.session.export_wish import FRAME_KINDS, ExportWish, wish_for
+from heatlens.session.messages import window_words
 from support.gui import Gui, gui_of
 from support.plates import room
 
@@ -48,7 +48,7 @@ def gui(session_context, tmp_path: Path) -> Iterator[Gui]:
 
 
 def ended(gui: Gui) -> ExportState:
-    run, end = gui.app.filing.exporter.run, time.monotonic() + WAIT_S
+    run, end = gui.session.exports.run, time.monotonic() + WAIT_S
     while run.is_busy:
         assert time.monotonic() < end, run.state
         gui.frame()
@@ -63,13 +63,13 @@ def pixels(path: Path) -> np.ndarray:
 
 
 def test_frames_are_those_of_the_command_line(gui: Gui, tmp_path: Path, capsys) -> None:
-    exporter = gui.app.filing.exporter
+    exporter = gui.session.exports
     assert exporter.wish.folder == str(tmp_path / "room_dof") and exporter.wish.name == "room"
     gui.click(gui.middle("Export"))
     state = ended(gui)
     assert (state.code, state.done, state.frames) == (0, 3, 3)
-    assert gui.app.message.startswith("Done")
-    lens = gui.app.lens
+    assert gui.session.message.startswith("Done")
+    lens = gui.session.lens
     words = ["--focal-length", lens.focal_length_mm, "--f-stop", lens.f_stop, "--quality", "draft"]
     words += ["--sensor-width", lens.sensor_width_mm, "--focus-distance", lens.focus_distance_m]
     for frame in FRAMES:
@@ -81,30 +81,30 @@ def test_frames_are_those_of_the_command_line(gui: Gui, tmp_path: Path, capsys) 
 
 
 def test_the_lens_goes_out_as_a_camera(gui: Gui, tmp_path: Path) -> None:
-    exporter = gui.app.filing.exporter
+    exporter = gui.session.exports
     exporter.wish = ExportWish(str(tmp_path), "cam", camera_kind="JSON")
     gui.frame(2)
     gui.click(gui.middle("Write camera"))
-    assert ended(gui).code == 0, gui.app.message
+    assert ended(gui).code == 0, gui.session.message
     assert (
-        str(gui.app.lens.focal_length_mm).rstrip("0").rstrip(".")
+        str(gui.session.lens.focal_length_mm).rstrip("0").rstrip(".")
         in (tmp_path / "cam.json").read_text()
     )
     json.loads((tmp_path / "cam.json").read_text())
 
 
 def test_what_cannot_be_exported_is_said_in_red(gui: Gui, tmp_path: Path) -> None:
-    exporter = gui.app.filing.exporter
+    exporter = gui.session.exports
     exporter.wish = ExportWish(str(tmp_path / "out"), "x", frames="2001-2010")
     gui.frame(2)
     gui.click(gui.middle("Export"))
     state = ended(gui)
     assert state.code == 2 and "2001" in state.said
-    assert gui.app.message == window_words(state.said)
+    assert gui.session.message == window_words(state.said)
 
 
 def test_a_stopped_export_leaves_whole_files(gui: Gui, tmp_path: Path) -> None:
-    exporter = gui.app.filing.exporter
+    exporter = gui.session.exports
     gui.click(gui.middle("Export"))
     exporter.run.cancel()
     state = ended(gui)
@@ -115,26 +115,26 @@ def test_a_stopped_export_leaves_whole_files(gui: Gui, tmp_path: Path) -> None:
 
 def test_a_folder_that_cannot_be_made_is_said(gui: Gui, tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
-    exporter = gui.app.filing.exporter
+    exporter = gui.session.exports
     exporter.wish = ExportWish(str(tmp_path / "file" / "below"), "x")
     gui.frame(2)
     gui.click(gui.middle("Export"))
-    assert "cannot be made" in gui.app.message
+    assert "cannot be made" in gui.session.message
     assert exporter.run.state is None
 
 
 @pytest.mark.parametrize("look", [{"gamma": 1.5}, {"input_space": "ACEScg"}, {}])
 def test_an_exported_picture_looks_as_it_does_here(gui: Gui, tmp_path: Path, look: dict) -> None:
-    gui.app.view = replace(gui.app.view, **look)
+    gui.session.view = replace(gui.session.view, **look)
     gui.settled()
-    exporter = gui.app.filing.exporter
+    exporter = gui.session.exports
     exporter.wish = ExportWish(str(tmp_path / "out"), "x", "PNG, as it looks", frames="1001")
     gui.frame(2)
     gui.click(gui.middle("Export"))
-    assert ended(gui).code == 0, gui.app.message
-    light = download(gui.app.live.shown.texture)[..., :3]
-    stops = gui.app.view.exposure_stops + gui.app.lens.transmission_stops
-    seen = gui.app.color.transform.apply_cpu(light, stops, gui.app.view.gamma)
+    assert ended(gui).code == 0, gui.session.message
+    light = download(gui.session.live.shown.texture)[..., :3]
+    stops = gui.session.view.exposure_stops + gui.session.lens.transmission_stops
+    seen = gui.session.color.transform.apply_cpu(light, stops, gui.session.view.gamma)
     file = np.asarray(Image.open(tmp_path / "out" / "x.1001.png"), float)
     assert np.abs(file - 255 * np.clip(seen, 0, 1)).max() <= 1.0
 

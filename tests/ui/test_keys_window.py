@@ -3,10 +3,10 @@
 import pytest
 from imgui_bundle import imgui
 
-from heatlens.ui.action_list import actions
 from heatlens.ui.keys_window import in_columns, sections
+from support.actions import listed_actions
 
-ALL = actions()
+ALL = listed_actions()
 
 
 def told(has_scene: bool) -> dict[str, tuple[tuple[str, str], ...]]:

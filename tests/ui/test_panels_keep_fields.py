@@ -20,7 +20,8 @@ from heatlens.model.value_bins import bins_of
 from heatlens.model.view import Against, ViewState
 from heatlens.plate.read import read_plate
 from heatlens.session.color_choice import ColorChoice
-from heatlens.ui.panels.export_panel import ExportWish, export_panel
+from heatlens.session.export_wish import ExportWish
+from heatlens.ui.panels.export_panel import export_panel
 from heatlens.ui.panels.lens_panel import LensFacts, blur_panel, lens_panel
 from heatlens.ui.panels.look_panel import look_panel
 from heatlens.ui.panels.plate_panel import PlateFacts, plate_panel
@@ -134,31 +135,31 @@ def test_a_field_that_is_added_later_is_kept(screen):
 
 def draw_each_panel(gui: Gui) -> None:
     """Bring every panel to the front in turn, some frames each."""
-    gui.app.panels = dict.fromkeys(gui.app.panels, True)
+    gui.ui.panels = dict.fromkeys(gui.ui.panels, True)
     gui.frame(2)
-    for name in gui.app.panels:
+    for name in gui.ui.panels:
         imgui.set_window_focus(name)
         gui.frame(FRAMES)
 
 
 def test_no_panel_of_the_window_changes_a_field_of_the_shot(gui: Gui):
-    shot = gui.app.shot
+    shot = gui.session.shot
     lens = with_all_fields_other(shot.lens)
     blur = with_all_fields_other(shot.defocus, {"method": Method.HEAT, "proxy": 0.75})
-    gui.app.edit(replace(shot, lens=lens, defocus=blur))
-    asked = gui.app.shot
+    gui.session.editing.edit(replace(shot, lens=lens, defocus=blur))
+    asked = gui.session.shot
     draw_each_panel(gui)
-    assert gui.app.shot == asked
+    assert gui.session.shot == asked
     assert asked.lens == lens and asked.defocus == blur
 
 
 def test_no_panel_of_the_window_changes_the_view(gui: Gui):
-    view = gui.app.view
+    view = gui.session.view
     of_others = ("display", "view", "input_space", "against")  # names of the config, and what is B
-    gui.app.view = with_all_fields_other(view, {"center_px": (40.0, 30.0)}, but=of_others)
-    asked = gui.app.view
+    gui.session.view = with_all_fields_other(view, {"center_px": (40.0, 30.0)}, but=of_others)
+    asked = gui.session.view
     draw_each_panel(gui)
-    assert gui.app.view == asked
+    assert gui.session.view == asked
 
 
 @pytest.fixture
@@ -168,9 +169,9 @@ def scene_gui(ctx, tmp_path: Path) -> Iterator[Gui]:
 
 
 def test_no_panel_of_the_window_changes_the_framing_of_a_scene(scene_gui: Gui):
-    framing = scene_gui.app.shot.framing
+    framing = scene_gui.session.shot.framing
     assert isinstance(framing, Framing)
     for name, other in with_other_fields(framing, {"camera": "side"}):
-        scene_gui.app.editing.begin(replace(scene_gui.app.shot, framing=other))
+        scene_gui.session.editing.begin(replace(scene_gui.session.shot, framing=other))
         draw_each_panel(scene_gui)
-        assert scene_gui.app.shot.framing == other, name
+        assert scene_gui.session.shot.framing == other, name

@@ -14,9 +14,8 @@ from heatlens.plate.camera_header import lens_attributes
 from heatlens.plate.channel_choice import color_layers_among, depth_channels_first
 from heatlens.plate.radial import planar_depth_m
 from heatlens.plate.read import read_plate
+from heatlens.session.messages import window_words
 from heatlens.session.preferences import Preferences
-from heatlens.ui import widgets
-from heatlens.ui.widgets import window_words
 from support.exr_files import rgb, write_file
 from support.gui import gui_of
 
@@ -45,7 +44,7 @@ def preferences():
 def gui(ctx, plate, preferences):
     with gui_of(ctx, plate, preferences, size=SIZE) as gui:
         for other in ("Look", "Speed"):
-            gui.app.panels[other] = False
+            gui.ui.panels[other] = False
         gui.frame(3)
         yield gui
 
@@ -54,7 +53,7 @@ def choose(gui, control, item):
     gui.click(gui.middle(control))
     gui.frame(2)
     gui.click(gui.middle(f"{control}: {item}"))
-    gui.until(lambda: not gui.app.source.opener.opening, "an answer")
+    gui.until(lambda: not gui.session.source.opener.opening, "an answer")
     gui.frame(3)
 
 
@@ -62,23 +61,23 @@ def enter(gui, control, text):
     gui.click(gui.middle(control))
     gui.type(text)
     gui.click(gui.middle("plate histogram"))
-    gui.until(lambda: not gui.app.source.opener.opening, "an answer")
+    gui.until(lambda: not gui.session.source.opener.opening, "an answer")
     gui.frame(3)
 
 
 def depths(gui):
-    return gui.app.source.plate.depth_m
+    return gui.session.source.plate.depth_m
 
 
 # Choosing
 
 
 def test_another_channel_is_read_and_the_shot_stays(gui):
-    lens = gui.app.lens
+    lens = gui.session.lens
     choose(gui, "channel", "Z")
-    assert gui.app.source.plate.depth.channel == "Z"
-    assert gui.app.lens == lens
-    assert gui.app.shot.plate_options == PlateOptions(depth_channel="Z")
+    assert gui.session.source.plate.depth.channel == "Z"
+    assert gui.session.lens == lens
+    assert gui.session.shot.plate_options == PlateOptions(depth_channel="Z")
 
 
 @pytest.mark.parametrize(
@@ -96,12 +95,12 @@ def test_a_unit_by_name_and_in_metres(gui):
     enter(gui, "in metres", "0.5")
     np.testing.assert_allclose(depths(gui), 0.5 * 8 * RAMP, rtol=1e-6)
     enter(gui, "in metres", "none")
-    assert "'none' is not a number" in gui.app.message
-    assert gui.app.filing.reading.wished == PlateOptions(scene_unit_m=0.5)
+    assert "'none' is not a number" in gui.session.message
+    assert gui.session.files.reading.wished == PlateOptions(scene_unit_m=0.5)
 
 
 def test_along_the_ray_is_turned_into_along_the_axis(gui):
-    before = gui.app.source.plate
+    before = gui.session.source.plate
     choose(gui, "kind", "along the ray")
     window = before.display_window
     planar = planar_depth_m(8 * RAMP, window, window, 1.0, 50.0, 36.0)
@@ -111,10 +110,10 @@ def test_along_the_ray_is_turned_into_along_the_axis(gui):
 def test_along_the_ray_takes_the_lens_in_hand_where_the_header_tells_none(ctx, tmp_path):
     bare = write_file(tmp_path / "bare.exr", channels())
     with gui_of(ctx, bare, size=SIZE, lens={"focal_length_mm": 35.0}) as gui:
-        gui.app.panels["Look"] = gui.app.panels["Speed"] = False
+        gui.ui.panels["Look"] = gui.ui.panels["Speed"] = False
         gui.frame(3)
         choose(gui, "kind", "along the ray")
-        window = gui.app.source.plate.display_window
+        window = gui.session.source.plate.display_window
         planar = planar_depth_m(8 * RAMP, window, window, 1.0, 35.0, 36.0)
         np.testing.assert_allclose(depths(gui), planar, rtol=1e-6)
 
@@ -122,18 +121,18 @@ def test_along_the_ray_takes_the_lens_in_hand_where_the_header_tells_none(ctx, t
 def test_a_colour_layer_is_shown(gui, plate):
     choose(gui, "colour layer", "diffuse")
     wanted = read_plate(plate, PlateOptions(color_layer="diffuse"))
-    assert np.array_equal(gui.app.source.plate.color, wanted.color)
-    assert gui.app.source.opened.options.color_layer == "diffuse"
+    assert np.array_equal(gui.session.source.plate.color, wanted.color)
+    assert gui.session.source.opened.options.color_layer == "diffuse"
 
 
 def test_a_normalised_depth_waits_for_its_ends(gui):
     """Mist alone may be anything: refused, told, and then read step by step."""
     choose(gui, "channel", "mist.V")
-    reading, plate = gui.app.filing.reading, gui.app.source.plate
+    reading, plate = gui.session.files.reading, gui.session.source.plate
     assert "may be a normalised depth" in reading.problem and plate.depth.channel == "Z"
     choose(gui, "convention", "0 near, 1 far")
     assert reading.problem.startswith("Give near and far")
-    assert gui.app.source.plate is plate and gui.app.live.shown is not None
+    assert gui.session.source.plate is plate and gui.session.live.shown is not None
     enter(gui, "near", "50cm")
     enter(gui, "far", "10")
     assert reading.problem == ""
@@ -142,22 +141,22 @@ def test_a_normalised_depth_waits_for_its_ends(gui):
 
 def test_ends_that_cannot_be_leave_the_picture_and_say_why(gui):
     choose(gui, "convention", "1 near, 0 far")
-    plate = gui.app.source.plate
+    plate = gui.session.source.plate
     enter(gui, "near", "9")
     enter(gui, "far", "2")
-    assert gui.app.source.plate is plate
-    assert "near at least 0 and less than far" in gui.app.filing.reading.problem
-    assert "--" not in gui.app.message and "near 9 and far 2" in gui.app.message
+    assert gui.session.source.plate is plate
+    assert "near at least 0 and less than far" in gui.session.files.reading.problem
+    assert "--" not in gui.session.message and "near 9 and far 2" in gui.session.message
     enter(gui, "far", "inf")
-    assert "must be finite" in gui.app.message
+    assert "must be finite" in gui.session.message
 
 
 def test_guess_again_forgets_what_was_chosen(gui, plate, preferences):
     choose(gui, "scene unit", "cm")
     gui.click(gui.middle("Guess again"))
-    gui.until(lambda: not gui.app.source.opener.opening, "an answer")
+    gui.until(lambda: not gui.session.source.opener.opening, "an answer")
     gui.frame(3)
-    assert gui.app.source.opened.options == PlateOptions()
+    assert gui.session.source.opened.options == PlateOptions()
     np.testing.assert_array_equal(depths(gui), read_plate(plate).depth_m)
     assert preferences.now.plates == {}
 
@@ -170,20 +169,20 @@ def test_a_choice_is_remembered_for_the_folder(ctx, gui, plate, preferences):
     choose(gui, "channel", "mist.V")  # refused, and so not remembered
     assert preferences.now.plates[str(plate.parent)].depth_channel == "R"
     other = write_file(plate.with_name("other.exr"), channels())
-    gui.app.open(str(other))
-    gui.until(lambda: gui.app.source.plate.path == other, "the other plate")
-    assert gui.app.source.plate.depth.channel == "R"
+    gui.session.files.open(str(other))
+    gui.until(lambda: gui.session.source.plate.path == other, "the other plate")
+    assert gui.session.source.plate.depth.channel == "R"
 
 
 def test_undo_reads_the_plate_as_before(gui, plate):
     choose(gui, "scene unit", "cm")
     gui.rest()
     gui.do("Undo")
-    gui.until(lambda: gui.app.source.opened.options == PlateOptions(), "the plate as before")
+    gui.until(lambda: gui.session.source.opened.options == PlateOptions(), "the plate as before")
     gui.frame(2)
-    assert gui.app.filing.reading.wished == PlateOptions()
+    assert gui.session.files.reading.wished == PlateOptions()
     gui.do("Redo")
-    gui.until(lambda: gui.app.source.opened.options.scene_unit_m == 0.01, "the plate again")
+    gui.until(lambda: gui.session.source.opened.options.scene_unit_m == 0.01, "the plate again")
 
 
 def test_a_plate_that_is_gone_after_undo_is_told_once(gui, plate):
@@ -191,26 +190,26 @@ def test_a_plate_that_is_gone_after_undo_is_told_once(gui, plate):
     gui.rest()
     plate.unlink()
     gui.do("Undo")
-    gui.until(lambda: "plate.exr" in gui.app.message, "the sentence")
-    gui.app.message = ""
+    gui.until(lambda: "plate.exr" in gui.session.message, "the sentence")
+    gui.session.messages.clear()
     gui.frame(5)
-    assert gui.app.message == "" and not gui.app.source.opener.opening
+    assert gui.session.message == "" and not gui.session.source.opener.opening
 
 
 def test_a_shot_of_another_plate_leaves_this_one_as_it_is(gui):
-    shot = gui.app.shot
+    shot = gui.session.shot
     other = replace(shot, source="/gone.exr", plate_options=PlateOptions(scene_unit_m=0.01))
-    gui.app.editing.begin(other)
+    gui.session.editing.begin(other)
     gui.frame(3)
-    assert not gui.app.source.opener.opening
-    assert gui.app.source.opened.options == PlateOptions()
+    assert not gui.session.source.opener.opening
+    assert gui.session.source.opened.options == PlateOptions()
 
 
 # What it tells
 
 
 def test_the_distance_under_the_pointer_is_that_of_the_pixel(gui):
-    plate = gui.app.source.plate
+    plate = gui.session.source.plate
     gui.move(gui.at_picture(20.5, 7.5))
     gui.frame(2)
     assert gui.screen.picture.hovered == (20, 7)
@@ -225,7 +224,7 @@ def test_the_mark_in_the_histogram_moves_with_the_pointer(gui):
         gui.frame(2)
         x0, y0, x1, _ = (round(v) for v in gui.rect("plate histogram"))
         bar = gui.screenshot()[y0 + 4 : y0 + 20, x0:x1].min(axis=(0, 2))
-        part = gui.app.histogram.part_at(float(8 * RAMP[int(y), int(x)]))
+        part = gui.session.histogram.part_at(float(8 * RAMP[int(y), int(x)]))
         assert np.flatnonzero(bar > 180).mean() == pytest.approx((1 - part) * (x1 - x0), abs=1.5)
 
 
@@ -240,12 +239,12 @@ def test_a_part_of_the_histogram_is_a_part_of_the_dioptres(distance_m):
 def test_a_plate_of_blur_has_no_histogram(ctx, tmp_path):
     coc = write_file(tmp_path / "coc.exr", rgb(HEIGHT, WIDTH) | {"coc": 4 * RAMP})
     with gui_of(ctx, coc, size=SIZE, plate_options=PlateOptions(depth_convention="coc")) as gui:
-        gui.app.panels["Look"] = gui.app.panels["Speed"] = False
+        gui.ui.panels["Look"] = gui.ui.panels["Speed"] = False
         gui.frame(4)
         x0, y0, x1, y1 = (round(v) for v in gui.rect("plate because"))
         assert gui.screenshot()[y0:y1, x0:x1].max() > 150  # the text is there
         choose(gui, "convention", "guessed")  # known by its name
-        assert gui.app.source.plate.coc_px is not None
+        assert gui.session.source.plate.coc_px is not None
 
 
 # Names
@@ -275,8 +274,8 @@ def test_what_cannot_be_and_what_may_be_two_things_stand_at_their_controls(ctx, 
         **lens_attributes(50, 2, 500, 36, 24),
     )
     with gui_of(ctx, asked, Preferences(), size=SIZE) as gui:
-        gui.app.panels["Look"] = False
-        widgets.drawn_at.clear()
+        gui.ui.panels["Look"] = False
+        gui.drawn.clear()
         gui.frame(3)
-        assert "question about the convention" in widgets.drawn_at
-        assert {"doubt about focus", "doubt about the unit"} <= widgets.drawn_at.keys()
+        assert "question about the convention" in gui.drawn
+        assert {"doubt about focus", "doubt about the unit"} <= gui.drawn.keys()

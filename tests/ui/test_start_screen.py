@@ -12,11 +12,11 @@ from imgui_bundle import imgui
 from heatlens.commands.main import main
 from heatlens.paths import data_dir
 from heatlens.session.preferences import Preferences, Remembered
+from heatlens.session.start import Start
+from heatlens.session.start_choices import kind_of
 from heatlens.source.stream_source import StreamSource
-from heatlens.ui.action_list import actions
-from heatlens.ui.app import Start
-from heatlens.ui.start.first_choice import kind_of
 from heatlens.ui.start.start_layout import lay_out
+from support.actions import listed_actions
 from support.gui import Gui, gui_of
 from support.window_plates import LENS, QUICK, room_file
 
@@ -34,7 +34,7 @@ def begun(ctx):
         imgui.set_current_context(context)
         gui = Gui(ctx, Start(str(source), defocus=QUICK, **start), size, preferences)
         made.append((gui, context, before))
-        gui.until(lambda: not gui.app.filing.is_looking, "the recent files")
+        gui.until(lambda: not gui.session.recent.is_looking, "the recent files")
         gui.frame(3)
         return gui
 
@@ -51,7 +51,7 @@ def remembered(*files: object) -> Preferences:
 
 
 def titles(gui: Gui) -> list[str]:
-    return [card.title for card in gui.app.first.cards()]
+    return [card.title for card in gui.session.start_choices.cards()]
 
 
 def choose(gui: Gui, how: str, row: int) -> None:
@@ -74,14 +74,14 @@ HOWS = ["click", "digit", "arrows"]
 def test_without_a_plate_it_offers_the_demo_the_still_life_and_a_file(begun):
     gui = begun()
     assert titles(gui) == ["Demo scene", "Still life", "Open ..."]
-    assert gui.app.source.plate is None and gui.app.source.opener.opening is None
+    assert gui.session.source.plate is None and gui.session.source.opener.opening is None
 
 
 def test_recent_files_follow_as_far_as_they_are_there(begun, tmp_path):
     plate, shot = room_file(tmp_path / "room.exr"), tmp_path / "a.heatlens.json"
     shot.write_text(json.dumps({}))
     gui = begun(remembered(plate, tmp_path / "gone.exr", STILL, shot))
-    found = [(card.title, card.kind, card.text) for card in gui.app.first.cards()[3:]]
+    found = [(card.title, card.kind, card.text) for card in gui.session.start_choices.cards()[3:]]
     assert found == [("room.exr", "Plate", str(plate)), (shot.name, "Shot", str(shot))]
 
 
@@ -108,9 +108,9 @@ def test_the_demo_is_opened_as_the_option_opens_it(begun, small_demo, how):
     gui = begun()
     choose(gui, how, 0)
     gui.opened()
-    assert gui.app.shot.source == "demo" and gui.app.has_scene
-    assert not gui.app.first.is_wanted
-    assert gui.app.filing.preferences.now.recent == ()  # it has a place of its own
+    assert gui.session.shot.source == "demo" and gui.session.has_scene
+    assert not gui.session.start_choices.is_wanted
+    assert gui.session.preferences.now.recent == ()  # it has a place of its own
 
 
 @pytest.mark.parametrize("how", HOWS)
@@ -119,26 +119,26 @@ def test_a_recent_plate_is_opened(begun, tmp_path, how):
     gui = begun(remembered(*plates))
     choose(gui, how, 4)
     gui.opened()
-    assert gui.app.shot.source == str(plates[1]) and gui.app.lens == LENS
+    assert gui.session.shot.source == str(plates[1]) and gui.session.lens == LENS
 
 
 @pytest.mark.parametrize("how", HOWS)
 def test_a_file_is_asked_for(begun, how):
     gui = begun()
     choose(gui, how, 2)
-    gui.until(lambda: gui.app.filing.browser.is_open, "the dialog")
+    gui.until(lambda: gui.ui.dialogs.browser.is_open, "the dialog")
     gui.key(K._1)  # of the dialog now
     gui.key(K.escape)
     gui.frame(3)
-    assert not gui.app.filing.browser.is_open
-    assert gui.app.first.is_wanted and gui.app.source.opener.opening is None
+    assert not gui.ui.dialogs.browser.is_open
+    assert gui.session.start_choices.is_wanted and gui.session.source.opener.opening is None
 
 
 def test_a_dropped_file_is_opened(begun, tmp_path):
     gui = begun()
-    gui.app.open(str(room_file(tmp_path / "room.exr")))
+    gui.session.files.open(str(room_file(tmp_path / "room.exr")))
     gui.opened()
-    assert not gui.app.first.is_wanted and gui.app.lens == LENS
+    assert not gui.session.start_choices.is_wanted and gui.session.lens == LENS
 
 
 def test_what_cannot_be_opened_is_said_and_another_choice_can_be_made(begun, tmp_path):
@@ -146,19 +146,19 @@ def test_what_cannot_be_opened_is_said_and_another_choice_can_be_made(begun, tmp
     broken.write_bytes(b"no exr")
     gui = begun(remembered(broken, plate))
     choose(gui, "digit", 3)
-    gui.until(lambda: "broken.exr" in gui.app.message, "the refusal")
-    assert gui.app.first.is_wanted
+    gui.until(lambda: "broken.exr" in gui.session.message, "the refusal")
+    assert gui.session.start_choices.is_wanted
     choose(gui, "digit", 4)
     gui.opened()
-    assert gui.app.shot.source == str(plate)
+    assert gui.session.shot.source == str(plate)
 
 
 def test_a_plate_of_the_command_line_that_cannot_be_read_leads_here(begun, tmp_path):
     broken = tmp_path / "broken.exr"
     broken.write_bytes(b"no exr")
     gui = begun(source=broken)
-    gui.until(lambda: gui.app.first.is_wanted, "the start screen")
-    assert "broken.exr" in gui.app.message
+    gui.until(lambda: gui.session.start_choices.is_wanted, "the start screen")
+    assert "broken.exr" in gui.session.message
 
 
 def test_the_lens_of_the_command_line_is_for_what_is_opened_first(begun, tmp_path):
@@ -166,9 +166,9 @@ def test_the_lens_of_the_command_line_is_for_what_is_opened_first(begun, tmp_pat
     gui = begun(remembered(*plates), lens={"f_stop": 4.0})
     choose(gui, "digit", 3)
     gui.opened()
-    assert gui.app.lens.f_stop == 4.0
+    assert gui.session.lens.f_stop == 4.0
     gui.open(plates[1])
-    assert gui.app.lens.f_stop == LENS.f_stop
+    assert gui.session.lens.f_stop == LENS.f_stop
 
 
 # Nothing is open
@@ -176,22 +176,22 @@ def test_the_lens_of_the_command_line_is_for_what_is_opened_first(begun, tmp_pat
 
 def test_escape_and_keys_of_the_picture_do_nothing(begun):
     gui = begun()
-    shot, view = gui.app.shot, gui.app.view
+    shot, view = gui.session.shot, gui.session.view
     for key in (K.escape, K.k, K.space, K.left_bracket, K.d, K.f, K.m, K.up_arrow, K.left_arrow):
         gui.key(key)
-    assert (gui.app.shot, gui.app.view) == (shot, view)
-    assert gui.app.first.is_wanted and gui.app.source.opener.opening is None
+    assert (gui.session.shot, gui.session.view) == (shot, view)
+    assert gui.session.start_choices.is_wanted and gui.session.source.opener.opening is None
 
 
 @pytest.mark.parametrize(
-    "action", [a for a in actions() if a.name not in ("Quit", "Open the demo")]
+    "action", [a for a in listed_actions() if a.name not in ("Quit", "Open the demo")]
 )
 def test_every_command_can_be_given(gui_begun, action):
     gui_begun.do(action.name)
     for _ in range(2):
         gui_begun.key(K.escape)
     gui_begun.frame()
-    assert gui_begun.app.source.plate is None
+    assert gui_begun.session.source.plate is None
 
 
 @pytest.fixture(scope="module")
@@ -211,12 +211,12 @@ def gui_begun(session_context):
 def test_the_menu_leads_back_and_escape_to_the_picture_again(ctx, tmp_path):
     with gui_of(ctx, room_file(tmp_path / "room.exr"), defocus=QUICK) as gui:
         gui.settled()
-        seen, shot = gui.screenshot(), gui.app.shot
+        seen, shot = gui.screenshot(), gui.session.shot
         gui.do("Start screen...")
-        assert gui.app.first.is_wanted and "start Demo scene" in _drawn()
+        assert gui.session.start_choices.is_wanted and "start Demo scene" in gui.drawn
         gui.key(K.escape)
         gui.frame(3)
-        assert not gui.app.first.is_wanted and gui.app.shot == shot
+        assert not gui.session.start_choices.is_wanted and gui.session.shot == shot
         assert abs(gui.screenshot().astype(int) - seen).max() <= 1
 
 
@@ -227,13 +227,7 @@ def test_a_renderer_that_is_listened_to_can_be_chosen(begun):
     assert titles(gui)[3] == "Listen to a renderer"
     choose(gui, "digit", 3)
     gui.frame(2)
-    assert gui.app.source.is_waiting and not gui.app.first.is_wanted
-
-
-def _drawn() -> dict:
-    from heatlens.ui.widgets import drawn_at
-
-    return drawn_at
+    assert gui.session.source.is_waiting and not gui.session.start_choices.is_wanted
 
 
 # How it looks
@@ -264,7 +258,7 @@ def test_cards_lie_inside_the_picture_and_six_recent_files_where_there_is_room(
     left, top, right, bottom = gui.rect("picture")
     shown = [f"start {title}" for title in titles(gui)]
     assert len(shown) == 9
-    rects = [_drawn()[name] for name in shown[: 9 if size[1] >= 800 else 6]]
+    rects = [gui.drawn[name] for name in shown[: 9 if size[1] >= 800 else 6]]
     for x0, y0, x1, y1 in rects:
         assert left <= x0 < x1 <= right and top <= y0 < y1 <= bottom
     assert len({(x0, x1) for x0, _, x1, _ in rects}) == 1  # one left edge, one right edge
@@ -288,6 +282,6 @@ def test_an_empty_name_is_no_wish_for_the_start_screen(capsys, monkeypatch):
 
 
 def test_pictures_on_the_cards_come_with_the_program(begun):
-    pictures = [card.picture for card in begun().app.first.cards() if card.picture]
+    pictures = [card.picture for card in begun().session.start_choices.cards() if card.picture]
     assert len(pictures) == 2
     assert all(Path(data_dir("assets") / name).is_file() for name in pictures)

@@ -6,7 +6,7 @@ import pytest
 from imgui_bundle import imgui
 
 from heatlens.model.frames import FrameRange
-from heatlens.ui.timeline.kept_screen import KeptFrame
+from heatlens.session.kept_screen import KeptFrame
 from support.gui import Gui
 from support.sequences import FIRST, LAST, frame_file, sequence_files
 from support.timeline_window import Clock, at_frame, film_window, frame, fresh, typed
@@ -28,21 +28,21 @@ def gui(ctx, film) -> Gui:
 
 @pytest.fixture
 def clock(gui) -> Clock:
-    return gui.app.timeline.playback._clock
+    return gui.session.timeline.playback._clock
 
 
 def seen(gui) -> int:
     """The frame whose plate is on the screen."""
-    app = gui.app
-    gui.until(lambda: app.turns.seen.frame == frame(gui), "the picture")
-    if isinstance(app.turns.seen, KeptFrame):  # rendered before, from the plate of its job
-        return int(app.pull.jobs.of(frame(gui)).plate.path.name.split(".")[1])
-    return int(app.source.plate.path.name.split(".")[1])
+    session = gui.session
+    gui.until(lambda: session.seen.frame == frame(gui), "the picture")
+    if isinstance(session.seen, KeptFrame):  # rendered before, from the plate of its job
+        return int(session.pull.jobs.of(frame(gui)).plate.path.name.split(".")[1])
+    return int(session.source.plate.path.name.split(".")[1])
 
 
 def test_a_shot_begins_with_the_frames_and_the_rate_of_its_plate(gui):
-    assert gui.app.shot.frames == FrameRange(FIRST, LAST)
-    assert gui.app.shot.frames_per_second == 25.0
+    assert gui.session.shot.frames == FrameRange(FIRST, LAST)
+    assert gui.session.shot.frames_per_second == 25.0
 
 
 def test_a_drag_over_the_ruler_scrubs(gui):
@@ -53,7 +53,7 @@ def test_a_drag_over_the_ruler_scrubs(gui):
         frames.append(seen(gui))
     gui.release()
     assert frames == [1003, 1004, 1006, 1002, FIRST, LAST]
-    assert gui.app.editing.history.past == ()
+    assert gui.session.editing.history.past == ()
 
 
 @pytest.mark.parametrize(
@@ -68,7 +68,7 @@ def test_a_drag_over_the_ruler_scrubs(gui):
     ],
 )
 def test_keys_step(gui, key, start, end):
-    gui.app.timeline.go(start)
+    gui.session.timeline.go(start)
     gui.key(key)
     assert frame(gui) == end and seen(gui) == end
 
@@ -80,14 +80,14 @@ def test_space_plays_by_the_clock_and_stops(gui, clock):
     frames = []
     for _ in range(9):
         clock.now_s += 1 / 25
-        assert gui.app.timeline.is_due
+        assert gui.session.player.is_due
         gui.frame()
         frames.append(seen(gui))
     assert frames == [1002, 1003, 1004, 1005, 1006, 1007, 1008, 1001, 1002]
     gui.key(K.space)
     clock.now_s += 1.0
     gui.frame(3)
-    assert frame(gui) == 1002 and not gui.app.timeline.is_due
+    assert frame(gui) == 1002 and not gui.session.player.is_due
 
 
 def test_shift_and_space_play_backwards_and_scrubbing_stops_it(gui, clock):
@@ -102,13 +102,13 @@ def test_shift_and_space_play_backwards_and_scrubbing_stops_it(gui, clock):
 
 
 def test_in_and_out_are_what_is_played(gui, clock):
-    gui.app.timeline.go(1003)
+    gui.session.timeline.go(1003)
     gui.key(K.i)
     gui.rest()
-    gui.app.timeline.go(1005)
+    gui.session.timeline.go(1005)
     gui.key(K.o)
     gui.rest()
-    assert gui.app.shot.in_out == FrameRange(1003, 1005)
+    assert gui.session.shot.in_out == FrameRange(1003, 1005)
     gui.key(K.home)
     assert frame(gui) == 1003
     gui.key(K.space)
@@ -119,10 +119,10 @@ def test_in_and_out_are_what_is_played(gui, clock):
         frames.append(frame(gui))
     assert frames == [1004, 1005, 1003, 1004]
     gui.key(K.i, shift=True)
-    assert gui.app.shot.in_out is None
+    assert gui.session.shot.in_out is None
     gui.key(K.z, ctrl=True)
     gui.key(K.z, ctrl=True)
-    assert gui.app.shot.in_out == FrameRange(1003, LAST)
+    assert gui.session.shot.in_out == FrameRange(1003, LAST)
 
 
 def test_a_frame_and_a_rate_can_be_typed(gui):
@@ -131,10 +131,10 @@ def test_a_frame_and_a_rate_can_be_typed(gui):
     typed(gui, "frame", "99999")
     assert frame(gui) == LAST
     typed(gui, "frames per second", "24000/1001")
-    assert gui.app.shot.frames_per_second == 24000 / 1001
+    assert gui.session.shot.frames_per_second == 24000 / 1001
     typed(gui, "frames per second", "fast")
-    assert "frames per second" in gui.app.message
-    assert gui.app.shot.frames_per_second == 24000 / 1001
+    assert "frames per second" in gui.session.message
+    assert gui.session.shot.frames_per_second == 24000 / 1001
 
 
 def test_buttons_do_what_keys_do(gui, clock):
@@ -146,25 +146,25 @@ def test_buttons_do_what_keys_do(gui, clock):
     gui.frame()
     assert frame(gui) == FIRST + 2
     gui.click(gui.middle("transport forwards"))
-    assert gui.app.timeline.playback.direction == 0
+    assert gui.session.timeline.playback.direction == 0
 
 
 def test_the_wheel_looks_nearer_and_the_middle_button_pulls_along(gui):
     gui.wheel(at_frame(gui, 1003), 2)
-    scale = gui.app.timeline.scale
+    scale = gui.ui.timeline.scale
     assert scale.last - scale.first == pytest.approx(8 / 1.25**2)
     gui.drag(at_frame(gui, 1006), at_frame(gui, 1004), button=2)
-    assert gui.app.timeline.scale.first > scale.first
+    assert gui.ui.timeline.scale.first > scale.first
     gui.wheel(at_frame(gui, 1003), -9)
-    assert gui.app.timeline.scale is None
+    assert gui.ui.timeline.scale is None
 
 
 def test_a_still_has_no_timeline(gui, tmp_path):
     gui.open(room_file(tmp_path / "still.exr"))
-    assert not gui.app.timeline.is_shown
+    assert not gui.ui.is_timeline_shown
     for key in (K.space, K.right_arrow, K.home, K.end, K.up_arrow, K.down_arrow):
         gui.key(key)
-    assert gui.app.timeline.playback.direction == 0
+    assert gui.session.timeline.playback.direction == 0
 
 
 # Gaps, damage, and frames that come
@@ -184,7 +184,7 @@ def gappy(gui, tmp_path):
 def states(gui) -> dict[int, str]:
     return {
         number: run.state
-        for run in gui.app.timeline.runs()
+        for run in gui.session.timeline.runs()
         for number in range(run.first, run.last + 1)
     }
 
@@ -201,7 +201,7 @@ def test_gaps_hold_and_damage_is_said_and_stops_nothing(gappy, clock):
         clock.now_s += 1 / 24
         gappy.frame()
         seen(gappy)
-        shown.append((frame(gappy), gappy.app.source.plate.path.name, gappy.app.message))
+        shown.append((frame(gappy), gappy.session.source.plate.path.name, gappy.session.message))
     names = ["shot.1002.exr", "shot.1002.exr", "shot.1002.exr", "shot.1005.exr", "shot.1001.exr"]
     assert [s[:2] for s in shown] == list(zip([1002, 1003, 1004, 1005, 1001], names, strict=True))
     assert "shot.1004.exr" in shown[2][2] and shown[1][2] == ""
@@ -213,30 +213,30 @@ def test_a_gap_can_be_black(gappy):
     def contrast() -> float:
         return gappy.screenshot()[y0 + 60 : y1 - 4, x0 + 4 : x1 - 4].std()
 
-    gappy.app.timeline.missing = "black"
-    gappy.app.timeline.go(1003)
+    gappy.session.timeline.missing = "black"
+    gappy.session.timeline.go(1003)
     gappy.frame(2)
     assert contrast() == 0
-    gappy.app.timeline.go(1002)
+    gappy.session.timeline.go(1002)
     gappy.frame(2)
     assert contrast() > 0
 
 
 def test_a_gap_can_stop_it_with_a_sentence(gappy, clock):
-    gappy.app.timeline.missing = "stop"
-    gappy.app.timeline.go(1002)
+    gappy.session.timeline.missing = "stop"
+    gappy.session.timeline.go(1002)
     assert seen(gappy) == 1002
     gappy.key(K.space)
     clock.now_s += 1 / 24
     gappy.frame(2)
-    assert (frame(gappy), gappy.app.timeline.playback.direction) == (1002, 0)
-    assert "shot.1003.exr is missing" in gappy.app.message
+    assert (frame(gappy), gappy.session.timeline.playback.direction) == (1002, 0)
+    assert "shot.1003.exr is missing" in gappy.session.message
 
 
 def test_frames_that_come_are_found(gappy, tmp_path):
     frame_file(tmp_path, 1003)
     frame_file(tmp_path, 1006)
-    gappy.app.timeline.cache.refresh()
-    gappy.until(lambda: gappy.app.timeline.frames.last == 1006, "the new frame")
-    gappy.app.timeline.go(1003)
+    gappy.session.timeline.cache.refresh()
+    gappy.until(lambda: gappy.session.timeline.frames.last == 1006, "the new frame")
+    gappy.session.timeline.go(1003)
     assert seen(gappy) == 1003

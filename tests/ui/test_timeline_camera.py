@@ -33,13 +33,13 @@ def window(session_context, tmp_path_factory) -> Iterator[Gui]:
 @pytest.fixture
 def gui(ctx, window) -> Gui:
     """The camera has three keys, the focus one."""
-    app, opened = window.app, window.app.source.opened.first
+    session, opened = window.session, window.session.source.opened.first
     keys = tuple(PoseKey(f, Pose((x, 0.5, 3.0))) for f, x in PLACES.items())
     framing = replace(opened.shot.framing, width_px=48, height_px=27, track=CameraTrack(keys))
     shot = replace(opened.shot, defocus=QUICK, framing=framing).with_key(6, FOCUS, 3.0)
-    app.editing.frame, app.message = opened.frame, ""
-    app.editing.begin(shot)
-    app.timeline.keys.choose(frozenset())
+    session.editing.frame, session.messages.text = opened.frame, ""
+    session.editing.begin(shot)
+    session.keys.choose(frozenset())
     window.io.clear_input_keys()
     window.io.add_mouse_pos_event(-1e4, -1e4)
     window.frame(30)
@@ -48,12 +48,12 @@ def gui(ctx, window) -> Gui:
 
 def camera(gui) -> dict[float, float]:
     """Metres to the right by frame."""
-    return {key.frame: key.pose.position_m[0] for key in gui.app.shot.framing.track.keys}
+    return {key.frame: key.pose.position_m[0] for key in gui.session.shot.framing.track.keys}
 
 
 def steps(gui) -> int:
     gui.rest()
-    return len(gui.app.editing.history.past)
+    return len(gui.session.editing.history.past)
 
 
 def place(gui, frame: int, row=CAMERA) -> tuple[float, float]:
@@ -73,18 +73,18 @@ def drag_key(gui, frame: int, to: float, through: tuple[float, ...] = ()) -> Non
 def test_a_key_of_the_camera_is_dragged_to_a_whole_frame_in_one_step(gui):
     drag_key(gui, 6, 9.3)
     assert camera(gui) == {3: 0.0, 9: 0.4, 12: 0.8}
-    assert steps(gui) == 1 and gui.app.timeline.keys.chosen == {KeyId(CAMERA, 9)}
+    assert steps(gui) == 1 and gui.session.keys.chosen == {KeyId(CAMERA, 9)}
     gui.key(K.z, ctrl=True)
     assert camera(gui) == PLACES
 
 
 def test_a_key_that_is_passed_comes_back_and_one_that_is_landed_on_is_told_of(gui):
     drag_key(gui, 3, 8, through=(6, 7))
-    assert camera(gui) == {6: 0.4, 8: 0.0, 12: 0.8} and gui.app.message == ""
+    assert camera(gui) == {6: 0.4, 8: 0.0, 12: 0.8} and gui.session.message == ""
     gui.frame(30)
     drag_key(gui, 8, 12)
     assert camera(gui) == {6: 0.4, 12: 0.0}
-    assert "One key made room" in gui.app.message
+    assert "One key made room" in gui.session.message
     gui.key(K.z, ctrl=True)
     assert camera(gui) == {6: 0.4, 8: 0.0, 12: 0.8}
 
@@ -93,24 +93,24 @@ def test_of_two_keys_one_can_land_on_the_other_and_undo_parts_them(gui):
     gui.click(place(gui, 12))
     gui.key(K.delete)
     gui.frame(30)
-    shot = gui.app.shot
+    shot = gui.session.shot
     gui.click(place(gui, 3))
     for _ in range(3):
         gui.key(K.right_arrow, ctrl=True, shift=True)
-    assert camera(gui) == {6: 0.0} and "One key made room" in gui.app.message
-    assert gui.app.shot.camera_key_frames == ()  # it stands still
+    assert camera(gui) == {6: 0.0} and "One key made room" in gui.session.message
+    assert gui.session.shot.camera_key_frames == ()  # it stands still
     gui.key(K.z, ctrl=True)
-    assert camera(gui) == {5: 0.0, 6: 0.4} and gui.app.shot != shot
+    assert camera(gui) == {5: 0.0, 6: 0.4} and gui.session.shot != shot
 
 
 def test_keys_of_lens_and_camera_are_gathered_and_go_together(gui):
     (x, y), (_, lens_y) = place(gui, 6), place(gui, 6, FOCUS)
     gui.drag((x - 9, lens_y - 7), (x + 9, y + 7))
-    assert gui.app.timeline.keys.chosen == {KeyId(CAMERA, 6), KeyId(FOCUS, 6)}
+    assert gui.session.keys.chosen == {KeyId(CAMERA, 6), KeyId(FOCUS, 6)}
     gui.frame(30)
     drag_key(gui, 6, 8)
     assert camera(gui) == {3: 0.0, 8: 0.4, 12: 0.8}
-    assert gui.app.shot.key_frames == (8,) and steps(gui) == 1
+    assert gui.session.shot.key_frames == (8,) and steps(gui) == 1
 
 
 def test_control_pushes_all_that_comes_later_along(gui):
@@ -118,71 +118,71 @@ def test_control_pushes_all_that_comes_later_along(gui):
     drag_key(gui, 3, 5)
     gui.hold(K.mod_ctrl, False)
     assert camera(gui) == {5: 0.0, 8: 0.4, 14: 0.8}
-    assert gui.app.shot.key_frames == (8,) and steps(gui) == 1
+    assert gui.session.shot.key_frames == (8,) and steps(gui) == 1
 
 
 def test_delete_takes_the_chosen_and_the_last_leave_the_camera_where_it_stands(gui):
     gui.click(place(gui, 6))
     gui.key(K.delete)
-    assert camera(gui) == {3: 0.0, 12: 0.8} and gui.app.shot.key_frames == (6,)
-    gui.app.timeline.go(12)
+    assert camera(gui) == {3: 0.0, 12: 0.8} and gui.session.shot.key_frames == (6,)
+    gui.session.timeline.go(12)
     gui.frame(2)
     gui.key(K.a, ctrl=True, shift=True)
     gui.key(K.delete)
-    assert all_keys(gui.app.shot) == frozenset()
-    assert gui.app.scenes.pose.position_m == (0.8, 0.5, 3.0)
+    assert all_keys(gui.session.shot) == frozenset()
+    assert gui.session.scenes.pose.position_m == (0.8, 0.5, 3.0)
     assert steps(gui) == 2
 
 
 def test_k_keys_the_camera_while_its_row_is_the_chosen_one(gui):
-    gui.app.timeline.go(9)
+    gui.session.timeline.go(9)
     gui.frame(2)
-    stood = gui.app.scenes.pose
+    stood = gui.session.scenes.pose
     gui.click(gui.middle("row camera"))
     gui.key(K.k)
-    assert set(camera(gui)) == {3, 6, 9, 12} and gui.app.shot.key_frames == (6,)
-    assert gui.app.scenes.pose.position_m == pytest.approx(stood.position_m)
+    assert set(camera(gui)) == {3, 6, 9, 12} and gui.session.shot.key_frames == (6,)
+    assert gui.session.scenes.pose.position_m == pytest.approx(stood.position_m)
     assert steps(gui) == 1
     gui.click(gui.middle(f"row {FOCUS}"))
     gui.key(K.k)
-    assert gui.app.shot.key_frames == (6, 9) and steps(gui) == 2
+    assert gui.session.shot.key_frames == (6, 9) and steps(gui) == 2
 
 
 def test_a_click_on_a_key_chooses_its_row(gui):
     for row in (CAMERA, FOCUS):
         gui.click(place(gui, 6, row))
-        assert gui.app.timeline.chosen_row is row
+        assert gui.session.keys.rows.chosen is row
         gui.later()
 
 
 def test_keys_of_the_camera_are_copied_to_the_playhead(gui):
     gui.click(place(gui, 3))
     gui.key(K.c, ctrl=True, shift=True)
-    gui.app.timeline.go(15)
+    gui.session.timeline.go(15)
     gui.frame(2)
     gui.key(K.v, ctrl=True, shift=True)
     assert camera(gui) == PLACES | {15: 0.0}
-    assert gui.app.timeline.keys.chosen == {KeyId(CAMERA, 15)} and steps(gui) == 1
+    assert gui.session.keys.chosen == {KeyId(CAMERA, 15)} and steps(gui) == 1
 
 
 def test_what_follows_a_key_is_no_choice_of_the_camera(gui):
     gui.click(place(gui, 6))
-    before = gui.app.shot
-    gui.do("Path after key: hold")
+    before = gui.session.shot
+    gui.do("Interpolate hold after key")
     gui.click(gui.middle("interpolation"))
-    assert gui.app.shot == before
+    assert gui.session.shot == before
     gui.key(K.escape)
 
 
 def test_a_plate_takes_no_keys_of_a_camera_and_says_so(gui):
-    shot = gui.app.shot
+    shot = gui.session.shot
     keys = copied(shot, frozenset({KeyId(CAMERA, 3.0)}))
     with pytest.raises(InputError, match="open a scene"):
         pasted(replace(shot, framing=None), keys, 5.0)
 
 
 def test_a_camera_of_the_scene_becomes_the_shots_own_where_keys_are_pasted(gui):
-    shot = gui.app.shot
+    shot = gui.session.shot
     keys = copied(shot, frozenset({KeyId(CAMERA, 3.0), KeyId(CAMERA, 6.0)}))
     looking = replace(shot, framing=replace(shot.framing, track=None))
     after, chosen = pasted(looking, keys, 20.0)

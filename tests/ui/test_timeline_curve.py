@@ -31,17 +31,17 @@ def film(session_context, tmp_path_factory) -> Iterator[Gui]:
 @pytest.fixture
 def gui(ctx, film) -> Gui:
     gui = fresh(film)
-    shot = gui.app.shot
+    shot = gui.session.shot
     for number, distance_m in KEYED.items():
         shot = shot.with_key(number, FOCUS, distance_m)
-    gui.app.editing.begin(shot)
+    gui.session.editing.begin(shot)
     gui.key(K.c, shift=True)
     gui.frame(2)
     return gui
 
 
 def focus_keys(gui) -> dict[float, float]:
-    return {key.frame: key.value for key in gui.app.shot.curves.focus_distance_m.keys}
+    return {key.frame: key.value for key in gui.session.shot.curves.focus_distance_m.keys}
 
 
 def place(gui, number: int) -> tuple[float, float]:
@@ -51,7 +51,7 @@ def place(gui, number: int) -> tuple[float, float]:
 
 def steps(gui) -> int:
     gui.rest()
-    return len(gui.app.editing.history.past)
+    return len(gui.session.editing.history.past)
 
 
 def per_dioptre(gui) -> float:
@@ -88,79 +88,79 @@ def test_a_key_dragged_beyond_the_top_is_at_infinity(gui):
 
 
 def test_nearer_than_the_lens_can_be_focused_is_refused_aloud(gui):
-    gui.app.editing.begin(
-        replace(gui.app.shot, lens=replace(gui.app.shot.lens, focal_length_mm=900.0))
+    gui.session.editing.begin(
+        replace(gui.session.shot, lens=replace(gui.session.shot.lens, focal_length_mm=900.0))
     )
     gui.frame(2)
     x, y = place(gui, 1002)
     gui.drag((x, y), (x, y + 900))
-    assert focus_keys(gui)[1002] >= 0.9 and "focal length" in gui.app.message
+    assert focus_keys(gui)[1002] >= 0.9 and "focal length" in gui.session.message
 
 
 def test_a_handle_is_dragged_as_one_step_and_bends_the_curve(gui):
     gui.click(place(gui, 1004))
-    gui.do("Path after key: bezier")
+    gui.do("Interpolate bezier after key")
     gui.frame(30)
-    before = gui.app.shot
+    before = gui.session.shot
     at, rise = gui.middle("handle out 1004"), 15.0
     unit = per_dioptre(gui)
     frames = (at[0] - place(gui, 1004)[0]) / (at_frame(gui, 1002)[0] - at_frame(gui, 1001)[0])
     gui.drag(at, (at[0], at[1] - rise))
-    key = gui.app.shot.curves.focus_distance_m.key_at(1004)
+    key = gui.session.shot.curves.focus_distance_m.key_at(1004)
     assert key.ease_out.handle(3.0) == (
         pytest.approx(frames, rel=0.02),
         pytest.approx(-rise / unit, abs=1.0 / unit),  # a pixel,
     )
     assert steps(gui) == 2  # the Bezier, and the handle
-    assert gui.app.shot.lens_at(1005).focus_distance_m > before.lens_at(1005).focus_distance_m
+    assert gui.session.shot.lens_at(1005).focus_distance_m > before.lens_at(1005).focus_distance_m
     gui.key(K.z, ctrl=True)
-    assert gui.app.shot == before
+    assert gui.session.shot == before
 
 
 def test_a_handle_never_runs_back_in_time(gui):
-    gui.do("All keys")
-    gui.do("Path after key: bezier")
+    gui.do("Select all keys")
+    gui.do("Interpolate bezier after key")
     gui.frame(30)
     x, y = gui.middle("handle in 1004")
     gui.drag((x, y), (at_frame(gui, LAST)[0], y))
-    key = gui.app.shot.curves.focus_distance_m.key_at(1004)
+    key = gui.session.shot.curves.focus_distance_m.key_at(1004)
     assert key.ease_in.influence_percent == 0.0
     assert key.interpolation is Interpolation.BEZIER
 
 
 def test_the_band_is_what_is_sharp_at_each_time(gui):
-    samples = FocusTrack().samples(gui.app.shot, FIRST, LAST, 20)
+    samples = FocusTrack().samples(gui.session.shot, FIRST, LAST, 20)
     assert {number for number in KEYED} <= {sample.frame for sample in samples}
     for sample in samples:
-        lens = gui.app.shot.lens_at(sample.frame)
+        lens = gui.session.shot.lens_at(sample.frame)
         assert 1 / sample.focus == pytest.approx(lens.focus_distance_m)
         assert 1 / sample.near == pytest.approx(near_limit_m(lens))
         assert 1 / max(sample.far, 1e-12) == pytest.approx(far_limit_m(lens))
 
 
 def test_a_marked_thing_is_followed_over_the_frames_in_memory(gui):
-    gui.app.edit(replace(gui.app.shot, marks=(PointMark("A", *BALL),)))
+    gui.session.editing.edit(replace(gui.session.shot, marks=(PointMark("A", *BALL),)))
     gui.frame(2)
-    (track,) = gui.app.timeline.mark_tracks()
+    (track,) = gui.session.mark_tracks()
     (line,) = track.lines
     assert [number for number, _ in line] == list(range(FIRST, LAST + 1))
     for number, dioptres in line:
         assert 1 / dioptres == pytest.approx(BALL_M * nearer(number), rel=1e-5)
-    assert gui.app.timeline.mark_tracks()[0] is track  # kept while nothing is new
+    assert gui.session.mark_tracks()[0] is track  # kept while nothing is new
 
 
 def test_a_still_focus_is_a_line_without_keys(gui):
-    gui.do("All keys")
+    gui.do("Select all keys")
     gui.key(K.delete)
     gui.frame(2)
-    assert not gui.app.shot.key_frames
+    assert not gui.session.shot.key_frames
     gui.click(gui.middle("keys"))
     assert steps(gui) == 1
 
 
 def test_frames_too_near_for_the_lens_are_warned_of(gui):
-    track, shot = FocusTrack(), gui.app.shot
+    track, shot = FocusTrack(), gui.session.shot
     lens = replace(shot.lens, close_focus_m=1.8)
-    seen = track.too_close(replace(shot, lens=lens), gui.app.timeline.frames)
+    seen = track.too_close(replace(shot, lens=lens), gui.session.timeline.frames)
     expected = [n for n in range(FIRST, LAST + 1) if shot.lens_at(n).focus_distance_m < 1.8]
     assert list(seen) == expected and expected

@@ -37,11 +37,11 @@ def film(session_context, tmp_path_factory) -> Iterator[Gui]:
 @pytest.fixture
 def gui(ctx, film) -> Gui:
     gui = fresh(film)
-    shot = gui.app.shot
+    shot = gui.session.shot
     for parameter, keys in KEYED.items():
         for number, value in keys.items():
             shot = shot.with_key(number, parameter, value)
-    gui.app.editing.begin(shot)
+    gui.session.editing.begin(shot)
     gui.frame(2)
     return gui
 
@@ -59,12 +59,12 @@ def place(gui: Gui, number: int, parameter: LensParameter) -> tuple[float, float
 
 
 def values(gui: Gui, parameter: LensParameter) -> dict[float, float]:
-    return {key.frame: key.value for key in gui.app.shot.curves.of(parameter).keys}
+    return {key.frame: key.value for key in gui.session.shot.curves.of(parameter).keys}
 
 
 def steps(gui: Gui) -> int:
     gui.rest()
-    return len(gui.app.editing.history.past)
+    return len(gui.session.editing.history.past)
 
 
 # The scale
@@ -135,20 +135,20 @@ def test_a_key_is_dragged_over_frames_and_values_in_one_step(gui, parameter):
 def test_a_handle_bends_the_curve_of_the_f_stop(gui):
     choose(gui, F_STOP)
     gui.click(place(gui, 1004, F_STOP))
-    gui.do("Path after key: bezier")
+    gui.do("Interpolate bezier after key")
     gui.frame(30)
-    before, focus = gui.app.shot.lens_at(1005).f_stop, gui.app.shot.curves.focus_distance_m
+    before, focus = gui.session.shot.lens_at(1005).f_stop, gui.session.shot.curves.focus_distance_m
     x, y = gui.middle("handle out 1004")
     gui.drag((x, y), (x, y - 15.0))
-    assert gui.app.shot.lens_at(1005).f_stop > before * 1.01
-    assert gui.app.shot.curves.focus_distance_m == focus
+    assert gui.session.shot.lens_at(1005).f_stop > before * 1.01
+    assert gui.session.shot.curves.focus_distance_m == focus
     assert steps(gui) == 2
 
 
 def test_what_no_lens_can_be_is_refused_aloud(gui):
     choose(gui, SQUEEZE)
     gui.drag(place(gui, 1004, SQUEEZE), (place(gui, 1004, SQUEEZE)[0], 0.0))
-    assert values(gui, SQUEEZE)[1004] <= 2.0 and "squeeze" in gui.app.message
+    assert values(gui, SQUEEZE)[1004] <= 2.0 and "squeeze" in gui.session.message
 
 
 def test_the_list_beside_the_curve_chooses_another(gui):
@@ -157,19 +157,19 @@ def test_the_list_beside_the_curve_chooses_another(gui):
     gui.click(gui.middle("curve of"))
     gui.click(gui.middle("curve of: focal length"))
     gui.frame(3)
-    assert gui.app.timeline.curve_of is FOCAL
+    assert gui.session.keys.rows.curve_of is FOCAL
     low, high = (place(gui, number, FOCAL)[1] for number in (1002, 1004))
     assert low - high > 20
 
 
 def test_the_key_that_was_clicked_last_is_of_the_chosen_row(gui):
     gui.click(place(gui, 1004, FOCAL))
-    assert gui.app.timeline.curve_of is FOCAL
+    assert gui.session.keys.rows.curve_of is FOCAL
 
 
 def test_a_parameter_without_keys_is_a_level_line(gui):
-    still = gui.app.shot.without_keys(1002, F_STOP)
-    gui.app.editing.begin(still)
+    still = gui.session.shot.without_keys(1002, F_STOP)
+    gui.session.editing.begin(still)
     choose(gui, F_STOP)
     line, axis = CurveLine(), AXES[F_STOP]
     level = line.points(still, axis, 1001, 1008, 5)

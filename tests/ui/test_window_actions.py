@@ -6,18 +6,23 @@ from imgui_bundle import imgui
 
 from heatlens.gpu.textures import download
 from heatlens.model.view import Overlay
-from heatlens.ui.action_list import actions
-from heatlens.ui.actions import _CTRL, _SHIFT, Action
+from heatlens.ui.actions import CTRL, SHIFT, Action
 from heatlens.ui.palette import matches
+from support.actions import listed_actions
 from support.window_plates import BALL, POST, room_file
 
 K = imgui.Key
-ALL = actions()
+ALL = listed_actions()
 KEYED = [action for action in ALL if action.key is not None]
 
 
 def ids(action: Action) -> str:
     return action.name
+
+
+def of(gui, action: Action) -> Action:
+    """The same action, bound to this window."""
+    return next(other for other in gui.screen.actions if other.name == action.name)
 
 
 def chosen(gui, action: Action) -> None:
@@ -27,41 +32,43 @@ def chosen(gui, action: Action) -> None:
 
 
 def keyed(gui, action: Action) -> None:
-    gui.key(action.key, ctrl=bool(action.mods & _CTRL), shift=bool(action.mods & _SHIFT))
+    gui.key(action.key, ctrl=bool(action.mods & CTRL), shift=bool(action.mods & SHIFT))
 
 
 def closed(gui) -> None:
     """Whatever it opened is closed again, as by hand."""
-    if gui.app.filing.browser.is_open:
+    if gui.ui.dialogs.browser.is_open:
         gui.frame(3)
         gui.key(K.escape)
         gui.frame(2)
-        assert not gui.app.filing.browser.is_open
+        assert not gui.ui.dialogs.browser.is_open
     gui.key(K.escape)
-    gui.app.is_over = False
+    gui.ui.is_over = False
 
 
 def state(gui) -> tuple:
     """All that an action can change and that is seen at once."""
-    app = gui.app
-    others = (app.shows_keys, app.is_over, app.filing.browser.is_open, app.source.version)
-    return app.shot, app.view, dict(app.panels), *others
+    session = gui.session
+    ui = gui.ui
+    others = (ui.shows_keys, ui.is_over, ui.dialogs.browser.is_open, session.source.version)
+    return session.shot, session.view, dict(ui.panels), *others
 
 
 @pytest.mark.parametrize("by", [chosen, keyed], ids=["menu", "key"])
 def test_every_action_can_be_done_twice(gui, small_demo, by):
     """Nothing is raised, OpenGL has no error (each frame asks), and the picture comes back."""
-    gui.app.references.open(gui.app.source.plate.path)
-    gui.until(lambda: gui.app.reference is not None, "the reference")
+    gui.session.references.open(gui.session.source.plate.path)
+    gui.until(lambda: gui.session.reference is not None, "the reference")
     for action in ALL if by is chosen else KEYED:
         for _ in range(2):
-            was_on = action.is_on and action.is_on(gui.app)
+            is_on = of(gui, action).is_on
+            was_on = is_on is not None and is_on()
             by(gui, action)
-            gui.until(lambda: not gui.app.source.opener.opening, "the plate")
+            gui.until(lambda: not gui.session.source.opener.opening, "the plate")
             closed(gui)
-            assert action.is_on is None or action.is_on(gui.app) is not was_on, action.name
+            assert is_on is None or is_on() is not was_on, action.name
     gui.settled()
-    assert gui.app.live.shown.shot == gui.app.shot
+    assert gui.session.live.shown.shot == gui.session.shot
 
 
 def test_no_two_actions_share_a_name_or_a_key():
@@ -80,20 +87,21 @@ def test_shortcuts_are_written_as_people_read_them(name, shortcut):
 
 @pytest.mark.parametrize("action", [a for a in KEYED if a.is_on is not None], ids=ids)
 def test_a_switch_switches_and_its_key_switches_back(gui, action):
-    gui.app.references.open(gui.app.source.plate.path)
-    gui.until(lambda: gui.app.reference is not None, "the reference")
-    was = action.is_on(gui.app)
+    gui.session.references.open(gui.session.source.plate.path)
+    gui.until(lambda: gui.session.reference is not None, "the reference")
+    is_on = of(gui, action).is_on
+    was = is_on()
     keyed(gui, action)
-    assert action.is_on(gui.app) is not was
+    assert is_on() is not was
     keyed(gui, action)
-    assert action.is_on(gui.app) is was
+    assert is_on() is was
 
 
 def test_a_plus_needs_shift_on_many_keyboards(gui):
-    zoom = gui.app.viewport.zoom
+    zoom = gui.session.picture_view.zoom
     gui.key(K.equal, shift=True)
     gui.frame()
-    assert gui.app.viewport.zoom == pytest.approx(2 * zoom)
+    assert gui.session.picture_view.zoom == pytest.approx(2 * zoom)
 
 
 def test_a_key_with_other_modifiers_is_another_key(gui):
@@ -106,19 +114,22 @@ def test_a_key_with_other_modifiers_is_another_key(gui):
 
 def test_quit_ends_the_program(gui):
     gui.key(K.q, ctrl=True)
-    assert gui.app.is_over
+    assert gui.ui.is_over
 
 
 def test_a_held_key_goes_on_where_that_is_wanted(gui):
-    before = 1 / gui.app.lens.focus_distance_m
+    before = 1 / gui.session.lens.focus_distance_m
     gui.hold(K.left_bracket)
     gui.frame(60)
     gui.hold(K.left_bracket, False)
-    assert 1 / gui.app.lens.focus_distance_m > before + 5 * gui.app.histogram.most_dioptres / 250
+    assert (
+        1 / gui.session.lens.focus_distance_m
+        > before + 5 * gui.session.histogram.most_dioptres / 250
+    )
     gui.hold(K.d)
     gui.frame(60)
     gui.hold(K.d, False)
-    assert not gui.app.view.depth_of_field  # once
+    assert not gui.session.view.depth_of_field  # once
 
 
 # Palette and keys
@@ -134,7 +145,7 @@ def test_the_palette_does_what_was_typed(gui):
     gui.type("near")
     gui.key(K.enter)
     gui.frame(3)
-    assert gui.app.view.overlay is Overlay.ZONES
+    assert gui.session.view.overlay is Overlay.ZONES
     assert not imgui.is_popup_open("", imgui.PopupFlags_.any_popup)
 
 
@@ -168,7 +179,7 @@ def test_arrows_choose_in_the_palette_and_escape_does_nothing(gui):
         gui.key(K.down_arrow)
     gui.key(K.enter)
     gui.frame(2)
-    assert gui.app.lens.focus_distance_m == float("inf")
+    assert gui.session.lens.focus_distance_m == float("inf")
 
 
 def test_a_click_in_the_palette_does_it(gui):
@@ -176,9 +187,9 @@ def test_a_click_in_the_palette_does_it(gui):
     gui.frame(3)
     gui.type("feet")
     gui.click(gui.middle("palette Metres or feet"))
-    assert gui.app.view.unit == "ft"
+    assert gui.session.view.unit == "ft"
     gui.key(K.d)  # closed: keys are keys again
-    assert not gui.app.view.depth_of_field
+    assert not gui.session.view.depth_of_field
 
 
 def test_letters_in_the_palette_are_no_shortcuts(gui):
@@ -193,11 +204,11 @@ def test_letters_in_the_palette_are_no_shortcuts(gui):
 def test_a_question_mark_shows_the_keys_and_hides_them(gui):
     gui.key(K.slash, shift=True)
     gui.frame(3)
-    assert gui.app.shows_keys
+    assert gui.ui.shows_keys
     assert imgui.internal.find_window_by_name("Keys").active
     gui.key(K.slash, shift=True)
     gui.frame(3)
-    assert not gui.app.shows_keys
+    assert not gui.ui.shows_keys
     assert not imgui.internal.find_window_by_name("Keys").active
 
 
@@ -205,7 +216,7 @@ def test_a_question_mark_shows_the_keys_and_hides_them(gui):
 
 
 def picture(gui) -> np.ndarray:
-    return download(gui.app.live.shown.texture)
+    return download(gui.session.live.shown.texture)
 
 
 def test_another_plate_begins_another_shot(gui, tmp_path):
@@ -214,12 +225,12 @@ def test_another_plate_begins_another_shot(gui, tmp_path):
     gui.do("1:1")
     other = room_file(tmp_path / "other.exr", 80, 50)
     gui.open(other)
-    assert gui.app.shot.source == str(other)
-    assert gui.app.editing.history.past == ()
-    assert gui.app.view.zoom is None
+    assert gui.session.shot.source == str(other)
+    assert gui.session.editing.history.past == ()
+    assert gui.session.view.zoom is None
     assert picture(gui).shape[1::-1] == (80, 50)
     gui.key(K.z, ctrl=True)
-    assert gui.app.shot.source == str(other)
+    assert gui.session.shot.source == str(other)
 
 
 def test_reloading_keeps_the_shot_and_takes_the_new_picture(gui, tmp_path):
@@ -228,13 +239,13 @@ def test_reloading_keeps_the_shot_and_takes_the_new_picture(gui, tmp_path):
     gui.click(gui.at_picture(POST[0] + 0.5, POST[1] + 0.5))
     gui.rest()
     gui.settled()
-    shot, before = gui.app.shot, picture(gui)
+    shot, before = gui.session.shot, picture(gui)
     room_file(path, 64, 96)
-    version = gui.app.source.version
+    version = gui.session.source.version
     gui.key(K.r, ctrl=True)
-    gui.until(lambda: gui.app.source.version > version, "the plate")
+    gui.until(lambda: gui.session.source.version > version, "the plate")
     gui.settled()
-    assert gui.app.shot == shot
+    assert gui.session.shot == shot
     assert picture(gui).shape == (96, 64, 4) != before.shape
 
 
@@ -257,25 +268,25 @@ def test_what_cannot_be_read_is_said_and_the_last_picture_stays(gui, tmp_path, m
     gui.settled()
     path = tmp_path / "damaged.exr"
     make(path)
-    shot, before = gui.app.shot, picture(gui)
-    gui.app.open(str(path))
-    gui.until(lambda: gui.app.message, "a sentence")
+    shot, before = gui.session.shot, picture(gui)
+    gui.session.files.open(str(path))
+    gui.until(lambda: gui.session.message, "a sentence")
     gui.settled()
-    assert path.name in gui.app.message and gui.app.message.endswith(".")
-    assert "Traceback" not in gui.app.message
-    assert gui.app.shot == shot
+    assert path.name in gui.session.message and gui.session.message.endswith(".")
+    assert "Traceback" not in gui.session.message
+    assert gui.session.shot == shot
     np.testing.assert_array_equal(picture(gui), before)
     gui.click(gui.at_picture(BALL[0] + 0.5, BALL[1] + 0.5))  # and goes on to be worked with
     gui.click(gui.at_picture(POST[0] + 0.5, POST[1] + 0.5))
-    assert gui.app.lens != shot.lens
+    assert gui.session.lens != shot.lens
 
 
 def test_a_reference_that_cannot_be_read_is_said_and_the_one_before_stays(gui, tmp_path):
-    gui.app.references.open(gui.app.source.plate.path)
-    gui.until(lambda: gui.app.reference is not None, "the reference")
-    before = gui.app.reference
-    gui.app.message = ""
-    gui.app.references.open(tmp_path / "nothing.exr")
-    gui.until(lambda: gui.app.message, "a sentence")
-    assert "nothing.exr" in gui.app.message
-    assert gui.app.reference is before
+    gui.session.references.open(gui.session.source.plate.path)
+    gui.until(lambda: gui.session.reference is not None, "the reference")
+    before = gui.session.reference
+    gui.session.messages.clear()
+    gui.session.references.open(tmp_path / "nothing.exr")
+    gui.until(lambda: gui.session.message, "a sentence")
+    assert "nothing.exr" in gui.session.message
+    assert gui.session.reference is before

@@ -3,36 +3,35 @@
 import pytest
 from imgui_bundle import imgui
 
-from heatlens.ui.action_list import actions
-from heatlens.ui.panels.speed_panel import Speed
+from heatlens.session.speed import Speed
 
 K = imgui.Key
-OF_SCENES = ("Set camera key", "Frame what is chosen", "Compare with raytraced")
+OF_SCENES = ("Set camera key", "Frame selected", "Compare with raytraced")
 
 
 @pytest.mark.parametrize("name", OF_SCENES)
 def test_of_a_plate_the_palette_says_why_not(gui, name):
-    shot, view = gui.app.shot, gui.app.view
+    shot, view = gui.session.shot, gui.session.view
     gui.key(K.p, ctrl=True, shift=True)
     gui.type(name.lower())
     gui.key(K.enter)
     gui.frame(2)
-    assert "scene" in gui.app.message
-    assert (gui.app.shot, gui.app.view) == (shot, view)
+    assert "scene" in gui.session.message
+    assert (gui.session.shot, gui.session.view) == (shot, view)
 
 
 @pytest.mark.parametrize("name", OF_SCENES)
 def test_of_a_plate_its_item_in_the_menu_is_dead(gui, name):
-    action = next(action for action in gui.app.actions if action.name == name)
-    assert "scene" in action.why_not(gui.app)
-    view = gui.app.view
+    action = next(action for action in gui.screen.actions if action.name == name)
+    assert "scene" in action.why_not()
+    view = gui.session.view
     gui.click(gui.middle(f"menu {action.menu}"))
     gui.click(gui.middle(f"item {name}"))
-    assert gui.app.view == view and gui.app.message == ""
+    assert gui.session.view == view and gui.session.message == ""
 
 
 def test_nothing_else_is_barred(gui):
-    barred = {action.name for action in actions() if action.why_not(gui.app)}
+    barred = {action.name for action in gui.screen.actions if action.why_not()}
     assert barred == {*OF_SCENES, "Compare with accumulation"}
 
 

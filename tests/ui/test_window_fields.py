@@ -14,13 +14,13 @@ K = imgui.Key
 
 
 def focus_m(gui) -> float:
-    return gui.app.lens.focus_distance_m
+    return gui.session.lens.focus_distance_m
 
 
 def steps(gui) -> int:
     """How many steps undo could go back once the hand rests."""
     gui.rest()
-    return len(gui.app.editing.history.past)
+    return len(gui.session.editing.history.past)
 
 
 def typed(gui, name: str, text: str) -> None:
@@ -35,7 +35,7 @@ def test_a_drag_of_the_focus_bar_is_one_step_over_dioptres(gui):
     x0, y0, x1, y1 = gui.rect("focus bar")
     y = (y0 + y1) / 2
     gui.drag((x1 - 3, y), (x0 + 0.25 * (x1 - x0), y))
-    assert focus_m(gui) == pytest.approx(1 / (0.75 * gui.app.histogram.most_dioptres), rel=0.02)
+    assert focus_m(gui) == pytest.approx(1 / (0.75 * gui.session.histogram.most_dioptres), rel=0.02)
     assert steps(gui) == 1
     gui.drag((x0 + 20, y), (x1 + 200, y))
     assert focus_m(gui) == math.inf and steps(gui) == 2
@@ -52,26 +52,26 @@ def test_a_drag_of_the_focus_bar_is_one_step_over_dioptres(gui):
     ],
 )
 def test_a_drag_of_a_slider_is_one_step_and_undo_takes_it_back(gui, name, field):
-    gui.app.panels = {panel: panel == "Lens" for panel in gui.app.panels}  # it has all the room
+    gui.ui.panels = {panel: panel == "Lens" for panel in gui.ui.panels}  # it has all the room
     gui.frame(3)
-    before = gui.app.shot
+    before = gui.session.shot
     x, y = gui.middle(name)
     gui.drag((x - 20, y), (x + 35, y), steps=6)
-    after = gui.app.shot
+    after = gui.session.shot
     assert getattr(after.lens, field) != getattr(before.lens, field)
     assert steps(gui) == 1
     assert (
         replace(after, lens=replace(after.lens, **{field: getattr(before.lens, field)})) == before
     )
     gui.key(K.z, ctrl=True)
-    assert gui.app.shot == before
+    assert gui.session.shot == before
     gui.key(K.z, ctrl=True, shift=True)
-    assert gui.app.shot == after
+    assert gui.session.shot == after
 
 
 def test_a_drag_that_pauses_is_one_step_and_what_comes_later_another(gui, monkeypatch):
     now = 1000.0
-    monkeypatch.setattr(gui.app.editing, "_clock", lambda: now)
+    monkeypatch.setattr(gui.session.editing, "_clock", lambda: now)
     x0, y0, *_ = gui.rect("focus bar")
     gui.press((x0 + 50, y0 + 5))
     for x in (x0 + 80, x0 + 120):
@@ -83,18 +83,18 @@ def test_a_drag_that_pauses_is_one_step_and_what_comes_later_another(gui, monkey
     gui.wheel((x0 + 50, y0 + 5), 1)  # so soon after, it belongs to it
     now += 5.0
     gui.frame(2)
-    assert len(gui.app.editing.history.past) == 1
+    assert len(gui.session.editing.history.past) == 1
     for _ in range(2):
         gui.key(K.right_bracket, shift=True)
         now += 5.0
         gui.frame(2)
-    assert len(gui.app.editing.history.past) == 3
+    assert len(gui.session.editing.history.past) == 3
 
 
 def test_a_drag_of_the_exposure_is_looking_and_no_step(gui):
     x, y = gui.middle("exposure")
     gui.drag((x, y), (x + 40, y))
-    assert gui.app.view.exposure_stops > 0
+    assert gui.session.view.exposure_stops > 0
     assert steps(gui) == 0
 
 
@@ -103,7 +103,7 @@ def test_the_f_stop_slider_stands_on_the_numbers_of_the_ring(gui):
     for part in (0.2, 0.5, 0.8):
         gui.later()
         gui.click((x0 + part * (x1 - x0), (y0 + y1) / 2))
-        assert gui.app.lens.f_stop in THIRD_STOPS
+        assert gui.session.lens.f_stop in THIRD_STOPS
 
 
 @pytest.mark.parametrize(
@@ -127,13 +127,13 @@ def test_what_is_no_distance_is_refused_in_a_sentence_and_the_value_stays(gui, t
     typed(gui, "distance", "3.5")
     typed(gui, "distance", text or " ")
     assert focus_m(gui) == 3.5
-    assert "is not a distance" in gui.app.message
+    assert "is not a distance" in gui.session.message
 
 
 def test_a_distance_within_the_lens_is_refused(gui):
     typed(gui, "distance", "5cm")
     assert focus_m(gui) == LENS.focus_distance_m
-    assert "beyond the focal length of 85 mm" in gui.app.message
+    assert "beyond the focal length of 85 mm" in gui.session.message
 
 
 @pytest.mark.parametrize(
@@ -146,33 +146,33 @@ def test_a_distance_within_the_lens_is_refused(gui):
 )
 def test_stops_are_typed(gui, name, text, field, value):
     typed(gui, name, text)
-    assert getattr(gui.app.lens, field) == value
+    assert getattr(gui.session.lens, field) == value
     typed(gui, name, "wide open")
-    assert getattr(gui.app.lens, field) == value
-    assert "is not a number" in gui.app.message
+    assert getattr(gui.session.lens, field) == value
+    assert "is not a number" in gui.session.message
 
 
 def test_an_emptied_t_stop_is_unknown_again(gui):
     typed(gui, "T-stop", "2.8")
     typed(gui, "T-stop", " ")
-    assert gui.app.lens.t_stop is None
+    assert gui.session.lens.t_stop is None
 
 
 def test_a_field_that_is_left_without_change_changes_nothing(gui):
-    gui.app.edit_lens(replace(LENS, focus_distance_m=1.23456789))
+    gui.session.editing.edit_lens(replace(LENS, focus_distance_m=1.23456789))
     gui.rest()
-    before = gui.app.shot
+    before = gui.session.shot
     gui.click(gui.middle("distance"))
     gui.key(K.enter)
     gui.click(gui.middle("T-stop"))
     gui.key(K.escape)
-    assert gui.app.shot == before
+    assert gui.session.shot == before
 
 
 def test_keys_that_a_text_field_uses_do_nothing_else_while_it_is_typed_in(gui):
     typed(gui, "distance", "3.5")
     gui.rest()
-    before, view = gui.app.shot, gui.app.view
+    before, view = gui.session.shot, gui.session.view
     gui.later()
     gui.click(gui.middle("distance"))
     gui.type("9")
@@ -180,5 +180,5 @@ def test_keys_that_a_text_field_uses_do_nothing_else_while_it_is_typed_in(gui):
         gui.key(key)
     for key in (K.a, K.c, K.v, K.z):
         gui.key(key, ctrl=True)
-    assert (gui.app.shot, gui.app.view, gui.app.message) == (before, view, "")
+    assert (gui.session.shot, gui.session.view, gui.session.message) == (before, view, "")
     gui.key(K.escape)

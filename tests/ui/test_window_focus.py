@@ -16,13 +16,13 @@ def middle_of(pixel: tuple[int, int]) -> tuple[float, float]:
 
 
 def focus_m(gui) -> float:
-    return gui.app.lens.focus_distance_m
+    return gui.session.lens.focus_distance_m
 
 
 def steps(gui) -> int:
     """How many steps undo could go back once the hand rests."""
     gui.rest()
-    return len(gui.app.editing.history.past)
+    return len(gui.session.editing.history.past)
 
 
 # Clicks in the picture
@@ -30,7 +30,7 @@ def steps(gui) -> int:
 
 @pytest.mark.parametrize(("pixel", "distance_m"), [(BALL, BALL_M), (POST, POST_M), (SKY, math.inf)])
 def test_a_click_focuses_on_exactly_what_is_there(gui, pixel, distance_m):
-    gui.app.edit_lens(replace(LENS, focus_distance_m=7.0))
+    gui.session.editing.edit_lens(replace(LENS, focus_distance_m=7.0))
     gui.rest()
     gui.click(gui.at_picture(*middle_of(pixel)))
     assert focus_m(gui) == distance_m
@@ -50,11 +50,11 @@ def test_a_click_at_one_to_one_and_one_far_in_hit_the_same_pixel(gui):
 
 def test_a_click_beside_the_picture_changes_nothing(gui):
     gui.do("1:1")
-    before = gui.app.shot
+    before = gui.session.shot
     for point in ((-3, 10), (WIDTH + 3, 10), (10, -3), (10, HEIGHT + 3)):
         gui.click(gui.at_picture(*point))
-    assert gui.app.shot == before and steps(gui) == 0
-    assert gui.app.message == ""
+    assert gui.session.shot == before and steps(gui) == 0
+    assert gui.session.message == ""
 
 
 def test_a_drag_over_the_picture_follows_the_pointer_and_is_one_step(gui):
@@ -74,23 +74,23 @@ def test_a_drag_that_leaves_the_picture_takes_hold_of_nothing_else(gui):
     gui.move(gui.middle("exposure"))
     gui.release()
     assert (focus_m(gui), steps(gui)) == (POST_M, 1)
-    assert gui.app.view.exposure_stops == 0.0
+    assert gui.session.view.exposure_stops == 0.0
 
 
 def test_what_is_nearer_than_the_focal_length_is_refused_in_a_sentence(gui):
-    gui.app.edit_lens(replace(LENS, focal_length_mm=950.0, focus_distance_m=5.0))
+    gui.session.editing.edit_lens(replace(LENS, focal_length_mm=950.0, focus_distance_m=5.0))
     gui.rest()
     gui.click(gui.at_picture(*middle_of(POST)))
     assert focus_m(gui) == 5.0
-    assert "focal length of 950 mm" in gui.app.message
+    assert "focal length of 950 mm" in gui.session.message
 
 
 @pytest.mark.parametrize("button", [1, 2], ids=["right", "middle"])
 def test_other_buttons_pan_and_focus_nothing(gui, button):
     gui.do("1:1")
-    before, at = gui.app.shot, gui.at_picture(10, 10)
+    before, at = gui.session.shot, gui.at_picture(10, 10)
     gui.drag(at, (at[0] + 12, at[1] - 7), button)
-    assert gui.app.shot == before
+    assert gui.session.shot == before
     assert gui.at_picture(10, 10) == pytest.approx((at[0] + 12, at[1] - 7))
 
 
@@ -98,12 +98,12 @@ def test_the_wheel_zooms_about_the_pointer(gui):
     gui.do("1:1")
     at = gui.at_picture(31.5, 20.5)
     for notches in (1, 2, -1, 3, -5):
-        zoom = gui.app.viewport.zoom
+        zoom = gui.session.picture_view.zoom
         gui.wheel(at, notches)
-        assert gui.app.viewport.zoom == pytest.approx(zoom * 1.25**notches)
-        there = gui.app.viewport.geometry.window_at_picture((31.5, 20.5))
+        assert gui.session.picture_view.zoom == pytest.approx(zoom * 1.25**notches)
+        there = gui.session.picture_view.geometry.window_at_picture((31.5, 20.5))
         assert there == pytest.approx(at, abs=3.0)  # half a pixel for each of the roundings
-    assert gui.app.shot.lens == gui.app.begun.lens
+    assert gui.session.shot.lens == gui.session.lens_commands.begun_with.lens
 
 
 # Keys and the wheel over the panel
@@ -116,54 +116,56 @@ def test_brackets_nudge_focus_along_the_bar(gui):
     start = dioptres()
     gui.key(K.left_bracket)
     nearer = dioptres()
-    assert nearer - start == pytest.approx(gui.app.histogram.most_dioptres / 250)
+    assert nearer - start == pytest.approx(gui.session.histogram.most_dioptres / 250)
     gui.key(K.right_bracket)
     gui.key(K.right_bracket)
     assert dioptres() == pytest.approx(2 * start - nearer)
     gui.key(K.left_bracket, shift=True)
-    assert gui.app.lens.f_stop == 0.9
+    assert gui.session.lens.f_stop == 0.9
     gui.key(K.right_bracket, shift=True)
-    assert gui.app.lens.f_stop == 1.0
+    assert gui.session.lens.f_stop == 1.0
 
 
 def test_the_wheel_over_the_lens_panel_nudges_focus(gui):
     start = 1 / focus_m(gui)
     gui.wheel(gui.middle("focus bar"), 3)
-    step = gui.app.histogram.most_dioptres / 250
+    step = gui.session.histogram.most_dioptres / 250
     assert 1 / focus_m(gui) == pytest.approx(start + 3 * step)
     gui.wheel(gui.middle("distance"), -1)
     assert 1 / focus_m(gui) == pytest.approx(start + 2 * step)
     assert steps(gui) == 1
-    assert gui.app.view.zoom is None
+    assert gui.session.view.zoom is None
 
 
 def test_the_lens_as_it_began_comes_back_whole_from_any_other(gui):
     """Focus and focal length together: neither value goes with the other one's old."""
-    begun = gui.app.begun.lens
+    begun = gui.session.lens_commands.begun_with.lens
     far = replace(begun, focal_length_mm=1200.0, focus_distance_m=50.0, f_stop=8.0, squeeze=1.5)
-    gui.app.begun = replace(gui.app.begun, lens=replace(begun, focus_distance_m=0.5))
-    gui.app.edit_lens(far)
-    assert gui.app.lens == far
-    gui.do("Lens as it began")
-    assert gui.app.lens == gui.app.begun.lens
-    gui.app.begun = replace(gui.app.begun, lens=begun)
+    gui.session.lens_commands.begun_with = replace(
+        gui.session.lens_commands.begun_with, lens=replace(begun, focus_distance_m=0.5)
+    )
+    gui.session.editing.edit_lens(far)
+    assert gui.session.lens == far
+    gui.do("Reset lens")
+    assert gui.session.lens == gui.session.lens_commands.begun_with.lens
+    gui.session.lens_commands.begun_with = replace(gui.session.lens_commands.begun_with, lens=begun)
 
 
 def test_undo_and_redo_go_through_every_gesture(gui):
-    seen = [gui.app.shot]
+    seen = [gui.session.shot]
     gui.click(gui.at_picture(*middle_of(POST)))
     gui.rest()
-    seen.append(gui.app.shot)
+    seen.append(gui.session.shot)
     gui.key(K.right_bracket, shift=True)
     gui.rest()
-    seen.append(gui.app.shot)
+    seen.append(gui.session.shot)
     gui.do("Next bokeh")
     gui.rest()
-    seen.append(gui.app.shot)
+    seen.append(gui.session.shot)
     assert len({repr(shot) for shot in seen}) == 4
     for shot in reversed(seen[:-1]):
         gui.key(K.z, ctrl=True)
-        assert gui.app.shot == shot
+        assert gui.session.shot == shot
     for shot in seen[1:]:
         gui.key(K.z, ctrl=True, shift=True)
-        assert gui.app.shot == shot
+        assert gui.session.shot == shot

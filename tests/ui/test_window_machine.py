@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, rule, run_state_machine_as_test
 from imgui_bundle import imgui
 
-from heatlens.ui.action_list import actions
-from heatlens.ui.actions import _CTRL, _SHIFT
+from heatlens.ui.actions import CTRL, SHIFT
+from support.actions import listed_actions
 from support.gui import Gui, gui_of
 from support.plates import room
 from support.window_plates import HEIGHT, QUICK, WIDTH, write_plate
@@ -18,7 +18,7 @@ K = imgui.Key
 # Dialogs have a test of their own, as they write files.
 BY_HAND = [
     action
-    for action in actions()
+    for action in listed_actions()
     if action.name != "Quit" and action.name != "Copy picture" and not action.name.endswith("...")
 ]
 DRAGGED = ("focus bar", "f-stop", "focal length", "squeeze", "sensor width", "exposure", "gamma")
@@ -35,7 +35,7 @@ class Hand(RuleBasedStateMachine):
         super().__init__()
         self.gui = gui
         gui.begin_again()
-        self.first = gui.app.shot
+        self.first = gui.session.shot
 
     def at(self, point: tuple[float, float]) -> tuple[float, float]:
         """A place in the window at parts of the picture's sides."""
@@ -50,7 +50,7 @@ class Hand(RuleBasedStateMachine):
 
     @rule(action=st.sampled_from([action for action in BY_HAND if action.key is not None]))
     def presses_a_key(self, action):
-        self.gui.key(action.key, bool(action.mods & _CTRL), bool(action.mods & _SHIFT))
+        self.gui.key(action.key, bool(action.mods & CTRL), bool(action.mods & SHIFT))
 
     @rule(point=PICTURE_POINTS, button=st.integers(0, 2))
     def clicks_at_the_picture(self, point, button):
@@ -102,7 +102,7 @@ class Hand(RuleBasedStateMachine):
         key=st.sampled_from([K.enter, K.escape, K.down_arrow]),
     )
     def finds_a_command(self, words, key):
-        self.gui.app.open_palette()
+        self.gui.ui.palette.open()
         self.gui.frame(3)
         self.gui.type(words)
         self.gui.key(key)
@@ -120,26 +120,26 @@ class Hand(RuleBasedStateMachine):
     @rule()
     def waits_for_the_whole_picture(self):
         self.gui.release()
-        self.gui.app.timeline.playback.stop()  # two pictures that play are never both at rest
+        self.gui.session.timeline.playback.stop()  # two pictures that play are never both at rest
         self.gui.settled()
 
     @invariant()
     def the_picture_is_of_the_shot(self):
-        app = self.gui.app
-        if not app.timeline.playback.direction:  # a hand on a focus that plays is ever ahead
-            is_there = app.source.is_settled_at
-            self.gui.until(lambda: is_there(app.editing.frame), "the plate of the frame")
+        session = self.gui.session
+        if not session.timeline.playback.direction:  # a hand on a focus that plays is ever ahead
+            is_there = session.source.is_settled_at
+            self.gui.until(lambda: is_there(session.editing.frame), "the plate of the frame")
             self.gui.frame()  # a click is answered in the frame after
-            assert app.live.shown.shot == app.shot
-        assert app.is_over is False
+            assert session.live.shown.shot == session.shot
+        assert self.gui.ui.is_over is False
 
     @invariant()
     def the_view_is_one_that_can_be_looked_at(self):
-        view = self.gui.app.view
+        view = self.gui.session.view
         assert view.zoom is None or 1 / 64 <= view.zoom <= 256
         assert view.center_px is None or all(math.isfinite(c) for c in view.center_px)
         assert 0 <= view.wipe <= 1 and 0.5 <= view.difference_gain <= 64
-        assert "Traceback" not in self.gui.app.message
+        assert "Traceback" not in self.gui.session.message
 
     def teardown(self):
         gui = self.gui
@@ -147,27 +147,27 @@ class Hand(RuleBasedStateMachine):
             gui.release(button)
         self.arrived()
         gui.rest()
-        self.goes(gui.app.redo)
-        last = gui.app.shot
-        self.goes(gui.app.undo)
-        assert gui.app.shot == self.first
-        self.goes(gui.app.redo)
-        assert gui.app.shot == last
+        self.goes(gui.session.editing.redo)
+        last = gui.session.shot
+        self.goes(gui.session.editing.undo)
+        assert gui.session.shot == self.first
+        self.goes(gui.session.editing.redo)
+        assert gui.session.shot == last
 
     def goes(self, step) -> None:
         """Back to the start, or forward to the end."""
         before = None
-        while self.gui.app.shot != before:
-            before = self.gui.app.shot
+        while self.gui.session.shot != before:
+            before = self.gui.session.shot
             step()
             self.arrived()
-        history = self.gui.app.editing.history
-        assert not (history.past if step == self.gui.app.undo else history.future)
+        history = self.gui.session.editing.history
+        assert not (history.past if step == self.gui.session.editing.undo else history.future)
 
     def arrived(self) -> None:
         """Until the plate is read as the shot says."""
         self.gui.frame()
-        self.gui.until(lambda: not self.gui.app.source.opener.opening, "the plate")
+        self.gui.until(lambda: not self.gui.session.source.opener.opening, "the plate")
         self.gui.frame()
 
 

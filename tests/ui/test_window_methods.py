@@ -35,26 +35,28 @@ def gui(gui):
 def asked(gui, monkeypatch) -> list[Method]:
     """The method of every picture that is begun for B."""
     found: list[Method] = []
-    steps = gui.app.renderer.steps
+    steps = gui.session.renderer.steps
 
     def counted(shot, frame=0, slot=0):
         if slot >= 2:
             found.append(shot.defocus.method)
         return steps(shot, frame, slot)
 
-    monkeypatch.setattr(gui.app.renderer, "steps", counted)
+    monkeypatch.setattr(gui.session.renderer, "steps", counted)
     return found
 
 
 def alone(gui, own: FrameRenderer, method: Method) -> np.ndarray:
     """(H, W, 3) bytes of the shot as it is, by `method`, made anew from the file."""
-    shot = gui.app.shot
-    own.load(read_plate(gui.app.source.plate.path))
+    shot = gui.session.shot
+    own.load(read_plate(gui.session.source.plate.path))
     return displayed(gui, own.pixels(replace(shot, defocus=replace(shot.defocus, method=method))))
 
 
 def by_method(gui, method: Method, compare: Compare = Compare.FLIP) -> None:
-    gui.app.view = replace(gui.app.view, against=Against.METHOD, b_method=method, compare=compare)
+    gui.session.view = replace(
+        gui.session.view, against=Against.METHOD, b_method=method, compare=compare
+    )
     gui.frame(2)
     gui.settled()
 
@@ -70,7 +72,7 @@ def picked(gui, name: str, item: str) -> None:
 
 def with_panel(gui, name: str) -> None:
     """It has all the room."""
-    gui.app.panels = {panel: panel == name for panel in gui.app.panels}
+    gui.ui.panels = {panel: panel == name for panel in gui.ui.panels}
     gui.frame(3)
 
 
@@ -97,8 +99,8 @@ def test_b_follows_the_lens_and_a_is_as_if_it_were_alone(gui, own):
     gui.settled()
     np.testing.assert_array_equal(region(gui), alone(gui, own, Method.SCATTER))
     assert np.any(region(gui) != before)
-    a = own.pixels(gui.app.shot)
-    np.testing.assert_array_equal(download(gui.app.live.shown.texture), a)
+    a = own.pixels(gui.session.shot)
+    np.testing.assert_array_equal(download(gui.session.live.shown.texture), a)
 
 
 def test_the_difference_from_the_same_method_is_black_and_from_another_is_not(gui):
@@ -110,21 +112,21 @@ def test_the_difference_from_the_same_method_is_black_and_from_another_is_not(gu
 
 def test_nothing_is_rendered_for_b_while_it_is_not_seen(gui, asked):
     def turn() -> None:
-        lens = gui.app.lens
-        gui.app.edit_lens(replace(lens, focus_distance_m=lens.focus_distance_m * 1.1))
+        lens = gui.session.lens
+        gui.session.editing.edit_lens(replace(lens, focus_distance_m=lens.focus_distance_m * 1.1))
         gui.frame(2)
         gui.settled()
 
     by_method(gui, Method.GATHER, Compare.OFF)
     turn()
-    gui.app.view = replace(gui.app.view, against=Against.PINHOLE, compare=Compare.WIPE)
+    gui.session.view = replace(gui.session.view, against=Against.PINHOLE, compare=Compare.WIPE)
     turn()
-    by_method(gui, gui.app.shot.defocus.method)  # A is it already
+    by_method(gui, gui.session.shot.defocus.method)  # A is it already
     assert asked == []
     by_method(gui, Method.GATHER)
     assert asked and asked[-1] is Method.GATHER
     asked.clear()
-    gui.app.view = replace(gui.app.view, compare=Compare.OFF)
+    gui.session.view = replace(gui.session.view, compare=Compare.OFF)
     turn()
     assert asked == []
 
@@ -142,63 +144,63 @@ def test_a_whole_b_is_not_made_again(gui, asked):
 
 
 def test_both_methods_are_chosen_in_the_panels(gui, own):
-    gui.app.view = replace(gui.app.view, compare=Compare.FLIP)
+    gui.session.view = replace(gui.session.view, compare=Compare.FLIP)
     with_panel(gui, "Look")
     picked(gui, "B is", "method gather")
-    assert (gui.app.view.against, gui.app.view.b_method) == (Against.METHOD, Method.GATHER)
+    assert (gui.session.view.against, gui.session.view.b_method) == (Against.METHOD, Method.GATHER)
     gui.settled()
     np.testing.assert_array_equal(region(gui), alone(gui, own, Method.GATHER))
     picked(gui, "B is", "method raytraced")
-    assert gui.app.view.b_method is Method.GATHER  # there is no scene, and the list stays open
+    assert gui.session.view.b_method is Method.GATHER  # there is no scene, and the list stays open
     gui.click(gui.middle("B is: pinhole"))
     gui.frame(2)
-    assert gui.app.view.against is Against.PINHOLE
+    assert gui.session.view.against is Against.PINHOLE
     with_panel(gui, "Lens")
     picked(gui, "method", "pyramid")
-    assert gui.app.shot.defocus.method is Method.PYRAMID
+    assert gui.session.shot.defocus.method is Method.PYRAMID
     picked(gui, "method", "accumulation")
-    assert gui.app.shot.defocus.method is Method.PYRAMID
+    assert gui.session.shot.defocus.method is Method.PYRAMID
 
 
 @pytest.mark.parametrize("method", OF_PLATES)
 def test_the_palette_compares_with_a_method(gui, method):
     gui.do(f"Compare with {method}")
-    view = gui.app.view
+    view = gui.session.view
     assert (view.compare, view.against, view.b_method) == (Compare.WIPE, Against.METHOD, method)
     gui.do("Flip to B")
     gui.do("Compare with pinhole")
-    assert (gui.app.view.compare, gui.app.view.against) == (Compare.FLIP, Against.PINHOLE)
+    assert (gui.session.view.compare, gui.session.view.against) == (Compare.FLIP, Against.PINHOLE)
 
 
 def test_a_method_that_needs_a_scene_is_refused_aloud(gui):
-    before = gui.app.view
+    before = gui.session.view
     gui.do("Compare with raytraced")
-    assert gui.app.view == before
-    assert "scene" in gui.app.message
+    assert gui.session.view == before
+    assert "scene" in gui.session.message
 
 
 def test_the_status_says_what_a_and_b_are(gui):
     def said() -> str:
-        return words(gui.app.view, gui.app.sides, None, gui.app.live.shown)
+        return words(gui.session.view, gui.session.sides, None, gui.session.live.shown)
 
     assert said() == "diffusion"
     by_method(gui, Method.GATHER, Compare.WIPE)
     assert said() == "A: diffusion    B: gather"
-    gui.app.view = replace(gui.app.view, against=Against.REFERENCE, depth_of_field=False)
+    gui.session.view = replace(gui.session.view, against=Against.REFERENCE, depth_of_field=False)
     assert said() == "A: pinhole    B: pinhole"
 
 
 def test_a_shot_that_cannot_be_rendered_is_told_once_and_keeps_nothing_busy(gui):
     """A shot of a scene whose source became a plate, say."""
-    shot = gui.app.shot
+    shot = gui.session.shot
     defocus = replace(shot.defocus, method=Method.ACCUMULATION)
-    gui.app.edit(replace(shot, defocus=defocus))
+    gui.session.editing.edit(replace(shot, defocus=defocus))
     gui.frame(2)
-    assert "accumulation" in gui.app.message and not gui.app.sides.is_working
-    gui.app.message = ""
+    assert "accumulation" in gui.session.message and not gui.session.sides.is_working
+    gui.session.messages.clear()
     gui.frame(2)
-    gui.app.work()
-    assert gui.app.message == ""
-    gui.app.edit(shot)
+    gui.session.work()
+    assert gui.session.message == ""
+    gui.session.editing.edit(shot)
     gui.settled()
-    assert gui.app.live.shown.shot == shot
+    assert gui.session.live.shown.shot == shot

@@ -19,11 +19,11 @@ def test_the_tab_in_front_is_seen_beside_all_others(gui, name):
 
 
 def test_the_scene_has_a_tab_where_there_is_a_scene(gui):
-    assert gui.app.scenes.scene is None
+    assert gui.session.scenes.scene is None
     scene = window("Scene")
     assert scene is None or not scene.active
     # A layout that did not know it would be thrown away.
-    assert lists_all(imgui.save_ini_settings_to_memory(), gui.app.panels)
+    assert lists_all(imgui.save_ini_settings_to_memory(), gui.ui.panels)
 
 
 def test_overlays_stand_in_even_rows(gui):

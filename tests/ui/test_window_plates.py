@@ -31,20 +31,20 @@ def own(session_context) -> FrameRenderer:
 
 def shows_the_renderers_picture(gui: Gui, own: FrameRenderer) -> None:
     gui.settled()
-    own.load(read_plate(Path(gui.app.shot.source), gui.app.shot.plate_options))
-    found = download(gui.app.live.shown.texture)
-    np.testing.assert_array_equal(found, own.pixels(gui.app.shot))
+    own.load(read_plate(Path(gui.session.shot.source), gui.session.shot.plate_options))
+    found = download(gui.session.live.shown.texture)
+    np.testing.assert_array_equal(found, own.pixels(gui.session.shot))
 
 
 def looked_at_in_every_way(gui: Gui) -> None:
     """Every overlay and comparison, near and far: nothing breaks, and OpenGL has no error."""
     for overlay in Overlay:
-        gui.app.view = replace(gui.app.view, overlay=overlay)
+        gui.session.view = replace(gui.session.view, overlay=overlay)
         gui.frame(2)
     for compare in Compare:
-        gui.app.view = replace(gui.app.view, compare=compare)
+        gui.session.view = replace(gui.session.view, compare=compare)
         gui.frame(2)
-    gui.app.view = replace(gui.app.view, overlay=Overlay.NONE, compare=Compare.OFF)
+    gui.session.view = replace(gui.session.view, overlay=Overlay.NONE, compare=Compare.OFF)
     for name in ("1:1", "Zoom in", "Zoom in", "Zoom in", "Fit", "Zoom out", "Zoom out", "Fit"):
         gui.do(name)
         gui.screenshot()
@@ -60,44 +60,44 @@ def coc_window(gui, tmp_path) -> Gui:
     blur = coc_px(depth, coc_line(LENS, WIDTH)).astype(np.float32)
     path = write_plate(tmp_path / "blur.exr", color, Z=blur)
     gui.open(path, PlateOptions(depth_convention="coc"))
-    assert gui.app.source.plate.coc_px is not None
+    assert gui.session.source.plate.coc_px is not None
     return gui
 
 
 def test_a_plate_with_its_own_blur_is_shown_with_it(coc_window, own):
     shows_the_renderers_picture(coc_window, own)
     looked_at_in_every_way(coc_window)
-    assert coc_window.app.histogram is None
+    assert coc_window.session.histogram is None
 
 
 def test_focus_is_no_matter_there_and_a_click_says_so(coc_window):
     gui = coc_window
-    gui.app.message = ""
-    before = gui.app.shot
+    gui.session.messages.clear()
+    before = gui.session.shot
     gui.click(gui.at_picture(BALL[0] + 0.5, BALL[1] + 0.5))
-    assert gui.app.shot == before
-    assert "circle of confusion" in gui.app.message
+    assert gui.session.shot == before
+    assert "circle of confusion" in gui.session.message
     for key in (K.left_bracket, K.right_bracket):
         gui.key(key)
     gui.do("Focus at infinity")
     gui.wheel(gui.middle("f-stop"), 2)
-    assert gui.app.shot == before
+    assert gui.session.shot == before
 
 
 def test_a_click_beside_such_a_picture_says_nothing(coc_window):
     gui = coc_window
     gui.do("1:1")
-    gui.app.message = ""
+    gui.session.messages.clear()
     gui.click(gui.at_picture(-4, -4))
-    assert gui.app.message == ""
+    assert gui.session.message == ""
 
 
 def test_its_blur_is_read_under_the_pointer(coc_window):
     gui = coc_window
-    gui.app.message = ""
+    gui.session.messages.clear()
     gui.move(gui.at_picture(SKY[0] + 0.5, SKY[1] + 0.5))
     gui.frame()
-    blur = gui.app.source.plate.coc_px[SKY[1], SKY[0]]
+    blur = gui.session.source.plate.coc_px[SKY[1], SKY[0]]
     text = gui.screen.status.words(gui.screen.picture.hovered)
     assert text.endswith(f"   coc {blur:+.2f} px")
 
@@ -106,7 +106,7 @@ def test_distances_come_back_with_a_plate_that_has_them(coc_window, tmp_path):
     gui = coc_window
     gui.open(room_file(tmp_path / "again.exr"))
     gui.click(gui.at_picture(POST[0] + 0.5, POST[1] + 0.5))
-    assert gui.app.lens.focus_distance_m == pytest.approx(0.9)
+    assert gui.session.lens.focus_distance_m == pytest.approx(0.9)
 
 
 # Sizes
@@ -128,7 +128,7 @@ def test_odd_sizes(gui, own, tmp_path, size, rng):
     x, y = width // 2, height - 1
     gui.click(gui.at_picture(x + 0.5, y + 0.5))
     near = np.sort(depth[max(0, y - 2) : y + 3, max(0, x - 2) : x + 3], axis=None)
-    assert gui.app.lens.focus_distance_m == near[len(near) // 2]
+    assert gui.session.lens.focus_distance_m == near[len(near) // 2]
 
 
 # Windows of the file
@@ -148,12 +148,12 @@ def off_origin(gui, tmp_path) -> Gui:
 def test_an_off_origin_picture_lies_where_its_windows_say(off_origin, own):
     gui = off_origin
     shows_the_renderers_picture(gui, own)
-    assert gui.app.picture_shape.width_px == 80
+    assert gui.session.picture_shape.width_px == 80
     gui.do("Depth of field")
     gui.frame()
-    x, y = (int(c) for c in gui.app.viewport.geometry.origin)
+    x, y = (int(c) for c in gui.session.picture_view.geometry.origin)
     seen = gui.screenshot()
-    lamp = np.argwhere(gui.app.source.plate.color[..., 0] == 40.0)[0]
+    lamp = np.argwhere(gui.session.source.plate.color[..., 0] == 40.0)[0]
     row, column = y + 12 - 20 + lamp[0], x - 5 - 10 + lamp[1]
     assert seen[row, column].min() >= 240
     assert seen[row, column - 2].max() < 240
@@ -163,7 +163,7 @@ def test_an_off_origin_picture_lies_where_its_windows_say(off_origin, own):
 
 def test_the_display_window_has_its_outline(off_origin):
     gui = off_origin
-    x, y = (int(c) for c in gui.app.viewport.geometry.origin)
+    x, y = (int(c) for c in gui.session.picture_view.geometry.origin)
     seen = gui.screenshot().astype(int)
     surround = seen[y + 48, x + 60]
     for row, column in ((y + 50, x + 60), (y + 40, x + 80)):
@@ -178,7 +178,7 @@ def test_the_readout_counts_from_both_windows(off_origin):
     gui.frame()
     text = gui.screen.status.words(gui.screen.picture.hovered)
     assert text.startswith("x 3  y 4  (data window 13, 24)")
-    values = " ".join(f"{c:.4g}" for c in gui.app.source.plate.color[12, 18, :3])
+    values = " ".join(f"{c:.4g}" for c in gui.session.source.plate.color[12, 18, :3])
     assert f"plate {values}" in text
     gui.move(gui.at_picture(60.5, 4.5))
     gui.frame()
@@ -187,14 +187,14 @@ def test_the_readout_counts_from_both_windows(off_origin):
 
 def test_a_click_there_focuses_on_that_pixel_and_outside_the_data_on_none(off_origin):
     gui = off_origin
-    depth = gui.app.source.plate.depth_m
+    depth = gui.session.source.plate.depth_m
     gui.click(gui.at_picture(3.5, 4.5))
     near = np.sort(depth[10:15, 16:21], axis=None)
-    assert gui.app.lens.focus_distance_m == near[12]
-    before, gui.app.message = gui.app.shot, ""
+    assert gui.session.lens.focus_distance_m == near[12]
+    before, gui.session.messages.text = gui.session.shot, ""
     for column in (28.5, 60.5):  # 38 and 70 of the file, whose data end at 35
         gui.click(gui.at_picture(column, 4.5))
-    assert (gui.app.shot, gui.app.message) == (before, "")
+    assert (gui.session.shot, gui.session.message) == (before, "")
 
 
 # Wide pixels, alpha, headers
@@ -202,7 +202,7 @@ def test_a_click_there_focuses_on_that_pixel_and_outside_the_data_on_none(off_or
 
 def test_wide_pixels_are_shown_wide(gui, own, tmp_path):
     gui.open(room_file(tmp_path / "wide.exr", 96, 64, pixelAspectRatio=2.0))
-    assert gui.app.source.plate.pixel_aspect_ratio == 2.0
+    assert gui.session.source.plate.pixel_aspect_ratio == 2.0
     gui.do("1:1")
     shows_the_renderers_picture(gui, own)
     (x0, y0), (x1, y1) = gui.at_picture(0, 0), gui.at_picture(96, 64)
@@ -210,7 +210,7 @@ def test_wide_pixels_are_shown_wide(gui, own, tmp_path):
     gui.do("Zoom in")
     gui.frame()
     gui.click(gui.at_picture(POST[0] + 0.5, POST[1] + 0.5))
-    assert gui.app.lens.focus_distance_m == pytest.approx(0.9)
+    assert gui.session.lens.focus_distance_m == pytest.approx(0.9)
     looked_at_in_every_way(gui)
 
 
@@ -219,13 +219,13 @@ def test_alpha_is_seen_over_black(gui, own, tmp_path):
     alpha = np.where(np.isinf(depth), 0.0, 1.0).astype(np.float32)
     rgba = np.concatenate([color * alpha[..., None], alpha[..., None]], axis=-1)
     gui.open(write_plate(tmp_path / "alpha.exr", rgba, Z=depth))
-    assert gui.app.source.plate.has_alpha
+    assert gui.session.source.plate.has_alpha
     gui.do("1:1")
     shows_the_renderers_picture(gui, own)
     looked_at_in_every_way(gui)
     gui.do("1:1")
     gui.do("Depth of field")
-    x, y = (int(c) for c in gui.app.viewport.geometry.origin)
+    x, y = (int(c) for c in gui.session.picture_view.geometry.origin)
     assert gui.screenshot()[y + SKY[1], x + SKY[0]].max() <= 1
 
 
@@ -233,9 +233,9 @@ def test_a_plate_without_a_lens_in_its_header_focuses_on_its_middle(gui, tmp_pat
     color, depth = room(WIDTH, HEIGHT)
     channels = {name: color[..., i].copy() for i, name in enumerate("RGB")} | {"Z": depth}
     gui.open(write_file(tmp_path / "plain.exr", channels))
-    assert (gui.app.lens.focal_length_mm, gui.app.lens.f_stop) == (50.0, 2.8)
+    assert (gui.session.lens.focal_length_mm, gui.session.lens.f_stop) == (50.0, 2.8)
     middle = np.sort(depth[21:43, 32:64], axis=None)
-    assert gui.app.lens.focus_distance_m == middle[len(middle) // 2]
+    assert gui.session.lens.focus_distance_m == middle[len(middle) // 2]
 
 
 def test_a_plate_of_sky_alone(gui, own, tmp_path):
@@ -244,9 +244,9 @@ def test_a_plate_of_sky_alone(gui, own, tmp_path):
     shows_the_renderers_picture(gui, own)
     looked_at_in_every_way(gui)
     gui.click(gui.at_picture(10.5, 10.5))
-    assert gui.app.lens.focus_distance_m == math.inf
+    assert gui.session.lens.focus_distance_m == math.inf
     gui.key(K.left_bracket)
-    assert gui.app.lens.focus_distance_m == pytest.approx(250.0)
+    assert gui.session.lens.focus_distance_m == pytest.approx(250.0)
 
 
 def test_light_that_is_no_colour_is_shown_as_some(gui, own, tmp_path):
@@ -263,9 +263,9 @@ def test_a_sequence_shows_the_frame_that_was_named(gui, own, tmp_path):
         color, depth = room(WIDTH, HEIGHT)
         write_plate(tmp_path / f"shot.{frame:04}.exr", color * np.float32(frame), Z=depth)
     gui.open(tmp_path / "shot.0008.exr")
-    assert gui.app.editing.frame == 8
+    assert gui.session.editing.frame == 8
     np.testing.assert_array_equal(
-        gui.app.source.plate.color, read_plate(tmp_path / "shot.0008.exr").color
+        gui.session.source.plate.color, read_plate(tmp_path / "shot.0008.exr").color
     )
 
 
@@ -278,16 +278,16 @@ def test_a_plate_too_large_for_the_gpu_is_said_and_the_last_one_comes_back(
     def refuse(*args: object, **kwargs: object) -> None:
         raise GpuError("OpenGL could not make a 128x96 texture (GL_OUT_OF_MEMORY).")
 
-    before = gui.app.shot
+    before = gui.session.shot
     with monkeypatch.context() as full:
         full.setattr("heatlens.render.new_texture", refuse)
-        gui.app.open(str(path))
-        gui.until(lambda: "128x96" in gui.app.message, "a sentence")
+        gui.session.files.open(str(path))
+        gui.until(lambda: "128x96" in gui.session.message, "a sentence")
         gui.frame(3)
     gui.frame(3)
     gui.settled()
-    assert gui.app.shot == before
+    assert gui.session.shot == before
     gui.click(gui.at_picture(POST[0] + 0.5, POST[1] + 0.5))
-    assert gui.app.lens.focus_distance_m == pytest.approx(0.9)
+    assert gui.session.lens.focus_distance_m == pytest.approx(0.9)
     gui.open(path)
-    assert gui.app.picture_shape.width_px == 128
+    assert gui.session.picture_shape.width_px == 128

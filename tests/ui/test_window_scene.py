@@ -43,7 +43,7 @@ def aside(gui: Gui) -> tuple[float, float]:
 
 
 def pose(gui: Gui) -> Pose:
-    return gui.app.scenes.pose
+    return gui.session.scenes.pose
 
 
 def test_the_tab_of_the_scene_comes_with_it_and_all_five_fit(scene_gui):
@@ -54,15 +54,15 @@ def test_the_tab_of_the_scene_comes_with_it_and_all_five_fit(scene_gui):
 
 
 def test_a_scene_shows_its_first_cameras_picture(scene_gui):
-    app = scene_gui.app
-    assert app.scenes.framing.camera == "main" and app.message == ""
-    plate = app.source.plate
+    session = scene_gui.session
+    assert session.scenes.framing.camera == "main" and session.message == ""
+    plate = session.source.plate
     assert plate.color.shape == (54, 96, 4) and np.ptp(plate.color) > 0.1
     assert plate.depth_m[27, 48] == pytest.approx(3.0, rel=1e-5)
 
 
 def test_the_right_button_orbits_round_what_is_in_focus_and_undo_comes_back(scene_gui):
-    before, focus = pose(scene_gui), scene_gui.app.lens.focus_distance_m
+    before, focus = pose(scene_gui), scene_gui.session.lens.focus_distance_m
     pivot = pivot_of(before, focus)
     scene_gui.drag(middle(scene_gui), aside(scene_gui), RIGHT)
     after = pose(scene_gui)
@@ -70,33 +70,39 @@ def test_the_right_button_orbits_round_what_is_in_focus_and_undo_comes_back(scen
     np.testing.assert_allclose(pivot_of(after, focus), pivot, atol=1e-6)
     assert after.position_m[0] < before.position_m[0]  # the scene follows the hand
     scene_gui.rest()
-    scene_gui.app.undo()
+    scene_gui.session.editing.undo()
     scene_gui.frame(2)
-    assert pose(scene_gui) == before and scene_gui.app.scenes.framing.track is None
+    assert pose(scene_gui) == before and scene_gui.session.scenes.framing.track is None
 
 
 def test_a_right_click_that_does_not_move_leaves_the_scenes_camera(scene_gui):
-    shot = scene_gui.app.shot
+    shot = scene_gui.session.shot
     scene_gui.click(middle(scene_gui), RIGHT)
-    assert scene_gui.app.shot == shot
+    assert scene_gui.session.shot == shot
 
 
 def test_a_picture_drawn_small_while_it_moves_stays_as_large_on_the_screen(scene_gui, monkeypatch):
-    app = scene_gui.app
-    large = replace(app.scenes.framing, width_px=960, height_px=540)
-    app.editing.do(replace(app.shot, framing=large))
-    app.view = replace(app.view, zoom=1.0)
+    session = scene_gui.session
+    large = replace(session.scenes.framing, width_px=960, height_px=540)
+    session.editing.do(replace(session.shot, framing=large))
+    session.view = replace(session.view, zoom=1.0)
     whole(scene_gui)
-    shape, before = app.picture_shape, app.viewport.geometry
+    shape, before = session.picture_shape, session.picture_view.geometry
     monkeypatch.setattr("heatlens.session.scene_preview._BUDGET_S", 0.0)
     monkeypatch.setattr("heatlens.session.scene_preview._REST_S", 60.0)
     scene_gui.press(middle(scene_gui), RIGHT)
     x, y = middle(scene_gui)
     scene_gui.move((x + 20.0, y))
     scene_gui.frame()
-    assert app.source.plate.display_window.width < 960  # it is drawn small ...
-    assert (app.picture_shape, app.viewport.geometry) == (shape, before)  # and seen large
-    assert app.source.plate_px(app.shot, (959, 539))[0] < app.source.plate.display_window.width
+    assert session.source.plate.display_window.width < 960  # it is drawn small ...
+    assert (session.picture_shape, session.picture_view.geometry) == (
+        shape,
+        before,
+    )  # and seen large
+    assert (
+        session.source.plate_px(session.shot, (959, 539))[0]
+        < session.source.plate.display_window.width
+    )
     scene_gui.release(RIGHT)
 
 
@@ -112,7 +118,7 @@ def test_control_and_the_right_button_go_aside(scene_gui):
 
 
 def test_control_and_the_wheel_go_nearer_and_zoom_nothing(scene_gui):
-    before, zoom = pose(scene_gui), scene_gui.app.viewport.zoom
+    before, zoom = pose(scene_gui), scene_gui.session.picture_view.zoom
     scene_gui.hold(imgui.Key.mod_ctrl)
     scene_gui.wheel(middle(scene_gui), 1)
     scene_gui.hold(imgui.Key.mod_ctrl, False)
@@ -120,7 +126,7 @@ def test_control_and_the_wheel_go_nearer_and_zoom_nothing(scene_gui):
     np.testing.assert_allclose(by[:2], 0, atol=1e-9)
     assert by[2] < -0.05
     whole(scene_gui)
-    assert scene_gui.app.viewport.zoom == zoom
+    assert scene_gui.session.picture_view.zoom == zoom
 
 
 def test_the_status_bar_tells_what_the_right_button_does_in_a_scene(scene_gui):
@@ -131,26 +137,26 @@ def test_the_status_bar_tells_what_the_right_button_does_in_a_scene(scene_gui):
 
 def test_the_left_button_focuses_on_what_is_under_it(scene_gui):
     scene_gui.click(middle(scene_gui), LEFT)
-    assert scene_gui.app.lens.focus_distance_m == pytest.approx(3.0, rel=1e-5)
+    assert scene_gui.session.lens.focus_distance_m == pytest.approx(3.0, rel=1e-5)
 
 
 def test_the_camera_goes_through_its_keys(scene_gui):
-    app, scenes = scene_gui.app, scene_gui.app.scenes
-    first, last = app.shot.played.first, app.shot.played.last
+    session, scenes = scene_gui.session, scene_gui.session.scenes
+    first, last = session.shot.played.first, session.shot.played.last
     scenes.set_key()
     start = pose(scene_gui)
-    app.timeline.go(last)
+    session.timeline.go(last)
     scene_gui.frame(2)
     scenes.set_key()
     scene_gui.drag(middle(scene_gui), aside(scene_gui), RIGHT)
     end = pose(scene_gui)
     assert scenes.key_frames == (first, last)
-    app.timeline.go((first + last) // 2)
+    session.timeline.go((first + last) // 2)
     scene_gui.frame(2)
     between = np.array(pose(scene_gui).position_m)
     assert np.linalg.norm(between - start.position_m) > 0.01
     assert np.linalg.norm(between - end.position_m) > 0.01
-    app.timeline.go(last)
+    session.timeline.go(last)
     scene_gui.frame(2)
     imgui.set_window_focus("Scene")
     scene_gui.frame(2)  # the panel tells of the keys
@@ -159,15 +165,15 @@ def test_the_camera_goes_through_its_keys(scene_gui):
 
 
 def test_another_camera_brings_its_angle(scene_gui):
-    before = scene_gui.app.lens.focal_length_mm
-    scene_gui.app.scenes.look_through("side")
+    before = scene_gui.session.lens.focal_length_mm
+    scene_gui.session.scenes.look_through("side")
     scene_gui.frame(2)
     assert pose(scene_gui).position_m[0] == pytest.approx(1.5)
-    assert scene_gui.app.lens.focal_length_mm > before
+    assert scene_gui.session.lens.focal_length_mm > before
 
 
 def test_what_is_framed_comes_to_the_middle_and_other_scenes_names_are_told(scene_gui):
-    scenes = scene_gui.app.scenes
+    scenes = scene_gui.session.scenes
     scenes.look_through("side")
     scenes.selected = "near"
     scenes.frame_selected()
@@ -175,44 +181,47 @@ def test_what_is_framed_comes_to_the_middle_and_other_scenes_names_are_told(scen
     np.testing.assert_allclose(seen[:2], 0, atol=1e-6)
     before, scenes.selected = pose(scene_gui), "of another scene"
     scenes.frame_selected()
-    assert pose(scene_gui) == before and "of another scene" in scene_gui.app.message
+    assert pose(scene_gui) == before and "of another scene" in scene_gui.session.message
 
 
 def test_a_mark_on_an_object_goes_with_it(scene_gui):
-    app = scene_gui.app
-    app.scenes.mark("near")
-    (mark,) = app.shot.marks
+    session = scene_gui.session
+    session.scenes.mark("near")
+    (mark,) = session.shot.marks
     assert isinstance(mark, ObjectMark)
-    ends = [app.scenes.object_m("near", f) for f in (app.shot.played.first, app.shot.played.last)]
+    ends = [
+        session.scenes.object_m("near", f)
+        for f in (session.shot.played.first, session.shot.played.last)
+    ]
     assert ends == pytest.approx([3.0, 5.0], abs=0.1)
-    app.scenes.focus_on("near")
-    assert app.lens.focus_distance_m == pytest.approx(ends[0])
+    session.scenes.focus_on("near")
+    assert session.lens.focus_distance_m == pytest.approx(ends[0])
 
 
 @pytest.mark.parametrize("method", [m for m in Method if m.needs_scene])
 def test_a_and_b_are_what_the_renderer_makes_alone(scene_gui, method, renderer: FrameRenderer):
-    app = scene_gui.app
+    session = scene_gui.session
     true = replace(QUICK, method=method, views=8)
-    renderer.load_scene(read_scene(Path(app.shot.source)))
-    expected = renderer.pixels(replace(app.shot, defocus=true), app.editing.frame)
-    app.edit(replace(app.shot, defocus=true))
+    renderer.load_scene(read_scene(Path(session.shot.source)))
+    expected = renderer.pixels(replace(session.shot, defocus=true), session.editing.frame)
+    session.editing.edit(replace(session.shot, defocus=true))
     whole(scene_gui)
-    np.testing.assert_array_equal(download(app.live.shown.texture), expected)
-    app.edit(replace(app.shot, defocus=replace(QUICK, views=8)))
+    np.testing.assert_array_equal(download(session.live.shown.texture), expected)
+    session.editing.edit(replace(session.shot, defocus=replace(QUICK, views=8)))
     against = {"compare": Compare.WIPE, "against": Against.METHOD, "b_method": method}
-    app.view = replace(app.view, **against)
+    session.view = replace(session.view, **against)
     scene_gui.frame()
     whole(scene_gui)
-    shown = app.sides.of_method(app.view)
+    shown = session.sides.of_method(session.view)
     np.testing.assert_array_equal(download(shown.texture), expected)
 
 
 def test_a_damaged_scene_leaves_what_is_open(scene_gui, tmp_path):
     bad = tmp_path / "bad.glb"
     bad.write_bytes(b"glTF" + b"\0" * 60)
-    app = scene_gui.app
-    shot, plate = app.shot, app.source.plate
-    app.open(str(bad))
-    scene_gui.until(lambda: app.message, "a sentence")
-    assert "bad.glb" in app.message
-    assert app.shot == shot and app.source.plate is plate
+    session = scene_gui.session
+    shot, plate = session.shot, session.source.plate
+    session.files.open(str(bad))
+    scene_gui.until(lambda: session.message, "a sentence")
+    assert "bad.glb" in session.message
+    assert session.shot == shot and session.source.plate is plate

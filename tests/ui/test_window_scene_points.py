@@ -34,17 +34,19 @@ def gui(ctx: moderngl.Context, window: Gui) -> Gui:
 @pytest.fixture
 def moving(gui: Gui, monkeypatch: pytest.MonkeyPatch) -> Iterator[Gui]:
     """A large picture that the hand moves, drawn as small as can be; the pointer is on it."""
-    app = gui.app
+    session = gui.session
     width, height = LARGE
-    app.editing.do(
-        replace(app.shot, framing=replace(app.scenes.framing, width_px=width, height_px=height))
+    session.editing.do(
+        replace(
+            session.shot, framing=replace(session.scenes.framing, width_px=width, height_px=height)
+        )
     )
     whole(gui)
     monkeypatch.setattr("heatlens.session.scene_preview._BUDGET_S", 0.0)
     monkeypatch.setattr("heatlens.session.scene_preview._REST_S", 60.0)
     gui.press(middle(gui), RIGHT)
     dragged(gui, 4.0)
-    assert app.source.plate.display_window.width < width
+    assert session.source.plate.display_window.width < width
     yield gui
     gui.release(RIGHT)
 
@@ -58,75 +60,78 @@ def dragged(gui: Gui, by: float) -> None:
 def test_nothing_of_whole_size_is_read_back_while_it_moves(moving, monkeypatch):
     read: list[object] = []
     monkeypatch.setattr(scene_plate, "download", lambda tx: read.append(tx) or download(tx))
-    app, plates = moving.app, set()
-    app.timeline.marks.set_point(MIDDLE)
+    session, plates = moving.session, set()
+    session.marks.set_point(MIDDLE)
     for step in range(1, 5):
         dragged(moving, 4.0 + step)
-        plates.add(app.source.plate)
+        plates.add(session.source.plate)
     assert len(plates) == 4 and read == []
-    assert app.histogram.heights.max() == 1.0  # all that is shown of it was known without
+    assert session.histogram.heights.max() == 1.0  # all that is shown of it was known without
 
 
 def test_a_point_is_measured_where_it_is_seen_however_small_it_is_drawn(moving):
-    app, marks = moving.app, moving.app.timeline.marks
+    session, marks = moving.session, moving.session.marks
     marks.set_point(MIDDLE)
-    (mark,) = app.shot.marks
+    (mark,) = session.shot.marks
     assert mark == PointMark("A", *map(float, MIDDLE))
-    expected = app.renderer.scene_depth_m(app.shot, app.editing.frame, *MIDDLE)
+    expected = session.renderer.scene_depth_m(session.shot, session.editing.frame, *MIDDLE)
     assert marks.distance_m(mark) == pytest.approx(expected, rel=0.02)
     assert marks.distance_m(replace(mark, x_px=960.0)) is None
     marks.set_point((960, 3))
-    assert "outside the picture" in app.message and len(app.shot.marks) == 1
+    assert "outside the picture" in session.message and len(session.shot.marks) == 1
 
 
 def test_the_status_bar_counts_pixels_of_the_whole_picture_however_small_it_is_drawn(moving):
-    app, (x, y) = moving.app, MIDDLE
-    drawn_px, (_, whole) = app.source.plate.display_window.width, app.source.windows(app.shot)
+    session, (x, y) = moving.session, MIDDLE
+    drawn_px, (_, whole) = (
+        session.source.plate.display_window.width,
+        session.source.windows(session.shot),
+    )
     assert drawn_px < whole.width
     words = moving.screen.status.words(MIDDLE)
     assert words.startswith(f"x {x}  y {y}   picture")
-    depth_m = app.renderer.scene_depth_m(app.shot, app.editing.frame, x, y)
-    blur_px = coc_px(depth_m, coc_line(app.lens, whole.width))
+    depth_m = session.renderer.scene_depth_m(session.shot, session.editing.frame, x, y)
+    blur_px = coc_px(depth_m, coc_line(session.lens, whole.width))
     told_px = float(words.rpartition("coc ")[2].removesuffix(" px"))
     assert told_px == pytest.approx(blur_px, rel=0.03, abs=0.02)
 
 
 def test_a_point_is_followed_through_a_scene(gui, monkeypatch):
     monkeypatch.setattr("heatlens.session.point_following._SLICE_S", 0.0)
-    app, marks = gui.app, gui.app.timeline.marks
-    first, last = app.shot.played.first, app.shot.played.last
+    session, marks = gui.session, gui.session.marks
+    first, last = session.shot.played.first, session.shot.played.last
     marks.set_point((48, 27))
-    before, plate = app.shot, app.source.plate
-    marks.follow(app.shot.marks[0])
-    said = app.message
+    before, plate = session.shot, session.source.plate
+    marks.follow(session.shot.marks[0])
+    said = session.message
     gui.frame()
-    assert app.shot == before and app.message != said  # how far it is by now
-    assert "Following A" in said and "Following A" in app.message
+    assert session.shot == before and session.message != said  # how far it is by now
+    assert "Following A" in said and "Following A" in session.message
     gui.until(lambda: not marks.is_reading, "the last frame")
-    assert app.message == f"The focus follows A from {first} on."
-    keys = app.shot.curves.focus_distance_m.keys
+    assert session.message == f"The focus follows A from {first} on."
+    keys = session.shot.curves.focus_distance_m.keys
     assert [key.frame for key in keys] == list(range(first, last + 1))
     assert [keys[0].value, keys[-1].value] == pytest.approx([3.0, 5.0], rel=1e-3)
-    assert app.source.plate is plate
-    app.undo()
-    assert app.shot == before
+    assert session.source.plate is plate
+    session.editing.undo()
+    assert session.shot == before
 
 
 def test_a_pull_to_a_point_arrives_where_it_is_by_then(gui):
-    app, marks = gui.app, gui.app.timeline.marks
+    session, marks = gui.session, gui.session.marks
     marks.set_point((48, 27))
-    marks.pull_frames = app.shot.played.last - app.shot.played.first
+    marks.pull_frames = session.shot.played.last - session.shot.played.first
     marks.pull()
-    assert app.shot.curves.focus_distance_m.keys[-1].value == pytest.approx(5.0, rel=1e-3)
+    assert session.shot.curves.focus_distance_m.keys[-1].value == pytest.approx(5.0, rel=1e-3)
 
 
 def test_another_scene_ends_the_following_and_that_is_said(gui, monkeypatch):
     monkeypatch.setattr("heatlens.session.point_following._SLICE_S", 0.0)
-    app, marks = gui.app, gui.app.timeline.marks
+    session, marks = gui.session, gui.session.marks
     marks.set_point((48, 27))
-    marks.follow(app.shot.marks[0])
+    marks.follow(session.shot.marks[0])
     gui.frame()
-    app.reload()
+    session.files.reload()
     gui.until(lambda: not marks.is_reading, "the end of it")
-    assert "another scene was opened" in app.message
-    assert not app.shot.curves.focus_distance_m.keys
+    assert "another scene was opened" in session.message
+    assert not session.shot.curves.focus_distance_m.keys

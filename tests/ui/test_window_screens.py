@@ -31,7 +31,7 @@ def fine(request, ctx, tmp_path):
 
 def on_screen(gui, scale: float) -> np.ndarray:
     """(H, W, 3) bytes where the picture lies at 1:1, in pixels of the screen."""
-    x, y = (c * scale for c in gui.app.viewport.geometry.origin)
+    x, y = (c * scale for c in gui.session.picture_view.geometry.origin)
     assert (x, y) == (round(x), round(y))
     return gui.screenshot()[round(y) : round(y) + HEIGHT, round(x) : round(x) + WIDTH]
 
@@ -39,7 +39,7 @@ def on_screen(gui, scale: float) -> np.ndarray:
 def test_one_to_one_is_a_pixel_of_the_screen_for_one_of_the_picture(fine):
     gui, scale = fine
     gui.do("Depth of field")
-    expected = displayed(gui, gui.app.source.plate.color)
+    expected = displayed(gui, gui.session.source.plate.color)
     np.testing.assert_array_equal(on_screen(gui, scale), expected)
 
 
@@ -48,9 +48,9 @@ def test_the_wipe_parts_them_on_a_pixel_of_the_screen(fine):
     a = on_screen(gui, scale)
     gui.key(K.w)
     gui.frame()
-    assert gui.app.view.compare is Compare.WIPE
+    assert gui.session.view.compare is Compare.WIPE
     found = on_screen(gui, scale)
-    b = displayed(gui, gui.app.source.plate.color)
+    b = displayed(gui, gui.session.source.plate.color)
     line, row = WIDTH // 2, 5
     np.testing.assert_array_equal(found[row, :line], a[row, :line])
     np.testing.assert_array_equal(found[row, line + 1 :], b[row, line + 1 :])
@@ -60,7 +60,7 @@ def test_clicks_hit_the_pixel_under_the_pointer(fine):
     gui, _ = fine
     for pixel, distance_m in ((POST, POST_M), (BALL, BALL_M)):
         gui.click(gui.at_picture(pixel[0] + 0.5, pixel[1] + 0.5))
-        assert gui.app.lens.focus_distance_m == distance_m
+        assert gui.session.lens.focus_distance_m == distance_m
 
 
 @pytest.mark.parametrize("size", [(640, 400), (401, 301), (120, 90), (3000, 300)])

@@ -16,9 +16,9 @@ from heatlens.gpu.textures import download
 from heatlens.model.plate_options import PlateOptions
 from heatlens.plate.exr_read import read_parts
 from heatlens.render import FrameRenderer
+from heatlens.session.start import Start
 from heatlens.source.kind import NO_FILES
 from heatlens.source.stream_source import StreamSource
-from heatlens.ui.app import Start
 from support.gui import Gui
 from support.plates import room
 from support.tev_peers import CHANNELS, packet
@@ -51,7 +51,7 @@ def listening(ctx, options=PlateOptions(), lens=GIVEN):  # noqa: B008
 
 
 def address(gui):
-    host, port = gui.app.source.stream.address.rsplit(":", 1)
+    host, port = gui.session.source.stream.address.rsplit(":", 1)
     return host, int(port)
 
 
@@ -63,61 +63,63 @@ def frame_of_room(width=WIDTH, height=HEIGHT):
 
 def sent(gui, values, name="beauty", channels=CHANNELS, creates=True):
     """By the real client; frames of the window until it is on the GPU."""
-    before = gui.app.source.version
+    before = gui.session.source.version
     with Ipc(*address(gui)) as client:
         if creates:
             client.create_image(name, values.shape[1], values.shape[0], list(channels))
         client.update_image(name, values, list(channels))
-    gui.until(lambda: gui.app.source.version > before, "the frame")
+    gui.until(lambda: gui.session.source.version > before, "the frame")
 
 
 def shows(gui, values):
     """The whole picture is the one that the renderer makes of these values."""
 
     def is_it():
-        plate = gui.app.source.plate
+        plate = gui.session.source.plate
         return plate is not None and np.array_equal(plate.color[..., :3], values[..., :3])
 
     gui.until(is_it, "the frame as it was sent")
     gui.settled()
     own = FrameRenderer(gui.ctx)
-    own.load(gui.app.source.plate)
-    found = download(gui.app.live.shown.texture)
-    np.testing.assert_array_equal(found, own.pixels(gui.app.shot))
-    np.testing.assert_array_equal(gui.app.source.plate.depth_m, values[..., 3])
+    own.load(gui.session.source.plate)
+    found = download(gui.session.live.shown.texture)
+    np.testing.assert_array_equal(found, own.pixels(gui.session.shot))
+    np.testing.assert_array_equal(gui.session.source.plate.depth_m, values[..., 3])
 
 
 def test_a_frame_appears_and_is_refined_under_the_same_lens(ctx):
     values = frame_of_room()
     with listening(ctx) as gui:
-        stream = gui.app.source.stream
-        assert stream.words == f"Listening on {stream.address} ..." and gui.app.source.is_waiting
+        stream = gui.session.source.stream
+        assert (
+            stream.words == f"Listening on {stream.address} ..." and gui.session.source.is_waiting
+        )
         sent(gui, values)
         shows(gui, values)
-        assert gui.app.shot.source == stream.text == f"tev://{stream.address}"
-        assert gui.app.lens == LENS and not gui.app.source.is_waiting
-        gui.app.edit_lens(replace(gui.app.lens, f_stop=4.0))
-        gui.app.timeline.marks.set_point((3, 5))
-        shot = gui.app.shot
+        assert gui.session.shot.source == stream.text == f"tev://{stream.address}"
+        assert gui.session.lens == LENS and not gui.session.source.is_waiting
+        gui.session.editing.edit_lens(replace(gui.session.lens, f_stop=4.0))
+        gui.session.marks.set_point((3, 5))
+        shot = gui.session.shot
         refined = values * np.float32([0.5, 0.5, 2, 1])
         sent(gui, refined, creates=False)
         shows(gui, refined)
         another = frame_of_room(30, 40)
         sent(gui, another, "next frame")
         shows(gui, another)
-        assert gui.app.shot == shot and shot.marks
+        assert gui.session.shot == shot and shot.marks
 
 
 def test_a_packet_that_makes_no_sense_is_counted_and_the_window_stays(ctx):
     values = frame_of_room()
     with listening(ctx) as gui:
-        stream = gui.app.source.stream
+        stream = gui.session.source.stream
         for data in (packet(99, "x"), packet(0, True, "/etc/hostname")):
             with socket.create_connection(address(gui)) as connection:
                 connection.sendall(data)
         gui.until(lambda: "dropped: 1, refused: 1." in stream.words, "the count")
         gui.frame(2)
-        assert gui.app.source.plate is None
+        assert gui.session.source.plate is None
         sent(gui, values)
         shows(gui, values)
 
@@ -128,17 +130,17 @@ def test_a_depth_that_cannot_be_read_is_said_and_read_as_it_is_told_then(ctx):
     options = PlateOptions(depth_convention="distance", scene_unit_m=10.0)
     with listening(ctx, options) as gui:
         sent(gui, values)
-        gui.until(lambda: gui.app.live.shown is not None, "a picture")
-        assert gui.app.shot.plate_options == options
-        far_m = gui.app.source.plate.depth.far_m
-        gui.app.filing.reading.change(replace(options, scene_unit_m=20.0))
-        gui.until(lambda: gui.app.source.plate.depth.far_m == 2 * far_m, "twice as far")
+        gui.until(lambda: gui.session.live.shown is not None, "a picture")
+        assert gui.session.shot.plate_options == options
+        far_m = gui.session.source.plate.depth.far_m
+        gui.session.files.reading.change(replace(options, scene_unit_m=20.0))
+        gui.until(lambda: gui.session.source.plate.depth.far_m == 2 * far_m, "twice as far")
         gui.rest()
-        gui.app.undo()
-        gui.until(lambda: gui.app.source.plate.depth.far_m == far_m, "as far as before")
-        gui.app.filing.reading.change(PlateOptions())
-        gui.until(lambda: "--depth-convention" in gui.app.source.stream.problem, "a sentence")
-        assert gui.app.source.plate is not None
+        gui.session.editing.undo()
+        gui.until(lambda: gui.session.source.plate.depth.far_m == far_m, "as far as before")
+        gui.session.files.reading.change(PlateOptions())
+        gui.until(lambda: "--depth-convention" in gui.session.source.stream.problem, "a sentence")
+        assert gui.session.source.plate is not None
         gui.screenshot()
 
 
@@ -147,36 +149,38 @@ def test_the_picture_is_saved_and_what_needs_files_says_so(ctx, tmp_path):
     with listening(ctx) as gui:
         sent(gui, values)
         shows(gui, values)
-        gui.app.filing.saver.ask(gui.app.shot.source, gui.app.editing.frame, tmp_path / "a.exr")
-        gui.until(lambda: gui.app.message.startswith("Saved"), "the file")
+        gui.session.pictures.saver.ask(
+            gui.session.shot.source, gui.session.editing.frame, tmp_path / "a.exr"
+        )
+        gui.until(lambda: gui.session.message.startswith("Saved"), "the file")
         saved = read_parts(tmp_path / "a.exr")[0][1]
-        found = download(gui.app.live.shown.texture)
+        found = download(gui.session.live.shown.texture)
         for i, name in enumerate("RGB"):
             np.testing.assert_allclose(saved[name], found[..., i], rtol=2e-3)  # of half floats
         for name in ("Reload", "Export...", "Save shot"):
-            gui.app.message = ""
+            gui.session.messages.clear()
             gui.do(name)
-            assert gui.app.message == NO_FILES, name
+            assert gui.session.message == NO_FILES, name
 
 
 def test_a_file_takes_the_place_of_the_stream_until_it_is_returned_to(ctx, tmp_path):
     values = frame_of_room()
     with listening(ctx) as gui:
-        stream = gui.app.source.stream
+        stream = gui.session.source.stream
         sent(gui, values)
         shows(gui, values)
         gui.open(room_file(tmp_path / "room.exr"))
-        version = gui.app.source.version
+        version = gui.session.source.version
         with Ipc(*address(gui)) as client:
             client.update_image("beauty", 2 * values[..., :3], list("RGB"))
         gui.frame(10)
-        assert gui.app.source.version == version and not gui.app.source.stream.is_shown
-        gui.app.filing.find_recent()
-        gui.until(lambda: stream.text in gui.app.filing.recent, "the stream among recent files")
+        assert gui.session.source.version == version and not gui.session.source.stream.is_shown
+        gui.session.recent.look()
+        gui.until(lambda: stream.text in gui.session.recent.found, "the stream among recent files")
         gui.open(stream.text)
         shows(gui, values * np.float32([2, 2, 2, 1]))
-        assert gui.app.shot.source == stream.text
-        assert stream.text not in " ".join(gui.app.filing.preferences.now.recent)
+        assert gui.session.shot.source == stream.text
+        assert stream.text not in " ".join(gui.session.preferences.now.recent)
 
 
 def parsed(*words):

@@ -83,7 +83,7 @@ def run(args: argparse.Namespace) -> int:
 
 def _open(args: argparse.Namespace) -> int:
     try:
-        from heatlens.ui.app import Start
+        from heatlens.session.start import Start
         from heatlens.ui.window import run_window
     except ImportError as error:
         raise NoWindowError(
@@ -113,8 +113,8 @@ def _open(args: argparse.Namespace) -> int:
 
 def _listen(args: argparse.Namespace) -> int:
     """The window, with what a renderer sends; the port is taken before it opens."""
+    from heatlens.session.start import Start
     from heatlens.source.stream_source import StreamSource
-    from heatlens.ui.app import Start
     from heatlens.ui.window import run_window
 
     if args.plate or args.demo:

@@ -18,6 +18,8 @@ from heatlens.preview.shown import Shown
 from heatlens.render import optics_of
 from heatlens.source.pinhole import Pinhole
 
+MIPMAPS_UNDER = 0.6  # screen pixels a texel; below, a picture would shimmer without them
+
 Key = tuple[object, ...]
 Look = tuple[float, float, int, bool]  # exposure, gamma, version of the transform, mipmaps
 

@@ -21,6 +21,7 @@ class ColorChoice:
         Without OpenColorIO, pictures are shown through the plain sRGB curve, which is said.
         """
         self._say = say
+        self.path = path
         self.config: ColorConfig | None = None
         try:
             self.config = load_color_config(path)

@@ -96,6 +96,10 @@ class Editing:
         """A gesture waits to become a step."""
         return self.history.now != self.history.settled
 
+    def toggle_auto_key(self) -> None:
+        """Key what has keys wherever it is changed, or no more."""
+        self.auto_key = not self.auto_key
+
     def undo(self) -> None:
         """One step back."""
         self.history = self.history.undone()

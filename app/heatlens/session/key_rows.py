@@ -1,6 +1,6 @@
 """The rows of the timeline: what has keys there, the parameters of the lens and the camera."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from enum import StrEnum
 from typing import Final
@@ -26,6 +26,34 @@ CAMERA: Final = CameraRow.CAMERA
 Row = LensParameter | CameraRow
 ROWS: tuple[Row, ...] = (*LensParameter, CAMERA)
 Keyed = Curve | CameraTrack
+
+
+class RowChoice:
+    """The row that is chosen on the timeline: a parameter, whose curve can be shown, or the camera.
+
+    The camera's row has no curve, and is only there while a scene is open.
+    """
+
+    def __init__(self, has_scene: Callable[[], bool]) -> None:
+        self._has_scene = has_scene
+        self.shows_curve = False
+        self.curve_of = LensParameter.FOCUS_DISTANCE
+        self._is_on_camera = False
+
+    def toggle_curve(self) -> None:
+        """Show the curve of the chosen row, or the keys of all rows."""
+        self.shows_curve = not self.shows_curve
+
+    @property
+    def chosen(self) -> Row:
+        """The camera's row while it was chosen last and is seen, else the one with the curve."""
+        is_seen = self._has_scene() and not self.shows_curve
+        return CAMERA if self._is_on_camera and is_seen else self.curve_of
+
+    def choose(self, row: Row) -> None:
+        """Choose a row; a parameter is the one whose curve is shown from now on."""
+        self._is_on_camera = row is CAMERA
+        self.curve_of = row if isinstance(row, LensParameter) else self.curve_of
 
 
 def key_frames(shot: Shot, row: Row) -> tuple[float, ...]:

@@ -6,6 +6,7 @@ from heatlens.model.boxes import Box
 from heatlens.model.depth_histogram import DepthHistogram
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.shot import Shot
+from heatlens.model.view_geometry import PictureShape
 from heatlens.plate.plate import Plate
 from heatlens.render import FrameRenderer
 from heatlens.scene.scene import Scene
@@ -68,6 +69,11 @@ class OpenSource:
     # What is open
 
     @property
+    def renderer(self) -> FrameRenderer:
+        """The renderer that holds it."""
+        return self.picture.renderer
+
+    @property
     def scene(self) -> Scene | None:
         """The 3D scene; None where there is none."""
         return None if self.opened is None else self.opened.scene
@@ -76,6 +82,18 @@ class OpenSource:
     def is_repeatable(self) -> bool:
         """True where frames can be rendered again later, for a file; False for a stream."""
         return self.opened is None or self.opened.source.is_repeatable
+
+    @property
+    def has_scene(self) -> bool:
+        """Return True where a 3D scene is open, which can be seen from more points than one."""
+        return self.scene is not None
+
+    def picture_shape(self, shot: Shot) -> PictureShape:
+        """Return the shape of the display window; one pixel while nothing is open."""
+        if self.plate is None:
+            return PictureShape(1, 1)
+        _, window = self.windows(shot)
+        return PictureShape(window.width, window.height, self.plate.pixel_aspect_ratio)
 
     @property
     def is_waiting(self) -> bool:

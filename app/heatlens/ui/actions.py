@@ -2,15 +2,12 @@
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from imgui_bundle import imgui
 
-if TYPE_CHECKING:
-    from heatlens.ui.app import App
-
 _K = imgui.Key
-_CTRL, _SHIFT = int(_K.mod_ctrl), int(_K.mod_shift)
+CTRL, SHIFT = int(_K.mod_ctrl), int(_K.mod_shift)
+_MODS = CTRL | SHIFT
 _KEY_NAMES = {
     _K.left_bracket: "[", _K.right_bracket: "]", _K.up_arrow: "Up", _K.down_arrow: "Down",
     _K.equal: "+", _K.minus: "-", _K.slash: "/", _K.comma: ",", _K.period: ".",
@@ -32,38 +29,48 @@ class Action:
     name      unique, as it stands in the menu
     menu      the menu it stands in
     run       does it
-    key       its key, with `mods` (Ctrl, Shift); repeats while held where `repeats`
+    chord     its key, joined with CTRL and SHIFT as ImGui joins them; 0: none
+    repeats   it is done again and again while the key is held
     is_on     for what is switched: whether it is on
     barred    why it cannot be done with what is open, or nothing
     """
 
     name: str
     menu: str
-    run: Callable[["App"], None]
-    key: imgui.Key | None = None
-    mods: int = 0
+    run: Callable[[], object]
+    chord: int = 0
     repeats: bool = False
-    is_on: Callable[["App"], bool] | None = None
-    barred: Callable[["App"], str] | None = None
+    is_on: Callable[[], bool] | None = None
+    barred: Callable[[], str] | None = None
 
-    def why_not(self, app: "App") -> str:
+    def why_not(self) -> str:
         """A sentence that says why it cannot be done now; nothing where it can."""
-        return "" if self.barred is None else self.barred(app)
+        return "" if self.barred is None else self.barred()
 
-    def do(self, app: "App") -> None:
+    def do(self, say: Callable[[str], None]) -> None:
         """Do it, or say why that cannot be."""
-        why = self.why_not(app)
+        why = self.why_not()
         if why:
-            app.say(why)
+            say(why)
         else:
-            self.run(app)
+            self.run()
+
+    @property
+    def key(self) -> imgui.Key | None:
+        """Its key without Ctrl and Shift."""
+        return imgui.Key(self.chord & ~_MODS) if self.chord else None
+
+    @property
+    def mods(self) -> int:
+        """What is held with its key."""
+        return self.chord & _MODS
 
     @property
     def shortcut(self) -> str:
         """The keys as people read them."""
         if self.key is None:
             return ""
-        parts = ["Ctrl"] * bool(self.mods & _CTRL) + ["Shift"] * bool(self.mods & _SHIFT)
+        parts = ["Ctrl"] * bool(self.mods & CTRL) + ["Shift"] * bool(self.mods & SHIFT)
         name = _KEY_NAMES.get(self.key) or str(self.key.name).lstrip("_").upper()
         if (name, parts) == ("/", ["Shift"]):
             return "?"
@@ -71,18 +78,22 @@ class Action:
 
 
 def pressed(actions: tuple[Action, ...]) -> Iterator[Action]:
-    """The actions whose keys went down in this frame; none while text is typed."""
+    """Return the actions whose keys went down in this frame; none while text is typed.
+
+    ImGui's own `is_key_chord_pressed` would leave every key dead while Alt is held, which shows
+    the picture without depth of field, and the + without Shift.
+    """
     io = imgui.get_io()
-    held = (_CTRL if io.key_ctrl else 0) | (_SHIFT if io.key_shift else 0)
+    held = (CTRL if io.key_ctrl else 0) | (SHIFT if io.key_shift else 0)
     for action in actions:
         if action.key is None or not _fits(action, held):
             continue
-        if io.want_text_input and (not action.mods & _CTRL or action.key in _OF_TEXT):
+        if io.want_text_input and (not action.mods & CTRL or action.key in _OF_TEXT):
             continue
         if imgui.is_key_pressed(action.key, action.repeats):
             yield action
 
 
 def _fits(action: Action, held: int) -> bool:
-    """The modifiers are those of the action; a + may need Shift, or a key of its own."""
-    return action.mods == (held & ~_SHIFT if action.key == _K.equal else held)
+    """Return True where what is held is what the action asks for; a + may need Shift."""
+    return action.mods == (held & ~SHIFT if action.key == _K.equal else held)

@@ -7,18 +7,19 @@ from imgui_bundle import imgui
 from heatlens.display.probe import seen_depth_m
 from heatlens.model.plausibility import Doubt, doubts
 from heatlens.plate.plate import depth_span
-from heatlens.source.kind import NO_FILES
-from heatlens.ui.action_list import nudge_focus
-from heatlens.ui.app import App
+from heatlens.session.messages import window_words
+from heatlens.session.session import Session
+from heatlens.ui.panels.export_panel import draw_exports
 from heatlens.ui.panels.lens_panel import LensFacts, blur_panel, lens_panel
 from heatlens.ui.panels.look_panel import look_panel
 from heatlens.ui.panels.marks_panel import marks_panel
 from heatlens.ui.panels.plate_panel import PlateFacts, plate_panel
 from heatlens.ui.panels.scene_panel import scene_panel
 from heatlens.ui.panels.speed_panel import speed_panel
+from heatlens.ui.probe import listening
+from heatlens.ui.state import UiState
 from heatlens.ui.timeline.dope_sheet import lens_dots
 from heatlens.ui.timeline.panel import timeline_panel
-from heatlens.ui.widgets import window_words
 
 _Window = imgui.WindowFlags_
 _OF_A_PICTURE = ("Lens", "Plate", "Scene", "Export", "Marks")  # panels that tell nothing without
@@ -27,109 +28,114 @@ _OF_A_PICTURE = ("Lens", "Plate", "Scene", "Export", "Marks")  # panels that tel
 class DockedPanels:
     """Draws those that are open."""
 
-    def __init__(self, app: App) -> None:
-        self._app = app
+    def __init__(self, session: Session, ui: UiState) -> None:
+        self._session = session
+        self._ui = ui
 
     def draw(self, hovered: tuple[int, int] | None) -> None:
         """`hovered`: pixel of the display window under the pointer."""
-        app = self._app
-        if app.panels["Lens"]:
+        session, panels = self._session, self._ui.panels
+        if panels["Lens"]:
             self._lens()
-        if app.panels["Look"]:
+        if panels["Look"]:
             self._look()
-        if app.panels["Plate"]:
+        if panels["Plate"]:
             self._plate(hovered)
-        if app.panels["Scene"] and app.has_scene:
+        if panels["Scene"] and session.has_scene:
             self._scene()
-        if app.panels["Marks"]:
+        if panels["Marks"]:
             self._marks()
-        if app.panels["Export"]:
+        if panels["Export"]:
             self._export()
-        if app.panels["Speed"]:
+        if panels["Speed"]:
             self._speed()
-        if app.timeline.is_shown:
+        if self._ui.is_timeline_shown:
             self._timeline()
 
     def _lens(self) -> None:
-        app = self._app
-        if self._begin("Lens", _Window.no_scroll_with_mouse) and not app.source.is_waiting:
-            sources = {} if app.begun is None else app.begun.sources
-            facts = LensFacts(app.histogram, app.view.unit, sources, self._doubts())
-            app.edit_lens(lens_panel(app.lens, facts, app.say))
-            app.edit(replace(app.shot, defocus=blur_panel(app.shot.defocus, app.has_scene)))
-            if app.histogram is not None and app.timeline.has_time:
-                lens_dots(app)
+        session = self._session
+        if self._begin("Lens", _Window.no_scroll_with_mouse) and not session.source.is_waiting:
+            begun = session.lens_commands.begun_with
+            sources = {} if begun is None else begun.sources
+            facts = LensFacts(session.histogram, session.view.unit, sources, self._doubts())
+            with listening() as drawn:
+                session.editing.edit_lens(lens_panel(session.lens, facts, session.say))
+            session.editing.edit(
+                replace(session.shot, defocus=blur_panel(session.shot.defocus, session.has_scene))
+            )
+            if session.histogram is not None and session.timeline.has_time:
+                lens_dots(session, drawn)
             wheel = imgui.get_io().mouse_wheel
             if wheel and imgui.is_window_hovered(imgui.HoveredFlags_.child_windows):
-                nudge_focus(app, wheel)
+                session.lens_commands.nudge_focus(wheel)
         imgui.end()
 
     def _doubts(self) -> tuple[Doubt, ...]:
         """Of the lens in front of a plate; the lengths of a scene are told by its file."""
-        app, plate = self._app, self._app.source.plate
-        if plate is None or app.has_scene or not plate.has_distances:
+        session, plate = self._session, self._session.source.plate
+        if plate is None or session.has_scene or not plate.has_distances:
             return ()
-        return doubts(app.lens, depth_span(plate, app.shot.plate_options.scene_unit_m))
+        return doubts(session.lens, depth_span(plate, session.shot.plate_options.scene_unit_m))
 
     def _look(self) -> None:
-        app = self._app
+        session = self._session
         if self._begin("Look"):
-            name = None if app.reference is None else app.reference.path.name
-            app.view = look_panel(app.view, app.color, name, app.has_scene)
+            name = None if session.reference is None else session.reference.path.name
+            session.view = look_panel(session.view, session.color, name, session.has_scene)
         imgui.end()
 
     def _plate(self, hovered: tuple[int, int] | None) -> None:
-        app, plate = self._app, self._app.source.plate
-        is_open, stream = self._begin("Plate"), app.source.stream
+        session, plate = self._session, self._session.source.plate
+        is_open, stream = self._begin("Plate"), session.source.stream
         if is_open and stream is not None and (stream.problem or stream.losses):
             imgui.text_wrapped(window_words(stream.words))
         if is_open and plate is not None:
             hovered_m = None
             if hovered is not None:
-                hovered_m = seen_depth_m(plate, app.source.plate_px(app.shot, hovered))
-            reading, unit = app.filing.reading, app.view.unit
+                hovered_m = seen_depth_m(plate, session.source.plate_px(session.shot, hovered))
+            reading, unit = session.files.reading, session.view.unit
             problem = window_words(reading.problem)
             facts = PlateFacts(
-                plate, app.histogram, hovered_m, unit, problem, app.lens, self._doubts()
+                plate, session.histogram, hovered_m, unit, problem, session.lens, self._doubts()
             )
-            reading.change(plate_panel(reading.wished, facts, app.say))
+            reading.change(plate_panel(reading.wished, facts, session.say))
         imgui.end()
 
     def _scene(self) -> None:
         if self._begin("Scene", _Window.no_focus_on_appearing):
-            scene_panel(self._app)
+            scene_panel(self._session)
         imgui.end()
 
     def _export(self) -> None:
-        exporter = self._app.filing.exporter
+        exports = self._session.exports
         if self._begin("Export"):
-            if not self._app.source.is_repeatable and not exporter.run.is_busy:
-                imgui.text_wrapped(NO_FILES)
+            if exports.why_not:
+                imgui.text_wrapped(exports.why_not)
             else:
-                exporter.draw()
+                draw_exports(exports, self._session.shot.played)
         imgui.end()
 
     def _speed(self) -> None:
-        app = self._app
+        session = self._session
         if self._begin("Speed"):
-            app.speed.upload_s = app.source.picture.upload_s
-            speed_panel(app.speed, app.live.shown, app.renderer)
+            session.speed.upload_s = session.source.picture.upload_s
+            speed_panel(session.speed, session.live.shown, session.renderer)
         imgui.end()
 
     def _marks(self) -> None:
         if self._begin("Marks"):
-            marks_panel(self._app)
+            marks_panel(self._session, self._ui)
         imgui.end()
 
     def _timeline(self) -> None:
         if self._begin("Timeline", _Window.no_scrollbar | _Window.no_scroll_with_mouse):
-            timeline_panel(self._app)
+            timeline_panel(self._session, self._ui.timeline)
         imgui.end()
 
     def _begin(self, name: str, flags: int = 0) -> bool:
         shown, is_open = imgui.begin(name, True, flags)
-        self._app.panels[name] = bool(is_open)
-        if shown and self._app.first.has_nothing and name in _OF_A_PICTURE:
+        self._ui.panels[name] = bool(is_open)
+        if shown and self._session.start_choices.has_nothing and name in _OF_A_PICTURE:
             imgui.text_disabled("Waits for a picture.")
             return False
         return shown

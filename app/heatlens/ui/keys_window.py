@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from imgui_bundle import ImVec2, imgui
 
-from heatlens.ui import widgets
+from heatlens.ui import probe, widgets
 from heatlens.ui.actions import Action
 
 Rows = tuple[tuple[str, str], ...]  # what is pressed, and what it does
@@ -84,7 +84,7 @@ def keys_window(actions: Sequence[Action], has_scene: bool) -> bool:
     imgui.set_next_window_pos(middle, imgui.Cond_.always, ImVec2(0.5, 0.5))
     shown, is_open = imgui.begin("Keys", True, imgui.WindowFlags_.no_docking)
     low, size = imgui.get_window_pos(), imgui.get_window_size()
-    widgets.drawn_at["keys window"] = (low.x, low.y, low.x + size.x, low.y + size.y)
+    probe.note_at("keys window", (low.x, low.y, low.x + size.x, low.y + size.y))
     if shown:
         count = int(most.x / (_COLUMN_EM * imgui.get_font_size()))
         _draw_columns(in_columns(sections(actions, has_scene), min(max(count, 1), _COLUMNS)))

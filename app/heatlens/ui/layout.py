@@ -1,17 +1,16 @@
 """Where the panels lie when nobody has moved them, and the menu bar above them."""
 
 from collections.abc import Iterable, Sequence
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from imgui_bundle import ImVec2, imgui
 
-from heatlens.ui import widgets
+from heatlens.session.session import Session
+from heatlens.ui import probe, widgets
 from heatlens.ui.action_list import MENUS
 from heatlens.ui.actions import Action
-
-if TYPE_CHECKING:
-    from heatlens.ui.app import App
+from heatlens.ui.state import UiState
 
 PICTURE = "Picture"
 _PANEL_EM = 23.6  # width of the column of panels
@@ -20,7 +19,7 @@ _TIMELINE_EM = 15.5  # height of the timeline under the picture
 _RECENT_EM, _FOLDER_LETTERS = 42.0, 44  # width of a recent file, and letters of its folder
 
 
-def menu_bar(app: "App", actions: Sequence[Action]) -> Action | None:
+def menu_bar(session: Session, actions: Sequence[Action]) -> Action | None:
     """Draw the menus; the action that was chosen."""
     picked = None
     if not imgui.begin_main_menu_bar():
@@ -28,32 +27,32 @@ def menu_bar(app: "App", actions: Sequence[Action]) -> Action | None:
     for menu in MENUS:
         if imgui.begin_menu(menu):
             for action in (a for a in actions if a.menu == menu):
-                is_on = action.is_on is not None and action.is_on(app)
-                why = action.why_not(app)
+                is_on = bool(action.is_on is not None and action.is_on())
+                why = action.why_not()
                 clicked, _ = imgui.menu_item(action.name, action.shortcut, is_on, not why)
-                widgets.note(f"item {action.name}")
+                probe.note(f"item {action.name}")
                 widgets.tip_of_barred(why)
                 if clicked:
                     picked = action
                 if action.name == "Open...":
-                    picked = _open_recent(app) or picked
+                    picked = _open_recent(session) or picked
             imgui.end_menu()
-        widgets.note(f"menu {menu}")
+        probe.note(f"menu {menu}")
     imgui.end_main_menu_bar()
     return picked
 
 
-def _open_recent(app: "App") -> Action | None:
+def _open_recent(session: Session) -> Action | None:
     """The files that were opened last, as far as they are there."""
     if imgui.is_window_appearing():
-        app.filing.find_recent()
-    recent, picked = app.filing.recent, None
+        session.recent.look()
+    recent, picked = session.recent.found, None
     is_open = imgui.begin_menu("Open recent", bool(recent))
-    widgets.note("menu Open recent")
+    probe.note("menu Open recent")
     if is_open:
         for text in recent:
             if _recent_item(Path(text)):
-                picked = Action(text, "File", lambda app, text=text: app.open(text))  # type: ignore[misc]
+                picked = Action(text, "File", partial(session.files.open, text))
         imgui.end_menu()
     return picked
 
@@ -63,7 +62,7 @@ def _recent_item(path: Path) -> bool:
     em, corner = imgui.get_font_size(), imgui.get_cursor_pos_x()
     width = ImVec2(_RECENT_EM * em, 0)
     clicked, _ = imgui.selectable(f"##{path}", False, imgui.SelectableFlags_.none, width)
-    widgets.note(f"recent {path.name}")
+    probe.note(f"recent {path.name}")
     imgui.same_line(corner)
     imgui.text(path.name)
     imgui.same_line()
@@ -78,11 +77,11 @@ def shortened(folder: Path) -> str:
     return text if len(text) <= _FOLDER_LETTERS else f"...{text[3 - _FOLDER_LETTERS :]}"
 
 
-def restore_layout(app: "App", layout: str) -> None:
+def restore_layout(ui: UiState, layout: str) -> None:
     """Where the panels lay when `layout` was written; to be called before the first frame."""
-    if lists_all(layout, app.panels):
+    if lists_all(layout, ui.panels):
         imgui.load_ini_settings_from_memory(layout)
-        app.wants_layout = False
+        ui.wants_layout = False
 
 
 def lists_all(layout: str, panels: Iterable[str]) -> bool:

@@ -1,14 +1,11 @@
 """The command palette: type a few letters of what you want, Enter does it."""
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 from imgui_bundle import ImVec2, imgui
 
-from heatlens.ui import widgets
+from heatlens.ui import probe, widgets
 from heatlens.ui.actions import Action
-
-if TYPE_CHECKING:
-    from heatlens.ui.app import App
 
 _TITLE = "Find a command"
 
@@ -32,8 +29,8 @@ class Palette:
         """Show it from the next frame on."""
         self._wanted, self._text, self._chosen = True, "", 0
 
-    def draw(self, app: "App") -> Action | None:
-        """The action of `app` that was chosen in this frame; it may be barred."""
+    def draw(self, actions: Sequence[Action]) -> Action | None:
+        """Draw it where it is open; return the action chosen in this frame, which may be barred."""
         if self._wanted:
             imgui.open_popup(_TITLE)
         screen = imgui.get_main_viewport()
@@ -43,19 +40,19 @@ class Palette:
         imgui.set_next_window_size(ImVec2(30 * em, 22 * em))
         if not imgui.begin_popup(_TITLE):
             return None
-        action = self._draw_inside(app)
+        action = self._draw_inside(actions)
         if action is not None or imgui.is_key_pressed(imgui.Key.escape):
             imgui.close_current_popup()
         imgui.end_popup()
         return action
 
-    def _draw_inside(self, app: "App") -> Action | None:
+    def _draw_inside(self, actions: Sequence[Action]) -> Action | None:
         if self._wanted:
             imgui.set_keyboard_focus_here()
             self._wanted = False
         imgui.set_next_item_width(-1)
         changed, self._text = imgui.input_text_with_hint("##words", "what to do", self._text)
-        found = [action for action in app.actions if matches(action, self._text)]
+        found = [action for action in actions if matches(action, self._text)]
         if imgui.is_item_deactivated() and not found:  # by Enter: the words want to be others
             imgui.set_keyboard_focus_here(-1)
         before, self._chosen = self._chosen, 0 if changed else self._chosen
@@ -64,7 +61,7 @@ class Palette:
         picked = None
         imgui.begin_child("found")
         for index, action in enumerate(found):
-            if self._row(action, index == self._chosen, action.why_not(app)):
+            if self._row(action, index == self._chosen, action.why_not()):
                 picked = action
         imgui.end_child()
         if found and imgui.is_key_pressed(imgui.Key.enter):
@@ -81,7 +78,7 @@ class Palette:
     def _row(self, action: Action, is_chosen: bool, why_not: str) -> bool:
         with widgets.disabled(bool(why_not)):
             clicked, _ = imgui.selectable(f"{action.name}##{action.menu}", is_chosen)
-        widgets.note(f"palette {action.name}")
+        probe.note(f"palette {action.name}")
         widgets.tip_of_barred(why_not)
         if is_chosen and self._moved:
             imgui.set_scroll_here_y()

@@ -1,11 +1,16 @@
 """One frame of the interface: menus, panels, the picture and the status bar, in that order."""
 
+from collections.abc import Callable
+
 from imgui_bundle import ImVec2, imgui
 
+from heatlens.display.screen_pictures import ScreenPictures
 from heatlens.errors import HeatlensError
 from heatlens.faults import faults_told
-from heatlens.ui.actions import pressed
-from heatlens.ui.app import App
+from heatlens.session.kept_screen import KeptScreen
+from heatlens.session.session import Session
+from heatlens.ui.action_list import actions
+from heatlens.ui.actions import Action, pressed
 from heatlens.ui.docked_panels import DockedPanels
 from heatlens.ui.files.shot_question import shot_question
 from heatlens.ui.keys_window import keys_window
@@ -13,20 +18,32 @@ from heatlens.ui.layout import dock_panels, menu_bar
 from heatlens.ui.panels.marks_panel import pull_popup
 from heatlens.ui.picture_window import PictureWindow
 from heatlens.ui.start.start_screen import hears_keys
+from heatlens.ui.state import UiState
 from heatlens.ui.status_bar import StatusBar
 from heatlens.ui.timeline.rendered_panel import rendered_popup
 
 _Window = imgui.WindowFlags_
+# While the start screen is seen; those of the other menus are for a picture, and none is seen.
+_MENUS_AWAKE = ("File", "Window", "Help")
 
 
 class Screen:
-    """Draws an App with ImGui; holds nothing that matters."""
+    """Draws a Session with ImGui; holds nothing that matters."""
 
-    def __init__(self, app: App) -> None:
-        self._app = app
-        self.picture = PictureWindow(app)
-        self.status = StatusBar(app)
-        self._panels = DockedPanels(app)
+    def __init__(self, session: Session, wake: Callable[[], None] = lambda: None) -> None:
+        """`wake`, called from threads, makes whoever draws draw again."""
+        self._session = session
+        self.ui = UiState(session, wake)
+        self.actions = actions(session, self.ui)
+        ctx = session.renderer.ctx
+        self._pictures = ScreenPictures(ctx)
+        kept = KeptScreen(
+            session.pull, session.source, session.editing, session.picture_view, self._pictures
+        )
+        session.pull.screen = kept
+        self.picture = PictureWindow(session, self.ui, self._pictures, kept)
+        self.status = StatusBar(session, kept)
+        self._panels = DockedPanels(session, self.ui)
 
     def draw(self) -> None:
         """Draw between ImGui's new_frame and its render; what fails is said, the rest goes on."""
@@ -37,42 +54,46 @@ class Screen:
                 self._draw()
         except HeatlensError as error:
             _close_what_is_open(state)
-            self._app.say_error(error)
+            self._session.say_error(error)
 
     def _draw(self) -> None:
-        app = self._app
-        app.poll()
+        session = self._session
+        session.poll()
         hears = hears_keys()  # before a popup takes its Enter and is gone
         self._do_actions()
-        is_new_layout = app.wants_layout
+        is_new_layout = self.ui.wants_layout
         self._frame_window()
         self._panels.draw(self.picture.hovered)
         if is_new_layout:
             for name in ("Lens", "Look"):  # in front of those that share a place with them
                 imgui.set_window_focus(name)
-        app.turns.update()
+        session.turns.update()
         self.picture.draw(hears)
-        app.editing.rest(is_held=imgui.is_any_item_active())
-        app.color.apply(app.view, app.screen)
+        session.editing.rest(is_held=imgui.is_any_item_active())
+        session.color.apply(session.view, self._pictures)
 
     def _do_actions(self) -> None:
-        app = self._app
-        chosen = menu_bar(app, app.actions)
-        is_asked = app.filing.browser.is_open or app.documents.offer is not None
-        keyed = () if is_asked else (a for a in pressed(app.actions) if not app.first.sleeps(a))
-        for action in (*keyed, chosen, app.palette.draw(app)):
+        session, ui = self._session, self.ui
+        chosen = menu_bar(session, self.actions)
+        is_asked = ui.dialogs.browser.is_open or session.documents.offer is not None
+        keyed = () if is_asked else (a for a in pressed(self.actions) if not self._sleeps(a))
+        for action in (*keyed, chosen, ui.palette.draw(self.actions)):
             if action is not None:
-                action.do(app)
-        if app.shows_keys:
-            app.shows_keys = keys_window(app.actions, app.has_scene)
-        pull_popup(app)
-        rendered_popup(app)
-        shot_question(app)
-        app.filing.draw()
+                action.do(session.say)
+        if ui.shows_keys:
+            ui.shows_keys = keys_window(self.actions, session.has_scene)
+        pull_popup(session, ui)
+        rendered_popup(session, ui.timeline)
+        shot_question(session.documents)
+        ui.dialogs.draw()
+
+    def _sleeps(self, action: Action) -> bool:
+        """Return True where a key does nothing, for it may be one of the start screen's."""
+        return self._session.start_choices.is_wanted and action.menu not in _MENUS_AWAKE
 
     def _frame_window(self) -> None:
         """The window that everything docks in, and the status bar under it."""
-        app, screen = self._app, imgui.get_main_viewport()
+        screen = imgui.get_main_viewport()
         imgui.set_next_window_pos(screen.work_pos)
         imgui.set_next_window_size(screen.work_size)
         bare = (
@@ -85,8 +106,8 @@ class Screen:
         imgui.pop_style_var()
         status_height = imgui.get_frame_height()
         size = ImVec2(screen.work_size.x, max(screen.work_size.y - status_height, 50.0))
-        dock_panels(app.wants_layout, size)
-        app.wants_layout = False
+        dock_panels(self.ui.wants_layout, size)
+        self.ui.wants_layout = False
         self.status.draw(self.picture.hovered)
         imgui.end()
         imgui.pop_style_var()

@@ -5,7 +5,7 @@ from imgui_bundle import imgui
 from heatlens.model.view import Against, Compare, ViewState
 from heatlens.preview.shown import Shown
 from heatlens.session.compare_sides import CompareSides
-from heatlens.ui import widgets
+from heatlens.ui import probe
 
 
 def mouse_words(has_camera: bool) -> str:
@@ -53,4 +53,4 @@ def draw_sides(
     if text and left > end + em:
         imgui.same_line(left)
         imgui.text_disabled(text)
-        widgets.note("sides")
+        probe.note("sides")

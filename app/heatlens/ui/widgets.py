@@ -1,6 +1,5 @@
 """Small controls that ImGui has not: each takes a value and returns it as the user left it."""
 
-import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import TypeVar
@@ -8,16 +7,12 @@ from typing import TypeVar
 from imgui_bundle import ImVec2, imgui
 
 from heatlens.errors import InputError
-from heatlens.printable import printable
+from heatlens.ui import probe
 
 Value = TypeVar("Value")
 
 LABEL_EM = 6.6  # width of the column of labels
 VALUE_EM = 5.2  # width of the column of values beside sliders
-Rects = dict[str, tuple[float, float, float, float]]
-
-# Where each control was drawn last, by label: x0, y0, x1, y1. Tests aim at controls by it.
-drawn_at: Rects = {}
 
 
 def label(text: str, tip: str = "") -> None:
@@ -30,12 +25,6 @@ def label(text: str, tip: str = "") -> None:
     imgui.set_next_item_width(-1)
 
 
-def note(name: str) -> None:
-    """Remember where the last control lies."""
-    low, high = imgui.get_item_rect_min(), imgui.get_item_rect_max()
-    drawn_at[name] = (low.x, low.y, high.x, high.y)
-
-
 def drag(
     name: str, value: float, speed: float, low: float, high: float, format_: str, tip: str = ""
 ) -> float:
@@ -43,7 +32,7 @@ def drag(
     label(name, tip)
     flags = imgui.SliderFlags_.logarithmic | imgui.SliderFlags_.clamp_on_input
     changed, new = imgui.drag_float(f"##{name}", value, speed, low, high, format_, flags)
-    note(name)
+    probe.note(name)
     return float(f"{new:.7g}") if changed else value
 
 
@@ -52,7 +41,7 @@ def slider(name: str, value: float, low: float, high: float, format_: str, tip: 
     label(name, tip)
     imgui.set_next_item_width(imgui.get_content_region_avail().x - VALUE_EM * imgui.get_font_size())
     changed, new = imgui.slider_float(f"##{name}", value, low, high, "")
-    note(name)
+    probe.note(name)
     imgui.same_line()
     imgui.text(format_ % value)
     return float(f"{new:.7g}") if changed else value
@@ -72,12 +61,12 @@ def choice(
             why = (barred or {}).get(item, "")
             with disabled(bool(why)):
                 picked, _ = imgui.selectable(item, item == value)
-            note(f"{name}: {item}")
+            probe.note(f"{name}: {item}")
             tip_of_barred(why)
             if picked:
                 value = item
         imgui.end_combo()
-    note(name)
+    probe.note(name)
     return value
 
 
@@ -101,7 +90,7 @@ def text_field(
     """
     flags = imgui.InputTextFlags_.auto_select_all
     _, text = imgui.input_text_with_hint(f"##{name}", hint, shown, flags)
-    note(name)
+    probe.note(name)
     if imgui.is_item_deactivated_after_edit() and text != shown:
         try:
             return parse(text)
@@ -128,12 +117,6 @@ def parse_number(text: str, low: float, high: float, what: str) -> float:
     if not low <= value <= high:
         raise InputError(f"The {what} must be {low:g} to {high:g}, got {value:g}.")
     return value
-
-
-def window_words(sentence: str) -> str:
-    """A sentence that names options of the command line, as the panels name them."""
-    said = printable(sentence)
-    return re.sub(r"--([a-z]+(?:-[a-z]+)*)", lambda match: match[1].replace("-", " "), said)
 
 
 def spacer(em: float = 0.3) -> None:

@@ -12,11 +12,13 @@ import moderngl
 
 from heatlens.errors import NoWindowError
 from heatlens.folders import preferences_dir, rendered_frames_dir
+from heatlens.gpu.context import is_software
 from heatlens.printable import printable
+from heatlens.render import FrameRenderer
 from heatlens.session.preferences import WINDOW_LEAST, Preferences, Remembered
+from heatlens.session.session import Session
+from heatlens.session.start import Start
 from heatlens.ui import theme
-from heatlens.ui.app import App, Start
-from heatlens.ui.files.dropped import open_dropped
 from heatlens.ui.layout import restore_layout
 from heatlens.ui.screen import Screen
 from heatlens.ui.stop_signals import StopSignals
@@ -100,27 +102,37 @@ class Loop:
         self._watch_events()
         self._start_imgui()
         folder = rendered_frames_dir()
-        self._app = App(self._ctx, start, glfw.post_empty_event, preferences, folder)
-        restore_layout(self._app, preferences.now.layout)
-        self._screen = Screen(self._app)
+        self._session = Session(
+            FrameRenderer(self._ctx),
+            start,
+            glfw.post_empty_event,
+            preferences,
+            folder,
+            is_software(self._ctx),
+        )
+        self._screen = Screen(self._session, glfw.post_empty_event)
+        self._ui = self._screen.ui
+        restore_layout(self._ui, preferences.now.layout)
         self._version: object = None
         self._title = ""
 
     def run(self, stops: StopSignals) -> None:
         """Until the window is closed, or a signal asks for that."""
-        app = self._app
-        while not (glfw.window_should_close(self._window) or app.is_over or stops.number):
+        session = self._session
+        while not (glfw.window_should_close(self._window) or self._ui.is_over or stops.number):
             self._wait()
-            if app.timeline.is_due or self._is_pulse_due():
+            if session.player.is_due or self._is_pulse_due():
                 self._frames_due = max(self._frames_due, 1)
             if self._frames_due > 0:
                 self._frames_due -= 1
                 self._draw()
-            if app.turns.is_working:  # also between frames: a moving pointer must not keep it off
-                app.work()
-                self._frames_due += app.turns.version != self._version
+            if (
+                session.turns.is_working
+            ):  # also between frames: a moving pointer must not keep it off
+                session.work()
+                self._frames_due += session.turns.version != self._version
         self._remember()
-        app.close()
+        session.close()
         imgui.backends.opengl3_shutdown()
         imgui.backends.glfw_shutdown()
         imgui.destroy_context()
@@ -128,11 +140,11 @@ class Loop:
     def _is_pulse_due(self) -> bool:
         """While there is always something to work on, what comes a while after an event, such as a
         tooltip or the end of a gesture, needs a frame of the window now and then."""
-        now, app = time.perf_counter(), self._app
-        if not app.turns.is_working or now - self._drawn_at < _PULSE_S:
+        now, session = time.perf_counter(), self._session
+        if not session.turns.is_working or now - self._drawn_at < _PULSE_S:
             return False
         is_typing = imgui.get_io().want_text_input
-        return is_typing or app.wants_frames or now - self._event_at < _AFTER_EVENT_S
+        return is_typing or session.wants_frames or now - self._event_at < _AFTER_EVENT_S
 
     def _wait(self) -> None:
         """Take events; sleep for one where there is nothing to do."""
@@ -156,12 +168,13 @@ class Loop:
         if is_seen and not is_maximized and min(size) >= WINDOW_LEAST:
             window["window_size"] = size
         layout = imgui.save_ini_settings_to_memory()
-        self._app.filing.remember(layout=layout, **window)
+        hidden = self._ui.hidden_panels
+        self._session.remember(layout=layout, hidden_panels=hidden, **window)
 
     def _seconds_to_sleep(self) -> float | None:
         if self._frames_due > 0:
             return 0.0
-        waits = [self._app.seconds_until_needed()]
+        waits = [self._ui.seconds_until_needed()]
         since = time.perf_counter() - self._event_at
         if since < _TOOLTIP_S:
             waits.append(_TOOLTIP_S)
@@ -172,7 +185,7 @@ class Loop:
 
     def _draw(self) -> None:
         start = self._drawn_at = time.perf_counter()
-        app, before = self._app, self._app.live.version
+        session, before = self._session, self._session.live.version
         imgui.backends.opengl3_new_frame()
         imgui.backends.glfw_new_frame()
         imgui.new_frame()
@@ -182,22 +195,22 @@ class Loop:
         self._ctx.screen.use()
         self._ctx.screen.viewport = (0, 0, width, height)
         self._ctx.screen.clear(*theme.SURROUND)
-        app.viewport.paint(self._ctx.screen, (width, height))
+        self._screen.picture.viewport.paint(self._ctx.screen, (width, height))
         imgui.backends.opengl3_render_draw_data(imgui.get_draw_data())
         glfw.swap_buffers(self._window)
         self._tell_title()
         seconds = time.perf_counter() - start
-        shown = app.live.shown if app.live.version != before else None
-        app.speed.frame(seconds, shown.seconds if shown else 0.0, _is_held())
+        shown = session.live.shown if session.live.version != before else None
+        session.speed.frame(seconds, shown.seconds if shown else 0.0, _is_held())
         if shown:
             self._frames_due = max(self._frames_due, 1)
-        self._version = app.turns.version
+        self._version = session.turns.version
 
     def _tell_title(self) -> None:
         """The name of what is seen, from the moment it is seen."""
-        app = self._app
-        if app.live.shown is not None and app.source.plate is not None:
-            title = f"{app.documents.title or app.source.plate.path.name} - heatlens"
+        session = self._session
+        if session.live.shown is not None and session.source.plate is not None:
+            title = f"{session.documents.title or session.source.plate.path.name} - heatlens"
             if title != self._title:
                 self._title = title
                 glfw.set_window_title(self._window, printable(title))
@@ -223,12 +236,12 @@ class Loop:
     def _woken(self) -> None:
         self._frames_due = _FRAMES_AFTER_EVENT
         self._event_at = time.perf_counter()
-        self._app.pull.touched()
+        self._session.pull.touched()
 
     def _dropped(self, _window: Any, paths: Any) -> None:
         self._woken()
         if paths:
-            open_dropped(self._app, [str(path) for path in paths])
+            self._session.files.open_dropped([str(path) for path in paths])
 
     def _start_imgui(self) -> None:
         io = imgui.get_io()

@@ -13,7 +13,7 @@ from imgui_bundle import ImVec2, imgui
 from heatlens.errors import HeatlensError
 from heatlens.sequence.folder_list import Entry
 from heatlens.session.folder_walk import Chosen, FolderWalk, Purpose
-from heatlens.ui import theme, widgets
+from heatlens.ui import probe, theme, widgets
 
 _SIZE_EM = (56.0, 34.0)
 _FRAMES_EM, _WRITTEN_EM, _BUTTON_EM = 13.0, 10.0, 6.5
@@ -80,13 +80,13 @@ class FileBrowser:
         for name, target in (("Up", ".."), ("Home", "~")):
             if imgui.button(name):
                 walk.go(target)
-            widgets.note(f"browser {name}")
+            probe.note(f"browser {name}")
             imgui.same_line()
         imgui.set_next_item_width(-1)
         entered, walk.typed = imgui.input_text(
             "##path", walk.typed, imgui.InputTextFlags_.enter_returns_true
         )
-        widgets.note("browser path")
+        probe.note("browser path")
         if entered:
             walk.go(walk.typed)
 
@@ -114,7 +114,7 @@ class FileBrowser:
         entered, name = imgui.input_text(
             "##name", walk.name, imgui.InputTextFlags_.enter_returns_true
         )
-        widgets.note("browser name")
+        probe.note("browser name")
         if name != walk.name:
             walk.rename(name)
         return bool(entered)
@@ -170,7 +170,7 @@ def _row(walk: FolderWalk, index: int, entry: str | Entry) -> Chosen | None:
     imgui.table_next_column()
     flags = imgui.SelectableFlags_.span_all_columns | imgui.SelectableFlags_.allow_double_click
     clicked, _ = imgui.selectable(f"##{index}", index == walk.row, flags)
-    widgets.note(f"file {name}")
+    probe.note(f"file {name}")
     imgui.same_line(0.0, 0.0)
     imgui.text(name)  # apart, for a label would end before the ## of a sequence
     if isinstance(entry, Entry):
@@ -217,7 +217,7 @@ def _to_the_right(buttons: int) -> None:
 
 def _button(name: str) -> bool:
     pressed = imgui.button(name, ImVec2(_BUTTON_EM * imgui.get_font_size(), 0))
-    widgets.note(f"browser {name}")
+    probe.note(f"browser {name}")
     return bool(pressed)
 
 

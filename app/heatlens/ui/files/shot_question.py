@@ -1,21 +1,17 @@
 """The question after a crash: go on with the shot as it was not saved, or as it was?"""
 
-from typing import TYPE_CHECKING
-
 from imgui_bundle import ImVec2, imgui
 
-from heatlens.ui import widgets
-
-if TYPE_CHECKING:
-    from heatlens.ui.app import App
+from heatlens.session.shot_documents import ShotDocuments
+from heatlens.ui import probe, widgets
 
 _TITLE = "Not saved###unsaved shot"
 _WIDTH_EM = 30.0
 
 
-def shot_question(app: "App") -> None:
+def shot_question(documents: ShotDocuments) -> None:
     """Draw it while there is an offer."""
-    offer = app.documents.offer
+    offer = documents.offer
     if offer is None:
         return
     if not imgui.is_popup_open(_TITLE):
@@ -36,9 +32,9 @@ def shot_question(app: "App") -> None:
     for name, goes_on in (("Go on with it", True), ("Throw it away", False)):
         entered = goes_on and imgui.is_key_pressed(imgui.Key.enter, False)
         if imgui.button(name) or entered:
-            app.documents.answer(goes_on)
+            documents.answer(goes_on)
             imgui.close_current_popup()
-        widgets.note(f"unsaved {name}")
+        probe.note(f"unsaved {name}")
         imgui.same_line()
     imgui.new_line()
     imgui.end_popup()

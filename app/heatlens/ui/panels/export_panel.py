@@ -1,6 +1,6 @@
 """What leaves the program: frames, a movie, the lens as a camera."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from enum import StrEnum
 from pathlib import Path
 
@@ -8,25 +8,10 @@ from imgui_bundle import ImVec2, imgui
 
 from heatlens.model.frames import FrameRange
 from heatlens.model.settings import Quality
+from heatlens.session.export_commands import ExportCommands
 from heatlens.session.export_process import ExportState
-from heatlens.ui import theme, widgets
-
-FRAME_KINDS = {
-    "EXR, scene-linear": ".exr",
-    "PNG, as it looks": ".png",
-    "JPEG, as it looks": ".jpg",
-    "TIFF, as it looks": ".tif",
-    "ProRes movie": ".mov",
-    "H.264 movie": ".mp4",
-}
-CAMERA_KINDS = {
-    "USD": ".usda",
-    "Nuke": ".nk",
-    "Blender": ".py",
-    "JSON": ".json",
-    "table (CSV)": ".csv",
-}
-_MOVIES = (".mov", ".mp4")
+from heatlens.session.export_wish import CAMERA_KINDS, FRAME_KINDS, ExportWish
+from heatlens.ui import probe, theme, widgets
 
 
 class Asked(StrEnum):
@@ -38,62 +23,16 @@ class Asked(StrEnum):
     CANCEL = "cancel"
 
 
-@dataclass(frozen=True)
-class ExportWish:
-    """What is to be exported, as the panel shows it.
-
-    folder, name    where to, and the name before the number of the frame
-    frames          range as text, "" for all from in to out
-    quality         "" for that of the shot
-    is_single       there is one frame, whose file needs no number
-    """
-
-    folder: str = ""
-    name: str = ""
-    kind: str = "EXR, scene-linear"
-    frames: str = ""
-    quality: str = ""
-    with_depth: bool = False
-    burn_in: bool = False
-    camera_kind: str = "USD"
-    is_single: bool = False
-
-    @property
-    def output(self) -> str:
-        """The pattern of the frames, or the movie."""
-        suffix = FRAME_KINDS[self.kind]
-        number = "" if self.is_single or suffix in _MOVIES else ".####"
-        return str(Path(self.folder) / f"{self.name}{number}{suffix}")
-
-    @property
-    def camera_output(self) -> str:
-        """The file of the camera."""
-        return str(Path(self.folder) / f"{self.name}{CAMERA_KINDS[self.camera_kind]}")
-
-    @property
-    def is_linear(self) -> bool:
-        """Light as it is, for no screen."""
-        return FRAME_KINDS[self.kind] == ".exr"
-
-    def words(self, display: str, view: str, exposure_stops: float) -> list[str]:
-        """Options of `heatlens export`; those of the look count for all but EXR.
-
-        `display` "": the plain sRGB curve.
-        """
-        words = ["--frames", self.frames] if self.frames else []
-        words += ["--quality", self.quality] if self.quality else []
-        if self.is_linear:
-            return [*words, "--with-depth"] if self.with_depth else words
-        words += ["--display", display, "--view", view] if display else []
-        words.append(f"--exposure={exposure_stops:g}")
-        return [*words, "--burn-in"] if self.burn_in else words
-
-
-def wish_for(plate: Path, is_single: bool = False) -> ExportWish:
-    """What one would export of a plate: beside it, under its name."""
-    name = plate.name.split(".")[0]
-    folder = str(plate.absolute().parent / f"{name}_dof")
-    return ExportWish(folder, name, is_single=is_single)
+def draw_exports(exports: ExportCommands, played: FrameRange | None) -> None:
+    """Draw the panel in the current window and begin what its buttons ask for."""
+    exports.propose()
+    exports.wish, asked = export_panel(exports.wish, played, exports.run.state)
+    if asked is Asked.CANCEL:
+        exports.run.cancel()
+    elif asked is Asked.EXPORT:
+        exports.export()
+    elif asked is Asked.CAMERA:
+        exports.write_camera()
 
 
 def export_panel(
@@ -134,7 +73,7 @@ def _options(wish: ExportWish, played: FrameRange | None) -> ExportWish:
     span = "one frame" if played is None or played.count == 1 else f"{played}, from in to out"
     widgets.label("frames", "1001-1100, 1001-1100x2 or 1001,1005; empty: from in to out.")
     _, frames = imgui.input_text_with_hint("##export frames", span, wish.frames)
-    widgets.note("export frames")
+    probe.note("export frames")
     as_shot = "as the shot"
     shown = wish.quality or as_shot
     picked = widgets.choice("at quality", shown, [as_shot, *(str(q) for q in Quality)])
@@ -146,19 +85,19 @@ def _options(wish: ExportWish, played: FrameRange | None) -> ExportWish:
 
 def _text(name: str, value: str) -> str:
     _, text = imgui.input_text(f"##{name}", value)
-    widgets.note(name)
+    probe.note(name)
     return str(text)
 
 
 def _check(name: str, value: bool) -> bool:
     _, value = imgui.checkbox(name, value)
-    widgets.note(name)
+    probe.note(name)
     return value
 
 
 def _button(name: str) -> bool:
     pressed = imgui.button(name)
-    widgets.note(name)
+    probe.note(name)
     return bool(pressed)
 
 

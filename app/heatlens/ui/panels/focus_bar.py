@@ -4,7 +4,6 @@ Infinity lies right, the nearest surface left, as distances lie on most lens bar
 """
 
 import math
-from dataclasses import replace
 
 import numpy as np
 from imgui_bundle import ImVec2, imgui
@@ -13,6 +12,7 @@ from numpy.typing import NDArray
 from heatlens.model.coc import far_limit_m, hyperfocal_m, near_limit_m
 from heatlens.model.depth_histogram import DepthHistogram
 from heatlens.model.lens import Lens
+from heatlens.session.lens_commands import focused_at
 from heatlens.ui import theme
 from heatlens.ui.panels.distance_ticks import distance_ticks
 
@@ -32,14 +32,6 @@ def focus_bar(lens: Lens, histogram: DepthHistogram, unit: str) -> Lens:
     if imgui.is_item_hovered() and not imgui.is_item_active():
         imgui.set_tooltip("Drag to focus. Green is sharp; the triangle is the hyperfocal distance.")
     return lens
-
-
-def focused_at(lens: Lens, dioptres: float) -> Lens:
-    """Focus at so many dioptres, at infinity for none, never within the focal length."""
-    if dioptres <= 1e-4:
-        return replace(lens, focus_distance_m=float("inf"))
-    least_m = 1.02e-3 * lens.focal_length_mm
-    return replace(lens, focus_distance_m=max(1.0 / dioptres, least_m))
 
 
 def _dioptres_at(x: float, corner: ImVec2, size: ImVec2, histogram: DepthHistogram) -> float:

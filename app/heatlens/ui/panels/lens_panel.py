@@ -22,7 +22,8 @@ from heatlens.model.settings import (
     Quality,
 )
 from heatlens.model.units import format_distance, parse_distance_m
-from heatlens.ui import theme, widgets
+from heatlens.session.messages import window_words
+from heatlens.ui import probe, theme, widgets
 from heatlens.ui.panels.focus_bar import focus_bar
 
 _CUSTOM = "custom"
@@ -63,7 +64,7 @@ def _focus(lens: Lens, facts: LensFacts, say: Say) -> Lens:
         imgui.text_wrapped("This plate brings its circle of confusion: the lens is fixed in it.")
         return lens
     lens = focus_bar(lens, facts.histogram, facts.unit)
-    widgets.note("focus bar")
+    probe.note("focus bar")
     widgets.label("distance", "2.24, 190cm, 6'3\" or inf")
     distance_m = widgets.text_field(
         "distance",
@@ -85,9 +86,9 @@ def _doubts(facts: LensFacts, about: About) -> None:
     for doubt in facts.doubts:
         if doubt.about == about:
             imgui.push_style_color(imgui.Col_.text, theme.ACCENT_TEXT)
-            imgui.text_wrapped(widgets.window_words(doubt.sentence))
+            imgui.text_wrapped(window_words(doubt.sentence))
             imgui.pop_style_color()
-            widgets.note(f"doubt about {about}")
+            probe.note(f"doubt about {about}")
 
 
 def _limits(lens: Lens, unit: str) -> None:
@@ -114,7 +115,7 @@ def _aperture(lens: Lens, say: Say) -> Lens:
     imgui.set_next_item_width(imgui.get_content_region_avail().x - 4.6 * imgui.get_font_size())
     index = nearest_index(lens.f_stop)
     changed, new = imgui.slider_int("##f-stop", index, 0, len(THIRD_STOPS) - 1, "")
-    widgets.note("f-stop")
+    probe.note("f-stop")
     if changed and new != index:
         lens = replace(lens, f_stop=THIRD_STOPS[new])
     imgui.same_line()
@@ -235,7 +236,7 @@ def _views(settings: DefocusSettings) -> DefocusSettings:
     imgui.set_next_item_width(width)
     flags = imgui.SliderFlags_.logarithmic
     changed, views = imgui.slider_int("##views", settings.views, 1, _VIEWS_REACH, "", flags)
-    widgets.note("views")
+    probe.note("views")
     imgui.same_line()
     imgui.text(str(settings.views))
     return replace(settings, views=min(max(views, 1), VIEWS_MAX)) if changed else settings

@@ -7,7 +7,7 @@ from imgui_bundle import imgui
 from heatlens.model.settings import Method
 from heatlens.model.view import Against, Compare, Overlay, ViewState
 from heatlens.session.color_choice import ColorChoice
-from heatlens.ui import widgets
+from heatlens.ui import probe, widgets
 from heatlens.ui.panels.lens_panel import barred_methods
 
 _OVERLAYS = {
@@ -78,7 +78,7 @@ def _buttons(view: ViewState, field: str, names: dict, tip: str) -> ViewState:  
             imgui.set_cursor_pos_x(at)
         if imgui.radio_button(f"{name}##{field}", getattr(view, field) is value):
             view = replace(view, **{field: value})
-        widgets.note(f"{field} {name}")
+        probe.note(f"{field} {name}")
     return view
 
 

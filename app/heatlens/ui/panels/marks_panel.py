@@ -1,17 +1,15 @@
 """The marks: where they are, the way to them, and the pull from one to another."""
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 from imgui_bundle import ImVec2, imgui
 
 from heatlens.errors import HeatlensError
 from heatlens.model.marks import Mark, ObjectMark, PointMark
 from heatlens.model.units import format_distance, parse_distance_m
-from heatlens.ui import theme, widgets
-
-if TYPE_CHECKING:
-    from heatlens.ui.app import App
+from heatlens.session.session import Session
+from heatlens.ui import probe, theme, widgets
+from heatlens.ui.state import UiState
 
 _NAME_EM, _DISTANCE_EM = 5.0, 6.0
 _PULL = "pull focus"
@@ -20,46 +18,46 @@ _RADIUS = 5.0
 _PULL_MOST = 100_000  # frames
 
 
-def marks_panel(app: "App") -> None:
+def marks_panel(session: Session, ui: UiState) -> None:
     """Draw it in the current window."""
     if imgui.button("Set mark here"):
-        app.timeline.marks.set_here()
-    widgets.note("set mark")
+        session.marks.set_here()
+    probe.note("set mark")
     _tip("At the distance in focus (M). Ctrl+Shift+click in the picture marks what is there.")
     imgui.same_line()
-    with widgets.disabled(not app.shot.marks):
+    with widgets.disabled(not session.shot.marks):
         if imgui.button("Pull focus..."):
-            app.timeline.opens_pull = True
-        widgets.note("open pull")
-    if not app.shot.marks:
+            ui.open_pull()
+        probe.note("open pull")
+    if not session.shot.marks:
         imgui.text_wrapped("No marks yet. Ctrl+Shift+click on an actor, or press M.")
     elif imgui.begin_table("marks", 3, imgui.TableFlags_.sizing_fixed_fit):
         imgui.table_setup_column("name", 0, _NAME_EM * imgui.get_font_size())
         imgui.table_setup_column("distance", 0, _DISTANCE_EM * imgui.get_font_size())
-        for mark in app.shot.marks:
-            _row(app, mark)
+        for mark in session.shot.marks:
+            _row(session, mark)
         imgui.end_table()
-    _close_focus(app)
+    _close_focus(session)
 
 
-def _row(app: "App", mark: Mark) -> None:
-    commands = app.timeline.marks
+def _row(session: Session, mark: Mark) -> None:
+    commands = session.marks
     imgui.table_next_row()
     imgui.table_next_column()
     imgui.set_next_item_width(-1)
-    name = widgets.text_field(f"mark {mark.name}", mark.name, mark.name, str.strip, app.say)
+    name = widgets.text_field(f"mark {mark.name}", mark.name, mark.name, str.strip, session.say)
     if name != mark.name:
         try:
             commands.change(mark, replace(mark, name=name))
         except HeatlensError as error:
-            app.say(str(error))
+            session.say(str(error))
     imgui.table_next_column()
     imgui.align_text_to_frame_padding()
     distance_m = commands.distance_m(mark)
-    imgui.text("beside" if distance_m is None else format_distance(distance_m, app.view.unit))
+    imgui.text("beside" if distance_m is None else format_distance(distance_m, session.view.unit))
     _tip(_whose(mark))
     imgui.table_next_column()
-    _row_buttons(app, mark)
+    _row_buttons(session, mark)
 
 
 def _whose(mark: Mark) -> str:
@@ -70,48 +68,50 @@ def _whose(mark: Mark) -> str:
     return "What is seen at its point, at this frame" if is_point else "At every frame"
 
 
-def _row_buttons(app: "App", mark: Mark) -> None:
-    commands = app.timeline.marks
+def _row_buttons(session: Session, mark: Mark) -> None:
+    commands = session.marks
     if imgui.button(f"focus##{mark.name}"):
         commands.go(mark)
-    widgets.note(f"go {mark.name}")
+    probe.note(f"go {mark.name}")
     if isinstance(mark, PointMark | ObjectMark):
         imgui.same_line(0.0, 4.0)
         with widgets.disabled(commands.is_reading):
             if imgui.button(f"follow##{mark.name}"):
                 commands.follow(mark)
-        widgets.note(f"follow {mark.name}")
+        probe.note(f"follow {mark.name}")
         _tip("Keys the focus on it at every frame from in to out; frames not in memory are read.")
     imgui.same_line(0.0, 4.0)
     if imgui.button(f"x##{mark.name}"):
         commands.delete(mark)
-    widgets.note(f"delete {mark.name}")
+    probe.note(f"delete {mark.name}")
 
 
-def _close_focus(app: "App") -> None:
+def _close_focus(session: Session) -> None:
     imgui.separator_text("Barrel")
     widgets.label("close focus", "The nearest the glass can be focused; nearer frames are red.")
-    limit_m = app.lens.close_focus_m
-    shown = "" if limit_m is None else format_distance(limit_m, app.view.unit)
-    typed_m = widgets.text_field("close focus", shown, limit_m, _parse_limit_m, app.say, "unknown")
+    limit_m = session.lens.close_focus_m
+    shown = "" if limit_m is None else format_distance(limit_m, session.view.unit)
+    typed_m = widgets.text_field(
+        "close focus", shown, limit_m, _parse_limit_m, session.say, "unknown"
+    )
     if typed_m != limit_m:
         try:
-            app.edit_lens(replace(app.lens, close_focus_m=typed_m))
+            session.editing.edit_lens(replace(session.lens, close_focus_m=typed_m))
         except HeatlensError as error:
-            app.say(str(error))
+            session.say(str(error))
 
 
 def _parse_limit_m(text: str) -> float | None:
     return parse_distance_m(text) if text.strip() else None
 
 
-def pull_popup(app: "App") -> None:
+def pull_popup(session: Session, ui: UiState) -> None:
     """The pull as one gesture, over the window; Enter does it."""
-    timeline, commands = app.timeline, app.timeline.marks
-    if timeline.opens_pull:
-        timeline.opens_pull = False
-        if not app.shot.marks:
-            app.say("Set a mark to pull to: M, or Ctrl+Shift+click in the picture.")
+    commands = session.marks
+    if ui.opens_pull:
+        ui.opens_pull = False
+        if not session.shot.marks:
+            session.say("Set a mark to pull to: M, or Ctrl+Shift+click in the picture.")
             return
         commands.begin_pull()
         imgui.open_popup(_PULL)
@@ -119,17 +119,17 @@ def pull_popup(app: "App") -> None:
     imgui.set_next_window_pos(screen.get_center(), imgui.Cond_.appearing, ImVec2(0.5, 0.5))
     imgui.set_next_window_size(ImVec2(22 * imgui.get_font_size(), 0))
     if imgui.begin_popup(_PULL):
-        imgui.text(f"Pull the focus from frame {app.editing.frame}")
-        _pull_fields(app)
+        imgui.text(f"Pull the focus from frame {session.editing.frame}")
+        _pull_fields(session)
         if _pull_button():
             commands.pull()
             imgui.close_current_popup()
         imgui.end_popup()
 
 
-def _pull_fields(app: "App") -> None:
-    commands = app.timeline.marks
-    names = [mark.name for mark in app.shot.marks]
+def _pull_fields(session: Session) -> None:
+    commands = session.marks
+    names = [mark.name for mark in session.shot.marks]
     chosen = widgets.choice("from", commands.pull_from or _HERE, [_HERE, *names])
     commands.pull_from = None if chosen == _HERE else chosen
     commands.pull_to = widgets.choice("to mark", commands.pull_to, names)
@@ -137,7 +137,7 @@ def _pull_fields(app: "App") -> None:
     if imgui.is_window_appearing():
         imgui.set_keyboard_focus_here()
     _, frames = imgui.input_int("##pull frames", commands.pull_frames)
-    widgets.note("pull frames")
+    probe.note("pull frames")
     frames = min(max(frames, 1), _PULL_MOST)
     if frames != commands.pull_frames:
         commands.lengthen_pull(frames)
@@ -150,20 +150,20 @@ def _pull_fields(app: "App") -> None:
 
 def _pull_button() -> bool:
     pressed = imgui.button("Pull")
-    widgets.note("pull")
+    probe.note("pull")
     is_typing = imgui.is_any_item_active()
     entered = any(imgui.is_key_pressed(k, False) for k in (imgui.Key.enter, imgui.Key.keypad_enter))
     return bool(pressed or (entered and not is_typing))
 
 
-def draw_point_marks(app: "App") -> None:
+def draw_point_marks(session: Session) -> None:
     """Rings and names on the picture, in the current window."""
     draw = imgui.get_window_draw_list()
-    for mark in app.shot.marks:
+    for mark in session.shot.marks:
         if not isinstance(mark, PointMark):
             continue
-        x, y = app.viewport.geometry.window_at_picture((mark.x_px + 0.5, mark.y_px + 0.5))
-        widgets.drawn_at[f"point {mark.name}"] = (x, y, x, y)
+        x, y = session.picture_view.geometry.window_at_picture((mark.x_px + 0.5, mark.y_px + 0.5))
+        probe.note_at(f"point {mark.name}", (x, y, x, y))
         draw.add_circle(ImVec2(x, y), _RADIUS, theme.SHADOW, 0, 3.0)
         draw.add_circle(ImVec2(x, y), _RADIUS, theme.MARK, 0, 1.5)
         at = ImVec2(x + _RADIUS + 3, y - imgui.get_font_size() / 2)

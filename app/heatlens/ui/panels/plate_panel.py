@@ -16,7 +16,8 @@ from heatlens.model.plausibility import Doubt
 from heatlens.model.units import FOOT_M, INCH_M, format_distance, parse_distance_m
 from heatlens.plate.channel_choice import color_layers_among, depth_channels_first
 from heatlens.plate.plate import CameraHeader, Plate
-from heatlens.ui import theme, widgets
+from heatlens.session.messages import window_words
+from heatlens.ui import probe, theme, widgets
 from heatlens.ui.panels.focus_bar import draw_histogram, draw_scale
 
 _BAR_EM = 4.2
@@ -50,7 +51,7 @@ def plate_panel(wished: PlateOptions, facts: PlateFacts, say: Say) -> PlateOptio
         _colored(facts.problem, theme.BAD)
     if imgui.button("Guess again", ImVec2(-1, 0)):
         wished = PlateOptions()
-    widgets.note("Guess again")
+    probe.note("Guess again")
     _file(facts)
     return wished
 
@@ -72,7 +73,7 @@ def _depth(facts: PlateFacts) -> None:
         rows.append(("repaired", _pixels(report.repaired_count, facts.plate)))
     taken_for = f"{report.channel}: {report.convention.facts.label}, {report.kind.label}"
     rows.append(("taken for", taken_for))
-    rows.append(("because", widgets.window_words(report.why)))
+    rows.append(("because", window_words(report.why)))
     for name, text in rows:
         _row(name, text)
 
@@ -83,7 +84,7 @@ def _bar(histogram: DepthHistogram, facts: PlateFacts) -> None:
     corner = imgui.get_cursor_screen_pos()
     size = ImVec2(imgui.get_content_region_avail().x, _BAR_EM * em)
     imgui.dummy(size)
-    widgets.note("plate histogram")
+    probe.note("plate histogram")
     draw, text_y = imgui.get_window_draw_list(), corner.y + size.y - em
     draw.add_rect_filled(corner, ImVec2(corner.x + size.x, text_y - 2), theme.GROOVE, 3.0)
     draw_histogram(draw, histogram, corner, ImVec2(size.x, text_y - 2 - corner.y))
@@ -133,7 +134,7 @@ def _row(name: str, text: str) -> None:
     imgui.text_disabled(name)
     imgui.same_line(widgets.LABEL_EM * imgui.get_font_size())
     imgui.text_wrapped(text)
-    widgets.note(f"plate {name}")
+    probe.note(f"plate {name}")
 
 
 def _distance(distance_m: float, unit: str) -> str:
@@ -170,16 +171,16 @@ def _controls(wished: PlateOptions, facts: PlateFacts, say: Say) -> PlateOptions
     tip = f"What its values are. Now: {wished.depth_convention.facts.meaning}."
     convention = _keyed("convention", wished.depth_convention, _CONVENTIONS, tip)
     if plate.depth.question:
-        _colored(widgets.window_words(plate.depth.question), theme.ACCENT_TEXT)
-        widgets.note("question about the convention")
+        _colored(window_words(plate.depth.question), theme.ACCENT_TEXT)
+        probe.note("question about the convention")
     wished = replace(wished, depth_channel=channel, depth_convention=convention)
     wished = _ends(wished, facts.unit, say)
     wished = _kind(wished, facts)
     wished = _unit(wished, say)
     for doubt in facts.doubts:
         if doubt.about != "lens":
-            _colored(widgets.window_words(doubt.sentence), theme.ACCENT_TEXT)
-            widgets.note("doubt about the unit")
+            _colored(window_words(doubt.sentence), theme.ACCENT_TEXT)
+            probe.note("doubt about the unit")
     layers = color_layers_among(plate.aovs)
     wished = replace(wished, color_layer=_named("colour layer", wished.color_layer, layers))
     if not plate.views:

@@ -1,18 +1,14 @@
 """The scene: its cameras, its objects, the camera's keys and the size of the picture."""
 
+from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 from imgui_bundle import ImVec2, imgui
 
 from heatlens.errors import HeatlensError
 from heatlens.scene.scene_bounds import object_names
-from heatlens.ui import widgets
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from heatlens.ui.app import App
+from heatlens.session.session import Session
+from heatlens.ui import probe, widgets
 
 _OWN = "moved by hand"
 _CAMERA_TIP = (
@@ -23,58 +19,58 @@ _LIST_EM = 9.0
 _SIZES = {"640x360": (640, 360), "1280x720": (1280, 720), "1920x1080": (1920, 1080)}
 
 
-def scene_panel(app: "App") -> None:
+def scene_panel(session: Session) -> None:
     """Draw it in the current window; there is a scene."""
-    scene = app.scenes.scene
+    scene = session.scenes.scene
     assert scene is not None
-    _camera(app)
-    _keys(app)
-    _size(app)
+    _camera(session)
+    _keys(session)
+    _size(session)
     imgui.separator_text("Objects")
     size = ImVec2(-1, _LIST_EM * imgui.get_font_size())
     if imgui.begin_list_box("##objects", size):
         for name in object_names(scene):
-            clicked, _ = imgui.selectable(name, name == app.scenes.selected)
-            widgets.note(f"object {name}")
+            clicked, _ = imgui.selectable(name, name == session.scenes.selected)
+            probe.note(f"object {name}")
             if clicked:
-                app.scenes.selected = name
+                session.scenes.selected = name
         imgui.end_list_box()
-    with widgets.disabled(app.scenes.selected is None):
+    with widgets.disabled(session.scenes.selected is None):
         if imgui.button("Frame it"):
-            app.scenes.frame_selected()
-        widgets.note("frame object")
+            session.scenes.frame_selected()
+        probe.note("frame object")
         imgui.same_line()
-        if imgui.button("Focus on it") and app.scenes.selected is not None:
-            _try(app, lambda: app.scenes.focus_on(app.scenes.selected or ""))
-        widgets.note("focus on object")
+        if imgui.button("Focus on it") and session.scenes.selected is not None:
+            _try(session, lambda: session.scenes.focus_on(session.scenes.selected or ""))
+        probe.note("focus on object")
         imgui.same_line()
-        if imgui.button("Mark it") and app.scenes.selected is not None:
-            _try(app, lambda: app.scenes.mark(app.scenes.selected or ""))
-        widgets.note("mark object")
+        if imgui.button("Mark it") and session.scenes.selected is not None:
+            _try(session, lambda: session.scenes.mark(session.scenes.selected or ""))
+        probe.note("mark object")
     imgui.text_disabled(f"{scene.triangle_count:,} triangles, {len(scene.instances)} instances")
 
 
-def _camera(app: "App") -> None:
-    scene, framing = app.scenes.scene, app.scenes.framing
+def _camera(session: Session) -> None:
+    scene, framing = session.scenes.scene, session.scenes.framing
     assert scene is not None
     names = [camera.name for camera in scene.cameras]
     own = [_OWN] if framing.track is not None or not names else []
     now = _OWN if own else framing.camera or names[0]
     chosen = widgets.choice("camera", now, [*own, *names], _CAMERA_TIP)
     if chosen not in (now, _OWN):
-        app.scenes.look_through(chosen)
+        session.scenes.look_through(chosen)
 
 
-def _keys(app: "App") -> None:
-    keys = app.scenes.key_frames
+def _keys(session: Session) -> None:
+    keys = session.scenes.key_frames
     if imgui.button("Set camera key"):
-        app.scenes.set_key()
-    widgets.note("set camera key")
+        session.scenes.set_key()
+    probe.note("set camera key")
     imgui.same_line()
-    with widgets.disabled(app.editing.frame not in keys or len(keys) < 2):
+    with widgets.disabled(session.editing.frame not in keys or len(keys) < 2):
         if imgui.button("Delete key"):
-            app.scenes.delete_key()
-        widgets.note("delete camera key")
+            session.scenes.delete_key()
+        probe.note("delete camera key")
     if len(keys) > 1:
         imgui.push_style_color(
             imgui.Col_.text, imgui.get_style_color_vec4(imgui.Col_.text_disabled)
@@ -83,19 +79,19 @@ def _keys(app: "App") -> None:
         imgui.pop_style_color()
 
 
-def _size(app: "App") -> None:
-    framing = app.scenes.framing
+def _size(session: Session) -> None:
+    framing = session.scenes.framing
     now = f"{framing.width_px}x{framing.height_px}"
     sizes = _SIZES | {now: framing.size}
     chosen = widgets.choice("size", now, list(sizes), "Pixels of the picture")
     if chosen != now:
         width, height = sizes[chosen]
         changed = replace(framing, width_px=width, height_px=height)
-        app.editing.do(replace(app.shot, framing=changed))
+        session.editing.do(replace(session.shot, framing=changed))
 
 
-def _try(app: "App", act: "Callable[[], None]") -> None:
+def _try(session: Session, act: Callable[[], None]) -> None:
     try:
         act()
     except HeatlensError as error:
-        app.say(str(error))
+        session.say(str(error))

@@ -1,43 +1,15 @@
 """Where the time goes: pictures a second, milliseconds of each pass, memory, the GPU."""
 
-from collections import deque
-from dataclasses import dataclass, field
 from pathlib import Path
 
 from imgui_bundle import imgui
 
 from heatlens.preview.shown import Shown
 from heatlens.render import FrameRenderer
+from heatlens.session.speed import Speed
 from heatlens.ui import widgets
 
-_KEPT = 30  # pictures and frames that the means are over
 _UNMEASURED = "\N{EN DASH}"
-_NEWEST = 0.2  # weight of the newest frame in a running mean
-
-
-@dataclass
-class Speed:
-    """Times of the loop, the latest last."""
-
-    frames_s: deque[float] = field(default_factory=lambda: deque(maxlen=_KEPT))
-    held_s: deque[float] = field(default_factory=lambda: deque(maxlen=_KEPT))
-    upload_s: float = 0.0
-    window_s: float = 0.02  # running mean of drawing a frame without rendering its picture
-
-    def frame(self, seconds: float, picture_s: float, is_held: bool) -> None:
-        """A frame was drawn, `picture_s` of it for a picture that was new; 0 where none was."""
-        self.frames_s.append(seconds)
-        self.window_s += _NEWEST * (seconds - picture_s - self.window_s)
-        if is_held and picture_s > 0:
-            self.held_s.append(seconds)
-
-    def mean_ms(self) -> float | None:
-        """Of drawing a frame of the window; None before the first."""
-        return 1e3 * sum(self.frames_s) / len(self.frames_s) if self.frames_s else None
-
-    def pictures_per_second(self) -> float | None:
-        """While something was dragged: new pictures on the screen. None before that."""
-        return len(self.held_s) / sum(self.held_s) if self.held_s else None
 
 
 def speed_panel(speed: Speed, shown: Shown | None, renderer: FrameRenderer) -> None:

@@ -8,6 +8,7 @@ import moderngl
 from imgui_bundle import ImVec2, imgui
 
 from heatlens.display.picture_pass import Detail, Laid, PicturePass
+from heatlens.display.screen_pictures import MIPMAPS_UNDER
 from heatlens.model.boxes import Box
 from heatlens.model.view import Compare, ViewState
 from heatlens.model.view_geometry import (
@@ -19,14 +20,14 @@ from heatlens.model.view_geometry import (
     panned,
     zoomed,
 )
+from heatlens.session.picture_view import PictureView
+from heatlens.session.scene_commands import CameraDrag
 from heatlens.ui import theme
-from heatlens.ui.panels.scene_commands import CameraDrag
 
 _WHEEL_FACTOR = 1.25  # a notch
 _HANDLE_REACH = 0.6  # em to either side of the wipe's line
 _GRID_FROM = 8.0  # screen pixels a pixel
 _NEAREST_FROM = 4.0  # zoom from which pixels are shown as squares
-MIPMAPS_UNDER = 0.6  # screen pixels a texel; below, a picture would shimmer without them
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,24 +65,19 @@ class ViewportResult:
 class ViewportPanel:
     """Remembers what the mouse took hold of, and where pictures lie in this frame."""
 
-    def __init__(self, ctx: moderngl.Context) -> None:
+    def __init__(self, ctx: moderngl.Context, place: PictureView) -> None:
+        """`place` is told where the picture lies."""
+        self.place = place
         self._pass = PicturePass(ctx)
         self._laid: list[Laid] = []
         self._laid_in_frame = -1
         self._held: str | None = None
-        self.viewport = Viewport((0.0, 0.0), (1.0, 1.0))
-        self.geometry = ViewGeometry((0.0, 0.0), (1.0, 1.0))
-
-    @property
-    def zoom(self) -> float:
-        """Screen pixels for one pixel of the picture."""
-        return self.geometry.per_px[1] * self.viewport.framebuffer_scale
 
     def draw(self, pictures: Pictures, view: ViewState, framebuffer_scale: float) -> ViewportResult:
         """Fill the current ImGui window with the picture; answer the mouse."""
         corner, size = imgui.get_cursor_screen_pos(), imgui.get_content_region_avail()
         size = ImVec2(max(size.x, 8.0), max(size.y, 8.0))
-        self.viewport = Viewport((corner.x, corner.y), (size.x, size.y), framebuffer_scale)
+        self.place.viewport = Viewport((corner.x, corner.y), (size.x, size.y), framebuffer_scale)
         buttons = imgui.ButtonFlags_
         flags = buttons.mouse_button_left | buttons.mouse_button_middle | buttons.mouse_button_right
         imgui.invisible_button("picture", size, flags)
@@ -90,17 +86,17 @@ class ViewportPanel:
             view, focus_px = self._answer_mouse(view, pictures.shape)
         else:
             focus_px = None
-        self.geometry = geometry(view, self.viewport, pictures.shape)
+        self.place.geometry = geometry(view, self.place.viewport, pictures.shape)
         self._draw(pictures, view, corner, size)
         hovered = None
         if imgui.is_item_hovered() or imgui.is_item_active():
             mouse = imgui.get_mouse_pos()
-            hovered = self.geometry.pixel_at_window((mouse.x, mouse.y))
+            hovered = self.place.geometry.pixel_at_window((mouse.x, mouse.y))
         return ViewportResult(view, hovered, focus_px, camera)
 
     def _camera_drag(self) -> CameraDrag | None:
         """Right button: round what is in focus; with Ctrl aside; Ctrl and the wheel: nearer."""
-        io, height = imgui.get_io(), self.viewport.size[1]
+        io, height = imgui.get_io(), self.place.viewport.size[1]
         if io.key_ctrl and io.mouse_wheel and imgui.is_item_hovered():
             return CameraDrag("dolly", down=io.mouse_wheel)
         if not (imgui.is_item_active() and imgui.is_mouse_down(imgui.MouseButton_.right)):
@@ -120,16 +116,16 @@ class ViewportPanel:
         at = (mouse.x, mouse.y)
         if imgui.is_item_hovered() and io.mouse_wheel:
             factor = _WHEEL_FACTOR**io.mouse_wheel
-            view = zoomed(view, self.viewport, shape, factor, at)
+            view = zoomed(view, self.place.viewport, shape, factor, at)
         if not imgui.is_item_active():
             self._held = None
             return view, None
-        now = geometry(view, self.viewport, shape)
+        now = geometry(view, self.place.viewport, shape)
         if self._held is None:
             self._held = self._taken(view, shape, now, at)
         if self._held == "pan":
             by = (io.mouse_delta.x, io.mouse_delta.y)
-            return (panned(view, self.viewport, shape, by) if any(by) else view), None
+            return (panned(view, self.place.viewport, shape, by) if any(by) else view), None
         if self._held == "wipe":
             wipe = now.picture_at_window(at)[0] / shape.width_px
             return replace(view, wipe=min(max(wipe, 0.0), 1.0)), None
@@ -146,7 +142,7 @@ class ViewportPanel:
 
     def _wipe_x(self, view: ViewState, shape: PictureShape, now: ViewGeometry) -> float:
         """The line of the wipe, on a whole screen pixel."""
-        scale = self.viewport.framebuffer_scale
+        scale = self.place.viewport.framebuffer_scale
         x = now.window_at_picture((view.wipe * shape.width_px, 0.0))[0]
         return math.floor(x * scale + 0.5) / scale
 
@@ -159,20 +155,24 @@ class ViewportPanel:
         if view.pixel_grid:
             self._draw_grid(draw, pictures, corner, end)
         if view.compare is Compare.WIPE:
-            self._draw_handle(draw, self._wipe_x(view, pictures.shape, self.geometry), corner, end)
+            self._draw_handle(
+                draw, self._wipe_x(view, pictures.shape, self.place.geometry), corner, end
+            )
         draw.pop_clip_rect()
 
     def _lay_pictures(self, pictures: Pictures, view: ViewState) -> None:
         is_hidden = imgui.internal.get_current_window().skip_items
         self._laid, self._laid_in_frame = [], -1 if is_hidden else imgui.get_frame_count()
-        near = self.zoom >= _NEAREST_FROM or (self.zoom == 1.0 and pictures.pixel_aspect == 1.0)
+        near = self.place.zoom >= _NEAREST_FROM or (
+            self.place.zoom == 1.0 and pictures.pixel_aspect == 1.0
+        )
         clip = self._clip()
         near_b = near and not pictures.is_b_proxy
         if view.compare is Compare.FLIP:
             self._lay(pictures.b, pictures, near_b, clip)
         elif view.compare is Compare.WIPE:
-            x = self._wipe_x(view, pictures.shape, self.geometry)
-            line = round(x * self.viewport.framebuffer_scale)
+            x = self._wipe_x(view, pictures.shape, self.place.geometry)
+            line = round(x * self.place.viewport.framebuffer_scale)
             self._lay_a(pictures, near, replace(clip, x1=min(line, clip.x1)))
             self._lay(pictures.b, pictures, near_b, replace(clip, x0=max(line, clip.x0)))
         else:
@@ -182,8 +182,8 @@ class ViewportPanel:
 
     def _clip(self) -> Box:
         """The viewport in pixels of the screen."""
-        (x, y), (width, height) = self.viewport.corner, self.viewport.size
-        scale = self.viewport.framebuffer_scale
+        (x, y), (width, height) = self.place.viewport.corner, self.place.viewport.size
+        scale = self.place.viewport.framebuffer_scale
         x1, y1 = math.floor((x + width) * scale), math.floor((y + height) * scale)
         return Box(math.ceil(x * scale), math.ceil(y * scale), x1, y1)
 
@@ -211,12 +211,12 @@ class ViewportPanel:
         self._laid.append(Laid(texture, first, last, clip, is_nearest, is_opaque, detail))
 
     def _screen_at(self, point: Point) -> Point:
-        x, y = self.geometry.window_at_picture(point)
-        scale = self.viewport.framebuffer_scale
+        x, y = self.place.geometry.window_at_picture(point)
+        scale = self.place.viewport.framebuffer_scale
         return x * scale, y * scale
 
     def _set_filter(self, texture: moderngl.Texture, pictures: Pictures, nearest: bool) -> None:
-        texels = self.zoom * pictures.data_window.height / texture.height
+        texels = self.place.zoom * pictures.data_window.height / texture.height
         if nearest:
             texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
         elif texels < MIPMAPS_UNDER:
@@ -229,34 +229,34 @@ class ViewportPanel:
         if pictures.data_window == pictures.display_window:
             return
         window = pictures.display_window
-        first = self.geometry.window_at_picture((0, 0))
-        last = self.geometry.window_at_picture((window.width, window.height))
+        first = self.place.geometry.window_at_picture((0, 0))
+        last = self.place.geometry.window_at_picture((window.width, window.height))
         draw.add_rect(ImVec2(*first), ImVec2(*last), theme.WINDOW_LINE)
 
     def _draw_grid(
         self, draw: imgui.ImDrawList, pictures: Pictures, corner: ImVec2, end: ImVec2
     ) -> None:
-        if self.zoom < _GRID_FROM:
+        if self.place.zoom < _GRID_FROM:
             return
         shape = pictures.shape
-        first = self.geometry.window_at_picture((0, 0))
-        last = self.geometry.window_at_picture((shape.width_px, shape.height_px))
+        first = self.place.geometry.window_at_picture((0, 0))
+        last = self.place.geometry.window_at_picture((shape.width_px, shape.height_px))
         left, top = max(first[0], corner.x), max(first[1], corner.y)
         right, bottom = min(last[0], end.x), min(last[1], end.y)
-        x0, y0 = self.geometry.pixel_at_window((left, top))
-        x1, y1 = self.geometry.pixel_at_window((right, bottom))
+        x0, y0 = self.place.geometry.pixel_at_window((left, top))
+        x1, y1 = self.place.geometry.pixel_at_window((right, bottom))
         for x in range(x0, x1 + 1):
-            at = self.geometry.window_at_picture((x, 0))[0]
+            at = self.place.geometry.window_at_picture((x, 0))[0]
             draw.add_line(ImVec2(at, top), ImVec2(at, bottom), theme.PIXEL_GRID)
         for y in range(y0, y1 + 1):
-            at = self.geometry.window_at_picture((0, y))[1]
+            at = self.place.geometry.window_at_picture((0, y))[1]
             draw.add_line(ImVec2(left, at), ImVec2(right, at), theme.PIXEL_GRID)
 
     def _draw_handle(self, draw: imgui.ImDrawList, x: float, corner: ImVec2, end: ImVec2) -> None:
         """Line and grip of the wipe; the line is one column of the screen, the first of B's."""
         middle = (corner.y + end.y) / 2
         em = imgui.get_font_size()
-        width = 1.0 / self.viewport.framebuffer_scale
+        width = 1.0 / self.place.viewport.framebuffer_scale
         draw.add_rect_filled(ImVec2(x, corner.y), ImVec2(x + width, end.y), theme.HANDLE)
         draw.add_circle_filled(ImVec2(x, middle), 0.55 * em, theme.SHADOW)
         draw.add_circle(ImVec2(x, middle), 0.55 * em, theme.HANDLE)

@@ -7,8 +7,8 @@ from imgui_bundle import ImVec2, imgui
 from PIL import Image
 
 from heatlens.paths import data_dir
+from heatlens.session.start_choices import Card
 from heatlens.ui import theme
-from heatlens.ui.start.first_choice import Card
 
 _ROUNDING_EM, _PAD_EM, _AIR_EM = 0.25, 0.5, 1.0
 _BAR_EM, _PLUS_EM, _DIGIT_EM = 0.2, 0.45, 1.5

@@ -2,18 +2,14 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import moderngl
 from imgui_bundle import ImVec2, imgui
 
-from heatlens.ui import theme, widgets
-from heatlens.ui.start.first_choice import Card
+from heatlens.session.start_choices import Card
+from heatlens.ui import probe, theme
 from heatlens.ui.start.start_card import CardPictures, Place, column_width, draw_card, fitted
 from heatlens.ui.start.start_layout import StartLayout, lay_out
-
-if TYPE_CHECKING:
-    from heatlens.ui.app import App
 
 _K = imgui.Key
 _DIGITS = (
@@ -41,15 +37,6 @@ class StartScreen:
     def __init__(self, ctx: moderngl.Context) -> None:
         self._pictures = CardPictures(ctx)
         self._row = 0
-
-    def choose(self, app: "App", hears: bool) -> None:
-        """Draw it and do what the hand wants; `hears`: keys are meant for it."""
-        cards, opening = app.first.cards(), app.source.opener.opening
-        answer = self.draw(cards, opening, hears, app.first.most_recent)
-        if answer.taken is not None:
-            app.first.take(answer.taken)
-        elif answer.leaves:
-            app.first.leave()
 
     def draw(
         self, cards: Sequence[Card], opening: str | None, hears: bool, most_recent: int = 0
@@ -107,7 +94,7 @@ class StartScreen:
         imgui.set_cursor_screen_pos(low)
         size = ImVec2(high.x - low.x, high.y - low.y)
         clicked = imgui.invisible_button(f"##{row} {card.title}", size)
-        widgets.note(f"start {card.title}")
+        probe.note(f"start {card.title}")
         moved = imgui.get_io().mouse_delta
         if imgui.is_item_activated() or (imgui.is_item_hovered() and (moved.x or moved.y)):
             self._row = row

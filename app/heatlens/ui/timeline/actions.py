@@ -1,77 +1,65 @@
 """What can be done on the timeline, by name and key."""
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable
+from functools import partial
 
 from imgui_bundle import imgui
 
 from heatlens.model.interpolation import Interpolation
-from heatlens.ui.actions import _CTRL, _SHIFT, Action
-
-if TYPE_CHECKING:
-    from heatlens.ui.app import App
+from heatlens.session.session import Session
+from heatlens.ui.actions import CTRL, SHIFT, Action
 
 _K = imgui.Key
-_BOTH = _CTRL | _SHIFT
+_BOTH = CTRL | SHIFT
 
 
-def play_actions() -> list[Action]:
-    """Of the playhead."""
+def play_actions(session: Session, open_frames: Callable[[], None]) -> list[Action]:
+    """Return the actions of the playhead and of rendered frames."""
+    time, pull = session.timeline, session.pull
     return [
-        Action("Play or stop", "Play", lambda app: app.timeline.play(1), _K.space),
-        Action("Play backwards", "Play", lambda app: app.timeline.play(-1), _K.space, _SHIFT),
-        Action("Next frame", "Play", lambda app: app.timeline.step(1), _K.right_arrow, 0, True),
-        Action("Previous frame", "Play", lambda app: app.timeline.step(-1), _K.left_arrow, 0, True),
-        Action("First frame", "Play", lambda app: app.timeline.go_to_end(-1), _K.home),
-        Action("Last frame", "Play", lambda app: app.timeline.go_to_end(1), _K.end),
-        Action("Next key", "Play", lambda app: app.timeline.go_to_key(1), _K.down_arrow),
-        Action("Previous key", "Play", lambda app: app.timeline.go_to_key(-1), _K.up_arrow),
-        Action("In point here", "Play", lambda app: app.timeline.set_in(), _K.i),
-        Action("Out point here", "Play", lambda app: app.timeline.set_out(), _K.o),
-        Action("In and out points away", "Play", lambda app: app.timeline.play_all(), _K.i, _SHIFT),
+        Action("Play or stop", "Play", partial(time.play, 1), _K.space),
+        Action("Play backwards", "Play", partial(time.play, -1), _K.space | SHIFT),
+        Action("Next frame", "Play", partial(time.step, 1), _K.right_arrow, repeats=True),
+        Action("Previous frame", "Play", partial(time.step, -1), _K.left_arrow, repeats=True),
+        Action("First frame", "Play", partial(time.go_to_end, -1), _K.home),
+        Action("Last frame", "Play", partial(time.go_to_end, 1), _K.end),
+        Action("Next key", "Play", partial(time.go_to_key, 1), _K.down_arrow),
+        Action("Previous key", "Play", partial(time.go_to_key, -1), _K.up_arrow),
+        Action("Set in point", "Play", time.set_in, _K.i),
+        Action("Set out point", "Play", time.set_out, _K.o),
+        Action("Clear in and out", "Play", time.clear_in_out, _K.i | SHIFT),
         Action(
-            "Render frames ahead", "Play", lambda app: app.pull.switch(),
-            is_on=lambda app: app.filing.preferences.now.keep_frames,
+            "Render frames ahead", "Play", pull.switch,
+            is_on=lambda: session.preferences.now.keep_frames,
         ),
-        Action("Clear rendered frames", "Play", lambda app: app.pull.clear()),
-        Action("Rendered frames...", "Play", lambda app: app.pull.open_popup()),
+        Action("Clear rendered frames", "Play", pull.clear),
+        Action("Rendered frames...", "Play", open_frames),
     ]  # fmt: skip
 
 
-def key_actions() -> list[Action]:
-    """Of the keys; where none are chosen, those at the playhead are meant."""
-    later, earlier = _K.right_arrow, _K.left_arrow
+def key_actions(session: Session, open_pull: Callable[[], None]) -> list[Action]:
+    """Return the actions of the keys; where none are selected, those at the playhead are meant."""
+    editing, keys, rows = session.editing, session.keys, session.keys.rows
+    later, earlier = _K.right_arrow | _BOTH, _K.left_arrow | _BOTH
     return [
-        Action("Set key", "Animate", lambda app: app.timeline.keys.set_here(), _K.k),
-        Action("Delete keys", "Animate", lambda app: app.timeline.keys.delete(), _K.delete),
-        Action("Set mark here", "Animate", lambda app: app.timeline.marks.set_here(), _K.m),
-        Action("Pull focus...", "Animate", lambda app: app.timeline.open_pull(), _K.m, _SHIFT),
+        Action("Set key", "Animate", keys.set_here, _K.k),
+        Action("Delete keys", "Animate", keys.delete, _K.delete),
+        Action("Set mark here", "Animate", session.marks.set_here, _K.m),
+        Action("Pull focus...", "Animate", open_pull, _K.m | SHIFT),
         Action(
-            "Auto key", "Animate", _toggle_auto_key, _K.a, is_on=lambda app: app.editing.auto_key
+            "Auto key", "Animate", editing.toggle_auto_key, _K.a, is_on=lambda: editing.auto_key
         ),
-        Action("All keys", "Animate", lambda app: app.timeline.keys.choose_all(), _K.a, _BOTH),
-        Action("Copy keys", "Animate", lambda app: app.timeline.keys.copy(), _K.c, _BOTH),
-        Action("Paste keys", "Animate", lambda app: app.timeline.keys.paste(), _K.v, _BOTH),
-        Action("Keys later", "Animate", lambda app: app.timeline.keys.move(1), later, _BOTH, True),
-        Action(
-            "Keys earlier", "Animate", lambda app: app.timeline.keys.move(-1), earlier, _BOTH, True
-        ),
+        Action("Select all keys", "Animate", keys.choose_all, _K.a | _BOTH),
+        Action("Copy keys", "Animate", keys.copy, _K.c | _BOTH),
+        Action("Paste keys", "Animate", keys.paste, _K.v | _BOTH),
+        Action("Move keys later", "Animate", partial(keys.move, 1), later, repeats=True),
+        Action("Move keys earlier", "Animate", partial(keys.move, -1), earlier, repeats=True),
         *(
-            Action(
-                f"Path after key: {interpolation}", "Animate",
-                lambda app, i=interpolation: app.timeline.keys.interpolate(i),  # type: ignore[misc]
-            )
-            for interpolation in Interpolation
+            Action(f"Interpolate {how} after key", "Animate", partial(keys.interpolate, how))
+            for how in Interpolation
         ),
         Action(
-            "Curve of the row", "Animate", _toggle_curve, _K.c, _SHIFT,
-            is_on=lambda app: app.timeline.shows_curve,
+            "Show curve", "Animate", rows.toggle_curve, _K.c | SHIFT,
+            is_on=lambda: rows.shows_curve,
         ),
     ]  # fmt: skip
-
-
-def _toggle_auto_key(app: "App") -> None:
-    app.editing.auto_key = not app.editing.auto_key
-
-
-def _toggle_curve(app: "App") -> None:
-    app.timeline.shows_curve = not app.timeline.shows_curve

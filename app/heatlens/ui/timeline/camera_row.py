@@ -1,45 +1,43 @@
 """The row of the scene's camera under those of the lens: its name, and a dot to set a key."""
 
-from typing import TYPE_CHECKING
-
 from imgui_bundle import ImVec2, imgui
 
 from heatlens.session.key_rows import CAMERA
-from heatlens.ui import theme, widgets
+from heatlens.session.session import Session
+from heatlens.ui import probe, theme
 from heatlens.ui.timeline.diamond import diamond
 from heatlens.ui.timeline.row_name import row_name
 from heatlens.ui.timeline.scale import TimeScale
 
-if TYPE_CHECKING:
-    from heatlens.ui.app import App
 
-
-def camera_row(app: "App", scale: TimeScale, corner: ImVec2, row: float) -> None:
+def camera_row(session: Session, scale: TimeScale, corner: ImVec2, row: float) -> None:
     """Draw it from `corner` on, its name left of `scale`; the keys come with all others."""
     draw, em = imgui.get_window_draw_list(), imgui.get_font_size()
-    _dot(app, ImVec2(corner.x + 0.5 * em, corner.y + row / 2))
-    row_name(app, CAMERA, corner, scale.x, row, "K sets a key of the camera, once this is clicked")
-    color = theme.HANDLE if app.shot.camera_key_frames else theme.TEXT_DIM
+    _dot(session, ImVec2(corner.x + 0.5 * em, corner.y + row / 2))
+    row_name(
+        session, CAMERA, corner, scale.x, row, "K sets a key of the camera, once this is clicked"
+    )
+    color = theme.HANDLE if session.shot.camera_key_frames else theme.TEXT_DIM
     draw.add_text(ImVec2(corner.x + 1.3 * em, corner.y + 0.2 * em), color, CAMERA.words)
     end = ImVec2(scale.x + scale.width, corner.y + row - 2)
     draw.add_rect_filled(ImVec2(scale.x, corner.y), end, theme.GROOVE)
 
 
-def _dot(app: "App", middle: ImVec2) -> None:
+def _dot(session: Session, middle: ImVec2) -> None:
     """As those of the lens: filled where there is a key at the playhead; a click sets it or takes
     it."""
     side = 0.5 * imgui.get_font_size()
-    is_here = app.editing.frame in app.shot.camera_key_frames
+    is_here = session.editing.frame in session.shot.camera_key_frames
     imgui.set_cursor_screen_pos(ImVec2(middle.x - side, middle.y - side))
     if imgui.invisible_button("dot camera", ImVec2(2 * side, 2 * side)):
         if is_here:
-            app.scenes.delete_key()
+            session.scenes.delete_key()
         else:
-            app.scenes.set_key()
-    widgets.note("dot camera")
+            session.scenes.set_key()
+    probe.note("dot camera")
     if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
         imgui.set_tooltip("Key of the camera at this frame")
-    color = theme.ACCENT if app.shot.camera_key_frames else theme.QUEUED
+    color = theme.ACCENT if session.shot.camera_key_frames else theme.QUEUED
     draw = imgui.get_window_draw_list()
     if is_here:
         draw.add_quad_filled(*diamond(middle, 0.6 * side), color)

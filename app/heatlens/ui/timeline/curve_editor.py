@@ -6,7 +6,7 @@ Up is more: infinity lies at the top, and equal heights are equal steps of the r
 
 from collections.abc import Iterable, Sequence
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from imgui_bundle import ImVec2, imgui
 
@@ -14,60 +14,63 @@ from heatlens.model.marks import DistanceMark
 from heatlens.model.shot import LensParameter, Shot
 from heatlens.session.focus_track import Sample
 from heatlens.session.key_choice import Chosen, KeyId, moved
+from heatlens.session.key_drag import Places
+from heatlens.session.session import Session
 from heatlens.ui import theme
 from heatlens.ui.timeline.curve_axis import AXES, CurveAxis, raised
 from heatlens.ui.timeline.curve_handles import Heights, curve_handles
 from heatlens.ui.timeline.dope_sheet import draw_keys, hold_keys
-from heatlens.ui.timeline.key_hand import Places
 from heatlens.ui.timeline.scale import TimeScale
-
-if TYPE_CHECKING:
-    from heatlens.ui.app import App
+from heatlens.ui.timeline.view import TimelineView
 
 _SAMPLE_PX, _ROOM = 4.0, 0.12
 _STILL_PX = 3.0  # a key that is dragged sideways keeps its height so far
 Line = Sequence[tuple[float, float]]  # (frame, place on the axis)
 
 
-def curve_editor(app: "App", scale: TimeScale, corner: ImVec2, height: float) -> None:
+def curve_editor(
+    session: Session, view: TimelineView, scale: TimeScale, corner: ImVec2, height: float
+) -> None:
     """Draw it from `corner` on, values left of `scale`, and answer the hand."""
-    timeline, axis = app.timeline, AXES[app.timeline.curve_of]
+    axis = AXES[session.keys.rows.curve_of]
     count = max(int(scale.width / _SAMPLE_PX), 2)
-    line = timeline.line.points(app.shot, axis, scale.first, scale.last, count)
-    sharp = _sharp(app, scale, count)
-    if timeline.heights is None or not imgui.is_any_item_active():  # else it would run away
-        timeline.heights = _ends(app, axis, line, sharp)
-    heights = Heights(*timeline.heights, corner.y, height)
-    _draw_ground(app, axis, scale, heights)
+    line = view.line.points(session.shot, axis, scale.first, scale.last, count)
+    sharp = _sharp(session, view, scale, count)
+    if view.heights is None or not imgui.is_any_item_active():  # else it would run away
+        view.heights = _ends(session, axis, line, sharp)
+    heights = Heights(*view.heights, corner.y, height)
+    _draw_ground(session, axis, scale, heights)
     _draw_sharp(scale, heights, sharp)
     _draw_line(scale, heights, line, theme.ACCENT, 1.8)
     if axis.parameter is LensParameter.FOCUS_DISTANCE:
-        _draw_marks(app, scale, heights)
-    curve_handles(app, axis, scale, heights)
-    places = _places(app.shot, axis, scale, heights)
+        _draw_marks(session, scale, heights)
+    curve_handles(session, axis, scale, heights)
+    places = _places(session.shot, axis, scale, heights)
 
     def move(shot: Shot, chosen: Chosen, frames: int, up: float) -> tuple[Shot, Chosen]:
         higher = up / heights.per_place if abs(up) > _STILL_PX else 0.0
         return moved(raised(shot, chosen, axis, higher), chosen, frames)
 
-    hold_keys(app, scale, corner.y, height, places, move)
-    draw_keys(app, scale, places, corner.y, height)
+    hold_keys(view.drag, scale, corner.y, height, places, move)
+    draw_keys(session, view.drag, scale, places, corner.y, height)
 
 
-def _sharp(app: "App", scale: TimeScale, count: int) -> tuple[Sample, ...]:
+def _sharp(
+    session: Session, view: TimelineView, scale: TimeScale, count: int
+) -> tuple[Sample, ...]:
     """What is sharp around the focus; nothing where another parameter is seen."""
-    if app.timeline.curve_of is not LensParameter.FOCUS_DISTANCE:
+    if session.keys.rows.curve_of is not LensParameter.FOCUS_DISTANCE:
         return ()
-    return app.timeline.track.samples(app.shot, scale.first, scale.last, count)
+    return view.track.samples(session.shot, scale.first, scale.last, count)
 
 
 def _ends(
-    app: "App", axis: CurveAxis, line: Line, sharp: tuple[Sample, ...]
+    session: Session, axis: CurveAxis, line: Line, sharp: tuple[Sample, ...]
 ) -> tuple[float, float]:
     """Room for the curve and the marks, and for what is sharp as far as it is near them."""
     places = [place for _, place in line]
-    places += [axis.place_of(key.value) for key in app.shot.curves.of(axis.parameter).keys]
-    places += _mark_places(app) if sharp else []
+    places += [axis.place_of(key.value) for key in session.shot.curves.of(axis.parameter).keys]
+    places += _mark_places(session) if sharp else []
     low, high = min(places), max(places)
     band = max((sample.near - sample.focus for sample in sharp), default=0.0)
     span = high - low + 2 * min(band, high - low + axis.span_least)
@@ -77,9 +80,9 @@ def _ends(
     return low, max(middle + span * (0.5 + _ROOM), low + axis.span_least)
 
 
-def _mark_places(app: "App") -> list[float]:
-    places = [1.0 / m.distance_m for m in app.shot.marks if isinstance(m, DistanceMark)]
-    lines = [line for track in app.timeline.mark_tracks() for line in track.lines]
+def _mark_places(session: Session) -> list[float]:
+    places = [1.0 / m.distance_m for m in session.shot.marks if isinstance(m, DistanceMark)]
+    lines = [line for track in session.mark_tracks() for line in track.lines]
     return places + [place for line in lines for _, place in line]
 
 
@@ -93,7 +96,7 @@ def _places(shot: Shot, axis: CurveAxis, scale: TimeScale, heights: Heights) -> 
     }
 
 
-def _draw_ground(app: "App", axis: CurveAxis, scale: TimeScale, heights: Heights) -> None:
+def _draw_ground(session: Session, axis: CurveAxis, scale: TimeScale, heights: Heights) -> None:
     """Values as far as they have room, with a line each."""
     draw, em = imgui.get_window_draw_list(), imgui.get_font_size()
     corner, end = _corners(scale, heights)
@@ -104,7 +107,7 @@ def _draw_ground(app: "App", axis: CurveAxis, scale: TimeScale, heights: Heights
         y = heights.y_at(place)
         inside = heights.low <= place <= heights.high
         if inside and last_y - y >= 1.1 * em and y <= end.y - 0.5 * em:
-            text = axis.words(value, app.view.unit)
+            text = axis.words(value, session.view.unit)
             left = scale.x - 0.5 * em - imgui.calc_text_size(text).x
             draw.add_text(ImVec2(left, max(y - 0.5 * em, corner.y)), theme.TEXT_DIM, text)
             draw.add_line(ImVec2(scale.x, y), ImVec2(end.x, y), theme.PLAYED)
@@ -147,17 +150,17 @@ def _draw_line(scale: TimeScale, heights: Heights, line: Line, color: int, width
     draw.pop_clip_rect()
 
 
-def _draw_marks(app: "App", scale: TimeScale, heights: Heights) -> None:
+def _draw_marks(session: Session, scale: TimeScale, heights: Heights) -> None:
     """Where marked things are, as far as that is known at a frame, or always."""
     draw = imgui.get_window_draw_list()
     corner, end = _corners(scale, heights)
     draw.push_clip_rect(corner, end, True)
-    for mark in app.shot.marks:
+    for mark in session.shot.marks:
         if isinstance(mark, DistanceMark):
             y = heights.y_at(1.0 / mark.distance_m)
             draw.add_line(ImVec2(scale.x, y), ImVec2(end.x, y), theme.QUEUED, 1.0)
             draw.add_text(ImVec2(scale.x + 4, y - imgui.get_font_size()), theme.TEXT_DIM, mark.name)
-    for track in app.timeline.mark_tracks():
+    for track in session.mark_tracks():
         for line in track.lines:
             draw.add_polyline(_points(scale, heights, line), theme.MARK, 1.5, 0)
             x, y = scale.x_at(line[0][0]), heights.y_at(line[0][1])

@@ -2,7 +2,6 @@
 
 from collections.abc import Collection
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 from imgui_bundle import ImVec2, imgui
 
@@ -10,12 +9,10 @@ from heatlens.errors import HeatlensError
 from heatlens.model.curve import Curve, Key
 from heatlens.model.interpolation import Ease, Interpolation, Scale
 from heatlens.session.key_choice import checked, frames_of
-from heatlens.ui import theme, widgets
+from heatlens.session.session import Session
+from heatlens.ui import probe, theme
 from heatlens.ui.timeline.curve_axis import CurveAxis
 from heatlens.ui.timeline.scale import TimeScale
-
-if TYPE_CHECKING:
-    from heatlens.ui.app import App
 
 _TIP_EM = 0.3
 
@@ -90,39 +87,41 @@ def handles_of(curve: Curve, frames: Collection[float]) -> list[Handle]:
     return handles
 
 
-def curve_handles(app: "App", axis: CurveAxis, scale: TimeScale, heights: Heights) -> None:
+def curve_handles(session: Session, axis: CurveAxis, scale: TimeScale, heights: Heights) -> None:
     """Draw the handles of the chosen keys; the tip that is held follows the hand."""
-    frames = frames_of(app.timeline.keys.chosen, axis.parameter)
-    for handle in handles_of(app.shot.curves.of(axis.parameter), frames):
-        _handle(app, axis, handle, scale, heights)
+    frames = frames_of(session.keys.chosen, axis.parameter)
+    for handle in handles_of(session.shot.curves.of(axis.parameter), frames):
+        _handle(session, axis, handle, scale, heights)
 
 
 def _handle(
-    app: "App", axis: CurveAxis, handle: Handle, scale: TimeScale, heights: Heights
+    session: Session, axis: CurveAxis, handle: Handle, scale: TimeScale, heights: Heights
 ) -> None:
     draw, side = imgui.get_window_draw_list(), _TIP_EM * imgui.get_font_size()
-    curve_scale = app.shot.curves.of(axis.parameter).scale
+    curve_scale = session.shot.curves.of(axis.parameter).scale
     frame, place = handle.tip(curve_scale)
     tip = ImVec2(scale.x_at(frame), heights.y_at(axis.from_scale(place, curve_scale)))
     imgui.set_cursor_screen_pos(ImVec2(tip.x - 2 * side, tip.y - 2 * side))
     imgui.invisible_button(handle.name, ImVec2(4 * side, 4 * side))
-    widgets.note(handle.name)
+    probe.note(handle.name)
     if imgui.is_item_activated():
-        app.editing.settle()
+        session.editing.settle()
     is_held = imgui.is_item_active()
     if is_held and imgui.is_mouse_dragging(imgui.MouseButton_.left, 1.0):
         mouse = imgui.get_mouse_pos()
-        _pull(app, axis, handle, scale.time_at(mouse.x), heights.place_at(mouse.y))
+        _pull(session, axis, handle, scale.time_at(mouse.x), heights.place_at(mouse.y))
     color = theme.ACCENT if is_held or imgui.is_item_hovered() else theme.KEY
     y = heights.y_at(axis.place_of(handle.key.value))
     draw.add_line(ImVec2(scale.x_at(handle.key.frame), y), tip, theme.QUEUED, 1.0)
     draw.add_circle_filled(tip, side, color)
 
 
-def _pull(app: "App", axis: CurveAxis, handle: Handle, frame: float, place: float) -> None:
-    curve = app.shot.curves.of(axis.parameter)
+def _pull(session: Session, axis: CurveAxis, handle: Handle, frame: float, place: float) -> None:
+    curve = session.shot.curves.of(axis.parameter)
     pulled = handle.pulled_to(frame, axis.to_scale(place, curve.scale), curve.scale)
     try:
-        app.edit(checked(app.shot.with_curve(axis.parameter, curve.with_key(pulled))))
+        session.editing.edit(
+            checked(session.shot.with_curve(axis.parameter, curve.with_key(pulled)))
+        )
     except HeatlensError as error:
-        app.say(str(error))
+        session.say(str(error))

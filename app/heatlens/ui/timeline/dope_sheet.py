@@ -1,22 +1,22 @@
 """A row for each parameter that can have keys, and the camera's, with their keys as diamonds."""
 
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
 
 from imgui_bundle import ImVec2, imgui
 
 from heatlens.model.interpolation import Interpolation
 from heatlens.model.shot import LensParameter, Shot
 from heatlens.session.key_choice import Chosen, KeyId, key_of, moved
+from heatlens.session.key_drag import KeyDrag, Move, Places
 from heatlens.session.key_rows import ROWS, Row, key_frames
-from heatlens.ui import theme, widgets
+from heatlens.session.session import Session
+from heatlens.ui import probe, theme
+from heatlens.ui.probe import Rect
 from heatlens.ui.timeline.camera_row import camera_row
 from heatlens.ui.timeline.diamond import diamond
-from heatlens.ui.timeline.key_hand import Places
 from heatlens.ui.timeline.row_name import row_name
 from heatlens.ui.timeline.scale import TimeScale
-
-if TYPE_CHECKING:
-    from heatlens.ui.app import App
+from heatlens.ui.timeline.view import TimelineView
 
 # By which name the lens panel notes them.
 _CONTROLS = {
@@ -28,40 +28,44 @@ _CONTROLS = {
 _ROW_EM, _KEY_EM, _REACH_EM = 1.45, 0.42, 0.55
 
 
-def dope_sheet(app: "App", scale: TimeScale, corner: ImVec2, height: float) -> None:
-    """Draw it from `corner` on, names left of `scale`, and answer the hand."""
+def dope_sheet(
+    session: Session, view: TimelineView, scale: TimeScale, corner: ImVec2, height: float
+) -> None:
+    """Draw it from `corner` on, names left of `scale`, and answer the drag."""
     em = imgui.get_font_size()
     row = _ROW_EM * em
     for index, parameter in enumerate(LensParameter):
-        _draw_row(app, scale, parameter, ImVec2(corner.x, corner.y + index * row), row)
+        _draw_row(session, scale, parameter, ImVec2(corner.x, corner.y + index * row), row)
     rows: tuple[Row, ...] = tuple(LensParameter)
-    if app.scenes.scene is not None:
-        camera_row(app, scale, ImVec2(corner.x, corner.y + len(rows) * row), row)
+    if session.scenes.scene is not None:
+        camera_row(session, scale, ImVec2(corner.x, corner.y + len(rows) * row), row)
         rows = ROWS
-    places = _places(app.shot, rows, scale, corner.y, row)
-    hold_keys(app, scale, corner.y, max(height, len(rows) * row), places, _move)
-    draw_keys(app, scale, places, corner.y, height)
+    places = _places(session.shot, rows, scale, corner.y, row)
+    hold_keys(view.drag, scale, corner.y, max(height, len(rows) * row), places, _move)
+    draw_keys(session, view.drag, scale, places, corner.y, height)
 
 
 def _move(shot: Shot, chosen: Chosen, frames: int, _up: float) -> tuple[Shot, Chosen]:
     return moved(shot, chosen, frames)
 
 
-def hold_keys(app, scale, y, height, places, move) -> None:  # type: ignore[no-untyped-def]
+def hold_keys(
+    drag: KeyDrag, scale: TimeScale, y: float, height: float, places: Places, move: Move
+) -> None:
     """The area in which keys are clicked and dragged; the last item is its button."""
     io, em = imgui.get_io(), imgui.get_font_size()
     imgui.set_cursor_screen_pos(ImVec2(scale.x, y))
     imgui.invisible_button("keys", ImVec2(scale.width, max(height, 1.0)))
-    widgets.note("keys")
+    probe.note("keys")
     for (key_row, frame), (x, key_y) in places.items():
-        widgets.drawn_at[f"key {key_row} {frame:g}"] = (x, key_y, x, key_y)
-    hand, mouse = app.timeline.hand, (io.mouse_pos.x, io.mouse_pos.y)
+        probe.note_at(f"key {key_row} {frame:g}", (x, key_y, x, key_y))
+    mouse = io.mouse_pos.x, io.mouse_pos.y
     if imgui.is_item_activated():
-        hand.press(mouse, places, _REACH_EM * em, io.key_shift, io.key_ctrl)
+        drag.press(mouse, places, _REACH_EM * em, io.key_shift, io.key_ctrl)
     elif imgui.is_item_active():
-        hand.drag(mouse, places, scale.per_frame, move)
-    elif hand.is_holding:
-        hand.release()
+        drag.drag(mouse, places, scale.per_frame, move)
+    elif drag.is_holding:
+        drag.release()
 
 
 def _places(
@@ -75,31 +79,31 @@ def _places(
 
 
 def _draw_row(
-    app: "App", scale: TimeScale, parameter: LensParameter, corner: ImVec2, row: float
+    session: Session, scale: TimeScale, parameter: LensParameter, corner: ImVec2, row: float
 ) -> None:
     draw, em = imgui.get_window_draw_list(), imgui.get_font_size()
-    is_keyed = bool(app.shot.curves.of(parameter).keys)
-    key_dot(app, parameter, ImVec2(corner.x + 0.5 * em, corner.y + row / 2), f"dot {parameter}")
+    is_keyed = bool(session.shot.curves.of(parameter).keys)
+    key_dot(session, parameter, ImVec2(corner.x + 0.5 * em, corner.y + row / 2), f"dot {parameter}")
     tip = f"Shift+C shows the curve of the {parameter.words}, once this is clicked"
-    row_name(app, parameter, corner, scale.x, row, tip)
+    row_name(session, parameter, corner, scale.x, row, tip)
     color = theme.HANDLE if is_keyed else theme.TEXT_DIM
     draw.add_text(ImVec2(corner.x + 1.3 * em, corner.y + 0.2 * em), color, parameter.words)
     end = ImVec2(scale.x + scale.width, corner.y + row - 2)
     draw.add_rect_filled(ImVec2(scale.x, corner.y), end, theme.GROOVE)
 
 
-def key_dot(app: "App", parameter: LensParameter, middle: ImVec2, name: str) -> None:
+def key_dot(session: Session, parameter: LensParameter, middle: ImVec2, name: str) -> None:
     """Filled where there is a key at the playhead, hollow where there are others; a click sets or
     takes one."""
     side = 0.5 * imgui.get_font_size()
     imgui.set_cursor_screen_pos(ImVec2(middle.x - side, middle.y - side))
     if imgui.invisible_button(name, ImVec2(2 * side, 2 * side)):
-        app.timeline.keys.toggle_here(parameter)
-    widgets.note(name)
+        session.keys.toggle_here(parameter)
+    probe.note(name)
     if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
         imgui.set_tooltip(f"Key of the {parameter.words} at this frame")
-    curve = app.shot.curves.of(parameter)
-    is_here = curve.key_at(app.editing.frame) is not None
+    curve = session.shot.curves.of(parameter)
+    is_here = curve.key_at(session.editing.frame) is not None
     draw = imgui.get_window_draw_list()
     color = theme.ACCENT if curve.keys else theme.QUEUED
     corners = diamond(middle, 0.6 * side)
@@ -109,16 +113,18 @@ def key_dot(app: "App", parameter: LensParameter, middle: ImVec2, name: str) -> 
         draw.add_quad(*corners, color, 1.2)
 
 
-def draw_keys(app: "App", scale: TimeScale, places: Places, y: float, height: float) -> None:
+def draw_keys(
+    session: Session, drag: KeyDrag, scale: TimeScale, places: Places, y: float, height: float
+) -> None:
     """Diamonds, squares where a value is held; and the box that is being drawn."""
-    draw, chosen, io = imgui.get_window_draw_list(), app.timeline.keys.chosen, imgui.get_io()
+    draw, chosen, io = imgui.get_window_draw_list(), session.keys.chosen, imgui.get_io()
     reach = _KEY_EM * imgui.get_font_size()
     edge = ImVec2(scale.x - reach, y)
     draw.push_clip_rect(edge, ImVec2(scale.x + scale.width + reach, y + height), True)
     for key, place in places.items():
         color = theme.ACCENT if key in chosen else theme.KEY
-        _draw_key(app.shot, key, ImVec2(*place), reach, color)
-    begin = app.timeline.hand.box_from
+        _draw_key(session.shot, key, ImVec2(*place), reach, color)
+    begin = drag.box_from
     if begin is not None:
         draw.add_rect_filled(ImVec2(*begin), io.mouse_pos, theme.BOX)
         draw.add_rect(ImVec2(*begin), io.mouse_pos, theme.QUEUED)
@@ -136,10 +142,10 @@ def _draw_key(shot: Shot, key: KeyId, middle: ImVec2, reach: float, color: int) 
         draw.add_quad(*diamond(middle, reach), theme.SHADOW, 1.0)
 
 
-def lens_dots(app: "App") -> None:
-    """The same dots before the controls of the lens, in the window where these were drawn."""
+def lens_dots(session: Session, drawn: Mapping[str, Rect]) -> None:
+    """Draw the same dots before the controls of the lens, which were `drawn` in this window."""
     for parameter, control in _CONTROLS.items():
-        at = widgets.drawn_at.get(control)
+        at = drawn.get(control)
         if at is not None:
             x = at[0] - 0.65 * imgui.get_font_size()
-            key_dot(app, parameter, ImVec2(x, (at[1] + at[3]) / 2), f"lens dot {parameter}")
+            key_dot(session, parameter, ImVec2(x, (at[1] + at[3]) / 2), f"lens dot {parameter}")

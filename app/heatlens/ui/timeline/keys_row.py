@@ -1,7 +1,6 @@
 """The row about keys: set one, how it goes on from the chosen ones, keys or curve."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 from imgui_bundle import imgui
 
@@ -10,11 +9,10 @@ from heatlens.model.interpolation import Interpolation
 from heatlens.model.shot import LensParameter
 from heatlens.session.key_choice import key_of
 from heatlens.session.key_rows import CAMERA
-from heatlens.ui import widgets
+from heatlens.session.session import Session
+from heatlens.ui import probe, widgets
 from heatlens.ui.timeline.transport import beside, combo
-
-if TYPE_CHECKING:
-    from heatlens.ui.app import App
+from heatlens.ui.timeline.view import TimelineView
 
 _MIXED = "mixed"
 _SET_TIPS = {
@@ -24,41 +22,41 @@ _SET_TIPS = {
 _EASE_EM, _INTERPOLATION_EM, _CURVE_OF_EM = 6.2, 6.0, 7.6
 
 
-def keys_row(app: "App") -> None:
+def keys_row(session: Session, view: TimelineView) -> None:
     """Draw it; what concerns chosen keys is grey while there are none."""
-    timeline = app.timeline
+    rows = session.keys.rows
     if imgui.button("Set key"):
-        timeline.keys.set_here()
-    widgets.note("set key")
-    _tip(_SET_TIPS[timeline.chosen_row is CAMERA])
+        session.keys.set_here()
+    probe.note("set key")
+    _tip(_SET_TIPS[rows.chosen is CAMERA])
     imgui.same_line()
-    _, app.editing.auto_key = imgui.checkbox("auto key", app.editing.auto_key)
-    widgets.note("auto key")
+    _, session.editing.auto_key = imgui.checkbox("auto key", session.editing.auto_key)
+    probe.note("auto key")
     _tip("What has keys gets one wherever it is changed (A)")
     imgui.same_line()
-    _, timeline.shows_curve = imgui.checkbox("curve", timeline.shows_curve)
-    widgets.note("curve")
+    _, rows.shows_curve = imgui.checkbox("curve", rows.shows_curve)
+    probe.note("curve")
     _tip("The chosen row as a curve over the frames, or the keys in rows (Shift+C)")
-    if timeline.shows_curve:
-        _curve_of(app)
-    found = [k for one in timeline.keys.meant if (k := key_of(app.shot, one)) is not None]
+    if rows.shows_curve:
+        _curve_of(session, view)
+    found = [k for one in session.keys.meant if (k := key_of(session.shot, one)) is not None]
     with widgets.disabled(not found):  # the camera goes between its keys in one way only
-        _course(app, found)
-    _told(app)
+        _course(session, found)
+    _told(session)
 
 
-def _curve_of(app: "App") -> None:
+def _curve_of(session: Session, view: TimelineView) -> None:
     """Which row's; in the rows it is chosen by their names."""
-    timeline = app.timeline
+    rows = session.keys.rows
     names = {parameter.words: parameter for parameter in LensParameter}
-    chosen = names[combo("curve of", timeline.curve_of.words, list(names), _CURVE_OF_EM)]
-    if chosen is not timeline.curve_of:
-        timeline.choose_row(chosen)
-        timeline.heights = None
+    chosen = names[combo("curve of", rows.curve_of.words, list(names), _CURVE_OF_EM)]
+    if chosen is not rows.curve_of:
+        rows.choose(chosen)
+        view.heights = None
 
 
-def _course(app: "App", found: Sequence[Key]) -> None:
-    keys = app.timeline.keys
+def _course(session: Session, found: Sequence[Key]) -> None:
+    keys = session.keys
     words = {str(key.interpolation) for key in found}
     shown = words.pop() if len(words) == 1 else (_MIXED if words else "")
     picked = combo("interpolation", shown, [str(i) for i in Interpolation], _INTERPOLATION_EM)
@@ -72,14 +70,14 @@ def _course(app: "App", found: Sequence[Key]) -> None:
             f"##{name}", percent, 0.5, 0.0, 100.0, f"{name} %.0f %%",
             imgui.SliderFlags_.always_clamp,
         )  # fmt: skip
-        widgets.note(name)
+        probe.note(name)
         _tip("How far the handle reaches; the segment becomes a Bezier")
         if changed:
             keys.ease(new, is_out)
 
 
-def _told(app: "App") -> None:
-    keys = app.timeline.keys
+def _told(session: Session) -> None:
+    keys = session.keys
     count = len(keys.chosen)
     told = f"{count} chosen" if count else "key here" if keys.meant else "no key here"
     imgui.same_line()

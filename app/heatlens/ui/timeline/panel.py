@@ -1,20 +1,19 @@
 """The timeline: transport, ruler with the state of the frames, and keys or curve under it."""
 
 import math
-from typing import TYPE_CHECKING
 
 from imgui_bundle import ImVec2, imgui
 
 from heatlens.model.frames import FrameRange
-from heatlens.ui import theme, widgets
+from heatlens.session.frame_states import Run
+from heatlens.session.session import Session
+from heatlens.ui import probe, theme
 from heatlens.ui.timeline.curve_editor import curve_editor
 from heatlens.ui.timeline.dope_sheet import dope_sheet
 from heatlens.ui.timeline.keys_row import keys_row
 from heatlens.ui.timeline.scale import TimeScale
 from heatlens.ui.timeline.transport import transport
-
-if TYPE_CHECKING:
-    from heatlens.ui.app import App
+from heatlens.ui.timeline.view import TimelineView
 
 NAMES_EM = 8.0  # width of the column of names
 _RULER_EM, _STRIP = 1.9, 4.0
@@ -29,42 +28,42 @@ _STATES = {
 }
 
 
-def timeline_panel(app: "App") -> None:
+def timeline_panel(session: Session, view: TimelineView) -> None:
     """Draw it in the current window and answer the hand."""
-    transport(app)
-    keys_row(app)
+    transport(session, view)
+    keys_row(session, view)
     em = imgui.get_font_size()
     corner, room = imgui.get_cursor_screen_pos(), imgui.get_content_region_avail()
     x = corner.x + NAMES_EM * em
     width = max(room.x - (NAMES_EM + _EDGE_EM) * em, 4 * em)
-    scale = _scale(app, x, width)
+    scale = _scale(session, view, x, width)
     ruler_height = _RULER_EM * em
     imgui.set_cursor_screen_pos(ImVec2(x, corner.y))
     imgui.invisible_button("timeline ruler", ImVec2(width, ruler_height))
-    widgets.note("timeline ruler")
+    probe.note("timeline ruler")
     if imgui.is_item_active():
-        app.timeline.go(scale.frame_at(imgui.get_mouse_pos().x))
-    _draw_ruler(app, scale, corner.y, ruler_height)
+        session.timeline.go(scale.frame_at(imgui.get_mouse_pos().x))
+    _draw_ruler(session, view, scale, corner.y, ruler_height)
     bottom = corner.y + max(room.y, ruler_height)
     top = corner.y + ruler_height + 0.15 * em
-    draw_below = curve_editor if app.timeline.shows_curve else dope_sheet
-    draw_below(app, scale, ImVec2(corner.x, top), max(bottom - top, 1.0))
-    _draw_playhead(app, scale, corner.y, bottom)
-    _answer_wheel(app, scale)
+    draw_below = curve_editor if session.keys.rows.shows_curve else dope_sheet
+    draw_below(session, view, scale, ImVec2(corner.x, top), max(bottom - top, 1.0))
+    _draw_playhead(session, scale, corner.y, bottom)
+    _answer_wheel(session, view, scale)
 
 
-def _scale(app: "App", x: float, width: float) -> TimeScale:
+def _scale(session: Session, view: TimelineView, x: float, width: float) -> TimeScale:
     """The frames that are seen, over the width there is now."""
-    reach, kept = app.timeline.reach, app.timeline.scale
+    reach, kept = session.timeline.reach, view.scale
     if kept is None:
         return TimeScale.over(reach.first, reach.last, x, width)
     scale = TimeScale(kept.first, kept.last, x, max(width, 1.0))
     return scale.panned(0.0, reach.first - 0.5, reach.last + 0.5)
 
 
-def _answer_wheel(app: "App", scale: TimeScale) -> None:
+def _answer_wheel(session: Session, view: TimelineView, scale: TimeScale) -> None:
     """The wheel looks nearer, the middle button pulls along."""
-    io, reach = imgui.get_io(), app.timeline.reach
+    io, reach = imgui.get_io(), session.timeline.reach
     least, most = reach.first - 0.5, reach.last + 0.5
     if not imgui.is_window_hovered():
         return
@@ -75,31 +74,33 @@ def _answer_wheel(app: "App", scale: TimeScale) -> None:
     else:
         return
     is_all = scale.last - scale.first >= most - least
-    app.timeline.scale = None if is_all else scale
+    view.scale = None if is_all else scale
 
 
-def _draw_ruler(app: "App", scale: TimeScale, y: float, height: float) -> None:
+def _draw_ruler(
+    session: Session, view: TimelineView, scale: TimeScale, y: float, height: float
+) -> None:
     draw, em = imgui.get_window_draw_list(), imgui.get_font_size()
     end_x, strip_y = scale.x + scale.width, y + height - _STRIP
     draw.push_clip_rect(ImVec2(scale.x, y), ImVec2(end_x, y + height), True)
     draw.add_rect_filled(ImVec2(scale.x, y), ImVec2(end_x, y + height), theme.GROOVE)
-    _draw_cells(draw, scale, app.timeline.played, y, strip_y, theme.PLAYED)
+    _draw_cells(draw, scale, session.timeline.played, y, strip_y, theme.PLAYED)
     for frame in scale.ticks(_NUMBERS_EM * em):
         at = scale.x_at(frame)
         draw.add_line(ImVec2(at, strip_y - 0.3 * em), ImVec2(at, strip_y), theme.TEXT_DIM)
         text = str(frame)
         text_x = scale.words_x(frame, imgui.calc_text_size(text).x)
         draw.add_text(ImVec2(text_x, y + 0.1 * em), theme.TEXT_DIM, text)
-    for run in app.pull.runs:
+    for run in session.pull.runs:
         _draw_cells(draw, scale, run, strip_y - _STRIP, strip_y - 1.0, theme.RENDERED)
-    _draw_states(app, scale, strip_y)
-    _draw_warnings(app, scale, y)
+    _draw_states(session, scale, strip_y)
+    _draw_warnings(session, view, scale, y)
     draw.pop_clip_rect()
 
 
-def _draw_states(app: "App", scale: TimeScale, y: float) -> None:
+def _draw_states(session: Session, scale: TimeScale, y: float) -> None:
     """A line along the frames that have a file, brighter where they are in memory."""
-    draw, timeline = imgui.get_window_draw_list(), app.timeline
+    draw, timeline = imgui.get_window_draw_list(), session.timeline
     if timeline.is_sequence and timeline.frames is not None:
         _draw_cells(draw, scale, timeline.frames, y, y + _STRIP, theme.ON_DISK)
     for run in timeline.runs():
@@ -107,28 +108,35 @@ def _draw_states(app: "App", scale: TimeScale, y: float) -> None:
         _draw_cells(draw, scale, run, y, y + _STRIP, color)
 
 
-def _draw_warnings(app: "App", scale: TimeScale, y: float) -> None:
+def _draw_warnings(session: Session, view: TimelineView, scale: TimeScale, y: float) -> None:
     """Red over the frames at which the lens cannot be focused so near."""
-    reach = app.timeline.reach
+    reach = session.timeline.reach
     first = max(reach.first, math.floor(scale.first))
     seen = FrameRange(first, max(first, min(reach.last, math.ceil(scale.last))))
     draw = imgui.get_window_draw_list()
-    for frame in app.timeline.track.too_close(app.shot, seen):
+    for frame in view.track.too_close(session.shot, seen):
         _draw_cells(draw, scale, FrameRange(frame, frame), y, y + _STRIP, theme.DAMAGED)
 
 
-def _draw_cells(draw, scale, frames, y0, y1, color) -> None:  # type: ignore[no-untyped-def]
+def _draw_cells(
+    draw: imgui.ImDrawList,
+    scale: TimeScale,
+    frames: FrameRange | Run,
+    y0: float,
+    y1: float,
+    color: int,
+) -> None:
     """From the beginning of the first frame's cell to the end of the last one's."""
     if frames.last + 0.5 > scale.first and frames.first - 0.5 < scale.last:
         x0, x1 = scale.x_at(frames.first - 0.5), scale.x_at(frames.last + 0.5)
         draw.add_rect_filled(ImVec2(x0, y0), ImVec2(max(x1, x0 + 1.0), y1), color)
 
 
-def _draw_playhead(app: "App", scale: TimeScale, y0: float, y1: float) -> None:
+def _draw_playhead(session: Session, scale: TimeScale, y0: float, y1: float) -> None:
     draw, em = imgui.get_window_draw_list(), imgui.get_font_size()
-    text = str(app.editing.frame)
+    text = str(session.editing.frame)
     half = imgui.calc_text_size(text).x / 2 + 0.3 * em
-    x = scale.x_at(app.editing.frame)
+    x = scale.x_at(session.editing.frame)
     if not scale.x - 1 <= x <= scale.x + scale.width + 1:
         return
     draw.add_line(ImVec2(x, y0), ImVec2(x, y1), theme.ACCENT, 1.5)

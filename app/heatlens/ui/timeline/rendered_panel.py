@@ -1,17 +1,14 @@
 """What is said of the frames that are rendered: words over the timeline, bar on it, and a popup
 that tells how much is kept."""
 
-from typing import TYPE_CHECKING
-
 from imgui_bundle import ImVec2, imgui
 
 from heatlens.errors import InputError
 from heatlens.rendered_frames.frame_store import MEGABYTE
 from heatlens.session.preferences import MEGABYTES_MOST
-from heatlens.ui import theme, widgets
-
-if TYPE_CHECKING:
-    from heatlens.ui.app import App
+from heatlens.session.session import Session
+from heatlens.ui import probe, theme, widgets
+from heatlens.ui.timeline.view import TimelineView
 
 _POPUP = "Rendered frames"
 _TIP = (
@@ -21,25 +18,25 @@ _TIP = (
 )
 
 
-def rendered_words(app: "App") -> str:
+def rendered_words(session: Session) -> str:
     """How far the frames are, in words; nothing where none are rendered ahead."""
-    pull, playing = app.pull, bool(app.timeline.playback.direction)
+    pull, playing = session.pull, bool(session.timeline.playback.direction)
     if not pull.wanted:
         return ""
     done, wanted = len(pull.rendered), pull.wanted
     shown = "preview: " if playing and not pull.is_alone else ""
-    if done == wanted and wanted == app.timeline.played.count:
+    if done == wanted and wanted == session.timeline.played.count:
         return f"all {wanted} frames rendered"
     return f"{shown}{done} of {wanted} frames rendered"
 
 
-def rendered_label(app: "App") -> None:
+def rendered_label(session: Session, view: TimelineView) -> None:
     """The words as a button, in the row that is being drawn."""
-    words = rendered_words(app)
+    words = rendered_words(session)
     if not words:
         return
     em, is_preview = imgui.get_font_size(), words.startswith("preview")
-    count = f"{len(app.pull.rendered)}/{app.pull.wanted}"
+    count = f"{len(session.pull.rendered)}/{session.pull.wanted}"
     short = f"preview {count}" if is_preview else count
     imgui.same_line()
     room = imgui.get_content_region_avail().x - em
@@ -50,34 +47,34 @@ def rendered_label(app: "App") -> None:
     imgui.push_style_color(imgui.Col_.text, theme.ACCENT_TEXT if is_preview else theme.DIM)
     imgui.push_style_color(imgui.Col_.button, imgui.ImVec4(0.0, 0.0, 0.0, 0.0))
     if imgui.button(f"{shown}###rendered frames"):
-        app.pull.opens_popup = True
+        view.open_frames()
     imgui.pop_style_color(2)
-    widgets.note("rendered frames")
+    probe.note("rendered frames")
     if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
         imgui.set_tooltip(_TIP)
 
 
-def rendered_popup(app: "App") -> None:
+def rendered_popup(session: Session, view: TimelineView) -> None:
     """How much is kept, and how much may be; over the window."""
-    if app.pull.opens_popup:
-        app.pull.opens_popup = False
+    if view.opens_frames:
+        view.opens_frames = False
         imgui.open_popup(_POPUP)
     screen = imgui.get_main_viewport()
     imgui.set_next_window_pos(screen.get_center(), imgui.Cond_.appearing, ImVec2(0.5, 0.5))
     imgui.set_next_window_size(ImVec2(26 * imgui.get_font_size(), 0))
     if imgui.begin_popup(_POPUP):
         imgui.text("Rendered frames")
-        _facts(app)
-        _limits(app)
-        _buttons(app)
+        _facts(session)
+        _limits(session)
+        _buttons(session)
         imgui.end_popup()
 
 
-def _facts(app: "App") -> None:
-    store, (width, height) = app.pull.store, app.pull.jobs.size
-    lines = [rendered_words(app) or "no frames to play"]
-    if app.pull.wanted:
-        megabytes = app.pull.picture_bytes / MEGABYTE
+def _facts(session: Session) -> None:
+    store, (width, height) = session.pull.store, session.pull.jobs.size
+    lines = [rendered_words(session) or "no frames to play"]
+    if session.pull.wanted:
+        megabytes = session.pull.picture_bytes / MEGABYTE
         lines.append(f"each {width} x {height} pixels, {megabytes:.1f} MB: as large as it is seen")
     lines.append(f"{_used(store.memory.bytes_in_use, store.memory.limit_bytes)} of memory")
     if store.disk is not None:
@@ -96,26 +93,26 @@ def _used(used: int, limit: int) -> str:
     return f"{used / MEGABYTE:,.0f} of {limit / MEGABYTE:,.0f} MB"
 
 
-def _limits(app: "App") -> None:
-    preferences = app.filing.preferences
+def _limits(session: Session) -> None:
+    preferences = session.preferences
     before = preferences.now
     widgets.label("memory", "Megabytes for rendered frames; empty is a quarter of what is free")
-    memory = _megabytes("memory for frames", before.memory_mb, "a quarter of what is free", app)
+    memory = _megabytes("memory for frames", before.memory_mb, "a quarter of what is free", session)
     disk = before.disk_mb
-    if app.pull.store.disk is not None:
+    if session.pull.store.disk is not None:
         widgets.label("disk", "Megabytes for rendered frames; 0 keeps none on disk")
-        disk = _megabytes("disk for frames", before.disk_mb, "0", app)
+        disk = _megabytes("disk for frames", before.disk_mb, "0", session)
     widgets.label("render")
     _, is_on = imgui.checkbox("frames ahead, while nothing else is to do", before.keep_frames)
-    widgets.note("render frames ahead")
+    probe.note("render frames ahead")
     preferences.change(memory_mb=memory, disk_mb=disk, keep_frames=is_on)
     if (memory, disk) != (before.memory_mb, before.disk_mb):
-        app.pull.resize(memory, disk)
+        session.pull.resize(memory, disk)
 
 
-def _megabytes(name: str, value: int, hint: str, app: "App") -> int:
+def _megabytes(name: str, value: int, hint: str, session: Session) -> int:
     shown = f"{value} MB" if value else ""
-    return widgets.text_field(name, shown, value, _parse_megabytes, app.say, hint)
+    return widgets.text_field(name, shown, value, _parse_megabytes, session.say, hint)
 
 
 def _parse_megabytes(text: str) -> int:
@@ -131,11 +128,11 @@ def _parse_megabytes(text: str) -> int:
     return round(count)
 
 
-def _buttons(app: "App") -> None:
+def _buttons(session: Session) -> None:
     if imgui.button("Clear"):
-        app.pull.clear()
-    widgets.note("clear frames")
+        session.pull.clear()
+    probe.note("clear frames")
     imgui.same_line()
     if imgui.button("Close"):
         imgui.close_current_popup()
-    widgets.note("close rendered frames")
+    probe.note("close rendered frames")

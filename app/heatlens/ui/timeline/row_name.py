@@ -1,29 +1,27 @@
 """The ground under the name of a row, lighter where it is the chosen one; a click makes it so."""
 
-from typing import TYPE_CHECKING
-
 from imgui_bundle import ImVec2, imgui
 
 from heatlens.session.key_rows import Row
-from heatlens.ui import theme, widgets
-
-if TYPE_CHECKING:
-    from heatlens.ui.app import App
+from heatlens.session.session import Session
+from heatlens.ui import probe, theme
 
 _LEFT_EM, _RIGHT_EM = 1.1, 0.3  # room for the dot before it, and to the keys behind it
 
 
-def row_name(app: "App", row: Row, corner: ImVec2, keys_x: float, height: float, tip: str) -> None:
+def row_name(
+    session: Session, row: Row, corner: ImVec2, keys_x: float, height: float, tip: str
+) -> None:
     """Draw it from `corner`, the left end of the row, to `keys_x`; the words come over it."""
     em = imgui.get_font_size()
     first = ImVec2(corner.x + _LEFT_EM * em, corner.y)
     size = ImVec2(max(keys_x - _RIGHT_EM * em - first.x, 1.0), height - 2)
     imgui.set_cursor_screen_pos(first)
     if imgui.invisible_button(f"row {row}", size):
-        app.timeline.choose_row(row)
-    widgets.note(f"row {row}")
+        session.keys.rows.choose(row)
+    probe.note(f"row {row}")
     if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
         imgui.set_tooltip(tip)
-    if app.timeline.chosen_row is row:
+    if session.keys.rows.chosen is row:
         end = ImVec2(first.x + size.x, first.y + size.y)
         imgui.get_window_draw_list().add_rect_filled(first, end, theme.PLAYED, 3.0)

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, cast
+from typing import cast
 
 from imgui_bundle import ImVec2, imgui
 
@@ -10,15 +10,18 @@ from heatlens.errors import InputError
 from heatlens.model.frames import check_frame, check_frames_per_second
 from heatlens.sequence.sequence import MissingPolicy
 from heatlens.session.playback import Ending
-from heatlens.ui import theme, widgets
+from heatlens.session.session import Session
+from heatlens.ui import probe, theme, widgets
 from heatlens.ui.timeline.rendered_panel import rendered_label
+from heatlens.ui.timeline.view import TimelineView
 
-if TYPE_CHECKING:
-    from heatlens.ui.app import App
-
-_FIELD_EM, _COMBO_EM, _WIDE_EM = 4.6, 5.6, 7.6
+_FIELD_EM, _COMBO_EM, _WIDE_EM, _MISSING_EM = 4.6, 5.6, 7.6, 10.4
 _PACES = {True: "every frame", False: "real time"}
-_MISSING = {"hold": "gaps hold", "black": "gaps black", "stop": "gaps stop"}
+_MISSING = {
+    "hold": "hold missing frames",
+    "black": "black for missing frames",
+    "stop": "stop at missing frames",
+}
 # Shapes of the buttons: triangles as (left x, right x), bars as x, over a square from -1 to 1.
 _SHAPES: dict[str, tuple[tuple[tuple[float, float], ...], tuple[float, ...]]] = {
     "first": (((0.9, -0.5),), (-0.8,)),
@@ -33,17 +36,17 @@ _SHAPES: dict[str, tuple[tuple[tuple[float, float], ...], tuple[float, ...]]] = 
 }
 
 
-def transport(app: "App") -> None:
+def transport(session: Session, view: TimelineView) -> None:
     """Draw it over the width of the panel; rows break where the panel is narrow."""
-    _buttons(app)
-    _frame_field(app)
-    _rate_field(app)
-    _choices(app)
-    rendered_label(app)
+    _buttons(session)
+    _frame_field(session)
+    _rate_field(session)
+    _choices(session)
+    rendered_label(session, view)
 
 
-def _buttons(app: "App") -> None:
-    timeline, direction = app.timeline, app.timeline.playback.direction
+def _buttons(session: Session) -> None:
+    timeline, direction = session.timeline, session.timeline.playback.direction
     does: tuple[tuple[str, str, str, Callable[[], None]], ...] = (
         ("first", "first", "First frame (Home)", lambda: timeline.go_to_end(-1)),
         ("previous key", "previous key", "Previous key (Up)", lambda: timeline.go_to_key(-1)),
@@ -66,7 +69,7 @@ def _icon(name: str, shape: str, tip: str) -> bool:
     side = imgui.get_frame_height()
     corner = imgui.get_cursor_screen_pos()
     pressed = imgui.button(f"##{name}", ImVec2(1.15 * side, side))
-    widgets.note(f"transport {name}")
+    probe.note(f"transport {name}")
     if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
         imgui.set_tooltip(tip)
     middle = ImVec2(corner.x + 0.575 * side, corner.y + side / 2)
@@ -89,12 +92,12 @@ def _draw_shape(shape: str, middle: ImVec2, reach: float) -> None:
         draw.add_rect_filled(at(-0.8, -0.8), at(0.8, 0.8), theme.ACCENT)
 
 
-def _frame_field(app: "App") -> None:
-    frame, frames = app.editing.frame, app.timeline.played
+def _frame_field(session: Session) -> None:
+    frame, frames = session.editing.frame, session.timeline.played
     beside(_FIELD_EM)
-    chosen = widgets.text_field("frame", str(frame), frame, _parse_frame, app.say)
+    chosen = widgets.text_field("frame", str(frame), frame, _parse_frame, session.say)
     if chosen != frame:
-        app.timeline.go(chosen)
+        session.timeline.go(chosen)
     imgui.same_line()
     imgui.align_text_to_frame_padding()
     imgui.text_disabled(f"of {frames}")
@@ -102,23 +105,25 @@ def _frame_field(app: "App") -> None:
         imgui.set_tooltip("What is played: I and O set in and out, Shift+I takes them away.")
 
 
-def _rate_field(app: "App") -> None:
-    rate = app.shot.frames_per_second
+def _rate_field(session: Session) -> None:
+    rate = session.shot.frames_per_second
     beside(_FIELD_EM + 1.6)
     shown = f"{rate:.5g} fps"
-    chosen = widgets.text_field("frames per second", shown, rate, _parse_rate, app.say)
+    chosen = widgets.text_field("frames per second", shown, rate, _parse_rate, session.say)
     if chosen != rate:
-        app.edit(replace(app.shot, frames_per_second=chosen))
+        session.editing.edit(replace(session.shot, frames_per_second=chosen))
 
 
-def _choices(app: "App") -> None:
-    timeline, playback = app.timeline, app.timeline.playback
+def _choices(session: Session) -> None:
+    timeline, playback = session.timeline, session.timeline.playback
     endings = [str(ending) for ending in Ending]
     playback.ending = Ending(combo("ending", str(playback.ending), endings, _COMBO_EM))
     pace = combo("pace", _PACES[playback.is_every_frame], list(_PACES.values()), _WIDE_EM)
     playback.is_every_frame = pace == _PACES[True]
-    gaps = combo("gaps", _MISSING[timeline.missing], list(_MISSING.values()), _WIDE_EM)
-    timeline.missing = cast(MissingPolicy, next(n for n, w in _MISSING.items() if w == gaps))
+    missing = combo(
+        "missing frames", _MISSING[timeline.missing], list(_MISSING.values()), _MISSING_EM
+    )
+    timeline.missing = cast(MissingPolicy, next(n for n, w in _MISSING.items() if w == missing))
 
 
 def combo(name: str, value: str, choices: Sequence[str], width_em: float) -> str:
@@ -127,11 +132,11 @@ def combo(name: str, value: str, choices: Sequence[str], width_em: float) -> str
     if imgui.begin_combo(f"##{name}", value):
         for item in choices:
             picked, _ = imgui.selectable(item, item == value)
-            widgets.note(f"{name}: {item}")
+            probe.note(f"{name}: {item}")
             if picked:
                 value = item
         imgui.end_combo()
-    widgets.note(name)
+    probe.note(name)
     return value
 
 

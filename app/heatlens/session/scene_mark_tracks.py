@@ -1,17 +1,18 @@
 """How far marks of a scene are over its frames: drawn a few at a time while nothing moves."""
 
 import time
+from collections.abc import Callable
 from itertools import groupby
-from typing import TYPE_CHECKING
 
 from heatlens.errors import HeatlensError
 from heatlens.model.frames import FrameRange
 from heatlens.model.marks import DistanceMark, ObjectMark, PointMark
 from heatlens.model.shot import LensParameter, Shot
+from heatlens.session.editing import Editing
 from heatlens.session.focus_track import MarkTrack
-
-if TYPE_CHECKING:
-    from heatlens.ui.app import App
+from heatlens.session.open_source import OpenSource
+from heatlens.session.scene_commands import SceneCommands
+from heatlens.session.timeline import Timeline
 
 _SLICE_S = 0.02
 _FRAMES_MOST = 240  # that a mark is measured at; a line between two of them is straight
@@ -22,8 +23,20 @@ _Known = dict[int, float | None]  # dioptres by frame, None where there is no di
 class SceneMarkTracks:
     """Kept while scene, camera and angle of view are the same; lines grow from the left."""
 
-    def __init__(self, app: "App") -> None:
-        self._app = app
+    def __init__(
+        self,
+        source: OpenSource,
+        editing: Editing,
+        timeline: Timeline,
+        scenes: SceneCommands,
+        is_busy: Callable[[], bool],
+    ) -> None:
+        """`is_busy`: there is other work, such as the picture that is seen, which comes first."""
+        self._source = source
+        self._editing = editing
+        self._timeline = timeline
+        self._scenes = scenes
+        self._is_busy = is_busy
         self._seen_by: object = None
         self._known: dict[object, _Known] = {}
         self._is_asked = False  # since the last `poll`
@@ -49,24 +62,23 @@ class SceneMarkTracks:
 
     @property
     def _marks(self) -> list[_Moving]:
-        return [mark for mark in self._app.shot.marks if not isinstance(mark, DistanceMark)]
+        return [mark for mark in self._editing.shot.marks if not isinstance(mark, DistanceMark)]
 
     @property
     def _frames(self) -> tuple[int, ...]:
         """Of the shot, evenly where there are too many, and the last one."""
-        frames = self._app.timeline.frames or FrameRange(0, 0)
+        frames = self._timeline.frames or FrameRange(0, 0)
         step = -(-frames.count // _FRAMES_MOST)
         return (*range(frames.first, frames.last, step), frames.last)
 
     @property
     def _is_idle(self) -> bool:
-        app, frame = self._app, self._app.editing.frame
-        is_moving = app.timeline.playback.direction or app.editing.is_unsettled
-        is_busy = app.scheduler.is_working or app.timeline.marks.is_reading
-        return not (is_moving or is_busy) and app.source.is_settled_at(frame)
+        is_moving = self._timeline.playback.direction or self._editing.is_unsettled
+        is_settled = self._source.is_settled_at(self._editing.frame)
+        return is_settled and not (is_moving or self._is_busy())
 
     def _forget_what_changed(self) -> None:
-        seen_by = (self._app.renderer.scene, *_looked_at(self._app.shot))
+        seen_by = (self._scenes.scene, *_looked_at(self._editing.shot))
         if seen_by != self._seen_by:
             self._seen_by, self._known = seen_by, {}
 
@@ -94,13 +106,11 @@ class SceneMarkTracks:
             self._known_of(mark)[frame] = self._dioptres(mark, frame)
 
     def _dioptres(self, mark: _Moving, frame: int) -> float | None:
-        app = self._app
         try:
             if isinstance(mark, ObjectMark):
-                distance_m = app.scenes.object_m(mark.object_name, frame)
+                distance_m = self._scenes.object_m(mark.object_name, frame)
             else:
-                x, y = int(mark.x_px), int(mark.y_px)
-                distance_m = app.renderer.scene_depth_m(app.shot, frame, x, y)
+                distance_m = self._scenes.point_m(int(mark.x_px), int(mark.y_px), frame)
         except HeatlensError:  # beside the picture, or no lens at this frame
             return None
         return None if distance_m is None else 1.0 / distance_m

@@ -1,23 +1,21 @@
-"""What can be opened from the start screen, and what becomes of the choice."""
+"""What can be opened from the start screen, and whether that is seen."""
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from heatlens.documents.shot_file import is_shot_file
 from heatlens.files.picture_formats import PICTURES_READ
 from heatlens.paths import data_dir, home_dir
 from heatlens.scene.scene_source import DEMO
+from heatlens.session.file_commands import FileCommands
+from heatlens.session.open_source import OpenSource
+from heatlens.session.playback import Playback
+from heatlens.session.recent_files import RecentFiles
+from heatlens.session.start import GivenOptions
 from heatlens.source.kind import SourceKind
 from heatlens.source.kind import kind_of as source_kind
-from heatlens.ui.actions import Action
-
-if TYPE_CHECKING:
-    from heatlens.ui.app import App
 
 _RECENT_MAX = 6  # with what comes before them there are digits for all
-# With a key alone; those of the other menus are for a picture, and none is seen.
-_MENUS_AWAKE = ("File", "Window", "Help")
 _PATTERN_MARKS = "#%@$"
 
 
@@ -27,7 +25,7 @@ class Card:
 
     title    its name
     words    the line under it
-    text     what it opens, as App.open takes it; None: a file is asked for
+    text     what it opens, as FileCommands.open takes it; None: a file is asked for
     kind     of a recent file, in a word; "" for what is always there
     picture  a file in assets/ that shows it, or None
     """
@@ -39,76 +37,77 @@ class Card:
     picture: str | None = None
 
 
-class FirstChoice:
+class StartChoices:
     """Whether the start screen is seen, and what it offers."""
 
-    def __init__(self, app: "App") -> None:
-        self._app = app
+    def __init__(
+        self,
+        source: OpenSource,
+        playback: Playback,
+        files: FileCommands,
+        recent: RecentFiles,
+        given: GivenOptions,
+    ) -> None:
+        self._source = source
+        self._playback = playback
+        self._files = files
+        self._recent = recent
+        self._given = given
         self.is_wanted = False
-        self._source = app.start.source  # what the command line's options are for
-        if not app.start.source:
+        if not given.start.source:
             self.show()
 
     def show(self) -> None:
-        """Have the start screen in the place of the picture; what is open stays."""
+        """Show the start screen in the place of the picture; what is open stays."""
         self.is_wanted = True
-        self._app.timeline.playback.stop()
-        self._app.filing.find_recent()
+        self._playback.stop()
+        self._recent.look()
 
-    def begun(self, text: str) -> None:
-        """It was opened and is seen from now on."""
-        self.is_wanted, self._source = False, self._source or text
+    def opened(self) -> None:
+        """Leave the start screen: something was opened and is seen from now on."""
+        self.is_wanted = False
 
     def leave(self) -> None:
-        """Back to the picture, where there is one."""
-        if self._app.source.plate is not None:
+        """Go back to the picture, where there is one."""
+        if self._source.plate is not None:
             self.is_wanted = False
 
     def refused(self) -> None:
-        """What the program began with cannot be opened: something else can be chosen."""
-        source = self._app.source
-        is_idle = source.opener.opening is None and not source.is_waiting
-        if is_idle and self._app.begun is None and not self.is_wanted:
+        """Show the start screen where what the program began with cannot be opened."""
+        is_idle = self._source.opener.opening is None and not self._source.is_waiting
+        if is_idle and not self._given.has_opened and not self.is_wanted:
             self.show()
 
     @property
     def has_nothing(self) -> bool:
-        """Nothing was opened yet that panels could tell of."""
-        return self.is_wanted and self._app.source.plate is None
-
-    def sleeps(self, action: Action) -> bool:
-        """Its key does nothing while no picture is seen: it may be one of the start screen's."""
-        return self.is_wanted and action.menu not in _MENUS_AWAKE
-
-    def came_with(self, text: str) -> bool:
-        """Options of the command line are for what it names; else for what is opened first."""
-        return self._source in (text, "")
+        """Return True where nothing was opened yet that panels could tell of."""
+        return self.is_wanted and self._source.plate is None
 
     @property
     def most_recent(self) -> int:
         """As many recent files as there may be once they were looked for."""
-        known = len(self._app.filing.preferences.now.recent)
-        return min(known, _RECENT_MAX) if self._app.filing.is_looking else 0
+        return min(self._recent.most, _RECENT_MAX)
 
     def cards(self) -> tuple[Card, ...]:
-        """What is there always, then the recent files that are there."""
-        stream = self._app.source.stream
+        """Return what is there always, then the recent files that are there."""
+        stream = self._source.stream
         still = str(data_dir("assets") / "still_life.exr")
         listen = () if stream is None else (_listen(stream.text, stream.address),)
         fixed = (*_built_in(still), *listen)
         known = {card.text for card in fixed}
-        recent = [text for text in self._app.filing.recent if text not in known]
+        recent = [text for text in self._recent.found if text not in known]
         return (*fixed, *map(_recent, recent[:_RECENT_MAX]))
 
-    def take(self, card: Card) -> None:
-        """Open it; the start screen stays until it is there."""
+    def take(self, card: Card) -> bool:
+        """Open it; the start screen stays until it is there. False where a file is to be asked
+        for."""
         if card.text is None:
-            self._app.browse("open")
-            return
-        self._app.open(card.text)
-        stream = self._app.source.stream
+            return False
+        self._files.open(card.text)
+        stream = self._source.stream
         if stream is not None and card.text == stream.text:
             self.is_wanted = False  # the wait for a renderer has words of its own
+        return True
 
 
 def _built_in(still: str) -> tuple[Card, ...]:
@@ -132,7 +131,7 @@ def _recent(text: str) -> Card:
 
 
 def kind_of(text: str) -> str:
-    """What a recent file is, in a word, as far as its name tells."""
+    """Return what a recent file is, in a word, as far as its name tells."""
     if is_shot_file(text):
         return "Shot"
     if source_kind(text) is SourceKind.SCENE:

@@ -5,14 +5,13 @@ A drag goes on from the shot in which it began, so that what keys pass over come
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 from heatlens.errors import HeatlensError
 from heatlens.model.shot import Shot
+from heatlens.session.editing import Editing
 from heatlens.session.key_choice import Chosen, KeyId, all_keys, rippled
-
-if TYPE_CHECKING:
-    from heatlens.ui.app import App
+from heatlens.session.key_commands import KeyCommands
 
 Place = tuple[float, float]
 Places = dict[KeyId, Place]  # of every key on the screen
@@ -31,11 +30,13 @@ class _Held:
     key: KeyId | None = None
 
 
-class KeyHand:
+class KeyDrag:
     """The mouse over keys; `press`, then `drag` in every frame, then `release`."""
 
-    def __init__(self, app: "App") -> None:
-        self._app = app
+    def __init__(self, editing: Editing, keys: KeyCommands, say: Callable[[str], None]) -> None:
+        self._editing = editing
+        self._keys = keys
+        self._say = say
         self._held: _Held | None = None
 
     @property
@@ -50,14 +51,14 @@ class KeyHand:
 
     def press(self, at: Place, places: Places, reach: float, shift: bool, ctrl: bool) -> None:
         """Take hold of the nearest key within `reach`, or begin a box."""
-        keys, shot = self._app.timeline.keys, self._app.shot
-        self._app.editing.settle()
+        keys, shot = self._keys, self._editing.shot
+        self._editing.settle()
         key = nearest(at, places, reach)
         if key is None:
             keys.choose(keys.chosen if shift else frozenset())
             self._held = _Held("box", at, shot, keys.chosen)
             return
-        self._app.timeline.choose_row(key.row)
+        self._keys.rows.choose(key.row)
         if shift:
             keys.choose(keys.chosen ^ {key})
         elif key not in keys.chosen:
@@ -69,7 +70,7 @@ class KeyHand:
         held = self._held
         if held is None:
             return
-        keys = self._app.timeline.keys
+        keys = self._keys
         if held.kind == "box":
             keys.choose(held.chosen | inside(held.at, at, places))
             return
@@ -80,10 +81,10 @@ class KeyHand:
                 shot, chosen = rippled(held.shot, held.key.frame, frames), frozenset[KeyId]()
             else:
                 shot, chosen = move(held.shot, held.chosen, frames, up)
-            self._app.edit(shot)
+            self._editing.edit(shot)
             keys.choose(chosen)
         except HeatlensError as error:
-            self._app.say(str(error))
+            self._say(str(error))
 
     def _room(self, held: _Held) -> int:
         """How far keys may be pulled earlier until they would meet the one before."""
@@ -94,9 +95,9 @@ class KeyHand:
     def release(self) -> None:
         """Let go: what was dragged is a step; keys that it landed on went, which is said."""
         if self._held is not None:
-            self._app.timeline.keys.tell_of_replaced(self._held.shot)
+            self._keys.tell_of_replaced(self._held.shot)
             self._held = None
-            self._app.editing.settle()
+            self._editing.settle()
 
 
 def nearest(at: Place, places: Places, reach: float) -> KeyId | None:

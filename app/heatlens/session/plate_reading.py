@@ -1,20 +1,18 @@
 """How the plate is read: what was chosen for it by hand, tried, kept and remembered."""
 
-from typing import TYPE_CHECKING
-
 from heatlens.model.plate_options import PlateOptions
+from heatlens.session.editing import Editing
+from heatlens.session.open_source import OpenSource
 from heatlens.session.preferences import Preferences
 from heatlens.source.opened import Opened
-
-if TYPE_CHECKING:
-    from heatlens.ui.app import App
 
 
 class PlateReading:
     """A choice that cannot be read leaves the plate as it is, and stays to be changed further."""
 
-    def __init__(self, app: "App", preferences: Preferences) -> None:
-        self._app = app
+    def __init__(self, source: OpenSource, editing: Editing, preferences: Preferences) -> None:
+        self._source = source
+        self._editing = editing
         self._preferences = preferences
         self.wished = PlateOptions()
         self._chosen: PlateOptions | None = None  # by hand, and not arrived yet
@@ -23,7 +21,7 @@ class PlateReading:
     @property
     def _plates(self) -> Opened | None:
         """What is open, where it is read from files that can be read in another way."""
-        opened = self._app.source.opened
+        opened = self._source.opened
         return None if opened is None or opened.cache is None else opened
 
     @property
@@ -34,7 +32,7 @@ class PlateReading:
             return ""
         if _lacks_ends(self.wished):
             return "Give near and far: the distances of the two ends of this depth."
-        refused = self._app.source.opener.refused
+        refused = self._source.opener.refused
         is_it = refused is not None and (refused.text, refused.options) == (
             opened.text,
             self.wished,
@@ -52,7 +50,7 @@ class PlateReading:
         opened = self._plates
         if opened is not None:
             self.wished = self._chosen = options
-            self._app.source.open(opened.text, options, self._app.editing.frame)
+            self._source.open(opened.text, options, self._editing.frame)
 
     def arrived(self, opened: Opened) -> None:
         """Remember for the folder of the plates that was opened what was chosen by hand."""
@@ -63,8 +61,8 @@ class PlateReading:
 
     def follow(self) -> None:
         """Read the plate as the shot wants it after a step of undo."""
-        opened, options = self._plates, self._app.shot.plate_options
-        if opened is None or options == self._seen or self._app.shot.source != opened.text:
+        opened, options = self._plates, self._editing.shot.plate_options
+        if opened is None or options == self._seen or self._editing.shot.source != opened.text:
             return
         self._seen = options
         if options != opened.options:

@@ -6,23 +6,23 @@ Played from here, a frame is taken to the GPU and rendered no more.
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 from heatlens.errors import HeatlensError
 from heatlens.faults import faults_told
 from heatlens.model.frames import FrameRange
-from heatlens.model.view import Compare, Overlay
+from heatlens.preview.shown import Shown
 from heatlens.rendered_frames.disk_store import DiskStore
 from heatlens.rendered_frames.frame_filler import FrameFiller, FrameJob
 from heatlens.rendered_frames.frame_order import frames_from, runs_of
 from heatlens.rendered_frames.frame_store import MEGABYTE, FrameStore, memory_bytes_of
 from heatlens.rendered_frames.memory_store import MemoryStore
-from heatlens.session.preferences import Remembered
-from heatlens.ui.timeline.kept_screen import KeptScreen
-from heatlens.ui.timeline.pull_jobs import PullJobs
-
-if TYPE_CHECKING:
-    from heatlens.ui.app import App
+from heatlens.session.editing import Editing
+from heatlens.session.open_source import OpenSource
+from heatlens.session.picture_view import PictureView
+from heatlens.session.preferences import Preferences, Remembered
+from heatlens.session.pull_jobs import PullJobs
+from heatlens.session.timeline import Timeline
 
 _SLICE_S = 0.02  # of work before the loop looks for input again
 _REST_S = 0.3  # after what the user did, until frames are rendered
@@ -39,24 +39,68 @@ def store_of(now: Remembered, folder: Path | None, wake: Callable[[], None]) -> 
     return FrameStore(memory, disk, wake)
 
 
+class ScreenWork(Protocol):
+    """What whoever draws the frames does with them while nothing else is to do."""
+
+    @property
+    def has_work(self) -> bool:
+        """Return True while a frame at hand is not ready for the screen."""
+
+    def shown(self) -> Shown | None:
+        """Return the picture of the frame at the playhead, where it was rendered before."""
+
+    def prepare(self) -> None:
+        """Make one frame more ready for the screen."""
+
+    def begin(self) -> None:
+        """Forget all frames: something else was opened, or they were cleared."""
+
+
+class NoScreen:
+    """Nobody draws: a frame at hand is as ready as it will be."""
+
+    has_work = False
+
+    def shown(self) -> Shown | None:
+        """Return None: no picture lies on the GPU."""
+        return None
+
+    def prepare(self) -> None:
+        """Do nothing."""
+
+    def begin(self) -> None:
+        """Do nothing."""
+
+
 class RenderedPull:
     """Looks after the frames that are played, as many of them as can be kept."""
 
     def __init__(
         self,
-        app: "App",
-        folder: Path | None = None,
+        jobs: PullJobs,
+        store: FrameStore,
+        source: OpenSource,
+        editing: Editing,
+        timeline: Timeline,
+        view: PictureView,
+        preferences: Preferences,
+        is_busy: Callable[[], bool] = lambda: False,
         wake: Callable[[], None] = lambda: None,
         clock: Callable[[], float] = time.perf_counter,
     ) -> None:
-        """`folder`: where frames are kept on disk, None: nowhere."""
-        self._app = app
+        """`is_busy`: there is other work, which comes first."""
+        self.jobs = jobs
+        self.store = store
+        self._source = source
+        self._editing = editing
+        self._timeline = timeline
+        self._view = view
+        self._preferences = preferences
+        self._is_busy = is_busy
         self._wake = wake
         self._clock = clock
-        self.store = store_of(app.filing.preferences.now, folder, wake)
-        self.jobs = PullJobs(app, wake)
+        self.screen: ScreenWork = NoScreen()  # whoever draws puts its own here
         self.version = 0  # counts the frames that were rendered
-        self.opens_popup = False  # in the next frame of the window
         self._filler: FrameFiller | None = None
         self._order: tuple[int, ...] = ()
         self._ordered: object = None  # what is played, and how many frames can be kept
@@ -68,18 +112,20 @@ class RenderedPull:
         self._made: set[str] = set()  # keys that were made since the user did something
         self._rests_at = 0.0
         self.keys: frozenset[str] = frozenset()  # of all frames that are looked after
-        self.screen = KeptScreen(app)
 
     # What there is
 
     @property
     def is_on(self) -> bool:
-        """There are frames to be played, and they are to be kept."""
-        app = self._app
-        if not app.filing.preferences.now.keep_frames or app.source.plate is None:
+        """Return True where there are frames to be played, and they are to be kept."""
+        source = self._source
+        if (
+            not self._preferences.now.keep_frames
+            or source.plate is None
+            or not source.is_repeatable
+        ):
             return False
-        is_drawn = app.viewport.viewport.size[0] > 1.0  # only then is it known how large
-        return is_drawn and app.timeline.played.count > 1 and app.source.is_repeatable
+        return self._view.is_drawn and self._timeline.played.count > 1  # else of unknown size
 
     @property
     def wanted(self) -> int:
@@ -99,15 +145,16 @@ class RenderedPull:
     @property
     def is_alone(self) -> bool:
         """It plays, and what is seen at the playhead was rendered: nothing else is needed."""
-        app = self._app
-        return bool(app.timeline.playback.direction) and self.fits_view and self.has(app.frame)
+        return (
+            bool(self._timeline.playback.direction)
+            and self.fits_view
+            and self.has(self._editing.frame)
+        )
 
     @property
     def fits_view(self) -> bool:
         """The picture through the lens is seen, and nothing beside or over it."""
-        view = self._app.view
-        is_bare = view.compare is Compare.OFF and view.overlay is Overlay.NONE
-        return is_bare and view.depth_of_field and not self._app.turns.is_lens_held_off
+        return self._view.is_lens_alone
 
     def at_hand(self, keys: frozenset[str]) -> Iterator[FrameJob]:
         """The jobs of frames whose pictures have these keys, in the order they are played."""
@@ -130,12 +177,12 @@ class RenderedPull:
 
     def _put_in_order(self) -> None:
         """The frames as they will be rendered; while it plays none is, and their order waits."""
-        timeline = self._app.timeline
+        timeline = self._timeline
         most = min(_FRAMES_MOST, max(1, self.store.capacity(self.picture_bytes)))
         wanted = timeline.played, most
         if wanted != self._ordered or not timeline.playback.direction:
             self._ordered = wanted
-            self._order = frames_from(self._app.frame, timeline.direction, *wanted)
+            self._order = frames_from(self._editing.frame, timeline.direction, *wanted)
 
     @property
     def picture_bytes(self) -> int:
@@ -157,11 +204,13 @@ class RenderedPull:
 
     def _fetch(self) -> None:
         """Have what is played next in memory."""
-        timeline = self._app.timeline
+        timeline = self._timeline
         direction = timeline.playback.direction
         most = self.store.memory.limit_bytes // (2 * self.picture_bytes)
         most = min(_AHEAD if direction else 2, most)
-        ahead = frames_from(self._app.frame, direction or timeline.direction, timeline.played, most)
+        ahead = frames_from(
+            self._editing.frame, direction or timeline.direction, timeline.played, most
+        )
         jobs = (self.jobs.of(frame) for frame in ahead)
         self.store.fetch([job.key for job in jobs if job is not None])
 
@@ -179,9 +228,7 @@ class RenderedPull:
     @property
     def has_work(self) -> bool:
         """A frame could be rendered now, if the user rests."""
-        timeline = self._app.timeline
-        is_busy = timeline.playback.direction or timeline.scene_mark_tracks.is_due
-        if is_busy or not self.is_on:
+        if self._timeline.playback.direction or self._is_busy() or not self.is_on:
             return False
         if self._next() is None:
             return self.screen.has_work
@@ -219,7 +266,7 @@ class RenderedPull:
 
     def _ready_filler(self) -> FrameFiller:
         """With the scene in front of its lens, where there is one."""
-        main = self._app.renderer
+        main = self._source.renderer
         if self._filler is None:
             self._filler = FrameFiller(main.beside(), self._wake)
         if main.scene is not self._filler.renderer.scene:
@@ -251,12 +298,7 @@ class RenderedPull:
 
     def switch(self) -> None:
         """Render frames ahead from now on, or no more."""
-        preferences = self._app.filing.preferences
-        preferences.change(keep_frames=not preferences.now.keep_frames)
-
-    def open_popup(self) -> None:
-        """Show how much is kept."""
-        self.opens_popup = True
+        self._preferences.change(keep_frames=not self._preferences.now.keep_frames)
 
     def resize(self, memory_mb: int, disk_mb: int) -> None:
         """Keep so much and no more."""

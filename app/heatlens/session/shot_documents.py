@@ -1,21 +1,21 @@
 """The shot as a document: begun with a plate, opened, saved, and kept while it is not saved."""
 
+from collections.abc import Callable
 from concurrent.futures import Future, wait
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from heatlens.documents.shot_file import is_shot_file
 from heatlens.errors import HeatlensError
 from heatlens.model.shot import Shot
-from heatlens.session.given_camera import begun_with_camera
+from heatlens.session.editing import Editing
+from heatlens.session.open_source import OpenSource
+from heatlens.session.preferences import Preferences
 from heatlens.session.shot_store import Found, ShotStore, proposed_name, unnamed_path
+from heatlens.session.start import GivenOptions
+from heatlens.session.start_shot import shot_with_camera
+from heatlens.session.timeline import Timeline
 from heatlens.source.opened import Opened
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from heatlens.ui.app import App
 
 _DISK_S = 5.0  # waited for the disk in `keep_now`
 
@@ -32,8 +32,22 @@ class Document:
 class ShotDocuments:
     """What the File menu does with shots."""
 
-    def __init__(self, app: "App", wake: "Callable[[], None]") -> None:
-        self._app = app
+    def __init__(
+        self,
+        source: OpenSource,
+        editing: Editing,
+        timeline: Timeline,
+        preferences: Preferences,
+        given: GivenOptions,
+        say: Callable[[str], None],
+        wake: Callable[[], None],
+    ) -> None:
+        self._source = source
+        self._editing = editing
+        self._timeline = timeline
+        self._preferences = preferences
+        self._given = given
+        self._say = say
         self.store = ShotStore(wake)
         self.path: Path | None = None
         self.offer: Found | None = None  # what was not saved before the program ended: wanted?
@@ -57,31 +71,31 @@ class ShotDocuments:
             self.open(Path(text))
         return is_shot_file(text)
 
-    def save(self) -> None:
-        """Write the shot to its file; one without a file asks for its name."""
-        if self.path is None:
-            self._app.browse("save shot")
-        else:
+    def save(self) -> bool:
+        """Write the shot to its file; False where it has none yet, and needs a name."""
+        if self.path is not None:
             self.save_as(self.path)
+        return self.path is not None
 
     def save_as(self, path: Path) -> None:
         """Write it to this file, whose shot it is from now on."""
-        app = self._app
-        app.editing.settle()
-        frames = app.timeline.frames if app.timeline.is_sequence else None
-        shot = replace(app.shot, frames=frames)
-        if shot != app.shot:
-            app.editing.do(shot)
-        self._drop_unnamed()
+        self._editing.settle()
+        frames = self._timeline.frames if self._timeline.is_sequence else None
+        shot = replace(self._editing.shot, frames=frames)
+        if shot != self._editing.shot:
+            self._editing.do(shot)
+        unnamed = self._unnamed_path()
+        if unnamed is not None:  # it has a file now, and is not offered with its plate again
+            self._track(self.store.drop(unnamed))
         self.path, self._saved, self._kept = path, shot, shot
         self._writing.append((self.store.save(path, shot), f"Saved {path}."))
-        app.filing.preferences.opened(str(path))
+        self._preferences.opened(str(path))
 
     def proposed_name(self) -> str:
         """For a file to save."""
         if self.path is not None:
             return self.path.name
-        cache, plate = self._app.timeline.cache, self._app.source.plate
+        cache, plate = self._timeline.cache, self._source.plate
         assert plate is not None  # there is nothing to save before
         is_sequence = cache is not None and not cache.sequence.is_single
         return proposed_name(plate.path, is_sequence)
@@ -89,7 +103,7 @@ class ShotDocuments:
     @property
     def is_saved(self) -> bool:
         """The file says what is seen."""
-        return self._saved is not None and self._saved == self._app.shot
+        return self._saved is not None and self._saved == self._editing.shot
 
     @property
     def title(self) -> str:
@@ -104,7 +118,7 @@ class ShotDocuments:
         is_unnamed = found.saved is None and found.path == self._unnamed_path()
         if goes_on and found.unsaved is not None:
             if is_unnamed:
-                self._app.editing.do(found.unsaved)
+                self._editing.do(found.unsaved)
             else:
                 self._come(Document(found.path, found.unsaved, found.saved))
             return
@@ -118,17 +132,17 @@ class ShotDocuments:
         """The shot whose plate has arrived; None where a plate arrived for itself."""
         coming, self._coming = self._coming, None
         is_it = coming is not None and coming.shot.source == opened.text
-        if is_it or opened.text != self._app.shot.source:
+        if is_it or opened.text != self._editing.shot.source:
             self._drop_unnamed()
         if coming is None or not is_it:
             return None
         self.path, self._saved, self._kept = coming.path, coming.saved, coming.shot
-        self._app.filing.preferences.opened(str(coming.path))
+        self._preferences.opened(str(coming.path))
         return coming.shot
 
     def begun(self) -> None:
         """A plate has begun a shot without a file; what was kept of such a one is offered."""
-        self.path, self._saved, self._kept = None, None, self._app.shot
+        self.path, self._saved, self._kept = None, None, self._editing.shot
         path = self._unnamed_path()
         if path is not None:
             self._reading = self.store.read(path, is_asked=False)
@@ -137,8 +151,8 @@ class ShotDocuments:
         """Once a frame: take what was read and written, keep what was changed."""
         self._take_read()
         self._take_written()
-        shot, target = self._app.shot, self._target
-        if self.is_behind and target is not None and not self._app.editing.is_unsettled:
+        shot, target = self._editing.shot, self._target
+        if self.is_behind and target is not None and not self._editing.is_unsettled:
             self._kept = shot
             is_saved = self.is_saved
             self._track(self.store.drop(target) if is_saved else self.store.keep(target, shot))
@@ -148,7 +162,7 @@ class ShotDocuments:
 
         For a moment after which nothing may come: a fault of the program, or a signal to end it.
         """
-        target, shot = self._target, self._app.shot
+        target, shot = self._target, self._editing.shot
         if target is None or self.offer is not None or shot == self._kept or self.is_saved:
             return
         self._kept = shot
@@ -164,8 +178,8 @@ class ShotDocuments:
     @property
     def is_behind(self) -> bool:
         """Something was changed that is not kept yet."""
-        is_open = self._app.source.plate is not None and self.offer is None
-        return is_open and self._target is not None and self._app.shot != self._kept
+        is_open = self._source.plate is not None and self.offer is None
+        return is_open and self._target is not None and self._editing.shot != self._kept
 
     def _take_read(self) -> None:
         reading = self._reading
@@ -175,7 +189,7 @@ class ShotDocuments:
         try:
             found = reading.result()
         except HeatlensError as error:
-            self._app.say(str(error))
+            self._say(str(error))
             return
         if found.unsaved is not None and found.unsaved != found.saved:
             self.offer = found
@@ -186,15 +200,15 @@ class ShotDocuments:
         """Open the plate of a shot."""
         shot = document.shot
         if shot.source is None:
-            self._app.say(f"{document.path} names no plate.")
+            self._say(f"{document.path} names no plate.")
             return
-        if document.path is not None and self._app.first.came_with(str(document.path)):
-            given = self._app.start
+        if document.path is not None and self._given.are_for(str(document.path)):
+            given = self._given.start
             shot = replace(shot, lens=replace(shot.lens, **given.lens))
-            shot = begun_with_camera(shot, given.camera, given.lens)
+            shot = shot_with_camera(shot, given.camera, given.lens)
         self._coming = replace(document, shot=shot)
         frame = None if shot.played is None else shot.played.first
-        self._app.source.open(shot.source or "", shot.plate_options, frame)
+        self._source.open(shot.source or "", shot.plate_options, frame)
 
     def _take_written(self) -> None:
         done = [entry for entry in self._writing if entry[0].done()]
@@ -203,25 +217,25 @@ class ShotDocuments:
             try:
                 future.result()
                 if sentence:
-                    self._app.say(sentence)
+                    self._say(sentence)
             except (HeatlensError, OSError) as error:
                 self._saved = None if sentence else self._saved
                 if str(error) != self._complained:
-                    self._app.say(str(error))
+                    self._say(str(error))
                 self._complained = "" if sentence else str(error)
 
     def _track(self, future: Future[None]) -> None:
         self._writing.append((future, ""))
 
     def _unnamed_path(self) -> Path | None:
-        preferences, source = self._app.filing.preferences.path, self._app.shot.source
+        preferences, source = self._preferences.path, self._editing.shot.source
         if preferences is None or source is None or self.path is not None:
             return None
         return unnamed_path(preferences.parent, source)
 
     def _drop_unnamed(self) -> None:
         """What was only looked at is not offered again; keys and marks are work."""
-        path, shot = self._unnamed_path(), self._app.shot
+        path, shot = self._unnamed_path(), self._editing.shot
         if path is not None and not (shot.key_frames or shot.marks):
             self._track(self.store.drop(path))
 

@@ -1,8 +1,8 @@
 """What is done with focus marks: set them, go to them, pull to them, stay on them."""
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 from heatlens.background import Background
 from heatlens.errors import HeatlensError, InputError
@@ -15,13 +15,12 @@ from heatlens.model.shot import Shot
 from heatlens.plate.focus_pick import depth_at_m
 from heatlens.plate.plate import Plate
 from heatlens.plate.read import read_plate
+from heatlens.session.editing import Editing
 from heatlens.session.focus_track import mark_m
+from heatlens.session.open_source import OpenSource
 from heatlens.session.point_following import Following
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from heatlens.ui.app import App
+from heatlens.session.scene_commands import SceneCommands
+from heatlens.session.timeline import Timeline
 
 _Measured = tuple[PointMark, FrameRange, dict[int, float]]  # metres by frame
 PULL_FRAMES = 18  # three quarters of a second
@@ -30,8 +29,20 @@ PULL_FRAMES = 18  # three quarters of a second
 class MarkCommands:
     """Each command is one step of undo; what cannot be is said."""
 
-    def __init__(self, app: "App", wake: "Callable[[], None]") -> None:
-        self._app = app
+    def __init__(
+        self,
+        source: OpenSource,
+        editing: Editing,
+        timeline: Timeline,
+        scenes: SceneCommands,
+        say: Callable[[str], None],
+        wake: Callable[[], None],
+    ) -> None:
+        self._source = source
+        self._editing = editing
+        self._timeline = timeline
+        self._scenes = scenes
+        self._say = say
         self.pull_from: str | None = None  # a mark's name; None: from where the focus is
         self.pull_to = ""
         self.pull_frames = self._wished_frames = PULL_FRAMES
@@ -49,37 +60,37 @@ class MarkCommands:
 
     def set_here(self) -> None:
         """A mark at the distance in focus."""
-        marks, distance_m = self._app.shot.marks, self._app.lens.focus_distance_m
+        marks, distance_m = self._editing.shot.marks, self._editing.lens.focus_distance_m
         self._add(DistanceMark(next_mark_name(marks), distance_m))
 
     def set_point(self, pixel: tuple[int, int]) -> None:
         """A mark on what is seen at a pixel of the display window."""
-        plate = self._app.source.plate
+        plate = self._source.plate
         if plate is None:
             return
         try:
-            depth_at_m(plate, *self._app.source.plate_px(self._app.shot, pixel))
+            depth_at_m(plate, *self._source.plate_px(self._editing.shot, pixel))
         except HeatlensError as error:
-            self._app.say(str(error))
+            self._say(str(error))
             return
-        name = next_mark_name(self._app.shot.marks)
+        name = next_mark_name(self._editing.shot.marks)
         self._add(PointMark(name, float(pixel[0]), float(pixel[1])))
 
     def _add(self, mark: Mark) -> None:
         self.pull_to = mark.name
-        self._app.editing.do(replace(self._app.shot, marks=(*self._app.shot.marks, mark)))
+        self._editing.do(replace(self._editing.shot, marks=(*self._editing.shot.marks, mark)))
 
     def change(self, before: Mark, after: Mark) -> None:
         """Another name, or another smoothing. A name that another mark has is refused."""
-        marks = tuple(after if mark == before else mark for mark in self._app.shot.marks)
-        self._app.editing.do(replace(self._app.shot, marks=marks))
+        marks = tuple(after if mark == before else mark for mark in self._editing.shot.marks)
+        self._editing.do(replace(self._editing.shot, marks=marks))
         self.pull_to = after.name if self.pull_to == before.name else self.pull_to
         self.pull_from = after.name if self.pull_from == before.name else self.pull_from
 
     def delete(self, mark: Mark) -> None:
         """It goes."""
-        marks = tuple(other for other in self._app.shot.marks if other != mark)
-        self._app.editing.do(replace(self._app.shot, marks=marks))
+        marks = tuple(other for other in self._editing.shot.marks if other != mark)
+        self._editing.do(replace(self._editing.shot, marks=marks))
 
     def distance_m(self, mark: Mark, frame: int | None = None) -> float | None:
         """How far it is: on the plate that is seen, or at another frame.
@@ -87,9 +98,9 @@ class MarkCommands:
         That has to be one of a scene, or to lie in memory; else the plate that is seen stands in.
         """
         if isinstance(mark, ObjectMark):
-            return self._app.scenes.object_m(mark.object_name, frame)
-        cache, plate = self._app.timeline.cache, self._app.source.plate
-        if isinstance(mark, PointMark) and self._app.has_scene:
+            return self._scenes.object_m(mark.object_name, frame)
+        cache, plate = self._timeline.cache, self._source.plate
+        if isinstance(mark, PointMark) and self._source.has_scene:
             return self._in_scene_m(mark, frame)
         if frame is not None and cache is not None:
             found = cache.get(frame)
@@ -97,24 +108,21 @@ class MarkCommands:
         return mark_m(plate, mark)
 
     def _in_scene_m(self, mark: PointMark, frame: int | None) -> float | None:
-        app, pixel = self._app, (int(mark.x_px), int(mark.y_px))
-        if frame is None or frame == app.editing.frame:
-            x, y = app.source.plate_px(app.shot, pixel)
-            return mark_m(app.source.plate, replace(mark, x_px=x, y_px=y))
-        try:
-            return app.renderer.scene_depth_m(app.shot, frame, *pixel)
-        except InputError:  # beside the picture
-            return None
+        pixel = int(mark.x_px), int(mark.y_px)
+        if frame is None or frame == self._editing.frame:
+            x, y = self._source.plate_px(self._editing.shot, pixel)
+            return mark_m(self._source.plate, replace(mark, x_px=x, y_px=y))
+        return self._scenes.point_m(*pixel, frame)
 
     def go(self, mark: Mark) -> None:
         """Focus there."""
         try:
             distance_m = self._asked_m(mark, None)
-            self._app.editing.settle()
-            self._app.edit_lens(replace(self._app.lens, focus_distance_m=distance_m))
-            self._app.editing.settle()
+            self._editing.settle()
+            self._editing.edit_lens(replace(self._editing.lens, focus_distance_m=distance_m))
+            self._editing.settle()
         except HeatlensError as error:
-            self._app.say(str(error))
+            self._say(str(error))
 
     def _asked_m(self, mark: Mark, frame: int | None) -> float:
         distance_m = self.distance_m(mark, frame)
@@ -126,14 +134,14 @@ class MarkCommands:
 
     def named(self, name: str | None) -> Mark | None:
         """The mark of this name."""
-        return next((mark for mark in self._app.shot.marks if mark.name == name), None)
+        return next((mark for mark in self._editing.shot.marks if mark.name == name), None)
 
     def begin_pull(self) -> None:
         """Suggest one from the playhead: as long as the last that was asked for, if it fits."""
-        left = self._last_frame - self._app.editing.frame
+        left = self._last_frame - self._editing.frame
         self.pull_frames = int(min(self._wished_frames, left)) if left > 0 else self._wished_frames
         if self.named(self.pull_to) is None:
-            self.pull_to = self._app.shot.marks[-1].name
+            self.pull_to = self._editing.shot.marks[-1].name
 
     def lengthen_pull(self, frames: int) -> None:
         """So many frames, from now on."""
@@ -142,13 +150,13 @@ class MarkCommands:
     @property
     def _last_frame(self) -> float:
         """Of what is open; of a still there is none."""
-        timeline = self._app.timeline
+        timeline = self._timeline
         return timeline.frames.last if timeline.is_sequence and timeline.frames else math.inf
 
     @property
     def pull_past_end(self) -> str:
         """A sentence where the pull would end behind the last frame; else nothing."""
-        last, end = self._last_frame, self._app.editing.frame + self.pull_frames
+        last, end = self._last_frame, self._editing.frame + self.pull_frames
         if end <= last:
             return ""
         return f"The pull ends at frame {end}, but {last:g} is the last: the focus will not arrive."
@@ -157,40 +165,41 @@ class MarkCommands:
         """From here to the chosen mark, beginning at the playhead: keys at both ends."""
         target, origin = self.named(self.pull_to), self.named(self.pull_from)
         if target is None:
-            self._app.say("Choose the mark to pull to.")
+            self._say("Choose the mark to pull to.")
             return
-        start = self._app.editing.frame
+        start = self._editing.frame
         try:
-            from_m = self._app.lens.focus_distance_m
+            from_m = self._editing.lens.focus_distance_m
             if origin is not None:
                 from_m = self._asked_m(origin, start)
             to_m = self._asked_m(target, start + self.pull_frames)
             frames, ease = self.pull_frames, self.pull_ease_percent
-            self._app.editing.do(pull(self._app.shot, from_m, to_m, start, frames, ease))
+            self._editing.do(pull(self._editing.shot, from_m, to_m, start, frames, ease))
             if self.pull_past_end:
-                self._app.say(self.pull_past_end)
+                self._say(self.pull_past_end)
         except HeatlensError as error:
-            self._app.say(str(error))
+            self._say(str(error))
 
     def follow(self, mark: PointMark | ObjectMark) -> None:
         """Keep the focus on it from in to out; what is not in memory is read or drawn, said so."""
-        app, frames = self._app, self._app.timeline.played
+        frames = self._timeline.played
         if isinstance(mark, ObjectMark):
-            app.scenes.follow(mark, frames)
-        elif app.renderer.scene is not None:
-            self._following = Following(app.renderer, app.renderer.scene, app.shot, mark, frames)
-            app.say(self._following.words)
-        elif app.timeline.cache is not None:
-            self._read(app.timeline.cache, mark, frames)
+            self._scenes.follow(mark, frames)
+            return
+        self._following = self._scenes.following(mark, frames)
+        if self._following is not None:
+            self._say(self._following.words)
+        elif self._timeline.cache is not None:
+            self._read(self._timeline.cache, mark, frames)
         else:
-            app.say("Points are followed through files and scenes.")
+            self._say("Points are followed through files and scenes.")
 
     def _read(self, cache: FrameCache, mark: PointMark, frames: FrameRange) -> None:
-        opened = self._app.source.opened
+        opened = self._source.opened
         options = PlateOptions() if opened is None else opened.options
         reads = sum(1 for frame in frames if not isinstance(cache.get(frame), Plate))
         if reads:
-            self._app.say(f"Reading {reads} frames to follow {mark.name} ...")
+            self._say(f"Reading {reads} frames to follow {mark.name} ...")
         self._reader.start(lambda: (mark, frames, _measured(cache, options, mark, frames)))
 
     def poll(self) -> None:
@@ -199,10 +208,10 @@ class MarkCommands:
             found = self._reader.poll() or self._drawn()
             if found is not None:
                 mark, frames, distances_m = found
-                self._app.editing.do(_followed(self._app.shot, mark, frames, distances_m))
-                self._app.say(f"The focus follows {mark.name} from {frames.first} on.")
+                self._editing.do(_followed(self._editing.shot, mark, frames, distances_m))
+                self._say(f"The focus follows {mark.name} from {frames.first} on.")
         except HeatlensError as error:
-            self._app.say(str(error))
+            self._say(str(error))
 
     def _drawn(self) -> _Measured | None:
         """What is being followed through a scene, once all of it was drawn; else a part of it is.
@@ -216,7 +225,7 @@ class MarkCommands:
         if following.is_done:
             return following.mark, following.frames, following.distances_m
         self._following = following
-        self._app.say(following.words)
+        self._say(following.words)
         self._wake()  # the loop would sleep
         return None
 

@@ -1,11 +1,11 @@
 """What is done to keys by command: each is one step of undo, and what cannot be is said."""
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 from heatlens.errors import HeatlensError
 from heatlens.model.interpolation import Interpolation
 from heatlens.model.shot import LensParameter, Shot
+from heatlens.session.editing import Editing
 from heatlens.session.key_choice import (
     Chosen,
     Copied,
@@ -19,24 +19,30 @@ from heatlens.session.key_choice import (
     pasted,
     with_keys_here,
 )
-from heatlens.session.key_rows import CAMERA, key_count
-
-if TYPE_CHECKING:
-    from heatlens.ui.app import App
+from heatlens.session.key_rows import CAMERA, RowChoice, key_count
 
 
 class KeyCommands:
     """The keys that are chosen, those that were copied, and what can be done to them."""
 
-    def __init__(self, app: "App") -> None:
-        self._app = app
+    def __init__(
+        self,
+        editing: Editing,
+        rows: RowChoice,
+        set_camera_key: Callable[[], None],
+        say: Callable[[str], None],
+    ) -> None:
+        self._editing = editing
+        self.rows = rows
+        self._set_camera_key = set_camera_key
+        self._say = say
         self._chosen: Chosen = frozenset()
         self._copied: Copied = ()
 
     @property
     def chosen(self) -> Chosen:
         """As far as they are still there."""
-        return self._chosen & all_keys(self._app.shot)
+        return self._chosen & all_keys(self._editing.shot)
 
     def choose(self, keys: Chosen) -> None:
         """These, and no others."""
@@ -44,25 +50,25 @@ class KeyCommands:
 
     def choose_all(self) -> None:
         """Every key of every row."""
-        self._chosen = all_keys(self._app.shot)
+        self._chosen = all_keys(self._editing.shot)
 
     @property
     def meant(self) -> Chosen:
         """The chosen ones, or where none are those at the playhead."""
-        return self.chosen or keys_at(self._app.shot, self._app.editing.frame)
+        return self.chosen or keys_at(self._editing.shot, self._editing.frame)
 
     def set_here(self) -> None:
         """Key the focus, and what of the lens has keys, as it is at the playhead; or the camera,
         where its row is the chosen one."""
-        if self._app.timeline.chosen_row is CAMERA:
-            self._app.scenes.set_key()
+        if self.rows.chosen is CAMERA:
+            self._set_camera_key()
             return
-        frame = self._app.editing.frame
+        frame = self._editing.frame
         self._do(lambda shot: with_keys_here(shot, frame))
 
     def toggle_here(self, parameter: LensParameter) -> None:
         """A key of one parameter at the playhead, or none."""
-        shot, frame = self._app.shot, self._app.editing.frame
+        shot, frame = self._editing.shot, self._editing.frame
         if shot.curves.of(parameter).key_at(frame) is None:
             self._do(lambda shot: shot.with_key(frame, parameter))
         else:
@@ -70,34 +76,34 @@ class KeyCommands:
 
     def delete(self) -> None:
         """Those that are meant go."""
-        frame = self._app.editing.frame
+        frame = self._editing.frame
         self._do(lambda shot: deleted(shot, self.meant, frame))
 
     def copy(self) -> None:
         """Keep those that are meant for `paste`."""
         if self.meant:
-            self._copied = copied(self._app.shot, self.meant)
-            self._app.say(f"{_count(len(self.meant))} copied.")
+            self._copied = copied(self._editing.shot, self.meant)
+            self._say(f"{_count(len(self.meant))} copied.")
 
     def paste(self) -> None:
         """What was copied, from the playhead on."""
         if not self._copied:
-            self._app.say("No keys were copied.")
+            self._say("No keys were copied.")
             return
-        self._do_and_choose(lambda shot: pasted(shot, self._copied, self._app.editing.frame))
+        self._do_and_choose(lambda shot: pasted(shot, self._copied, self._editing.frame))
 
     def move(self, by_frames: float) -> None:
         """Those that are meant go later, or earlier."""
         if by_frames:
-            before = self._app.shot
+            before = self._editing.shot
             self._do_and_choose(lambda shot: moved(shot, self.meant, by_frames))
             self.tell_of_replaced(before)
 
     def tell_of_replaced(self, before: Shot) -> None:
         """Say how many keys went since `before` because others were moved onto them."""
-        gone = key_count(before) - key_count(self._app.shot)
+        gone = key_count(before) - key_count(self._editing.shot)
         if gone > 0:
-            self._app.say(f"{_count(gone)} made room for what was moved there. Ctrl+Z undoes it.")
+            self._say(f"{_count(gone)} made room for what was moved there. Ctrl+Z undoes it.")
 
     def interpolate(self, interpolation: Interpolation) -> None:
         """How it goes on from each of them."""
@@ -106,9 +112,9 @@ class KeyCommands:
     def ease(self, influence_percent: float, is_out: bool) -> None:
         """How gently it leaves or arrives; a drag of the number is one step."""
         try:
-            self._app.edit(eased(self._app.shot, self.meant, influence_percent, is_out))
+            self._editing.edit(eased(self._editing.shot, self.meant, influence_percent, is_out))
         except HeatlensError as error:
-            self._app.say(str(error))
+            self._say(str(error))
 
     def _do_and_choose(self, change: Callable[[Shot], tuple[Shot, Chosen]]) -> None:
         came: list[Chosen] = []
@@ -124,9 +130,9 @@ class KeyCommands:
 
     def _do(self, change: Callable[[Shot], Shot]) -> None:
         try:
-            self._app.editing.do(change(self._app.shot))
+            self._editing.do(change(self._editing.shot))
         except HeatlensError as error:
-            self._app.say(str(error))
+            self._say(str(error))
 
 
 def _count(keys: int) -> str:

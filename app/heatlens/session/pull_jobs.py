@@ -5,7 +5,6 @@ import os
 import time
 from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from heatlens.defocus.plate_passes import proxy_size
 from heatlens.errors import HeatlensError
@@ -15,10 +14,11 @@ from heatlens.model.view_geometry import fit_zoom
 from heatlens.rendered_frames.frame_filler import FrameJob, PlateFile
 from heatlens.rendered_frames.frame_key import KeySource, SceneSight, frame_key, maker_of, shot_key
 from heatlens.rendered_frames.stamp_book import StampBook
+from heatlens.session.editing import Editing
+from heatlens.session.open_source import OpenSource
+from heatlens.session.picture_view import PictureView
+from heatlens.session.timeline import Timeline
 from heatlens.source.origin import StampedFile
-
-if TYPE_CHECKING:
-    from heatlens.ui.app import App
 
 _SIZES = 16  # a picture has so many sixteenths of its size: a window a little larger changes none
 _EVERY_S = 2.0  # between two looks at the files
@@ -29,16 +29,23 @@ class PullJobs:
 
     def __init__(
         self,
-        app: "App",
+        source: OpenSource,
+        editing: Editing,
+        timeline: Timeline,
+        view: PictureView,
         wake: Callable[[], None],
         clock: Callable[[], float] = time.perf_counter,
     ) -> None:
-        self._app = app
+        self._source = source
+        self._renderer = source.renderer
+        self._editing = editing
+        self._timeline = timeline
+        self._view = view
         self._clock = clock
         self._stamps = StampBook(wake)
         self._made_of: object = None
         self._jobs: dict[int, FrameJob | None] = {}
-        self._shot, self._shot_key = app.shot, ""
+        self._shot, self._shot_key = editing.shot, ""
         self._maker: tuple[str, ...] = ()
         self._look_at = -math.inf
         self.version = 0  # counts whenever jobs came or went
@@ -48,9 +55,9 @@ class PullJobs:
         if self._clock() >= self._look_at:
             self._look_at = self._clock() + _EVERY_S
             self._stamps.look({path for frame in frames for path in self._files(frame)})
-        app, shot = self._app, self._app.shot
+        shot = self._editing.shot
         made_of = (
-            *(app.source.opened, self._stamps.version, app.timeline.missing),
+            *(self._source.opened, self._stamps.version, self._timeline.missing),
             *(shot.lens, shot.curves, shot.defocus, shot.framing, self._scale),
         )
         if made_of != self._made_of:
@@ -60,9 +67,9 @@ class PullJobs:
 
     def _begin(self, shot: Shot) -> None:
         """What all frames have in common."""
-        self._maker = self._maker or maker_of(self._app.renderer)
-        opened = self._app.source.opened
-        self._shot = self._app.source.feed.sized(shot, self._scale)
+        self._maker = self._maker or maker_of(self._renderer)
+        opened = self._source.opened
+        self._shot = self._source.feed.sized(shot, self._scale)
         is_read = opened is not None and opened.cache is not None
         options = opened.options if opened is not None and is_read else shot.plate_options
         self._shot_key = shot_key(self._maker, options, self._shot.defocus)
@@ -70,14 +77,13 @@ class PullJobs:
     @property
     def _scale(self) -> float:
         """How large pictures are kept: about as large as the whole of one is seen."""
-        app = self._app
-        zoom = fit_zoom(app.viewport.viewport, app.picture_shape)
+        zoom = fit_zoom(self._view.viewport, self._source.picture_shape(self._editing.shot))
         return min(max(math.ceil(zoom * _SIZES - 0.25), 1), _SIZES) / _SIZES
 
     @property
     def size(self) -> tuple[int, int]:
         """Width and height of the pictures in pixels."""
-        source = self._app.source
+        source = self._source
         if source.plate is None:
             return 1, 1
         window, _ = source.windows(self._shot)
@@ -103,7 +109,7 @@ class PullJobs:
         return self._jobs.get(frame)
 
     def _made(self, frame: int) -> FrameJob | None:
-        opened = self._app.source.opened
+        opened = self._source.opened
         try:
             lens = self._shot.lens_at(frame)
             view = self._scene_view(frame)
@@ -122,12 +128,12 @@ class PullJobs:
 
     def _files(self, frame: int) -> tuple[Path, ...]:
         """Return the files that this frame alone is made of."""
-        opened, missing = self._app.source.opened, self._app.timeline.missing
+        opened, missing = self._source.opened, self._timeline.missing
         return () if opened is None else opened.files_at(frame, missing)
 
     def _scene_view(self, frame: int) -> SceneSight | None:
         """Return how the scene is looked at; None for plates."""
-        renderer, size = self._app.renderer, (self._shot.framing or Framing()).size
+        renderer, size = self._renderer, (self._shot.framing or Framing()).size
         pose = renderer.pose_at(self._shot, frame)
         if pose is None or renderer.scene is None:
             return None

@@ -2,11 +2,11 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import moderngl
 
 from heatlens.display.screen_frames import MOST_BYTES, ScreenFrames
+from heatlens.display.screen_pictures import MIPMAPS_UNDER, ScreenPictures
 from heatlens.gpu.context import is_software
 from heatlens.gpu.textures import new_texture
 from heatlens.model.boxes import Box
@@ -14,10 +14,10 @@ from heatlens.model.view import ViewState
 from heatlens.preview.shown import Shown
 from heatlens.rendered_frames.frame_filler import FrameJob
 from heatlens.rendered_frames.kept_picture import KeptPicture
-from heatlens.ui.picture.viewport import MIPMAPS_UNDER
-
-if TYPE_CHECKING:
-    from heatlens.ui.app import App
+from heatlens.session.editing import Editing
+from heatlens.session.open_source import OpenSource
+from heatlens.session.picture_view import PictureView
+from heatlens.session.rendered_pull import RenderedPull
 
 Look = tuple[float, float, int, bool]  # exposure in stops, gamma, view transform, with mipmaps
 
@@ -36,12 +36,25 @@ class KeptFrame(Shown):
 
 
 class KeptScreen:
-    """Shows the frames of `RenderedPull`, which the application has as `pull`."""
+    """Shows the frames of a `RenderedPull`."""
 
-    def __init__(self, app: "App") -> None:
-        self._app = app
-        self._frames = ScreenFrames(app.ctx)
-        self._is_slow = is_software(app.ctx)
+    def __init__(
+        self,
+        pull: RenderedPull,
+        source: OpenSource,
+        editing: Editing,
+        view: PictureView,
+        screen: ScreenPictures,
+    ) -> None:
+        ctx = source.renderer.ctx
+        self._ctx = ctx
+        self._pull = pull
+        self._source = source
+        self._editing = editing
+        self._view = view
+        self._screen = screen
+        self._frames = ScreenFrames(ctx)
+        self._is_slow = is_software(ctx)
         self._texture: moderngl.Texture | None = None
         self._on_gpu = ""  # key of what the texture holds
         self._seen: KeptFrame | None = None
@@ -54,15 +67,15 @@ class KeptScreen:
 
     def shown(self) -> KeptFrame | None:
         """The picture at the playhead; while it is read from the disk, the one before."""
-        app, pull = self._app, self._app.pull
-        job = pull.jobs.of(app.frame) if pull.is_on and pull.fits_view else None
+        pull = self._pull
+        job = pull.jobs.of(self._editing.frame) if pull.is_on and pull.fits_view else None
         if job is None:
             return None
         picture = pull.store.get(job.key)
         if picture is None:
             return self._seen if pull.is_alone else None
         seen = self._seen
-        is_new = seen is None or (seen.key, seen.frame) != (job.key, app.frame)
+        is_new = seen is None or (seen.key, seen.frame) != (job.key, self._editing.frame)
         if seen is None or is_new or seen.texture is not self._texture:
             self._seen = self._kept(job, picture)
         return self._seen
@@ -72,9 +85,9 @@ class KeptScreen:
         if self._texture is None or self._texture.size != (width, height):
             if self._texture is not None:
                 self._texture.release()
-            self._texture = new_texture(self._app.ctx, (width, height), 4, "f2", "rendered frame")
+            self._texture = new_texture(self._ctx, (width, height), 4, "f2", "rendered frame")
             self._on_gpu = ""
-        shot, frame = self._app.shot, self._app.frame
+        shot, frame = self._editing.shot, self._editing.frame
         return KeptFrame(
             self._texture, shot, frame, shot.defocus, 0.0, key=job.key, picture=picture
         )
@@ -88,7 +101,7 @@ class KeptScreen:
 
     def windows(self, shown: Shown) -> tuple[Box, Box] | None:
         """Data and display window of a frame that was rendered from a plate; None for others."""
-        is_plate = isinstance(shown, KeptFrame) and self._app.source.scene is None
+        is_plate = isinstance(shown, KeptFrame) and self._source.scene is None
         picture = shown.picture if isinstance(shown, KeptFrame) and is_plate else None
         return None if picture is None else (picture.data_window, picture.display_window)
 
@@ -96,8 +109,8 @@ class KeptScreen:
         """The frame in the colours of the screen. `view` has the exposure of its lens in it."""
         look = self._look(view, shown.texture.size)
         if self._is_slow:
-            size, keys = shown.texture.size, self._app.pull.keys
-            memory = self._app.pull.store.memory
+            size, keys = shown.texture.size, self._pull.keys
+            memory = self._pull.store.memory
             self._frames.most_bytes = min(MOST_BYTES, memory.limit_bytes // 2)
 
             def draw(out: moderngl.Texture) -> None:
@@ -106,20 +119,20 @@ class KeptScreen:
             found = self._frames.texture(shown.key, look, size, keys, draw)
             if found is not None:
                 return found
-        screen = self._app.screen
+        screen = self._screen
         screen.with_mipmaps = look[-1]
         self.uploaded(shown)
-        plate = self._app.renderer.loaded
+        plate = self._source.renderer.loaded
         return screen.a(shown, shown.key, plate, view, shown.texture)
 
     def _look(self, view: ViewState, size: tuple[int, int]) -> Look:
-        zoom = self._app.viewport.zoom * self._app.picture_shape.height_px / size[1]
-        version = self._app.screen.transform_version
+        zoom = self._view.zoom * self._source.picture_shape(self._editing.shot).height_px / size[1]
+        version = self._screen.transform_version
         return view.exposure_stops, view.gamma, version, zoom < MIPMAPS_UNDER
 
     def _draw(self, shown: KeptFrame, look: Look, out: moderngl.Texture) -> None:
         self.uploaded(shown)
-        self._app.screen.display.run(shown.texture, out, *look[:2])
+        self._screen.display.run(shown.texture, out, *look[:2])
         if look[-1]:
             out.build_mipmaps()
 
@@ -136,17 +149,16 @@ class KeptScreen:
     @property
     def _of(self) -> object:
         """What all prepared frames depend on."""
-        app = self._app
-        return app.pull.counted, app.view, app.screen.transform_version, app.viewport.zoom
+        return self._pull.counted, self._view.state, self._screen.transform_version, self._view.zoom
 
     def prepare(self) -> None:
         """Take one frame more to the colours of the screen."""
         shown = next(self._unprepared(), None) if self.has_work else None
         if shown is not None:
-            self.texture(shown, self._view(shown))
+            self.texture(shown, self._exposed(shown))
 
     def _unprepared(self) -> Iterator[KeptFrame]:
-        pull, memory = self._app.pull, self._app.pull.store.memory.keys()
+        pull, memory = self._pull, self._pull.store.memory.keys()
         for job in pull.at_hand(memory):
             picture = pull.store.get(job.key)
             if picture is None:
@@ -155,9 +167,9 @@ class KeptScreen:
             shown = replace(self._kept(job, picture), frame=job.frame)
             if not self._frames.has_room(job.key, size, pull.keys):
                 return
-            if not self._frames.holds(job.key, self._look(self._view(shown), size)):
+            if not self._frames.holds(job.key, self._look(self._exposed(shown), size)):
                 yield shown
 
-    def _view(self, shown: KeptFrame) -> ViewState:
-        view, lens = self._app.view, shown.shot.lens_at(shown.frame)
+    def _exposed(self, shown: KeptFrame) -> ViewState:
+        view, lens = self._view.state, shown.shot.lens_at(shown.frame)
         return replace(view, exposure_stops=view.exposure_stops + lens.transmission_stops)

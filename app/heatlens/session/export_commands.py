@@ -1,0 +1,92 @@
+"""Export frames, a movie or the lens as a camera, in a process beside the program."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+from heatlens.errors import HeatlensError
+from heatlens.session.color_choice import ColorChoice
+from heatlens.session.editing import Editing
+from heatlens.session.export_process import ExportRun, ExportState
+from heatlens.session.export_wish import ExportWish, wish_for
+from heatlens.session.open_source import OpenSource
+from heatlens.session.picture_view import PictureView
+from heatlens.source.kind import NO_FILES
+
+
+class ExportCommands:
+    """Exports the shot in hand, as it is when that is asked for; how it ended is said."""
+
+    def __init__(
+        self,
+        source: OpenSource,
+        editing: Editing,
+        view: PictureView,
+        color: ColorChoice,
+        say: Callable[[str], None],
+        wake: Callable[[], None],
+    ) -> None:
+        self._source = source
+        self._editing = editing
+        self._view = view
+        self._color = color
+        self._say = say
+        self.run = ExportRun(wake)
+        self.wish = ExportWish()
+        self._of: str | None = None  # the source that the wish was proposed for
+        self._told: ExportState | None = None
+
+    @property
+    def why_not(self) -> str:
+        """A sentence that says why nothing can be exported now; "" where it can."""
+        return NO_FILES if not (self._source.is_repeatable or self.run.is_busy) else ""
+
+    def propose(self) -> None:
+        """Propose folder and name where another plate was opened since."""
+        plate, shot = self._source.plate, self._editing.shot
+        if plate is not None and shot.source != self._of:
+            is_single = shot.played is None or shot.played.count == 1
+            self.wish, self._of = wish_for(plate.path, is_single), shot.source
+
+    def export(self) -> None:
+        """Begin to export the frames or the movie that is wished for."""
+        view = self._view.state
+        stops = view.exposure_stops + self._editing.lens.transmission_stops
+        display = view.display if self._color.config is not None else ""
+        words = self.wish.words(display, view.view, stops) + self._look_words()
+        self._begin(lambda: self.run.export(self._editing.shot, self.wish.output, words))
+
+    def write_camera(self) -> None:
+        """Begin to write the lens as a camera file."""
+        self._begin(lambda: self.run.camera(self._editing.shot, self.wish.camera_output))
+
+    def _begin(self, run: Callable[[], None]) -> None:
+        try:
+            Path(self.wish.folder).expanduser().mkdir(parents=True, exist_ok=True)
+            run()
+        except OSError as error:
+            self._say(f"{self.wish.folder} cannot be made: {error.strerror or error}.")
+        except HeatlensError as error:
+            self._say(str(error))
+
+    def _look_words(self) -> list[str]:
+        """Options for how the picture looks here, as far as `ExportWish` does not know them."""
+        view, config = self._view.state, self._color.config
+        if self.wish.is_linear:
+            return []
+        words = ["--ocio", self._color.path] if self._color.path and config else []
+        if view.gamma != 1.0:
+            words.append(f"--gamma={view.gamma:g}")
+        if config is not None and view.input_space:
+            words.append(f"--input-space={view.input_space}")
+        return words
+
+    def poll(self) -> None:
+        """Say how an export has ended; call this once a frame."""
+        state = self.run.state
+        if state is not None and state.code is not None and state is not self._told:
+            self._told = state
+            self._say(state.said)
+
+    def close(self) -> None:
+        """Stop an export; its finished frames stay."""
+        self.run.close()

@@ -1,0 +1,79 @@
+"""What the user wants to export, as the panel shows it and as the command line takes it."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+FRAME_KINDS = {
+    "EXR, scene-linear": ".exr",
+    "PNG, as it looks": ".png",
+    "JPEG, as it looks": ".jpg",
+    "TIFF, as it looks": ".tif",
+    "ProRes movie": ".mov",
+    "H.264 movie": ".mp4",
+}
+CAMERA_KINDS = {
+    "USD": ".usda",
+    "Nuke": ".nk",
+    "Blender": ".py",
+    "JSON": ".json",
+    "table (CSV)": ".csv",
+}
+_MOVIES = (".mov", ".mp4")
+
+
+@dataclass(frozen=True)
+class ExportWish:
+    """What is to be exported, as the panel shows it.
+
+    folder, name    where to, and the name before the number of the frame
+    frames          range as text, "" for all from in to out
+    quality         "" for that of the shot
+    is_single       there is one frame, whose file needs no number
+    """
+
+    folder: str = ""
+    name: str = ""
+    kind: str = "EXR, scene-linear"
+    frames: str = ""
+    quality: str = ""
+    with_depth: bool = False
+    burn_in: bool = False
+    camera_kind: str = "USD"
+    is_single: bool = False
+
+    @property
+    def output(self) -> str:
+        """The pattern of the frames, or the movie."""
+        suffix = FRAME_KINDS[self.kind]
+        number = "" if self.is_single or suffix in _MOVIES else ".####"
+        return str(Path(self.folder) / f"{self.name}{number}{suffix}")
+
+    @property
+    def camera_output(self) -> str:
+        """The file of the camera."""
+        return str(Path(self.folder) / f"{self.name}{CAMERA_KINDS[self.camera_kind]}")
+
+    @property
+    def is_linear(self) -> bool:
+        """Light as it is, for no screen."""
+        return FRAME_KINDS[self.kind] == ".exr"
+
+    def words(self, display: str, view: str, exposure_stops: float) -> list[str]:
+        """Options of `heatlens export`; those of the look count for all but EXR.
+
+        `display` "": the plain sRGB curve.
+        """
+        words = ["--frames", self.frames] if self.frames else []
+        words += ["--quality", self.quality] if self.quality else []
+        if self.is_linear:
+            return [*words, "--with-depth"] if self.with_depth else words
+        words += ["--display", display, "--view", view] if display else []
+        words.append(f"--exposure={exposure_stops:g}")
+        return [*words, "--burn-in"] if self.burn_in else words
+
+
+def wish_for(plate: Path, is_single: bool = False) -> ExportWish:
+    """What one would export of a plate: beside it, under its name."""
+    name = plate.name.split(".")[0]
+    folder = str(plate.absolute().parent / f"{name}_dof")
+    return ExportWish(folder, name, is_single=is_single)

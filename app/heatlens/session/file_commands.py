@@ -1,0 +1,213 @@
+"""Open, reload and save what the user names, and remember how it was read."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from heatlens.documents.shot_file import SHOT_SUFFIX
+from heatlens.files.picture_formats import PICTURES_READ
+from heatlens.model.plate_options import PlateOptions
+from heatlens.paths import home_dir
+from heatlens.plate.picture_write import PICTURE_SUFFIXES
+from heatlens.scene.scene_read import SCENE_SUFFIXES
+from heatlens.sequence.depth_files import picture_and_depth
+from heatlens.session.camera_import import CameraImport
+from heatlens.session.editing import Editing
+from heatlens.session.folder_walk import Chosen, Purpose
+from heatlens.session.open_source import OpenSource
+from heatlens.session.picture_commands import PictureCommands
+from heatlens.session.plate_reading import PlateReading
+from heatlens.session.preferences import Preferences
+from heatlens.session.reference import ReferenceLoader
+from heatlens.session.shot_documents import ShotDocuments
+from heatlens.session.start import GivenOptions
+from heatlens.source.kind import NO_FILES
+from heatlens.source.opened import Opened
+
+PURPOSES = {
+    purpose.key: purpose
+    for purpose in (
+        Purpose(
+            "open",
+            "Open a plate or a scene",
+            "Open",
+            (".exr", *PICTURES_READ, *SCENE_SUFFIXES),
+            "# stands for the frame number.   A scene is a .glb, .gltf, .obj, .ply or .usd file.",
+        ),
+        Purpose("reference", "Open a reference", "Open", (".exr", *PICTURES_READ), "Shown as B."),
+        Purpose(
+            "save",
+            "Save the picture",
+            "Save",
+            PICTURE_SUFFIXES,
+            ".exr: scene-linear, with the lens in its header.   .png: as it looks here.",
+            is_save=True,
+        ),
+        Purpose(
+            "camera",
+            "Import the lens of a camera",
+            "Import",
+            (".usd", ".usda", ".usdc", ".usdz", ".json", ".csv"),
+            "Focal length, f-stop, focus and film back, with keys for what moves.",
+        ),
+        Purpose("shot", "Open a shot", "Open", (SHOT_SUFFIX,), "A shot and its plate."),
+        Purpose(
+            "save shot",
+            "Save the shot",
+            "Save",
+            (SHOT_SUFFIX,),
+            "Lens, keys, marks and how the plate is read; text that people can read.",
+            is_save=True,
+        ),
+    )
+}
+
+
+class FileCommands:
+    """What the File menu does; a dialog asks for names, this acts on them."""
+
+    def __init__(
+        self,
+        source: OpenSource,
+        editing: Editing,
+        documents: ShotDocuments,
+        pictures: PictureCommands,
+        references: ReferenceLoader,
+        preferences: Preferences,
+        given: GivenOptions,
+        say: Callable[[str], None],
+        wake: Callable[[], None],
+    ) -> None:
+        self._source = source
+        self._editing = editing
+        self._documents = documents
+        self._pictures = pictures
+        self._references = references
+        self._preferences = preferences
+        self._given = given
+        self._say = say
+        self.reading = PlateReading(source, editing, preferences)
+        self.cameras = CameraImport(editing, say, wake)
+
+    # Opening
+
+    def open(self, text: str, options: PlateOptions | None = None) -> None:
+        """Open a file, a pattern, a folder or a shot; what is open stays until it has a picture."""
+        if not self._documents.opens(text):
+            self._source.open(text, options or self.options_for(text))
+
+    def open_first(self) -> None:
+        """Open what the command line named, if it named anything."""
+        text, given = self._given.start.source, self._given.start.plate_options
+        if not text or self._documents.opens(text):
+            return
+        is_stream = self._source.stream is not None and text == self._source.stream.text
+        self._source.open(text, given if is_stream else self._first_options(text, given))
+
+    def open_dropped(self, names: Sequence[str]) -> None:
+        """Open a picture and its depth, where these are the two by their names; else the first."""
+        pair = picture_and_depth(names)
+        if pair is None:
+            self.open(names[0])
+            return
+        picture, depth = pair
+        self.open(picture, replace(self.options_for(picture), depth_source=depth))
+
+    def options_for(self, text: str) -> PlateOptions:
+        """Return the options of the command line for the first file, where it named none, else
+        those that are remembered."""
+        is_given = not self._given.start.source and not self._given.has_opened
+        given = self._given.start.plate_options if is_given else PlateOptions()
+        return self._first_options(text, given)
+
+    def _first_options(self, text: str, given: PlateOptions) -> PlateOptions:
+        """`given`, or where that says nothing of the plate what is remembered for its folder."""
+        if replace(given, focal_length_mm=None, sensor_width_mm=None) != PlateOptions():
+            return given
+        kept = self._preferences.options_for(text)
+        return replace(
+            kept,
+            focal_length_mm=given.focal_length_mm or kept.focal_length_mm,
+            sensor_width_mm=given.sensor_width_mm or kept.sensor_width_mm,
+        )
+
+    def reload(self) -> None:
+        """Read the plate or the scene again as it is on disk now."""
+        opened = self._source.opened
+        if opened is not None and opened.source.is_repeatable:
+            self._source.open(opened.text, opened.options, self._editing.frame)
+        elif opened is not None:
+            self._say(NO_FILES)
+
+    # Choosing
+
+    def may_choose(self, key: str) -> bool:
+        """Return True where a file can be asked for with this purpose; else say why not."""
+        if self._source.plate is None and PURPOSES[key].is_save:
+            self._say("Nothing is open that could be saved.")
+        elif key == "save shot" and not self._source.is_repeatable:
+            self._say(NO_FILES)
+        else:
+            return True
+        return False
+
+    def first_folder(self, key: str) -> Path:
+        """Return where a file is looked for: where one was last, else beside the plate."""
+        plate = self._source.plate
+        here = plate.path.absolute().parent if plate is not None else home_dir()
+        return Path(self._preferences.now.folders.get(key, here))
+
+    def first_name(self, key: str) -> str:
+        """Return the name that is proposed for a file to save."""
+        plate = self._source.plate
+        if key == "save shot":
+            return self._documents.proposed_name()
+        return f"{plate.path.stem}.dof.exr" if plate is not None else ""
+
+    def take(self, chosen: Chosen) -> None:
+        """Do with a chosen file what it was asked for."""
+        key = chosen.purpose.key
+        self._preferences.looked_in(key, chosen.path.parent)
+        if key in ("open", "shot"):
+            self.open(str(chosen.path))
+        elif key == "reference":
+            frame = self._editing.frame
+            self._references.open(chosen.entry.file_at(frame) if chosen.entry else chosen.path)
+        elif key == "camera":
+            self.cameras.begin(chosen.path)
+        elif key == "save shot":
+            self._documents.save_as(chosen.path.absolute())
+        else:
+            self._pictures.save(chosen.path)
+
+    # What happens by itself
+
+    def arrived(self, opened: Opened) -> None:
+        """Remember what was opened; with the first file, say what could not be remembered."""
+        self.reading.arrived(opened)
+        if opened.source.files is not None:
+            self._preferences.opened(opened.text)
+        if self._preferences.problem:
+            self._say(self._preferences.problem)
+            self._preferences.problem = ""
+
+    def poll(self) -> None:
+        """Go on with what is asked for; call this once a frame."""
+        self.reading.follow()
+        self._follow_stream()
+        self.cameras.poll()
+
+    def _follow_stream(self) -> None:
+        """Read a stream's frames as the Plate panel wishes, or as the shot does after an undo.
+
+        A shot that was kept beside names its source as a path, and takes its name again.
+        """
+        stream, reading, now = self._source.stream, self.reading, self._editing.shot
+        if stream is None or not stream.is_shown:
+            return
+        if reading.wished == stream.options:
+            reading.wished = now.plate_options
+        stream.options = reading.wished
+        shot = replace(now, source=stream.text, plate_options=stream.options)
+        if shot != now:
+            self._editing.edit(shot)

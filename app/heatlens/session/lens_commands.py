@@ -1,0 +1,101 @@
+"""Commands for the lens at the playhead and for how its blur is computed."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from enum import StrEnum
+from typing import TypeVar
+
+from heatlens.errors import HeatlensError
+from heatlens.model.f_stops import stepped
+from heatlens.model.lens import Lens
+from heatlens.model.settings import Bokeh, Quality
+from heatlens.plate.focus_pick import depth_at_m
+from heatlens.plate.plate import Plate
+from heatlens.plate.start_lens import StartLens
+from heatlens.session.editing import Editing
+from heatlens.session.open_source import OpenSource
+
+_NUDGE = 1 / 250  # of the focus bar
+_AT_INFINITY = 1e-4  # dioptres
+
+Choice = TypeVar("Choice", bound=StrEnum)
+
+
+class LensCommands:
+    """What can be done with the lens; each change can be undone."""
+
+    def __init__(self, source: OpenSource, editing: Editing, say: Callable[[str], None]) -> None:
+        self._source = source
+        self._editing = editing
+        self._say = say
+        self.begun_with: StartLens | None = None  # that of what is open, and where it is from
+
+    def focus_at(self, pixel: tuple[int, int]) -> None:
+        """Focus on what is seen at a pixel of the display window; beside the picture, nothing."""
+        plate, pixel = self._source.plate, self._source.plate_px(self._editing.shot, pixel)
+        if plate is None or not _is_inside(plate, pixel):
+            return
+        try:
+            self.focus(depth_at_m(plate, *pixel))
+        except HeatlensError as error:
+            self._say(str(error))
+
+    def focus(self, distance_m: float) -> None:
+        """Focus at a distance."""
+        self._editing.edit_lens(replace(self._editing.lens, focus_distance_m=distance_m))
+
+    def nudge_focus(self, notches: float) -> None:
+        """Focus nearer (positive) or farther by so many notches of the focus bar."""
+        histogram, lens = self._source.histogram, self._editing.lens
+        if histogram is not None:
+            step = notches * _NUDGE * histogram.most_dioptres
+            dioptres = max(1.0 / lens.focus_distance_m + step, 0.0)
+            self._editing.edit_lens(focused_at(lens, dioptres))
+
+    def focus_at_infinity(self) -> None:
+        """Focus at infinity, where the plate has distances."""
+        if self._source.histogram is not None:
+            self._editing.edit_lens(focused_at(self._editing.lens, 0.0))
+
+    def step_f_stop(self, steps: int) -> None:
+        """Close the aperture by so many thirds of a stop, open it where they are negative."""
+        lens = self._editing.lens
+        self._editing.edit_lens(replace(lens, f_stop=stepped(lens.f_stop, steps)))
+
+    def reset(self) -> None:
+        """Take the lens that the plate's header, or whoever started the program, gave."""
+        if self.begun_with is not None:
+            self._editing.edit_lens(self.begun_with.lens)
+
+    def next_quality(self) -> None:
+        """Take the next quality tier, after the last the first."""
+        shot = self._editing.shot
+        defocus = replace(shot.defocus, quality=_next(list(Quality), shot.defocus.quality))
+        self._editing.edit(replace(shot, defocus=defocus))
+
+    def next_bokeh(self) -> None:
+        """Take the next shape of the blur, after the last the first."""
+        shot = self._editing.shot
+        defocus = replace(shot.defocus, bokeh=_next(list(Bokeh), shot.defocus.bokeh))
+        self._editing.edit(replace(shot, defocus=defocus))
+
+
+def focused_at(lens: Lens, dioptres: float) -> Lens:
+    """Return the lens focused at so many dioptres (1/m), at infinity for none.
+
+    It is never focused within its focal length.
+    """
+    if dioptres <= _AT_INFINITY:
+        return replace(lens, focus_distance_m=float("inf"))
+    least_m = 1.02e-3 * lens.focal_length_mm
+    return replace(lens, focus_distance_m=max(1.0 / dioptres, least_m))
+
+
+def _next(choices: list[Choice], now: Choice) -> Choice:
+    return choices[(choices.index(now) + 1) % len(choices)]
+
+
+def _is_inside(plate: Plate, pixel: tuple[int, int]) -> bool:
+    """Return True where the plate has this pixel of the display window."""
+    window = plate.display_window
+    return plate.data_window.contains(pixel[0] + window.x0, pixel[1] + window.y0)

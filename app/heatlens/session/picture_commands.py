@@ -1,0 +1,70 @@
+"""Save the picture to a file or copy it, as soon as the whole of it is there."""
+
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+
+from heatlens.preview.shown import Shown
+from heatlens.session.color_choice import ColorChoice
+from heatlens.session.editing import Editing
+from heatlens.session.live_picture import LivePicture
+from heatlens.session.open_source import OpenSource
+from heatlens.session.picture_saver import PictureSaver, Snapshot, snapshot
+from heatlens.session.picture_view import PictureView
+
+
+class PictureCommands:
+    """What can be done with the picture that is seen, as the screen shows it."""
+
+    def __init__(
+        self,
+        source: OpenSource,
+        editing: Editing,
+        view: PictureView,
+        color: ColorChoice,
+        live: LivePicture,
+        say: Callable[[str], None],
+        wake: Callable[[], None],
+    ) -> None:
+        self._source = source
+        self._editing = editing
+        self._view = view
+        self._color = color
+        self._live = live
+        self._say = say
+        self.saver = PictureSaver(say, wake)
+
+    def save(self, path: Path) -> None:
+        """Write the picture of the frame to `path` once it is whole."""
+        self.saver.ask(self._editing.shot.source, self._editing.frame, path)
+
+    def copy(self) -> None:
+        """Put the picture on the clipboard once it is whole."""
+        if self._source.plate is None:
+            self._say("Nothing is open that could be copied.")
+        else:
+            self.saver.ask(self._editing.shot.source, self._editing.frame, None)
+
+    def poll(self) -> None:
+        """Go on with what was asked for; call this once a frame."""
+        whole, shot, frame = self._whole(), self._editing.shot, self._editing.frame
+        self.saver.poll(whole, shot.source, frame, partial(self._snap, whole))
+
+    def _whole(self) -> Shown | None:
+        """The picture of the shot as it is now, once it is whole."""
+        shown, source, frame = self._live.shown, self._source, self._editing.frame
+        if source.plate is None or not (source.is_whole and source.is_settled_at(frame)):
+            return None
+        cache = None if source.opened is None else source.opened.cache
+        if cache is not None and source.plate.path != cache.sequence.resolve(frame):
+            return None  # the plate of the frame is still being read
+        of = (self._editing.shot, frame)
+        is_it = shown is not None and (shown.shot, shown.frame) == of
+        return shown if is_it and not self._live.is_working else None
+
+    def _snap(self, shown: Shown | None) -> Snapshot:
+        """The picture, and the way it looks: view transform, exposure, gamma and the glass."""
+        plate, transform, view = self._source.plate, self._color.transform, self._view.state
+        assert shown is not None and plate is not None
+        stops = view.exposure_stops + self._editing.lens.transmission_stops
+        return snapshot(shown, plate, lambda light: transform.apply_cpu(light, stops, view.gamma))

@@ -1,0 +1,38 @@
+"""How the picture is looked at, and where it lies on the screen."""
+
+from dataclasses import dataclass, field
+
+from heatlens.model.view import Compare, Overlay, ViewState
+from heatlens.model.view_geometry import ViewGeometry, Viewport
+
+
+@dataclass
+class PictureView:
+    """The state of looking, which panels and commands replace, and the picture's place.
+
+    state             exposure, overlay, comparison, zoom
+    viewport          the rectangle of the window that the picture is drawn in
+    geometry          where each pixel of the picture lies in it
+    is_lens_held_off  a held key shows the pinhole picture for a moment
+    """
+
+    state: ViewState = field(default_factory=ViewState)
+    viewport: Viewport = field(default_factory=lambda: Viewport((0.0, 0.0), (1.0, 1.0)))
+    geometry: ViewGeometry = field(default_factory=lambda: ViewGeometry((0.0, 0.0), (1.0, 1.0)))
+    is_lens_held_off: bool = False
+
+    @property
+    def zoom(self) -> float:
+        """Screen pixels for one pixel of the picture."""
+        return self.geometry.per_px[1] * self.viewport.framebuffer_scale
+
+    @property
+    def is_drawn(self) -> bool:
+        """Return True once the size of the viewport is known."""
+        return self.viewport.size[0] > 1.0
+
+    @property
+    def is_lens_alone(self) -> bool:
+        """Return True while the picture through the lens is seen with nothing beside or over it."""
+        is_bare = self.state.compare is Compare.OFF and self.state.overlay is Overlay.NONE
+        return is_bare and self.state.depth_of_field and not self.is_lens_held_off

@@ -1,0 +1,360 @@
+"""What the program behind the window holds: the open document and all that can be done with it.
+
+It knows no window and draws nothing. Every picture comes from the renderer that `heatlens render`
+uses.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+from heatlens.errors import FaultError, HeatlensError, InputError
+from heatlens.faults import faults_told
+from heatlens.model.depth_histogram import DepthHistogram
+from heatlens.model.lens import Lens
+from heatlens.model.shot import Shot
+from heatlens.model.view import ViewState
+from heatlens.model.view_geometry import PictureShape
+from heatlens.preview.shown import Shown
+from heatlens.render import FrameRenderer
+from heatlens.session.color_choice import ColorChoice
+from heatlens.session.compare_sides import CompareSides
+from heatlens.session.editing import Editing
+from heatlens.session.export_commands import ExportCommands
+from heatlens.session.file_commands import FileCommands
+from heatlens.session.focus_track import MarkTrack, MarkTracks
+from heatlens.session.frame_player import FramePlayer
+from heatlens.session.key_commands import KeyCommands
+from heatlens.session.key_rows import RowChoice
+from heatlens.session.lens_commands import LensCommands
+from heatlens.session.live_picture import LivePicture
+from heatlens.session.mark_commands import MarkCommands
+from heatlens.session.messages import Messages
+from heatlens.session.open_source import OpenSource
+from heatlens.session.picture_commands import PictureCommands
+from heatlens.session.picture_turns import PictureTurns
+from heatlens.session.picture_view import PictureView
+from heatlens.session.preferences import Preferences
+from heatlens.session.pull_jobs import PullJobs
+from heatlens.session.recent_files import RecentFiles
+from heatlens.session.reference import Reference, ReferenceLoader
+from heatlens.session.render_scheduler import RenderScheduler
+from heatlens.session.rendered_pull import RenderedPull, store_of
+from heatlens.session.scene_commands import SceneCommands
+from heatlens.session.scene_mark_tracks import SceneMarkTracks
+from heatlens.session.shot_documents import ShotDocuments
+from heatlens.session.speed import Speed
+from heatlens.session.start import GivenOptions, Start
+from heatlens.session.start_choices import StartChoices
+from heatlens.session.start_shot import first_lens, with_given_camera
+from heatlens.session.timeline import Timeline
+from heatlens.session.view_commands import ViewCommands
+from heatlens.source.opened import Opened
+
+_SETTLING_S = 0.1  # until a gesture may have ended, or a shot is to be kept
+_NEXT_SLICE_S = 0.005  # until marks of a scene are measured on: the window answers in between
+
+
+class Session:
+    """Holds the open document; panels and loops read it and call its commands."""
+
+    def __init__(
+        self,
+        renderer: FrameRenderer,
+        start: Start,
+        wake: Callable[[], None] = lambda: None,
+        preferences: Preferences | None = None,
+        frames_folder: Path | None = None,
+        is_software: bool = False,
+    ) -> None:
+        """`wake`, called from threads, makes whoever draws draw again. Rendered frames are kept in
+        `frames_folder`, None: in memory alone. `is_software`: the processor draws the window."""
+        self.messages = Messages()
+        say = self.messages.say
+        self.preferences = preferences or Preferences()
+        self.given = GivenOptions(start)
+        self.speed = Speed(is_software=is_software)
+        self.color = ColorChoice(start.ocio, say)
+        self.picture_view = PictureView(self._first_view(start.view))
+        self.editing = Editing(Shot(Lens(50.0, 2.8, 2.0, 36.0), start.defocus), say)
+        self.source = OpenSource(renderer, wake, start.stream)
+        self.references = ReferenceLoader(renderer.ctx, wake)
+        self.lens_commands = LensCommands(self.source, self.editing, say)
+        self.view_commands = ViewCommands(
+            self.picture_view, self.source, self.editing, self.references, say
+        )
+        self.sides = CompareSides(renderer)
+        self.scheduler = RenderScheduler(self.source, self.sides)
+        self._add_time_commands(say, wake, frames_folder)
+        self._add_file_commands(say, wake)
+
+    def _add_time_commands(
+        self, say: Callable[[str], None], wake: Callable[[], None], frames_folder: Path | None
+    ) -> None:
+        """The timeline, keys, marks and the scene's camera, and the frames that are played."""
+        source, editing, view = self.source, self.editing, self.picture_view
+        now = self.preferences.now
+        self.timeline = timeline = Timeline(source, editing, say)
+        timeline.playback.ending, timeline.playback.is_every_frame = now.ending, now.every_frame
+        self.scenes = SceneCommands(source, editing, say)
+        rows = RowChoice(lambda: source.has_scene)
+        self.keys = KeyCommands(editing, rows, self.scenes.set_key, say)
+        self.marks = MarkCommands(source, editing, timeline, self.scenes, say, wake)
+        self._plate_tracks = MarkTracks()
+        self.scene_tracks = SceneMarkTracks(
+            source, editing, timeline, self.scenes, lambda: self._is_measuring_late
+        )
+        self.pull = RenderedPull(
+            PullJobs(source, editing, timeline, view, wake),
+            store_of(now, frames_folder, wake),
+            source,
+            editing,
+            timeline,
+            view,
+            self.preferences,
+            lambda: self.scene_tracks.is_due,
+            wake,
+        )
+        self.player = FramePlayer(timeline, source, editing, self.pull, say)
+        self.turns = PictureTurns(
+            self.scheduler, self.pull, source, editing, view, self.live, self.speed, self.say_error
+        )
+
+    def _add_file_commands(self, say: Callable[[str], None], wake: Callable[[], None]) -> None:
+        """Documents, files and exports; what the command line named is opened."""
+        source, editing, view = self.source, self.editing, self.picture_view
+        preferences, stream = self.preferences, self.given.start.stream
+        self.documents = ShotDocuments(
+            source, editing, self.timeline, preferences, self.given, say, wake
+        )
+        self.pictures = PictureCommands(source, editing, view, self.color, self.live, say, wake)
+        self.files = FileCommands(
+            source,
+            editing,
+            self.documents,
+            self.pictures,
+            self.references,
+            preferences,
+            self.given,
+            say,
+            wake,
+        )
+        self.exports = ExportCommands(source, editing, view, self.color, say, wake)
+        self.recent = RecentFiles(preferences, stream.text if stream else None, wake)
+        self.start_choices = StartChoices(
+            source, self.timeline.playback, self.files, self.recent, self.given
+        )
+        self.files.open_first()
+
+    def _first_view(self, given: ViewState) -> ViewState:
+        """`given`, and where it says nothing what is remembered."""
+        now = self.preferences.now
+        if not given.display and not given.view:
+            given = replace(given, display=now.display, view=now.view)
+        if given.unit == ViewState().unit:
+            given = replace(given, unit=now.unit)
+        return self.color.with_names(given)
+
+    # What is in hand
+
+    @property
+    def renderer(self) -> FrameRenderer:
+        """What renders every picture."""
+        return self.source.renderer
+
+    @property
+    def live(self) -> LivePicture:
+        """The picture through the lens, side A of the comparison."""
+        return self.sides.a
+
+    @property
+    def view(self) -> ViewState:
+        """How the picture is looked at."""
+        return self.picture_view.state
+
+    @view.setter
+    def view(self, state: ViewState) -> None:
+        self.picture_view.state = state
+
+    @property
+    def message(self) -> str:
+        """What was said last, for as long as it is shown."""
+        return self.messages.text
+
+    @property
+    def shot(self) -> Shot:
+        """The shot as it is seen."""
+        return self.editing.shot
+
+    @property
+    def lens(self) -> Lens:
+        """The lens of the shot at the playhead."""
+        return self.editing.lens
+
+    @property
+    def frame(self) -> int:
+        """The frame of the playhead."""
+        return self.editing.frame
+
+    @property
+    def has_scene(self) -> bool:
+        """Return True where a 3D scene is open, which can be seen from more points than one."""
+        return self.source.has_scene
+
+    @property
+    def histogram(self) -> DepthHistogram | None:
+        """The plate's distances; None where it has none."""
+        return self.source.histogram
+
+    @property
+    def reference(self) -> Reference | None:
+        """The EXR loaded as B."""
+        return self.references.current
+
+    @property
+    def picture_shape(self) -> PictureShape:
+        """The shape of the display window; one pixel while nothing is open."""
+        return self.source.picture_shape(self.shot)
+
+    @property
+    def seen(self) -> Shown | None:
+        """The picture through the lens that is to be on the screen."""
+        return self.turns.seen
+
+    def mark_tracks(self) -> tuple[MarkTrack, ...]:
+        """Return how far marked things are: of files at the frames in memory, of scenes once they
+        were measured."""
+        if self.has_scene:
+            return self.scene_tracks.tracks()
+        timeline = self.timeline
+        return self._plate_tracks.tracks(timeline.cache, timeline.runs(), self.shot.marks)
+
+    @property
+    def _is_measuring_late(self) -> bool:
+        """There is work that comes before measuring how far marks are."""
+        return self.scheduler.is_working or self.marks.is_reading
+
+    # What can be done
+
+    def say(self, sentence: str) -> None:
+        """Show a sentence in the status bar for a while."""
+        self.messages.say(sentence)
+
+    def say_error(self, error: HeatlensError) -> None:
+        """Show what went wrong; after a fault of the program the work in hand is kept first."""
+        if isinstance(error, FaultError):
+            self.documents.keep_now()
+        self.say(str(error))
+
+    # What happens by itself
+
+    def poll(self) -> None:
+        """Take what threads have read; errors are said, and the last good picture stays."""
+        try:
+            with faults_told("What was read could not be shown"):
+                self._take_news()
+        except HeatlensError as error:
+            self.say_error(error)
+            self.start_choices.refused()
+        if self.source.plate is None:
+            self.sides.restart()  # what was under way read from the plate that left the GPU
+        self.messages.fade()
+
+    def _take_news(self) -> None:
+        opened = self.source.arrived()
+        if opened is not None:
+            self._begin(opened)
+        if self.references.poll():
+            self.say(f"B is {self.reference.path.name}." if self.reference else "")
+        for poll in (
+            *(self.recent.poll, self.files.poll, self.exports.poll, self.pictures.poll),
+            *(self.documents.poll, self.marks.poll, self.scene_tracks.poll),
+            *(self.player.poll, self.pull.poll),
+        ):
+            poll()
+
+    def _begin(self, opened: Opened) -> None:
+        """Begin a shot of another file or renderer; the same file read anew keeps its shot."""
+        self.pull.begin()
+        self.sides.restart()
+        is_same = self.shot.source == opened.text
+        coming = self.documents.taken(opened) if opened.source.is_repeatable else None
+        self.editing.frame = opened.frame
+        self.messages.clear()
+        self.given.opened(opened.text)
+        self.start_choices.opened()
+        start_lens, problem = first_lens(opened, self.given)
+        self.lens_commands.begun_with = start_lens
+        self._say_all(problem)
+        if coming is not None:
+            self.editing.begin(coming)
+        elif not is_same:
+            self._begin_shot(opened, start_lens.lens)
+        elif opened.cache is not None:  # its files were read again, perhaps in another way
+            self.editing.edit(replace(self.shot, plate_options=opened.options))
+        self._say_all(*opened.notes, self._color_note(opened))
+        self.files.arrived(opened)
+
+    def _begin_shot(self, opened: Opened, lens: Lens) -> None:
+        shot = opened.shot(lens, self.shot.defocus)
+        filmed, problem = with_given_camera(shot, self.given)
+        self._say_all(problem)
+        if filmed is not shot and shot.frames is None and self.given.start.camera is not None:
+            self.editing.frame = self.given.start.camera.frames[0]
+        self.editing.begin(filmed)
+        self.documents.begun()
+        self.view = replace(self.view, zoom=None, center_px=None)
+
+    def _color_note(self, opened: Opened) -> str:
+        """Take the colours as the header tells them, alike for all frames; a scene has none."""
+        self.color.attributes = opened.attributes
+        return self.color.input_of(self.view.input_space).note
+
+    def _say_all(self, *sentences: str) -> None:
+        said = " ".join(sentences).strip()
+        if said:
+            self.say(said)
+
+    def work(self) -> None:
+        """Go on for a moment with the whole picture, else with the frames of the pull."""
+        self.turns.work()
+
+    @property
+    def wants_frames(self) -> bool:
+        """A gesture waits to become a step, or a shot to be saved: frames of the window do it."""
+        return self.editing.is_unsettled or self.documents.is_behind
+
+    def seconds_until_needed(self) -> float | None:
+        """Return how long the loop may sleep without an event; None: until there is one."""
+        waits = (
+            _SETTLING_S if self.wants_frames else None,
+            _NEXT_SLICE_S if self.scene_tracks.is_due else None,
+            self.messages.seconds_until_needed(),
+            self.turns.seconds_until_needed(),
+            self.player.seconds_until_needed(),
+        )
+        return min((wait for wait in waits if wait is not None), default=None)
+
+    def remember(self, **window: object) -> None:
+        """Keep what may have changed; `window` are further fields of Remembered."""
+        view, playback = self.view, self.timeline.playback
+        self.preferences.change(
+            display=view.display,
+            view=view.view,
+            unit=view.unit,
+            ending=playback.ending,
+            every_frame=playback.is_every_frame,
+            **window,
+        )
+        try:
+            self.preferences.save()
+        except InputError as error:
+            self.say(str(error))
+
+    def close(self) -> None:
+        """End threads; a picture that is being written is finished, an export stopped."""
+        self.pictures.saver.close()
+        self.exports.close()
+        self.documents.close()
+        self.pull.close()
+        self.source.close()

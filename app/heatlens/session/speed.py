@@ -1,0 +1,42 @@
+"""How long frames of the window take, and how much time that leaves for a picture."""
+
+from collections import deque
+from dataclasses import dataclass, field
+
+_KEPT = 30  # pictures and frames that the means are over
+_GPU_S = 0.012  # keeps up with the screen
+# A software rasteriser draws the window with the same processor: above twelve pictures a second,
+# also where one takes somewhat longer than was expected.
+_FRAME_SOFTWARE_S, _LEAST_S = 0.068, 0.012
+_NEWEST = 0.2  # weight of the newest frame in a running mean
+
+
+@dataclass
+class Speed:
+    """Times of the loop, the latest last."""
+
+    frames_s: deque[float] = field(default_factory=lambda: deque(maxlen=_KEPT))
+    held_s: deque[float] = field(default_factory=lambda: deque(maxlen=_KEPT))
+    is_software: bool = False  # the processor draws the window as well
+    upload_s: float = 0.0  # of the latest plate
+    window_s: float = 0.02  # running mean of drawing a frame without rendering its picture
+
+    def frame(self, seconds: float, picture_s: float, is_held: bool) -> None:
+        """A frame was drawn, `picture_s` of it for a picture that was new; 0 where none was."""
+        self.frames_s.append(seconds)
+        self.window_s += _NEWEST * (seconds - picture_s - self.window_s)
+        if is_held and picture_s > 0:
+            self.held_s.append(seconds)
+
+    def mean_ms(self) -> float | None:
+        """Of drawing a frame of the window; None before the first."""
+        return 1e3 * sum(self.frames_s) / len(self.frames_s) if self.frames_s else None
+
+    def pictures_per_second(self) -> float | None:
+        """While something was dragged: new pictures on the screen. None before that."""
+        return len(self.held_s) / sum(self.held_s) if self.held_s else None
+
+    @property
+    def budget_s(self) -> float:
+        """Time for a picture while something is dragged, beside drawing the window without it."""
+        return max(_LEAST_S, _FRAME_SOFTWARE_S - self.window_s) if self.is_software else _GPU_S

@@ -1,0 +1,58 @@
+"""How the program begins, and what the options of the command line are for."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from heatlens.camera.into_shot import lens_tracks
+from heatlens.camera.samples import CameraSamples
+from heatlens.model.plate_options import PlateOptions
+from heatlens.model.settings import DefocusSettings
+from heatlens.model.view import ViewState
+from heatlens.source.stream_source import StreamSource
+
+
+@dataclass(frozen=True)
+class Start:
+    """What the command line gave.
+
+    source         a file, pattern, folder, scene or shot, or the name of `stream`; "" lets the
+                   user choose in the window
+    plate_options  how the plate is read
+    lens           fields of Lens that were given
+    stream         a renderer that sends frames; closed with the program
+    camera         tells what `lens` does not tell of the lens
+    """
+
+    source: str
+    plate_options: PlateOptions = field(default_factory=PlateOptions)
+    lens: Mapping[str, float] = field(default_factory=dict)
+    defocus: DefocusSettings = field(default_factory=DefocusSettings)
+    view: ViewState = field(default_factory=ViewState)
+    ocio: str | None = None
+    stream: StreamSource | None = None
+    camera: CameraSamples | None = None
+
+
+class GivenOptions:
+    """The options of the command line: they are for what it named, else for what opens first."""
+
+    def __init__(self, start: Start) -> None:
+        self.start = start
+        self._source = start.source
+        self.has_opened = False  # anything, since the program began
+
+    def opened(self, text: str) -> None:
+        """Note that `text` was opened."""
+        self._source, self.has_opened = self._source or text, True
+
+    def are_for(self, text: str) -> bool:
+        """Return True where the options count for what is called `text`."""
+        return self._source in (text, "")
+
+    def lens_of(self, text: str) -> Mapping[str, float]:
+        """Return the fields of Lens given for `text`, those of a camera as they are first."""
+        if not self.are_for(text):
+            return {}
+        camera, kept = self.start.camera, self.start.lens
+        first = {} if camera is None else lens_tracks(camera, kept)
+        return {**{name: track[0] for name, track in first.items()}, **kept}

@@ -1,0 +1,104 @@
+"""Commands for how the picture is looked at: zoom, exposure, overlays, comparison."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+from heatlens.model.settings import Method
+from heatlens.model.view import DIFFERENCE_GAINS, Against, Compare, Overlay
+from heatlens.model.view_geometry import zoomed, zoomed_to
+from heatlens.session.editing import Editing
+from heatlens.session.open_source import OpenSource
+from heatlens.session.picture_view import PictureView
+from heatlens.session.reference import ReferenceLoader
+
+_EXPOSURE_STEP = 0.25  # stops
+
+
+class ViewCommands:
+    """What can be done with the state of looking; the shot stays as it is."""
+
+    def __init__(
+        self,
+        view: PictureView,
+        source: OpenSource,
+        editing: Editing,
+        references: ReferenceLoader,
+        say: Callable[[str], None],
+    ) -> None:
+        self._view = view
+        self._source = source
+        self._editing = editing
+        self._references = references
+        self._say = say
+
+    def change(self, **changes: Any) -> None:
+        """Change these fields of the ViewState."""
+        self._view.state = replace(self._view.state, **changes)
+
+    def toggle(self, name: str) -> None:
+        """Switch a field of the ViewState that is on or off."""
+        self.change(**{name: not getattr(self._view.state, name)})
+
+    def toggle_overlay(self, overlay: Overlay) -> None:
+        """Show an overlay, or none where it is shown."""
+        is_on = self._view.state.overlay is overlay
+        self.change(overlay=Overlay.NONE if is_on else overlay)
+
+    def toggle_compare(self, compare: Compare) -> None:
+        """Compare in this way, or not at all where that is done."""
+        is_on = self._view.state.compare is compare
+        self.change(compare=Compare.OFF if is_on else compare)
+
+    def fit(self) -> None:
+        """Show the whole picture."""
+        self.change(zoom=None, center_px=None)
+
+    def zoom(self, factor: float) -> None:
+        """Zoom at the middle of the viewport."""
+        view, shape = self._view, self._source.picture_shape(self._editing.shot)
+        view.state = zoomed(view.state, view.viewport, shape, factor, view.viewport.middle)
+
+    def one_to_one(self) -> None:
+        """Show one pixel of the picture on one pixel of the screen."""
+        view, shape = self._view, self._source.picture_shape(self._editing.shot)
+        view.state = zoomed_to(view.state, view.viewport, shape, 1.0, view.viewport.middle)
+
+    def expose(self, steps: int) -> None:
+        """Show the picture brighter by so many quarters of a stop."""
+        stops = self._view.state.exposure_stops + steps * _EXPOSURE_STEP
+        self.change(exposure_stops=stops)
+
+    def reset_exposure_and_gamma(self) -> None:
+        """Show the picture as its view transform means it."""
+        self.change(exposure_stops=0.0, gamma=1.0)
+
+    def toggle_unit(self) -> None:
+        """Show distances in feet instead of metres, or in metres again."""
+        self.change(unit="ft" if self._view.state.unit == "m" else "m")
+
+    def step_gain(self, steps: int) -> None:
+        """Amplify the difference more, or less where `steps` is negative."""
+        now = self._view.state.difference_gain
+        nearest = min(DIFFERENCE_GAINS, key=lambda gain: abs(gain - now))
+        index = DIFFERENCE_GAINS.index(nearest) + steps
+        index = min(max(index, 0), len(DIFFERENCE_GAINS) - 1)
+        self.change(difference_gain=DIFFERENCE_GAINS[index])
+
+    def swap_b(self) -> None:
+        """Have B be the reference, or the pinhole picture where it is the reference."""
+        is_reference = self._view.state.against is Against.REFERENCE
+        other = Against.PINHOLE if is_reference else Against.REFERENCE
+        if other is Against.REFERENCE and self._references.current is None:
+            self._say("No reference is loaded: open one with Ctrl+Shift+O.")
+            return
+        self.change(against=other)
+
+    def compare_with(self, method: Method | None) -> None:
+        """Have B be the pinhole picture (None) or the same shot by `method`, and show it."""
+        now = self._view.state.compare
+        compare = Compare.WIPE if now is Compare.OFF else now
+        if method is None:
+            self.change(against=Against.PINHOLE, compare=compare)
+        else:
+            self.change(against=Against.METHOD, b_method=method, compare=compare)

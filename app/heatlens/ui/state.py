@@ -1,0 +1,70 @@
+"""What of the window is open, and what its panels remember from one frame to the next."""
+
+from collections.abc import Callable
+
+from heatlens.session.key_drag import KeyDrag
+from heatlens.session.session import Session
+from heatlens.ui.files.file_dialogs import FileDialogs
+from heatlens.ui.palette import Palette
+from heatlens.ui.timeline.view import TimelineView
+
+# The panels, as they are called on their tabs and in the menu.
+PANELS = ("Lens", "Look", "Plate", "Scene", "Export", "Marks", "Speed", "Timeline")
+_BEHIND_S = 0.25  # news of the frames may be told so late
+
+
+class UiState:
+    """The state of the interface, apart from the session that it shows."""
+
+    def __init__(self, session: Session, wake: Callable[[], None] = lambda: None) -> None:
+        """`wake`, called from threads, makes whoever draws draw again."""
+        self._session = session
+        hidden = session.preferences.now.hidden_panels
+        self.panels = {name: name not in hidden for name in PANELS}
+        self.wants_layout = True  # in the next frame
+        self.shows_keys = False
+        self.opens_pull = False  # the popup of the pull, in the next frame
+        self.is_over = False
+        self.palette = Palette()
+        self.dialogs = FileDialogs(session.files, session.say, wake)
+        self.timeline = TimelineView(KeyDrag(session.editing, session.keys, session.say))
+
+    @property
+    def hidden_panels(self) -> tuple[str, ...]:
+        """The names of the panels that are closed."""
+        return tuple(name for name, is_shown in self.panels.items() if not is_shown)
+
+    @property
+    def is_timeline_shown(self) -> bool:
+        """Return True where the timeline is open and has something to show."""
+        session = self._session
+        has_time = session.source.plate is not None and session.timeline.has_time
+        return self.panels["Timeline"] and has_time
+
+    def toggle_panel(self, name: str) -> None:
+        """Open a closed panel, close an open one."""
+        self.panels[name] = not self.panels[name]
+
+    def toggle_keys(self) -> None:
+        """Show or hide the list of keys."""
+        self.shows_keys = not self.shows_keys
+
+    def reset_layout(self) -> None:
+        """Open all panels where they were in the beginning."""
+        self.panels = dict.fromkeys(self.panels, True)
+        self.wants_layout = True
+
+    def open_pull(self) -> None:
+        """Ask in the next frame where to pull the focus to, and how fast."""
+        self.opens_pull = True
+
+    def quit(self) -> None:
+        """End the program after this frame."""
+        self.is_over = True
+
+    def seconds_until_needed(self) -> float | None:
+        """Return how long the loop may sleep without an event; None: until there is one."""
+        wait_s = self._session.seconds_until_needed()
+        if not (self.is_timeline_shown and self._session.timeline.is_behind):
+            return wait_s
+        return _BEHIND_S if wait_s is None else min(wait_s, _BEHIND_S)

@@ -1,0 +1,22 @@
+"""The list of actions without a window: for tests that need only their names, menus and keys."""
+
+from typing import Any
+
+from heatlens.ui.action_list import actions
+from heatlens.ui.actions import Action
+
+
+class _Nothing:
+    """Has every attribute, and each is nothing again: actions can be bound to it, not done."""
+
+    def __getattr__(self, name: str) -> "_Nothing":
+        return self
+
+    def __call__(self, *_: object) -> "_Nothing":
+        raise AssertionError("This action is bound to no session.")
+
+
+def listed_actions() -> tuple[Action, ...]:
+    """Every action, in the order of the menus, none of which can be done."""
+    nothing: Any = _Nothing()
+    return actions(nothing, nothing)

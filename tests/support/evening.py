@@ -1,0 +1,210 @@
+"""A whole evening's work on a shot, without a window, a GPU or a screen.
+
+`evening` is run in a process in which neither ImGui nor GLFW nor a context of OpenGL can be loaded.
+"""
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from heatlens.documents.shot_file import autosave_path, read_shot
+from heatlens.model.marks import PointMark
+from heatlens.model.settings import Quality
+from heatlens.model.shot import LensParameter
+from heatlens.plate.camera_header import lens_attributes
+from heatlens.session.preferences import Preferences
+from heatlens.session.session import Session
+from heatlens.session.shot_store import unnamed_path
+from heatlens.session.start import Start
+from support.exr_files import write_file
+from support.fake_renderer import FakeRenderer
+
+FIRST, LAST = 1001, 1024
+WIDTH, HEIGHT = 48, 32
+NEAR_M, FAR_M = 2.0, 8.0  # of the left and the right half of the picture
+LEFT, RIGHT = (8, 16), (40, 16)
+
+
+def write_plates(folder: Path) -> str:
+    """Frames of two walls, one nearer than the other; the pattern that finds them."""
+    depth = np.full((HEIGHT, WIDTH), FAR_M, np.float32)
+    depth[:, : WIDTH // 2] = NEAR_M
+    grey = np.full((HEIGHT, WIDTH), 0.18, np.float16)
+    channels = {"R": grey, "G": grey, "B": grey, "Z": depth}
+    for frame in range(FIRST, LAST + 1):
+        lens = lens_attributes(50.0, 2.8, 4.0, 36.0)
+        write_file(folder / f"walls.{frame}.exr", channels, **lens)
+    return str(folder / "walls.####.exr")
+
+
+def begun(preferences: Path, source: str = "") -> Session:
+    """The program as it begins."""
+    renderer: Any = FakeRenderer()
+    return Session(renderer, Start(source), preferences=Preferences.load(preferences))
+
+
+def until(session: Session, condition: Callable[[], bool], what: str) -> None:
+    """Turns of the loop until `condition`; a bound, not a measurement."""
+    end, said = time.monotonic() + 60.0, ""
+    while not condition():
+        assert time.monotonic() < end, f"{what} never came. {said}"
+        turn(session)
+        said = session.message or said
+        time.sleep(0.001)
+
+
+def turn(session: Session) -> None:
+    """One turn of the loop, as the window makes it."""
+    session.poll()
+    session.turns.update()
+    if session.turns.is_working:
+        session.work()
+    session.editing.rest(is_held=False)
+
+
+def settled(session: Session) -> None:
+    """Until the whole picture is there, and everything that was changed is kept."""
+
+    def is_settled() -> bool:
+        is_kept = not (session.wants_frames or session.documents._writing)
+        return is_kept and session.source.plate is not None and not session.turns.is_working
+
+    until(session, is_settled, "rest")
+
+
+def evening(folder: Path) -> None:
+    """Open, focus, key a pull, mark, undo, save, export, close, and open again after a crash."""
+    preferences, pattern = folder / "preferences", write_plates(folder)
+    session = begun(preferences)
+    assert session.start_choices.is_wanted and session.start_choices.has_nothing
+    session.files.open(pattern)
+    settled(session)
+    assert not session.start_choices.is_wanted
+    assert session.timeline.frames is not None and session.timeline.frames.count == LAST - FIRST + 1
+    _focus(session)
+    _key_a_pull(session)
+    shot_path = _save(session, folder)
+    assert not autosave_path(unnamed_path(preferences, pattern)).exists()
+    _export(session, folder)
+    _crash(session, preferences, shot_path)
+    _recover(preferences, shot_path)
+    _begin_with_an_unnamed_shot(preferences, pattern)
+
+
+def _focus(session: Session) -> None:
+    """Click on the walls; one step back is one click."""
+    assert session.lens.focus_distance_m == 4.0  # as the header tells
+    for pixel, distance_m in ((LEFT, NEAR_M), (RIGHT, FAR_M)):
+        session.lens_commands.focus_at(pixel)
+        session.editing.settle()
+        assert session.lens.focus_distance_m == distance_m
+        settled(session)
+        assert session.live.shown is not None and session.live.shown.shot == session.shot
+    session.editing.undo()
+    assert session.lens.focus_distance_m == NEAR_M
+    session.editing.redo()
+    session.lens_commands.step_f_stop(-3)
+    assert round(session.lens.f_stop, 1) == 2.0
+    before = session.shot.defocus.quality
+    for _ in Quality:
+        session.lens_commands.next_quality()
+    assert session.shot.defocus.quality is before
+
+
+def _key_a_pull(session: Session) -> None:
+    """Marks on both walls, and a pull from the one to the other."""
+    session.marks.set_point(LEFT)
+    session.marks.set_point(RIGHT)
+    near, far = session.shot.marks
+    assert isinstance(near, PointMark) and isinstance(far, PointMark)
+    session.timeline.go(FIRST + 2)
+    session.marks.pull_from, session.marks.pull_to = near.name, far.name
+    session.marks.lengthen_pull(12)
+    session.marks.pull()
+    end = FIRST + 14
+    ends = [session.shot.lens_at(frame).focus_distance_m for frame in (FIRST, end, LAST)]
+    np.testing.assert_allclose(ends, [NEAR_M, FAR_M, FAR_M])
+    before = session.shot
+    session.keys.choose_all()
+    session.keys.move(2)
+    assert session.shot.key_frames == tuple(frame + 2 for frame in before.key_frames)
+    session.editing.undo()
+    assert session.shot == before
+    session.timeline.set_in()
+    assert session.timeline.played.first == FIRST + 2
+    session.timeline.go_to_key(1)
+    assert session.frame == end
+    settled(session)
+
+
+def _save(session: Session, folder: Path) -> Path:
+    """Save the shot to a file, which the title names."""
+    assert not session.documents.save()  # it has no name yet
+    path = folder / session.files.first_name("save shot")
+    session.documents.save_as(path)
+    settled(session)
+    assert read_shot(path) == session.shot
+    assert session.documents.is_saved and session.documents.title == path.name
+    return path
+
+
+def _export(session: Session, folder: Path) -> None:
+    """Write the lens as a camera, in a process of its own."""
+    session.exports.propose()
+    session.exports.wish = session.exports.wish.__class__(str(folder / "out"), "walls")
+    session.exports.write_camera()
+    until(session, lambda: not session.exports.run.is_busy, "the camera")
+    until(session, lambda: "Done" in session.message, "a word of it")
+    assert (folder / "out" / "walls.usda").stat().st_size > 0
+
+
+def _crash(session: Session, preferences: Path, path: Path) -> None:
+    """Change the shot after it was saved, and end without a word."""
+    session.lens_commands.focus(3.0)
+    session.editing.settle()
+    settled(session)
+    assert autosave_path(path).exists() and not session.documents.is_saved
+    session.remember()
+    session.pull.close()
+    session.source.close()
+    session.documents.store.close()
+    assert str(path) in Preferences.load(preferences).now.recent
+
+
+def _recover(preferences: Path, path: Path) -> None:
+    """Open the shot again: what was not saved is offered, and taken."""
+    saved = read_shot(path)
+    session = begun(preferences, str(path))
+    until(session, lambda: session.documents.offer is not None, "the offer")
+    session.documents.answer(goes_on=True)
+    settled(session)
+    assert session.documents.path == path and session.shot != saved
+    assert session.documents.title.endswith("*")
+    session.documents.save()
+    settled(session)
+    assert read_shot(path) == session.shot and not autosave_path(path).exists()
+    keys = session.shot.curves.of(LensParameter.FOCUS_DISTANCE).keys
+    assert [key.value for key in keys] != [
+        key.value for key in saved.curves.of(LensParameter.FOCUS_DISTANCE).keys
+    ]
+    session.close()
+
+
+def _begin_with_an_unnamed_shot(preferences: Path, pattern: str) -> None:
+    """A shot that never had a file is kept by its plate, and offered with it."""
+    session = begun(preferences, pattern)
+    settled(session)
+    session.keys.set_here()
+    settled(session)
+    worked_on, kept = session.shot, autosave_path(unnamed_path(preferences, pattern))
+    assert kept.exists()
+    session.close()
+    again = begun(preferences, pattern)
+    until(again, lambda: again.documents.offer is not None, "the offer")
+    again.documents.answer(goes_on=True)
+    assert again.shot == worked_on
+    settled(again)
+    again.close()

@@ -1,0 +1,48 @@
+"""A renderer without a GPU: it takes plates, and its pictures hold nothing but their size."""
+
+from collections.abc import Iterator
+from types import SimpleNamespace
+
+from heatlens.defocus.plate_passes import proxy_size
+from heatlens.model.shot import Shot
+from heatlens.plate.plate import Plate
+from heatlens.source.pinhole import bins_of_plate
+
+STEPS = 3  # that a picture takes
+
+
+class FakeContext:
+    """What the session asks of a context of OpenGL: nothing that needs one."""
+
+    def finish(self) -> None:
+        """All is done."""
+
+
+class FakeRenderer:
+    """Stands in for FrameRenderer where plates are looked at, and writes down what it was asked."""
+
+    def __init__(self) -> None:
+        self.ctx = FakeContext()
+        self.scene = None
+        self.has_many_views = False
+        self.rendered: list[tuple[Shot, int]] = []  # finished pictures
+        self._loaded: SimpleNamespace | None = None
+
+    @property
+    def loaded(self) -> SimpleNamespace:
+        """The plate as it would lie on the GPU."""
+        assert self._loaded is not None
+        return self._loaded
+
+    def load(self, plate: Plate) -> None:
+        """Take a plate."""
+        window = plate.data_window
+        color = SimpleNamespace(size=(window.width, window.height))
+        self._loaded = SimpleNamespace(plate=plate, bins=bins_of_plate(plate), color=color)
+
+    def steps(self, shot: Shot, frame: int, slot: int) -> Iterator[None]:
+        """Render a picture in a few steps; it ends with the texture, as the renderer's do."""
+        for _ in range(STEPS):
+            yield
+        self.rendered.append((shot, frame))
+        return SimpleNamespace(size=proxy_size(self.loaded.color.size, shot.defocus.proxy))
