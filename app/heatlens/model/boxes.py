@@ -37,11 +37,11 @@ class Box:
         return self.width <= 0 or self.height <= 0
 
     def contains(self, x: float, y: float) -> bool:
-        """True for a point inside: on the first edge yes, on the last edge no."""
+        """Return True for a point inside; the first edge counts as inside, the last does not."""
         return self.x0 <= x < self.x1 and self.y0 <= y < self.y1
 
     def intersection(self, other: "Box") -> "Box":
-        """The pixels in both; of width or height 0 where they do not meet."""
+        """Return the pixels in both; its width or height is 0 where they do not meet."""
         x0, y0 = max(self.x0, other.x0), max(self.y0, other.y0)
         x1, y1 = min(self.x1, other.x1), min(self.y1, other.y1)
         return Box(x0, y0, max(x0, x1), max(y0, y1))

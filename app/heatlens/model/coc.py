@@ -31,7 +31,7 @@ class CocLine:
 
 
 def coc_line(lens: Lens, display_width_px: int) -> CocLine:
-    """The line of a spherical lens of this focal length and f-stop, in pixels across.
+    """Return the line of a spherical lens of this focal length and f-stop, in pixels across.
 
     `display_width_px` is the width of the display window, which the sensor's width fills.
     `DiscShape` says what shape of that diameter a disc has, and counts pixels that are not square.
@@ -42,26 +42,27 @@ def coc_line(lens: Lens, display_width_px: int) -> CocLine:
 
 
 def coc_px(depth_m: ArrayLike, line: CocLine) -> NDArray[np.float64]:
-    """Signed diameters in pixels, of the shape of `depth_m`: positive, or infinite for the sky."""
+    """Return signed diameters in pixels, in the shape of `depth_m`; the sky's may be infinite."""
     return np.asarray(line.at_infinity_px + line.per_dioptre_px / np.asarray(depth_m, np.float64))
 
 
 def lens_diameter_m(lens: Lens) -> float:
-    """Of the opening that makes the discs of `coc_line` where magnification is f / z, in metres.
+    """Return the diameter in metres of the opening that makes the discs of `coc_line`.
 
     A f (1/S - 1/z) / (1 - f / S) on the sensor is f D (1/S - 1/z) with D = A / (1 - f / S): what a
-    pinhole's picture knows of the lens, whose image lies a little behind the focal length.
+    pinhole's picture, whose magnification is f / z, knows of the lens. The image of a real lens
+    lies a little behind the focal length.
     """
     return -_per_dioptre_mm(lens) / lens.focal_length_mm
 
 
 def sharp_px(lens: Lens, display_width_px: int) -> float:
-    """The diameter in pixels up to which a point counts as sharp."""
+    """Return the diameter in pixels up to which a point counts as sharp."""
     return lens.coc_limit_mm * display_width_px / lens.sensor_width_mm
 
 
 def hyperfocal_m(lens: Lens) -> float:
-    """The nearest focus distance at which infinity still looks sharp: f + A f / c.
+    """Return the nearest focus distance at which infinity still looks sharp: f + A f / c.
 
     c is the acceptable circle of confusion; it is measured on the height of the disc, which a
     squeeze leaves alone.
@@ -71,30 +72,33 @@ def hyperfocal_m(lens: Lens) -> float:
 
 
 def near_limit_m(lens: Lens) -> float:
-    """The nearest depth that looks sharp, where coc = -c."""
+    """Return the nearest depth that looks sharp, where coc = -c."""
     return 1.0 / (1.0 / lens.focus_distance_m + _sharp_dioptres(lens))
 
 
 def far_limit_m(lens: Lens) -> float:
-    """The farthest depth that looks sharp, where coc = +c; infinite from the hyperfocal on."""
+    """Return the farthest depth that looks sharp, where coc = +c.
+
+    Infinite from the hyperfocal on.
+    """
     dioptres = 1.0 / lens.focus_distance_m - _sharp_dioptres(lens)
     return 1.0 / dioptres if dioptres > 0 else math.inf
 
 
 def depth_of_field_m(lens: Lens) -> float:
-    """From the near to the far limit; infinite from the hyperfocal on."""
+    """Return the distance from the near to the far limit; infinite from the hyperfocal on."""
     return far_limit_m(lens) - near_limit_m(lens)
 
 
 def _sharp_dioptres(lens: Lens) -> float:
-    """How far from the focus, in 1/m and to either side, a point still looks sharp."""
+    """Return how far from the focus, in 1/m and to either side, a point still looks sharp."""
     return lens.coc_limit_mm / -_per_dioptre_mm(lens)
 
 
 def _per_dioptre_mm(lens: Lens) -> float:
-    """Diameter on the sensor in mm for each dioptre; divided by the focus, minus it at infinity.
+    """Return the diameter on the sensor in mm for each dioptre from the focus.
 
-    -A f / (1 - f / S), which needs no case of its own for focus at infinity.
+    It is -A f / (1 - f / S), which needs no case of its own for focus at infinity.
     """
     f_mm = lens.focal_length_mm
     return -1e-3 * lens.aperture_diameter_mm * f_mm / (1.0 - f_mm / (lens.focus_distance_m * 1e3))

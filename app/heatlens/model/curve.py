@@ -64,9 +64,9 @@ class Curve:
                 )
 
     def value_at(self, frame: float) -> float:
-        """The value at any time, in the parameter's unit; at a key exactly the key's.
+        """Return the value at any time, in the parameter's unit; at a key exactly the key's.
 
-        Raises ValueError without keys: then nothing moves.
+        Raises ValueError for a curve without keys.
         """
         if not self.keys:
             raise ValueError("a curve without keys has no value")
@@ -79,15 +79,15 @@ class Curve:
         return self._between(index, frame)
 
     def key_at(self, frame: float) -> Key | None:
-        """The key at a frame; None where there is none."""
+        """Return the key at a frame, or None."""
         return next((key for key in self.keys if _same_frame(key.frame, frame)), None)
 
     def with_key(self, key: Key) -> "Curve":
-        """One key more, or another in the place of the one at its frame."""
+        """Return the curve with a key added, or replaced at its frame."""
         return self._merged(self.keys, [key])
 
     def with_value(self, frame: float, value: float) -> "Curve":
-        """The key at `frame` takes the value; a new one goes on as the key before it did."""
+        """Return the curve with a value at `frame`; a new key interpolates as the key before it."""
         key = self.key_at(frame)
         if key is None:
             index = self._index_before(frame)
@@ -96,18 +96,21 @@ class Curve:
         return self.with_key(replace(key, value=value))
 
     def without_keys(self, frames: Collection[float]) -> "Curve":
-        """The keys at these frames go."""
+        """Return the curve without the keys at these frames."""
         return replace(self, keys=tuple(key for key in self.keys if key.frame not in frames))
 
     def moved(self, frames: Collection[float], by_frames: float) -> "Curve":
-        """The keys at these frames move together, and replace those that they land on."""
+        """Return the curve with the keys at these frames moved.
+
+        They replace those that they land on.
+        """
         kept = self.without_keys(frames).keys
         return self._merged(kept, _shifted(self._keys_at(frames), by_frames))
 
     def rippled(self, from_frame: float, by_frames: float) -> "Curve":
-        """The keys from `from_frame` on move: later to make room, or earlier to cut frames out.
+        """Return the curve with the keys from `from_frame` on moved, later or earlier.
 
-        Keys in the frames that are cut out go.
+        Moving earlier cuts frames out, and the keys in those frames are removed.
         """
         stay_until = from_frame + min(by_frames, 0.0)
         kept = [key for key in self.keys if key.frame < stay_until]
@@ -115,18 +118,22 @@ class Curve:
         return self._merged(kept, _shifted(late, by_frames))
 
     def copied(self, frames: Collection[float]) -> tuple[Key, ...]:
-        """The keys at these frames, counted from the first of them, for `pasted`."""
+        """Return the keys at these frames, counted from the first of them, for `pasted`."""
         chosen = self._keys_at(frames)
         return tuple(_shifted(chosen, -chosen[0].frame)) if chosen else ()
 
     def pasted(self, keys: Collection[Key], at_frame: float) -> "Curve":
-        """Copied keys from `at_frame` on, in the place of those that are at their frames."""
+        """Return the curve with copied keys from `at_frame` on.
+
+        They replace those at their frames.
+        """
         return self._merged(self.keys, _shifted(keys, at_frame))
 
     def multiplied(self, factor: float, frames: Collection[float] | None = None) -> "Curve":
-        """The values at these frames, None for all, times `factor` above 0; handles follow.
+        """Return the curve with the values at these frames, None for all, times `factor` above 0.
 
-        Where all are, so is the value at every frame, on every scale.
+        Handles follow. Where all values are multiplied, so is the value at every frame, on every
+        scale.
         """
         if not 0 < factor < math.inf:
             raise InputError(f"Keys are multiplied by a number above 0, not by {factor:g}.")
@@ -134,9 +141,9 @@ class Curve:
         return self._merged(self.keys, [self._multiplied_key(key, factor) for key in chosen])
 
     def on_scale(self, scale: Scale) -> "Curve":
-        """The same keys on another scale; at each the value is as fast as before.
+        """Return the same keys on another scale; the speed of the value at each key stays.
 
-        Raises InputError where a value has no place on it.
+        Raises InputError where a value does not exist on that scale.
         """
         if scale is self.scale:
             return self
@@ -148,9 +155,10 @@ class Curve:
         return Curve(tuple(keys), scale)
 
     def with_handles(self, frame: float) -> "Curve":
-        """The segment at `frame` as a Bezier along the same path, so that its handles can be bent.
+        """Return the curve with the segment at `frame` as a Bezier along the same path.
 
-        A held value has no path, and a Bezier has its handles already.
+        Its handles can then be bent. A held value has no path, and a Bezier has its handles
+        already.
         """
         index = self._index_before(frame)
         if not 0 <= index < len(self.keys) - 1:
@@ -167,7 +175,7 @@ class Curve:
         return self.with_key(bent).with_key(replace(end, ease_in=into))
 
     def _between(self, index: int, frame: float) -> float:
-        """Inside the segment after a key."""
+        """Return the value inside the segment after a key."""
         start, end = self.keys[index], self.keys[index + 1]
         frames = end.frame - start.frame
         u = (frame - start.frame) / frames
@@ -191,13 +199,19 @@ class Curve:
         return min(max(self.scale.value_at(place), low), high)  # rounding stays within too
 
     def _slope(self, index: int) -> float:
-        """Slope at a key on the scale; flat at the ends, beyond which the value stands still."""
+        """Return the slope at a key on the scale.
+
+        0 at the ends, beyond which the value is constant.
+        """
         if index in (0, len(self.keys) - 1):
             return 0.0
         return monotone_slope(self._chord(index - 1), self._chord(index))
 
     def _chord(self, index: int) -> tuple[float, float]:
-        """Frames of the segment after a key, and its rise per frame; a held value does not rise."""
+        """Return the frames of the segment after a key, and its rise per frame.
+
+        0 for a held value.
+        """
         start, end = self.keys[index], self.keys[index + 1]
         frames = end.frame - start.frame
         if start.interpolation is Interpolation.HOLD:
@@ -209,7 +223,7 @@ class Curve:
         return replace(_steepened(key, steeper[self.scale]), value=key.value * factor)
 
     def _merged(self, kept: Iterable[Key], added: Collection[Key]) -> "Curve":
-        """Both in order; of two at one frame the added one."""
+        """Return both in order; of two keys at one frame the added one."""
         others = [k for k in kept if not any(_same_frame(k.frame, a.frame) for a in added)]
         return replace(self, keys=tuple(sorted([*others, *added], key=_frame_of)))
 
@@ -217,7 +231,7 @@ class Curve:
         return [key for key in self.keys if key.frame in frames]
 
     def _index_before(self, frame: float) -> int:
-        """The last key at or before a frame; -1 before the first."""
+        """Return the last key at or before a frame; -1 before the first."""
         return bisect_right(self.keys, frame, key=_frame_of) - 1
 
 
@@ -234,7 +248,7 @@ def _shifted(keys: Iterable[Key], by_frames: float) -> list[Key]:
 
 
 def _steepened(key: Key, factor: float) -> Key:
-    """Both handles with their speed times `factor`."""
+    """Return the key with the speed of both handles times `factor`."""
     out, into = (
         replace(ease, speed_per_frame=ease.speed_per_frame * factor)
         for ease in (key.ease_out, key.ease_in)

@@ -20,14 +20,18 @@ class DepthHistogram:
     most_dioptres: float
 
     def part_at(self, distance_m: float) -> float:
-        """Where a distance lies on the scale: 0 at infinity, 1 at its near end and before."""
+        """Return the place of a distance on the scale.
+
+        0 at infinity, 1 at its near end and before.
+        """
         return min(1.0 / max(distance_m, 1e-9) / self.most_dioptres, 1.0)
 
 
 def depth_histogram(dioptres: ValueBins) -> DepthHistogram:
-    """Of 1 / metres, 0 where nothing was hit; heights by square root, that few pixels are seen.
+    """Return the histogram of 1 / metres, in which 0 means that nothing was hit.
 
-    Each of the fine bins is where its middle is.
+    Heights are square roots, so that few pixels are visible. Each of the fine bins counts where its
+    middle is.
     """
     most = dioptres.high * _NEAR_ROOM
     if not 0.0 < most < math.inf:

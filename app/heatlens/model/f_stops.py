@@ -12,9 +12,10 @@ _SAME = 1e-4  # relative: 2.8 that went through a float32 is still 2.8
 
 
 def stepped(f_stop: float, steps: int) -> float:
-    """`steps` third stops up the ring (down where negative), a value between them counting as one.
+    """Return the f-stop `steps` third stops up the ring, down where negative.
 
-    Stays on the ring; 0 steps leave the value alone.
+    A value between two stops of the ring counts as one step. The result stays on the ring; 0 steps
+    leave the value alone.
     """
     if steps > 0:
         index = bisect_right(THIRD_STOPS, f_stop * (1 + _SAME)) + steps - 1
@@ -26,5 +27,5 @@ def stepped(f_stop: float, steps: int) -> float:
 
 
 def nearest_index(f_stop: float) -> int:
-    """The place on the ring that is nearest, as stops are counted."""
+    """Return the index of the nearest stop of the ring, measured in stops."""
     return min(range(len(THIRD_STOPS)), key=lambda i: abs(math.log2(THIRD_STOPS[i] / f_stop)))

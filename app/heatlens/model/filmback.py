@@ -69,9 +69,9 @@ FILMBACKS = (
 
 
 def filmback_named(name: str) -> Filmback:
-    """The film back called `name`, whatever its case, spaces and punctuation.
+    """Return the film back with this name, ignoring case, spaces and punctuation.
 
-    Raises InputError listing the names nearest to it.
+    Raises InputError that lists the most similar names.
     """
     by_key = {_key(back.name): back for back in FILMBACKS}
     found = by_key.get(_key(name))
@@ -85,7 +85,7 @@ def filmback_named(name: str) -> Filmback:
 
 
 def _near_names(name: str) -> list[str]:
-    """Names that contain what was typed, then names spelt alike; at most five."""
+    """Return names that contain what was typed, then names spelt alike; at most five."""
     by_key = {_key(back.name): back.name for back in FILMBACKS}
     key = _key(name)
     containing = [known for known in by_key if key and key in known]
@@ -98,5 +98,5 @@ def _all_names() -> str:
 
 
 def _key(name: str) -> str:
-    """Letters and digits in lower case: Super-35, super35 and Super 35 are one name."""
+    """Return letters and digits in lower case: Super-35, super35 and Super 35 are one name."""
     return "".join(letter for letter in name.casefold() if letter.isalnum())

@@ -52,13 +52,13 @@ class FrameRange:
         return self.last - self.first + 1
 
     def intersection(self, other: "FrameRange") -> "FrameRange | None":
-        """The frames in both; None where they do not meet."""
+        """Return the frames in both; None where they do not meet."""
         first, last = max(self.first, other.first), min(self.last, other.last)
         return FrameRange(first, last) if first <= last else None
 
 
 def parse_frame_range(text: str) -> FrameRange:
-    """Frames written as "1001-1024", or one of them as "1001". Raises InputError otherwise."""
+    """Parse "1001-1024", or a single frame as "1001". Raises InputError for anything else."""
     match = _RANGE.fullmatch(text.strip())
     if match is None:
         raise InputError(f"{text!r} are no frames; write them as 1001-1024.")
@@ -66,12 +66,12 @@ def parse_frame_range(text: str) -> FrameRange:
 
 
 def check_frame(frame: float) -> None:
-    """InputError for what cannot be the number of a frame, or a time between two."""
+    """Raise InputError for a value that cannot be the number of a frame, or a time between two."""
     if not abs(frame) <= FRAME_MOST:
         raise InputError(f"A frame number has at most nine digits, got {frame:g}.")
 
 
 def check_frames_per_second(rate: float) -> None:
-    """InputError for a rate at which no film runs."""
+    """Raise InputError for an impossible frame rate."""
     if not 0 < rate <= _RATE_MOST or math.isnan(rate):
         raise InputError(f"Frames per second must be above 0 and at most 10,000, got {rate:g}.")

@@ -27,12 +27,12 @@ _UNIT = 1e-12  # so near to it a length is 1 but for rounding
 
 @dataclass(frozen=True, slots=True)
 class Pose:
-    """Where a camera stands and how it is turned.
+    """The position and the orientation of a camera.
 
     position_m   in the world
     orientation  unit quaternion w, x, y, z: turns the camera's axes into the world's
 
-    Raises InputError for what is no place or no turn.
+    Raises InputError for values that are no position or no rotation.
     """
 
     position_m: Vector = (0.0, 0.0, 0.0)
@@ -79,13 +79,13 @@ class Pose:
 
 
 def pose_of(camera_to_world: Array) -> Pose:
-    """The pose of a rigid (4, 4) matrix for columns; a scale in it is left out."""
+    """Return the pose of a rigid (4, 4) matrix for columns; a scale in it is left out."""
     turn = camera_to_world[:3, :3] / np.linalg.norm(camera_to_world[:3, :3], axis=0)
     return Pose(_vector(camera_to_world[:3, 3]), _quaternion(turn))
 
 
 def looking_at(eye_m: Vector, target_m: Vector, up: Vector = (0.0, 1.0, 0.0)) -> Pose:
-    """A camera at `eye_m` with `target_m` in the middle of its picture.
+    """Return a camera at `eye_m` with `target_m` in the middle of its picture.
 
     Raises InputError where both are the same. Straight up or down, the picture's top is -z.
     """
@@ -107,7 +107,10 @@ def _vector(values: ArrayLike) -> Vector:
 
 
 def _quaternion(turn: Array) -> Quaternion:
-    """Shepperd's method: the largest component first, so that nothing small is divided by."""
+    """Return the quaternion of a rotation by Shepperd's method.
+
+    It takes the largest component first, so that nothing divides by a small number.
+    """
     trace = np.trace(turn)
     squares = np.array([trace, *(2 * turn[i, i] - trace for i in range(3))]) + 1.0
     k = int(np.argmax(squares))
@@ -133,7 +136,7 @@ class PoseKey:
 
 @dataclass(frozen=True, slots=True)
 class CameraTrack:
-    """Where a camera stands over frames: through its keys, and still before and after them.
+    """The pose of a camera over frames: through its keys, and constant before and after them.
 
     Raises InputError for keys out of order, or none at all.
     """
@@ -151,14 +154,14 @@ class CameraTrack:
 
     @property
     def is_moving(self) -> bool:
-        """Whether it has more than one key."""
+        """True for more than one key."""
         return len(self.keys) > 1
 
     def pose_at(self, frame: float) -> Pose:
-        """A cubic through the keys without jumps of speed; Catmull and Rom 1974, uneven spacing.
+        """Return the pose on a cubic through the keys without jumps of speed.
 
-        Orientations go component by component and are made unit again, as is usual for turns of
-        less than a right angle between keys.
+        Source: Catmull and Rom 1974, with uneven spacing. Orientations are interpolated by
+        component and normalised, as is usual for rotations of less than a right angle between keys.
         """
         keys = self.keys
         after = bisect_right([key.frame for key in keys], frame)
@@ -170,31 +173,36 @@ class CameraTrack:
         return Pose((x, y, z), (orientation[0], orientation[1], orientation[2], orientation[3]))
 
     def with_key(self, frame: float, pose: Pose) -> "CameraTrack":
-        """A key at a frame, in the place of one that stood there."""
+        """Return the track with a key at a frame, which replaces one that is there."""
         return self.pasted([PoseKey(frame, pose)], 0.0)
 
     def without_key(self, frame: float) -> "CameraTrack":
-        """The key at a frame goes; the last one stays."""
+        """Return the track without the key at a frame; the last key stays."""
         return self.without_keys((frame,)) if len(self.keys) > 1 else self
 
     def without_keys(self, frames: Collection[float]) -> "CameraTrack":
-        """The keys at these frames go. Raises InputError where none would be left."""
+        """Return the track without these keys. Raises InputError where none would be left."""
         return CameraTrack(tuple(key for key in self.keys if key.frame not in frames))
 
     def moved(self, frames: Collection[float], by_frames: float) -> "CameraTrack":
-        """The keys at these frames move together, and replace those that they land on."""
+        """Return the track with the keys at these frames moved; they replace those they land on."""
         kept = [key for key in self.keys if key.frame not in frames]
         return _merged(kept, _shifted((k for k in self.keys if k.frame in frames), by_frames))
 
     def rippled(self, from_frame: float, by_frames: float) -> "CameraTrack":
-        """The keys from `from_frame` on move; going earlier, they cut out those they pass."""
+        """Return the track with the keys from `from_frame` on moved.
+
+        Earlier, they cut out others.
+        """
         stay_until = from_frame + min(by_frames, 0.0)
         kept = [key for key in self.keys if key.frame < stay_until]
         return _merged(kept, _shifted((k for k in self.keys if k.frame >= from_frame), by_frames))
 
     def pasted(self, keys: Iterable[PoseKey], at_frame: float) -> "CameraTrack":
-        """Keys that were counted from 0, from `at_frame` on; they replace what is at their
-        frames."""
+        """Return the track with copied keys from `at_frame` on.
+
+        They replace those at their frames.
+        """
         return _merged(self.keys, _shifted(keys, at_frame))
 
 
@@ -203,14 +211,14 @@ def _shifted(keys: Iterable[PoseKey], by_frames: float) -> list[PoseKey]:
 
 
 def _merged(kept: Iterable[PoseKey], added: Sequence[PoseKey]) -> CameraTrack:
-    """Both in order; of two at one frame the added one."""
+    """Return both in order; of two keys at one frame the added one."""
     taken = [key.frame for key in added]
     others = [k for k in kept if all(abs(k.frame - frame) >= SAME_FRAME for frame in taken)]
     return CameraTrack(tuple(sorted([*others, *added], key=lambda key: key.frame)))
 
 
 def _aligned(keys: Sequence[PoseKey]) -> Array:
-    """(K, 7): places and quaternions, each of the sign that is nearer to the one before."""
+    """Return (K, 7): positions and quaternions, each with the sign nearer to the one before."""
     rows = np.array([(*key.pose.position_m, *key.pose.orientation) for key in keys])
     for i in range(1, len(rows)):
         if rows[i, 3:] @ rows[i - 1, 3:] < 0:
@@ -219,7 +227,7 @@ def _aligned(keys: Sequence[PoseKey]) -> Array:
 
 
 def _hermite(frames: list[float], values: Array, after: int, frame: float) -> Array:
-    """The cubic between the keys `after - 1` and `after`."""
+    """Return the cubic between the keys `after - 1` and `after`."""
     before = after - 1
     span = frames[after] - frames[before]
     t = (frame - frames[before]) / span
@@ -234,7 +242,7 @@ def _hermite(frames: list[float], values: Array, after: int, frame: float) -> Ar
 
 
 def _slope(frames: list[float], values: Array, i: int) -> Array:
-    """Towards the neighbours of key `i`; at an end the camera comes to rest."""
+    """Return the slope between the neighbours of key `i`; 0 at the ends, where the camera rests."""
     if i in (0, len(frames) - 1):
         return np.zeros_like(values[i])
     return np.asarray((values[i + 1] - values[i - 1]) / (frames[i + 1] - frames[i - 1]))
@@ -242,14 +250,14 @@ def _slope(frames: list[float], values: Array, i: int) -> Array:
 
 @dataclass(frozen=True, slots=True)
 class Framing:
-    """What of a scene is seen.
+    """The part of a scene that is seen.
 
     width_px, height_px  of the picture; pixels are square
-    camera               name of the scene's camera that is looked through, None for none
+    camera               name of the scene's camera that is used, None for none
     track                a camera of the shot's own, which wins over that
 
-    With neither, the scene's first camera; without one, the whole scene is seen. Raises InputError
-    for a size that no picture has.
+    With neither, it is the scene's first camera; without one, the whole scene is seen. Raises
+    InputError for an impossible size.
     """
 
     width_px: int = 1280
@@ -271,7 +279,10 @@ class Framing:
         return self.width_px, self.height_px
 
     def at(self, pose: Pose, frame: float) -> "Framing":
-        """Looked at from elsewhere: a key is set where there are several, else it stands there."""
+        """Return the framing from another pose.
+
+        A key is set where there are several, else it is fixed.
+        """
         track = self.track
         if track is not None and track.is_moving:
             return replace(self, track=track.with_key(frame, pose))

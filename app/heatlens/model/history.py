@@ -24,22 +24,22 @@ class History:
 
     @classmethod
     def of(cls, shot: Shot) -> "History":
-        """A history that begins."""
+        """Return a new history of a shot."""
         return cls((), shot, shot)
 
     def changed(self, shot: Shot) -> "History":
-        """`shot` is seen now; its step is made when the gesture ends."""
+        """Show `shot` now; its step is made when the gesture ends."""
         return self if shot == self.now else replace(self, now=shot)
 
     def at_rest(self) -> "History":
-        """The gesture has ended: what it changed becomes one step."""
+        """End the gesture: what it changed becomes one step."""
         if self.now == self.settled:
             return self
         past = (*self.past, self.settled)[-_STEPS_MAX:]
         return History(past, self.now, self.now)
 
     def undone(self) -> "History":
-        """One step back, a gesture that goes on being ended first."""
+        """Go one step back; a gesture under way is ended first."""
         rest = self.at_rest()
         if not rest.past:
             return rest
@@ -47,7 +47,7 @@ class History:
         return History(rest.past[:-1], before, before, (*rest.future, rest.now))
 
     def redone(self) -> "History":
-        """One step forward again."""
+        """Go one step forward again."""
         rest = self.at_rest()
         if not rest.future:
             return rest

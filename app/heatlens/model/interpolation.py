@@ -33,28 +33,28 @@ class Interpolation(StrEnum):
 
 
 class Scale(StrEnum):
-    """What is divided evenly when a value goes from one key to the next."""
+    """The scale on which a value changes evenly from one key to the next."""
 
     LINEAR = "linear"
     RECIPROCAL = "reciprocal"
     LOGARITHMIC = "logarithmic"
 
     def place_of(self, value: float) -> float:
-        """Where `value` lies on this scale. Raises InputError where it has no place on it."""
+        """Return the place of `value` on this scale. Raises InputError where it has none."""
         self._check(value)
         if self is Scale.RECIPROCAL:
             return 1.0 / value
         return math.log2(value) if self is Scale.LOGARITHMIC else value
 
     def value_at(self, place: float) -> float:
-        """The reverse of `place_of`; beyond infinity, at less than 0 dioptres, is infinity."""
+        """Return the value of a place; less than 0 dioptres, beyond infinity, is infinity."""
         if self is Scale.RECIPROCAL:
             return 1.0 / place if place > 1.0 / _MOST else math.inf
         # A handle can ask for any height, and 2**1024 is an error.
         return 2.0 ** min(place, _DOUBLINGS_MOST) if self is Scale.LOGARITHMIC else place
 
     def slope_at(self, value: float) -> float:
-        """Slope of the place on this scale over the value; 0 at infinity."""
+        """Return the derivative of the place on this scale by the value; 0 at infinity."""
         if self is Scale.RECIPROCAL:
             return -1.0 / (value * value)
         return 1.0 / (value * math.log(2)) if self is Scale.LOGARITHMIC else 1.0
@@ -88,16 +88,18 @@ class Ease:
             raise InputError(f"A key cannot have a speed of {self.speed_per_frame:g} per frame.")
 
     def handle(self, segment_frames: float) -> tuple[float, float]:
-        """(frames, rise on the scale) of the line between the key and its tip, forward in time."""
+        """Return (frames, rise on the scale) from the key to the handle's tip, forward in time."""
         reach_frames = self.influence_percent / 100 * segment_frames
         return reach_frames, self.speed_per_frame * reach_frames
 
     @staticmethod
     def of_handle(frames: float, rise: float, segment_frames: float) -> "Ease":
-        """The ease whose tip is dragged there; the reverse of `handle`, kept inside the segment.
+        """Return the ease whose tip is dragged there.
+
+        The reverse of `handle`, kept inside the segment.
 
         A tip nearer to the key than `_REACH_LEAST` of the segment, or behind it, has no influence
-        and no speed: it would point anywhere.
+        and no speed: its direction would be arbitrary.
         """
         if frames < _REACH_LEAST * segment_frames:
             return Ease(0.0)
@@ -106,12 +108,12 @@ class Ease:
 
 
 def monotone_slope(before: tuple[float, float], after: tuple[float, float]) -> float:
-    """Slope at a key between two segments, each given as (frames, slope of its chord).
+    """Return the slope at a key between two segments, each given as (frames, slope of its chord).
 
     F. N. Fritsch and R. E. Carlson, "Monotone Piecewise Cubic Interpolation", 1980, show which
-    slopes keep a cubic between its keys; the weighted harmonic mean of F. N. Fritsch and
-    J. Butland, "A Method for Constructing Local Monotone Piecewise Cubic Interpolants", 1984, is
-    one that a key decides with its two neighbours alone, so that an edit stays local.
+    slopes keep a cubic between its keys; the weighted harmonic mean of F. N. Fritsch and J.
+    Butland, "A Method for Constructing Local Monotone Piecewise Cubic Interpolants", 1984, is one
+    that a key decides with its two neighbours alone, so that an edit stays local.
     """
     (frames_0, chord_0), (frames_1, chord_1) = before, after
     if chord_0 * chord_1 <= 0:
@@ -121,7 +123,7 @@ def monotone_slope(before: tuple[float, float], after: tuple[float, float]) -> f
 
 
 def hermite(u: float, ends: tuple[float, float], rises: tuple[float, float]) -> float:
-    """The cubic over 0 <= u <= 1 with these values at its ends and these slopes over u."""
+    """Return the cubic over 0 <= u <= 1 with these values at its ends and these slopes over u."""
     (start, end), (rise_0, rise_1) = ends, rises
     v = 1.0 - u
     eased = u * u * (3.0 - 2.0 * u)
@@ -131,7 +133,7 @@ def hermite(u: float, ends: tuple[float, float], rises: tuple[float, float]) -> 
 def bezier(
     u: float, ends: tuple[float, float], out: tuple[float, float], into: tuple[float, float]
 ) -> float:
-    """The cubic Bezier between these values where its time is u, 0 <= u <= 1.
+    """Return the cubic Bezier between these values where its time is u, 0 <= u <= 1.
 
     `out` and `into` are handles as (part of the segment's time, 0 to 1; rise): the one from the
     start to its tip, and the one from its tip to the end.
@@ -141,9 +143,9 @@ def bezier(
 
 
 def _parameter_at(u: float, time_1: float, time_2: float) -> float:
-    """Where a Bezier's time is u: Newton's method, halving the interval where that would leave it.
+    """Return where a Bezier's time is u, by Newton's method with bisection as a fallback.
 
-    With both inner times within 0 and 1 the time only grows, so that there is one such place.
+    With both inner times within 0 and 1 the time only grows, so there is one such place.
     """
     low, high, t = 0.0, 1.0, u
     for _ in range(_HALVINGS):

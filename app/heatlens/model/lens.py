@@ -76,7 +76,7 @@ class Lens:
 
 
 def _check_hardware(name: str, value: float, unit: str) -> None:
-    """LensError unless `value` is a size that can be built; NaN fails the comparison."""
+    """Raise LensError unless `value` is a size that can be built; NaN fails the comparison."""
     if not _LEAST <= value <= _MOST:
         raise LensError(
             f"The {name} must be between {_LEAST:g}{unit} and {_MOST:,.0f}{unit}, "
@@ -85,7 +85,7 @@ def _check_hardware(name: str, value: float, unit: str) -> None:
 
 
 def _check_focus(focus_distance_m: float, focal_length_mm: float) -> None:
-    """Nothing at or within the focal length can be in focus: the image would lie at infinity."""
+    """Raise LensError for a focus at or within the focal length, whose image lies at infinity."""
     if math.isnan(focus_distance_m) or focus_distance_m * 1e3 <= focal_length_mm:
         raise LensError(
             f"The focus distance must be beyond the focal length of {focal_length_mm:g} mm, "

@@ -75,7 +75,7 @@ Mark = DistanceMark | PointMark | ObjectMark
 
 
 def next_mark_name(marks: Iterable[Mark]) -> str:
-    """The first of A to Z, A1 to Z1, A2, … that no mark has."""
+    """Return the first of A to Z, A1 to Z1, A2, … that no mark has."""
     taken = {mark.name for mark in marks}
     names = (f"{letter}{turn or ''}" for turn in count() for letter in ascii_uppercase)
     return next(name for name in names if name not in taken)
@@ -84,10 +84,10 @@ def next_mark_name(marks: Iterable[Mark]) -> str:
 def distance_at_m(
     mark: DistanceMark | PointMark, frame: int, depth_at: DepthAt, frames: FrameRange | None = None
 ) -> float:
-    """How far a mark is at a frame, in metres; `depth_at` is asked only for frames in `frames`.
+    """Return the distance of a mark at a frame, in metres.
 
-    Towards the ends of `frames` as many are averaged before as after, so that a thing that comes
-    nearer evenly is never measured late.
+    `depth_at` is called only for frames in `frames`. Towards the ends of `frames` equally many are
+    averaged before and after, so that an object that approaches evenly is not measured late.
     """
     if isinstance(mark, DistanceMark):
         return mark.distance_m
@@ -100,7 +100,7 @@ def distance_at_m(
 
 
 def check_marks(marks: Iterable[Mark]) -> None:
-    """InputError where two marks have one name."""
+    """Raise InputError where two marks have one name."""
     seen: set[str] = set()
     for mark in marks:
         if mark.name in seen:

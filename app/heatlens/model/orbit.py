@@ -30,18 +30,21 @@ def orbited(pose: Pose, pivot_m: Vector, turn_rad: float, tilt_rad: float) -> Po
 
 
 def panned(pose: Pose, right_m: float, up_m: float) -> Pose:
-    """Aside, looking the same way."""
+    """Move the camera sideways or up without turning it."""
     return _moved(pose, pose.turn @ (right_m, up_m, 0.0))
 
 
 def dollied(pose: Pose, pivot_m: Vector, share: float) -> Pose:
-    """Towards the pivot by a share of the way to it; below 0 away from it. Never through it."""
+    """Move towards the pivot by a share of the way to it, away from it below 0.
+
+    Never through it.
+    """
     way = np.subtract(pivot_m, pose.position_m)
     return _moved(pose, way * min(share, 1.0 - _NEAREST))
 
 
 def pivot_of(pose: Pose, distance_m: float) -> Vector:
-    """The point straight ahead at a distance."""
+    """Return the point straight ahead at a distance."""
     x, y, z = pose.position_m - pose.turn[:, 2] * distance_m
     return float(x), float(y), float(z)
 

@@ -43,7 +43,7 @@ About = Literal["focus", "lens", "depth"]
 
 @dataclass(frozen=True, slots=True)
 class Doubt:
-    """What cannot well be, in a sentence with its likely cause and the option that would mend it.
+    """Something implausible, in a sentence with its likely cause and the option that would mend it.
 
     about   the control it belongs to: the focus, the hardware of the lens, or the depth's unit
     """
@@ -72,13 +72,13 @@ class DepthSpan:
         return 0 < self.near_m <= self.far_m < math.inf
 
     def in_unit(self, unit_m: float) -> "DepthSpan":
-        """The same depths, had they been read in another unit."""
+        """Return the same depths as if they were in another unit."""
         factor = unit_m / self.unit_m
         near_m, far_m = self.near_m * factor, self.far_m * factor
         return replace(self, near_m=near_m, far_m=far_m, unit_m=unit_m)
 
     def holds(self, distance_m: float) -> bool:
-        """True for a distance between the nearest and the farthest surface."""
+        """Return True for a distance between the nearest and the farthest surface."""
         return self.near_m <= distance_m <= self.far_m
 
     @property
@@ -88,7 +88,7 @@ class DepthSpan:
 
 
 def doubts(lens: Lens, span: DepthSpan) -> tuple[Doubt, ...]:
-    """What is doubtful about a lens in front of these depths; empty for what can well be."""
+    """Return what is implausible about a lens in front of these depths; empty where nothing is."""
     hardware = tuple(_hardware_doubts(lens))
     if hardware or not span.has_surfaces:  # with impossible hardware every other number is wrong
         return hardware
@@ -96,7 +96,7 @@ def doubts(lens: Lens, span: DepthSpan) -> tuple[Doubt, ...]:
 
 
 def span_doubts(span: DepthSpan) -> tuple[Doubt, ...]:
-    """What is doubtful about the depths alone, where no lens is known."""
+    """Return what is implausible about the depths alone, where no lens is known."""
     if not span.has_surfaces or span.near_m < _NEAREST_USUAL_M:
         return ()
     units = [unit for unit in ("cm", "mm") if _is_room(span.in_unit(_SCENE_UNITS[unit]))]
@@ -110,12 +110,12 @@ def span_doubts(span: DepthSpan) -> tuple[Doubt, ...]:
 
 
 def _is_room(span: DepthSpan) -> bool:
-    """Depths as of a table, a room or a street."""
+    """Return True for depths as of a table, a room or a street."""
     return 0.1 <= span.near_m <= 20.0
 
 
 def _hardware_doubts(lens: Lens) -> Iterator[Doubt]:
-    """Focal length and sensor width that no camera has, alone or together."""
+    """Find a focal length and a sensor width that no camera has, alone or together."""
     focal_mm, sensor_mm = lens.focal_length_mm, lens.sensor_width_mm
     degrees = math.degrees(2 * math.atan(sensor_mm / (2 * focal_mm)))
     if focal_mm < _LEAST_HARDWARE_MM:
@@ -137,7 +137,7 @@ def _hardware_doubts(lens: Lens) -> Iterator[Doubt]:
 
 
 def _too_small(name: str, option: str, value_mm: float) -> str:
-    """A length under a millimetre or two, with what it may have been meant in."""
+    """Return a sentence on a length under a millimetre or two, with the unit it may be in."""
     metres, inches = value_mm * 1e3, value_mm * _INCH_MM
     if value_mm >= 0.3:  # Maya's film aperture, in inches: 1.417 is 36 mm
         return (
@@ -151,7 +151,7 @@ def _too_small(name: str, option: str, value_mm: float) -> str:
 
 
 def _focus_doubts(lens: Lens, span: DepthSpan) -> Iterator[Doubt]:
-    """A focus that leaves nothing sharp because it lies far outside all depths."""
+    """Find a focus that leaves nothing sharp because it lies far outside all depths."""
     focus_m = lens.focus_distance_m
     is_before = far_limit_m(lens) < span.near_m and focus_m * _FAR_OFF < span.near_m
     is_behind = near_limit_m(lens) > span.far_m and span.far_m * _FAR_OFF < focus_m < math.inf
@@ -170,7 +170,7 @@ def _focus_doubts(lens: Lens, span: DepthSpan) -> Iterator[Doubt]:
 
 
 def _focus_hint(focus_m: float, span: DepthSpan) -> str:
-    """Which units would bring focus and depths together, as a question; "" for none."""
+    """Return the units that would bring focus and depths together, as a question; "" for none."""
     units = [
         unit
         for unit, unit_m in _SCENE_UNITS.items()
@@ -184,7 +184,7 @@ def _focus_hint(focus_m: float, span: DepthSpan) -> str:
 
 
 def _unit_question(span: DepthSpan, units: list[str]) -> str:
-    """What the depths would be in other units, and the option that says so."""
+    """Return what the depths would be in other units, and the option that says so."""
     readings = "; if ".join(
         f"in {_WORDS[unit]}, which makes them {span.in_unit(_SCENE_UNITS[unit]).words}, say "
         f"--scene-unit {unit}"
@@ -194,7 +194,7 @@ def _unit_question(span: DepthSpan, units: list[str]) -> str:
 
 
 def _sharpness_doubts(lens: Lens, span: DepthSpan) -> Iterator[Doubt]:
-    """A lens that blurs nothing, since everything lies farther away than rooms and streets do."""
+    """Find a lens that blurs nothing because everything is farther away than rooms and streets."""
     is_all_sharp = near_limit_m(lens) <= span.near_m and far_limit_m(lens) >= span.far_m
     if not is_all_sharp or span.near_m == span.far_m:
         return

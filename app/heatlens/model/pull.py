@@ -66,7 +66,7 @@ def followed(shot: Shot, frames: FrameRange, distance_m: Callable[[int], float])
 
 
 def frames_too_close(shot: Shot) -> tuple[int, ...]:
-    """The frames at which the focus is nearer than the lens's close focus, where that is known."""
+    """Return the frames at which the focus is nearer than the lens's close focus."""
     limit_m, span = shot.lens.close_focus_m, shot.span
     if limit_m is None or span is None:
         return ()
@@ -74,6 +74,6 @@ def frames_too_close(shot: Shot) -> tuple[int, ...]:
 
 
 def _cleared(shot: Shot, first: float, last: float) -> Curve:
-    """The focus without its keys between two frames; keys at these stay."""
+    """Return the focus without its keys between two frames; keys at these two stay."""
     curve = shot.curves.focus_distance_m
     return curve.without_keys([key.frame for key in curve.keys if first < key.frame < last])

@@ -16,7 +16,7 @@ from heatlens.model.settings import DefocusSettings
 
 
 class LensParameter(StrEnum):
-    """What can have keys: fields of Lens."""
+    """The fields of Lens that can have keys."""
 
     FOCUS_DISTANCE = "focus_distance_m"
     F_STOP = "f_stop"
@@ -62,7 +62,7 @@ class LensCurves:
                 raise InputError(f"Keys of {parameter} go on a {' or '.join(scales)} scale.")
 
     def of(self, parameter: LensParameter) -> Curve:
-        """The curve of one parameter; without keys where it stands still."""
+        """Return the curve of one parameter; it has no keys where the parameter is constant."""
         curve: Curve = getattr(self, parameter)
         return curve
 
@@ -130,9 +130,9 @@ class Shot:
         return span.intersection(self.in_out) or span
 
     def lens_at(self, frame: float) -> Lens:
-        """The lens at a frame or between two.
+        """Return the lens at a frame or between two.
 
-        Raises LensError where keys ask for what no lens can be, naming the frame.
+        Raises LensError that names the frame where keys ask for an impossible lens.
         """
         values = {p: c.value_at(frame) for p in LensParameter if (c := self.curves.of(p)).keys}
         if not values:
@@ -143,7 +143,7 @@ class Shot:
             raise LensError(f"Frame {frame:g}: {error}") from None
 
     def with_curve(self, parameter: LensParameter, curve: Curve) -> "Shot":
-        """Other keys for one parameter."""
+        """Return the shot with other keys for one parameter."""
         return replace(self, curves=replace(self.curves, **{str(parameter): curve}))
 
     def with_focus_scale(self, scale: Scale) -> "Shot":
@@ -158,11 +158,11 @@ class Shot:
     def with_lens_value(
         self, frame: float, parameter: LensParameter, value: float, auto_key: bool = True
     ) -> "Shot":
-        """What a control does that is moved at a frame: the lens has the value there.
+        """Return the shot after a control was moved at a frame: the lens has the value there.
 
-        Without keys for it, at every frame. With keys, it is set at this frame; where there is none
-        yet, only if `auto_key` allows to make one. Raises LensError for a value that no lens can
-        have, InputError where a key would be needed.
+        Without keys for the parameter, it has the value at every frame. With keys, it is set at
+        this frame; where there is no key yet, only if `auto_key` allows to make one. Raises
+        LensError for an impossible value, InputError where a key would be needed.
         """
         curve = self.curves.of(parameter)
         if not curve.keys:
@@ -177,9 +177,11 @@ class Shot:
     def with_key(
         self, frame: float, parameter: LensParameter, value: float | None = None
     ) -> "Shot":
-        """A key at a frame; value None: what the lens has there, so that nothing jumps.
+        """Return the shot with a key at a frame.
 
-        Raises LensError for a value that no lens can have.
+        Value None keeps the value that the lens has there.
+
+        Raises LensError for an impossible value.
         """
         if value is None:
             value = getattr(self.lens_at(frame), parameter)
@@ -188,7 +190,10 @@ class Shot:
         return keyed
 
     def without_key(self, frame: float, parameter: LensParameter) -> "Shot":
-        """The key at a frame goes; after the last one its value stays, at every frame."""
+        """Return the shot without the key at a frame.
+
+        After the last one its value stays everywhere.
+        """
         curve = self.curves.of(parameter)
         key = curve.key_at(frame)
         if key is None:
@@ -198,6 +203,6 @@ class Shot:
         return self.with_curve(parameter, curve.without_keys((key.frame,)))
 
     def without_keys(self, frame: float, parameter: LensParameter) -> "Shot":
-        """All keys of a parameter go; its value at `frame` stays, at every frame."""
+        """Return the shot without keys of a parameter; its value at `frame` stays everywhere."""
         still = replace(self, lens=self.lens_at(frame))
         return still.with_curve(parameter, replace(self.curves.of(parameter), keys=()))

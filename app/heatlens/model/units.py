@@ -32,10 +32,10 @@ _UNDERSTOOD = """2.24, 2.24m, 190cm, 1900 mm, 6'3", 6ft 3in, 75in or inf"""
 
 
 def parse_distance_m(text: str) -> float:
-    """Metres, zero or more, of a distance in words; a bare number is in metres.
+    """Parse a distance to metres, zero or more; a bare number is in metres.
 
-    Understands m, cm, mm, km, ft, in, feet with inches (6'3", 6 ft 3 in) and inf.
-    Raises InputError for anything else: negative, not a number, empty.
+    Understands m, cm, mm, km, ft, in, feet with inches (6'3", 6 ft 3 in) and inf. Raises InputError
+    for anything else: negative, not a number, empty.
     """
     words = text.strip().lower()
     if words in _INFINITY:
@@ -49,7 +49,7 @@ def parse_distance_m(text: str) -> float:
 
 
 def parse_scene_unit_m(text: str) -> float:
-    """Metres in one unit of a scene: "m", "cm", "mm", "ft", "in", or a positive number of metres.
+    """Parse a scene's unit to metres: "m", "cm", "mm", "ft", "in", or a positive number of metres.
 
     Raises InputError for anything else.
     """
@@ -67,7 +67,7 @@ def parse_scene_unit_m(text: str) -> float:
 
 
 def format_distance(distance_m: float, unit: str = "m") -> str:
-    """A distance to read: "2.24 m", "3.67 cm", with unit "ft" 6'3", or "inf"; "unknown" for NaN.
+    """Format a distance: "2.24 m", "3.67 cm", with unit "ft" 6'3", or "inf"; "unknown" for NaN.
 
     Four significant digits in metres, three under 10 cm, a tenth of an inch in feet;
     `parse_distance_m` reads all of them.
@@ -85,13 +85,16 @@ def format_distance(distance_m: float, unit: str = "m") -> str:
 
 
 def _feet_and_inches_m(words: str) -> float | None:
-    """Metres of 6'3" and its like; None where `words` are something else."""
+    """Return the metres of 6'3" and similar; None where `words` are something else."""
     match = _FEET_AND_INCHES.fullmatch(words)
     return float(match[1]) * FOOT_M + float(match[2]) * INCH_M if match else None
 
 
 def _one_unit_m(words: str) -> float | None:
-    """Metres of a number with one unit or none; None where `words` are something else."""
+    """Return the metres of a number with one unit or none.
+
+    None where `words` are something else.
+    """
     match = _ONE_UNIT.fullmatch(words)
     if match is None:
         return None
@@ -106,7 +109,7 @@ def _metric_text(distance_m: float) -> str:
 
 
 def _significant(value: float, digits: int = _SIGNIFICANT_DIGITS) -> str:
-    """A positive number to so many significant digits, whole above, without trailing zeros."""
+    """Format a positive number to so many significant digits, without trailing zeros."""
     if value == 0:
         return "0"
     decimals = max(0, digits - 1 - math.floor(math.log10(value)))
@@ -115,7 +118,7 @@ def _significant(value: float, digits: int = _SIGNIFICANT_DIGITS) -> str:
 
 
 def _feet_text(distance_m: float) -> str:
-    """Feet and inches, the inches rounded first so that 11.96 inches become a foot."""
+    """Format feet and inches; inches are rounded first, so that 11.96 inches become a foot."""
     inches = distance_m / INCH_M
     if round(inches, 1) < 12:
         return f'{_significant(inches)}"'

@@ -20,7 +20,7 @@ class ValueBins:
 
     @cached_property
     def occupied(self) -> NDArray[np.float64]:
-        """Where the values lie: ends of the bins that hold any, ascending, (2 n,)."""
+        """The ends of the bins that hold any value, ascending, (2 n,)."""
         step = bin_step(self.low, self.high)
         if not step:
             return np.array([self.low, self.high])
@@ -36,13 +36,13 @@ class ValueBins:
 
 
 def bin_step(low: float, high: float) -> float:
-    """Width of a bin; 0 where the values are all but the same."""
+    """Return the width of a bin; 0 where the values are almost equal."""
     step = (high - low) / BINS
     return step if step >= _STEP_MIN else 0.0
 
 
 def bins_of(values: NDArray[np.float32]) -> ValueBins:
-    """Of finite values, at least one, in any shape.
+    """Count finite values, at least one, in any shape.
 
     Bins take a few milliseconds for a whole plate, once, where sorting takes seconds.
     """

@@ -7,7 +7,7 @@ from heatlens.model.settings import Method
 
 
 class Overlay(StrEnum):
-    """What is drawn over the picture, or in its place."""
+    """The pictures that are drawn over the picture, or in its place."""
 
     NONE = "none"
     ZONES = "zones"  # in front red, in focus green, behind blue
@@ -27,7 +27,7 @@ class Compare(StrEnum):
 
 
 class Against(StrEnum):
-    """What B is."""
+    """The kinds of picture that B can be."""
 
     PINHOLE = "pinhole"
     REFERENCE = "reference"  # any EXR that was loaded for it

@@ -17,7 +17,7 @@ ZOOM_LEAST, ZOOM_MOST = 1 / 64, 256.0
 
 @dataclass(frozen=True, slots=True)
 class Viewport:
-    """Where pictures are shown: its corner and size in window units."""
+    """The area in which pictures are shown: its corner and size in window units."""
 
     corner: Point
     size: Point
@@ -52,34 +52,37 @@ class ViewGeometry:
     per_px: Point  # window units for one pixel across and down
 
     def window_at_picture(self, point: Point) -> Point:
-        """Where a picture point lies in the window."""
+        """Return the window position of a picture point."""
         return (
             self.origin[0] + point[0] * self.per_px[0],
             self.origin[1] + point[1] * self.per_px[1],
         )
 
     def picture_at_window(self, point: Point) -> Point:
-        """Which picture point lies there."""
+        """Return the picture point at a window position."""
         return (
             (point[0] - self.origin[0]) / self.per_px[0],
             (point[1] - self.origin[1]) / self.per_px[1],
         )
 
     def pixel_at_window(self, point: Point) -> tuple[int, int]:
-        """Which pixel lies there; it may be outside the picture."""
+        """Return the pixel at a window position; it may be outside the picture."""
         x, y = self.picture_at_window(point)
         return math.floor(x), math.floor(y)
 
 
 def fit_zoom(viewport: Viewport, shape: PictureShape) -> float:
-    """The zoom at which the whole picture is seen."""
+    """Return the zoom at which the whole picture is visible."""
     width, height = (side * viewport.framebuffer_scale for side in viewport.size)
     zoom = min(width / (shape.width_px * shape.pixel_aspect), height / shape.height_px)
     return min(max(zoom, ZOOM_LEAST), ZOOM_MOST)
 
 
 def geometry(view: ViewState, viewport: Viewport, shape: PictureShape) -> ViewGeometry:
-    """Where the picture lies; its corner is put on a whole screen pixel, so that 1:1 is sharp."""
+    """Return where the picture lies.
+
+    Its corner is on a whole screen pixel, so that 1:1 is sharp.
+    """
     zoom = view.zoom or fit_zoom(viewport, shape)
     scale = viewport.framebuffer_scale
     per_px = (zoom * shape.pixel_aspect / scale, zoom / scale)
@@ -96,7 +99,7 @@ def _whole(position: float, scale: float) -> float:
 def zoomed(
     view: ViewState, viewport: Viewport, shape: PictureShape, factor: float, at: Point
 ) -> ViewState:
-    """Nearer by `factor`; the picture point under the window position `at` stays there."""
+    """Zoom by `factor`; the picture point under the window position `at` stays there."""
     before = view.zoom or fit_zoom(viewport, shape)
     return zoomed_to(view, viewport, shape, before * factor, at)
 
@@ -104,7 +107,7 @@ def zoomed(
 def zoomed_to(
     view: ViewState, viewport: Viewport, shape: PictureShape, zoom: float, at: Point
 ) -> ViewState:
-    """At `zoom` screen pixels a pixel; the picture point under `at` stays there."""
+    """Zoom to `zoom` screen pixels a pixel; the picture point under `at` stays there."""
     held = geometry(view, viewport, shape).picture_at_window(at)
     zoom = min(max(zoom, ZOOM_LEAST), ZOOM_MOST)
     per_px = (
@@ -120,7 +123,7 @@ def zoomed_to(
 
 
 def panned(view: ViewState, viewport: Viewport, shape: PictureShape, by: Point) -> ViewState:
-    """Moved by so many window units; a fitting picture keeps its size.
+    """Move the picture by so many window units; a fitting picture keeps its size.
 
     The middle of the viewport stays over the picture, or goes no farther from it where zooming at
     the pointer has left it outside.
