@@ -1,6 +1,7 @@
 """What is remembered from one start to the next, and files that say something else."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,7 @@ from hypothesis import strategies as st
 from heatlens.errors import InputError
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.view import ViewState
+from heatlens.plate.read import read_plate
 from heatlens.session.playback import Ending
 from heatlens.session.preferences import FILE_NAME, Preferences, Remembered
 from heatlens.ui.layout import lists_all
@@ -172,6 +174,22 @@ def test_options_count_for_the_files_of_their_folder_alone(tmp_path):
     assert preferences.now == Remembered()
 
 
+@given(OPTIONS, st.sampled_from(["auto", "distance", "inverse", "normalized", "disparity", "coc"]))
+def test_ends_are_remembered_where_the_depth_has_ends(options, convention):
+    """Files of earlier versions may hold others; these are dropped once, and told."""
+    options = replace(options, depth_convention=convention)
+    preferences = Preferences(Remembered(plates={"/a": options}))
+    found = preferences.options_for("/a/b.exr")
+    takes_ends = convention in ("auto", "normalized", "disparity")
+    ends = (options.near_m, options.far_m) if takes_ends else (None, None)
+    assert found == replace(options, near_m=ends[0], far_m=ends[1])
+    assert bool(preferences.problem) is (found != options)
+    preferences.problem = ""
+    assert preferences.options_for("/a/c.exr") == found and not preferences.problem
+    preferences.read_so(Path("/a"), options)
+    assert preferences.options_for("/a/c.exr") == found and not preferences.problem
+
+
 # In the program
 
 
@@ -179,6 +197,16 @@ def test_options_count_for_the_files_of_their_folder_alone(tmp_path):
 def plate(tmp_path):
     depth = np.linspace(1, 9, 24 * 36, dtype=np.float32).reshape(24, 36)
     return write_file(tmp_path / "plate.exr", rgb(24, 36) | {"Z": depth})
+
+
+def test_a_folder_remembered_with_an_end_of_distances_opens(ctx, plate):
+    options = PlateOptions(depth_convention="distance", near_m=1.0)
+    with pytest.raises(InputError, match="--near"):
+        read_plate(plate, options)
+    preferences = Preferences(Remembered(plates={str(plate.parent): options}))
+    with gui_of(ctx, plate, preferences, defocus=QUICK) as gui:
+        assert gui.app.source.opened.options == replace(options, near_m=None)
+        assert "near and far ends remembered" in gui.app.message
 
 
 def test_options_of_the_command_line_win_over_remembered_ones(ctx, plate):

@@ -112,18 +112,37 @@ class Preferences:
         self.change(folders={**self.now.folders, purpose: str(folder)})
 
     def options_for(self, text: str) -> PlateOptions:
-        """How a file, pattern or folder is read, as was chosen for its folder."""
+        """Return how a file, pattern or folder is read, as was chosen for its folder.
+
+        Ends of a depth that has none are dropped for good, which `problem` tells: plates that are
+        read as distances would be refused with them.
+        """
         path = absolute(text)
-        plates = self.now.plates
-        return plates.get(path) or plates.get(os.path.dirname(path)) or PlateOptions()
+        folder = path if path in self.now.plates else os.path.dirname(path)
+        options = self.now.plates.get(folder, PlateOptions())
+        kept = _without_unused_ends(options)
+        if kept != options:
+            self.change(plates={**self.now.plates, folder: kept})
+            self.problem = (
+                f"The near and far ends remembered for {folder} are forgotten: its depth is read "
+                f"as {options.depth_convention}, which has none."
+            )
+        return kept
 
     def read_so(self, folder: Path, options: PlateOptions) -> None:
-        """The plates of a folder are to be read so from now on; each with a depth of its own."""
-        options = replace(options, depth_source=None)
+        """Remember how the plates of a folder are read; each has a depth of its own."""
+        options = _without_unused_ends(replace(options, depth_source=None))
         plates = {name: o for name, o in self.now.plates.items() if name != str(folder)}
         if options != PlateOptions():
             plates[str(folder)] = options
         self.change(plates=dict(list(plates.items())[-_FOLDERS_MAX:]))
+
+
+def _without_unused_ends(options: PlateOptions) -> PlateOptions:
+    """Return `options` without near and far where the depth convention has no ends."""
+    if options.depth_convention.facts.takes_ends:
+        return options
+    return replace(options, near_m=None, far_m=None)
 
 
 def absolute(text: str) -> str:
