@@ -6,6 +6,8 @@
 //   cost_tx           hidden_cost.comp.glsl, -1 for what is seen
 //   bits_buf          what is seen (seen_bits_clear.comp.glsl)
 //   pixel list        what is guessed (hidden_blocks.comp.glsl)
+//   listed_tx         with LISTS: what the pixels' lists tell (layer_split.comp.glsl), which goes before a
+//                     guess as deep behind a silhouette as a lens can see it
 // Read where seen, written where hidden
 //   layer_img         rgb times coverage, a coverage, marked if hidden
 //   state_img         r diameter |coc|, g how far there is content, 0..1
@@ -22,6 +24,8 @@ uniform sampler2D cost_tx;
 layout(rgba32f) uniform image2D layer_img;
 layout(rg32f) uniform image2D state_img;
 
+#define LISTED_FROM 0.5        // of the depth that can be seen: up to here lists are believed whole,
+#define LISTED_TO 1.0          // and from here on not at all, but for one pixel more
 #define REACH 1                // costs are averaged over 3 x 3 blocks
 #define ALIKE_VARIANCE 0.04    // of compressed colour: ends that differ by 0.2 count much less
 #define LEAST_LIKENESS 1e-4    // if no direction has alike ends the nearest decide
@@ -30,7 +34,7 @@ layout(rg32f) uniform image2D state_img;
 #define BEHIND_REACH 0.26      // of an end's diameter: how far behind it counts, ever less
 #define BEHIND_TAPS 6          // 1, 2, 4 ... 32 pixels behind, each for all that is as far as it
 
-const float STEP_LENGTH[HIDDEN_DIRECTIONS] = float[](1.0, 1.0, sqrt(2.0), sqrt(2.0));
+const float STEP_LENGTH[DIRECTIONS] = float[](1.0, 1.0, sqrt(2.0), sqrt(2.0));
 
 struct Content {
     vec4 layer;      // rgb with lamps dimmed, times coverage, a coverage
@@ -77,19 +81,33 @@ Content end_at(ivec2 end, ivec2 onward, float step_px, ivec2 size) {
     return Content(sum.layer / weights, sum.diameter / weights);
 }
 
+#ifdef LISTS
+uniform sampler2D listed_tx;
+#endif
+
 struct Guess {
+    float away_px;   // to the nearest pixel that is seen
     vec4 layer;      // rgb times coverage, a coverage
     float diameter;
 };
 
+float nearest_of(ivec2 ends[DIRECTIONS]) {
+    float nearest = 1e30;
+    for (int k = 0; k < DIRECTIONS; ++k) {
+        if (ends[k].x > 0) nearest = min(nearest, float(ends[k].x) * STEP_LENGTH[k]);
+        if (ends[k].y > 0) nearest = min(nearest, float(ends[k].y) * STEP_LENGTH[k]);
+    }
+    return nearest;
+}
+
 void make_guess(ivec2 at, ivec2 size, out Guess guess) {
-    ivec2 ends[HIDDEN_DIRECTIONS];
-    for (int k = 0; k < HIDDEN_DIRECTIONS; ++k) ends[k] = ends_of(k, at, size);
+    ivec2 ends[DIRECTIONS];
+    for (int k = 0; k < DIRECTIONS; ++k) ends[k] = ends_of(k, at, size);
     bool beyond = is_beyond_reach(ends);
     vec4 cost = mean_cost(at >> 1, beyond ? -1 : REACH);
     Content sum = Content(vec4(0.0), 0.0);
     float weights = 0.0;
-    int directions = beyond ? 0 : HIDDEN_DIRECTIONS;
+    int directions = beyond ? 0 : DIRECTIONS;
     for (int k = 0; k < directions; ++k) {
         int ahead = ends[k].x, back = ends[k].y;
         if (ahead == 0 && back == 0) continue;
@@ -108,11 +126,11 @@ void make_guess(ivec2 at, ivec2 size, out Guess guess) {
         add(sum, weights, weight * (1.0 - to_back), end_ahead);
         add(sum, weights, weight * to_back, end_back);
     }
-    guess = Guess(vec4(0.0), 0.0);
+    guess = Guess(nearest_of(ends), vec4(0.0), 0.0);
     if (weights == 0.0) return;  // nothing of this layer is seen along any direction, or near enough
     float cover = sum.layer.a / weights;
     float per_cover = 1.0 / max(sum.layer.a, 1e-4 * weights);
-    guess = Guess(vec4(undimmed(sum.layer.rgb * per_cover) * cover, cover), sum.diameter * per_cover);
+    guess = Guess(guess.away_px, vec4(undimmed(sum.layer.rgb * per_cover) * cover, cover), sum.diameter * per_cover);
 }
 
 // The guess, and what is seen of the pixel itself as far as that goes.
@@ -121,6 +139,11 @@ void fill_pixel(ivec2 at, Guess guess) {
     vec2 state = imageLoad(state_img, at).rg;
     float known = marked_known(own.a);
     own.a = marked_cover(own.a);
+#ifdef LISTS
+    vec2 listed = texelFetch(listed_tx, at, 0).rg;
+    float beyond = smoothstep(LISTED_FROM * listed.g, LISTED_TO * listed.g + 1.0, guess.away_px);
+    known = min(known + listed.r * (1.0 - beyond), 1.0);
+#endif
     vec4 layer = mix(guess.layer, own, known);
     float own_part = known * own.a, guess_part = (1.0 - known) * guess.layer.a;
     float diameter = (own_part * state.r + guess_part * guess.diameter) / max(own_part + guess_part, 1e-6);

@@ -5,27 +5,47 @@
 //   color_tx          scene-linear rgb
 //   coc_tx            signed circle of confusion, pixels
 // Outputs (a pixel for 2 x 2 of the picture)
-//   out_luminance_img mean, all channels the same, 0..1
+//   out_luminance_img mean, 0..1, all channels the same; with LISTS g is that of the brightest behind it
 //   out_coc_img       least diameter, pixels of this picture: what is in focus keeps to itself
 
+#ifdef LISTS
+#include "lib/fragment_list.lib.glsl"
+#endif
 #include "lib/tone.lib.glsl"
 
-layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
+layout(local_size_x = 16, local_size_y = 16) in;
 
 uniform sampler2D color_tx;
 uniform sampler2D coc_tx;
 layout(rgba32f) uniform writeonly image2D out_luminance_img;
 layout(r32f) uniform writeonly image2D out_coc_img;
 
+#ifdef LISTS
+float brightest_behind(ivec2 at) {
+    List list = list_at(at, textureSize(color_tx, 0));
+    float brightest = 0.0;
+    for (uint i = list.first; i < list.end; ++i)
+        brightest = max(brightest, clamp(mean_of(fragment_of(i).color), 0.0, 1.0));
+    return brightest;
+}
+#endif
+
 void main() {
     ivec2 at = ivec2(gl_GlobalInvocationID.xy);
     if (any(greaterThanEqual(at, imageSize(out_luminance_img)))) return;
-    float sum = 0.0, diameter = 1e30;
+    float sum = 0.0, behind = 0.0, diameter = 1e30;
     for (int i = 0; i < 4; ++i) {
         ivec2 p = min(2 * at + ivec2(i & 1, i >> 1), textureSize(color_tx, 0) - 1);
         sum += clamp(mean_of(texelFetch(color_tx, p, 0).rgb), 0.0, 1.0);
+#ifdef LISTS
+        behind += brightest_behind(p);
+#endif
         diameter = min(diameter, abs(texelFetch(coc_tx, p, 0).r));
     }
+#ifdef LISTS
+    imageStore(out_luminance_img, at, vec4(sum, behind, sum, sum) / 4.0);
+#else
     imageStore(out_luminance_img, at, vec4(sum / 4.0));
+#endif
     imageStore(out_coc_img, at, vec4(diameter / 2.0));
 }

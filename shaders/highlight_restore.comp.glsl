@@ -4,8 +4,22 @@
 //   high_tx    rgb what was taken out
 // Output
 //   low_img    what is diffused, read and written
+//   low_fragment_buf  with LISTS: the fragments as they were
 
-layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
+#ifdef LISTS
+#include "lib/fragment_list.lib.glsl"
+layout(std430, binding = 0) writeonly buffer low_fragment_block { uint low_fragment_buf[]; };
+uniform sampler2D coc_tx;
+
+// Returns whether the pixel's highlight came out of its list.
+bool restore_list(ivec2 at, float high_coc) {
+    List list = list_at(at, textureSize(coc_tx, 0));
+    for (uint i = WORDS * list.first; i < WORDS * list.end; ++i) low_fragment_buf[i] = fragment_buf[i];
+    return list.has_front || high_coc != texelFetch(coc_tx, at, 0).r;
+}
+#endif
+
+layout(local_size_x = 16, local_size_y = 16) in;
 
 uniform sampler2D high_tx;
 layout(rgba32f) uniform image2D low_img;
@@ -13,5 +27,8 @@ layout(rgba32f) uniform image2D low_img;
 void main() {
     ivec2 at = ivec2(gl_GlobalInvocationID.xy);
     if (any(greaterThanEqual(at, textureSize(high_tx, 0)))) return;
+#ifdef LISTS
+    if (restore_list(at, texelFetch(high_tx, at, 0).a)) return;
+#endif
     imageStore(low_img, at, imageLoad(low_img, at) + vec4(texelFetch(high_tx, at, 0).rgb, 0.0));
 }

@@ -9,10 +9,15 @@
 // Outputs
 //   out_low_img       what is diffused
 //   out_high_img      rgb what was taken out, a signed coc
+//   low_fragment_buf  with LISTS: the fragments without their highlights. A highlight behind what is seen
+//                     takes the pixel's place in out_high_img if nothing in front has it
 
+#ifdef LISTS
+#include "lib/fragment_list.lib.glsl"
+#endif
 #include "lib/tone.lib.glsl"
 
-layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
+layout(local_size_x = 16, local_size_y = 16) in;
 
 uniform sampler2D color_tx;
 uniform sampler2D surroundings_tx;
@@ -20,20 +25,63 @@ uniform sampler2D coc_tx;
 layout(rgba32f) uniform writeonly image2D out_low_img;
 layout(rgba32f) uniform writeonly image2D out_high_img;
 
+#ifdef LISTS
+layout(std430, binding = 0) writeonly buffer low_fragment_block { uint low_fragment_buf[]; };
+#endif
+
 #define TIMES_BRIGHTER 3.0
 #define LEAST_LUMINANCE 0.25  // grain in the dark is no lamp
 #define LEAST_COC_PX 0.25     // smaller discs are pixels,
 #define WHOLE_COC_PX 0.75     // larger ones are drawn in full; in between by degrees
+
+// How much of this light is a highlight's, 0..1.
+float part_over(vec3 color, float coc, float limit) {
+    float luminance = mean_of(color);
+    float drawn = smoothstep(LEAST_COC_PX, WHOLE_COC_PX, abs(coc));
+    return luminance > limit ? drawn * (1.0 - limit / luminance) : 0.0;
+}
+
+#ifdef LISTS
+#define MARGIN_PX 2.0     // of coc: what is hidden by something this much nearer, and
+#define MARGIN_PART 0.1   // by this part of its own coc, is drawn (as highlight_draw.frag.glsl looks)
+
+void store_fragment(uint number, vec3 color) {
+    uint at = WORDS * number;
+    low_fragment_buf[at] = packHalf2x16(color.rg);
+    uint cover = fragment_buf[at + 1u] & 0xffff0000u;
+    low_fragment_buf[at + 1u] = cover | packHalf2x16(vec2(color.b, 0.0)) & 0xffffu;
+    low_fragment_buf[at + 2u] = fragment_buf[at + 2u];
+}
+
+void split_list(ivec2 at, float front_coc, float limit, inout vec4 high) {
+    List list = list_at(at, textureSize(color_tx, 0));
+    if (list.has_front) high.rgb = vec3(0.0);
+    bool is_free = mean_of(high.rgb) == 0.0;
+    for (uint i = list.first; i < list.end; ++i) {
+        Fragment fragment = fragment_of(i);
+        float over = part_over(fragment.color, fragment.coc, limit);
+        vec3 light = over * fragment.color, drawn = fragment.cover * light;
+        float margin = max(MARGIN_PX, MARGIN_PART * abs(fragment.coc));
+        bool is_seen = list.has_front && i == list.first;
+        bool is_apart = is_seen || fragment.coc - front_coc > margin;
+        if (is_free && is_apart && mean_of(drawn) > mean_of(high.rgb)) high = vec4(drawn, fragment.coc);
+        store_fragment(i, fragment.color - light);
+    }
+}
+#endif
 
 void main() {
     ivec2 at = ivec2(gl_GlobalInvocationID.xy);
     if (any(greaterThanEqual(at, textureSize(color_tx, 0)))) return;
     vec4 x = texelFetch(color_tx, at, 0);
     float coc = texelFetch(coc_tx, at, 0).r;
-    float limit = TIMES_BRIGHTER * texelFetch(surroundings_tx, at >> 1, 0).r + LEAST_LUMINANCE;
-    float luminance = mean_of(x.rgb);
-    float drawn = smoothstep(LEAST_COC_PX, WHOLE_COC_PX, abs(coc));
-    float over = luminance > limit ? drawn * (1.0 - limit / luminance) : 0.0;
+    float around = texelFetch(surroundings_tx, at >> 1, 0).r;
+    float over = part_over(x.rgb, coc, TIMES_BRIGHTER * around + LEAST_LUMINANCE);
+    vec4 high = vec4(over * x.rgb, coc);
     imageStore(out_low_img, at, vec4(x.rgb - over * x.rgb, x.a));
-    imageStore(out_high_img, at, vec4(over * x.rgb, coc));
+#ifdef LISTS
+    float behind = max(texelFetch(surroundings_tx, at >> 1, 0).g, around);
+    split_list(at, coc, TIMES_BRIGHTER * behind + LEAST_LUMINANCE, high);
+#endif
+    imageStore(out_high_img, at, high);
 }

@@ -14,14 +14,20 @@
 //   out_layer_img rgb times coverage, a coverage, marked if hidden (lib/hidden.lib.glsl)
 //   out_state_img r diameter |coc| in pixels of the layer, g how far there is content, 0..1
 //   pixel list    what is hidden
+// With LISTS, for pictures with fragment lists (lib/fragment_list.lib.glsl), hidden pixels carry what their
+// list has of the layer, and
+//   out_listed_img r how far the list tells it, g how deep behind a silhouette that can be seen, pixels
 
+#ifdef LISTS
+#include "lib/fragment_list.lib.glsl"
+#endif
 #include "lib/hidden.lib.glsl"
 #include "lib/layer.lib.glsl"
 #include "lib/pixel_list.lib.glsl"
 #include "lib/silhouette.lib.glsl"
 #include "lib/tile_list.lib.glsl"
 
-layout(local_size_x = TILE, local_size_y = TILE) in;
+layout(local_size_x = 16, local_size_y = 16) in;
 
 uniform sampler2D color_tx;
 uniform sampler2D kind_tx;
@@ -31,6 +37,10 @@ uniform bool is_farthest;  // it covers everything that is seen
 uniform int reduction;     // pixels of the picture along a side of one of the layer
 layout(rgba32f) uniform writeonly image2D out_layer_img;
 layout(rg32f) uniform writeonly image2D out_state_img;
+#ifdef LISTS
+layout(rg16f) uniform writeonly image2D out_listed_img;
+uniform bool is_nearest;  // nothing of the layer is hidden
+#endif
 
 struct Content {
     vec3 color;
@@ -72,10 +82,68 @@ struct Sum {
     float solid;     // times known
     float known;
     float count;
+#ifdef LISTS
+    float listed;    // known only from lists, behind what is seen
+    float depth_px;  // times listed: how deep behind a silhouette that can be seen
+#endif
 };
+
+#ifdef LISTS
+#define SEAM_FROM 0.5  // of the cut's coc: up to so near a seam what lies behind is not taken,
+#define SEAM_TO 1.5    // and from here on it is
+
+// Steepest step of the coc from a pixel to a neighbour on the same surface, pixels.
+float slope_at(ivec2 at, float coc) {
+    float slope = 0.0;
+    for (int k = 1; k < 9; k += 2) {
+        float other = coc_at(neighbour(at, k));
+        if (is_same_surface(coc, other)) slope = max(slope, abs(other - coc));
+    }
+    return slope;
+}
+
+// A surface that crosses the cut goes on in this layer, underneath itself. Within its own blur of that
+// seam the guess, which extends it, is right, and what lies behind it is not seen. 0 there, 1 beyond.
+float beyond_seam(ivec2 at, float coc) {
+    float reach = max(abs(cut_near_px.x), 1.0), edge = cut_near_px.x - cut_near_px.y;
+    float to_seam = (edge - coc) / max(slope_at(at, coc), 1e-4);
+    return smoothstep(SEAM_FROM * reach, SEAM_TO * reach, to_seam);
+}
+
+// Adds what a list has of this layer. Nothing nearer covers `seen` of the pixel, and nothing nearer that
+// is in this layer or farther covers `unknown` of it. What is known without being seen counts as listed:
+// a lens uncovers it only near a silhouette, the deeper the more the two blurs differ.
+void add_list(inout Sum sum, List list, float front_coc, float seen, float unknown) {
+    for (uint i = list.first; i < list.end && unknown > 0.0; ++i) {
+        Fragment fragment = fragment_of(i);
+        float in_view = visibility(fragment.coc);
+        Content content = whole_of(fragment.color, fragment.coc, max(in_view, THIN));
+        float cover = is_farthest ? 1.0 : clamp(content.cover, 0.0, 1.0);
+        float part = fragment.cover * solidity(in_view);
+        float known = unknown * part, solid = known * content.solid;
+        float listed = known - min(seen * part, known);
+        sum.layer += known * cover * vec4(content.color, 1.0);
+        sum.diameter += (solid + 1e-6 * known) * content.diameter;
+        sum.solid += solid;
+        sum.known += known;
+        sum.listed += listed;
+        sum.depth_px += listed * max(fragment.coc - front_coc, 0.0) / 2.0;
+        unknown -= known;
+        seen *= 1.0 - fragment.cover;
+    }
+}
+#endif
 
 void add_pixel(inout Sum sum, ivec2 at) {
     float coc = texelFetch(coc_tx, at, 0).r;
+#ifdef LISTS
+    List list = list_at(at, textureSize(coc_tx, 0));
+    if (list.has_front) {
+        add_list(sum, list, coc, 1.0, 1.0);
+        sum.count += 1.0;
+        return;
+    }
+#endif
     vec3 x = texelFetch(color_tx, at, 0).rgb;
     float seen = visibility(coc), visible = max(seen, THIN), has_near = 0.0;
     Content content = whole_of(x, coc, visible);
@@ -93,10 +161,22 @@ void add_pixel(inout Sum sum, ivec2 at) {
     sum.solid += solid;
     sum.known += known;
     sum.count += 1.0;
+#ifdef LISTS
+    if (known < 1.0) add_list(sum, list, coc, 0.0, (1.0 - known) * beyond_seam(at, coc));
+#endif
 }
 
 void store(ivec2 at, Sum sum) {
+#ifdef LISTS
+    if (is_nearest) sum.known = sum.count;  // where its fragments end it is empty
+#endif
     float known = sum.known / sum.count, of_known = 1.0 / max(sum.known, 1e-12);
+#ifdef LISTS
+    float listed = sum.listed / sum.count;
+    float depth_px = sum.depth_px / max(sum.listed, 1e-12) / float(reduction);
+    known -= min(listed, known);
+    imageStore(out_listed_img, at, vec4(listed, depth_px, 0.0, 0.0));
+#endif
 #ifdef REDUCED
     known = min(known / SEEN_PART, 1.0);
 #endif
@@ -109,8 +189,13 @@ void store(ivec2 at, Sum sum) {
 }
 
 void split_tile(ivec2 tile) {
-    ivec2 at = tile * TILE + ivec2(gl_LocalInvocationID.xy);
-    Sum sum = Sum(vec4(0.0), 0.0, 0.0, 0.0, 0.0);
+    ivec2 at = tile * ivec2(gl_WorkGroupSize.xy) + ivec2(gl_LocalInvocationID.xy);
+    Sum sum;
+    sum.layer = vec4(0.0);
+    sum.diameter = sum.solid = sum.known = sum.count = 0.0;
+#ifdef LISTS
+    sum.listed = sum.depth_px = 0.0;
+#endif
 #ifdef REDUCED
     ivec2 first = at * reduction, end = min(first + reduction, textureSize(coc_tx, 0));
     for (int y = first.y; y < end.y; ++y)

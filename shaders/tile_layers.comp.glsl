@@ -9,7 +9,14 @@
 
 #include "lib/kind.lib.glsl"
 
-layout(local_size_x = TILE_GROUP, local_size_y = TILE_GROUP) in;
+#ifdef LISTS
+#include "lib/fragment_list.lib.glsl"
+#endif
+
+#define TILE 16
+#define LAYERS_MAX 8
+
+layout(local_size_x = 8, local_size_y = 8) in;
 
 uniform sampler2D coc_tx;
 uniform sampler2D kind_tx;
@@ -40,6 +47,10 @@ void main() {
             content |= layers_of(coc);
             nearest = min(nearest, coc);
             int rim = texelFetch(kind_tx, at, 0).r == FAR_RIM ? 1 : 0;
+#ifdef LISTS
+            List list = list_at(at, textureSize(coc_tx, 0));
+            for (uint i = list.first; i < list.end; ++i) content |= layers_of(fragment_of(i).coc);
+#endif
             for (; rim > 0; --rim) content |= layers_of(texelFetch(near_tx, at, 0).a);
         }
     content_buf[tile.y * tiles.x + tile.x] = content;

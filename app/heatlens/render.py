@@ -190,6 +190,7 @@ class FrameRenderer:
                 self.optics(shot, frame),
                 shot.defocus,
                 loaded.plate.has_alpha,
+                loaded.fragments,
             )
         )
 

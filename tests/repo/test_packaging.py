@@ -24,7 +24,7 @@ def check_metadata(said: Message) -> None:
     assert any(line.startswith("platformdirs") for line in needed)
     extras = {name: packages_of(name, needed) for name in said.get_all("Provides-Extra") or []}
     assert {"jinja2", "matplotlib", "flip-evaluator"} <= extras["study"]
-    of_users = (extras[name] for name in extras.keys() - {"all", "test"})
+    of_users = (extras[name] for name in extras.keys() - {"all", "fit", "test"})
     assert extras["all"] == set().union(*of_users) and extras["all"] <= extras["test"]
 
 

@@ -15,7 +15,7 @@ _OF_DIFFUSION = ("bokeh", "quality", "layers")
 _OF_BLUR = ("method", *_OF_DIFFUSION, "views", "proxy")
 _OF_PLATES = (
     *("depth_channel", "color_layer", "depth_convention", "depth_kind", "scene_unit"),
-    *("near", "far", "eye", "strict", "depth", "picture_curve"),
+    *("near", "far", "eye", "strict", "depth", "behind", "picture_curve"),
 )
 _OF_SCENES = ("size", "scene_camera", "frame", "pinhole")
 _OF_OTHERS = {  # by kind of source: the options that are for other kinds

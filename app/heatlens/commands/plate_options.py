@@ -19,6 +19,14 @@ def add_plate_options(parser: argparse.ArgumentParser) -> None:
         "sequence its pattern, depth.####.exr",
     )
     group.add_argument(
+        "--behind",
+        metavar="FILE",
+        action="append",
+        help="a picture with depth of what lies behind, rendered by the same camera: a clean "
+        "plate, a background; of a sequence its pattern. May be given several times, in any order. "
+        "Parts and layers of the plate called behind, behind.1, ... are taken by themselves",
+    )
+    group.add_argument(
         "--depth-channel",
         metavar="NAME",
         help="channel that holds the depth, as `heatlens info` lists it (default: found by name)",
@@ -94,6 +102,7 @@ def plate_options(args: argparse.Namespace) -> PlateOptions:
         focal_length_mm=getattr(args, "focal_length", None),
         sensor_width_mm=sensor_width_of(args),
         depth_source=None if args.depth is None else os.path.expanduser(args.depth),
+        behind=tuple(os.path.expanduser(text) for text in args.behind or ()),
         picture_curve=args.picture_curve or PictureCurve.AUTO,
         eye=args.eye,
         strict=args.strict,

@@ -106,8 +106,8 @@ def run(args: argparse.Namespace) -> int:
 def _render(args: argparse.Namespace) -> None:
     start = time.perf_counter()
     check_one_frame(args.plate)
-    depth_file = [] if args.depth is None else [Path(args.depth)]
-    check_output(args.output, *files_of_scene(args.plate), *depth_file)
+    beside = [*([] if args.depth is None else [args.depth]), *(args.behind or [])]
+    check_output(args.output, *files_of_scene(args.plate), *map(Path, beside))
     _check_look(args)
     settings = settings_of(args)
     refuse_unused(args, str(args.plate), kind_of(str(args.plate)), settings.method)

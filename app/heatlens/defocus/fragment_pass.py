@@ -4,8 +4,15 @@ from dataclasses import dataclass
 
 import moderngl
 
+from heatlens.defocus.listed_fragments import (
+    ListedFragments,
+    ListProgram,
+    list_buffers,
+    list_uniforms,
+)
 from heatlens.defocus.pixel_list import WHOLE_LIST, clear_list
-from heatlens.gpu.program import ComputeProgram, pixel_groups
+from heatlens.defocus.plate_passes import tiles
+from heatlens.gpu.program import ComputeProgram
 
 
 @dataclass(frozen=True)
@@ -18,6 +25,7 @@ class Fragments:
     far     far rim: rgb far fragment, a coverage of the near one; near rim: rgb and coverage of its
             own; elsewhere not written. Half is enough: what is in focus is not read from here
     near    far rim: rgb near fragment, a its coc; near rim: a the coc of what shines through
+        lists   what lies behind, where the plate tells it
     """
 
     color: moderngl.Texture
@@ -25,6 +33,7 @@ class Fragments:
     kind: moderngl.Texture
     far: moderngl.Texture
     near: moderngl.Texture
+    lists: ListedFragments | None = None
 
     def textures(self) -> dict[str, moderngl.Texture]:
         """By the names that shaders read them under."""
@@ -41,7 +50,7 @@ class FragmentPass:
     """Fills in kind, far and near of a `Fragments` from its colour and coc."""
 
     def __init__(self, ctx: moderngl.Context) -> None:
-        self._find = ComputeProgram(ctx, "fragments_find.comp.glsl")
+        self._find = ListProgram(ctx, "fragments_find.comp.glsl")
         self._far = ComputeProgram(ctx, "fragments_far.comp.glsl")
         self._near = ComputeProgram(ctx, "fragments_near.comp.glsl")
 
@@ -54,12 +63,14 @@ class FragmentPass:
         buffers = {"pixel_list_block": pixels}
         uniforms: dict[str, object] = {"at_infinity_px": at_infinity_px}
         textures = {"color_tx": picture.color, "coc_tx": picture.coc, "kind_tx": picture.kind}
-        self._find.dispatch(
-            pixel_groups(picture.color.size),
+        lists = picture.lists
+        of_lists = {} if lists is None else {"is_measured": lists.is_measured}
+        self._find.version(lists is not None).dispatch(
+            tiles(picture.color.size),
             textures={"coc_tx": picture.coc},
             images={"out_kind_img": picture.kind},
-            buffers=buffers,
-            uniforms=uniforms,
+            buffers=buffers | list_buffers(lists),
+            uniforms=uniforms | list_uniforms(lists) | of_lists,
         )
         self._far.dispatch_indirect(
             pixels,

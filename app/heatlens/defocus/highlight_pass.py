@@ -8,22 +8,29 @@ import moderngl
 from heatlens.defocus.blur_pass import BlurPass, BlurTargets, Diffusion
 from heatlens.defocus.fragment_pass import Fragments
 from heatlens.defocus.kernels import named_kernel
+from heatlens.defocus.listed_fragments import (
+    ListedFragments,
+    ListProgram,
+    list_buffers,
+    list_uniforms,
+)
 from heatlens.defocus.optics import Optics
+from heatlens.defocus.plate_passes import tiles
 from heatlens.gpu.draw_target import DrawTarget
-from heatlens.gpu.program import ComputeProgram, DrawProgram, groups_for, pixel_groups
-from heatlens.gpu.shader_constants import HIGHLIGHT_BLOCK, HIGHLIGHT_GROUP
+from heatlens.gpu.program import ComputeProgram, DrawProgram, groups_for
 
 SPRITES_MAX = 4096
 _AREA_MAX = 24.0  # pixels drawn for each of the picture: hundreds of lamps a third of it wide
 _SURROUNDINGS_PX = 16.0  # least diameter over which a pixel's surroundings are taken
 _PIXELS_A_BAND = 1 << 17  # drawn in a step: hundreds of discs may lie over each other there
+_BLOCK, _WORKGROUP = 8, 8
 _TALLY_BYTES, _SPRITE_BYTES = 32, 32
 PLAN_BYTES = 32
 
 
 def block_count(size: tuple[int, int]) -> int:
     """Blocks of 8 x 8 pixels that cover a picture."""
-    return groups_for(size[0], HIGHLIGHT_BLOCK) * groups_for(size[1], HIGHLIGHT_BLOCK)
+    return groups_for(size[0], _BLOCK) * groups_for(size[1], _BLOCK)
 
 
 @dataclass(frozen=True)
@@ -66,13 +73,30 @@ class Surroundings:
         return groups_for(size[0], 2), groups_for(size[1], 2)
 
 
+@dataclass(frozen=True)
+class ListsWithoutHighlights:
+    """Fragment lists, and room for the words of the same lists without their highlights."""
+
+    whole: ListedFragments
+    low_words: moderngl.Buffer
+
+    @property
+    def diffused(self) -> ListedFragments:
+        """The lists whose light is diffused with the layers."""
+        return self.whole.with_words(self.low_words)
+
+
+def _written(lists: ListsWithoutHighlights | None) -> dict[str, moderngl.Buffer]:
+    return {} if lists is None else {"low_fragment_block": lists.low_words}
+
+
 class HighlightSplitPass:
     """The picture without its lamps, and the lamps."""
 
     def __init__(self, ctx: moderngl.Context, blur: BlurPass) -> None:
         self._blur = blur
-        self._luminance = ComputeProgram(ctx, "highlight_luminance.comp.glsl")
-        self._split = ComputeProgram(ctx, "highlight_split.comp.glsl")
+        self._luminance = ListProgram(ctx, "highlight_luminance.comp.glsl")
+        self._split = ListProgram(ctx, "highlight_split.comp.glsl")
 
     def steps(
         self,
@@ -82,21 +106,27 @@ class HighlightSplitPass:
         scratch: Surroundings,
         low: moderngl.Texture,
         high: moderngl.Texture,
+        lists: ListsWithoutHighlights | None = None,
     ) -> Iterator[None]:
-        """Fill `low`, which is what is diffused, and `high`."""
+        """Fill `low`, which is what is diffused, and `high`; of lists their colours too."""
+        read = None if lists is None else lists.whole
         luminance, half_coc, targets = scratch.luminance, scratch.coc, scratch.targets
-        self._luminance.dispatch(
-            pixel_groups(luminance.size),
+        self._luminance.version(lists is not None).dispatch(
+            tiles(luminance.size),
             textures={"color_tx": color, "coc_tx": coc},
             images={"out_luminance_img": luminance, "out_coc_img": half_coc},
+            buffers=list_buffers(read),
+            uniforms=list_uniforms(read),
         )
         heat = named_kernel("heat")
         what = Diffusion(luminance, half_coc, heat, optics.disc.spreads, _SURROUNDINGS_PX / 2)
         yield from self._blur.steps(what, targets)
-        self._split.dispatch(
-            pixel_groups(color.size),
+        self._split.version(lists is not None).dispatch(
+            tiles(color.size),
             textures={"color_tx": color, "coc_tx": coc, "surroundings_tx": targets.out_color},
             images={"out_low_img": low, "out_high_img": high},
+            buffers=list_buffers(read) | _written(lists),
+            uniforms=list_uniforms(read),
         )
         yield
 
@@ -108,7 +138,7 @@ class HighlightListPass:
         self._count = ComputeProgram(ctx, "highlight_sprites.comp.glsl", {"COUNT": 1})
         self._plan = ComputeProgram(ctx, "highlight_plan.comp.glsl")
         self._write = ComputeProgram(ctx, "highlight_sprites.comp.glsl")
-        self._restore = ComputeProgram(ctx, "highlight_restore.comp.glsl")
+        self._restore = ListProgram(ctx, "highlight_restore.comp.glsl")
 
     def steps(
         self,
@@ -116,8 +146,10 @@ class HighlightListPass:
         optics: Optics,
         buffers: HighlightBuffers,
         low: moderngl.Texture,
+        coc: moderngl.Texture,
+        lists: ListsWithoutHighlights | None = None,
     ) -> Iterator[None]:
-        """Fill the list; where it would be too long, put the lamps back into `low`."""
+        """Fill the list; where it would be too long, put the highlights back where they were."""
         size = high.size
         planned = {
             "tally_block": buffers.tally,
@@ -125,10 +157,10 @@ class HighlightListPass:
             "offset_block": buffers.offset,
         }
         bound = planned | {"sprite_block": buffers.sprite}
-        blocks = (groups_for(size[0], HIGHLIGHT_BLOCK), groups_for(size[1], HIGHLIGHT_BLOCK))
-        groups = (groups_for(blocks[0], HIGHLIGHT_GROUP), groups_for(blocks[1], HIGHLIGHT_GROUP))
+        blocks = (groups_for(size[0], _BLOCK), groups_for(size[1], _BLOCK))
+        groups = (groups_for(blocks[0], _WORKGROUP), groups_for(blocks[1], _WORKGROUP))
         high_tx, shape = {"high_tx": high}, optics.disc.uniforms
-        restore_groups = pixel_groups(size)
+        restore_groups = tiles(size)
         self._count.dispatch(groups, textures=high_tx, buffers=bound, uniforms=shape)
         yield
         self._plan.dispatch(
@@ -145,8 +177,14 @@ class HighlightListPass:
         yield
         self._write.dispatch(groups, textures=high_tx, buffers=bound, uniforms=shape)
         yield
-        self._restore.dispatch_indirect(
-            buffers.plan, offset=20, textures=high_tx, images={"low_img": low}
+        read = None if lists is None else lists.whole
+        self._restore.version(lists is not None).dispatch_indirect(
+            buffers.plan,
+            offset=20,
+            textures=high_tx if lists is None else high_tx | {"coc_tx": coc},
+            images={"low_img": low},
+            buffers=list_buffers(read) | _written(lists),
+            uniforms=list_uniforms(read),
         )
         yield
 

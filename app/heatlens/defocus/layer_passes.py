@@ -9,10 +9,11 @@ from heatlens.defocus.fragment_pass import Fragments
 from heatlens.defocus.layer_cuts import LayerCut
 from heatlens.defocus.layer_plan import LayerPlan
 from heatlens.defocus.line_solver import Bindings, LineSolver, LineSystem
+from heatlens.defocus.listed_fragments import ListProgram, list_buffers, list_uniforms
 from heatlens.defocus.pixel_list import WHOLE_LIST, clear_list, slice_count, slices
+from heatlens.defocus.plate_passes import tiles
 from heatlens.defocus.tile_mask import TileList, TileMask
-from heatlens.gpu.program import ComputeProgram, groups_for, pixel_groups
-from heatlens.gpu.shader_constants import HIDDEN_DIRECTIONS, WORD_GROUP
+from heatlens.gpu.program import ComputeProgram, groups_for
 
 
 @dataclass(frozen=True)
@@ -22,19 +23,25 @@ class Layer:
     color  rgb times coverage, a coverage, marked where it has to be guessed
     state  r diameter |coc| in pixels of the layer, g how far it has content, 0..1
     mask   the tiles, and `listed` the same ones by one
+    told   what fragment lists tell of it (layer_split.comp.glsl); None without lists
     """
 
     color: moderngl.Texture
     state: moderngl.Texture
     mask: TileMask
     listed: TileList
+    told: moderngl.Texture | None = None
 
 
 class LayerSplitPass:
     """One layer out of the picture."""
 
     def __init__(self, ctx: moderngl.Context) -> None:
-        self._programs = _of_both_sizes(ctx, "layer_split.comp.glsl")
+        shader = "layer_split.comp.glsl"
+        self._programs = {
+            False: ListProgram(ctx, shader),
+            True: ListProgram(ctx, shader, {"REDUCED": 1}),
+        }
 
     def steps(
         self, picture: Fragments, plan: LayerPlan, pixels: moderngl.Buffer, out: Layer
@@ -46,13 +53,22 @@ class LayerSplitPass:
             "is_farthest": plan.cut.is_farthest,
             "reduction": plan.reduction,
         }
+        lists = picture.lists
+        images = {"out_layer_img": out.color, "out_state_img": out.state}
+        if lists is not None and out.told is not None:
+            images["out_listed_img"] = out.told
+            uniforms |= list_uniforms(lists) | {
+                "is_nearest": plan.cut.is_nearest,
+                "at_infinity_px": lists.line.at_infinity_px,
+            }
         for part in slices(picture.coc.size):
-            self._programs[plan.reduction > 1].dispatch_indirect(
+            self._programs[plan.reduction > 1].version(lists is not None).dispatch_indirect(
                 out.listed.words,
                 offset=TileList.OF_LAYER,
                 textures=picture.textures(),
-                images={"out_layer_img": out.color, "out_state_img": out.state},
-                buffers={"pixel_list_block": pixels, "tile_list_block": out.listed.words},
+                images=images,
+                buffers={"pixel_list_block": pixels, "tile_list_block": out.listed.words}
+                | list_buffers(lists),
                 uniforms=uniforms | part,
             )
             yield
@@ -93,12 +109,14 @@ def block_size(size: tuple[int, int]) -> tuple[int, int]:
 class HiddenFillPass:
     """Guesses what nearer layers hide, along structures that go on behind them."""
 
+    _DIRECTIONS = 4
+
     def __init__(self, ctx: moderngl.Context) -> None:
         self._all_program = ComputeProgram(ctx, "seen_bits_all.comp.glsl")
         self._clear_program = ComputeProgram(ctx, "seen_bits_clear.comp.glsl")
         self._block_program = ComputeProgram(ctx, "hidden_blocks.comp.glsl")
         self._cost_program = ComputeProgram(ctx, "hidden_cost.comp.glsl")
-        self._fill_program = ComputeProgram(ctx, "hidden_fill.comp.glsl")
+        self._fill_program = ListProgram(ctx, "hidden_fill.comp.glsl")
 
     @staticmethod
     def bits_bytes(size: tuple[int, int]) -> int:
@@ -141,10 +159,11 @@ class HiddenFillPass:
                 uniforms=reach | part,
             )
             yield
+        told = {} if layer.told is None else {"listed_tx": layer.told}
         for part in slices(size):
-            self._fill_program.dispatch_indirect(
+            self._fill_program.version(layer.told is not None).dispatch_indirect(
                 scratch.blocks,
-                textures={"cost_tx": scratch.cost},
+                textures={"cost_tx": scratch.cost} | told,
                 images={"layer_img": layer.color, "state_img": layer.state},
                 buffers=guessed,
                 uniforms=reach | part,
@@ -155,7 +174,7 @@ class HiddenFillPass:
         """Set the bit of every pixel in the tiles that the layer is worked on in."""
         size = layer.color.size
         self._all_program.dispatch(
-            (groups_for(max(_words(size)), WORD_GROUP), HIDDEN_DIRECTIONS),
+            (groups_for(max(_words(size)), 64), self._DIRECTIONS),
             buffers=bits | {"tile_mask_block": layer.mask.words},
             uniforms={"size": size, **layer.mask.uniforms},
         )
@@ -233,5 +252,5 @@ class LimitsPass:
     def run(self, color: moderngl.Texture, is_opaque: bool) -> None:
         """Limit `color` in place; `is_opaque` makes alpha exactly 1."""
         self._program.dispatch(
-            pixel_groups(color.size), images={"color_img": color}, uniforms={"is_opaque": is_opaque}
+            tiles(color.size), images={"color_img": color}, uniforms={"is_opaque": is_opaque}
         )

@@ -19,6 +19,7 @@ from heatlens.defocus.highlight_pass import (
     HighlightDrawPass,
     HighlightListPass,
     HighlightSplitPass,
+    ListsWithoutHighlights,
     Surroundings,
 )
 from heatlens.defocus.kernels import Kernel
@@ -35,6 +36,7 @@ from heatlens.defocus.layer_passes import (
 )
 from heatlens.defocus.layer_plan import LayerPlan, layer_plans
 from heatlens.defocus.line_solver import LineSolver
+from heatlens.defocus.listed_fragments import FragmentBuffers, ListedFragments, listed_through
 from heatlens.defocus.optics import Optics
 from heatlens.defocus.other_methods import OtherMethods
 from heatlens.defocus.pixel_list import list_bytes
@@ -90,11 +92,13 @@ class DefocusPipeline:
         optics: Optics,
         settings: DefocusSettings,
         has_alpha: bool = False,
+        fragments: FragmentBuffers | None = None,
     ) -> Steps[moderngl.Texture]:
         """The picture with depth of field, RGBA float32, proxy size; the next run overwrites it.
 
         `color` is RGBA, `depth` metres, or signed coc in pixels if `optics.line` is None. Without
-        `has_alpha` the result's alpha is 1.
+        `has_alpha` the result's alpha is 1. `fragments` tell what lies behind the plate; methods of
+        one layer do not ask.
         """
         if settings.proxy < 1.0:
             color, depth = yield from self._at_proxy_size(color, depth, optics, settings.proxy)
@@ -110,13 +114,14 @@ class DefocusPipeline:
             yield "limits"
             return blurred
         lamps = settings.bokeh is Bokeh.DISC
+        lists = listed_through(fragments, optics, settings.proxy == 1.0)
         if not has_alpha:
-            return (yield from self._layered(color, coc, optics, settings, "out", lamps))
+            return (yield from self._layered(color, coc, optics, settings, "out", lamps, lists))
         alpha_color = self.pool.texture("alpha plate", color.size, 4)
         self._passes.alpha.as_color(color, alpha_color)
         yield "alpha"
         alpha = yield from self._layered(alpha_color, coc, optics, settings, "alpha out", False)
-        out = yield from self._layered(color, coc, optics, settings, "out", lamps)
+        out = yield from self._layered(color, coc, optics, settings, "out", lamps, lists)
         self._passes.alpha.join(alpha, out)
         yield "alpha"
         return out
@@ -156,13 +161,16 @@ class DefocusPipeline:
         settings: DefocusSettings,
         name: str,
         lamps: bool,
+        lists: ListedFragments | None = None,
     ) -> Steps[moderngl.Texture]:
         """Layers far to near, blurred and put over each other in the texture called `name`."""
         kernel = kernel_for(settings)
         listed = None
         if lamps:
-            color, listed = yield from self._without_lamps(color, coc, kernel, optics)
-        picture = self._fragmented(color, coc, optics)
+            split = None if lists is None else self._room_for_low(lists)
+            color, listed = yield from self._without_lamps(color, coc, kernel, optics, split)
+            lists = None if split is None else split.diffused
+        picture = self._fragmented(color, coc, optics, lists)
         yield "fragments"
         cuts = layer_cuts(optics.occupied_px, layers_for(settings), settings.proxy)
         plans = layer_plans(cuts, optics, color.size)
@@ -213,8 +221,17 @@ class DefocusPipeline:
         """The plate's textures hold another plate now."""
         self._proxy_held = 1.0
 
+    def _room_for_low(self, lists: ListedFragments) -> ListsWithoutHighlights:
+        words = self.pool.buffer("low fragments", lists.held.words.size)
+        return ListsWithoutHighlights(lists, words)
+
     def _without_lamps(
-        self, color: moderngl.Texture, coc: moderngl.Texture, kernel: Kernel, optics: Optics
+        self,
+        color: moderngl.Texture,
+        coc: moderngl.Texture,
+        kernel: Kernel,
+        optics: Optics,
+        lists: ListsWithoutHighlights | None,
     ) -> Steps[tuple[moderngl.Texture, HighlightBuffers]]:
         size, pool = color.size, self.pool
         low, high = pool.texture("low", size, 4), pool.texture("layer", size, 4)
@@ -226,14 +243,18 @@ class DefocusPipeline:
             pool.texture("layer coc / 2", half, 1),
             BlurTargets(self._poles(size, kernel), pool.texture("layer / 2", half, 4)),
         )
-        split = self._passes.split_lamps.steps(color, coc, optics, scratch, low, high)
+        split = self._passes.split_lamps.steps(color, coc, optics, scratch, low, high, lists)
         yield from _named("lamps found", split)
-        listed = self._passes.list_lamps.steps(high, optics, lamps, low)
+        listed = self._passes.list_lamps.steps(high, optics, lamps, low, coc, lists)
         yield from _named("lamps listed", listed)
         return low, lamps
 
     def _fragmented(
-        self, color: moderngl.Texture, coc: moderngl.Texture, optics: Optics
+        self,
+        color: moderngl.Texture,
+        coc: moderngl.Texture,
+        optics: Optics,
+        lists: ListedFragments | None,
     ) -> Fragments:
         size, pool = color.size, self.pool
         picture = Fragments(
@@ -242,6 +263,7 @@ class DefocusPipeline:
             pool.texture("kind", size, 1, "f2"),
             pool.texture("far", size, 4, "f2"),
             pool.texture("near", size, 4, "f2"),
+            lists,
         )
         pixels = pool.buffer("pixels", list_bytes(size))
         self._passes.fragments.run(picture, optics.at_infinity_px, pixels)
@@ -258,7 +280,10 @@ class DefocusPipeline:
         size, pool = plan.size(picture.coc.size), self.pool
         pixels = pool.buffer("pixels", list_bytes(picture.coc.size))
         color = pool.filled(_of_size("layer", plan), size, _NOTHING)  # also where enlarging looks
-        layer = Layer(color, pool.texture(_of_size("state", plan), size, 2), *where)
+        told = None
+        if picture.lists is not None:
+            told = pool.texture(_of_size("told", plan), size, 2, "f2")
+        layer = Layer(color, pool.texture(_of_size("state", plan), size, 2), *where, told)
         yield from _named("layer split", self._passes.split.steps(picture, plan, pixels, layer))
         if not plan.cut.is_nearest:
             hidden = self._passes.hidden.steps(

@@ -2,8 +2,15 @@
 
 import moderngl
 
-from heatlens.gpu.program import ComputeProgram, pixel_groups
+from heatlens.gpu.program import ComputeProgram, groups_for
 from heatlens.model.coc import CocLine
+
+_TILE = 16
+
+
+def tiles(size: tuple[int, int]) -> tuple[int, int]:
+    """Workgroups of 16 x 16 that cover a picture."""
+    return groups_for(size[0], _TILE), groups_for(size[1], _TILE)
 
 
 def proxy_size(size: tuple[int, int], proxy: float) -> tuple[int, int]:
@@ -20,7 +27,7 @@ class CocPass:
     def run(self, depth: moderngl.Texture, line: CocLine, out_coc: moderngl.Texture) -> None:
         """Write the diameter of every pixel's disc, negative in front of the focus plane."""
         self._program.dispatch(
-            pixel_groups(out_coc.size),
+            tiles(out_coc.size),
             textures={"depth_tx": depth},
             images={"out_coc_img": out_coc},
             uniforms={
@@ -40,15 +47,13 @@ class AlphaPass:
     def as_color(self, color: moderngl.Texture, out_color: moderngl.Texture) -> None:
         """The alpha of `color` in the rgb of `out_color`."""
         self._as_color.dispatch(
-            pixel_groups(color.size),
-            textures={"color_tx": color},
-            images={"out_color_img": out_color},
+            tiles(color.size), textures={"color_tx": color}, images={"out_color_img": out_color}
         )
 
     def join(self, alpha: moderngl.Texture, color: moderngl.Texture) -> None:
         """The red of `alpha` to the alpha of `color`."""
         self._join.dispatch(
-            pixel_groups(color.size), textures={"alpha_tx": alpha}, images={"color_img": color}
+            tiles(color.size), textures={"alpha_tx": alpha}, images={"color_img": color}
         )
 
 
@@ -68,7 +73,7 @@ class ProxyPass:
     ) -> None:
         """`depth_scale` is 1 for metres and the proxy's scale for a circle of confusion."""
         self._program.dispatch(
-            pixel_groups(out_color.size),
+            tiles(out_color.size),
             textures={"color_tx": color, "depth_tx": depth},
             images={"out_color_img": out_color, "out_depth_img": out_depth},
             uniforms={"depth_scale": depth_scale},

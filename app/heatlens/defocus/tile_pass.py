@@ -6,13 +6,15 @@ import moderngl
 
 from heatlens.defocus.fragment_pass import Fragments
 from heatlens.defocus.layer_plan import MARGIN_PX, SPREAD, LayerPlan, reach_tiles
+from heatlens.defocus.listed_fragments import ListProgram, list_buffers, list_uniforms
 from heatlens.defocus.optics import Optics
 from heatlens.defocus.pixel_list import slice_count
-from heatlens.defocus.tile_mask import TileList, TileMask, tile_count
+from heatlens.defocus.tile_mask import TILE, TileList, TileMask, tile_count
 from heatlens.gpu.program import ComputeProgram, groups_for
-from heatlens.gpu.shader_constants import TILE, TILE_GROUP
 from heatlens.gpu.textures import TexturePool
 from heatlens.model.settings import LAYERS_MAX
+
+_GROUP = 8
 
 
 @dataclass(frozen=True)
@@ -28,7 +30,7 @@ class TilePass:
     """The picture's tiles looked through once, then for each layer those that it needs."""
 
     def __init__(self, ctx: moderngl.Context) -> None:
-        self._layers = ComputeProgram(ctx, "tile_layers.comp.glsl")
+        self._layers = ListProgram(ctx, "tile_layers.comp.glsl")
         self._rows = ComputeProgram(ctx, "tile_reach_rows.comp.glsl")
         self._reach = ComputeProgram(ctx, "tile_reach.comp.glsl")
 
@@ -40,15 +42,18 @@ class TilePass:
         content, nearest = (pool.buffer(f"tile {name}", need) for name in ("content", "nearest"))
         found = TileContent(content, nearest, size)
         ends = [plan.ends_px for plan in plans]
-        self._layers.dispatch(
+        lists = picture.lists
+        self._layers.version(lists is not None).dispatch(
             _groups(tile_count(size)),
             textures={"coc_tx": picture.coc, "kind_tx": picture.kind, "near_tx": picture.near},
-            buffers={"content_block": found.content, "nearest_block": found.nearest},
+            buffers={"content_block": found.content, "nearest_block": found.nearest}
+            | list_buffers(lists),
             uniforms={
                 "tiles": tile_count(size),
-                "layer_ends_px": ends + [(0.0, 0.0)] * (LAYERS_MAX - len(ends)),
+                "layer_ends_px": ends + [(0.0, 0.0)] * (_LAYERS_OF_SHADER - len(ends)),
                 "layer_count": len(ends),
-            },
+            }
+            | list_uniforms(lists),
         )
         return found
 
@@ -102,5 +107,9 @@ class TilePass:
         return mask, listed
 
 
+_LAYERS_OF_SHADER = 8  # as in tile_layers.comp.glsl
+assert LAYERS_MAX <= _LAYERS_OF_SHADER
+
+
 def _groups(tiles: tuple[int, int]) -> tuple[int, int]:
-    return groups_for(tiles[0], TILE_GROUP), groups_for(tiles[1], TILE_GROUP)
+    return groups_for(tiles[0], _GROUP), groups_for(tiles[1], _GROUP)

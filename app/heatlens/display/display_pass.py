@@ -6,10 +6,11 @@ import moderngl
 import numpy as np
 
 from heatlens.color.view_transform import Lut, ViewTransform, srgb_transform
-from heatlens.gpu.program import ComputeProgram, Image, pixel_groups
+from heatlens.gpu.program import ComputeProgram, Image, groups_for
 
 _PICTURE = "display.comp.glsl"
 _DIFFERENCE = "display_difference.comp.glsl"
+_TILE = 16
 _KEPT = 6  # transforms whose programs stay compiled, so that switching back costs nothing
 
 
@@ -89,7 +90,7 @@ class DisplayPass:
         uniforms: dict[str, object],
     ) -> None:
         self._current.program(name).dispatch(
-            pixel_groups(out.size),
+            (groups_for(out.width, _TILE), groups_for(out.height, _TILE)),
             textures=textures | self._current.luts,
             images={"out_display_img": out},
             uniforms=uniforms,

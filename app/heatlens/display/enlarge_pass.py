@@ -2,7 +2,9 @@
 
 import moderngl
 
-from heatlens.gpu.program import ComputeProgram, pixel_groups
+from heatlens.gpu.program import ComputeProgram, groups_for
+
+_TILE = 16
 
 
 class EnlargePass:
@@ -14,7 +16,7 @@ class EnlargePass:
     def run(self, picture: moderngl.Texture, out: moderngl.Texture) -> None:
         """Write `picture`, display values, to `out` of the same size, RGBA of 8 bits."""
         self._program.dispatch(
-            pixel_groups(out.size),
+            (groups_for(out.width, _TILE), groups_for(out.height, _TILE)),
             textures={"picture_tx": picture},
             images={"out_img": out},
         )

@@ -63,7 +63,7 @@ def read_shot(path: str | os.PathLike[str]) -> Shot:
     if "source" in entries:
         values["source"] = _absolute(entries["source"].text(), path)
     if "plate_options" in values:
-        values["plate_options"] = _with_depth_source(
+        values["plate_options"] = _with_files_beside(
             values["plate_options"], lambda text: _absolute(text, path)
         )
     if "marks" in entries:
@@ -115,7 +115,7 @@ def newer_autosave(path: str | os.PathLike[str]) -> Path | None:
 
 def shot_to_json(shot: Shot, folder: str | os.PathLike[str]) -> dict[str, Any]:
     """Return the entries of the file, for one that lies in `folder`."""
-    options = _with_depth_source(shot.plate_options, lambda text: _relative(text, folder))
+    options = _with_files_beside(shot.plate_options, lambda text: _relative(text, folder))
     shot = replace(shot, plate_options=options)
     fields = {
         name: plain(value)
@@ -197,11 +197,14 @@ def _mark(entry: JsonEntry) -> Mark:
     return entry.record(PointMark)
 
 
-def _with_depth_source(options: PlateOptions, turned: Callable[[str], str]) -> PlateOptions:
-    """Return the options with the path of a separate depth passed through `turned`."""
-    if options.depth_source is None:
-        return options
-    return replace(options, depth_source=turned(options.depth_source))
+def _with_files_beside(options: PlateOptions, turned: Callable[[str], str]) -> PlateOptions:
+    """Return the options with the paths of the files beside the picture told otherwise."""
+    depth = options.depth_source
+    return replace(
+        options,
+        depth_source=None if depth is None else turned(depth),
+        behind=tuple(turned(text) for text in options.behind),
+    )
 
 
 def _focus_word(scale: Scale) -> str:

@@ -70,6 +70,16 @@ def check_work_fits(ctx: moderngl.Context, width: int, height: int) -> None:
         )
 
 
+def check_storage_fits(ctx: moderngl.Context, size_bytes: int, what: str) -> None:
+    """Refuse a buffer beyond OpenGL's storage blocks."""
+    limit = int(ctx.info["GL_MAX_SHADER_STORAGE_BLOCK_SIZE"])
+    if size_bytes > limit:
+        raise GpuError(
+            f"There are {size_bytes / 1e6:.0f} MB of {what}; this OpenGL's storage blocks hold "
+            f"{limit / 1e6:.0f} MB. A smaller picture or fewer surfaces fit."
+        )
+
+
 def _free_memory_bytes() -> float:
     """What Linux could give without swapping; infinite where nobody says."""
     try:

@@ -12,7 +12,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from heatlens.errors import ShaderError
-from heatlens.gpu.shader_constants import constants_in
 
 LINES_PER_FILE = 10_000  # line 20_014 of the assembled text is line 14 of the third file
 _INCLUDE = re.compile(r'^\s*#include\s+(?:"([^"]+)"|(\w+))\s*$')
@@ -43,15 +42,11 @@ class ShaderSource:
 
 
 def assemble(folder: Path, name: str, defines: Mapping[str, object] | None = None) -> ShaderSource:
-    """Return the shader `name` of `folder`, its includes in place (each once), `defines` on top.
-
-    The constants of `gpu.shader_constants` that it mentions are defined too.
-    """
+    """The shader `name` of `folder`, its includes in place (each once), `defines` on top."""
     given = dict(defines or {})
     files: list[str] = []
     body = _expand(folder, name, given, files)
-    known = {name: text for name, text in constants_in(body).items() if name not in given}
-    head = "".join(f"#define {key} {value}\n" for key, value in (given | known).items())
+    head = "".join(f"#define {key} {value}\n" for key, value in given.items())
     return ShaderSource(f"#version 430 core\n{head}{body}", tuple(files))
 
 

@@ -111,9 +111,16 @@ class PlateOptions:
     focal_length_mm: float | None = None  # only radial depth needs it; None: from the header
     sensor_width_mm: float | None = None  # likewise
     depth_source: str | None = None  # file or pattern that holds the depth; None: the picture does
+    behind: tuple[str, ...] = ()  # files or patterns of what lies behind the picture, in any order
     picture_curve: PictureCurve = PictureCurve.AUTO
     eye: str | None = None  # view of a stereo file; None: the first, or that of `color_layer`
     strict: bool = False  # refuse what could be read in two ways, instead of taking the likelier
+
+    @property
+    def files_beside(self) -> tuple[str, ...]:
+        """The files or patterns that belong to the picture: its depth, and what lies behind it."""
+        depth = () if self.depth_source is None else (self.depth_source,)
+        return (*depth, *self.behind)
 
     def __post_init__(self) -> None:
         # Programs that use this package as a library write these as plain words.

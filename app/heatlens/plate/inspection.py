@@ -13,6 +13,7 @@ from heatlens.model.boxes import Box
 from heatlens.model.lens import Lens
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.plausibility import DepthSpan, Doubt, doubts, span_doubts
+from heatlens.plate.behind import behind_layers, is_behind
 from heatlens.plate.camera_header import camera_at_header
 from heatlens.plate.channel_choice import ColorChoice, choose_color
 from heatlens.plate.channels import Part, compression_name, pixels_of, type_name
@@ -35,7 +36,8 @@ def inspect(path: Path, options: PlateOptions) -> Facts:
     become "infinity" and None, because JSON has neither. Raises InputError only when the file
     cannot be read.
     """
-    parts = color_file_parts(path, options)
+    all_parts = color_file_parts(path, options)
+    parts = [part for part in all_parts if not is_behind(part)] or all_parts
     headers = [header for header, _ in parts]
     choice, color = _color_facts(path, parts, options)
     header = headers[choice.rgb[0].part if choice else 0]
@@ -52,7 +54,8 @@ def inspect(path: Path, options: PlateOptions) -> Facts:
         "display_window": _corners(box_at_header(header, "displayWindow")),
         "pixel_aspect_ratio": aspect,
         "views": list(views_of(headers)),
-        "parts": [_part_facts(part) for part in parts],
+        "parts": [_part_facts(part) for part in all_parts],
+        "behind": list(behind_layers(all_parts)),
         "camera": {name: _json_value(value) for name, value in asdict(camera).items()},
         "primaries": None if told is None else _primaries_facts(told),
         "color": color,

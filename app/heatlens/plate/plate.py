@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from heatlens.model.boxes import Box
 from heatlens.model.plate_options import DepthConvention, DepthKind
 from heatlens.model.plausibility import DepthSpan
+from heatlens.plate.fragments import FragmentLists
 
 FloatImage = NDArray[np.float32]
 
@@ -110,6 +111,7 @@ class Plate:
     notes: tuple[str, ...]  # sentences to say aloud: repairs, guesses, warnings
     compression: str = ""  # of the file, as the writer names it; "" where it has none of these
     views: tuple[str, ...] = ()  # of a stereo file, the first one first
+    fragments: FragmentLists | None = None  # what is known behind the picture; None: nothing
 
     @property
     def color(self) -> FloatImage:

@@ -2,12 +2,20 @@
 
 import os
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from heatlens.model.plate_options import PlateOptions
+from heatlens.plate.behind import (
+    behind_layers,
+    behind_paths,
+    is_behind,
+    own_options,
+    with_behind,
+)
 from heatlens.plate.bounds import bound_color
 from heatlens.plate.camera_header import camera_at_header
 from heatlens.plate.channel_choice import ColorChoice, choose_color
@@ -37,6 +45,17 @@ def read_plate(path: str | os.PathLike[str], options: PlateOptions | None = None
     """
     path, options = Path(path), options or PlateOptions()
     parts = color_file_parts(path, options)
+    plate = _plate_of(path, [part for part in parts if not is_behind(part)] or parts, options)
+    own = own_options(options)
+    behind = [
+        _plate_of(path, parts, replace(own, color_layer=layer)) for layer in behind_layers(parts)
+    ]
+    behind += [read_plate(other, own) for other in behind_paths(path, options)]
+    return with_behind(plate, behind)
+
+
+def _plate_of(path: Path, parts: Sequence[Part], options: PlateOptions) -> Plate:
+    """Return what one layer of the file shows, with the depth that belongs to it."""
     headers = [header for header, _ in parts]
     choice = choose_color(path, headers, options.color_layer, options.eye)
     color, color_notes = read_color(path, parts, choice)

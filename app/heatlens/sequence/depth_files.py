@@ -15,9 +15,15 @@ _DEPTH_WORDS = frozenset(
 
 
 def depth_path_for(path: Path, source: str) -> Path:
-    """Return the depth of the picture at `path`: the file `source`, or the frame of that pattern.
+    """Return the file that holds the depth of the picture at `path`, as `beside_path` finds it."""
+    return beside_path(path, source, "--depth", "depth")
 
-    Raises InputError where a pattern has no such frame, or the picture no number.
+
+def beside_path(path: Path, source: str, option: str, what: str) -> Path:
+    """Return the file that belongs to the picture at `path`: `source`, or the frame of a pattern.
+
+    Raises InputError where a pattern has no such frame, or the picture no number, naming `option`
+    and `what` the file holds.
     """
     found = Path(source).expanduser()
     if found.exists() or parse_pattern(found.name) is None:
@@ -26,43 +32,44 @@ def depth_path_for(path: Path, source: str) -> Path:
     if frame is None:
         raise InputError(
             f"{path} has no frame number in its name, so none of {source} belongs to it: name one "
-            "file with --depth."
+            f"file with {option}."
         )
     sequence = find_sequence(source)
-    depth = sequence.path_at(frame)
+    beside = sequence.path_at(frame)
     if not sequence.has(frame):
-        raise InputError(f"{depth} is missing: the depth of {path}.")
-    return depth
+        raise InputError(f"{beside} is missing: the {what} of {path}.")
+    return beside
 
 
 class PlateFiles:
-    """Names the files that a plate is read from: the picture, and its depth where that is apart.
+    """Names the files that a plate is read from: the picture, and what lies in files beside it.
 
     The folder of a pattern is looked into once; after that names are only put together. May be
     called from several threads.
     """
 
-    def __init__(self, depth_source: str | None) -> None:
-        """Take a file or a pattern for the depth; None where the picture holds the depth."""
-        self._source = depth_source
-        self._frames: Sequence | None = None
+    def __init__(self, sources: Items[str]) -> None:
+        """Take the files or patterns of the depth and of pictures behind, if any."""
+        self._sources = tuple(sources)
+        self._frames: dict[str, Sequence] = {}
 
     def __call__(self, path: Path) -> tuple[Path, ...]:
-        """Return the picture at `path` first, then the file of its depth, there or not.
+        """Return the picture at `path` first, then the files beside it, there or not.
 
-        A picture that no depth belongs to stands alone.
+        A pattern that has no file yet, or a picture without a number, adds none.
         """
-        return (path,) if self._source is None else (path, *self._depth_of(path, self._source))
+        return (path, *(found for it in self._sources for found in self._beside(path, it)))
 
-    def _depth_of(self, path: Path, source: str) -> tuple[Path, ...]:
+    def _beside(self, path: Path, source: str) -> tuple[Path, ...]:
         found, frame = Path(source).expanduser(), form_of(path.name)[1]
         if found.exists() or parse_pattern(found.name) is None:
             return (found,)
         try:
-            self._frames = self._frames or find_sequence(source)
-        except InputError:  # no depth is there yet
+            frames = self._frames.get(source) or find_sequence(source)
+            self._frames[source] = frames
+        except InputError:  # no file is there yet
             return ()
-        return () if frame is None else (self._frames.path_at(frame),)
+        return () if frame is None else (frames.path_at(frame),)
 
 
 def picture_and_depth(names: Items[str]) -> tuple[str, str] | None:

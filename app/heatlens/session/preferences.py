@@ -131,7 +131,7 @@ class Preferences:
 
     def read_so(self, folder: Path, options: PlateOptions) -> None:
         """Remember how the plates of a folder are read; each has a depth of its own."""
-        options = _without_unused_ends(replace(options, depth_source=None))
+        options = _without_unused_ends(replace(options, depth_source=None, behind=()))
         plates = {name: o for name, o in self.now.plates.items() if name != str(folder)}
         if options != PlateOptions():
             plates[str(folder)] = options

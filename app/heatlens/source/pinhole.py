@@ -6,6 +6,7 @@ import moderngl
 import numpy as np
 import numpy.typing as npt
 
+from heatlens.defocus.listed_fragments import FragmentBuffers
 from heatlens.model.value_bins import ValueBins, bins_of
 from heatlens.plate.plate import Plate
 
@@ -17,12 +18,14 @@ class Pinhole:
     color  RGBA, premultiplied
     depth  metres, or the signed circle of confusion in pixels where the plate brings that
     bins   where its surfaces lie, see `bins_of_plate`
+    fragments  what is known behind the picture; None where nothing is
     """
 
     plate: Plate
     color: moderngl.Texture
     depth: moderngl.Texture
     bins: ValueBins
+    fragments: FragmentBuffers | None = None
 
     @property
     def occupied(self) -> npt.NDArray[np.float64]:
@@ -31,8 +34,14 @@ class Pinhole:
 
 
 def bins_of_plate(plate: Plate) -> ValueBins:
-    """Return where the plate's surfaces lie: in dioptres, or in pixels of its own CoC."""
+    """Return where the plate's surfaces lie, those behind included.
+
+    The bins are of dioptres, or of pixels where the plate brings its own CoC.
+    """
     if plate.coc_px is not None:
         return bins_of(plate.coc_px)
     assert plate.depth_m is not None
-    return bins_of(np.float32(1.0) / plate.depth_m)
+    dioptres = np.float32(1.0) / plate.depth_m
+    if plate.fragments is not None:
+        dioptres = np.concatenate([dioptres.ravel(), plate.fragments.dioptres])
+    return bins_of(dioptres)

@@ -3,8 +3,10 @@
 import moderngl
 import numpy as np
 
+from heatlens.defocus.listed_fragments import FragmentBuffers
 from heatlens.defocus.pipeline import Steps
 from heatlens.errors import InputError
+from heatlens.gpu.context import check_storage_fits
 from heatlens.gpu.textures import FloatArray, new_texture, uploading
 from heatlens.model.framing import Pose
 from heatlens.model.settings import Method
@@ -37,17 +39,37 @@ class PlateOnGpu:
         Steps that are not taken to their end leave nothing loaded.
         """
         color, depth = self._textures((plate.data_window.width, plate.data_window.height))
+        self._release_fragments()
         self._held = None
         try:
             for texture, pixels in ((color, plate.color), (depth, _depth_or_coc(plate))):
                 for _ in uploading(texture, pixels):
                     yield "upload"
-            self._held = Pinhole(plate, color, depth, bins)
+            fragments = self._fragments_of(plate)
+            self._held = Pinhole(plate, color, depth, bins, fragments)
         finally:
             if self._held is None:
                 color.release()
                 depth.release()
         return self._held
+
+    def _fragments_of(self, plate: Plate) -> FragmentBuffers | None:
+        """Return the plate's fragment lists on the GPU. Raises GpuError where they do not fit."""
+        lists, window = plate.fragments, plate.data_window
+        if lists is None:
+            return None
+        largest = max(lists.words.nbytes, lists.starts.nbytes)
+        check_storage_fits(self._ctx, largest, "surfaces behind the picture")
+        return FragmentBuffers(
+            self._ctx.buffer(lists.starts),
+            self._ctx.buffer(lists.words),
+            (window.width, window.height),
+            lists.is_measured,
+        )
+
+    def _release_fragments(self) -> None:
+        if self._held is not None and self._held.fragments is not None:
+            self._held.fragments.release()
 
     def _textures(self, size: tuple[int, int]) -> tuple[moderngl.Texture, moderngl.Texture]:
         """Return those of the plate before where they fit, else new ones in their place."""
@@ -98,6 +120,7 @@ class PlateOnGpu:
     def release(self) -> None:
         """See `SourceOnGpu`."""
         if self._held is not None:
+            self._release_fragments()
             self._held.color.release()
             self._held.depth.release()
             self._held = None

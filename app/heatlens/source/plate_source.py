@@ -13,6 +13,7 @@ from heatlens.frame_cache.reader import SequenceReader
 from heatlens.model.frames import FrameRange
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.shot import Shot
+from heatlens.plate.behind import behind_paths
 from heatlens.plate.plate import Plate, ReadPixels
 from heatlens.sequence.depth_files import PlateFiles, depth_path_for
 from heatlens.sequence.names import frames_text
@@ -43,8 +44,8 @@ class PlateSource:
 
     @cached_property
     def files_of(self) -> PlateFiles:
-        """Name the files that the plate at a path is read from: its own, and its depth's."""
-        return PlateFiles(self.options.depth_source)
+        """Name the files that the plate at a path is read from, its own first."""
+        return PlateFiles(self.options.files_beside)
 
     @property
     def frames(self) -> FrameRange | None:
@@ -107,6 +108,7 @@ class PlateSource:
         path, depth = self.sequence.path_at(frame), self.options.depth_source
         if depth is not None:
             depth_path_for(path, depth)  # raises InputError where the frame has no depth
+        behind_paths(path, self.options)  # likewise
         return Origin(frame, is_black, stamped(self.files_of(path)))
 
 

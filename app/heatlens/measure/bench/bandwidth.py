@@ -2,8 +2,9 @@
 
 import moderngl
 
+from heatlens.defocus.plate_passes import tiles
 from heatlens.gpu.context import is_software
-from heatlens.gpu.program import ComputeProgram, pixel_groups
+from heatlens.gpu.program import ComputeProgram
 from heatlens.gpu.stopwatch import Stopwatch
 from heatlens.gpu.textures import new_texture
 
@@ -34,8 +35,6 @@ def _copy_seconds(
     stopwatch = Stopwatch(source.ctx, on=True)
     with stopwatch.measure("copy"):
         program.dispatch(
-            pixel_groups(source.size),
-            textures={"color_tx": source},
-            images={"out_color_img": target},
+            tiles(source.size), textures={"color_tx": source}, images={"out_color_img": target}
         )
     return stopwatch.times["copy"].seconds

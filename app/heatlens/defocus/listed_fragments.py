@@ -1,0 +1,110 @@
+"""Fragment lists of a plate on the GPU, and programs that know what to do with them."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import moderngl
+
+from heatlens.defocus.optics import Optics
+from heatlens.gpu.program import ComputeProgram
+from heatlens.model.coc import CocLine
+
+
+@dataclass(frozen=True)
+class FragmentBuffers:
+    """The lists of one plate, packed as lib/fragment_list.lib.glsl reads them.
+
+    starts       a word a pixel, and one more
+    words        three words a fragment
+    size         width and height of the plate, pixels
+    is_measured  the file tells the coverage of what is seen, so that silhouettes need no guess
+    """
+
+    starts: moderngl.Buffer
+    words: moderngl.Buffer
+    size: tuple[int, int]
+    is_measured: bool
+
+    def release(self) -> None:
+        """Give the buffers back to OpenGL."""
+        self.starts.release()
+        self.words.release()
+
+
+@dataclass(frozen=True)
+class ListedFragments:
+    """The lists of a plate seen through a lens.
+
+    has_fronts  lists that begin with what the pixel shows stand for it; not in a smaller picture,
+                whose pixels show more than the one pixel whose list they take
+    """
+
+    held: FragmentBuffers
+    line: CocLine
+    has_fronts: bool
+
+    @property
+    def is_measured(self) -> bool:
+        """Return True if silhouettes in the picture are not to be guessed."""
+        return self.held.is_measured and self.has_fronts
+
+    @property
+    def buffers(self) -> dict[str, moderngl.Buffer]:
+        """The storage blocks that shaders read the lists from."""
+        return {"start_block": self.held.starts, "fragment_block": self.held.words}
+
+    @property
+    def uniforms(self) -> dict[str, object]:
+        """What shaders have to know besides."""
+        return {
+            "lists_size": self.held.size,
+            "fragment_line": (self.line.at_infinity_px, self.line.per_dioptre_px),
+            "has_fronts": self.has_fronts,
+        }
+
+    def with_words(self, words: moderngl.Buffer) -> "ListedFragments":
+        """The same lists with other colours."""
+        return replace(self, held=replace(self.held, words=words))
+
+
+def listed_through(
+    held: FragmentBuffers | None, optics: Optics, is_whole_size: bool
+) -> ListedFragments | None:
+    """Return the lists as a lens sees them; None without lists, or where no lens is known."""
+    if held is None or optics.line is None:
+        return None
+    return ListedFragments(held, optics.line, has_fronts=is_whole_size)
+
+
+class ListProgram:
+    """A compute program in two versions: for flat pictures and for those with fragment lists.
+
+    The second one is compiled when the first picture with lists comes.
+    """
+
+    def __init__(
+        self, ctx: moderngl.Context, name: str, defines: Mapping[str, object] | None = None
+    ) -> None:
+        self._ctx = ctx
+        self._name = name
+        self._defines = dict(defines or {})
+        self._flat = ComputeProgram(ctx, name, self._defines)
+        self._with_lists: ComputeProgram | None = None
+
+    def version(self, with_lists: bool) -> ComputeProgram:
+        """Return the program for pictures with lists, or for those without."""
+        if not with_lists:
+            return self._flat
+        if self._with_lists is None:
+            self._with_lists = ComputeProgram(self._ctx, self._name, self._defines | {"LISTS": 1})
+        return self._with_lists
+
+
+def list_buffers(lists: ListedFragments | None) -> dict[str, moderngl.Buffer]:
+    """Return the storage blocks of the lists, where there are lists."""
+    return {} if lists is None else lists.buffers
+
+
+def list_uniforms(lists: ListedFragments | None) -> dict[str, object]:
+    """Return the uniforms of the lists, where there are lists."""
+    return {} if lists is None else lists.uniforms

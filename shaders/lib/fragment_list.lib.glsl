@@ -1,0 +1,41 @@
+// What lies along each pixel's ray behind the surface that the picture shows, near to far, in one
+// packed list. Where a pixel shows several surfaces, each with its coverage, its list begins with what it
+// shows.
+//
+// start_buf     twice where a pixel's fragments start, plus 1 if they begin with what it shows;
+//               one more entry ends the last list
+// fragment_buf  three words a fragment: colour and coverage as halfs, dioptres as a float
+
+layout(std430, binding = 0) readonly buffer start_block { uint start_buf[]; };
+layout(std430, binding = 0) readonly buffer fragment_block { uint fragment_buf[]; };
+uniform ivec2 lists_size;     // pixels of the plate; its picture may be smaller
+uniform vec2 fragment_line;   // signed coc at infinity, and per dioptre, pixels
+uniform bool has_fronts;      // lists that begin with what is seen stand for it
+
+#define WORDS 3u
+
+struct Fragment {
+    vec3 color;
+    float cover;  // 0..1 of the pixel
+    float coc;    // signed, pixels
+};
+
+struct List {
+    uint first, end;  // numbers of fragments
+    bool has_front;
+};
+
+List list_at(ivec2 at, ivec2 picture_size) {
+    ivec2 of_plate = (2 * at + 1) * lists_size / (2 * picture_size);
+    uint pixel = uint(of_plate.y * lists_size.x + of_plate.x), start = start_buf[pixel];
+    bool begins_with_front = (start & 1u) == 1u;
+    uint skipped = begins_with_front && !has_fronts ? 1u : 0u;
+    return List((start >> 1) + skipped, start_buf[pixel + 1u] >> 1, begins_with_front && has_fronts);
+}
+
+Fragment fragment_of(uint number) {
+    uint at = WORDS * number;
+    vec2 red_green = unpackHalf2x16(fragment_buf[at]), blue_cover = unpackHalf2x16(fragment_buf[at + 1u]);
+    float coc = fragment_line.x + fragment_line.y * uintBitsToFloat(fragment_buf[at + 2u]);
+    return Fragment(vec3(red_green, blue_cover.x), blue_cover.y, coc);
+}

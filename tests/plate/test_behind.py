@@ -1,0 +1,118 @@
+"""Pictures of what lies behind a plate, from files and from parts and layers of the plate."""
+
+import numpy as np
+import pytest
+
+from heatlens.commands.main import main
+from heatlens.documents.shot_file import read_shot, write_shot
+from heatlens.errors import InputError
+from heatlens.model.lens import Lens
+from heatlens.model.plate_options import PlateOptions
+from heatlens.model.shot import Shot
+from heatlens.plate.read import read_plate
+from support.exr_files import rgb, window, write_file, write_parts
+
+SIZE = (6, 8)
+
+
+def depth(metres: float) -> np.ndarray:
+    return np.full(SIZE, metres, np.float32)
+
+
+def layer(metres: float, light: float, prefix: str = "") -> dict[str, np.ndarray]:
+    color = {prefix + name: np.full(SIZE, light, np.float16) for name in "RGB"}
+    return color | {f"{prefix}Z": depth(metres)}
+
+
+@pytest.fixture
+def plate(tmp_path):
+    return write_file(tmp_path / "plate.exr", rgb() | {"Z": depth(2)})
+
+
+def listed(made) -> tuple[np.ndarray, np.ndarray]:
+    """Distances and red of a plate's only list a pixel, (48, n)."""
+    lists = made.fragments
+    assert lists is not None and set(np.diff(lists.starts.astype(np.int64))) == {
+        2 * lists.count // 48
+    }
+    return (1 / lists.dioptres).reshape(48, -1), lists.color[:, 0].reshape(48, -1)
+
+
+def test_files_behind_are_sorted_by_depth(tmp_path, plate):
+    wall = write_file(tmp_path / "wall.exr", layer(9, 0.5))
+    tree = write_file(tmp_path / "tree.exr", layer(4, 0.25))
+    made = read_plate(plate, PlateOptions(behind=(str(wall), str(tree))))
+    distances, red = listed(made)
+    assert np.allclose(distances, [4, 9]) and np.allclose(red, [0.25, 0.5])
+    flat = read_plate(plate)
+    assert np.array_equal(made.color, flat.color) and np.array_equal(made.depth_m, flat.depth_m)
+    assert "2.00 surfaces a pixel" in made.notes[-1]
+
+
+def test_parts_called_behind_are_taken_by_themselves(tmp_path):
+    path = write_parts(
+        tmp_path / "parts.exr",
+        ({"name": "front"}, rgb() | {"Z": depth(2)}),
+        ({"name": "behind.1"}, layer(4, 0.25)),
+        ({"name": "behind.2"}, layer(9, 0.5)),
+    )
+    distances, red = listed(read_plate(path))
+    assert np.allclose(distances, [4, 9]) and np.allclose(red, [0.25, 0.5])
+
+
+def test_layers_called_behind_are_taken_by_themselves(tmp_path):
+    channels = rgb() | {"Z": depth(2)} | layer(4, 0.25, "behind.")
+    distances, red = listed(read_plate(write_file(tmp_path / "layers.exr", channels)))
+    assert np.allclose(distances, 4) and np.allclose(red, 0.25)
+
+
+def test_a_nearer_picture_comes_to_the_front(tmp_path, plate):
+    near = write_file(tmp_path / "near.exr", layer(1, 0.75))
+    made = read_plate(plate, PlateOptions(behind=(str(near),)))
+    assert np.allclose(made.color[..., 0], 0.75) and np.allclose(made.depth_m, 1)
+    assert np.allclose(listed(made)[0], 2)
+
+
+def test_a_smaller_data_window_is_behind_where_it_is(tmp_path, plate):
+    small = {name: values[:2, :3] for name, values in layer(4, 0.25).items()}
+    wide = {"dataWindow": window(1, 2, 4, 4), "displayWindow": window(0, 0, 8, 6)}
+    behind = write_file(tmp_path / "small.exr", small, **wide)
+    made = read_plate(plate, PlateOptions(behind=(str(behind),)))
+    counts = np.diff(made.fragments.starts >> 1).reshape(SIZE)
+    assert counts.sum() == 6 and counts[2:4, 1:4].all()
+
+
+def test_another_display_window_is_refused(tmp_path, plate):
+    other = write_file(tmp_path / "other.exr", layer(4, 0.25), displayWindow=window(0, 0, 16, 12))
+    said = r"other\.exr shows another picture than .*plate\.exr.*16x12"
+    with pytest.raises(InputError, match=said):
+        read_plate(plate, PlateOptions(behind=(str(other),)))
+
+
+def test_a_pattern_goes_by_the_number_of_the_frame(tmp_path):
+    for frame in (1, 2):
+        write_file(tmp_path / f"plate.{frame:04d}.exr", rgb() | {"Z": depth(2)})
+        write_file(tmp_path / f"clean.{frame:04d}.exr", layer(3 + frame, 0.25))
+    options = PlateOptions(behind=(str(tmp_path / "clean.####.exr"),))
+    made = read_plate(tmp_path / "plate.0002.exr", options)
+    assert np.allclose(listed(made)[0], 5)
+    (tmp_path / "clean.0001.exr").unlink()
+    with pytest.raises(InputError, match=r"clean\.0001\.exr is missing: the picture behind of"):
+        read_plate(tmp_path / "plate.0001.exr", options)
+
+
+def test_a_shot_keeps_what_is_behind_relative_to_itself(tmp_path):
+    behind = (str(tmp_path / "clean.exr"), str(tmp_path / "wall.exr"))
+    shot = Shot(Lens(50.0, 2.0, 2.0, 36.0), plate_options=PlateOptions(behind=behind))
+    path = tmp_path / "s.heatlens.json"
+    write_shot(path, shot)
+    assert '"clean.exr"' in path.read_text()
+    assert read_shot(path).plate_options.behind == behind
+
+
+def test_a_missing_file_behind_is_named(tmp_path, plate, capsys):
+    out = tmp_path / "o.exr"
+    words = ("render", str(plate), "-o", str(out), "--behind", str(tmp_path / "nowhere.exr"))
+    lens = ("--f-stop", "2", "--focal-length", "50", "--sensor-width", "36")
+    assert main([*words, *lens, "--focus-distance", "2"]) == 2
+    assert "nowhere.exr is not there" in capsys.readouterr().err and not out.exists()
