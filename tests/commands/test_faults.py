@@ -152,8 +152,8 @@ def test_work_is_kept_before_a_fault_is_said(reports, gui, tmp_path, monkeypatch
     session.documents.save_as(path)
     gui.until(lambda: not session.documents._writing, "the file")
     session.editing.edit_lens(replace(session.lens, f_stop=1.25))
-    monkeypatch.setattr(session.scheduler, "wish", broken)
-    session.turns.update()
+    monkeypatch.setattr(session.scheduler, "_ask", broken)
+    session.scheduler.update()
     assert "The picture could not be made; this is a fault" in session.message
     assert read_shot(autosave_path(path)).lens.f_stop == 1.25
     assert read_shot(path).lens.f_stop != 1.25

@@ -94,7 +94,7 @@ def most_between_looks(gui: Gui, work: Work, do) -> float:
             before = work.drawn
             gui.session.work()
             most = max(most, work.drawn - before)
-        if not gui.session.scheduler.is_working:
+        if not gui.session.scheduler.is_rendering:
             return most
     raise AssertionError("never whole")
 
@@ -153,7 +153,7 @@ def test_what_is_half_done_is_given_up_for_another_wish(scene_gui, work):
     for _ in range(6):
         gui.frame()
         gui.session.work()
-    assert gui.session.scheduler.is_working
+    assert gui.session.scheduler.is_rendering
     before = work.drawn
     gui.session.scenes.look_through("main")
     gui.frame()

@@ -51,7 +51,7 @@ def fill(gui: Gui, count: int = COUNT) -> None:
 
 
 def at_rest(gui: Gui) -> None:
-    gui.until(lambda: not gui.session.turns.is_working, "rest", 120.0)
+    gui.until(lambda: not gui.session.scheduler.is_working, "rest", 120.0)
 
 
 def own_picture(gui: Gui, own: FrameRenderer, frame: int) -> np.ndarray:
@@ -86,7 +86,7 @@ def test_once_all_is_rendered_nothing_more_is(gui):
     fill(gui)
     at_rest(gui)
     session, made = gui.session, gui.session.pull.version
-    assert session.turns.seconds_until_needed() is None
+    assert session.scheduler.seconds_until_needed() is None
     for _ in range(30):
         session.work()
         gui.frame()
@@ -97,7 +97,7 @@ def test_playing_rendered_frames_renders_nothing_and_shows_each(gui, renderer):
     fill(gui)
     at_rest(gui)
     session, clock = gui.session, gui.session.timeline.playback._clock
-    before = session.scheduler.version
+    before = session.scheduler.picture_key
     gui.key(K.space)
     seen = []
     for _ in range(2 * COUNT):
@@ -109,7 +109,7 @@ def test_playing_rendered_frames_renders_nothing_and_shows_each(gui, renderer):
         light = download(session.pull.screen.uploaded(shown).texture)
         np.testing.assert_array_equal(light, own_picture(gui, renderer, session.frame))
         seen.append(session.frame)
-    assert session.scheduler.version == before
+    assert session.scheduler.picture_key == before
     assert sorted(seen) == sorted([*range(FIRST, LAST + 1)] * 2)
 
 
@@ -181,13 +181,13 @@ def test_after_what_the_user_did_frames_wait_a_moment(gui, monkeypatch):
     session.pull._clock = clock
     monkeypatch.setattr(session.pull, "_work", worked.append)
     session.pull.touched()
-    wait_s = session.turns.seconds_until_needed()
+    wait_s = session.scheduler.seconds_until_needed()
     assert 0.0 < wait_s < 1.0
     for _ in range(50):
         session.work()
     assert worked == []
     clock.now_s += wait_s
-    assert session.turns.seconds_until_needed() == 0.0
+    assert session.scheduler.seconds_until_needed() == 0.0
     session.work()
     assert len(worked) == 1
 

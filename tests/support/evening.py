@@ -59,8 +59,8 @@ def until(session: Session, condition: Callable[[], bool], what: str) -> None:
 def turn(session: Session) -> None:
     """One turn of the loop, as the window makes it."""
     session.poll()
-    session.turns.update()
-    if session.turns.is_working:
+    session.scheduler.update()
+    if session.scheduler.is_working:
         session.work()
     session.editing.rest(is_held=False)
 
@@ -70,7 +70,7 @@ def settled(session: Session) -> None:
 
     def is_settled() -> bool:
         is_kept = not (session.wants_frames or session.documents._writing)
-        return is_kept and session.source.plate is not None and not session.turns.is_working
+        return is_kept and session.source.plate is not None and not session.scheduler.is_working
 
     until(session, is_settled, "rest")
 

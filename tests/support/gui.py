@@ -95,7 +95,7 @@ class Gui:
 
     def settled(self) -> None:
         """Until the whole picture is there and on the screen."""
-        self.until(lambda: not self.session.scheduler.is_working, "the whole picture", 60.0)
+        self.until(lambda: not self.session.scheduler.is_rendering, "the whole picture", 60.0)
         self.frame(2)
 
     def rect(self, name: str) -> tuple[float, float, float, float]:

@@ -41,7 +41,7 @@ def whole(gui: Gui) -> None:
     gui.frame()  # what was asked for just now is begun
     session = gui.session
     gui.until(
-        lambda: session.live.shown is not None and not session.scheduler.is_working,
+        lambda: session.live.shown is not None and not session.scheduler.is_rendering,
         "the whole picture",
     )
     gui.frame(2)

@@ -280,7 +280,7 @@ def test_a_plate_too_large_for_the_gpu_is_said_and_the_last_one_comes_back(
 
     before = gui.session.shot
     with monkeypatch.context() as full:
-        full.setattr("heatlens.render.new_texture", refuse)
+        full.setattr("heatlens.source.plate_on_gpu.new_texture", refuse)
         gui.session.files.open(str(path))
         gui.until(lambda: "128x96" in gui.session.message, "a sentence")
         gui.frame(3)

@@ -94,7 +94,7 @@ class ScreenPictures:
         return self._a.texture
 
     def b(
-        self, source: moderngl.Texture, plate: Pinhole, view: ViewState, version: int = 0
+        self, source: moderngl.Texture, plate: Pinhole, view: ViewState, version: object = None
     ) -> moderngl.Texture:
         """B: the pinhole picture, the reference, or another method's picture of that version."""
         is_pinhole = source is plate.color

@@ -8,6 +8,27 @@ from heatlens.model.settings import DefocusSettings
 from heatlens.model.shot import Shot
 
 
+@dataclass(frozen=True)
+class PictureKey:
+    """What a picture is made of: two pictures with equal keys are the same picture.
+
+    plate     the number of the plate, another whenever another one lies on the GPU
+    frame     the frame of the shot
+    shot      the shot, which names the source
+    settings  those it is made with: the shot's own for the whole picture
+    """
+
+    plate: int
+    frame: int
+    shot: Shot
+    settings: DefocusSettings
+
+
+def whole_picture(shot: Shot, frame: int, plate: int) -> PictureKey:
+    """Return the key of the picture as `heatlens render` would make it."""
+    return PictureKey(plate, frame, shot, shot.defocus)
+
+
 @dataclass(frozen=True, eq=False)
 class Shown:
     """A picture on the GPU.
@@ -25,6 +46,11 @@ class Shown:
     settings: DefocusSettings
     seconds: float
     plate: int = 0
+
+    @property
+    def picture_key(self) -> PictureKey:
+        """What it was made of."""
+        return PictureKey(self.plate, self.frame, self.shot, self.settings)
 
     @property
     def is_whole(self) -> bool:

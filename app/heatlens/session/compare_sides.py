@@ -27,22 +27,24 @@ class CompareSides:
         self._is_turn_of_b = False
 
     @property
-    def version(self) -> int:
-        """Counts the finished pictures of both."""
-        return self.a.version + self.b.version
+    def pictures(self) -> tuple[Shown | None, Shown | None]:
+        """The finished pictures of A and B; each finished picture is another object."""
+        return self.a.shown, self.b.shown
 
     @property
-    def is_working(self) -> bool:
-        """A whole picture that is seen is not there yet."""
-        return any(side.is_working for side in self._sides())
+    def plate(self) -> int | None:
+        """The number of the plate that A was last asked for; None: nothing was asked for."""
+        return self.a.wished_plate
 
-    def _sides(self) -> tuple[LivePicture, ...]:
+    @property
+    def rendered(self) -> tuple[LivePicture, ...]:
+        """The sides that are rendered: A, and B while it is seen as another method."""
         return (self.a,) if self._method is None else (self.a, self.b)
 
-    def seconds_to_rest(self) -> float:
-        """How long until work may go on; 0 where it may."""
-        waits = [side.seconds_to_rest() for side in self._sides() if side.is_working]
-        return min(waits, default=0.0)
+    @property
+    def turn(self) -> int:
+        """The index in `rendered` of the side whose turn it is."""
+        return 1 if self._is_turn_of_b and self._method is not None else 0
 
     def restart(self) -> None:
         """Another plate lies on the GPU."""
@@ -73,25 +75,13 @@ class CompareSides:
         if self.b.wish(other, frame, left_s, plate):
             self.a.pause()
 
-    def wants_work(self, is_plate_whole: bool) -> bool:
-        """There is a picture to go on with, see LivePicture."""
-        return any(side.wants_work(is_plate_whole) for side in self._sides())
-
-    def work(self, slice_s: float, is_plate_whole: bool = True) -> None:
-        """Go on with the picture that is under way, else with the side whose turn it is."""
-        side = self._next(is_plate_whole)
-        other = self.a if side is self.b else self.b
-        version = side.version
-        side.work(slice_s, is_plate_whole)
-        if side.version != version:
-            self._is_turn_of_b = other is self.b
-
-    def _next(self, is_plate_whole: bool) -> LivePicture:
-        if self._method is None or not self.b.wants_work(is_plate_whole):
-            return self.a
-        if not self.a.wants_work(is_plate_whole):
-            return self.b
-        return self.b if self._is_turn_of_b else self.a
+    def work(self, side: int, slice_s: float, is_plate_whole: bool = True) -> None:
+        """Go on with the picture of a side; once it is finished, it is the other's turn."""
+        live = self.rendered[side]
+        before = live.shown
+        live.work(slice_s, is_plate_whole)
+        if live.shown is not before:
+            self._is_turn_of_b = live is self.a
 
     def of_method(self, view: ViewState) -> Shown | None:
         """B's picture where B is a method; None where it is something else, or not there yet."""

@@ -20,7 +20,7 @@ from heatlens.model.settings import DefocusSettings
 from heatlens.model.shot import Shot
 from heatlens.preview.cost import CostModel
 from heatlens.preview.levels import cheaper, is_better, on_the_way
-from heatlens.preview.shown import Shown
+from heatlens.preview.shown import PictureKey, Shown, whole_picture
 from heatlens.render import FrameRenderer
 
 _REST_S = 0.08  # so long without a change is rest: a hand that drags sends several in this time
@@ -70,9 +70,7 @@ class LivePicture:
         self._clock = clock
         self.cost = cost or CostModel()
         self.shown: Shown | None = None
-        self.version = 0  # counts finished pictures
-        self._wish: tuple[Shot, int] | None = None
-        self._plate = 0
+        self._wish: PictureKey | None = None
         self._changed_at = 0.0
         self._rung: DefocusSettings | None = None
         self._work: _Work | None = None
@@ -95,18 +93,19 @@ class LivePicture:
         The picture of a plate that has only become finer stays until its whole successor is there.
         True where it rendered; a wish that raised is not tried again.
         """
-        is_same = self._wish == (shot, frame)
-        if is_same and self._plate == plate.number:
+        wish, before = whole_picture(shot, frame, plate.number), self._wish
+        if wish == before:
             return False
-        if is_same and plate.is_finer and self.shown is not None:
-            self._plate, self._work = plate.number, None
+        is_same_but_plate = before is not None and replace(wish, plate=before.plate) == before
+        if is_same_but_plate and plate.is_finer and self.shown is not None:
+            self._wish, self._work = wish, None
             return False
-        begun = self._begun_picture(shot, frame) if self._plate == plate.number else None
-        self._plate, self._is_refused = plate.number, False
-        settings_changed = self._wish is None or self._wish[0].defocus != shot.defocus
-        self._wish, self._changed_at, self._work = (shot, frame), self._clock(), None
-        if settings_changed:
+        is_same_plate = before is not None and before.plate == wish.plate
+        begun = self._begun_picture(shot, frame) if is_same_plate else None
+        if before is None or before.settings != wish.settings:
             self._rung = None
+        self._wish, self._changed_at, self._work = wish, self._clock(), None
+        self._is_refused = False
         if begun is not None:
             self.shown = begun
             return False
@@ -142,8 +141,12 @@ class LivePicture:
         """The whole picture is not there yet."""
         if self._wish is None or self._is_refused:
             return False
-        shown = self.shown
-        return shown is None or not shown.is_whole or not self._is_of_wish(shown)
+        return self.shown is None or self.shown.picture_key != self._wish
+
+    @property
+    def wished_plate(self) -> int | None:
+        """The number of the plate that the wished picture is made of; None without a wish."""
+        return None if self._wish is None else self._wish.plate
 
     def seconds_to_rest(self) -> float:
         """How long until the whole picture may be begun; 0 where it may."""
@@ -167,7 +170,9 @@ class LivePicture:
             self._advance(slice_s)
 
     def _is_of_wish(self, shown: Shown) -> bool:
-        return self._wish == (shown.shot, shown.frame) and shown.plate == self._plate
+        """Return True for a picture of the wished shot and plate, however quick it was made."""
+        key, wish = shown.picture_key, self._wish
+        return wish is not None and replace(key, settings=wish.settings) == wish
 
     def _best_rung(self, wished: DefocusSettings, budget_s: float) -> DefocusSettings:
         """The best picture that fits the time; the one before is kept while it about fits."""
@@ -195,7 +200,7 @@ class LivePicture:
         Of a plate that will soon be finer only what comes soon, which may be nothing.
         """
         assert self._wish is not None
-        wished = self._wish[0].defocus
+        wished = self._wish.settings
         whole_s = self._predicted(wished)
         patience_s = _PATIENCE_S if is_plate_whole else _SOON_S
         if whole_s <= patience_s and not wished.method.needs_scene:
@@ -215,9 +220,8 @@ class LivePicture:
 
     def _start(self, settings: DefocusSettings) -> None:
         assert self._wish is not None
-        shot, frame = self._wish
-        slot = self._slots[1]
-        steps = self._renderer.steps(replace(shot, defocus=settings), frame, slot)
+        shot, slot = replace(self._wish.shot, defocus=settings), self._slots[1]
+        steps = self._renderer.steps(shot, self._wish.frame, slot)
         self._work = _Work(steps, settings, slot, self._views_before(settings))
 
     def _views_before(self, settings: DefocusSettings) -> int:
@@ -241,10 +245,9 @@ class LivePicture:
             work.seconds += self._clock() - start
             made = replace(work.settings, views=work.settings.views - work.views_before)
             self.cost.learn(made, self._pixels(made), work.seconds)
-            shot, frame = self._wish
-            self.shown = Shown(end.value, shot, frame, work.settings, work.seconds, self._plate)
+            shot, frame, plate = self._wish.shot, self._wish.frame, self._wish.plate
+            self.shown = Shown(end.value, shot, frame, work.settings, work.seconds, plate)
             self._slots, self._work = self._slots[::-1], None
-            self.version += 1
 
 
 def _views_of(shot: Shot) -> int:

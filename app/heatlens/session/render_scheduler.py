@@ -1,10 +1,26 @@
-"""Who works on the picture for the next moment: the scene is drawn first, then it is blurred."""
+"""Has the pictures rendered that are seen, a moment at a time, in the order of `next_work`."""
 
-from heatlens.model.shot import Shot
-from heatlens.model.view import ViewState
+from collections.abc import Callable
+
+from heatlens.errors import HeatlensError
+from heatlens.faults import faults_told
+from heatlens.preview.shown import Shown
 from heatlens.session.compare_sides import CompareSides
-from heatlens.session.live_picture import PlateVersion
+from heatlens.session.editing import Editing
+from heatlens.session.live_picture import LivePicture, PlateVersion
+from heatlens.session.next_work import (
+    NextWork,
+    PlateState,
+    SideState,
+    Work,
+    WorkState,
+    is_rendering,
+    next_work,
+)
 from heatlens.session.open_source import OpenSource
+from heatlens.session.picture_view import PictureView
+from heatlens.session.rendered_pull import RenderedPull
+from heatlens.session.speed import Speed
 
 # Work on the whole picture ends so soon, after the step that it is at, for the loop to look for
 # input again: every 30 ms with steps of up to 18 ms.
@@ -12,49 +28,122 @@ _SLICE_S = 0.012
 
 
 class RenderScheduler:
-    """The plate of the source becomes the pictures of both sides."""
+    """Answers changes at once with what fits the time, and goes on with what `next_work` names."""
 
-    def __init__(self, source: OpenSource, sides: CompareSides) -> None:
+    def __init__(
+        self,
+        source: OpenSource,
+        sides: CompareSides,
+        pull: RenderedPull,
+        editing: Editing,
+        view: PictureView,
+        speed: Speed,
+        say_error: Callable[[HeatlensError], None],
+    ) -> None:
         self._source = source
         self._sides = sides
-        self._wished = 0  # version of the plate that the sides know
+        self._pull = pull
+        self._editing = editing
+        self._view = view
+        self._speed = speed
+        self._say_error = say_error
+
+    # What is there
 
     @property
-    def version(self) -> tuple[int, int]:
-        """Another one whenever there is something new to be seen."""
-        return self._source.version, self._sides.version
+    def is_rendering(self) -> bool:
+        """Return True while the whole picture that is seen is not there yet."""
+        return is_rendering(self._plate_state, self._side_states)
 
     @property
     def is_working(self) -> bool:
-        """The whole picture is not there yet."""
-        is_known = self._source.plate is None or self._source.version == self._wished
-        return self._sides.is_working or not (self._source.is_whole and is_known)
+        """Return True while there is a picture to go on with: that is seen, or to be played."""
+        return not self._pull.is_alone and (self.is_rendering or self._pull.has_work)
 
-    def wish(self, view: ViewState, shot: Shot, frame: int, budget_s: float) -> None:
-        """Answer a change with a picture that fits the time. Raises HeatlensError."""
-        source = self._source
+    @property
+    def seen(self) -> Shown | None:
+        """The picture through the lens: rendered now, or before where that is not there yet."""
+        now, frame = self._sides.a.shown, self._editing.frame
+        is_there = now is not None and now.frame == frame and not self.is_rendering
+        if is_there and self._source.is_settled_at(frame) and not self._pull.is_alone:
+            return now
+        return self._pull.screen.shown() or now
+
+    @property
+    def picture_key(self) -> object:
+        """Equal while the same pictures are there: the plate's, and those of both sides."""
+        return self._source.version, self._sides.pictures
+
+    @property
+    def seen_key(self) -> object:
+        """Equal while there is nothing new to be seen."""
+        return self.picture_key, self._pull.version
+
+    # What is to be done
+
+    def update(self) -> None:
+        """Answer a change of the shot with a picture that fits the time; errors are said."""
+        if not self._pull.is_alone:
+            self._try(self._ask)
+
+    def _ask(self) -> None:
+        source, shot, frame = self._source, self._editing.shot, self._editing.frame
         source.refresh()  # only now: what was saved before is picture and plate of one frame
         source.follow(shot, frame)
         if source.plate is not None and source.is_settled_at(frame):
             plate = PlateVersion(source.version, source.is_finer)
-            self._wished = source.version
+            view, budget_s = self._view.state, self._speed.budget_s
             self._sides.wish(view, source.seen(shot), frame, budget_s, plate)
 
     def work(self) -> None:
-        """Go on with the whole picture for a moment. Raises HeatlensError."""
-        if self._is_blurring:
-            self._sides.work(_SLICE_S, self._source.is_whole)
-        else:
-            self._source.refine(_SLICE_S)
+        """Go on for a moment with what is to be rendered next; errors are said."""
+        self._try(self._work)
 
-    @property
-    def _is_blurring(self) -> bool:
-        source = self._source
-        has_plate = source.plate is not None and source.is_good
-        return has_plate and self._sides.wants_work(source.is_whole)
+    def _work(self) -> None:
+        following = self._next
+        if following.work is Work.SIDE:
+            self._sides.work(following.side, _SLICE_S, self._source.is_whole)
+        elif following.work is Work.PLATE:
+            self._source.refine(_SLICE_S)
+        else:
+            self._pull.work()
+
+    def _try(self, act: Callable[[], None]) -> None:
+        try:
+            with faults_told("The picture could not be made"):
+                act()
+        except HeatlensError as error:
+            self._say_error(error)
 
     def seconds_until_needed(self) -> float | None:
-        """How long the loop may sleep; None: until something changes."""
-        if self._is_blurring:
-            return self._sides.seconds_to_rest()
-        return self._source.seconds_until_needed()
+        """Return how long the loop may sleep; None: until something changes."""
+        return self._next.wait_s
+
+    # The state that decides
+
+    @property
+    def _next(self) -> NextWork:
+        plate, sides = self._plate_state, self._side_states
+        frames_wait_s = None if is_rendering(plate, sides) else self._pull.seconds_until_needed()
+        turn = self._sides.turn
+        return next_work(WorkState(self._pull.is_alone, plate, sides, turn, frames_wait_s))
+
+    @property
+    def _plate_state(self) -> PlateState:
+        source = self._source
+        is_asked = source.plate is None or self._sides.plate == source.version
+        return PlateState(
+            is_there=source.plate is not None,
+            is_good=source.is_good,
+            is_whole=source.is_whole,
+            is_asked=is_asked,
+            wait_s=source.seconds_until_needed(),
+        )
+
+    @property
+    def _side_states(self) -> tuple[SideState, ...]:
+        return tuple(self._state_of(side) for side in self._sides.rendered)
+
+    def _state_of(self, side: LivePicture) -> SideState:
+        has_work = side.wants_work(self._source.is_whole)
+        return SideState(not side.is_working, has_work, side.seconds_to_rest())

@@ -32,7 +32,6 @@ from heatlens.session.mark_commands import MarkCommands
 from heatlens.session.messages import Messages
 from heatlens.session.open_source import OpenSource
 from heatlens.session.picture_commands import PictureCommands
-from heatlens.session.picture_turns import PictureTurns
 from heatlens.session.picture_view import PictureView
 from heatlens.session.preferences import Preferences
 from heatlens.session.pull_jobs import PullJobs
@@ -84,7 +83,6 @@ class Session:
             self.picture_view, self.source, self.editing, self.references, say
         )
         self.sides = CompareSides(renderer)
-        self.scheduler = RenderScheduler(self.source, self.sides)
         self._add_time_commands(say, wake, frames_folder)
         self._add_file_commands(say, wake)
 
@@ -116,8 +114,8 @@ class Session:
             wake,
         )
         self.player = FramePlayer(timeline, source, editing, self.pull, say)
-        self.turns = PictureTurns(
-            self.scheduler, self.pull, source, editing, view, self.live, self.speed, self.say_error
+        self.scheduler = RenderScheduler(
+            source, self.sides, self.pull, editing, view, self.speed, self.say_error
         )
 
     def _add_file_commands(self, say: Callable[[str], None], wake: Callable[[], None]) -> None:
@@ -219,7 +217,7 @@ class Session:
     @property
     def seen(self) -> Shown | None:
         """The picture through the lens that is to be on the screen."""
-        return self.turns.seen
+        return self.scheduler.seen
 
     def mark_tracks(self) -> tuple[MarkTrack, ...]:
         """Return how far marked things are: of files at the frames in memory, of scenes once they
@@ -232,7 +230,7 @@ class Session:
     @property
     def _is_measuring_late(self) -> bool:
         """There is work that comes before measuring how far marks are."""
-        return self.scheduler.is_working or self.marks.is_reading
+        return self.scheduler.is_rendering or self.marks.is_reading
 
     # What can be done
 
@@ -317,7 +315,7 @@ class Session:
 
     def work(self) -> None:
         """Go on for a moment with the whole picture, else with the frames of the pull."""
-        self.turns.work()
+        self.scheduler.work()
 
     @property
     def wants_frames(self) -> bool:
@@ -330,7 +328,7 @@ class Session:
             _SETTLING_S if self.wants_frames else None,
             _NEXT_SLICE_S if self.scene_tracks.is_due else None,
             self.messages.seconds_until_needed(),
-            self.turns.seconds_until_needed(),
+            self.scheduler.seconds_until_needed(),
             self.player.seconds_until_needed(),
         )
         return min((wait for wait in waits if wait is not None), default=None)

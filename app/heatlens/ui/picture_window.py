@@ -122,10 +122,10 @@ class PictureWindow:
         if is_kept := isinstance(shown, KeptFrame):
             a = self._kept.texture(shown, view)
         else:
-            a = screen.a(shown, session.sides.version, loaded, view, linear_b)
+            a = screen.a(shown, session.sides.pictures, loaded, view, linear_b)
         b = a
         if view.compare in (Compare.WIPE, Compare.FLIP):
-            b = screen.b(linear_b, loaded, view, session.sides.version if of_method else 0)
+            b = screen.b(linear_b, loaded, view, of_method)
         detail = None
         if view.depth_of_field and view.compare is not Compare.DIFFERENCE and not is_kept:
             detail = screen.detail(shown, loaded, view)

@@ -67,7 +67,7 @@ class Screen:
         if is_new_layout:
             for name in ("Lens", "Look"):  # in front of those that share a place with them
                 imgui.set_window_focus(name)
-        session.turns.update()
+        session.scheduler.update()
         self.picture.draw(hears)
         session.editing.rest(is_held=imgui.is_any_item_active())
         session.color.apply(session.view, self._pictures)

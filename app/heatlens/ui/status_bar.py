@@ -47,7 +47,7 @@ class StatusBar:
             return f"{asked or mouse_words(session.has_scene)}.  ? shows the keys."
         self._kept.uploaded(shown)
         pixel = session.source.plate_px(session.shot, hovered)
-        version = shown.key if isinstance(shown, KeptFrame) else session.live.version
+        version = shown.key if isinstance(shown, KeptFrame) else shown
         probe = probe_at(pixel, plate, session.lens, shown, version, self._reader)
         if probe is None:
             return ""

@@ -113,7 +113,7 @@ class Loop:
         self._screen = Screen(self._session, glfw.post_empty_event)
         self._ui = self._screen.ui
         restore_layout(self._ui, preferences.now.layout)
-        self._version: object = None
+        self._seen_key: object = None
         self._title = ""
 
     def run(self, stops: StopSignals) -> None:
@@ -127,10 +127,10 @@ class Loop:
                 self._frames_due -= 1
                 self._draw()
             if (
-                session.turns.is_working
+                session.scheduler.is_working
             ):  # also between frames: a moving pointer must not keep it off
                 session.work()
-                self._frames_due += session.turns.version != self._version
+                self._frames_due += session.scheduler.seen_key != self._seen_key
         self._remember()
         session.close()
         imgui.backends.opengl3_shutdown()
@@ -141,7 +141,7 @@ class Loop:
         """While there is always something to work on, what comes a while after an event, such as a
         tooltip or the end of a gesture, needs a frame of the window now and then."""
         now, session = time.perf_counter(), self._session
-        if not session.turns.is_working or now - self._drawn_at < _PULSE_S:
+        if not session.scheduler.is_working or now - self._drawn_at < _PULSE_S:
             return False
         is_typing = imgui.get_io().want_text_input
         return is_typing or session.wants_frames or now - self._event_at < _AFTER_EVENT_S
@@ -185,7 +185,7 @@ class Loop:
 
     def _draw(self) -> None:
         start = self._drawn_at = time.perf_counter()
-        session, before = self._session, self._session.live.version
+        session, before = self._session, self._session.live.shown
         imgui.backends.opengl3_new_frame()
         imgui.backends.glfw_new_frame()
         imgui.new_frame()
@@ -200,11 +200,11 @@ class Loop:
         glfw.swap_buffers(self._window)
         self._tell_title()
         seconds = time.perf_counter() - start
-        shown = session.live.shown if session.live.version != before else None
+        shown = session.live.shown if session.live.shown is not before else None
         session.speed.frame(seconds, shown.seconds if shown else 0.0, _is_held())
         if shown:
             self._frames_due = max(self._frames_due, 1)
-        self._version = session.turns.version
+        self._seen_key = session.scheduler.seen_key
 
     def _tell_title(self) -> None:
         """The name of what is seen, from the moment it is seen."""
