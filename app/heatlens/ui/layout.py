@@ -6,6 +6,7 @@ from pathlib import Path
 
 from imgui_bundle import ImVec2, imgui
 
+from heatlens.printable import printable
 from heatlens.session.session import Session
 from heatlens.ui import probe, widgets
 from heatlens.ui.action_list import MENUS
@@ -61,13 +62,14 @@ def _recent_item(path: Path) -> bool:
     """Name and folder; apart from the item, whose label would end before the ## of a sequence."""
     em, corner = imgui.get_font_size(), imgui.get_cursor_pos_x()
     width = ImVec2(_RECENT_EM * em, 0)
-    clicked, _ = imgui.selectable(f"##{path}", False, imgui.SelectableFlags_.none, width)
+    label = f"##{printable(str(path))}"
+    clicked, _ = imgui.selectable(label, False, imgui.SelectableFlags_.none, width)
     probe.note(f"recent {path.name}")
     imgui.same_line(corner)
-    imgui.text(path.name)
+    imgui.text(printable(path.name))
     imgui.same_line()
     imgui.set_cursor_pos_x(max(corner + 0.4 * _RECENT_EM * em, imgui.get_cursor_pos_x()))
-    imgui.text_disabled(shortened(path.parent))
+    imgui.text_disabled(printable(shortened(path.parent)))
     return bool(clicked)
 
 

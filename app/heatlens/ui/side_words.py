@@ -4,6 +4,7 @@ from imgui_bundle import imgui
 
 from heatlens.model.view import Against, Compare, ViewState
 from heatlens.preview.shown import Shown
+from heatlens.printable import printable
 from heatlens.session.compare_sides import CompareSides
 from heatlens.ui import probe
 
@@ -52,5 +53,5 @@ def draw_sides(
     left = imgui.get_window_width() - imgui.calc_text_size(text).x - 0.6 * em
     if text and left > end + em:
         imgui.same_line(left)
-        imgui.text_disabled(text)
+        imgui.text_disabled(printable(text))
         probe.note("sides")

@@ -5,6 +5,7 @@ from dataclasses import replace
 from imgui_bundle import imgui
 
 from heatlens.display.probe import PictureReader, probe_at, probe_text
+from heatlens.printable import printable
 from heatlens.session.kept_screen import KeptFrame, KeptScreen
 from heatlens.session.messages import window_words
 from heatlens.session.session import Session
@@ -28,7 +29,7 @@ class StatusBar:
         if session.message:
             imgui.text_colored(theme.ACCENT_TEXT, session.message)
         elif session.source.opener.opening:
-            imgui.text_disabled(f"Reading {session.source.opener.opening} ...")
+            imgui.text_disabled(f"Reading {printable(session.source.opener.opening)} ...")
         elif session.source.is_waiting and session.source.stream is not None:
             imgui.text_disabled(window_words(session.source.stream.words))
         else:

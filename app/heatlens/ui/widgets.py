@@ -7,6 +7,7 @@ from typing import TypeVar
 from imgui_bundle import ImVec2, imgui
 
 from heatlens.errors import InputError
+from heatlens.printable import printable
 from heatlens.ui import probe
 
 Value = TypeVar("Value")
@@ -56,11 +57,11 @@ def choice(
 ) -> str:
     """One of several words; those `barred` cannot be taken, and say why under the pointer."""
     label(name, tip)
-    if imgui.begin_combo(f"##{name}", value, imgui.ComboFlags_.height_large):
-        for item in choices:
+    if imgui.begin_combo(f"##{name}", printable(value), imgui.ComboFlags_.height_large):
+        for index, item in enumerate(choices):
             why = (barred or {}).get(item, "")
             with disabled(bool(why)):
-                picked, _ = imgui.selectable(item, item == value)
+                picked, _ = imgui.selectable(f"{printable(item)}##{index}", item == value)
             probe.note(f"{name}: {item}")
             tip_of_barred(why)
             if picked:
@@ -73,7 +74,7 @@ def choice(
 def tip_of_barred(why: str) -> None:
     """Under the pointer, why the grey item that was drawn last cannot be taken, if it cannot."""
     if why and imgui.is_item_hovered(imgui.HoveredFlags_.allow_when_disabled):
-        imgui.set_tooltip(why)
+        imgui.set_tooltip(printable(why))
 
 
 def text_field(

@@ -19,6 +19,7 @@ from heatlens.session.preferences import WINDOW_LEAST, Preferences, Remembered
 from heatlens.session.session import Session
 from heatlens.session.start import Start
 from heatlens.ui import theme
+from heatlens.ui.fast_keys import FastKeys, events_wait
 from heatlens.ui.layout import restore_layout
 from heatlens.ui.screen import Screen
 from heatlens.ui.stop_signals import StopSignals
@@ -99,6 +100,7 @@ class Loop:
         self._event_at = self._drawn_at = 0.0
         self._ctx = moderngl.create_context(require=430)
         imgui.create_context()
+        self._keys = FastKeys()
         self._watch_events()
         self._start_imgui()
         folder = rendered_frames_dir()
@@ -202,7 +204,7 @@ class Loop:
         seconds = time.perf_counter() - start
         shown = session.live.shown if session.live.shown is not before else None
         session.speed.frame(seconds, shown.seconds if shown else 0.0, _is_held())
-        if shown:
+        if shown or events_wait():
             self._frames_due = max(self._frames_due, 1)
         self._seen_key = session.scheduler.seen_key
 
@@ -218,8 +220,8 @@ class Loop:
     def _watch_events(self) -> None:
         """Any event makes frames due. Set before ImGui's, which calls these in turn."""
         woken: Callable[..., None] = lambda *_: self._woken()  # noqa: E731
+        glfw.set_key_callback(self._window, self._key_changed)
         for register in (
-            glfw.set_key_callback,
             glfw.set_char_callback,
             glfw.set_mouse_button_callback,
             glfw.set_cursor_pos_callback,
@@ -232,6 +234,10 @@ class Loop:
         ):
             register(self._window, woken)
         glfw.set_drop_callback(self._window, self._dropped)  # type: ignore[arg-type]  # see stub
+
+    def _key_changed(self, _window: Any, key: int, _code: int, action: int, _mods: int) -> None:
+        self._keys.before(key, action)
+        self._woken()
 
     def _woken(self) -> None:
         self._frames_due = _FRAMES_AFTER_EVENT

@@ -11,6 +11,7 @@ from pathlib import Path
 from imgui_bundle import ImVec2, imgui
 
 from heatlens.errors import HeatlensError
+from heatlens.printable import printable
 from heatlens.sequence.folder_list import Entry
 from heatlens.session.folder_walk import Chosen, FolderWalk, Purpose
 from heatlens.ui import probe, theme, widgets
@@ -96,7 +97,7 @@ class FileBrowser:
             return _overwrite_question(walk, walk.overwrites)
         entered = walk.purpose.is_save and self._name_field(walk)
         imgui.push_style_color(imgui.Col_.text, theme.BAD if walk.problem else theme.DIM)
-        imgui.text_wrapped(_line(walk))
+        imgui.text_wrapped(printable(_line(walk)))
         imgui.pop_style_color()
         _to_the_right(2)
         if _button("Cancel"):
@@ -172,7 +173,7 @@ def _row(walk: FolderWalk, index: int, entry: str | Entry) -> Chosen | None:
     clicked, _ = imgui.selectable(f"##{index}", index == walk.row, flags)
     probe.note(f"file {name}")
     imgui.same_line(0.0, 0.0)
-    imgui.text(name)  # apart, for a label would end before the ## of a sequence
+    imgui.text(printable(name))  # apart, for a label would end before the ## of a sequence
     if isinstance(entry, Entry):
         imgui.table_next_column()
         imgui.text_disabled(entry.frames_text)
@@ -197,7 +198,9 @@ def _keys(walk: FolderWalk) -> Chosen | None:
 
 def _overwrite_question(walk: FolderWalk, path: Path) -> Chosen | None:
     imgui.align_text_to_frame_padding()
-    imgui.text_colored(theme.ACCENT_TEXT, f"{path.name} is there already. Write over it?")
+    imgui.text_colored(
+        theme.ACCENT_TEXT, f"{printable(path.name)} is there already. Write over it?"
+    )
     imgui.text_disabled(walk.purpose.note)
     _to_the_right(2)
     chosen = walk.overwrite() if _button("Overwrite") else None

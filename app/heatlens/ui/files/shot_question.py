@@ -2,6 +2,7 @@
 
 from imgui_bundle import ImVec2, imgui
 
+from heatlens.printable import printable
 from heatlens.session.shot_documents import ShotDocuments
 from heatlens.ui import probe, widgets
 
@@ -26,7 +27,7 @@ def shot_question(documents: ShotDocuments) -> None:
     if offer.saved is None:
         imgui.text_wrapped("There is a shot of this plate that was never saved to a file.")
     else:
-        imgui.text_wrapped(f"{offer.path.name} was changed after it was saved last.")
+        imgui.text_wrapped(f"{printable(offer.path.name)} was changed after it was saved last.")
     imgui.text_wrapped("Heatlens ended before that was saved. Go on with it?")
     widgets.spacer()
     for name, goes_on in (("Go on with it", True), ("Throw it away", False)):

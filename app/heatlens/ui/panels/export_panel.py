@@ -8,6 +8,7 @@ from imgui_bundle import ImVec2, imgui
 
 from heatlens.model.frames import FrameRange
 from heatlens.model.settings import Quality
+from heatlens.printable import printable
 from heatlens.session.export_commands import ExportCommands
 from heatlens.session.export_process import ExportState
 from heatlens.session.export_wish import CAMERA_KINDS, FRAME_KINDS, ExportWish
@@ -49,14 +50,14 @@ def export_panel(
         if _button("Export"):
             asked = Asked.EXPORT
     imgui.same_line()
-    imgui.text_disabled(Path(wish.output).name)
+    imgui.text_disabled(printable(Path(wish.output).name))
     imgui.separator_text("Lens as a camera")
     wish = replace(wish, camera_kind=widgets.choice("for", wish.camera_kind, list(CAMERA_KINDS)))
     with widgets.disabled(is_busy or not wish.name or not wish.folder):
         if _button("Write camera"):
             asked = Asked.CAMERA
     imgui.same_line()
-    imgui.text_disabled(Path(wish.camera_output).name)
+    imgui.text_disabled(printable(Path(wish.camera_output).name))
     if state is not None and _progress(state):
         asked = Asked.CANCEL
     return wish, asked
@@ -112,6 +113,6 @@ def _progress(state: ExportState) -> bool:
         imgui.same_line()
         return _button("Stop")
     imgui.push_style_color(imgui.Col_.text, theme.DIM if state.code == 0 else theme.BAD)
-    imgui.text_wrapped(state.said)
+    imgui.text_wrapped(printable(state.said, keep="\n"))
     imgui.pop_style_color()
     return False

@@ -7,6 +7,7 @@ from imgui_bundle import ImVec2, imgui
 from heatlens.errors import HeatlensError
 from heatlens.model.marks import Mark, ObjectMark, PointMark
 from heatlens.model.units import format_distance, parse_distance_m
+from heatlens.printable import printable
 from heatlens.session.session import Session
 from heatlens.ui import probe, theme, widgets
 from heatlens.ui.state import UiState
@@ -167,10 +168,10 @@ def draw_point_marks(session: Session) -> None:
         draw.add_circle(ImVec2(x, y), _RADIUS, theme.SHADOW, 0, 3.0)
         draw.add_circle(ImVec2(x, y), _RADIUS, theme.MARK, 0, 1.5)
         at = ImVec2(x + _RADIUS + 3, y - imgui.get_font_size() / 2)
-        draw.add_text(ImVec2(at.x + 1, at.y + 1), theme.SHADOW, mark.name)
-        draw.add_text(at, theme.MARK, mark.name)
+        draw.add_text(ImVec2(at.x + 1, at.y + 1), theme.SHADOW, printable(mark.name))
+        draw.add_text(at, theme.MARK, printable(mark.name))
 
 
 def _tip(text: str) -> None:
     if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
-        imgui.set_tooltip(text)
+        imgui.set_tooltip(printable(text))

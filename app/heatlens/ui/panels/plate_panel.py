@@ -16,6 +16,7 @@ from heatlens.model.plausibility import Doubt
 from heatlens.model.units import FOOT_M, INCH_M, format_distance, parse_distance_m
 from heatlens.plate.channel_choice import color_layers_among, depth_channels_first
 from heatlens.plate.plate import CameraHeader, Plate
+from heatlens.printable import printable
 from heatlens.session.messages import window_words
 from heatlens.ui import probe, theme, widgets
 from heatlens.ui.panels.focus_bar import draw_histogram, draw_scale
@@ -133,7 +134,7 @@ def _row(name: str, text: str) -> None:
     """A name, and a text that takes as many lines as it needs."""
     imgui.text_disabled(name)
     imgui.same_line(widgets.LABEL_EM * imgui.get_font_size())
-    imgui.text_wrapped(text)
+    imgui.text_wrapped(printable(text))
     probe.note(f"plate {name}")
 
 
@@ -157,7 +158,7 @@ def _corner(data: Box, display: Box) -> str:
 def _colored(text: str, color: ImVec4) -> None:
     """A sentence over as many lines as it needs."""
     imgui.push_style_color(imgui.Col_.text, color)
-    imgui.text_wrapped(text)
+    imgui.text_wrapped(printable(text))
     imgui.pop_style_color()
 
 

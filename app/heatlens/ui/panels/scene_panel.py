@@ -6,6 +6,7 @@ from dataclasses import replace
 from imgui_bundle import ImVec2, imgui
 
 from heatlens.errors import HeatlensError
+from heatlens.printable import printable
 from heatlens.scene.scene_bounds import object_names
 from heatlens.session.session import Session
 from heatlens.ui import probe, widgets
@@ -29,8 +30,9 @@ def scene_panel(session: Session) -> None:
     imgui.separator_text("Objects")
     size = ImVec2(-1, _LIST_EM * imgui.get_font_size())
     if imgui.begin_list_box("##objects", size):
-        for name in object_names(scene):
-            clicked, _ = imgui.selectable(name, name == session.scenes.selected)
+        for index, name in enumerate(object_names(scene)):
+            shown = f"{printable(name)}##{index}"
+            clicked, _ = imgui.selectable(shown, name == session.scenes.selected)
             probe.note(f"object {name}")
             if clicked:
                 session.scenes.selected = name

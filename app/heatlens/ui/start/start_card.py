@@ -7,6 +7,7 @@ from imgui_bundle import ImVec2, imgui
 from PIL import Image
 
 from heatlens.paths import data_dir
+from heatlens.printable import printable
 from heatlens.session.start_choices import Card
 from heatlens.ui import theme
 
@@ -111,11 +112,11 @@ def _text(card: Card, x: float, place: Place, is_coming: bool) -> None:
     draw, em = imgui.get_window_draw_list(), imgui.get_font_size()
     width = place.high.x - (_DIGIT_EM + 0.5) * em - x
     bright, y = imgui.get_color_u32(imgui.Col_.text), place.middle_y
-    draw.add_text(ImVec2(x, y - 1.1 * em), bright, fitted(card.title, width))
+    draw.add_text(ImVec2(x, y - 1.1 * em), bright, fitted(printable(card.title), width))
     words, color = card.words, theme.TEXT_DIM
     if is_coming:
         words, color = "Opening ...", theme.ACCENT
-    draw.add_text(ImVec2(x, y + 0.1 * em), color, fitted(words, width, bool(card.kind)))
+    draw.add_text(ImVec2(x, y + 0.1 * em), color, fitted(printable(words), width, bool(card.kind)))
 
 
 def fitted(text: str, width: float, keeps_end: bool = False) -> str:

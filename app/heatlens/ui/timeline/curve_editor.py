@@ -12,6 +12,7 @@ from imgui_bundle import ImVec2, imgui
 
 from heatlens.model.marks import DistanceMark
 from heatlens.model.shot import LensParameter, Shot
+from heatlens.printable import printable
 from heatlens.session.focus_track import Sample
 from heatlens.session.key_choice import Chosen, KeyId, moved
 from heatlens.session.key_drag import Places
@@ -159,11 +160,12 @@ def _draw_marks(session: Session, scale: TimeScale, heights: Heights) -> None:
         if isinstance(mark, DistanceMark):
             y = heights.y_at(1.0 / mark.distance_m)
             draw.add_line(ImVec2(scale.x, y), ImVec2(end.x, y), theme.QUEUED, 1.0)
-            draw.add_text(ImVec2(scale.x + 4, y - imgui.get_font_size()), theme.TEXT_DIM, mark.name)
+            at = ImVec2(scale.x + 4, y - imgui.get_font_size())
+            draw.add_text(at, theme.TEXT_DIM, printable(mark.name))
     for track in session.mark_tracks():
         for line in track.lines:
             draw.add_polyline(_points(scale, heights, line), theme.MARK, 1.5, 0)
             x, y = scale.x_at(line[0][0]), heights.y_at(line[0][1])
             at = ImVec2(max(x, scale.x) + 3, y - imgui.get_font_size())
-            draw.add_text(at, theme.MARK, track.name)
+            draw.add_text(at, theme.MARK, printable(track.name))
     draw.pop_clip_rect()
