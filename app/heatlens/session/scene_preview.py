@@ -71,9 +71,9 @@ class ScenePreview:
         asked = (shot.framing, frame, lens.focal_length_mm, lens.sensor_width_mm)
         has_moved = is_held or (asked != self._asked and self._asked is not None)
         if asked != self._asked:
-            self._asked, self._coming = asked, None
-            scale = self._scale_now(shot)
+            self._coming, scale = None, self._scale_now(shot)
             self._drawn(shot, frame, scale, self._views_now(shot) if scale == 1.0 else 1)
+            self._asked = asked  # a drawing that failed is tried again, and says why again
         if has_moved:
             self._moved_at = self._clock()  # rest begins when that is seen
         return self._renderer.loaded
