@@ -28,17 +28,20 @@ def typed(keys: FastKeys, key: imgui.Key, is_down: bool) -> None:
 def test_question_marks_between_two_frames(gui, count):
     """Shift is let go of before the key, as people and xdotool do."""
     seen, last, keys = 0, gui.ui.shows_keys, FastKeys()
+    typed(keys, imgui.Key.left_shift, True)
+    gui.frame()
     for _ in range(count):
         for key, is_down in (
-            (imgui.Key.left_shift, True),
             (imgui.Key.slash, True),
             (imgui.Key.left_shift, False),
             (imgui.Key.slash, False),
+            (imgui.Key.left_shift, True),
         ):
             typed(keys, key, is_down)
     while events_wait():
         gui.frame()
         seen, last = seen + (gui.ui.shows_keys != last), gui.ui.shows_keys
+    typed(keys, imgui.Key.left_shift, False)
     assert seen == count
     gui.ui.shows_keys = False
     gui.frame(2)
