@@ -46,20 +46,20 @@ def test_nothing_is_there_until_all_is(tmp_path):
 
 def test_an_empty_folder_may_be_taken(tmp_path):
     (tmp_path / "r").mkdir()
-    report_at(tmp_path / "r", "a")
-    assert sorted(p.name for p in (tmp_path / "r").iterdir()) == ["a", "study.json"]
+    report_at(tmp_path / "r", "a.png")
+    assert sorted(p.name for p in (tmp_path / "r").iterdir()) == ["a.png", "study.json"]
 
 
 def test_what_was_laid_into_a_report_is_not_thrown_away(tmp_path):
-    report_at(tmp_path / "r", "a")
+    report_at(tmp_path / "r", "a.png")
     (tmp_path / "r" / "my notes").write_text("mine")
     with pytest.raises(InputError, match="my notes"):
-        report_at(tmp_path / "r", "b")
+        report_at(tmp_path / "r", "b.png")
     assert (tmp_path / "r" / "my notes").read_text() == "mine"
 
 
 def test_nor_what_comes_while_the_new_one_is_made(tmp_path):
-    report_at(tmp_path / "r", "a")
+    report_at(tmp_path / "r", "a.png")
     with pytest.raises(InputError, match="late"), report_folder(tmp_path / "r"):
         (tmp_path / "r" / "late").write_text("mine")
     assert (tmp_path / "r" / "late").exists() and len(list(tmp_path.iterdir())) == 1
@@ -73,14 +73,42 @@ def test_a_record_that_is_not_ours_protects_nothing(tmp_path, record):
     (tmp_path / "r" / "a").write_text("a")
     (tmp_path / "r" / "study.json").write_text(record)
     with pytest.raises(InputError, match="no report of heatlens"):
-        report_at(tmp_path / "r", "b")
+        report_at(tmp_path / "r", "b.png")
+
+
+@pytest.mark.parametrize("name", ["thesis.doc", "sub", "linked.png", "Holiday.png"])
+def test_a_record_protects_what_no_report_writes(tmp_path, name):
+    """Whoever wrote the record: it names a file, a folder or a link that would be deleted."""
+    folder = tmp_path / "report"
+    folder.mkdir()
+    if name == "sub":
+        (folder / name).mkdir()
+    elif name == "linked.png":
+        (tmp_path / "elsewhere.png").write_text("x")
+        (folder / name).symlink_to(tmp_path / "elsewhere.png")
+    else:
+        (folder / name).write_text("x")
+    record = {"heatlens_study": 1, "files": [name, "study.json", "index.html", 3, None]}
+    (folder / "study.json").write_text(json.dumps(record))
+    before = sorted(folder.iterdir())
+    with pytest.raises(InputError, match="no report of heatlens wrote"), report_folder(folder):
+        pass
+    assert sorted(folder.iterdir()) == before
+
+
+def test_a_report_of_a_long_name_leaves_nothing_beside_it(tmp_path):
+    """A name of 250 letters has no room for more letters, as a part would have needed."""
+    folder = tmp_path / ("r" * 250)
+    with report_folder(folder) as beside:
+        write_numbers(beside, {}, [])
+    assert [path.name for path in tmp_path.iterdir()] == [folder.name]
 
 
 def test_a_link_keeps_pointing_where_it_did(tmp_path):
     (tmp_path / "real").mkdir()
     (tmp_path / "link").symlink_to("real")
-    report_at(tmp_path / "link", "a")
-    assert (tmp_path / "link").is_symlink() and (tmp_path / "real" / "a").exists()
+    report_at(tmp_path / "link", "a.png")
+    assert (tmp_path / "link").is_symlink() and (tmp_path / "real" / "a.png").exists()
 
 
 def test_numbers_that_are_none_are_no_json(tmp_path):

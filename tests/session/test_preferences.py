@@ -74,6 +74,14 @@ def test_without_a_file_all_is_as_in_the_beginning(tmp_path):
     assert list(tmp_path.iterdir()) == []  # nothing changed, nothing written
 
 
+def test_only_the_user_may_read_what_was_opened(tmp_path):
+    preferences = Preferences.load(tmp_path)
+    preferences.opened("/somewhere/private.exr")
+    preferences.save()
+    assert preferences.path is not None
+    assert preferences.path.stat().st_mode & 0o777 == 0o600
+
+
 def test_nothing_is_written_that_was_written_already(tmp_path):
     path = saved(tmp_path, FULL)
     preferences = Preferences.load(tmp_path)

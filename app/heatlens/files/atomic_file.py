@@ -25,16 +25,18 @@ def _machine() -> str:
 _MACHINE = _machine()  # folders are shared, and everybody counts processes from 1
 _PART = re.compile(r"\.heatlens-[0-9a-f]{16}\.([0-9a-f]{8})\.([0-9]+)\.part")
 _FORGOTTEN_S = 24 * 60 * 60.0  # nobody writes one file for so long without a change to it
+_FOR_ALL, FOR_THE_USER = 0o666, 0o600
 _NEW_FILE = os.O_CREAT | os.O_EXCL | os.O_RDWR
 _NEW_FILE |= getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0)
 
 
-def write_whole(path: str | os.PathLike[str], data: bytes) -> None:
+def write_whole(path: str | os.PathLike[str], data: bytes, mode: int = _FOR_ALL) -> None:
     """Write `data` to `path`, or leave what stood there as it was.
 
-    Raises InputError where nothing can be written there, or not all of it arrives on the disk.
+    `mode` is who may read and write it, less what the user's own mask takes away. Raises InputError
+    where nothing can be written there, or not all of it arrives on the disk.
     """
-    with replacing(path) as beside, open(beside, "wb", buffering=0) as file:
+    with replacing(path, mode) as beside, open(beside, "wb", buffering=0) as file:
         left = memoryview(data)
         while left:  # a disk that fills up may take a part and say so only at the next write
             left = left[file.write(left) :]
@@ -45,7 +47,7 @@ def write_whole(path: str | os.PathLike[str], data: bytes) -> None:
 
 
 @contextmanager
-def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
+def replacing(path: str | os.PathLike[str], mode: int = _FOR_ALL) -> Iterator[Path]:
     """Yield a path to write to; it replaces `path` when the block ends without an error.
 
     The old file stays until then, and after an error. A link keeps its target. The file to write to
@@ -57,7 +59,7 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
     beside = target.with_name(f".heatlens-{secrets.token_hex(8)}.{_MACHINE}.{os.getpid()}.part")
     try:
         with unfinished(beside):
-            os.close(os.open(beside, _NEW_FILE, 0o666))
+            os.close(os.open(beside, _NEW_FILE, mode))
             yield beside
             _to_disk(beside)
             os.replace(beside, target)

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from heatlens.errors import InputError
-from heatlens.files.atomic_file import write_whole
+from heatlens.files.atomic_file import FOR_THE_USER, write_whole
 from heatlens.files.json_record import JsonEntry, read_json, record_to_json
 from heatlens.model.plate_options import PlateOptions
 from heatlens.session.playback import Ending
@@ -93,7 +93,7 @@ class Preferences:
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
             text = json.dumps(_entries(self.now), indent=2) + "\n"
-            write_whole(path, text.encode())
+            write_whole(path, text.encode(), FOR_THE_USER)  # it names what was opened
         except (OSError, InputError) as error:
             self.path = None
             raise InputError(f"Preferences are not kept: {error}") from error

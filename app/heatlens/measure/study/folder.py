@@ -2,6 +2,8 @@
 
 import json
 import os
+import re
+import secrets
 import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -14,6 +16,8 @@ from heatlens.stopping import unfinished
 NUMBERS = "study.json"  # names every file of the report: by it a folder is known as one of ours
 _MARK = "heatlens_study"
 VERSION = 1
+_OF_REPORT = re.compile(r"[a-z0-9-]+\.(html|png|svg|json)")  # what a report calls its files
+_RECORD_MOST_BYTES = 1 << 20
 
 
 @contextmanager
@@ -24,7 +28,7 @@ def report_folder(path: str | os.PathLike[str]) -> Iterator[Path]:
     InputError where something else than a report is at `path`, or nothing can be written.
     """
     target = checked_target(path)
-    beside = target.with_name(f".{target.name}.{os.getpid()}.part")
+    beside = target.with_name(f".heatlens-{secrets.token_hex(8)}.part")
     try:
         with unfinished(beside):
             beside.mkdir()
@@ -63,7 +67,8 @@ def _check_is_ours(folder: Path) -> None:
         found = set(os.listdir(folder))
     except OSError as error:
         raise InputError(f"{folder} cannot be read: {error.strerror}.") from error
-    strange = sorted(found - _files_of(folder))
+    ours = {name for name in _files_of(folder) if _is_plain_file(folder / name)}
+    strange = sorted(found - ours)
     if strange:
         raise InputError(
             f"{folder} holds what no report of heatlens wrote ({', '.join(strange[:3])}"
@@ -72,15 +77,26 @@ def _check_is_ours(folder: Path) -> None:
 
 
 def _files_of(folder: Path) -> set[str]:
-    """Return the names in the record of a report; none where there is no such record."""
+    """Return the names in the record of a report; none where there is no such record.
+
+    The folder may be anybody's, and what is named here will be deleted: a name that no report gives
+    a file does not count.
+    """
     try:
-        record = json.loads((folder / NUMBERS).read_text(encoding="utf-8"))
+        with (folder / NUMBERS).open("rb") as file:
+            record = json.loads(file.read(_RECORD_MOST_BYTES))
     except (OSError, ValueError, RecursionError):
         return set()
-    if not isinstance(record, dict) or _MARK not in record:
+    if not isinstance(record, dict) or record.get(_MARK) != VERSION:
         return set()
     files = record.get("files")
-    return {name for name in files if isinstance(name, str)} if isinstance(files, list) else set()
+    names = files if isinstance(files, list) else []
+    return {name for name in names if isinstance(name, str) and _OF_REPORT.fullmatch(name)}
+
+
+def _is_plain_file(path: Path) -> bool:
+    """Return whether a report may have written it: neither a folder nor a link."""
+    return path.is_file() and not path.is_symlink()
 
 
 def _exchange(beside: Path, target: Path) -> None:
