@@ -213,8 +213,8 @@ def test_a_folder_remembered_with_an_end_of_distances_opens(ctx, plate):
         read_plate(plate, options)
     preferences = Preferences(Remembered(plates={str(plate.parent): options}))
     with gui_of(ctx, plate, preferences, defocus=QUICK) as gui:
-        assert gui.app.source.opened.options == replace(options, near_m=None)
-        assert "near and far ends remembered" in gui.app.message
+        assert gui.session.source.opened.options == replace(options, near_m=None)
+        assert "near and far ends remembered" in gui.session.message
 
 
 def test_options_of_the_command_line_win_over_remembered_ones(ctx, plate):
