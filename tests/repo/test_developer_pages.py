@@ -1,0 +1,58 @@
+"""The pages for developers name files, classes, functions and links that exist."""
+
+import ast
+import re
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+PACKAGE = ROOT / "app" / "heatlens"
+PAGES = [path for folder in ("app", "tests", "shaders") for path in (ROOT / folder).glob("*.md")]
+PLACE = re.compile(r"`([\w/]+\.py): ([\w.]+)`")
+FILE = re.compile(r"`([\w/]+\.(?:py|glsl|md))`")
+LINK = re.compile(r"\]\(([^)#:]+)\)")
+
+
+def names_in(path: Path) -> set[str]:
+    """Every name that a module defines, methods with their class: "Lens", "Lens.at"."""
+    found: set[str] = set()
+    for node in ast.parse(path.read_text(encoding="utf-8")).body:
+        if isinstance(node, ast.FunctionDef | ast.ClassDef):
+            found.add(node.name)
+        if isinstance(node, ast.ClassDef):
+            methods = (m for m in node.body if isinstance(m, ast.FunctionDef))
+            found |= {f"{node.name}.{method.name}" for method in methods}
+        if isinstance(node, ast.Assign):
+            found |= {target.id for target in node.targets if isinstance(target, ast.Name)}
+    return found
+
+
+def page_id(path: Path) -> str:
+    return path.relative_to(ROOT).as_posix()
+
+
+@pytest.mark.parametrize("page", PAGES, ids=page_id)
+def test_every_place_that_is_named_is_there(page):
+    for file, name in PLACE.findall(page.read_text(encoding="utf-8")):
+        assert (PACKAGE / file).is_file(), f"{page.name} names {file}"
+        assert name in names_in(PACKAGE / file), f"{page.name} names {name} in {file}"
+
+
+@pytest.mark.parametrize("page", PAGES, ids=page_id)
+def test_every_file_that_is_named_is_there(page):
+    roots = (PACKAGE, ROOT, page.parent)
+    for file in FILE.findall(page.read_text(encoding="utf-8")):
+        is_pattern = "NAME" in file
+        assert is_pattern or any((root / file).is_file() for root in roots), file
+
+
+@pytest.mark.parametrize("page", [*PAGES, ROOT / "README.md"], ids=page_id)
+def test_links_lead_to_files(page):
+    for target in LINK.findall(page.read_text(encoding="utf-8")):
+        assert (page.parent / target).exists(), f"{page.name} links to {target}"
+
+
+def test_there_are_pages_with_places():
+    text = (ROOT / "app" / "README.md").read_text(encoding="utf-8")
+    assert len(PLACE.findall(text)) > 60
