@@ -19,7 +19,10 @@ LAYERS = (
     *("rendered_frames", "display", "export", "measure", "session", "ui", "doctor", "api"),
     "commands",
 )
-BASE = ("__init__", "background", "errors", "faults", "folders", "paths", "printable", "stopping")
+BASE = (
+    *("__init__", "background", "closing", "errors", "faults", "folders", "paths", "printable"),
+    "stopping",
+)
 # render, preview, export, session and ui pass textures on; measure owns what it measures with
 GPU_LAYERS = (
     *("gpu", "defocus", "scene_gpu", "source", "render", "preview", "display", "export"),

@@ -1,13 +1,15 @@
 """OpenGL for callers from Python: started by the first picture, and kept."""
 
 import threading
+from collections.abc import Callable
+from typing import TypeVar
 
 from heatlens.defocus.solver_choice import settled_solver
 from heatlens.errors import GpuError
 from heatlens.gpu.context import headless_context
-from heatlens.plate.plate import Plate
 from heatlens.render import FrameRenderer
-from heatlens.scene.scene import Scene
+
+Content = TypeVar("Content")
 
 
 class Engine:
@@ -34,22 +36,17 @@ class Engine:
         self._renderer.ctx.__enter__()  # type: ignore[no-untyped-call]
         return self._renderer
 
-    def load(self, source: object, content: Plate | Scene) -> None:
-        """Take a plate or a scene to the GPU, unless it lies there."""
-        renderer = self._renderer
-        assert renderer is not None
+    def load(self, owner: object, content: Content, take: Callable[[Content], None]) -> None:
+        """Have the renderer `take` a plate or a scene for `owner`, unless it holds it already."""
         if self._loaded is not None and self._loaded[1] is content:
             return
         self._loaded = None
-        if isinstance(content, Plate):
-            renderer.load(content)
-        else:
-            renderer.load_scene(content)
-        self._loaded = (source, content)
+        take(content)
+        self._loaded = (owner, content)
 
-    def forget(self, source: object) -> None:
-        """Let go of what `source` holds."""
-        if self._loaded is not None and self._loaded[0] is source:
+    def forget(self, owner: object) -> None:
+        """Let go of what `owner` has loaded."""
+        if self._loaded is not None and self._loaded[0] is owner:
             self._loaded = None
 
 

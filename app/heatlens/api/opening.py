@@ -14,8 +14,8 @@ from heatlens.model.plate_options import PlateOptions
 from heatlens.model.shot import Shot
 from heatlens.plate.of_arrays import plate_of_arrays
 from heatlens.scene.first_shot import first_shot
-from heatlens.scene.scene_source import is_scene_source
-from heatlens.sequence.sequence import find_sequence
+from heatlens.source.kind import SourceKind, kind_of
+from heatlens.source.named import plates_named
 
 
 def open(
@@ -41,23 +41,23 @@ def open(
         return OnePlate(plate_of_arrays(source, depth_m, coc_px))
     text = os.fspath(source)
     _refuse("a file", depth_m=depth_m, coc_px=coc_px)
-    if is_scene_source(text):
+    if kind_of(text) is SourceKind.SCENE:
         _refuse("a scene", **reading)
         return Scene(first_shot(text, size, camera), text)
     _refuse("plates", camera=camera, size=size)
     if is_shot_file(text):
         _refuse("a shot file, which says how its plates are read", **reading)
         return _of_shot(read_shot(text), text)
-    return Plates(find_sequence(text), _plate_options(reading), None)
+    return Plates(plates_named(text, _plate_options(reading)), None)
 
 
 def _of_shot(shot: Shot, text: str) -> Source:
     if shot.source is None:
         raise InputError(f"{text} names no plates and no scene.")
-    if is_scene_source(shot.source):
+    if kind_of(shot.source) is SourceKind.SCENE:
         begun = replace(first_shot(shot.source), shot=shot, assumed=frozenset())
         return Scene(begun, shot.source)
-    return Plates(find_sequence(shot.source), shot.plate_options, shot)
+    return Plates(plates_named(shot.source, shot.plate_options), shot)
 
 
 def _plate_options(reading: Mapping[str, Any]) -> PlateOptions:

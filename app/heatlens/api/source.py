@@ -1,18 +1,18 @@
 """Plates and scenes in front of a lens, rendered to arrays."""
 
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Mapping
-from dataclasses import fields, replace
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
-from types import TracebackType
+from types import MappingProxyType
 from typing import Any
 
 from heatlens.api.engine import ENGINE
+from heatlens.closing import Closing
 from heatlens.errors import InputError
 from heatlens.frame_cache.reader import SequenceReader
 from heatlens.gpu.textures import FloatArray
 from heatlens.model.lens import Lens
-from heatlens.model.plate_options import PlateOptions
 from heatlens.model.settings import Bokeh, DefocusSettings, Method, Quality
 from heatlens.model.shot import LensCurves, Shot
 from heatlens.plate.focus_pick import depth_at_m
@@ -20,12 +20,12 @@ from heatlens.plate.header_lens import plate_lens
 from heatlens.plate.plate import Plate
 from heatlens.render import FrameRenderer
 from heatlens.scene.first_shot import FirstShot
-from heatlens.sequence.sequence import Sequence
+from heatlens.source.plate_source import PlateSource
 
 _BLUR = {"bokeh": Bokeh, "quality": Quality, "method": Method}
 
 
-class Source(ABC):
+class Source(Closing):
     """The source before the lens: a plate, a sequence of plates, or a 3D scene."""
 
     def render(
@@ -64,34 +64,38 @@ class Source(ABC):
         given |= {name: float(value) for name, value in values.items() if value is not None}
         if focus_at is not None and focus_distance_m is not None:
             raise InputError("Give focus_distance_m or focus_at, not both.")
-        renderer = ENGINE.renderer()
-        shot, at = self._shot_on(renderer, frame, given, focus_at)
-        return renderer.pixels(replace(shot, defocus=_settings(shot.defocus, blur)), at)
+        shot, at = self._shot_on(ENGINE.renderer(), _Wish(frame, given, focus_at))
+        defocus = _settings(shot.defocus, blur)
+        return ENGINE.renderer().pixels(replace(shot, defocus=defocus), at)
 
     @abstractmethod
-    def _shot_on(
-        self,
-        renderer: FrameRenderer,
-        frame: int | None,
-        given: dict[str, float],
-        focus_at: tuple[int, int] | None,
-    ) -> tuple[Shot, int]:
-        """Load what is seen at a frame; the shot with the lens, and the frame."""
+    def _shot_on(self, renderer: FrameRenderer, wish: "_Wish") -> tuple[Shot, int]:
+        """Load what the wish is for. Return the shot with its lens, and the frame."""
 
     def close(self) -> None:
         """Let go of its pixels; the next `render` reads and loads them again."""
         ENGINE.forget(self)
 
-    def __enter__(self) -> "Source":
-        return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self.close()
+@dataclass(frozen=True)
+class _Wish:
+    """What a caller asks of the lens.
+
+    frame     None: the first one
+    given     fields of Lens
+    focus_at  a pixel (x, y) to focus on; None: the focus is given, or told by the source
+    """
+
+    frame: int | None
+    given: dict[str, float]
+    focus_at: tuple[int, int] | None
+
+    def lens(self, plate: Plate, told: Mapping[str, float] = MappingProxyType({})) -> Lens:
+        """Return the lens before a plate; `told` are the values of its shot file."""
+        values = {**told, **self.given}
+        if self.focus_at is not None:
+            values["focus_distance_m"] = depth_at_m(plate, *self.focus_at)
+        return plate_lens(plate, values).lens
 
 
 class OnePlate(Source):
@@ -100,42 +104,29 @@ class OnePlate(Source):
     def __init__(self, plate: Plate) -> None:
         self._plate = plate
 
-    def _shot_on(
-        self,
-        renderer: FrameRenderer,
-        frame: int | None,
-        given: dict[str, float],
-        focus_at: tuple[int, int] | None,
-    ) -> tuple[Shot, int]:
-        if frame is not None:
+    def _shot_on(self, renderer: FrameRenderer, wish: _Wish) -> tuple[Shot, int]:
+        if wish.frame is not None:
             raise InputError("An array is one picture: leave frame out.")
-        ENGINE.load(self, self._plate)
-        return Shot(_lens_at(self._plate, given, focus_at)), 0
+        ENGINE.load(self, self._plate, renderer.load)
+        return Shot(wish.lens(self._plate)), 0
 
 
 class Plates(Source):
     """Files, one a frame; `shot` has the lens where a shot file was opened."""
 
-    def __init__(self, sequence: Sequence, options: PlateOptions, shot: Shot | None) -> None:
-        self._sequence = sequence
-        self._reader = SequenceReader(options, sequence.path_at(sequence.present[0]))
+    def __init__(self, source: PlateSource, shot: Shot | None) -> None:
+        self._sequence = source.sequence
+        self._reader = SequenceReader(source.options, source.first_file)
         self._shot = shot
         self._read: tuple[Path, Plate] | None = None
 
-    def _shot_on(
-        self,
-        renderer: FrameRenderer,
-        frame: int | None,
-        given: dict[str, float],
-        focus_at: tuple[int, int] | None,
-    ) -> tuple[Shot, int]:
-        at = self._sequence.present[0] if frame is None else frame
+    def _shot_on(self, renderer: FrameRenderer, wish: _Wish) -> tuple[Shot, int]:
+        at = self._sequence.present[0] if wish.frame is None else wish.frame
         plate = self._plate(self._sequence.path_at(at))
-        ENGINE.load(self, plate)
-        if self._shot is not None:
-            given = _values_of(self._shot.lens_at(at)) | given
-        shot = self._shot or Shot(Lens(50.0, 2.8, 5.0, 36.0))
-        return _with_lens(shot, _lens_at(plate, given, focus_at)), at
+        ENGINE.load(self, plate, renderer.load)
+        if self._shot is None:
+            return Shot(wish.lens(plate)), at
+        return _with_lens(self._shot, wish.lens(plate, _values_of(self._shot.lens_at(at)))), at
 
     def close(self) -> None:
         """See `Source.close`."""
@@ -156,31 +147,19 @@ class Scene(Source):
         self._first = first
         self._text = text
 
-    def _shot_on(
-        self,
-        renderer: FrameRenderer,
-        frame: int | None,
-        given: dict[str, float],
-        focus_at: tuple[int, int] | None,
-    ) -> tuple[Shot, int]:
-        begun = self._first
-        at = begun.frame if frame is None else frame
-        ENGINE.load(self, begun.scene)
-        shot = _with_values(begun.shot, at, given)
-        if focus_at is not None:
-            plate = renderer.look(shot, at).plate
-            return _with_values(shot, at, {"focus_distance_m": depth_at_m(plate, *focus_at)}), at
-        needed = {"f_stop", "focus_distance_m"} & begun.assumed - set(given)
+    def _shot_on(self, renderer: FrameRenderer, wish: _Wish) -> tuple[Shot, int]:
+        first = self._first
+        at = first.frame if wish.frame is None else wish.frame
+        ENGINE.load(self, first.scene, renderer.load_scene)
+        shot = _with_values(first.shot, at, wish.given)
+        if wish.focus_at is not None:
+            found_m = depth_at_m(renderer.look(shot, at).plate, *wish.focus_at)
+            return _with_values(shot, at, {"focus_distance_m": found_m}), at
+        needed = {"f_stop", "focus_distance_m"} & first.assumed - set(wish.given)
         if needed:
             missing = " and ".join(sorted(needed))
             raise InputError(f"{self._text}: a scene does not tell all of a lens; give {missing}.")
         return shot, at
-
-
-def _lens_at(plate: Plate, given: Mapping[str, float], focus_at: tuple[int, int] | None) -> Lens:
-    if focus_at is not None:
-        given = {**given, "focus_distance_m": depth_at_m(plate, *focus_at)}
-    return plate_lens(plate, given).lens
 
 
 def _with_values(shot: Shot, frame: int, given: Mapping[str, float]) -> Shot:

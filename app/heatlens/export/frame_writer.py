@@ -3,15 +3,16 @@
 from collections import deque
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
-from types import TracebackType
 from typing import Generic, TypeVar
+
+from heatlens.closing import Closing
 
 Written = TypeVar("Written")
 
 _WAITING = 2  # frames in memory that are rendered and not yet written, beside the one in hand
 
 
-class FrameWriter(Generic[Written]):
+class FrameWriter(Closing, Generic[Written]):
     """Does what it is given in order, one at a time; what is finished comes back in that order.
 
     Left by an exception, it drops what has not begun and waits for what has.
@@ -32,13 +33,6 @@ class FrameWriter(Generic[Written]):
         while self._pending:
             yield self._pending.popleft().result()
 
-    def __enter__(self) -> "FrameWriter[Written]":
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
+    def close(self) -> None:
+        """Drop what has not begun, and wait for what has."""
         self._thread.shutdown(wait=True, cancel_futures=True)

@@ -5,9 +5,9 @@ from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
-from types import TracebackType
 from typing import Literal
 
+from heatlens.closing import Closing
 from heatlens.errors import HeatlensError
 from heatlens.frame_cache.plate_shelf import Damaged, Held, PlateShelf, Stamps, plate_bytes
 from heatlens.frame_cache.play_order import Direction, PlayOrder
@@ -20,7 +20,7 @@ __all__ = ["Damaged", "Direction", "FrameCache", "FrameState", "plate_bytes"]
 FrameState = Literal["absent", "queued", "reading", "ready", "damaged", "missing"]
 
 
-class FrameCache:
+class FrameCache(Closing):
     """Plates of `sequence`, as `read` makes them, within `budget_bytes` of colour and depth.
 
     `want` says where the playhead is; `get` answers at once with what there is. `read` runs on up
@@ -145,17 +145,6 @@ class FrameCache:
             self._closed = True
             self._changed.notify_all()
         self._threads.shutdown(wait=True, cancel_futures=True)
-
-    def __enter__(self) -> "FrameCache":
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
-        self.close()
 
     def _raise_failure(self) -> None:
         """Raise in the caller's thread what went wrong in one of ours."""

@@ -60,8 +60,7 @@ class CompareSides:
         plate: PlateVersion = FIRST_PLATE,
     ) -> None:
         """Show `shot` at `frame` as `view` compares it: A first, B in what is left of the time."""
-        has_scene = self._renderer.scene is not None
-        method = method_of_b(view, has_scene)
+        method = method_of_b(view, self._renderer.has_many_views)
         self._method = None if method is shot.defocus.method else method
         spent_s = 0.0
         if self.a.wish(shot, frame, budget_s, plate):
@@ -85,15 +84,15 @@ class CompareSides:
 
     def of_method(self, view: ViewState) -> Shown | None:
         """B's picture where B is a method; None where it is something else, or not there yet."""
-        method = method_of_b(view, self._renderer.scene is not None)
+        method = method_of_b(view, self._renderer.has_many_views)
         for side in (self.a, self.b):
             if side.shown is not None and side.shown.shot.defocus.method is method:
                 return side.shown
         return None
 
 
-def method_of_b(view: ViewState, has_scene: bool) -> Method | None:
+def method_of_b(view: ViewState, has_many_views: bool) -> Method | None:
     """How B is rendered; None where B is not seen, is no method or needs a scene that is not."""
     if view.compare is Compare.OFF or view.against is not Against.METHOD:
         return None
-    return view.b_method if has_scene or not view.b_method.needs_scene else None
+    return view.b_method if has_many_views or not view.b_method.needs_scene else None

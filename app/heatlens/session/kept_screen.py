@@ -100,10 +100,9 @@ class KeptScreen:
         return shown
 
     def windows(self, shown: Shown) -> tuple[Box, Box] | None:
-        """Data and display window of a frame that was rendered from a plate; None for others."""
-        is_plate = isinstance(shown, KeptFrame) and self._source.scene is None
-        picture = shown.picture if isinstance(shown, KeptFrame) and is_plate else None
-        return None if picture is None else (picture.data_window, picture.display_window)
+        """Return data and display window of a kept frame; None where they are those of now."""
+        picture = shown.picture if isinstance(shown, KeptFrame) else None
+        return None if picture is None else self._source.feed.kept_windows(picture)
 
     def texture(self, shown: KeptFrame, view: ViewState) -> moderngl.Texture:
         """The frame in the colours of the screen. `view` has the exposure of its lens in it."""

@@ -8,6 +8,7 @@ from heatlens.model.boxes import Box
 from heatlens.model.framing import Framing
 from heatlens.model.settings import PROXY_MIN
 from heatlens.model.shot import Shot
+from heatlens.rendered_frames.kept_picture import KeptPicture
 from heatlens.sequence.sequence import MissingPolicy
 from heatlens.session.gpu_picture import GpuPicture
 from heatlens.session.scene_preview import ScenePreview
@@ -71,6 +72,10 @@ class PictureFeed:
         """Return data and display window of the whole picture."""
         assert self.picture.plate is not None
         return self.picture.plate.data_window, self.picture.plate.display_window
+
+    def kept_windows(self, picture: KeptPicture) -> tuple[Box, Box] | None:
+        """Return the windows of a frame that was kept; None where `windows` has them."""
+        return picture.data_window, picture.display_window
 
     def plate_px(self, shot: Shot, pixel: tuple[int, int]) -> tuple[int, int]:
         """Return the pixel of the plate on the GPU under one of the display window."""
@@ -180,6 +185,9 @@ class SceneFeed(PictureFeed):
         """See `PictureFeed`; however small the picture is drawn now."""
         box = Box(0, 0, *(shot.framing or Framing()).size)
         return box, box
+
+    def kept_windows(self, picture: KeptPicture) -> None:
+        """Return None: frames of a scene are kept smaller, and all show the same window."""
 
     def plate_px(self, shot: Shot, pixel: tuple[int, int]) -> tuple[int, int]:
         """See `PictureFeed`; the picture may be drawn smaller now."""

@@ -27,12 +27,20 @@ def source_named(text: str, options: PlateOptions = _AS_FOUND) -> Source:
     match kind_of(text):
         case SourceKind.SCENE:
             return SceneSource(text)
-        case SourceKind.PLATES:
-            return PlateSource(text, find_sequence(text), options)
-        case SourceKind.STREAM:
-            raise InputError(f"{text}: {NO_FILES}")
+        case SourceKind.PLATES | SourceKind.STREAM:
+            return plates_named(text, options)
         case kind:
             assert_never(kind)
+
+
+def plates_named(text: str, options: PlateOptions) -> PlateSource:
+    """Return the plates called `text`, a file, a pattern or a folder, to be read with `options`.
+
+    Raises InputError where there are none, and for a stream, which only the window shows.
+    """
+    if kind_of(text) is SourceKind.STREAM:
+        raise InputError(f"{text}: {NO_FILES}")
+    return PlateSource(text, find_sequence(text), options)
 
 
 def single_source(path: Path, options: PlateOptions) -> Source:

@@ -10,8 +10,8 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from threading import Lock, Thread
-from types import TracebackType
 
+from heatlens.closing import Closing
 from heatlens.errors import InputError
 from heatlens.model.plate_options import PlateOptions
 from heatlens.plate.plate import Plate
@@ -62,7 +62,7 @@ def parse_address(text: str) -> tuple[str, int]:
     return host or DEFAULT_HOST, int(port)
 
 
-class TevServer:
+class TevServer(Closing):
     """Listens from the start until `close`; may be asked from any thread."""
 
     def __init__(
@@ -96,17 +96,6 @@ class TevServer:
         self._selector.register(self._wake, selectors.EVENT_READ)
         self._thread = Thread(target=self._serve, name="tev-server", daemon=True)
         self._thread.start()
-
-    def __enter__(self) -> "TevServer":
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self.close()
 
     @property
     def names(self) -> tuple[str, ...]:

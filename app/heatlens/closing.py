@@ -1,0 +1,24 @@
+"""Objects that a `with` block closes at its end."""
+
+from abc import ABC, abstractmethod
+from types import TracebackType
+from typing import Self
+
+
+class Closing(ABC):
+    """The base of what has to be closed: `with` does it, also after an exception."""
+
+    @abstractmethod
+    def close(self) -> None:
+        """Give back threads, files and memory; a second call does nothing."""
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()

@@ -1,0 +1,133 @@
+"""What kind of source stands before the lens is asked in few places, each listed with its reason.
+
+Everything else asks a source what it can do: see `heatlens.source.source.Source`.
+"""
+
+import ast
+from pathlib import Path
+
+import heatlens
+
+PACKAGE = Path(heatlens.__file__).parent
+# Modules that may ask which of the three kinds a source is.
+MAY_ASK_THE_KIND = {
+    "api.opening": "scenes take a camera and a size, plates take options of reading",
+    "commands.camera": "the world of a scene is known, so options for it are refused",
+    "commands.export_options": "a scene takes other options than plates",
+    "commands.given_options": "the options of each kind, for the refusal of others",
+    "commands.info": "different facts are printed",
+    "commands.render": "hands the kind to given_options",
+    "commands.shot_new": "a scene takes other options than plates",
+    "commands.source_loading": "a scene takes other options than plates",
+    "commands.study": "an option is for scenes alone",
+    "commands.view": "hands the kind to given_options",
+    "session.picture_feed": "pictures of each kind come to the GPU in another way",
+    "session.start_choices": "the start screen names the kind of a recent file",
+}
+# Modules that may ask whether there is a 3D scene: they draw or do what only scenes have.
+MAY_ASK_FOR_A_SCENE = {
+    "commands.picture_progress": "counts the steps in which a scene is drawn",
+    "session.mark_commands": "points of a scene are measured by drawing them",
+    "session.open_source": "has the property",
+    "session.point_following": "another scene ends the following",
+    "session.pull_jobs": "the place of the camera is part of a frame's key",
+    "session.rendered_pull": "the scene is shared with the renderer of frames ahead",
+    "session.scene_commands": "the commands of scenes",
+    "session.session": "has the property, and the row of the camera",
+    "ui.action_list": "actions of scenes",
+    "ui.docked_panels": "the panel of scenes",
+    "ui.picture_window": "the mouse moves a scene's camera",
+    "ui.screen": "keys of scenes",
+    "ui.status_bar": "the mouse moves a scene's camera",
+    "ui.timeline.dope_sheet": "the row of the camera",
+}
+KINDS = {
+    *("PlateSource", "SceneSource", "StreamSource"),
+    *("OpenedPlates", "OpenedScene", "OpenedStream"),
+}
+# Flags of the kind that once stood in many places.
+GONE = {"is_streaming", "is_scene", "is_plate", "of_scene", "is_scene_source"}
+
+
+def module_of(path: Path) -> str:
+    return ".".join(path.relative_to(PACKAGE).with_suffix("").parts)
+
+
+def modules() -> dict[str, ast.AST]:
+    """Return the syntax trees of all modules outside source/."""
+    found = {module_of(path): path for path in sorted(PACKAGE.rglob("*.py"))}
+    return {
+        name: ast.parse(path.read_text(encoding="utf-8"))
+        for name, path in found.items()
+        if not name.startswith("source.")
+    }
+
+
+def asks_the_kind(tree: ast.AST) -> bool:
+    """Return True for isinstance with a kind, a use of SourceKind, and `kind_of` of a source."""
+    imported = {
+        alias.asname or alias.name
+        for node in ast.walk(tree)
+        if isinstance(node, ast.ImportFrom) and node.module == "heatlens.source.kind"
+        for alias in node.names
+    } - {"NO_FILES", "STREAM_PREFIX"}
+    return any(
+        (isinstance(node, ast.Name) and node.id in imported)
+        or (
+            isinstance(node, ast.Call)
+            and isinstance(node.func, ast.Name)
+            and node.func.id == "isinstance"
+            and bool(KINDS & names_in(node.args[1]))
+        )
+        for node in ast.walk(tree)
+    )
+
+
+def asks_for_a_scene(tree: ast.AST) -> bool:
+    """Return True for `x.has_scene`, and for `x.scene is None` or its opposite."""
+    return any(
+        (isinstance(node, ast.Attribute) and node.attr == "has_scene")
+        or (isinstance(node, ast.Compare) and compares_a_scene(node))
+        for node in ast.walk(tree)
+    )
+
+
+def compares_a_scene(node: ast.Compare) -> bool:
+    is_scene = isinstance(node.left, ast.Attribute) and node.left.attr == "scene"
+    return is_scene and any(isinstance(op, ast.Is | ast.IsNot) for op in node.ops)
+
+
+def names_in(node: ast.AST) -> set[str]:
+    return {found.id for found in ast.walk(node) if isinstance(found, ast.Name)} | {
+        found.attr for found in ast.walk(node) if isinstance(found, ast.Attribute)
+    }
+
+
+def test_the_kind_is_asked_in_listed_places_alone():
+    assert {name for name, tree in modules().items() if asks_the_kind(tree)} == set(
+        MAY_ASK_THE_KIND
+    )
+
+
+def test_a_scene_is_asked_for_in_listed_places_alone():
+    found = {name for name, tree in modules().items() if asks_for_a_scene(tree)}
+    assert found == set(MAY_ASK_FOR_A_SCENE)
+
+
+def test_no_flag_of_the_kind_has_come_back():
+    found = {name: GONE & names_in(tree) for name, tree in modules().items()}
+    # Here a name is looked at; heatlens.source.kind asks for all others.
+    del found["scene.scene_source"]
+    assert {name: flags for name, flags in found.items() if flags} == {}
+
+
+def test_the_checks_see_what_they_look_for():
+    asks = ("isinstance(x, OpenedScene)", "isinstance(x, (int, opened.OpenedPlates))")
+    assert all(asks_the_kind(ast.parse(text)) for text in asks)
+    by_name = "from heatlens.source.kind import kind_of\nkind_of(text)"
+    assert asks_the_kind(ast.parse(by_name))
+    assert not asks_the_kind(ast.parse("isinstance(x, Plate)\nkind_of(text)"))
+    for text in ("app.has_scene", "self.renderer.scene is None", "a.scene is not b.scene"):
+        assert asks_for_a_scene(ast.parse(text))
+    assert not asks_for_a_scene(ast.parse("scene is None\nself.scene.frames"))
+    assert GONE & names_in(ast.parse("app.source.is_streaming"))
