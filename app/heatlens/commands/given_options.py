@@ -4,19 +4,16 @@ import argparse
 from collections.abc import Callable, Iterable
 from typing import Any
 
+from heatlens.commands.field_options import attributes_of, unasked
 from heatlens.errors import InputError
-from heatlens.model.settings import Method
+from heatlens.model.plate_options import PlateOptions
+from heatlens.model.settings import DefocusSettings, Method
 from heatlens.source.kind import SourceKind
 
 Given = dict[str, Any]
 AddOptions = Callable[[argparse.ArgumentParser], object]
 
-_OF_DIFFUSION = ("bokeh", "quality", "layers")
-_OF_BLUR = ("method", *_OF_DIFFUSION, "views", "proxy")
-_OF_PLATES = (
-    *("depth_channel", "color_layer", "depth_convention", "depth_kind", "scene_unit"),
-    *("near", "far", "eye", "strict", "depth", "behind", "picture_curve"),
-)
+_OF_PLATES = attributes_of(PlateOptions)
 _OF_SCENES = ("size", "scene_camera", "frame", "pinhole")
 _OF_OTHERS = {  # by kind of source: the options that are for other kinds
     SourceKind.PLATES: (_OF_SCENES, "is a plate, and that is for 3D scenes"),
@@ -47,16 +44,14 @@ def refuse_unused(
     later or one after the other.
     """
     if getattr(args, "pinhole", False):
-        refuse_given(args, _OF_BLUR, "A picture without a lens has no blur")
-    if method is not None and method is not Method.DIFFUSION:
-        refuse_given(
-            args, _OF_DIFFUSION, f"The method {method} has no such choice, only diffusion has"
-        )
-    if method is not None and not method.needs_scene:
-        refuse_given(args, ("views",), f"The method {method} looks from one point alone")
+        blur = attributes_of(DefocusSettings)
+        refuse_given(args, blur, "A picture without a lens has no blur")
+    if method is not None:
+        for why_not, names in unasked(method).items():
+            refuse_given(args, names, f"The method {method} {why_not}")
     if kind is not None:
-        names, why = _OF_OTHERS[kind]
-        refuse_given(args, names, f"{source} {why}")
+        others, why = _OF_OTHERS[kind]
+        refuse_given(args, others, f"{source} {why}")
 
 
 def refuse_given(args: argparse.Namespace, names: Iterable[str], why: str) -> None:

@@ -3,27 +3,23 @@
 import argparse
 from collections.abc import Mapping
 
-from heatlens.commands.value_types import f_number, millimetres, number, with_point
+from heatlens.commands.field_options import add_fields, attributes_of, flag_of, typed_fields
 from heatlens.errors import InputError
 from heatlens.model.filmback import filmback_named
 from heatlens.model.lens import Lens
-from heatlens.model.units import format_distance, parse_distance_m
+from heatlens.model.units import format_distance
 from heatlens.plate.focus_pick import depth_at_m, no_distances
 from heatlens.plate.header_lens import LensNotToldError, plate_lens
 from heatlens.plate.plate import Plate
 
-_TOLD = {
-    "focal_length_mm": "--focal-length",
-    "sensor_width_mm": "--sensor-width",
-    "f_stop": "--f-stop",
-    "focus_distance_m": "--focus-distance",
-}
-_GIVEN_WITH = {**_TOLD, "focus_distance_m": "--focus-distance or --focus-at"}
-_LENS_VALUES = ("focal_length", "sensor_width", "filmback", "f_stop", "focus_distance")
+# Without these no lens can be made; what the plate's header tells need not be given.
+_NEEDED = ("focal_length_mm", "sensor_width_mm", "f_stop", "focus_distance_m")
+_FLAGS = {name: flag_of(Lens, name) for name in _NEEDED}
+_GIVEN_WITH = {**_FLAGS, "focus_distance_m": f"{_FLAGS['focus_distance_m']} or --focus-at"}
 
 
 def add_lens_options(parser: argparse.ArgumentParser, can_pick: bool = True) -> None:
-    """--focal-length, --sensor-width or --filmback, --f-stop, focus, --squeeze.
+    """Add the group `lens` to `parser`: the values of a lens, --filmback and --focus-at.
 
     `can_pick` False: without --focus-at, for what has no picture yet to pick from.
     """
@@ -32,27 +28,18 @@ def add_lens_options(parser: argparse.ArgumentParser, can_pick: bool = True) -> 
         "Values not given are taken from the plate's header or the scene's camera, where these "
         "have them.",
     )
-    group.add_argument("--focal-length", type=millimetres, metavar="MM", help="in millimetres")
+    add_fields(group, Lens, ["focal_length_mm"])
     back = group.add_mutually_exclusive_group()
-    back.add_argument(
-        "--sensor-width", type=millimetres, metavar="MM", help="of the film back, in millimetres"
-    )
+    add_fields(back, Lens, ["sensor_width_mm"])
     back.add_argument("--filmback", metavar="NAME", help='a film back by name, as "Super 35"')
-    group.add_argument("--f-stop", type=f_number, metavar="N", help="2 or f/2; smaller blurs more")
+    add_fields(group, Lens, ["f_stop"])
     focus = group.add_mutually_exclusive_group()
-    focus.add_argument(
-        "--focus-distance", metavar="DISTANCE", help="metres, or with a unit: 190cm, 6'3\", inf"
-    )
+    add_fields(focus, Lens, ["focus_distance_m"])
     if can_pick:
         focus.add_argument(
             "--focus-at", metavar="X,Y", help="focus on what is seen at this pixel of the picture"
         )
-    group.add_argument(
-        "--squeeze",
-        type=number,
-        metavar="S",
-        help="anamorphic lens, 1 to 2: discs become S times as tall as wide (default 1)",
-    )
+    add_fields(group, Lens, ["squeeze"])
 
 
 def sensor_width_of(args: argparse.Namespace) -> float | None:
@@ -70,16 +57,9 @@ def given_lens(args: argparse.Namespace) -> dict[str, float]:
 
     Raises InputError for what is no distance and no film back.
     """
-    typed = args.focus_distance
-    focus = None if typed is None else parse_distance_m(with_point(typed))
-    values = {
-        "focal_length_mm": args.focal_length,
-        "sensor_width_mm": sensor_width_of(args),
-        "f_stop": args.f_stop,
-        "focus_distance_m": focus,
-        "squeeze": args.squeeze,
-    }
-    return {name: value for name, value in values.items() if value is not None}
+    values = typed_fields(args, Lens, (*_NEEDED, "squeeze"))
+    width_mm = sensor_width_of(args)
+    return values if width_mm is None else {**values, "sensor_width_mm": width_mm}
 
 
 def lens_of(args: argparse.Namespace, plate: Plate) -> tuple[Lens, str]:
@@ -93,7 +73,7 @@ def lens_of(args: argparse.Namespace, plate: Plate) -> tuple[Lens, str]:
         found = plate_lens(plate, values)
     except LensNotToldError as error:
         raise InputError(error.told(_GIVEN_WITH)) from None
-    changed = {"assumed full frame": f"assumed full frame; {_TOLD['sensor_width_mm']} changes it"}
+    changed = {"assumed full frame": f"assumed full frame; {_FLAGS['sensor_width_mm']} changes it"}
     told = {field: changed.get(source, source) for field, source in found.sources.items()}
     return found.lens, f"lens: {lens_words(found.lens, {**told, **sources})}"
 
@@ -102,7 +82,7 @@ def sources_of(args: argparse.Namespace) -> dict[str, str]:
     """By field of Lens, the option that gives it."""
     back = f"film back {args.filmback}" if args.filmback is not None else "--sensor-width"
     focus = "--focus-distance" if args.focus_at is None else f"--focus-at {args.focus_at}"
-    typed = {**_TOLD, "sensor_width_mm": back, "focus_distance_m": focus}
+    typed = {**_FLAGS, "sensor_width_mm": back, "focus_distance_m": focus}
     given = given_lens(args)
     return {
         field: option
@@ -127,7 +107,8 @@ def _lens_of_coc(args: argparse.Namespace, plate: Plate, squeeze: float) -> tupl
     if args.focus_at is not None:
         raise no_distances(plate)
     said = ["lens: none needed, the plate brings its circle of confusion"]
-    given = [name for name in _LENS_VALUES if getattr(args, name) is not None]
+    ignored = (*attributes_of(Lens, _NEEDED), "filmback")
+    given = [name for name in ignored if getattr(args, name) is not None]
     said += [f"--{name.replace('_', '-')} is not used" for name in given]
     return plate_lens(plate, {"squeeze": squeeze}).lens, ", ".join(said)
 

@@ -5,6 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from heatlens.commands.blur_options import settings_of
+from heatlens.commands.field_options import add_fields
 from heatlens.commands.frame_command import add_frame_command
 from heatlens.commands.given_options import refuse_unused
 from heatlens.commands.one_frame import check_one_frame
@@ -28,7 +29,7 @@ from heatlens.measure.study.report import Report
 from heatlens.measure.study.subject import Subject
 from heatlens.measure.study.write import PAGE, write_report
 from heatlens.model.lens import Lens
-from heatlens.model.settings import LAYERS_MAX, VIEWS_MAX, Bokeh, Method, Quality
+from heatlens.model.settings import VIEWS_MAX, DefocusSettings, Method
 from heatlens.model.units import format_distance
 from heatlens.render import FrameRenderer
 from heatlens.source.kind import SourceKind, kind_of
@@ -111,9 +112,7 @@ def _add_study_options(parser: argparse.ArgumentParser) -> None:
 def _add_blur_options(parser: argparse.ArgumentParser) -> None:
     """What diffusion has a choice of; the other methods have none."""
     group = parser.add_argument_group("blur of diffusion")
-    group.add_argument("--bokeh", choices=list(map(str, Bokeh)), help="as render")
-    group.add_argument("--quality", choices=list(map(str, Quality)), help="as render")
-    group.add_argument("--layers", type=whole, metavar="N", help=f"as render, 1 to {LAYERS_MAX}")
+    add_fields(group, DefocusSettings, ["bokeh", "quality", "layers"])
 
 
 def run(args: argparse.Namespace) -> int:

@@ -1,16 +1,19 @@
 """The lens: what is written on its barrel, where it is focused and how wide the sensor is."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import Any
 
 from heatlens.errors import LensError
-from heatlens.model.aperture import Aperture
+from heatlens.model.aperture import SQUEEZE_LEAST, SQUEEZE_MOST, Aperture
+from heatlens.model.option import Option, option, options_of
+from heatlens.model.units import parse_distance_m
 
 # Share of the sensor's width that still looks sharp; a common rule for pictures seen whole.
 _SHARP_SHARE = 1 / 1500
 # No lens or sensor was ever made outside these, in mm or as an f-number: a value beyond them is in
 # the wrong unit. Within them every diameter of blur stays finite in float32.
-_LEAST, _MOST = 1e-3, 1e6
+_HARDWARE: dict[str, Any] = {"least": 1e-3, "most": 1e6}
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,26 +33,52 @@ class Lens:
     Raises LensError naming the value and what it may be.
     """
 
-    focal_length_mm: float
-    f_stop: float
-    focus_distance_m: float
-    sensor_width_mm: float
-    squeeze: float = 1.0
-    t_stop: float | None = None
-    acceptable_coc_mm: float | None = None
-    close_focus_m: float | None = None
+    focal_length_mm: float = field(
+        metadata=option("focal length", "in millimetres", metavar="MM", unit="mm", **_HARDWARE)
+    )
+    f_stop: float = field(
+        metadata=option(
+            "f-stop", "2 or f/2; smaller blurs more", metavar="N", unit="f-stop", **_HARDWARE
+        )
+    )
+    focus_distance_m: float = field(
+        metadata=option(
+            "focus distance",
+            "metres, or with a unit: 190cm, 6'3\", inf",
+            metavar="DISTANCE",
+            unit="m",
+            parse=parse_distance_m,
+        )
+    )
+    sensor_width_mm: float = field(
+        metadata=option(
+            "sensor width", "of the film back, in millimetres", metavar="MM", unit="mm", **_HARDWARE
+        )
+    )
+    squeeze: float = field(
+        default=1.0,
+        metadata=option(
+            "squeeze",
+            "anamorphic lens, 1 to 2: discs become S times as tall as wide (default 1)",
+            metavar="S",
+            least=SQUEEZE_LEAST,
+            most=SQUEEZE_MOST,
+        ),
+    )
+    t_stop: float | None = field(default=None, metadata=option("T-stop", **_HARDWARE))
+    acceptable_coc_mm: float | None = field(
+        default=None, metadata=option("acceptable circle of confusion", unit="mm", **_HARDWARE)
+    )
+    close_focus_m: float | None = field(
+        default=None, metadata=option("close focus", unit="m", **_HARDWARE)
+    )
 
     def __post_init__(self) -> None:
-        _check_hardware("focal length", self.focal_length_mm, " mm")
-        _check_hardware("f-stop", self.f_stop, "")
-        _check_hardware("sensor width", self.sensor_width_mm, " mm")
-        if self.t_stop is not None:
-            _check_hardware("T-stop", self.t_stop, "")
-        if self.acceptable_coc_mm is not None:
-            _check_hardware("acceptable circle of confusion", self.acceptable_coc_mm, " mm")
-        if self.close_focus_m is not None:
-            _check_hardware("close focus", self.close_focus_m, " m")
         _ = self.aperture  # raises LensError for an opening that cannot be
+        for name, told in options_of(Lens).items():
+            value = getattr(self, name)
+            if value is not None and told.least is not None and not told.allows(value):
+                raise LensError(_outside(told, value))
         _check_focus(self.focus_distance_m, self.focal_length_mm)
 
     @property
@@ -75,13 +104,12 @@ class Lens:
         return self.sensor_width_mm * _SHARP_SHARE
 
 
-def _check_hardware(name: str, value: float, unit: str) -> None:
-    """Raise LensError unless `value` is a size that can be built; NaN fails the comparison."""
-    if not _LEAST <= value <= _MOST:
-        raise LensError(
-            f"The {name} must be between {_LEAST:g}{unit} and {_MOST:,.0f}{unit}, "
-            f"got {value:g}{unit}."
-        )
+def _outside(told: Option, value: float) -> str:
+    unit = f" {told.unit}" if told.unit in ("mm", "m") else ""
+    return (
+        f"The {told.words} must be between {told.least:g}{unit} and {told.most:,.0f}{unit}, "
+        f"got {value:g}{unit}."
+    )
 
 
 def _check_focus(focus_distance_m: float, focal_length_mm: float) -> None:

@@ -1,10 +1,13 @@
 """What the user says about a plate that its file does not say itself."""
 
-from dataclasses import dataclass
+import os
+from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import assert_never
 
 from heatlens.errors import InputError
+from heatlens.model.option import option
+from heatlens.model.units import parse_scene_unit_m
 
 
 @dataclass(frozen=True)
@@ -94,27 +97,133 @@ class PictureCurve(StrEnum):
     LINEAR = "linear"
 
 
+def _conventions() -> str:
+    """Return each convention with its meaning, and whether it needs --near and --far."""
+    told = []
+    for convention in DepthConvention:
+        ends = ", with --near and --far" if convention.facts.needs_ends else ""
+        told.append(f"{convention} ({convention.facts.meaning}){ends}")
+    return "; ".join(told)
+
+
 @dataclass(frozen=True)
 class PlateOptions:
     """How to read a file; the defaults find out what they can.
 
+    depth_channel    None: found by its name
+    color_layer      None: found by its name; "" is the layer without a name
+    scene_unit_m     metres in one unit of the depth channel
+    near_m           metres at the near end of a normalised depth or a disparity
+    far_m            metres at its far end
+    focal_length_mm  only radial depth needs it; None: from the header
+    sensor_width_mm  likewise
+    depth_source     file or pattern that holds the depth; None: the picture does
+    behind           files or patterns of what lies behind the picture, in any order
+    picture_curve    of PNG, JPEG and TIFF
+    eye              view of a stereo file; None: the first, or that of `color_layer`
+    strict           refuse what could be read in two ways, instead of taking the likelier
+
     Raises InputError for a convention, kind or curve that is none.
     """
 
-    depth_channel: str | None = None  # None: found by its name
-    color_layer: str | None = None  # None: found by its name; "" is the layer without a name
-    depth_convention: DepthConvention = DepthConvention.AUTO
-    depth_kind: DepthKind = DepthKind.AUTO
-    scene_unit_m: float = 1.0  # metres in one unit of the depth channel
-    near_m: float | None = None  # metres at the near end of a normalised depth or a disparity
-    far_m: float | None = None  # metres at its far end
-    focal_length_mm: float | None = None  # only radial depth needs it; None: from the header
-    sensor_width_mm: float | None = None  # likewise
-    depth_source: str | None = None  # file or pattern that holds the depth; None: the picture does
-    behind: tuple[str, ...] = ()  # files or patterns of what lies behind the picture, in any order
-    picture_curve: PictureCurve = PictureCurve.AUTO
-    eye: str | None = None  # view of a stereo file; None: the first, or that of `color_layer`
-    strict: bool = False  # refuse what could be read in two ways, instead of taking the likelier
+    depth_channel: str | None = field(
+        default=None,
+        metadata=option(
+            "depth channel",
+            "channel that holds the depth, as `heatlens info` lists it (default: found by name)",
+            metavar="NAME",
+        ),
+    )
+    color_layer: str | None = field(
+        default=None,
+        metadata=option(
+            "color layer",
+            "layer that holds R, G, B; '' is the one without a name (default: found by name)",
+            metavar="NAME",
+        ),
+    )
+    depth_convention: DepthConvention = field(
+        default=DepthConvention.AUTO,
+        metadata=option(
+            "depth convention", f"what the depth values are: {_conventions()} (default: auto)"
+        ),
+    )
+    depth_kind: DepthKind = field(
+        default=DepthKind.AUTO,
+        metadata=option(
+            "depth kind",
+            "planar: measured along the optical axis, a wall seen straight on has one depth "
+            "(default, but for channels named as Mitsuba's distances along the ray); radial: along "
+            "each ray, which needs focal length and sensor width",
+        ),
+    )
+    scene_unit_m: float = field(
+        default=1.0,
+        metadata=option(
+            "scene unit",
+            "unit of the depth values: m, cm, mm, ft, in, or a number of metres (default: m)",
+            metavar="UNIT",
+            unit="m",
+            parse=parse_scene_unit_m,
+        ),
+    )
+    near_m: float | None = field(
+        default=None,
+        metadata=option(
+            "near", "near end of a normalized depth or disparity", metavar="METRES", unit="m"
+        ),
+    )
+    far_m: float | None = field(
+        default=None, metadata=option("far", "its far end", metavar="METRES", unit="m")
+    )
+    focal_length_mm: float | None = None
+    sensor_width_mm: float | None = None
+    depth_source: str | None = field(
+        default=None,
+        metadata=option(
+            "depth",
+            "the depth, where it lies in a file of its own: EXR, PNG, TIFF, PFM, NPY; of a "
+            "sequence its pattern, depth.####.exr",
+            metavar="FILE",
+            parse=os.path.expanduser,
+        ),
+    )
+    behind: tuple[str, ...] = field(
+        default=(),
+        metadata=option(
+            "behind",
+            "a picture with depth of what lies behind, rendered by the same camera: a clean plate, "
+            "a background; of a sequence its pattern. May be given several times, in any order. "
+            "Parts and layers of the plate called behind, behind.1, ... are taken by themselves",
+            metavar="FILE",
+            parse=os.path.expanduser,
+        ),
+    )
+    picture_curve: PictureCurve = field(
+        default=PictureCurve.AUTO,
+        metadata=option(
+            "picture curve",
+            "of PNG, JPEG and TIFF as colour: whole numbers are sRGB, floating point is linear "
+            "light, unless told otherwise",
+        ),
+    )
+    eye: str | None = field(
+        default=None,
+        metadata=option(
+            "eye",
+            "view of a stereo file: left, right, or as `heatlens info` lists it (default: the "
+            "first)",
+            metavar="NAME",
+        ),
+    )
+    strict: bool = field(
+        default=False,
+        metadata=option(
+            "strict",
+            "refuse a depth that can be read in two ways, and a focus, lens and depth that can "
+            "hardly belong together, instead of saying so and going on",
+        ),
+    )
 
     @property
     def files_beside(self) -> tuple[str, ...]:

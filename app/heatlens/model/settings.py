@@ -1,10 +1,11 @@
 """How the blur is computed: never how much of it there is."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import assert_never
 
 from heatlens.errors import InputError
+from heatlens.model.option import option, options_of
 
 
 class Bokeh(StrEnum):
@@ -82,6 +83,10 @@ class Method(StrEnum):
 LAYERS_MAX = 7
 VIEWS_MAX = 65536
 PROXY_MIN = 1 / 16
+_ONLY_DIFFUSION = {
+    "asked_by": lambda method: method is Method.DIFFUSION,
+    "why_not": "has no such choice, only diffusion has",
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,19 +98,76 @@ class DefocusSettings:
     proxy   scale of the picture that is worked on, PROXY_MIN to 1; blur scales with it
     method  bokeh, quality and layers are those of diffusion; the others do not ask for them
     views   points of the lens that accumulation looks through, or rays of each pixel
+
+    Raises InputError for a number outside its range.
     """
 
-    bokeh: Bokeh = Bokeh.DISC
-    quality: Quality = Quality.FILM
-    layers: int | None = None
-    proxy: float = 1.0
-    method: Method = Method.DIFFUSION
-    views: int = 66
+    bokeh: Bokeh = field(
+        default=Bokeh.DISC,
+        metadata=option(
+            "bokeh",
+            "shape of a point of light: disc as a lens (default), gaussian, or heat, the fastest, "
+            "a four-pointed star",
+            **_ONLY_DIFFUSION,
+        ),
+    )
+    quality: Quality = field(
+        default=Quality.FILM,
+        metadata=option(
+            "quality",
+            "how closely that shape is met; the amount of blur is the same (default film)",
+            **_ONLY_DIFFUSION,
+        ),
+    )
+    layers: int | None = field(
+        default=None,
+        metadata=option(
+            "layers",
+            f"depth layers, 1 (nothing uncovers) to {LAYERS_MAX}; default: as the quality says",
+            metavar="N",
+            least=1,
+            most=LAYERS_MAX,
+            **_ONLY_DIFFUSION,
+        ),
+    )
+    proxy: float = field(
+        default=1.0,
+        metadata=option(
+            "proxy",
+            f"work on a smaller picture, {PROXY_MIN:g} to 1; blur scales with it",
+            metavar="SCALE",
+            least=PROXY_MIN,
+            most=1,
+        ),
+    )
+    method: Method = field(
+        default=Method.DIFFUSION,
+        metadata=option(
+            "method",
+            "diffusion (default) costs the same for every blur, as do heat, its basic form in one "
+            "layer, and pyramid, blurred copies at smaller sizes; gather, which averages the disc "
+            "around each pixel, and scatter, which draws each pixel as a disc, far to near, cost "
+            "four times as much for twice the blur; accumulation and raytraced look at a 3D scene "
+            "from --views points of the lens: the truth. All but the first are for comparison and "
+            "take neither --bokeh nor --quality nor --layers",
+        ),
+    )
+    views: int = field(
+        default=66,
+        metadata=option(
+            "views",
+            f"points of the lens, or rays of each pixel, 1 to {VIEWS_MAX} (default 66)",
+            metavar="N",
+            least=1,
+            most=VIEWS_MAX,
+            asked_by=lambda method: method.needs_scene,
+            why_not="looks from one point alone",
+        ),
+    )
 
     def __post_init__(self) -> None:
-        if self.layers is not None and not 1 <= self.layers <= LAYERS_MAX:
-            raise InputError(f"Layers must be 1 to {LAYERS_MAX}, got {self.layers}.")
-        if not PROXY_MIN <= self.proxy <= 1.0:
-            raise InputError(f"The proxy must be {PROXY_MIN:g} to 1, got {self.proxy:g}.")
-        if not 1 <= self.views <= VIEWS_MAX:
-            raise InputError(f"Views must be 1 to {VIEWS_MAX}, got {self.views}.")
+        for name, told in options_of(DefocusSettings).items():
+            value = getattr(self, name)
+            if isinstance(value, int | float) and not told.allows(value):
+                words = told.words.capitalize()
+                raise InputError(f"{words} must be {told.least:g} to {told.most:g}, got {value:g}.")

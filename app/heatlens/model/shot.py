@@ -11,6 +11,7 @@ from heatlens.model.framing import Framing
 from heatlens.model.interpolation import Scale
 from heatlens.model.lens import Lens
 from heatlens.model.marks import Mark, check_marks
+from heatlens.model.option import options_of
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.settings import DefocusSettings
 
@@ -26,15 +27,8 @@ class LensParameter(StrEnum):
     @property
     def words(self) -> str:
         """The name as people say it."""
-        return _WORDS[self]
+        return options_of(Lens)[self].words
 
-
-_WORDS = {
-    LensParameter.FOCUS_DISTANCE: "focus distance",
-    LensParameter.F_STOP: "f-stop",
-    LensParameter.FOCAL_LENGTH: "focal length",
-    LensParameter.SQUEEZE: "squeeze",
-}
 
 # How focus goes from key to key, by the word for it in a file and on the command line.
 FOCUS_SCALES = {"dioptres": Scale.RECIPROCAL, "distance": Scale.LINEAR}

@@ -12,10 +12,9 @@ from heatlens.model.depth_histogram import DepthHistogram
 from heatlens.model.f_stops import THIRD_STOPS, nearest_index
 from heatlens.model.filmback import FILMBACKS
 from heatlens.model.lens import Lens
+from heatlens.model.option import options_of
 from heatlens.model.plausibility import About, Doubt
 from heatlens.model.settings import (
-    LAYERS_MAX,
-    VIEWS_MAX,
     Bokeh,
     DefocusSettings,
     Method,
@@ -214,7 +213,7 @@ def blur_panel(settings: DefocusSettings, has_scene: bool) -> DefocusSettings:
     )
     auto = "as quality says"
     layers_shown = auto if settings.layers is None else str(settings.layers)
-    counts = [auto, *(str(n) for n in range(1, LAYERS_MAX + 1))]
+    counts = [auto, *map(str, _whole_numbers("layers"))]
     layers = widgets.choice("layers", layers_shown, counts)
     proxy_shown = next((n for n, v in _PROXIES.items() if v == settings.proxy), _CUSTOM)
     proxy = widgets.choice("picture size", proxy_shown, list(_PROXIES))
@@ -239,4 +238,13 @@ def _views(settings: DefocusSettings) -> DefocusSettings:
     probe.note("views")
     imgui.same_line()
     imgui.text(str(settings.views))
-    return replace(settings, views=min(max(views, 1), VIEWS_MAX)) if changed else settings
+    allowed = _whole_numbers("views")
+    views = min(max(views, allowed[0]), allowed[-1])
+    return replace(settings, views=views) if changed else settings
+
+
+def _whole_numbers(name: str) -> range:
+    """Return what a field of the settings allows."""
+    told = options_of(DefocusSettings)[name]
+    assert told.least is not None and told.most is not None
+    return range(int(told.least), int(told.most) + 1)

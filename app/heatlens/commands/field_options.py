@@ -1,0 +1,107 @@
+"""Options of the command line made from the fields of settings, and the values typed for them.
+
+Range, unit and words of an option stand on its field, see `heatlens.model.option`.
+"""
+
+import argparse
+from collections.abc import Callable, Iterable
+from enum import StrEnum
+from types import NoneType, UnionType
+from typing import Any, Union, get_args, get_origin, get_type_hints
+
+from heatlens.commands.value_types import f_number, finite, millimetres, number, whole, with_point
+from heatlens.errors import InputError
+from heatlens.model.option import Option, options_of
+from heatlens.model.settings import DefocusSettings, Method
+
+_NUMBERS: dict[str, Callable[[str], float]] = {
+    "": number,
+    "mm": millimetres,
+    "m": finite,
+    "f-stop": f_number,
+}
+Group = argparse.ArgumentParser | argparse._ArgumentGroup
+
+
+def add_fields(group: Group, kind: type, names: Iterable[str] = ()) -> None:
+    """Add the options of these fields of a dataclass to a parser or group; all unless named."""
+    told = options_of(kind)
+    for name in names or told:
+        group.add_argument(flag_of(kind, name), **_keywords(_type_of(kind, name), told[name]))
+
+
+def flag_of(kind: type, name: str) -> str:
+    """Return how the option of a field is typed: "--focal-length"."""
+    return f"--{options_of(kind)[name].flag}"
+
+
+def typed_fields(args: argparse.Namespace, kind: type, names: Iterable[str] = ()) -> dict[str, Any]:
+    """Return the values that were given for fields of a dataclass, those not given left out.
+
+    Raises InputError for what cannot be read, and for numbers outside their range.
+    """
+    told, found = options_of(kind), {}
+    for name in names or told:
+        value = getattr(args, _attribute(told[name]), None)
+        if value is not None and value is not False:
+            found[name] = _value(value, _type_of(kind, name), told[name])
+    return found
+
+
+def attributes_of(kind: type, names: Iterable[str] = ()) -> tuple[str, ...]:
+    """Return the attributes of parsed arguments in which the options of fields lie."""
+    told = options_of(kind)
+    return tuple(_attribute(told[name]) for name in names or told)
+
+
+def unasked(method: Method) -> dict[str, list[str]]:
+    """Return attributes of the options of the blur that a method ignores, by the reason."""
+    found: dict[str, list[str]] = {}
+    for told in options_of(DefocusSettings).values():
+        if told.asked_by is not None and not told.asked_by(method):
+            found.setdefault(told.why_not, []).append(_attribute(told))
+    return found
+
+
+def _attribute(told: Option) -> str:
+    return told.flag.replace("-", "_")
+
+
+def _type_of(kind: type, name: str) -> Any:
+    """Return the type of a field, without None."""
+    hint = get_type_hints(kind)[name]
+    if get_origin(hint) not in (Union, UnionType):
+        return hint
+    return next(one for one in get_args(hint) if one is not NoneType)
+
+
+def _keywords(kind: Any, told: Option) -> dict[str, Any]:
+    """Return what argparse is told of an option."""
+    if kind is bool:
+        return {"action": "store_true", "help": told.help}
+    if get_origin(kind) is tuple:
+        return {"action": "append", "metavar": told.metavar, "help": told.help}
+    if issubclass(kind, StrEnum):
+        return {"choices": [str(member) for member in kind], "help": told.help}
+    keywords: dict[str, Any] = {"metavar": told.metavar, "help": told.help}
+    if told.parse is None and kind in (int, float):
+        keywords["type"] = whole if kind is int else _NUMBERS[told.unit]
+    return keywords
+
+
+def _value(typed: Any, kind: Any, told: Option) -> Any:
+    if get_origin(kind) is tuple:
+        return tuple(_value(one, get_args(kind)[0], told) for one in typed)
+    if told.parse is not None:
+        return told.parse(with_point(typed) if kind is float else typed)
+    if issubclass(kind, StrEnum):
+        return kind(typed)
+    if kind in (int, float) and told.least is not None and not told.unit:
+        _check(typed, told)
+    return typed
+
+
+def _check(value: float, told: Option) -> None:
+    if not told.allows(value):
+        low, high = told.least, told.most
+        raise InputError(f"--{told.flag} must be {low:g} to {high:g}, got {value:g}.")

@@ -1,0 +1,58 @@
+"""What a person has to be told of a field in order to set it, kept on the field itself.
+
+The command line makes its options from this, and panels take ranges and words from it, so that a
+field has one home: `width_mm: float = field(default=36.0, metadata=option("width", least=1))`.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, fields
+from functools import cache
+from typing import Any
+
+_KEY = "option"
+
+
+@dataclass(frozen=True)
+class Option:
+    """How a field is set by a person.
+
+    words     its name in a sentence, as "focal length"
+    help      what it does, for `--help`
+    flag      its name on the command line, without dashes
+    metavar   what stands for the value in `--help`, "" where it is one of several words
+    unit      of the number: "mm", "m", "f-stop" or ""
+    least     least value allowed, None for no bound
+    most      greatest value allowed, None for no bound
+    parse     from what was typed to the value; raises InputError. None: as its type and unit say
+    asked_by  given a `Method`, whether it asks for this field at all; None: every method does
+    why_not   the rest of a sentence, on a method that does not ask
+    """
+
+    words: str
+    help: str = ""
+    flag: str = ""
+    metavar: str = ""
+    unit: str = ""
+    least: float | None = None
+    most: float | None = None
+    parse: Callable[[str], Any] | None = None
+    asked_by: Callable[[Any], bool] | None = None
+    why_not: str = ""
+
+    def allows(self, value: float) -> bool:
+        """Return whether a number lies in the range; NaN never does."""
+        low = -float("inf") if self.least is None else self.least
+        high = float("inf") if self.most is None else self.most
+        return low <= value <= high
+
+
+def option(words: str, help: str = "", **more: Any) -> Mapping[str, Option]:
+    """Return the metadata of a field that a person can set; see `Option`."""
+    flag = more.pop("flag", words.lower().replace(" ", "-"))
+    return {_KEY: Option(words, help, flag, **more)}
+
+
+@cache
+def options_of(kind: type) -> Mapping[str, Option]:
+    """Return the options of a dataclass by the names of their fields, in their order."""
+    return {f.name: f.metadata[_KEY] for f in fields(kind) if _KEY in f.metadata}
