@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from heatlens.errors import LensError
-from heatlens.model.aperture import SQUEEZE_LEAST, SQUEEZE_MOST, Aperture
+from heatlens.model.aperture import Aperture
 from heatlens.model.option import Option, option, options_of
 from heatlens.model.units import parse_distance_m
 
@@ -61,8 +61,6 @@ class Lens:
             "squeeze",
             "anamorphic lens, 1 to 2: discs become S times as tall as wide (default 1)",
             metavar="S",
-            least=SQUEEZE_LEAST,
-            most=SQUEEZE_MOST,
         ),
     )
     t_stop: float | None = field(default=None, metadata=option("T-stop", **_HARDWARE))
