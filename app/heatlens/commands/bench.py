@@ -114,7 +114,7 @@ def _add_measure_options(parser: argparse.ArgumentParser) -> None:
 
 
 def _add_method_options(group: "argparse._ArgumentGroup") -> None:
-    """Every method beside the others: what it costs and what that buys."""
+    """Add the options that compare every method: its cost and its error."""
     group.add_argument(
         "--methods",
         action="store_true",
@@ -173,7 +173,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _check_methods(args: argparse.Namespace, settings: DefocusSettings) -> None:
-    """What --methods needs, before minutes are spent."""
+    """Check what --methods needs before minutes are spent."""
     if args.plot is not None:
         if not args.methods:
             raise InputError("--plot draws what --methods measures; give both.")
@@ -185,7 +185,7 @@ def _check_methods(args: argparse.Namespace, settings: DefocusSettings) -> None:
 def _measured(
     args: argparse.Namespace, frames: BenchFrames, settings: DefocusSettings
 ) -> BenchReport:
-    """All that was asked for, with how long it will take said before and meanwhile."""
+    """Measure all that was asked for; report how long it will take, before and meanwhile."""
     frames.check_fits(args.size or _SIZE, settings)
     say("finding out how long this takes")
     drag = dragged(args, settings, _SIZE)
@@ -219,7 +219,7 @@ def _report(
     drag: Dragged | None,
     tell: BenchProgress,
 ) -> BenchReport:
-    """The measurements in the order of the plan."""
+    """Run the measurements in the order of the plan."""
     size, settings, runs = asked.size, asked.settings, asked.runs
     coc_sweep = size_sweep = None
     # First the bare sweeps: their limit is met before minutes are spent.
@@ -238,13 +238,13 @@ def _report(
 def _errors(
     args: argparse.Namespace, frames: BenchFrames, settings: DefocusSettings, tell: BenchProgress
 ) -> ErrorReport | None:
-    """None where they were not asked for."""
+    """Measure the errors, or return None where they were not asked for."""
     if not args.methods or args.truth_views == 0:
         return None
     return measure_errors(frames, args.truth_size, settings, args.truth_views, args.runs, tell)
 
 
 def _peak_memory_mb() -> float:
-    """The most memory this process ever held; a software rasteriser's textures are part of it."""
+    """Return the most memory of this process so far; a software rasteriser's textures count too."""
     kilobytes = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss  # kibibytes, on Linux
     return kilobytes * 1024 / 1e6

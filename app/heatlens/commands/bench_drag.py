@@ -68,7 +68,7 @@ def dragged(args: argparse.Namespace, settings: DefocusSettings, default: Size) 
 
 
 def _at_size(plate: Plate, settings: DefocusSettings, size: Size | None) -> DefocusSettings:
-    """The proxy that comes nearest to the width."""
+    """Return the settings with the proxy that comes nearest to the width."""
     if size is None:
         return settings
     full = plate.data_window.width, plate.data_window.height

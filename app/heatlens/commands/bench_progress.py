@@ -44,7 +44,7 @@ class BenchProgress:
             self._terminal = None
 
     def __call__(self, sentence: str) -> None:
-        """A part begins, or something is to be known."""
+        """Begin a part, or print a message."""
         is_step = self._pace.begin(sentence)
         words = f"{sentence}{self._where()}" if is_step else sentence
         if self._terminal is None:
@@ -59,6 +59,6 @@ class BenchProgress:
             say(words)
 
     def _where(self) -> str:
-        """Part 3 of 20, about 40 s left."""
+        """Return "Part 3 of 20, about 40 s left"."""
         number, count = self._pace.number, len(self._pace.steps)
         return f" ({number} of {count}, about {time_text(self._pace.left_s)} left)"

@@ -122,19 +122,22 @@ def _camera_of(args: argparse.Namespace) -> CameraSamples:
 
 
 def _is_scene(source: str) -> bool:
-    """USD, which may be a camera and nothing else, is read as cameras are."""
+    """Return True for a scene.
+
+    A USD file, which may hold nothing but a camera, is read as a camera.
+    """
     path, _ = split_prim(source)
     return kind_of(source) is SourceKind.SCENE and path.suffix.lower() not in USD_SUFFIXES
 
 
 def _said_of(first: FirstShot) -> tuple[str, ...]:
-    """What the scene says, and the lens, of which no file of a scene tells all."""
+    """Return the notes of the scene, and the lens, which a scene's file states only in part."""
     words = lens_words(first.shot.lens_at(first.frame), first.sources)
     return (*first.scene.notes, f"lens at frame {first.frame}: {words}")
 
 
 def _refuse_shot_options(args: argparse.Namespace) -> None:
-    """A camera has its frames and its sensor, and must not be written over itself."""
+    """Refuse options of a shot for a camera file, and an output that is the camera file."""
     for option in ("frames", "sensor_height"):
         if getattr(args, option) is not None:
             raise InputError(

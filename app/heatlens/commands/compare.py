@@ -130,7 +130,7 @@ def _add_difference(parser: argparse.ArgumentParser) -> None:
 
 
 def _within(low: float, high: float) -> Callable[[str], float]:
-    """A type of limits: one beyond what the score can be is always kept, or always missed."""
+    """Return an argument type for limits inside the range that the score can have."""
 
     def limit(text: str) -> float:
         value = finite(text)
@@ -142,7 +142,7 @@ def _within(low: float, high: float) -> Callable[[str], float]:
 
 
 def _shared_pixels(result: Picture, truth: Picture) -> tuple[FloatImage, FloatImage]:
-    """What both files hold, (H, W, 3) each; says aloud what is left out or doubtful."""
+    """Return what both files hold, (H, W, 3) each; report what is left out or doubtful."""
     region = shared_region(result, truth)
     if region != result.data_window or region != truth.data_window:
         say(
@@ -163,7 +163,7 @@ def _error_panel(args: argparse.Namespace, result: FloatImage, truth: FloatImage
 
 
 def _as_lines(scores: Scores) -> str:
-    """One score a line, names and numbers aligned."""
+    """Format one score a line, names and numbers aligned."""
     width = max(len(shown.label) for shown in _SHOWN)
     return "\n".join(
         f"{shown.label:<{width}}  {shown.form.format(getattr(scores, shown.field))}"
@@ -176,7 +176,7 @@ def _as_json(scores: Scores) -> str:
 
 
 def _missed_limits(args: argparse.Namespace, scores: Scores) -> list[str]:
-    """A sentence for each limit that is not kept; a score that is NaN keeps none."""
+    """Return a sentence for each missed limit; a score that is NaN misses every limit."""
     missed = []
     if args.min_psnr is not None and not scores.psnr_db >= args.min_psnr:
         missed.append(f"PSNR {scores.psnr_db:.3f} dB is below the limit of {args.min_psnr:g} dB")

@@ -60,7 +60,7 @@ def _findings() -> Iterator[Finding]:
 
 
 def _checks() -> dict[str, Check]:
-    """In the order in which one needs the other. The display comes last: drivers crash there."""
+    """Return the checks in the order of need; the display is last, because drivers crash there."""
     gpu = Gpu(headless_context)
     return {
         "machine": machine_check.system,

@@ -38,7 +38,7 @@ from heatlens.source.named import source_of
 
 
 def add_export_options(parser: argparse.ArgumentParser) -> None:
-    """All but the shot and the output."""
+    """Add every option but the shot and the output."""
     _add_frame_options(parser)
     _add_exr_options(parser)
     _add_look_options(parser)
@@ -105,7 +105,7 @@ def _add_exr_options(parser: argparse.ArgumentParser) -> None:
 
 
 def _add_look_options(parser: argparse.ArgumentParser) -> None:
-    """Those of all pictures, and what only frames of a shot have."""
+    """Add the options of all pictures, and those that only frames of a shot have."""
     group = add_look_options(parser)
     group.add_argument(
         "--burn-in", action="store_true", help="write frame, focus and f-stop into the picture"
@@ -114,7 +114,10 @@ def _add_look_options(parser: argparse.ArgumentParser) -> None:
 
 
 def job_of(args: argparse.Namespace) -> ExportJob:
-    """What the options say. Raises InputError where they contradict the shot or each other."""
+    """Return the job of the options.
+
+    Raises InputError where they contradict the shot or each other.
+    """
     output = parse_output(args.output)
     _check_kind(args, output)
     read = _shot_in_file(args) if is_shot_file(args.shot) else None
@@ -140,7 +143,7 @@ def job_of(args: argparse.Namespace) -> ExportJob:
 
 
 def _kept_names(args: argparse.Namespace, shot: Shot) -> tuple[str, ...]:
-    """Looked for in the first plate that is there; the others are taken to have the same."""
+    """Look for the channels in the first plate that exists; the others are assumed to be alike."""
     if not args.keep_channels:
         return ()
     return kept_names(args, source_of(shot), shot.plate_options, shot.defocus.proxy)
@@ -176,16 +179,16 @@ def _shot_in_file(args: argparse.Namespace) -> Shot:
 
 
 def _scene_shot(args: argparse.Namespace) -> Shot:
-    """The lens of the options and of the scene's camera, as it moves."""
+    """Return a shot with the lens of the options and of the scene's camera, as it moves."""
     first = shot_of_scene(args, args.shot)
     say(*first.scene.notes, said_of_lens(args, first, first.frame))
     return first.shot
 
 
 def _still_shot(args: argparse.Namespace) -> Shot:
-    """The lens of the options and of the first plate's header, at every frame.
+    """Return a shot with the lens of the options and of the first plate's header, at every frame.
 
-    Whichever frames are asked for: those of one shot may be asked for in parts.
+    It does not depend on the frames that are asked for, because one shot may be exported in parts.
     """
     sequence, options = find_sequence(args.shot), plate_options(args)
     plate = read_plate(sequence.path_at(sequence.present[0]), options)
@@ -195,7 +198,7 @@ def _still_shot(args: argparse.Namespace) -> Shot:
 
 
 def _with_overrides(args: argparse.Namespace, shot: Shot) -> Shot:
-    """The shot with the blur, the plate and the rate that were given."""
+    """Return the shot with the blur, the plate and the rate that were given."""
     defocus = settings_of(args, shot.defocus)
     if args.pinhole and args.proxy is None:
         defocus = replace(defocus, proxy=1.0)
@@ -208,7 +211,7 @@ def _with_overrides(args: argparse.Namespace, shot: Shot) -> Shot:
 
 
 def _refuse_unused(args: argparse.Namespace, read: Shot | None) -> None:
-    """Before a word is said of the lens; `read` is the shot file, if it is one."""
+    """Refuse useless options before anything is printed; `read` is the shot file, if it is one."""
     source = args.plate or (args.shot if read is None else read.source)
     method = settings_of(args, read.defocus if read else DefocusSettings()).method
     refuse_unused(args, source or "", None if source is None else kind_of(source), method)
@@ -224,7 +227,7 @@ def _frames(args: argparse.Namespace, shot: Shot) -> tuple[int, ...]:
 
 
 def _transform(args: argparse.Namespace, shot: Shot) -> ViewTransform:
-    """EXR is seen through none, and asks no config."""
+    """Return the view transform; EXR has none, and needs no config."""
     if parse_output(args.output).is_exr:
         return srgb_transform()
     return transform_of(args, _color_header(shot))

@@ -19,7 +19,7 @@ _WIPE = "\r\x1b[K"
 
 
 class Tally:
-    """What is done of `count` frames, and how long the rest will take at this pace."""
+    """The progress through `count` frames, and the time left at this pace."""
 
     def __init__(self, count: int, clock: Callable[[], float] = time.monotonic) -> None:
         self.count = count
@@ -29,7 +29,7 @@ class Tally:
         self._start_s = clock()
 
     def add(self, done: FrameDone) -> None:
-        """One frame more. Time counts from the first that had to be rendered."""
+        """Count one more frame. Time counts from the first that had to be rendered."""
         if done.was_there:
             self.kept += 1
             if not self.written:
@@ -52,7 +52,7 @@ class Tally:
 
 
 def progress_of(kind: str, plan: ExportPlan) -> AbstractContextManager[Tell]:
-    """What to call for each frame; where the block ends well, it is said what there is.
+    """Return what to call for each frame; after a good end it prints what was exported.
 
     `kind` is terminal, json or openjd.
     """
@@ -81,7 +81,7 @@ def _for_people(plan: ExportPlan, tally: Tally) -> Iterator[Tell]:
 
 @contextmanager
 def _for_programs(plan: ExportPlan, tally: Tally) -> Iterator[Tell]:
-    """JSON, a line for the beginning, each frame and the end."""
+    """Print JSON, a line for the beginning, each frame and the end."""
     output = str(plan.job.output.pattern)
     _say(event="begin", output=output, frames=tally.count)
 
@@ -114,7 +114,7 @@ def _for_farm(plan: ExportPlan, tally: Tally) -> Iterator[Tell]:
 
 
 def progress_text(tally: Tally) -> str:
-    """12 of 100 done, 1 min 20 s left."""
+    """Return "12 of 100 done, 1 min 20 s left"."""
     left = "" if tally.left_s is None else f", {time_text(tally.left_s)} left"
     return f"{tally.done} of {tally.count} done{left}"
 
@@ -133,10 +133,10 @@ def _frames(count: int) -> str:
 
 @contextmanager
 def _terminal() -> Iterator[TextIO]:
-    """Stderr, the line wiped in the end; where it is no terminal, nowhere.
+    """Yield stderr, and clear the line at the end; yield nothing visible where it is no terminal.
 
-    A descriptor of its own: while files are read on other threads, Python's stderr is another one
-    by the moment, for the EXR library's words are kept off it.
+    It has a descriptor of its own: while files are read on other threads, Python's stderr is
+    replaced at times, to keep the EXR library's messages off it.
     """
     if not shows_progress(sys.stderr):
         yield io.StringIO()

@@ -47,7 +47,7 @@ def _paths(args: argparse.Namespace, plan: ExportPlan) -> list[PathParameter]:
 
 
 def _words(args: argparse.Namespace, plan: ExportPlan) -> list[str]:
-    """The command line of a task."""
+    """Return the command line of a task."""
     source, files = plan.source.files, plan.job.output.form.text
     options = _given_words(args)
     if any("{{" in text for text in (source.name if source else "", files, *options)):
@@ -66,7 +66,7 @@ def _words(args: argparse.Namespace, plan: ExportPlan) -> list[str]:
 
 
 def _given_words(args: argparse.Namespace) -> list[str]:
-    """The options that were given, as they are typed."""
+    """Return the options that were given, as they are typed."""
     options = given(args, add_export_options).items()
     words = [
         option if value is True else f"{option}={_typed(value)}"
@@ -77,7 +77,7 @@ def _given_words(args: argparse.Namespace) -> list[str]:
 
 
 def _typed(value: object) -> str:
-    """A value of an option as it was typed: 320x180 for a size."""
+    """Return a value of an option as it was typed: 320x180 for a size."""
     return "x".join(map(str, value)) if isinstance(value, tuple) else str(value)
 
 
@@ -86,7 +86,7 @@ def _is_config_file(args: argparse.Namespace) -> bool:
 
 
 def _check_text(template: str) -> None:
-    """InputError for characters that YAML has no place for, as a name on disk may have them."""
+    """Raise InputError for characters that YAML cannot hold, as a name on disk may have them."""
     if not template.replace("\n", "").isprintable():
         raise InputError(
             "A template takes printable names only, and one of these is not. Rename the file."

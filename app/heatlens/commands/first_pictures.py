@@ -54,7 +54,7 @@ def make_first_pictures(why: NoWindowError) -> int:
 
 
 def _folder() -> Path:
-    """The current one, or where nothing can be written there one for temporary files."""
+    """Return the current folder, or a temporary one where nothing can be written there."""
     here = Path.cwd()
     return here if os.access(here, os.W_OK) else Path(tempfile.mkdtemp(prefix="heatlens-"))
 
@@ -66,7 +66,7 @@ def _default_view() -> ViewTransform:
 
 
 def _shown_frames(view: ViewTransform) -> Iterator[Image.Image]:
-    """The first pull of the demo; on a terminal it is said how far it is."""
+    """Render the first pull of the demo; show the progress on a terminal."""
     start, end = demo_shot().key_frames[:2]
     source = heatlens.open(DEMO, size=_SIZE)
     for number, frame in enumerate(np.linspace(start, end, _FRAMES)):
@@ -81,7 +81,7 @@ def _shown_frames(view: ViewTransform) -> Iterator[Image.Image]:
 
 
 def _animation(frames: list[Image.Image]) -> bytes:
-    """There and back again, for ever."""
+    """Encode the frames forwards and backwards, repeated for ever."""
     rest = [*frames[1:], *frames[-2:0:-1]]
     options = {"append_images": rest, "duration": _MILLISECONDS, "loop": 0, "quality": 85}
     return encoded_picture(frames[0], "WEBP", save_all=True, **options)

@@ -23,7 +23,7 @@ _OF_OTHERS = {  # by kind of source: the options that are for other kinds
 
 
 def given(args: argparse.Namespace, *groups: AddOptions) -> Given:
-    """Those options of `groups` that are not at their default: as they are typed, and the value."""
+    """Return those options of `groups` that are not at their default, as typed, and the values."""
     plain = argparse.ArgumentParser()
     for add in groups:
         add(plain)
@@ -38,7 +38,7 @@ def refuse_unused(
     kind: SourceKind | None = None,
     method: Method | None = None,
 ) -> None:
-    """InputError naming the options that were given and would change nothing.
+    """Raise InputError that names the options that were given and would change nothing.
 
     `kind` is that of `source`; None where it does not matter. `method` None: any may be asked for,
     later or one after the other.
@@ -55,7 +55,7 @@ def refuse_unused(
 
 
 def refuse_given(args: argparse.Namespace, names: Iterable[str], why: str) -> None:
-    """InputError, beginning with `why`, for those of the options `names` that were given."""
+    """Raise InputError, beginning with `why`, for those of the options `names` that were given."""
     found = [name for name in names if getattr(args, name, None) not in (None, False)]
     if found:
         typed = ", ".join(f"--{name.replace('_', '-')}" for name in found)

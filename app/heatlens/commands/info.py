@@ -94,7 +94,7 @@ def _of_scene(args: argparse.Namespace, text: str) -> tuple[dict[str, Any], list
 
 
 def _text(lines: list[Line]) -> str:
-    """Aligned, for reading; no name makes a line of its own."""
+    """Align the lines for reading; no name makes a line of its own."""
     return "\n".join(f"{label:<{_LABEL_WIDTH}}{printable(str(value))}" for label, value in lines)
 
 
@@ -116,13 +116,13 @@ def _plate_lines(facts: dict[str, Any]) -> list[Line]:
 
 
 def _window(corners: list[int]) -> str:
-    """First to last pixel, as other EXR tools say it."""
+    """Format the first and the last pixel, as other EXR tools do."""
     x0, y0, x1, y1 = corners
     return f"({x0}, {y0}) to ({x1 - 1}, {y1 - 1})"
 
 
 def _part_lines(parts: list[dict[str, Any]]) -> list[Line]:
-    """One line for each part and one for each type of channel in it."""
+    """Return one line for each part and one for each type of channel in it."""
     lines = []
     for count, part in enumerate(parts, start=1):
         name = f" {part['name']!r}" if part["name"] else ""
@@ -135,7 +135,7 @@ def _part_lines(parts: list[dict[str, Any]]) -> list[Line]:
 
 
 def _camera_lines(camera: dict[str, Any]) -> list[Line]:
-    """The lens values that the header has, each with the attribute it comes from."""
+    """Return the lens values of the header, each with the attribute it comes from."""
     lines = []
     for label, name, unit in _CAMERA_LINES:
         if camera[name] is not None:
@@ -145,7 +145,7 @@ def _camera_lines(camera: dict[str, Any]) -> list[Line]:
 
 
 def _primaries_lines(told: dict[str, Any] | None) -> list[Line]:
-    """What the colours mean, and by which attribute."""
+    """Return the primaries of the colours, and the attribute that states them."""
     if told is None:
         return [("primaries", "linear Rec.709 (the header tells no other)")]
     if told["space"] is None:
@@ -157,7 +157,7 @@ def _primaries_lines(told: dict[str, Any] | None) -> list[Line]:
 
 
 def _color_lines(color: dict[str, Any]) -> list[Line]:
-    """Layer and range of the colour, or why there is none."""
+    """Return layer and range of the colour, or why there is none."""
     lines = []
     if "layer" in color:
         alpha = "with alpha" if color["has_alpha"] else "no alpha"
@@ -174,7 +174,7 @@ def _color_lines(color: dict[str, Any]) -> list[Line]:
 
 
 def _depth_lines(depth: dict[str, Any]) -> list[Line]:
-    """Channel, convention with its reason and range of the depth, or why there is none."""
+    """Return channel, convention with its reason and range of the depth, or why there is none."""
     if "problem" in depth:
         return [("depth", f"none: {depth['problem']}")]
     lines = [
@@ -190,5 +190,5 @@ def _depth_lines(depth: dict[str, Any]) -> list[Line]:
 
 
 def _number(value: float | str) -> str:
-    """Five digits; infinity is a word already."""
+    """Format a number with five digits; infinity is a word already."""
     return value if isinstance(value, str) else f"{value:.5g}"

@@ -7,7 +7,7 @@ _NAMES_MOST = 8  # of objects, in a line
 
 
 def scene_lines(facts: dict[str, Any]) -> list[Line]:
-    """The facts of `scene_facts` for reading: a label and what is there."""
+    """Return the facts of `scene_facts` for reading, each with a label."""
     return [
         ("scene", facts["path"]),
         ("frames", _frames(facts)),
@@ -28,7 +28,7 @@ def _frames(facts: dict[str, Any]) -> str:
 
 
 def _camera_lines(cameras: list[dict[str, Any]]) -> list[Line]:
-    """One a line; the first is the one that is looked through unless told."""
+    """Return one camera a line; the first is used unless another is named."""
     lines = [
         (
             "camera",

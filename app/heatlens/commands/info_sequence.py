@@ -15,7 +15,7 @@ from heatlens.sequence.sequence import Sequence, find_sequence
 
 
 def found_among(texts: Items[str]) -> list[str | Sequence]:
-    """What is meant by the names: each a file, or several that are frames of one shot.
+    """Return what the names mean: each a file, or several that are frames of one shot.
 
     Patterns and folders are shots; of files that are listed, those of one form belong together.
     Raises InputError for a pattern without files.
@@ -39,7 +39,7 @@ def found_among(texts: Items[str]) -> list[str | Sequence]:
 
 
 def _settled(key: tuple[Path, NameForm], groups: dict[tuple[Path, NameForm], list[int]]) -> Any:
-    """One file by its name, or the frames that were listed."""
+    """Return one file by its name, or the frames that were listed."""
     folder, form = key
     frames = tuple(sorted(groups[key]))
     if len(frames) == 1:
@@ -49,7 +49,7 @@ def _settled(key: tuple[Path, NameForm], groups: dict[tuple[Path, NameForm], lis
 
 
 def sequence_info(sequence: Sequence, options: PlateOptions) -> tuple[dict[str, Any], list[Line]]:
-    """The facts of a shot, and as lines; says on a terminal how far it is."""
+    """Return the facts of a shot, and as lines; show the progress on a terminal."""
     count, done = len(sequence.present), 0
 
     def tell(frame: int) -> None:
@@ -82,7 +82,7 @@ def _lines(facts: dict[str, Any]) -> list[Line]:
 
 
 def _with_frames(label: str, found: dict[str, str]) -> list[Line]:
-    """One line for what all have; else the frames that have it behind each."""
+    """Return one line where all frames agree; else a line for each value with its frames."""
     if len(found) == 1 and label != "note":
         return [(label, name) for name in found]
     return [(label, f"{name} (frames {frames})") for name, frames in found.items()]

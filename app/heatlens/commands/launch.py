@@ -57,7 +57,7 @@ def _work() -> int:
 
 
 def _stop_signals() -> set[signal.Signals]:
-    """Those that end this process; one started in the background may have to ignore them."""
+    """Return the signals that end this process; a background process may have to ignore some."""
     stops = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
     return {stop for stop in stops if signal.getsignal(stop) is not signal.SIG_IGN}
 
@@ -115,7 +115,7 @@ def _asked(worker: int, how: signal.Signals) -> int | None:
 
 
 def _ended(code: int, record: int) -> int:
-    """The exit code for that of the work, which is negative where a signal ended it."""
+    """Return the exit code for that of the work, which is negative where a signal ended it."""
     if code >= 0:
         return code
     stopping.remove_left(stopping.read_record(record))
@@ -132,7 +132,7 @@ def _ended(code: int, record: int) -> int:
 
 
 def _descendants(process: int) -> Iterable[int]:
-    """Processes that `process` started, and those that they started."""
+    """Yield the processes that `process` started, and those that they started."""
     for tasks in Path(f"/proc/{process}/task").glob("*/children"):
         try:
             children = [int(word) for word in tasks.read_text().split()]
@@ -151,7 +151,7 @@ def _kill(process: int) -> None:
 
 
 def _say(sentence: str) -> None:
-    """Also over a line of progress that the work left on the terminal."""
+    """Print a sentence, also over a line of progress that the work left on the terminal."""
     wipe = "\r\x1b[K" if sys.stderr.isatty() else ""
     sys.stderr.write(f"{wipe}heatlens: {sentence}\n")
     sys.stderr.flush()

@@ -43,9 +43,9 @@ def add_lens_options(parser: argparse.ArgumentParser, can_pick: bool = True) -> 
 
 
 def sensor_width_of(args: argparse.Namespace) -> float | None:
-    """Millimetres, as --sensor-width or --filmback say; None where neither is given.
+    """Return the millimetres of --sensor-width or --filmback; None where neither is given.
 
-    Raises InputError for a film back that is none.
+    Raises InputError for an unknown film back.
     """
     name: str | None = getattr(args, "filmback", None)
     width_mm: float | None = getattr(args, "sensor_width", None)
@@ -53,9 +53,9 @@ def sensor_width_of(args: argparse.Namespace) -> float | None:
 
 
 def given_lens(args: argparse.Namespace) -> dict[str, float]:
-    """Fields of Lens that the options give, all but what --focus-at finds.
+    """Return the fields of Lens that the options give, except what --focus-at finds.
 
-    Raises InputError for what is no distance and no film back.
+    Raises InputError for an invalid distance or an unknown film back.
     """
     values = typed_fields(args, Lens, (*_NEEDED, "squeeze"))
     width_mm = sensor_width_of(args)
@@ -63,7 +63,7 @@ def given_lens(args: argparse.Namespace) -> dict[str, float]:
 
 
 def lens_of(args: argparse.Namespace, plate: Plate) -> tuple[Lens, str]:
-    """The lens that the options and the plate's header describe, and a sentence on each value."""
+    """Return the lens of the options and the plate's header, and a sentence on each value."""
     values, sources = given_lens(args), sources_of(args)
     if plate.coc_px is not None:
         return _lens_of_coc(args, plate, values.get("squeeze", 1.0))
@@ -79,7 +79,7 @@ def lens_of(args: argparse.Namespace, plate: Plate) -> tuple[Lens, str]:
 
 
 def sources_of(args: argparse.Namespace) -> dict[str, str]:
-    """By field of Lens, the option that gives it."""
+    """Return the option that gives each field of Lens."""
     back = f"film back {args.filmback}" if args.filmback is not None else "--sensor-width"
     focus = "--focus-distance" if args.focus_at is None else f"--focus-at {args.focus_at}"
     typed = {**_FLAGS, "sensor_width_mm": back, "focus_distance_m": focus}
@@ -92,7 +92,7 @@ def sources_of(args: argparse.Namespace) -> dict[str, str]:
 
 
 def lens_words(lens: Lens, sources: Mapping[str, str]) -> str:
-    """Each value of a lens, and where it is from."""
+    """Return each value of a lens with its origin."""
     values = {
         "focal_length_mm": f"focal length {lens.focal_length_mm:g} mm",
         "sensor_width_mm": f"sensor width {lens.sensor_width_mm:g} mm",
@@ -103,7 +103,7 @@ def lens_words(lens: Lens, sources: Mapping[str, str]) -> str:
 
 
 def _lens_of_coc(args: argparse.Namespace, plate: Plate, squeeze: float) -> tuple[Lens, str]:
-    """A lens of which only the squeeze counts: the plate brings its circle of confusion."""
+    """Return a lens of which only the squeeze counts: the plate brings its circle of confusion."""
     if args.focus_at is not None:
         raise no_distances(plate)
     said = ["lens: none needed, the plate brings its circle of confusion"]
@@ -114,7 +114,7 @@ def _lens_of_coc(args: argparse.Namespace, plate: Plate, squeeze: float) -> tupl
 
 
 def pixel_of(text: str) -> tuple[int, int]:
-    """X,Y as --focus-at takes it; raises InputError for what is no pixel."""
+    """Parse X,Y for --focus-at. Raises InputError for anything else."""
     try:
         x, y = (int(part) for part in text.split(","))
     except ValueError:

@@ -17,7 +17,7 @@ from heatlens.plate.header_read import read_color_header
 
 
 def add_look_options(parser: argparse.ArgumentParser) -> "argparse._ArgumentGroup":
-    """--ocio, --display, --view, --input-space, --gamma and --exposure; the group of them."""
+    """Add --ocio, --display, --view, --input-space, --gamma and --exposure; return their group."""
     group = parser.add_argument_group(
         "look",
         "Of pictures and movies; EXR stays scene-linear. Not given, they look as in the window.",
@@ -59,9 +59,10 @@ def color_header(path: Path | None, color_layer: str | None, eye: str | None = N
 
 
 def transform_of(args: argparse.Namespace, attributes: Header) -> ViewTransform:
-    """What the options say of light whose header has `attributes`; what is doubtful is said.
+    """Return the view transform of the options for light whose header has `attributes`.
 
-    Raises InputError for a config that cannot be used, and for names that it does not have.
+    Doubtful choices are reported. Raises InputError for a config that cannot be used, and for names
+    that it does not have.
     """
     config = _config(args)
     light = input_space_of(config, attributes, args.input_space or "")
@@ -75,12 +76,12 @@ def transform_of(args: argparse.Namespace, attributes: Header) -> ViewTransform:
 
 
 def say_seen_through(transform: ViewTransform) -> None:
-    """Which view a picture for the eye was made with."""
+    """Print the view transform that a picture was made with."""
     say(f"seen through {transform.view} on {transform.display}")
 
 
 def _config(args: argparse.Namespace) -> ColorConfig | None:
-    """None for the plain curve, where it was asked for."""
+    """Load the config; return None for the plain curve, where it was asked for."""
     if args.view == PLAIN_VIEW and args.ocio is None and args.display is None:
         return None
     return load_color_config(args.ocio)

@@ -51,7 +51,7 @@ class _Parser(argparse.ArgumentParser):
     """Answers a wrong option in two lines; argparse would put the whole usage before them."""
 
     def __init__(self, *args: Any, **options: Any) -> None:
-        """With the option that all commands have."""
+        """Make a parser with the options that all commands have."""
         super().__init__(*args, **options)
         self.add_argument(
             "-q",
@@ -66,7 +66,10 @@ class _Parser(argparse.ArgumentParser):
         self.exit(2, f"heatlens: {message}\n`{self.prog} --help` explains.\n")
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> tuple[Any, list[str]]:
-        """Nothing may be left over; argparse would blame that on the parent, not the command."""
+        """Parse, and refuse unknown arguments here.
+
+        Argparse would report them for the parent command.
+        """
         parsed, unknown = super().parse_known_args(args, namespace)
         if unknown:
             self.error(f"unrecognized arguments: {' '.join(unknown)}{meant(unknown, self)}")
@@ -77,7 +80,7 @@ class _Completion(argparse.Action):
     """Prints the script and ends, as --help does."""
 
     def __call__(self, parser: argparse.ArgumentParser, *given: Any) -> None:
-        """`given` are the namespace, the shell and the option."""
+        """Print the completion; `given` are the namespace, the shell and the option."""
         import shtab
 
         print(shtab.complete(parser, shell=given[1]))
@@ -85,7 +88,7 @@ class _Completion(argparse.Action):
 
 
 def build_parser(names: Sequence[str] = _COMMANDS) -> argparse.ArgumentParser:
-    """The command line of the commands `names`, which are all there are unless told."""
+    """Build the command line of the commands `names`; the default is all of them."""
     parser = _Parser(
         prog="heatlens",
         description="Puts a real lens in front of a pinhole render: depth of field by diffusion.",
@@ -139,7 +142,7 @@ def _with_command(argv: Sequence[str]) -> list[str]:
 
 
 def _needed(words: Sequence[str]) -> tuple[str, ...]:
-    """The command that is asked for; for the help all of them, for the version none."""
+    """Return the command that is asked for; all of them for the help, none for the version."""
     if words[0] in _COMMANDS:
         return (words[0],)
     return () if words[0] in ("-V", "--version") else _COMMANDS

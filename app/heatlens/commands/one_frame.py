@@ -8,7 +8,7 @@ from heatlens.sequence.names import parse_pattern
 
 
 def check_one_frame(path: Path) -> None:
-    """InputError for a pattern or a folder, with what takes these."""
+    """Raise InputError for a pattern or a folder, and name the command that takes these."""
     is_pattern = not os.path.exists(path) and parse_pattern(path.name) is not None
     if is_pattern or os.path.isdir(path):
         what = "a sequence" if is_pattern else "a folder"

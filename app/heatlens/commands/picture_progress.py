@@ -94,9 +94,9 @@ class PictureCount:
 def picture_progress(
     renderer: FrameRenderer, shot: Shot, stream: TextIO | None = None
 ) -> Iterator[Callable[[str], None]]:
-    """What is to be told the name of each step of a picture; says how far it is, and what is left.
+    """Yield a function for the name of each step of a picture; it prints progress and time left.
 
-    Nothing is said where `stream` (stderr) is no terminal.
+    Nothing is printed where `stream` (stderr) is no terminal.
     """
     if shot.defocus.method.needs_scene:
         with view_progress(shot, stream) as tell_view:
@@ -125,7 +125,10 @@ def picture_progress(
 
 
 def _drawings(renderer: FrameRenderer, shot: Shot) -> int:
-    """Steps of drawing the scene: each band of rows so often, and once for its depth."""
+    """Return the steps of drawing the scene.
+
+    Each band of rows several times, and once for depth.
+    """
     if renderer.scene is None:
         return 0
     from heatlens.scene_gpu.bands import Bands  # plates do without
@@ -138,7 +141,7 @@ def _drawings(renderer: FrameRenderer, shot: Shot) -> int:
 
 @contextmanager
 def view_progress(shot: Shot, stream: TextIO | None = None) -> Iterator[Callable[[str], None]]:
-    """What is to be told each step of a picture, and says how many views of a scene are done."""
+    """Yield a function for each step of a picture; it prints how many views of a scene are done."""
     done = 0
     with _line(stream) as write:
 
@@ -163,9 +166,10 @@ Write = Callable[..., None]
 
 @contextmanager
 def _line(stream: TextIO | None) -> Iterator[Write]:
-    """What writes one line over the other, not too soon nor too often, and leaves none behind.
+    """Yield a function that writes one line over the other, and clear the line at the end.
 
-    It is given what makes the text of the seconds so far, and what to wait for before that.
+    It is given a function that makes the text from the seconds so far, and a function to wait for
+    before that. It writes neither too soon nor too often.
     """
     out = stream or sys.stderr
     if not shows_progress(out):

@@ -24,9 +24,10 @@ _MAGIC = {
 
 @contextmanager
 def file_of_input(path: Path) -> Iterator[Path]:
-    """`path`, or where that is `-` a file with what comes on standard input; it goes in the end.
+    """Yield `path`; for `-` a temporary file with the content of standard input.
 
-    Raises InputError for what is no picture, and where somebody would have to type it.
+    Raises InputError for what is no picture, and for a terminal, where somebody would have to type
+    it.
     """
     if str(path) != DASH:
         yield path
@@ -46,7 +47,7 @@ def file_of_input(path: Path) -> Iterator[Path]:
 
 @contextmanager
 def file_for_output(path: Path) -> Iterator[Path]:
-    """`path`, or where that is `-` an EXR to write, which then goes to standard output.
+    """Yield `path`; for `-` an EXR to write, which then goes to standard output.
 
     Raises InputError where that is a terminal.
     """
@@ -64,7 +65,7 @@ def file_for_output(path: Path) -> Iterator[Path]:
 
 @contextmanager
 def _folder() -> Iterator[Path]:
-    """A folder of our own, which goes in the end, whatever happens."""
+    """Yield a temporary folder, and remove it whatever happens."""
     folder = Path(tempfile.mkdtemp(prefix="heatlens-"))
     with unfinished(folder):
         try:

@@ -12,7 +12,7 @@ from heatlens.source.named import source_of
 
 
 def say_plate(plate: Plate, lens: Lens, said_of_lens: str, options: PlateOptions) -> None:
-    """How the depth was read and why, every repair, the lens, and what cannot well be.
+    """Print how the depth was read and why, every repair, the lens, and what is implausible.
 
     Raises InputError for the first doubt where `options` are strict.
     """
@@ -21,14 +21,14 @@ def say_plate(plate: Plate, lens: Lens, said_of_lens: str, options: PlateOptions
 
 
 def say_reading(plate: Plate, said_of_lens: str) -> None:
-    """How the depth was read and why, every repair, and the lens."""
+    """Print how the depth was read and why, every repair, and the lens."""
     depth = plate.depth
     say(f"depth: {depth.channel} taken as {depth.convention}, {depth.kind}. {depth.why}")
     say(*plate.notes, said_of_lens)
 
 
 def say_doubts_of_shot(shot: Shot) -> None:
-    """What cannot well be of a shot's lens at any of its keys, in front of its first plate."""
+    """Print what is implausible about a shot's lens at any key, in front of its first plate."""
     try:
         first = None if shot.source is None else source_of(shot).first_file
         plate = None if first is None else read_plate(first, shot.plate_options)
@@ -43,7 +43,10 @@ def say_doubts_of_shot(shot: Shot) -> None:
 
 
 def say_doubts(plate: Plate, lens: Lens, options: PlateOptions) -> None:
-    """What cannot well be of this lens in front of these depths; refused where strict."""
+    """Print what is implausible about this lens in front of these depths.
+
+    Refuse it where strict.
+    """
     if not plate.has_distances:
         return
     for doubt in doubts(lens, depth_span(plate, options.scene_unit_m)):

@@ -143,7 +143,7 @@ def _render(args: argparse.Namespace) -> None:
 
 
 def _check_room(args: argparse.Namespace, shot: Shot, renderer: FrameRenderer) -> None:
-    """InputError where the disk has less room than the picture takes when it packs well."""
+    """Raise InputError where the disk has less room than the compressed picture takes."""
     width, height = renderer.size(shot)
     values = 4 * width * height * shot.defocus.proxy**2
     need = values * (4 if args.float else 2) * _PACKED if _is_exr(args) else 0.0
@@ -176,7 +176,7 @@ def _check_look(args: argparse.Namespace) -> None:
 
 
 def _kept_names(args: argparse.Namespace, settings: DefocusSettings) -> tuple[str, ...]:
-    """The channels to be kept; refuse what only an EXR of a plate at its own size can have."""
+    """Return the channels to keep; refuse what only an EXR of a plate at its own size can have."""
     for_exr = {"--compression": args.compression, "--keep-channels": args.keep_channels}
     wrong = [option for option, value in for_exr.items() if value]
     if wrong and not _is_exr(args):
@@ -188,7 +188,7 @@ def _kept_names(args: argparse.Namespace, settings: DefocusSettings) -> tuple[st
 
 
 def _encode(args: argparse.Namespace) -> Encode:
-    """As the window shows it unless told; EXR keeps the light and what its header says."""
+    """Return the encoding: the view transform, but scene-linear light for EXR."""
     if _is_exr(args):
         return srgb_encoded
     first = single_source(args.plate, plate_options(args)).first_file

@@ -9,13 +9,13 @@ _is_quiet = False
 
 
 def say_nothing(is_quiet: bool) -> None:
-    """Whether the command was asked to give results and errors alone (`--quiet`)."""
+    """Set whether only results and errors are printed (`--quiet`)."""
     global _is_quiet
     _is_quiet = is_quiet
 
 
 def shows_progress(stream: TextIO) -> bool:
-    """Whether somebody looks at `stream` who wants to know how far it is."""
+    """Return whether somebody who wants to see progress looks at `stream`."""
     return stream.isatty() and not _is_quiet
 
 
@@ -25,6 +25,9 @@ def tell(text: str, keep: str = "") -> None:
 
 
 def say(*sentences: str) -> None:
-    """Each on a line of its own on stderr, at once: what follows may take minutes."""
+    """Print each sentence on a line of its own on stderr, at once.
+
+    What follows may take minutes.
+    """
     for sentence in () if _is_quiet else sentences:
         print(f"heatlens: {printable(sentence)}", file=sys.stderr, flush=True)

@@ -19,7 +19,7 @@ _FOCUS = "focus_distance_m"
 
 
 def add_framing_options(parser: argparse.ArgumentParser) -> "argparse._ArgumentGroup":
-    """--size and --scene-camera; the group of them."""
+    """Add --size and --scene-camera; return their group."""
     group = parser.add_argument_group("3D scene", "How it is looked at; plates do not ask.")
     group.add_argument(
         "--size", type=size_of, metavar="WxH", help="of the picture (default 1280x720)"
@@ -33,7 +33,7 @@ def add_framing_options(parser: argparse.ArgumentParser) -> "argparse._ArgumentG
 
 
 def size_of(text: str) -> tuple[int, int]:
-    """WxH; argparse turns the error into its own sentence."""
+    """Parse WxH; argparse turns the error into its own sentence."""
     match = re.fullmatch(r"(\d{1,6})x(\d{1,6})", text)
     size = (int(match[1]), int(match[2])) if match else (0, 0)
     if min(size) < 1:
@@ -42,7 +42,7 @@ def size_of(text: str) -> tuple[int, int]:
 
 
 def shot_of_scene(args: argparse.Namespace, text: str) -> FirstShot:
-    """The shot that options for lens and framing make of the scene called `text`, not looked at.
+    """Return the shot that options for lens and framing make of the scene called `text`.
 
     Raises InputError where the scene cannot be read, has no such camera, or the lens lacks a value.
     """
@@ -78,7 +78,7 @@ def load_scene(
 
 
 def with_framing(args: argparse.Namespace, shot: Shot) -> Shot:
-    """The shot with the size and the camera that were given."""
+    """Return the shot with the size and the camera that were given."""
     framing = shot.framing or Framing()
     if args.size is not None:
         framing = replace(framing, width_px=args.size[0], height_px=args.size[1])
@@ -88,13 +88,16 @@ def with_framing(args: argparse.Namespace, shot: Shot) -> Shot:
 
 
 def said_of_lens(args: argparse.Namespace, first: FirstShot, frame: int) -> str:
-    """The lens at a frame in words, and where each value is from."""
+    """Return the lens at a frame in words, and the origin of each value."""
     words = lens_words(first.shot.lens_at(frame), {**first.sources, **sources_of(args)})
     return f"lens at frame {frame}: {words}"
 
 
 def check_frames(what: str, span: FrameRange | None, frames: Iterable[int]) -> None:
-    """InputError naming those of `frames` that are not in `span`; None: nothing ever moves."""
+    """Raise InputError that names those of `frames` outside `span`.
+
+    None means that nothing moves.
+    """
     wrong = [frame for frame in frames if span is not None and frame not in span]
     if wrong and span is not None:
         more = f" and {len(wrong) - 1} more" if len(wrong) > 1 else ""
@@ -108,9 +111,9 @@ def _first_shot(
 
 
 def _checked(args: argparse.Namespace, text: str, first: FirstShot) -> FirstShot:
-    """InputError where nobody told the opening of the lens, or its focus: blur is not made up.
+    """Raise InputError where the f-stop or the focus is missing: blur is not made up.
 
-    A picture without a lens has none.
+    A picture without a lens needs neither.
     """
     needed = {"f_stop": "--f-stop", _FOCUS: "--focus-distance"}
     missing = [option for name, option in needed.items() if name in first.assumed]

@@ -21,7 +21,7 @@ _OPTIONS = {
 
 
 def add_camera_option(parser: argparse.ArgumentParser, wins: str = "options and --key") -> None:
-    """--camera; `wins`: what else says values of the lens."""
+    """Add --camera; `wins` names what overrules its values."""
     parser.add_argument(
         "--camera",
         metavar="CAMERA",
@@ -31,12 +31,15 @@ def add_camera_option(parser: argparse.ArgumentParser, wins: str = "options and 
 
 
 def camera_of(args: argparse.Namespace) -> CameraSamples | None:
-    """The camera of the options, if any."""
+    """Return the camera of the options, if any."""
     return None if args.camera is None else read_camera(args.camera)
 
 
 def checked_camera_of(args: argparse.Namespace, kept: Collection[str]) -> CameraSamples | None:
-    """The camera of the options, if a shot can have its lens but the fields in `kept`."""
+    """Return the camera of the options, after a check that a shot can have its lens.
+
+    Fields in `kept` are not taken from the camera, and not checked.
+    """
     camera = camera_of(args)
     if camera is not None:
         lens_tracks(camera, kept)
@@ -45,7 +48,7 @@ def checked_camera_of(args: argparse.Namespace, kept: Collection[str]) -> Camera
 
 
 def decided_otherwise(args: argparse.Namespace, keyed: Collection[LensParameter]) -> frozenset[str]:
-    """The fields of the lens that options or keys say."""
+    """Return the fields of the lens that options or keys give."""
     given = {
         field
         for field, options in _OPTIONS.items()
@@ -57,7 +60,7 @@ def decided_otherwise(args: argparse.Namespace, keyed: Collection[LensParameter]
 def with_camera_values(
     args: argparse.Namespace, camera: CameraSamples, kept: Collection[str]
 ) -> argparse.Namespace:
-    """The options, with what the camera tells first in the place of those that are not given."""
+    """Return the options, with the camera's first values where none are given."""
     filled = argparse.Namespace(**vars(args))
     for field, track in lens_tracks(camera, kept).items():
         # The focus is text on the command line, for it can carry a unit.
@@ -67,7 +70,7 @@ def with_camera_values(
 
 
 def said_of(camera: CameraSamples, shot: Shot, text: str, kept: Collection[str]) -> str:
-    """Which camera was taken, from where, and what of it."""
+    """Return which camera was taken, from where, and which of its values."""
     frames = f", frames {camera.frame_range}" if camera.frame_range else ""
     tracks = lens_tracks(camera, kept)
     taken = [
@@ -78,7 +81,7 @@ def said_of(camera: CameraSamples, shot: Shot, text: str, kept: Collection[str])
 
 
 def _span(name: str, least: float, most: float) -> str:
-    """A value with its unit, or where it moves between which."""
+    """Format a value with its unit, or the range in which it moves."""
     if name == "focus_distance_m":
         ends = format_distance(least), format_distance(most)
     else:

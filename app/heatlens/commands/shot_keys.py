@@ -23,7 +23,7 @@ Keys = dict[LensParameter, list[Key]]
 
 
 def keys_of(texts: list[str]) -> Keys:
-    """The keys of each parameter by their frames; raises InputError for what is no key."""
+    """Parse the keys of each parameter by their frames. Raises InputError for an invalid key."""
     keys: Keys = {}
     for text in texts:
         match = _KEY.fullmatch(text)
@@ -55,7 +55,7 @@ def _no_key(text: str) -> InputError:
 
 
 def mark_of(text: str) -> Mark:
-    """A focus mark as --mark says it; raises InputError for what is none."""
+    """Parse a focus mark of --mark. Raises InputError for an invalid one."""
     match = _MARK.fullmatch(text)
     if match is None:
         raise InputError(f"--mark takes NAME=DISTANCE or NAME@X,Y; got {text!r}.")

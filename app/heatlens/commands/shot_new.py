@@ -125,7 +125,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _piped_shot(args: argparse.Namespace) -> Shot:
-    """The shot of a plate on standard input, which cannot be found again under any name."""
+    """Return the shot of a plate on standard input, which cannot be found again by any name."""
     with file_of_input(Path(DASH)) as plate:
         shot = _shot_of(argparse.Namespace(**{**vars(args), "plate": str(plate)}))
     say(
@@ -136,7 +136,7 @@ def _piped_shot(args: argparse.Namespace) -> Shot:
 
 
 def _shot_of(args: argparse.Namespace) -> Shot:
-    """What the options say, each key tried on the lens."""
+    """Return the shot of the options, each key checked on the lens."""
     keys = keys_of(args.key)
     camera = camera_of(args)
     kept = decided_otherwise(args, keys)
@@ -156,7 +156,7 @@ def _shot_of(args: argparse.Namespace) -> Shot:
 
 
 def _say_outside(shot: Shot) -> None:
-    """Keys may stand there, and lead into the shot, but mostly it is a slip of the keyboard."""
+    """Warn of keys outside the shot: they may lead into it, but are mostly typing mistakes."""
     span = shot.frames
     outside = [f"{frame:g}" for frame in shot.key_frames if span is not None and frame not in span]
     if outside:
@@ -165,7 +165,7 @@ def _say_outside(shot: Shot) -> None:
 
 
 def _begun_with_plates(args: argparse.Namespace, camera: CameraSamples | None) -> Shot:
-    """The plate's files, lens, frames and rate."""
+    """Return a shot with the plate's files, lens, frames and rate."""
     lens, sequence = _lens_and_sequence(args)
     return Shot(
         lens,
@@ -176,7 +176,7 @@ def _begun_with_plates(args: argparse.Namespace, camera: CameraSamples | None) -
 
 
 def _begun_in_scene(args: argparse.Namespace, camera: CameraSamples | None) -> Shot:
-    """The scene, the lens of its camera, frames, rate, and how it is looked at."""
+    """Return a shot with the scene, the lens of its camera, frames, rate and framing."""
     first = shot_of_scene(args, args.plate)
     shot = first.shot
     say(*first.scene.notes)
@@ -187,7 +187,7 @@ def _begun_in_scene(args: argparse.Namespace, camera: CameraSamples | None) -> S
 
 
 def _with_options(args: argparse.Namespace, shot: Shot) -> Shot:
-    """What neither plate nor scene tells."""
+    """Return the shot with what neither plate nor scene states."""
     if args.close_focus is not None:
         shot = replace(
             shot, lens=replace(shot.lens, close_focus_m=parse_distance_m(args.close_focus))
@@ -202,7 +202,7 @@ def _with_options(args: argparse.Namespace, shot: Shot) -> Shot:
 
 
 def _with_keys(shot: Shot, keys: Keys) -> Shot:
-    """The shot with its keys; each must make a lens that can be."""
+    """Return the shot with its keys; each must make a possible lens."""
     for parameter, found in keys.items():
         shot = shot.with_curve(parameter, replace(shot.curves.of(parameter), keys=tuple(found)))
     for frame in shot.key_frames:
@@ -211,7 +211,7 @@ def _with_keys(shot: Shot, keys: Keys) -> Shot:
 
 
 def _with_first_keys(args: argparse.Namespace, keys: Keys) -> argparse.Namespace:
-    """The options, with the first key of a parameter in the place of its own."""
+    """Return the options with the first key of each keyed parameter as its value."""
     given = argparse.Namespace(**vars(args))
     for parameter, option in KEYED.values():
         if parameter in keys:
@@ -229,7 +229,7 @@ def _say_unused(args: argparse.Namespace, option: str) -> None:
 
 
 def _lens_and_sequence(args: argparse.Namespace) -> tuple[Lens, Sequence | None]:
-    """The lens, and the plate's files, which may be missing where no header of theirs is needed."""
+    """Return the lens and the plate's files, which may be missing where no header is needed."""
     lens = _lens_of_options(args)
     try:
         sequence = find_sequence(args.plate)
@@ -245,7 +245,7 @@ def _lens_and_sequence(args: argparse.Namespace) -> tuple[Lens, Sequence | None]
 
 
 def _source_of(plate: str, sequence: Sequence | None) -> str:
-    """The pattern of the files; as it was typed where none is there, or it names frames itself."""
+    """Return the pattern of the files; as typed where there are none, or it names frames itself."""
     if sequence is None or sequence.frame_range is not None:
         return os.path.expanduser(plate)
     return sequence.pattern
@@ -254,7 +254,7 @@ def _source_of(plate: str, sequence: Sequence | None) -> str:
 def _frames_of(
     args: argparse.Namespace, sequence: Sequence | None, camera: CameraSamples | None
 ) -> FrameRange | None:
-    """Those given, the plate's, else the camera's; None for a still, which is at every frame."""
+    """Return the given frames, else the plate's, else the camera's; None for a still."""
     if args.frames:
         return parse_frame_range(args.frames)
     if sequence is None or sequence.is_single:
@@ -269,14 +269,14 @@ def _rate_of(args: argparse.Namespace, camera: CameraSamples | None) -> float:
 
 
 def _lens_of_options(args: argparse.Namespace) -> Lens | None:
-    """The lens, where the options say all of it."""
+    """Return the lens, where the options give all of it."""
     given = given_lens(args)
     needed = {"focal_length_mm", "f_stop", "focus_distance_m", "sensor_width_mm"}
     return Lens(**given) if needed <= set(given) else None
 
 
 def _lens_of_header(args: argparse.Namespace, sequence: Sequence) -> Lens:
-    """The lens that the options and the header of the first frame say together."""
+    """Return the lens of the options and the header of the first frame together."""
     options = plate_options(args)
     plate = read_plate(sequence.path_at(sequence.present[0]), options)
     lens, said = lens_of(args, plate)

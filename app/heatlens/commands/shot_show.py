@@ -57,7 +57,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _facts(path: Path, shot: Shot) -> dict[str, Any]:
-    """The entries of the file, and what follows from them at each frame."""
+    """Return the entries of the file, and what follows from them at each frame."""
     return {
         "path": str(path),
         **shot_to_json(shot, path.parent),
@@ -77,7 +77,7 @@ def _lenses(shot: Shot) -> list[tuple[int | None, Lens]]:
 
 
 def _values(lens: Lens) -> dict[str, float]:
-    """What moves, and what follows from it."""
+    """Return what moves, and what follows from it."""
     return {
         **{str(parameter): getattr(lens, parameter) for parameter in LensParameter},
         "near_limit_m": near_limit_m(lens),
@@ -86,7 +86,7 @@ def _values(lens: Lens) -> dict[str, float]:
 
 
 def _sections(shot: Shot, unit: str) -> list[str]:
-    """The parts of the text, those that are empty left out."""
+    """Return the parts of the text without the empty ones."""
     sections = [_about(shot, unit)]
     keys = _key_rows(shot, unit)
     if keys:
@@ -98,14 +98,14 @@ def _sections(shot: Shot, unit: str) -> list[str]:
 
 
 def _blur_words(blur: DefocusSettings) -> str:
-    """What of its settings counts: another method than diffusion does not ask for the rest."""
+    """Describe the settings that count: only diffusion uses all of them."""
     if blur.method is Method.DIFFUSION:
         return f"{blur.bokeh}, {blur.quality}"
     return f"method {blur.method}"
 
 
 def _framing_words(framing: Framing) -> str:
-    """Through which camera, and how large the picture is."""
+    """Describe the camera and the size of the picture."""
     size = f"{framing.width_px}x{framing.height_px}"
     if framing.track is not None:
         return f"{size}, through a camera of the shot's own, {len(framing.track.keys)} keys"
@@ -113,7 +113,7 @@ def _framing_words(framing: Framing) -> str:
 
 
 def _about(shot: Shot, unit: str) -> str:
-    """Aligned lines on all that does not move."""
+    """Return aligned lines on everything that does not move."""
     lens, blur = shot.lens, shot.defocus
     lines = [
         ("plate", printable(shot.source or "none")),
@@ -165,14 +165,14 @@ def _lens_row(frame: int | None, lens: Lens, unit: str) -> Row:
 
 
 def _distance(distance_m: float, unit: str) -> str:
-    """For a column: to the millimetre, the points one below the other."""
+    """Format a distance for a column: to the millimetre, with aligned points."""
     if unit == "m" and math.isfinite(distance_m):
         return f"{distance_m:.3f} m"
     return format_distance(distance_m, unit)
 
 
 def _shown(parameter: LensParameter, value: float, unit: str) -> str:
-    """A value of a key with its unit."""
+    """Format the value of a key with its unit."""
     if parameter is LensParameter.FOCUS_DISTANCE:
         return format_distance(value, unit)
     signs = {LensParameter.F_STOP: "f/{:.4g}", LensParameter.FOCAL_LENGTH: "{:.4g} mm"}
@@ -180,7 +180,7 @@ def _shown(parameter: LensParameter, value: float, unit: str) -> str:
 
 
 def _table(head: Row, rows: Sequence[Row]) -> str:
-    """Columns as wide as their widest cell, each cell at the right of its own."""
+    """Format columns as wide as their widest cell, aligned to the right."""
     widths = [max(map(len, column)) for column in zip(head, *rows, strict=True)]
     return "\n".join(
         "  ".join(f"{cell:>{width}}" for cell, width in zip(row, widths, strict=True))

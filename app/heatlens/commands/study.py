@@ -110,7 +110,7 @@ def _add_study_options(parser: argparse.ArgumentParser) -> None:
 
 
 def _add_blur_options(parser: argparse.ArgumentParser) -> None:
-    """What diffusion has a choice of; the other methods have none."""
+    """Add the options of diffusion; the other methods have none."""
     group = parser.add_argument_group("blur of diffusion")
     add_fields(group, DefocusSettings, ["bokeh", "quality", "layers"])
 
@@ -141,7 +141,7 @@ def _study(args: argparse.Namespace) -> None:
 
 
 def _subject(args: argparse.Namespace) -> Subject:
-    """Plate or scene on the GPU, and the lens that the options describe."""
+    """Load plate or scene to the GPU, with the lens that the options describe."""
     settings = settings_of(args)
     kind = kind_of(str(args.plate))
     refuse_unused(args, str(args.plate), kind)
@@ -153,7 +153,7 @@ def _subject(args: argparse.Namespace) -> Subject:
 
 
 def _check_truth(args: argparse.Namespace, kind: SourceKind, judged: int) -> None:
-    """A truth of as few views as the methods have would be as wrong as they are."""
+    """Refuse a truth of too few views, which would be as wrong as the methods are."""
     views, least = args.truth_views, _FINER * judged
     if views is None:
         return
@@ -168,7 +168,7 @@ def _check_truth(args: argparse.Namespace, kind: SourceKind, judged: int) -> Non
 
 
 def _chosen(args: argparse.Namespace, subject: Subject) -> tuple[Method, ...]:
-    """The methods asked for. InputError for one that only a scene can have."""
+    """Return the methods asked for. Raises InputError for one that only a scene can have."""
     if args.methods is None:
         return subject.methods
     missing = [method for method in args.methods if method not in subject.methods]
@@ -210,7 +210,7 @@ def _report(
 
 
 def _facts(subject: Subject, reference: Reference) -> tuple[tuple[str, str], ...]:
-    """What the pictures have in common, for reading."""
+    """Return what the pictures have in common, for reading."""
     region = reference.region
     lens = "the plate brings its circle of confusion"
     if subject.plate.coc_px is None:
@@ -234,7 +234,10 @@ def _lens_words(lens: Lens) -> str:
 
 
 def _methods(text: str) -> list[Method]:
-    """Names with commas between, each once; argparse turns the error into its own sentence."""
+    """Parse names with commas between, each once.
+
+    Argparse turns the error into its own sentence.
+    """
     names = [name.strip() for name in text.split(",")]
     unknown = [name for name in names if name not in list(map(str, Method))]
     if unknown:

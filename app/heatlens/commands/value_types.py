@@ -10,7 +10,7 @@ _MILLIMETRES = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4, '"': 25.4}
 
 
 def whole(text: str) -> int:
-    """A whole number."""
+    """Parse a whole number."""
     try:
         return int(text)
     except ValueError:
@@ -18,7 +18,7 @@ def whole(text: str) -> int:
 
 
 def number(text: str) -> float:
-    """A number, also as 2,8; whether it can be what is asked for is said where that is known."""
+    """Parse a number, also as 2,8; its range is checked by whoever knows it."""
     try:
         return float(with_point(text))
     except ValueError:
@@ -26,12 +26,15 @@ def number(text: str) -> float:
 
 
 def with_point(text: str) -> str:
-    """2,8 as 2.8. Three digits after the comma may be thousands, and stay as they are."""
+    """Turn 2,8 into 2.8. Three digits after the comma may be thousands, and stay as they are."""
     return re.sub(r"^([-+]?\d+),(\d{1,2}|\d{4,})(?!\d|,)", r"\1.\2", text.strip())
 
 
 def f_number(text: str) -> float:
-    """The N of f/N: 2.8, f/2.8, F2,8. Of T2.8 it is said that the blur has another number."""
+    """Parse the N of f/N: 2.8, f/2.8, F2,8.
+
+    For T2.8 it explains that the blur has another number.
+    """
     match = re.fullmatch(r"(?i)\s*(f\s*/?|t\s*/?)?\s*(.*?)\s*", text)
     assert match is not None  # everything is matched
     try:
@@ -49,7 +52,10 @@ def f_number(text: str) -> float:
 
 
 def millimetres(text: str) -> float:
-    """A length on the lens or sensor: 50, 50mm, 5cm, 2in; without a unit it is millimetres."""
+    """Parse a length on the lens or sensor: 50, 50mm, 5cm, 2in.
+
+    Without a unit it is millimetres.
+    """
     match = re.fullmatch(r"(?i)\s*(.*?)\s*(mm|cm|m|in|\")?\s*", text)
     assert match is not None  # everything is matched
     try:
@@ -61,7 +67,7 @@ def millimetres(text: str) -> float:
 
 
 def finite(text: str) -> float:
-    """A number that can be compared and reached."""
+    """Parse a finite number."""
     value = number(text)
     if not math.isfinite(value):
         raise argparse.ArgumentTypeError(f"{text!r} is not a finite number")
@@ -69,7 +75,7 @@ def finite(text: str) -> float:
 
 
 def positive(text: str) -> float:
-    """A finite number above 0."""
+    """Parse a finite number above 0."""
     value = finite(text)
     if value <= 0:
         raise argparse.ArgumentTypeError(f"{text!r} is not a number above 0")

@@ -112,7 +112,7 @@ def _open(args: argparse.Namespace) -> int:
 
 
 def _listen(args: argparse.Namespace) -> int:
-    """The window, with what a renderer sends; the port is taken before it opens."""
+    """Open the window on what a renderer sends; the port is opened before the window."""
     from heatlens.session.start import Start
     from heatlens.source.stream_source import StreamSource
     from heatlens.ui.window import run_window

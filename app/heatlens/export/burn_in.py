@@ -13,7 +13,7 @@ _STRIP_LIGHT = 0.35  # of what is behind the text
 
 
 def burn_in_text(frame: int, lens: Lens, plate: Plate, unit: str) -> str:
-    """`1001   focus 2.24 m   f/2.8`; the frame alone where the plate brings its own blur."""
+    """Return `1001   focus 2.24 m   f/2.8`; the frame alone where the plate brings its own blur."""
     if plate.coc_px is not None:
         return str(frame)
     focus = format_distance(lens.focus_distance_m, unit)
@@ -21,7 +21,7 @@ def burn_in_text(frame: int, lens: Lens, plate: Plate, unit: str) -> str:
 
 
 def burned_in(display: FloatImage, text: str) -> FloatImage:
-    """`display`, (H, W, 3) in 0..1, with `text`; as much smaller as a narrow picture asks."""
+    """Return `display`, (H, W, 3) in 0..1, with `text`, which shrinks in a narrow picture."""
     height, width = display.shape[:2]
     mask = _mask(text, width, height * _TEXT_SHARE)[-height:]
     picture = display.copy()
@@ -32,7 +32,7 @@ def burned_in(display: FloatImage, text: str) -> FloatImage:
 
 
 def _mask(text: str, width: int, size: float) -> FloatImage:
-    """A strip (h, `width`) of 0..1, 1 in the letters."""
+    """Return a strip (h, `width`) of 0..1, 1 in the letters."""
     font = _font(size)
     wide = font.getlength(text) + 2 * size
     if wide > width:
@@ -45,7 +45,7 @@ def _mask(text: str, width: int, size: float) -> FloatImage:
 
 
 def _font(size: float) -> ImageFont.FreeTypeFont:
-    """The one that comes with Pillow, so that every machine writes the same letters."""
+    """Return the font that comes with Pillow, so that every machine writes the same letters."""
     font = ImageFont.load_default(max(_LEAST_SIZE, size))
     assert isinstance(font, ImageFont.FreeTypeFont)  # which it is where a size is given
     return font

@@ -14,7 +14,7 @@ from heatlens.plate.exr_write import JOB_ATTRIBUTE
 
 
 def is_finished(frame: PlannedFrame) -> bool:
-    """True where the frame's file is there, was made of the same, and is whole."""
+    """Return True where the frame's file exists, was made of the same, and is whole."""
     if not frame.path.is_file():
         return False
     read = _exr_fingerprint if frame.path.suffix.lower() == ".exr" else _picture_fingerprint
@@ -22,7 +22,7 @@ def is_finished(frame: PlannedFrame) -> bool:
 
 
 def is_movie_finished(path: Path, fingerprint: str) -> bool:
-    """True where the movie is there, was made of the same, and is whole.
+    """Return True where the movie exists, was made of the same, and is whole.
 
     Raises InputError without PyAV.
     """
@@ -47,7 +47,7 @@ def _exr_fingerprint(path: Path) -> object:
 
 
 def _picture_fingerprint(path: Path) -> object:
-    """Text of a PNG, the comment of a JPEG, the description of a TIFF."""
+    """Return the text of a PNG, the comment of a JPEG, the description of a TIFF."""
     try:
         with Image.open(path) as image:
             info, tags = image.info, image.getexif()

@@ -67,14 +67,16 @@ def _write_exr(job: ExportJob, frame: RenderedFrame) -> None:
 
 
 def _kept(job: ExportJob, frame: RenderedFrame) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
-    """What `kept_channels` returns; a black frame keeps nothing of the plate that it is not."""
+    """Return what `kept_channels` returns; a black frame keeps nothing of the plate."""
     wanted = () if frame.planned.origin.is_black else job.exr.keep
     return kept_channels(frame.plate, job.shot.plate_options, wanted)
 
 
 def frame_timecode(job: ExportJob, frame: RenderedFrame) -> Timecode | None:
-    """That of the plate, counted on for a frame in whose place another plate stands; None where
-    the plate tells none, or one that does not go with the rate."""
+    """Return the timecode of the plate, counted on for a frame that another plate stands in for.
+
+    Returns None where the plate has none, or one that does not fit the rate.
+    """
     told, rate = timecode_of(frame.plate.attributes), job.shot.frames_per_second
     if told is None or not told.fits(rate):
         return None
@@ -88,7 +90,7 @@ def _timecode(job: ExportJob, frame: RenderedFrame) -> dict[str, Any]:
 
 
 def measures_of(frame: RenderedFrame, proxy: float, wanted: ExrOptions) -> dict[str, FloatImage]:
-    """Z in metres and coc in pixels of the picture, as they were for each pixel before the blur."""
+    """Return Z in metres and coc in pixels, as they were for each pixel before the blur."""
     plate, channels = frame.plate, {}
     if wanted.with_depth:
         if plate.depth_m is None:
@@ -102,7 +104,7 @@ def measures_of(frame: RenderedFrame, proxy: float, wanted: ExrOptions) -> dict[
 
 
 def _coc_px(frame: RenderedFrame) -> FloatImage:
-    """At the plate's full size."""
+    """Return the coc at the plate's full size."""
     plate = frame.plate
     if plate.coc_px is not None:
         return plate.coc_px
@@ -112,7 +114,7 @@ def _coc_px(frame: RenderedFrame) -> FloatImage:
 
 
 def _sampled(values: FloatImage, shape: tuple[int, ...]) -> FloatImage:
-    """(H, W) at another size, the pixel in the middle of each footprint, as the renderer does."""
+    """Return (H, W) at another size by the middle pixel of each footprint, as the renderer does."""
     rows, columns = (
         ((np.arange(small) + 0.5) * (full / small)).astype(int)
         for small, full in zip(shape[:2], values.shape, strict=True)
@@ -129,7 +131,7 @@ def _write_shown(frame: RenderedFrame) -> None:
 
 
 def _marked(kind: str, mark: str) -> dict[str, Any]:
-    """Pillow's options that put the fingerprint where each format has room for a text."""
+    """Return Pillow's options that put the fingerprint into the text that each format has."""
     if kind == "PNG":
         text = PngInfo()
         text.add_text(JOB_ATTRIBUTE, mark)
@@ -139,7 +141,7 @@ def _marked(kind: str, mark: str) -> dict[str, Any]:
 
 
 def quantised(display: FloatImage, kind: type[Whole]) -> NDArray[Whole]:
-    """0..1 to all of the whole numbers of `kind`, rounded; a view may leave values beyond."""
+    """Convert 0..1 to the whole numbers of `kind`, rounded; a view may leave values outside."""
     most = np.iinfo(kind).max
     scaled = np.clip(np.nan_to_num(display, nan=0.0), 0.0, 1.0) * np.float32(most)
     return (scaled + np.float32(0.5)).astype(kind)

@@ -54,7 +54,7 @@ _CODECS = {
 
 
 def exact_rate(frames_per_second: float) -> Fraction:
-    """23.976 as 24000/1001 and its like, as broadcast means them; others as they are."""
+    """Return 23.976 as 24000/1001 and similar rates likewise; return others unchanged."""
     whole = round(frames_per_second)
     broadcast = Fraction(whole * 1000, 1001)
     if abs(frames_per_second - broadcast) < 0.005:
@@ -64,7 +64,7 @@ def exact_rate(frames_per_second: float) -> Fraction:
 
 @contextmanager
 def movie_file(job: ExportJob, path: Path, fingerprint: str) -> Iterator["Movie"]:
-    """A movie to write frames to, in order; it is at `path` once the block has ended well.
+    """Yield a movie to write frames to, in order; it is at `path` after a good end of the block.
 
     Raises InputError where PyAV is missing, the display is no Rec.709 or writing fails.
     """
@@ -100,7 +100,7 @@ class Movie:
         self._has_failed = False
 
     def write(self, frame: RenderedFrame) -> None:
-        """The next frame.
+        """Write the next frame.
 
         Raises InputError for one that is of another size than the first, and where the disk has no
         room for those that follow.
@@ -120,7 +120,7 @@ class Movie:
         self._encode(self._coded(frame.pixels))
 
     def _check_room(self) -> None:
-        """At the beginning by the least that the codec needs, then by what it has needed so far."""
+        """Check the disk's room: at first by the codec's least, then by what it has used so far."""
         left = len(self._job.frames) - self._coded_frames
         if not self._coded_frames:
             width, height = self._size
@@ -131,7 +131,7 @@ class Movie:
             check_space(self._folder, need, f"{left} more frames as those before")
 
     def finish(self) -> None:
-        """What the encoder still holds."""
+        """Write what the encoder still holds."""
         if self._stream is not None:
             self._encode(None)
 
@@ -148,13 +148,16 @@ class Movie:
         return stream
 
     def _begin_timecode(self, frame: RenderedFrame) -> None:
-        """Of the first frame: the container counts on from there, in a track of its own."""
+        """Write the timecode of the first frame: the container counts on in a track of its own."""
         timecode = frame_timecode(self._job, frame)
         if timecode is not None:
             self._container.metadata["timecode"] = str(timecode)
 
     def _coded(self, display: FloatImage) -> Any:
-        """(H, W, 3) as the encoder takes it: sides even, the last row and column stand twice."""
+        """Return (H, W, 3) with even sides for the encoder.
+
+        The last row and column are repeated.
+        """
         height, width = display.shape[:2]
         even = np.pad(display, ((0, height % 2), (0, width % 2), (0, 0)), mode="edge")
         frame = av().VideoFrame.from_ndarray(quantised(even, np.uint16), format="rgb48le")
@@ -163,7 +166,7 @@ class Movie:
         )
 
     def _encode(self, frame: Any) -> None:
-        """After a write that failed there is no further one: FFmpeg would end the process."""
+        """Encode a frame; never after a write that failed, because FFmpeg would end the process."""
         if self._has_failed:
             raise OSError("an earlier frame could not be written")
         self._has_failed = True

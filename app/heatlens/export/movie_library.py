@@ -7,7 +7,7 @@ from heatlens.errors import InputError
 
 
 def av() -> ModuleType:
-    """The module av; raises InputError with what to install."""
+    """Return the module av. Raises InputError with what to install."""
     try:
         return importlib.import_module("av")
     except ImportError as error:

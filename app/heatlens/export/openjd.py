@@ -27,15 +27,15 @@ class PathParameter:
     flow: Literal["IN", "OUT"]
 
     def relative_to(self, folder: Path) -> str | None:
-        """From `folder` where it is below, which is all that a template may hold; else None."""
+        """Return the path from `folder` where it is below, as a template requires; else None."""
         relative = os.path.relpath(self.path, folder)
         return None if relative.startswith(os.pardir) else Path(relative).as_posix()
 
 
 def chunks_of(frames: Sequence[int], chunk: int) -> tuple[str, ...]:
-    """`frames` in groups of `chunk`, each as `parse_frames` reads it: 1001-1019x2.
+    """Return `frames` in groups of `chunk`, each as `parse_frames` reads it: 1001-1019x2.
 
-    Raises InputError for groups of nothing, and for more or longer ones than a template takes.
+    Raises InputError for empty groups, and for more or longer ones than a template takes.
     """
     if chunk < 1:
         raise InputError(f"--chunk must be 1 frame or more, got {chunk}.")
@@ -58,7 +58,7 @@ def job_template(
     chunks: Sequence[str],
     folder: Path,
 ) -> str:
-    """The template as YAML, to be kept in `folder`: `heatlens WORDS`, once for each of `chunks`.
+    """Return the template as YAML, to be kept in `folder`: `heatlens WORDS`, for each of `chunks`.
 
     In `words`, {{Param.NAME}} stands for a path and {{Task.Param.Frames}} for the chunk.
     """
@@ -89,7 +89,7 @@ def _definition(path: PathParameter, folder: Path) -> dict[str, str]:
 
 
 def _yaml(value: Any) -> list[str]:
-    """Lines of YAML in block style; texts are quoted as in JSON, which is YAML as well."""
+    """Return lines of YAML in block style; texts are quoted as in JSON, which is YAML as well."""
     if isinstance(value, dict):
         return [line for name, entry in value.items() for line in _yaml_entry(name, entry)]
     if isinstance(value, list):

@@ -23,7 +23,7 @@ class Output:
 
     @property
     def suffix(self) -> str:
-        """What kind of file: .exr, one of EYE_SUFFIXES or of MOVIE_SUFFIXES."""
+        """The kind of file: .exr, one of EYE_SUFFIXES or of MOVIE_SUFFIXES."""
         return Path(self.form.name_at(0)).suffix.lower()
 
     @property
@@ -42,12 +42,12 @@ class Output:
         return self.folder / self.form.text
 
     def path_at(self, frame: int) -> Path:
-        """The file of `frame`."""
+        """Return the file of `frame`."""
         return self.folder / self.form.name_at(frame)
 
 
 def parse_output(text: str | os.PathLike[str]) -> Output:
-    """The files that out/name.####.exr means, in any notation for the frame number.
+    """Return the files that out/name.####.exr means, in any notation for the frame number.
 
     Raises InputError for a kind of file that is not written, and for a movie with a number.
     """
@@ -65,7 +65,7 @@ def parse_output(text: str | os.PathLike[str]) -> Output:
 
 
 def check_names(output: Output, frames: tuple[int, ...]) -> None:
-    """InputError where many frames have one name, or there is no place for their folder."""
+    """Raise InputError where several frames have one name, or their folder cannot be made."""
     if len(frames) > 1 and not (output.is_movie or output.form.padding):
         name = Path(output.form.text)
         raise InputError(
@@ -77,7 +77,7 @@ def check_names(output: Output, frames: tuple[int, ...]) -> None:
 
 
 def make_folder(output: Output) -> None:
-    """The folder the files go to, in one that is there; raises InputError."""
+    """Make the folder of the files, inside one that exists. Raises InputError."""
     try:
         if not output.folder.is_dir():
             folder_made(output.folder)

@@ -25,7 +25,7 @@ class FrameRendering:
         self._shown = None if is_exr else ShownPictures(renderer.ctx, plan.job.look)
 
     def rendered(self, frame: PlannedFrame) -> RenderedFrame:
-        """The picture of `frame`; raises InputError where its plate is damaged or gone."""
+        """Render `frame`. Raises InputError where its plate is damaged or gone."""
         self._loader.load(frame.origin)
         return RenderedFrame(frame, self._plate(), self._pixels(frame))
 
@@ -36,7 +36,10 @@ class FrameRendering:
             self._shown.release()
 
     def _plate(self) -> Plate:
-        """In memory where depth is written too: that happens on another thread."""
+        """Return the plate, in memory where depth is written too.
+
+        That happens on another thread.
+        """
         plate, exr = self._renderer.loaded.plate, self._job.exr
         return plate.in_memory() if exr.with_depth or exr.with_coc else plate
 
@@ -51,7 +54,7 @@ class FrameRendering:
         return burned_in(display, burn_in_text(frame.frame, frame.lens, plate, look.unit))
 
     def _picture(self, frame: int) -> moderngl.Texture:
-        """Through the lens, or as it was before."""
+        """Return the picture with the lens, or the pinhole picture where that is asked for."""
         if self._job.pinhole:
             return self._renderer.loaded.color
         return self._renderer.render(self._job.shot, frame)

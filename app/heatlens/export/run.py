@@ -55,7 +55,7 @@ def export_frames(
 
 
 def _with_room(plan: ExportPlan, steps: Generator[FrameDone], count: int) -> Generator[FrameDone]:
-    """`steps`; after the first of them InputError where the disk has no room for the others."""
+    """Yield `steps`; raise InputError after the first where the disk is too full for the others."""
     for number, done in enumerate(steps):
         yield done
         if number == 0 and not plan.job.output.is_movie and done.path.is_file():
@@ -65,7 +65,7 @@ def _with_room(plan: ExportPlan, steps: Generator[FrameDone], count: int) -> Gen
 
 
 def _are_there(plan: ExportPlan) -> Iterator[bool]:
-    """For each frame whether it is finished; those of a movie are all or none."""
+    """Return for each frame whether it is finished; those of a movie are all or none."""
     if plan.job.force:
         return repeat(False, len(plan.frames))
     if plan.job.output.is_movie:
@@ -98,7 +98,7 @@ def _exported(
 
 @contextmanager
 def _files(plan: ExportPlan) -> Iterator[Write]:
-    """What writes a frame, open as long as it is needed."""
+    """Yield what writes a frame, open as long as it is needed."""
     if not plan.job.output.is_movie:
         yield partial(write_frame, plan.job)
         return

@@ -32,7 +32,7 @@ class ShownPictures:
         self._black = look.transform.apply_cpu(nothing, look.exposure_stops, look.gamma)[0, 0]
 
     def of(self, picture: moderngl.Texture, plate: Plate, proxy: float) -> FloatImage:
-        """Display values (H, W, 3) of `picture`, which is `plate` rendered at `proxy` size."""
+        """Return display values (H, W, 3) of `picture`, which is `plate` rendered at `proxy`."""
         out = self._texture(picture.size)
         self._pass.run(picture, out, self._look.exposure_stops, self._look.gamma)
         shown = download(out)[..., :3]

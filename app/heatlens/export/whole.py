@@ -36,7 +36,7 @@ def is_whole(path: Path, suffix: str = "") -> bool:
 
 
 def _is_whole_exr(file: BinaryIO, size: int) -> bool:
-    """Of one part in scanlines, as they are written here: the chunks lie one behind the other."""
+    """Return True where the chunks of one part in scanlines lie one behind the other."""
     (header,) = scanned_headers(file)
     _, first_row, _, last_row = struct.unpack("<4i", header["dataWindow"])
     lines = _LINES_OF_CHUNK[header["compression"][0]]
@@ -52,7 +52,7 @@ def _is_whole_exr(file: BinaryIO, size: int) -> bool:
 
 
 def _is_whole_png(file: BinaryIO, size: int) -> bool:
-    """The chunk IEND is the last thing in the file, and the others lead there."""
+    """Return True where the chunk IEND is the last in the file, and the others lead to it."""
     end, kind = 8, b""
     while end < size and kind != b"IEND":
         file.seek(end)
@@ -67,7 +67,7 @@ def _is_whole_jpeg(file: BinaryIO, size: int) -> bool:
 
 
 def _is_whole_tiff(file: BinaryIO, size: int) -> bool:
-    """Of one picture: the file ends behind its directory, its values and its strips of pixels."""
+    """Return True where the file ends behind its directory, its values and its strips of pixels."""
     order = {b"II*\0": "<", b"MM\0*": ">"}[file.read(4)]
     (start,) = struct.unpack(f"{order}I", file.read(4))
     file.seek(start)
@@ -89,7 +89,7 @@ def _is_whole_tiff(file: BinaryIO, size: int) -> bool:
 
 
 def _is_whole_movie(file: BinaryIO, size: int) -> bool:
-    """The boxes of QuickTime and MP4 lie one behind the other up to the end; pictures are there."""
+    """Return True where the boxes of QuickTime or MP4 reach to the end; one holds the pictures."""
     end, kinds = 0, set()
     while end < size:
         file.seek(end)
