@@ -17,6 +17,6 @@ class _Nothing:
 
 
 def listed_actions() -> tuple[Action, ...]:
-    """Every action, in the order of the menus, none of which can be done."""
+    """Return every action, in the order of the menus; none of them can be done."""
     nothing: Any = _Nothing()
     return actions(nothing, nothing)

@@ -9,7 +9,7 @@ from support.plates import Image, lens_blurring, plate_of, room
 
 
 def coverage(height: int, width: int) -> Image:
-    """Opaque left, clear right, with a soft and a hard edge between."""
+    """Return alpha from 1 at the left to 0 at the right, with a soft and a hard edge between."""
     ramp = np.clip(1.5 - np.arange(width, dtype=np.float32) / (width / 3), 0, 1)
     alpha = np.broadcast_to(ramp, (height, width)).copy()
     alpha[: height // 4, : width // 2] = 0.0
@@ -19,14 +19,14 @@ def coverage(height: int, width: int) -> Image:
 def through(
     renderer: FrameRenderer, rgba: Image, depth_m: Image, coc_px: float, *settings
 ) -> Image:
-    """(H, W, 4) of a plate with alpha."""
+    """Render a plate with alpha; return (H, W, 4)."""
     renderer.load(plate_of(rgba, depth_m, has_alpha=True))
     lens = lens_blurring(coc_px, depth_m.shape[1])
     return renderer.pixels(Shot(lens, DefocusSettings(*settings)))
 
 
 def covered_room() -> tuple[Image, Image]:
-    """The room, premultiplied, and its depth."""
+    """Return the room, premultiplied by its coverage, and its depth."""
     color, depth = room()
     alpha = coverage(*depth.shape)[..., None]
     return np.concatenate([color * alpha, alpha], axis=2), depth

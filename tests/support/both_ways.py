@@ -23,7 +23,10 @@ class BothWays:
         self.out = new_texture(ctx, VIEW.size, 4)
 
     def seen(self, scene: Scene) -> FloatArray:
-        """(2, H, W, 3) as it is drawn, and by a ray through the middle of each pixel."""
+        """Return (2, H, W, 3).
+
+        The scene as a raster, and by a ray through the middle of each pixel.
+        """
         self.raster.load(scene)
         self.raster.place(1)
         self.raster.draw(VIEW, self.out)

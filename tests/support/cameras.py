@@ -18,7 +18,7 @@ TARGET = (0.7, 0.9, 2.1)
 
 
 def axes(eye: Sequence[float], target: Sequence[float], up: Sequence[float] = (0, 1, 0)):
-    """Right, up and forward of a camera in a right-handed world, each of length 1."""
+    """Return right, up and forward of a camera in a right-handed world, each of length 1."""
     forward = np.subtract(target, eye)
     forward = forward / np.linalg.norm(forward)
     right = np.cross(forward, up)
@@ -27,14 +27,14 @@ def axes(eye: Sequence[float], target: Sequence[float], up: Sequence[float] = (0
 
 
 def world_to_camera(eye: Sequence[float], target: Sequence[float]) -> tuple:
-    """As CameraSamples has it: columns, looking along -z."""
+    """Return the matrix as CameraSamples has it: columns, looking along -z."""
     right, up, forward = axes(eye, target)
     rows = [[*axis, -np.dot(axis, eye)] for axis in (right, up, -forward)]
     return tuple(tuple(map(float, row)) for row in [*rows, [0, 0, 0, 1]])
 
 
 def exr_attribute(eye: Sequence[float], target: Sequence[float]) -> np.ndarray:
-    """`worldToCamera` of the same camera: rows, looking along +z."""
+    """Return `worldToCamera` of the same camera: rows, looking along +z."""
     right, up, forward = axes(eye, target)
     matrix = np.eye(4)
     matrix[:3, :3] = np.stack([right, up, forward], axis=1)
@@ -43,7 +43,7 @@ def exr_attribute(eye: Sequence[float], target: Sequence[float]) -> np.ndarray:
 
 
 def dolly(frames: FrameRange = FRAMES) -> list[tuple[float, ...]]:
-    """Where a camera is that moves at each frame."""
+    """Return the positions of a camera that moves at each frame."""
     return [tuple(np.add(EYE, (0.05 * n, 0.01 * n, -0.02 * n * n))) for n in range(frames.count)]
 
 

@@ -20,7 +20,7 @@ ENVIRONMENT = os.environ | {"PYTHONPATH": str(Path(heatlens.__file__).parents[1]
 
 
 def depths() -> np.ndarray:
-    """Metres: column x is at x + 1, the top row infinitely far."""
+    """Return metres: column x is at x + 1, the top row infinitely far."""
     depth = np.broadcast_to(np.arange(1, WIDTH + 1, dtype=np.float32), (HEIGHT, WIDTH)).copy()
     depth[0] = np.inf
     return depth
@@ -46,7 +46,10 @@ def render(capsys, plate, out, *words: object) -> str:
 
 
 def refused(capsys, plate, out, *words: object) -> str:
-    """What is said on stderr: code 2, two lines at most, and the folder as it was."""
+    """Run a command that must fail with code 2, and return its stderr of two lines at most.
+
+    The folder must stay as it was.
+    """
     before = folder_of(out)
     assert main(["render", str(plate), "-o", str(out), *map(str, words)]) == 2
     said = capsys.readouterr()
@@ -64,13 +67,13 @@ def folder_of(path) -> dict[str, bytes]:
 
 
 def picture(path) -> tuple[dict, np.ndarray]:
-    """Header, and (H, W, 3) of an EXR."""
+    """Read the header and (H, W, 3) of an EXR."""
     ((header, found),) = read_parts(path)
     return header, np.stack([found[name] for name in "RGB"], axis=-1).astype(np.float32)
 
 
 def started(*words: object, **options: object) -> subprocess.Popen[str]:
-    """`heatlens WORDS` as a process of its own, all that it says on pipes unless told."""
+    """Start `heatlens WORDS` as a process of its own, with its output on pipes unless told."""
     given = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "env": ENVIRONMENT} | options
     command = [sys.executable, "-m", "heatlens", *map(str, words)]
     return subprocess.Popen(command, text=True, **given)

@@ -9,12 +9,12 @@ Picture = NDArray[np.float64]
 
 
 def size_for(diameter: float) -> int:
-    """Wide enough for the tails of the kernel where its variance is measured."""
+    """Return a width for the tails of the kernel where its variance is measured."""
     return int((3 if diameter <= TAILS_PX else 1.5) * diameter) // 2 * 2 + 31
 
 
 def analytic_disc(diameter: float, samples: int = 16) -> Picture:
-    """The disc as a pixel sees it: its share of each pixel's area, light 1."""
+    """Return the disc as a pixel sees it: its share of each pixel's area, light 1."""
     side = size_for(diameter)
     at = (np.arange(side * samples) + 0.5) / samples - 0.5 - side // 2
     rows = [

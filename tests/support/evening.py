@@ -29,7 +29,7 @@ LEFT, RIGHT = (8, 16), (40, 16)
 
 
 def write_plates(folder: Path) -> str:
-    """Frames of two walls, one nearer than the other; the pattern that finds them."""
+    """Write frames of two walls, one nearer than the other; return their pattern."""
     depth = np.full((HEIGHT, WIDTH), FAR_M, np.float32)
     depth[:, : WIDTH // 2] = NEAR_M
     grey = np.full((HEIGHT, WIDTH), 0.18, np.float16)
@@ -41,13 +41,13 @@ def write_plates(folder: Path) -> str:
 
 
 def begun(preferences: Path, source: str = "") -> Session:
-    """The program as it begins."""
+    """Return the session as it begins."""
     renderer: Any = FakeRenderer()
     return Session(renderer, Start(source), preferences=Preferences.load(preferences))
 
 
 def until(session: Session, condition: Callable[[], bool], what: str) -> None:
-    """Turns of the loop until `condition`; a bound, not a measurement."""
+    """Make turns of the loop until `condition`; fail after a fixed number of them."""
     end, said = time.monotonic() + 60.0, ""
     while not condition():
         assert time.monotonic() < end, f"{what} never came. {said}"
@@ -57,7 +57,7 @@ def until(session: Session, condition: Callable[[], bool], what: str) -> None:
 
 
 def turn(session: Session) -> None:
-    """One turn of the loop, as the window makes it."""
+    """Make one turn of the loop, as the window does."""
     session.poll()
     session.scheduler.update()
     if session.scheduler.is_working:
@@ -66,7 +66,7 @@ def turn(session: Session) -> None:
 
 
 def settled(session: Session) -> None:
-    """Until the whole picture is there, and everything that was changed is kept."""
+    """Make turns until the whole picture is there, and everything that was changed is kept."""
 
     def is_settled() -> bool:
         is_kept = not (session.wants_frames or session.documents._writing)
@@ -95,7 +95,7 @@ def evening(folder: Path) -> None:
 
 
 def _focus(session: Session) -> None:
-    """Click on the walls; one step back is one click."""
+    """Click on the walls; one step back undoes one click."""
     assert session.lens.focus_distance_m == 4.0  # as the header tells
     for pixel, distance_m in ((LEFT, NEAR_M), (RIGHT, FAR_M)):
         session.lens_commands.focus_at(pixel)
@@ -115,7 +115,7 @@ def _focus(session: Session) -> None:
 
 
 def _key_a_pull(session: Session) -> None:
-    """Marks on both walls, and a pull from the one to the other."""
+    """Set marks on both walls, and pull from one to the other."""
     session.marks.set_point(LEFT)
     session.marks.set_point(RIGHT)
     near, far = session.shot.marks
@@ -194,7 +194,7 @@ def _recover(preferences: Path, path: Path) -> None:
 
 
 def _begin_with_an_unnamed_shot(preferences: Path, pattern: str) -> None:
-    """A shot that never had a file is kept by its plate, and offered with it."""
+    """Check that a shot without a file is kept beside its plate, and offered with it."""
     session = begun(preferences, pattern)
     settled(session)
     session.keys.set_here()

@@ -26,14 +26,14 @@ QUICK = DefocusSettings(Bokeh.HEAT, Quality.DRAFT)
 
 
 def write_plate(path: Path, turn: int = 0, size: tuple[int, int] = (WIDTH, HEIGHT), **header: Any):
-    """The room, `turn` pixels to the right."""
+    """Write the room, `turn` pixels to the right."""
     color, depth = (np.roll(values, turn, axis=1) for values in room(*size))
     named = {n: np.ascontiguousarray(color[..., i], np.float16) for i, n in enumerate("RGB")}
     return write_file(path, named | {"Z": np.ascontiguousarray(depth)}, **(CAMERA | header))
 
 
 def write_plates(folder: Path, frames=FRAMES, **header: Any) -> str:
-    """A plate for each frame, no two alike; their pattern."""
+    """Write a plate for each frame, no two alike; return their pattern."""
     folder.mkdir(exist_ok=True)
     for frame in frames:
         write_plate(folder / f"plate.{frame}.exr", frame, **header)
@@ -55,14 +55,14 @@ def shot_of(source: str, frames=FRAMES, defocus: DefocusSettings = QUICK) -> Sho
 
 
 def with_focus(shot: Shot, frame: int, focus_m: float) -> Shot:
-    """One key, straight to the next: it changes no frame beyond its neighbours."""
+    """Add a key that changes no frame beyond its neighbours, because it is linear."""
     curve = shot.curves.of(LensParameter.FOCUS_DISTANCE)
     key = Key(frame, focus_m, Interpolation.LINEAR)
     return shot.with_curve(LensParameter.FOCUS_DISTANCE, curve.with_key(key))
 
 
 def write_shot_file(folder: Path, **changes: Any) -> Path:
-    """Plates and a shot of them in `folder`."""
+    """Write plates and a shot of them in `folder`."""
     path = folder / "s.heatlens.json"
     write_shot(path, shot_of(write_plates(folder / "plates"), **changes))
     return path
@@ -78,7 +78,7 @@ def exported(capsys, shot: object, out: object, *words: object) -> str:
 
 
 def refused(capsys, shot: object, out: object, *words: object) -> str:
-    """What is said on stderr of an export that fails: code 2, and one sentence or two."""
+    """Run an export that must fail with code 2, and return its one or two sentences."""
     assert main(["export", str(shot), "-o", str(out), *map(str, words)]) == 2
     said = capsys.readouterr()
     assert said.out == "" and "Traceback" not in said.err
@@ -93,18 +93,18 @@ def files_in(folder: Path) -> dict[str, bytes]:
 
 
 def names_of(suffix: str, frames=FRAMES) -> list[str]:
-    """n.1001.exr and so on."""
+    """Return n.1001.exr and so on."""
     return [f"n.{frame}{suffix}" for frame in frames]
 
 
 def exr(path: Path) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
-    """Header and channels."""
+    """Read header and channels."""
     ((header, channels),) = read_parts(path)
     return header, channels
 
 
 def same_frames(a, b) -> bool:
-    """Whether two EXR files hold the same pixels."""
+    """Return whether two EXR files hold the same pixels."""
     first, second = exr(a)[1], exr(b)[1]
     return first.keys() == second.keys() and all(
         np.array_equal(first[name], second[name]) for name in first
@@ -112,7 +112,7 @@ def same_frames(a, b) -> bool:
 
 
 def rendered(capsys, shot: Shot, frame: int, path, *words: str):
-    """What `heatlens render` makes of the shot's lens at a frame."""
+    """Return what `heatlens render` makes of the shot's lens at a frame."""
     lens, defocus = shot.lens_at(frame), shot.defocus
     options = {
         "--focal-length": lens.focal_length_mm,

@@ -12,10 +12,10 @@ STEPS = 3  # that a picture takes
 
 
 class FakeContext:
-    """What the session asks of a context of OpenGL: nothing that needs one."""
+    """The part of an OpenGL context that the session asks for, without OpenGL."""
 
     def finish(self) -> None:
-        """All is done."""
+        """Do nothing, because all is done."""
 
 
 class FakeRenderer:

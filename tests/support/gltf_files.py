@@ -24,20 +24,20 @@ class GltfWriter:
         self.data = bytearray()
 
     def add(self, name, /, **record):
-        """An object at the end of a list of the file; its index."""
+        """Append an object to a list of the file; return its index."""
         records = self.json.setdefault(name, [])
         records.append(record)
         return len(records) - 1
 
     def view(self, data, **more):
-        """A buffer view of these bytes."""
+        """Add a buffer view of these bytes."""
         self.data += b"\0" * (-len(self.data) % 4)
         start = len(self.data)
         self.data += bytes(data)
         return self.add("bufferViews", buffer=0, byteOffset=start, byteLength=len(data), **more)
 
     def accessor(self, values, **more):
-        """An accessor of an array (count,) or (count, width)."""
+        """Add an accessor of an array (count,) or (count, width)."""
         values = np.asarray(values)
         rows = values.reshape(len(values), -1)
         return self.add(
@@ -50,7 +50,7 @@ class GltfWriter:
         )
 
     def mesh(self, positions=SQUARE, corners=SQUARE_CORNERS, attributes=(), **primitive):
-        """A mesh of one primitive; without `corners` it has no indices."""
+        """Add a mesh of one primitive; without `corners` it has no indices."""
         found = {name: self.accessor(values) for name, values in dict(attributes).items()}
         primitive["attributes"] = {"POSITION": self.accessor(positions), **found}
         if corners is not None:
@@ -58,21 +58,21 @@ class GltfWriter:
         return self.add("meshes", primitives=[primitive])
 
     def node(self, is_root=True, **record):
-        """A node, of the scene unless it hangs on another."""
+        """Add a node, of the scene unless it hangs on another."""
         index = self.add("nodes", **record)
         if is_root:
             self.json["scenes"][0]["nodes"].append(index)
         return index
 
     def light(self, **record):
-        """A light of KHR_lights_punctual; what a node needs to carry it."""
+        """Add a light of KHR_lights_punctual; return what a node needs to carry it."""
         extension = self.json.setdefault("extensions", {}).setdefault("KHR_lights_punctual", {})
         lights = extension.setdefault("lights", [])
         lights.append(record)
         return {"extensions": {"KHR_lights_punctual": {"light": len(lights) - 1}}}
 
     def animate(self, node, path, times, values, kind="LINEAR"):
-        """An animation of one channel."""
+        """Add an animation of one channel."""
         times = self.accessor(np.array(times, np.float32))
         values = self.accessor(np.array(values, np.float32))
         sampler = {"input": times, "output": values, "interpolation": kind}
@@ -80,14 +80,14 @@ class GltfWriter:
         self.add("animations", samplers=[sampler], channels=[channel])
 
     def picture(self, pixels, kind="PNG"):
-        """A texture of these pixels (H, W, 3 or 4)."""
+        """Add a texture of these pixels (H, W, 3 or 4)."""
         image = self.add(
             "images", bufferView=self.view(encoded(pixels, kind)), mimeType="image/png"
         )
         return self.add("textures", source=image)
 
     def glb(self):
-        """The bytes of a .glb."""
+        """Return the bytes of a .glb."""
         data = bytes(self.data) + b"\0" * (-len(self.data) % 4)
         buffers = [{"byteLength": len(self.data)}] if data else []
         text = json.dumps({**self.json, "buffers": buffers}).encode()
@@ -98,26 +98,26 @@ class GltfWriter:
         return b"glTF" + struct.pack("<II", 2, 12 + len(chunks)) + chunks
 
     def gltf(self, uri=None):
-        """The bytes of a .gltf whose buffer is at `uri`, or within it."""
+        """Return the bytes of a .gltf whose buffer is at `uri`, or within it."""
         uri = uri or "data:application/octet-stream;base64," + base64.b64encode(self.data).decode()
         buffers = [{"byteLength": len(self.data), "uri": uri}]
         return json.dumps({**self.json, "buffers": buffers}).encode()
 
     def write(self, path):
-        """The file at `path`, of the kind that it ends in."""
+        """Write the file at `path`, of the kind that it ends in."""
         path.write_bytes(self.glb() if path.suffix == ".glb" else self.gltf())
         return path
 
 
 def encoded(pixels, kind="PNG"):
-    """The bytes of a picture."""
+    """Return the bytes of a picture."""
     stream = io.BytesIO()
     Image.fromarray(np.asarray(pixels, np.uint8)).save(stream, kind)
     return stream.getvalue()
 
 
 def square_scene():
-    """One square of one node."""
+    """Return one square of one node."""
     writer = GltfWriter()
     writer.node(mesh=writer.mesh())
     return writer

@@ -79,7 +79,7 @@ class Gui:
         assert self.ctx.error == "GL_NO_ERROR"
 
     def until(self, condition, what: str, seconds: float = 20.0) -> None:
-        """Frames until `condition`; a bound, not a measurement."""
+        """Draw frames until `condition`; the bound on time is generous, no measurement."""
         end, said = time.monotonic() + seconds, ""
         while not condition():
             said = self.session.message or said
@@ -94,7 +94,7 @@ class Gui:
         self.frame(3)
 
     def settled(self) -> None:
-        """Until the whole picture is there and on the screen."""
+        """Draw frames until the whole picture is there and on the screen."""
         self.until(lambda: not self.session.scheduler.is_rendering, "the whole picture", 60.0)
         self.frame(2)
 
@@ -141,7 +141,7 @@ class Gui:
         self.frame()
 
     def key(self, key: imgui.Key, ctrl: bool = False, shift: bool = False) -> None:
-        """A key pressed and let go, with modifiers."""
+        """Press and release a key, with modifiers."""
         for mod, used in ((imgui.Key.mod_ctrl, ctrl), (imgui.Key.mod_shift, shift)):
             if used:
                 self.hold(mod)
@@ -166,13 +166,13 @@ class Gui:
         self.frame()
 
     def later(self) -> None:
-        """Half a second after: a click is no double click any more."""
+        """Let half a second pass, so that a click is no double click any more."""
         self.io.delta_time = 0.5
         self.frame()
         self.io.delta_time = 1 / 60
 
     def begin_again(self) -> None:
-        """As it was in the beginning: nothing held or open, the first plate read anew."""
+        """Return to the beginning: nothing held or open, the first plate read anew."""
         session = self.session
         self.io.clear_input_keys()
         for button in range(3):
@@ -210,13 +210,13 @@ class Gui:
         self.frame(3)
 
     def screenshot(self) -> np.ndarray:
-        """(H, W, 3) bytes of the screen as the last frame drew it, the top row first."""
+        """Return (H, W, 3) bytes of the screen as the last frame drew it, the top row first."""
         self._paint(self._target)
         pixels = np.frombuffer(self._target.read(components=3), np.uint8)
         return pixels.reshape(self.pixels[1], self.pixels[0], 3)[::-1]
 
     def at_picture(self, x: float, y: float) -> Point:
-        """Where a point of the picture lies in the window."""
+        """Return the window position of a point of the picture."""
         return self.session.picture_view.geometry.window_at_picture((x, y))
 
     def close(self) -> None:
@@ -240,7 +240,7 @@ def gui_of(
     frames_folder: Path | None = None,
     **start: object,
 ) -> Iterator[Gui]:
-    """A Gui with its own ImGui, the first picture on the screen."""
+    """Yield a Gui with its own ImGui, the first picture on the screen."""
     before, context = imgui.get_current_context(), imgui.create_context()
     imgui.set_current_context(context)
     begin = Start(str(source), **start)  # type: ignore[arg-type]

@@ -18,7 +18,7 @@ HALF_ROUNDING = 2.0**-11
 
 
 def through(renderer: FrameRenderer, plate: Plate, lens: Lens, *settings: object) -> Image:
-    """(H, W, 4) of `plate`; `settings` in the order of DefocusSettings."""
+    """Render `plate`; return (H, W, 4). `settings` are in the order of DefocusSettings."""
     renderer.load(plate)
     return renderer.pixels(Shot(lens, DefocusSettings(*settings)))
 
@@ -32,7 +32,7 @@ def grey_for(bokeh: Bokeh) -> float:
 
 
 def point_plate(bokeh: Bokeh, light: float, size: int = SIZE, depth_m: float = FAR_M) -> Plate:
-    """One pixel that is `light` brighter than its surroundings."""
+    """Return a plate with one pixel that is `light` brighter than its surroundings."""
     color = np.full((size, size, 3), grey_for(bokeh), np.float32)
     color[size // 2, size // 2] += light
     return plate_of(color, np.full((size, size), depth_m, np.float32))

@@ -24,7 +24,7 @@ def through(
 
 
 def point_blurred(renderer: FrameRenderer, method: Method, coc_px: float, side: int) -> Image:
-    """One white pixel on black, the same signed coc everywhere."""
+    """Blur one white pixel on black, with the same signed coc everywhere."""
     color = np.zeros((side, side, 3), np.float32)
     color[side // 2, side // 2] = 1.0
     plate = coc_plate_of(color, np.full((side, side), coc_px, np.float32))

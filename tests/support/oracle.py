@@ -10,24 +10,27 @@ Array = npt.NDArray[np.float64]
 
 
 def conductances(diameter: Array) -> Array:
-    """min(d, d')^2 between neighbours along the last axis: (..., n) to (..., n-1)."""
+    """Return min(d, d')^2 between neighbours along the last axis: (..., n) to (..., n-1)."""
     return np.minimum(diameter[..., 1:], diameter[..., :-1]) ** 2
 
 
 def compact_weights(conductance: Array, kernel: Kernel) -> Array:
-    """c of the compact Laplacian between neighbours; it fades with d^2 below 4 px."""
+    """Return c of the compact Laplacian between neighbours; it fades with d^2 below 4 px."""
     return kernel.compact * np.minimum(conductance / 16.0, 1.0)
 
 
 def laplacian(weights: Array, x: Array) -> Array:
-    """L x along the first axis; weights (n - 1, ...)."""
+    """Return L x along the first axis; weights (n - 1, ...)."""
     flow = weights[..., None] * np.diff(x, axis=0)
     zero = np.zeros((1, *flow.shape[1:]))
     return np.concatenate([zero, flow]) - np.concatenate([flow, zero])
 
 
 def solve_line(flow: npt.NDArray[np.complex128], x: npt.NDArray[np.complex128]) -> Array:
-    """(1 + L)^-1 x along one line with complex conductances flow (n - 1,); x (n, channels)."""
+    """Return (1 + L)^-1 x along one line with complex conductances flow (n - 1,).
+
+    X (n, channels).
+    """
     n = len(x)
     if n == 1:
         return x.astype(np.complex128)
@@ -40,7 +43,7 @@ def solve_line(flow: npt.NDArray[np.complex128], x: npt.NDArray[np.complex128]) 
 
 
 def blur(x: Array, coc: Array, kernel: Kernel, scales: tuple[float, float] = (1.0, 1.0)) -> Array:
-    """x (H, W, C) diffused by |coc| (H, W), rows then columns, in complex128."""
+    """Diffuse x (H, W, C) by |coc| (H, W), rows then columns, in complex128."""
     across, down = (conductances(d) for d in (np.abs(coc) * scales[0], (np.abs(coc) * scales[1]).T))
     weights = compact_weights(across.T, kernel), compact_weights(down.T, kernel)
     for _ in range(kernel.steps):

@@ -15,20 +15,20 @@ _EXTENSION = b"http://ns.adobe.com/xmp/extension/\0"
 
 
 def colors(height=HEIGHT, width=WIDTH):
-    """(H, W, 3) of 8 bits, every value from 0 to 255 somewhere."""
+    """Return (H, W, 3) of 8 bits, every value from 0 to 255 somewhere."""
     ramp = np.arange(height * width) * 255 // (height * width - 1)
     return np.stack([ramp, 255 - ramp, ramp // 2], axis=1).reshape(height, width, 3).astype("u1")
 
 
 def metres(height=HEIGHT, width=WIDTH):
-    """Distances (H, W) from 1 to 10 m, evenly over 1/z, a step in the middle."""
+    """Return distances (H, W) from 1 to 10 m, evenly over 1/z, with a step in the middle."""
     part = np.linspace(0, 0.4, height * width).reshape(height, width)
     part[:, width // 2 :] += 0.6
     return 1 / (0.1 + part * 0.9)
 
 
 def disparity(distance_m, near_m, far_m):
-    """0 to 1, far to near."""
+    """Convert to 0..1, from far to near."""
     return (1 / distance_m - 1 / far_m) / (1 / near_m - 1 / far_m)
 
 
@@ -38,7 +38,7 @@ def save(path: Path, values, **options) -> Path:
 
 
 def save_16_bits_of_color(path: Path, values) -> Path:
-    """(H, W, C) of uint16 or float32, which Pillow cannot write."""
+    """Save (H, W, C) of uint16 or float32, which Pillow cannot write."""
     kind = "uint16" if values.dtype == np.uint16 else "float"
     spec = OpenImageIO.ImageSpec(values.shape[1], values.shape[0], values.shape[2], kind)
     out = OpenImageIO.ImageOutput.create(str(path))
@@ -48,7 +48,7 @@ def save_16_bits_of_color(path: Path, values) -> Path:
 
 
 def display_p3() -> bytes:
-    """An ICC profile that calls itself Display P3; its numbers are sRGB's, and nobody asks them."""
+    """Return an ICC profile named Display P3; its numbers are those of sRGB and are not read."""
     data = bytearray(ImageCms.ImageCmsProfile(ImageCms.createProfile("sRGB")).tobytes())
     name = "sRGB built-in".encode("utf-16-be")
     at = data.find(name)
@@ -64,7 +64,7 @@ def encoded(values, kind="PNG") -> bytes:
 
 
 def jpeg_with_gdepth(path: Path, near_m, far_m, fraction, form="RangeInverse", turn=1) -> Path:
-    """A photo whose XMP holds the depth, most of it in an extension of several pieces."""
+    """Write a photo whose XMP holds the depth, most of it in an extension of several pieces."""
     data = base64.b64encode(encoded((fraction * 255 + 0.5).astype("u1"))).decode()
     head = (
         '<x:xmpmeta xmlns:x="adobe:ns:meta/"><rdf:Description '
@@ -92,7 +92,7 @@ def jpeg_with_gdepth(path: Path, near_m, far_m, fraction, form="RangeInverse", t
 
 
 def jpeg_with_dynamic_depth(path: Path, near_m, far_m, fraction) -> Path:
-    """A photo with another picture and the depth behind it, as a container lists them."""
+    """Write a photo with another picture and the depth behind it, as a container lists them."""
     depth, confidence = encoded((fraction * 255 + 0.5).astype("u1"), "JPEG"), encoded(colors())
     xmp = (
         "<x:xmpmeta><Container:Directory>"

@@ -20,7 +20,7 @@ NEAR_M = 4.0 / 3.0
 
 
 def plate_of(color: Image, depth_m: Image, **changes: object) -> Plate:
-    """`color` (H, W, 3 or 4) at `depth_m` (H, W), its windows the whole picture, opaque."""
+    """Make a plate of `color` (H, W, 3 or 4) at `depth_m` (H, W), whole and opaque."""
     height, width = depth_m.shape
     rgba = np.ones((height, width, 4), np.float32)
     rgba[..., : color.shape[2]] = color
@@ -42,7 +42,7 @@ def plate_of(color: Image, depth_m: Image, **changes: object) -> Plate:
 
 
 def report_of(depth_m: Image) -> DepthReport:
-    """The range of `depth_m` as the reader would report it."""
+    """Return the range of `depth_m` as the reader would report it."""
     finite = depth_m[np.isfinite(depth_m)]
     near_m, far_m = (float(finite.min()), float(finite.max())) if finite.size else (math.inf,) * 2
     infinite = int(np.count_nonzero(np.isinf(depth_m)))
@@ -52,7 +52,7 @@ def report_of(depth_m: Image) -> DepthReport:
 
 
 def coc_plate_of(color: Image, coc_px: Image) -> Plate:
-    """`color` with its signed circle of confusion (H, W) in pixels."""
+    """Make a plate of `color` with its signed circle of confusion (H, W) in pixels."""
     report = DepthReport(
         "coc", DepthConvention.COC, DepthKind.PLANAR, "made", math.nan, math.nan, 0, 0
     )
@@ -62,7 +62,7 @@ def coc_plate_of(color: Image, coc_px: Image) -> Plate:
 
 
 def lens_blurring(coc_px: float, display_width_px: int, squeeze: float = 1.0) -> Lens:
-    """A lens whose disc is `coc_px` across at FAR_M and -`coc_px` at NEAR_M.
+    """Return a lens whose disc is `coc_px` across at FAR_M and -`coc_px` at NEAR_M.
 
     From coc = f^2 / (N (S - f)) * (1 - S / z) * W / w, solved for N: 1 - S / z is a half at FAR_M.
     """
@@ -73,10 +73,10 @@ def lens_blurring(coc_px: float, display_width_px: int, squeeze: float = 1.0) ->
 
 
 def room(width: int = 96, height: int = 54) -> tuple[Image, Image]:
-    """Colour (H, W, 3) and depth (H, W): tiled ground to a bright sky, a ball, a post, two lamps.
+    """Return colour (H, W, 3) and depth (H, W) of a room with a ball, a post and two lamps.
 
-    Silhouettes are not anti-aliased. Everything a layer is cut for is there: what is near and
-    thin, far, infinitely far, and a surface through all of it.
+    A tiled ground runs to a bright sky. Silhouettes are not anti-aliased. Everything a layer is cut
+    for is there: near and thin, far, infinitely far, and a surface through all of it.
     """
     y, x = np.mgrid[:height, :width].astype(np.float32)
     horizon = height // 3
@@ -95,7 +95,7 @@ def room(width: int = 96, height: int = 54) -> tuple[Image, Image]:
 
 
 def wires_and_lamps(width: int = 96, height: int = 54) -> tuple[Image, Image]:
-    """Colour (H, W, 3) and depth (H, W): wires in front of a dark street with lamps.
+    """Return colour (H, W, 3) and depth (H, W) of wires in front of a dark street with lamps.
 
     The wires are anti-aliased in colour and one sample in depth, as a renderer writes them: two
     thin ones and a cable, at three distances. Behind them is a wall, and lamps at two distances,

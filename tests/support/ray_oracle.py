@@ -10,7 +10,7 @@ Array = NDArray[np.float64]
 
 
 def soup(rng: np.random.Generator, count: int, material: int = 0) -> Mesh:
-    """Small triangles anywhere in a cube."""
+    """Return small triangles anywhere in a cube."""
     middles = rng.uniform(-1, 1, (count, 1, 3))
     positions = (middles + 0.1 * rng.normal(size=(count, 3, 3))).reshape(-1, 3).astype(np.float32)
     triangles = np.arange(3 * count, dtype=np.uint32).reshape(-1, 3)
@@ -19,9 +19,9 @@ def soup(rng: np.random.Generator, count: int, material: int = 0) -> Mesh:
 
 
 def hit_distances(start: Array, along: Array, points: Array) -> Array:
-    """Along a ray to each of the triangles (T, 3, 3), infinite where it misses.
+    """Return the distance along a ray to each triangle (T, 3, 3), infinite where it misses.
 
-    Moeller and Trumbore 1997.
+    Source: Moeller and Trumbore 1997.
     """
     a, b = points[:, 1] - points[:, 0], points[:, 2] - points[:, 0]
     normal = np.cross(a, b)
@@ -35,7 +35,7 @@ def hit_distances(start: Array, along: Array, points: Array) -> Array:
 
 
 def materials_seen(scene: Scene, view: SceneView) -> NDArray[np.int64]:
-    """(H, W) the material that each pixel's ray hits first, -1 for none."""
+    """Return (H, W) the material that each pixel's ray hits first, -1 for none."""
     meshes = [scene.meshes[instance.mesh] for instance in scene.instances]
     owner = np.repeat([mesh.material for mesh in meshes], [len(mesh.triangles) for mesh in meshes])
     points = np.concatenate(
@@ -62,7 +62,7 @@ def _in_camera(mesh: Mesh, to_camera: Array) -> Array:
 
 
 def _ray(view: SceneView, x: int, y: int) -> tuple[Array, Array]:
-    """From the point of the lens to what a pinhole sees at the distance in focus."""
+    """Return the ray from the point of the lens to what a pinhole sees at the focus distance."""
     px = np.array([x, y]) + 0.5 + view.jitter_px - np.array(view.size) / 2
     right, down = px / view.focal_px * view.focus_m
     start = np.array([*view.offset_m, 0.0])

@@ -10,7 +10,7 @@ from support.window_plates import QUICK
 
 
 def write_scene(path: Path) -> Path:
-    """Two squares, one of them moving away, and two cameras of different angle."""
+    """Write two squares, one of them moving away, and two cameras of different angle."""
     writer = GltfWriter()
     mesh = writer.mesh()
     near = writer.node(name="near", mesh=mesh, translation=[-0.5, -0.5, 0.0])
@@ -24,7 +24,7 @@ def write_scene(path: Path) -> Path:
 
 
 def as_opened(gui: Gui) -> Gui:
-    """The scene as it was opened, in a small picture."""
+    """Return the scene as it was opened, in a small picture."""
     session, opened = gui.session, gui.session.source.opened.first
     small = replace(opened.shot.framing, width_px=96, height_px=54)
     session.editing.frame = opened.frame
@@ -48,6 +48,6 @@ def whole(gui: Gui) -> None:
 
 
 def middle(gui: Gui) -> tuple[float, float]:
-    """Where the picture's middle is in the window."""
+    """Return the window position of the picture's middle."""
     shape = gui.session.picture_shape
     return gui.at_picture(shape.width_px / 2, shape.height_px / 2)

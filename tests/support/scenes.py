@@ -21,24 +21,24 @@ NIGHT = Daylight(sun=BLACK, zenith=BLACK, horizon=BLACK, ground=BLACK)
 
 
 def lamp(light: tuple[float, float, float]) -> Material:
-    """At NIGHT it sends out exactly this, for it mirrors nothing and there is nothing to mirror."""
+    """Return a material that emits exactly this at NIGHT, when there is nothing to reflect."""
     return Material("lamp", base_color=BLACK, emission=light)
 
 
 def even_sky(light: tuple[float, float, float] = (1.0, 1.0, 1.0)) -> Daylight:
-    """The same light from all around, and no sun."""
+    """Return the same light from all around, and no sun."""
     return Daylight(sun=BLACK, zenith=light, horizon=light, ground=light)
 
 
 def moved(x: float = 0.0, y: float = 0.0, z: float = 0.0, scale: float = 1.0) -> Array:
-    """(4, 4): scaled, then moved, metres."""
+    """Return (4, 4): scaled, then moved, in metres."""
     matrix = np.diag([scale, scale, scale, 1.0])
     matrix[:3, 3] = x, y, z
     return matrix
 
 
 def sphere(radius_m: float = 1.0, splits: int = 3, material: int = 0) -> Mesh:
-    """Around the origin, 20 * 4^splits triangles, every corner on it."""
+    """Return a sphere around the origin of 20 * 4^splits triangles, every corner on it."""
     corners, triangles = icosphere(splits)
     uvs = np.stack(
         [
@@ -51,7 +51,7 @@ def sphere(radius_m: float = 1.0, splits: int = 3, material: int = 0) -> Mesh:
 
 
 def icosphere(splits: int) -> tuple[Array, Array]:
-    """Unit corners (V, 3) and triangles (T, 3) of an icosahedron, each face split in four."""
+    """Return unit corners (V, 3) and triangles (T, 3) of an icosahedron with split faces."""
     g = (1 + 5**0.5) / 2
     signs = [(a, b) for a in (-1, 1) for b in (-g, g)]
     found = [p for a, b in signs for p in ((0, a, b), (a, b, 0), (b, 0, a))]
@@ -88,7 +88,7 @@ def _split(corners: Array, triangles: Array) -> tuple[Array, Array]:
 
 
 def plane(half_m: float = 1.0, facing: str = "z", material: int = 0) -> Mesh:
-    """A square through the origin, its normal along +x, +y or +z; uv 0..1, v downwards."""
+    """Return a square through the origin, its normal along +x, +y or +z; uv 0..1, v downwards."""
     axis = "xyz".index(facing)
     normal = np.eye(3)[axis]
     right = np.eye(3)[0 if axis else 2]
@@ -100,7 +100,7 @@ def plane(half_m: float = 1.0, facing: str = "z", material: int = 0) -> Mesh:
 
 
 def box(half_m: tuple[float, float, float] = (0.5, 0.5, 0.5), material: int = 0) -> Mesh:
-    """Around the origin, flat faces, 12 triangles."""
+    """Return a box around the origin with flat faces, 12 triangles."""
     sides = []
     for axis in range(3):
         for sign in (-1.0, 1.0):
@@ -127,14 +127,14 @@ def scene_of(
     materials: Sequence[Material] = (Material(),),
     **others: object,
 ) -> Scene:
-    """`places` are (mesh, to_world); None puts each mesh where it was made."""
+    """Return a scene; `places` are (mesh, to_world), None leaves each mesh where it was made."""
     chosen = [(i, np.eye(4)) for i in range(len(meshes))] if places is None else places
     instances = tuple(Instance(f"thing {i}", m, at) for i, (m, at) in enumerate(chosen))
     return Scene(Path("test"), tuple(meshes), instances, tuple(materials), **others)  # type: ignore[arg-type]
 
 
 def still_life() -> Scene:
-    """Two spheres, a box and a lamp on a table, and a camera: something of everything."""
+    """Return two spheres, a box and a lamp on a table, and a camera."""
     y, x = np.indices((64, 64)) // 8
     checks = np.where(((x + y) % 2 == 0)[..., None], (230, 220, 200, 255), (70, 60, 60, 255))
     materials = (

@@ -10,18 +10,18 @@ FIRST, LAST = 1001, 1008
 
 
 def sequence_files(folder: Path, first: int = FIRST, last: int = LAST, **attributes: Any) -> str:
-    """The room, everything in it 5 % nearer from frame to frame; the pattern that finds it."""
+    """Write the room, everything in it 5 % nearer from frame to frame; return the pattern."""
     for frame in range(first, last + 1):
         frame_file(folder, frame, **attributes)
     return str(folder / "shot.####.exr")
 
 
 def frame_file(folder: Path, frame: int, **attributes: Any) -> Path:
-    """One frame of it."""
+    """Write one frame of it."""
     color, depth = room(WIDTH, HEIGHT)
     return write_plate(folder / f"shot.{frame}.exr", color, Z=depth * nearer(frame), **attributes)
 
 
 def nearer(frame: int) -> float:
-    """The distances at a frame over those of the room."""
+    """Return the distances at a frame relative to those of the room."""
     return 0.95 ** (frame - FIRST)

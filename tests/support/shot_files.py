@@ -48,7 +48,7 @@ def written(shot: Shot, folder: Path) -> Path:
 
 
 def refusal(path: Path, text: str | bytes) -> str:
-    """What is said of a file with this content."""
+    """Return what is said of a file with this content."""
     path.write_bytes(text if isinstance(text, bytes) else text.encode())
     with pytest.raises(InputError) as error:
         read_shot(path)

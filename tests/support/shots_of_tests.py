@@ -9,13 +9,13 @@ FOCUS = LensParameter.FOCUS_DISTANCE
 
 
 def worked_on(shot: Shot) -> Shot:
-    """With keys, marks and another blur."""
+    """Return the shot with keys, marks and another blur."""
     shot = shot.with_key(1002, FOCUS, 1.5).with_key(1006, FOCUS, 3.0)
     shot = shot.with_key(1004, LensParameter.F_STOP, 2.8)
     return replace(shot, marks=(DistanceMark("A", 2.5), PointMark("B", 60.0, 32.0)))
 
 
 def kept(gui) -> None:
-    """Until what was changed has been written beside."""
+    """Draw until what was changed has been saved."""
     gui.frame(2)
     gui.until(lambda: not gui.session.documents._writing, "the autosave")

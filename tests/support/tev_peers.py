@@ -16,7 +16,7 @@ CHANNELS = ["R", "G", "B", "Z"]
 
 @contextmanager
 def serving(**arguments):
-    """A server at a port of its own, and the end of it looked at."""
+    """Yield a server at a port of its own, and check its end."""
     with TevServer(port=0, **arguments) as server:
         yield server
         assert server._thread.is_alive()
@@ -24,7 +24,7 @@ def serving(**arguments):
 
 
 def client_of(server):
-    """The real client."""
+    """Return the real client."""
     return Ipc(*server.address)
 
 
@@ -36,9 +36,9 @@ def wait_until(predicate):
 
 
 def settle(server):
-    """Until all that was sent on connections that are closed by now has been taken.
+    """Wait until all that was sent on closed connections has been taken.
 
-    Connections are taken in turn: once a later one is seen off, so are they, or being read.
+    Connections are taken in turn: once a later one is finished, so are they, or being read.
     """
     with socket.create_connection(server.address) as connection:
         connection.shutdown(socket.SHUT_WR)
@@ -47,7 +47,10 @@ def settle(server):
 
 
 def send(server, data):
-    """The bytes, on a connection of their own; the server may hang up before they are through."""
+    """Send the bytes on a connection of their own.
+
+    The server may hang up before they are through.
+    """
     with socket.create_connection(server.address) as connection:
         try:
             connection.sendall(data)
@@ -59,7 +62,7 @@ def send(server, data):
 
 
 def packet(operation, *fields):
-    """A packet: text ends in zero, integers are int32, bytes stay as they are."""
+    """Return a packet: text ends in zero, integers are int32, bytes stay as they are."""
     body = bytes([operation])
     for one in fields:
         if isinstance(one, bool):
@@ -72,7 +75,7 @@ def packet(operation, *fields):
 
 
 def picture(width=9, height=6, far_m=50.0):
-    """(H, W, 4): three colours and a depth in metres, every value of its own."""
+    """Return (H, W, 4): three colours and a depth in metres, every value different."""
     values = np.arange(width * height * 4, dtype=np.float32).reshape(height, width, 4)
     values[..., 3] = np.linspace(1.5, far_m, width * height, dtype=np.float32).reshape(height, -1)
     return values
@@ -87,6 +90,6 @@ def show(server, name, values, channels=CHANNELS):
 
 
 def assert_shows(plate, values):
-    """The plate holds exactly these colours and this depth."""
+    """Check that the plate holds exactly these colours and this depth."""
     np.testing.assert_array_equal(plate.color[..., :3], values[..., :3])
     np.testing.assert_array_equal(plate.depth_m, values[..., 3])

@@ -33,7 +33,7 @@ class Clock:
 
 @contextmanager
 def film_window(ctx: moderngl.Context, folder: Path) -> Iterator[Gui]:
-    """The sequence open, every frame of it read."""
+    """Yield a window with the sequence open and every frame of it read."""
     pattern = sequence_files(folder, framesPerSecond=Fraction(25, 1))
     with gui_of(ctx, pattern, defocus=QUICK) as gui:
         gui.until(lambda: len(gui.session.timeline.runs()) == 1, "all frames")
@@ -41,7 +41,7 @@ def film_window(ctx: moderngl.Context, folder: Path) -> Iterator[Gui]:
 
 
 def reset_timeline(gui: Gui) -> None:
-    """The timeline, its panel and what is chosen on it, as they were in the beginning."""
+    """Reset the timeline, its panel and the selection to the beginning."""
     session, time, marks = gui.session, gui.session.timeline, gui.session.marks
     time.playback.stop()
     time.playback.ending, time.playback.is_every_frame = Ending.LOOP, True
@@ -58,7 +58,7 @@ def reset_timeline(gui: Gui) -> None:
 
 
 def fresh(film: Gui) -> Gui:
-    """The window as it was in the beginning, its film driven by a clock that stands."""
+    """Return the window as in the beginning, its playback driven by a stopped clock."""
     session = film.session
     reset_timeline(film)
     session.timeline.playback._clock = Clock()
@@ -83,7 +83,7 @@ def frame(gui) -> int:
 
 
 def at_frame(gui, number: float) -> tuple[float, float]:
-    """The middle of a frame's cell on the ruler."""
+    """Return the window position of the middle of a frame's cell on the ruler."""
     x0, y0, x1, y1 = gui.rect("timeline ruler")
     return x0 + (number - FIRST + 0.5) * (x1 - x0) / (LAST - FIRST + 1), (y0 + y1) / 2
 

@@ -26,7 +26,7 @@ BALL_M, POST_M = 2.0, np.float32(0.9).item()
 
 
 def write_plate(path: Path, color: Image, **channels_and_attributes: Any) -> Path:
-    """`color` (H, W, 3 or 4) and channels by name, the lens in the header; the rest attributes."""
+    """Write `color` (H, W, 3 or 4) and channels by name, the lens in the header."""
     height, width = color.shape[:2]
     channels = {
         name: np.ascontiguousarray(color[..., i]) for i, name in enumerate("RGBA"[: color.shape[2]])
@@ -41,13 +41,13 @@ def write_plate(path: Path, color: Image, **channels_and_attributes: Any) -> Pat
 
 
 def room_file(path: Path, width: int = WIDTH, height: int = HEIGHT, **attributes: Any) -> Path:
-    """The room with its distances."""
+    """Write the room with its distances."""
     color, depth = room(width, height)
     return write_plate(path, color, Z=depth, **attributes)
 
 
 def displayed(gui: Gui, pixels: np.ndarray, stops: float = 0.0, gamma: float = 1.0) -> np.ndarray:
-    """(H, W, 3) bytes of linear `pixels` (H, W, 4) through the window's view transform."""
+    """Return (H, W, 3) bytes of linear `pixels` (H, W, 4) through the window's view transform."""
     ctx, size = gui.ctx, pixels.shape[1::-1]
     screen = DisplayPass(ctx)
     screen.set_transform(gui.session.color.transform)
@@ -61,7 +61,7 @@ def displayed(gui: Gui, pixels: np.ndarray, stops: float = 0.0, gamma: float = 1
 
 
 def region(gui: Gui, zoom: int = 1) -> np.ndarray:
-    """(H, W, 3) bytes of the display window on the screen."""
+    """Return (H, W, 3) bytes of the display window on the screen."""
     x, y = gui.session.picture_view.geometry.origin
     shape = gui.session.picture_shape
     assert (x, y) == (int(x), int(y))
@@ -72,7 +72,7 @@ def region(gui: Gui, zoom: int = 1) -> np.ndarray:
 
 
 def rendered(gui: Gui, own: FrameRenderer) -> np.ndarray:
-    """The shot's picture, made anew from the file."""
+    """Render the shot's picture again from the file."""
     own.load(read_plate(Path(gui.session.shot.source)))
     return own.pixels(gui.session.shot)
 

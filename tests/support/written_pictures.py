@@ -5,7 +5,7 @@ from PIL import Image
 
 
 def pixels(path) -> np.ndarray:
-    """(H, W, 3) as whole numbers that may be subtracted."""
+    """Read (H, W, 3) as whole numbers that may be subtracted."""
     with Image.open(path) as image:
         assert image.mode == "RGB"
         return np.asarray(image).astype(int)

@@ -36,7 +36,7 @@ class Screen:
             self.display = f":{pipe.readline().strip()}"
 
     def close(self) -> None:
-        """Also what tests that failed left open: its warning would fall into another test."""
+        """Close the screen and what failed tests left open: a warning would fail another test."""
         for process in self.started:
             process.kill()
             process.communicate()
@@ -87,7 +87,7 @@ class Window:
             time.sleep(0.05)
 
     def changes(self, *words: object) -> None:
-        """xdotool WORDS, which must change what is seen."""
+        """Run xdotool WORDS, which must change what is seen."""
         before = self.screen.picture().tobytes()
         self.screen.hand(*words)
         self.until(lambda: self.screen.picture().tobytes() != before, f"an answer to {words}")
@@ -117,14 +117,14 @@ class Window:
         return self.screen.hand("getwindowname", self.id)
 
     def cpu_seconds(self) -> float:
-        """Processor time of the process and of those that it started, all threads."""
+        """Return the processor time of the process and of those that it started, all threads."""
         own = f"/proc/{self.process.pid}"
         children = Path(f"{own}/task/{self.process.pid}/children").read_text().split()
         assert children, "the window runs in a process of its own"
         return sum(map(_cpu_seconds, (own, *(f"/proc/{child}" for child in children))))
 
     def quit(self) -> None:
-        """Ctrl+Q until it is taken: without a window manager, focus may come a moment later."""
+        """Press Ctrl+Q until it works: without a window manager, focus may come a moment later."""
         self.keys("ctrl+q")
         end = time.monotonic() + WAIT_S
         while self.process.poll() is None and time.monotonic() < end:
