@@ -66,7 +66,7 @@ class Outcome:
     before_python: bool  # the signal came before the first line of heatlens
 
     def faults(self, number: int, limit_s: float) -> list[str]:
-        """Return what is wrong with it, in words."""
+        """What is wrong with it, in words."""
         if self.before_python:
             return []
         found = []
@@ -103,7 +103,7 @@ class Bench:
             subprocess.run([*run, *words], env=ENVIRONMENT, check=True, capture_output=True)
 
     def words(self, name: str, out: Path) -> list[str]:
-        """Return the command line of command `name`."""
+        """The command line of command `name`."""
         given = {"out": str(out), "shot": str(self.shot), "ref": str(self.reference)}
         return [word.format(**given) for word in COMMANDS[name]]
 
@@ -121,7 +121,7 @@ class Bench:
         )
 
     def duration_s(self, name: str) -> float:
-        """Return how long command `name` takes when nobody stops it."""
+        """How long command `name` takes when nobody stops it."""
         with tempfile.TemporaryDirectory(dir=self.folder) as folder:
             out = Path(folder) / "out"
             out.mkdir()
@@ -160,7 +160,7 @@ class Bench:
 
 
 def _is_whole(path: Path, out: Path, code: int) -> bool:
-    """Return whether `path` may be there: never half a file, never an empty folder."""
+    """Whether `path` is a result that may be there: never half a file, never an empty folder."""
     if path.is_dir():
         return any(path.iterdir())
     inside = path.relative_to(out).as_posix() if path.is_relative_to(out) else ""
@@ -170,7 +170,7 @@ def _is_whole(path: Path, out: Path, code: int) -> bool:
 
 
 def _group_lives(group: int) -> bool:
-    """Return whether a process of the group still runs a moment after its leader has ended."""
+    """Whether a process of the group still runs a moment after its leader has ended."""
     end = time.monotonic() + 1.0
     while time.monotonic() < end:
         if not any(_runs_in(group, stat) for stat in Path("/proc").glob("[0-9]*/stat")):
@@ -180,7 +180,7 @@ def _group_lives(group: int) -> bool:
 
 
 def _runs_in(group: int, stat: Path) -> bool:
-    """Return whether a process runs; zombies have ended and wait for their parent."""
+    """Zombies do not count: they are only names that the system has not yet taken off its list."""
     try:
         state, _parent, found = stat.read_text().rpartition(")")[2].split()[:3]
     except OSError:
@@ -189,7 +189,7 @@ def _runs_in(group: int, stat: Path) -> bool:
 
 
 def main() -> int:
-    """Run for long; print a line for each command and every fault."""
+    """A long run; prints a line for each command and every fault."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--times", type=int, default=20)
     parser.add_argument("--only", default=",".join(COMMANDS))

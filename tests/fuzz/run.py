@@ -99,7 +99,7 @@ def _work(name: str, seed: int, number: int, keep: Path | None) -> None:
 
 
 def _outcome(form, whole: dict[Path, bytes], chance: random.Random | None) -> tuple[str, bytes]:
-    """Return how a mutant was answered, and the mutant; without `chance` nothing is damaged."""
+    """How a mutant was answered, and the mutant; without `chance` nothing is damaged."""
     import warnings
 
     from mutate import mutated
