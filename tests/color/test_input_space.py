@@ -7,14 +7,17 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from heatlens.color.color_config import PLAIN_OCIO_VIEW, load_color_config
 from heatlens.color.rgb_matrix import to_rec709
 from heatlens.color.view_transform import srgb_transform
 from heatlens.commands.main import main
 from heatlens.display.display_pass import DisplayPass
 from heatlens.gpu.textures import download, new_texture, upload
+from heatlens.model.plate_options import PlateOptions
 from heatlens.model.settings import Bokeh, DefocusSettings, Quality
-from heatlens.plate.display import srgb_encoded
+from heatlens.plate.display import srgb_decoded, srgb_encoded
 from heatlens.plate.primaries import AP1, KNOWN, REC709, XYZ
+from heatlens.session.preferences import Preferences
 from support.command_line import picture
 from support.exr_files import write_file
 from support.gui import gui_of
@@ -157,3 +160,47 @@ def test_without_opencolorio_the_window_follows_the_header_too(ctx, tmp_path, mo
     with gui_of(ctx, orange_plate(tmp_path / "acescg.exr", AP1), defocus=QUICK) as gui:
         transform = gui.app.color.transform
         assert (transform.view, transform.input_space) == ("sRGB curve", "ACEScg")
+
+
+def test_photos_become_light_as_opencolorio_turns_srgb_texture():
+    """The curve of 8-bit pictures is that of the config's own space, for every value they have.
+
+    OpenColorIO approximates powers: a hundredth of the step from one code to the next.
+    """
+    config = load_color_config(None).config
+    codes = np.arange(256, dtype=np.float32) / np.float32(255)
+    light = np.repeat(codes[:, None], 3, axis=1)
+    turned = config.getProcessor("sRGB - Texture", "Linear Rec.709 (sRGB)")
+    turned.getDefaultCPUProcessor().applyRGB(light)
+    np.testing.assert_allclose(srgb_decoded(codes), light[:, 0], atol=3e-5)
+
+
+def test_the_window_shows_a_photo_through_the_view_that_render_takes(ctx, tmp_path, capsys):
+    """And a plate after it through the config's first view again; what was chosen stays."""
+    plate = orange_plate(tmp_path / "plate.exr", REC709)
+    photo = tmp_path / "photo.png"
+    Image.fromarray(np.full((24, 36, 3), 120, np.uint8)).save(photo)
+    depth = np.linspace(1, 3, 24 * 36, dtype=np.float32).reshape(24, 36)
+    np.save(tmp_path / "depth.npy", depth)
+    options = PlateOptions(depth_source=str(tmp_path / "depth.npy"), depth_convention="distance")
+    first = load_color_config(None).default_view
+    words = ("render", str(photo), "--depth", str(tmp_path / "depth.npy"), *LENS)
+    assert main([*words, "-o", str(tmp_path / "o.png"), "--depth-convention", "distance"]) == 0
+    assert f"seen through {PLAIN_OCIO_VIEW}" in capsys.readouterr().err
+    assert main(["info", str(photo)]) == 0
+    assert f"seen through    {PLAIN_OCIO_VIEW}" in capsys.readouterr().out
+    preferences = Preferences()
+    with gui_of(ctx, plate, preferences, defocus=QUICK) as gui:
+        session = gui.session
+        assert session.view.view == first
+        gui.open(photo, options)
+        assert session.view.view == PLAIN_OCIO_VIEW
+        session.remember()
+        assert preferences.now.view == ""  # nobody chose it
+        gui.open(plate)
+        assert session.view.view == first
+        session.view = replace(session.view, view="Raw")
+        gui.open(photo, options)
+        assert session.view.view == "Raw"
+        session.remember()
+        assert preferences.now.view == "Raw"

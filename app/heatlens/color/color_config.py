@@ -14,7 +14,7 @@ from typing import Any
 from heatlens.color.ocio_library import ocio
 from heatlens.errors import InputError
 from heatlens.paths import file_bytes, unreadable
-from heatlens.plate.picture_parts import told_of
+from heatlens.plate.picture_parts import FOR_THE_EYE
 
 # Named in full: `ocio://default` becomes another config with another version of the library, and
 # with it every picture. This one (ACES 2.0) is in OpenColorIO 2.5, the VFX Platform's of 2026.
@@ -190,9 +190,6 @@ def default_view(config: ColorConfig, display: str, attributes: Mapping[str, Any
     that does no tone mapping, where there is one.
     """
     views = config.views(display)
-    told = told_of(dict(attributes))
-    return (
-        PLAIN_OCIO_VIEW
-        if told is not None and told.is_for_the_eye and PLAIN_OCIO_VIEW in views
-        else views[0]
-    )
+    if attributes.get(FOR_THE_EYE) and PLAIN_OCIO_VIEW in views:
+        return PLAIN_OCIO_VIEW
+    return views[0]

@@ -5,6 +5,7 @@ import json
 from pathlib import Path
 from typing import Any
 
+from heatlens.color.color_config import PLAIN_OCIO_VIEW
 from heatlens.commands.given_options import refuse_given, refuse_unused
 from heatlens.commands.info_scene import Line, scene_lines
 from heatlens.commands.info_sequence import found_among, sequence_info
@@ -38,6 +39,10 @@ _CAMERA_LINES = (
     ("focus distance", "focus_distance_m", "m"),
     ("sensor width", "sensor_width_mm", "mm"),
     ("sensor height", "sensor_height_mm", "mm"),
+)
+_FOR_THE_EYE = (
+    f"{PLAIN_OCIO_VIEW}, where the config has it, unless --view says otherwise: it was made for "
+    "the eye, and its tones are mapped already"
 )
 _LABEL_WIDTH = 16
 
@@ -109,6 +114,7 @@ def _plate_lines(facts: dict[str, Any]) -> list[Line]:
         *_part_lines(facts["parts"]),
         *_camera_lines(facts["camera"]),
         *_primaries_lines(facts["primaries"]),
+        *([("seen through", _FOR_THE_EYE)] if facts["is_for_the_eye"] else []),
         *_color_lines(facts["color"]),
         *_depth_lines(facts["depth"]),
         *(("note", note) for note in facts["notes"]),

@@ -19,6 +19,7 @@ from heatlens.plate.channel_choice import ColorChoice, choose_color
 from heatlens.plate.channels import Part, compression_name, pixels_of, type_name
 from heatlens.plate.depth_read import read_depth_of
 from heatlens.plate.file_parts import color_file_parts, notes_of
+from heatlens.plate.picture_parts import FOR_THE_EYE
 from heatlens.plate.plate import CameraHeader
 from heatlens.plate.primaries import ToldPrimaries, told_primaries
 from heatlens.plate.read import read_color
@@ -58,6 +59,7 @@ def inspect(path: Path, options: PlateOptions) -> Facts:
         "behind": list(behind_layers(all_parts)),
         "camera": {name: _json_value(value) for name, value in asdict(camera).items()},
         "primaries": None if told is None else _primaries_facts(told),
+        "is_for_the_eye": bool(header.get(FOR_THE_EYE)),
         "color": color,
         "depth": depth,
         "notes": [*notes_of(header), *color.pop("notes", ()), *aspect_notes, *depth_notes],

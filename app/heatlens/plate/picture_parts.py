@@ -26,6 +26,9 @@ from heatlens.plate.plate import FloatImage
 from heatlens.plate.primaries import P3_D65
 from heatlens.plate.windows import header_at_box, resized_nearest
 
+# Of a header: 1 where the picture was made to be looked at, and is no light of a scene. It goes on
+# into what is rendered from it, which is then looked at in the same way.
+FOR_THE_EYE = "heatlens:forTheEye"
 TOLD = "heatlens:told"  # of a header: what `ToldOfPicture` holds; never written to a file
 _FULL_FRAME_MM = (36.0, 24.0)
 _EXIF_FOCAL_35MM = 0xA405
@@ -49,7 +52,6 @@ class ToldOfPicture:
     full_scale: float | None = None
     convention: DepthConvention | None = None
     why: str = ""
-    is_for_the_eye: bool = False
 
 
 def told_of(header: Header) -> ToldOfPicture | None:
@@ -94,12 +96,18 @@ def depth_parts(path: Path) -> list[Part]:
 def picture_header(path: Path) -> Header:
     """Read the header of `color_parts` without the pixels."""
     size, info = picture_info(path)
-    return _header((), size, info, ToldOfPicture(is_for_the_eye=not info.get("is_light")))
+    return _header((), size, info, ToldOfPicture()) | _for_the_eye(not info.get("is_light"))
+
+
+def _for_the_eye(is_so: bool) -> Header:
+    """Whole numbers are made for the eye; floating point is light."""
+    return {FOR_THE_EYE: 1} if is_so else {}
 
 
 def _part(channels: dict[str, FloatImage], raw: RawPicture, told: ToldOfPicture) -> Part:
     height, width = raw.values.shape[:2]
-    return _header(tuple(channels), (width, height), raw.info, told), dict(channels)
+    header = _header(tuple(channels), (width, height), raw.info, told)
+    return header | _for_the_eye(raw.full_scale is not None), dict(channels)
 
 
 def _header(

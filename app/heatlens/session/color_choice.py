@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
-from heatlens.color.color_config import ColorConfig, load_color_config
+from heatlens.color.color_config import ColorConfig, default_view, load_color_config
 from heatlens.color.input_space import InputSpace, input_space_of
 from heatlens.color.view_transform import srgb_transform, view_transform
 from heatlens.display.screen_pictures import ScreenPictures
@@ -47,15 +47,30 @@ class ColorChoice:
         none, which takes what the header tells."""
         return self._inputs
 
+    def usual_view(self, display: str) -> str:
+        """Return the view that a display begins with for the open plate, as in `render`."""
+        if self.config is None:
+            return self.views(display)[0]
+        return default_view(self.config, display, self.attributes)
+
+    def of_plate(self, view: ViewState, attributes: Mapping[str, Any]) -> ViewState:
+        """Take what a plate's header tells; return `view`, which follows where nobody chose it."""
+        was = self.usual_view(view.display)
+        self.attributes = attributes
+        return replace(view, view=self.usual_view(view.display)) if view.view == was else view
+
+    def chosen_view(self, view: ViewState) -> str:
+        """Return the view that somebody chose; "" where it is the usual one."""
+        return "" if view.view == self.usual_view(view.display) else view.view
+
     def with_names(self, view: ViewState) -> ViewState:
         """`view` with a display, a view and an input space that the config has."""
         displays = self.displays()
         if view.display not in displays:
             first = self.config.default_display if self.config else displays[0]
             view = replace(view, display=first, view="")
-        views = self.views(view.display)
-        if view.view not in views:
-            view = replace(view, view=views[0])
+        if view.view not in self.views(view.display):
+            view = replace(view, view=self.usual_view(view.display))
         return view if view.input_space in self._inputs else replace(view, input_space="")
 
     def input_of(self, chosen: str) -> InputSpace:

@@ -305,7 +305,7 @@ class Session:
 
     def _color_note(self, opened: Opened) -> str:
         """Take the colours as the header tells them, alike for all frames; a scene has none."""
-        self.color.attributes = opened.attributes
+        self.view = self.color.of_plate(self.view, opened.attributes)
         return self.color.input_of(self.view.input_space).note
 
     def _say_all(self, *sentences: str) -> None:
@@ -338,7 +338,7 @@ class Session:
         view, playback = self.view, self.timeline.playback
         self.preferences.change(
             display=view.display,
-            view=view.view,
+            view=self.color.chosen_view(view),
             unit=view.unit,
             ending=playback.ending,
             every_frame=playback.is_every_frame,

@@ -43,7 +43,7 @@ def look_panel(
 def _color(view: ViewState, color: ColorChoice) -> ViewState:
     display = widgets.choice("display", view.display, color.displays())
     if display != view.display:
-        view = replace(view, display=display, view=color.views(display)[0])
+        view = replace(view, display=display, view=color.usual_view(display))
     shown = widgets.choice("view", view.view, color.views(view.display))
     view = _input(view, color)
     exposure = widgets.slider("exposure", view.exposure_stops, -8.0, 8.0, "%+.2f stops")
