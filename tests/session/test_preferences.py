@@ -109,7 +109,7 @@ def test_a_damaged_file_is_told_and_set_aside(tmp_path, content):
     (tmp_path / FILE_NAME).write_bytes(content)
     loaded = Preferences.load(tmp_path)
     assert loaded.now == Remembered()
-    assert FILE_NAME in loaded.problem and loaded.problem.endswith("set back.")
+    assert FILE_NAME in loaded.problem and loaded.problem.endswith("settings are reset.")
     assert (tmp_path / "preferences.damaged.json").read_bytes() == content
 
 

@@ -148,7 +148,10 @@ def test_another_plate_in_between_leaves_the_file_unwritten(gui, plate, tmp_path
     shutil.copy(plate, other)
     session.pictures.saver.ask(str(other), session.editing.frame, tmp_path / "a.exr")
     gui.frame()
-    assert session.message.startswith("Gone on before") and not session.pictures.saver.is_busy
+    assert (
+        session.message.startswith("The frame was left before")
+        and not session.pictures.saver.is_busy
+    )
     assert not (tmp_path / "a.exr").exists()
 
 

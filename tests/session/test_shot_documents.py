@@ -139,7 +139,7 @@ def test_what_is_not_saved_is_kept_beside_until_it_is(gui, tmp_path):
     assert not autosave_path(path).exists()
 
 
-@pytest.mark.parametrize("answer", ["Go on with it", "Throw it away"])
+@pytest.mark.parametrize("answer", ["Recover it", "Discard it"])
 def test_after_a_crash_the_unsaved_shot_is_offered(gui, tmp_path, answer):
     path, saved = tmp_path / "pull.heatlens.json", gui.session.shot
     write_shot(path, saved)
@@ -150,7 +150,7 @@ def test_after_a_crash_the_unsaved_shot_is_offered(gui, tmp_path, answer):
     gui.key(K.m)  # means nothing while there is a question
     gui.click(gui.middle(f"unsaved {answer}"))
     gui.until(lambda: gui.session.documents.path == path, "the shot")
-    goes_on = answer == "Go on with it"
+    goes_on = answer == "Recover it"
     assert gui.session.shot == (worked_on(saved) if goes_on else saved)
     assert gui.session.documents.is_saved is not goes_on
     kept(gui)

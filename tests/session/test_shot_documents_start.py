@@ -23,7 +23,7 @@ def test_a_shot_without_a_file_survives_a_crash(ctx, tmp_path):
     with gui_of(ctx, pattern, Preferences.load(folder), defocus=QUICK) as gui:
         gui.until(lambda: gui.session.documents.offer is not None, "the question")
         gui.frame(3)
-        gui.click(gui.middle("unsaved Go on with it"))
+        gui.click(gui.middle("unsaved Recover it"))
         gui.frame(2)
         assert gui.session.shot == shot
 

@@ -196,7 +196,7 @@ def test_a_shot_that_cannot_be_rendered_is_told_once_and_keeps_nothing_busy(gui)
     defocus = replace(shot.defocus, method=Method.ACCUMULATION)
     gui.session.editing.edit(replace(shot, defocus=defocus))
     gui.frame(2)
-    assert "accumulation" in gui.session.message and not gui.session.sides.is_working
+    assert "accumulation" in gui.session.message and not gui.session.scheduler.is_rendering
     gui.session.messages.clear()
     gui.frame(2)
     gui.session.work()

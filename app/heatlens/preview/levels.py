@@ -33,25 +33,25 @@ def cheaper(wished: DefocusSettings) -> list[DefocusSettings]:
     """Return the wished picture, then faster and faster ones with the same amount of blur."""
     if wished.method.needs_scene:
         return _fewer_views(wished)
-    rungs = [wished]
+    levels = [wished]
     for quality, scale in _CHEAPER:
-        rung = _rung(wished, quality, scale)
-        if rung not in rungs:
-            rungs.append(rung)
-    return rungs
+        level = _level(wished, quality, scale)
+        if level not in levels:
+            levels.append(level)
+    return levels
 
 
 def _fewer_views(wished: DefocusSettings) -> list[DefocusSettings]:
-    rungs = [wished]
+    levels = [wished]
     for views, scale in (*((n, 1.0) for n in _FULL_VIEWS), *_FEW_VIEWS):
-        rung = replace(
+        level = replace(
             wished,
             views=min(views, wished.views),
             proxy=max(PROXY_MIN, wished.proxy * scale),
         )
-        if rung not in rungs:
-            rungs.append(rung)
-    return rungs
+        if level not in levels:
+            levels.append(level)
+    return levels
 
 
 def on_the_way(wished: DefocusSettings) -> list[DefocusSettings]:
@@ -63,17 +63,17 @@ def is_better(one: DefocusSettings, other: DefocusSettings, wished: DefocusSetti
     """Return whether level `one` comes closer to the wished picture than `other` does."""
     if wished.method.needs_scene:  # any number of views may be seen already
         return (one.proxy, one.views) > (other.proxy, other.views)
-    rungs = cheaper(wished)
-    ranks = [rungs.index(it) if it in rungs else len(rungs) for it in (one, other)]
+    levels = cheaper(wished)
+    ranks = [levels.index(it) if it in levels else len(levels) for it in (one, other)]
     return ranks[0] < ranks[1]
 
 
 def between(wished: DefocusSettings) -> DefocusSettings:
     """Return a smaller picture that is ready sooner than the wished one."""
-    return _rung(wished, *_BETWEEN)
+    return _level(wished, *_BETWEEN)
 
 
-def _rung(wished: DefocusSettings, best: Quality, scale: float) -> DefocusSettings:
+def _level(wished: DefocusSettings, best: Quality, scale: float) -> DefocusSettings:
     """Return the wished picture smaller, at most as good as `best`, with the same layers."""
     quality = min(best, wished.quality, key=list(Quality).index)
     method = wished.method if wished.method is Method.HEAT else Method.DIFFUSION

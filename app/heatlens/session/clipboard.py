@@ -20,7 +20,7 @@ class Tool:
 
 
 def tools(path: Path, platform: str, environ: Mapping[str, str]) -> tuple[Tool, ...]:
-    """What may work on `platform` (as sys.platform has it), the likeliest first."""
+    """Return what may work on `platform` (as sys.platform has it), the likeliest first."""
     if platform == "darwin":
         quoted = str(path).replace("\\", "\\\\").replace('"', '\\"')
         script = f'set the clipboard to (read (POSIX file "{quoted}") as «class PNGf»)'
@@ -59,7 +59,7 @@ def copy_png(
 
 
 def _run(tool: Tool, path: Path) -> str:
-    """ "" where it worked, else what went wrong.
+    """Run a tool; return "" where it worked, else what went wrong.
 
     The tools stay behind to serve the clipboard and keep what they inherit open, so that their
     words go to a file: a pipe would never end.

@@ -35,16 +35,18 @@ class ColorChoice:
         self.transform = srgb_transform()  # the one in use
 
     def displays(self) -> tuple[str, ...]:
-        """Names to choose from."""
+        """Return the displays to choose from."""
         return self.config.displays() if self.config else ("sRGB",)
 
     def views(self, display: str) -> tuple[str, ...]:
-        """Names to choose from for a display."""
+        """Return the views to choose from for a display."""
         return self.config.views(display) if self.config else ("sRGB curve",)
 
     def input_spaces(self) -> tuple[str, ...]:
-        """Spaces to choose from for the pictures' light, the usual one first; of the plain curve
-        none, which takes what the header tells."""
+        """Return the spaces to choose from for the pictures' light, the usual one first.
+
+        The plain sRGB curve has none: it takes what the header tells.
+        """
         return self._inputs
 
     def usual_view(self, display: str) -> str:
@@ -64,7 +66,7 @@ class ColorChoice:
         return "" if view.view == self.usual_view(view.display) else view.view
 
     def with_names(self, view: ViewState) -> ViewState:
-        """`view` with a display, a view and an input space that the config has."""
+        """Return `view` with a display, a view and an input space that the config has."""
         displays = self.displays()
         if view.display not in displays:
             first = self.config.default_display if self.config else displays[0]
@@ -74,7 +76,7 @@ class ColorChoice:
         return view if view.input_space in self._inputs else replace(view, input_space="")
 
     def input_of(self, chosen: str) -> InputSpace:
-        """The space of the plate's light: `chosen`, else as its header tells."""
+        """Return the space of the plate's light: `chosen`, else as its header tells."""
         return input_space_of(self.config, self.attributes, chosen)
 
     def apply(self, view: ViewState, screen: ScreenPictures) -> None:

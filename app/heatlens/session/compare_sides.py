@@ -47,7 +47,7 @@ class CompareSides:
         return 1 if self._is_turn_of_b and self._method is not None else 0
 
     def restart(self) -> None:
-        """Another plate lies on the GPU."""
+        """Begin anew: another plate lies on the GPU."""
         self.a.restart()
         self.b.restart()
 
@@ -83,7 +83,7 @@ class CompareSides:
             self._is_turn_of_b = live is self.a
 
     def of_method(self, view: ViewState) -> Shown | None:
-        """B's picture where B is a method; None where it is something else, or not there yet."""
+        """Return B's picture where B is a method, once it is there; else None."""
         method = method_of_b(view, self._renderer.has_many_views)
         for side in (self.a, self.b):
             if side.shown is not None and side.shown.shot.defocus.method is method:
@@ -92,7 +92,7 @@ class CompareSides:
 
 
 def method_of_b(view: ViewState, has_many_views: bool) -> Method | None:
-    """How B is rendered; None where B is not seen, is no method or needs a scene that is not."""
+    """Return how B is rendered; None where it is not seen, or needs a scene that is not open."""
     if view.compare is Compare.OFF or view.against is not Against.METHOD:
         return None
     return view.b_method if has_many_views or not view.b_method.needs_scene else None

@@ -27,13 +27,15 @@ class Editing:
 
     @property
     def shot(self) -> Shot:
-        """The shot as it is seen."""
+        """The shot as it is now."""
         return self.history.now
 
     @property
     def lens(self) -> Lens:
-        """Its lens at the frame; where keys ask for what no lens can be, that is said, and it is
-        the one without keys."""
+        """The lens at the frame.
+
+        Where the keys ask for a lens that cannot be, that is said, and it is the lens without keys.
+        """
         try:
             return self.shot.lens_at(self.frame)
         except LensError as error:
@@ -42,7 +44,7 @@ class Editing:
 
     @property
     def has_lens(self) -> bool:
-        """The keys leave a lens at the frame."""
+        """Return True where the keys leave a lens at the frame."""
         try:
             self.shot.lens_at(self.frame)
         except LensError:
@@ -50,7 +52,7 @@ class Editing:
         return True
 
     def begin(self, shot: Shot) -> None:
-        """Another shot, with nothing to undo."""
+        """Begin another shot, with nothing to undo."""
         self.history = History.of(shot)
 
     def edit(self, shot: Shot) -> None:
@@ -69,8 +71,11 @@ class Editing:
             self._say(str(error))
 
     def _with_lens(self, lens: Lens) -> Shot:
-        """What has no keys is set at once: two values may only go together, as a long lens and far
-        focus do."""
+        """Return the shot with this lens at the frame.
+
+        What has no keys is set at once: two values may only go together, as a long lens and far
+        focus do.
+        """
         before, shot = self.lens, replace(self.shot, lens=lens)
         for parameter in LensParameter:
             value = getattr(lens, parameter)
@@ -83,17 +88,17 @@ class Editing:
         self.history = self.history.at_rest().changed(shot).at_rest()
 
     def settle(self) -> None:
-        """What was done so far is a step; what comes now is another."""
+        """Make a step of what was done so far; what comes now is another step."""
         self.history = self.history.at_rest()
 
     def rest(self, is_held: bool) -> None:
-        """Call once a frame: a gesture that is over becomes a step."""
+        """Make a step of a gesture that is over; call this once a frame."""
         if not is_held and self._clock() - self._changed_at > _GESTURE_REST_S:
             self.history = self.history.at_rest()
 
     @property
     def is_unsettled(self) -> bool:
-        """A gesture waits to become a step."""
+        """Return True while a gesture waits to become a step."""
         return self.history.now != self.history.settled
 
     def toggle_auto_key(self) -> None:
@@ -101,9 +106,9 @@ class Editing:
         self.auto_key = not self.auto_key
 
     def undo(self) -> None:
-        """One step back."""
+        """Take one step back."""
         self.history = self.history.undone()
 
     def redo(self) -> None:
-        """One step forward."""
+        """Take one step forward again."""
         self.history = self.history.redone()

@@ -69,7 +69,7 @@ class ExportCommands:
             self._say(str(error))
 
     def _look_words(self) -> list[str]:
-        """Options for how the picture looks here, as far as `ExportWish` does not know them."""
+        """Return the options for how the picture looks here that `ExportWish` does not know."""
         view, config = self._view.state, self._color.config
         if self.wish.is_linear:
             return []

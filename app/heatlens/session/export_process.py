@@ -41,7 +41,7 @@ class ExportRun:
 
     @property
     def is_busy(self) -> bool:
-        """A process goes on."""
+        """Return True while a process goes on."""
         return self.state is not None and self.state.code is None
 
     def export(self, shot: Shot, output: str, words: Sequence[str] = ()) -> None:
@@ -83,7 +83,7 @@ class ExportRun:
         state: ExportState,
         folder: "tempfile.TemporaryDirectory[str]",
     ) -> None:
-        """On a thread: take what the process says until it ends."""
+        """Take what the process says until it ends; on a thread."""
         with folder, process:
             errors = Thread(target=self._listen, args=(process, state), daemon=True)
             errors.start()
@@ -107,7 +107,7 @@ class ExportRun:
 
 
 def _take(line: str, state: ExportState) -> None:
-    """One line of `--progress json`; the name of a file, which others print, is no news."""
+    """Take one line of `--progress json`; what others print, such as names, is left out."""
     if not line.startswith("{"):
         return
     event = json.loads(line)

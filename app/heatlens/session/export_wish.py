@@ -55,11 +55,11 @@ class ExportWish:
 
     @property
     def is_linear(self) -> bool:
-        """Light as it is, for no screen."""
+        """Return True for scene-linear light, which is meant for no screen."""
         return FRAME_KINDS[self.kind] == ".exr"
 
     def words(self, display: str, view: str, exposure_stops: float) -> list[str]:
-        """Options of `heatlens export`; those of the look count for all but EXR.
+        """Return options of `heatlens export`; those of the look count for all but EXR.
 
         `display` "": the plain sRGB curve.
         """
@@ -73,7 +73,7 @@ class ExportWish:
 
 
 def wish_for(plate: Path, is_single: bool = False) -> ExportWish:
-    """What one would export of a plate: beside it, under its name."""
+    """Propose an export of a plate: beside it, under its name."""
     name = plate.name.split(".")[0]
     folder = str(plate.absolute().parent / f"{name}_dof")
     return ExportWish(folder, name, is_single=is_single)

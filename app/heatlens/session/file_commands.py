@@ -114,14 +114,16 @@ class FileCommands:
         self.open(picture, replace(self.options_for(picture), depth_source=depth))
 
     def options_for(self, text: str) -> PlateOptions:
-        """Return the options of the command line for the first file, where it named none, else
-        those that are remembered."""
+        """Return how `text` is read, as far as the user said or is remembered to have said.
+
+        The options of the command line are for the first file, where it named none.
+        """
         is_given = not self._given.start.source and not self._given.has_opened
         given = self._given.start.plate_options if is_given else PlateOptions()
         return self._first_options(text, given)
 
     def _first_options(self, text: str, given: PlateOptions) -> PlateOptions:
-        """`given`, or where that says nothing of the plate what is remembered for its folder."""
+        """Return `given`, or where that says nothing of the plate what is remembered."""
         if replace(given, focal_length_mm=None, sensor_width_mm=None) != PlateOptions():
             return given
         kept = self._preferences.options_for(text)

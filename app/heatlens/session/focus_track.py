@@ -37,7 +37,7 @@ class FocusTrack:
         self._too_close: tuple[int, ...] = ()
 
     def samples(self, shot: Shot, first: float, last: float, count: int) -> tuple[Sample, ...]:
-        """`count` times evenly from first to last, and every key among them."""
+        """Return `count` samples evenly from first to last, and one at every key among them."""
         made_of = (shot.lens, shot.curves, first, last, count)
         if made_of != self._made_of:
             times = {first + (last - first) * i / (count - 1) for i in range(count)}
@@ -47,7 +47,7 @@ class FocusTrack:
         return self._samples
 
     def too_close(self, shot: Shot, seen: FrameRange) -> tuple[int, ...]:
-        """The frames that are seen at which the lens cannot be focused so near."""
+        """Return the frames that are seen at which the lens cannot be focused so near."""
         made_of = (shot.lens, shot.curves, seen)
         if made_of != self._warned_of:
             self._too_close, self._warned_of = _too_close(shot, seen), made_of
@@ -94,7 +94,7 @@ class MarkTracks:
     def tracks(
         self, cache: FrameCache | None, runs: tuple[Run, ...], marks: tuple[Mark, ...]
     ) -> tuple[MarkTrack, ...]:
-        """Of every point mark, over the frames that lie in memory."""
+        """Return the track of every point mark, over the frames that lie in memory."""
         made_of = (id(cache), runs, marks)
         if cache is not None and made_of != self._made_of:
             ready = [run for run in runs if run.state == "ready"]
@@ -124,7 +124,7 @@ class MarkTracks:
 
 
 def seen_m(plate: Plate, mark: PointMark) -> float | None:
-    """How far what lies under a point mark is; None beside the picture or without distances."""
+    """Return how far what lies under a point mark is; None beside the picture."""
     try:
         return depth_at_m(plate, int(mark.x_px), int(mark.y_px))
     except HeatlensError:
@@ -132,7 +132,7 @@ def seen_m(plate: Plate, mark: PointMark) -> float | None:
 
 
 def mark_m(plate: Plate | None, mark: Mark) -> float | None:
-    """How far a mark is on this plate."""
+    """Return how far a mark is on this plate; None where that is not known."""
     if isinstance(mark, DistanceMark):
         return mark.distance_m
     return None if plate is None or isinstance(mark, ObjectMark) else seen_m(plate, mark)

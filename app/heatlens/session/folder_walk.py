@@ -62,12 +62,12 @@ class FolderWalk:
 
     @property
     def is_reading(self) -> bool:
-        """A folder is being read."""
+        """Return True while a folder is being read."""
         return self._reader.is_busy
 
     @property
     def can_take(self) -> bool:
-        """There is something to open or to save."""
+        """Return True where there is something to open or to save."""
         return self._at_row is not None or (self.purpose.is_save and bool(self.name.strip()))
 
     @property
@@ -82,7 +82,7 @@ class FolderWalk:
         self._reader.start(lambda: _looked_up(path, purpose))
 
     def _path(self, text: str) -> Path:
-        """A path as it was typed, seen from the folder that is shown."""
+        """Return a path as it was typed, seen from the folder that is shown."""
         here = self._listing.folder if self._listing else home_dir()
         return Path(os.path.normpath(here / os.path.expanduser(text)))
 
@@ -109,7 +109,7 @@ class FolderWalk:
         return Chosen(self.purpose, found.file)
 
     def _show(self, listing: FolderList) -> None:
-        """After a step up the folder one comes from is chosen."""
+        """Show a folder; after a step up, the folder one comes from is selected."""
         before = self._listing.folder if self._listing else listing.folder
         self._listing, self.typed = listing, str(listing.folder)
         self.rows = [*listing.folders, *listing.entries]
@@ -117,14 +117,14 @@ class FolderWalk:
         self.row = self.rows.index(before.name) if is_up else -1
 
     def choose(self, row: int) -> None:
-        """Mark a row; a name to save is taken from it."""
+        """Select a row; a name to save is taken from it."""
         self.row, self.overwrites = min(max(row, 0), len(self.rows) - 1), None
         entry = self._at_row
         if isinstance(entry, Entry) and self.purpose.is_save:
             self.name = entry.file_at(0).name
 
     def rename(self, name: str) -> None:
-        """Another name was typed: it counts, and no row."""
+        """Take a typed name, in the place of the selected row."""
         self.name, self.row = name, -1
 
     def take(self) -> Chosen | None:
@@ -138,11 +138,11 @@ class FolderWalk:
         return None if entry is None else Chosen(self.purpose, entry.path, entry)
 
     def overwrite(self) -> Chosen | None:
-        """Yes, write over it."""
+        """Agree to write over the file that is there."""
         return None if self.overwrites is None else Chosen(self.purpose, self.overwrites)
 
     def _named(self) -> Chosen | None:
-        """The file to write; one that is there already is asked about first."""
+        """Return the file to write; ask first about one that is there already."""
         name = self.name.strip()
         if not name or self._listing is None:
             return None
@@ -156,13 +156,13 @@ class FolderWalk:
 
 
 def _nearest_folder(folder: Path, purpose: Purpose) -> _Found:
-    """On a thread. A folder that was remembered may be gone since."""
+    """Return the nearest folder that exists; one that was remembered may be gone. On a thread."""
     there = next((path for path in (folder, *folder.parents) if os.path.isdir(path)), home_dir())
     return _Found(list_folder(there, purpose.suffixes))
 
 
 def _looked_up(path: Path, purpose: Purpose) -> _Found:
-    """On a thread. Raises InputError for what is not there or cannot be read."""
+    """List a folder, on a thread. Raises InputError for what cannot be read."""
     if os.path.isdir(path):
         return _Found(list_folder(path, purpose.suffixes))
     if purpose.is_save:

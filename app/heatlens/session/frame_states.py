@@ -29,7 +29,7 @@ class FrameStates:
         self._runs: tuple[Run, ...] = ()
 
     def runs(self, cache: FrameCache, news: object) -> tuple[Run, ...]:
-        """As they are now; `news` is something else whenever they may have changed."""
+        """Return the runs as they are now; `news` differs whenever they may have changed."""
         now = self._clock()
         if (cache, news) != self._made_of and now >= self._not_before:
             self._runs, self._made_of = runs_of(cache.states()), (cache, news)
@@ -37,12 +37,12 @@ class FrameStates:
         return self._runs
 
     def is_behind(self, cache: FrameCache, news: object) -> bool:
-        """There is news that `runs` has not told yet."""
+        """Return True while there is news that `runs` has not told yet."""
         return (cache, news) != self._made_of
 
 
 def runs_of(states: Mapping[int, FrameState]) -> tuple[Run, ...]:
-    """Neighbours that stand alike in one; frames that only lie on disk are told by no run."""
+    """Join neighbours in the same state; frames that only lie on disk are in no run."""
     runs = []
     for state, frames in groupby(states, key=states.__getitem__):
         if state != "absent":

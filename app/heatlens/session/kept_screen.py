@@ -31,7 +31,7 @@ class KeptFrame(Shown):
 
     @property
     def is_whole(self) -> bool:
-        """As the shot is rendered, at the size of the window."""
+        """Return True: it is as the shot is rendered, at the size of the window."""
         return True
 
 
@@ -61,12 +61,12 @@ class KeptScreen:
         self._prepared: object = None  # for what all frames were prepared
 
     def begin(self) -> None:
-        """Something else was opened, or all frames were forgotten."""
+        """Forget all frames: something else was opened, or they were cleared."""
         self._seen, self._on_gpu, self._prepared = None, "", None
         self._frames.clear()
 
     def shown(self) -> KeptFrame | None:
-        """The picture at the playhead; while it is read from the disk, the one before."""
+        """Return the picture at the playhead; while it is read from the disk, the one before."""
         pull = self._pull
         job = pull.jobs.of(self._editing.frame) if pull.is_on and pull.fits_view else None
         if job is None:
@@ -93,7 +93,7 @@ class KeptScreen:
         )
 
     def uploaded(self, shown: Shown) -> Shown:
-        """The same, its light in its texture."""
+        """Return the same picture with its light in its texture."""
         if isinstance(shown, KeptFrame) and shown.picture is not None and self._on_gpu != shown.key:
             shown.texture.write(shown.picture.pixels.data.cast("B"))
             self._on_gpu = shown.key
@@ -105,7 +105,10 @@ class KeptScreen:
         return None if picture is None else self._source.feed.kept_windows(picture)
 
     def texture(self, shown: KeptFrame, view: ViewState) -> moderngl.Texture:
-        """The frame in the colours of the screen. `view` has the exposure of its lens in it."""
+        """Return the frame in the colours of the screen.
+
+        The exposure of `view` contains that of its lens.
+        """
         look = self._look(view, shown.texture.size)
         if self._is_slow:
             size, keys = shown.texture.size, self._pull.keys
@@ -137,7 +140,7 @@ class KeptScreen:
 
     @property
     def has_work(self) -> bool:
-        """A frame at hand is not in the colours of the screen yet, and that takes long here."""
+        """Return True while a frame at hand is not ready for the screen, which takes long here."""
         if not self._is_slow or self._prepared == self._of:
             return False
         if next(self._unprepared(), None) is None:
@@ -151,7 +154,7 @@ class KeptScreen:
         return self._pull.counted, self._view.state, self._screen.transform_version, self._view.zoom
 
     def prepare(self) -> None:
-        """Take one frame more to the colours of the screen."""
+        """Bring one frame more to the colours of the screen."""
         shown = next(self._unprepared(), None) if self.has_work else None
         if shown is not None:
             self.texture(shown, self._exposed(shown))

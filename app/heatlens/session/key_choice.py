@@ -41,27 +41,27 @@ Copied = tuple[tuple[Row, tuple[Key | PoseKey, ...]], ...]
 
 
 def all_keys(shot: Shot) -> Chosen:
-    """Every key there is."""
+    """Return every key of the shot."""
     return frozenset(KeyId(row, frame) for row in ROWS for frame in key_frames(shot, row))
 
 
 def keys_at(shot: Shot, frame: float) -> Chosen:
-    """Those at a frame."""
+    """Return the keys at a frame."""
     return frozenset(key for key in all_keys(shot) if abs(key.frame - frame) < SAME_FRAME)
 
 
 def frames_of(chosen: Chosen, row: Row) -> list[float]:
-    """The frames of one row's keys, in order."""
+    """Return the frames of one row's keys, in order."""
     return sorted(key.frame for key in chosen if key.row is row)
 
 
 def key_of(shot: Shot, key: KeyId) -> Key | None:
-    """What is at a frame of a parameter; the camera's keys have nothing but their place."""
+    """Return the key at a frame of a parameter; None for the camera, whose keys are only places."""
     return None if key.row is CAMERA else shot.curves.of(key.row).key_at(key.frame)
 
 
 def with_keys_here(shot: Shot, frame: float) -> Shot:
-    """A key of the focus, and of whatever else has keys; nothing jumps."""
+    """Key the focus, and whatever else has keys, as it is now: nothing jumps."""
     for parameter in LensParameter:
         if parameter is LensParameter.FOCUS_DISTANCE or shot.curves.of(parameter).keys:
             shot = shot.with_key(frame, parameter)
@@ -69,18 +69,18 @@ def with_keys_here(shot: Shot, frame: float) -> Shot:
 
 
 def moved(shot: Shot, chosen: Chosen, by_frames: float) -> tuple[Shot, Chosen]:
-    """All by as many frames; those that they land on go."""
+    """Move all chosen keys by as many frames; keys that they land on are removed."""
     after = _each_row(shot, chosen, lambda keyed, frames: keyed.moved(frames, by_frames))
     return after, frozenset(KeyId(row, frame + by_frames) for row, frame in chosen)
 
 
 def rippled(shot: Shot, from_frame: float, by_frames: float) -> Shot:
-    """Whatever has keys: those from `from_frame` on go later, or earlier, and cut frames out."""
+    """Move every key from `from_frame` on later, or earlier, which cuts frames out."""
     return _each_row(shot, all_keys(shot), lambda keyed, _: keyed.rippled(from_frame, by_frames))
 
 
 def deleted(shot: Shot, chosen: Chosen, frame: float) -> Shot:
-    """Without them; what loses its last key stays as it is at `frame`."""
+    """Remove the chosen keys; what loses its last key stays as it is at `frame`."""
     for row in ROWS:
         frames = frames_of(chosen, row)
         if frames and len(frames) == len(key_frames(shot, row)):
@@ -90,7 +90,7 @@ def deleted(shot: Shot, chosen: Chosen, frame: float) -> Shot:
 
 
 def copied(shot: Shot, chosen: Chosen) -> Copied:
-    """What `pasted` needs, counted from the first of them all."""
+    """Return what `pasted` needs, with frames counted from the first of the keys."""
     first = min((key.frame for key in chosen), default=0.0)
     kept = []
     for row in ROWS:
@@ -102,15 +102,17 @@ def copied(shot: Shot, chosen: Chosen) -> Copied:
 
 
 def pasted(shot: Shot, keys: Copied, at_frame: float) -> tuple[Shot, Chosen]:
-    """From `at_frame` on; the keys that came are chosen. Raises InputError for keys of a camera
-    where there is no scene for one."""
+    """Paste keys from `at_frame` on; they are the chosen ones afterwards.
+
+    Raises InputError for keys of a camera where there is no scene.
+    """
     for row, copies in keys:
         shot = with_pasted(shot, row, copies, at_frame)
     return checked(shot), frozenset(KeyId(r, k.frame + at_frame) for r, ks in keys for k in ks)
 
 
 def interpolated(shot: Shot, chosen: Chosen, interpolation: Interpolation) -> Shot:
-    """What follows each of them goes so; a Bezier begins along the path there was."""
+    """Set how the curve goes on from each chosen key; a Bezier keeps the path there was."""
 
     def change(curve: Curve, frames: Collection[float]) -> Curve:
         for frame in frames:
@@ -125,7 +127,7 @@ def interpolated(shot: Shot, chosen: Chosen, interpolation: Interpolation) -> Sh
 
 
 def eased(shot: Shot, chosen: Chosen, influence_percent: float, is_out: bool) -> Shot:
-    """Each leaves (`is_out`) or arrives with so much influence; its segment becomes a Bezier."""
+    """Set the influence with which each key is left (`is_out`) or reached, as a Bezier."""
 
     def change(curve: Curve, frames: Collection[float]) -> Curve:
         for frame in frames:
@@ -141,7 +143,7 @@ def eased(shot: Shot, chosen: Chosen, influence_percent: float, is_out: bool) ->
 
 
 def _bent(curve: Curve, frame: float, is_out: bool) -> Curve:
-    """The segment after or before a key as a Bezier."""
+    """Return the curve with the segment after or before a key as a Bezier."""
     before = [key.frame for key in curve.keys if key.frame < frame - SAME_FRAME]
     start = frame if is_out else before[-1] if before else None
     if start is None:
@@ -152,16 +154,21 @@ def _bent(curve: Curve, frame: float, is_out: bool) -> Curve:
 
 
 def checked(shot: Shot) -> Shot:
-    """The shot, if there is a lens at each of its keys and between. Raises LensError naming the
-    frame."""
+    """Return the shot if there is a lens at each of its keys and between.
+
+    Raises LensError naming the frame where there is none.
+    """
     for frame in (*shot.key_frames, *_between(shot)):
         shot.lens_at(frame)
     return shot
 
 
 def _between(shot: Shot) -> range:
-    """Frames that may have no lens although the keys have: handles overshoot, and a long lens
-    cannot be focused near. Of a long film not all: a hand that drags waits for this."""
+    """Return the frames that may have no lens although the keys have.
+
+    Handles overshoot, and a long lens cannot be focused near. Of a long film not all frames are
+    checked: a hand that drags waits for this.
+    """
     keys, focals = shot.curves.focus_distance_m.keys, shot.curves.focal_length_mm.keys
     if not focals and all(key.interpolation is not _BEZIER for key in keys):
         return range(0)

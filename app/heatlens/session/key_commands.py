@@ -41,25 +41,27 @@ class KeyCommands:
 
     @property
     def chosen(self) -> Chosen:
-        """As far as they are still there."""
+        """The chosen keys, as far as they are still there."""
         return self._chosen & all_keys(self._editing.shot)
 
     def choose(self, keys: Chosen) -> None:
-        """These, and no others."""
+        """Choose these keys, and no others."""
         self._chosen = keys
 
     def choose_all(self) -> None:
-        """Every key of every row."""
+        """Choose every key of every row."""
         self._chosen = all_keys(self._editing.shot)
 
     @property
     def meant(self) -> Chosen:
-        """The chosen ones, or where none are those at the playhead."""
+        """The keys that commands are for: the chosen ones, else those at the playhead."""
         return self.chosen or keys_at(self._editing.shot, self._editing.frame)
 
     def set_here(self) -> None:
-        """Key the focus, and what of the lens has keys, as it is at the playhead; or the camera,
-        where its row is the chosen one."""
+        """Key the lens as it is at the playhead, or the camera where its row is chosen.
+
+        Of the lens the focus gets a key, and whatever else has keys.
+        """
         if self.rows.chosen is CAMERA:
             self._set_camera_key()
             return
@@ -67,7 +69,7 @@ class KeyCommands:
         self._do(lambda shot: with_keys_here(shot, frame))
 
     def toggle_here(self, parameter: LensParameter) -> None:
-        """A key of one parameter at the playhead, or none."""
+        """Set a key of one parameter at the playhead, or remove it."""
         shot, frame = self._editing.shot, self._editing.frame
         if shot.curves.of(parameter).key_at(frame) is None:
             self._do(lambda shot: shot.with_key(frame, parameter))
@@ -75,7 +77,7 @@ class KeyCommands:
             self._do(lambda shot: shot.without_key(frame, parameter))
 
     def delete(self) -> None:
-        """Those that are meant go."""
+        """Delete the chosen keys, or those at the playhead."""
         frame = self._editing.frame
         self._do(lambda shot: deleted(shot, self.meant, frame))
 
@@ -86,14 +88,14 @@ class KeyCommands:
             self._say(f"{_count(len(self.meant))} copied.")
 
     def paste(self) -> None:
-        """What was copied, from the playhead on."""
+        """Paste what was copied, from the playhead on."""
         if not self._copied:
             self._say("No keys were copied.")
             return
         self._do_and_choose(lambda shot: pasted(shot, self._copied, self._editing.frame))
 
     def move(self, by_frames: float) -> None:
-        """Those that are meant go later, or earlier."""
+        """Move the chosen keys, or those at the playhead, later or earlier."""
         if by_frames:
             before = self._editing.shot
             self._do_and_choose(lambda shot: moved(shot, self.meant, by_frames))
@@ -106,11 +108,11 @@ class KeyCommands:
             self._say(f"{_count(gone)} made room for what was moved there. Ctrl+Z undoes it.")
 
     def interpolate(self, interpolation: Interpolation) -> None:
-        """How it goes on from each of them."""
+        """Set how the curve goes on from each of the keys."""
         self._do(lambda shot: interpolated(shot, self.meant, interpolation))
 
     def ease(self, influence_percent: float, is_out: bool) -> None:
-        """How gently it leaves or arrives; a drag of the number is one step."""
+        """Set how gently the keys are left or reached; a drag of the number is one step."""
         try:
             self._editing.edit(eased(self._editing.shot, self.meant, influence_percent, is_out))
         except HeatlensError as error:

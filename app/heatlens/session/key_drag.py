@@ -41,12 +41,12 @@ class KeyDrag:
 
     @property
     def box_from(self) -> Place | None:
-        """Where the box begins that is being drawn."""
+        """The corner at which the box begins that is being drawn."""
         return self._held.at if self._held is not None and self._held.kind == "box" else None
 
     @property
     def is_holding(self) -> bool:
-        """A button is down."""
+        """Return True while a button is down."""
         return self._held is not None
 
     def press(self, at: Place, places: Places, reach: float, shift: bool, ctrl: bool) -> None:
@@ -87,7 +87,7 @@ class KeyDrag:
             self._say(str(error))
 
     def _room(self, held: _Held) -> int:
-        """How far keys may be pulled earlier until they would meet the one before."""
+        """Return how far keys may be pulled earlier until they would meet the one before."""
         assert held.key is not None
         earlier = [key.frame for key in all_keys(held.shot) if key.frame < held.key.frame]
         return int(held.key.frame - max(earlier)) - 1 if earlier else 10**6
@@ -101,7 +101,7 @@ class KeyDrag:
 
 
 def nearest(at: Place, places: Places, reach: float) -> KeyId | None:
-    """The key whose place is nearest, within a square around the pointer."""
+    """Return the key whose place is nearest, within a square around the pointer."""
     near = [key for key, p in places.items() if max(abs(p[0] - at[0]), abs(p[1] - at[1])) <= reach]
     return min(
         near, key=lambda k: abs(places[k][0] - at[0]) + abs(places[k][1] - at[1]), default=None
@@ -109,6 +109,6 @@ def nearest(at: Place, places: Places, reach: float) -> KeyId | None:
 
 
 def inside(corner: Place, other: Place, places: Places) -> Chosen:
-    """The keys in a box."""
+    """Return the keys in a box."""
     (x0, x1), (y0, y1) = (sorted(pair) for pair in zip(corner, other, strict=True))
     return frozenset(k for k, (x, y) in places.items() if x0 <= x <= x1 and y0 <= y <= y1)

@@ -57,14 +57,14 @@ class RowChoice:
 
 
 def key_frames(shot: Shot, row: Row) -> tuple[float, ...]:
-    """Where a row has keys, in order; a camera that stands still has none."""
+    """Return the frames at which a row has keys, in order; a camera that stands still has none."""
     if row is CAMERA:
         return shot.camera_key_frames
     return tuple(key.frame for key in shot.curves.of(row).keys)
 
 
 def keys_of(shot: Shot, row: Row) -> tuple[Key | PoseKey, ...]:
-    """The keys of a row, in order."""
+    """Return the keys of a row, in order."""
     if row is not CAMERA:
         return shot.curves.of(row).keys
     track = _track(shot)
@@ -72,26 +72,26 @@ def keys_of(shot: Shot, row: Row) -> tuple[Key | PoseKey, ...]:
 
 
 def key_count(shot: Shot) -> int:
-    """How many keys there are in all, that of a camera that stands still among them."""
+    """Count all keys, that of a camera that stands still among them."""
     track = _track(shot)
     of_lens = sum(len(shot.curves.of(parameter).keys) for parameter in LensParameter)
     return of_lens + (len(track.keys) if track else 0)
 
 
 def keyed_of(shot: Shot, row: Row) -> Keyed | None:
-    """What has the keys of a row; None for a camera that is not the shot's own."""
+    """Return what has the keys of a row; None for a camera that is not the shot's own."""
     return _track(shot) if row is CAMERA else shot.curves.of(row)
 
 
 def with_keyed(shot: Shot, row: Row, keyed: Keyed) -> Shot:
-    """Other keys in a row."""
+    """Return the shot with other keys in a row."""
     if isinstance(keyed, CameraTrack):
         return replace(shot, framing=replace(shot.framing or Framing(), track=keyed))
     return shot if row is CAMERA else shot.with_curve(row, keyed)
 
 
 def stilled(shot: Shot, row: Row, frame: float) -> Shot:
-    """All keys of a row go; what they gave at `frame` stays."""
+    """Remove all keys of a row; what they gave at `frame` stays."""
     if row is not CAMERA:
         return shot.without_keys(frame, row)
     track = _track(shot)
@@ -101,7 +101,7 @@ def stilled(shot: Shot, row: Row, frame: float) -> Shot:
 
 
 def with_pasted(shot: Shot, row: Row, keys: Sequence[Key | PoseKey], at_frame: float) -> Shot:
-    """Keys that were counted from 0, from `at_frame` on.
+    """Paste keys that were counted from 0, from `at_frame` on.
 
     Raises InputError for keys of a camera where there is no scene.
     """

@@ -24,11 +24,11 @@ from heatlens.preview.shown import PictureKey, Shown, whole_picture
 from heatlens.render import FrameRenderer
 
 _REST_S = 0.08  # so long without a change is rest: a hand that drags sends several in this time
-_KEEP = 0.7, 1.3  # a rung is left for a better one below, for a cheaper above so much of the time
-_LEAST_WIDTH_PX = 160  # of a hurried picture
+_KEEP = 0.7, 1.3  # hysteresis: a better level below so much of the time, a cheaper one above
+_LEAST_WIDTH_PX = 160  # of a preview
 _PATIENCE_S = 3.0  # the whole picture follows directly where it takes no longer than this,
 _SOON_S = 0.25  # no longer than this where the plate itself will soon be finer,
-_FAST_ENOUGH = 3.0  # or where the one between saves less than this
+_FAST_ENOUGH = 3.0  # or where a preview between them is not so many times as quick
 
 
 class PlateVersion(NamedTuple):
@@ -72,17 +72,17 @@ class LivePicture:
         self.shown: Shown | None = None
         self._wish: PictureKey | None = None
         self._changed_at = 0.0
-        self._rung: DefocusSettings | None = None
+        self._level: DefocusSettings | None = None
         self._work: _Work | None = None
         self._slots = first_slot, first_slot + 1  # of what is seen, of what comes about
         self._is_refused = False  # the wish cannot be rendered, as was said
 
     def restart(self) -> None:
-        """Another plate lies on the GPU: whatever was made is of the past."""
+        """Begin anew: another plate lies on the GPU, and what was made is of the past."""
         self._wish = self._work = self.shown = None
 
     def pause(self) -> None:
-        """Others use the renderer now: what is half done begins anew."""
+        """Give up what is half done: others use the renderer now."""
         self._work = None
 
     def wish(
@@ -103,20 +103,20 @@ class LivePicture:
         is_same_plate = before is not None and before.plate == wish.plate
         begun = self._begun_picture(shot, frame) if is_same_plate else None
         if before is None or before.settings != wish.settings:
-            self._rung = None
+            self._level = None
         self._wish, self._changed_at, self._work = wish, self._clock(), None
         self._is_refused = False
         if begun is not None:
             self.shown = begun
             return False
         with self._refusing():
-            self._rung = self._best_rung(shot.defocus, budget_s)
-            self._start(self._rung)
+            self._level = self._best_level(shot.defocus, budget_s)
+            self._start(self._level)
             self._advance(float("inf"))
         return True
 
     def _begun_picture(self, shot: Shot, frame: int) -> Shown | None:
-        """The picture that is seen, where it is the wished one but for further points of the lens.
+        """Return the picture that is seen, where it only lacks further points of the lens.
 
         More of them refine it: nothing quicker and coarser has to come first.
         """
@@ -129,7 +129,7 @@ class LivePicture:
 
     @contextmanager
     def _refusing(self) -> Iterator[None]:
-        """What cannot be rendered is told once."""
+        """Raise what cannot be rendered once, and do not try it again."""
         try:
             yield
         except HeatlensError:
@@ -138,7 +138,7 @@ class LivePicture:
 
     @property
     def is_working(self) -> bool:
-        """The whole picture is not there yet."""
+        """Return True while the whole picture is not there yet."""
         if self._wish is None or self._is_refused:
             return False
         return self.shown is None or self.shown.picture_key != self._wish
@@ -149,14 +149,17 @@ class LivePicture:
         return None if self._wish is None else self._wish.plate
 
     def seconds_to_rest(self) -> float:
-        """How long until the whole picture may be begun; 0 where it may."""
+        """Return how long until the whole picture may be begun; 0 where it may."""
         return max(0.0, self._changed_at + _REST_S - self._clock())
 
     def wants_work(self, is_plate_whole: bool = True) -> bool:
-        """There is a picture to go on with: the whole one only where the plate is as it stays."""
+        """Return True where there is a picture to go on with.
+
+        The whole one is only begun where the plate is as it stays.
+        """
         if not self.is_working:
             return False
-        return is_plate_whole or self._work is not None or self._next_rung(False) is not None
+        return is_plate_whole or self._work is not None or self._next_level(False) is not None
 
     def work(self, slice_s: float, is_plate_whole: bool = True) -> None:
         """Go on with a better picture for about `slice_s`, if the hand rests."""
@@ -164,9 +167,9 @@ class LivePicture:
             return
         with self._refusing():
             if self._work is None:
-                rung = self._next_rung(is_plate_whole)
-                assert rung is not None
-                self._start(rung)
+                level = self._next_level(is_plate_whole)
+                assert level is not None
+                self._start(level)
             self._advance(slice_s)
 
     def _is_of_wish(self, shown: Shown) -> bool:
@@ -174,28 +177,32 @@ class LivePicture:
         key, wish = shown.picture_key, self._wish
         return wish is not None and replace(key, settings=wish.settings) == wish
 
-    def _best_rung(self, wished: DefocusSettings, budget_s: float) -> DefocusSettings:
-        """The best picture that fits the time; the one before is kept while it about fits."""
-        rungs = self._recognisable(cheaper(wished))
+    def _best_level(self, wished: DefocusSettings, budget_s: float) -> DefocusSettings:
+        """Return the best preview level that fits the time.
+
+        The one before is kept while it about fits (hysteresis), so that the picture does not
+        flicker between two levels.
+        """
+        levels = self._recognisable(cheaper(wished))
         if not self.cost.seconds_per_px:
-            return rungs[-1]  # nothing is known of this machine yet
-        fitting = [r for r in rungs if self._predicted(r) <= budget_s]
-        best = fitting[0] if fitting else rungs[-1]
-        held = self._rung
-        if held is None or held not in rungs:
+            return levels[-1]  # nothing is known of this machine yet
+        fitting = [r for r in levels if self._predicted(r) <= budget_s]
+        best = fitting[0] if fitting else levels[-1]
+        held = self._level
+        if held is None or held not in levels:
             return best
-        if rungs.index(best) < rungs.index(held):
+        if levels.index(best) < levels.index(held):
             return best if self._predicted(best) <= _KEEP[0] * budget_s else held
         return best if self._predicted(held) > _KEEP[1] * budget_s else held
 
-    def _recognisable(self, rungs: list[DefocusSettings]) -> list[DefocusSettings]:
-        """Without those that are too small to tell anything: the plate may be small itself."""
+    def _recognisable(self, levels: list[DefocusSettings]) -> list[DefocusSettings]:
+        """Leave out levels that are too small to tell anything: the plate may be small itself."""
         size = self._renderer.loaded.color.size
-        large = [it for it in rungs if proxy_size(size, it.proxy)[0] >= _LEAST_WIDTH_PX]
-        return large or [it for it in rungs if it.proxy == rungs[0].proxy]
+        large = [it for it in levels if proxy_size(size, it.proxy)[0] >= _LEAST_WIDTH_PX]
+        return large or [it for it in levels if it.proxy == levels[0].proxy]
 
-    def _next_rung(self, is_plate_whole: bool) -> DefocusSettings | None:
-        """On the way up: the whole picture, or a better one that is there much sooner.
+    def _next_level(self, is_plate_whole: bool) -> DefocusSettings | None:
+        """Return what to render at rest: the whole picture, or a better preview before it.
 
         Of a plate that will soon be finer only what comes soon, which may be nothing.
         """
@@ -225,7 +232,7 @@ class LivePicture:
         self._work = _Work(steps, settings, slot, self._views_before(settings))
 
     def _views_before(self, settings: DefocusSettings) -> int:
-        """How many points of the lens the renderer goes on from; 0: a picture of its own."""
+        """Return how many points of the lens the renderer goes on from; 0: it begins anew."""
         shown = self.shown
         if shown is None or not self._is_of_wish(shown) or not settings.method.needs_scene:
             return 0

@@ -53,18 +53,18 @@ class MarkCommands:
 
     @property
     def is_reading(self) -> bool:
-        """Frames are being read, or drawn, to follow a mark."""
+        """Return True while frames are read, or drawn, to follow a mark."""
         return self._reader.is_busy or self._following is not None
 
     # One mark
 
     def set_here(self) -> None:
-        """A mark at the distance in focus."""
+        """Set a mark at the distance in focus."""
         marks, distance_m = self._editing.shot.marks, self._editing.lens.focus_distance_m
         self._add(DistanceMark(next_mark_name(marks), distance_m))
 
     def set_point(self, pixel: tuple[int, int]) -> None:
-        """A mark on what is seen at a pixel of the display window."""
+        """Set a mark on what is seen at a pixel of the display window."""
         plate = self._source.plate
         if plate is None:
             return
@@ -81,19 +81,19 @@ class MarkCommands:
         self._editing.do(replace(self._editing.shot, marks=(*self._editing.shot.marks, mark)))
 
     def change(self, before: Mark, after: Mark) -> None:
-        """Another name, or another smoothing. A name that another mark has is refused."""
+        """Give a mark another name or smoothing; a name that another mark has is refused."""
         marks = tuple(after if mark == before else mark for mark in self._editing.shot.marks)
         self._editing.do(replace(self._editing.shot, marks=marks))
         self.pull_to = after.name if self.pull_to == before.name else self.pull_to
         self.pull_from = after.name if self.pull_from == before.name else self.pull_from
 
     def delete(self, mark: Mark) -> None:
-        """It goes."""
+        """Delete the mark."""
         marks = tuple(other for other in self._editing.shot.marks if other != mark)
         self._editing.do(replace(self._editing.shot, marks=marks))
 
     def distance_m(self, mark: Mark, frame: int | None = None) -> float | None:
-        """How far it is: on the plate that is seen, or at another frame.
+        """Return how far a mark is: on the plate that is seen, or at another frame.
 
         That has to be one of a scene, or to lie in memory; else the plate that is seen stands in.
         """
@@ -127,42 +127,42 @@ class MarkCommands:
     def _asked_m(self, mark: Mark, frame: int | None) -> float:
         distance_m = self.distance_m(mark, frame)
         if distance_m is None:
-            raise InputError(f"Mark {mark.name} has no distance here: it lies beside the picture.")
+            raise InputError(f"Mark {mark.name} has no distance here: it lies outside the picture.")
         return distance_m
 
     # Moves
 
     def named(self, name: str | None) -> Mark | None:
-        """The mark of this name."""
+        """Return the mark of this name."""
         return next((mark for mark in self._editing.shot.marks if mark.name == name), None)
 
     def begin_pull(self) -> None:
-        """Suggest one from the playhead: as long as the last that was asked for, if it fits."""
+        """Suggest a pull from the playhead: as long as the last one, if it fits."""
         left = self._last_frame - self._editing.frame
         self.pull_frames = int(min(self._wished_frames, left)) if left > 0 else self._wished_frames
         if self.named(self.pull_to) is None:
             self.pull_to = self._editing.shot.marks[-1].name
 
     def lengthen_pull(self, frames: int) -> None:
-        """So many frames, from now on."""
+        """Let pulls take so many frames from now on."""
         self.pull_frames = self._wished_frames = frames
 
     @property
     def _last_frame(self) -> float:
-        """Of what is open; of a still there is none."""
+        """The last frame of what is open; a still has none."""
         timeline = self._timeline
         return timeline.frames.last if timeline.is_sequence and timeline.frames else math.inf
 
     @property
     def pull_past_end(self) -> str:
-        """A sentence where the pull would end behind the last frame; else nothing."""
+        """A sentence where the pull would end behind the last frame; else ""."""
         last, end = self._last_frame, self._editing.frame + self.pull_frames
         if end <= last:
             return ""
         return f"The pull ends at frame {end}, but {last:g} is the last: the focus will not arrive."
 
     def pull(self) -> None:
-        """From here to the chosen mark, beginning at the playhead: keys at both ends."""
+        """Key a pull from the playhead to the chosen mark: keys at both ends."""
         target, origin = self.named(self.pull_to), self.named(self.pull_from)
         if target is None:
             self._say("Choose the mark to pull to.")
@@ -192,7 +192,7 @@ class MarkCommands:
         elif self._timeline.cache is not None:
             self._read(self._timeline.cache, mark, frames)
         else:
-            self._say("Points are followed through files and scenes.")
+            self._say("Only points in a sequence or a scene can be followed.")
 
     def _read(self, cache: FrameCache, mark: PointMark, frames: FrameRange) -> None:
         opened = self._source.opened
@@ -203,7 +203,7 @@ class MarkCommands:
         self._reader.start(lambda: (mark, frames, _measured(cache, options, mark, frames)))
 
     def poll(self) -> None:
-        """Once a frame of the window: take what was measured."""
+        """Take what was measured; call this once a frame."""
         try:
             found = self._reader.poll() or self._drawn()
             if found is not None:
@@ -214,7 +214,7 @@ class MarkCommands:
             self._say(str(error))
 
     def _drawn(self) -> _Measured | None:
-        """What is being followed through a scene, once all of it was drawn; else a part of it is.
+        """Return what was followed through a scene once all of it is drawn; else draw a part of it.
 
         Raises HeatlensError, and then it is not gone on with.
         """
@@ -239,7 +239,10 @@ def _followed(
 def _measured(
     cache: FrameCache, options: PlateOptions, mark: PointMark, frames: FrameRange
 ) -> dict[int, float]:
-    """On a thread: how far a point is at each frame. Raises HeatlensError for a damaged one."""
+    """Measure how far a point is at each frame; on a thread.
+
+    Raises HeatlensError for a damaged frame.
+    """
     distances_m = {}
     for frame in frames:
         stands_in = cache.sequence.shown_frame(frame)

@@ -51,7 +51,7 @@ class PictureCommands:
         self.saver.poll(whole, shot.source, frame, partial(self._snap, whole))
 
     def _whole(self) -> Shown | None:
-        """The picture of the shot as it is now, once it is whole."""
+        """Return the picture of the shot as it is now, once it is whole."""
         shown, source, frame = self._live.shown, self._source, self._editing.frame
         if source.plate is None or not (source.is_whole and source.is_settled_at(frame)):
             return None
@@ -63,7 +63,7 @@ class PictureCommands:
         return shown if is_it and not self._live.is_working else None
 
     def _snap(self, shown: Shown | None) -> Snapshot:
-        """The picture, and the way it looks: view transform, exposure, gamma and the glass."""
+        """Take the picture and how it looks: view transform, exposure, gamma and the glass."""
         plate, transform, view = self._source.plate, self._color.transform, self._view.state
         assert shown is not None and plate is not None
         stops = view.exposure_stops + self._editing.lens.transmission_stops

@@ -54,7 +54,7 @@ class PictureSaver:
 
     @property
     def is_busy(self) -> bool:
-        """A picture is waited for or written."""
+        """Return True while a picture is waited for or written."""
         return self._wish is not None or self._writer.is_busy
 
     def ask(self, source: str | None, frame: int, path: Path | None) -> None:
@@ -75,7 +75,7 @@ class PictureSaver:
         wish = self._wish
         if wish is not None and (wish.source, wish.frame) != (source, frame):
             self._wish = None
-            self._say(f"Gone on before the picture was whole: not {wish.words}.")
+            self._say(f"The frame was left before its picture was complete: not {wish.words}.")
         elif wish is not None and shown is not None:
             self._wish = None
             self._say(f"{wish.words.capitalize()} ...")
@@ -100,7 +100,7 @@ def snapshot(shown: Shown, plate: Plate, encode: Encode) -> Snapshot:
 
 
 def _done(picture: Snapshot, path: Path | None) -> str:
-    """On a thread: do it, and say so."""
+    """Write or copy the picture, on a thread; return the sentence that says so."""
     if path is None:
         _copy(picture)
         return "The picture is on the clipboard."
@@ -110,7 +110,7 @@ def _done(picture: Snapshot, path: Path | None) -> str:
 
 
 def _sources(path: Path) -> tuple[Path, ...]:
-    """A plate or a scene, and what that names."""
+    """Return the files of a plate or a scene, and those that it names."""
     try:
         return files_of_scene(path)
     except InputError:  # gone or written again since it was read: nothing names the others now

@@ -53,7 +53,7 @@ class PlateReading:
             self._source.open(opened.text, options, self._editing.frame)
 
     def arrived(self, opened: Opened) -> None:
-        """Remember for the folder of the plates that was opened what was chosen by hand."""
+        """Remember for the folder of the plates what was chosen by hand."""
         if opened.cache is not None and opened.options == self._chosen:
             self._preferences.read_so(opened.cache.sequence.folder.absolute(), opened.options)
         self._chosen = None
@@ -70,6 +70,6 @@ class PlateReading:
 
 
 def _lacks_ends(options: PlateOptions) -> bool:
-    """A normalised depth has no distances while nobody tells those of its ends."""
+    """Return True where the distances of the ends of a normalised depth are not given."""
     needs_ends = options.depth_convention.facts.needs_ends
     return needs_ends and (options.near_m is None or options.far_m is None)

@@ -34,7 +34,10 @@ class Playback:
         self._shown_at = 0.0
 
     def play(self, direction: int, frame: int, frames: FrameRange) -> int:
-        """Begin; the frame to begin with. One that plays once to its end begins anew from there."""
+        """Begin to play; return the frame to begin with.
+
+        One that plays once to its end begins anew from there.
+        """
         self.direction, self._shown_at = direction, self._clock()
         start, end = self._ends(frames)
         is_over = self.ending is Ending.ONCE and frame == end
@@ -45,7 +48,7 @@ class Playback:
         self.direction = 0
 
     def moved(self, frame: int, frames: FrameRange, rate: float, is_ready: bool) -> int:
-        """The frame that is to be seen now; `is_ready`: the one before it has been seen."""
+        """Return the frame that is to be seen now; `is_ready`: the one before it has been seen."""
         steps = self._steps_due(rate)
         if not self.direction or steps < 1:
             return frame
@@ -60,11 +63,11 @@ class Playback:
         return self._stepped(frame, steps, frames)
 
     def is_due(self, rate: float) -> bool:
-        """The time of the next frame has come."""
+        """Return True where the time of the next frame has come."""
         return bool(self.direction) and self._steps_due(rate) >= 1
 
     def seconds_until_due(self, rate: float) -> float | None:
-        """How long until the next frame; None where nothing plays."""
+        """Return how long until the next frame; None where nothing plays."""
         if not self.direction:
             return None
         return max(_LEAST_WAIT_S, self._shown_at + 1 / rate - self._clock())
@@ -73,7 +76,7 @@ class Playback:
         return int((self._clock() - self._shown_at) * rate + _ROUNDING)
 
     def _ends(self, frames: FrameRange) -> tuple[int, int]:
-        """Where playing begins and where it ends."""
+        """Return the frame at which playing begins and the one at which it ends."""
         first, last = frames.first, frames.last
         return (first, last) if self.direction > 0 else (last, first)
 
@@ -90,7 +93,7 @@ class Playback:
         return start + self.direction * (gone % frames.count)
 
     def _bounced(self, frame: int, steps: int, frames: FrameRange) -> int:
-        """On a circle of the frames there and back, where each end is met once."""
+        """Return the frame on a circle of all frames there and back; each end is met once."""
         turn = frames.count - 1
         if turn == 0:
             return frame

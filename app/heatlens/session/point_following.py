@@ -29,16 +29,19 @@ class Following:
 
     @property
     def words(self) -> str:
-        """How far it has come."""
+        """How many frames have been measured, in a sentence."""
         return f"Following {self.mark.name}: {len(self.distances_m)} of {self.frames.count} frames."
 
     @property
     def is_done(self) -> bool:
-        """All frames are known."""
+        """Return True once all frames are known."""
         return len(self.distances_m) == self.frames.count
 
     def go_on(self) -> None:
-        """For a moment, one frame at least. Raises HeatlensError where a frame has no distance."""
+        """Measure for a moment, one frame at least.
+
+        Raises HeatlensError where a frame has no distance.
+        """
         if self.renderer.scene is not self.scene:
             raise InputError(f"{self.mark.name} is not followed: another scene was opened.")
         start = time.perf_counter()

@@ -70,7 +70,7 @@ class Preferences:
 
     @classmethod
     def load(cls, folder: Path) -> "Preferences":
-        """Those in `folder`; what cannot be read of them is as in the beginning, see `problem`."""
+        """Read the preferences in `folder`; `problem` says what of them cannot be read."""
         path = folder / FILE_NAME
         if not os.path.exists(path):
             return cls(path=path)
@@ -80,7 +80,7 @@ class Preferences:
             now, problem = Remembered(), str(error)
         preferences = cls(now, path)
         if problem:
-            preferences.problem = f"{problem} What it said is set back."
+            preferences.problem = f"{problem} Its settings are reset."
             with suppress(OSError):  # a copy for whoever wrote in it; without one nothing is worse
                 path.with_suffix(".damaged.json").write_bytes(path.read_bytes())
         return preferences
@@ -103,12 +103,12 @@ class Preferences:
         self.now = replace(self.now, **changes)
 
     def opened(self, text: str) -> None:
-        """This was opened: it leads the recent files."""
+        """Let this lead the recent files: it was opened."""
         recent = dict.fromkeys([absolute(text), *self.now.recent])
         self.change(recent=tuple(recent)[:RECENT_MAX])
 
     def looked_in(self, purpose: str, folder: Path) -> None:
-        """A file was chosen there."""
+        """Remember where a file was chosen."""
         self.change(folders={**self.now.folders, purpose: str(folder)})
 
     def options_for(self, text: str) -> PlateOptions:
@@ -146,19 +146,19 @@ def _without_unused_ends(options: PlateOptions) -> PlateOptions:
 
 
 def absolute(text: str) -> str:
-    """A path or a pattern from the root on, links as they are."""
+    """Return a path or a pattern from the root on, links as they are."""
     return os.path.abspath(os.path.expanduser(text))
 
 
 def _entries(now: Remembered) -> dict[str, Any]:
-    """As JSON has it."""
+    """Return the preferences as JSON has them."""
     plates = {folder: record_to_json(options) for folder, options in now.plates.items()}
     entries = {name: getattr(now, name) for name in _READERS}
     return entries | {"plates": plates, "folders": dict(now.folders)}
 
 
 def _remembered(top: JsonEntry) -> tuple[Remembered, str]:
-    """What the file says, and the first thing in it that cannot be read, or "".
+    """Return what the file says, and the first thing in it that cannot be read, or "".
 
     Entries of another version of the program are left alone.
     """
@@ -183,7 +183,7 @@ def _plates(entry: JsonEntry) -> dict[str, PlateOptions]:
 
 
 def _open_members(entry: JsonEntry) -> dict[str, JsonEntry]:
-    """The members of an object whose names may be any."""
+    """Return the members of an object whose names may be any."""
     return entry.members(list(entry.value) if isinstance(entry.value, dict) else ())
 
 

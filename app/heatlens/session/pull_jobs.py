@@ -66,7 +66,7 @@ class PullJobs:
             self.version += 1
 
     def _begin(self, shot: Shot) -> None:
-        """What all frames have in common."""
+        """Take down what all frames have in common."""
         self._maker = self._maker or maker_of(self._renderer)
         opened = self._source.opened
         self._shot = self._source.feed.sized(shot, self._scale)
@@ -103,7 +103,7 @@ class PullJobs:
                     return
 
     def of(self, frame: int) -> FrameJob | None:
-        """The job of a frame; None where there is nothing to render, or nothing is known yet."""
+        """Return the job of a frame; None where there is none, or nothing is known yet."""
         if frame not in self._jobs:
             self.make((frame,), 1.0)
         return self._jobs.get(frame)

@@ -33,7 +33,7 @@ _PIXEL_BYTES = 8  # four half floats
 
 
 def store_of(now: Remembered, folder: Path | None, wake: Callable[[], None]) -> FrameStore:
-    """The store with the bounds that the user set; without a folder in memory alone."""
+    """Return a store with the bounds that the user set; without a folder in memory alone."""
     memory = MemoryStore(memory_bytes_of(now.memory_mb))
     disk = None if folder is None else DiskStore(folder, now.disk_mb * MEGABYTE)
     return FrameStore(memory, disk, wake)
@@ -133,18 +133,18 @@ class RenderedPull:
         return len(self._order)
 
     def has(self, frame: int) -> bool:
-        """The frame was rendered, wherever its picture lies."""
+        """Return True where the frame was rendered, wherever its picture lies."""
         job = self.jobs.of(frame) if self.is_on else None
         return job is not None and job.key in self.store.known()
 
     def is_at_hand(self, frame: int) -> bool:
-        """Its picture lies in memory."""
+        """Return True where the frame's picture lies in memory."""
         job = self.jobs.of(frame) if self.is_on else None
         return job is not None and self.store.get(job.key) is not None
 
     @property
     def is_alone(self) -> bool:
-        """It plays, and what is seen at the playhead was rendered: nothing else is needed."""
+        """Return True while it plays and the frame at the playhead was rendered before."""
         return (
             bool(self._timeline.playback.direction)
             and self.fits_view
@@ -153,18 +153,18 @@ class RenderedPull:
 
     @property
     def fits_view(self) -> bool:
-        """The picture through the lens is seen, and nothing beside or over it."""
+        """Return True where the picture through the lens is seen, and nothing beside or over it."""
         return self._view.is_lens_alone
 
     def at_hand(self, keys: frozenset[str]) -> Iterator[FrameJob]:
-        """The jobs of frames whose pictures have these keys, in the order they are played."""
+        """Return the jobs of frames whose pictures have these keys, in the order of playing."""
         jobs = (self.jobs.of(frame) for frame in self._order)
         return (job for job in jobs if job is not None and job.key in keys)
 
     # What happens by itself
 
     def poll(self) -> None:
-        """Once a frame of the window: what has changed, and what is needed next."""
+        """See what has changed and what is needed next; call this once a frame."""
         if not self.is_on:
             self._order, self.rendered, self.runs, self._missing = (), frozenset(), (), []
             self.counted = None
@@ -176,7 +176,7 @@ class RenderedPull:
         self._fetch()
 
     def _put_in_order(self) -> None:
-        """The frames as they will be rendered; while it plays none is, and their order waits."""
+        """Put the frames in the order of rendering; while it plays, their order waits."""
         timeline = self._timeline
         most = min(_FRAMES_MOST, max(1, self.store.capacity(self.picture_bytes)))
         wanted = timeline.played, most
@@ -191,7 +191,7 @@ class RenderedPull:
         return width * height * _PIXEL_BYTES
 
     def _count(self) -> None:
-        """Which of the frames are rendered, and which are not; again only where that changed."""
+        """Find which frames are rendered and which are not, where that has changed."""
         made_of = (self.store.version, self.jobs.version, self._order)
         if made_of == self.counted:
             return
@@ -215,19 +215,19 @@ class RenderedPull:
         self.store.fetch([job.key for job in jobs if job is not None])
 
     def touched(self) -> None:
-        """The user did something: frames are rendered when that is over."""
+        """Note that the user did something: frames are rendered when that is over."""
         self._rests_at = self._clock() + _REST_S
         self._made.clear()
 
     def seconds_until_needed(self) -> float | None:
-        """How long the loop may sleep before frames are rendered; None: until there is news."""
+        """Return how long until frames are rendered; None: until there is news."""
         if not self.has_work:
             return None
         return max(0.0, self._rests_at - self._clock())
 
     @property
     def has_work(self) -> bool:
-        """A frame could be rendered now, if the user rests."""
+        """Return True where a frame could be rendered now, if the user rests."""
         if self._timeline.playback.direction or self._is_busy() or not self.is_on:
             return False
         if self._next() is None:
@@ -236,14 +236,16 @@ class RenderedPull:
         return not is_reading and self.store.has_room
 
     def _next(self, after: int = 0) -> FrameJob | None:
-        """The frame that is to be rendered next, or the one `after` it."""
+        """Return the frame that is to be rendered next, or the one `after` it."""
         known = self._refused | self._made
         found = (job for job in self._missing if job.key not in known)
         return next((job for at, job in enumerate(found) if at == after), None)
 
     def work(self) -> None:
-        """Go on with the next frame for a moment, if the user rests. Raises no error: what cannot
-        be rendered is said where it is seen."""
+        """Go on with the next frame for a moment, if the user rests.
+
+        No error is raised: what cannot be rendered is said where it is seen.
+        """
         self._count()
         job = self._next()
         if job is None:
@@ -265,7 +267,7 @@ class RenderedPull:
             self.version += 1
 
     def _ready_filler(self) -> FrameFiller:
-        """With the scene in front of its lens, where there is one."""
+        """Return the filler, with the scene in front of its lens where there is one."""
         main = self._source.renderer
         if self._filler is None:
             self._filler = FrameFiller(main.beside(), self._wake)
@@ -276,12 +278,12 @@ class RenderedPull:
         return self._filler
 
     def _let_go(self) -> None:
-        """The GPU's memory is for others while there is nothing to render."""
+        """Give the GPU's memory to others while there is nothing to render."""
         if self._filler is not None:
             self._filler.let_go()
 
     def begin(self) -> None:
-        """Something else was opened: what is half done was of the past."""
+        """Give up what is half done: something else was opened."""
         self._let_go()
         self._refused.clear()
         self._made.clear()

@@ -91,18 +91,21 @@ class SceneCommands:
             self._editing.settle()
 
     def frame_selected(self) -> None:
-        """The chosen object, or without one everything."""
+        """See the selected object, or without one everything."""
         self.frame(self.selected)
 
     def object_m(self, name: str, frame: int | None = None) -> float | None:
-        """How far an object is, None where there is none such to be seen."""
+        """Return how far an object is; None where there is none such to be seen."""
         try:
             return self._depth_m(name, self._editing.frame if frame is None else frame)
         except InputError:
             return None
 
     def _depth_m(self, name: str, frame: int) -> float:
-        """Raises InputError where there is no such object, or it cannot be focused on."""
+        """Return how far an object is.
+
+        Raises InputError where there is no such object, or it cannot be focused on.
+        """
         scene, pose = self.scene, self._renderer.pose_at(self._editing.shot, frame)
         if scene is None or pose is None:
             raise InputError(f"No scene is open that could have an object called {name!r}.")
@@ -123,12 +126,12 @@ class SceneCommands:
         return Following(self._renderer, scene, self._editing.shot, mark, frames)
 
     def focus_on(self, name: str) -> None:
-        """On the middle of an object. Raises InputError where that cannot be."""
+        """Focus on the middle of an object. Raises InputError where that cannot be."""
         depth_m = self._depth_m(name, self._editing.frame)
         self._editing.edit_lens(replace(self._editing.lens, focus_distance_m=depth_m))
 
     def mark(self, name: str) -> None:
-        """A mark that goes where the object goes."""
+        """Set a mark that moves with the object."""
         shot = self._editing.shot
         mark = ObjectMark(next_mark_name(shot.marks), name)
         self._editing.do(replace(shot, marks=(*shot.marks, mark)))
@@ -145,7 +148,10 @@ class SceneCommands:
             self._say(str(error))
 
     def look_through(self, name: str) -> None:
-        """One of the scene's cameras, with its angle of view; the shot's own track goes."""
+        """Look through one of the scene's cameras, with its angle of view.
+
+        The keys of the shot's own camera are removed.
+        """
         scene = self.scene
         if scene is not None:
             framing = replace(self.framing, camera=name, track=None)
@@ -153,7 +159,7 @@ class SceneCommands:
             self._editing.do(replace(self._editing.shot, framing=framing, lens=lens))
 
     def set_key(self) -> None:
-        """The camera stands here at this frame, and elsewhere at others."""
+        """Key the camera where it stands at this frame."""
         if self.scene is None:
             return
         pose = self.pose
@@ -166,7 +172,7 @@ class SceneCommands:
         self._editing.do(replace(self._editing.shot, framing=framing))
 
     def delete_key(self) -> None:
-        """The camera's key at this frame goes."""
+        """Delete the camera's key at this frame."""
         track = self.framing.track
         if track is not None:
             without = replace(self.framing, track=track.without_key(self._editing.frame))
@@ -188,12 +194,12 @@ class SceneCommands:
         )
 
     def _height_m(self, distance_m: float) -> float:
-        """Of what is seen at a distance."""
+        """Return the height of what is seen at a distance."""
         lens = self._editing.lens
         return distance_m * lens.sensor_width_mm / (lens.focal_length_mm * self._aspect)
 
     def _pivot_m(self) -> Vector:
-        """What is in focus, straight ahead; with the focus far beyond the scene, its middle."""
+        """Return what is in focus, straight ahead; focus far beyond the scene gives its middle."""
         scene, pose = self.scene, self.pose
         assert scene is not None
         box = bounds_m(scene, self._editing.frame)

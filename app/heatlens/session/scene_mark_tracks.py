@@ -42,18 +42,18 @@ class SceneMarkTracks:
         self._is_asked = False  # since the last `poll`
 
     def tracks(self) -> tuple[MarkTrack, ...]:
-        """Of all marks that move, as far as they are known; what is missing is asked for."""
+        """Return the tracks of all marks that move, as far as they are known; ask for the rest."""
         self._is_asked = True
         self._forget_what_changed()
         return tuple(self._track(mark) for mark in self._marks)
 
     @property
     def is_due(self) -> bool:
-        """Something was asked for that is not known, and there is time for it."""
+        """Return True where something was asked for that is not known, and there is time for it."""
         return self._is_asked and self._is_idle and self._next() is not None
 
     def poll(self) -> None:
-        """Once a frame of the window: measure for a moment, if that was asked for."""
+        """Measure for a moment, if that was asked for; call this once a frame."""
         self._forget_what_changed()
         end = time.perf_counter() + _SLICE_S
         while self.is_due and time.perf_counter() < end:
@@ -66,7 +66,7 @@ class SceneMarkTracks:
 
     @property
     def _frames(self) -> tuple[int, ...]:
-        """Of the shot, evenly where there are too many, and the last one."""
+        """The frames of the shot, evenly where there are too many, and the last one."""
         frames = self._timeline.frames or FrameRange(0, 0)
         step = -(-frames.count // _FRAMES_MOST)
         return (*range(frames.first, frames.last, step), frames.last)
@@ -86,7 +86,7 @@ class SceneMarkTracks:
         return self._known.setdefault(_place(mark), {})
 
     def _next(self) -> tuple[_Moving, int] | None:
-        """A mark and a frame at which it is not known yet; all marks grow alike."""
+        """Return a mark and a frame at which it is not known yet; all marks grow alike."""
         frames = self._frames
         missing = [
             (len(known), mark)
@@ -116,7 +116,7 @@ class SceneMarkTracks:
         return None if distance_m is None else 1.0 / distance_m
 
     def _track(self, mark: _Moving) -> MarkTrack:
-        """Its line, and where it has no distance a gap."""
+        """Return the line of a mark, with gaps where it has no distance."""
         known = self._known_of(mark)
         places = [(frame, known[frame]) for frame in self._frames if frame in known]
         parts = groupby(places, key=lambda place: place[1] is None)
@@ -131,14 +131,14 @@ class SceneMarkTracks:
 
 
 def _looked_at(shot: Shot) -> tuple[object, ...]:
-    """Equal where a scene is seen alike at every frame; the focus makes no difference."""
+    """Return a key that is equal where a scene is seen alike at every frame, whatever the focus."""
     lens = shot.lens
     focal_length = shot.curves.of(LensParameter.FOCAL_LENGTH)
     return shot.framing, lens.focal_length_mm, lens.sensor_width_mm, focal_length
 
 
 def _place(mark: _Moving) -> object:
-    """Equal for marks that are equally far."""
+    """Return a key that is equal for marks that are equally far."""
     if isinstance(mark, ObjectMark):
         return mark.object_name
     return int(mark.x_px), int(mark.y_px)

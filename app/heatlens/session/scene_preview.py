@@ -36,7 +36,7 @@ class ScenePreview:
         self.begin()
 
     def begin(self) -> None:
-        """Another scene: nothing has moved, and nothing is known."""
+        """Forget what was known: another scene is open."""
         self._asked: object = None
         self._wish: tuple[Shot, int] | None = None
         self._moved_at = -_REST_S
@@ -48,22 +48,22 @@ class ScenePreview:
 
     @property
     def is_good(self) -> bool:
-        """Antialiased, if not as well as it will be."""
+        """Return True where the picture is antialiased, if not as well as it will be."""
         return self._scale == 1.0 and self._views >= _GOOD_VIEWS
 
     @property
     def is_whole(self) -> bool:
-        """As it is drawn for a file."""
+        """Return True where the picture is as it is drawn for a file."""
         return self._scale == 1.0 and self._views >= PINHOLE_VIEWS
 
     def seen(self, shot: Shot) -> Shot:
-        """The shot as it is drawn now: perhaps smaller."""
+        """Return the shot as it is drawn now: perhaps smaller."""
         framing = shot.framing or Framing()
         width, height = (max(1, round(side * self._scale)) for side in framing.size)
         return replace(shot, framing=replace(framing, width_px=width, height_px=height))
 
     def look(self, shot: Shot, frame: int, is_held: bool = False) -> Pinhole:
-        """The pinhole picture at the frame, as well as the time allows.
+        """Draw the pinhole picture at the frame, as well as the time allows.
 
         `is_held`: it will move again soon, however long it rests now.
         """
@@ -98,7 +98,7 @@ class ScenePreview:
         return PINHOLE_VIEWS if self.is_good or is_soon else _GOOD_VIEWS
 
     def seconds_to_rest(self) -> float:
-        """How long until the whole picture is drawn; 0 where it may be."""
+        """Return how long until the whole picture is drawn; 0 where it may be."""
         return max(0.0, self._moved_at + _REST_S - self._clock())
 
     def _drawn(self, shot: Shot, frame: int, scale: float, views: int) -> None:
@@ -109,17 +109,17 @@ class ScenePreview:
         self._seconds_per_px = max(self._clock() - start, 1e-4) / (width * height * views)
 
     def _whole_s(self, shot: Shot) -> float:
-        """For one view of full size."""
+        """Return the seconds for one view of full size."""
         width, height = (shot.framing or Framing()).size
         return self._seconds_per_px * width * height
 
     def _scale_now(self, shot: Shot) -> float:
-        """The largest at which a picture fits the time; small at first, for nothing is known."""
+        """Return the largest scale that fits the time; small while nothing is known."""
         whole_s = self._whole_s(shot)
         fitting = [scale for scale in _SCALES if 0 < whole_s * scale * scale <= _BUDGET_S]
         return fitting[0] if fitting else _SCALES[-1]
 
     def _views_now(self, shot: Shot) -> int:
-        """A power of two, for those are even."""
+        """Return how many views there is time for: a power of two, for those are even."""
         many = min(_MORE_VIEWS_S / self._whole_s(shot), float(_GOOD_VIEWS))
         return int(2 ** math.floor(math.log2(many))) if many >= 1 else 1

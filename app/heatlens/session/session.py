@@ -66,8 +66,11 @@ class Session:
         frames_folder: Path | None = None,
         is_software: bool = False,
     ) -> None:
-        """`wake`, called from threads, makes whoever draws draw again. Rendered frames are kept in
-        `frames_folder`, None: in memory alone. `is_software`: the processor draws the window."""
+        """Begin as `start` says.
+
+        `wake`, called from threads, makes whoever draws draw again. Rendered frames are kept in
+        `frames_folder`, None: in memory alone. `is_software`: the processor draws the window.
+        """
         self.messages = Messages()
         say = self.messages.say
         self.preferences = preferences or Preferences()
@@ -89,7 +92,7 @@ class Session:
     def _add_time_commands(
         self, say: Callable[[str], None], wake: Callable[[], None], frames_folder: Path | None
     ) -> None:
-        """The timeline, keys, marks and the scene's camera, and the frames that are played."""
+        """Add the timeline, keys, marks and the scene's camera, and the frames that are played."""
         source, editing, view = self.source, self.editing, self.picture_view
         now = self.preferences.now
         self.timeline = timeline = Timeline(source, editing, say)
@@ -119,7 +122,7 @@ class Session:
         )
 
     def _add_file_commands(self, say: Callable[[str], None], wake: Callable[[], None]) -> None:
-        """Documents, files and exports; what the command line named is opened."""
+        """Add documents, files and exports; open what the command line named."""
         source, editing, view = self.source, self.editing, self.picture_view
         preferences, stream = self.preferences, self.given.start.stream
         self.documents = ShotDocuments(
@@ -145,7 +148,7 @@ class Session:
         self.files.open_first()
 
     def _first_view(self, given: ViewState) -> ViewState:
-        """`given`, and where it says nothing what is remembered."""
+        """Return `given`, and where it says nothing what is remembered."""
         now = self.preferences.now
         if not given.display and not given.view:
             given = replace(given, display=now.display, view=now.view)
@@ -220,8 +223,10 @@ class Session:
         return self.scheduler.seen
 
     def mark_tracks(self) -> tuple[MarkTrack, ...]:
-        """Return how far marked things are: of files at the frames in memory, of scenes once they
-        were measured."""
+        """Return how far marked things are over the frames.
+
+        Marks on files are known at the frames in memory, marks in scenes once they were measured.
+        """
         if self.has_scene:
             return self.scene_tracks.tracks()
         timeline = self.timeline
@@ -229,7 +234,7 @@ class Session:
 
     @property
     def _is_measuring_late(self) -> bool:
-        """There is work that comes before measuring how far marks are."""
+        """Return True while there is work that comes before measuring how far marks are."""
         return self.scheduler.is_rendering or self.marks.is_reading
 
     # What can be done
@@ -319,7 +324,7 @@ class Session:
 
     @property
     def wants_frames(self) -> bool:
-        """A gesture waits to become a step, or a shot to be saved: frames of the window do it."""
+        """Return True while a gesture waits to become a step, or a shot to be kept."""
         return self.editing.is_unsettled or self.documents.is_behind
 
     def seconds_until_needed(self) -> float | None:
@@ -350,7 +355,7 @@ class Session:
             self.say(str(error))
 
     def close(self) -> None:
-        """End threads; a picture that is being written is finished, an export stopped."""
+        """End all threads; a picture that is being written is finished, an export stopped."""
         self.pictures.saver.close()
         self.exports.close()
         self.documents.close()

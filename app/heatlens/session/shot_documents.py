@@ -92,7 +92,7 @@ class ShotDocuments:
         self._preferences.opened(str(path))
 
     def proposed_name(self) -> str:
-        """For a file to save."""
+        """Return a name for the file to save."""
         if self.path is not None:
             return self.path.name
         cache, plate = self._timeline.cache, self._source.plate
@@ -102,7 +102,7 @@ class ShotDocuments:
 
     @property
     def is_saved(self) -> bool:
-        """The file says what is seen."""
+        """Return True where the file says what is seen."""
         return self._saved is not None and self._saved == self._editing.shot
 
     @property
@@ -111,7 +111,7 @@ class ShotDocuments:
         return "" if self.path is None else f"{self.path.name}{'' if self.is_saved else ' *'}"
 
     def answer(self, goes_on: bool) -> None:
-        """To the offer: go on with what was not saved, or throw it away."""
+        """Answer the offer: go on with what was not saved, or throw it away."""
         found, self.offer = self.offer, None
         if found is None:
             return
@@ -129,7 +129,7 @@ class ShotDocuments:
     # What happens by itself
 
     def taken(self, opened: Opened) -> Shot | None:
-        """The shot whose plate has arrived; None where a plate arrived for itself."""
+        """Return the shot whose plate has arrived; None where a plate arrived for itself."""
         coming, self._coming = self._coming, None
         is_it = coming is not None and coming.shot.source == opened.text
         if is_it or opened.text != self._editing.shot.source:
@@ -141,14 +141,14 @@ class ShotDocuments:
         return coming.shot
 
     def begun(self) -> None:
-        """A plate has begun a shot without a file; what was kept of such a one is offered."""
+        """Begin a shot without a file; what was kept of an earlier one is offered."""
         self.path, self._saved, self._kept = None, None, self._editing.shot
         path = self._unnamed_path()
         if path is not None:
             self._reading = self.store.read(path, is_asked=False)
 
     def poll(self) -> None:
-        """Once a frame: take what was read and written, keep what was changed."""
+        """Take what was read and written, and keep what was changed; call this once a frame."""
         self._take_read()
         self._take_written()
         shot, target = self._editing.shot, self._target
@@ -177,7 +177,7 @@ class ShotDocuments:
 
     @property
     def is_behind(self) -> bool:
-        """Something was changed that is not kept yet."""
+        """Return True where something was changed that is not kept yet."""
         is_open = self._source.plate is not None and self.offer is None
         return is_open and self._target is not None and self._editing.shot != self._kept
 
@@ -234,7 +234,7 @@ class ShotDocuments:
         return unnamed_path(preferences.parent, source)
 
     def _drop_unnamed(self) -> None:
-        """What was only looked at is not offered again; keys and marks are work."""
+        """Forget what was only looked at; keys and marks are work, and are kept."""
         path, shot = self._unnamed_path(), self._editing.shot
         if path is not None and not (shot.key_frames or shot.marks):
             self._track(self.store.drop(path))

@@ -58,7 +58,7 @@ class ShotStore:
         return self._begin(lambda: _kept(path, shot))
 
     def drop(self, path: Path) -> Future[None]:
-        """What was kept beside the file is not wanted any more."""
+        """Begin to remove what was kept beside the file."""
         return self._begin(lambda: autosave_path(path).unlink(missing_ok=True))
 
     def _begin(self, job: Callable[[], Result]) -> Future[Result]:
@@ -72,13 +72,13 @@ class ShotStore:
 
 
 def proposed_name(plate: Path, is_numbered: bool) -> str:
-    """What a shot of this plate is called, unless somebody knows better."""
+    """Return what a shot of this plate is called, unless somebody knows better."""
     stem = _FRAME_NUMBER.sub("", plate.stem) if is_numbered else plate.stem
     return f"{stem or plate.stem}{SHOT_SUFFIX}"
 
 
 def unnamed_path(folder: Path, source: str) -> Path:
-    """Where a shot without a file is kept, in the folder of the preferences: by its plate."""
+    """Return where a shot without a file is kept: by its plate, in the preferences' folder."""
     digest = hashlib.sha256(source.encode("utf-8", "surrogateescape")).hexdigest()[:16]
     return folder / _UNSAVED_FOLDER / f"{digest}{SHOT_SUFFIX}"
 

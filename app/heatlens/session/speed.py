@@ -22,18 +22,18 @@ class Speed:
     window_s: float = 0.02  # running mean of drawing a frame without rendering its picture
 
     def frame(self, seconds: float, picture_s: float, is_held: bool) -> None:
-        """A frame was drawn, `picture_s` of it for a picture that was new; 0 where none was."""
+        """Note that a frame was drawn, `picture_s` of it for a new picture, 0 where none was."""
         self.frames_s.append(seconds)
         self.window_s += _NEWEST * (seconds - picture_s - self.window_s)
         if is_held and picture_s > 0:
             self.held_s.append(seconds)
 
     def mean_ms(self) -> float | None:
-        """Of drawing a frame of the window; None before the first."""
+        """Return the milliseconds for a frame of the window; None before the first."""
         return 1e3 * sum(self.frames_s) / len(self.frames_s) if self.frames_s else None
 
     def pictures_per_second(self) -> float | None:
-        """While something was dragged: new pictures on the screen. None before that."""
+        """Return the rate of new pictures while something was dragged; None before that."""
         return len(self.held_s) / sum(self.held_s) if self.held_s else None
 
     @property

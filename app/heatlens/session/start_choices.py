@@ -99,8 +99,10 @@ class StartChoices:
         return (*fixed, *map(_recent, recent[:_RECENT_MAX]))
 
     def take(self, card: Card) -> bool:
-        """Open it; the start screen stays until it is there. False where a file is to be asked
-        for."""
+        """Open it; False where a file is to be asked for.
+
+        The start screen stays until it is there.
+        """
         if card.text is None:
             return False
         self._files.open(card.text)

@@ -44,7 +44,7 @@ class Action:
     barred: Callable[[], str] | None = None
 
     def why_not(self) -> str:
-        """A sentence that says why it cannot be done now; nothing where it can."""
+        """Return a sentence that says why it cannot be done now; "" where it can."""
         return "" if self.barred is None else self.barred()
 
     def do(self, say: Callable[[str], None]) -> None:

@@ -71,7 +71,7 @@ class DockedPanels:
         imgui.end()
 
     def _doubts(self) -> tuple[Doubt, ...]:
-        """Of the lens in front of a plate; the lengths of a scene are told by its file."""
+        """Return what is doubtful of the lens before a plate; a scene's file tells its lengths."""
         session, plate = self._session, self._session.source.plate
         if plate is None or session.has_scene or not plate.has_distances:
             return ()

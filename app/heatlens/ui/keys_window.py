@@ -26,15 +26,15 @@ _MOUSE: Rows = (
 )
 _MOUSE_OF_TIME: Rows = (
     ("drag on the ruler", "scrub"),
-    ("wheel, middle drag", "look nearer, along"),
-    ("Shift+click on keys, box", "choose several"),
-    ("Ctrl+drag of a key", "push all later keys along"),
+    ("wheel, middle drag", "zoom, pan"),
+    ("Shift+click on keys, box", "select several"),
+    ("Ctrl+drag of a key", "move all later keys as well"),
 )
 _PAN_PLATE: Rows = (("middle or right drag", "pan"),)
 _PAN_SCENE: Rows = (("middle drag", "pan the picture"),)
 _MOUSE_OF_SCENE: Rows = (
     ("right drag", "orbit round what is in focus"),
-    ("Ctrl+right drag", "move the camera aside"),
+    ("Ctrl+right drag", "move the camera sideways"),
     ("Ctrl+wheel", "dolly to what is in focus"),
 )
 
@@ -48,7 +48,7 @@ class Section:
 
 
 def sections(actions: Sequence[Action], has_scene: bool) -> list[Section]:
-    """The mouse first, then menu by menu what has a key; of a scene only where one is open."""
+    """Return the mouse first, then menu by menu what has a key; a scene adds its own rows."""
     pan = _PAN_SCENE if has_scene else _PAN_PLATE
     found = [Section("Mouse", _MOUSE + pan)]
     if has_scene:
@@ -62,7 +62,7 @@ def sections(actions: Sequence[Action], has_scene: bool) -> list[Section]:
 
 
 def in_columns(found: Sequence[Section], count: int) -> list[list[Section]]:
-    """About equally high: the longest first, each where least stands so far; then in order."""
+    """Share sections between columns of about equal height, in their order."""
     columns: list[list[Section]] = [[] for _ in range(count)]
     for section in sorted(found, key=lambda section: -len(section.rows)):
         min(columns, key=_height).append(section)

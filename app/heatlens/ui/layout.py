@@ -44,7 +44,7 @@ def menu_bar(session: Session, actions: Sequence[Action]) -> Action | None:
 
 
 def _open_recent(session: Session) -> Action | None:
-    """The files that were opened last, as far as they are there."""
+    """Draw the menu of the files that were opened last, as far as they are there."""
     if imgui.is_window_appearing():
         session.recent.look()
     recent, picked = session.recent.found, None
@@ -59,7 +59,7 @@ def _open_recent(session: Session) -> Action | None:
 
 
 def _recent_item(path: Path) -> bool:
-    """Name and folder; apart from the item, whose label would end before the ## of a sequence."""
+    """Draw name and folder beside the item, whose label would end at the ## of a sequence."""
     em, corner = imgui.get_font_size(), imgui.get_cursor_pos_x()
     width = ImVec2(_RECENT_EM * em, 0)
     label = f"##{printable(str(path))}"
@@ -74,25 +74,25 @@ def _recent_item(path: Path) -> bool:
 
 
 def shortened(folder: Path) -> str:
-    """The end of a long path, which tells most."""
+    """Return the end of a long path, which tells most."""
     text = str(folder)
     return text if len(text) <= _FOLDER_LETTERS else f"...{text[3 - _FOLDER_LETTERS :]}"
 
 
 def restore_layout(ui: UiState, layout: str) -> None:
-    """Where the panels lay when `layout` was written; to be called before the first frame."""
+    """Put the panels where they lay when `layout` was written; call before the first frame."""
     if lists_all(layout, ui.panels):
         imgui.load_ini_settings_from_memory(layout)
         ui.wants_layout = False
 
 
 def lists_all(layout: str, panels: Iterable[str]) -> bool:
-    """False where there is a panel that a layout does not know: it would float over the picture."""
+    """Return False where a panel is missing in a layout: it would float over the picture."""
     return all(f"[Window][{name}]" in layout.splitlines() for name in (PICTURE, *panels))
 
 
 def dock_panels(is_new: bool, size: ImVec2) -> None:
-    """The space that panels dock in; `is_new`: lay them out anew."""
+    """Draw the space that panels dock in; `is_new`: lay them out anew."""
     dock = imgui.get_id("heatlens dock")
     if is_new:
         _arrange(dock, size)

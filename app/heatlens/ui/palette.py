@@ -11,7 +11,7 @@ _TITLE = "Find a command"
 
 
 def matches(action: Action, words: str) -> bool:
-    """Every word typed is in the name or the menu, in any order."""
+    """Return True where every word typed is in the name or the menu, in any order."""
     text = f"{action.menu} {action.name}".lower()
     return all(word in text for word in words.lower().split())
 

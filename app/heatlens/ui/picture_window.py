@@ -105,7 +105,7 @@ class PictureWindow:
             self._session.marks.set_point(result.focus_px)
 
     def _pictures(self) -> Pictures | None:
-        """What the viewport shows, drawn again where it changed."""
+        """Return what the viewport shows, drawn again where it changed."""
         session, plate = self._session, self._session.source.plate
         session.picture_view.is_lens_held_off = self._alt()
         shown = session.seen

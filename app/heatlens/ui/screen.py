@@ -92,7 +92,7 @@ class Screen:
         return self._session.start_choices.is_wanted and action.menu not in _MENUS_AWAKE
 
     def _frame_window(self) -> None:
-        """The window that everything docks in, and the status bar under it."""
+        """Draw the window that everything docks in, and the status bar under it."""
         screen = imgui.get_main_viewport()
         imgui.set_next_window_pos(screen.work_pos)
         imgui.set_next_window_size(screen.work_size)
@@ -114,7 +114,7 @@ class Screen:
 
 
 def _close_what_is_open(state: imgui.internal.ErrorRecoveryState) -> None:
-    """End the windows, menus and styles that a failure left begun: ImGui asserts that none is."""
+    """End what a failure left begun, windows, menus and styles: ImGui asserts that none is."""
     io = imgui.get_io()
     before = io.config_error_recovery_enable_assert, io.config_error_recovery_enable_debug_log
     io.config_error_recovery_enable_assert = io.config_error_recovery_enable_debug_log = False

@@ -10,15 +10,17 @@ from heatlens.ui import probe
 
 
 def mouse_words(has_camera: bool) -> str:
-    """What the hand can do in the picture; `has_camera`: one that it moves, as in a scene."""
+    """Return what the mouse does in the picture; `has_camera`: it moves one, as in a scene."""
     if not has_camera:
         return "Click in the picture to focus"
     return "Click to focus.  Right drag orbits, with Ctrl it moves aside; Ctrl+wheel goes nearer"
 
 
 def words(view: ViewState, sides: CompareSides, reference: str | None, shown: Shown | None) -> str:
-    """ "A: diffusion    B: gather"; A alone where B is not seen. `reference`: the EXR's name;
-    `shown`: the picture that is A."""
+    """Return "A: diffusion    B: gather"; A alone where B is not seen.
+
+    `reference`: the EXR's name; `shown`: the picture that is A.
+    """
     if shown is None:
         return ""
     a = side_words(shown) if view.depth_of_field else "pinhole"
@@ -28,11 +30,11 @@ def words(view: ViewState, sides: CompareSides, reference: str | None, shown: Sh
 
 
 def side_words(shown: Shown) -> str:
-    """How a picture was made, and how far it is: "raytraced, 16 of 256 views"."""
+    """Return how a picture was made, and how far it is: "raytraced, 16 of 256 views"."""
     made, wished = shown.settings, shown.shot.defocus
     if wished.method.needs_scene and made.views < wished.views:
         return f"{wished.method}, {made.views} of {wished.views} views"
-    return str(wished.method) if shown.is_whole else f"{wished.method}, a quick picture"
+    return str(wished.method) if shown.is_whole else f"{wished.method}, preview"
 
 
 def _b_words(view: ViewState, of_method: Shown | None, reference: str | None) -> str:
@@ -46,7 +48,7 @@ def _b_words(view: ViewState, of_method: Shown | None, reference: str | None) ->
 def draw_sides(
     view: ViewState, sides: CompareSides, reference: str | None, shown: Shown | None
 ) -> None:
-    """On the line of the last item, where there is room beside it."""
+    """Draw them on the line of the last item, where there is room beside it."""
     text = words(view, sides, reference, shown)
     end = imgui.get_item_rect_max().x - imgui.get_window_pos().x
     em = imgui.get_font_size()

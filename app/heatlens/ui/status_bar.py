@@ -38,7 +38,7 @@ class StatusBar:
         draw_sides(session.view, session.sides, reference, session.seen)
 
     def words(self, hovered: tuple[int, int] | None) -> str:
-        """What is under the pointer; beside the picture, what can be done."""
+        """Return what is under the pointer; beside the picture, what can be done."""
         session, plate, shown = self._session, self._session.source.plate, self._session.seen
         is_past = session.pull.is_alone  # what plays is not of the plate that is there
         if plate is None or shown is None or hovered is None or is_past:

@@ -60,7 +60,7 @@ class StopSignals:
         self.number = number
 
     def _follow(self, pipe: int) -> None:
-        """On a thread: wake the loop for each byte, until the other end is closed."""
+        """Wake the loop for each byte until the other end is closed; on a thread."""
         while os.read(pipe, 1):
             self._wake()
         os.close(pipe)

@@ -11,7 +11,7 @@ SURROUND = (30 / 255, 30 / 255, 30 / 255)
 
 
 def _rgba(red: int, green: int, blue: int, alpha: float = 1.0) -> int:
-    """A colour as ImGui's draw lists take it."""
+    """Return a colour as ImGui's draw lists take it."""
     return imgui.color_convert_float4_to_u32(ImVec4(red / 255, green / 255, blue / 255, alpha))
 
 

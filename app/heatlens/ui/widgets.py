@@ -17,7 +17,7 @@ VALUE_EM = 5.2  # width of the column of values beside sliders
 
 
 def label(text: str, tip: str = "") -> None:
-    """The text before a control; the control then takes the rest of the line."""
+    """Draw the text before a control; the control then takes the rest of the line."""
     imgui.align_text_to_frame_padding()
     imgui.text_disabled(text)
     if tip and imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
@@ -29,7 +29,7 @@ def label(text: str, tip: str = "") -> None:
 def drag(
     name: str, value: float, speed: float, low: float, high: float, format_: str, tip: str = ""
 ) -> float:
-    """A number that is dragged, or typed after Ctrl+click; never rounded while left alone."""
+    """Draw a number that is dragged, or typed after Ctrl+click; it is only rounded when changed."""
     label(name, tip)
     flags = imgui.SliderFlags_.logarithmic | imgui.SliderFlags_.clamp_on_input
     changed, new = imgui.drag_float(f"##{name}", value, speed, low, high, format_, flags)
@@ -38,7 +38,7 @@ def drag(
 
 
 def slider(name: str, value: float, low: float, high: float, format_: str, tip: str = "") -> float:
-    """A number between two ends, written beside the slider, where its grab does not hide it."""
+    """Draw a slider between two ends, its number beside it, where the grab does not hide it."""
     label(name, tip)
     imgui.set_next_item_width(imgui.get_content_region_avail().x - VALUE_EM * imgui.get_font_size())
     changed, new = imgui.slider_float(f"##{name}", value, low, high, "")
@@ -55,7 +55,7 @@ def choice(
     tip: str = "",
     barred: Mapping[str, str] | None = None,
 ) -> str:
-    """One of several words; those `barred` cannot be taken, and say why under the pointer."""
+    """Draw one of several words to choose; `barred` ones say why they cannot be taken."""
     label(name, tip)
     if imgui.begin_combo(f"##{name}", printable(value), imgui.ComboFlags_.height_large):
         for index, item in enumerate(choices):
@@ -72,7 +72,7 @@ def choice(
 
 
 def tip_of_barred(why: str) -> None:
-    """Under the pointer, why the grey item that was drawn last cannot be taken, if it cannot."""
+    """Tell under the pointer why the grey item that was drawn last cannot be taken."""
     if why and imgui.is_item_hovered(imgui.HoveredFlags_.allow_when_disabled):
         imgui.set_tooltip(printable(why))
 
@@ -85,7 +85,9 @@ def text_field(
     say: Callable[[str], None],
     hint: str = "",
 ) -> Value:
-    """What was typed, once it is finished; what cannot be read is said, and the value stays.
+    """Draw a text field; return what was typed, once it is finished.
+
+    What cannot be read is said, and the value stays.
 
     `hint` is what an empty field means.
     """
@@ -102,14 +104,14 @@ def text_field(
 
 @contextmanager
 def disabled(when: bool) -> Iterator[None]:
-    """Controls inside are grey and dead."""
+    """Draw the controls inside grey and dead."""
     imgui.begin_disabled(when)
     yield
     imgui.end_disabled()
 
 
 def parse_number(text: str, low: float, high: float, what: str) -> float:
-    """A number in words, with or without a leading f/ or T; InputError outside its limits."""
+    """Read a number, with or without a leading f/ or T. Raises InputError outside its limits."""
     cleaned = text.strip().lower().removeprefix("f/").removeprefix("f").removeprefix("t")
     try:
         value = float(cleaned.removesuffix("mm").replace(",", "."))
@@ -121,5 +123,5 @@ def parse_number(text: str, low: float, high: float, what: str) -> float:
 
 
 def spacer(em: float = 0.3) -> None:
-    """A little air."""
+    """Leave a little air."""
     imgui.dummy(ImVec2(0, em * imgui.get_font_size()))

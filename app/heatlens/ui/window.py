@@ -119,7 +119,7 @@ class Loop:
         self._title = ""
 
     def run(self, stops: StopSignals) -> None:
-        """Until the window is closed, or a signal asks for that."""
+        """Draw and work until the window is closed, or a signal asks for that."""
         session = self._session
         while not (glfw.window_should_close(self._window) or self._ui.is_over or stops.number):
             self._wait()
@@ -140,8 +140,11 @@ class Loop:
         imgui.destroy_context()
 
     def _is_pulse_due(self) -> bool:
-        """While there is always something to work on, what comes a while after an event, such as a
-        tooltip or the end of a gesture, needs a frame of the window now and then."""
+        """Return True where the window should be drawn although work never ends.
+
+        What comes a while after an event, such as a tooltip or the end of a gesture, needs a frame
+        of the window now and then.
+        """
         now, session = time.perf_counter(), self._session
         if not session.scheduler.is_working or now - self._drawn_at < _PULSE_S:
             return False
@@ -162,7 +165,7 @@ class Loop:
         self._frames_due = max(self._frames_due, 1)  # also a thread that has news wakes the loop
 
     def _remember(self) -> None:
-        """Size and panels, whenever the hand rests; a file is written only where they changed."""
+        """Remember size and panels while the hand rests; a file is written where they changed."""
         is_maximized = bool(glfw.get_window_attrib(self._window, glfw.MAXIMIZED))
         is_seen = not glfw.get_window_attrib(self._window, glfw.ICONIFIED)
         window: dict[str, object] = {"is_maximized": is_maximized} if is_seen else {}
@@ -209,7 +212,7 @@ class Loop:
         self._seen_key = session.scheduler.seen_key
 
     def _tell_title(self) -> None:
-        """The name of what is seen, from the moment it is seen."""
+        """Set the title to the name of what is seen, from the moment it is seen."""
         session = self._session
         if session.live.shown is not None and session.source.plate is not None:
             title = f"{session.documents.title or session.source.plate.path.name} - heatlens"
@@ -218,7 +221,7 @@ class Loop:
                 glfw.set_window_title(self._window, printable(title))
 
     def _watch_events(self) -> None:
-        """Any event makes frames due. Set before ImGui's, which calls these in turn."""
+        """Let any event make frames due. Set before ImGui's handlers, which call these in turn."""
         woken: Callable[..., None] = lambda *_: self._woken()  # noqa: E731
         glfw.set_key_callback(self._window, self._key_changed)
         for register in (

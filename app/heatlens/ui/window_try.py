@@ -14,7 +14,10 @@ from heatlens.ui import theme
 
 
 def fonts_found() -> str:
-    """Load the fonts of the window; their folder. Raises InputError where one is not there."""
+    """Load the fonts of the window; return their folder.
+
+    Raises InputError where one is not there.
+    """
     folder = Path(imgui_bundle.__file__).parent / "assets" / "fonts" / "Roboto"
     before, own = imgui.get_current_context(), imgui.create_context()
     imgui.set_current_context(own)
@@ -30,7 +33,7 @@ def fonts_found() -> str:
 
 
 def display_named() -> str | None:
-    """What the environment names as display, None where it names none."""
+    """Return what the environment names as display, None where it names none."""
     for name in ("WAYLAND_DISPLAY", "DISPLAY"):
         if os.environ.get(name):
             return f"{name}={os.environ[name]}"

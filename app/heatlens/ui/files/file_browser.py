@@ -41,7 +41,7 @@ class FileBrowser:
         self._is_new = True
 
     def draw(self) -> Chosen | None:
-        """What was chosen in this frame."""
+        """Draw it where it is open; return what was chosen in this frame."""
         walk = self.walk
         if walk is None:
             return None
@@ -92,7 +92,7 @@ class FileBrowser:
             walk.go(walk.typed)
 
     def _footer(self, walk: FolderWalk) -> Chosen | None:
-        """The name to save under, a line of text, the buttons."""
+        """Draw the name to save under, a line of text and the buttons."""
         if walk.overwrites is not None:
             return _overwrite_question(walk, walk.overwrites)
         entered = walk.purpose.is_save and self._name_field(walk)
@@ -108,7 +108,7 @@ class FileBrowser:
         return walk.take() if pressed or entered else None
 
     def _name_field(self, walk: FolderWalk) -> bool:
-        """True when Enter was pressed in it."""
+        """Draw the field for the name; return True when Enter was pressed in it."""
         widgets.label("name")
         if self._is_new:
             imgui.set_keyboard_focus_here()
@@ -122,7 +122,7 @@ class FileBrowser:
 
 
 def _place() -> None:
-    """In the middle, as large as it needs to be and the window allows."""
+    """Place it in the middle, as large as it needs to be and the window allows."""
     em, screen = imgui.get_font_size(), imgui.get_main_viewport()
     width = min(_SIZE_EM[0] * em, 0.94 * screen.work_size.x)
     height = min(_SIZE_EM[1] * em, 0.9 * screen.work_size.y)
@@ -131,12 +131,12 @@ def _place() -> None:
 
 
 def _line(walk: FolderWalk) -> str:
-    """What is said under the list."""
+    """Return what is said under the list."""
     return walk.problem or ("Reading ..." if walk.is_reading else walk.purpose.note)
 
 
 def _footer_height(walk: FolderWalk) -> float:
-    """Of a field or a question, the line and the buttons."""
+    """Return the height of a field or a question, the line and the buttons."""
     rows = 2 if walk.purpose.is_save else 1
     text = imgui.calc_text_size(_line(walk), False, imgui.get_content_region_avail().x)
     gaps = 2 * imgui.get_style().item_spacing.y
@@ -144,7 +144,7 @@ def _footer_height(walk: FolderWalk) -> float:
 
 
 def _list(walk: FolderWalk) -> Chosen | None:
-    """Folders and pictures; a double click takes one."""
+    """Draw folders and pictures; a double click takes one."""
     em = imgui.get_font_size()
     flags = imgui.TableFlags_.scroll_y | imgui.TableFlags_.borders_outer
     if not imgui.begin_table("files", 3, flags, ImVec2(0, -_footer_height(walk))):
@@ -186,7 +186,7 @@ def _row(walk: FolderWalk, index: int, entry: str | Entry) -> Chosen | None:
 
 
 def _keys(walk: FolderWalk) -> Chosen | None:
-    """Arrows move in the list, Enter takes, Backspace goes up."""
+    """Answer keys: arrows move in the list, Enter takes, Backspace goes up."""
     step = int(imgui.is_key_pressed(_Key.down_arrow)) - int(imgui.is_key_pressed(_Key.up_arrow))
     if step and walk.rows:
         walk.choose(walk.row + step)
@@ -198,9 +198,7 @@ def _keys(walk: FolderWalk) -> Chosen | None:
 
 def _overwrite_question(walk: FolderWalk, path: Path) -> Chosen | None:
     imgui.align_text_to_frame_padding()
-    imgui.text_colored(
-        theme.ACCENT_TEXT, f"{printable(path.name)} is there already. Write over it?"
-    )
+    imgui.text_colored(theme.ACCENT_TEXT, f"{printable(path.name)} already exists. Overwrite it?")
     imgui.text_disabled(walk.purpose.note)
     _to_the_right(2)
     chosen = walk.overwrite() if _button("Overwrite") else None
@@ -211,7 +209,7 @@ def _overwrite_question(walk: FolderWalk, path: Path) -> Chosen | None:
 
 
 def _to_the_right(buttons: int) -> None:
-    """The cursor where so many buttons end at the right edge."""
+    """Move the cursor to where so many buttons end at the right edge."""
     width = buttons * _BUTTON_EM * imgui.get_font_size()
     width += (buttons - 1) * imgui.get_style().item_spacing.x
     right = imgui.get_cursor_pos_x() + imgui.get_content_region_avail().x

@@ -28,9 +28,9 @@ def shot_question(documents: ShotDocuments) -> None:
         imgui.text_wrapped("There is a shot of this plate that was never saved to a file.")
     else:
         imgui.text_wrapped(f"{printable(offer.path.name)} was changed after it was saved last.")
-    imgui.text_wrapped("Heatlens ended before that was saved. Go on with it?")
+    imgui.text_wrapped("Heatlens ended before that was saved. Recover it?")
     widgets.spacer()
-    for name, goes_on in (("Go on with it", True), ("Throw it away", False)):
+    for name, goes_on in (("Recover it", True), ("Discard it", False)):
         entered = goes_on and imgui.is_key_pressed(imgui.Key.enter, False)
         if imgui.button(name) or entered:
             documents.answer(goes_on)

@@ -22,7 +22,7 @@ class Tick(NamedTuple):
 
 
 def round_distances_m(near_m: float, unit: str, steps: tuple[float, ...]) -> Iterator[float]:
-    """From `near_m` on, so many times the powers of ten of a metre, or of a foot and an inch."""
+    """Return round distances from `near_m` on: of metres, or of feet and inches."""
     if unit == "m":
         yield from _multiples_m(near_m, math.inf, 1.0, steps)
         return
@@ -42,7 +42,7 @@ def _multiples_m(
 
 
 def tick_text(distance_m: float, unit: str) -> str:
-    """As short as it can be: whole feet without their inches."""
+    """Return a distance as short as it can be: whole feet without their inches."""
     return format_distance(distance_m, unit).replace("'0\"", "'")
 
 
@@ -53,7 +53,7 @@ def distance_ticks(
     ends_x: tuple[float, float],
     width_of: Callable[[str], float],
 ) -> list[Tick]:
-    """Those with room between the ends of the scale, none over another, infinity at the right.
+    """Return the ticks that have room, none over another, infinity at the right.
 
     near_m      above 0: the distance at the left end
     x_at        where a distance lies on the screen, within `ends_x`

@@ -64,9 +64,9 @@ def export_panel(
 
 
 def _where(wish: ExportWish) -> ExportWish:
-    widgets.label("folder", "It is made where it is not there.")
+    widgets.label("folder", "Created if it does not exist.")
     folder = _text("export folder", wish.folder)
-    widgets.label("name", "The number of the frame and the ending come after it.")
+    widgets.label("name", "Followed by the frame number and the extension.")
     return replace(wish, folder=folder, name=_text("export name", wish.name))
 
 
@@ -103,12 +103,12 @@ def _button(name: str) -> bool:
 
 
 def _progress(state: ExportState) -> bool:
-    """How far the export is, and how it ended; True where it is to be stopped."""
+    """Draw how far the export is, and how it ended; return True where it is to be stopped."""
     widgets.spacer()
     if state.code is None:
         part = state.done / state.frames if state.frames else 0.0
         left = "" if state.left_s is None else f", {state.left_s:.0f} s left"
-        words = f"{state.done} of {state.frames}{left}" if state.frames else "beginning ..."
+        words = f"{state.done} of {state.frames}{left}" if state.frames else "starting ..."
         imgui.progress_bar(part, ImVec2(-5 * imgui.get_font_size(), 0), words)
         imgui.same_line()
         return _button("Stop")

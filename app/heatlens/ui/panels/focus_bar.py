@@ -66,7 +66,7 @@ def _draw(lens: Lens, histogram: DepthHistogram, corner: ImVec2, size: ImVec2, u
 
 
 def visible_heights(histogram: DepthHistogram) -> NDArray[np.float64]:
-    """(BINS,) in 0..1, the highest of them 1 without the first, in which infinity lies.
+    """Return (BINS,) heights in 0..1, the highest 1, but for the first: infinity.
 
     An empty sky is half of many pictures; beside it everything else would be a line of dots.
     """
@@ -78,7 +78,7 @@ def visible_heights(histogram: DepthHistogram) -> NDArray[np.float64]:
 def draw_histogram(
     draw: imgui.ImDrawList, histogram: DepthHistogram, corner: ImVec2, size: ImVec2
 ) -> None:
-    """Columns over the whole of `size`, infinity at the right."""
+    """Draw columns over the whole of `size`, infinity at the right."""
     heights = visible_heights(histogram)[::-1]
     step = size.x / len(heights)
     bottom = corner.y + size.y
@@ -92,7 +92,7 @@ def draw_histogram(
 def draw_scale(
     draw: imgui.ImDrawList, histogram: DepthHistogram, corner: ImVec2, size: ImVec2, unit: str
 ) -> None:
-    """Distances under a bar of this size, as many as fit."""
+    """Draw distances under a bar of this size, as many as fit."""
     right, y = corner.x + size.x, corner.y + size.y
 
     def x_at(distance_m: float) -> float:

@@ -91,7 +91,7 @@ def _doubts(facts: LensFacts, about: About) -> None:
 
 
 def _limits(lens: Lens, unit: str) -> None:
-    """Near, far, depth of field and hyperfocal, as the marks of the bar show them."""
+    """Draw near, far, depth of field and hyperfocal, as the marks of the bar show them."""
     if imgui.begin_table("limits", 4):
         for head, value in (
             ("near", near_limit_m(lens)),
@@ -132,7 +132,7 @@ def _aperture(lens: Lens, say: Say) -> Lens:
 
 
 def _t_stop(lens: Lens, say: Say) -> Lens:
-    tip = "What the glass lets through: exposure alone, never the blur. Empty: all of it."
+    tip = "Transmission of the glass: it changes the exposure, never the blur. Empty: no loss."
     widgets.label("T-stop", tip)
     shown = "" if lens.t_stop is None else f"T{lens.t_stop:.4g}"
     t_stop = widgets.text_field("T-stop", shown, lens.t_stop, _parse_t_stop, say, _NO_T_STOP)
@@ -191,7 +191,7 @@ def _film_back(lens: Lens) -> Lens:
 
 
 def barred_methods(has_scene: bool) -> dict[str, str]:
-    """Methods that what is open cannot be seen through, and why, in words for the hand."""
+    """Return the methods that what is open cannot be seen through, and why."""
     why = "Looks into a 3D scene from many points of the lens; a plate is a picture from one."
     return {} if has_scene else {str(method): why for method in Method if method.needs_scene}
 
@@ -209,7 +209,10 @@ def blur_panel(settings: DefocusSettings, has_scene: bool) -> DefocusSettings:
         settings = _views(settings)
     bokeh = widgets.choice("bokeh", str(settings.bokeh), [str(b) for b in Bokeh])
     quality = widgets.choice(
-        "quality", str(settings.quality), [str(q) for q in Quality], "Never how much blur there is."
+        "quality",
+        str(settings.quality),
+        [str(q) for q in Quality],
+        "How finely the blur is computed, never how much there is.",
     )
     auto = "as quality says"
     layers_shown = auto if settings.layers is None else str(settings.layers)
@@ -228,7 +231,7 @@ def blur_panel(settings: DefocusSettings, has_scene: bool) -> DefocusSettings:
 
 
 def _views(settings: DefocusSettings) -> DefocusSettings:
-    """How many points of the lens; a shot may have more than the slider reaches."""
+    """Draw how many points of the lens there are; a shot may have more than the slider reaches."""
     tip = "Points of the lens that are looked through, or rays of each pixel: more, less noise."
     widgets.label("views", tip)
     width = imgui.get_content_region_avail().x - widgets.VALUE_EM * imgui.get_font_size()

@@ -34,7 +34,7 @@ def look_panel(
     """Draw it all; return the view as the user left it. `reference`: name of the EXR that is B."""
     view = _color(view, color)
     imgui.separator()
-    view = _buttons(view, "overlay", _OVERLAYS, "Laid over the picture, with a legend.")
+    view = _buttons(view, "overlay", _OVERLAYS, "Drawn over the picture, with a legend.")
     imgui.separator()
     view = _buttons(view, "compare", _COMPARES, "A beside B, B alone, or how they differ.")
     return _compare(view, reference, has_scene)
@@ -52,7 +52,7 @@ def _color(view: ViewState, color: ColorChoice) -> ViewState:
 
 
 def _input(view: ViewState, color: ColorChoice) -> ViewState:
-    """The space of the light; first of all, the one that the plate itself means."""
+    """Draw the choice of the light's space; first of all, the one that the plate itself means."""
     told = color.input_of("")
     auto = f"auto: {told.name}"
     tip = (
@@ -64,7 +64,7 @@ def _input(view: ViewState, color: ColorChoice) -> ViewState:
 
 
 def _buttons(view: ViewState, field: str, names: dict, tip: str) -> ViewState:  # type: ignore[type-arg]
-    """One of several, in even rows beside the label."""
+    """Draw one of several choices in even rows beside the label."""
     widgets.label(field, tip)
     left, em = imgui.get_cursor_pos_x(), imgui.get_font_size()
     per_row = _PER_ROW[field]

@@ -55,14 +55,14 @@ def _row(session: Session, mark: Mark) -> None:
     imgui.table_next_column()
     imgui.align_text_to_frame_padding()
     distance_m = commands.distance_m(mark)
-    imgui.text("beside" if distance_m is None else format_distance(distance_m, session.view.unit))
+    imgui.text("outside" if distance_m is None else format_distance(distance_m, session.view.unit))
     _tip(_whose(mark))
     imgui.table_next_column()
     _row_buttons(session, mark)
 
 
 def _whose(mark: Mark) -> str:
-    """What the distance is of."""
+    """Return what the distance is of."""
     if isinstance(mark, ObjectMark):
         return f"The middle of {mark.object_name}, at this frame"
     is_point = isinstance(mark, PointMark)
@@ -89,7 +89,7 @@ def _row_buttons(session: Session, mark: Mark) -> None:
 
 def _close_focus(session: Session) -> None:
     imgui.separator_text("Barrel")
-    widgets.label("close focus", "The nearest the glass can be focused; nearer frames are red.")
+    widgets.label("close focus", "The nearest distance of the lens; frames focused nearer are red.")
     limit_m = session.lens.close_focus_m
     shown = "" if limit_m is None else format_distance(limit_m, session.view.unit)
     typed_m = widgets.text_field(
@@ -107,7 +107,7 @@ def _parse_limit_m(text: str) -> float | None:
 
 
 def pull_popup(session: Session, ui: UiState) -> None:
-    """The pull as one gesture, over the window; Enter does it."""
+    """Draw the pull as one gesture, over the window; Enter does it."""
     commands = session.marks
     if ui.opens_pull:
         ui.opens_pull = False
@@ -158,7 +158,7 @@ def _pull_button() -> bool:
 
 
 def draw_point_marks(session: Session) -> None:
-    """Rings and names on the picture, in the current window."""
+    """Draw rings and names on the picture, in the current window."""
     draw = imgui.get_window_draw_list()
     for mark in session.shot.marks:
         if not isinstance(mark, PointMark):

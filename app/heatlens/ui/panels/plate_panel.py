@@ -80,7 +80,7 @@ def _depth(facts: PlateFacts) -> None:
 
 
 def _bar(histogram: DepthHistogram, facts: PlateFacts) -> None:
-    """How much of the picture is how far away, as under the focus, and where the pointer is."""
+    """Draw how much of the picture is how far away, and where the pointer is."""
     em = imgui.get_font_size()
     corner = imgui.get_cursor_screen_pos()
     size = ImVec2(imgui.get_content_region_avail().x, _BAR_EM * em)
@@ -113,7 +113,7 @@ def _file(facts: PlateFacts) -> None:
 
 
 def _camera(camera: CameraHeader, unit: str) -> list[tuple[str, str]]:
-    """The lens of the header; nothing where it tells none."""
+    """Draw the lens of the header; nothing where it tells none."""
     numbers = (
         ("focal length", camera.focal_length_mm, "{:g} mm"),
         ("sensor", camera.sensor_width_mm, f"{{:g}}{_height(camera)} mm"),
@@ -131,7 +131,7 @@ def _height(camera: CameraHeader) -> str:
 
 
 def _row(name: str, text: str) -> None:
-    """A name, and a text that takes as many lines as it needs."""
+    """Draw a name, and a text that takes as many lines as it needs."""
     imgui.text_disabled(name)
     imgui.same_line(widgets.LABEL_EM * imgui.get_font_size())
     imgui.text_wrapped(printable(text))
@@ -156,7 +156,7 @@ def _corner(data: Box, display: Box) -> str:
 
 
 def _colored(text: str, color: ImVec4) -> None:
-    """A sentence over as many lines as it needs."""
+    """Draw a sentence over as many lines as it needs."""
     imgui.push_style_color(imgui.Col_.text, color)
     imgui.text_wrapped(printable(text))
     imgui.pop_style_color()
@@ -190,7 +190,7 @@ def _controls(wished: PlateOptions, facts: PlateFacts, say: Say) -> PlateOptions
 
 
 def _ends(wished: PlateOptions, unit: str, say: Say) -> PlateOptions:
-    """Distances of the ends of a depth of 0 to 1; others have none."""
+    """Draw the distances of the ends of a depth of 0 to 1; others have none."""
     with widgets.disabled(not wished.depth_convention.facts.takes_ends):
         near = _distance_field("near", wished.near_m, unit, say)
         far = _distance_field("far", wished.far_m, unit, say)
@@ -229,7 +229,7 @@ def _kind(wished: PlateOptions, facts: PlateFacts) -> PlateOptions:
 
 
 def _unit(wished: PlateOptions, say: Say) -> PlateOptions:
-    """The unit by its name, or in metres."""
+    """Draw the choice of the unit, by its name or in metres."""
     with widgets.disabled(not wished.depth_convention.facts.has_unit):
         known = next((n for n, m in _UNITS.items() if math.isclose(m, wished.scene_unit_m)), "")
         picked = widgets.choice("scene unit", known or _CUSTOM, list(_UNITS))
@@ -246,7 +246,7 @@ def _unit(wished: PlateOptions, say: Say) -> PlateOptions:
 
 
 def _named(name: str, value: str | None, names: Sequence[str], tip: str = "") -> str | None:
-    """One of the names of the file, or None: found."""
+    """Draw the choice of one of the names of the file, or None: found."""
     shown = {_BY_NAME: None} | {text or "(no name)": text for text in names}
     now = next((text for text, key in shown.items() if key == value), value or _BY_NAME)
     picked = widgets.choice(name, now, list(shown), tip)
@@ -254,6 +254,6 @@ def _named(name: str, value: str | None, names: Sequence[str], tip: str = "") ->
 
 
 def _keyed(name: str, value: Key, words: Mapping[Key, str], tip: str = "") -> Key:
-    """One of the keys, shown by their words."""
+    """Draw the choice of one of the keys, shown by their words."""
     picked = widgets.choice(name, words[value], list(words.values()), tip)
     return next(key for key, text in words.items() if text == picked)

@@ -47,7 +47,7 @@ def _rows(rows: list[tuple[str, str]]) -> None:
 
 
 def _resident_mb() -> float:
-    """Memory of this process; 0 where the system does not tell."""
+    """Return the memory of this process; 0 where the system does not tell."""
     try:
         pages = int(Path("/proc/self/statm").read_text().split()[1])
     except OSError:

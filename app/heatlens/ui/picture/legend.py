@@ -40,7 +40,7 @@ def entries(
     depth: DepthReport,
     unit: str,
 ) -> list[Entry]:
-    """The legend of `overlay`; diameters are pixels of the whole picture."""
+    """Return the legend of `overlay`; diameters are pixels of the whole picture."""
     near_px, far_px = optics.nearest_px, optics.farthest_px
     if overlay is Overlay.ZONES:
         return [
@@ -67,7 +67,7 @@ def entries(
 
 
 def _layers(limits_px: Sequence[float]) -> list[Entry]:
-    """From near to far, between which signed diameters each layer lies."""
+    """Return from near to far between which signed diameters each layer lies."""
     if not limits_px:
         return [Entry(_TINTS[0], "one layer")]
     ends = [f"{limit:+.0f}" for limit in limits_px]
@@ -78,7 +78,7 @@ def _layers(limits_px: Sequence[float]) -> list[Entry]:
 
 
 def draw_legend(legend: Sequence[Entry], viewport: Viewport) -> None:
-    """Lay it over the lower left corner of the viewport, in the current window."""
+    """Draw it over the lower left corner of the viewport, in the current window."""
     em = imgui.get_font_size()
     row = 1.35 * em
     (x, y), height = viewport.corner, viewport.size[1]

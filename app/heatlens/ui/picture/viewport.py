@@ -95,7 +95,11 @@ class ViewportPanel:
         return ViewportResult(view, hovered, focus_px, camera)
 
     def _camera_drag(self) -> CameraDrag | None:
-        """Right button: round what is in focus; with Ctrl aside; Ctrl and the wheel: nearer."""
+        """Return what the right button or Ctrl and the wheel did with the scene's camera.
+
+        The right button turns it round what is in focus, with Ctrl it moves aside; Ctrl and the
+        wheel go nearer.
+        """
         io, height = imgui.get_io(), self.place.viewport.size[1]
         if io.key_ctrl and io.mouse_wheel and imgui.is_item_hovered():
             return CameraDrag("dolly", down=io.mouse_wheel)
@@ -105,7 +109,7 @@ class ViewportPanel:
         return CameraDrag(kind, io.mouse_delta.x / height, io.mouse_delta.y / height)
 
     def paint(self, target: moderngl.Framebuffer, screen_px: tuple[int, int]) -> None:
-        """The pictures of this frame, to be called before ImGui draws what lies over them."""
+        """Draw the pictures of this frame; call this before ImGui draws what lies over them."""
         if self._laid_in_frame == imgui.get_frame_count():
             self._pass.run(self._laid, target, screen_px)
 
@@ -132,7 +136,7 @@ class ViewportPanel:
         return view, now.pixel_at_window(at)
 
     def _taken(self, view: ViewState, shape: PictureShape, now: ViewGeometry, at: Point) -> str:
-        """What the button that went down takes hold of."""
+        """Return what the button that went down takes hold of."""
         if not imgui.is_mouse_down(imgui.MouseButton_.left):
             return "pan"
         reach = _HANDLE_REACH * imgui.get_font_size()
@@ -141,7 +145,7 @@ class ViewportPanel:
         return "focus"
 
     def _wipe_x(self, view: ViewState, shape: PictureShape, now: ViewGeometry) -> float:
-        """The line of the wipe, on a whole screen pixel."""
+        """Return the line of the wipe, on a whole screen pixel."""
         scale = self.place.viewport.framebuffer_scale
         x = now.window_at_picture((view.wipe * shape.width_px, 0.0))[0]
         return math.floor(x * scale + 0.5) / scale
@@ -181,7 +185,7 @@ class ViewportPanel:
             self._lay(pictures.overlay, pictures, True, clip, is_opaque=False)
 
     def _clip(self) -> Box:
-        """The viewport in pixels of the screen."""
+        """Return the viewport in pixels of the screen."""
         (x, y), (width, height) = self.place.viewport.corner, self.place.viewport.size
         scale = self.place.viewport.framebuffer_scale
         x1, y1 = math.floor((x + width) * scale), math.floor((y + height) * scale)
@@ -203,7 +207,7 @@ class ViewportPanel:
         is_opaque: bool = True,
         detail: Detail | None = None,
     ) -> None:
-        """Lay a texture over the data window."""
+        """Place a texture over the data window."""
         self._set_filter(texture, pictures, is_nearest)
         data, display = pictures.data_window, pictures.display_window
         first = self._screen_at((data.x0 - display.x0, data.y0 - display.y0))
@@ -225,7 +229,7 @@ class ViewportPanel:
             texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
 
     def _draw_outlines(self, draw: imgui.ImDrawList, pictures: Pictures) -> None:
-        """The display window, where the picture does not fill it exactly."""
+        """Draw the display window, where the picture does not fill it exactly."""
         if pictures.data_window == pictures.display_window:
             return
         window = pictures.display_window
@@ -253,7 +257,7 @@ class ViewportPanel:
             draw.add_line(ImVec2(left, at), ImVec2(right, at), theme.PIXEL_GRID)
 
     def _draw_handle(self, draw: imgui.ImDrawList, x: float, corner: ImVec2, end: ImVec2) -> None:
-        """Line and grip of the wipe; the line is one column of the screen, the first of B's."""
+        """Draw line and grip of the wipe; the line is the first column of B's on the screen."""
         middle = (corner.y + end.y) / 2
         em = imgui.get_font_size()
         width = 1.0 / self.place.viewport.framebuffer_scale

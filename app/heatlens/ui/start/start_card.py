@@ -32,7 +32,7 @@ class Place:
 
 
 def column_width(card_height: float, em: float) -> float:
-    """For a picture as wide as film on a card of this height."""
+    """Return the width of a picture as wide as film on a card of this height."""
     return max((card_height - 2 * _PAD_EM * em) * 16 / 9, _COLUMN_LEAST_EM * em)
 
 
@@ -44,7 +44,7 @@ class CardPictures:
         self._textures: dict[str, moderngl.Texture] = {}
 
     def texture(self, name: str) -> moderngl.Texture:
-        """Of a moving picture the first frame."""
+        """Return a picture of assets/; of a moving one the first frame."""
         if name not in self._textures:
             with Image.open(data_dir("assets") / name) as file:
                 picture = file.convert("RGBA")
@@ -86,7 +86,7 @@ def _ground(place: Place, is_chosen: bool, is_flat: bool) -> None:
 
 
 def _emblem(card: Card, low: ImVec2, place: Place, pictures: CardPictures) -> None:
-    """The picture, cut to fill its column; a frame to be filled where there is none."""
+    """Draw the picture, cut to fill its column; an empty frame where there is none."""
     draw, em = imgui.get_window_draw_list(), imgui.get_font_size()
     width, height = place.column, place.high.y - place.low.y - 2 * _PAD_EM * em
     high = ImVec2(low.x + width, low.y + height)
@@ -120,7 +120,7 @@ def _text(card: Card, x: float, place: Place, is_coming: bool) -> None:
 
 
 def fitted(text: str, width: float, keeps_end: bool = False) -> str:
-    """`text` in the current font within `width` screen units, its end or its beginning cut off.
+    """Cut off the end or the beginning of `text` so that it fits `width` screen units.
 
     Of a folder the end tells most: `keeps_end`.
     """

@@ -9,8 +9,11 @@ _ABOVE = 0.4  # of the room that is left: a little over the middle looks like th
 
 @dataclass(frozen=True)
 class _Heights:
-    """In em: of the heading, a card, the air after it, the hints, the line over the recent files
-    and one of them."""
+    """The heights of the parts of the start screen in em.
+
+    These are the heading, a card, the air after it, the hints, the line over the recent files and
+    one of them.
+    """
 
     head: float
     card: float
@@ -20,7 +23,7 @@ class _Heights:
     row: float
 
     def of(self, cards: int) -> float:
-        """All but the recent files."""
+        """Return the height of all but the recent files."""
         return self.head + cards * (self.card + self.gap) + self.hint
 
 
@@ -62,7 +65,7 @@ class StartLayout:
 
 
 def lay_out(cards: int, recent: int, room: tuple[float, float], em: float) -> StartLayout:
-    """For `cards` that are there always and `recent` files; `room` and `em` in screen units.
+    """Place `cards` that are there always and `recent` files; `room` and `em` in screen units.
 
     Where the room is too small for the cards themselves, the last reach beyond it.
     """

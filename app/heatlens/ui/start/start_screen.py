@@ -80,7 +80,7 @@ class StartScreen:
         return Answer(taken, hears and imgui.is_key_pressed(_K.escape, False))
 
     def _by_keys(self, cards: Sequence[Card]) -> Card | None:
-        """Arrows go along the rows, Enter takes one, a digit takes its own."""
+        """Answer keys: arrows go along the rows, Enter takes one, a digit takes its own."""
         step = imgui.is_key_pressed(_K.down_arrow) - imgui.is_key_pressed(_K.up_arrow)
         self._row = min(max(self._row + step, 0), len(cards) - 1)
         for row, keys in enumerate(_DIGITS[: len(cards)]):
@@ -90,7 +90,7 @@ class StartScreen:
         return cards[self._row] if _went_down((_K.enter, _K.keypad_enter)) else None
 
     def _button(self, card: Card, row: int, low: ImVec2, high: ImVec2) -> bool:
-        """Clicked; a pointer that moves over a card takes the row along."""
+        """Return True where a card is clicked; a pointer that moves over a card selects its row."""
         imgui.set_cursor_screen_pos(low)
         size = ImVec2(high.x - low.x, high.y - low.y)
         clicked = imgui.invisible_button(f"##{row} {card.title}", size)
@@ -106,7 +106,7 @@ def _went_down(keys: Sequence[imgui.Key]) -> bool:
 
 
 def _words(layout: StartLayout, corner: ImVec2) -> None:
-    """The name over the cards, the first gesture under them."""
+    """Draw the name over the cards, and the first gesture under them."""
     draw, em = imgui.get_window_draw_list(), imgui.get_font_size()
     bright = imgui.get_color_u32(imgui.Col_.text)
     y = corner.y + layout.head.y
@@ -124,7 +124,7 @@ def _words(layout: StartLayout, corner: ImVec2) -> None:
 
 
 def hears_keys() -> bool:
-    """Keys alone are for what lies in the window: no popup, field or button holds them.
+    """Return True where keys are for the window: no popup, field or button holds them.
 
     To be asked before popups are drawn: one that took an Enter is gone when it was drawn.
     """

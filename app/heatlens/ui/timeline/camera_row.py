@@ -5,8 +5,7 @@ from imgui_bundle import ImVec2, imgui
 from heatlens.session.key_rows import CAMERA
 from heatlens.session.session import Session
 from heatlens.ui import probe, theme
-from heatlens.ui.timeline.diamond import diamond
-from heatlens.ui.timeline.row_name import row_name
+from heatlens.ui.timeline.row_parts import diamond, row_name
 from heatlens.ui.timeline.scale import TimeScale
 
 
@@ -15,7 +14,7 @@ def camera_row(session: Session, scale: TimeScale, corner: ImVec2, row: float) -
     draw, em = imgui.get_window_draw_list(), imgui.get_font_size()
     _dot(session, ImVec2(corner.x + 0.5 * em, corner.y + row / 2))
     row_name(
-        session, CAMERA, corner, scale.x, row, "K sets a key of the camera, once this is clicked"
+        session, CAMERA, corner, scale.x, row, "Click to select the camera: K then sets its key"
     )
     color = theme.HANDLE if session.shot.camera_key_frames else theme.TEXT_DIM
     draw.add_text(ImVec2(corner.x + 1.3 * em, corner.y + 0.2 * em), color, CAMERA.words)
@@ -24,8 +23,7 @@ def camera_row(session: Session, scale: TimeScale, corner: ImVec2, row: float) -
 
 
 def _dot(session: Session, middle: ImVec2) -> None:
-    """As those of the lens: filled where there is a key at the playhead; a click sets it or takes
-    it."""
+    """Draw the dot of the camera, which sets its key at the playhead or removes it."""
     side = 0.5 * imgui.get_font_size()
     is_here = session.editing.frame in session.shot.camera_key_frames
     imgui.set_cursor_screen_pos(ImVec2(middle.x - side, middle.y - side))

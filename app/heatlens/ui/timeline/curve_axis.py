@@ -50,27 +50,27 @@ class CurveAxis:
     words: Callable[[float, str], str]
 
     def place_of(self, value: float) -> float:
-        """Where a value lies."""
+        """Return where a value lies."""
         return self.factor * self.scale.place_of(value)
 
     def value_at(self, place: float) -> float:
-        """The reverse of `place_of`; above infinity is infinity."""
+        """Return the value at a place, the reverse of `place_of`; above infinity is infinity."""
         return self.scale.value_at(place / self.factor)
 
     def from_scale(self, place: float, scale: Scale) -> float:
-        """Where a place on the scale of a curve lies: focus may go from key to key in metres."""
+        """Return where a place on a curve's scale lies: focus may go from key to key in metres."""
         if scale is self.scale:
             return self.factor * place
         return self.place_of(max(scale.value_at(place), _NEAREST))
 
     def to_scale(self, place: float, scale: Scale) -> float:
-        """The reverse of `from_scale`."""
+        """Return the value on the scale of a curve, the reverse of `from_scale`."""
         if scale is self.scale:
             return place / self.factor
         return scale.place_of(self.value_at(max(place, _NEAREST)))
 
     def labels_for(self, places_apart: float) -> tuple[float, ...]:
-        """The most of them that lie so far apart, or the rarest."""
+        """Return the most labels that lie so far apart, or the rarest."""
         fitting = [values for values in self.labels if self._least_gap(values) >= places_apart]
         return fitting[-1] if fitting else self.labels[0]
 
@@ -103,7 +103,7 @@ AXES = {
 
 
 def raised(shot: Shot, chosen: Chosen, axis: CurveAxis, places: float) -> Shot:
-    """The chosen keys of a parameter by so many places higher, of the focus to infinity at most.
+    """Move the chosen keys of a parameter by so many places up, focus to infinity at most.
 
     Raises LensError where no lens can be so.
     """
@@ -126,8 +126,7 @@ class CurveLine:
     def points(
         self, shot: Shot, axis: CurveAxis, first: float, last: float, count: int
     ) -> list[tuple[float, float]]:
-        """(frame, place) at `count` times evenly from first to last, and at every key among
-        them."""
+        """Return (frame, place) at `count` times evenly from first to last, and at every key."""
         curve, still = shot.curves.of(axis.parameter), getattr(shot.lens, axis.parameter)
         made_of = (axis.parameter, curve, still, first, last, count)
         if made_of != self._made_of:

@@ -1,5 +1,4 @@
-"""One parameter as a curve over frames; behind the focus what is sharp, and where marked things
-are.
+"""One parameter as a curve over frames, with what is sharp and where marked things are.
 
 Up is more: infinity lies at the top, and equal heights are equal steps of the ring.
 """
@@ -59,7 +58,7 @@ def curve_editor(
 def _sharp(
     session: Session, view: TimelineView, scale: TimeScale, count: int
 ) -> tuple[Sample, ...]:
-    """What is sharp around the focus; nothing where another parameter is seen."""
+    """Return what is sharp around the focus; nothing where another parameter is seen."""
     if session.keys.rows.curve_of is not LensParameter.FOCUS_DISTANCE:
         return ()
     return view.track.samples(session.shot, scale.first, scale.last, count)
@@ -68,7 +67,7 @@ def _sharp(
 def _ends(
     session: Session, axis: CurveAxis, line: Line, sharp: tuple[Sample, ...]
 ) -> tuple[float, float]:
-    """Room for the curve and the marks, and for what is sharp as far as it is near them."""
+    """Return the room for the curve and the marks, and for what is sharp near them."""
     places = [place for _, place in line]
     places += [axis.place_of(key.value) for key in session.shot.curves.of(axis.parameter).keys]
     places += _mark_places(session) if sharp else []
@@ -98,7 +97,7 @@ def _places(shot: Shot, axis: CurveAxis, scale: TimeScale, heights: Heights) -> 
 
 
 def _draw_ground(session: Session, axis: CurveAxis, scale: TimeScale, heights: Heights) -> None:
-    """Values as far as they have room, with a line each."""
+    """Draw values as far as they have room, with a line each."""
     draw, em = imgui.get_window_draw_list(), imgui.get_font_size()
     corner, end = _corners(scale, heights)
     draw.add_rect_filled(corner, end, theme.GROOVE)
@@ -121,12 +120,12 @@ def _corners(scale: TimeScale, heights: Heights) -> tuple[ImVec2, ImVec2]:
 
 
 def _points(scale: TimeScale, heights: Heights, places: Iterable[tuple[float, float]]) -> list[Any]:
-    """Points of the screen; a list as ImGui's stubs want it is of no one type."""
+    """Return points of the screen; a list as ImGui's stubs want it is of no one type."""
     return [ImVec2(scale.x_at(frame), heights.y_at(place)) for frame, place in places]
 
 
 def _draw_sharp(scale: TimeScale, heights: Heights, samples: tuple[Sample, ...]) -> None:
-    """The band of what is sharp, between its limits."""
+    """Draw the band of what is sharp, between its limits."""
     draw = imgui.get_window_draw_list()
     draw.push_clip_rect(*_corners(scale, heights), True)
     for a, b in pairwise(samples):
@@ -152,7 +151,7 @@ def _draw_line(scale: TimeScale, heights: Heights, line: Line, color: int, width
 
 
 def _draw_marks(session: Session, scale: TimeScale, heights: Heights) -> None:
-    """Where marked things are, as far as that is known at a frame, or always."""
+    """Draw where marked things are, as far as that is known at a frame, or always."""
     draw = imgui.get_window_draw_list()
     corner, end = _corners(scale, heights)
     draw.push_clip_rect(corner, end, True)

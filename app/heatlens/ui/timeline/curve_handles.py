@@ -32,12 +32,12 @@ class Heights:
         return self.height / (self.high - self.low)
 
     def y_at(self, place: float) -> float:
-        """Where a place lies, beyond the ends at them."""
+        """Return where a place lies; beyond the ends, at them."""
         place = min(max(place, self.low), self.high)
         return self.y + (place - self.low) * self.per_place
 
     def place_at(self, y: float) -> float:
-        """What lies at a height."""
+        """Return the place at a height."""
         return self.low + (y - self.y) / self.per_place
 
 
@@ -59,14 +59,14 @@ class Handle:
         return 1 if self.is_out else -1
 
     def tip(self, scale: Scale) -> tuple[float, float]:
-        """Frame of its tip and the tip's place on the curve's scale."""
+        """Return the frame of its tip and the tip's place on the curve's scale."""
         ease = self.key.ease_out if self.is_out else self.key.ease_in
         frames, rise = ease.handle(self.segment)
         place = scale.place_of(self.key.value) + self._sign * rise
         return self.key.frame + self._sign * frames, place
 
     def pulled_to(self, frame: float, place: float, scale: Scale) -> Key:
-        """The key when the tip lies there."""
+        """Return the key when the tip lies there."""
         rise = self._sign * (place - scale.place_of(self.key.value))
         ease = Ease.of_handle(self._sign * (frame - self.key.frame), rise, self.segment)
         if self.is_out:
@@ -75,7 +75,7 @@ class Handle:
 
 
 def handles_of(curve: Curve, frames: Collection[float]) -> list[Handle]:
-    """Those of the keys at `frames` that bend something: a segment on their side is a Bezier."""
+    """Return the handles of keys that bend something: a segment on their side is a Bezier."""
     keys, handles, bezier = curve.keys, [], Interpolation.BEZIER
     for index, key in enumerate(keys):
         if key.frame not in frames:

@@ -13,8 +13,7 @@ from heatlens.session.session import Session
 from heatlens.ui import probe, theme
 from heatlens.ui.probe import Rect
 from heatlens.ui.timeline.camera_row import camera_row
-from heatlens.ui.timeline.diamond import diamond
-from heatlens.ui.timeline.row_name import row_name
+from heatlens.ui.timeline.row_parts import diamond, row_name
 from heatlens.ui.timeline.scale import TimeScale
 from heatlens.ui.timeline.view import TimelineView
 
@@ -52,7 +51,7 @@ def _move(shot: Shot, chosen: Chosen, frames: int, _up: float) -> tuple[Shot, Ch
 def hold_keys(
     drag: KeyDrag, scale: TimeScale, y: float, height: float, places: Places, move: Move
 ) -> None:
-    """The area in which keys are clicked and dragged; the last item is its button."""
+    """Draw the area in which keys are clicked and dragged; the last item is its button."""
     io, em = imgui.get_io(), imgui.get_font_size()
     imgui.set_cursor_screen_pos(ImVec2(scale.x, y))
     imgui.invisible_button("keys", ImVec2(scale.width, max(height, 1.0)))
@@ -84,7 +83,7 @@ def _draw_row(
     draw, em = imgui.get_window_draw_list(), imgui.get_font_size()
     is_keyed = bool(session.shot.curves.of(parameter).keys)
     key_dot(session, parameter, ImVec2(corner.x + 0.5 * em, corner.y + row / 2), f"dot {parameter}")
-    tip = f"Shift+C shows the curve of the {parameter.words}, once this is clicked"
+    tip = f"Click to select: Shift+C then shows the curve of the {parameter.words}"
     row_name(session, parameter, corner, scale.x, row, tip)
     color = theme.HANDLE if is_keyed else theme.TEXT_DIM
     draw.add_text(ImVec2(corner.x + 1.3 * em, corner.y + 0.2 * em), color, parameter.words)
@@ -93,8 +92,10 @@ def _draw_row(
 
 
 def key_dot(session: Session, parameter: LensParameter, middle: ImVec2, name: str) -> None:
-    """Filled where there is a key at the playhead, hollow where there are others; a click sets or
-    takes one."""
+    """Draw the dot of a parameter; a click sets its key at the playhead or removes it.
+
+    It is filled where there is a key at the playhead, hollow where there are others.
+    """
     side = 0.5 * imgui.get_font_size()
     imgui.set_cursor_screen_pos(ImVec2(middle.x - side, middle.y - side))
     if imgui.invisible_button(name, ImVec2(2 * side, 2 * side)):
@@ -116,7 +117,7 @@ def key_dot(session: Session, parameter: LensParameter, middle: ImVec2, name: st
 def draw_keys(
     session: Session, drag: KeyDrag, scale: TimeScale, places: Places, y: float, height: float
 ) -> None:
-    """Diamonds, squares where a value is held; and the box that is being drawn."""
+    """Draw diamonds, squares where a value is held, and the box that is being drawn."""
     draw, chosen, io = imgui.get_window_draw_list(), session.keys.chosen, imgui.get_io()
     reach = _KEY_EM * imgui.get_font_size()
     edge = ImVec2(scale.x - reach, y)

@@ -16,8 +16,8 @@ from heatlens.ui.timeline.view import TimelineView
 
 _MIXED = "mixed"
 _SET_TIPS = {
-    False: "Keys the focus and what else of the lens has keys, as they are here (K)",
-    True: "Keys the camera, whose row is chosen, as it stands here (K)",
+    False: "Set a key for the focus and every parameter that has keys (K)",
+    True: "Set a key for the camera at this frame (K)",
 }
 _EASE_EM, _INTERPOLATION_EM, _CURVE_OF_EM = 6.2, 6.0, 7.6
 
@@ -32,11 +32,11 @@ def keys_row(session: Session, view: TimelineView) -> None:
     imgui.same_line()
     _, session.editing.auto_key = imgui.checkbox("auto key", session.editing.auto_key)
     probe.note("auto key")
-    _tip("What has keys gets one wherever it is changed (A)")
+    _tip("Set a key whenever a parameter with keys is changed (A)")
     imgui.same_line()
     _, rows.shows_curve = imgui.checkbox("curve", rows.shows_curve)
     probe.note("curve")
-    _tip("The chosen row as a curve over the frames, or the keys in rows (Shift+C)")
+    _tip("Show the selected row as a curve, or all keys in rows (Shift+C)")
     if rows.shows_curve:
         _curve_of(session, view)
     found = [k for one in session.keys.meant if (k := key_of(session.shot, one)) is not None]
@@ -46,7 +46,7 @@ def keys_row(session: Session, view: TimelineView) -> None:
 
 
 def _curve_of(session: Session, view: TimelineView) -> None:
-    """Which row's; in the rows it is chosen by their names."""
+    """Draw the choice of the row whose curve is shown; in the rows it is chosen by their names."""
     rows = session.keys.rows
     names = {parameter.words: parameter for parameter in LensParameter}
     chosen = names[combo("curve of", rows.curve_of.words, list(names), _CURVE_OF_EM)]

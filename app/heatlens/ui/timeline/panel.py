@@ -53,7 +53,7 @@ def timeline_panel(session: Session, view: TimelineView) -> None:
 
 
 def _scale(session: Session, view: TimelineView, x: float, width: float) -> TimeScale:
-    """The frames that are seen, over the width there is now."""
+    """Return the frames that are seen, over the width there is now."""
     reach, kept = session.timeline.reach, view.scale
     if kept is None:
         return TimeScale.over(reach.first, reach.last, x, width)
@@ -62,7 +62,7 @@ def _scale(session: Session, view: TimelineView, x: float, width: float) -> Time
 
 
 def _answer_wheel(session: Session, view: TimelineView, scale: TimeScale) -> None:
-    """The wheel looks nearer, the middle button pulls along."""
+    """Answer the wheel, which zooms, and the middle button, which pans."""
     io, reach = imgui.get_io(), session.timeline.reach
     least, most = reach.first - 0.5, reach.last + 0.5
     if not imgui.is_window_hovered():
@@ -99,7 +99,7 @@ def _draw_ruler(
 
 
 def _draw_states(session: Session, scale: TimeScale, y: float) -> None:
-    """A line along the frames that have a file, brighter where they are in memory."""
+    """Draw a line along the frames that have a file, brighter where they are in memory."""
     draw, timeline = imgui.get_window_draw_list(), session.timeline
     if timeline.is_sequence and timeline.frames is not None:
         _draw_cells(draw, scale, timeline.frames, y, y + _STRIP, theme.ON_DISK)
@@ -109,7 +109,7 @@ def _draw_states(session: Session, scale: TimeScale, y: float) -> None:
 
 
 def _draw_warnings(session: Session, view: TimelineView, scale: TimeScale, y: float) -> None:
-    """Red over the frames at which the lens cannot be focused so near."""
+    """Draw red over the frames at which the lens cannot be focused so near."""
     reach = session.timeline.reach
     first = max(reach.first, math.floor(scale.first))
     seen = FrameRange(first, max(first, min(reach.last, math.ceil(scale.last))))
@@ -126,7 +126,7 @@ def _draw_cells(
     y1: float,
     color: int,
 ) -> None:
-    """From the beginning of the first frame's cell to the end of the last one's."""
+    """Draw from the beginning of the first frame's cell to the end of the last one's."""
     if frames.last + 0.5 > scale.first and frames.first - 0.5 < scale.last:
         x0, x1 = scale.x_at(frames.first - 0.5), scale.x_at(frames.last + 0.5)
         draw.add_rect_filled(ImVec2(x0, y0), ImVec2(max(x1, x0 + 1.0), y1), color)

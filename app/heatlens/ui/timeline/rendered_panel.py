@@ -1,5 +1,4 @@
-"""What is said of the frames that are rendered: words over the timeline, bar on it, and a popup
-that tells how much is kept."""
+"""What is said of rendered frames: words over the timeline, and a popup about what is kept."""
 
 from imgui_bundle import ImVec2, imgui
 
@@ -19,7 +18,7 @@ _TIP = (
 
 
 def rendered_words(session: Session) -> str:
-    """How far the frames are, in words; nothing where none are rendered ahead."""
+    """Return how far the frames are, in words; "" where none are rendered ahead."""
     pull, playing = session.pull, bool(session.timeline.playback.direction)
     if not pull.wanted:
         return ""
@@ -31,7 +30,7 @@ def rendered_words(session: Session) -> str:
 
 
 def rendered_label(session: Session, view: TimelineView) -> None:
-    """The words as a button, in the row that is being drawn."""
+    """Draw the words as a button, in the row that is being drawn."""
     words = rendered_words(session)
     if not words:
         return
@@ -55,7 +54,7 @@ def rendered_label(session: Session, view: TimelineView) -> None:
 
 
 def rendered_popup(session: Session, view: TimelineView) -> None:
-    """How much is kept, and how much may be; over the window."""
+    """Draw how much is kept, and how much may be; over the window."""
     if view.opens_frames:
         view.opens_frames = False
         imgui.open_popup(_POPUP)
@@ -103,7 +102,7 @@ def _limits(session: Session) -> None:
         widgets.label("disk", "Megabytes for rendered frames; 0 keeps none on disk")
         disk = _megabytes("disk for frames", before.disk_mb, "0", session)
     widgets.label("render")
-    _, is_on = imgui.checkbox("frames ahead, while nothing else is to do", before.keep_frames)
+    _, is_on = imgui.checkbox("frames ahead while idle", before.keep_frames)
     probe.note("render frames ahead")
     preferences.change(memory_mb=memory, disk_mb=disk, keep_frames=is_on)
     if (memory, disk) != (before.memory_mb, before.disk_mb):
@@ -116,13 +115,13 @@ def _megabytes(name: str, value: int, hint: str, session: Session) -> int:
 
 
 def _parse_megabytes(text: str) -> int:
-    """Megabytes, or gigabytes where these are named; nothing is 0."""
+    """Read megabytes, or gigabytes where these are named; nothing is 0."""
     cleaned = text.strip().lower().replace(",", ".").removesuffix("b").strip()
     times = 1000 if cleaned.endswith("g") else 1
     try:
         count = float(cleaned.rstrip("gm").strip() or 0) * times
     except ValueError:
-        raise InputError(f"{text!r} is no amount of memory; 2000 or 2 GB is.") from None
+        raise InputError(f"{text!r} is not an amount of memory. Example: 2000 or 2 GB.") from None
     if not 0 <= count <= MEGABYTES_MOST:
         raise InputError(f"{text!r} should be 0 to {MEGABYTES_MOST:,} MB.")
     return round(count)

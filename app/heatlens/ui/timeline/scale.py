@@ -21,7 +21,7 @@ class TimeScale:
 
     @classmethod
     def over(cls, first: float, last: float, x: float, width: float) -> "TimeScale":
-        """The whole cells of the frames first to last."""
+        """Return a scale of the whole cells of the frames first to last."""
         return cls(first - 0.5, last + 0.5, x, max(width, 1.0))
 
     @property
@@ -30,24 +30,24 @@ class TimeScale:
         return self.width / (self.last - self.first)
 
     def x_at(self, frame: float) -> float:
-        """Where a time lies."""
+        """Return where a time lies."""
         return self.x + (frame - self.first) * self.per_frame
 
     def time_at(self, x: float) -> float:
-        """The time that lies there, between two frames as well."""
+        """Return the time that lies there, between two frames as well."""
         return self.first + (x - self.x) / self.per_frame
 
     def frame_at(self, x: float) -> int:
-        """The frame in whose cell `x` lies."""
+        """Return the frame in whose cell `x` lies."""
         return math.floor(self.time_at(x) + 0.5)
 
     def words_x(self, frame: float, width: float) -> float:
-        """Where words of this width begin: under their frame, but never beyond the ends."""
+        """Return where words of this width begin: under their frame, but never beyond the ends."""
         at = self.x_at(frame) - width / 2
         return max(min(at, self.x + self.width - width), self.x)
 
     def zoomed(self, factor: float, about_x: float, least: float, most: float) -> "TimeScale":
-        """So many times as near, the time at `about_x` staying; within `least` to `most`."""
+        """Return the scale zoomed about the time at `about_x`, within `least` to `most`."""
         here = self.time_at(about_x)
         frames = (self.last - self.first) / factor
         frames = min(max(frames, _FRAMES_LEAST), most - least)
@@ -55,7 +55,7 @@ class TimeScale:
         return replace(self, first=first, last=first + frames)._within(least, most)
 
     def panned(self, by_x: float, least: float, most: float) -> "TimeScale":
-        """Pulled along by so many screen units."""
+        """Return the scale moved along by so many screen units."""
         by = -by_x / self.per_frame
         return replace(self, first=self.first + by, last=self.last + by)._within(least, most)
 
@@ -65,7 +65,7 @@ class TimeScale:
         return replace(self, first=first, last=first + frames)
 
     def ticks(self, least_apart: float) -> range:
-        """Frames with a number, so many screen units apart or more."""
+        """Return the frames with a number, so many screen units apart or more."""
         step = next(
             s * 10**power
             for power in range(10)

@@ -50,12 +50,12 @@ def _buttons(session: Session) -> None:
     does: tuple[tuple[str, str, str, Callable[[], None]], ...] = (
         ("first", "first", "First frame (Home)", lambda: timeline.go_to_end(-1)),
         ("previous key", "previous key", "Previous key (Up)", lambda: timeline.go_to_key(-1)),
-        ("back", "back", "One frame back (Left)", lambda: timeline.step(-1)),
+        ("back", "back", "Previous frame (Left)", lambda: timeline.step(-1)),
         ("backwards", "stop" if direction < 0 else "backwards", "Backwards (Shift+Space)",
          lambda: timeline.play(-1)),
         ("forwards", "stop" if direction > 0 else "forwards", "Play (Space)",
          lambda: timeline.play(1)),
-        ("on", "on", "One frame on (Right)", lambda: timeline.step(1)),
+        ("on", "on", "Next frame (Right)", lambda: timeline.step(1)),
         ("next key", "next key", "Next key (Down)", lambda: timeline.go_to_key(1)),
         ("last", "last", "Last frame (End)", lambda: timeline.go_to_end(1)),
     )  # fmt: skip
@@ -102,7 +102,7 @@ def _frame_field(session: Session) -> None:
     imgui.align_text_to_frame_padding()
     imgui.text_disabled(f"of {frames}")
     if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
-        imgui.set_tooltip("What is played: I and O set in and out, Shift+I takes them away.")
+        imgui.set_tooltip("Frames that are played: I and O set in and out, Shift+I clears them.")
 
 
 def _rate_field(session: Session) -> None:
@@ -127,7 +127,7 @@ def _choices(session: Session) -> None:
 
 
 def combo(name: str, value: str, choices: Sequence[str], width_em: float) -> str:
-    """One of several words, without a label."""
+    """Draw one of several words to choose, without a label."""
     beside(width_em)
     if imgui.begin_combo(f"##{name}", value):
         for item in choices:
@@ -141,7 +141,7 @@ def combo(name: str, value: str, choices: Sequence[str], width_em: float) -> str
 
 
 def beside(width_em: float) -> None:
-    """The next control in this row, or in the next one where it does not fit."""
+    """Place the next control in this row, or in the next one where it does not fit."""
     width = width_em * imgui.get_font_size()
     imgui.same_line()
     if imgui.get_content_region_avail().x < width:
@@ -153,7 +153,7 @@ def _parse_frame(text: str) -> int:
     try:
         frame = int(text)
     except ValueError:
-        raise InputError(f"{text!r} is not the number of a frame.") from None
+        raise InputError(f"{text!r} is not a frame number.") from None
     check_frame(frame)
     return frame
 
@@ -164,6 +164,6 @@ def _parse_rate(text: str) -> float:
         over, _, under = cleaned.partition("/")
         rate = float(over) / float(under or 1)
     except (ValueError, ZeroDivisionError):
-        raise InputError(f"{text!r} are no frames per second; 24 or 24000/1001 are.") from None
+        raise InputError(f"{text!r} is not a frame rate. Example: 24 or 24000/1001.") from None
     check_frames_per_second(rate)
     return rate

@@ -1,4 +1,4 @@
-"""The ground under the name of a row, lighter where it is the chosen one; a click makes it so."""
+"""Parts of the rows of the timeline: the ground under a name, and the shape of a key."""
 
 from imgui_bundle import ImVec2, imgui
 
@@ -12,7 +12,11 @@ _LEFT_EM, _RIGHT_EM = 1.1, 0.3  # room for the dot before it, and to the keys be
 def row_name(
     session: Session, row: Row, corner: ImVec2, keys_x: float, height: float, tip: str
 ) -> None:
-    """Draw it from `corner`, the left end of the row, to `keys_x`; the words come over it."""
+    """Draw the ground of a name from `corner`, the left end of the row, to `keys_x`.
+
+    It is lighter where the row is the chosen one, and a click chooses it; the words are drawn over
+    it.
+    """
     em = imgui.get_font_size()
     first = ImVec2(corner.x + _LEFT_EM * em, corner.y)
     size = ImVec2(max(keys_x - _RIGHT_EM * em - first.x, 1.0), height - 2)
@@ -25,3 +29,14 @@ def row_name(
     if session.keys.rows.chosen is row:
         end = ImVec2(first.x + size.x, first.y + size.y)
         imgui.get_window_draw_list().add_rect_filled(first, end, theme.PLAYED, 3.0)
+
+
+def diamond(middle: ImVec2, reach: float) -> tuple[ImVec2, ImVec2, ImVec2, ImVec2]:
+    """Return the corners of a key, `reach` from the middle."""
+    x, y = middle.x, middle.y
+    return (
+        ImVec2(x, y - reach),
+        ImVec2(x + reach, y),
+        ImVec2(x, y + reach),
+        ImVec2(x - reach, y),
+    )
