@@ -17,7 +17,7 @@ class Background(Generic[Result]):
     """
 
     def __init__(self, wake: Callable[[], None]) -> None:
-        """`wake` is called on the thread when it is worth asking."""
+        """Take `wake`, which is called on the thread when the job has ended."""
         self._wake = wake
         self._coming: Future[Result] | None = None
 

@@ -87,7 +87,7 @@ class FrameRenderer:
         drained(self.loading(plate, bins_of_plate(plate)))
 
     def loading(self, plate: Plate, bins: ValueBins) -> Steps[None]:
-        """`load` in short steps, with the plate's `bins_of_plate`.
+        """Take a plate to the GPU in short steps, with its `bins_of_plate`.
 
         Steps that are not taken to their end leave nothing loaded.
         """
@@ -129,7 +129,7 @@ class FrameRenderer:
         return self.loaded
 
     def looking(self, shot: Shot, frame: int, views: int | None = None) -> Steps[None]:
-        """`look` in short steps; before the last of them everything is as it was."""
+        """Do what `look` does in short steps; before the last of them everything is as it was."""
         pinhole = yield from self._source.look(shot, frame, views)
         if pinhole is not self._loaded:
             self._take(pinhole)
@@ -165,7 +165,7 @@ class FrameRenderer:
         return drained(self.steps(shot, frame))
 
     def steps(self, shot: Shot, frame: int = 0, slot: int = 0) -> Steps[moderngl.Texture]:
-        """`render` in short steps, each the name of a pass; the last one returns the picture.
+        """Render in short steps, each the name of a pass; the last one returns the picture.
 
         Pictures in different slots do not disturb each other, and steps that are not taken to their
         end cost nothing more. Nothing else may be loaded in between.

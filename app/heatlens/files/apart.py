@@ -28,10 +28,10 @@ _NO_MEMORY = 71  # as sysexits.h calls an error of the system
 
 
 def called_apart(read: Callable[[str], Result], text: str, what: str) -> Result:
-    """`read(text)`, a function of a module of this package; what it gives must be picklable.
+    """Call `read(text)`, a function of this package, in another process; its result is pickled.
 
     Raises the HeatlensError that it raises, and an InputError that begins with `what`, the name of
-    the file, where its process ends, or takes more time or memory than it may.
+    the file, where its process ends, or exceeds its bounds on time or memory.
     """
     # -P: a file beside the user's that is called like one of Python's must not be run.
     command = [sys.executable, "-P", "-m", __spec__.name, read.__module__, read.__name__, text]

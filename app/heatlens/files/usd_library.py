@@ -42,12 +42,12 @@ def usd_failures_told(path: Path | str) -> Iterator[None]:
         words = " ".join(str(error).split())
         reason = re.search(r" : '(.*)'$", words)  # behind the place in OpenUSD's own source
         said = (reason[1] if reason else words)[:120]
-        raise InputError(f"{path} is damaged: OpenUSD gives no sense of it ({said}).") from error
+        raise InputError(f"{path} is damaged: OpenUSD cannot parse it ({said}).") from error
 
 
 def read_usd_apart(read: Callable[[str], Result], text: str, path: Path | str) -> Result:
-    """`read(text)` of the file at `path`, in a process that a damaged file may end.
+    """Call `read(text)` for the file at `path`, in a process that a damaged file may end.
 
-    Raises InputError where it cannot be read, or not with the time and memory that it may take.
+    Raises InputError where it cannot be read within its bounds on time and memory.
     """
     return called_apart(read, text, str(path))

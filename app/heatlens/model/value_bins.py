@@ -56,7 +56,7 @@ def bins_of(values: NDArray[np.float32]) -> ValueBins:
 
 
 def all_in_one(low: float, high: float, count: int) -> ValueBins:
-    """`count` values that are all but the same."""
+    """Return the bins of `count` values that are almost equal."""
     counts = np.zeros(BINS, np.int64)
     counts[0] = count
     return ValueBins(low, high, counts)

@@ -223,7 +223,7 @@ def _last(layer: str) -> str:
 
 
 def _squashed(name: str) -> str:
-    """`name` in lower case without punctuation: Z_Depth, z-depth and zDepth are one word."""
+    """Remove capitals and punctuation: Z_Depth, z-depth and zDepth are one word."""
     return "".join(letter for letter in name.lower() if letter.isalnum())
 
 

@@ -13,7 +13,7 @@ class StampBook:
     """Knows the files as they were at the last look; `version` counts whenever that differs."""
 
     def __init__(self, wake: Callable[[], None] = lambda: None) -> None:
-        """`wake` is called on the thread when the files are no longer what they were."""
+        """Take `wake`, which is called on the thread when the files have changed."""
         self.version = 0
         self._wake = wake
         self._stamps: Stamps = {}

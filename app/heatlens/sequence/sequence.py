@@ -92,7 +92,7 @@ class Sequence:
         return self.present[at : at + 1] == (frame,)
 
     def shown_frame(self, frame: int, policy: MissingPolicy = "hold") -> int | None:
-        """`frame`, or the one that stands in for it; None for black.
+        """Return `frame`, or the one that stands in for it; None for black.
 
         Raises InputError under `stop` where `frame` has no file.
         """

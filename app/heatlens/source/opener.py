@@ -32,7 +32,7 @@ class SourceOpener:
     """Opens one source at a time; the caller keeps the one before until the new one arrives."""
 
     def __init__(self, wake: Callable[[], None], stream: StreamSource | None = None) -> None:
-        """`wake` is called on a thread whenever it is worth asking.
+        """Take `wake`, which is called on a thread when a source has arrived.
 
         `stream` is a renderer that may send frames.
         """

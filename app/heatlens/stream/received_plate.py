@@ -109,7 +109,7 @@ def _missing_in(path: Path, image: TevImage, depth_key: str) -> NDArray[np.bool_
 
 
 def _report_with(report: DepthReport, depth_m: FloatImage) -> DepthReport:
-    """`report` with the range of `depth_m`."""
+    """Return `report` with the range of `depth_m`."""
     infinite_count = int(np.count_nonzero(np.isinf(depth_m)))
     near_m, far_m = finite_range(depth_m, infinite_count)
     return replace(report, near_m=near_m, far_m=far_m, infinite_count=infinite_count)

@@ -1,0 +1,73 @@
+"""Docstrings are sentences: a summary says what a function does, and is no fragment of a sentence.
+
+ruff holds every summary to one line in the imperative mood (D205, D401), but it does not know words
+such as "of" or "where" at the beginning. What begins with one of these is a fragment.
+"""
+
+import ast
+import re
+import tomllib
+from collections.abc import Iterator
+from fnmatch import fnmatch
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+PACKAGE = ROOT / "app" / "heatlens"
+NO_VERBS = frozenset(
+    "a all also an and as at both by each either every false few first for from here how if in it "
+    "its last many more most much neither next no none not nothing of on one only or others over "
+    "same several so some such than that the their then there these they this those three till to "
+    "true two under until what whatever when where whether which while who whose why with within "
+    "without".split()
+)
+
+
+def unfinished_folders() -> list[str]:
+    """The patterns of packages that pyproject.toml still excepts from the rule."""
+    config = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    return list(config["tool"]["ruff"]["lint"].get("per-file-ignores", {}))
+
+
+def is_finished(path: Path) -> bool:
+    name = path.relative_to(ROOT).as_posix()
+    return not any(fnmatch(name, pattern) for pattern in unfinished_folders())
+
+
+def is_property(function: ast.FunctionDef) -> bool:
+    return any("property" in ast.unparse(decorator) for decorator in function.decorator_list)
+
+
+def begins_with_no_verb(docstring: str) -> bool:
+    """Return True for a fragment, such as "Of the playhead." or "(H, W) metres."."""
+    word = re.match(r"[A-Za-z]+", docstring)
+    return word is None or word[0].lower() in NO_VERBS or word[0].endswith("Error")
+
+
+def fragments_in(path: Path) -> Iterator[str]:
+    """Every function that is no property and whose docstring is a fragment, with its line."""
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.FunctionDef) and not is_property(node):
+            docstring = ast.get_docstring(node)
+            if docstring and begins_with_no_verb(docstring):
+                yield f"{path.relative_to(ROOT)}:{node.lineno}: {docstring.splitlines()[0]}"
+
+
+def test_no_summary_is_a_fragment():
+    found = [
+        line for path in PACKAGE.rglob("*.py") if is_finished(path) for line in fragments_in(path)
+    ]
+    assert not found, "\n".join(found)
+
+
+@pytest.mark.parametrize(
+    "docstring", ["Of the playhead.", "(H, W) metres.", "`frame` of it.", "InputError for nothing."]
+)
+def test_fragments_are_found(docstring):
+    assert begins_with_no_verb(docstring)
+
+
+@pytest.mark.parametrize("docstring", ["Return the frame.", "Delete the mark."])
+def test_sentences_are_not(docstring):
+    assert not begins_with_no_verb(docstring)
