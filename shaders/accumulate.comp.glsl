@@ -11,7 +11,7 @@
 // Output
 //   mean_img  rgba, half or float
 
-layout(local_size_x = 16, local_size_y = 16) in;
+layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
 uniform sampler2D view_tx;
 uniform float count;

@@ -5,7 +5,7 @@
 // Output
 //   color_img       a written, rgb kept
 
-layout(local_size_x = 16, local_size_y = 16) in;
+layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
 uniform sampler2D alpha_tx;
 layout(rgba32f) uniform image2D color_img;

@@ -10,7 +10,7 @@
 
 #include "lib/antialias.lib.glsl"
 
-layout(local_size_x = 16, local_size_y = 16) in;
+layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
 uniform sampler2D view_tx;
 uniform sampler2D done_tx;

@@ -6,7 +6,7 @@
 // Output
 //   mean_img   rgb, alpha 1
 
-layout(local_size_x = 16, local_size_y = 16) in;
+layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
 uniform sampler2D sum_tx;
 uniform sampler2D done_tx;

@@ -5,7 +5,7 @@
 // Output
 //   out_color_img   the same
 
-layout(local_size_x = 16, local_size_y = 16) in;
+layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
 uniform sampler2D color_tx;
 layout(rgba32f) uniform writeonly image2D out_color_img;

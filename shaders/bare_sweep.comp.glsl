@@ -12,7 +12,7 @@
 // Output
 //   out_color_img     y
 
-layout(local_size_x = 8) in;  // one vector of a software rasteriser's invocations
+layout(local_size_x = ROW_GROUP) in;
 
 layout(r32f) uniform readonly image2D conductance_img;
 layout(rgba32f) uniform readonly image2D color_img;

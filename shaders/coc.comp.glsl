@@ -5,7 +5,7 @@
 // Output
 //   out_coc_img  diameter in pixels, negative in front of the focus plane
 
-layout(local_size_x = 16, local_size_y = 16) in;
+layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
 uniform sampler2D depth_tx;
 uniform float at_infinity_px;   // diameter of a point infinitely far away

@@ -8,7 +8,7 @@
 
 #include "lib/tile_list.lib.glsl"
 
-layout(local_size_x = 16, local_size_y = 16) in;
+layout(local_size_x = TILE, local_size_y = TILE) in;
 
 uniform sampler2D layer_tx;
 uniform bool is_farthest;  // it covers everything, so its blurred coverage divides out
@@ -44,7 +44,7 @@ void composite(ivec2 at) {
 // A workgroup's part of a tile: with a reduction of 2, a tile stands for 2 x 2 workgroups.
 void composite_tile(ivec2 tile) {
     ivec2 groups = tile * ivec2(gl_NumWorkGroups.yz) + ivec2(gl_WorkGroupID.yz);
-    ivec2 at = groups * ivec2(gl_WorkGroupSize.xy) + ivec2(gl_LocalInvocationID.xy);
+    ivec2 at = groups * TILE + ivec2(gl_LocalInvocationID.xy);
     if (all(lessThan(at, imageSize(out_color_img)))) composite(at);
 }
 

@@ -1,4 +1,4 @@
-// How many pixels lie in each of BINS even bins of dioptres, exactly as model/value_bins.py counts
+// How many pixels lie in each of DEPTH_BINS even bins of dioptres, exactly as model/value_bins.py counts
 // the same depths: layers are chosen by which bins are empty, and must not hang on the machine.
 //
 // Input
@@ -9,28 +9,27 @@
 #include "lib/reciprocal.lib.glsl"
 
 #define WORKERS 256
-#define BINS 4096
 layout(local_size_x = WORKERS) in;
 
 layout(r32f) uniform readonly image2D depth_img;
 uniform float low;       // dioptres
 uniform float per_step;  // bins a dioptre
-layout(std430) buffer count_block { uint count_buf[BINS]; };
+layout(std430) buffer count_block { uint count_buf[DEPTH_BINS]; };
 
-shared uint counts_sh[BINS];
+shared uint counts_sh[DEPTH_BINS];
 
 void main() {
     int worker = int(gl_LocalInvocationID.x);
-    for (int i = worker; i < BINS; i += WORKERS) counts_sh[i] = 0u;
+    for (int i = worker; i < DEPTH_BINS; i += WORKERS) counts_sh[i] = 0u;
     barrier();
     ivec2 size = imageSize(depth_img);
     for (int y = int(gl_WorkGroupID.x); y < size.y; y += int(gl_NumWorkGroups.x))
         for (int x = worker; x < size.x; x += WORKERS) {
             precise float above = reciprocal(imageLoad(depth_img, ivec2(x, y)).r) - low;
             precise float place = above * per_step;
-            atomicAdd(counts_sh[clamp(int(place), 0, BINS - 1)], 1u);
+            atomicAdd(counts_sh[clamp(int(place), 0, DEPTH_BINS - 1)], 1u);
         }
     barrier();
-    for (int i = worker; i < BINS; i += WORKERS)
+    for (int i = worker; i < DEPTH_BINS; i += WORKERS)
         if (counts_sh[i] > 0u) atomicAdd(count_buf[i], counts_sh[i]);
 }

@@ -7,7 +7,7 @@
 
 #include "lib/view.lib.glsl"
 
-layout(local_size_x = 16, local_size_y = 16) in;
+layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
 uniform sampler2D picture_tx;
 writeonly uniform image2D out_display_img;

@@ -8,7 +8,7 @@
 
 #include "lib/view.lib.glsl"
 
-layout(local_size_x = 16, local_size_y = 16) in;
+layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
 uniform sampler2D a_tx;
 uniform sampler2D b_tx;

@@ -12,7 +12,7 @@
 #include "lib/pixel_list.lib.glsl"
 #include "lib/silhouette.lib.glsl"
 
-layout(local_size_x = 16, local_size_y = 16) in;
+layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
 layout(r16f) uniform writeonly image2D out_kind_img;
 

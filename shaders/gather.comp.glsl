@@ -13,7 +13,7 @@
 
 #include "lib/aperture.lib.glsl"
 
-layout(local_size_x = 16, local_size_y = 16) in;
+layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
 uniform sampler2D color_tx;
 uniform sampler2D coc_tx;
@@ -24,7 +24,6 @@ uniform bool is_last;
 layout(rgba32f) uniform image2D sum_img;
 layout(r32f) uniform image2D weight_img;
 
-#define RAMP 0.5      // half the width of a disc's rim: as soft as a pixel
 #define BEHIND_PX 0.5 // coc farther by this is behind, not the same surface
 
 void main() {
@@ -37,17 +36,17 @@ void main() {
     }
     vec4 sum = is_first ? vec4(0.0) : imageLoad(sum_img, at);
     float weight = is_first ? 0.0 : imageLoad(weight_img, at).r;
-    ivec2 reach = ivec2(min(ceil(aperture_reach(radius, RAMP)), vec2(size)));
+    ivec2 reach = ivec2(min(ceil(aperture_reach(radius, DISC_RAMP_PX)), vec2(size)));
     ivec2 first = max(ivec2(-reach.x, max(-reach.y, disc_rows.x)), -at);
     ivec2 last = min(ivec2(reach.x, min(reach.y, disc_rows.y)), size - 1 - at);
     for (int y = first.y; y <= last.y; ++y)
         for (int x = first.x; x <= last.x; ++x) {
             vec2 offset = -vec2(x, y);  // from the disc of the pixel there to this one
-            float inside = aperture_coverage(offset, radius, RAMP);
+            float inside = aperture_coverage(offset, radius, DISC_RAMP_PX);
             if (inside <= 0.0) continue;
             float there = texelFetch(coc_tx, at + ivec2(x, y), 0).r;
             if (there < coc + BEHIND_PX)
-                inside = min(inside, aperture_coverage(offset, 0.5 * there, RAMP));
+                inside = min(inside, aperture_coverage(offset, 0.5 * there, DISC_RAMP_PX));
             sum += inside * texelFetch(color_tx, at + ivec2(x, y), 0);
             weight += inside;
         }

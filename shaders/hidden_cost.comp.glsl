@@ -50,10 +50,10 @@ void compare_ends(ivec2 listed) {
     ivec2 at = listed & PLACE_MASK;
     size = textureSize(layer_tx, 0);
     vec4 cost = vec4(-1.0);
-    ivec2 ends[DIRECTIONS];
-    for (int k = 0; k < DIRECTIONS; ++k) ends[k] = ends_of(k, at, size);
+    ivec2 ends[HIDDEN_DIRECTIONS];
+    for (int k = 0; k < HIDDEN_DIRECTIONS; ++k) ends[k] = ends_of(k, at, size);
     int taps = is_beyond_reach(ends) ? 0 : TAPS;
-    for (int k = 0; k < DIRECTIONS; ++k)
+    for (int k = 0; k < HIDDEN_DIRECTIONS; ++k)
         if (all(greaterThan(ends[k], ivec2(0)))) cost[k] = difference(at, k, ends[k], taps);
     if ((uint(listed.x) & MARK_FIRST) != 0u) imageStore(out_cost_img, at >> 1, cost);
 }

@@ -34,7 +34,7 @@ layout(rg32f) uniform image2D state_img;
 #define BEHIND_REACH 0.26      // of an end's diameter: how far behind it counts, ever less
 #define BEHIND_TAPS 6          // 1, 2, 4 ... 32 pixels behind, each for all that is as far as it
 
-const float STEP_LENGTH[DIRECTIONS] = float[](1.0, 1.0, sqrt(2.0), sqrt(2.0));
+const float STEP_LENGTH[HIDDEN_DIRECTIONS] = float[](1.0, 1.0, sqrt(2.0), sqrt(2.0));
 
 struct Content {
     vec4 layer;      // rgb with lamps dimmed, times coverage, a coverage
@@ -91,9 +91,9 @@ struct Guess {
     float diameter;
 };
 
-float nearest_of(ivec2 ends[DIRECTIONS]) {
+float nearest_of(ivec2 ends[HIDDEN_DIRECTIONS]) {
     float nearest = 1e30;
-    for (int k = 0; k < DIRECTIONS; ++k) {
+    for (int k = 0; k < HIDDEN_DIRECTIONS; ++k) {
         if (ends[k].x > 0) nearest = min(nearest, float(ends[k].x) * STEP_LENGTH[k]);
         if (ends[k].y > 0) nearest = min(nearest, float(ends[k].y) * STEP_LENGTH[k]);
     }
@@ -101,13 +101,13 @@ float nearest_of(ivec2 ends[DIRECTIONS]) {
 }
 
 void make_guess(ivec2 at, ivec2 size, out Guess guess) {
-    ivec2 ends[DIRECTIONS];
-    for (int k = 0; k < DIRECTIONS; ++k) ends[k] = ends_of(k, at, size);
+    ivec2 ends[HIDDEN_DIRECTIONS];
+    for (int k = 0; k < HIDDEN_DIRECTIONS; ++k) ends[k] = ends_of(k, at, size);
     bool beyond = is_beyond_reach(ends);
     vec4 cost = mean_cost(at >> 1, beyond ? -1 : REACH);
     Content sum = Content(vec4(0.0), 0.0);
     float weights = 0.0;
-    int directions = beyond ? 0 : DIRECTIONS;
+    int directions = beyond ? 0 : HIDDEN_DIRECTIONS;
     for (int k = 0; k < directions; ++k) {
         int ahead = ends[k].x, back = ends[k].y;
         if (ahead == 0 && back == 0) continue;

@@ -13,7 +13,7 @@
 #endif
 #include "lib/tone.lib.glsl"
 
-layout(local_size_x = 16, local_size_y = 16) in;
+layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
 uniform sampler2D color_tx;
 uniform sampler2D coc_tx;

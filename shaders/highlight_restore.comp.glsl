@@ -8,7 +8,7 @@
 
 #ifdef LISTS
 #include "lib/fragment_list.lib.glsl"
-layout(std430, binding = 0) writeonly buffer low_fragment_block { uint low_fragment_buf[]; };
+layout(std430) writeonly buffer low_fragment_block { uint low_fragment_buf[]; };
 uniform sampler2D coc_tx;
 
 // Returns whether the pixel's highlight came out of its list.
@@ -19,7 +19,7 @@ bool restore_list(ivec2 at, float high_coc) {
 }
 #endif
 
-layout(local_size_x = 16, local_size_y = 16) in;
+layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
 uniform sampler2D high_tx;
 layout(rgba32f) uniform image2D low_img;

@@ -17,7 +17,7 @@
 #endif
 #include "lib/tone.lib.glsl"
 
-layout(local_size_x = 16, local_size_y = 16) in;
+layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
 uniform sampler2D color_tx;
 uniform sampler2D surroundings_tx;
@@ -26,7 +26,7 @@ layout(rgba32f) uniform writeonly image2D out_low_img;
 layout(rgba32f) uniform writeonly image2D out_high_img;
 
 #ifdef LISTS
-layout(std430, binding = 0) writeonly buffer low_fragment_block { uint low_fragment_buf[]; };
+layout(std430) writeonly buffer low_fragment_block { uint low_fragment_buf[]; };
 #endif
 
 #define TIMES_BRIGHTER 3.0

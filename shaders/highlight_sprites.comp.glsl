@@ -9,7 +9,7 @@
 #include "lib/aperture.lib.glsl"
 #include "lib/highlights.lib.glsl"
 
-layout(local_size_x = 8, local_size_y = 8) in;
+layout(local_size_x = HIGHLIGHT_GROUP, local_size_y = HIGHLIGHT_GROUP) in;
 
 uniform sampler2D high_tx;
 
@@ -29,11 +29,11 @@ layout(std430) writeonly buffer sprite_block { Sprite sprite_buf[]; };
 #define NUMERIC_PX 8.0     // discs up to this radius are summed pixel by pixel: light is kept exactly
 
 ivec2 size, corner;
-float energy[BLOCK * BLOCK];
-float coc[BLOCK * BLOCK];
+float energy[HIGHLIGHT_BLOCK * HIGHLIGHT_BLOCK];
+float coc[HIGHLIGHT_BLOCK * HIGHLIGHT_BLOCK];
 uint taken[2];
 
-ivec2 pixel(int i) { return corner + ivec2(i % BLOCK, i / BLOCK); }
+ivec2 pixel(int i) { return corner + ivec2(i % HIGHLIGHT_BLOCK, i / HIGHLIGHT_BLOCK); }
 vec4 high_at(ivec2 at) { return texelFetch(high_tx, clamp(at, ivec2(0), size - 1), 0); }
 float sum_of(vec3 c) { return c.r + c.g + c.b; }
 bool is_taken(int i) { return (taken[i / 32] >> (i % 32) & 1u) == 1u; }
@@ -71,14 +71,14 @@ vec2 light_offset(ivec2 at, float coc_px) {
 
 bool load_block() {
     bool any_light = false;
-    for (int i = 0; i < BLOCK * BLOCK; ++i) {
+    for (int i = 0; i < HIGHLIGHT_BLOCK * HIGHLIGHT_BLOCK; ++i) {
         ivec2 at = pixel(i);
         bool inside = all(lessThan(at, size));
         energy[i] = inside ? sum_of(texelFetch(high_tx, at, 0).rgb) : 0.0;
         any_light = any_light || energy[i] > 0.0;
     }
     if (any_light)
-        for (int i = 0; i < BLOCK * BLOCK; ++i)
+        for (int i = 0; i < HIGHLIGHT_BLOCK * HIGHLIGHT_BLOCK; ++i)
             if (energy[i] > 0.0) coc[i] = lamp_coc(pixel(i));
     return any_light;
 }
@@ -86,7 +86,7 @@ bool load_block() {
 int brightest(ivec2 from, int side) {
     int best = -1;
     for (int k = 0; k < side * side; ++k) {
-        int i = (from.y + k / side) * BLOCK + from.x + k % side;
+        int i = (from.y + k / side) * HIGHLIGHT_BLOCK + from.x + k % side;
         if (energy[i] > 0.0 && !is_taken(i) && (best < 0 || energy[i] > energy[best])) best = i;
     }
     return best;
@@ -110,10 +110,10 @@ Sprite merged(ivec2 from, int side, int best) {
     vec2 moment = vec2(0.0);
     float weight = 0.0, moment_2 = 0.0;
     for (int k = 0; k < side * side; ++k) {
-        int i = (from.y + k / side) * BLOCK + from.x + k % side;
+        int i = (from.y + k / side) * HIGHLIGHT_BLOCK + from.x + k % side;
         if (energy[i] <= 0.0 || is_taken(i) || abs(coc[i] - coc[best]) > limit) continue;
         taken[i / 32] |= 1u << (i % 32);
-        vec2 place = vec2(i % BLOCK, i / BLOCK) + 0.5 + light_offset(pixel(i), coc[best]);
+        vec2 place = vec2(i % HIGHLIGHT_BLOCK, i / HIGHLIGHT_BLOCK) + 0.5 + light_offset(pixel(i), coc[best]);
         light += texelFetch(high_tx, pixel(i), 0).rgb;
         weight += energy[i];
         moment += energy[i] * place;
@@ -140,9 +140,9 @@ uint make_sprites(int level, uint offset, out float area) {
     uint count = 0u;
     area = 0.0;
     taken[0] = taken[1] = 0u;
-    for (int side = BLOCK; side >= 1; side /= 2)
-        for (int k = 0; k < BLOCK * BLOCK / (side * side); ++k) {
-            ivec2 from = side * ivec2(k % (BLOCK / side), k / (BLOCK / side));
+    for (int side = HIGHLIGHT_BLOCK; side >= 1; side /= 2)
+        for (int k = 0; k < HIGHLIGHT_BLOCK * HIGHLIGHT_BLOCK / (side * side); ++k) {
+            ivec2 from = side * ivec2(k % (HIGHLIGHT_BLOCK / side), k / (HIGHLIGHT_BLOCK / side));
             int best = brightest(from, side);
             if (best < 0 || (side > 1 && float(side) > MERGE_SHARE[level] * abs(coc[best]))) continue;
             Sprite sprite = merged(from, side, best);
@@ -157,9 +157,9 @@ uint make_sprites(int level, uint offset, out float area) {
 
 void main() {
     size = textureSize(high_tx, 0);
-    ivec2 block = ivec2(gl_GlobalInvocationID.xy), blocks = (size + BLOCK - 1) / BLOCK;
+    ivec2 block = ivec2(gl_GlobalInvocationID.xy), blocks = (size + HIGHLIGHT_BLOCK - 1) / HIGHLIGHT_BLOCK;
     if (any(greaterThanEqual(block, blocks))) return;
-    corner = block * BLOCK;
+    corner = block * HIGHLIGHT_BLOCK;
     int index = block.y * blocks.x + block.x;
     bool any_light = load_block();
 #ifdef COUNT

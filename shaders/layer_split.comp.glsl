@@ -27,7 +27,7 @@
 #include "lib/silhouette.lib.glsl"
 #include "lib/tile_list.lib.glsl"
 
-layout(local_size_x = 16, local_size_y = 16) in;
+layout(local_size_x = TILE, local_size_y = TILE) in;
 
 uniform sampler2D color_tx;
 uniform sampler2D kind_tx;
@@ -189,7 +189,7 @@ void store(ivec2 at, Sum sum) {
 }
 
 void split_tile(ivec2 tile) {
-    ivec2 at = tile * ivec2(gl_WorkGroupSize.xy) + ivec2(gl_LocalInvocationID.xy);
+    ivec2 at = tile * TILE + ivec2(gl_LocalInvocationID.xy);
     Sum sum;
     sum.layer = vec4(0.0);
     sum.diameter = sum.solid = sum.known = sum.count = 0.0;

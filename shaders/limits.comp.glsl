@@ -3,7 +3,7 @@
 // In and out
 //   color_img   rgb, a alpha
 
-layout(local_size_x = 16, local_size_y = 16) in;
+layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
 uniform bool is_opaque;  // alpha is exactly 1
 layout(rgba32f) uniform image2D color_img;

@@ -6,7 +6,7 @@
 // Outputs
 //   out_color_img, out_depth_img  proxy size
 
-layout(local_size_x = 16, local_size_y = 16) in;
+layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
 uniform sampler2D color_tx;
 uniform sampler2D depth_tx;

@@ -13,9 +13,8 @@
 
 #include "lib/aperture.lib.glsl"
 
-layout(local_size_x = 16, local_size_y = 16) in;
+layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
-#define LEVELS_MAX 15
 #define TAPS 4               // to each side
 #define TAP_SPREAD 2.0       // standard deviation of the taps, in taps
 #define TAPS_VARIANCE 3.4283 // of nine taps weighed so, in taps^2
@@ -23,7 +22,7 @@ layout(local_size_x = 16, local_size_y = 16) in;
 uniform sampler2D color_tx;
 uniform sampler2D pyramid_tx;
 uniform sampler2D coc_tx;
-uniform ivec4 places[LEVELS_MAX];  // corner, size of level 1, 2, ..
+uniform ivec4 places[PYRAMID_LEVELS_MAX];  // corner, size of level 1, 2, ..
 uniform int levels;                // without level 0
 layout(rgba32f) uniform writeonly image2D out_color_img;
 

@@ -7,7 +7,7 @@
 // Output
 //   out_img      where this one lies
 
-layout(local_size_x = 16, local_size_y = 16) in;
+layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
 uniform sampler2D source_tx;
 uniform ivec4 source_place;  // corner, size

@@ -18,7 +18,7 @@
 #include "lib/random.lib.glsl"
 #include "lib/aperture.lib.glsl"
 
-layout(local_size_x = 8, local_size_y = 8) in;
+layout(local_size_x = RAY_GROUP, local_size_y = RAY_GROUP) in;
 
 uniform mat4 world_from_camera;
 uniform float focal_px;

@@ -10,10 +10,8 @@ flat in vec4 color;
 layout(location = 0) out vec4 out_light;
 layout(location = 1) out float out_cover;
 
-#define RAMP 0.5
-
 void main() {
-    float part = share < 0.0 ? 1.0 : share * aperture_coverage(gl_FragCoord.xy - centre, radius, RAMP);
+    float part = share < 0.0 ? 1.0 : share * aperture_coverage(gl_FragCoord.xy - centre, radius, DISC_RAMP_PX);
     if (part == 0.0) discard;
     out_light = part * color;
     out_cover = part;

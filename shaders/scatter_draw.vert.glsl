@@ -2,26 +2,24 @@
 
 #include "lib/aperture.lib.glsl"
 
-#define DISC_SUMS 129
-
 in uint in_pixel;  // y * width + x
 
 uniform sampler2D color_tx;
 uniform sampler2D coc_tx;
-uniform float disc_sums[DISC_SUMS];  // of the profile over pixels, for each eighth of a pixel of coc
+uniform float disc_sums[SCATTER_DISC_SUMS];  // of the profile over pixels, for each eighth of a pixel of coc
 
 flat out vec2 centre;
 flat out float radius;
 flat out float share;  // of its light in a pixel wholly inside; negative: all of it in its own pixel
 flat out vec4 color;
 
-#define RAMP 0.5        // half the width of the rim: as soft as a pixel
-#define STEPS_A_PX 8.0  // a small disc's coc is rounded to eighths, so that its sum is known exactly
+// A small disc's coc is rounded to eighths, so that its sum is known exactly.
+#define STEPS_A_PX float(SCATTER_STEPS_A_PX)
 
 float disc_sum(float coc) {
     int step = int(round(coc * STEPS_A_PX));
-    if (step < DISC_SUMS) return disc_sums[step];
-    return aperture_light(0.25 * coc * coc, RAMP);
+    if (step < SCATTER_DISC_SUMS) return disc_sums[step];
+    return aperture_light(0.25 * coc * coc, DISC_RAMP_PX);
 }
 
 void main() {
@@ -29,12 +27,12 @@ void main() {
     ivec2 at = ivec2(int(in_pixel) % size.x, int(in_pixel) / size.x);
     float coc = abs(texelFetch(coc_tx, at, 0).r);
     bool sharp = is_one_pixel(0.5 * coc);
-    if (int(round(coc * STEPS_A_PX)) < DISC_SUMS) coc = round(coc * STEPS_A_PX) / STEPS_A_PX;
+    if (int(round(coc * STEPS_A_PX)) < SCATTER_DISC_SUMS) coc = round(coc * STEPS_A_PX) / STEPS_A_PX;
     color = texelFetch(color_tx, at, 0);
     centre = vec2(at) + 0.5;
     radius = 0.5 * coc;
     share = sharp ? -1.0 : 1.0 / disc_sum(coc);
     vec2 corner = vec2(gl_VertexID % 2, gl_VertexID / 2) * 2.0 - 1.0;
-    vec2 reach = sharp ? vec2(0.5) : aperture_reach(radius, RAMP);
+    vec2 reach = sharp ? vec2(0.5) : aperture_reach(radius, DISC_RAMP_PX);
     gl_Position = vec4((centre + corner * reach) / vec2(size) * 2.0 - 1.0, 0.0, 1.0);
 }

@@ -6,7 +6,7 @@
 //   out_color_img   rgba so far times its cover; after the nearest bin the picture
 //   out_cover_img   cover so far: less than 1 where what was hidden would have to show
 
-layout(local_size_x = 16, local_size_y = 16) in;
+layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
 uniform bool is_farthest;
 uniform bool is_nearest;

@@ -11,11 +11,7 @@
 //   place_buf    where a row's pixels of each bin begin (advanced in a copy of its own)
 //   pixel_buf    y * width + x, by bin
 
-layout(local_size_x = 8) in;
-
-#define BINS 64
-#define MIDDLE 32
-#define GROWTH_LOG2 0.321928 // log2(1.25)
+layout(local_size_x = ROW_GROUP) in;
 
 uniform sampler2D coc_tx;
 layout(std430) buffer place_block { uint place_buf[]; };
@@ -23,23 +19,23 @@ layout(std430) buffer place_block { uint place_buf[]; };
 layout(std430) writeonly buffer pixel_block { uint pixel_buf[]; };
 #endif
 
-// 0 nearest .. 63 farthest; 32 is the focus.
+// 0 is the nearest bin, SCATTER_MIDDLE the one in focus.
 int bin_of(float coc) {
-    int away = int(ceil(log2(clamp(abs(coc), 1.0, 1e6)) / GROWTH_LOG2));
-    return clamp(MIDDLE + (coc < 0.0 ? -away : away), 0, BINS - 1);
+    int away = int(ceil(log2(clamp(abs(coc), 1.0, 1e6)) / SCATTER_GROWTH_LOG2));
+    return clamp(SCATTER_MIDDLE + (coc < 0.0 ? -away : away), 0, SCATTER_BINS - 1);
 }
 
 void main() {
     int row = int(gl_GlobalInvocationID.x);
     ivec2 size = textureSize(coc_tx, 0);
     if (row >= size.y) return;
-    uint next[BINS];
+    uint next[SCATTER_BINS];
 #ifdef COUNT
-    for (int bin = 0; bin < BINS; ++bin) next[bin] = 0u;
+    for (int bin = 0; bin < SCATTER_BINS; ++bin) next[bin] = 0u;
     for (int x = 0; x < size.x; ++x) ++next[bin_of(texelFetch(coc_tx, ivec2(x, row), 0).r)];
-    for (int bin = 0; bin < BINS; ++bin) place_buf[row * BINS + bin] = next[bin];
+    for (int bin = 0; bin < SCATTER_BINS; ++bin) place_buf[row * SCATTER_BINS + bin] = next[bin];
 #else
-    for (int bin = 0; bin < BINS; ++bin) next[bin] = place_buf[row * BINS + bin];
+    for (int bin = 0; bin < SCATTER_BINS; ++bin) next[bin] = place_buf[row * SCATTER_BINS + bin];
     for (int x = 0; x < size.x; ++x)
         pixel_buf[next[bin_of(texelFetch(coc_tx, ivec2(x, row), 0).r)]++] = uint(row * size.x + x);
 #endif

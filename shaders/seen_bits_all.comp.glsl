@@ -6,7 +6,7 @@
 #include "lib/hidden.lib.glsl"
 #include "lib/tile_mask.lib.glsl"
 
-layout(local_size_x = 64) in;
+layout(local_size_x = WORD_GROUP) in;
 
 uniform ivec2 size;
 layout(std430) writeonly buffer bits_block { uint bits_buf[]; };

@@ -14,7 +14,7 @@ uniform ivec2 size;
 layout(std430) buffer bits_block { uint bits_buf[]; };
 
 void clear_pixel(ivec2 at) {
-    for (int k = 0; k < DIRECTIONS; ++k) {
+    for (int k = 0; k < HIDDEN_DIRECTIONS; ++k) {
         int i = position_of(k, at);
         int word = first_word(k, size) + line_of(k, at, size) * words_per_line(k, size) + (i >> 5);
         atomicAnd(bits_buf[word], ~(1u << (i & 31)));

@@ -14,7 +14,7 @@
 #define SUBSTITUTE 2
 #define STORE 3
 
-layout(local_size_x = 64) in;
+layout(local_size_x = CYCLIC_GROUP) in;
 
 struct Link {
     Num ground, left, right;

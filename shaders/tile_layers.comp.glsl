@@ -13,10 +13,7 @@
 #include "lib/fragment_list.lib.glsl"
 #endif
 
-#define TILE 16
-#define LAYERS_MAX 8
-
-layout(local_size_x = 8, local_size_y = 8) in;
+layout(local_size_x = TILE_GROUP, local_size_y = TILE_GROUP) in;
 
 uniform sampler2D coc_tx;
 uniform sampler2D kind_tx;

@@ -11,7 +11,7 @@
 #include "lib/tile_list.lib.glsl"
 #include "lib/tile_reach.lib.glsl"
 
-layout(local_size_x = 8, local_size_y = 8) in;
+layout(local_size_x = TILE_GROUP, local_size_y = TILE_GROUP) in;
 
 uniform float tile_px;     // picture pixels a side of a tile
 uniform float spread_px;   // how far content spreads by its own blur, picture pixels

@@ -10,7 +10,7 @@
 
 #include "lib/tile_reach.lib.glsl"
 
-layout(local_size_x = 8, local_size_y = 8) in;
+layout(local_size_x = TILE_GROUP, local_size_y = TILE_GROUP) in;
 
 uniform ivec2 picture_tiles;  // across, down
 uniform int reduction;        // of the layer: picture pixels a side of one of its own

@@ -22,7 +22,7 @@ layout(std430) readonly buffer colors_block { uvec2 colors[]; };  // half floats
 #define VERTEX_PARTS 2u
 #endif
 
-#define STACK 32   // more than DEPTH_MOST of bvh.py
+#define STACK (BVH_DEPTH_MOST + 2)  // more than a tree has levels
 #define SAME 1e-6  // share of a distance that is rounding
 
 // What a ray met: an instance, -1 for nothing; a triangle, and the weights of its corners there.

@@ -6,8 +6,8 @@
 //               one more entry ends the last list
 // fragment_buf  three words a fragment: colour and coverage as halfs, dioptres as a float
 
-layout(std430, binding = 0) readonly buffer start_block { uint start_buf[]; };
-layout(std430, binding = 0) readonly buffer fragment_block { uint fragment_buf[]; };
+layout(std430) readonly buffer start_block { uint start_buf[]; };
+layout(std430) readonly buffer fragment_block { uint fragment_buf[]; };
 uniform ivec2 lists_size;     // pixels of the plate; its picture may be smaller
 uniform vec2 fragment_line;   // signed coc at infinity, and per dioptre, pixels
 uniform bool has_fronts;      // lists that begin with what is seen stand for it

@@ -15,10 +15,9 @@ float hidden_mark(float cover, float known) { return -1.0 - cover - 4.0 * floor(
 float marked_known(float alpha) { return floor((-1.0 - alpha) / 4.0) / KNOWN_STEPS; }
 float marked_cover(float alpha) { return -1.0 - alpha - 4.0 * KNOWN_STEPS * marked_known(alpha); }
 
-#define DIRECTIONS 4
 #define NOWHERE (-1)
 
-const ivec2 DIRECTION[DIRECTIONS] = ivec2[](ivec2(1, 0), ivec2(0, 1), ivec2(1, 1), ivec2(-1, 1));
+const ivec2 DIRECTION[HIDDEN_DIRECTIONS] = ivec2[](ivec2(1, 0), ivec2(0, 1), ivec2(1, 1), ivec2(-1, 1));
 
 int line_of(int k, ivec2 at, ivec2 size) {
     return k == 0 ? at.y : k == 1 ? at.x : k == 2 ? at.x - at.y + size.y : at.x + at.y;

@@ -38,9 +38,9 @@ uniform int reach_px;  // what is farther than this from everything seen, no blu
 
 // The nearest of the ends along all directions is beyond reach. Loops over what such a pixel would need
 // then run zero times, which also a software rasteriser skips; it runs both sides of a branch.
-bool is_beyond_reach(ivec2 ends[DIRECTIONS]) {
+bool is_beyond_reach(ivec2 ends[HIDDEN_DIRECTIONS]) {
     int nearest = reach_px + 1;
-    for (int k = 0; k < DIRECTIONS; ++k) {
+    for (int k = 0; k < HIDDEN_DIRECTIONS; ++k) {
         if (ends[k].x > 0) nearest = min(nearest, ends[k].x);
         if (ends[k].y > 0) nearest = min(nearest, ends[k].y);
     }

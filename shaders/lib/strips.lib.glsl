@@ -6,9 +6,6 @@
 // The texture is folded to 128 rows of a strip, which is 1024 pixels, in one of its own.
 // A GPU keeps its textures in blocks by itself.
 
-#define STRIP_COLUMNS 8
-#define STRIP_FOLD 128
-
 uniform int picture_height;
 
 ivec2 in_strips(ivec2 at) {

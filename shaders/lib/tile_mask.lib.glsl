@@ -1,8 +1,6 @@
 // Which tiles of a picture are worked on: a word for each tile of TILE x TILE pixels, row by row, 0 where
 // there is nothing to do. What is left out is neither read nor written.
 
-#define TILE 16
-
 layout(std430) readonly buffer tile_mask_block { uint tile_mask_buf[]; };
 uniform int tiles_across;  // of the whole picture
 

@@ -11,7 +11,8 @@ from heatlens.defocus.kernels import Kernel, named_kernel
 from heatlens.defocus.layer_cuts import Cut, LayerCut
 from heatlens.defocus.layer_passes import CocFillPass
 from heatlens.defocus.line_solver import LineSolver, PartitionSolver, SweepSolver
-from heatlens.defocus.tile_mask import TILE, TileMask, tile_count
+from heatlens.defocus.tile_mask import TileMask, tile_count
+from heatlens.gpu.shader_constants import TILE
 from heatlens.gpu.textures import FloatArray, Storage, download, new_array, new_texture, upload
 
 SIZE = (150, 90)  # 10 x 6 tiles, the last of both only in part

@@ -9,7 +9,8 @@ import pytest
 from heatlens.defocus import gather_pass, scatter_pass
 from heatlens.defocus.gather_pass import gather_steps
 from heatlens.defocus.pyramid_pass import level_places, level_variance, pyramid_size
-from heatlens.defocus.scatter_pass import BINS, bin_coc_px, bin_places, disc_sums
+from heatlens.defocus.scatter_pass import bin_coc_px, bin_places, disc_sums
+from heatlens.gpu.shader_constants import SCATTER_BINS
 from heatlens.model.aperture import Aperture, DiscShape
 from support.methods_of_plates import DISCS, through
 from support.plates import coc_plate_of
@@ -39,7 +40,7 @@ def test_gather_steps_cover_disc_and_picture_once_and_are_short(size, reach):
 
 
 def test_bins_lie_far_to_near_in_the_pixels_own_order():
-    counts = np.zeros((2, BINS), np.uint32)
+    counts = np.zeros((2, SCATTER_BINS), np.uint32)
     counts[:, 5], counts[:, 40] = (2, 3), (1, 4)
     places = bin_places(counts)
     assert (places[0, 40], places[1, 40]) == (0, 1)

@@ -1,13 +1,17 @@
 """Includes, defines and the way back from a driver's line number."""
 
+import re
 from pathlib import Path
 
 import moderngl
 import pytest
 
 from heatlens.errors import ShaderError
+from heatlens.gpu import shader_constants
 from heatlens.gpu.program import ComputeProgram
 from heatlens.gpu.shader_source import assemble
+from heatlens.model.settings import LAYERS_MAX
+from heatlens.paths import data_dir
 
 
 def write(folder: Path, **files: str) -> None:
@@ -39,6 +43,34 @@ def test_line_numbers_map_back(tmp_path: Path) -> None:
     assert source.explained("0:10002(3): error: no") == "b.glsl:2(3): error: no"
     assert source.explained("0:3(1): error: no") == "a.glsl:3(1): error: no"
     assert "#line 3" in source.text
+
+
+def test_constants_that_are_mentioned_are_defined(tmp_path: Path) -> None:
+    write(tmp_path, a='#include "b.glsl"\n', b="float side = TILE; vec3 color = OVERLAY_NEAR;\n")
+    defines = assemble(tmp_path, "a.glsl").text.split("#line", 1)[0].splitlines()[1:]
+    near = ", ".join(map(str, shader_constants.OVERLAY_NEAR))
+    assert sorted(defines) == [
+        f"#define OVERLAY_NEAR vec3({near})",
+        f"#define TILE {shader_constants.TILE}",
+    ]
+
+
+def test_a_define_that_is_given_stands_before_a_constant(tmp_path: Path) -> None:
+    write(tmp_path, a="float side = TILE;\n")
+    text = assemble(tmp_path, "a.glsl", {"TILE": 7}).text
+    assert "#define TILE 7\n" in text and text.count("#define") == 1
+
+
+@pytest.mark.parametrize("path", sorted(data_dir("shaders").rglob("*.glsl")), ids=lambda p: p.name)
+def test_no_shader_defines_a_constant_again(path: Path) -> None:
+    defined = re.findall(r"^\s*#define\s+(\w+)", path.read_text(), re.M)
+    assert not set(defined) & set(shader_constants.SHADER_CONSTANTS)
+
+
+def test_constants_that_follow_from_each_other() -> None:
+    assert len(shader_constants.OVERLAY_LAYERS) == LAYERS_MAX + 1
+    growth = 2**shader_constants.SCATTER_GROWTH_LOG2
+    assert growth == pytest.approx(shader_constants.SCATTER_GROWTH, rel=1e-6)
 
 
 def test_missing_include_names_the_file(tmp_path: Path) -> None:

@@ -8,8 +8,9 @@ from heatlens.defocus.layer_cuts import layer_cuts
 from heatlens.defocus.layer_plan import layer_plans
 from heatlens.defocus.optics import Optics
 from heatlens.defocus.pixel_list import slice_count
-from heatlens.defocus.tile_mask import TILE, tile_count
+from heatlens.defocus.tile_mask import tile_count
 from heatlens.defocus.tile_pass import TilePass
+from heatlens.gpu.shader_constants import TILE
 from heatlens.gpu.textures import TexturePool, new_texture, upload
 from heatlens.model.lens import Lens
 from heatlens.model.settings import LAYERS_MAX, DefocusSettings, Quality

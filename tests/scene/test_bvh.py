@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from numpy.typing import NDArray
 
-from heatlens.scene_gpu.bvh import DEPTH_MOST, LEAF_MOST, Bvh, build, instance_tree, mesh_trees
+from heatlens.gpu.shader_constants import BVH_DEPTH_MOST
+from heatlens.scene_gpu.bvh import LEAF_MOST, Bvh, build, instance_tree, mesh_trees
 from support.ray_oracle import hit_distances, soup
 
 Array = NDArray[np.float64]
@@ -31,7 +32,7 @@ def check_tree(tree: Bvh, low: NDArray[np.float32], high: NDArray[np.float32], m
     """Each item in one leaf, inside its box; children inside their parents; not too deep."""
     seen: list[int] = []
     for node, depth, parent in walked(tree.nodes):
-        assert depth <= DEPTH_MOST
+        assert depth <= BVH_DEPTH_MOST
         if parent is not None:
             assert np.all(node["low"] >= tree.nodes[parent]["low"])
             assert np.all(node["high"] <= tree.nodes[parent]["high"])

@@ -11,8 +11,7 @@ from heatlens.defocus.listed_fragments import (
     list_uniforms,
 )
 from heatlens.defocus.pixel_list import WHOLE_LIST, clear_list
-from heatlens.defocus.plate_passes import tiles
-from heatlens.gpu.program import ComputeProgram
+from heatlens.gpu.program import ComputeProgram, pixel_groups
 
 
 @dataclass(frozen=True)
@@ -66,7 +65,7 @@ class FragmentPass:
         lists = picture.lists
         of_lists = {} if lists is None else {"is_measured": lists.is_measured}
         self._find.version(lists is not None).dispatch(
-            tiles(picture.color.size),
+            pixel_groups(picture.color.size),
             textures={"coc_tx": picture.coc},
             images={"out_kind_img": picture.kind},
             buffers=buffers | list_buffers(lists),

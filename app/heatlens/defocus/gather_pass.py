@@ -8,9 +8,8 @@ import moderngl
 
 from heatlens.defocus.optics import Optics
 from heatlens.gpu.program import ComputeProgram, groups_for
+from heatlens.gpu.shader_constants import DISC_RAMP_PX, PIXEL_GROUP
 
-_TILE = 16
-_RAMP_PX = 0.5  # half a rim's width, as in the shader
 _SAMPLES_PER_STEP = 2**24  # a fifth of a second on a processor: a window answers in between
 _LOOPS_MAX = 60_000  # Mesa's software rasteriser stops an invocation's loops after 65535 rounds
 
@@ -28,7 +27,7 @@ class GatherStep:
 def disc_reach_px(optics: Optics) -> tuple[int, int]:
     """Half the box (x, y) that holds the widest disc of the plate, its rim included."""
     radius = max(abs(optics.nearest_px), abs(optics.farthest_px)) / 2
-    x, y = (math.ceil(radius * scale + _RAMP_PX) for scale in optics.disc.half_extents)
+    x, y = (math.ceil(radius * scale + DISC_RAMP_PX) for scale in optics.disc.half_extents)
     return x, y
 
 
@@ -39,10 +38,10 @@ def gather_steps(size: tuple[int, int], reach: tuple[int, int]) -> list[GatherSt
     """
     reach_x, reach_y = (min(r, side - 1) for r, side in zip(reach, size, strict=True))
     across = 2 * reach_x + 2
-    budget = max(1, _SAMPLES_PER_STEP // (size[0] * _TILE * across))
+    budget = max(1, _SAMPLES_PER_STEP // (size[0] * PIXEL_GROUP * across))
     disc_rows = max(1, min(2 * reach_y + 1, budget, _LOOPS_MAX // across))
     per_row = size[0] * across * disc_rows
-    band_rows = max(1, min(_SAMPLES_PER_STEP // per_row, size[1]) // _TILE) * _TILE
+    band_rows = max(1, min(_SAMPLES_PER_STEP // per_row, size[1]) // PIXEL_GROUP) * PIXEL_GROUP
     return [
         GatherStep(start, band_rows, first, min(first + disc_rows - 1, reach_y))
         for start in range(0, size[1], band_rows)
@@ -73,7 +72,7 @@ class GatherPass:
         first, last = parts[0].disc_first, parts[-1].disc_last
         for part in parts:
             self._program.dispatch(
-                (groups_for(color.size[0], _TILE), groups_for(part.band_rows, _TILE)),
+                (groups_for(color.size[0], PIXEL_GROUP), groups_for(part.band_rows, PIXEL_GROUP)),
                 textures={"color_tx": color, "coc_tx": coc},
                 images={"sum_img": out_color, "weight_img": weight},
                 uniforms=optics.disc.uniforms

@@ -15,22 +15,21 @@ from heatlens.defocus.listed_fragments import (
     list_uniforms,
 )
 from heatlens.defocus.optics import Optics
-from heatlens.defocus.plate_passes import tiles
 from heatlens.gpu.draw_target import DrawTarget
-from heatlens.gpu.program import ComputeProgram, DrawProgram, groups_for
+from heatlens.gpu.program import ComputeProgram, DrawProgram, groups_for, pixel_groups
+from heatlens.gpu.shader_constants import HIGHLIGHT_BLOCK, HIGHLIGHT_GROUP
 
 SPRITES_MAX = 4096
 _AREA_MAX = 24.0  # pixels drawn for each of the picture: hundreds of lamps a third of it wide
 _SURROUNDINGS_PX = 16.0  # least diameter over which a pixel's surroundings are taken
 _PIXELS_A_BAND = 1 << 17  # drawn in a step: hundreds of discs may lie over each other there
-_BLOCK, _WORKGROUP = 8, 8
 _TALLY_BYTES, _SPRITE_BYTES = 32, 32
 PLAN_BYTES = 32
 
 
 def block_count(size: tuple[int, int]) -> int:
     """Blocks of 8 x 8 pixels that cover a picture."""
-    return groups_for(size[0], _BLOCK) * groups_for(size[1], _BLOCK)
+    return groups_for(size[0], HIGHLIGHT_BLOCK) * groups_for(size[1], HIGHLIGHT_BLOCK)
 
 
 @dataclass(frozen=True)
@@ -112,7 +111,7 @@ class HighlightSplitPass:
         read = None if lists is None else lists.whole
         luminance, half_coc, targets = scratch.luminance, scratch.coc, scratch.targets
         self._luminance.version(lists is not None).dispatch(
-            tiles(luminance.size),
+            pixel_groups(luminance.size),
             textures={"color_tx": color, "coc_tx": coc},
             images={"out_luminance_img": luminance, "out_coc_img": half_coc},
             buffers=list_buffers(read),
@@ -122,7 +121,7 @@ class HighlightSplitPass:
         what = Diffusion(luminance, half_coc, heat, optics.disc.spreads, _SURROUNDINGS_PX / 2)
         yield from self._blur.steps(what, targets)
         self._split.version(lists is not None).dispatch(
-            tiles(color.size),
+            pixel_groups(color.size),
             textures={"color_tx": color, "coc_tx": coc, "surroundings_tx": targets.out_color},
             images={"out_low_img": low, "out_high_img": high},
             buffers=list_buffers(read) | _written(lists),
@@ -157,10 +156,10 @@ class HighlightListPass:
             "offset_block": buffers.offset,
         }
         bound = planned | {"sprite_block": buffers.sprite}
-        blocks = (groups_for(size[0], _BLOCK), groups_for(size[1], _BLOCK))
-        groups = (groups_for(blocks[0], _WORKGROUP), groups_for(blocks[1], _WORKGROUP))
+        blocks = (groups_for(size[0], HIGHLIGHT_BLOCK), groups_for(size[1], HIGHLIGHT_BLOCK))
+        groups = (groups_for(blocks[0], HIGHLIGHT_GROUP), groups_for(blocks[1], HIGHLIGHT_GROUP))
         high_tx, shape = {"high_tx": high}, optics.disc.uniforms
-        restore_groups = tiles(size)
+        restore_groups = pixel_groups(size)
         self._count.dispatch(groups, textures=high_tx, buffers=bound, uniforms=shape)
         yield
         self._plan.dispatch(

@@ -11,9 +11,9 @@ from heatlens.defocus.layer_plan import LayerPlan
 from heatlens.defocus.line_solver import Bindings, LineSolver, LineSystem
 from heatlens.defocus.listed_fragments import ListProgram, list_buffers, list_uniforms
 from heatlens.defocus.pixel_list import WHOLE_LIST, clear_list, slice_count, slices
-from heatlens.defocus.plate_passes import tiles
 from heatlens.defocus.tile_mask import TileList, TileMask
-from heatlens.gpu.program import ComputeProgram, groups_for
+from heatlens.gpu.program import ComputeProgram, groups_for, pixel_groups
+from heatlens.gpu.shader_constants import HIDDEN_DIRECTIONS, WORD_GROUP
 
 
 @dataclass(frozen=True)
@@ -109,8 +109,6 @@ def block_size(size: tuple[int, int]) -> tuple[int, int]:
 class HiddenFillPass:
     """Guesses what nearer layers hide, along structures that go on behind them."""
 
-    _DIRECTIONS = 4
-
     def __init__(self, ctx: moderngl.Context) -> None:
         self._all_program = ComputeProgram(ctx, "seen_bits_all.comp.glsl")
         self._clear_program = ComputeProgram(ctx, "seen_bits_clear.comp.glsl")
@@ -174,7 +172,7 @@ class HiddenFillPass:
         """Set the bit of every pixel in the tiles that the layer is worked on in."""
         size = layer.color.size
         self._all_program.dispatch(
-            (groups_for(max(_words(size)), 64), self._DIRECTIONS),
+            (groups_for(max(_words(size)), WORD_GROUP), HIDDEN_DIRECTIONS),
             buffers=bits | {"tile_mask_block": layer.mask.words},
             uniforms={"size": size, **layer.mask.uniforms},
         )
@@ -252,5 +250,5 @@ class LimitsPass:
     def run(self, color: moderngl.Texture, is_opaque: bool) -> None:
         """Limit `color` in place; `is_opaque` makes alpha exactly 1."""
         self._program.dispatch(
-            tiles(color.size), images={"color_img": color}, uniforms={"is_opaque": is_opaque}
+            pixel_groups(color.size), images={"color_img": color}, uniforms={"is_opaque": is_opaque}
         )

@@ -14,11 +14,11 @@ from typing import Literal, assert_never
 
 import moderngl
 
-from heatlens.defocus.tile_mask import TILE, TileMask, WholePictures
+from heatlens.defocus.tile_mask import TileMask, WholePictures
 from heatlens.gpu.program import ComputeProgram, Image, groups_for
+from heatlens.gpu.shader_constants import CYCLIC_GROUP, STRIP_COLUMNS, STRIP_FOLD, TILE
 
 SCRATCH_BYTES_MAX = 4 << 20  # a few lines a core; more only spills the processor's caches
-STRIP_COLUMNS, STRIP_FOLD = 8, 128  # as in lib/strips.lib.glsl
 _PIXELS_A_BAND = 1 << 18  # solved in a step: some ten milliseconds without a GPU
 Axis = Literal["rows", "columns"]
 
@@ -283,7 +283,7 @@ class CyclicSolver(LineSolver):
         buffers = self._buffers(band)
         for stage, reach in stages:
             self._program("solve_cyclic.comp.glsl", band, STAGE=stage).dispatch(
-                (groups_for(band.length, 64), band.count),
+                (groups_for(band.length, CYCLIC_GROUP), band.count),
                 textures=band.given.textures,
                 images=band.given.images,
                 buffers=buffers,

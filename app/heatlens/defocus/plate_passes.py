@@ -2,15 +2,8 @@
 
 import moderngl
 
-from heatlens.gpu.program import ComputeProgram, groups_for
+from heatlens.gpu.program import ComputeProgram, pixel_groups
 from heatlens.model.coc import CocLine
-
-_TILE = 16
-
-
-def tiles(size: tuple[int, int]) -> tuple[int, int]:
-    """Workgroups of 16 x 16 that cover a picture."""
-    return groups_for(size[0], _TILE), groups_for(size[1], _TILE)
 
 
 def proxy_size(size: tuple[int, int], proxy: float) -> tuple[int, int]:
@@ -27,7 +20,7 @@ class CocPass:
     def run(self, depth: moderngl.Texture, line: CocLine, out_coc: moderngl.Texture) -> None:
         """Write the diameter of every pixel's disc, negative in front of the focus plane."""
         self._program.dispatch(
-            tiles(out_coc.size),
+            pixel_groups(out_coc.size),
             textures={"depth_tx": depth},
             images={"out_coc_img": out_coc},
             uniforms={
@@ -47,13 +40,15 @@ class AlphaPass:
     def as_color(self, color: moderngl.Texture, out_color: moderngl.Texture) -> None:
         """The alpha of `color` in the rgb of `out_color`."""
         self._as_color.dispatch(
-            tiles(color.size), textures={"color_tx": color}, images={"out_color_img": out_color}
+            pixel_groups(color.size),
+            textures={"color_tx": color},
+            images={"out_color_img": out_color},
         )
 
     def join(self, alpha: moderngl.Texture, color: moderngl.Texture) -> None:
         """The red of `alpha` to the alpha of `color`."""
         self._join.dispatch(
-            tiles(color.size), textures={"alpha_tx": alpha}, images={"color_img": color}
+            pixel_groups(color.size), textures={"alpha_tx": alpha}, images={"color_img": color}
         )
 
 
@@ -73,7 +68,7 @@ class ProxyPass:
     ) -> None:
         """`depth_scale` is 1 for metres and the proxy's scale for a circle of confusion."""
         self._program.dispatch(
-            tiles(out_color.size),
+            pixel_groups(out_color.size),
             textures={"color_tx": color, "depth_tx": depth},
             images={"out_color_img": out_color, "out_depth_img": out_depth},
             uniforms={"depth_scale": depth_scale},

@@ -8,10 +8,9 @@ from collections.abc import Iterator
 import moderngl
 
 from heatlens.defocus.optics import Optics
-from heatlens.defocus.plate_passes import tiles
-from heatlens.gpu.program import ComputeProgram
+from heatlens.gpu.program import ComputeProgram, pixel_groups
+from heatlens.gpu.shader_constants import PYRAMID_LEVELS_MAX
 
-_LEVELS_MAX = 15  # as in pyramid_read.comp.glsl; the largest textures there are have a side of 2^15
 Place = tuple[int, int, int, int]  # corner x, y and size x, y
 
 
@@ -30,7 +29,7 @@ def level_places(size: tuple[int, int], widest_px: float) -> list[Place]:
     places: list[Place] = []
     width, height = size
     x = y = 0
-    while len(places) < _LEVELS_MAX and level_variance(len(places)) < widest_px**2 / 16:
+    while len(places) < PYRAMID_LEVELS_MAX and level_variance(len(places)) < widest_px**2 / 16:
         if places and max(width, height) <= 2:
             break
         width, height = width // 2 + 1, height // 2 + 1
@@ -73,7 +72,7 @@ class PyramidPass:
         source, source_place = color, (0, 0, *color.size)
         for place in places:
             self._reduce.dispatch(
-                tiles(place[2:]),
+                pixel_groups(place[2:]),
                 textures={"source_tx": source},
                 images={"out_img": pyramid},
                 uniforms={"source_place": source_place, "out_place": place},
@@ -81,12 +80,12 @@ class PyramidPass:
             source, source_place = pyramid, place
             yield
         self._read.dispatch(
-            tiles(color.size),
+            pixel_groups(color.size),
             textures={"color_tx": color, "pyramid_tx": pyramid, "coc_tx": coc},
             images={"out_color_img": out_color},
             uniforms=optics.disc.uniforms
             | {
-                "places": places + [(0, 0, 1, 1)] * (_LEVELS_MAX - len(places)),
+                "places": places + [(0, 0, 1, 1)] * (PYRAMID_LEVELS_MAX - len(places)),
                 "levels": len(places),
             },
         )

@@ -13,16 +13,19 @@ import numpy as np
 import numpy.typing as npt
 
 from heatlens.defocus.optics import Optics
-from heatlens.defocus.plate_passes import tiles
 from heatlens.gpu.draw_target import DrawTarget
-from heatlens.gpu.program import ComputeProgram, DrawProgram, groups_for
+from heatlens.gpu.program import ComputeProgram, DrawProgram, groups_for, pixel_groups
+from heatlens.gpu.shader_constants import (
+    DISC_RAMP_PX,
+    ROW_GROUP,
+    SCATTER_BINS,
+    SCATTER_DISC_SUMS,
+    SCATTER_GROWTH,
+    SCATTER_MIDDLE,
+    SCATTER_STEPS_A_PX,
+)
 from heatlens.model.aperture import DiscShape
 
-BINS, _MIDDLE, _GROWTH = 64, 32, 1.25  # as in scatter_sort.comp.glsl
-_ROWS_PER_GROUP = 8
-_RAMP_PX = 0.5
-_STEPS_A_PX, _SMALL_PX = 8, 16
-DISC_SUMS = _STEPS_A_PX * _SMALL_PX + 1  # these three as in scatter_draw.vert.glsl
 _FRAGMENTS_PER_STEP = 2**23  # some tenths of a second on a processor: a window answers in between
 
 Counts = npt.NDArray[np.uint32]
@@ -47,23 +50,23 @@ class ScatterTargets:
 
 def buffer_bytes(size: tuple[int, int]) -> dict[str, int]:
     """Bytes of a picture's buffers: a word for each bin of a row, a word for each pixel."""
-    return {"place": 4 * BINS * size[1], "pixel": 4 * size[0] * size[1]}
+    return {"place": 4 * SCATTER_BINS * size[1], "pixel": 4 * size[0] * size[1]}
 
 
 def disc_sums(disc: DiscShape) -> npt.NDArray[np.float64]:
-    """Return the sums (DISC_SUMS,) of the coverage of small discs, by eighths of a pixel of coc."""
-    diameters = np.arange(DISC_SUMS) / _STEPS_A_PX
+    """Return (SCATTER_DISC_SUMS,) sums of the coverage of small discs, by eighths of px of coc."""
+    diameters = np.arange(SCATTER_DISC_SUMS) / SCATTER_STEPS_A_PX
     return np.array([_disc_sum(disc, d / 2) for d in diameters])
 
 
 def _disc_sum(disc: DiscShape, radius: float) -> float:
-    reach_x, reach_y = (int(np.ceil(radius * half + _RAMP_PX)) for half in disc.half_extents)
+    reach_x, reach_y = (int(np.ceil(radius * half + DISC_RAMP_PX)) for half in disc.half_extents)
     y, x = np.mgrid[-reach_y : reach_y + 1, -reach_x : reach_x + 1]
-    return float(disc.coverage(x, y, radius, _RAMP_PX).sum())
+    return float(disc.coverage(x, y, radius, DISC_RAMP_PX).sum())
 
 
 def bin_places(counts: Counts) -> Counts:
-    """Where each row's pixels of each bin begin, (rows, BINS); the farthest bin comes first."""
+    """(rows, SCATTER_BINS): where the pixels of a row and bin begin; the farthest bin first."""
     far_to_near = counts[:, ::-1].T.astype(np.uint64)  # bins, rows
     flat = far_to_near.ravel()
     places = (np.cumsum(flat) - flat).reshape(far_to_near.shape)
@@ -72,14 +75,14 @@ def bin_places(counts: Counts) -> Counts:
 
 def bin_coc_px(number: int, largest_px: float) -> float:
     """The largest |coc| that a bin can hold."""
-    if number in (0, BINS - 1):
+    if number in (0, SCATTER_BINS - 1):
         return largest_px
-    return min(largest_px, _GROWTH ** abs(number - _MIDDLE))
+    return min(largest_px, SCATTER_GROWTH ** abs(number - SCATTER_MIDDLE))
 
 
 def disc_fragments(coc_px: float, disc: DiscShape, size: tuple[int, int]) -> int:
     """Pixels that drawing a disc looks at: its box, as far as it can lie in the picture."""
-    sides = [coc_px * half + 2 * _RAMP_PX + 1 for half in disc.half_extents]
+    sides = [coc_px * half + 2 * DISC_RAMP_PX + 1 for half in disc.half_extents]
     across, down = (min(side, most) for side, most in zip(sides, size, strict=True))
     return max(1, int(across * down))
 
@@ -127,11 +130,11 @@ class ScatterPass:
     def _sorted(self, coc: moderngl.Texture, targets: ScatterTargets) -> Counts:
         """Fill `targets.pixel`, far to near; how many pixels there are in each bin."""
         rows = coc.size[1]
-        groups = (groups_for(rows, _ROWS_PER_GROUP), 1)
+        groups = (groups_for(rows, ROW_GROUP), 1)
         buffers = {"place_block": targets.place, "pixel_block": targets.pixel}
         self._count.dispatch(groups, textures={"coc_tx": coc}, buffers=buffers)
-        words = np.frombuffer(targets.place.read(4 * BINS * rows), np.uint32)
-        counts = words.reshape(rows, BINS)
+        words = np.frombuffer(targets.place.read(4 * SCATTER_BINS * rows), np.uint32)
+        counts = words.reshape(rows, SCATTER_BINS)
         targets.place.write(bin_places(counts).tobytes())
         self._sort.dispatch(groups, textures={"coc_tx": coc}, buffers=buffers)
         return np.asarray(counts.sum(axis=0), np.uint32)
@@ -156,7 +159,7 @@ class ScatterPass:
 
     def _put_over(self, targets: ScatterTargets, is_farthest: bool, is_nearest: bool) -> None:
         self._over.dispatch(
-            tiles(targets.light.size),
+            pixel_groups(targets.light.size),
             images={
                 "light_img": targets.light,
                 "cover_img": targets.cover,

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import moderngl
 
 from heatlens.gpu.program import groups_for
+from heatlens.gpu.shader_constants import TILE
 
-TILE = 16  # pixels a side, as in lib/tile_mask.lib.glsl
 _LIST_HEAD = struct.Struct("7I")  # workgroups x, y, z of both passes; count
 _ALL = b"\xff" * 4  # a word: its tile is worked on
 TileCount = tuple[int, int]  # across, down

@@ -9,12 +9,11 @@ from heatlens.defocus.layer_plan import MARGIN_PX, SPREAD, LayerPlan, reach_tile
 from heatlens.defocus.listed_fragments import ListProgram, list_buffers, list_uniforms
 from heatlens.defocus.optics import Optics
 from heatlens.defocus.pixel_list import slice_count
-from heatlens.defocus.tile_mask import TILE, TileList, TileMask, tile_count
+from heatlens.defocus.tile_mask import TileList, TileMask, tile_count
 from heatlens.gpu.program import ComputeProgram, groups_for
+from heatlens.gpu.shader_constants import TILE, TILE_GROUP
 from heatlens.gpu.textures import TexturePool
 from heatlens.model.settings import LAYERS_MAX
-
-_GROUP = 8
 
 
 @dataclass(frozen=True)
@@ -50,7 +49,7 @@ class TilePass:
             | list_buffers(lists),
             uniforms={
                 "tiles": tile_count(size),
-                "layer_ends_px": ends + [(0.0, 0.0)] * (_LAYERS_OF_SHADER - len(ends)),
+                "layer_ends_px": ends + [(0.0, 0.0)] * (LAYERS_MAX - len(ends)),
                 "layer_count": len(ends),
             }
             | list_uniforms(lists),
@@ -107,9 +106,5 @@ class TilePass:
         return mask, listed
 
 
-_LAYERS_OF_SHADER = 8  # as in tile_layers.comp.glsl
-assert LAYERS_MAX <= _LAYERS_OF_SHADER
-
-
 def _groups(tiles: tuple[int, int]) -> tuple[int, int]:
-    return groups_for(tiles[0], _GROUP), groups_for(tiles[1], _GROUP)
+    return groups_for(tiles[0], TILE_GROUP), groups_for(tiles[1], TILE_GROUP)

@@ -6,11 +6,10 @@ import moderngl
 import numpy as np
 
 from heatlens.color.view_transform import Lut, ViewTransform, srgb_transform
-from heatlens.gpu.program import ComputeProgram, Image, groups_for
+from heatlens.gpu.program import ComputeProgram, Image, pixel_groups
 
 _PICTURE = "display.comp.glsl"
 _DIFFERENCE = "display_difference.comp.glsl"
-_TILE = 16
 _KEPT = 6  # transforms whose programs stay compiled, so that switching back costs nothing
 
 
@@ -90,7 +89,7 @@ class DisplayPass:
         uniforms: dict[str, object],
     ) -> None:
         self._current.program(name).dispatch(
-            (groups_for(out.width, _TILE), groups_for(out.height, _TILE)),
+            pixel_groups(out.size),
             textures=textures | self._current.luts,
             images={"out_display_img": out},
             uniforms=uniforms,

@@ -2,9 +2,7 @@
 
 import moderngl
 
-from heatlens.gpu.program import ComputeProgram, groups_for
-
-_TILE = 16
+from heatlens.gpu.program import ComputeProgram, pixel_groups
 
 
 class EnlargePass:
@@ -16,7 +14,7 @@ class EnlargePass:
     def run(self, picture: moderngl.Texture, out: moderngl.Texture) -> None:
         """Write `picture`, display values, to `out` of the same size, RGBA of 8 bits."""
         self._program.dispatch(
-            (groups_for(out.width, _TILE), groups_for(out.height, _TILE)),
+            pixel_groups(out.size),
             textures={"picture_tx": picture},
             images={"out_img": out},
         )

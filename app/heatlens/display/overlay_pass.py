@@ -3,11 +3,10 @@
 import moderngl
 
 from heatlens.defocus.optics import Optics
-from heatlens.gpu.program import ComputeProgram, groups_for
+from heatlens.gpu.program import ComputeProgram, pixel_groups
 from heatlens.model.settings import LAYERS_MAX
 from heatlens.model.view import Overlay
 
-_TILE = 16
 _MODES = {
     Overlay.ZONES: "zones_color",
     Overlay.FOCUS_PLANE: "focus_plane_color",
@@ -42,7 +41,7 @@ class OverlayPass:
         near, far = optics.nearest_px, optics.farthest_px
         limits = (*layer_limits_px, *[1e30] * LAYERS_MAX)[:LAYERS_MAX]
         self._program(overlay).dispatch(
-            (groups_for(out.width, _TILE), groups_for(out.height, _TILE)),
+            pixel_groups(out.size),
             textures={"depth_tx": depth},
             images={"out_overlay_img": out},
             uniforms={

@@ -12,6 +12,7 @@ import moderngl
 
 from heatlens.errors import ShaderError
 from heatlens.gpu.declared_inputs import Kind, declared_in
+from heatlens.gpu.shader_constants import PIXEL_GROUP
 from heatlens.gpu.shader_source import ShaderSource, assemble
 from heatlens.gpu.uninterrupted import uninterrupted
 from heatlens.paths import data_dir
@@ -209,6 +210,11 @@ def _linked(
     except moderngl.Error as error:
         refused = fragment if "fragment_shader" in str(error) else vertex
         raise ShaderError(f"{refused.files[0]}: {refused.explained(str(error))}") from error
+
+
+def pixel_groups(size: tuple[int, int]) -> tuple[int, int]:
+    """Return the workgroups of PIXEL_GROUP by PIXEL_GROUP pixels that cover a picture."""
+    return groups_for(size[0], PIXEL_GROUP), groups_for(size[1], PIXEL_GROUP)
 
 
 def groups_for(size: int, per_group: int) -> int:

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from heatlens.errors import ShaderError
+from heatlens.gpu.shader_constants import constants_in
 
 LINES_PER_FILE = 10_000  # line 20_014 of the assembled text is line 14 of the third file
 _INCLUDE = re.compile(r'^\s*#include\s+(?:"([^"]+)"|(\w+))\s*$')
@@ -42,11 +43,15 @@ class ShaderSource:
 
 
 def assemble(folder: Path, name: str, defines: Mapping[str, object] | None = None) -> ShaderSource:
-    """The shader `name` of `folder`, its includes in place (each once), `defines` on top."""
+    """Return the shader `name` of `folder`, its includes in place (each once), `defines` on top.
+
+    The constants of `gpu.shader_constants` that it mentions are defined too.
+    """
     given = dict(defines or {})
     files: list[str] = []
     body = _expand(folder, name, given, files)
-    head = "".join(f"#define {key} {value}\n" for key, value in given.items())
+    known = {name: text for name, text in constants_in(body).items() if name not in given}
+    head = "".join(f"#define {key} {value}\n" for key, value in (given | known).items())
     return ShaderSource(f"#version 430 core\n{head}{body}", tuple(files))
 
 

@@ -9,14 +9,12 @@ from dataclasses import replace
 
 import moderngl
 
-from heatlens.gpu.program import ComputeProgram, groups_for
+from heatlens.gpu.program import ComputeProgram, pixel_groups
 from heatlens.gpu.textures import TexturePool
 from heatlens.model.aperture import Pupil
 from heatlens.scene.scene_view import SceneView
 from heatlens.scene_gpu.lens_samples import lens_samples
 from heatlens.scene_gpu.raster import SceneRaster
-
-_TILE = 16
 
 
 class Accumulation:
@@ -74,7 +72,7 @@ class Accumulation:
         is_first = self._count == 0
         self._count += is_new
         self._program.dispatch(
-            (groups_for(out.width, _TILE), groups_for(out.height, _TILE)),
+            pixel_groups(out.size),
             textures={"view_tx": self._pool.texture("view", out.size, 4)},
             images={"sum_img": self._pool.texture("sum", out.size, 4), "mean_img": out},
             uniforms={"count": float(self._count), "is_first": is_first, "is_new": is_new},

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 import moderngl
 
-from heatlens.gpu.program import ComputeProgram, groups_for
+from heatlens.gpu.program import ComputeProgram, pixel_groups
 from heatlens.gpu.textures import Storage, TexturePool
 from heatlens.model.aperture import PINHOLE
 from heatlens.model.boxes import Box
@@ -17,7 +17,6 @@ from heatlens.scene.scene_view import SceneView
 from heatlens.scene_gpu.lens_samples import lens_samples
 from heatlens.scene_gpu.raster import SceneRaster
 
-_TILE = 16
 _FOR_ALL = 16  # views of every pixel, after which some are done
 # The deviation of a mean that nobody sees, as a part of the light and of what counts as black: one
 # percent of the light is about a step of 8 bits.
@@ -87,7 +86,7 @@ class Antialias:
             return
         now.has_done = True
         self._done_program.dispatch(
-            _groups(now.size),
+            pixel_groups(now.size),
             textures={"sum_tx": self._texture("sum", 4)},
             images={"out_done_img": self._texture("done", 1)},
             uniforms={"views": float(now.views), "most": _MOST, "darkest": _DARKEST},
@@ -98,7 +97,7 @@ class Antialias:
         now, drawn, done = self._progress, self._texture("view", 4), self._texture("done", 1)
         self._raster.draw(view, drawn, band, done if now.has_done else None)
         self._add_program.dispatch(
-            _groups((band.width, band.height)),
+            pixel_groups((band.width, band.height)),
             textures={"view_tx": drawn, "done_tx": done},
             images={"sum_img": self._texture("sum", 4)},
             uniforms={"first_row": band.y0, "is_first": now.views == 0, "has_done": now.has_done},
@@ -107,12 +106,8 @@ class Antialias:
     def _mean(self, out: moderngl.Texture) -> None:
         now = self._progress
         self._mean_program.dispatch(
-            _groups(now.size),
+            pixel_groups(now.size),
             textures={"sum_tx": self._texture("sum", 4), "done_tx": self._texture("done", 1)},
             images={"mean_img": out},
             uniforms={"views": float(now.views), "has_done": now.has_done},
         )
-
-
-def _groups(size: tuple[int, int]) -> tuple[int, int]:
-    return groups_for(size[0], _TILE), groups_for(size[1], _TILE)

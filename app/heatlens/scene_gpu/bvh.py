@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from heatlens.gpu.shader_constants import BVH_DEPTH_MOST
 from heatlens.scene.scene import Array, Mesh
 
 Floats = NDArray[np.float32]
@@ -21,7 +22,6 @@ Bools = NDArray[np.bool_]
 # count < 0: children at first and first + 1, cut across the axis -1 - count, the lower one first
 NODE = np.dtype([("low", "f4", 3), ("first", "i4"), ("high", "f4", 3), ("count", "i4")])
 LEAF_MOST = 4  # triangles
-DEPTH_MOST = 30  # levels below the root; the shader's stack is as long
 _BINS = 8
 _BEYOND = np.float32(1e30)  # what a box without anything in it begins at
 
@@ -64,7 +64,7 @@ def build(low: Floats, high: Floats, leaf_most: int = LEAF_MOST) -> Bvh:
         nodes["first"][inner] = made + 2 * np.arange(inner.sum())
         kept = np.repeat(inner, counts)
         at, items, counts = at[kept], items[kept], counts[inner]
-        axis, right = _cuts(low[items], high[items], counts, DEPTH_MOST - len(levels))
+        axis, right = _cuts(low[items], high[items], counts, BVH_DEPTH_MOST - len(levels))
         nodes["count"][inner] = -1 - axis
         halves = 2 * np.repeat(np.arange(len(counts)), counts) + right
         order[at] = items[np.argsort(halves, kind="stable")]

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heatlens.gpu.program import ComputeProgram, groups_for
+from heatlens.gpu.shader_constants import RAY_GROUP
 from heatlens.gpu.textures import TexturePool
 from heatlens.model.aperture import Pupil
 from heatlens.scene.scene_view import SceneView
@@ -20,7 +21,6 @@ from heatlens.scene_gpu.scene_buffers import INSTANCE, SceneBuffers
 
 _SHADER = "ray_trace.comp.glsl"
 _DEFINES = ("COLORS", "BUMPS")  # that the shader knows
-_TILE = 8
 _RAYS_PER_STEP = 2**17  # some tenths of a second on a processor: a window answers in between
 
 
@@ -104,7 +104,7 @@ class RayTracer:
         assert self._trees is not None
         rows = min(_band_rows(out.width), out.height)
         self._program.dispatch(
-            (groups_for(out.width, _TILE), groups_for(rows, _TILE)),
+            (groups_for(out.width, RAY_GROUP), groups_for(rows, RAY_GROUP)),
             textures={"maps_tx": self._raster.buffers.maps, "shadow_tx": self._raster.shadow_map},
             images={"sum_img": self._pool.texture("sum", out.size, 4), "mean_img": out},
             buffers=self._trees.storage,
@@ -120,7 +120,7 @@ class RayTracer:
 
 
 def _band_rows(width: int) -> int:
-    return max(_RAYS_PER_STEP // (width * _TILE), 1) * _TILE
+    return max(_RAYS_PER_STEP // (width * RAY_GROUP), 1) * RAY_GROUP
 
 
 class SceneTrees:

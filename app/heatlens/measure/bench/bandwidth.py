@@ -2,9 +2,8 @@
 
 import moderngl
 
-from heatlens.defocus.plate_passes import tiles
 from heatlens.gpu.context import is_software
-from heatlens.gpu.program import ComputeProgram
+from heatlens.gpu.program import ComputeProgram, pixel_groups
 from heatlens.gpu.stopwatch import Stopwatch
 from heatlens.gpu.textures import new_texture
 
@@ -35,6 +34,8 @@ def _copy_seconds(
     stopwatch = Stopwatch(source.ctx, on=True)
     with stopwatch.measure("copy"):
         program.dispatch(
-            tiles(source.size), textures={"color_tx": source}, images={"out_color_img": target}
+            pixel_groups(source.size),
+            textures={"color_tx": source},
+            images={"out_color_img": target},
         )
     return stopwatch.times["copy"].seconds

@@ -6,9 +6,8 @@ import numpy as np
 from heatlens.defocus.kernels import named_kernel
 from heatlens.errors import GpuError
 from heatlens.gpu.program import ComputeProgram, groups_for
+from heatlens.gpu.shader_constants import ROW_GROUP
 from heatlens.gpu.textures import FloatArray, new_texture, upload
-
-_LINES_PER_GROUP = 8  # local_size_x of bare_sweep.comp.glsl
 
 
 class BareSweeps:
@@ -44,7 +43,7 @@ class BareSweeps:
     ) -> None:
         length, lines = self._size if axis == (1, 0) else self._size[::-1]
         self._program.dispatch(
-            (groups_for(lines, _LINES_PER_GROUP), 1),
+            (groups_for(lines, ROW_GROUP), 1),
             images={
                 "conductance_img": conductance,
                 "color_img": color,

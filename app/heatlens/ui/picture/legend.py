@@ -7,21 +7,22 @@ from itertools import pairwise
 from imgui_bundle import ImVec2, ImVec4, imgui
 
 from heatlens.defocus.optics import Optics
+from heatlens.gpu.shader_constants import (
+    OVERLAY_COC_FAR,
+    OVERLAY_COC_NEAR,
+    OVERLAY_COC_SHARP,
+    OVERLAY_FAR,
+    OVERLAY_FOCUS,
+    OVERLAY_FOCUS_LINE,
+    OVERLAY_LAYERS,
+    OVERLAY_NEAR,
+    Rgb,
+)
 from heatlens.model.units import format_distance
 from heatlens.model.view import Overlay
 from heatlens.model.view_geometry import Viewport
 from heatlens.plate.plate import DepthReport
 from heatlens.ui import theme
-
-Rgb = tuple[float, float, float]
-# As shaders/overlay.comp.glsl draws them.
-_NEAR, _FOCUS, _FAR = (0.95, 0.25, 0.18), (0.25, 0.85, 0.35), (0.25, 0.48, 0.98)
-_NEAR_COC, _SHARP_COC, _FAR_COC = (1.0, 0.55, 0.12), (0.10, 0.30, 0.14), (0.2, 0.6, 1.0)
-_LINE = (1.0, 0.86, 0.35)
-_TINTS = (
-    *((0.90, 0.20, 0.55), (0.95, 0.35, 0.15), (0.97, 0.65, 0.10), (0.90, 0.90, 0.20)),
-    *((0.35, 0.85, 0.30), (0.15, 0.75, 0.80), (0.25, 0.45, 0.95), (0.60, 0.35, 0.95)),
-)
 
 
 @dataclass(frozen=True)
@@ -44,17 +45,19 @@ def entries(
     near_px, far_px = optics.nearest_px, optics.farthest_px
     if overlay is Overlay.ZONES:
         return [
-            Entry(_NEAR, "in front"),
-            Entry(_FOCUS, f"in focus, up to {sharp_px:.1f} px"),
-            Entry(_FAR, "behind"),
+            Entry(OVERLAY_NEAR, "in front"),
+            Entry(OVERLAY_FOCUS, f"in focus, up to {sharp_px:.1f} px"),
+            Entry(OVERLAY_FAR, "behind"),
         ]
     if overlay is Overlay.FOCUS_PLANE:
-        return [Entry(_LINE, "cut by the plane in focus")]
+        return [Entry(OVERLAY_FOCUS_LINE, "cut by the plane in focus")]
     if overlay is Overlay.COC:
-        ends = [Entry(_SHARP_COC, f"in focus, up to {sharp_px:.1f} px")]
+        ends = [Entry(OVERLAY_COC_SHARP, f"in focus, up to {sharp_px:.1f} px")]
         if near_px < -sharp_px:
-            ends.insert(0, Entry(_NEAR_COC, f"nearest {-near_px:.1f} px"))
-        return ends + ([Entry(_FAR_COC, f"farthest {far_px:.1f} px")] if far_px > sharp_px else [])
+            ends.insert(0, Entry(OVERLAY_COC_NEAR, f"nearest {-near_px:.1f} px"))
+        return ends + (
+            [Entry(OVERLAY_COC_FAR, f"farthest {far_px:.1f} px")] if far_px > sharp_px else []
+        )
     if overlay is Overlay.DEPTH:
         near = "nearest" if depth.convention.facts.is_coc else format_distance(depth.near_m, unit)
         far = "farthest" if depth.convention.facts.is_coc else format_distance(depth.far_m, unit)
@@ -69,12 +72,12 @@ def entries(
 def _layers(limits_px: Sequence[float]) -> list[Entry]:
     """Return from near to far between which signed diameters each layer lies."""
     if not limits_px:
-        return [Entry(_TINTS[0], "one layer")]
+        return [Entry(OVERLAY_LAYERS[0], "one layer")]
     ends = [f"{limit:+.0f}" for limit in limits_px]
     words = [f"up to {ends[0]} px"]
     words += [f"{a} to {b} px" for a, b in pairwise(ends)]
     words.append(f"from {ends[-1]} px")
-    return [Entry(tint, text) for tint, text in zip(_TINTS, words, strict=False)]
+    return [Entry(tint, text) for tint, text in zip(OVERLAY_LAYERS, words, strict=False)]
 
 
 def draw_legend(legend: Sequence[Entry], viewport: Viewport) -> None:

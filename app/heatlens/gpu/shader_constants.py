@@ -1,0 +1,74 @@
+"""Constants that Python and the shaders share, each written down here alone.
+
+A shader that mentions one of these names gets it as a `#define` (`gpu.shader_source.assemble`), so
+its text neither repeats the number nor passes it on.
+"""
+
+import re
+from collections.abc import Mapping
+
+from heatlens.model.settings import LAYERS_MAX
+from heatlens.model.value_bins import BINS as DEPTH_BINS
+
+Rgb = tuple[float, float, float]
+
+# Sides of workgroups: how many invocations work next to each other.
+PIXEL_GROUP = 16  # across and down, where each invocation has a pixel
+TILE_GROUP = 8  # across and down, where each has a tile
+HIGHLIGHT_GROUP = 8  # across and down, where each has a block of highlights
+RAY_GROUP = 8  # across and down, where each traces a ray
+ROW_GROUP = 8  # where each has a row, or a line: one vector of a software rasteriser
+WORD_GROUP = 64  # where each has a word of the masks of seen pixels
+CYCLIC_GROUP = 64  # pixels of a line in cyclic reduction
+
+TILE = 16  # pixels a side: what masks of tiles switch on and off
+STRIP_COLUMNS, STRIP_FOLD = 8, 128  # lib/strips.lib.glsl
+HIDDEN_DIRECTIONS = 4  # along which hidden pixels look for seen ones
+HIGHLIGHT_BLOCK = 8  # pixels a side in which highlights are merged
+PYRAMID_LEVELS_MAX = 15  # the largest textures that there are have a side of 2^15
+DISC_RAMP_PX = 0.5  # half the width of the rim of a gathered or scattered disc
+BVH_DEPTH_MOST = 30  # levels of a tree below its root
+
+# Scattering: bins of depth, each SCATTER_GROWTH times as blurred as the one nearer to the focus,
+# and the coc up to which the sums of small discs are tabulated.
+SCATTER_BINS, SCATTER_MIDDLE = 64, 32
+SCATTER_GROWTH, SCATTER_GROWTH_LOG2 = 1.25, 0.321928
+SCATTER_STEPS_A_PX, SCATTER_SMALL_PX = 8, 16
+SCATTER_DISC_SUMS = SCATTER_STEPS_A_PX * SCATTER_SMALL_PX + 1
+
+# Colours of the overlays, display RGB.
+OVERLAY_NEAR: Rgb = (0.95, 0.25, 0.18)
+OVERLAY_FOCUS: Rgb = (0.25, 0.85, 0.35)
+OVERLAY_FAR: Rgb = (0.25, 0.48, 0.98)
+OVERLAY_COC_NEAR: Rgb = (1.0, 0.55, 0.12)
+OVERLAY_COC_SHARP: Rgb = (0.10, 0.30, 0.14)
+OVERLAY_COC_FAR: Rgb = (0.2, 0.6, 1.0)
+OVERLAY_FOCUS_LINE: Rgb = (1.0, 0.86, 0.35)
+OVERLAY_LAYERS: tuple[Rgb, ...] = (
+    *((0.90, 0.20, 0.55), (0.95, 0.35, 0.15), (0.97, 0.65, 0.10), (0.90, 0.90, 0.20)),
+    *((0.35, 0.85, 0.30), (0.15, 0.75, 0.80), (0.25, 0.45, 0.95), (0.60, 0.35, 0.95)),
+)
+
+
+def _glsl(value: object) -> str:
+    """A number, a colour or a sequence of colours as GLSL writes it."""
+    if not isinstance(value, tuple):
+        return repr(value)
+    kind = f"vec3[{len(value)}]" if isinstance(value[0], tuple) else "vec3"
+    return f"{kind}({', '.join(map(_glsl, value))})"
+
+
+SHADER_CONSTANTS: Mapping[str, str] = {
+    name: _glsl(value)
+    for name, value in {**globals(), "LAYERS_MAX": LAYERS_MAX, "DEPTH_BINS": DEPTH_BINS}.items()
+    if name.isupper() and isinstance(value, int | float | tuple)
+}
+
+
+def constants_in(text: str) -> dict[str, str]:
+    """Return the constants that `text` mentions, by name, as GLSL."""
+    return {name: SHADER_CONSTANTS[name] for name in SHADER_CONSTANTS.keys() & _words_of(text)}
+
+
+def _words_of(text: str) -> set[str]:
+    return set(re.findall(r"\b[A-Z][A-Z0-9_]+\b", text))
