@@ -117,7 +117,7 @@ class FrameRenderer:
         self._source, self._loaded = self._plates, None
         for pipeline in self._pipelines.values():
             pipeline.forget_plate()
-            pipeline.pool.release()
+            pipeline.scratch.release()
 
     def look(self, shot: Shot, frame: int = 0, views: int | None = None) -> Pinhole:
         """Return the pinhole picture of `frame`, which is `loaded` from now on.
@@ -180,7 +180,7 @@ class FrameRenderer:
         loaded = self.loaded
         if shot.defocus.method.needs_scene:
             size = proxy_size(loaded.color.size, shot.defocus.proxy)
-            out = pipeline.pool.texture("out", size, 4)
+            out = pipeline.scratch.texture("out", size, 4)
             yield from self._source.through_lens(shot, frame, size, out)
             return out
         return (

@@ -8,10 +8,11 @@ from heatlens.defocus.layer_cuts import layer_cuts
 from heatlens.defocus.layer_plan import layer_plans
 from heatlens.defocus.optics import Optics
 from heatlens.defocus.pixel_list import slice_count
+from heatlens.defocus.scratch import Scratch
 from heatlens.defocus.tile_mask import tile_count
 from heatlens.defocus.tile_pass import TilePass
 from heatlens.gpu.shader_constants import TILE
-from heatlens.gpu.textures import TexturePool, new_texture, upload
+from heatlens.gpu.textures import new_texture, upload
 from heatlens.model.lens import Lens
 from heatlens.model.settings import LAYERS_MAX, DefocusSettings, Quality
 from heatlens.model.shot import Shot
@@ -29,7 +30,7 @@ def active_tiles(ctx, coc: np.ndarray) -> list[tuple[np.ndarray, tuple[float, fl
     picture.kind.write(np.zeros(coc.shape, np.float16))
     optics = Optics(None, np.unique(coc).astype(np.float64))
     plans = layer_plans(layer_cuts(optics.occupied_px, LAYERS_MAX), optics, size)
-    tile_pass, pool = TilePass(ctx), TexturePool(ctx)
+    tile_pass, pool = TilePass(ctx), Scratch(ctx)
     found = tile_pass.look_through(picture, plans, pool)
     masks = []
     for number, plan in enumerate(plans):

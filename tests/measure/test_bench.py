@@ -167,7 +167,7 @@ def test_passes_run_once_a_layer(ctx):
     assert frame.layer_count > 3
     for name in ("layer split", "coc fill", "blur", "composite"):
         assert passes[name].runs == frame.layer_count
-    assert passes["coc"].runs == passes["lamps drawn"].runs == 1
+    assert passes["coc"].runs == passes["highlights drawn"].runs == 1
     assert min(seconds.whole, seconds.timed) > 0 and all(
         entry.seconds > 0 for entry in passes.values()
     )

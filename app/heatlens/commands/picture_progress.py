@@ -23,9 +23,9 @@ _VIEWS = ("view", "rays")  # steps that are each a whole picture from one point 
 # they differ by a factor of two from plate to plate, which the estimate of the time left does too.
 _BEFORE, _BEHIND = 1.5, 0.3
 _DONE_AT = {"layer split": 0.0, "hidden fill": 0.15, "coc fill": 0.35, "blur": 0.5}
-_DONE_AT |= {"composite": 1.0, "lamps drawn": 1.0}
+_DONE_AT |= {"composite": 1.0, "highlights drawn": 1.0}
 _DRAWING = "pinhole"  # a step of drawing a scene, which comes before all others
-_FINDING = ("coc", "lamps found", "lamps listed", "fragments")
+_FINDING = ("coc", "highlights found", "highlights listed", "fragments")
 
 
 @dataclass

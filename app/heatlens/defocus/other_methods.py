@@ -10,11 +10,11 @@ from heatlens.defocus.gather_pass import GatherPass
 from heatlens.defocus.optics import Optics
 from heatlens.defocus.pyramid_pass import PyramidPass, level_places, pyramid_size
 from heatlens.defocus.scatter_pass import ScatterPass, ScatterTargets, buffer_bytes
-from heatlens.gpu.textures import TexturePool
+from heatlens.defocus.scratch import Scratch
 
 
 class OtherMethods:
-    """Each takes RGBA and signed coc and leaves RGBA in the pool's texture `blurred`.
+    """Each takes RGBA and signed coc and leaves RGBA in the texture "blurred".
 
     Alpha is blurred as a fourth colour. Programs are built when a method is first asked for.
     """
@@ -35,33 +35,34 @@ class OtherMethods:
         return PyramidPass(self._ctx)
 
     def gather(
-        self, color: moderngl.Texture, coc: moderngl.Texture, optics: Optics, pool: TexturePool
+        self, color: moderngl.Texture, coc: moderngl.Texture, optics: Optics, scratch: Scratch
     ) -> Iterator[None]:
-        """`GatherPass`, its scratch from the pool."""
-        out, weight = pool.texture("blurred", color.size, 4), pool.texture("weight", color.size, 1)
+        """Blur by `GatherPass`."""
+        weight = scratch.texture("gather weight", color.size, 1)
+        out = scratch.texture("blurred", color.size, 4)
         return self._gather.steps(color, coc, optics, out, weight)
 
     def scatter(
-        self, color: moderngl.Texture, coc: moderngl.Texture, optics: Optics, pool: TexturePool
+        self, color: moderngl.Texture, coc: moderngl.Texture, optics: Optics, scratch: Scratch
     ) -> Iterator[None]:
-        """`ScatterPass`, its scratch from the pool."""
+        """Blur by `ScatterPass`."""
         size = color.size
         sizes = buffer_bytes(size)
         targets = ScatterTargets(
-            pool.texture("layer", size, 4),
-            pool.texture("weight", size, 1),
-            pool.texture("blurred", size, 4),
-            pool.texture("cover", size, 1),
-            pool.buffer("scatter places", sizes["place"]),
-            pool.buffer("pixels", sizes["pixel"]),
+            scratch.texture("bin light", size, 4),
+            scratch.texture("bin cover", size, 1),
+            scratch.texture("blurred", size, 4),
+            scratch.texture("scatter cover", size, 1),
+            scratch.buffer("scatter places", sizes["place"]),
+            scratch.buffer("scatter order", sizes["pixel"]),
         )
         return self._scatter.steps(color, coc, optics, targets)
 
     def pyramid(
-        self, color: moderngl.Texture, coc: moderngl.Texture, optics: Optics, pool: TexturePool
+        self, color: moderngl.Texture, coc: moderngl.Texture, optics: Optics, scratch: Scratch
     ) -> Iterator[None]:
-        """`PyramidPass`, its scratch from the pool."""
+        """Blur by `PyramidPass`."""
         all_levels = level_places(color.size, math.inf)  # room that no lens changes
-        levels = pool.texture("pyramid", pyramid_size(all_levels), 4)
-        out = pool.texture("blurred", color.size, 4)
+        levels = scratch.texture("pyramid", pyramid_size(all_levels), 4)
+        out = scratch.texture("blurred", color.size, 4)
         return self._pyramid.steps(color, coc, optics, levels, out)

@@ -42,9 +42,9 @@ from heatlens.defocus.other_methods import OtherMethods
 from heatlens.defocus.pixel_list import list_bytes
 from heatlens.defocus.plate_passes import AlphaPass, CocPass, ProxyPass, proxy_size
 from heatlens.defocus.quality import kernel_for, layers_for
+from heatlens.defocus.scratch import Scratch
 from heatlens.defocus.tile_mask import TileList, TileMask
 from heatlens.defocus.tile_pass import TilePass
-from heatlens.gpu.textures import TexturePool
 from heatlens.model.settings import Bokeh, DefocusSettings, Method
 
 _NOTHING = (0.0, 0.0, 0.0, 0.0)
@@ -69,9 +69,9 @@ class DefocusPasses:
         self.blur = BlurPass(solver)
         self.composite = CompositePass(ctx)
         self.limits = LimitsPass(ctx)
-        self.split_lamps = HighlightSplitPass(ctx, self.blur)
-        self.list_lamps = HighlightListPass(ctx)
-        self.draw_lamps = HighlightDrawPass(ctx)
+        self.split_highlights = HighlightSplitPass(ctx, self.blur)
+        self.list_highlights = HighlightListPass(ctx)
+        self.draw_highlights = HighlightDrawPass(ctx)
         self.others = OtherMethods(ctx)
 
 
@@ -81,8 +81,8 @@ class DefocusPipeline:
     def __init__(self, ctx: moderngl.Context, passes: DefocusPasses) -> None:
         self._ctx = ctx
         self._passes = passes
-        self.pool = TexturePool(ctx)
-        self._proxy_held = 1.0  # the size at which the plate lies in the pool; 1: at none
+        self.scratch = Scratch(ctx)
+        self._proxy_held = 1.0  # the proxy scale at which the plate is held; 1 for none
         self.on_layer: Callable[[int, int], None] | None = None  # layers done, of all
 
     def steps(
@@ -100,30 +100,32 @@ class DefocusPipeline:
         `has_alpha` the result's alpha is 1. `fragments` tell what lies behind the plate; methods of
         one layer do not ask.
         """
+        self.scratch.begin_picture()
         if settings.proxy < 1.0:
             color, depth = yield from self._at_proxy_size(color, depth, optics, settings.proxy)
             optics = optics.scaled(settings.proxy)
         coc = depth
         if optics.line is not None:
-            coc = self.pool.texture("coc", depth.size, 1)
+            coc = self.scratch.texture("coc", depth.size, 1)
             self._passes.coc.run(depth, optics.line, coc)
-            yield "coc"
+            yield self._passed("coc")
         if layers_for(settings) == 1:
             blurred = yield from self._in_one_layer(color, coc, optics, settings)
             self._passes.limits.run(blurred, is_opaque=not has_alpha)
-            yield "limits"
+            yield self._passed("limits")
             return blurred
-        lamps = settings.bokeh is Bokeh.DISC
+        has_highlights = settings.bokeh is Bokeh.DISC
         lists = listed_through(fragments, optics, settings.proxy == 1.0)
+        layered = self._layered(color, coc, optics, settings, "out", has_highlights, lists)
         if not has_alpha:
-            return (yield from self._layered(color, coc, optics, settings, "out", lamps, lists))
-        alpha_color = self.pool.texture("alpha plate", color.size, 4)
+            return (yield from layered)
+        alpha_color = self.scratch.texture("alpha plate", color.size, 4)
         self._passes.alpha.as_color(color, alpha_color)
-        yield "alpha"
+        yield self._passed("alpha")
         alpha = yield from self._layered(alpha_color, coc, optics, settings, "alpha out", False)
-        out = yield from self._layered(color, coc, optics, settings, "out", lamps, lists)
+        out = yield from layered
         self._passes.alpha.join(alpha, out)
-        yield "alpha"
+        yield self._passed("alpha")
         return out
 
     def _in_one_layer(
@@ -134,19 +136,19 @@ class DefocusPipeline:
         settings: DefocusSettings,
     ) -> Steps[moderngl.Texture]:
         """Diffusion without layers, or another method, which sees to depth itself or not at all."""
-        others, work = self._passes.others, (color, coc, optics, self.pool)
-        blurred = self.pool.texture("blurred", color.size, 4)
+        others, work = self._passes.others, (color, coc, optics, self.scratch)
+        blurred = self.scratch.texture("blurred", color.size, 4)
         match settings.method:
             case Method.GATHER:
-                yield from _named("gather", others.gather(*work))
+                yield from self._named("gather", others.gather(*work))
             case Method.SCATTER:
-                yield from _named("scatter", others.scatter(*work))
+                yield from self._named("scatter", others.scatter(*work))
             case Method.PYRAMID:
-                yield from _named("pyramid", others.pyramid(*work))
+                yield from self._named("pyramid", others.pyramid(*work))
             case Method.DIFFUSION | Method.HEAT:
                 what = Diffusion(color, coc, kernel_for(settings), optics.disc.spreads)
-                targets = BlurTargets(self._poles(color.size, what.kernel), blurred)
-                yield from _named("blur", self._passes.blur.steps(what, targets))
+                targets = BlurTargets(self._poles("poles", color.size, what.kernel), blurred)
+                yield from self._named("blur", self._passes.blur.steps(what, targets))
             case Method.ACCUMULATION | Method.RAYTRACED:
                 raise ValueError(f"{settings.method} draws a scene; a plate cannot be blurred so.")
             case _:
@@ -160,26 +162,26 @@ class DefocusPipeline:
         optics: Optics,
         settings: DefocusSettings,
         name: str,
-        lamps: bool,
+        has_highlights: bool,
         lists: ListedFragments | None = None,
     ) -> Steps[moderngl.Texture]:
         """Layers far to near, blurred and put over each other in the texture called `name`."""
         kernel = kernel_for(settings)
         listed = None
-        if lamps:
+        if has_highlights:
             split = None if lists is None else self._room_for_low(lists)
-            color, listed = yield from self._without_lamps(color, coc, kernel, optics, split)
+            color, listed = yield from self._without_highlights(color, coc, kernel, optics, split)
             lists = None if split is None else split.diffused
         picture = self._fragmented(color, coc, optics, lists)
-        yield "fragments"
+        yield self._passed("fragments")
         cuts = layer_cuts(optics.occupied_px, layers_for(settings), settings.proxy)
         plans = layer_plans(cuts, optics, color.size)
-        out = self.pool.filled(name, color.size, (0.0, 0.0, 0.0, 1.0))
-        found = self._passes.tiles.look_through(picture, plans, self.pool)
+        out = self.scratch.filled(name, color.size, (0.0, 0.0, 0.0, 1.0))
+        found = self._passes.tiles.look_through(picture, plans, self.scratch)
         for number, plan in enumerate(plans):
             self._tell_progress(number, len(plans))
-            where = self._passes.tiles.find(found, plans, number, optics, self.pool)
-            yield "tiles"
+            where = self._passes.tiles.find(found, plans, number, optics, self.scratch)
+            yield self._passed("tiles")
             layer, layer_coc = yield from self._layer(picture, plan, where, optics)
             what = Diffusion(
                 layer.color,
@@ -188,13 +190,14 @@ class DefocusPipeline:
                 optics.disc.spreads,
                 resampled_px_2=plan.resampled_px_2,
             )
-            targets = BlurTargets(self._poles(picture.coc.size, kernel), layer.color)
-            yield from _named("blur", self._passes.blur.steps(what, targets, layer.mask))
+            targets = BlurTargets(self._poles("poles", picture.coc.size, kernel), layer.color)
+            yield from self._named("blur", self._passes.blur.steps(what, targets, layer.mask))
             self._passes.composite.run(layer.color, plan, layer.listed, out)
-            yield "composite"
+            yield self._passed("composite")
         if listed is not None:
-            drawn = self._passes.draw_lamps.steps(listed, picture, optics, out)
-            yield from _named("lamps drawn", drawn)
+            drawn = self._passes.draw_highlights.steps(listed, picture, optics, out)
+            yield from self._named("highlights drawn", drawn)
+        self._passed("highlights drawn")
         return out
 
     def _tell_progress(self, done: int, layers: int) -> None:
@@ -208,13 +211,13 @@ class DefocusPipeline:
     ) -> Steps[tuple[moderngl.Texture, moderngl.Texture]]:
         """The plate at proxy size, which no lens changes: made again for another size or plate."""
         size = proxy_size(color.size, proxy)
-        out_color = self.pool.texture("proxy colour", size, 4)
-        out_depth = self.pool.texture("proxy depth", size, 1)
+        out_color = self.scratch.texture("proxy colour", size, 4)
+        out_depth = self.scratch.texture("proxy depth", size, 1)
         if self._proxy_held != proxy:
             scale = proxy if optics.line is None else 1.0
             self._passes.proxy.run(color, depth, scale, out_color, out_depth)
             self._proxy_held = proxy
-            yield "proxy"
+            yield self._passed("proxy")
         return out_color, out_depth
 
     def forget_plate(self) -> None:
@@ -222,10 +225,10 @@ class DefocusPipeline:
         self._proxy_held = 1.0
 
     def _room_for_low(self, lists: ListedFragments) -> ListsWithoutHighlights:
-        words = self.pool.buffer("low fragments", lists.held.words.size)
+        words = self.scratch.buffer("low fragments", lists.held.words.size)
         return ListsWithoutHighlights(lists, words)
 
-    def _without_lamps(
+    def _without_highlights(
         self,
         color: moderngl.Texture,
         coc: moderngl.Texture,
@@ -233,21 +236,26 @@ class DefocusPipeline:
         optics: Optics,
         lists: ListsWithoutHighlights | None,
     ) -> Steps[tuple[moderngl.Texture, HighlightBuffers]]:
-        size, pool = color.size, self.pool
-        low, high = pool.texture("low", size, 4), pool.texture("layer", size, 4)
-        sizes = HighlightBuffers.sizes(size)
-        lamps = HighlightBuffers(**{name: pool.buffer(name, sizes[name]) for name in sizes})
-        half = Surroundings.half_size(size)
-        scratch = Surroundings(
-            pool.texture("cost", half, 4),  # dead before there are costs, or layers of half size
-            pool.texture("layer coc / 2", half, 1),
-            BlurTargets(self._poles(size, kernel), pool.texture("layer / 2", half, 4)),
+        """The picture without its highlights, and the list of these."""
+        size, scratch, half = color.size, self.scratch, Surroundings.half_size(color.size)
+        low, high = scratch.texture("low", size, 4), scratch.texture("high", size, 4)
+        poles = self._poles("surroundings poles", size, kernel)
+        blurred = scratch.texture("surroundings blurred", half, 4, reduction=2)
+        surroundings = Surroundings(
+            scratch.texture("surroundings", half, 4),  # as large as the blocks of hidden pixels
+            scratch.texture("surroundings coc", half, 1, reduction=2),
+            BlurTargets(poles, blurred),
         )
-        split = self._passes.split_lamps.steps(color, coc, optics, scratch, low, high, lists)
-        yield from _named("lamps found", split)
-        listed = self._passes.list_lamps.steps(high, optics, lamps, low, coc, lists)
-        yield from _named("lamps listed", listed)
-        return low, lamps
+        split = self._passes.split_highlights.steps(
+            color, coc, optics, surroundings, low, high, lists
+        )
+        yield from self._named("highlights found", split)
+        sizes = HighlightBuffers.sizes(size)
+        buffers = {name: scratch.buffer(f"highlight {name}", sizes[name]) for name in sizes}
+        highlights = HighlightBuffers(**buffers)
+        listed = self._passes.list_highlights.steps(high, optics, highlights, low, coc, lists)
+        yield from self._named("highlights listed", listed)
+        return low, highlights
 
     def _fragmented(
         self,
@@ -256,17 +264,17 @@ class DefocusPipeline:
         optics: Optics,
         lists: ListedFragments | None,
     ) -> Fragments:
-        size, pool = color.size, self.pool
+        size, scratch = color.size, self.scratch
         picture = Fragments(
             color,
             coc,
-            pool.texture("kind", size, 1, "f2"),
-            pool.texture("far", size, 4, "f2"),
-            pool.texture("near", size, 4, "f2"),
+            scratch.texture("kind", size, 1, "f2"),
+            scratch.texture("far", size, 4, "f2"),
+            scratch.texture("near", size, 4, "f2"),
             lists,
         )
-        pixels = pool.buffer("pixels", list_bytes(size))
-        self._passes.fragments.run(picture, optics.at_infinity_px, pixels)
+        rims = scratch.buffer("rim list", list_bytes(size))
+        self._passes.fragments.run(picture, optics.at_infinity_px, rims)
         return picture
 
     def _layer(
@@ -277,46 +285,55 @@ class DefocusPipeline:
         optics: Optics,
     ) -> Steps[tuple[Layer, moderngl.Texture]]:
         """A layer without holes, and its coc, in the tiles that are to be worked on."""
-        size, pool = plan.size(picture.coc.size), self.pool
-        pixels = pool.buffer("pixels", list_bytes(picture.coc.size))
-        color = pool.filled(_of_size("layer", plan), size, _NOTHING)  # also where enlarging looks
+        size, scratch, reduction = plan.size(picture.coc.size), self.scratch, plan.reduction
+        hidden = scratch.buffer("hidden list", list_bytes(picture.coc.size))
+        # Empty everywhere, because enlarging also looks at tiles that are not worked on.
+        color = scratch.filled("layer", size, _NOTHING, reduction)
+        state = scratch.texture("layer state", size, 2, reduction=reduction)
         told = None
         if picture.lists is not None:
-            told = pool.texture(_of_size("told", plan), size, 2, "f2")
-        layer = Layer(color, pool.texture(_of_size("state", plan), size, 2), *where, told)
-        yield from _named("layer split", self._passes.split.steps(picture, plan, pixels, layer))
+            told = scratch.texture("told", size, 2, "f2", reduction)
+        layer = Layer(color, state, *where, told)
+        split = self._passes.split.steps(picture, plan, hidden, layer)
+        yield from self._named("layer split", split)
         if not plan.cut.is_nearest:
-            hidden = self._passes.hidden.steps(
-                layer,
-                pixels,
-                HiddenScratch(
-                    pool.buffer("bits", HiddenFillPass.bits_bytes(picture.coc.size)),
-                    pool.buffer("blocks", list_bytes(picture.coc.size)),
-                    pool.filled(_of_size("cost", plan), block_size(size), _NO_COST),
-                ),
-                math.ceil(plan.uncovered_px / plan.reduction),
-            )
-            yield from _named("hidden fill", hidden)
-        layer_coc = pool.texture(_of_size("layer coc", plan), size, 1)
+            yield from self._named("hidden fill", self._hidden_fill(layer, hidden, plan, picture))
+        self._passed("hidden fill")
+        layer_coc = scratch.texture("layer coc", size, 1, reduction=reduction)
         between = self._passes.solver.between_size(picture.coc.size)
-        rows = pool.texture("fill rows", between, 2)
-        scales = optics.disc.spreads
+        rows = scratch.texture("coc fill rows", between, 2)
         extend = self._passes.coc_fill.steps(
-            layer.state, plan.cut, scales, rows, layer_coc, layer.mask
+            layer.state, plan.cut, optics.disc.spreads, rows, layer_coc, layer.mask
         )
-        yield from _named("coc fill", extend)
+        yield from self._named("coc fill", extend)
         return layer, layer_coc
 
-    def _poles(self, picture_size: tuple[int, int], kernel: Kernel) -> moderngl.TextureArray:
+    def _hidden_fill(
+        self, layer: Layer, hidden: moderngl.Buffer, plan: LayerPlan, picture: Fragments
+    ) -> Iterator[None]:
+        whole, blocks = picture.coc.size, block_size(layer.color.size)
+        work = HiddenScratch(
+            self.scratch.buffer("hidden bits", HiddenFillPass.bits_bytes(whole)),
+            self.scratch.buffer("hidden blocks", list_bytes(whole)),
+            self.scratch.filled("hidden cost", blocks, _NO_COST, plan.reduction),
+        )
+        reach_px = math.ceil(plan.uncovered_px / plan.reduction)
+        return self._passes.hidden.steps(layer, hidden, work, reach_px)
+
+    def _poles(
+        self, name: str, picture_size: tuple[int, int], kernel: Kernel
+    ) -> moderngl.TextureArray:
         """What lies between the rows and the columns of a blur; layers of any size share it."""
         between = self._passes.solver.between_size(picture_size)
-        return self.pool.array("poles", between, pole_layers(kernel), 4, PACKED)
+        return self.scratch.array(name, between, pole_layers(kernel), 4, PACKED)
 
+    def _named(self, name: str, steps: Iterator[None]) -> Iterator[str]:
+        """Give each of a pass's steps its name; the pass is over after the last."""
+        for _ in steps:
+            yield name
+        self._passed(name)
 
-def _of_size(name: str, plan: LayerPlan) -> str:
-    """Layers of each size have textures of their own, or each would be made anew for the next."""
-    return name if plan.reduction == 1 else f"{name} / {plan.reduction}"
-
-
-def _named(name: str, steps: Iterator[None]) -> Iterator[str]:
-    return (name for _ in steps)
+    def _passed(self, name: str) -> str:
+        """End the lives of the scratch that only lived up to this pass; return its name."""
+        self.scratch.passed(name)
+        return name

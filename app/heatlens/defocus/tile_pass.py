@@ -9,10 +9,10 @@ from heatlens.defocus.layer_plan import MARGIN_PX, SPREAD, LayerPlan, reach_tile
 from heatlens.defocus.listed_fragments import ListProgram, list_buffers, list_uniforms
 from heatlens.defocus.optics import Optics
 from heatlens.defocus.pixel_list import slice_count
+from heatlens.defocus.scratch import Scratch
 from heatlens.defocus.tile_mask import TileList, TileMask, tile_count
 from heatlens.gpu.program import ComputeProgram, groups_for
 from heatlens.gpu.shader_constants import TILE, TILE_GROUP
-from heatlens.gpu.textures import TexturePool
 from heatlens.model.settings import LAYERS_MAX
 
 
@@ -34,11 +34,11 @@ class TilePass:
         self._reach = ComputeProgram(ctx, "tile_reach.comp.glsl")
 
     def look_through(
-        self, picture: Fragments, plans: list[LayerPlan], pool: TexturePool
+        self, picture: Fragments, plans: list[LayerPlan], scratch: Scratch
     ) -> TileContent:
         """Which of the layers have content in each tile of the picture."""
         size, need = picture.coc.size, TileMask.bytes_for(picture.coc.size)
-        content, nearest = (pool.buffer(f"tile {name}", need) for name in ("content", "nearest"))
+        content, nearest = (scratch.buffer(f"tile {name}", need) for name in ("content", "nearest"))
         found = TileContent(content, nearest, size)
         ends = [plan.ends_px for plan in plans]
         lists = picture.lists
@@ -62,19 +62,19 @@ class TilePass:
         plans: list[LayerPlan],
         layer: int,
         optics: Optics,
-        pool: TexturePool,
+        scratch: Scratch,
     ) -> tuple[TileMask, TileList]:
         """The tiles of one layer, at its own size; the next layer's overwrite them."""
         plan = plans[layer]
         size = plan.size(found.size)
         tiles, need = tile_count(size), TileMask.bytes_for(size)
         tile_px, wider = float(TILE * plan.reduction), max(optics.disc.half_extents)
-        listed = TileList(pool.buffer("tile list", TileList.bytes_for(size)))
+        listed = TileList(scratch.buffer("tile list", TileList.bytes_for(size)))
         listed.clear(plan.reduction)
-        mask = TileMask(pool.buffer("tile mask", need), tiles)
+        mask = TileMask(scratch.buffer("tile mask", need), tiles)
         between = {
-            "distance_block": pool.buffer("tile distance", need),
-            "hider_block": pool.buffer("tile hider", need),
+            "distance_block": scratch.buffer("tile distance", need),
+            "hider_block": scratch.buffer("tile hider", need),
         }
         reach: dict[str, object] = {
             "tiles": tiles,

@@ -20,8 +20,8 @@ def fill_new_with_nan(ctx: moderngl.Context) -> None:
     """Have everything that `ctx` makes from now on without content begin as NaN."""
     made: Any = ctx  # its methods are replaced for this one context
     for name in ("texture", "texture_array", "texture3d"):
-        setattr(made, name, _filled(getattr(ctx, name), _fill_texture))
-    made.buffer = _filled(ctx.buffer, _fill_buffer)
+        setattr(made, name, _filled(getattr(ctx, name), fill_texture))
+    made.buffer = _filled(ctx.buffer, _fill_buffer_always)
 
 
 def _filled(make: Callable[..., Any], fill: Callable[[Any], None]) -> Callable[..., Any]:
@@ -35,16 +35,22 @@ def _filled(make: Callable[..., Any], fill: Callable[[Any], None]) -> Callable[.
     return filling
 
 
-def _fill_texture(texture: _Texture) -> None:
+def fill_texture(texture: _Texture) -> None:
+    """Write NaN into every texel; the largest number where these are unsigned integers."""
     texels = 1
     for side in texture.size:
         texels *= side
     texture.write(_BYTE * (texels * texture.components * _SIZES[texture.dtype]))
 
 
-def _fill_buffer(buffer: Any) -> None:
-    """Also when it is given a new size, which forgets what was in it."""
+def fill_buffer(buffer: moderngl.Buffer) -> None:
+    """Write NaN into the whole buffer."""
     buffer.write(_BYTE * buffer.size)
+
+
+def _fill_buffer_always(buffer: Any) -> None:
+    """Fill a buffer now, and whenever it is given a new size, which forgets what was in it."""
+    fill_buffer(buffer)
     orphan = buffer.orphan
 
     def filling(size: int = -1) -> None:

@@ -118,7 +118,7 @@ def _coc(work: Work, runs: int) -> Traffic:
     return Traffic(2 * _COC * runs, 2 * _COC * runs)
 
 
-def _lamps_found(work: Work, runs: int) -> Traffic:
+def _highlights_found(work: Work, runs: int) -> Traffic:
     """Count luminance, its heat blur and the split by it.
 
     The least possible is colour and coc read and the two parts written.
@@ -129,7 +129,7 @@ def _lamps_found(work: Work, runs: int) -> Traffic:
     return Traffic(runs * moved, runs * (_COLOR + _COC + 2 * _COLOR))
 
 
-def _lamps_listed(work: Work, runs: int) -> Traffic:
+def _highlights_listed(work: Work, runs: int) -> Traffic:
     """Count two reads of the highlights, and counts and offsets written and read again."""
     width, height = work.size
     blocks = block_count(work.size) / (width * height)
@@ -190,7 +190,7 @@ def _alpha(work: Work, runs: int) -> Traffic:
     return Traffic(moved, moved)
 
 
-def _lamps_drawn(work: Work, runs: int) -> Traffic:
+def _highlights_drawn(work: Work, runs: int) -> Traffic:
     """Count the area of the highlights' discs, which decides the cost."""
     return Traffic(None, None)
 
@@ -204,8 +204,8 @@ def _method(work: Work, runs: int) -> Traffic:
 PASS_COSTS: dict[str, Callable[[Work, int], Traffic]] = {
     "proxy": _proxy,
     "coc": _coc,
-    "lamps found": _lamps_found,
-    "lamps listed": _lamps_listed,
+    "highlights found": _highlights_found,
+    "highlights listed": _highlights_listed,
     "fragments": _fragments,
     "tiles": _tiles,
     "layer split": _layer_split,
@@ -214,7 +214,7 @@ PASS_COSTS: dict[str, Callable[[Work, int], Traffic]] = {
     "blur": _blur,
     "composite": _composite,
     "limits": _limits,
-    "lamps drawn": _lamps_drawn,
+    "highlights drawn": _highlights_drawn,
     "alpha": _alpha,
     "gather": _method,
     "scatter": _method,
