@@ -16,7 +16,7 @@ from heatlens.defocus.listed_fragments import (
 )
 from heatlens.defocus.optics import Optics
 from heatlens.gpu.draw_target import DrawTarget
-from heatlens.gpu.program import ComputeProgram, DrawProgram, groups_for, pixel_groups
+from heatlens.gpu.program import ComputeProgram, DrawProgram, VertexArray, groups_for, pixel_groups
 from heatlens.gpu.shader_constants import HIGHLIGHT_BLOCK, HIGHLIGHT_GROUP
 
 SPRITES_MAX = 4096
@@ -194,7 +194,7 @@ class HighlightDrawPass:
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
         self._program = DrawProgram(ctx, "highlight_draw")
-        self._quads: tuple[moderngl.Buffer, moderngl.VertexArray] | None = None
+        self._quads: tuple[moderngl.Buffer, VertexArray] | None = None
         self._target = DrawTarget(ctx)
 
     def steps(
@@ -243,7 +243,7 @@ class HighlightDrawPass:
         self._ctx.disable(moderngl.BLEND)
         target.scissor = None  # type: ignore[assignment]  # missing in moderngl.pyi
 
-    def _quads_of(self, sprites: moderngl.Buffer) -> moderngl.VertexArray:
+    def _quads_of(self, sprites: moderngl.Buffer) -> VertexArray:
         if self._quads is None or self._quads[0] is not sprites:
             layout = [(sprites, "4f 4f/i", "in_place", "in_light")]
             self._quads = (sprites, self._program.vertex_array(layout))

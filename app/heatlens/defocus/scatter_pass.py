@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from heatlens.defocus.optics import Optics
 from heatlens.gpu.draw_target import DrawTarget
-from heatlens.gpu.program import ComputeProgram, DrawProgram, groups_for, pixel_groups
+from heatlens.gpu.program import ComputeProgram, DrawProgram, VertexArray, groups_for, pixel_groups
 from heatlens.gpu.shader_constants import (
     DISC_RAMP_PX,
     ROW_GROUP,
@@ -96,7 +96,7 @@ class ScatterPass:
         self._sort = ComputeProgram(ctx, "scatter_sort.comp.glsl")
         self._discs = DrawProgram(ctx, "scatter_draw")
         self._over = ComputeProgram(ctx, "scatter_over.comp.glsl")
-        self._quads: tuple[moderngl.Buffer, moderngl.VertexArray] | None = None
+        self._quads: tuple[moderngl.Buffer, VertexArray] | None = None
         self._target = DrawTarget(ctx)
         self._command = ctx.buffer(reserve=16)
 
@@ -169,7 +169,7 @@ class ScatterPass:
             uniforms={"is_farthest": is_farthest, "is_nearest": is_nearest},
         )
 
-    def _quads_of(self, pixel: moderngl.Buffer) -> moderngl.VertexArray:
+    def _quads_of(self, pixel: moderngl.Buffer) -> VertexArray:
         if self._quads is None or self._quads[0] is not pixel:
             layout = [(pixel, "1u/i", "in_pixel")]
             self._quads = (pixel, self._discs.vertex_array(layout))

@@ -160,7 +160,8 @@ class ScreenPictures:
     def overlay(self, plate: Pinhole, shot: Shot, frame: int, overlay: Overlay) -> moderngl.Texture:
         """The overlay's colours, for the lens as it is now."""
         lens = shot.lens_at(frame)
-        if self._overlay.needs(plate.depth.size, (plate, lens, shot.defocus, overlay)):
+        key: Key = (plate, lens, shot.defocus, overlay, self.transform_version)
+        if self._overlay.needs(plate.depth.size, key):
             assert self._overlay.texture is not None
             optics = optics_of(plate.plate, plate.occupied, lens)
             limits = layer_limits_px(optics, shot)

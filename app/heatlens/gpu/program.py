@@ -6,11 +6,12 @@ the tests, an input that the compiler kept and that was never given is a ShaderE
 """
 
 import os
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 
 import moderngl
 
 from heatlens.errors import ShaderError
+from heatlens.gpu import shader_reload
 from heatlens.gpu.declared_inputs import Kind, declared_in
 from heatlens.gpu.shader_constants import PIXEL_GROUP
 from heatlens.gpu.shader_source import ShaderSource, assemble
@@ -93,8 +94,48 @@ class _Inputs:
             raise ShaderError(f"{files}: declared and used, but never given: {names}.")
 
 
-class ComputeProgram:
+class _Program:
+    """A linked program, its inputs, and the way to build it again from its files."""
+
+    def __init__(self, ctx: moderngl.Context) -> None:
+        self._ctx = ctx
+        self._take_built()
+        shader_reload.watch(self)
+
+    def _sources(self) -> Sequence[ShaderSource]:
+        """The texts of the stages, read anew."""
+        raise NotImplementedError
+
+    def _link(self, sources: Sequence[ShaderSource]) -> _Linked:
+        raise NotImplementedError
+
+    def _take_built(self) -> None:
+        sources = self._sources()
+        self._program = self._link(sources)
+        self._inputs = _Inputs(self._program, sources)
+        self._files = frozenset(file for source in sources for file in source.files)
+
+    @property
+    def files(self) -> frozenset[str]:
+        """The files that the text came from, relative to the folder of shaders."""
+        return self._files
+
+    def rebuild(self) -> None:
+        """Take the files as they are now; raise ShaderError and stay as it was where they fail."""
+        before = self._program
+        self._take_built()
+        before.release()
+
+    def release(self) -> None:
+        """Give the program back to OpenGL."""
+        shader_reload.forget(self)
+        self._program.release()
+
+
+class ComputeProgram(_Program):
     """One compiled compute shader."""
+
+    _program: moderngl.ComputeShader
 
     def __init__(
         self,
@@ -109,11 +150,15 @@ class ComputeProgram:
         ShaderError with the driver's log, its places as file and line.
         """
         self.name = name
-        self._ctx = ctx
-        source = assemble(data_dir("shaders"), name, defines)
-        source = source.followed_by(functions) if functions else source
-        self._program = _compiled(ctx, source)
-        self._inputs = _Inputs(self._program, [source])
+        self._defines, self._functions = defines, functions
+        super().__init__(ctx)
+
+    def _sources(self) -> Sequence[ShaderSource]:
+        source = assemble(data_dir("shaders"), self.name, self._defines)
+        return [source.followed_by(self._functions) if self._functions else source]
+
+    def _link(self, sources: Sequence[ShaderSource]) -> moderngl.ComputeShader:
+        return _compiled(self._ctx, sources[0])
 
     def dispatch(
         self,
@@ -144,13 +189,11 @@ class ComputeProgram:
         self._program.run_indirect(groups, offset)
         self._ctx.memory_barrier()
 
-    def release(self) -> None:
-        """Give the program back to OpenGL."""
-        self._program.release()
 
-
-class DrawProgram:
+class DrawProgram(_Program):
     """A vertex and a fragment shader linked together."""
+
+    _program: moderngl.Program
 
     def __init__(
         self,
@@ -163,20 +206,38 @@ class DrawProgram:
 
         Raises ShaderError with the driver's log, its places as file and line.
         """
-        self._ctx = ctx
+        self._names = f"{name}.vert.glsl", f"{fragment or name}.frag.glsl"
+        self._defines = defines
+        super().__init__(ctx)
+
+    def _sources(self) -> Sequence[ShaderSource]:
         folder = data_dir("shaders")
-        files = f"{name}.vert.glsl", f"{fragment or name}.frag.glsl"
-        vertex, fragments = (assemble(folder, file, defines) for file in files)
-        self._program = _linked(ctx, vertex, fragments)
-        self._inputs = _Inputs(self._program, [vertex, fragments])
+        return [assemble(folder, name, self._defines) for name in self._names]
+
+    def _link(self, sources: Sequence[ShaderSource]) -> moderngl.Program:
+        vertex, fragment = sources
+        return _linked(self._ctx, vertex, fragment)
 
     def vertex_array(
         self,
         layout: Sequence[tuple[moderngl.Buffer, str, *tuple[str, ...]]],
         index: moderngl.Buffer | None = None,
-    ) -> moderngl.VertexArray:
+    ) -> "VertexArray":
         """Return what is drawn: buffers and the attributes they hold, without the unused ones."""
-        return self._ctx.vertex_array(self._program, list(layout), index, skip_errors=True)
+        return VertexArray(self, lambda linked: self._array_for(linked, layout, index))
+
+    def _array_for(
+        self,
+        linked: moderngl.Program,
+        layout: Sequence[tuple[moderngl.Buffer, str, *tuple[str, ...]]],
+        index: moderngl.Buffer | None,
+    ) -> moderngl.VertexArray:
+        return self._ctx.vertex_array(linked, list(layout), index, skip_errors=True)
+
+    @property
+    def linked(self) -> moderngl.Program:
+        """The program as OpenGL has it now; another one after `rebuild`."""
+        return self._program
 
     def bind(
         self,
@@ -188,9 +249,36 @@ class DrawProgram:
         """Set what the next draw reads; raise ShaderError for a name that is not declared."""
         self._inputs.bind(textures, None, buffers, uniforms)
 
+
+class VertexArray:
+    """Buffers laid out for a draw program, laid out again when the program is another."""
+
+    def __init__(
+        self, program: DrawProgram, make: Callable[[moderngl.Program], moderngl.VertexArray]
+    ) -> None:
+        self._program, self._make = program, make
+        self._made_for = program.linked
+        self._made = make(self._made_for)
+
+    @property
+    def _array(self) -> moderngl.VertexArray:
+        if self._made_for is not self._program.linked:
+            before, self._made_for = self._made, self._program.linked
+            self._made = self._make(self._made_for)
+            before.release()
+        return self._made
+
+    def render(self, mode: int, vertices: int) -> None:
+        """Draw `vertices` vertices; `mode` is moderngl's."""
+        self._array.render(mode, vertices)
+
+    def render_indirect(self, commands: moderngl.Buffer, mode: int, count: int) -> None:
+        """Draw what `count` records of `commands` say."""
+        self._array.render_indirect(commands, mode, count)
+
     def release(self) -> None:
-        """Give the program back to OpenGL."""
-        self._program.release()
+        """Give the layout back to OpenGL; the buffers are another's."""
+        self._made.release()
 
 
 def _compiled(ctx: moderngl.Context, source: ShaderSource) -> moderngl.ComputeShader:

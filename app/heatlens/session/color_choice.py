@@ -11,6 +11,8 @@ from heatlens.display.screen_pictures import ScreenPictures
 from heatlens.errors import HeatlensError
 from heatlens.model.view import ViewState
 
+_NOT_YET = ("", "", None)  # no view has such an input space
+
 
 class ColorChoice:
     """Keeps the display pass on the display and view that the state of looking names."""
@@ -31,7 +33,7 @@ class ColorChoice:
             say(f"{error} Pictures are shown through the plain sRGB curve.")
         self._inputs = self.config.input_spaces() if self.config else ()
         self.attributes: Mapping[str, Any] = {}  # of the open plate's header
-        self._current: tuple[str, str, InputSpace | None] = ("", "", None)
+        self._current: tuple[str, str, InputSpace | None] = _NOT_YET
         self.transform = srgb_transform()  # the one in use
 
     def displays(self) -> tuple[str, ...]:
@@ -78,6 +80,10 @@ class ColorChoice:
     def input_of(self, chosen: str) -> InputSpace:
         """Return the space of the plate's light: `chosen`, else as its header tells."""
         return input_space_of(self.config, self.attributes, chosen)
+
+    def draw_again(self) -> None:
+        """Have the screen drawn anew at the next `apply`."""
+        self._current = _NOT_YET
 
     def apply(self, view: ViewState, screen: ScreenPictures) -> None:
         """Have `screen` draw through the names in `view`; a transform that fails is said."""

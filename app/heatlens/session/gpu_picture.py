@@ -49,6 +49,11 @@ class GpuPicture:
         self.upload_s = time.perf_counter() - start
         self._take_loaded()
 
+    def count_again(self) -> None:
+        """Have everything made again that was made of the picture, as if it had been loaded."""
+        if self.plate is not None:
+            self.version += 1
+
     @contextmanager
     def drawing(self) -> Iterator[None]:
         """Show what the renderer draws in the block; what it cannot draw becomes `problem`."""

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from heatlens.errors import FaultError, HeatlensError, InputError
 from heatlens.faults import faults_told
+from heatlens.gpu import shader_reload
 from heatlens.model.depth_histogram import DepthHistogram
 from heatlens.model.lens import Lens
 from heatlens.model.shot import Shot
@@ -88,6 +89,7 @@ class Session:
         self.sides = CompareSides(renderer)
         self._add_time_commands(say, wake, frames_folder)
         self._add_file_commands(say, wake)
+        self._shaders = shader_reload.ShaderReload() if shader_reload.is_on() else None
 
     def _add_time_commands(
         self, say: Callable[[str], None], wake: Callable[[], None], frames_folder: Path | None
@@ -263,7 +265,17 @@ class Session:
             self.sides.restart()  # what was under way read from the plate that left the GPU
         self.messages.fade()
 
+    def _reload_shaders(self) -> None:
+        """Draw with shaders whose files have changed; a mistake in them is only said."""
+        news = self._shaders.poll() if self._shaders is not None else None
+        if news is not None:
+            self.say(news.sentence)
+        if news is not None and news.programs:
+            self.source.picture.count_again()
+            self.color.draw_again()
+
     def _take_news(self) -> None:
+        self._reload_shaders()
         opened = self.source.arrived()
         if opened is not None:
             self._begin(opened)
@@ -335,6 +347,7 @@ class Session:
             self.messages.seconds_until_needed(),
             self.scheduler.seconds_until_needed(),
             self.player.seconds_until_needed(),
+            shader_reload.EVERY_S if self._shaders is not None else None,
         )
         return min((wait for wait in waits if wait is not None), default=None)
 

@@ -1,0 +1,103 @@
+"""Changed shader files, taken into the running program: for whoever writes shaders.
+
+With HEATLENS_RELOAD_SHADERS=1 in the environment, every program is known here from its making, and
+`ShaderReload.poll` builds those again whose files have changed. A program that cannot be built
+stays as it was, so that a mistake never takes the picture away. Without the variable nothing of
+this costs anything.
+"""
+
+import os
+import time
+import weakref
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Protocol
+
+from heatlens.errors import ShaderError
+from heatlens.paths import data_dir
+
+VARIABLE = "HEATLENS_RELOAD_SHADERS"
+EVERY_S = 0.5  # between two looks at the files
+
+
+class Rebuildable(Protocol):
+    """A program that can be built again from its files."""
+
+    @property
+    def files(self) -> frozenset[str]:
+        """The files that its text came from, relative to the folder of shaders."""
+
+    def rebuild(self) -> None:
+        """Take the files as they are now; raise ShaderError and stay as it was where they fail."""
+
+
+_watched: "weakref.WeakSet[Rebuildable]" = weakref.WeakSet()
+
+
+def is_on() -> bool:
+    """Return whether shaders are to be reloaded."""
+    return bool(os.environ.get(VARIABLE))
+
+
+def watch(program: Rebuildable) -> None:
+    """Have `program` rebuilt when its files change; it is forgotten when nobody holds it."""
+    if is_on():
+        _watched.add(program)
+
+
+def forget(program: Rebuildable) -> None:
+    """Leave a program alone that was given back to OpenGL."""
+    _watched.discard(program)
+
+
+@dataclass(frozen=True)
+class Reloaded:
+    """What came of changed files: how many programs are new, and a sentence about it."""
+
+    programs: int
+    sentence: str
+
+
+class ShaderReload:
+    """Looks at the times of the shader files, at most twice a second."""
+
+    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
+        self._clock = clock
+        self._looked_at = clock()
+        self._times = _file_times(data_dir("shaders"))
+
+    def poll(self) -> Reloaded | None:
+        """Rebuild the programs of changed files; None where nothing changed that is used."""
+        if self._clock() - self._looked_at < EVERY_S:
+            return None
+        self._looked_at, before = self._clock(), self._times
+        self._times = _file_times(data_dir("shaders"))
+        changed = {name for name, when in self._times.items() if before.get(name) != when}
+        users = [program for program in _watched if changed & program.files]
+        return _rebuilt(users, sorted(changed)) if users else None
+
+
+def _rebuilt(programs: Iterable[Rebuildable], changed: list[str]) -> Reloaded:
+    """Build what can be built; the first mistake that is found is told, the others have it too."""
+    count, mistake = 0, ""
+    for program in programs:
+        try:
+            program.rebuild()
+            count += 1
+        except ShaderError as error:
+            mistake = mistake or " ".join(str(error).split())
+    if mistake:
+        return Reloaded(count, f"The last shaders that worked stay in use. {mistake}")
+    return Reloaded(count, f"Reloaded {', '.join(changed)}: {count} programs were built again.")
+
+
+def _file_times(folder: Path) -> dict[str, int]:
+    """The time of each shader file in nanoseconds; one that is just being replaced is left out."""
+    times: dict[str, int] = {}
+    for path in folder.rglob("*.glsl"):
+        try:
+            times[path.relative_to(folder).as_posix()] = path.stat().st_mtime_ns
+        except FileNotFoundError:
+            continue
+    return times

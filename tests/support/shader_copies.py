@@ -1,0 +1,29 @@
+"""A copy of the shaders, to be edited while programs built from them run."""
+
+import os
+import shutil
+import weakref
+from pathlib import Path
+
+import pytest
+
+from heatlens.gpu.shader_reload import VARIABLE
+from heatlens.paths import data_dir
+
+
+def reloading_copy(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Copy the shaders to `folder`, build programs from there, and switch reloading on."""
+    shutil.copytree(data_dir("shaders"), folder)
+    for module in ("program", "shader_reload"):
+        monkeypatch.setattr(f"heatlens.gpu.{module}.data_dir", lambda _: folder)
+    monkeypatch.setattr("heatlens.gpu.shader_reload._watched", weakref.WeakSet())
+    monkeypatch.setenv(VARIABLE, "1")
+    return folder
+
+
+def edit(path: Path, old: str, new: str) -> None:
+    """Write a file anew, with a time of its own however coarse those of the disk are."""
+    before, text = path.stat().st_mtime_ns, path.read_text()
+    assert old in text
+    path.write_text(text.replace(old, new))
+    os.utime(path, ns=(before + 10**9, before + 10**9))
