@@ -28,6 +28,10 @@ GPU_LAYERS = (
     *("gpu", "defocus", "scene_gpu", "source", "render", "preview", "display", "export"),
     *("measure", "session", "ui", "doctor"),
 )
+_OF_WINDOWS = (
+    *("heatlens.ui", "imgui_bundle", "glfw", "support.gui"),
+    *("support.scene_window", "support.timeline_window", "support.window_plates"),
+)
 LINES_WARNED, LINES_MAX = 300, 500
 FILES = sorted(PACKAGE.rglob("*.py"))
 
@@ -180,6 +184,14 @@ def _folder_of(module: str) -> str | None:
     """The folder of ui that a module lies in; None for others, and for the files of ui itself."""
     parts = module.split(".")
     return parts[1] if parts[0] == "ui" and len(parts) > 2 else None
+
+
+def test_tests_of_the_session_need_no_window():
+    tests = sorted(Path(__file__).parents[1].glob("session/*.py"))
+    assert tests
+    for test in tests:
+        users = set(imported_modules(test.read_text(encoding="utf-8")))
+        assert not {name for name in users if name.startswith(_OF_WINDOWS)}, test.name
 
 
 def test_only_commands_print(path):

@@ -4,22 +4,14 @@ import json
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from heatlens.errors import InputError
 from heatlens.model.plate_options import PlateOptions
-from heatlens.model.view import ViewState
-from heatlens.plate.read import read_plate
 from heatlens.session.playback import Ending
 from heatlens.session.preferences import FILE_NAME, Preferences, Remembered
-from heatlens.ui.layout import lists_all
-from support.exr_files import rgb, write_file
-from support.gui import gui_of
-from support.sequences import sequence_files
-from support.window_plates import QUICK
 
 OPTIONS = st.builds(
     PlateOptions,
@@ -196,112 +188,3 @@ def test_ends_are_remembered_where_the_depth_has_ends(options, convention):
     assert preferences.options_for("/a/c.exr") == found and not preferences.problem
     preferences.read_so(Path("/a"), options)
     assert preferences.options_for("/a/c.exr") == found and not preferences.problem
-
-
-# In the program
-
-
-@pytest.fixture
-def plate(tmp_path):
-    depth = np.linspace(1, 9, 24 * 36, dtype=np.float32).reshape(24, 36)
-    return write_file(tmp_path / "plate.exr", rgb(24, 36) | {"Z": depth})
-
-
-def test_a_folder_remembered_with_an_end_of_distances_opens(ctx, plate):
-    options = PlateOptions(depth_convention="distance", near_m=1.0)
-    with pytest.raises(InputError, match="--near"):
-        read_plate(plate, options)
-    preferences = Preferences(Remembered(plates={str(plate.parent): options}))
-    with gui_of(ctx, plate, preferences, defocus=QUICK) as gui:
-        assert gui.session.source.opened.options == replace(options, near_m=None)
-        assert "near and far ends remembered" in gui.session.message
-
-
-def test_options_of_the_command_line_win_over_remembered_ones(ctx, plate):
-    preferences = Preferences()
-    preferences.read_so(plate.parent, PlateOptions(scene_unit_m=0.01, depth_channel="Z"))
-    given = PlateOptions(depth_convention="inverse")
-    with gui_of(ctx, plate, preferences, plate_options=given) as gui:
-        assert gui.session.source.opened.options == given
-    lens = PlateOptions(focal_length_mm=35.0)
-    with gui_of(ctx, plate, preferences, plate_options=lens) as gui:
-        assert gui.session.source.opened.options == PlateOptions(
-            scene_unit_m=0.01, depth_channel="Z", focal_length_mm=35.0
-        )
-
-
-def test_looks_and_panels_come_back(ctx, plate):
-    preferences = Preferences()
-    with gui_of(ctx, plate, preferences) as gui:
-        display = gui.session.view.display
-        view = gui.session.color.views(display)[-1]
-        gui.click(gui.middle("view"))
-        gui.click(gui.middle(f"view: {view}"))
-        gui.do("Metres or feet")
-        gui.do("Speed")
-        gui.session.remember(hidden_panels=gui.ui.hidden_panels)
-    assert preferences.now.view == view
-    with gui_of(ctx, plate, preferences) as gui:
-        assert (gui.session.view.display, gui.session.view.view) == (display, view)
-        assert gui.session.view.unit == "ft"
-        assert [name for name, shown in gui.ui.panels.items() if not shown] == ["Speed"]
-
-
-def test_how_it_plays_comes_back(ctx, tmp_path):
-    film = sequence_files(tmp_path)
-    preferences = Preferences.load(tmp_path / "config")
-    with gui_of(ctx, film, preferences, defocus=QUICK) as gui:
-        for choice in ("ending: bounce", "pace: real time"):
-            gui.frame(30)
-            gui.click(gui.middle(choice.split(":")[0]))
-            gui.click(gui.middle(choice))
-        gui.session.remember(hidden_panels=gui.ui.hidden_panels)
-    again = Preferences.load(tmp_path / "config")
-    assert (again.now.ending, again.now.every_frame) == (Ending.BOUNCE, False)
-    with gui_of(ctx, film, again, defocus=QUICK) as gui:
-        assert gui.session.timeline.playback.ending is Ending.BOUNCE
-        assert not gui.session.timeline.playback.is_every_frame
-
-
-def test_names_that_the_colours_do_not_have_are_no_obstacle(ctx, plate):
-    preferences = Preferences(Remembered(display="gone", view="too"))
-    with gui_of(ctx, plate, preferences, view=ViewState()) as gui:
-        assert gui.session.view.display in gui.session.color.displays()
-
-
-def test_what_was_damaged_is_said_in_the_window(ctx, tmp_path, plate):
-    (tmp_path / FILE_NAME).write_text("{")
-    with gui_of(ctx, plate, Preferences.load(tmp_path)) as gui:
-        assert FILE_NAME in gui.session.message and gui.session.live.shown is not None
-
-
-def test_a_layout_counts_while_it_knows_every_panel():
-    assert lists_all("[Window][Picture]\n\n[Window][Lens]\nPos=1,1\n", ["Lens"])
-    assert not lists_all("[Window][Picture]\n[Window][Lens]\n", ["Lens", "Look"])
-    assert not lists_all("", ["Lens"])
-
-
-def test_recent_files_that_are_gone_are_not_shown(ctx, plate):
-    preferences = Preferences()
-    preferences.opened(str(plate.with_name("gone.exr")))
-    with gui_of(ctx, plate, preferences) as gui:
-        gui.click(gui.middle("menu File"))
-        gui.until(lambda: gui.session.recent.found, "the recent files")
-        assert gui.session.recent.found == (str(plate),)
-        assert preferences.now.recent == (str(plate), str(plate.with_name("gone.exr")))
-
-
-def test_a_recent_file_is_opened_by_a_click(ctx, plate, tmp_path):
-    other = write_file(tmp_path / "other.0001.exr", rgb(24, 36) | {"Z": np.ones((24, 36), "f4")})
-    pattern = tmp_path / "other.####.exr"
-    preferences = Preferences()
-    preferences.opened(str(pattern))
-    with gui_of(ctx, plate, preferences) as gui:
-        gui.click(gui.middle("menu File"))
-        gui.until(lambda: gui.session.recent.found, "the recent files")
-        gui.frame(2)
-        gui.move(gui.middle("menu Open recent"))
-        gui.frame(30)
-        gui.click(gui.middle("recent other.####.exr"))
-        gui.until(lambda: gui.session.source.plate.path == other, "the other plate")
-    assert preferences.now.recent[0] == str(pattern)

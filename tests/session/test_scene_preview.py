@@ -1,189 +1,179 @@
-"""Pictures through many points of the lens refine as they come, and each goes on from the last."""
+"""How large a scene is drawn while it moves, on a clock of the test's own."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
-from itertools import pairwise
-from types import SimpleNamespace
 
-import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from heatlens.defocus.plate_passes import proxy_size
-from heatlens.gpu.textures import download
+from heatlens.model.framing import Framing, Pose
 from heatlens.model.lens import Lens
-from heatlens.model.settings import PROXY_MIN, VIEWS_MAX, DefocusSettings, Method
 from heatlens.model.shot import Shot
-from heatlens.model.view import Against, Compare
-from heatlens.preview.cost import CostModel
-from heatlens.preview.levels import cheaper, on_the_way
-from heatlens.render import FrameRenderer
-from heatlens.session.live_picture import LivePicture
-from support.gui import gui_of
-from support.scenes import still_life
-from support.window_plates import displayed, region
+from heatlens.scene_gpu.scene_renderer import PINHOLE_VIEWS
+from heatlens.session.scene_preview import ScenePreview
 
-OF_SCENES = [method for method in Method if method.needs_scene]
-SIZE = (1280, 720)
-LENS = Lens(50.0, 2.0, 2.0, 36.0)
-SETTINGS = st.builds(
-    DefocusSettings,
-    proxy=st.sampled_from([1.0, 0.5, 1 / 3, PROXY_MIN]),
-    method=st.sampled_from(OF_SCENES),
-    views=st.integers(1, VIEWS_MAX),
-)
-
-
-def work_of(settings: DefocusSettings) -> float:
-    return settings.views * settings.proxy**2
-
-
-@given(SETTINGS)
-def test_rungs_go_from_the_wished_picture_to_ever_less_work_of_the_same_method(wished):
-    rungs = cheaper(wished)
-    assert rungs[0] == wished
-    assert all(rung.method is wished.method for rung in rungs)
-    assert all(PROXY_MIN <= rung.proxy <= wished.proxy for rung in rungs)
-    work = [work_of(rung) for rung in rungs]
-    assert all(b < a for a, b in pairwise(work))
-    assert on_the_way(wished) == rungs[:0:-1]
-
-
-@given(SETTINGS)
-def test_on_the_way_little_more_work_is_done_than_for_the_whole(wished):
-    """At full size each picture goes on from the one before; smaller ones are made for nothing."""
-    smaller = [rung for rung in on_the_way(wished) if rung.proxy < wished.proxy]
-    full = replace(wished, views=min(wished.views, 16))
-    assert sum(work_of(rung) for rung in smaller) <= 0.5 * work_of(full)
-
-
-@given(SETTINGS, st.integers(1, 4096), st.floats(1e-5, 1.0))
-def test_cost_scales_with_the_views(settings, views, seconds):
-    cost = CostModel()
-    cost.learn(DefocusSettings(), 1000, 1.0)
-    assert cost.predicted(settings, 1000) == float("inf")  # diffusion tells nothing of it
-    cost.learn(settings, 1000, seconds)
-    expected = seconds * views / settings.views * 3
-    assert cost.predicted(replace(settings, views=views), 3000) == pytest.approx(expected)
-    assert cost.predicted(DefocusSettings(), 1000) == pytest.approx(1.0)
+SIZE = (640, 360)
+REST_S, SLICE_S = 0.08, 0.012
+SHOT = Shot(Lens(35.0, 2.0, 3.0, 36.0), framing=Framing(*SIZE))
 
 
 @dataclass
 class Machine:
-    """A renderer with a clock of its own, which keeps its sums as the real one does."""
+    """A renderer that draws at a price, and nothing where the picture is there already."""
 
-    per_view_s: float  # at full size
+    per_px_s: float
     now: float = 100.0
-    made: list[DefocusSettings] = field(default_factory=list)
-    sums: dict[tuple[int, int], int] = field(default_factory=dict)
+    drawn: list[tuple[int, int, int]] = field(default_factory=list)  # width, height, views
+    key: object = None
+    views: int = 0
+    loaded: object = None
 
-    def __post_init__(self) -> None:
-        self.ctx = SimpleNamespace(finish=lambda: None)
-        self.loaded = SimpleNamespace(color=SimpleNamespace(size=SIZE))
+    def look(self, shot: Shot, frame: int, views: int) -> object:
+        list(self.looking(shot, frame, views))
+        return self.loaded
 
-    def steps(self, shot: Shot, frame: int, slot: int) -> Iterator[str]:
-        size = proxy_size(SIZE, shot.defocus.proxy)
-        share = size[0] * size[1] / (SIZE[0] * SIZE[1])
-        while self.sums.get(size, 0) < shot.defocus.views:
-            self.sums[size] = self.sums.get(size, 0) + 1
-            self.now += self.per_view_s * share
+    def looking(self, shot: Shot, frame: int, views: int) -> Iterator[str]:
+        framing = shot.framing
+        assert framing is not None
+        is_same = (framing, frame) == self.key
+        if is_same and self.views >= views:
+            return
+        for _ in range(views - self.views if is_same else views):
+            self.now += self.per_px_s * framing.width_px * framing.height_px
             yield "view"
-        self.made.append(shot.defocus)
-        return slot
-
-    def views_drawn(self) -> float:
-        """In views of full size."""
-        return (self.now - 100.0) / self.per_view_s
+        self.key, self.views, self.loaded = (framing, frame), views, object()
+        self.drawn.append((framing.width_px, framing.height_px, views))
 
 
-def settle(machine: Machine, live: LivePicture) -> list[DefocusSettings]:
-    """What is seen one after the other until the whole picture is there."""
-    seen = [live.shown.settings]
-    machine.now += live.seconds_to_rest()
-    for _ in range(10_000):
-        if not live.is_working:
-            return seen
-        live.work(0.02)
-        if live.shown.settings != seen[-1]:
-            seen.append(live.shown.settings)
-    raise AssertionError("the whole picture never came")
+def moved(step: int) -> Shot:
+    assert SHOT.framing is not None
+    return replace(SHOT, framing=SHOT.framing.at(Pose((0.1 * step, 0.0, 0.0)), 1))
 
 
-@pytest.mark.parametrize("method", OF_SCENES)
-def test_a_slow_picture_refines_step_by_step_for_little_more_work(method):
-    machine = Machine(0.2)
-    live = LivePicture(machine, lambda: machine.now)
-    wished = DefocusSettings(method=method, views=1000)
-    live.wish(Shot(LENS, wished), 0, 0.03)
-    seen = settle(machine, live)
-    assert seen[0] == cheaper(wished)[-1] and seen[-1] == wished
-    views = [settings.views for settings in seen if settings.proxy == 1.0]
-    assert views == [16, 66, 256, 1000]
-    assert machine.views_drawn() < 1010
+def sight_of(machine: Machine) -> ScenePreview:
+    return ScenePreview(machine, lambda: machine.now)  # type: ignore[arg-type]
 
 
-def test_further_views_are_added_to_the_picture_that_is_there():
-    machine = Machine(0.01)
-    live = LivePicture(machine, lambda: machine.now)
-    few = DefocusSettings(method=Method.ACCUMULATION, views=64)
-    live.wish(Shot(LENS, few), 0, 0.03)
-    settle(machine, live)
-    more = replace(few, views=100)
-    before, made = machine.views_drawn(), len(machine.made)
-    assert not live.wish(Shot(LENS, more), 0, 0.03)
-    assert live.shown.settings == few and live.is_working and len(machine.made) == made
-    assert settle(machine, live)[-1] == more
-    assert machine.views_drawn() - before == pytest.approx(36 + 8)  # and a rest of 0.08 s
-    assert live.cost.predicted(more, SIZE[0] * SIZE[1]) == pytest.approx(1.0, rel=0.1)
-    live.wish(Shot(LENS, replace(few, views=8)), 0, 0.03)  # fewer: another picture
-    assert live.shown.settings.views <= 8
+def refined(sight: ScenePreview, machine: Machine) -> int:
+    """Frames of the window until the whole picture is there, none of them held up."""
+    dearest_s = machine.per_px_s * SIZE[0] * SIZE[1]
+    for count in range(1000):
+        if sight.is_whole:
+            return count
+        before = machine.now
+        sight.refine(SLICE_S)
+        assert machine.now - before <= SLICE_S + dearest_s
+    raise AssertionError("never whole")
 
 
-# In the window
+PRICES = st.sampled_from([1e-9, 3e-8, 1e-7, 4e-7, 1e-5, 1e-4])
 
 
-@pytest.fixture
-def scene_gui(ctx, small_demo):
-    """A window with a small scene, looked at in few pixels."""
-    quick = DefocusSettings(layers=1, views=8)
-    with gui_of(ctx, "demo", defocus=quick) as gui:
-        gui.do("1:1")
-        gui.settled()
-        yield gui
+@given(PRICES)
+def test_the_first_picture_comes_at_once_and_is_whole_without_a_wait(price):
+    machine = Machine(price)
+    sight = sight_of(machine)
+    sight.look(SHOT, 1)
+    assert machine.drawn == [(160, 90, 1)] and not sight.is_whole
+    refined(sight, machine)
+    steps = [1, PINHOLE_VIEWS] if price * SIZE[0] * SIZE[1] * PINHOLE_VIEWS <= 0.25 else [1, 16, 64]
+    assert machine.drawn[1:] == [(*SIZE, views) for views in steps]
+    assert sight.is_good
 
 
-def test_a_and_b_through_the_whole_lens_are_what_each_is_alone(scene_gui):
-    gui = scene_gui
-    defocus = replace(gui.session.shot.defocus, method=Method.ACCUMULATION)
-    gui.session.editing.edit(replace(gui.session.shot, defocus=defocus))
-    gui.session.view = replace(
-        gui.session.view, against=Against.METHOD, b_method=Method.RAYTRACED, compare=Compare.FLIP
-    )
-    gui.frame(3)
-    gui.settled()
-    own = FrameRenderer(gui.ctx)
-    own.load_scene(still_life())
-    shot, frame = gui.session.shot, gui.session.editing.frame
-    a = own.pixels(shot, frame)
-    np.testing.assert_allclose(download(gui.session.live.shown.texture), a, rtol=1e-4, atol=1e-5)
-    b_shot = replace(shot, defocus=replace(defocus, method=Method.RAYTRACED))
-    b = displayed(gui, own.pixels(b_shot, frame)).astype(int)
-    assert np.abs(region(gui) - b).max() <= 1
-    assert np.abs(b - displayed(gui, a)).max() > 1
+@given(PRICES, st.lists(st.floats(0.0, 0.1), min_size=2, max_size=12))
+def test_while_it_moves_it_fits_the_time_and_at_rest_it_is_whole(price, waits):
+    machine = Machine(price)
+    sight = sight_of(machine)
+    for step, wait in enumerate(waits):
+        sight.look(moved(step), 1)
+        machine.now += wait
+        sight.look(moved(step), 1)  # a frame of the window in which nothing moved
+        if step and wait < REST_S:
+            count = len(machine.drawn)
+            sight.refine(SLICE_S)
+            assert len(machine.drawn) == count and not sight.is_whole
+    width, height, views = machine.drawn[-1]
+    assert price * width * height * views <= 0.031 or (width == SIZE[0] / 4 and views == 1)
+    assert views in (1, 2, 4, 8, 16) and (views == 1 or (width, height) == SIZE)
+    if price * SIZE[0] * SIZE[1] <= 0.03:
+        assert (width, height) == SIZE
+    machine.now += sight.seconds_to_rest() + 1e-6
+    refined(sight, machine)
+    assert machine.drawn[-1] == (*SIZE, PINHOLE_VIEWS)
+    count = len(machine.drawn)
+    sight.look(moved(len(waits) - 1), 1)
+    sight.refine(SLICE_S)
+    assert len(machine.drawn) == count and sight.seconds_to_rest() == 0
 
 
-def test_views_are_chosen_by_hand_where_the_method_has_them(scene_gui):
-    gui = scene_gui
-    gui.ui.panels = {panel: panel == "Lens" for panel in gui.ui.panels}
-    gui.frame(3)
-    gui.click(gui.middle("method"))
-    gui.frame(2)
-    gui.click(gui.middle("method: accumulation"))
-    gui.frame(3)
-    assert gui.session.shot.defocus.method is Method.ACCUMULATION
-    x0, y0, _, y1 = gui.rect("views")
-    gui.drag((x0 + 60, (y0 + y1) / 2), (x0 + 90, (y0 + y1) / 2))
-    assert 8 < gui.session.shot.defocus.views < 256
-    gui.settled()
-    assert gui.session.live.shown.settings == gui.session.shot.defocus
+@given(PRICES, st.lists(st.floats(0.0, 1.0), min_size=1, max_size=12))
+def test_what_is_held_is_never_drawn_whole_however_slow_the_window_is(price, waits):
+    machine = Machine(price)
+    sight = sight_of(machine)
+    for step, wait in enumerate(waits):
+        sight.look(moved(step), 1, is_held=True)
+        machine.now += wait
+        sight.look(moved(step), 1, is_held=True)
+        sight.refine(SLICE_S)
+    assert all(views <= 16 for *_, views in machine.drawn)
+    assert len(machine.drawn) == len(waits)
+
+
+def test_a_quick_machine_antialiases_what_moves():
+    machine = Machine(1e-9)
+    sight = sight_of(machine)
+    for step in range(6):
+        machine.now += 0.016
+        sight.look(moved(step), 1)
+    assert machine.drawn[-1] == (*SIZE, 16) and sight.is_good and not sight.is_whole
+
+
+def test_a_move_ends_what_was_being_refined():
+    machine = Machine(1e-6)
+    sight = sight_of(machine)
+    sight.look(SHOT, 1)
+    sight.refine(SLICE_S)
+    sight.refine(SLICE_S)
+    sight.look(moved(1), 1)
+    assert machine.drawn[-1][2] == 1 and not sight.is_good
+    machine.now += 1.0
+    refined(sight, machine)
+    assert [views for *_, views in machine.drawn].count(PINHOLE_VIEWS) == 1
+    assert machine.key == (moved(1).framing, 1)
+
+
+@pytest.mark.parametrize("size", [(1, 1), (3, 16384)])
+def test_the_smallest_pictures_are_pictures(size):
+    machine = Machine(1.0)
+    sight = sight_of(machine)
+    for step in range(3):
+        sight.look(replace(SHOT, framing=Framing(*size).at(Pose((step, 0.0, 0.0)), 1)), 1)
+    assert min(machine.drawn[-1][:2]) == 1
+
+
+def test_a_change_of_the_lens_that_leaves_the_pinhole_picture_draws_nothing():
+    machine = Machine(1e-7)
+    sight = sight_of(machine)
+    sight.look(SHOT, 1)
+    refined(sight, machine)
+    count = len(machine.drawn)
+    sight.look(replace(SHOT, lens=replace(SHOT.lens, f_stop=8.0, focus_distance_m=1.0)), 1)
+    assert len(machine.drawn) == count and sight.is_whole
+    sight.look(replace(SHOT, lens=replace(SHOT.lens, focal_length_mm=50.0)), 1)
+    assert not sight.is_whole
+
+
+def test_another_scene_begins_without_a_wait():
+    machine = Machine(1e-7)
+    sight = sight_of(machine)
+    sight.look(SHOT, 1)
+    sight.look(moved(1), 1)
+    assert sight.seconds_to_rest() > 0
+    sight.begin()
+    machine.key = None
+    sight.look(moved(2), 1)
+    assert sight.seconds_to_rest() == 0
+    refined(sight, machine)
+    assert machine.drawn[-1] == (*SIZE, PINHOLE_VIEWS)
