@@ -25,7 +25,7 @@ from heatlens.model.shot import LensParameter, Shot
 from heatlens.plate.read import read_plate
 from heatlens.scene.demo.demo import demo_scene, demo_shot
 from heatlens.scene.scene_bounds import track_of
-from heatlens.scene.scene_source import open_scene
+from heatlens.scene.scene_name import open_scene
 from heatlens.source.shot_camera import camera_of_shot
 from support.exports import exported, exr, files_in, refused
 from support.gltf_files import square_scene

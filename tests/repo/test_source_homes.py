@@ -46,7 +46,7 @@ KINDS = {
     *("OpenedPlates", "OpenedScene", "OpenedStream"),
 }
 # Flags of the kind that once stood in many places.
-GONE = {"is_streaming", "is_scene", "is_plate", "of_scene", "is_scene_source"}
+GONE = {"is_streaming", "is_scene", "is_plate", "of_scene", "names_scene"}
 
 
 def module_of(path: Path) -> str:
@@ -117,7 +117,7 @@ def test_a_scene_is_asked_for_in_listed_places_alone():
 def test_no_flag_of_the_kind_has_come_back():
     found = {name: GONE & names_in(tree) for name, tree in modules().items()}
     # Here a name is looked at; heatlens.source.kind asks for all others.
-    del found["scene.scene_source"]
+    del found["scene.scene_name"]
     assert {name: flags for name, flags in found.items() if flags} == {}
 
 

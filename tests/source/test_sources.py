@@ -6,6 +6,9 @@ import numpy as np
 import pytest
 
 from heatlens.errors import InputError
+from heatlens.export.job import ExportJob
+from heatlens.export.output import parse_output
+from heatlens.export.plan import planned
 from heatlens.model.lens import Lens
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.settings import Method
@@ -72,6 +75,19 @@ def test_an_origin_names_the_depth_that_lies_apart(tmp_path):
     (tmp_path / "depth.0002.exr").unlink()
     with pytest.raises(InputError, match="depth"):
         source.origin(Shot(LENS), 2, "stop")
+
+
+def test_an_export_does_not_replace_the_depth_that_it_reads(tmp_path):
+    room_file(tmp_path / "rgb.exr", 8, 6)
+    depth = room_file(tmp_path / "depth.exr", 8, 6)
+    shot = Shot(
+        LENS,
+        source=str(tmp_path / "rgb.exr"),
+        plate_options=PlateOptions(depth_source=str(depth)),
+    )
+    planned(ExportJob(shot, (1,), parse_output(tmp_path / "out.exr")))
+    with pytest.raises(InputError, match=r"depth\.exr is a file that the export is made of"):
+        planned(ExportJob(shot, (1,), parse_output(depth)))
 
 
 def test_a_scene_is_made_of_one_set_of_files(tmp_path):

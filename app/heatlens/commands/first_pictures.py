@@ -19,7 +19,7 @@ from heatlens.files.atomic_file import write_whole
 from heatlens.paths import data_dir
 from heatlens.plate.png_write import encoded_picture, write_png
 from heatlens.scene.demo.demo import demo_shot
-from heatlens.scene.scene_source import DEMO
+from heatlens.scene.scene_name import DEMO
 
 _STILL, _PULL = "heatlens_still_life.png", "heatlens_pull.webp"
 _FRUIT = (290, 190)  # a pixel of the still life that is to be sharp

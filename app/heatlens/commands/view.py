@@ -12,7 +12,7 @@ from heatlens.commands.plate_options import add_plate_options, plate_options
 from heatlens.commands.shot_camera import add_camera_option, checked_camera_of
 from heatlens.documents.shot_file import is_shot_file, read_shot
 from heatlens.errors import InputError, NoWindowError
-from heatlens.scene.scene_source import DEMO
+from heatlens.scene.scene_name import DEMO
 from heatlens.source.kind import kind_of
 from heatlens.source.named import source_named
 from heatlens.stream.server import DEFAULT_PORT, parse_address

@@ -14,7 +14,7 @@ from heatlens.model.lens import Lens
 from heatlens.model.shot import LensParameter, Shot
 from heatlens.scene.scene import Scene, SceneCamera
 from heatlens.scene.scene_bounds import bounds_m, camera_lens, started_framing, track_of
-from heatlens.scene.scene_source import is_demo, open_scene
+from heatlens.scene.scene_name import is_demo, open_scene
 
 _ASSUMED = Lens(
     focal_length_mm=SceneCamera.focal_length_mm,

@@ -6,7 +6,7 @@ from pathlib import Path
 from heatlens.documents.shot_file import is_shot_file
 from heatlens.files.picture_formats import PICTURES_READ
 from heatlens.paths import data_dir, home_dir
-from heatlens.scene.scene_source import DEMO
+from heatlens.scene.scene_name import DEMO
 from heatlens.session.file_commands import FileCommands
 from heatlens.session.open_source import OpenSource
 from heatlens.session.playback import Playback

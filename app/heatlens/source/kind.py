@@ -2,7 +2,7 @@
 
 from enum import StrEnum
 
-from heatlens.scene.scene_source import is_scene_source
+from heatlens.scene.scene_name import names_scene
 
 STREAM_PREFIX = "tev://"
 NO_FILES = (
@@ -20,6 +20,6 @@ class SourceKind(StrEnum):
 
 def kind_of(text: str) -> SourceKind:
     """Return the kind that `text` names, as a shot file or a command line gives it."""
-    if is_scene_source(text):
+    if names_scene(text):
         return SourceKind.SCENE
     return SourceKind.STREAM if text.startswith(STREAM_PREFIX) else SourceKind.PLATES

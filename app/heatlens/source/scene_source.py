@@ -9,8 +9,8 @@ from heatlens.model.frames import FrameRange
 from heatlens.model.shot import Shot
 from heatlens.paths import unreadable
 from heatlens.scene.scene import Scene
+from heatlens.scene.scene_name import is_demo, open_scene
 from heatlens.scene.scene_read import files_of_scene
-from heatlens.scene.scene_source import is_demo, open_scene
 from heatlens.sequence.sequence import MissingPolicy
 from heatlens.source.origin import Origin, stamped
 from heatlens.source.source import FrameLoader, Renderer

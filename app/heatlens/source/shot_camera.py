@@ -5,7 +5,7 @@ from heatlens.camera.samples import CameraSamples, UpAxis
 from heatlens.camera.scene_camera import camera_in_scene
 from heatlens.model.frames import FrameRange
 from heatlens.model.shot import Shot
-from heatlens.scene.scene_source import open_scene
+from heatlens.scene.scene_name import open_scene
 from heatlens.source.kind import SourceKind, kind_of
 
 

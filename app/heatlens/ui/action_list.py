@@ -6,7 +6,7 @@ from imgui_bundle import imgui
 
 from heatlens.model.settings import Method
 from heatlens.model.view import Against, Compare, Overlay
-from heatlens.scene.scene_source import DEMO
+from heatlens.scene.scene_name import DEMO
 from heatlens.session.session import Session
 from heatlens.ui.actions import CTRL, SHIFT, Action
 from heatlens.ui.panels.lens_panel import barred_methods
