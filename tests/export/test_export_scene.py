@@ -179,7 +179,7 @@ def test_what_decides_a_picture_of_a_scene_is_in_the_fingerprint(square, tmp_pat
     assert len({mark(job), *others}) == len(others) + 1
     origin = planned(job).frames[0].origin
     assert mark(job) == fingerprint_of(job, 1, job.shot.lens_at(1), origin)
-    assert origin.beside == ()
+    assert [file.path for file in origin.files] == [square]
     before = mark(job)
     square.write_bytes(square.read_bytes() + b"\0")
     assert mark(job) != before
