@@ -15,6 +15,7 @@ import pytest
 from hypothesis import settings
 
 from heatlens import faults
+from support.command_line import end_started
 
 if TYPE_CHECKING:
     import moderngl
@@ -57,6 +58,13 @@ def no_fault_is_hidden(request: pytest.FixtureRequest) -> Iterator[None]:
     written, about = dict(faults._written), "expects_faults" in request.fixturenames
     faults._written.clear()
     assert about or not written, {at: path and path.read_text() for at, path in written.items()}
+
+
+@pytest.fixture(autouse=True)
+def no_process_is_left() -> Iterator[None]:
+    """Close what `support.command_line.started` started, also where the test failed."""
+    yield
+    end_started()
 
 
 @pytest.fixture

@@ -14,7 +14,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-_UNFINISHED, _FINISHED, _MADE, _HEARS, _DEAF = b"+", b"-", b"?", b"h", b"d"
+_UNFINISHED, _FINISHED, _MADE, _HEARS, _DEAF, _SAID = b"+", b"-", b"?", b"h", b"d", b"s"
 
 _record: int | None = None  # file descriptor, where a process waits for this one
 
@@ -35,6 +35,7 @@ class Left:
     unfinished: tuple[Path, ...]  # files and folders that nobody will finish
     folders_made: tuple[Path, ...]  # to be removed where they are empty
     hears: bool  # the process answered Ctrl-C itself
+    has_said: bool = False  # that it was stopped; it may have been killed while it ended
 
 
 def begin_record() -> int:
@@ -84,11 +85,16 @@ def hearing() -> Iterator[None]:
         _write(_DEAF)
 
 
+def stop_was_said() -> None:
+    """Have the process that waits not say once more that this one was stopped."""
+    _write(_SAID)
+
+
 def read_record(record: int) -> Left:
     """Read what was written down by a process that may have been killed."""
     unfinished_now: dict[str, None] = {}
     made: dict[str, None] = {}
-    hears = False
+    hears = has_said = False
     for entry in os.pread(record, os.fstat(record).st_size, 0).split(b"\0")[:-1]:
         sign, path = entry[:1], os.fsdecode(entry[1:])
         if sign == _UNFINISHED:
@@ -97,9 +103,11 @@ def read_record(record: int) -> Left:
             unfinished_now.pop(path, None)
         elif sign == _MADE:
             made[path] = None
+        elif sign == _SAID:
+            has_said = True
         else:
             hears = sign == _HEARS
-    return Left(tuple(map(Path, unfinished_now)), tuple(map(Path, made)), hears)
+    return Left(tuple(map(Path, unfinished_now)), tuple(map(Path, made)), hears, has_said)
 
 
 def remove_left(left: Left) -> None:

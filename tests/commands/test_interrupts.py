@@ -73,6 +73,36 @@ def test_a_crash_of_a_library_is_said_in_a_sentence():
     assert "SIGSEGV" in run.stderr and len(run.stderr.splitlines()) == 1
 
 
+def test_a_stop_is_said_once_though_the_work_ends_too_slowly():
+    """On a busy machine: it has said so, and is killed before it has ended."""
+    code = (
+        "import os, signal, sys, time\n"
+        "import heatlens.commands.launch as launch\n"
+        "from heatlens import stopping\n"
+        "from heatlens.commands import main\n"
+        "launch._PATIENCE_S = 0.3\n"
+        "def work():\n"
+        "    signal.signal(signal.SIGINT, signal.default_int_handler)\n"
+        "    with stopping.hearing():\n"
+        "        main.with_command = lambda *_: (print('here', flush=True), time.sleep(60))\n"
+        "        main.main([])\n"
+        "    time.sleep(60)\n"
+        "launch._work = work\n"
+        "sys.exit(launch.main())"
+    )
+    process = subprocess.Popen(
+        [sys.executable, "-c", code],
+        env=ENVIRONMENT,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    assert process.stdout is not None and process.stdout.readline() == "here\n"
+    process.send_signal(signal.SIGINT)
+    _, said = process.communicate(timeout=60)
+    assert (process.returncode, said) == (130, "heatlens: stopped\n")
+
+
 def test_what_is_started_in_the_background_ignores_ctrl_c(bench, tmp_path):
     """Shells start it so; the signal is for what is in front."""
     out = tmp_path / "out"

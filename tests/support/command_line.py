@@ -16,6 +16,7 @@ from support.exr_files import rgb
 WIDTH, HEIGHT = 16, 10
 BEFORE = b"what stood here before"
 CAMERA = lens_attributes(50.0, 2.0, 2.24, 36.0, 24.0)
+_open: list[subprocess.Popen[str]] = []
 ENVIRONMENT = os.environ | {"PYTHONPATH": str(Path(heatlens.__file__).parents[1])}
 
 
@@ -76,4 +77,13 @@ def started(*words: object, **options: object) -> subprocess.Popen[str]:
     """Start `heatlens WORDS` as a process of its own, with its output on pipes unless told."""
     given = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "env": ENVIRONMENT} | options
     command = [sys.executable, "-m", "heatlens", *map(str, words)]
-    return subprocess.Popen(command, text=True, **given)
+    process = subprocess.Popen(command, text=True, **given)
+    _open.append(process)
+    return process
+
+
+def end_started() -> None:
+    """End what a test that failed left running, whose warning would fall into another test."""
+    while _open:
+        with _open.pop() as process:  # closes the pipes
+            process.kill()

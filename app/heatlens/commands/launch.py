@@ -92,8 +92,10 @@ def _stop(worker: int, how: signal.Signals, record: int) -> int:
         for process in (worker, *_descendants(worker)):
             _kill(process)
         os.waitpid(worker, 0)
-    stopping.remove_left(stopping.read_record(record))
-    _say("stopped")
+    left = stopping.read_record(record)
+    stopping.remove_left(left)
+    if not left.has_said:
+        _say("stopped")
     return 128 + how
 
 

@@ -22,6 +22,7 @@ from heatlens.commands.words import meant, with_command
 from heatlens.errors import FaultError, HeatlensError, InputError
 from heatlens.faults import told_error
 from heatlens.printable import printable
+from heatlens.stopping import stop_was_said
 
 _EPILOG = """\
 examples:
@@ -131,7 +132,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         where = error.filename or "standard output"
         return _failed(InputError(f"{where}: {error.strerror or error}"))
     except KeyboardInterrupt as stop:
-        print("heatlens: stopped", file=sys.stderr)
+        print("heatlens: stopped", file=sys.stderr, flush=True)
+        stop_was_said()
         return 128 + getattr(stop, "number", signal.SIGINT)
     except Exception as error:
         return _failed(told_error(error, "The command ended"))
