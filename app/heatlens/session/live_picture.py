@@ -19,16 +19,11 @@ from heatlens.errors import HeatlensError
 from heatlens.model.settings import DefocusSettings
 from heatlens.model.shot import Shot
 from heatlens.preview.cost import CostModel
-from heatlens.preview.levels import cheaper, is_better, on_the_way
+from heatlens.preview.level_choice import level_at_rest, level_while_moving, recognisable
 from heatlens.preview.shown import PictureKey, Shown, whole_picture
 from heatlens.render import FrameRenderer
 
 _REST_S = 0.08  # so long without a change is rest: a hand that drags sends several in this time
-_KEEP = 0.7, 1.3  # hysteresis: a better level below so much of the time, a cheaper one above
-_LEAST_WIDTH_PX = 160  # of a preview
-_PATIENCE_S = 3.0  # the whole picture follows directly where it takes no longer than this,
-_SOON_S = 0.25  # no longer than this where the plate itself will soon be finer,
-_FAST_ENOUGH = 3.0  # or where a preview between them is not so many times as quick
 
 
 class PlateVersion(NamedTuple):
@@ -178,45 +173,17 @@ class LivePicture:
         return wish is not None and replace(key, settings=wish.settings) == wish
 
     def _best_level(self, wished: DefocusSettings, budget_s: float) -> DefocusSettings:
-        """Return the best preview level that fits the time.
-
-        The one before is kept while it about fits (hysteresis), so that the picture does not
-        flicker between two levels.
-        """
-        levels = self._recognisable(cheaper(wished))
+        """Return the best preview level that fits the time, see `level_while_moving`."""
+        levels = recognisable(wished, self._renderer.loaded.color.size)
         if not self.cost.seconds_per_px:
             return levels[-1]  # nothing is known of this machine yet
-        fitting = [r for r in levels if self._predicted(r) <= budget_s]
-        best = fitting[0] if fitting else levels[-1]
-        held = self._level
-        if held is None or held not in levels:
-            return best
-        if levels.index(best) < levels.index(held):
-            return best if self._predicted(best) <= _KEEP[0] * budget_s else held
-        return best if self._predicted(held) > _KEEP[1] * budget_s else held
-
-    def _recognisable(self, levels: list[DefocusSettings]) -> list[DefocusSettings]:
-        """Leave out levels that are too small to tell anything: the plate may be small itself."""
-        size = self._renderer.loaded.color.size
-        large = [it for it in levels if proxy_size(size, it.proxy)[0] >= _LEAST_WIDTH_PX]
-        return large or [it for it in levels if it.proxy == levels[0].proxy]
+        return level_while_moving(levels, self._level, budget_s, self._predicted)
 
     def _next_level(self, is_plate_whole: bool) -> DefocusSettings | None:
-        """Return what to render at rest: the whole picture, or a better preview before it.
-
-        Of a plate that will soon be finer only what comes soon, which may be nothing.
-        """
+        """Return what to render at rest, see `level_at_rest`."""
         assert self._wish is not None
-        wished = self._wish.settings
-        whole_s = self._predicted(wished)
-        patience_s = _PATIENCE_S if is_plate_whole else _SOON_S
-        if whole_s <= patience_s and not wished.method.needs_scene:
-            return wished
-        for step in on_the_way(wished):
-            better = self.shown is None or is_better(step, self.shown.settings, wished)
-            if better and self._predicted(step) * _FAST_ENOUGH < whole_s:
-                return step
-        return wished if is_plate_whole or wished.method.needs_scene else None
+        shown = None if self.shown is None else self.shown.settings
+        return level_at_rest(self._wish.settings, shown, is_plate_whole, self._predicted)
 
     def _predicted(self, settings: DefocusSettings) -> float:
         return self.cost.predicted(settings, self._pixels(settings))
