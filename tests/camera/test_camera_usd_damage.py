@@ -16,7 +16,9 @@ from support.usd_cameras import SUFFIXES
 def test_what_is_no_usd_is_told_in_a_sentence(tmp_path, capfd, suffix, content):
     path = tmp_path / f"cam{suffix}"
     path.write_bytes(content)
-    with pytest.raises(InputError, match="cannot be read: it is damaged or no USD file") as refusal:
+    with pytest.raises(
+        InputError, match="cannot be read: it is damaged or not a USD file"
+    ) as refusal:
         usd_camera(str(path))
     assert len(str(refusal.value).splitlines()) == 1
     assert capfd.readouterr() == ("", "")
@@ -29,7 +31,7 @@ def test_a_file_cut_short_is_told_in_a_sentence(tmp_path, suffix):
     whole = path.read_bytes()
     for length in range(0, len(whole) - 2, len(whole) // 12):
         path.write_bytes(whole[:length])
-        with pytest.raises(InputError, match="it is damaged or no USD file"):
+        with pytest.raises(InputError, match="it is damaged or not a USD file"):
             usd_camera(str(path))
 
 
@@ -42,7 +44,7 @@ def test_reading_is_safe_from_what_ends_openusd(usd_path):
     """The camera, its errors, and a process that ends all come back as they should."""
     write_camera(usd_path, moving_camera())
     assert read_camera(str(usd_path)) == usd_camera(str(usd_path))
-    with pytest.raises(InputError, match="holds no camera /b; there is /hero_cam"):
+    with pytest.raises(InputError, match="has no camera /b; it has /hero_cam"):
         read_usd_camera(f"{usd_path}:/b")
 
 

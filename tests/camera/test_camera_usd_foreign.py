@@ -46,12 +46,12 @@ def test_one_of_several_cameras_is_named(usd_path):
     stage = stage_with(usd_path, "/world/a", "/world/b")
     UsdGeom.Camera(stage.GetPrimAtPath("/world/b")).GetFocalLengthAttr().Set(85.0)
     stage.GetRootLayer().Save()
-    with pytest.raises(InputError, match=r"holds 2 cameras: /world/a, /world/b. Name one, as in"):
+    with pytest.raises(InputError, match=r"has 2 cameras: /world/a, /world/b. Name one, as in"):
         usd_camera(str(usd_path))
     found = usd_camera(f"{usd_path}:/world/b")
     assert found.focal_length_mm == (85.0,)
     assert found.notes == (f"{usd_path}: the camera is /world/b.",)
-    with pytest.raises(InputError, match=r"holds no camera /world/c; there is /world/a, /world/b"):
+    with pytest.raises(InputError, match=r"has no camera /world/c; it has /world/a, /world/b"):
         usd_camera(f"{usd_path}:/world/c")
 
 
@@ -64,7 +64,7 @@ def test_a_name_with_colons_is_a_file_unless_a_prim_follows():
 def test_a_stage_without_a_camera_or_a_unit_is_refused(usd_path):
     stage = stage_with(usd_path)
     stage.GetRootLayer().Save()
-    with pytest.raises(InputError, match="holds no camera"):
+    with pytest.raises(InputError, match="has no camera"):
         usd_camera(str(usd_path))
     UsdGeom.Camera.Define(stage, "/cam")
     UsdGeom.SetStageMetersPerUnit(stage, 0.0)
@@ -76,9 +76,13 @@ def test_a_stage_without_a_camera_or_a_unit_is_refused(usd_path):
 @pytest.mark.parametrize(
     ("attribute", "value", "sentence"),
     [
-        ("focalLength", -5.0, "/cam: Frame 1: no camera has a focal length of -5"),
-        ("horizontalAperture", math.nan, "/cam: Frame 1: no camera has a sensor width of nan"),
-        ("fStop", math.inf, "/cam: Frame 1: no camera has a f-stop of inf"),
+        ("focalLength", -5.0, "/cam: Frame 1: the focal length of a camera cannot be -5"),
+        (
+            "horizontalAperture",
+            math.nan,
+            "/cam: Frame 1: the sensor width of a camera cannot be nan",
+        ),
+        ("fStop", math.inf, "/cam: Frame 1: the f-stop of a camera cannot be inf"),
     ],
 )
 def test_values_that_no_lens_has_are_refused(usd_path, attribute, value, sentence):
@@ -103,7 +107,8 @@ def test_a_value_that_is_no_number_is_refused(usd_path):
     stage.GetPrimAtPath("/cam").CreateAttribute("heatlens:squeeze", kind).Set("wide")
     stage.GetRootLayer().Save()
     with pytest.raises(
-        InputError, match=r"cam.usda: /cam: heatlens:squeeze has no number at frame 1, but 'wide'"
+        InputError,
+        match=r"cam.usda: /cam: heatlens:squeeze should be a number at frame 1, got 'wide'",
     ):
         usd_camera(str(usd_path))
 

@@ -104,7 +104,7 @@ def test_angles_do_not_jump_from_frame_to_frame():
 )
 def test_what_is_no_place_of_a_camera_is_refused_with_its_frame(broken):
     good = matrix_of(np.eye(4))
-    with pytest.raises(InputError, match=r"Frame 8: the placement is no camera's"):
+    with pytest.raises(InputError, match=r"Frame 8: the placement cannot be a camera's"):
         check_rigid([good, matrix_of(broken)], [7, 8])
     with pytest.raises(InputError, match="four rows of four numbers"):
         matrix_of(np.eye(3))

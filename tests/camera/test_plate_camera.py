@@ -95,7 +95,7 @@ def test_a_still_is_a_camera_at_one_frame(tmp_path):
 
 def test_what_only_some_frames_tell_is_refused(plate, tmp_path):
     write_file(tmp_path / "plate.1003.exr", rgb(9, 16), pinholeFocalLength=50.0)
-    with pytest.raises(InputError, match=r"plate.1003.exr: the header tells no f-stop, but those"):
+    with pytest.raises(InputError, match=r"plate.1003.exr: the header has no f-stop, but those"):
         read_plate_camera(plate)
 
 

@@ -83,7 +83,7 @@ def test_a_chain_of_nodes_has_a_length(tmp_path, count):
     if count < 256:
         assert read_scene(path).triangle_count == 1
         return
-    with pytest.raises(InputError, match="hangs below 256 others, which are the most"):
+    with pytest.raises(InputError, match="has more than 256 ancestors"):
         read_scene(path)
 
 
@@ -167,7 +167,7 @@ def Material "mat"
 """
     for name in ("/dev/zero", "./pipe"):
         (tmp_path / "a.usda").write_text(stage % name)
-        with pytest.raises(InputError, match="is no file"):
+        with pytest.raises(InputError, match="is not a file"):
             read_scene(tmp_path / "a.usda")
 
 
@@ -226,7 +226,7 @@ def test_what_c_code_prints_is_no_part_of_a_result(capfd):
 def test_a_config_that_is_no_utf_8_is_told(tmp_path, data):
     path = tmp_path / "c.ocio"
     path.write_bytes(data)
-    with pytest.raises(InputError, match=r"c\.ocio is no usable OpenColorIO config: byte"):
+    with pytest.raises(InputError, match=r"c\.ocio is not a usable OpenColorIO config: byte"):
         load_color_config(str(path))
 
 

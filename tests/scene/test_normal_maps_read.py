@@ -80,7 +80,7 @@ def test_a_damaged_map_is_refused(tmp_path):
     writer = bumpy()
     start = writer.data.index(b"PNG")
     writer.data[start : start + 40] = bytes(40)
-    with pytest.raises(InputError, match="no picture"):
+    with pytest.raises(InputError, match="not a picture"):
         read(writer, tmp_path)
 
 

@@ -118,12 +118,12 @@ def test_with_an_entry_of_another_kind(fuzzed, place, odd):
     [
         (b"", "empty"),
         (b"glTF", "cut short"),
-        (b"\xff\xd8\xff\xe0 a photograph", "damaged or no glTF"),
-        (b"{}", "no glTF of version 2"),
+        (b"\xff\xd8\xff\xe0 a photograph", "damaged or not glTF"),
+        (b"{}", "not glTF version 2"),
         (b"[]", "object in braces"),
         (b'{"asset": {"version": "2.0"}}', "nothing in this scene"),
         (b'{"asset": {"version": "1.0"}}', "'1.0'"),
-        (b"[" * 100_000, "damaged or no glTF"),
+        (b"[" * 100_000, "damaged or not glTF"),
         (b"glTF\x01\0\0\0" + bytes(20), "version 1"),
     ],
 )
@@ -197,13 +197,13 @@ def changed(name, **entries):
         (changed("accessors", byteOffset=2**50), "reach past"),
         (changed("bufferViews", byteLength=2**40), "ends at byte"),
         (changed("bufferViews", buffer=1), "only 1 of them"),
-        (changed("accessors", componentType=1), "no type of number"),
-        (changed("images", bufferView=1), "no picture"),
+        (changed("accessors", componentType=1), "not a number type"),
+        (changed("images", bufferView=1), "not a picture"),
         (changed("images", bufferView="1"), "should be a number"),
         (changed("nodes", children=[1]), "two places"),
-        (changed("nodes", scale=[1e30, 1, 1]), "nowhere"),
+        (changed("nodes", scale=[1e30, 1, 1]), "which is too much"),
         (changed("nodes", translation=[1e305, 0, 0]), "out of range"),
-        (changed("materials", alphaMode="FOG"), "no mode of alpha"),
+        (changed("materials", alphaMode="FOG"), "not an alpha mode"),
     ],
 )
 def test_damage_is_named_with_its_place(path, data, words):

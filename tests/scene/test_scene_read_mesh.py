@@ -145,7 +145,9 @@ def test_a_binary_stl_that_was_cut_is_damaged(tmp_path):
     head = bytes(range(128, 208)) + struct.pack("<I", 2)
     for data in (head, head + STL[84:], head + STL[84:-9]):
         (tmp_path / "a.stl").write_bytes(data)
-        with pytest.raises(InputError, match=r"a\.stl is (damaged|cut short) or no STL") as found:
+        with pytest.raises(
+            InputError, match=r"a\.stl is (damaged|cut short) or not in the format STL"
+        ) as found:
             read_scene(tmp_path / "a.stl")
         assert "module" not in str(found.value)
 

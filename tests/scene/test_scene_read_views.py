@@ -176,9 +176,9 @@ def test_cubics_are_those_of_hermite(keys, time):
     [
         ([0, -1], "translation", "LINEAR", "rise"),
         ([0, 5000], "translation", "LINEAR", "frames"),
-        ([0, 1], "translation", "WAVY", "no interpolation"),
+        ([0, 1], "translation", "WAVY", "not an interpolation"),
         ([0, 1], "rotation", "LINEAR", "4 number"),
-        ([0, 1, 2], "translation", "LINEAR", "do not go with"),
+        ([0, 1, 2], "translation", "LINEAR", "do not match"),
     ],
 )
 def test_what_cannot_be_played_is_told(path, times, path_moved, kind, words):

@@ -54,7 +54,7 @@ def test_what_has_not_come_is_black_and_infinitely_far(server):
     with client_of(server) as client:
         client.create_image("a", 9, 6, [*CHANNELS, "A"])
     settle(server)
-    assert server.snapshot() is None and "has come yet" in server.problem
+    assert server.snapshot() is None and "has arrived yet" in server.problem
     with client_of(server) as client:
         client.update_image("a", values[:, :4], CHANNELS)
         client.update_image("a", np.ones((6, 4), np.float32), ["A"])

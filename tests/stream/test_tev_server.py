@@ -126,5 +126,5 @@ def test_addresses(text, address):
     "text", ["", ":", ":14158", "host", "host:", "::1", "1:65536", "a:-1", "a:²"]
 )
 def test_what_is_no_address(text):
-    with pytest.raises(InputError, match="no address to listen on"):
+    with pytest.raises(InputError, match="not an address to listen on"):
         parse_address(text)

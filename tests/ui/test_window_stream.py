@@ -195,7 +195,7 @@ def test_an_address_that_is_taken_or_nonsense_is_said_before_a_window_opens(monk
         port = str(taken.getsockname()[1])
         with pytest.raises(InputError, match=f"Cannot listen on 127.0.0.1:{port}"):
             view.run(parsed("--listen", port))
-    with pytest.raises(InputError, match="no address to listen on"):
+    with pytest.raises(InputError, match="not an address to listen on"):
         view.run(parsed("--listen", "here"))
     with pytest.raises(InputError, match=r"leave plate\.exr out"):
         view.run(parsed("plate.exr", "--listen"))

@@ -92,7 +92,7 @@ if scene.camera is None:
 
 
 def blender_text(camera: CameraSamples) -> str:
-    """The script; it needs nothing but Blender."""
+    """Return the Python script, which needs nothing but Blender."""
     tracks = camera.lens_tracks
     lens = {path: _values(tracks[name]) for name, path in _PROPERTIES.items() if name in tracks}
     focus = camera.focus_distance_m
@@ -108,7 +108,11 @@ def blender_text(camera: CameraSamples) -> str:
 
 
 def _placement(camera: CameraSamples) -> tuple[Any, Any]:
-    """Location and rotation in Blender's world, in which z is up; its cameras look along -z."""
+    """Return location and rotation in Blender's world, where z is up; both may be None.
+
+    A value is a list of one vector for each frame where it moves, else one vector. Blender's
+    cameras look along -z, as ours do.
+    """
     if camera.world_to_camera is None:
         return None, None
     placed = camera_to_world(camera.world_to_camera, camera.up_axis, "z")
@@ -119,7 +123,7 @@ def _placement(camera: CameraSamples) -> tuple[Any, Any]:
 
 
 def _values(values: Any) -> Any:
-    """A list for what moves, else the one value."""
+    """Return a list where the value changes, else the one value."""
     return values[0] if all(value == values[0] for value in values) else list(values)
 
 

@@ -10,8 +10,7 @@ from heatlens.camera.nuke_write import nuke_text
 from heatlens.camera.plate_camera import read_plate_camera
 from heatlens.camera.samples import CameraSamples, UpAxis
 from heatlens.camera.usd_read import USD_SUFFIXES, read_usd_camera, split_prim
-from heatlens.camera.usd_units import METERS_PER_UNIT
-from heatlens.camera.usd_write import usd_bytes
+from heatlens.camera.usd_write import METERS_PER_UNIT, usd_bytes
 from heatlens.documents.shot_file import SHOT_SUFFIX
 from heatlens.errors import InputError
 from heatlens.files.atomic_file import write_whole
@@ -25,10 +24,13 @@ _UNIT_LEAST, _UNIT_MOST = 1e-6, 1e6  # metres; beyond them float32 cannot hold a
 def write_camera(
     path: str | os.PathLike[str], camera: CameraSamples, meters_per_unit: float | None = None
 ) -> None:
-    """Write a camera; until it is whole, what stood there stays.
+    """Write a camera in the format that the end of the file's name tells.
 
-    `meters_per_unit` is of the scene in USD, where None is 0.01, and Nuke, where None is 1. Raises
-    InputError where the name has no known end, or nothing can be written.
+    The file is written beside and renamed into place, so that an earlier one stays until the new
+    one is complete. `meters_per_unit` is the unit of the scene that the camera is for: USD's is
+    0.01 where it is None, Nuke's is 1; the other formats are always in metres.
+
+    Raises InputError where the end of the name is not known or the file cannot be written.
     """
     path = Path(path)
     suffix = path.suffix.lower()
@@ -41,11 +43,14 @@ def write_camera(
 
 
 def read_camera(text: str, scene_unit_m: float = 1.0, up_axis: UpAxis = "y") -> CameraSamples:
-    """The camera that `text` names: USD, also with a prim as `shot.usda:/world/cam`, JSON and CSV
-    as they are written here, or the EXR headers of a plate.
+    """Read the camera that `text` names.
 
-    Of headers alone `scene_unit_m` is the unit of their world, in metres, and `up_axis` what is up
-    there. Raises InputError where there is no camera, or it is damaged.
+    This is a USD file, with the camera's path where it holds several (`shot.usda:/world/cam`), JSON
+    or CSV as `write_camera` writes them, or a plate, whose EXR headers are read.
+
+    Headers alone do not tell the unit of their world, which is `scene_unit_m` metres, and which
+    axis points up in it, which is `up_axis`. Raises InputError where there is no camera or the file
+    is damaged.
     """
     path, _ = split_prim(text)
     suffix = path.suffix.lower()
@@ -56,13 +61,15 @@ def read_camera(text: str, scene_unit_m: float = 1.0, up_axis: UpAxis = "y") -> 
     if suffix == ".csv":
         return read_csv_camera(path)
     if suffix in (".nk", ".py"):
-        raise InputError(f"{path}: cameras of this kind are written, not read; USD can be read.")
+        raise InputError(
+            f"{path}: heatlens writes cameras of this kind but cannot read them. Use USD."
+        )
     return read_plate_camera(text, scene_unit_m, up_axis)
 
 
 def _check_unit(path: Path, meters_per_unit: float) -> None:
     if path.suffix.lower() not in _WITH_UNIT:
-        raise InputError(f"{path} is always in metres: it takes no other unit.")
+        raise InputError(f"{path}: this format is always in metres, so it takes no other unit.")
     if not _UNIT_LEAST <= meters_per_unit <= _UNIT_MOST:
         raise InputError(
             f"A scene has {_UNIT_LEAST:g} to {_UNIT_MOST:g} metres per unit, not "
@@ -71,11 +78,11 @@ def _check_unit(path: Path, meters_per_unit: float) -> None:
 
 
 def _encoded(suffix: str, camera: CameraSamples, meters_per_unit: float | None) -> bytes:
-    """The content of the file."""
+    """Return the content of the file."""
     if suffix in USD_SUFFIXES:
         return usd_bytes(camera, suffix, meters_per_unit or METERS_PER_UNIT)
     if suffix == ".nk":
         return nuke_text(camera, meters_per_unit or 1.0).encode()
     text = {".json": json_text, ".csv": csv_text, ".py": blender_text}[suffix](camera)
-    # A name that is no Unicode has no UTF-8: its escape is what JSON and Python read back.
+    # A name that is not Unicode cannot be UTF-8; JSON and Python read its escape back.
     return text.encode("utf-8", "backslashreplace")

@@ -22,7 +22,7 @@ _COLUMNS = (FRAME, *LENS_TRACKS, _RATE, _UP, *_CELLS)
 
 
 def csv_text(camera: CameraSamples) -> str:
-    """The file; infinity is "inf"."""
+    """Return the table as text, a row for each frame; infinity is written "inf"."""
     rows = [_written(camera, row) for row in rows_of(camera)]
     text = io.StringIO()
     writer = csv.DictWriter(text, rows[0], lineterminator="\n")
@@ -32,9 +32,9 @@ def csv_text(camera: CameraSamples) -> str:
 
 
 def read_csv_camera(path: Path) -> CameraSamples:
-    """The camera in a file, its columns in any order.
+    """Read a camera from a CSV file whose columns may stand in any order.
 
-    Raises InputError with the line where it is damaged.
+    Raises InputError naming the line that is damaged.
     """
     try:
         text = file_bytes(path).decode("utf-8-sig")
@@ -46,7 +46,7 @@ def read_csv_camera(path: Path) -> CameraSamples:
         raise InputError(f"{path} is damaged: {error}.") from error
     _check_columns(path, reader.fieldnames or ())
     if not table:
-        raise InputError(f"{path} has no row: a camera needs a frame at least.")
+        raise InputError(f"{path} has no rows: a camera needs at least one frame.")
     rows = [_row(path, line, cells) for line, cells in table]
     others = {name: rows[0][name] for name in (_RATE, _UP) if name in rows[0]}
     try:
@@ -71,11 +71,11 @@ def _check_columns(path: Path, names: Any) -> None:
             hint = f"did you mean {near[0]!r}?" if near else f"known are {', '.join(_COLUMNS[:9])}"
             raise InputError(f"{path}: unknown column {name!r}; {hint}")
         if list(names).count(name) > 1:
-            raise InputError(f"{path}: the column {name!r} stands twice.")
+            raise InputError(f"{path}: the column {name!r} occurs twice.")
 
 
 def _row(path: Path, line: int, cells: Mapping[str | None, Any]) -> dict[str, Any]:
-    """The values of a line; empty cells tell nothing."""
+    """Return the values of a line by the names of their columns, without the empty cells."""
     if None in cells or None in cells.values():
         raise InputError(f"{path}: line {line} has more or fewer cells than there are columns.")
     told = {str(name): text.strip() for name, text in cells.items() if text.strip()}
@@ -109,6 +109,6 @@ def _whole(path: Path, line: int, frame: float) -> int:
 def _matrix(path: Path, line: int, row: Row) -> Any:
     missing = [name for name in _CELLS if name not in row]
     if missing:
-        raise InputError(f"{path}: line {line}: {missing[0]} is missing of the placement.")
+        raise InputError(f"{path}: line {line}: the placement lacks {missing[0]}.")
     cells = [row[name] for name in _CELLS]
     return matrix_of([cells[at : at + 4] for at in range(0, 16, 4)])

@@ -2,13 +2,13 @@
 
 import numpy as np
 
-_DIGITS_MOST = 9  # that many tell any two float32 apart
+_DIGITS_MOST = 9  # enough to tell any two float32 apart
 
 
 def shortest(stored: float, unit: float = 1.0) -> float:
-    """The shortest decimal whose product with `unit` is kept as `stored`: 1.3, not 1.29999995.
+    """Return the shortest decimal that becomes `stored` in float32: 1.3, not 1.29999995.
 
-    `stored` is in units of the file, the result not: both are one length.
+    `stored` is in the unit of the file. The result times `unit` is the same length in that unit.
     """
     value = stored / unit
     kept = np.float32(stored)

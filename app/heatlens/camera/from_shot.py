@@ -1,19 +1,23 @@
-"""The lens of a shot before plates as a camera, for programs that render it for real."""
+"""The lens of a shot as a camera, for programs that render depth of field themselves."""
 
 from dataclasses import replace
+from typing import Any
 
-from heatlens.camera.placement import Matrix
+from heatlens.camera.placement import Matrix, matrix_of
 from heatlens.camera.plate_camera import picture_aspect, placement_of
 from heatlens.camera.samples import CameraSamples, UpAxis
-from heatlens.camera.shot_lens import lens_camera
 from heatlens.errors import InputError
 from heatlens.model.filmback import FILMBACKS
 from heatlens.model.frames import FrameRange
-from heatlens.model.shot import Shot
+from heatlens.model.framing import Framing
+from heatlens.model.shot import LensParameter, Shot
 from heatlens.plate.header_read import read_headers
+from heatlens.scene.scene import Scene
+from heatlens.scene.scene_bounds import track_of
 from heatlens.sequence.sequence import Sequence, find_sequence
 
 _ASSUMED_ASPECT = 16 / 9
+_STILL = FrameRange(1, 1)
 
 _Placement = tuple[tuple[Matrix, ...] | None, tuple[str, ...]]
 
@@ -26,21 +30,25 @@ def camera_before_plates(
     scene_unit_m: float | None = None,
     up_axis: UpAxis = "y",
 ) -> CameraSamples:
-    """Return the lens of `shot` over `frames`, else over those that are played.
+    """Return the lens of `shot` and its placement over `frames`.
 
-    The height of the sensor is that of the plate's picture, the placement that of its headers,
-    where the plate is there; the notes say which, or what was assumed. `scene_unit_m` None takes
-    the unit that the shot reads the plate with. Raises InputError where no frames are known,
-    LensError where keys make no lens.
+    Without `frames` these are the frames that the shot plays. The height of the sensor follows from
+    the shape of the plate's picture and the placement from its headers, if its files are there; the
+    notes say which, or what was assumed. `scene_unit_m` None means the unit in which the shot reads
+    the plate.
+
+    Raises InputError where no frames are known, and LensError where the keys of a frame describe no
+    possible lens.
     """
     sequence, notes = _plate(shot)
     frames = frames or shot.played or _frames_of(sequence)
     if frames is None:
         raise InputError(
-            "The shot has no frames: neither its plate nor keys tell any. Give them with --frames."
+            "The shot has no frames: neither its plate nor its keys have any. Give them with "
+            "--frames."
         )
     unit_m = shot.plate_options.scene_unit_m if scene_unit_m is None else scene_unit_m
-    camera = lens_camera(shot, name, frames)
+    camera = _lens_camera(shot, name, frames)
     placement, placement_notes = _placement(sequence, frames, unit_m)
     height_mm, height_note = _height_mm(shot, sequence, sensor_height_mm)
     return replace(
@@ -52,8 +60,60 @@ def camera_before_plates(
     )
 
 
+def camera_in_scene(
+    shot: Shot,
+    scene: Scene,
+    name: str,
+    frames: FrameRange | None = None,
+    sensor_height_mm: float | None = None,
+) -> CameraSamples:
+    """Return the lens of `shot` and its place in `scene` over `frames`.
+
+    Without `frames` these are the frames that the shot plays, or those of the scene. Lengths are in
+    metres and y is up, as in the scene. Raises InputError for a camera that the scene does not
+    have.
+    """
+    frames = frames or shot.played or scene.frames or _STILL
+    framing = shot.framing or Framing()
+    height_mm = sensor_height_mm
+    why = "as given"
+    if height_mm is None:
+        height_mm = shot.lens.sensor_width_mm * framing.height_px / framing.width_px
+        why = f"from a picture of {framing.width_px}x{framing.height_px}"
+    return replace(
+        _lens_camera(shot, name, frames),
+        sensor_height_mm=(height_mm,) * frames.count,
+        world_to_camera=tuple(_scene_placement(shot, scene, framing, frame) for frame in frames),
+        notes=(f"sensor height {height_mm:.4g} mm, {why}.", f"placement as in {scene.path}."),
+    )
+
+
+def _scene_placement(shot: Shot, scene: Scene, framing: Framing, frame: int) -> Matrix:
+    pose = track_of(scene, framing, shot.lens_at(frame)).pose_at(frame)
+    return matrix_of(pose.world_to_camera)
+
+
+def _lens_camera(shot: Shot, name: str, frames: FrameRange) -> CameraSamples:
+    """Return the lens of the shot at each frame, without placement and sensor height.
+
+    Raises LensError where the keys of a frame describe no possible lens.
+    """
+    lenses = [shot.lens_at(frame) for frame in frames]
+    tracks: dict[str, Any] = {
+        str(parameter): tuple(float(getattr(lens, parameter)) for lens in lenses)
+        for parameter in LensParameter
+    }
+    return CameraSamples(
+        name,
+        tuple(frames),
+        **tracks,
+        sensor_width_mm=(shot.lens.sensor_width_mm,) * frames.count,
+        frames_per_second=shot.frames_per_second,
+    )
+
+
 def _plate(shot: Shot) -> tuple[Sequence | None, tuple[str, ...]]:
-    """The plate's files, or why there are none."""
+    """Return the files of the plate, or None and a note that says why there are none."""
     if shot.source is None:
         return None, ()
     try:
@@ -63,14 +123,14 @@ def _plate(shot: Shot) -> tuple[Sequence | None, tuple[str, ...]]:
 
 
 def _frames_of(sequence: Sequence | None) -> FrameRange | None:
-    """Those of the plate; a still has none."""
+    """Return the frames of a sequence; a still has none."""
     if sequence is None or sequence.is_single:
         return None
     return FrameRange(sequence.first, sequence.last)
 
 
 def _height_mm(shot: Shot, sequence: Sequence | None, given_mm: float | None) -> tuple[float, str]:
-    """Height of the part of the sensor that the picture shows, and where it is from."""
+    """Return the height of the sensor's visible part, and a note on where it is from."""
     width_mm = shot.lens.sensor_width_mm
     if given_mm is not None:
         return given_mm, f"sensor height {given_mm:g} mm, as given."
@@ -87,7 +147,7 @@ def _height_mm(shot: Shot, sequence: Sequence | None, given_mm: float | None) ->
 
 
 def _placement(sequence: Sequence | None, frames: FrameRange, scene_unit_m: float) -> _Placement:
-    """Where the camera stands at each frame; a still tells it once for all."""
+    """Return where the camera stands at each frame; a still has one place for all frames."""
     if sequence is None:
         return None, ("without a plate the camera has no placement.",)
     if sequence.is_single:

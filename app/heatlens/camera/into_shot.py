@@ -11,15 +11,19 @@ from heatlens.model.interpolation import Interpolation, Scale
 from heatlens.model.lens import Lens
 from heatlens.model.shot import LensParameter, Shot
 
-# A value that differs by less, as a part of it, is the same one rounded to float32 twice.
+# Relative difference of a value that was rounded to float32 twice.
 _SAME = 2e-7
 
 
 def with_camera(shot: Shot, camera: CameraSamples, kept: Collection[str] = ()) -> Shot:
-    """`shot` with the lens of `camera`; fields of Lens in `kept`, and what it does not tell, stay.
+    """Return `shot` with the lens of `camera`.
 
-    What moves has linear keys on the scale that the shot has for it, what stands still has none.
-    Raises InputError for a film back that changes, LensError where the values make no lens.
+    Fields of Lens named in `kept`, and those that the camera does not have, stay as they are. A
+    value that changes over the frames gets linear keys on the curve's own scale; a constant one
+    gets none.
+
+    Raises InputError for a film back whose width changes, and LensError where the values describe
+    no possible lens.
     """
     tracks = lens_tracks(camera, kept)
     shot = replace(shot, lens=replace(shot.lens, **{name: t[0] for name, t in tracks.items()}))
@@ -34,7 +38,7 @@ def with_camera(shot: Shot, camera: CameraSamples, kept: Collection[str] = ()) -
 
 
 def lens_tracks(camera: CameraSamples, kept: Collection[str] = ()) -> dict[str, Track]:
-    """The tracks that are fields of Lens, but those in `kept`.
+    """Return the camera's tracks that are fields of Lens, without those in `kept`.
 
     Raises InputError for a sensor width that changes.
     """
@@ -44,22 +48,23 @@ def lens_tracks(camera: CameraSamples, kept: Collection[str] = ()) -> dict[str, 
     if width_mm is not None and not is_constant(width_mm):
         raise InputError(
             f"The sensor of camera {camera.name} is {min(width_mm):g} to {max(width_mm):g} mm "
-            "wide, but a shot has one width for all its frames: give the one that it shall have."
+            "wide, but a shot has one width for all its frames: give the width to use."
         )
     return tracks
 
 
 def linear_keys(frames: tuple[int, ...], track: Track, scale: Scale) -> tuple[Key, ...]:
-    """Keys that meet the track at every frame; none where nothing moves.
+    """Return the fewest keys that meet the track at every frame; none for a constant track.
 
-    Those that lie on the line between their neighbours on `scale` are left out: from the last key,
-    the line to the next must pass each frame between as near as float32 can tell.
+    A key is left out if it lies on the straight line between its neighbours on `scale`: the line
+    from the last key to the next has to pass every frame in between within the precision of
+    float32.
     """
     if is_constant(track):
         return ()
     places = [scale.place_of(value) for value in track]
     kept = [0]
-    lowest, highest = -math.inf, math.inf  # slopes from the last key that pass all since
+    lowest, highest = -math.inf, math.inf  # slopes from the last key that pass every frame since
     for index in range(1, len(frames)):
         slope, frame_count = _slope(frames, places, kept[-1], index)
         if not lowest <= slope <= highest:
@@ -78,5 +83,5 @@ def _slope(frames: tuple[int, ...], places: list[float], start: int, end: int) -
 
 
 def _slack(value: float, scale: Scale) -> float:
-    """By how much a place may be off."""
+    """Return by how much a place on the scale may differ and still be the same float32 value."""
     return _SAME * abs(scale.slope_at(value) * value) if math.isfinite(value) else 0.0

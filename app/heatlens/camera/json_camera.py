@@ -20,7 +20,7 @@ _TOP = (_VERSION, "conventions", "name", "frames_per_second", "up_axis", "sample
 
 
 def json_text(camera: CameraSamples) -> str:
-    """The file, a frame on each line."""
+    """Return the JSON text, one frame in each line."""
     top = {
         _VERSION: CAMERA_VERSION,
         "conventions": _CONVENTIONS,
@@ -37,7 +37,7 @@ def json_text(camera: CameraSamples) -> str:
 
 
 def read_json_camera(path: Path) -> CameraSamples:
-    """The camera in a file. Raises InputError with the place where it is damaged."""
+    """Read a camera; raise InputError naming the entry that is damaged."""
     top = read_json(path)
     top.check_version(_VERSION, CAMERA_VERSION, "camera")
     entries = top.members(_TOP)
@@ -55,7 +55,7 @@ def read_json_camera(path: Path) -> CameraSamples:
 
 
 def _row(item: JsonEntry) -> Row:
-    """The entries of a frame, each as the camera takes it."""
+    """Return the values of a frame by the names of the tracks."""
     entries = item.members((FRAME, *LENS_TRACKS, PLACEMENT))
     row: dict[str, Any] = {name: entries[name].number() for name in LENS_TRACKS if name in entries}
     if FRAME in entries:

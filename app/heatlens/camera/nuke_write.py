@@ -18,7 +18,7 @@ _ROTATION_ORDER = "ZXY"  # Nuke's own
 
 
 def nuke_text(camera: CameraSamples, meters_per_unit: float = 1.0) -> str:
-    """The node; `meters_per_unit` of the scene that it is for."""
+    """Return the text of the node for a scene whose unit is `meters_per_unit` metres."""
     knobs = [*_placement(camera, meters_per_unit), *_lens(camera, meters_per_unit)]
     lines = ["inputs 0", *knobs, f"name {camera.identifier}"]
     return "Camera2 {\n" + "".join(f" {line}\n" for line in lines) + "}\n"
@@ -35,7 +35,7 @@ def _lens(camera: CameraSamples, meters_per_unit: float) -> Iterator[str]:
 
 
 def _placement(camera: CameraSamples, meters_per_unit: float) -> Iterator[str]:
-    """Nuke's y is up, and its cameras look along -z."""
+    """Yield the knobs of the placement; in Nuke y is up and cameras look along -z."""
     if camera.world_to_camera is None:
         return
     placed = camera_to_world(camera.world_to_camera, camera.up_axis, "y")
@@ -47,13 +47,13 @@ def _placement(camera: CameraSamples, meters_per_unit: float) -> Iterator[str]:
 
 
 def _knob_value(camera: CameraSamples, values: Sequence[float]) -> str:
-    """A number, or a list of the one curve that moves it."""
+    """Return a number, or a list of the one curve that animates the knob."""
     element = _element(camera, values)
     return f"{{{element}}}" if element.startswith("{") else element
 
 
 def _element(camera: CameraSamples, values: Sequence[float]) -> str:
-    """One of a knob's values: a number where it stands still, else a curve with a key a frame."""
+    """Return one value of a knob: a number if it is constant, else a curve with all keys."""
     if min(values) == max(values):
         return repr(values[0])
     keys = (f"x{frame} {value!r}" for frame, value in zip(camera.frames, values, strict=True))

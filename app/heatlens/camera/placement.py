@@ -14,15 +14,15 @@ from heatlens.errors import InputError
 Matrix = tuple[tuple[float, ...], ...]  # four rows of four
 Array = NDArray[np.float64]
 
-_RIGID = 1e-3  # how far rows may be from length 1 and from right angles: float32 and short decimals
+_RIGID = 1e-3  # tolerance of lengths and right angles for matrices in float32 or short decimals
 _Z_BACKWARD = np.diag([1.0, 1.0, -1.0, 1.0])
 # Columns of a world in which y is up to one in which z is: a quarter turn about x.
 _Y_TO_Z = np.array([[1.0, 0, 0, 0], [0, 0, -1.0, 0], [0, 1.0, 0, 0], [0, 0, 0, 1.0]])
-_GIMBAL = 1e-7  # cosine below which two of three angles turn about one axis
+_GIMBAL = 1e-7  # cosine below which two of the three angles turn about the same axis
 
 
 def matrix_of(rows: Iterable[Iterable[float]]) -> Matrix:
-    """Four rows of four numbers as plain floats. Raises InputError for another shape."""
+    """Return four rows of four plain floats; raise InputError for another shape."""
     matrix = tuple(tuple(map(float, row)) for row in rows)
     if [len(row) for row in matrix] != [4] * 4:
         raise InputError("A placement has four rows of four numbers.")
@@ -30,17 +30,17 @@ def matrix_of(rows: Iterable[Iterable[float]]) -> Matrix:
 
 
 def check_rigid(matrices: Sequence[Matrix], frames: Sequence[int]) -> None:
-    """InputError naming the first frame whose matrix is not a turn and a move alone."""
+    """Raise InputError naming the first frame whose matrix is more than a turn and a move."""
     for frame, matrix in zip(frames, matrices, strict=True):
         if not is_rigid(np.array(matrix)):
             raise InputError(
-                f"Frame {frame}: the placement is no camera's: it scales, shears, mirrors or is "
-                "not finite."
+                f"Frame {frame}: the placement cannot be a camera's: it scales, shears, mirrors "
+                "or is not finite."
             )
 
 
 def is_rigid(matrix: Array) -> bool:
-    """Whether (4, 4) keeps lengths, angles and right-handedness."""
+    """Return whether a (4, 4) matrix keeps lengths, angles and right-handedness."""
     if not np.isfinite(matrix).all() or np.abs(matrix[:3, :3]).max() > 2:
         return False
     turn = matrix[:3, :3]
@@ -49,11 +49,12 @@ def is_rigid(matrix: Array) -> bool:
 
 
 def from_exr(attribute: Array, scene_unit_m: float) -> tuple[Array, bool]:
-    """World to camera of the attribute `worldToCamera`, and whether its world was left-handed.
+    """Return world to camera for an attribute `worldToCamera`, and whether it was left-handed.
 
-    OpenEXR's list of standard attributes: points are rows, and the camera looks along +z. Seen
-    from a right-handed world that mirrors. Where it does not, the world is left-handed, as
-    RenderMan's can be, and its z is turned round to make it right-handed.
+    In OpenEXR's standard attributes points are rows and the camera looks along +z, so that a
+    right-handed world is mirrored on its way into the camera. If the matrix does not mirror, the
+    world is left-handed, as RenderMan's can be; its z axis is then reversed. The result is in
+    metres and acts on columns.
     """
     matrix = _Z_BACKWARD @ np.asarray(attribute, np.float64).T
     is_left_handed = bool(np.linalg.det(matrix[:3, :3]) < 0)
@@ -64,7 +65,10 @@ def from_exr(attribute: Array, scene_unit_m: float) -> tuple[Array, bool]:
 
 
 def camera_to_world(matrices: Sequence[Matrix], up_axis: str, wanted_up: str) -> Array:
-    """(N, 4, 4): camera to a world in which `wanted_up` is up, where `up_axis` was."""
+    """Return the camera-to-world matrices, (N, 4, 4), with `wanted_up` as the up axis.
+
+    `up_axis` is the axis that points up in the world of `matrices`, which are world to camera.
+    """
     placed: Array = np.linalg.inv(np.array(matrices, np.float64))
     if up_axis == wanted_up:
         return placed
@@ -72,9 +76,10 @@ def camera_to_world(matrices: Sequence[Matrix], up_axis: str, wanted_up: str) ->
 
 
 def euler_deg(turns: Array, order: str) -> Array:
-    """Angles (N, 3) about x, y and z of rotations (N, 3, 3), without jumps from frame to frame.
+    """Return angles (N, 3) in degrees about x, y and z for rotations (N, 3, 3).
 
-    `order` is XYZ or ZXY, the axis turned about first before the others: XYZ is Rz Ry Rx.
+    The angles do not jump from frame to frame. `order` is XYZ or ZXY and begins with the axis that
+    is turned about first: XYZ is Rz Ry Rx.
     """
     axes = ["XYZ".index(letter) for letter in order]
     m = turns[:, axes][:, :, axes]  # the order is cyclic, so that renamed axes stay right-handed

@@ -24,10 +24,11 @@ _TOLD_BY_HEADERS = [name for name in LENS_TRACKS if name not in ("sensor_height_
 
 
 def read_plate_camera(text: str, scene_unit_m: float = 1.0, up_axis: UpAxis = "y") -> CameraSamples:
-    """The camera of a picture, or of the frames of a sequence that have a file.
+    """Read the camera from the headers of a picture, or of a sequence's frames.
 
-    `scene_unit_m` is metres in one unit of the world that the headers place it in. Raises
-    InputError where a file cannot be read, or a value is told at some frames only.
+    Frames without a file are left out. `scene_unit_m` is the length in metres of one unit of the
+    world that the headers place the camera in. Raises InputError where a file cannot be read, or
+    only some frames tell a value.
     """
     sequence = find_sequence(text)
     headers = {
@@ -53,20 +54,26 @@ def read_plate_camera(text: str, scene_unit_m: float = 1.0, up_axis: UpAxis = "y
 
 
 def picture_aspect(path: Path, headers: Sequence[Header]) -> float:
-    """Width of the picture over its height, as it is shown; all parts share that window."""
+    """Return the width of the picture over its height as it is shown.
+
+    All parts of a file share the display window. Raises InputError where it is empty.
+    """
     window = box_at_header(headers[0], "displayWindow")
     aspect, _ = pixel_aspect_of(path, headers[0])
     if window.is_empty:
-        raise InputError(f"{path} has an empty display window: it tells no shape of the sensor.")
+        raise InputError(
+            f"{path} has an empty display window, so the shape of the sensor is unknown."
+        )
     return window.width * aspect / window.height
 
 
 def placement_of(
     headers: Sequence[Sequence[Header]], frames: Sequence[int], scene_unit_m: float
 ) -> tuple[tuple[Matrix, ...] | None, tuple[str, ...]]:
-    """Where the camera stands at `frames`, one file's headers for each, and what to say of it.
+    """Return where the camera stands at each of `frames`, and notes for the user.
 
-    None where not every file tells it: a camera that stood still for want of a header would lie.
+    `headers` holds the headers of one file for each frame. The placement is None if a file lacks
+    it: a camera that stands still at those frames would be wrong.
     """
     told = [_attribute(found) for found in headers]
     missing = [frame for frame, value in zip(frames, told, strict=True) if value is None]
@@ -85,7 +92,7 @@ def placement_of(
 
 
 def _attribute(headers: Sequence[Header]) -> Array | None:
-    """The first finite 4 x 4 of a file."""
+    """Return the first finite 4 x 4 matrix in the headers of a file."""
     for header in headers:
         value = np.asarray(header.get(_PLACEMENT, ()))
         if value.shape == (4, 4) and value.dtype.kind == "f" and np.isfinite(value).all():
@@ -100,12 +107,12 @@ def _track(name: str, cameras: dict[Path, CameraHeader]) -> Track | None:
         return None
     if missing:
         raise InputError(
-            f"{missing[0]}: the header tells no {LENS_TRACKS[name]}, but those of other frames do."
+            f"{missing[0]}: the header has no {LENS_TRACKS[name]}, but those of other frames do."
         )
     return tuple(shortest(value) for value in values.values())
 
 
 def _frames_per_second(headers: Sequence[Header]) -> float:
-    """The attribute is a fraction; OpenEXR says which rate holds without a usable one."""
+    """Return the rate of the headers, else the one that OpenEXR assumes."""
     rates = (header.get("framesPerSecond", 0) for header in headers)
     return next((float(rate) for rate in rates if rate > 0), FRAMES_PER_SECOND)

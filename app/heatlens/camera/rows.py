@@ -13,7 +13,7 @@ Row = Mapping[str, Any]
 
 
 def rows_of(camera: CameraSamples) -> list[Row]:
-    """Frame, values of the lens by the names of the tracks, and the matrix, as far as told."""
+    """Return a row for each frame: its number, the known lens values and the matrix."""
     columns: dict[str, Sequence[Any]] = {FRAME: camera.frames, **camera.lens_tracks}
     if camera.world_to_camera is not None:
         columns[PLACEMENT] = camera.world_to_camera
@@ -21,10 +21,10 @@ def rows_of(camera: CameraSamples) -> list[Row]:
 
 
 def camera_of_rows(rows: Sequence[Row], **others: Any) -> CameraSamples:
-    """The reverse of `rows_of`. Raises InputError for what only some of the rows tell."""
+    """Return the camera of such rows; raise InputError where only some have a value."""
     for row in rows:
         if FRAME not in row:
-            raise InputError(f"Row {rows.index(row) + 1} tells no frame.")
+            raise InputError(f"Row {rows.index(row) + 1} has no frame number.")
     columns: dict[str, Any] = {name: _column(rows, name) for name in (*LENS_TRACKS, PLACEMENT)}
     return CameraSamples(frames=tuple(row[FRAME] for row in rows), **columns, **others)
 
@@ -34,5 +34,5 @@ def _column(rows: Sequence[Row], name: str) -> tuple[Any, ...] | None:
     if len(missing) == len(rows):
         return None
     if missing:
-        raise InputError(f"Frame {missing[0][FRAME]} tells no {name}, but other frames do.")
+        raise InputError(f"Frame {missing[0][FRAME]} has no {name}, but other frames do.")
     return tuple(row[name] for row in rows)

@@ -19,11 +19,11 @@ from heatlens.model.frames import (
 Track = tuple[float, ...]  # a value at each frame
 UpAxis = Literal["y", "z"]
 
-# What stands for infinity in formats that have no word for it. No picture tells it from infinity,
-# and it is exact enough in float32 even in millimetres.
+# Stands for infinity in formats that cannot express it. No picture shows the difference, and it is
+# exact enough in float32 even in millimetres.
 INFINITE_M = 1e9
 
-# The tracks of a lens and how people say them.
+# The tracks of a lens and their names for people.
 LENS_TRACKS = {
     "focal_length_mm": "focal length",
     "f_stop": "f-stop",
@@ -36,18 +36,18 @@ LENS_TRACKS = {
 
 @dataclass(frozen=True, slots=True)
 class CameraSamples:
-    """A camera at whole frames; a track that is None was not told.
+    """A camera sampled at whole frames; a track that is None is not known.
 
-    name               of the camera, as people know it
-    frames             in order, at least one; one alone is a camera that stands still
+    name               name of the camera for people
+    frames             ascending frame numbers, at least one; a camera with a single frame is still
     focus_distance_m   may be infinite
-    squeeze            as in Lens
+    squeeze            as in `Lens`
     world_to_camera    p_camera = M p_world for columns in metres; the camera has x to the right, y
                        up, and looks along -z
-    up_axis            which axis of the world points up
-    notes              sentences to say aloud
+    up_axis            the axis of the world that points up
+    notes              sentences for the user
 
-    Raises InputError for values that no camera has, naming the frame.
+    Raises InputError naming the frame where a value is impossible for a camera.
     """
 
     name: str
@@ -93,18 +93,18 @@ class CameraSamples:
 
 
 def is_constant(track: Track) -> bool:
-    """True where nothing moves."""
+    """Return whether all values of the track are equal."""
     return min(track) == max(track)
 
 
 def finite_m(distance_m: float) -> float:
-    """A distance for a format that has no infinity."""
+    """Return the distance, or INFINITE_M where a format cannot express infinity."""
     return min(distance_m, INFINITE_M)
 
 
 def _check_frames(frames: tuple[int, ...]) -> None:
     if not frames:
-        raise InputError("A camera needs a frame at least.")
+        raise InputError("A camera needs at least one frame.")
     for frame in frames:
         check_frame(frame)
     for frame, after in pairwise(frames):
@@ -121,4 +121,6 @@ def _check_track(name: str, track: Track, frames: tuple[int, ...]) -> None:
     _check_length(LENS_TRACKS[name], len(track), frames)
     for frame, value in zip(frames, track, strict=True):
         if not value > 0 or (value == math.inf and name != "focus_distance_m"):
-            raise InputError(f"Frame {frame}: no camera has a {LENS_TRACKS[name]} of {value:g}.")
+            raise InputError(
+                f"Frame {frame}: the {LENS_TRACKS[name]} of a camera cannot be {value:g}."
+            )

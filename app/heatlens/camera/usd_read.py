@@ -12,8 +12,7 @@ import numpy as np
 from heatlens.camera.float32 import shortest
 from heatlens.camera.placement import Matrix, is_rigid, matrix_of
 from heatlens.camera.samples import INFINITE_M, CameraSamples, Track, UpAxis
-from heatlens.camera.usd_units import millimetres
-from heatlens.camera.usd_write import MM_ATTRIBUTES, SQUEEZE
+from heatlens.camera.usd_write import MM_ATTRIBUTES, SQUEEZE, units_per_mm
 from heatlens.errors import InputError
 from heatlens.files.quiet import quiet_library
 from heatlens.files.usd_library import read_usd_apart, usd_failures_told, usd_module
@@ -26,12 +25,12 @@ _AND_PRIM = re.compile(r"(.+\.usd[acz]?):(/.*)", re.IGNORECASE | re.DOTALL)
 _ATTRIBUTES = (*MM_ATTRIBUTES.values(), "focusDistance", "fStop", SQUEEZE)
 _STILL_FRAME = 1
 _LISTED = 5
-_FAR = 0.999  # of INFINITE_M: what it becomes in float32 and another unit
+_FAR = 0.999  # of INFINITE_M, after a conversion to float32 and another unit
 
 
 @dataclass(frozen=True)
 class _Stage:
-    """An opened file, its unit, and the camera in it."""
+    """An opened USD file, its unit, and the camera prim."""
 
     path: Path
     stage: Any
@@ -40,22 +39,25 @@ class _Stage:
 
 
 def split_prim(text: str) -> tuple[Path, str | None]:
-    """File and path of the prim of `shot.usda:/world/cam`; None where none is named."""
+    """Split `shot.usda:/world/cam` into file and prim path; None where no prim is named."""
     match = _AND_PRIM.fullmatch(text)
     return (Path(match[1]), match[2]) if match else (Path(text), None)
 
 
 def read_usd_camera(text: str) -> CameraSamples:
-    """`usd_camera` in a process of its own. Raises InputError also where OpenUSD ends that."""
+    """Run `usd_camera` in a process of its own, and survive a crash of OpenUSD.
+
+    Raises InputError as `usd_camera` does, and where OpenUSD ends that process.
+    """
     return read_usd_apart(usd_camera, text, split_prim(text)[0])
 
 
 def usd_camera(text: str) -> CameraSamples:
-    """The camera of a file, or the one named in it as in `shot.usda:/world/cam`.
+    """Read the camera of a file, or the one named in it as in `shot.usda:/world/cam`.
 
-    A time code is a frame. An f-stop or a focus of 0, by which USD says that nothing is out of
-    focus, counts as not told. Raises InputError where the file is damaged, holds no camera, or
-    several of which none is named.
+    A time code is a frame. USD writes an f-stop or a focus of 0 where nothing is out of focus; both
+    count as unknown here. Raises InputError where the file is damaged, has no camera, or has
+    several and none is named.
     """
     path, prim_path = split_prim(text)
     with quiet_library(), usd_failures_told(path):
@@ -87,14 +89,14 @@ def _opened(path: Path, prim_path: str | None) -> _Stage:
         cameras = [p for p in _all_prims(usd, stage) if p.IsA(geometry.Camera)]
         unit_m = geometry.GetStageMetersPerUnit(stage)
     except tf.ErrorException as error:
-        raise InputError(f"{path} cannot be read: it is damaged or no USD file.") from error
+        raise InputError(f"{path} cannot be read: it is damaged or not a USD file.") from error
     if not 0 < unit_m < math.inf:
-        raise InputError(f"{path} has {unit_m:g} metres per unit: no length can be told.")
+        raise InputError(f"{path} has {unit_m:g} metres per unit, so no length can be read.")
     return _Stage(path, stage, _chosen(path, cameras, prim_path), unit_m)
 
 
 def _all_prims(usd: Any, stage: Any) -> Iterable[Any]:
-    """Also those within instances."""
+    """Return every prim of the stage, those within instances included."""
     prims: Iterable[Any] = stage.Traverse(usd.TraverseInstanceProxies())
     return prims
 
@@ -102,7 +104,7 @@ def _all_prims(usd: Any, stage: Any) -> Iterable[Any]:
 def _chosen(path: Path, cameras: list[Any], prim_path: str | None) -> Any:
     found = {str(camera.GetPath()): camera for camera in cameras}
     if not found:
-        raise InputError(f"{path} holds no camera.")
+        raise InputError(f"{path} has no camera.")
     if prim_path in found:
         return found[prim_path]
     if prim_path is None and len(found) == 1:
@@ -110,10 +112,10 @@ def _chosen(path: Path, cameras: list[Any], prim_path: str | None) -> Any:
     listed = ", ".join([*list(found)[:_LISTED], *(["..."] if len(found) > _LISTED else [])])
     if prim_path is None:
         raise InputError(
-            f"{path} holds {len(found)} cameras: {listed}. Name one, as in "
+            f"{path} has {len(found)} cameras: {listed}. Name one, as in "
             f"{path.name}:{next(iter(found))}"
         )
-    raise InputError(f"{path} holds no camera {prim_path}; there is {listed}.")
+    raise InputError(f"{path} has no camera {prim_path}; it has {listed}.")
 
 
 def _check_projection(opened: _Stage) -> None:
@@ -122,7 +124,7 @@ def _check_projection(opened: _Stage) -> None:
 
 
 def _frames(opened: _Stage) -> tuple[int, ...]:
-    """Every whole frame that the time samples of lens and placement reach over."""
+    """Return every whole frame within the time samples of lens and placement."""
     xformable = usd_module("UsdGeom").Xformable
     attributes = [opened.prim.GetAttribute(name) for name in _ATTRIBUTES]
     times = {time for attribute in attributes if attribute for time in attribute.GetTimeSamples()}
@@ -135,7 +137,7 @@ def _frames(opened: _Stage) -> tuple[int, ...]:
 
 
 def _lens(opened: _Stage, frames: tuple[int, ...]) -> dict[str, Track | None]:
-    mm = millimetres(opened.meters_per_unit)
+    mm = units_per_mm(opened.meters_per_unit)
     lengths: dict[str, Track | None] = {
         name: _track(opened, attribute, frames, mm) for name, attribute in MM_ATTRIBUTES.items()
     }
@@ -148,12 +150,12 @@ def _lens(opened: _Stage, frames: tuple[int, ...]) -> dict[str, Track | None]:
 
 
 def _track(opened: _Stage, name: str, frames: tuple[int, ...], unit: float = 1.0) -> Track:
-    """An attribute at each frame, divided by `unit`."""
+    """Return an attribute at each frame, divided by `unit`."""
     attribute = opened.prim.GetAttribute(name)
     values = [attribute.Get(frame) for frame in frames]
     for frame, value in zip(frames, values, strict=True):
         if not isinstance(value, float | int):
-            raise InputError(f"{name} has no number at frame {frame}, but {value!r}.")
+            raise InputError(f"{name} should be a number at frame {frame}, got {value!r}.")
     return tuple(shortest(value, unit) for value in values)
 
 
@@ -173,7 +175,10 @@ def _up_axis(opened: _Stage) -> UpAxis:
 def _placement(
     opened: _Stage, frames: tuple[int, ...]
 ) -> tuple[tuple[Matrix, ...] | None, tuple[str, ...]]:
-    """World to camera in metres, without the scale that parents may have; None where none is."""
+    """Return world to camera in metres, without the scale of parents, and notes.
+
+    The placement is None where the file has none.
+    """
     geometry = usd_module("UsdGeom")
     if not any(geometry.Xformable(prim).GetOrderedXformOps() for prim in _parents(opened)):
         return None, ()
@@ -190,7 +195,7 @@ def _placement(
 
 
 def _parents(opened: _Stage) -> Iterable[Any]:
-    """The camera and what it hangs on, as far as that has a place."""
+    """Yield the camera and its ancestors as far as they can have a transform."""
     prim = opened.prim
     while prim and not prim.IsPseudoRoot():
         if prim.IsA(usd_module("UsdGeom").Xformable):

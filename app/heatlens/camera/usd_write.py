@@ -8,12 +8,12 @@ from typing import Any
 
 from heatlens.camera.placement import camera_to_world
 from heatlens.camera.samples import CameraSamples, finite_m
-from heatlens.camera.usd_units import METERS_PER_UNIT, millimetres
 from heatlens.files.quiet import quiet_library
 from heatlens.files.usd_library import usd_module
 from heatlens.stopping import temporary_folder
 
-SQUEEZE = "heatlens:squeeze"  # UsdGeomCamera has no word for it
+METERS_PER_UNIT = 0.01  # USD's default, with which focal lengths and apertures are in mm
+SQUEEZE = "heatlens:squeeze"  # UsdGeomCamera has no attribute for it
 
 MM_ATTRIBUTES = {
     "focal_length_mm": "focalLength",
@@ -22,10 +22,18 @@ MM_ATTRIBUTES = {
 }
 
 
+def units_per_mm(meters_per_unit: float) -> float:
+    """Return how many units of a stage's cameras are 1 mm; USD's lenses are in tenths of a unit."""
+    return 1e-3 / meters_per_unit * 10
+
+
 def usd_bytes(
     camera: CameraSamples, suffix: str, meters_per_unit: float = METERS_PER_UNIT
 ) -> bytes:
-    """The file: text for .usda, binary for .usd and .usdc. Raises InputError without OpenUSD."""
+    """Return the file: text for .usda, binary for .usd and .usdc.
+
+    Raises InputError where OpenUSD is not installed.
+    """
     stage = _stage(camera, meters_per_unit)
     with temporary_folder() as folder, quiet_library():
         path = folder / f"camera{suffix}"
@@ -51,7 +59,7 @@ def _stage(camera: CameraSamples, meters_per_unit: float) -> Any:
 
 def _author_lens(prim: Any, camera: CameraSamples, meters_per_unit: float) -> None:
     tracks = camera.lens_tracks
-    mm = millimetres(meters_per_unit)
+    mm = units_per_mm(meters_per_unit)
     for name, attribute in MM_ATTRIBUTES.items():
         if name in tracks:
             _author(prim.GetPrim().GetAttribute(attribute), camera, [v * mm for v in tracks[name]])
@@ -66,7 +74,7 @@ def _author_lens(prim: Any, camera: CameraSamples, meters_per_unit: float) -> No
 
 
 def _author_placement(prim: Any, camera: CameraSamples, meters_per_unit: float) -> None:
-    """Camera to world; USD's points are rows, so that its matrices are transposed."""
+    """Write camera to world; USD's points are rows, so its matrices are transposed."""
     if camera.world_to_camera is None:
         return
     placed = camera_to_world(camera.world_to_camera, camera.up_axis, camera.up_axis)
@@ -76,7 +84,7 @@ def _author_placement(prim: Any, camera: CameraSamples, meters_per_unit: float) 
 
 
 def _author(attribute: Any, camera: CameraSamples, values: Sequence[Any]) -> None:
-    """One value for all times where nothing moves, so that it can be changed in one place."""
+    """Set one value for all times if it is constant, so that it is edited in one place."""
     if all(value == values[0] for value in values):
         attribute.Set(values[0])
         return

@@ -4,20 +4,21 @@ Plates are scene-linear. Renderers write Rec.709 (sRGB) primaries unless they ar
 that space is the input where the config knows it.
 """
 
+import importlib
 import os
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
-from heatlens.color.ocio_library import ocio
 from heatlens.errors import InputError
 from heatlens.paths import file_bytes, unreadable
 from heatlens.plate.picture_parts import FOR_THE_EYE
 
-# Named in full: `ocio://default` becomes another config with another version of the library, and
-# with it every picture. This one (ACES 2.0) is in OpenColorIO 2.5, the VFX Platform's of 2026.
+# Named in full, because `ocio://default` is another config in another version of the library, which
+# would change every picture. This one (ACES 2.0) is in OpenColorIO 2.5, the VFX Platform's of 2026.
 BUILT_IN = "cg-config-v4.0.0_aces-v2.0_ocio-v2.5"
 
 # What configs call linear Rec.709: ACES since 2.0, the Color Interop Forum, ACES 1, Blender.
@@ -35,11 +36,24 @@ _ARCHIVE = b"PK"  # .ocioz
 _SAID_ALREADY = re.compile(r"^Error: Loading the OCIO profile '.*?' failed\. ")
 
 
+def ocio() -> ModuleType:
+    """Import PyOpenColorIO, which pictures can be seen without.
+
+    Raises InputError that says what to install.
+    """
+    try:
+        return importlib.import_module("PyOpenColorIO")
+    except ImportError as error:
+        raise InputError(
+            f"OpenColorIO cannot be loaded ({error}). Install it with: pip install opencolorio"
+        ) from error
+
+
 @dataclass(frozen=True, eq=False)
 class ColorConfig:
     """An OpenColorIO config that was read and found whole."""
 
-    source: str  # where it came from, for the person who wonders
+    source: str  # where the config came from, for messages
     config: Any  # PyOpenColorIO.Config
 
     def displays(self) -> tuple[str, ...]:
@@ -147,18 +161,20 @@ def _read(address: str, source: str) -> Any:
     _check_file(Path(address), source)
     try:
         config = library.Config.CreateFromFile(address)
-    except UnicodeDecodeError as error:  # the library's own words, cut within a letter
-        raise InputError(f"{source} is no usable OpenColorIO config: it is damaged.") from error
+    except UnicodeDecodeError as error:  # the library cut its message within a letter
+        raise InputError(f"{source} is not a usable OpenColorIO config: it is damaged.") from error
     except (library.Exception, library.ExceptionMissingFile) as error:
-        raise InputError(f"{source} is no usable OpenColorIO config: {one_line(error)}") from error
+        raise InputError(
+            f"{source} is not a usable OpenColorIO config: {one_line(error)}"
+        ) from error
     if not config.getDisplays():
-        raise InputError(f"{source} names no display, so no picture can be shown with it.")
+        raise InputError(f"{source} has no display, so no picture can be shown with it.")
     return config
 
 
 def _check_file(path: Path, source: str) -> None:
-    """Raise InputError for a config whose names would be no text; archives are left alone."""
-    if not path.exists():  # a name of OpenColorIO's own, or missing, which the library says
+    """Raise InputError for a config that is not UTF-8 text; archives are not checked."""
+    if not path.exists():  # OpenColorIO's own name, or a missing file, which the library reports
         return
     try:
         data = file_bytes(path)
@@ -166,7 +182,7 @@ def _check_file(path: Path, source: str) -> None:
             data.decode("utf-8")
     except UnicodeDecodeError as error:
         raise InputError(
-            f"{source} is no usable OpenColorIO config: byte {error.start} is no UTF-8."
+            f"{source} is not a usable OpenColorIO config: byte {error.start} is not UTF-8."
         ) from error
     except OSError as error:
         raise unreadable(path, error) from error
@@ -178,7 +194,7 @@ def one_line(error: Exception) -> str:
 
 
 def check_known(what: str, name: str, known: tuple[str, ...]) -> None:
-    """Raise InputError, with what there is, unless `name` is among `known`."""
+    """Raise InputError, listing the known names, unless `name` is among `known`."""
     if name not in known:
         raise InputError(f"{what} {name!r} is not among {', '.join(known)}.")
 

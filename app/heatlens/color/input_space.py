@@ -35,9 +35,9 @@ _NAMES: Mapping[Primaries, tuple[str, ...]] = {
 
 @dataclass(frozen=True)
 class InputSpace:
-    """A space of the config, why it is this one, and what to say where a header is not followed.
+    """A space of the config, why it was chosen, and a note if a header cannot be followed.
 
-    Of primaries that no space has, it is linear Rec. 709, after a matrix.
+    Light in primaries that no space of the config has is turned into linear Rec. 709 by a matrix.
     """
 
     name: str
@@ -76,7 +76,7 @@ def _found(config: ColorConfig | None, told: ToldPrimaries) -> str | None:
     if config is None:
         return None if told.known is None else told.known.name
     if told.known is None:
-        # A studio's config may know a name that is nobody else's; numbers are no name.
+        # A studio's config may have names of its own; chromaticities are not a name.
         return config.space_called(told.value) if told.attribute == "colorInteropID" else None
     return config.space_called(told.known.interop_id, *_NAMES[told.known])
 

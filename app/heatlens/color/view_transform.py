@@ -9,8 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from heatlens.color.color_config import ColorConfig, check_known, one_line
-from heatlens.color.ocio_library import ocio
+from heatlens.color.color_config import ColorConfig, check_known, ocio, one_line
 from heatlens.color.rgb_matrix import Matrix, to_rec709
 from heatlens.errors import InputError
 from heatlens.paths import data_dir
@@ -40,7 +39,7 @@ class ViewTransform:
     display: str
     view: str
     input_space: str
-    key: str  # of what is calculated: changes with the config's contents
+    key: str  # of the calculation; it changes with the contents of the config
     glsl: str = field(repr=False)  # defines vec4 view_transform(vec4 light)
     luts: tuple[Lut, ...] = field(repr=False, compare=False)
     encode: Callable[[FloatImage], FloatImage] = field(repr=False, compare=False)
@@ -138,7 +137,7 @@ def _matrix_transform(library: Any, primaries: Primaries) -> Any:
 
 def _encoder(on_cpu: Any) -> Callable[[FloatImage], FloatImage]:
     def encode(light: FloatImage) -> FloatImage:
-        shown = np.array(light, np.float32, order="C")  # the library writes in place
+        shown = np.array(light, np.float32, order="C")  # because the library writes in place
         on_cpu.applyRGB(shown)
         return shown
 

@@ -6,23 +6,32 @@ from heatlens.paths import file_bytes
 
 
 class FilesBeside:
-    """Those of a scene's file, as trimesh asks for them; `missing` are names that led nowhere."""
+    """The files beside a scene's file, as trimesh asks for them.
+
+    `missing` lists the names for which there was no file.
+    """
 
     def __init__(self, path: Path) -> None:
         self.folder, self.missing = path.parent.resolve(), list[str]()
 
     def path(self, name: str) -> Path:
-        """The file of a name, there or not; an OSError for one that leads out of the folder."""
+        """Return the path for a name, whether the file exists or not.
+
+        Raises OSError for a name that leads out of the folder.
+        """
         try:
             path = (self.folder / name.strip().replace("\\", "/")).resolve()
-        except (RuntimeError, ValueError) as error:  # a loop of links; a zero within the name
+        except (
+            RuntimeError,
+            ValueError,
+        ) as error:  # a loop of links, or a zero byte within the name
             raise FileNotFoundError(name) from error
         if not path.is_relative_to(self.folder):
             raise FileNotFoundError(name)
         return path
 
     def get(self, name: str) -> bytes:
-        """The bytes of a file; an OSError where it is missing or elsewhere."""
+        """Return the bytes of a file; raise OSError where it is missing or outside the folder."""
         try:
             return file_bytes(self.path(name))
         except OSError as error:

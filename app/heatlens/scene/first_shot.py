@@ -29,10 +29,10 @@ _NOTHING: Mapping[str, float] = MappingProxyType({})
 
 @dataclass(frozen=True, eq=False)
 class FirstShot:
-    """A scene and the shot that looks at it first.
+    """A scene and the shot that shows it first.
 
-    sources  by field of Lens, for those that always have to be told, where the value is from
-    assumed  the fields that nobody told
+    sources  by field of Lens, for the fields that are always reported, where the value is from
+    assumed  the fields for which a value had to be assumed
     """
 
     scene: Scene
@@ -52,10 +52,11 @@ def first_shot(
     camera: str | None = None,
     given: Mapping[str, float] = _NOTHING,
 ) -> FirstShot:
-    """The first shot of the scene called `text`, of `size` pixels, through `camera` of the scene.
+    """Return the first shot of the scene `text`, in `size` pixels, seen through `camera`.
 
-    `given` holds fields of Lens; they hold at every frame, whatever keys the demo has. Raises
-    InputError where the scene cannot be read or has no such camera, LensError for no lens.
+    `given` holds fields of Lens, which replace at every frame whatever keys the demo has. Raises
+    InputError where the scene cannot be read or has no such camera, and LensError where the values
+    describe no possible lens.
     """
     scene = open_scene(text)
     begun = _demo(scene, text) if is_demo(text) else _of_file(scene, text)
@@ -69,7 +70,7 @@ def first_shot(
 
 
 def _demo(scene: Scene, text: str) -> FirstShot:
-    from heatlens.scene.demo.demo import demo_shot  # made only where it is asked for
+    from heatlens.scene.demo.demo import demo_shot  # the demo is built only when it is used
 
     sources = dict.fromkeys((*_ANGLE, *_OPENING), "as the demo is shot")
     return FirstShot(scene, replace(demo_shot(), source=text), sources, frozenset())
@@ -129,7 +130,7 @@ def _with_given(begun: FirstShot, given: Mapping[str, float]) -> FirstShot:
 
 
 def _middle_m(begun: FirstShot) -> float:
-    """Planar depth of the middle of the scene, as near as the lens can focus where it is behind."""
+    """Return the planar depth of the scene's middle, at least twice the focal length."""
     scene, shot, frame = begun.scene, begun.shot, begun.frame
     pose = track_of(scene, shot.framing or Framing(), shot.lens).pose_at(frame)
     middle = bounds_m(scene, frame).mean(axis=0)

@@ -9,10 +9,10 @@ from heatlens.scene.scene import Mesh
 Floats = NDArray[np.float32]
 Triangles = NDArray[np.uint32]
 
-# A camera stands no farther out either; float32 keeps a kilometre there.
+# Cameras have the same limit; float32 resolves a kilometre there.
 _FAR_MOST_M = 1e9
-_UV_MOST = 1e4  # repeats; beyond, float32 no longer tells the pixels of a picture apart
-_UP = np.array([0.0, 1.0, 0.0])  # of what has no area, and so is not seen
+_UV_MOST = 1e4  # repeats; beyond that float32 cannot tell the pixels of a picture apart
+_UP = np.array([0.0, 1.0, 0.0])  # of a triangle without area, which is not visible
 
 
 def made_mesh(
@@ -24,12 +24,10 @@ def made_mesh(
     material: int = 0,
     colors: Floats | None = None,
 ) -> Mesh:
-    """A mesh of (V, 3) positions and (T, 3) indices, flat where it has no normals.
+    """Make a mesh of (V, 3) positions and (T, 3) indices, flat if it has no normals.
 
-    Colours (V, 3) or (V, 4) are linear; what is not 0 to 1 is brought there.
-
-    Raises InputError, beginning with `what`, for positions that are no place and indices that
-    reach past them.
+    Colours (V, 3) or (V, 4) are linear and are clipped to 0..1. Raises InputError, beginning with
+    `what`, for positions that are not finite and indices without a position.
     """
     _check(what, positions_m, triangles)
     uvs = np.zeros((len(positions_m), 2), np.float32) if uvs is None else _uvs(uvs)
@@ -53,18 +51,18 @@ def made_mesh(
 
 
 def _shares(colors: Floats) -> Floats | None:
-    """Between 0 and 1; None where all of them are white, which many exporters write."""
+    """Clip colours to 0..1; return None where all are white, as many exporters write."""
     found = np.clip(np.nan_to_num(colors, nan=1.0), 0.0, 1.0)
     return None if (found == 1).all() else found
 
 
 def own_vertices(count: int) -> Triangles:
-    """(count, 3): triangles none of which shares a vertex with another."""
+    """Return (count, 3) triangles none of which shares a vertex with another."""
     return np.arange(3 * count, dtype=np.uint32).reshape(-1, 3)
 
 
 def smooth_normals(positions: Floats, triangles: Triangles) -> Floats:
-    """(V, 3): the mean of the triangles around each vertex, each as heavy as it is large."""
+    """Return (V, 3), the mean of the triangles around each vertex, weighted by area."""
     corners = positions[triangles].astype(np.float64)
     across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     sums = np.zeros((len(positions), 3))
@@ -81,7 +79,7 @@ def _check(what: str, positions: Floats, triangles: Triangles) -> None:
         )
     if triangles.size and int(triangles.max()) >= len(positions):
         raise InputError(
-            f"{what}: a triangle names vertex {int(triangles.max())} of {len(positions)}; the "
+            f"{what}: a triangle refers to vertex {int(triangles.max())} of {len(positions)}; the "
             "file is damaged."
         )
 
@@ -92,7 +90,7 @@ def _uvs(uvs: Floats) -> Floats:
 
 
 def _unit(normals: Floats, positions: Floats, triangles: Triangles) -> Floats:
-    """Of length 1; what has no direction takes that of the triangles around it."""
+    """Scale to length 1; a vector of length 0 becomes that of the triangles around it."""
     lengths = np.linalg.norm(normals.astype(np.float64), axis=1)
     if (np.isfinite(lengths) & (lengths > 1e-6)).all():
         return np.asarray(normals / lengths[:, None], np.float32)

@@ -37,7 +37,7 @@ class _Reading:
     _pictures: dict[str, int | None] = field(default_factory=dict)
 
     def add(self, name: str, geometry: Any) -> None:
-        """One of the parts that trimesh found."""
+        """Add one of the parts that trimesh found."""
         faces = getattr(geometry, "faces", None)
         if faces is None or not len(faces):
             self.notes["Points and lines are not drawn; only triangles are."] = None
@@ -45,7 +45,7 @@ class _Reading:
         positions = self._rows("vertices", geometry.vertices, 3)
         corners = self._rows("triangles", faces, 3)
         if np.min(corners) < 0 or np.max(corners) >= len(positions):
-            raise InputError(f"{self.path}: a triangle names a vertex that is not there.")
+            raise InputError(f"{self.path}: a triangle refers to a vertex that does not exist.")
         found, triangles = _floats(positions), corners.astype(np.uint32)
         uvs = getattr(geometry.visual, "uv", None)
         if uvs is not None:
@@ -65,9 +65,9 @@ class _Reading:
         self.meshes.append(made_mesh(what, found, triangles, normals, uvs, number, colors))
 
     def _rows(self, what: str, told: Any, width: int, count: int | None = None) -> NDArray[Any]:
-        """(N, `width`) of what the file tells, refused where a row of it is too short or missing.
+        """Return (N, `width`) of the file; raise InputError where a row is too short or missing.
 
-        Of texture coordinates a third is left out, which few programs write and none needs here.
+        A third texture coordinate, which few programs write, is left out.
         """
         found = np.asarray(told)
         if found.ndim == 2 and found.shape[1] > width == 2:
@@ -85,8 +85,8 @@ class _Reading:
     def _normals(
         self, geometry: Any, positions: NDArray[np.float32], triangles: NDArray[np.uint32]
     ) -> NDArray[np.float32] | None:
-        """Those of the file; a PLY without them is a scan and smooth, what else has none flat."""
-        # Asked for, trimesh makes some up; only its cache knows whether the file had them.
+        """Return the file's normals; without them a PLY, which is a scan, becomes smooth."""
+        # trimesh makes up normals when it is asked; only its cache tells whether the file had them.
         if self.path.suffix.lower() != ".stl" and "vertex_normals" in geometry._cache:
             told = geometry.vertex_normals
             return _floats(self._rows("normals", told, 3, len(positions)))
@@ -115,7 +115,7 @@ class _Reading:
         )
 
     def _picture(self, material: Any) -> int | None:
-        """Its map of colour among the images."""
+        """Return the place of a material's colour map among the images, or None."""
         name = getattr(material.image, "info", {}).get("file_path")
         if name is None:
             return None
@@ -127,7 +127,10 @@ class _Reading:
 
 
 def read_mesh(path: Path) -> Scene:
-    """An OBJ, PLY or STL. Raises InputError where it is damaged, or trimesh is not installed."""
+    """Read an OBJ, PLY or STL file.
+
+    Raises InputError where it is damaged, or trimesh is not installed.
+    """
     trimesh = _trimesh()
     try:
         data = file_bytes(path)
@@ -141,7 +144,8 @@ def read_mesh(path: Path) -> Scene:
     # A binary one that was cut is no longer told from text, in which there are no triangles.
     if path.suffix.lower() == ".stl" and not reading.meshes:
         raise InputError(
-            f"{path} is cut short or no STL: no triangle can be read. Export it again."
+            f"{path} is cut short or not in the format STL: no triangle can be read. Export it "
+            "again."
         )
     missing = [f"{name} is not there, and is done without." for name in reading.folder.missing]
     return Scene(
@@ -172,16 +176,18 @@ def _parts(trimesh: Any, path: Path, data: bytes, folder: FilesBeside) -> Iterat
             scene = trimesh.load_scene(
                 io.BytesIO(data), file_type=kind, resolver=folder, process=False
             )
-            # What is not read until asked for, is read here.
+            # This is where trimesh reads what it reads lazily.
             parts = [(str(name), part) for name, part in scene.geometry.items()]
     except ImportError as error:  # of what trimesh loads only once a file needs it
         raise InputError(
             f"{path} needs more than is installed ({error}). Install it with: "
             "pip install 'heatlens[scene]'"
         ) from error
-    except Exception as error:  # trimesh lets through whatever a damaged file brings about
+    except Exception as error:  # trimesh raises any exception for a damaged file
         said = " ".join(str(error).split())[:120] or type(error).__name__
-        raise InputError(f"{path} is damaged or no {kind.upper()} ({said}).") from error
+        raise InputError(
+            f"{path} is damaged or not in the format {kind.upper()} ({said})."
+        ) from error
     yield from parts
 
 
@@ -191,7 +197,7 @@ def _floats(values: Any) -> NDArray[np.float32]:
 
 
 def _row(told: dict[str, Any], name: str, default: tuple[float, ...]) -> tuple[float, ...]:
-    """Numbers of a material from 0 on, or the default where there is anything else."""
+    """Return the numbers of a material, which are at least 0, or the default for anything else."""
     value = told.get(name, default)
     try:
         found = [float(item) for item in (value if isinstance(value, list | tuple) else [value])]
@@ -202,9 +208,10 @@ def _row(told: dict[str, Any], name: str, default: tuple[float, ...]) -> tuple[f
 
 
 def _colors(geometry: Any) -> NDArray[np.float32] | None:
-    """(V, 3) linear, or (3 T, 3) of triangles that are apart. None says what they are; sRGB it is.
+    """Return (V, 3) linear colours, or (3 T, 3) where triangles share no vertices.
 
-    Alpha is left out: scanners fill it with anything.
+    The formats do not define the encoding of colours; sRGB is the usual one. Alpha is left out,
+    because scanners fill it with anything.
     """
     kind = geometry.visual.kind
     if kind in ("vertex", "face"):
@@ -218,6 +225,6 @@ def _colors(geometry: Any) -> NDArray[np.float32] | None:
 
 
 def _linear(shares: NDArray[np.floating]) -> NDArray[np.float32]:
-    """sRGB of 0 to 1 as light; IEC 61966-2-1."""
+    """Decode sRGB values from 0 to 1 as IEC 61966-2-1 defines it."""
     curve = ((shares + 0.055) / 1.055) ** 2.4
     return _floats(np.where(shares <= 0.04045, shares / 12.92, curve))

@@ -15,10 +15,10 @@ _LIBRARY, _PICTURE = b"mtllib", "map_kd"
 
 
 def files_of_obj(path: Path) -> tuple[Path, ...]:
-    """The files of materials and pictures, in their order, there or not.
+    """Return the files of materials and pictures in their order, whether they exist or not.
 
-    Those out of the OBJ's folder are left out, for they are not read. Raises InputError where the
-    OBJ cannot be opened.
+    Files outside the folder of the OBJ are left out because they are not read. Raises InputError
+    where the OBJ cannot be opened.
     """
     beside = FilesBeside(path)
     found: dict[Path, None] = {}
@@ -35,7 +35,7 @@ def files_of_obj(path: Path) -> tuple[Path, ...]:
 
 
 def _library_of(path: Path) -> str | None:
-    """The name behind the first `mtllib`; lines that end in a backslash go on."""
+    """Return the name after the first `mtllib`, over lines that end in a backslash."""
     try:
         with path.open("rb") as file:
             if not path.stat().st_size:
@@ -51,7 +51,7 @@ def _library_of(path: Path) -> str | None:
 
 
 def _lines(data: mmap.mmap) -> Iterator[bytes]:
-    """The rest of the line, and of those that it goes on in."""
+    """Yield the rest of a line and the lines that continue it."""
     while line := data.readline():
         line = line.rstrip(b"\r\n")
         yield line.removesuffix(b"\\")
@@ -60,14 +60,14 @@ def _lines(data: mmap.mmap) -> Iterator[bytes]:
 
 
 def _pictures_of(library: Path) -> Iterator[str]:
-    """The names behind each `map_Kd`. An OSError where the file cannot be read."""
+    """Yield the name after each `map_Kd`; raise OSError where the file cannot be read."""
     for line in _text(file_bytes(library)).splitlines():
         if len(words := line.split()) > 1 and words[0].lower() == _PICTURE:
             yield line[line.lower().index(_PICTURE) + len(_PICTURE) :]
 
 
 def _text(data: bytes) -> str:
-    """UTF-8, or what older programs write."""
+    """Decode UTF-8, or Latin-1 as older programs write it."""
     try:
         return data.decode("utf-8").strip()
     except UnicodeDecodeError:

@@ -11,7 +11,7 @@ from PIL import Image, UnidentifiedImageError
 from heatlens.errors import InputError
 
 _FORMATS = ("PNG", "JPEG", "WEBP")
-# A GPU takes no more a side; a damaged header can claim any size.
+# The limit of a GPU for each side; a damaged header can claim any size.
 _SIDE_MOST_PX = 16384
 _PIXELS_MOST = 1 << 27
 _TOGETHER_MOST = 1 << 29
@@ -20,15 +20,15 @@ _TOGETHER_MOST = 1 << 29
 def read_picture(
     data: bytes, what: str, before: Sequence[NDArray[np.uint8]] = ()
 ) -> NDArray[np.uint8]:
-    """(H, W, 4), row 0 on top; `what` names the picture in what is said of it.
+    """Read a picture as (H, W, 4) with row 0 on top; errors call it `what`.
 
-    Raises InputError for a picture that is damaged, of another format or too large, or that is too
-    much with those of its scene that were read `before`.
+    Raises InputError for a picture that is damaged, of an unknown format or too large, alone or
+    together with the pictures of its scene that were read `before`.
     """
     held = sum(picture.size // 4 for picture in before)
     try:
         with warnings.catch_warnings(), Image.open(io.BytesIO(data), formats=_FORMATS) as image:
-            warnings.simplefilter("ignore")  # of odd but readable headers
+            warnings.simplefilter("ignore")  # warnings about odd but readable headers
             _check_size(image, what)
             if held + image.width * image.height > _TOGETHER_MOST:
                 raise InputError(
@@ -37,13 +37,13 @@ def read_picture(
                 )
             return pixels_of_image(image)
     except UnidentifiedImageError:
-        raise InputError(f"{what}: this is no picture, or not a PNG, JPEG or WebP.") from None
+        raise InputError(f"{what}: this is not a picture in PNG, JPEG or WebP.") from None
     except (OSError, ValueError, SyntaxError, ArithmeticError, Image.DecompressionBombError) as e:
         raise InputError(f"{what}: the picture is damaged or cut short ({e}).") from e
 
 
 def pixels_of_image(image: Image.Image) -> NDArray[np.uint8]:
-    """(H, W, 4), row 0 on top, of a picture of any mode."""
+    """Return (H, W, 4) with row 0 on top of a picture in any mode."""
     if image.mode.startswith("I"):  # 16 bits of grey, which Pillow would clip
         grey = np.asarray(image).astype(np.uint32) >> 8
         image = Image.fromarray(np.minimum(grey, 255).astype(np.uint8))

@@ -32,10 +32,10 @@ class Mesh:
     uvs          (V, 2) float32, v downwards as in glTF; zeros where there are none
     triangles    (T, 3) uint32 into the vertices
     material     index into the scene's materials
-    colors       (V, 3) or (V, 4) float32 of 0 to 1, linear: base colour and alpha are multiplied by
-                 them; None where there are none, as if they were white
-    tangents     (V, 4) float32: along u, unit or zero, and the sign of what goes against v; None
-                 where no map of normals needs them: without them such a map changes nothing
+    colors       (V, 3) or (V, 4) float32 from 0 to 1, linear; base colour and alpha are multiplied
+                 by them; None for white
+    tangents     (V, 4) float32: the direction of u, unit or zero, and the sign of the bitangent
+                 against v; None for a mesh without a normal map, which has no effect without them
     """
 
     positions_m: NDArray[np.float32]
@@ -51,7 +51,7 @@ class Mesh:
         """(2, 3): least and greatest corner of its triangles; zeros where it has none."""
         if not len(self.triangles):
             return np.zeros((2, 3))
-        # Parts of one thing often share a file's list of vertices, and each names a few of them.
+        # Parts of one object often share a list of vertices, of which each uses a few.
         is_used = np.zeros(len(self.positions_m), bool)
         is_used[self.triangles] = True
         used = self.positions_m[is_used]
@@ -60,15 +60,15 @@ class Mesh:
 
 @dataclass(frozen=True)
 class Material:
-    """A surface in the metallic and roughness model of glTF 2.0. Both sides of it are seen.
+    """A surface in the metallic and roughness model of glTF 2.0, visible from both sides.
 
     base_color     scene-linear RGB, multiplied by the map
     emission       scene-linear radiance, far above 1 for a lamp, multiplied by the map
-    alpha_cutoff   what of the base colour's alpha lies under it is a hole; 0 for none
-    *_map          index into the scene's images, None for none; metallic is in its blue channel,
-                   roughness in its green one; of normals it is as glTF has it, y against v
-    normal_scale   how steep the bumps of that are; 0 for none
-    occlusion      how much the red channel of its map takes away of the sky's light, 0 to 1
+    alpha_cutoff   there is a hole where the base colour's alpha is lower; 0 for no holes
+    *_map          index into the scene's images, None for none; metallic is in the blue channel,
+                   roughness in the green one; a normal map is as in glTF, y against v
+    normal_scale   steepness of the bumps in the normal map; 0 for none
+    occlusion      how much of the sky's light the red channel of its map can take away, 0 to 1
     """
 
     name: str = ""
@@ -89,7 +89,7 @@ class Material:
 
 @dataclass(frozen=True, eq=False)
 class Instance:
-    """One thing in the scene: a mesh at a place. Things of one name are one object to people."""
+    """One thing in the scene: a mesh at a place. Things with one name are one object to people."""
 
     name: str
     mesh: int
@@ -98,7 +98,7 @@ class Instance:
 
 @dataclass(frozen=True)
 class SceneCamera:
-    """A camera of the scene, over its frames."""
+    """A camera of the scene over its frames."""
 
     name: str
     track: CameraTrack
@@ -108,11 +108,11 @@ class SceneCamera:
 
 @dataclass(frozen=True)
 class PointLight:
-    """A light without a shadow, as KHR_lights_punctual has them.
+    """A light without a shadow, as in KHR_lights_punctual.
 
     intensity     candela-like: radiance of a white surface facing it at 1 m is intensity / pi
-    direction     None shines to all sides; a spot's axis otherwise
-    cone_cosines  of a spot's inner and outer half angle
+    direction     axis of a spot; None shines to all sides
+    cone_cosines  cosines of a spot's inner and outer half angle
     """
 
     position_m: tuple[float, float, float]
@@ -125,7 +125,7 @@ class PointLight:
 class Daylight:
     """The sun, the only light with a shadow, and a sky between two colours.
 
-    to_sun         direction towards it, any length
+    to_sun         direction towards the sun, of any length
     sun            irradiance of a surface that faces it; black for none
     zenith         radiance of the sky straight above
     horizon        radiance at the height of the eye
@@ -141,14 +141,14 @@ class Daylight:
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """Everything that can be seen.
+    """A scene with everything that can be seen in it.
 
-    path      of the file, or a name of its own for one that comes from no file
-    motion    where the instances are at each frame; None: where they say, always
-    frames    those in which something moves, None for a scene that stands still
-    notes     sentences to say aloud
+    path      path of the file, or a name for a scene that comes from no file
+    motion    places of the instances at each frame; None where they never move
+    frames    frames in which something moves, None for a still scene
+    notes     sentences for the user
 
-    Raises InputError where nothing is to be seen.
+    Raises InputError where there is nothing to see.
     """
 
     path: Path
@@ -180,13 +180,13 @@ class Scene:
         return np.array([self.meshes[instance.mesh].box_m for instance in self.instances])
 
     def transforms_at(self, frame: float) -> Array:
-        """(instances, 4, 4) object to world."""
+        """Return (instances, 4, 4) from object to world."""
         if self.motion is not None:
             return self.motion(frame)
         return np.stack([instance.to_world for instance in self.instances])
 
     def camera_named(self, name: str) -> SceneCamera:
-        """Raises InputError naming those there are."""
+        """Return a camera; raise InputError listing the names where there is no such camera."""
         for camera in self.cameras:
             if camera.name == name:
                 return camera
@@ -195,7 +195,7 @@ class Scene:
 
 
 def check_instances(path: Path, count: int) -> None:
-    """Raise InputError where a file has more things than can be looked at."""
+    """Raise InputError where a file has more instances than can be drawn."""
     if count > INSTANCES_MOST:
         raise InputError(
             f"{path} has {count:,} things or more; {INSTANCES_MOST:,} are the most. Join some."

@@ -12,21 +12,21 @@ from heatlens.scene.corners import placed_corners
 from heatlens.scene.scene import Array, Scene
 
 _MARGIN = 1.15  # room around what is looked at
-_CLOSEST = 1e-3  # of its size: as near as a camera comes to what is looked at
+_CLOSEST = 1e-3  # of the size of the objects: the least distance of a camera from them
 _FROM = (0.35, 0.25, 1.0)  # a little from the right and from above
 
 
 def bounds_m(scene: Scene, frame: float, name: str | None = None) -> Array:
-    """(2, 3): least and greatest corner of the scene at a frame, or of the objects called `name`.
+    """Return (2, 3), the least and greatest corner of the scene at a frame.
 
-    NaN where no object has that name.
+    With `name` it is that of the objects of this name, NaN where no object has it.
     """
     points = corners_m(scene, frame, name)
     return _box(points) if len(points) else np.full((2, 3), np.nan)
 
 
 def corners_m(scene: Scene, frame: float, name: str | None = None) -> Array:
-    """(N, 3): the corners of the boxes around all things at a frame, or those called `name`."""
+    """Return (N, 3) corners of the boxes around all objects, or those called `name`."""
     boxes, places = scene.boxes_m, scene.transforms_at(frame)
     if name is not None:
         chosen = np.array([instance.name == name for instance in scene.instances])
@@ -39,14 +39,14 @@ def _box(points: Array) -> Array:
 
 
 def object_names(scene: Scene) -> tuple[str, ...]:
-    """Each once, in the order of the file."""
+    """Return each name once, in the order of the file."""
     return tuple(dict.fromkeys(instance.name for instance in scene.instances))
 
 
 def object_depth_m(scene: Scene, name: str, pose: Pose, frame: float) -> float:
-    """Planar depth of the middle of the objects called `name`.
+    """Return the planar depth of the middle of the objects called `name`.
 
-    Raises InputError for a name that no object has, and for what lies behind the camera.
+    Raises InputError for a name that no object has, and for an object behind the camera.
     """
     middle = bounds_m(scene, frame, name).mean(axis=0)
     row = pose.world_to_camera[2]
@@ -59,9 +59,9 @@ def object_depth_m(scene: Scene, name: str, pose: Pose, frame: float) -> float:
 
 
 def framed(points_m: Array, lens: Lens, aspect: float, turn: Array | None = None) -> Pose:
-    """The nearest place from which points (N, 3) all lie in the picture but for a margin.
+    """Return the nearest pose from which the picture holds all points (N, 3) with a margin.
 
-    The camera looks along `turn`'s -z, without one a little down and to the left, at the middle of
+    The camera looks along -z of `turn`, without one a little down and to the left, at the middle of
     the box around the points.
     """
     if turn is None:
@@ -75,16 +75,16 @@ def framed(points_m: Array, lens: Lens, aspect: float, turn: Array | None = None
 
 
 def _distance_m(points: Array, lens: Lens, aspect: float) -> float:
-    """From the origin back along z, for points (N, 3) in the camera's axes."""
+    """Return the distance back along z that shows all points (N, 3) in the camera's axes."""
     across = lens.sensor_width_mm / (2 * lens.focal_length_mm)  # half of what is seen at 1 m
     away = _MARGIN / across * (np.abs(points[:, :2]) * (1.0, aspect)).max(axis=1)
-    # What is seen end-on has no width to keep the camera out of it.
+    # Points seen end-on have no width that would keep the camera away from them.
     least = max(_CLOSEST * float(np.ptp(points, axis=0).max()), 1e-6)
     return float((points[:, 2] + np.maximum(away, least)).max())
 
 
 def track_of(scene: Scene, framing: Framing, lens: Lens) -> CameraTrack:
-    """The camera that a framing means; raises InputError for a name the scene does not have."""
+    """Return the camera that a framing means; raise InputError for an unknown name."""
     if framing.track is not None:
         return framing.track
     if framing.camera is not None:
@@ -97,13 +97,13 @@ def track_of(scene: Scene, framing: Framing, lens: Lens) -> CameraTrack:
 
 
 def started_framing(scene: Scene, size: tuple[int, int] | None = None) -> Framing:
-    """What of a scene is seen first: its first camera's picture."""
+    """Return the first framing of a scene: the picture of its first camera."""
     framing = Framing() if size is None else Framing(*size)
     return replace(framing, camera=scene.cameras[0].name) if scene.cameras else framing
 
 
 def camera_lens(scene: Scene, framing: Framing, lens: Lens) -> Lens:
-    """`lens` with the angle of view of the scene's camera that is looked through."""
+    """Return `lens` with the angle of view of the scene's camera, if one is looked through."""
     if framing.camera is None:
         return lens
     camera = scene.camera_named(framing.camera)

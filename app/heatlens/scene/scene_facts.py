@@ -10,10 +10,10 @@ Facts = dict[str, Any]
 
 
 def scene_facts(first: FirstShot) -> Facts:
-    """Cameras, frames, what there is to see, and how large it is at the first frame.
+    """Return cameras, frames, objects and the size of the scene at the first frame.
 
     Lengths are metres or millimetres as their names say; x is to the right, y up. `frames` is None
-    where nothing moves.
+    for a still scene.
     """
     scene, frames = first.scene, first.shot.frames
     low, high = bounds_m(scene, first.frame)

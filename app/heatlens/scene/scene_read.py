@@ -38,30 +38,31 @@ SCENE_SUFFIXES = tuple(_READERS)
 
 
 def is_scene_file(text: str | os.PathLike[str]) -> bool:
-    """Whether a path ends as a scene's file does; nothing is opened."""
+    """Return whether a path has the suffix of a scene; nothing is opened."""
     return Path(text).suffix.lower() in _READERS
 
 
 def files_of_scene(path: Path) -> tuple[Path, ...]:
-    """The scene's file first, and what it names beside it; a PLY or an STL is all there is.
+    """Return the scene's file and after it the files that it names.
 
-    Raises InputError where a file that may name others cannot be read.
+    PLY and STL files name no others. Raises InputError where a file that may name others cannot be
+    read.
     """
     names = _NAMING.get(path.suffix.lower())
     return (path,) if names is None else (path, *names(path))
 
 
 def read_scene(path: str | os.PathLike[str]) -> Scene:
-    """Meshes, materials, cameras, lights and what moves.
+    """Read meshes, materials, cameras, lights and motion.
 
-    Raises InputError naming the file where it is missing, damaged, empty, or of a kind that is
-    not read here, and what to install for some.
+    Raises InputError naming the file where it is missing, damaged, empty or of an unknown kind.
+    Where a library is missing the error says what to install.
     """
     path = Path(path)
     reader = _READERS.get(path.suffix.lower())
     if reader is None:
         known = ", ".join(SCENE_SUFFIXES)
-        raise InputError(f"{path} is no scene that heatlens reads; it reads {known}.")
+        raise InputError(f"{path} is not a scene that heatlens reads; it reads {known}.")
     if not path.is_file():
         raise unreadable(path)
     return reader(path)

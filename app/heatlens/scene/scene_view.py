@@ -20,20 +20,20 @@ from heatlens.model.lens import Lens
 from heatlens.scene.corners import corners_of
 from heatlens.scene.scene import Array
 
-_NEAREST = 1e-4  # of the far plane: as much as 24 bits of depth can bear
+_NEAREST = 1e-4  # of the far plane: as near as 24 bits of depth allow
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SceneView:
-    """A picture's geometry.
+    """The geometry of a picture.
 
     world_to_camera  (4, 4)
     size             (width, height) in pixels
     focal_px         focal length in pixels across
     focus_m          planar distance that no point of the lens shifts; may be infinite
     near_m, far_m    planar depths between which things are drawn
-    offset_m         (u, v): where on the lens, the camera's x and y
-    jitter_px        (x, y), to the right and down: the sample's place in its pixel, 0 the middle
+    offset_m         (u, v): the point of the lens in the camera's x and y
+    jitter_px        (x, y), to the right and down: the sample's offset from the pixel's middle
     """
 
     world_to_camera: Array
@@ -70,7 +70,7 @@ class SceneView:
 
 
 def view_of(pose: Pose, lens: Lens, size: tuple[int, int], box_m: Array) -> SceneView:
-    """The pinhole's view of a scene whose bounds are `box_m` (2, 3)."""
+    """Return the pinhole's view of a scene whose bounds are `box_m` (2, 3)."""
     world_to_camera = pose.world_to_camera
     depths = -(corners_of(box_m) @ world_to_camera[2, :3] + world_to_camera[2, 3])
     far = max(1.01 * float(depths.max()), 1e-3)

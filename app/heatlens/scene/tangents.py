@@ -17,16 +17,17 @@ _SIDES = np.array([(1, 2), (2, 0), (0, 1)])  # the two other corners of each
 
 
 def told_tangents(values: NDArray[np.float32]) -> NDArray[np.float32]:
-    """(V, 4) of a file, as they should be: of length 1 or 0, and a sign of 1 or -1."""
+    """Return tangents (V, 4) of a file with length 1 or 0 and a sign of 1 or -1."""
     along = _unit(values[:, :3].astype(np.float64))
     signs = np.where(values[:, 3:] < 0, -1.0, 1.0)
     return np.concatenate([along, signs], axis=1).astype(np.float32)
 
 
 def with_tangents(mesh: Mesh) -> Mesh:
-    """The mesh with tangents; a vertex between two turns of the picture becomes two.
+    """Return the mesh with tangents.
 
-    They are zero where the place in the picture tells no direction.
+    A vertex between two orientations of the picture is split in two. Tangents are zero where the
+    texture coordinates define no direction.
     """
     if mesh.tangents is not None:
         return mesh
@@ -36,7 +37,7 @@ def with_tangents(mesh: Mesh) -> Mesh:
     angles, sums = _angles(mesh), np.zeros((len(normals), 3))
     for corner in range(3):
         at = triangles[:, corner]
-        # Of length 1 on the vertex's own plane, so that a slope weighs as much as what lies flat.
+        # Of length 1 in the plane of the vertex, so that sloped triangles weigh as much as others.
         leaning = along - normals[at] * np.sum(along * normals[at], axis=1, keepdims=True)
         heavy = _unit(leaning) * angles[:, corner, None]
         for axis in range(3):
@@ -48,7 +49,7 @@ def with_tangents(mesh: Mesh) -> Mesh:
 
 
 def _across_triangles(mesh: Mesh) -> tuple[Array, NDArray[np.bool_]]:
-    """(T, 3) the direction of u, zero for none; and (T,) where the picture is seen in a mirror."""
+    """Return (T, 3) directions of u, zero for none, and (T,) where uvs are mirrored."""
     corners = mesh.positions_m[mesh.triangles].astype(np.float64)
     places = mesh.uvs[mesh.triangles].astype(np.float64)
     a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
@@ -67,7 +68,7 @@ def _across_triangles(mesh: Mesh) -> tuple[Array, NDArray[np.bool_]]:
 
 
 def _parted(mesh: Mesh, is_mirrored: NDArray[np.bool_]) -> Mesh:
-    """Of each vertex that both kinds of triangles share, a second one for those in a mirror."""
+    """Duplicate each vertex that mirrored triangles share with others."""
     count = len(mesh.positions_m)
     uses = np.zeros((2, count), bool)
     uses[0][mesh.triangles[~is_mirrored]] = uses[1][mesh.triangles[is_mirrored]] = True
@@ -89,7 +90,7 @@ def _parted(mesh: Mesh, is_mirrored: NDArray[np.bool_]) -> Mesh:
 
 
 def _angles(mesh: Mesh) -> Array:
-    """(T, 3) of the corners, radians."""
+    """Return (T, 3) angles of the corners in radians."""
     corners = mesh.positions_m[mesh.triangles].astype(np.float64)
     sides = corners[:, _SIDES] - corners[:, :, None]
     cosines = np.sum(_unit(sides[:, :, 0]) * _unit(sides[:, :, 1]), axis=-1)
@@ -97,7 +98,7 @@ def _angles(mesh: Mesh) -> Array:
 
 
 def _unit(vectors: Array) -> Array:
-    """(..., 3) of length 1; zero stays zero."""
+    """Return (..., 3) of length 1; zero stays zero."""
     lengths = np.linalg.norm(vectors, axis=-1, keepdims=True)
     safe = lengths > 1e-30
     return np.where(safe, vectors / np.where(safe, lengths, 1.0), 0.0)

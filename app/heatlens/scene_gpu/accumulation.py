@@ -18,7 +18,7 @@ from heatlens.scene_gpu.raster import SceneRaster
 
 
 class Accumulation:
-    """Keeps what it has summed up, so that more views cost only those that are new."""
+    """Keeps the sum of the views so far, so that more views cost only the new ones."""
 
     def __init__(self, ctx: moderngl.Context, raster: SceneRaster) -> None:
         self._raster = raster
@@ -40,13 +40,13 @@ class Accumulation:
         out: moderngl.Texture,
         key: object,
     ) -> Iterator[str]:
-        """The mean of `views` views through `pupil` into `out`.
+        """Render the mean of `views` views through `pupil` into `out`.
 
-        `out` is RGBA of the view's size, half or float32, and holds the mean so far after each step
-        called "view"; the steps before it are called "band". Equal keys mean equal light from the
-        scene, view and lens: what was summed up for one is gone on with. Fewer views than there are
-        begin again, so that their number alone says what is seen. With a radius of 0 it is the
-        antialiased picture of a pinhole.
+        `out` is RGBA of the view's size, half or float32. It holds the mean so far after each step
+        called "view"; the steps before it are called "band". Equal keys promise equal light from
+        the scene, view and lens, and a sum for an equal key is continued. If fewer views are asked
+        for than were summed, the sum starts again, so that the picture depends on their number
+        alone. A pupil of radius 0 gives the antialiased picture of a pinhole.
         """
         if self._key != (key, view.size) or self._count > views:
             self._key, self._count = (key, view.size), 0
@@ -68,7 +68,7 @@ class Accumulation:
             yield "view"
 
     def _add(self, out: moderngl.Texture, is_new: bool) -> None:
-        """The view that was drawn last joins the sum, or the mean is told once more."""
+        """Add the view that was drawn last, or only write the mean again."""
         is_first = self._count == 0
         self._count += is_new
         self._program.dispatch(

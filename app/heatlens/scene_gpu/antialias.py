@@ -18,14 +18,14 @@ from heatlens.scene_gpu.lens_samples import lens_samples
 from heatlens.scene_gpu.raster import SceneRaster
 
 _FOR_ALL = 16  # views of every pixel, after which some are done
-# The deviation of a mean that nobody sees, as a part of the light and of what counts as black: one
-# percent of the light is about a step of 8 bits.
+# A standard deviation of the mean that is not visible, relative to the light and to what counts as
+# black: one percent of the light is about a step of 8 bits.
 _MOST, _DARKEST = 0.01, 0.01
 
 
 @dataclass
 class _Progress:
-    """How far a picture has come."""
+    """How far a picture is done."""
 
     key: object
     size: tuple[int, int]
@@ -35,7 +35,7 @@ class _Progress:
 
 
 class Antialias:
-    """Keeps what it has summed up, so that more views cost only those that are new."""
+    """Keeps the sum of the samples so far, so that more samples cost only the new ones."""
 
     def __init__(self, ctx: moderngl.Context, raster: SceneRaster) -> None:
         self._raster = raster
@@ -54,11 +54,12 @@ class Antialias:
     def steps(
         self, view: SceneView, views: int, out: moderngl.Texture, key: object
     ) -> Iterator[str]:
-        """The mean of at most `views` samples a pixel into `out`, RGBA of the view's size.
+        """Render the mean of at most `views` samples a pixel into `out`, RGBA of the view's size.
 
-        Equal keys mean equal light from the scene and view: what was summed up for one is gone on
-        with, also where its steps were not taken to their end. Fewer views than there are begin
-        again, so that their number alone says what is seen. A step draws one band of one view.
+        Equal keys promise equal light from the scene and view, and a sum for an equal key is
+        continued, even if its steps were abandoned. If fewer views are asked for than were summed,
+        the sum starts again, so that the picture depends on their number alone. A step draws one
+        band of one view.
         """
         now = self._progress
         if (now.key, now.size) != (key, view.size) or now.views + (now.bands > 0) > views:
@@ -81,7 +82,7 @@ class Antialias:
         return self._pool.texture(name, self._progress.size, components, storage)
 
     def _look(self, now: _Progress) -> None:
-        """See which pixels are done, once all have had their views."""
+        """Find the finished pixels once all of them have had their views."""
         if now.has_done or now.views < _FOR_ALL:
             return
         now.has_done = True
@@ -93,7 +94,7 @@ class Antialias:
         )
 
     def _sample(self, view: SceneView, band: Box) -> None:
-        """One view more of a band, where its pixels are not done."""
+        """Draw one more view of a band for the pixels that are not finished."""
         now, drawn, done = self._progress, self._texture("view", 4), self._texture("done", 1)
         self._raster.draw(view, drawn, band, done if now.has_done else None)
         self._add_program.dispatch(

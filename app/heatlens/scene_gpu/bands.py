@@ -5,22 +5,22 @@ import moderngl
 from heatlens.gpu.context import is_software
 from heatlens.model.boxes import Box
 
-# On a processor a hundred thousand pixels of a scene take about 10 ms. Triangles are worked on
-# again for each band, each for half as long as a pixel: many of them ask for larger bands.
+# On a processor a hundred thousand pixels of a scene take about 10 ms. Each band processes all
+# triangles again, each for half as long as a pixel, so that many of them call for larger bands.
 _LEAST_PX = 1 << 17
 _PX_FOR_A_TRIANGLE = 1
 _ROWS = 64  # the side of a tile of Mesa's rasteriser
 
 
 class Bands:
-    """Chooses the bands by what drawing costs here."""
+    """Divides a picture into bands by the cost of drawing on this machine."""
 
     def __init__(self, ctx: moderngl.Context, triangles: int) -> None:
-        """`triangles` that each band draws anew."""
+        """Set `triangles`, the number that each band draws again."""
         self._pixels = max(_LEAST_PX, _PX_FOR_A_TRIANGLE * triangles) if is_software(ctx) else None
 
     def of(self, size: tuple[int, int]) -> list[Box]:
-        """Whole rows of a picture of `size` that cover it; all at once on a GPU, which is quick."""
+        """Return bands of whole rows that cover a picture of `size`; a GPU gets it all at once."""
         width, height = size
         if self._pixels is None:
             return [Box(0, 0, width, height)]

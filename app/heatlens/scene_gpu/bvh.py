@@ -23,12 +23,15 @@ Bools = NDArray[np.bool_]
 NODE = np.dtype([("low", "f4", 3), ("first", "i4"), ("high", "f4", 3), ("count", "i4")])
 LEAF_MOST = 4  # triangles
 _BINS = 8
-_BEYOND = np.float32(1e30)  # what a box without anything in it begins at
+_BEYOND = np.float32(1e30)  # the start of an empty box
 
 
 @dataclass(frozen=True, eq=False)
 class Bvh:
-    """nodes (N,) of `NODE`, the root first; order (n,): the items as the leaves name them."""
+    """A bounding volume hierarchy: nodes (N,) of `NODE`, the root first, and the order of items.
+
+    The order (n,) lists the items as the leaves refer to them.
+    """
 
     nodes: NDArray[np.void]
     order: Ints
@@ -38,10 +41,10 @@ class Bvh:
 class MeshTrees:
     """The trees of several meshes behind one another.
 
-    nodes      (N,) of `NODE`, children and triangles counted from the first mesh on
+    nodes      (N,) of `NODE`; children and triangles are counted from the first mesh on
     roots      (meshes,) int32: where each tree begins
     triangles  (T, 4) uint32: three vertices, counted from the first mesh on, and the triangle's
-             number in its mesh
+               number in its mesh
     """
 
     nodes: NDArray[np.void]
@@ -50,7 +53,7 @@ class MeshTrees:
 
 
 def build(low: Floats, high: Floats, leaf_most: int = LEAF_MOST) -> Bvh:
-    """The tree over boxes (n, 3), at least one."""
+    """Return the tree over boxes (n, 3); there has to be at least one."""
     order = np.arange(len(low))
     at = np.arange(len(low))  # places in `order` of this level's items, node after node
     counts = np.array([len(low)])
@@ -82,7 +85,7 @@ def _boxes(low: Floats, high: Floats, starts: Ints) -> NDArray[np.void]:
 
 
 def _cuts(low: Floats, high: Floats, counts: Ints, levels_left: int) -> tuple[Ints, Bools]:
-    """Of nodes with these items: the axis of each, and which items go to its upper half."""
+    """Return the axis at which each node is cut, and which items go to its upper half."""
     if not len(counts):
         return np.zeros(0, np.int64), np.zeros(0, np.bool_)
     owner, starts = np.repeat(np.arange(len(counts)), counts), np.cumsum(counts) - counts
@@ -102,7 +105,7 @@ def _cuts(low: Floats, high: Floats, counts: Ints, levels_left: int) -> tuple[In
 
 
 def _costs(low: Floats, high: Floats, bins: Ints, nodes: int) -> Floats:
-    """(nodes, _BINS - 1): of a cut after each bin; infinite where one side has nothing."""
+    """Return (nodes, _BINS - 1) costs of a cut after each bin; infinite for an empty side."""
     by_bin = np.argsort(bins, kind="stable")
     counts = np.bincount(bins, minlength=nodes * _BINS)
     used = counts > 0
@@ -120,7 +123,7 @@ def _costs(low: Floats, high: Floats, bins: Ints, nodes: int) -> Floats:
 
 
 def _area(corners: Floats) -> Floats:
-    """Half the surface of boxes (2, ..., 3) of least corners and greatest ones negated."""
+    """Return half the surface of boxes (2, ..., 3): least corners, and greatest ones negated."""
     x, y, z = np.moveaxis(np.maximum(-corners[1] - corners[0], 0), -1, 0)
     return np.asarray(x * y + y * z + z * x)
 
@@ -128,7 +131,7 @@ def _area(corners: Floats) -> Floats:
 def _halve(
     middle: Floats, owner: Ints, counts: Ints, axis: Ints, uneven: Bools, right: Bools
 ) -> None:
-    """Give half of the items of `uneven` nodes to either side: what keeps a tree shallow."""
+    """Assign half of the items of `uneven` nodes to each side, which keeps the tree shallow."""
     chosen = np.flatnonzero(uneven[owner])
     its = owner[chosen]
     along = middle[chosen, axis[its]]
@@ -139,7 +142,7 @@ def _halve(
 
 
 def mesh_trees(meshes: Sequence[Mesh]) -> MeshTrees:
-    """One tree for each mesh. A mesh without triangles has an empty root, which no ray hits."""
+    """Return one tree for each mesh; one without triangles has a root that no ray hits."""
     parts, roots, triangles = [], [], []
     nodes_before = triangles_before = vertices_before = 0
     for mesh in meshes:
@@ -155,7 +158,7 @@ def mesh_trees(meshes: Sequence[Mesh]) -> MeshTrees:
 
 
 def _mesh_tree(mesh: Mesh) -> tuple[NDArray[np.void], Ints]:
-    """Its nodes, and its triangles (T, 4) in the order of the leaves: vertices and own number."""
+    """Return the nodes and the triangles (T, 4) in leaf order: vertices and own number."""
     corners = mesh.positions_m[mesh.triangles]
     if not len(corners):
         return np.zeros(1, NODE), np.zeros((0, 4), np.int64)
@@ -164,11 +167,11 @@ def _mesh_tree(mesh: Mesh) -> tuple[NDArray[np.void], Ints]:
 
 
 def instance_tree(boxes_m: Array, to_world: Array) -> Bvh:
-    """The tree over boxes (n, 2, 3) of meshes, each placed by a matrix (n, 4, 4); a leaf is one."""
+    """Return the tree over boxes (n, 2, 3) placed by matrices (n, 4, 4), one a leaf."""
     middle, half = boxes_m.mean(axis=1), (boxes_m[:, 1] - boxes_m[:, 0]) / 2
     turn = to_world[:, :3, :3]
     middle = np.einsum("nij,nj->ni", turn, middle) + to_world[:, :3, 3]
     half = np.einsum("nij,nj->ni", np.abs(turn), half)
-    # float32 may round a box's side inwards
+    # because float32 may round the side of a box inwards
     half = half + 1e-6 * (np.abs(middle) + half)
     return build((middle - half).astype(np.float32), (middle + half).astype(np.float32), 1)

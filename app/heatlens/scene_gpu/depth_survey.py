@@ -16,7 +16,7 @@ _START = np.array([0xFFFFFFFF, 0, 0, 0], np.uint32)
 
 @dataclass(frozen=True, eq=False)
 class Surveyed:
-    """Of one picture: its finite depths, infinite where there are none, and all its dioptres."""
+    """The range of a picture's finite depths, infinite where there are none, and its dioptres."""
 
     near_m: float
     far_m: float
@@ -25,7 +25,7 @@ class Surveyed:
 
 
 class DepthSurvey:
-    """Two passes over a depth texture; 16 bytes and 16 KB come back."""
+    """Two passes over a depth texture, which read back 16 bytes and 16 KB."""
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._bounds_program = ComputeProgram(ctx, "depth_bounds.comp.glsl")
@@ -34,9 +34,10 @@ class DepthSurvey:
         self._counts = ctx.buffer(reserve=4 * BINS)
 
     def of(self, depth: moderngl.Texture) -> Surveyed:
-        """`depth` is R float32: planar metres above 0 and up to 1e37, +inf where nothing was hit.
+        """Return the range and the dioptres of `depth`.
 
-        The bins are those of `bins_of(1 / depth)` in NumPy, to the last pixel.
+        `depth` is R float32: planar metres above 0 and up to 1e37, +inf where nothing was hit. The
+        bins are those of `bins_of(1 / depth)` in NumPy, to the last pixel.
         """
         self._bounds.write(_START)
         groups = min(groups_for(depth.width * depth.height, _GROUP_PIXELS), _GROUPS_MOST), 1

@@ -15,22 +15,22 @@ class Target:
     depth: moderngl.Renderbuffer
 
     def release(self) -> None:
-        """Give both back; not while it is bound."""
+        """Release both, which must not be bound."""
         self.framebuffer.release()
         self.depth.release()
 
 
 class DrawTargets:
-    """Targets by texture, the latest few."""
+    """Framebuffers by texture, of which the latest few are kept."""
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
         self._kept: list[tuple[moderngl.Texture, Target]] = []
-        # Bound when the others go: moderngl would bind the window's, and there may be none.
+        # Bound when the others are released; moderngl would bind the window's, which may not exist.
         self._rest = ctx.simple_framebuffer((1, 1))
 
     def of(self, texture: moderngl.Texture) -> moderngl.Framebuffer:
-        """To draw into `texture`."""
+        """Return a framebuffer that draws into `texture`."""
         for place, (held, target) in enumerate(self._kept):
             if held is texture:
                 self._kept.append(self._kept.pop(place))
@@ -42,7 +42,7 @@ class DrawTargets:
         return target.framebuffer
 
     def _let_go(self, most: int) -> None:
-        """All but the latest `most`, and those whose texture is gone."""
+        """Release all but the latest `most`, and those whose texture was released."""
         kept = [entry for entry in self._kept if not _is_released(entry[0])]
         kept = kept[len(kept) - most :] if len(kept) > most else kept
         gone = [entry[1] for entry in self._kept if all(entry is not other for other in kept)]
@@ -53,7 +53,7 @@ class DrawTargets:
             target.release()
 
     def release(self) -> None:
-        """Give everything back but the one that stays bound."""
+        """Release all framebuffers but the one that stays bound."""
         self._let_go(0)
         self._rest.use()
 

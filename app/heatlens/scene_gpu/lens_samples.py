@@ -23,7 +23,7 @@ _FACTORS = (0x6C50B47C, 0xB82F1E52, 0xC7AFE638, 0x8D22F6E6)
 def lens_samples(
     count_from: int, count_to: int, pupil: Pupil, seed: int = 0
 ) -> tuple[Array, Array]:
-    """The points from number `count_from` to before `count_to`: offsets and jitters, (n, 2) each.
+    """Return the offsets and jitters, (n, 2) each, of samples `count_from` to `count_to` - 1.
 
     Offsets are uniform over `pupil`, in metres, jitters over the pixel, [-0.5, 0.5). Equal numbers
     and an equal seed, 0 to 2^32 - 1, give equal points.
@@ -33,21 +33,21 @@ def lens_samples(
 
 
 def _sobol(numbers: Words, seed: int) -> Array:
-    """(n, 4) scrambled points in [0, 1)."""
+    """Return (n, 4) scrambled points in [0, 1)."""
     words = np.stack([_digits(numbers, column) for column in _DIRECTIONS], axis=-1)
     salts = _mixed(np.arange(1, 5, dtype=np.uint32) ^ _mixed(np.array([seed], np.uint32)))
     return np.asarray(_scrambled(words, salts) / 2.0**_BITS)
 
 
 def _directions() -> Words:
-    """(4, 32): what each bit of a number flips in each dimension."""
+    """Return (4, 32) words: what each bit of a number flips in each dimension."""
     first = [1 << (_BITS - 1 - bit) for bit in range(_BITS)]
     rows = [first, *(_direction_row(*polynomial) for polynomial in _POLYNOMIALS)]
     return np.array(rows, np.uint32)
 
 
 def _direction_row(inner: tuple[int, ...], start: tuple[int, ...]) -> list[int]:
-    """The recurrence of Bratley and Fox 1988 for one primitive polynomial."""
+    """Return the recurrence of Bratley and Fox 1988 for one primitive polynomial."""
     degree = len(start)
     row = [number << (_BITS - 1 - bit) for bit, number in enumerate(start)]
     for bit in range(degree, _BITS):
@@ -62,7 +62,7 @@ _DIRECTIONS = _directions()
 
 
 def _digits(numbers: Words, directions: Words) -> Words:
-    """One dimension's points as fractions of 2^32."""
+    """Return the points of one dimension as fractions of 2^32."""
     words = np.zeros_like(numbers)
     for bit, direction in enumerate(directions):
         words ^= (numbers >> np.uint32(bit) & np.uint32(1)) * direction
@@ -70,7 +70,7 @@ def _digits(numbers: Words, directions: Words) -> Words:
 
 
 def _scrambled(words: Words, salts: Words) -> Words:
-    """Each bit flipped or not by a hash of those above it: a net stays one."""
+    """Flip each bit by a hash of the bits above it, which keeps a net a net."""
     hashed = _reversed(words) + salts
     for factor in _FACTORS:
         hashed ^= hashed * np.uint32(factor)
@@ -78,7 +78,7 @@ def _scrambled(words: Words, salts: Words) -> Words:
 
 
 def _reversed(words: Words) -> Words:
-    """The bits in the other order."""
+    """Return the words with their bits in reverse order."""
     for shift, mask in ((1, 0x55555555), (2, 0x33333333), (4, 0x0F0F0F0F), (8, 0x00FF00FF)):
         step, low = np.uint32(shift), np.uint32(mask)
         words = ((words >> step) & low) | ((words & low) << step)
@@ -86,7 +86,7 @@ def _reversed(words: Words) -> Words:
 
 
 def _mixed(words: Words) -> Words:
-    """Neighbouring numbers to unlike ones; the finaliser of MurmurHash3."""
+    """Hash neighbouring numbers to unlike ones by the finaliser of MurmurHash3."""
     words = (words ^ (words >> np.uint32(16))) * np.uint32(0x85EBCA6B)
     words = (words ^ (words >> np.uint32(13))) * np.uint32(0xC2B2AE35)
     return words ^ (words >> np.uint32(16))

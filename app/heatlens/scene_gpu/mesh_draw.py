@@ -14,7 +14,7 @@ _INSTANCE = ("16f 16f 4u/i", "in_to_world", "in_to_object", "in_numbers")
 
 
 class MeshDraw:
-    """scene_mesh.vert.glsl with `fragment`.frag.glsl."""
+    """Draws the meshes with scene_mesh.vert.glsl and `fragment`.frag.glsl."""
 
     def __init__(self, ctx: moderngl.Context, buffers: SceneBuffers, fragment: str) -> None:
         self._program = DrawProgram(ctx, "scene_mesh", fragment, buffers.defines)
@@ -31,13 +31,13 @@ class MeshDraw:
         uniforms: Mapping[str, object],
         textures: Mapping[str, Image] | None = None,
     ) -> None:
-        """Draw into what is bound; `maps_tx` is the scene's."""
+        """Draw into the bound framebuffer; `maps_tx` is the scene's array of maps."""
         buffers = self._buffers
         given = {"maps_tx": buffers.maps} | dict(textures or {})
         self._program.bind(textures=given, uniforms=uniforms, buffers=buffers.storage)
         self._array.render_indirect(buffers.commands, moderngl.TRIANGLES, buffers.command_count)
 
     def release(self) -> None:
-        """Give the program and its array back; the buffers are another's."""
+        """Release the program and its vertex array, but not the buffers, which are not its own."""
         self._array.release()
         self._program.release()

@@ -52,7 +52,7 @@ class SceneRaster:
         return self._shadow.map
 
     def load(self, scene: Scene) -> None:
-        """Take a scene in the place of the one before; its things stand nowhere until `place`."""
+        """Load a scene in place of the previous one; `place` has to follow before it is drawn."""
         self._let_go()
         self._buffers = SceneBuffers(self._ctx, scene)
         self.bands = Bands(self._ctx, self._buffers.triangles_drawn)
@@ -61,7 +61,7 @@ class SceneRaster:
         self._sky_light = diffuse_polynomial(scene.daylight)
 
     def place(self, frame: float) -> None:
-        """Put everything where it is at a frame, and its shadow; nothing where nothing moved."""
+        """Move everything to its place at a frame and draw the shadow map, if anything moved."""
         scene = self.buffers.scene
         if self._placed is not None and scene.motion is None:
             return
@@ -75,7 +75,10 @@ class SceneRaster:
             self._shadow.draw(self._draws["cover"], corners, sun_direction(scene.daylight))
 
     def shading_uniforms(self) -> dict[str, object]:
-        """Those of lib/shading.lib.glsl; its textures are `buffers.maps` and `shadow_map`."""
+        """Return the uniforms of lib/shading.lib.glsl.
+
+        Its textures are `buffers.maps` and `shadow_map`.
+        """
         daylight = self.buffers.scene.daylight
         return {
             "to_sun": tuple(sun_direction(daylight)),
@@ -95,10 +98,10 @@ class SceneRaster:
         band: Box | None = None,
         done: moderngl.Texture | None = None,
     ) -> None:
-        """One sample a pixel, at the view's jitter, into RGBA `color`; alpha is 1.
+        """Draw one sample a pixel, at the view's jitter, into RGBA `color` with an alpha of 1.
 
-        Only in `band`, where that is given, and only where `done`, R, is 0: what is written into
-        other pixels of the band means nothing.
+        With `band` only these rows are drawn, and with `done`, R, only pixels where it is 0: the
+        values in the other pixels of the band are undefined.
         """
         with self._within(self._targets.of(color), band) as target:
             target.clear()
@@ -107,7 +110,7 @@ class SceneRaster:
             self._draw_into(target, view)
 
     def depth(self, view: SceneView, depth: moderngl.Texture, band: Box | None = None) -> None:
-        """How far away it is at the view's jitter, planar metres, R float32; +inf for the sky."""
+        """Draw planar metres at the view's jitter into `depth`, R float32; +inf for sky."""
         with self._within(self._targets.of(depth), band) as target:
             target.clear(red=math.inf)
             self._ctx.enable_only(moderngl.DEPTH_TEST)
@@ -118,7 +121,7 @@ class SceneRaster:
     def _within(
         self, target: moderngl.Framebuffer, band: Box | None
     ) -> Iterator[moderngl.Framebuffer]:
-        """Draw into the band alone; None: everywhere."""
+        """Restrict drawing to the band; None removes the restriction."""
         if band is not None:
             target.scissor = band.x0, band.y0, band.width, band.height
         target.use()
@@ -128,7 +131,7 @@ class SceneRaster:
             target.scissor = None  # type: ignore[assignment]  # its stub does not know that
 
     def _hide(self, target: moderngl.Framebuffer, done: moderngl.Texture) -> None:
-        """Lay something nearer than all else over what is done."""
+        """Cover finished pixels with a depth nearer than everything else."""
         self._ctx.enable_only(moderngl.DEPTH_TEST)
         self._ctx.depth_func = _ALWAYS
         target.color_mask = (False,) * 4
@@ -138,7 +141,7 @@ class SceneRaster:
         self._ctx.depth_func = "<"
 
     def depth_at(self, view: SceneView, frame: float, depth: moderngl.Texture) -> None:
-        """Into `depth`, R float32, as it is at another frame; things stay where they are placed."""
+        """Draw the depth of another frame into `depth`, R float32, and restore all places after."""
         scene = self.buffers.scene
         if self._placed is None or scene.motion is None:
             self.place(frame)
@@ -149,7 +152,7 @@ class SceneRaster:
         self.buffers.place(self._placed)
 
     def read(self, texture: moderngl.Texture, area: Box) -> FloatArray:
-        """Few pixels of what was drawn: (h, w) float32 of one component, (h, w, C) of more."""
+        """Read a small area: (h, w) float32 of one component, (h, w, C) of more."""
         viewport = (area.x0, area.y0, area.width, area.height)
         held = self._targets.of(texture).read(viewport, texture.components, dtype="f4")
         pixels = np.frombuffer(held, np.float32)
@@ -190,28 +193,28 @@ class SceneRaster:
 
 
 def columns(matrix: Array) -> tuple[float, ...]:
-    """A matrix as GLSL takes it: column by column."""
+    """Return a matrix column by column, as GLSL takes it."""
     return tuple(map(float, matrix.T.ravel()))
 
 
 def sun_direction(daylight: Daylight) -> Array:
-    """(3,) unit, towards the sun; straight up where none is said."""
+    """Return the unit vector (3,) towards the sun; straight up for a vector of length 0."""
     length = float(np.linalg.norm(daylight.to_sun))
     return np.divide(daylight.to_sun, length) if length > 1e-12 else np.array([0.0, 1.0, 0.0])
 
 
 def mesh_uniforms(view: SceneView) -> dict[str, object]:
-    """What scene_mesh.vert.glsl knows of a view."""
+    """Return the uniforms of scene_mesh.vert.glsl for a view."""
     return {"clip_from_world": columns(view.clip_from_world)}
 
 
 def eye_uniforms(view: SceneView) -> dict[str, object]:
-    """What scene_surface.frag.glsl knows of a view."""
+    """Return the uniforms of scene_surface.frag.glsl for a view."""
     return {"eye_m": tuple(map(float, view.eye_m))}
 
 
 def sky_uniforms(view: SceneView) -> dict[str, object]:
-    """What scene_sky.vert.glsl knows of a view."""
+    """Return the uniforms of scene_sky.vert.glsl for a view."""
     screen_from_world = view.clip_from_world[[0, 1, 3], :3]
     world_from_screen = np.asarray(np.linalg.inv(screen_from_world), np.float64)
     return {"world_from_screen": columns(world_from_screen)}

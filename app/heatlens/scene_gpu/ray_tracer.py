@@ -21,11 +21,11 @@ from heatlens.scene_gpu.scene_buffers import INSTANCE, SceneBuffers
 
 _SHADER = "ray_trace.comp.glsl"
 _DEFINES = ("COLORS", "BUMPS")  # that the shader knows
-_RAYS_PER_STEP = 2**17  # some tenths of a second on a processor: a window answers in between
+_RAYS_PER_STEP = 2**17  # some tenths of a second on a processor, so that a window responds
 
 
 class RayTracer:
-    """Keeps what it has summed up, so that more rays cost only those that are new."""
+    """Keeps the sum of the rays so far, so that more rays cost only the new ones."""
 
     def __init__(self, ctx: moderngl.Context, raster: SceneRaster) -> None:
         self._ctx = ctx
@@ -47,13 +47,13 @@ class RayTracer:
         seed: int = 0,
         pixel_side_px: float = 1.0,
     ) -> Iterator[str]:
-        """The mean of `rays` rays a pixel through `pupil` into `out`.
+        """Render the mean of `rays` rays a pixel through `pupil` into `out`.
 
         `out` is RGBA float32 of the view's size, and holds the mean so far after each step. Equal
-        keys mean equal light from the scene, view and lens: what was summed up for one is gone on
-        with. Fewer rays than there are begin again. A seed is 0 to 2^31 - 1; those of another seed
-        are independent. `pixel_side_px` is how wide a square of the picture a pixel sees, 0 for a
-        point.
+        keys promise equal light from the scene, view and lens, and a sum for an equal key is
+        continued. If fewer rays are asked for than were summed, the sum starts again. A seed is 0
+        to 2^31 - 1; pictures of different seeds are independent. `pixel_side_px` is the side of the
+        square that a pixel sees, 0 for a point.
         """
         wanted = (key, view.size, seed)
         if self._key != wanted or self._count > rays:
@@ -67,7 +67,7 @@ class RayTracer:
             self._count = count
 
     def _place(self) -> None:
-        """The trees of what the rasteriser has, where it has it now."""
+        """Bring the trees to where the rasteriser has placed its scene."""
         buffers = self._raster.buffers
         if self._trees is None or self._trees.buffers is not buffers:
             if self._trees is not None:
@@ -77,7 +77,7 @@ class RayTracer:
         self._trees.place()
 
     def _fit_program(self, scene: dict[str, int]) -> None:
-        """A scene without colours at its vertices, or bumps, pays nothing for those of another."""
+        """Build the program with only those features that the scene uses."""
         defines = {name: value for name, value in scene.items() if name in _DEFINES}
         if defines != self._defines:
             fit = ComputeProgram(self._ctx, _SHADER, defines)
@@ -100,7 +100,7 @@ class RayTracer:
         )
 
     def _add(self, out: moderngl.Texture, uniforms: dict[str, object]) -> None:
-        """One ray more for each pixel of a band, where it does not have as many already."""
+        """Add one ray to each pixel of a band that does not have as many already."""
         assert self._trees is not None
         rows = min(_band_rows(out.width), out.height)
         self._program.dispatch(
@@ -112,7 +112,7 @@ class RayTracer:
         )
 
     def release(self) -> None:
-        """Give what lies on the GPU back, except what is the rasteriser's."""
+        """Release what is on the GPU, except what belongs to the rasteriser."""
         if self._trees is not None:
             self._trees.release()
         self._program.release()
@@ -126,8 +126,8 @@ def _band_rows(width: int) -> int:
 class SceneTrees:
     """The trees of a scene on the GPU, as lib/bvh.lib.glsl reads them.
 
-    buffers   the scene that they are of
-    root      where in the nodes the tree of the instances begins: behind those of the meshes
+    buffers   the scene's buffers
+    root      first node of the tree over the instances, which follows those of the meshes
     """
 
     def __init__(self, ctx: moderngl.Context, buffers: SceneBuffers) -> None:
@@ -139,7 +139,7 @@ class SceneTrees:
         self._placed = ctx.buffer(reserve=8 * instances)
 
     def _room(self, trees: MeshTrees, instances: int) -> NDArray[np.void]:
-        """With room for a tree whose leaves are one instance each: one node fewer in between."""
+        """Return the nodes with space for a tree over the instances, one in each leaf."""
         return np.concatenate([trees.nodes, np.zeros(2 * instances - 1, NODE)])
 
     @property
@@ -155,7 +155,7 @@ class SceneTrees:
         return self.buffers.storage | colors | own
 
     def place(self) -> None:
-        """Build the tree of the instances where they lie on the GPU now."""
+        """Build the tree of the instances at their present places on the GPU."""
         instances = np.frombuffer(self.buffers.instances.read(), INSTANCE)
         meshes = instances["numbers"][:, 1]
         to_world = instances["to_world"].transpose(0, 2, 1).astype(np.float64)
@@ -167,6 +167,6 @@ class SceneTrees:
         self._placed.write(placed.astype(np.int32).tobytes())
 
     def release(self) -> None:
-        """Give back what is not the scene's own."""
+        """Release the buffers that do not belong to the scene."""
         for held in (self._triangles, self._nodes, self._placed):
             held.release()

@@ -32,18 +32,18 @@ _COMMAND_WORDS = 5  # count, instances, first index, base vertex, base instance
 
 
 class SceneBuffers:
-    """What the rasteriser and the ray tracer read.
+    """The buffers that the rasteriser and the ray tracer read.
 
-    vertices        of all meshes, VERTEX, or BUMPY_VERTEX where a material has a map of
-                    normals; the ray tracer reads two or three vec4 for each
+    vertices        of all meshes, VERTEX, or BUMPY_VERTEX where a material has a normal map;
+                    the ray tracer reads two or three vec4 for each
     colors          four half floats for each vertex, linear; None where no mesh has any
     triangles       (T, 3) uint32 into all vertices
     first_triangle  (meshes + 1,) where each mesh's triangles begin
     instances       INSTANCE, those of one mesh after each other
     order           (N,) the scene's instance in each place of `instances`
-    commands        one indexed indirect draw a mesh that is seen, `command_count` of them
+    commands        one indexed indirect draw for each visible mesh, `command_count` of them
     maps            RGBA8 layers of one size, as the files keep them; one white texel for none
-    boxes_m         (meshes, 2, 3) bounds of each mesh where it was made
+    boxes_m         (meshes, 2, 3) bounds of each mesh in its own axes
     """
 
     def __init__(self, ctx: moderngl.Context, scene: Scene) -> None:
@@ -88,7 +88,7 @@ class SceneBuffers:
         }
 
     def place(self, transforms: Array) -> None:
-        """Put the scene's instances where (N, 4, 4) object-to-world matrices say."""
+        """Put the scene's instances at (N, 4, 4) object-to-world matrices."""
         matrices = transforms[self.order]
         records = np.zeros(len(matrices), INSTANCE)
         records["to_world"] = matrices.transpose(0, 2, 1)
@@ -100,7 +100,7 @@ class SceneBuffers:
         self.instances.write(records.tobytes())
 
     def corners_m(self, transforms: Array) -> Array:
-        """(N, 8, 3): the boxes around the meshes of instances at (N, 4, 4), in the world."""
+        """Return (N, 8, 3) world corners of the boxes of instances at (N, 4, 4)."""
         return placed_corners(self.scene.boxes_m, transforms)
 
     def release(self) -> None:
@@ -113,7 +113,7 @@ class SceneBuffers:
 
 
 def inverses(matrices: Array) -> Array:
-    """(N, 4, 4) inverses; a thing scaled to nothing has zeros, no ray meets it."""
+    """Return (N, 4, 4) inverses; an instance scaled to 0 has zeros, which no ray meets."""
     flat = np.abs(np.linalg.det(matrices)) < 1e-30
     found = np.linalg.inv(np.where(flat[:, None, None], np.eye(4), matrices))
     return np.where(flat[:, None, None], 0.0, found)
@@ -122,7 +122,7 @@ def inverses(matrices: Array) -> Array:
 def _joined(
     scene: Scene, has_bumps: bool
 ) -> tuple[npt.NDArray[np.void], npt.NDArray[np.uint32], npt.NDArray[np.int64]]:
-    """All vertices, all triangles, and the first triangle of each mesh with their number last."""
+    """Return all vertices, all triangles, and each mesh's first triangle with the total last."""
     first_vertex = np.cumsum([0] + [len(mesh.positions_m) for mesh in scene.meshes])
     first_triangle = np.cumsum([0] + [len(mesh.triangles) for mesh in scene.meshes])
     vertices = np.zeros(int(first_vertex[-1]), BUMPY_VERTEX if has_bumps else VERTEX)
@@ -138,12 +138,12 @@ def _joined(
 
 
 def has_colors(scene: Scene) -> bool:
-    """Whether any vertex has a colour of its own."""
+    """Return whether any vertex has a colour of its own."""
     return any(mesh.colors is not None for mesh in scene.meshes)
 
 
 def colors_of(meshes: Sequence[Mesh]) -> bytes:
-    """RGBA of all vertices as half floats; white and opaque where a mesh says nothing."""
+    """Return RGBA of all vertices as half floats; white and opaque for meshes without colours."""
     colors = np.ones((sum(len(mesh.positions_m) for mesh in meshes), 4), np.float16)
     first = 0
     for mesh in meshes:
@@ -157,7 +157,7 @@ def colors_of(meshes: Sequence[Mesh]) -> bytes:
 def _commands(
     meshes: npt.NDArray[np.int64], first: npt.NDArray[np.int64]
 ) -> npt.NDArray[np.uint32]:
-    """(M, 5): all instances of each mesh in one draw; `meshes` is sorted."""
+    """Return (M, 5), one draw for all instances of each mesh; `meshes` is sorted."""
     seen, base, count = np.unique(meshes, return_index=True, return_counts=True)
     commands = np.zeros((len(seen), _COMMAND_WORDS), np.uint32)
     commands[:, 0] = 3 * (first[seen + 1] - first[seen])
@@ -166,7 +166,7 @@ def _commands(
 
 
 def materials_of(materials: tuple[Material, ...]) -> npt.NDArray[np.void]:
-    """MATERIAL records; a map that is not there is -1."""
+    """Return MATERIAL records, with -1 for a map that does not exist."""
     records = np.zeros(len(materials), MATERIAL)
     for record, material in zip(records, materials, strict=True):
         record["base_color"] = (*material.base_color, material.base_alpha)
@@ -184,7 +184,7 @@ def _layer(number: int | None) -> int:
 
 
 def lights_of(lights: tuple[PointLight, ...]) -> bytes:
-    """The lights block: how many, in 16 bytes, and the brightest MOST_LIGHTS of them."""
+    """Return the block of lights: their number, in 16 bytes, and the brightest MOST_LIGHTS."""
     chosen = sorted(lights, key=lambda light: -max(light.intensity))[:MOST_LIGHTS]
     records = np.zeros(max(len(chosen), 1), LIGHT)
     for record, light in zip(records, chosen, strict=False):

@@ -15,7 +15,7 @@ _WHITE = np.full((1, 1, 4), 255, np.uint8)
 def maps_of(
     ctx: moderngl.Context, images: Sequence[npt.NDArray[np.uint8]]
 ) -> moderngl.TextureArray:
-    """`images` (H, W, 4) resampled to the size of the largest; bilinear, repeated, no mipmaps."""
+    """Return `images` (H, W, 4) resampled to the largest size; bilinear, repeated, no mipmaps."""
     images = images or [_WHITE]
     size = layer_size(images)
     layers = np.stack([_resampled(image, size) for image in images])
@@ -26,7 +26,7 @@ def maps_of(
 
 
 def layer_size(images: Sequence[npt.NDArray[np.uint8]]) -> tuple[int, int]:
-    """(width, height) that holds each image, halved until all of them fit into memory."""
+    """Return the (width, height) that holds each image, halved until all fit into memory."""
     height = min(max(image.shape[0] for image in images), _SIDE_MOST_PX)
     width = min(max(image.shape[1] for image in images), _SIDE_MOST_PX)
     while 4 * width * height * len(images) > _BYTES_MOST:
@@ -38,6 +38,6 @@ def _resampled(image: npt.NDArray[np.uint8], size: tuple[int, int]) -> npt.NDArr
     if image.shape[1::-1] == size:
         return image
     channels = [Image.fromarray(np.ascontiguousarray(image[..., i])) for i in range(4)]
-    # One by one: Pillow would weigh the colours by their alpha, which is no coverage here.
+    # Channel by channel: Pillow would weight colours by alpha, which is not coverage here.
     resized = [channel.resize(size, Image.Resampling.BILINEAR) for channel in channels]
     return np.stack([np.asarray(channel) for channel in resized], axis=-1)

@@ -24,9 +24,10 @@ ReadArea = Callable[[moderngl.Texture, Box], FloatArray]
 
 
 class DrawnPixels:
-    """Pixels on the GPU, see `Pixels`: they come when they are asked for, until they are redrawn.
+    """Pixels on the GPU that are read when they are used; see `Pixels`.
 
-    Asking later raises GpuError. For the thread that OpenGL is on; others take `Plate.in_memory`.
+    Once the textures are drawn over, reading raises GpuError. Reading works on OpenGL's thread;
+    other threads use `Plate.in_memory`.
     """
 
     coc_px = None
@@ -34,13 +35,16 @@ class DrawnPixels:
     def __init__(
         self, color: moderngl.Texture, depth: moderngl.Texture, read_area: ReadArea
     ) -> None:
-        """RGBA float16 and R float32; `read_area` gives (h, w, C) or (h, w) float32 of either."""
+        """Take RGBA float16 and R float32, and a function that reads an area of either.
+
+        `read_area` returns (h, w, C) or (h, w) float32.
+        """
         self._color, self._depth = color, depth
-        self._area = lru_cache(_AREAS_KEPT)(read_area)  # what lies under a pointer that rests
+        self._area = lru_cache(_AREAS_KEPT)(read_area)  # the pixels under a resting pointer
         self._is_there, self._thread = True, get_ident()
 
     def let_go(self) -> None:
-        """The textures are drawn over, or released."""
+        """Forget the textures, which are drawn over or released."""
         self._is_there = False
 
     @cached_property
@@ -54,11 +58,11 @@ class DrawnPixels:
         return download(self._checked(self._depth))
 
     def color_in(self, area: Box) -> FloatArray:
-        """(h, w, 4)."""
+        """Return (h, w, 4)."""
         return self._area(self._checked(self._color), area)
 
     def depth_in(self, area: Box) -> FloatArray:
-        """(h, w)."""
+        """Return (h, w)."""
         return self._area(self._checked(self._depth), area)
 
     def _checked(self, texture: moderngl.Texture) -> moderngl.Texture:
@@ -71,7 +75,10 @@ class DrawnPixels:
 def plate_of_scene(
     path: Path, pixels: DrawnPixels, surveyed: Surveyed, view: tuple[Pose, Lens, tuple[int, int]]
 ) -> Plate:
-    """`view` is where the camera stands, its lens, and width and height of the picture."""
+    """Return the plate of a drawn picture.
+
+    `view` is the pose of the camera, its lens, and width and height of the picture.
+    """
     pose, lens, size = view
     window = Box(0, 0, *size)
     return Plate(
@@ -90,7 +97,7 @@ def plate_of_scene(
 
 
 def world_to_camera_attribute(pose: Pose) -> np.ndarray[tuple[int, ...], np.dtype[np.float32]]:
-    """As OpenEXR's standard attribute has it: points are rows, the camera looks along +z."""
+    """Return OpenEXR's attribute: points are rows, cameras look along +z."""
     return np.ascontiguousarray((_MIRRORED_Z @ pose.world_to_camera).T, np.float32)
 
 

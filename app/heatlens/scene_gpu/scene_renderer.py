@@ -24,8 +24,8 @@ from heatlens.scene_gpu.raster import SceneRaster
 from heatlens.scene_gpu.ray_tracer import RayTracer
 from heatlens.scene_gpu.scene_plate import DrawnPixels, plate_of_scene
 
-# Of one sample a pixel each, spread evenly over it. Few would leave lamps smaller than a pixel
-# dimmer or brighter than they are, and a blur spreads that wide.
+# Views of one sample a pixel each, spread evenly over it. With fewer, lamps smaller than a pixel
+# would be dimmer or brighter than they are, and a blur would spread the error.
 PINHOLE_VIEWS = 64
 
 
@@ -41,12 +41,12 @@ class Look:
 
 
 class SceneRenderer:
-    """Holds one scene on the GPU."""
+    """Holds one scene on the GPU and renders it."""
 
     def __init__(
         self, ctx: moderngl.Context, scene: Scene, raster: SceneRaster | None = None
     ) -> None:
-        """`raster`: one that holds the scene already and belongs to somebody else."""
+        """Load the scene, unless `raster`, which another renderer owns, holds it already."""
         self.scene = scene
         self._owns_raster = raster is None
         self._raster = raster or SceneRaster(ctx)
@@ -57,7 +57,7 @@ class SceneRenderer:
         self._pool = TexturePool(ctx)
         self._held: tuple[object, Look] | None = None
         self._views = 0  # in it
-        self._bank = 0  # of two sets of textures: what is held stays while another comes about
+        self._bank = 0  # of two sets of textures: one is held while the other is drawn
         self._pinhole = Antialias(ctx, self._raster)
 
     @cached_property
@@ -69,19 +69,19 @@ class SceneRenderer:
         return RayTracer(self._ctx, self._raster)
 
     def beside(self) -> "SceneRenderer":
-        """Another look at the same scene, for other frames, as long as this one holds it."""
+        """Return another renderer of the same scene, valid as long as this one holds it."""
         return SceneRenderer(self._ctx, self.scene, self._raster)
 
     def pose_at(self, shot: Shot, frame: float) -> Pose:
-        """Where the camera of a shot stands."""
+        """Return the pose of a shot's camera."""
         lens = shot.lens_at(frame)
         return track_of(self.scene, shot.framing or Framing(), lens).pose_at(frame)
 
     def look(self, shot: Shot, frame: float, views: int | None = None) -> Iterator[str]:
-        """Draw the pinhole picture of `frame`, unless it is there; `held` has it at the end.
+        """Draw the pinhole picture of `frame`, unless it exists; `held` has it at the end.
 
-        One that is there from fewer than `views` is gone on with; None takes any. Steps that are
-        not taken to their end leave what is held.
+        A picture with fewer than `views` samples is continued; None accepts any number. If the
+        steps are abandoned, `held` stays what it was.
         """
         size = (shot.framing or Framing()).size
         key = self._pinhole_key(shot, frame)
@@ -103,7 +103,7 @@ class SceneRenderer:
         self._held = key, Look(plate, pixels, color, depth, surveyed.dioptres)
 
     def _pinhole_key(self, shot: Shot, frame: float) -> object:
-        """Equal where the pinhole picture is."""
+        """Return a key that is equal where the pinhole picture is."""
         lens, size = shot.lens_at(frame), (shot.framing or Framing()).size
         pose = self.pose_at(shot, frame)
         return pose, lens.focal_length_mm, lens.sensor_width_mm, size, self._moment(frame)
@@ -111,7 +111,7 @@ class SceneRenderer:
     def _colored(
         self, shot: Shot, frame: float, views: int, color: moderngl.Texture
     ) -> Iterator[str]:
-        """At most `views` samples a pixel, spread over it; of one, through its middle."""
+        """Draw at most `views` samples a pixel, spread over it; a single one is at its middle."""
         view = self._view(shot, frame, color.size)
         self._raster.place(frame)
         if views == 1:
@@ -132,7 +132,7 @@ class SceneRenderer:
         return self._held[1]
 
     def depth_in(self, shot: Shot, frame: float, area: Box) -> FloatArray:
-        """(h, w) planar metres of few pixels of the picture at any frame; what is held stays."""
+        """Return (h, w) planar metres of an area at any frame; `held` stays what it is."""
         width, height = size = (shot.framing or Framing()).size
         view = self._view(shot, frame, size)
         aside_px = (area.x0 + area.x1 - width) / 2, (area.y0 + area.y1 - height) / 2
@@ -144,7 +144,7 @@ class SceneRenderer:
     def through_lens(
         self, shot: Shot, frame: float, size: tuple[int, int], out: moderngl.Texture
     ) -> Iterator[str]:
-        """Accumulation or ray tracing at `size` into `out`, RGBA float32, in steps."""
+        """Accumulate or trace rays at `size` into `out`, RGBA float32, in steps."""
         lens = shot.lens_at(frame)
         self._raster.place(frame)
         view = self._view(shot, frame, size)
@@ -173,7 +173,7 @@ class SceneRenderer:
             self._held = None
 
     def release(self) -> None:
-        """Give what lies on the GPU back; of what was never asked for there is nothing."""
+        """Release what is on the GPU."""
         self._let_go()
         self._survey.release()
         self._pinhole.release()
@@ -185,7 +185,7 @@ class SceneRenderer:
             self._raster.release()
 
     def _moment(self, frame: float) -> float:
-        """The frame, where it makes a difference to what is seen."""
+        """Return the frame, or 0 where it makes no difference to the picture."""
         return frame if self.scene.motion is not None else 0.0
 
     def _view(self, shot: Shot, frame: float, size: tuple[int, int]) -> SceneView:

@@ -7,14 +7,14 @@ from heatlens.scene.scene import Array
 from heatlens.scene_gpu.mesh_draw import MeshDraw
 
 SIDE_PX = 2048
-_BORDER_PX = 2  # empty texels around, so that the map's edge throws no shadow
+_BORDER_PX = 2  # empty texels around the map, so that its edge casts no shadow
 
 
 class ShadowPass:
-    """`map` compares depths and blends four texels, as sampler2DShadow reads it.
+    """Draws `map`, which compares depths and blends four texels for a sampler2DShadow.
 
     from_world  (4, 4) to 0..1 in all three axes
-    texel_m     how wide a texel is in the world
+    texel_m     width of a texel in the world
     """
 
     def __init__(self, ctx: moderngl.Context) -> None:
@@ -28,7 +28,7 @@ class ShadowPass:
         self.texel_m = 0.0
 
     def draw(self, cover: MeshDraw, corners_m: Array, to_sun: Array) -> None:
-        """Draw a scene whose boxes have `corners_m` (N, 3), lit from `to_sun`, unit."""
+        """Draw a scene whose boxes have `corners_m` (N, 3), lit from the unit vector `to_sun`."""
         clip, self.texel_m = sun_view(corners_m, to_sun)
         half = np.diag([0.5, 0.5, 0.5, 1.0])
         half[:3, 3] = 0.5
@@ -40,13 +40,16 @@ class ShadowPass:
         self._ctx.enable_only(moderngl.NOTHING)
 
     def release(self) -> None:
-        """Give the map back; its framebuffer must not be bound."""
+        """Release the map, whose framebuffer must not be bound."""
         self._target.release()
         self.map.release()
 
 
 def sun_view(corners_m: Array, to_sun: Array) -> tuple[Array, float]:
-    """(4, 4) from the world to the sun's clip space that just holds the corners; a texel, m."""
+    """Return (4, 4) from the world to the sun's clip space, and the width of a texel in metres.
+
+    The clip space just holds the corners.
+    """
     aside = np.eye(3)[int(np.argmin(np.abs(to_sun)))]
     right = np.cross(aside, to_sun)
     right /= np.linalg.norm(right)

@@ -9,7 +9,7 @@ _PARTS = 4096
 
 
 def sky_radiance(daylight: Daylight, y: Array) -> Array:
-    """(..., 3) in directions (...,) whose height is `y`, -1 to 1; the same all around."""
+    """Return (..., 3) for directions (...,) of height `y`, -1 to 1; it is even all around."""
     up = np.maximum(y, 0.0)[..., None]
     high = up * (2 - up)
     above = (1 - high) * np.array(daylight.horizon) + high * np.array(daylight.zenith)
@@ -19,10 +19,10 @@ def sky_radiance(daylight: Daylight, y: Array) -> Array:
 
 
 def diffuse_polynomial(daylight: Daylight) -> Array:
-    """(3, 3): a, b, c of the cosine-weighted mean a + b y + c y^2 for a normal of height y.
+    """Return (3, 3): a, b, c of the mean light a + b y + c y^2 on a normal of height y.
 
-    The first three zonal harmonics, exact for an even sky; Ramamoorthi and Hanrahan 2001 have the
-    rest at about a hundredth.
+    The mean is weighted by the cosine. These are the first three zonal harmonics, exact for an even
+    sky; Ramamoorthi and Hanrahan 2001 find about a hundredth in the rest.
     """
     y = (np.arange(_PARTS) + 0.5) * 2 / _PARTS - 1
     sky = sky_radiance(daylight, y)

@@ -1,8 +1,7 @@
 """The lens of a shot as a camera, whatever stands before it."""
 
-from heatlens.camera.from_shot import camera_before_plates
+from heatlens.camera.from_shot import camera_before_plates, camera_in_scene
 from heatlens.camera.samples import CameraSamples, UpAxis
-from heatlens.camera.scene_camera import camera_in_scene
 from heatlens.model.frames import FrameRange
 from heatlens.model.shot import Shot
 from heatlens.scene.scene_name import open_scene

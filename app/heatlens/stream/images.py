@@ -17,13 +17,13 @@ from heatlens.stream.protocol import (
 MAX_IMAGES = 16
 MAX_VALUES = 1 << 28  # float32 in all images together: 1 GiB, or 8K with eight channels
 
-# A NaN that no arithmetic yields stands in a pixel that nobody has sent a value for.
+# A NaN that no arithmetic yields marks a pixel for which no client has sent a value.
 _NOT_SENT = 0x7FC0_7E7F
 
 
 @dataclass(frozen=True, eq=False)
 class TevImage:
-    """`planes[channel]` is (H, W) float32, rows from the top, in the order of the channels."""
+    """An image in the order of its channels; `planes[channel]` is (H, W) float32 from the top."""
 
     name: str
     width: int
@@ -53,9 +53,9 @@ class TevImages:
         return self._images.get(name)
 
     def apply(self, message: Message) -> bool:
-        """Do what `message` says; True where an image changed.
+        """Do what `message` says; return whether an image changed.
 
-        Raises TevPacketError, with all images as they were, where it cannot be done.
+        Raises TevPacketError, with all images left as they were, where it cannot be done.
         """
         if isinstance(message, CreateImage):
             return self._create(message)

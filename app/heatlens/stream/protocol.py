@@ -14,7 +14,7 @@ import numpy as np
 from heatlens.plate.exr_limits import MAX_SIDE_PX
 from heatlens.plate.plate import FloatImage
 
-# Any text, such as the first bytes of an HTTP request, is a greater length: it ends the connection.
+# Text, as the first bytes of an HTTP request, reads as a greater length and ends the connection.
 MAX_PACKET_BYTES = 1 << 28
 MAX_NAME_BYTES = 1024
 MAX_CHANNELS = 64
@@ -24,16 +24,16 @@ _OPEN, _RELOAD, _CLOSE, _UPDATE, _CREATE, _UPDATE_2, _UPDATE_3, _OPEN_2, _GRAPHI
 
 
 class TevStreamError(Exception):
-    """The stream has no next packet to be found: the connection is of no more use."""
+    """The start of the next packet cannot be found; the connection is of no more use."""
 
 
 class TevPacketError(Exception):
-    """One packet makes no sense; those after it may."""
+    """One packet is invalid; those after it may be valid."""
 
 
 @dataclass(frozen=True)
 class CreateImage:
-    """A blank image; one of the same name gives way."""
+    """Create a blank image in place of one of the same name."""
 
     name: str
     width: int
@@ -43,7 +43,7 @@ class CreateImage:
 
 @dataclass(frozen=True, eq=False)
 class UpdateImage:
-    """New values for a rectangle: `tiles[channel]` is (H, W) float32, a view into the packet."""
+    """Set a rectangle of values: `tiles[channel]` is (H, W) float32, a view into the packet."""
 
     name: str
     x: int
@@ -53,28 +53,28 @@ class UpdateImage:
 
 @dataclass(frozen=True)
 class CloseImage:
-    """The image is no longer wanted."""
+    """Forget an image."""
 
     name: str
 
 
 @dataclass(frozen=True)
 class ReadFile:
-    """Wants a file opened or read again from the disk of who listens."""
+    """Open or read again a file on the disk of the listener."""
 
     name: str
 
 
 @dataclass(frozen=True)
 class Graphics:
-    """Lines drawn over an image: nothing that a plate has."""
+    """Draw lines over an image, which a plate has no use for."""
 
 
 Message = CreateImage | UpdateImage | CloseImage | ReadFile | Graphics
 
 
 class PacketStream:
-    """The bytes of one connection, cut into packets; holds one unfinished packet at most."""
+    """Cuts the bytes of one connection into packets; holds at most one unfinished packet."""
 
     def __init__(self, max_bytes: int = MAX_PACKET_BYTES) -> None:
         self._max_bytes = max_bytes
@@ -92,7 +92,7 @@ class PacketStream:
         return self._length - len(self._bytes)
 
     def feed(self, chunk: bytes) -> bytearray | None:
-        """Take the next bytes; the packet without its length once it is whole.
+        """Take the next bytes; return the packet without its length once it is complete, else None.
 
         Raises TevStreamError for a length after which no packet can be found.
         """
@@ -163,7 +163,7 @@ class _Fields:
             raise TevPacketError(f"it has {count} channels; 1 to {MAX_CHANNELS} are taken")
         names = tuple(self.text() for _ in range(count))
         if len(set(names)) < count or "" in names:
-            raise TevPacketError("two of its channels have one name, or one has none")
+            raise TevPacketError("two of its channels share a name, or one has none")
         return names
 
     def floats(self) -> FloatImage:

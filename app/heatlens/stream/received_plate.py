@@ -30,7 +30,7 @@ _NAME_LETTERS = 100  # of a plate's path: file systems take 255 bytes
 def chosen_channels(image: TevImage, options: PlateOptions) -> TevImage:
     """Copy `image` with nothing but the channels that a plate is made of.
 
-    Raises InputError where its channels have no colour or no depth.
+    Raises InputError where it has no colour or no depth.
     """
     path, headers = plate_path(image.name), [_header(image, tuple(image.planes))]
     color = choose_color(path, headers, options.color_layer)
@@ -43,7 +43,8 @@ def chosen_channels(image: TevImage, options: PlateOptions) -> TevImage:
 def plate_of_image(image: TevImage, options: PlateOptions, aovs: tuple[str, ...]) -> Plate:
     """Make the plate of what `chosen_channels` returned; `aovs` are all channels of the image.
 
-    Changes the planes of `image`. Raises InputError where they make no plate, or none yet.
+    `aovs` are all channels of the image as it was sent. Raises InputError where the channels make
+    no plate, or no depth has arrived yet.
     """
     path = plate_path(image.name)
     header = _header(image, tuple(image.planes))
@@ -75,7 +76,7 @@ def plate_of_image(image: TevImage, options: PlateOptions, aovs: tuple[str, ...]
 def plate_path(name: str) -> Path:
     """Return the path that stands for the image `name`; no file is there.
 
-    A client chooses the name, so nothing of it may lead out of a folder.
+    A client chooses the name, so nothing in it may lead out of a folder.
     """
     plain = "".join(c if c.isprintable() and c not in '/\\:*?"<>|' else "_" for c in name)
     return Path(plain[-_NAME_LETTERS:].strip(". ") or "tev")
@@ -94,7 +95,8 @@ def _header(image: TevImage, channels: tuple[str, ...]) -> Header:
 def _missing_in(path: Path, image: TevImage, depth_key: str) -> NDArray[np.bool_]:
     """Return where there is no depth yet, and fill all that is missing with neutral values.
 
-    The depth repeats what has come, so that its convention is guessed from that alone.
+    The missing depth repeats the values that have arrived, so that the depth convention is guessed
+    from those alone.
     """
     for key, plane in image.planes.items():
         missing = not_sent(plane)
@@ -102,7 +104,7 @@ def _missing_in(path: Path, image: TevImage, depth_key: str) -> NDArray[np.bool_
             plane[missing] = 0.0
             continue
         if missing.all():
-            raise InputError(f"{path}: no pixel of its depth channel {key!r} has come yet.")
+            raise InputError(f"{path}: no pixel of its depth channel {key!r} has arrived yet.")
         plane[missing] = np.resize(plane[~missing], np.count_nonzero(missing))
         missing_depth = missing
     return missing_depth
@@ -118,5 +120,5 @@ def _report_with(report: DepthReport, depth_m: FloatImage) -> DepthReport:
 def _missing_notes(path: Path, missing: NDArray[np.bool_]) -> tuple[str, ...]:
     """Return a note while the picture is not complete."""
     count = int(np.count_nonzero(missing))
-    text = f"{path}: {count} of {missing.size} pixels of its depth have not come yet."
+    text = f"{path}: {count} of {missing.size} pixels of its depth have not arrived yet."
     return (text,) if count else ()

@@ -25,7 +25,7 @@ from heatlens.stream.protocol import (
 )
 from heatlens.stream.received_plate import chosen_channels, plate_of_image
 
-DEFAULT_HOST = "127.0.0.1"  # this machine alone: the protocol knows no password
+DEFAULT_HOST = "127.0.0.1"  # this machine alone, because the protocol has no password
 DEFAULT_PORT = 14158
 
 MAX_CLIENTS = 16
@@ -37,7 +37,7 @@ _READ_BYTES = 1 << 18
 
 @dataclass(eq=False)
 class _Client:
-    """One connection."""
+    """A connection, its unfinished packet, and when it was last heard."""
 
     socket: socket.socket
     stream: PacketStream = field(default_factory=PacketStream)
@@ -47,7 +47,7 @@ class _Client:
 def parse_address(text: str) -> tuple[str, int]:
     """Parse "[HOST:]PORT"; an IPv6 host stands in brackets, no host means this machine.
 
-    Port 0 takes a free one. Raises InputError for anything else.
+    An IPv6 host stands in brackets. Port 0 takes a free one. Raises InputError for anything else.
     """
     host, colon, port = text.strip().rpartition(":")
     if host.startswith("[") and host.endswith("]"):
@@ -56,14 +56,14 @@ def parse_address(text: str) -> tuple[str, int]:
         host, colon = "", ":"  # an IPv6 address without brackets: its end is no port
     if (colon and not host) or not (port.isascii() and port.isdigit() and int(port) < 65536):
         raise InputError(
-            f"{text!r} is no address to listen on: give PORT or HOST:PORT, such as {DEFAULT_PORT} "
-            f"or 0.0.0.0:{DEFAULT_PORT}."
+            f"{text!r} is not an address to listen on: give PORT or HOST:PORT, such as "
+            f"{DEFAULT_PORT} or 0.0.0.0:{DEFAULT_PORT}."
         )
     return host or DEFAULT_HOST, int(port)
 
 
 class TevServer(Closing):
-    """Listens from the start until `close`; may be asked from any thread."""
+    """Listens until `close`; its methods may be called from any thread."""
 
     def __init__(
         self,
@@ -80,8 +80,8 @@ class TevServer(Closing):
         self._listener = _listening(host, port)
         self.address: tuple[str, int] = self._listener.getsockname()[:2]
         self.version = 0  # goes up when images changed
-        self.dropped = 0  # packets that made no sense or had no place
-        self.refused = 0  # packets that wanted a file of this machine read
+        self.dropped = 0  # packets that were invalid or did not fit
+        self.refused = 0  # packets that asked to read a file of this machine
         self.fault: str | None = None  # why the last of them was dropped or refused, a sentence
         self._on_news = on_news
         self._images = TevImages() if images is None else images
@@ -109,7 +109,7 @@ class TevServer(Closing):
         if not self.names:
             host, port = self.address
             said = f" {self.fault}" if self.fault else ""
-            return f"No image has come to {host}:{port} yet.{said}"
+            return f"No image has arrived at {host}:{port} yet.{said}"
         return self._snapshot_problem
 
     def snapshot(
@@ -130,7 +130,7 @@ class TevServer(Closing):
             return None
 
     def close(self) -> None:
-        """End every connection and the thread; a second time does nothing."""
+        """End every connection and the thread; a second call does nothing."""
         if self._thread.is_alive():
             self._waker.send(b"x")
             self._thread.join()
@@ -154,7 +154,7 @@ class TevServer(Closing):
                 except InputError as error:
                     why_not = why_not or error
         wanted = f"image {names[0]!r}" if names else "image"
-        raise why_not or InputError(f"No {wanted} has come yet.")
+        raise why_not or InputError(f"No {wanted} has arrived yet.")
 
     def _serve(self) -> None:
         try:
@@ -168,13 +168,13 @@ class TevServer(Closing):
             self._wake.close()
 
     def _serve_once(self) -> bool:
-        """Wait for something to do, and do it; False when it is over."""
+        """Wait for the next event and handle it; return False when the server is to end."""
         for key, _ in self._selector.select(self._pause_s()):
             if key.fileobj is self._wake:
                 return False
             if key.fileobj is self._listener:
                 self._accept()
-            elif key.data in self._clients:  # not hung up meanwhile
+            elif key.data in self._clients:  # unless it was disconnected meanwhile
                 self._hear(key.data)
         return True
 
@@ -182,9 +182,9 @@ class TevServer(Closing):
         """Accept a client; the one silent for the longest time makes room."""
         try:
             connection, _ = self._listener.accept()
-        except OSError as error:  # it left again, or no file handle is free
+        except OSError as error:  # the client left again, or no file handle is free
             self._say(f"A connection could not be taken ({error.strerror}).")
-            time.sleep(1 / NEWS_A_SECOND)  # it may wait there still: not to spin
+            time.sleep(1 / NEWS_A_SECOND)  # the client may still be waiting; do not spin
             return
         if len(self._clients) >= MAX_CLIENTS:
             self._hang_up(min(self._clients, key=lambda client: client.heard_s))
@@ -194,12 +194,12 @@ class TevServer(Closing):
         self._selector.register(connection, selectors.EVENT_READ, client)
 
     def _hear(self, client: _Client) -> None:
-        """Take what `client` has sent, up to the end of one packet."""
+        """Read what `client` has sent, up to the end of one packet."""
         try:
             chunk = client.socket.recv(min(client.stream.wanted, _READ_BYTES))
         except BlockingIOError:
             return
-        except OSError:  # it went without a word, which is for a renderer to do
+        except OSError:  # the renderer may close its connection at any time
             chunk = b""
         if not chunk:
             self._hang_up(client)

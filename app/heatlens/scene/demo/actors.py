@@ -23,18 +23,18 @@ from heatlens.scene.scene import Array, Color, Mesh
 LOOP_FRAMES = 240
 _THIGH_M = _SHIN_M = 0.43
 _ANKLE_M = 0.08  # above the ground
-_SIDES = (("left", 1.0), ("right", -1.0))  # who looks along +z has the left hand at +x
+_SIDES = (("left", 1.0), ("right", -1.0))  # a person who looks along +z has the left hand at +x
 _TURN_STEPS = 720
 
 
 @dataclass(frozen=True)
 class Walk:
-    """Once around an ellipse on the ground in LOOP_FRAMES frames.
+    """A walk once around an ellipse on the ground in LOOP_FRAMES frames.
 
     centre_m   (x, z)
     reach_m    half axes along x and z
-    side_frame frame at which the side that is nearest to +z is passed
-    turns      1 to the left there, -1 to the right
+    side_frame frame at which the side nearest to +z is passed
+    turns      1 turns left there, -1 right
     cycles     pairs of steps in one loop
     """
 
@@ -45,19 +45,19 @@ class Walk:
     cycles: int
 
     def place_at(self, frame: float) -> tuple[float, float]:
-        """(x, z) in metres."""
+        """Return (x, z) in metres."""
         angle = self._angle(frame)
         x, z = self.centre_m
         return x + self.reach_m[0] * np.cos(angle), z + self.reach_m[1] * np.sin(angle)
 
     def heading_at(self, frame: float) -> float:
-        """Where the face looks: radians from +z to +x."""
+        """Return the direction of the face in radians from +z to +x."""
         angle = self._angle(frame)
         x, z = -self.reach_m[0] * np.sin(angle), self.reach_m[1] * np.cos(angle)
         return float(np.arctan2(self.turns * x, self.turns * z))
 
     def stride_at(self, frame: float) -> float:
-        """Radians of the two steps' cycle, as far on as the way that was walked."""
+        """Return the phase of the two steps' cycle in radians, in step with the way walked."""
         way = _way(*self.reach_m)
         angle = self.turns * self._angle(frame)
         whole, rest = np.divmod(angle, 2 * np.pi)
@@ -75,7 +75,7 @@ class Walk:
 
 @lru_cache
 def _way(across_m: float, along_m: float) -> Array:
-    """(n,) share of an ellipse's length that lies before each of even angles."""
+    """Return the share (n,) of an ellipse's length that lies before each of n even angles."""
     return np.asarray(_lengths(across_m, along_m) / _way_m(across_m, along_m))
 
 
@@ -92,7 +92,7 @@ def _lengths(across_m: float, along_m: float) -> Array:
 
 
 def joints_at(walk: Walk, frame: float) -> dict[str, Array]:
-    """(4, 4) to the world for the body and each limb, the lower foot on the ground."""
+    """Return (4, 4) to the world for the body and each limb; the lower foot is on the ground."""
     stride = walk.stride_at(frame)
     swing = float(np.arcsin(walk.step_m / (2 * (_THIGH_M + _SHIN_M))))
     legs = {side: _leg_angles(stride + turn, swing) for side, turn in _phases()}
@@ -118,19 +118,19 @@ def _phases() -> tuple[tuple[str, float], ...]:
 
 
 def _leg_angles(stride: float, swing: float) -> tuple[float, float]:
-    """Thigh forward and knee bent, radians; the knee bends while the leg comes forward."""
+    """Return the angles of thigh and knee in radians; the knee bends as the leg swings."""
     lifted = max(0.0, float(np.cos(stride + 0.35)))
     return swing * float(np.sin(stride)), 0.06 + 2.0 * swing * lifted**2
 
 
 def _reach_down_m(thigh: float, knee: float) -> float:
-    """From the hip to the ground under a foot."""
+    """Return the height of the hip above the ground under a foot."""
     return float(_THIGH_M * np.cos(thigh) + _SHIN_M * np.cos(thigh - knee)) + _ANKLE_M
 
 
 @dataclass(frozen=True)
 class Clothes:
-    """What tells people apart."""
+    """The colours that tell people apart."""
 
     coat: Color
     trousers: Color
@@ -141,7 +141,7 @@ class Clothes:
 
 
 def dress(stage: DemoSet, name: str, clothes: Clothes) -> list[str]:
-    """A figure of that name is put on the stage; the joint that each of its instances follows."""
+    """Add a figure called `name`; return the joint that each of its instances follows."""
     joints: list[str] = []
     for color, roughness, parts in _wardrobe(clothes):
         material = stage.paint(color, roughness, name=name)
@@ -153,7 +153,7 @@ def dress(stage: DemoSet, name: str, clothes: Clothes) -> list[str]:
 
 
 def _wardrobe(clothes: Clothes) -> list[tuple[Color, float, list[tuple[Mesh, list[str]]]]]:
-    """Colour, roughness and the meshes of each material, with the joints that they hang on."""
+    """Return colour and roughness of each material with its meshes and their joints."""
     return [
         (
             clothes.coat,

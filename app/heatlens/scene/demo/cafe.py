@@ -28,7 +28,7 @@ _RAIL_M = 0.98
 
 
 def build_cafe(stage: DemoSet) -> None:
-    """The railing on the left, the table on the right, leaves above."""
+    """Add the railing on the left, the table on the right and the leaves above."""
     rng = np.random.default_rng(3)
     _railing(stage, rng)
     _table(stage)
@@ -52,13 +52,13 @@ def _railing(stage: DemoSet, rng: np.random.Generator) -> None:
 
 
 def _around_rail(share: float) -> Point:
-    """Along the upper rail and round it."""
+    """Return a point of the string of lights that winds around the upper rail."""
     angle = share * 40.0
     return 0.035 * np.cos(angle), _RAIL_M + 0.035 * np.sin(angle), -1.2 - 3.2 * share
 
 
 def _bush(rng: np.random.Generator, leaves: int, size_m: Point) -> Mesh:
-    """Leaves of two faces, folded in the middle, all through a box around the origin."""
+    """Return leaves of two faces, folded in the middle, spread through a box around the origin."""
     places = (rng.random((leaves, 3)) - 0.5) * size_m
     turns = rng.uniform(-np.pi, np.pi, (leaves, 2))
     sizes = rng.uniform(0.7, 1.3, leaves)
@@ -108,7 +108,7 @@ def _table(stage: DemoSet) -> None:
 
 
 def _lantern(stage: DemoSet, place: Array, iron: int) -> None:
-    """A candle between four bars, which lights the table and who passes by."""
+    """Add a candle between four bars, which lights the table and people who pass."""
     bars = [placed(box(0.012, 0.2, 0.012), moved(x, 0.02, z)) for x, z in _corners(0.055)]
     roof = placed(lathe([(0.09, 0.0), (0.03, 0.05), (0.0, 0.07)], 4), moved(0, 0.22, 0))
     frame = joined([box(0.13, 0.02, 0.13), *bars, placed(roof, turned_y(np.pi / 4))])
@@ -126,7 +126,7 @@ def _corners(half_m: float) -> list[tuple[float, float]]:
 
 
 def _leaves_above(stage: DemoSet, rng: np.random.Generator) -> None:
-    """A branch that hangs into the upper left corner, with a few bulbs."""
+    """Add a branch with a few bulbs that hangs into the upper left corner."""
     green = stage.paint((0.045, 0.09, 0.035), 0.55, name="leaf")
     place = moved(-0.62, 1.5, -1.5) @ turned_z(-0.35)
     stage.put("branch", stage.mesh(_bush(rng, 60, (0.55, 0.14, 0.4)), green), place)

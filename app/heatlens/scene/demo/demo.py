@@ -28,7 +28,7 @@ DEMO_SOURCE = "demo"
 _CAMERA = "dolly"
 _FRAMES = FrameRange(1, LOOP_FRAMES)
 _SKIN = (0.55, 0.34, 0.24)
-# Whose distance each mark is; the camera keeps it while the focus is there.
+# The actors to whose distance each mark belongs; it stays while the focus is there.
 ACTORS = {
     "actor A": Walk((0.5, -3.47), (0.62, 0.2), 30, -1, 4),
     "actor B": Walk((-0.75, -5.85), (1.25, 0.25), 117, 1, 6),
@@ -55,7 +55,7 @@ _NIGHTFALL = Daylight(
 
 @cache
 def demo_scene() -> Scene:
-    """The scene; it moves over frames 1 to 240 and then begins again."""
+    """Return the scene, which moves over frames 1 to 240 and then starts again."""
     stage = DemoSet()
     build_street(stage)
     puddles = add_puddles(stage)
@@ -87,7 +87,7 @@ def demo_scene() -> Scene:
 
 
 def demo_shot() -> Shot:
-    """The focus goes from the nearest person to the farthest, one after the other."""
+    """Return a shot whose focus goes from the nearest person to the farthest in two pulls."""
     near = _MARKS[0].distance_m
     shot = Shot(
         lens=Lens(50.0, 2.0, near, 36.0, close_focus_m=0.45),
@@ -104,7 +104,7 @@ def demo_shot() -> Shot:
 
 
 def _motion(still: Array, joints: list[tuple[str, str]]) -> Motion:
-    """Where everything is: what stands still, then what follows a joint of an actor."""
+    """Return the motion of all instances: those that stand still, then those of the actors."""
 
     def places(frame: float) -> Array:
         poses = {name: joints_at(walk, frame) for name, walk in ACTORS.items()}
@@ -114,7 +114,7 @@ def _motion(still: Array, joints: list[tuple[str, str]]) -> Motion:
 
 
 def _dolly() -> CameraTrack:
-    """Slowly to the right, past the railing, looking down the street."""
+    """Return a camera that moves slowly right, past the railing, and looks down the street."""
     keys = (
         (1, (-0.22, 1.06, 0.0), (0.02, 1.32, -6.0)),
         (120, (0.02, 1.09, -0.05), (-0.02, 1.29, -6.0)),

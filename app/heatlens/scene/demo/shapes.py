@@ -12,7 +12,7 @@ Point = tuple[float, float, float]
 
 
 def lathe(profile: Sequence[tuple[float, float]], around: int = 10, smooth: bool = True) -> Mesh:
-    """A solid turned around y: `profile` is (radius, height) in metres, from the bottom up.
+    """Return a solid turned around y; `profile` is (radius, height) in metres from the bottom up.
 
     Without `smooth` each band keeps its edges.
     """
@@ -31,7 +31,7 @@ def lathe(profile: Sequence[tuple[float, float]], around: int = 10, smooth: bool
 
 
 def _turned(rows: Array, around: int) -> Array:
-    """(R, 2) of radius and height to (R * around, 3)."""
+    """Turn (R, 2) of radius and height into positions (R * around, 3)."""
     angles = 2 * np.pi * np.arange(around) / around
     circle = np.stack([np.sin(angles), np.zeros(around), np.cos(angles)], axis=1)
     turned = rows[:, None, :1] * circle + rows[:, None, 1:] * np.array([0.0, 1.0, 0.0])
@@ -39,7 +39,7 @@ def _turned(rows: Array, around: int) -> Array:
 
 
 def _bands(starts: npt.NDArray[np.int64], around: int) -> npt.NDArray[np.int64]:
-    """Triangles between each ring of `starts` and the one after it."""
+    """Return the triangles between each ring of `starts` and the one after it."""
     i = np.arange(around)
     j = (i + 1) % around
     quads = np.stack([i, j, j + around, i + around], axis=1)
@@ -47,7 +47,7 @@ def _bands(starts: npt.NDArray[np.int64], around: int) -> npt.NDArray[np.int64]:
 
 
 def mesh_of(positions: Array, normals: Array, triangles: npt.NDArray[np.int64]) -> Mesh:
-    """A mesh of these; triangles without an area go, normals become unit."""
+    """Return a mesh without triangles of zero area and with normals of length 1."""
     rows = triangles.reshape(-1, 3)
     a, b, c = (positions[rows[:, i]] for i in range(3))
     area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
@@ -60,13 +60,16 @@ def mesh_of(positions: Array, normals: Array, triangles: npt.NDArray[np.int64]) 
 
 
 def sphere(radius_m: float, around: int = 10, rows: int = 6) -> Mesh:
-    """Around the origin."""
+    """Return a sphere around the origin."""
     angles = np.pi * (np.arange(rows + 1) / rows - 0.5)
     return lathe([(abs(radius_m * np.cos(a)), radius_m * np.sin(a)) for a in angles], around)
 
 
 def limb(top_m: float, bottom_m: float, length_m: float, around: int = 8) -> Mesh:
-    """Hangs down from a joint at the origin: radii at both ends, both of them round."""
+    """Return a limb that hangs from a joint at the origin and is round at both ends.
+
+    The radii are those at its two ends.
+    """
     caps = np.array([90.0, 55.0, 20.0]) * np.pi / 180
     low = [(bottom_m * np.cos(a), -length_m - bottom_m * np.sin(a)) for a in caps]
     high = [(top_m * np.cos(a), top_m * np.sin(a)) for a in reversed(caps)]
@@ -74,7 +77,7 @@ def limb(top_m: float, bottom_m: float, length_m: float, around: int = 8) -> Mes
 
 
 def box(width_m: float, height_m: float, depth_m: float) -> Mesh:
-    """Stands on the origin, in its middle."""
+    """Return a box whose base is centred at the origin."""
     lid = quads([np.array([(-1, 1, 1), (1, 1, 1), (1, 1, -1), (-1, 1, -1)])])
     quarter = np.pi / 2
     turns = [turned_x(i * quarter) for i in range(4)] + [turned_z(i * quarter) for i in (1, 3)]
@@ -83,7 +86,7 @@ def box(width_m: float, height_m: float, depth_m: float) -> Mesh:
 
 
 def quads(corners: Iterable[Array]) -> Mesh:
-    """Flat four-sided faces, (4, 3) each, seen from the side where they turn to the left."""
+    """Return flat four-sided faces, (4, 3) each, seen from where they run counter-clockwise."""
     faces = np.stack([np.asarray(face, np.float64) for face in corners])
     normals = np.cross(faces[:, 1] - faces[:, 0], faces[:, 3] - faces[:, 0])
     first = 4 * np.arange(len(faces))[:, None]
@@ -93,7 +96,7 @@ def quads(corners: Iterable[Array]) -> Mesh:
 
 
 def tube(points: Sequence[Point], radius_m: float, sides: int = 4) -> Mesh:
-    """A wire or a rail through `points`, none of its pieces upright."""
+    """Return a wire or a rail through `points`; none of its pieces may be vertical."""
     middle = np.array(points, np.float64)
     along = np.gradient(middle, axis=0)
     across = np.cross(along, (0.0, 1.0, 0.0))
@@ -108,7 +111,7 @@ def tube(points: Sequence[Point], radius_m: float, sides: int = 4) -> Mesh:
 
 
 def joined(meshes: Iterable[Mesh]) -> Mesh:
-    """Several as one, of the first one's material."""
+    """Return several meshes as one with the material of the first."""
     parts = list(meshes)
     starts = np.cumsum([0, *(len(part.positions_m) for part in parts)])
     return Mesh(
@@ -123,7 +126,7 @@ def joined(meshes: Iterable[Mesh]) -> Mesh:
 
 
 def placed(mesh: Mesh, to_world: Array) -> Mesh:
-    """The mesh itself elsewhere; `to_world` (4, 4) may stretch it."""
+    """Return the mesh moved by `to_world` (4, 4), which may also stretch it."""
     turn = to_world[:3, :3]
     normals = mesh.normals @ np.linalg.inv(turn)
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
@@ -135,14 +138,14 @@ def placed(mesh: Mesh, to_world: Array) -> Mesh:
 
 
 def moved(x: float, y: float, z: float) -> Array:
-    """(4, 4) to a place, in metres."""
+    """Return a translation (4, 4) in metres."""
     matrix = np.eye(4)
     matrix[:3, 3] = x, y, z
     return matrix
 
 
 def turned_x(angle: float) -> Array:
-    """(4, 4) around x, radians: what points up leans to +z."""
+    """Return a rotation (4, 4) about x in radians, which leans what points up towards +z."""
     matrix = np.eye(4)
     c, s = np.cos(angle), np.sin(angle)
     matrix[1:3, 1:3] = [[c, -s], [s, c]]
@@ -150,7 +153,7 @@ def turned_x(angle: float) -> Array:
 
 
 def turned_y(angle: float) -> Array:
-    """(4, 4) around y, radians: what points to +z turns to +x."""
+    """Return a rotation (4, 4) about y in radians, which turns +z towards +x."""
     matrix = np.eye(4)
     c, s = np.cos(angle), np.sin(angle)
     matrix[np.ix_((0, 2), (0, 2))] = [[c, s], [-s, c]]
@@ -158,7 +161,7 @@ def turned_y(angle: float) -> Array:
 
 
 def turned_z(angle: float) -> Array:
-    """(4, 4) around z, radians: what points to +x turns up."""
+    """Return a rotation (4, 4) about z in radians, which turns +x upwards."""
     matrix = np.eye(4)
     c, s = np.cos(angle), np.sin(angle)
     matrix[:2, :2] = [[c, -s], [s, c]]
@@ -166,5 +169,5 @@ def turned_z(angle: float) -> Array:
 
 
 def scaled(x: float, y: float, z: float) -> Array:
-    """(4, 4), larger along each axis."""
+    """Return a scale (4, 4) along each axis."""
     return np.diag([x, y, z, 1.0])

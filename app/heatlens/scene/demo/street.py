@@ -29,7 +29,7 @@ _WINDOW_M = (0.95, 1.35)
 
 
 def build_street(stage: DemoSet) -> None:
-    """Pavements, houses and lights."""
+    """Add pavements, houses and lights."""
     rng = np.random.default_rng(7)
     _pavements(stage)
     _houses(stage, rng)
@@ -40,14 +40,14 @@ def build_street(stage: DemoSet) -> None:
 
 
 def _pavements(stage: DemoSet) -> None:
-    """The pavements; what lies between them is in `demo_wet`."""
+    """Add the pavements; the road between them is in `wet_ground`."""
     stone = stage.paint((0.09, 0.085, 0.08), 0.45, name="kerb")
     kerb = stage.mesh(box(1.6, 0.12, 72.0), stone)
     stage.put("ground", kerb, moved(-4.8, 0, -42), moved(4.8, 0, -42))
 
 
 def _houses(stage: DemoSet, rng: np.random.Generator) -> None:
-    """Two rows and one across the end, their windows lit here and there."""
+    """Add two rows of houses and one across the end, some of their windows lit."""
     walls = [(0.10, 0.085, 0.08), (0.075, 0.08, 0.1), (0.12, 0.09, 0.07)]
     paints = [stage.paint(color, 0.85, name="wall") for color in walls]
     blocks = [stage.mesh(box(8.6, 1.0, 8.0), paint) for paint in paints]
@@ -66,7 +66,7 @@ def _houses(stage: DemoSet, rng: np.random.Generator) -> None:
 
 
 def _windows(front: Array, across: int, height_m: float) -> list[Array]:
-    """(4, 4) to the middle of each window of a house whose front is there."""
+    """Return (4, 4) to the middle of each window of a house with this front."""
     floors = int((height_m - 1.0) // 2.7)
     pitch = 8.0 / 4
     return [
@@ -77,7 +77,7 @@ def _windows(front: Array, across: int, height_m: float) -> list[Array]:
 
 
 def _light_windows(stage: DemoSet, places: list[Array], rng: np.random.Generator) -> None:
-    """Some dark, others lit in one of three colours."""
+    """Light some windows in one of three colours and leave the others dark."""
     dark = stage.paint((0.02, 0.025, 0.035), 0.15, name="glass")
     lit = [(WARM, 1.3), ((1.0, 0.72, 0.42), 0.7), ((0.45, 0.7, 1.0), 0.6)]
     paints = [dark, *(stage.lamp(color, radiance) for color, radiance in lit)]
@@ -90,7 +90,7 @@ def _light_windows(stage: DemoSet, places: list[Array], rng: np.random.Generator
 
 
 def _lamps(stage: DemoSet) -> None:
-    """A row on each kerb; each of the first lights what stands around it."""
+    """Add a row of lamps on each kerb; the first ones light what stands around them."""
     iron = stage.paint((0.03, 0.035, 0.035), 0.4, 0.6, name="iron")
     profile = [(0.14, 0.0), (0.12, 0.25), (0.05, 0.35), (0.04, 2.9), (0.13, 2.96), (0.0, 2.97)]
     post = stage.mesh(lathe(profile, 6, smooth=False), iron)
@@ -104,7 +104,7 @@ def _lamps(stage: DemoSet) -> None:
 
 
 def _garlands(stage: DemoSet) -> None:
-    """Strings of bulbs across the street, from lamp to lamp, and along the houses."""
+    """Add strings of bulbs across the street, from lamp to lamp, and along the houses."""
     wire = stage.paint((0.02, 0.02, 0.02), 0.8, name="wire")
     strings = [
         (stage.mesh(_string_wire(), wire), stage.mesh(_bulbs(0, 2), stage.lamp(AMBER, 60.0))),
@@ -122,7 +122,7 @@ def _garlands(stage: DemoSet) -> None:
 
 
 def _sag(x: float) -> Point:
-    """A point of a string 8.4 m wide that hangs 0.7 m down."""
+    """Return a point of a string that is 8.4 m wide and hangs 0.7 m down."""
     return x, 0.7 * ((x / 4.2) ** 2 - 1.0), 0.0
 
 
@@ -137,7 +137,7 @@ def _bulbs(first: int, every: int) -> Mesh:
 
 
 def _traffic(stage: DemoSet) -> None:
-    """Cars far down the street, and lights that hold them."""
+    """Add cars far down the street, and the lights that stop them."""
     lamp = sphere(0.07, 6, 4)
     pair = joined(placed(lamp, moved(x, 0.65, 0)) for x in (-0.6, 0.6))
     white = stage.mesh(pair, stage.lamp((1.0, 0.9, 0.75), 200.0))
@@ -149,7 +149,7 @@ def _traffic(stage: DemoSet) -> None:
 
 
 def _signs(stage: DemoSet) -> None:
-    """Shop fronts and neon, which a lens makes soft rectangles of."""
+    """Add shop fronts and neon signs, which a lens blurs to soft rectangles."""
     glow = [
         ((1.0, 0.2, 0.45), 2.6, -1.0, -15.5),
         ((0.2, 0.85, 0.9), 2.4, 1.0, -21.0),
@@ -165,5 +165,5 @@ def _signs(stage: DemoSet) -> None:
 
 
 def _shop_front() -> Mesh:
-    """Four panes, their frames dark between them."""
+    """Add four panes with dark frames between them."""
     return joined(placed(box(0.05, 1.6, 0.72), moved(0, 0, 0.85 * i)) for i in (-2, -1, 0, 1))

@@ -12,16 +12,16 @@ from heatlens.scene.demo.shapes import quads, scaled
 from heatlens.scene.demo.street_set import DemoSet
 from heatlens.scene.scene import Material
 
-_TILE_M = 9.0  # after which the puddles come again
+_TILE_M = 9.0  # after which the puddles repeat
 _TILE_PX = 256
-_REFLECTED = 0.3  # of the light that meets water at such a flat angle
+_REFLECTED = 0.3  # of the light at such a flat angle to the water
 _MIRRORED = ("houses", "windows", "street lamps", "garlands", "signs", "shops", "cars")
 
 
 def add_puddles(stage: DemoSet) -> npt.NDArray[np.uint8]:
-    """The ground, and what is mirrored in it of all that is on the stage; gives the ground's map.
+    """Add the ground and the mirror images in its puddles; return the map of the ground.
 
-    The map is the scene's first image: (H, W, 4), a hole where its alpha is under one half.
+    The map is the first image of the scene, (H, W, 4), with holes where alpha is under one half.
     """
     for name in _MIRRORED:
         _mirror(stage, name)
@@ -35,7 +35,7 @@ def add_puddles(stage: DemoSet) -> npt.NDArray[np.uint8]:
 
 
 def _mirror(stage: DemoSet, name: str) -> None:
-    """Each instance of that name once more, upside down and darker."""
+    """Add each instance of that name once more, upside down and darker."""
     darker: dict[int, int] = {}
     for instance in [one for one in stage.instances if one.name == name]:
         if instance.mesh not in darker:
@@ -59,7 +59,7 @@ def _reflected(material: Material) -> Material:
 
 
 def _puddle_map(rng: np.random.Generator) -> npt.NDArray[np.uint8]:
-    """Waves that fit a tile a whole number of times; what is lowest is under water."""
+    """Return a map of waves that repeat on a tile; the lowest parts are under water."""
     at = 2 * np.pi * np.arange(_TILE_PX) / _TILE_PX
     height = np.zeros((_TILE_PX, _TILE_PX))
     for _ in range(24):

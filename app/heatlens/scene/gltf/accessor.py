@@ -16,7 +16,7 @@ _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
 
 
 def read_floats(gltf: GltfFile, index: int, width: int) -> NDArray[np.float32]:
-    """(count, width) finite numbers; integers are as they are, or 0 to 1 where `normalized`.
+    """Return (count, width) finite numbers; `normalized` integers are shares of 1.
 
     Raises InputError for another width, for NaN and infinity, and where bytes are missing.
     """
@@ -27,7 +27,7 @@ def read_floats(gltf: GltfFile, index: int, width: int) -> NDArray[np.float32]:
 
 
 def read_colors(gltf: GltfFile, index: int) -> NDArray[np.float32]:
-    """(count, 3) or (count, 4) finite numbers; integers are shares, whether that is said or not.
+    """Return (count, 3) or (count, 4) finite numbers; integers are always shares of 1.
 
     Raises InputError as `read_floats` does.
     """
@@ -44,7 +44,7 @@ def _finite(record: Record, values: NDArray[Any]) -> NDArray[np.float32]:
 
 
 def read_indices(gltf: GltfFile, index: int, below: int) -> NDArray[np.uint32]:
-    """(count,) whole numbers under `below`. Raises InputError otherwise."""
+    """Return (count,) whole numbers less than `below`; raise InputError for others."""
     record = _accessor(gltf, index)
     raw = _values(gltf, record, 1)[:, 0]
     if raw.dtype.kind != "u":
@@ -60,7 +60,7 @@ def _accessor(gltf: GltfFile, index: int) -> Record:
 
 
 def _values(gltf: GltfFile, record: Record, width: int) -> NDArray[Any]:
-    """(count, width) in the type of the file."""
+    """Return (count, width) values in the type of the file."""
     dtype, count = _dtype(record), record.whole("count")
     kind = record.text("type")
     if _WIDTHS.get(kind) != width:
@@ -77,14 +77,14 @@ def _values(gltf: GltfFile, record: Record, width: int) -> NDArray[Any]:
 def _dtype(record: Record) -> np.dtype[Any]:
     code = record.whole("componentType")
     if code not in _TYPES:
-        record.refuse(f"{code} is no type of number in glTF")
+        record.refuse(f"{code} is not a number type of glTF")
     return np.dtype(_TYPES[code])
 
 
 def _elements(
     gltf: GltfFile, record: Record, dtype: np.dtype[Any], shape: tuple[int, int]
 ) -> NDArray[Any]:
-    """A copy of what lies in the view that `record` names, one element every so many bytes."""
+    """Return a copy of the elements in the view that `record` names, which may be strided."""
     views = gltf.listed("bufferViews")
     view = record.index("bufferView", len(views))
     if view is None:
@@ -102,7 +102,7 @@ def _elements(
 
 
 def _with_sparse(gltf: GltfFile, record: Record, values: NDArray[Any]) -> NDArray[Any]:
-    """Some of the values replaced by others that are listed."""
+    """Return the values with those replaced that the sparse part lists."""
     sparse = record.inside("sparse")
     count = sparse.whole("count")
     if count > len(values):
@@ -116,7 +116,7 @@ def _with_sparse(gltf: GltfFile, record: Record, values: NDArray[Any]) -> NDArra
 
 
 def _normalized(values: NDArray[Any]) -> NDArray[Any]:
-    """Integers as the shares that they stand for."""
+    """Return integers as the shares of 1 that they stand for."""
     if values.dtype.kind == "f":
         return values
     return np.maximum(values / np.iinfo(values.dtype).max, -1.0)

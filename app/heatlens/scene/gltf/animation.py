@@ -30,7 +30,7 @@ _TWICE = "Animations that move the same thing at once: the first of them is play
 class ValueTrack:
     """Values over time.
 
-    times_s  (K,) in order
+    times_s  (K,) in ascending order
     values   (K, n); (K, 3, n) for a cubic: tangent in, value, tangent out
     kind     LINEAR, STEP or CUBICSPLINE
     """
@@ -41,7 +41,7 @@ class ValueTrack:
     is_rotation: bool = False
 
     def at(self, times_s: Array) -> Array:
-        """(T, n) at T times; before the first and after the last as there."""
+        """Return (T, n) values at T times, constant before the first and after the last key."""
         if len(self.times_s) == 1:
             only = self.values[0, 1] if self.kind == "CUBICSPLINE" else self.values[0]
             return np.tile(only, (len(times_s), 1))
@@ -68,7 +68,7 @@ def _linear(track: ValueTrack, before: Indices, after: Indices, span: Array, sha
 
 
 def _cubic(track: ValueTrack, before: Indices, after: Indices, span: Array, share: Array) -> Array:
-    """Appendix C.5."""
+    """Interpolate by the cubic spline of glTF 2.0, appendix C.5."""
     t = share
     a, leaving = track.values[before, 1], track.values[before, 2]
     arriving, b = track.values[after, 0], track.values[after, 1]
@@ -81,7 +81,10 @@ def _cubic(track: ValueTrack, before: Indices, after: Indices, span: Array, shar
 
 
 def _slerp(a: Array, b: Array, share: Array) -> Array:
-    """Along the shorter arc; Shoemake 1985. Straight where both are nearly the same."""
+    """Interpolate along the shorter arc, linearly where both ends are nearly equal.
+
+    Shoemake 1985.
+    """
     cosine = np.sum(a * b, axis=1, keepdims=True)
     b, cosine = np.where(cosine < 0, -b, b), np.minimum(np.abs(cosine), 1.0)
     angle = np.arccos(cosine)
@@ -102,7 +105,7 @@ _BETWEEN: Mapping[str, Callable[[ValueTrack, Indices, Indices, Array, Array], Ar
 
 @dataclass(frozen=True, eq=False)
 class Animation:
-    """The tracks of each node that moves: one for each of RESTS, be it of a single key."""
+    """The tracks of each node that moves, one for each of RESTS, even if it has a single key."""
 
     tree: NodeTree
     tracks: dict[int, dict[str, ValueTrack]]
@@ -118,7 +121,7 @@ class Animation:
         return FrameRange(FIRST_FRAME, FIRST_FRAME + max(count, 0))
 
     def locals_of(self, node: int, frames: Array) -> Array:
-        """(F, 4, 4) of one node at so many frames."""
+        """Return (F, 4, 4) of one node within its parent over that many frames."""
         tracks = self.tracks.get(node)
         if tracks is None:
             return np.broadcast_to(self.tree.locals[node], (len(frames), 4, 4))
@@ -126,7 +129,7 @@ class Animation:
         return matrices(*(tracks[name].at(times_s) for name in RESTS))
 
     def worlds(self, frame: float) -> Array:
-        """(N, 4, 4) of all nodes."""
+        """Return (N, 4, 4) of all nodes to the world."""
         if not self.tracks:
             return self.tree.worlds()
         at = np.array([(frame - FIRST_FRAME) / FRAMES_PER_SECOND])
@@ -135,12 +138,12 @@ class Animation:
         return self.tree.worlds(dict(zip(self.tracks, matrices(*values), strict=True)))
 
     def moves(self, node: int) -> bool:
-        """Whether it or what it hangs on does."""
+        """Return whether a node or one of its ancestors moves."""
         return bool(self.tracks) and any(above in self.tracks for above in self.tree.chain(node))
 
-    @np.errstate(over="ignore", invalid="ignore")  # what comes of it is looked at by the caller
+    @np.errstate(over="ignore", invalid="ignore")  # the caller checks the result
     def track_of(self, node: int, frames: Array) -> Array:
-        """(F, 4, 4) of one node to the world."""
+        """Return (F, 4, 4) of one node to the world."""
         found = np.broadcast_to(np.eye(4), (len(frames), 4, 4))
         for above in self.tree.chain(node):
             found = self.locals_of(above, frames) @ found
@@ -148,7 +151,10 @@ class Animation:
 
 
 def read_animation(gltf: GltfFile, tree: NodeTree) -> Animation:
-    """Raises InputError for damaged animations, and one of more than an hour."""
+    """Read the animations of a file.
+
+    Raises InputError where they are damaged or longer than an hour.
+    """
     found = Animation(tree, {})
     seen = set(tree.seen)
     for record in gltf.listed("animations"):
@@ -173,7 +179,7 @@ def _still(value: tuple[float, ...]) -> ValueTrack:
 def _add(
     gltf: GltfFile, found: Animation, seen: set[int], samplers: list[Record], channel: Record
 ) -> None:
-    """One channel, where it moves a node of the scene."""
+    """Add a channel if it moves a node of the scene."""
     target = channel.inside("target")
     node = target.index("node", len(gltf.listed("nodes")))
     path = target.text("path")
@@ -193,7 +199,7 @@ def _add(
 def _track(gltf: GltfFile, sampler: Record, path: str) -> ValueTrack:
     kind = sampler.text("interpolation", "LINEAR")
     if kind not in _BETWEEN:
-        sampler.refuse(f"{kind[:20]!r} is no interpolation in glTF")
+        sampler.refuse(f"{kind[:20]!r} is not an interpolation of glTF")
     accessors = gltf.listed("accessors")
     places = [sampler.index(name, len(accessors)) for name in ("input", "output")]
     if places[0] is None or places[1] is None:
@@ -202,7 +208,7 @@ def _track(gltf: GltfFile, sampler: Record, path: str) -> ValueTrack:
     values = read_floats(gltf, places[1], len(RESTS[path])).astype(float)
     per_key = 3 if kind == "CUBICSPLINE" else 1
     if not len(times_s) or len(values) != per_key * len(times_s):
-        sampler.refuse(f"{len(times_s)} times do not go with {len(values)} values")
+        sampler.refuse(f"{len(times_s)} times do not match {len(values)} values")
     if times_s[0] < 0 or (np.diff(times_s) < 0).any() or times_s[-1] > 1e6:
         sampler.refuse("its times should rise from 0 on, in seconds")
     if path == "rotation" and kind != "CUBICSPLINE":

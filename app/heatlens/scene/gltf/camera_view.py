@@ -14,8 +14,8 @@ from heatlens.scene.gltf.file import GltfFile
 from heatlens.scene.gltf.json_values import Record
 from heatlens.scene.scene import Array, Color, Daylight, PointLight, SceneCamera
 
-SENSOR_WIDTH_MM = 36.0  # a file tells an angle and no sensor: the full frame of a still camera
-_ASPECT = 16 / 9  # of a camera that tells none
+SENSOR_WIDTH_MM = 36.0  # glTF has an angle but no sensor; this is the full frame of a still camera
+_ASPECT = 16 / 9  # of a camera without one
 _FOCAL_LEAST_MM, _FOCAL_MOST_MM = 0.1, 1e5
 _STILL = "Lights that move stay where they are at frame 1."
 
@@ -24,7 +24,7 @@ _STILL = "Lights that move stay where they are at frame 1."
 class GltfViews:
     """The cameras and lights that hang on the nodes of the scene.
 
-    Raises InputError for those that can be nowhere, or see or shine in no way.
+    Raises InputError for a camera or a light whose place or values are impossible.
     """
 
     gltf: GltfFile
@@ -78,7 +78,7 @@ class GltfViews:
             self._add_sun((-x, -y, -z), color)
             return
         if kind not in ("point", "spot"):
-            light.refuse(f"{kind[:20]!r} is no light in glTF")
+            light.refuse(f"{kind[:20]!r} is not a light type of glTF")
         position = tuple(map(float, world[:3, 3]))
         spot = light.inside("spot")
         outer = min(spot.number("outerConeAngle", math.pi / 4, least=1e-6), math.pi / 2)
@@ -94,7 +94,7 @@ class GltfViews:
         )
 
     def _add_sun(self, to_sun: Color, irradiance: Color) -> None:
-        """The brightest is the sun; there is no other light like it."""
+        """Keep the brightest directional light, because the scene can have one sun."""
         self._suns += 1
         if self._suns > 1:
             self.notes["Of several suns only the brightest shines."] = None
@@ -109,26 +109,26 @@ def _focal_length_mm(perspective: Record) -> float:
         perspective.refuse("its angle 'yfov' should lie between 0 and pi")
     focal_mm = SENSOR_WIDTH_MM / (2 * aspect * math.tan(angle / 2))
     if not _FOCAL_LEAST_MM <= focal_mm <= _FOCAL_MOST_MM:
-        perspective.refuse(f"a focal length of {focal_mm:g} mm is that of no lens")
+        perspective.refuse(f"no lens has a focal length of {focal_mm:g} mm")
     return focal_mm
 
 
 def _pose(on_node: Record, matrix: Array) -> Pose:
-    """Without the scale of what it hangs on, and upright where that mirrors it."""
+    """Return the pose of a node without its ancestors' scale, upright where they mirror it."""
     back, up = matrix[:3, 2], matrix[:3, 1]
     side = np.cross(up, back)
     if not np.linalg.norm(side) > 1e-12 or not np.abs(matrix[:3, 3]).max() <= 1e9:
-        on_node.refuse("a camera is scaled to nothing, or is nowhere")
+        on_node.refuse("a camera is scaled to zero, or its place is not finite")
     rigid = matrix.copy()
     rigid[:3, 0], rigid[:3, 1] = side, np.cross(back, side)
     return pose_of(rigid)
 
 
 def _axis(light: Record, world: Array) -> tuple[float, float, float]:
-    """Where the light shines: its node's -z."""
+    """Return the direction in which a light shines, which is its node's -z."""
     length = float(np.linalg.norm(world[:3, 2]))
     if not (1e-12 < length < 1e12 and np.abs(world[:3, 3]).max() <= 1e9):
-        light.refuse("a light hangs where nothing can be, or is scaled to nothing")
+        light.refuse("a light is scaled to zero, or its place is not finite")
     x, y, z = map(float, -world[:3, 2] / length)
     return x, y, z
 
@@ -140,7 +140,7 @@ def _color(light: Record) -> Color:
 
 
 def _unlike(name: str, others: list[str]) -> str:
-    """The name, with a number behind it where another has it too."""
+    """Return the name, with a number after it if another camera has it already."""
     found, number = name, 1
     while found in others:
         number += 1

@@ -26,12 +26,12 @@ from heatlens.scene.gltf.json_values import Record
 _MAGIC = b"glTF"
 _JSON, _BIN = 0x4E4F534A, 0x004E4942
 _HEAD_BYTES = 20  # of a .glb: its own head and that of its JSON, which comes first
-# What may be required of whoever reads a file, and is read here or changes only the shine.
+# Extensions that a file may require: those that are read here, and those that affect only gloss.
 _KNOWN = {
     *("KHR_lights_punctual", "KHR_materials_emissive_strength", "KHR_mesh_quantization"),
     *("KHR_texture_transform", "EXT_texture_webp", "EXT_mesh_gpu_instancing"),
 }
-# Budgets of one file: meshes may share their bytes, and take memory each.
+# Budgets of one file, because meshes may share their bytes but take memory each.
 _BUFFERS_MOST = 4_000_000_000
 _NUMBERS_MOST = 200_000_000
 _EMPTY_MOST = 4_000_000
@@ -40,7 +40,7 @@ _HARMLESS = ("KHR_materials_", "KHR_xmp", "KHR_animation_pointer")
 
 @dataclass(frozen=True, eq=False)
 class GltfFile:
-    """A file whose JSON was understood; its buffers are read when first asked for."""
+    """A file whose JSON is valid; its buffers are read when they are first used."""
 
     path: Path
     root: Record
@@ -50,13 +50,13 @@ class GltfFile:
     _spent: dict[str, int] = field(default_factory=dict)
 
     def listed(self, name: str) -> list[Record]:
-        """The objects of a list of the file, such as its `nodes`."""
+        """Return the objects of a list of the file, such as its `nodes`."""
         if name not in self._lists:
             self._lists[name] = self.root.records(name)
         return self._lists[name]
 
     def buffer(self, index: int) -> bytes:
-        """The bytes of a buffer. Raises InputError where they are missing or too few."""
+        """Return the bytes of a buffer; raise InputError where they are missing or too few."""
         if index not in self._buffers:
             self._buffers[index] = self._read_buffer(index)
         return self._buffers[index]
@@ -78,9 +78,10 @@ class GltfFile:
         return data[:length]
 
     def spend(self, record: Record, numbers: int, is_empty: bool) -> None:
-        """Count numbers that an accessor brings to memory; refused where all of them are too many.
+        """Count the numbers that an accessor reads; raise InputError where the sum is too large.
 
-        `is_empty`: it has no bytes for them, so that a few letters could claim any number.
+        `is_empty` marks an accessor without bytes of its own, with which a few letters could claim
+        any amount of memory.
         """
         name, most = ("empty", _EMPTY_MOST) if is_empty else ("filled", _NUMBERS_MOST)
         self._spent[name] = self._spent.get(name, 0) + numbers
@@ -89,7 +90,7 @@ class GltfFile:
             record.refuse(f"it claims {numbers:,} numbers {what}{most:,} are the most in one file")
 
     def view(self, index: int) -> memoryview:
-        """The bytes of a buffer view. Raises InputError where they reach past the buffer."""
+        """Return the bytes of a buffer view; raise InputError where they end beyond the buffer."""
         record = self.listed("bufferViews")[index]
         number = record.index("buffer", len(self.listed("buffers")))
         if number is None:
@@ -101,7 +102,7 @@ class GltfFile:
         return memoryview(data)[start : start + length]
 
     def uri_bytes(self, record: Record) -> bytes:
-        """What an `uri` names: base64 in it, or a file in the folder of this one or under it."""
+        """Return the bytes that a `uri` names: base64 in it, or a file in this file's folder."""
         path = self.uri_path(record)
         if path is None:
             return _base64(record, record.text("uri"))
@@ -111,9 +112,9 @@ class GltfFile:
             _unreadable(record, error)
 
     def uri_path(self, record: Record) -> Path | None:
-        """The file that an `uri` names, there or not; None for base64.
+        """Return the file that a `uri` names, whether it exists or not; None for base64.
 
-        Raises InputError for one that is no file in the folder of this one or under it.
+        Raises InputError where it does not lie in the folder of this file or under it.
         """
         uri = record.text("uri")
         if uri.startswith("data:"):
@@ -136,10 +137,10 @@ def _unreadable(record: Record, error: Exception) -> NoReturn:
 
 
 def named_files(path: Path) -> tuple[Path, ...]:
-    """The files of buffers and pictures that a .gltf or .glb names, in its order, there or not.
+    """Return the files of buffers and pictures that a .gltf or .glb names.
 
-    Those that reading refuses are left out, as they decide nothing. Only the JSON is read. Raises
-    InputError where that is not possible.
+    They are in the order of the file and need not exist. Names that reading would refuse are left
+    out. Only the JSON is read. Raises InputError where that is not possible.
     """
     file = GltfFile(path, _json(path, _text_of(path)), None)
     found: dict[Path, None] = {}
@@ -151,7 +152,7 @@ def named_files(path: Path) -> tuple[Path, ...]:
 
 
 def _text_of(path: Path) -> bytes:
-    """The JSON of either kind of file, without the bytes behind it."""
+    """Return the JSON of a .gltf or .glb without the bytes behind it."""
     try:
         with path.open("rb") as file:
             head = file.read(_HEAD_BYTES)
@@ -165,7 +166,11 @@ def _text_of(path: Path) -> bytes:
 
 
 def open_gltf(path: Path) -> GltfFile:
-    """Raises InputError for what is no glTF 2.0, is damaged, or needs what is not known here."""
+    """Open a file.
+
+    Raises InputError where it is not glTF 2.0, is damaged, or requires an extension that is not
+    supported.
+    """
     try:
         data = file_bytes(path)
     except OSError as error:
@@ -179,7 +184,7 @@ def open_gltf(path: Path) -> GltfFile:
 
 
 def _chunks(path: Path, data: bytes) -> tuple[bytes, bytes | None]:
-    """The JSON of a .glb, and its bytes where it has some."""
+    """Return the JSON of a .glb, and its bytes if it has some."""
     if len(data) < _HEAD_BYTES:
         _cut_short(path)
     version, length = struct.unpack_from("<II", data, 4)
@@ -208,18 +213,20 @@ def _json(path: Path, text: bytes) -> Record:
     try:
         value = json.loads(text.decode("utf-8-sig"))
     except (ValueError, RecursionError) as error:
-        raise InputError(f"{path} is damaged or no glTF: {error}. Export it again.") from error
+        raise InputError(f"{path} is damaged or not glTF: {error}. Export it again.") from error
     return Record(JsonEntry(path, "", value))
 
 
 def _check_version(root: Record) -> None:
     version = root.inside("asset").text("version")
     if not version.startswith("2."):
-        root.refuse(f"this is no glTF of version 2, but of {version[:20] or 'none'!r}")
+        root.refuse(f"this is not glTF version 2 but {version[:20] or 'none'!r}")
     required = root.at("extensionsRequired").items() if root.has("extensionsRequired") else []
     for name in (item.text() for item in required):
         if name not in _KNOWN and not name.startswith(_HARMLESS):
-            root.refuse(f"it needs {name[:60]}, which is not known here; export it without that")
+            root.refuse(
+                f"it needs {name[:60]}, which heatlens does not support; export it without that"
+            )
 
 
 def _base64(record: Record, uri: str) -> bytes:

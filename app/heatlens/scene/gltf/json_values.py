@@ -7,12 +7,12 @@ from typing import NoReturn
 
 from heatlens.files.json_record import JsonEntry
 
-_MOST = 1e300  # with room to reckon below infinity
+_MOST = 1e300  # leaves room for arithmetic below infinity
 
 
 @dataclass(frozen=True, slots=True)
 class Record:
-    """A JSON object of which some entries are known here.
+    """A JSON object of which some entries are understood.
 
     Every method raises InputError with the file and the place where an entry is of the wrong kind.
     """
@@ -24,22 +24,22 @@ class Record:
             self.entry.refuse("there should be an object in braces here")
 
     def has(self, name: str) -> bool:
-        """Whether there is such an entry."""
+        """Return whether there is such an entry."""
         return name in self.entry.value
 
     def refuse(self, sentence: str) -> NoReturn:
-        """Raise InputError: the file, the place, what is wrong."""
+        """Raise InputError with the file, the place and what is wrong."""
         self.entry.refuse(sentence)
 
     def at(self, name: str) -> JsonEntry:
-        """The entry, which must be there."""
+        """Return the entry, which must exist."""
         if not self.has(name):
             self.refuse(f"the entry {name!r} is missing")
         place = f"{self.entry.place}.{name}" if self.entry.place else name
         return JsonEntry(self.entry.path, place, self.entry.value[name])
 
     def inside(self, *names: str) -> "Record":
-        """The object within the object, and so on; an empty one where there is none."""
+        """Return the object at a path of names, or an empty one where there is none."""
         found = self
         for name in names:
             missing = JsonEntry(self.entry.path, f"{found.entry.place}.{name}", {})
@@ -47,15 +47,15 @@ class Record:
         return found
 
     def records(self, name: str) -> list["Record"]:
-        """The objects of a list, none where it is missing."""
+        """Return the objects of a list, none where it is missing."""
         return [Record(item) for item in self.at(name).items()] if self.has(name) else []
 
     def number(self, name: str, default: float, least: float = -math.inf) -> float:
-        """A finite number that is not below `least`."""
+        """Return a finite number that is at least `least`."""
         return _finite(self.at(name), least) if self.has(name) else default
 
     def whole(self, name: str, default: int | None = None) -> int:
-        """A number from 0 on without a fraction; without a default it must be there."""
+        """Return a number from 0 on without a fraction; without a default it must exist."""
         if default is not None and not self.has(name):
             return default
         found = _finite(self.at(name), 0)
@@ -64,7 +64,7 @@ class Record:
         return int(found)
 
     def index(self, name: str, count: int) -> int | None:
-        """The place of something in a list of `count`; None where nothing is told."""
+        """Return a place in a list of `count`; None where there is no such entry."""
         if not self.has(name):
             return None
         found = self.whole(name)
@@ -73,7 +73,7 @@ class Record:
         return found
 
     def indices(self, name: str, count: int) -> list[int]:
-        """A list of such places, empty where there is none."""
+        """Return a list of such places, empty where there is no such entry."""
         if not self.has(name):
             return []
         items = {str(i): item.value for i, item in enumerate(self.at(name).items())}
@@ -81,7 +81,7 @@ class Record:
         return [index for key in items if (index := listed.index(key, count)) is not None]
 
     def row(self, name: str, default: Sequence[float]) -> tuple[float, ...]:
-        """As many finite numbers as the default has."""
+        """Return as many finite numbers as the default has."""
         if not self.has(name):
             return tuple(default)
         items = self.at(name).items()
@@ -90,7 +90,7 @@ class Record:
         return tuple(_finite(item, -math.inf) for item in items)
 
     def text(self, name: str, default: str = "") -> str:
-        """A text."""
+        """Return a text."""
         return self.at(name).text() if self.has(name) else default
 
 

@@ -21,7 +21,7 @@ _STEEPEST = 1e3
 
 @dataclass(frozen=True)
 class UvPlace:
-    """Which texture coordinates a material takes, and where its pictures lie in them.
+    """Which texture coordinates a material uses, and how its pictures are placed in them.
 
     (u, v) becomes matrix @ (u, v) + offset, where matrix is two rows.
     """
@@ -31,16 +31,16 @@ class UvPlace:
     offset: tuple[float, float] = (0.0, 0.0)
 
     def placed(self, uvs: NDArray[np.float32]) -> NDArray[np.float32]:
-        """(V, 2) moved."""
+        """Return texture coordinates (V, 2) after the transform."""
         moved = uvs @ np.array(self.matrix).T + np.array(self.offset)
         return np.asarray(moved, np.float32)
 
 
 @dataclass
 class GltfMaterials:
-    """The materials of a file in its order, behind them the one of what has none.
+    """The materials of a file in its order, and at the end that of meshes without one.
 
-    Raises InputError where a material or a picture that it needs is damaged or missing.
+    Raises InputError where a material, or a picture that it uses, is damaged or missing.
     """
 
     gltf: GltfFile
@@ -89,19 +89,19 @@ class GltfMaterials:
         self.places.append(place)
 
     def _alpha(self, record: Record, factor: float) -> tuple[float, float]:
-        """The factor of the base colour's alpha, and under what of it there is a hole."""
+        """Return the factor of the base colour's alpha, and the cutoff below which is a hole."""
         mode = record.text("alphaMode", "OPAQUE")
         if mode == "OPAQUE":
             return 1.0, 0.0
         if mode == "MASK":
             return factor, record.number("alphaCutoff", 0.5)
         if mode != "BLEND":
-            record.refuse(f"{mode[:20]!r} is no mode of alpha in glTF")
+            record.refuse(f"{mode[:20]!r} is not an alpha mode of glTF")
         self.notes["See-through materials are cut out where they are less than half opaque."] = None
         return factor, _BLEND_CUTOFF
 
     def _map(self, owner: Record, name: str) -> int | None:
-        """Index of the picture among the scene's; None for no texture, or one without a picture."""
+        """Return the index of a texture's picture among the scene's; None for no picture."""
         textures = self.gltf.listed("textures")
         number = owner.inside(name).index("index", len(textures))
         if number is None:
@@ -118,7 +118,7 @@ class GltfMaterials:
         return self._found[source]
 
     def _map_alike(self, record: Record, name: str, place: UvPlace) -> int | None:
-        """A map that is left out rather than laid where it does not belong."""
+        """Return a map only if its coordinates are those of the base colour, else leave it out."""
         if record.inside(name).has("index") and _uv_place(record.inside(name)) != place:
             self.notes["Bumps and occlusion that lie otherwise than the colour are left out."] = (
                 None
@@ -127,7 +127,7 @@ class GltfMaterials:
         return self._map(record, name)
 
     def _place(self, infos: Iterable[Record]) -> UvPlace:
-        """The place of the first texture; all others are taken to have the same."""
+        """Return the place of the first texture, which all others are assumed to share."""
         places = list(dict.fromkeys(_uv_place(info) for info in infos if info.has("index")))
         if len(places) > 1:
             self.notes["Textures of one material that lie differently are laid alike."] = None
@@ -142,7 +142,7 @@ def _picture(gltf: GltfFile, record: Record, before: list[NDArray[np.uint8]]) ->
 
 
 def _uv_place(info: Record) -> UvPlace:
-    """A turn by KHR_texture_transform goes clockwise in coordinates that run down."""
+    """Return the place; KHR_texture_transform turns clockwise as its v axis runs down."""
     moved = info.inside("extensions", "KHR_texture_transform")
     coordinates = moved.whole("texCoord", info.whole("texCoord", 0))
     angle = moved.number("rotation", 0.0)
@@ -152,7 +152,7 @@ def _uv_place(info: Record) -> UvPlace:
 
 
 def _steepness(bumps: Record) -> float:
-    """Within what float32 can reckon with."""
+    """Limit a normal map's scale to what float32 can represent."""
     return min(max(bumps.number("scale", 1.0), -_STEEPEST), _STEEPEST)
 
 
@@ -164,7 +164,7 @@ def _emission(record: Record) -> Color:
 
 
 def _color(values: tuple[float, ...]) -> Color:
-    """Without the alpha, and not below black."""
+    """Return the colour without alpha, and not less than black."""
     red, green, blue = (max(value, 0.0) for value in values[:3])
     return red, green, blue
 

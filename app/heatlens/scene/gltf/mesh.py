@@ -25,7 +25,7 @@ _MORPHS = "Shapes that change into others (morph targets) stay as they were mode
 
 @dataclass
 class GltfMeshes:
-    """Reads the meshes of a file when a node asks for them, each once."""
+    """Reads each mesh of a file once, when a node first uses it."""
 
     gltf: GltfFile
     materials: GltfMaterials
@@ -34,7 +34,7 @@ class GltfMeshes:
     _found: dict[int, list[int]] = field(default_factory=dict)
 
     def of(self, index: int) -> list[int]:
-        """The scene's meshes that the file's mesh is; points and lines are left out.
+        """Return the scene's meshes for a mesh of the file, without its points and lines.
 
         Raises InputError where it is damaged.
         """
@@ -50,7 +50,7 @@ class GltfMeshes:
     def _add(self, primitive: Record) -> int | None:
         mode = primitive.whole("mode", _TRIANGLES)
         if mode > _FAN:
-            primitive.refuse(f"{mode} is no kind of primitive in glTF")
+            primitive.refuse(f"{mode} is not a primitive mode of glTF")
         if mode < _TRIANGLES:
             self.notes["Points and lines are not drawn; only triangles are."] = None
             return None
@@ -67,7 +67,7 @@ class GltfMeshes:
         number = len(materials) if material is None else material
         positions = self._attribute(primitive, "POSITION", 3)
         if positions is None:
-            primitive.refuse("it has no POSITION, so its vertices are nowhere")
+            primitive.refuse("it has no POSITION, so its vertices have no place")
         place = self.materials.places[number]
         uvs = self._attribute(primitive, f"TEXCOORD_{place.coordinates}", 2, len(positions))
         mesh = made_mesh(
@@ -83,7 +83,7 @@ class GltfMeshes:
         return self._with_tangents(primitive, mesh) if has_bumps else mesh
 
     def _with_tangents(self, primitive: Record, mesh: Mesh) -> Mesh:
-        """Those of the file, which count only beside its normals, or found from its uvs."""
+        """Return the mesh with the file's tangents if it has normals, else derived ones."""
         told = None
         if primitive.inside("attributes").has("NORMAL"):
             told = self._attribute(primitive, "TANGENT", 4, len(mesh.positions_m))
@@ -92,7 +92,7 @@ class GltfMeshes:
     def _attribute(
         self, primitive: Record, name: str, width: int | None, count: int | None = None
     ) -> NDArray[np.float32] | None:
-        """(V, width) of a vertex attribute; without a width it is of colours, three or four."""
+        """Return (V, width) of a vertex attribute; colours, without a width, have three or four."""
         attributes = primitive.inside("attributes")
         accessor = attributes.index(name, len(self.gltf.listed("accessors")))
         if accessor is None:
@@ -117,7 +117,7 @@ class GltfMeshes:
 
 
 def _triangles(corners: NDArray[np.uint32], mode: int) -> NDArray[np.uint32]:
-    """(T, 3) of a list of triangles, a strip or a fan; what is left over makes none."""
+    """Return (T, 3) of a list of triangles, a strip or a fan, without incomplete triangles."""
     if mode == _TRIANGLES:
         return corners[: len(corners) // 3 * 3].reshape(-1, 3)
     if len(corners) < 3:

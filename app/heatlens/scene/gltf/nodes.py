@@ -12,20 +12,20 @@ from heatlens.scene.gltf.file import GltfFile
 from heatlens.scene.gltf.json_values import Record
 from heatlens.scene.scene import Array
 
-# What of a node an animation moves, and where it stands without one.
+# The properties of a node that an animation can move, and their values at rest.
 RESTS = {"translation": (0, 0, 0), "rotation": (0, 0, 0, 1), "scale": (1, 1, 1)}
 _FAR_MOST = 1e9
 _ROOT = -1
-_LEVELS_MOST = 256  # of nodes below each other; scenes that people make have some ten
+_LEVELS_MOST = 256  # levels of nodes; scenes that people make have about ten
 
 
 @dataclass(frozen=True, eq=False)
 class NodeTree:
-    """The nodes that hang in the scene.
+    """The nodes of the scene.
 
     locals   (N, 4, 4) each within its parent, at rest
-    parents  (N,) -1 for none
-    levels   nodes with as many others above them, the roots first; those in no level are not seen
+    parents  (N,) with -1 for none
+    levels   nodes by their depth in the tree, the roots first; nodes in no level are not visible
     """
 
     locals: Array
@@ -38,9 +38,9 @@ class NodeTree:
         """Every node of the scene, in the order of the file."""
         return tuple(sorted(node for level in self.levels for node in level))
 
-    @np.errstate(over="ignore", invalid="ignore")  # what comes of it is looked at by the caller
+    @np.errstate(over="ignore", invalid="ignore")  # the caller checks the result
     def worlds(self, moved: Mapping[int, Array] | None = None) -> Array:
-        """(N, 4, 4) to the world, where `moved` has (4, 4) of nodes that left their rest."""
+        """Return (N, 4, 4) to the world; `moved` has (4, 4) of the nodes that are not at rest."""
         worlds = self.locals.copy()
         for node, local in (moved or {}).items():
             worlds[node] = local
@@ -50,7 +50,7 @@ class NodeTree:
         return worlds
 
     def chain(self, node: int) -> list[int]:
-        """A node and what it hangs on, up to the root."""
+        """Return a node and its ancestors up to the root."""
         found = [node]
         while (parent := self.parents[found[-1]]) != _ROOT:
             found.append(parent)
@@ -58,7 +58,7 @@ class NodeTree:
 
 
 def read_tree(gltf: GltfFile) -> NodeTree:
-    """Raises InputError where the nodes are no tree, or one of them is no place."""
+    """Read the nodes; raise InputError where they form no tree or a transform is invalid."""
     records = tuple(gltf.listed("nodes"))
     parents = [_ROOT] * len(records)
     levels: list[tuple[int, ...]] = []
@@ -68,7 +68,7 @@ def read_tree(gltf: GltfFile) -> NodeTree:
         if len(set(level)) != len(level) or not seen.isdisjoint(level):
             _raise_twice(gltf, level, seen)
         if len(levels) == _LEVELS_MOST:
-            records[level[0]].refuse(f"it hangs below {_LEVELS_MOST} others, which are the most")
+            records[level[0]].refuse(f"it has more than {_LEVELS_MOST} ancestors")
         seen.update(level)
         levels.append(tuple(level))
         level = _children(records, level, parents)
@@ -79,13 +79,13 @@ def read_tree(gltf: GltfFile) -> NodeTree:
 
 
 def _raise_twice(gltf: GltfFile, level: list[int], seen: set[int]) -> None:
-    """InputError naming a node that is found in two places of the tree."""
+    """Raise InputError naming a node that has two places in the tree."""
     twice = next(node for node in level if node in seen or level.count(node) > 1)
-    gltf.listed("nodes")[twice].refuse("it hangs in two places; nodes should be a tree")
+    gltf.listed("nodes")[twice].refuse("it has two parents; nodes must form a tree")
 
 
 def _roots(gltf: GltfFile, records: tuple[Record, ...]) -> list[int]:
-    """Of the scene that the file shows first; of all nodes where it has no scene."""
+    """Return the roots of the default scene, or those of all nodes where there is no scene."""
     scenes = gltf.listed("scenes")
     if scenes:
         return scenes[gltf.root.index("scene", len(scenes)) or 0].indices("nodes", len(records))
@@ -94,7 +94,7 @@ def _roots(gltf: GltfFile, records: tuple[Record, ...]) -> list[int]:
 
 
 def _children(records: tuple[Record, ...], level: list[int], parents: list[int]) -> list[int]:
-    """All nodes below a level; their parents are noted."""
+    """Return all nodes below a level, and set their parents."""
     found = []
     for node in level:
         for child in records[node].indices("children", len(records)):
@@ -107,18 +107,18 @@ def _local(record: Record) -> Array:
     if not record.has("matrix"):
         rows = [np.array([record.row(*rest)], float) for rest in RESTS.items()]
         if np.abs(np.concatenate(rows, axis=1)).max() > _FAR_MOST:
-            record.refuse(f"it is moved or scaled by more than {_FAR_MOST:g}: it is nowhere")
+            record.refuse(f"it is moved or scaled by more than {_FAR_MOST:g}, which is too much")
         return np.asarray(matrices(*rows)[0])
     matrix: Array = np.array(record.row("matrix", (0.0,) * 16)).reshape(4, 4).T
     if not np.abs(matrix).max() <= _FAR_MOST or not np.array_equal(matrix[3], (0, 0, 0, 1)):
-        record.refuse("its matrix is no place in a scene")
+        record.refuse("its matrix is not a valid transform")
     return np.asarray(matrix)
 
 
 def matrices(translations: Array, rotations: Array, scales: Array) -> Array:
-    """(K, 4, 4) of K translations, quaternions x, y, z, w and scales; within reason.
+    """Return (K, 4, 4) of K translations, quaternions (x, y, z, w) and scales.
 
-    A quaternion of no length does not turn.
+    A quaternion of length 0 does not rotate.
     """
     lengths = np.linalg.norm(rotations, axis=1, keepdims=True)
     safe = np.where(lengths > 1e-12, lengths, 1.0)

@@ -26,25 +26,25 @@ _SPREAD = "EXT_mesh_gpu_instancing"
 
 @dataclass(frozen=True, eq=False)
 class _Hanging:
-    """Meshes that hang on nodes: of each instance the node, and its (4, 4) place within that."""
+    """Meshes on nodes: the node of each instance, and its place (4, 4) within the node."""
 
     animation: Animation
     nodes: tuple[int, ...]
     offsets: Array
 
     def __call__(self, frame: float) -> Array:
-        """(instances, 4, 4) to the world."""
+        """Return (instances, 4, 4) to the world."""
         with np.errstate(over="ignore", invalid="ignore"):
             places = self.animation.worlds(frame)[list(self.nodes)] @ self.offsets
         return np.clip(np.nan_to_num(places), -_FAR_MOST_M, _FAR_MOST_M)
 
 
-@np.errstate(over="ignore", invalid="ignore")  # places are looked at once they are known
+@np.errstate(over="ignore", invalid="ignore")  # places are checked once they are known
 def read_gltf(path: Path) -> Scene:
-    """The scene that the file shows first.
+    """Read the scene that the file shows first.
 
-    Raises InputError naming the file and the place in it where it is damaged, names what is not
-    there, or has nothing to look at.
+    Raises InputError naming the file and the place in it where it is damaged, refers to what does
+    not exist, or has nothing visible.
     """
     gltf = open_gltf(path)
     animation = read_animation(gltf, read_tree(gltf))
@@ -105,7 +105,7 @@ def _check_places(gltf: GltfFile, places: Array) -> None:
 
 
 def _spread(gltf: GltfFile, record: Record) -> Array:
-    """(K, 4, 4) places of a node's mesh within the node: one, or as many as the file lists."""
+    """Return (K, 4, 4) places of a node's mesh within the node, one or as many as are listed."""
     attributes = record.inside("extensions", _SPREAD, "attributes")
     found = {
         name: read_floats(gltf, index, len(rest)).astype(float)
@@ -116,7 +116,7 @@ def _spread(gltf: GltfFile, record: Record) -> Array:
         return np.eye(4)[None]
     count = len(next(iter(found.values())))
     if any(len(values) != count for values in found.values()):
-        attributes.refuse("its lists are not of one length")
+        attributes.refuse("its lists differ in length")
     full = (
         found.get(name, np.tile(np.array(rest, float), (count, 1))) for name, rest in RESTS.items()
     )

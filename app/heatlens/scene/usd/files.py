@@ -9,10 +9,10 @@ from heatlens.paths import unreadable
 
 
 def files_of_usd(path: Path) -> tuple[Path, ...]:
-    """Files of sublayers, references, payloads and pictures, as OpenUSD follows them, there or not.
+    """Return files of sublayers, references, payloads and pictures as OpenUSD follows them.
 
-    In a process of its own, which takes half a second. What lies within a .usdz is that file.
-    Raises InputError where the file cannot be read.
+    The files need not exist. Files packed in a .usdz count as the package. This runs in a process
+    of its own, which takes half a second. Raises InputError where the file cannot be read.
     """
     if not path.is_file():
         raise unreadable(path)
@@ -20,7 +20,7 @@ def files_of_usd(path: Path) -> tuple[Path, ...]:
 
 
 def named_by_usd(text: str) -> tuple[Path, ...]:
-    """`files_of_usd` in this process."""
+    """Return what `files_of_usd` does, in this process."""
     own = Path(text).resolve()
     with quiet_library(), usd_failures_told(text):
         layers, pictures, missing = usd_module("UsdUtils").ComputeAllDependencies(str(own))
@@ -30,7 +30,7 @@ def named_by_usd(text: str) -> tuple[Path, ...]:
 
 
 def _file_of(name: Any) -> str:
-    """The package, of what is packed in one."""
+    """Return the file itself, or the package that contains it."""
     resolver = usd_module("Ar")
     is_packed = resolver.IsPackageRelativePath(name)
     return str(resolver.SplitPackageRelativePathOuter(name)[0] if is_packed else name)

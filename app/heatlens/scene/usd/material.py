@@ -19,18 +19,21 @@ _BLEND_CUTOFF = 0.5
 
 @dataclass
 class UsdMaterials:
-    """The materials that prims are bound to, each once; the first is that of what has none."""
+    """The materials that prims are bound to, each once; the first is for unbound prims."""
 
     stage: UsdStage
     materials: list[Material] = field(default_factory=lambda: [Material()])
     images: list[NDArray[np.uint8]] = field(default_factory=list)
     notes: dict[str, None] = field(default_factory=dict)  # in order, each once
-    shaders: set[int] = field(default_factory=set)  # which of them are no colour of a prim alone
+    shaders: set[int] = field(default_factory=set)  # those that are more than the colour of a prim
     _found: dict[str, int] = field(default_factory=dict)
     _pictures: dict[str, int] = field(default_factory=dict)
 
     def of(self, prim: Any, has_own_colors: bool = False) -> int:
-        """The scene's material of a mesh or of a part; no colour besides those of its vertices."""
+        """Return the number of the material that a mesh or a part of it is bound to.
+
+        `has_own_colors` makes an unbound mesh white, because its vertices bring the colour.
+        """
         shade = usd_module("UsdShade")
         bound, _ = shade.MaterialBindingAPI(prim).ComputeBoundMaterial()
         surface = bound.ComputeSurfaceSource()[0] if bound else None
@@ -66,7 +69,7 @@ class UsdMaterials:
         )
 
     def _input(self, surface: Any, name: str, default: Any) -> tuple[Any, int | None]:
-        """Its value, and the picture it is joined to."""
+        """Return the value of an input and the picture it is connected to."""
         found = surface.GetInput(name)
         if not found:
             return default, None
@@ -83,8 +86,10 @@ class UsdMaterials:
     def _picture(self, path: str) -> int:
         if path not in self._pictures:
             resolver = usd_module("Ar")
-            if os.path.exists(path) and not os.path.isfile(path):  # a pipe or a device never ends
-                raise InputError(f"{self.stage.path}: the picture {path[:80]!r} is no file.")
+            if os.path.exists(path) and not os.path.isfile(
+                path
+            ):  # reading a pipe or a device would never end
+                raise InputError(f"{self.stage.path}: the picture {path[:80]!r} is not a file.")
             asset = resolver.GetResolver().OpenAsset(resolver.ResolvedPath(path))
             if not asset:
                 raise InputError(f"{self.stage.path}: the picture {path[:80]!r} is not there.")
@@ -102,5 +107,5 @@ def _color(value: Any) -> Color:
 
 
 def _share(value: Any) -> float:
-    """Between 0 and 1; NaN is 0."""
+    """Clip to 0..1; NaN becomes 0."""
     return min(float(value), 1.0) if value > 0 else 0.0

@@ -15,7 +15,7 @@ _UV_NAMES = ("st", "UVMap", "map1", "st0")
 
 
 def read_parts(materials: UsdMaterials, prim: Any) -> list[Mesh]:
-    """One mesh for each material. Raises InputError where a mesh contradicts itself."""
+    """Return one mesh for each material; raise InputError where a mesh contradicts itself."""
     geometry = usd_module("UsdGeom")
     what = f"{materials.stage.path}: {prim.GetPath()}"
     time = usd_module("Usd").TimeCode.EarliestTime()
@@ -45,15 +45,15 @@ def _check(
     what: str, points: NDArray[np.float32], counts: NDArray[np.int64], corners: NDArray[np.int64]
 ) -> None:
     if counts.size and (counts.min() < 0 or counts.sum() != len(corners)):
-        raise InputError(f"{what}: its polygons have other numbers of corners than it says.")
+        raise InputError(f"{what}: the corner counts of its polygons do not match its corners.")
     if corners.size and (corners.min() < 0 or corners.max() >= len(points)):
-        raise InputError(f"{what}: a polygon names a vertex that is not there.")
+        raise InputError(f"{what}: a polygon refers to a vertex that does not exist.")
     if not np.isfinite(points).all():
         raise InputError(f"{what}: a vertex is at NaN or infinity.")
 
 
 def _fans(counts: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """(T, 3) triangles of corners, and (T,) the face that each belongs to."""
+    """Return (T, 3) triangles of corners, and (T,) the face that each belongs to."""
     sizes = np.maximum(counts - 2, 0)
     faces = np.repeat(np.arange(len(counts)), sizes)
     firsts = (np.cumsum(counts) - counts)[faces]
@@ -67,7 +67,7 @@ def _normals(
     corners: NDArray[np.int64],
     triangles: NDArray[np.int64],
 ) -> NDArray[np.float32] | None:
-    """(corners, 3): of the file, or smooth where it is a subdivision surface; None for flat."""
+    """Return (corners, 3): the file's, or smooth ones of a subdivision surface; None for flat."""
     primvar = usd_module("UsdGeom").PrimvarsAPI(mesh.GetPrim()).GetPrimvar("normals")
     told = primvar.ComputeFlattened() if primvar else mesh.GetNormalsAttr().Get()
     values = np.array(told if told else [], np.float32).reshape(-1, 3)
@@ -81,7 +81,7 @@ def _normals(
 
 
 def _uvs(prim: Any, corners: NDArray[np.int64]) -> NDArray[np.float32] | None:
-    """(corners, 2), v downwards."""
+    """Return (corners, 2) with v downwards."""
     primvars = usd_module("UsdGeom").PrimvarsAPI(prim)
     for name in _UV_NAMES:
         told = primvars.GetPrimvar(name).ComputeFlattened() if primvars.HasPrimvar(name) else None
@@ -99,7 +99,7 @@ def _uvs(prim: Any, corners: NDArray[np.int64]) -> NDArray[np.float32] | None:
 def _colors(
     prim: Any, points: int, counts: NDArray[np.int64], corners: NDArray[np.int64]
 ) -> NDArray[np.float32] | None:
-    """(corners, 3) of displayColor, linear; None for one over all, which is the material's."""
+    """Return (corners, 3) of displayColor, linear; None for a constant, which the material has."""
     primvar = usd_module("UsdGeom").PrimvarsAPI(prim).GetPrimvar("displayColor")
     told = primvar.ComputeFlattened() if primvar else None
     values = np.array(told if told else [], np.float32).reshape(-1, 3)
@@ -114,7 +114,7 @@ def _colors(
 def _by_material(
     prim: Any, faces: NDArray[np.int64], count: int
 ) -> list[tuple[Any, NDArray[np.bool_]]]:
-    """Each part that is bound to a material, and which of the triangles are in it."""
+    """Return each part that is bound to a material, and a mask of its triangles."""
     binding = usd_module("UsdShade").MaterialBindingAPI(prim)
     rest = np.ones(count, bool)
     found = []

@@ -23,14 +23,14 @@ _MATRICES_MOST = 20_000_000  # of all instances over all frames
 
 @dataclass(frozen=True, eq=False)
 class _Sampled:
-    """(F, P, 4, 4) places over frames, and which of them each instance takes."""
+    """Places (F, P, 4, 4) over frames, and which of them each instance has."""
 
     first: int
     places: Array
     chosen: tuple[int, ...]
 
     def __call__(self, frame: float) -> Array:
-        """(instances, 4, 4), straight between two frames."""
+        """Return (instances, 4, 4), interpolated linearly between two frames."""
         at = min(max(frame - self.first, 0.0), len(self.places) - 1.0)
         before = min(int(at), len(self.places) - 2)
         a, b = self.places[before], self.places[before + 1]
@@ -38,12 +38,15 @@ class _Sampled:
 
 
 def read_usd(path: Path) -> Scene:
-    """`usd_scene` in a process of its own. Raises InputError also where OpenUSD ends that."""
+    """Run `usd_scene` in a process of its own, and survive a crash of OpenUSD.
+
+    Raises InputError as `usd_scene` does, and where OpenUSD ends that process.
+    """
     return read_usd_apart(usd_scene, str(path), path)
 
 
 def usd_scene(text: str) -> Scene:
-    """Raises InputError where the file is damaged, or holds nothing to look at."""
+    """Read a scene; raise InputError where it is damaged or has nothing visible."""
     path = Path(text)
     with quiet_library(), usd_failures_told(path):
         return _scene(open_stage(path))
@@ -83,7 +86,7 @@ def _is_seen(prim: Any) -> bool:
 def _meshes(
     materials: UsdMaterials, prims: list[Any]
 ) -> tuple[list[Mesh], tuple[int, ...], tuple[int, ...]]:
-    """The meshes, and of each instance its prim's and its mesh's number."""
+    """Return the meshes, and for each instance the numbers of its prim and its mesh."""
     meshes: list[Mesh] = []
     known: dict[Any, list[int]] = {}
     chosen, numbers = [], []
@@ -100,11 +103,11 @@ def _meshes(
 
 
 def _sampled(stage: UsdStage, prims: list[Any], frames: FrameRange | None) -> Array:
-    """(F, P, 4, 4), one frame where nothing moves."""
+    """Return places (F, P, 4, 4), of one frame where nothing moves."""
     if frames is None:
         return stage.places(prims, STILL_FRAME)[None]
     if frames.count * len(prims) > _MATRICES_MOST:
-        raise InputError(f"{stage.path}: too much moves over {frames.count:,} frames.")
+        raise InputError(f"{stage.path}: too many objects move over {frames.count:,} frames.")
     return np.stack([stage.places(prims, frame) for frame in frames])
 
 
@@ -125,7 +128,7 @@ def _cameras(
         )
         focal_mm, width_mm = (float(value) * mm for value in lens)
         if not (0 < focal_mm < math.inf and 0 < width_mm < math.inf):
-            raise InputError(f"{stage.path}: {prim.GetPath()} has a lens that cannot be.")
+            raise InputError(f"{stage.path}: {prim.GetPath()} has an impossible lens.")
         names = [camera.name for camera in found]
         name = prim.GetName() if prim.GetName() not in names else str(prim.GetPath())
         found.append(SceneCamera(name, track, focal_mm, width_mm))
@@ -133,18 +136,18 @@ def _cameras(
 
 
 def _pose(stage: UsdStage, prim: Any, frame: float) -> Pose:
-    """Without the scale of what it hangs on, and upright where that mirrors it."""
+    """Return the pose of a prim without its parents' scale, upright where they mirror it."""
     matrix = stage.places([prim], frame)[0]
     back, up = matrix[:3, 2], matrix[:3, 1]
     side = np.cross(up, back)
     if not np.linalg.norm(side) > 1e-30:
-        raise InputError(f"{stage.path}: {prim.GetPath()} is scaled to nothing.")
+        raise InputError(f"{stage.path}: {prim.GetPath()} is scaled to zero.")
     matrix[:3, 0], matrix[:3, 1] = side, np.cross(back, side)
     return pose_of(matrix)
 
 
 def _notes(stage: UsdStage) -> list[str]:
-    """What of the stage is not read."""
+    """Return a note for each part of the stage that is not read."""
     lux, geometry, skeleton = (usd_module(name) for name in ("UsdLux", "UsdGeom", "UsdSkel"))
     kinds = (
         ("Lights of USD are not read; the daylight shines.", lux.BoundableLightBase),

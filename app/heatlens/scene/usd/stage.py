@@ -19,10 +19,10 @@ _FRAMES_MOST = 100_000
 
 @dataclass(frozen=True)
 class UsdStage:
-    """An opened file.
+    """An opened USD file.
 
     to_metres  (4, 4) from its world to ours: metres, y up
-    prims      all that are defined, also those within instances
+    prims      all defined prims, also those within instances
     """
 
     path: Path
@@ -33,7 +33,7 @@ class UsdStage:
     frames_per_second: float
 
     def frames_of(self, prims: list[Any]) -> FrameRange | None:
-        """Those in which one of the prims, or what it hangs on, moves; None where nothing does."""
+        """Return the frames in which a prim or one of its ancestors moves; None where none does."""
         xformable = usd_module("UsdGeom").Xformable
         hung = {}
         for prim in prims:
@@ -51,17 +51,17 @@ class UsdStage:
         return found
 
     def places(self, prims: list[Any], frame: float) -> Array:
-        """(P, 4, 4) from each prim to our world at a frame."""
+        """Return (P, 4, 4) from each prim to our world at a frame."""
         cache = usd_module("UsdGeom").XformCache(frame)
         found = np.array([cache.GetLocalToWorldTransform(prim) for prim in prims], np.float64)
         placed = self.to_metres @ found.reshape(-1, 4, 4).swapaxes(1, 2)
         if not np.isfinite(placed).all() or (placed.size and np.abs(placed).max() > 1e9):
-            raise InputError(f"{self.path}: something stands where nothing can be drawn.")
+            raise InputError(f"{self.path}: an object lies too far away to be drawn.")
         return np.asarray(placed)
 
 
 def open_stage(path: Path) -> UsdStage:
-    """Raises InputError for what is no stage, is damaged, or has no unit."""
+    """Open a stage; raise InputError where it is no stage, is damaged, or has no unit."""
     usd, tf, geometry = usd_module("Usd"), usd_module("Tf"), usd_module("UsdGeom")
     try:
         stage = usd.Stage.Open(str(path))
@@ -69,9 +69,9 @@ def open_stage(path: Path) -> UsdStage:
         unit_m = geometry.GetStageMetersPerUnit(stage)
         up, rate = geometry.GetStageUpAxis(stage), stage.GetTimeCodesPerSecond()
     except tf.ErrorException as error:
-        raise InputError(f"{path} cannot be read: it is damaged or no USD file.") from error
+        raise InputError(f"{path} cannot be read: it is damaged or not a USD file.") from error
     if not 0 < unit_m < 1e9:
-        raise InputError(f"{path} has {unit_m:g} metres per unit: no length can be told.")
+        raise InputError(f"{path} has {unit_m:g} metres per unit, so no length can be read.")
     check_frames_per_second(rate)
     to_metres = np.diag([unit_m, unit_m, unit_m, 1.0])
     if up == "Z":
