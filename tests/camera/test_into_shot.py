@@ -106,13 +106,13 @@ def test_a_lens_that_cannot_be_is_told_with_its_frame():
 @pytest.mark.parametrize(
     ("change", "sentence"),
     [
-        ({"frames": ()}, "needs a frame"),
+        ({"frames": ()}, "needs at least one frame"),
         ({"frames": (*range(1001, 1008), 1007)}, "Frame 1007 comes after frame 1007"),
         ({"frames": tuple(range(1001, 1008))}, "8 values for 7 frames"),
         ({"f_stop": (0.0,) * 8}, "Frame 1001: the f-stop of a camera cannot be 0"),
         ({"f_stop": (2.0,) * 7 + (np.inf,)}, "Frame 1008: the f-stop of a camera cannot be inf"),
-        ({"focus_distance_m": (np.nan,) * 8}, "focus distance of nan"),
-        ({"sensor_height_mm": (-1.0,) * 8}, "sensor height of -1"),
+        ({"focus_distance_m": (np.nan,) * 8}, "the focus distance of a camera cannot be nan"),
+        ({"sensor_height_mm": (-1.0,) * 8}, "the sensor height of a camera cannot be -1"),
         ({"frames_per_second": 0.0}, "Frames per second"),
         ({"up_axis": "x"}, "The axis that points up is y or z, not 'x'"),
     ],

@@ -200,7 +200,7 @@ def changed(name, **entries):
         (changed("accessors", componentType=1), "not a number type"),
         (changed("images", bufferView=1), "not a picture"),
         (changed("images", bufferView="1"), "should be a number"),
-        (changed("nodes", children=[1]), "two places"),
+        (changed("nodes", children=[1]), "two parents"),
         (changed("nodes", scale=[1e30, 1, 1]), "which is too much"),
         (changed("nodes", translation=[1e305, 0, 0]), "out of range"),
         (changed("materials", alphaMode="FOG"), "not an alpha mode"),
