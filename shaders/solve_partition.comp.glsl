@@ -15,10 +15,8 @@
 // Every invocation reaches every barrier: pixels beyond the line's end, and those of tiles that the
 // mask leaves out, are joined to nothing, and are neither read nor written.
 //
-// SYSTEM names the network (see solve_sweep.comp.glsl). To save registers its channels are solved in
-// PARTS, and it is asked for a pixel in two steps (lib/blur_parts.lib.glsl):
-//   Link          what its place in the network depends on: link_at, conductance, specific_heat
-//   Input         what its right-hand side depends on: is_source_read tells when it is to be read
+// SYSTEM names the network, a lib file that keeps the contract of shaders/README.md. To save registers its
+// channels are solved in PARTS, and it is asked for a pixel in two steps, as the contract says.
 
 #include SYSTEM
 #ifndef Link

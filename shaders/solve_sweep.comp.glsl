@@ -10,14 +10,7 @@
 // BLOCK of pixels, and the way back eliminates each block again, in registers. Tiles that the mask leaves
 // out are neither read nor written; nothing flows into them.
 //
-// SYSTEM names the network, a lib file, which gives every strategy:
-//   Input         what it reads of a pixel: input_at
-//   conductance   between two inputs that are neighbours; specific_heat of one; flow: the conductance
-//                 of a pole's network
-//   Source        the right-hand side, from a pixel and both its neighbours and what flows between
-//                 them (0: there is none, and the pixel itself is given in its place): source_of; of
-//                 one pole: source
-//   Output        what becomes of the poles' answers: clear_output, add_pole, store
+// SYSTEM names the network, a lib file that keeps the contract of shaders/README.md.
 
 #include SYSTEM
 #include "lib/each.lib.glsl"

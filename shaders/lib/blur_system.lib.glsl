@@ -16,7 +16,7 @@
 // Outputs
 //   out_poles_img (rows)    out_color_img (columns)
 //
-// The functions of this file are those that every strategy of the solver calls, see solve_sweep.
+// The functions of this file keep the contract of shaders/README.md.
 
 #include "lib/compact.lib.glsl"
 #include "lib/number.lib.glsl"

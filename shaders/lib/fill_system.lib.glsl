@@ -20,6 +20,8 @@
 //   out_rows_img (rows)    r diameter times knowledge, g knowledge
 //   out_coc_img (columns)  diameter everywhere
 
+// The functions of this file keep the contract of shaders/README.md.
+
 #include "lib/number.lib.glsl"
 #include "lib/line.lib.glsl"
 #include "lib/strips.lib.glsl"
