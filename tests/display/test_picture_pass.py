@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from heatlens.display.enlarge_pass import EnlargePass
-from heatlens.display.picture_pass import Detail, Laid, PicturePass
+from heatlens.display.picture_pass import Detail, PicturePass, PlacedPicture
 from heatlens.model.boxes import Box
 from heatlens.model.coc import CocLine
 
@@ -24,12 +24,14 @@ def texture_of(ctx: moderngl.Context, pixels: np.ndarray) -> moderngl.Texture:
     return texture
 
 
-def painted(ctx: moderngl.Context, pictures: PicturePass, *laid: Laid, size=SCREEN) -> np.ndarray:
+def painted(
+    ctx: moderngl.Context, pictures: PicturePass, *placed: PlacedPicture, size=SCREEN
+) -> np.ndarray:
     """(H, W, 4) bytes of a screen that was (10, 20, 30, 255), the top row first."""
     texture = ctx.texture(size, 4)
     target = ctx.framebuffer([texture])
     target.clear(10 / 255, 20 / 255, 30 / 255, 1.0)
-    pictures.run(laid, target, size)
+    pictures.run(placed, target, size)
     found = np.frombuffer(texture.read(), np.uint8).reshape(size[1], size[0], 4)[::-1]
     ctx.simple_framebuffer((1, 1)).use()
     for made in (target, texture):
@@ -47,8 +49,8 @@ def noise(rng: np.random.Generator, height: int, width: int, alpha: int = 255) -
 def test_squares_are_the_pixels_themselves(ctx, pictures, rng, zoom):
     pixels = noise(rng, 7, 9)
     last = 4 + 9 * zoom, 3 + 7 * zoom
-    laid = Laid(texture_of(ctx, pixels), (4, 3), last, ALL, True, True)
-    found = painted(ctx, pictures, laid)
+    placed = PlacedPicture(texture_of(ctx, pixels), (4, 3), last, ALL, True, True)
+    found = painted(ctx, pictures, placed)
     expected = pixels.repeat(zoom, axis=0).repeat(zoom, axis=1)
     np.testing.assert_array_equal(found[3 : last[1], 4 : last[0]], expected)
     outside = np.ones(SCREEN[::-1], bool)
@@ -60,7 +62,9 @@ def test_squares_of_no_whole_size_are_the_nearest_pixels(ctx, pictures, rng):
     pixels = noise(rng, 7, 9)
     first, zoom = (-3.3, 2.7), 4.6
     last = first[0] + 9 * zoom, first[1] + 7 * zoom
-    found = painted(ctx, pictures, Laid(texture_of(ctx, pixels), first, last, ALL, True, True))
+    found = painted(
+        ctx, pictures, PlacedPicture(texture_of(ctx, pixels), first, last, ALL, True, True)
+    )
     x, y = np.arange(SCREEN[0]) + 0.5, np.arange(SCREEN[1]) + 0.5
     column, row = (x - first[0]) / zoom, (y - first[1]) / zoom
     inside = ((row >= 0) & (row < 7))[:, None] & ((column >= 0) & (column < 9))
@@ -73,7 +77,7 @@ def test_nothing_is_drawn_outside_the_clip(ctx, pictures, rng):
     pixels = noise(rng, 40, 64)
     texture = texture_of(ctx, pixels)
     clip = Box(5, 9, 31, 33)
-    found = painted(ctx, pictures, Laid(texture, (0, 0), SCREEN, clip, True, True))
+    found = painted(ctx, pictures, PlacedPicture(texture, (0, 0), SCREEN, clip, True, True))
     expected = np.full_like(pixels, (10, 20, 30, 255))
     expected[9:33, 5:31] = pixels[9:33, 5:31]
     np.testing.assert_array_equal(found, expected)
@@ -82,7 +86,7 @@ def test_nothing_is_drawn_outside_the_clip(ctx, pictures, rng):
 @pytest.mark.parametrize("clip", [Box(5, 5, 5, 20), Box(20, 5, 10, 20), Box(0, 30, 64, 10)])
 def test_an_empty_clip_draws_nothing(ctx, pictures, rng, clip):
     texture = texture_of(ctx, noise(rng, 40, 64))
-    found = painted(ctx, pictures, Laid(texture, (0, 0), SCREEN, clip, True, True))
+    found = painted(ctx, pictures, PlacedPicture(texture, (0, 0), SCREEN, clip, True, True))
     assert np.all(found == (10, 20, 30, 255))
 
 
@@ -94,8 +98,8 @@ def test_the_later_lies_over_the_earlier_by_its_alpha_and_the_screen_stays_opaqu
     found = painted(
         ctx,
         pictures,
-        Laid(texture_of(ctx, below), (0, 0), SCREEN, ALL, True, True),
-        Laid(texture_of(ctx, above), (0, 0), SCREEN, ALL, True, False),
+        PlacedPicture(texture_of(ctx, below), (0, 0), SCREEN, ALL, True, True),
+        PlacedPicture(texture_of(ctx, above), (0, 0), SCREEN, ALL, True, False),
     )
     alpha = above[..., 3:] / 255
     expected = below[..., :3] * (1 - alpha) + above[..., :3] * alpha
@@ -105,7 +109,9 @@ def test_the_later_lies_over_the_earlier_by_its_alpha_and_the_screen_stays_opaqu
 
 def test_an_opaque_picture_asks_no_alpha(ctx, pictures, rng):
     pixels = noise(rng, 40, 64, alpha=0)
-    found = painted(ctx, pictures, Laid(texture_of(ctx, pixels), (0, 0), SCREEN, ALL, True, True))
+    found = painted(
+        ctx, pictures, PlacedPicture(texture_of(ctx, pixels), (0, 0), SCREEN, ALL, True, True)
+    )
     np.testing.assert_array_equal(found[..., :3], pixels[..., :3])
 
 
@@ -115,7 +121,7 @@ def test_a_small_picture_is_the_mean_of_its_pixels_where_its_filter_says_so(ctx,
     texture = texture_of(ctx, pixels)
     texture.build_mipmaps()
     texture.filter = moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR
-    found = painted(ctx, pictures, Laid(texture, (0, 0), SCREEN, ALL, False, True))
+    found = painted(ctx, pictures, PlacedPicture(texture, (0, 0), SCREEN, ALL, False, True))
     means = pixels[..., :3].reshape(40, 8, 64, 8, 3).mean(axis=(1, 3))
     assert abs(found[..., :3] - means).max() <= 4  # three halvings, each of them rounded
 
@@ -125,7 +131,7 @@ def test_a_smooth_picture_passes_from_pixel_to_pixel(ctx, pictures):
     pixels[0, 0, :3] = 0
     texture = texture_of(ctx, pixels)
     texture.filter = moderngl.LINEAR, moderngl.LINEAR
-    found = painted(ctx, pictures, Laid(texture, (0, 0), SCREEN, ALL, False, True))
+    found = painted(ctx, pictures, PlacedPicture(texture, (0, 0), SCREEN, ALL, False, True))
     x = (np.arange(64) + 0.5) / 32 - 0.5
     np.testing.assert_allclose(found[0, :, 0], 255 * np.clip(x, 0, 1), atol=1)
 
@@ -135,7 +141,9 @@ def test_a_picture_much_larger_than_the_screen_is_still_its_pixels(ctx, pictures
     zoom, column = 256.0, 8000
     first = (32 - zoom * (column + 0.5), 20 - zoom * 30.5)
     last = first[0] + zoom * 8192, first[1] + zoom * 60
-    found = painted(ctx, pictures, Laid(texture_of(ctx, pixels), first, last, ALL, True, True))
+    found = painted(
+        ctx, pictures, PlacedPicture(texture_of(ctx, pixels), first, last, ALL, True, True)
+    )
     assert np.all(found[20, 20:44] == pixels[30, column])
 
 
@@ -154,8 +162,8 @@ def test_a_preview_has_the_plates_detail_where_its_focus_is(ctx, pictures, rng, 
     for texture in textures:
         texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
     detail = Detail(textures[0], textures[1], texture_of_depths(ctx, depth), line, texel_px=3.0)
-    laid = Laid(textures[2], (0, 0), SCREEN, ALL, False, True, detail)
-    found = painted(ctx, pictures, laid)[..., :3].astype(float)
+    placed = PlacedPicture(textures[2], (0, 0), SCREEN, ALL, False, True, detail)
+    found = painted(ctx, pictures, placed)[..., :3].astype(float)
     t = np.clip(np.abs(coc) / 3.0 - 0.5, 0, 1)
     share = (1 - t * t * (3 - 2 * t))[..., None]
     expected = preview[..., :3] + share * (plate - coarse)[..., :3]

@@ -1,4 +1,4 @@
-"""Pictures laid on the screen, every texel where it belongs.
+"""Pictures placed on the screen, every texel where it belongs.
 
 ImGui's own OpenGL backend would do it with a sampler that smears large pixels and has no mipmaps.
 """
@@ -36,7 +36,7 @@ class Detail:
 
 
 @dataclass(frozen=True, eq=False)
-class Laid:
+class PlacedPicture:
     """A picture and where it lies, in pixels of the screen, y down.
 
     texture      display values, straight alpha
@@ -66,20 +66,23 @@ class PicturePass:
         self._quads = {it: it.vertex_array([]) for it in (self._program, self._with_detail)}
 
     def run(
-        self, laid: Iterable[Laid], target: moderngl.Framebuffer, screen_px: tuple[int, int]
+        self,
+        placed: Iterable[PlacedPicture],
+        target: moderngl.Framebuffer,
+        screen_px: tuple[int, int],
     ) -> None:
-        """Draw `laid`, the lowest first, into `target`, whose last row is the top of the screen."""
+        """Draw `placed`, the lowest first, into `target`, whose last row is the top."""
         target.use()
         target.viewport = (0, 0, *screen_px)
         self._ctx.blend_func = _OVER  # type: ignore[assignment]  # its stub knows two of the four
-        for picture in laid:
+        for picture in placed:
             if not picture.clip.is_empty:
                 self._draw(picture, target, screen_px)
         target.scissor = None  # type: ignore[assignment]  # its stub does not know that
         self._ctx.enable_only(moderngl.NOTHING)
 
     def _draw(
-        self, picture: Laid, target: moderngl.Framebuffer, screen_px: tuple[int, int]
+        self, picture: PlacedPicture, target: moderngl.Framebuffer, screen_px: tuple[int, int]
     ) -> None:
         clip = picture.clip
         target.scissor = (clip.x0, screen_px[1] - clip.y1, clip.width, clip.height)

@@ -15,7 +15,7 @@ _NOT_YET = ("", "", None)  # no view has such an input space
 
 
 class ColorChoice:
-    """Keeps the display pass on the display and view that the state of looking names."""
+    """Keeps the display pass on the display and the view that are chosen."""
 
     def __init__(self, path: str | None, say: Callable[[str], None]) -> None:
         """`path`: a config, None for $OCIO or the built-in one. Raises InputError for a bad one.

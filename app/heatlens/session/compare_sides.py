@@ -13,7 +13,7 @@ _LEAST = 0.25  # of the time for a picture, for B, however much A took
 
 
 class CompareSides:
-    """A, the picture through the lens, and B, the same shot by another method, share the time.
+    """Renders A, the picture through the lens, and B, the same shot by another method.
 
     Passes share scratch memory, so that one picture is finished before the other goes on; what was
     half done when the other came between begins anew.

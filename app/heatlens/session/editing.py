@@ -13,7 +13,7 @@ _GESTURE_REST_S = 0.4  # notches of the wheel and repeated keys closer than this
 
 
 class Editing:
-    """A history and the frame that is edited."""
+    """The history of the shot, and the frame that is edited."""
 
     def __init__(
         self, shot: Shot, say: Callable[[str], None], clock: Callable[[], float] = time.perf_counter

@@ -19,7 +19,7 @@ from heatlens.model.shot import Shot
 
 @dataclass
 class ExportState:
-    """How far it is, as its process tells it."""
+    """How far an export is, as its process tells it."""
 
     title: str
     done: int = 0
@@ -30,7 +30,7 @@ class ExportState:
 
 
 class ExportRun:
-    """One process at a time."""
+    """Runs one process at a time and follows what it says."""
 
     def __init__(self, wake: Callable[[], None]) -> None:
         """`wake` is called on a thread whenever there is news."""

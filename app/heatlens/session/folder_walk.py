@@ -42,7 +42,7 @@ class _Found:
 
 
 class FolderWalk:
-    """Folders are read on a thread, so that a slow disk holds up nothing."""
+    """Walks through folders, which are read on a thread: a slow disk holds up nothing."""
 
     def __init__(self, purpose: Purpose, folder: Path, name: str, wake: Callable[[], None]) -> None:
         """Begin in `folder`, or where it no longer is, as near above it as there is one.

@@ -12,7 +12,7 @@ _PART = 0.05  # of the time may be spent on it at most
 
 @dataclass(frozen=True, slots=True)
 class Run:
-    """Frames first to last that stand alike."""
+    """Neighbouring frames, first to last, in the same state."""
 
     first: int
     last: int
@@ -20,7 +20,7 @@ class Run:
 
 
 class FrameStates:
-    """The runs of a cache, made again only where it has news, and a long film's seldom."""
+    """The runs of a cache, found again where it has news, and less often for a long film."""
 
     def __init__(self, clock: Callable[[], float] = time.perf_counter) -> None:
         self._clock = clock

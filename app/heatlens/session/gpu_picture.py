@@ -11,7 +11,9 @@ from heatlens.render import FrameRenderer
 
 
 class GpuPicture:
-    """What is shown of the source now. Feeds put pictures here, panels and scheduler read them.
+    """What is shown of the source now.
+
+    Feeds put pictures here; panels and the scheduler read them.
 
     plate       None while there is none
     version     counts the pictures that were put on the GPU

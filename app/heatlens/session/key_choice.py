@@ -30,7 +30,7 @@ _CHECKED_MOST = 1000  # frames between keys
 
 
 class KeyId(NamedTuple):
-    """Which key: no row has two at a frame."""
+    """Names a key by its row and frame: no row has two at a frame."""
 
     row: Row
     frame: float

@@ -23,7 +23,7 @@ from heatlens.session.key_rows import CAMERA, RowChoice, key_count
 
 
 class KeyCommands:
-    """The keys that are chosen, those that were copied, and what can be done to them."""
+    """Holds which keys are chosen and which were copied, and what can be done to them."""
 
     def __init__(
         self,

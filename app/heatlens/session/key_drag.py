@@ -31,7 +31,7 @@ class _Held:
 
 
 class KeyDrag:
-    """The mouse over keys; `press`, then `drag` in every frame, then `release`."""
+    """Follows the mouse over keys: `press`, then `drag` in every frame, then `release`."""
 
     def __init__(self, editing: Editing, keys: KeyCommands, say: Callable[[str], None]) -> None:
         self._editing = editing

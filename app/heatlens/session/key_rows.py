@@ -29,7 +29,7 @@ Keyed = Curve | CameraTrack
 
 
 class RowChoice:
-    """The row that is chosen on the timeline: a parameter, whose curve can be shown, or the camera.
+    """The row that is chosen on the timeline: a parameter with its curve, or the camera.
 
     The camera's row has no curve, and is only there while a scene is open.
     """

@@ -38,7 +38,7 @@ FIRST_PLATE = PlateVersion(0)
 
 @dataclass
 class _Work:
-    """A picture that is coming about."""
+    """A picture that is being rendered."""
 
     steps: Steps[moderngl.Texture]
     settings: DefocusSettings

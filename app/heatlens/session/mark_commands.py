@@ -27,7 +27,7 @@ PULL_FRAMES = 18  # three quarters of a second
 
 
 class MarkCommands:
-    """Each command is one step of undo; what cannot be is said."""
+    """Sets marks, goes to them, pulls and follows; each command is one step of undo."""
 
     def __init__(
         self,

@@ -32,7 +32,7 @@ class Playhead:
 
 
 class PictureFeed:
-    """Brings no pictures: what the window has before a source is open, and base of the others."""
+    """The base of all feeds, which brings no pictures: nothing is open yet."""
 
     def __init__(self, picture: GpuPicture) -> None:
         self.picture = picture

@@ -33,7 +33,7 @@ class Snapshot:
 
 @dataclass(frozen=True)
 class _Wish:
-    """Of which picture, and where to: a file, or the clipboard for None."""
+    """Which picture is wished for, and where to: a file, or None for the clipboard."""
 
     source: str | None
     frame: int
@@ -45,7 +45,7 @@ class _Wish:
 
 
 class PictureSaver:
-    """One picture at a time; whatever happens is said."""
+    """Saves or copies one picture at a time; how it ended is said."""
 
     def __init__(self, say: Callable[[str], None], wake: Callable[[], None]) -> None:
         self._say = say

@@ -8,7 +8,7 @@ from heatlens.source.opened import Opened
 
 
 class PlateReading:
-    """A choice that cannot be read leaves the plate as it is, and stays to be changed further."""
+    """Tries a way to read the plate; one that fails leaves the plate as it is."""
 
     def __init__(self, source: OpenSource, editing: Editing, preferences: Preferences) -> None:
         self._source = source

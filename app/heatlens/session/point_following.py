@@ -18,7 +18,7 @@ _SLICE_S = 0.02
 
 @dataclass(frozen=True)
 class Following:
-    """What is being measured: the mark in the shot as it was when it began."""
+    """A measurement that goes on: the mark in the shot as it was when it began."""
 
     renderer: "FrameRenderer"
     scene: Scene

@@ -59,7 +59,7 @@ class Remembered:
 
 
 class Preferences:
-    """Remembers, and writes it to a file where it was given one."""
+    """Remembers, and writes what it remembers to a file where it was given one."""
 
     def __init__(self, now: Remembered | None = None, path: Path | None = None) -> None:
         """`path` None: only as long as the program runs."""

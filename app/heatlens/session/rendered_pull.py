@@ -57,7 +57,7 @@ class ScreenWork(Protocol):
 
 
 class NoScreen:
-    """Nobody draws: a frame at hand is as ready as it will be."""
+    """Stands in while nobody draws: a frame at hand is as ready as it will be."""
 
     has_work = False
 
@@ -73,7 +73,7 @@ class NoScreen:
 
 
 class RenderedPull:
-    """Looks after the frames that are played, as many of them as can be kept."""
+    """Renders and keeps the frames that are played, as many of them as there is room for."""
 
     def __init__(
         self,

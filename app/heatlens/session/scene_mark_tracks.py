@@ -21,7 +21,7 @@ _Known = dict[int, float | None]  # dioptres by frame, None where there is no di
 
 
 class SceneMarkTracks:
-    """Kept while scene, camera and angle of view are the same; lines grow from the left."""
+    """How far marks of a scene are, kept while scene, camera and angle are the same."""
 
     def __init__(
         self,

@@ -30,7 +30,7 @@ class Document:
 
 
 class ShotDocuments:
-    """What the File menu does with shots."""
+    """Opens, saves and keeps the shot, and offers what was not saved before a crash."""
 
     def __init__(
         self,

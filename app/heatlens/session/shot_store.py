@@ -36,7 +36,7 @@ class Found:
 
 
 class ShotStore:
-    """One thread, so that what is written last is what stays."""
+    """Reads and writes on one thread, so that what is written last is what stays."""
 
     def __init__(self, wake: Callable[[], None]) -> None:
         self._thread = ThreadPoolExecutor(1, thread_name_prefix="shot-files")

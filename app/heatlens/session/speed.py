@@ -13,7 +13,7 @@ _NEWEST = 0.2  # weight of the newest frame in a running mean
 
 @dataclass
 class Speed:
-    """Times of the loop, the latest last."""
+    """The times of the latest frames of the window."""
 
     frames_s: deque[float] = field(default_factory=lambda: deque(maxlen=_KEPT))
     held_s: deque[float] = field(default_factory=lambda: deque(maxlen=_KEPT))

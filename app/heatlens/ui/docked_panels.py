@@ -26,7 +26,7 @@ _OF_A_PICTURE = ("Lens", "Plate", "Scene", "Export", "Marks")  # panels that tel
 
 
 class DockedPanels:
-    """Draws those that are open."""
+    """Draws the panels that are open."""
 
     def __init__(self, session: Session, ui: UiState) -> None:
         self._session = session

@@ -14,7 +14,7 @@ from heatlens.ui.side_words import draw_sides, mouse_words
 
 
 class StatusBar:
-    """Draws it."""
+    """Draws the status bar."""
 
     def __init__(self, session: Session, kept: KeptScreen) -> None:
         self._session = session

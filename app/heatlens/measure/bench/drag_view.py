@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from heatlens.defocus.plate_passes import ProxyPass
 from heatlens.display.display_pass import DisplayPass
 from heatlens.display.enlarge_pass import EnlargePass
-from heatlens.display.picture_pass import Detail, Laid, PicturePass
+from heatlens.display.picture_pass import Detail, PicturePass, PlacedPicture
 from heatlens.gpu.textures import TexturePool
 from heatlens.model.boxes import Box
 from heatlens.model.shot import Shot
@@ -87,8 +87,8 @@ class DragView:
         width, height = self.size
         corners = (0.0, 0.0), (float(width), float(height))
         is_whole = detail is None
-        laid = Laid(picture, *corners, Box(0, 0, width, height), is_whole, True, detail)
-        self._laying.run([laid], self._screen, self.size)
+        placed = PlacedPicture(picture, *corners, Box(0, 0, width, height), is_whole, True, detail)
+        self._laying.run([placed], self._screen, self.size)
         while self._held:
             self._held.pop().release()
         pixels = np.frombuffer(self._screen.read(components=3), np.uint8)

@@ -1,1 +1,1 @@
-"""What is opened, saved, copied and remembered."""
+"""The dialogs for files: a browser, and the question about a shot that was not saved."""

@@ -22,7 +22,7 @@ _Key = imgui.Key
 
 
 class FileBrowser:
-    """A dialog over the window."""
+    """A dialog over the window that asks for a file."""
 
     def __init__(self, say: Callable[[str], None], wake: Callable[[], None]) -> None:
         self._say = say

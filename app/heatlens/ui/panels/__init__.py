@@ -1,1 +1,1 @@
-"""The panels beside the picture, and what their buttons do."""
+"""The panels beside the picture."""

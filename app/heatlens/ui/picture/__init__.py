@@ -1,1 +1,1 @@
-"""What stands before the lens, and the picture of it that follows the hand."""
+"""The picture in its window, and the legend over it."""

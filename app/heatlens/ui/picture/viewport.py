@@ -7,7 +7,7 @@ from typing import Literal
 import moderngl
 from imgui_bundle import ImVec2, imgui
 
-from heatlens.display.picture_pass import Detail, Laid, PicturePass
+from heatlens.display.picture_pass import Detail, PicturePass, PlacedPicture
 from heatlens.display.screen_pictures import MIPMAPS_UNDER
 from heatlens.model.boxes import Box
 from heatlens.model.view import Compare, ViewState
@@ -54,7 +54,7 @@ class Pictures:
 
 @dataclass(frozen=True)
 class ViewportResult:
-    """What the hand did."""
+    """What the mouse did in the picture."""
 
     view: ViewState
     hovered_px: tuple[int, int] | None  # pixel of the display window under the pointer
@@ -63,14 +63,14 @@ class ViewportResult:
 
 
 class ViewportPanel:
-    """Remembers what the mouse took hold of, and where pictures lie in this frame."""
+    """Draws the pictures and remembers what the mouse took hold of."""
 
     def __init__(self, ctx: moderngl.Context, place: PictureView) -> None:
         """`place` is told where the picture lies."""
         self.place = place
         self._pass = PicturePass(ctx)
-        self._laid: list[Laid] = []
-        self._laid_in_frame = -1
+        self._placed: list[PlacedPicture] = []
+        self._placed_in_frame = -1
         self._held: str | None = None
 
     def draw(self, pictures: Pictures, view: ViewState, framebuffer_scale: float) -> ViewportResult:
@@ -110,8 +110,8 @@ class ViewportPanel:
 
     def paint(self, target: moderngl.Framebuffer, screen_px: tuple[int, int]) -> None:
         """Draw the pictures of this frame; call this before ImGui draws what lies over them."""
-        if self._laid_in_frame == imgui.get_frame_count():
-            self._pass.run(self._laid, target, screen_px)
+        if self._placed_in_frame == imgui.get_frame_count():
+            self._pass.run(self._placed, target, screen_px)
 
     def _answer_mouse(
         self, view: ViewState, shape: PictureShape
@@ -153,7 +153,7 @@ class ViewportPanel:
     def _draw(self, pictures: Pictures, view: ViewState, corner: ImVec2, size: ImVec2) -> None:
         draw = imgui.get_window_draw_list()
         end = ImVec2(corner.x + size.x, corner.y + size.y)
-        self._lay_pictures(pictures, view)
+        self._place_pictures(pictures, view)
         draw.push_clip_rect(corner, end, True)
         self._draw_outlines(draw, pictures)
         if view.pixel_grid:
@@ -164,25 +164,25 @@ class ViewportPanel:
             )
         draw.pop_clip_rect()
 
-    def _lay_pictures(self, pictures: Pictures, view: ViewState) -> None:
+    def _place_pictures(self, pictures: Pictures, view: ViewState) -> None:
         is_hidden = imgui.internal.get_current_window().skip_items
-        self._laid, self._laid_in_frame = [], -1 if is_hidden else imgui.get_frame_count()
+        self._placed, self._placed_in_frame = [], -1 if is_hidden else imgui.get_frame_count()
         near = self.place.zoom >= _NEAREST_FROM or (
             self.place.zoom == 1.0 and pictures.pixel_aspect == 1.0
         )
         clip = self._clip()
         near_b = near and not pictures.is_b_proxy
         if view.compare is Compare.FLIP:
-            self._lay(pictures.b, pictures, near_b, clip)
+            self._place(pictures.b, pictures, near_b, clip)
         elif view.compare is Compare.WIPE:
             x = self._wipe_x(view, pictures.shape, self.place.geometry)
             line = round(x * self.place.viewport.framebuffer_scale)
-            self._lay_a(pictures, near, replace(clip, x1=min(line, clip.x1)))
-            self._lay(pictures.b, pictures, near_b, replace(clip, x0=max(line, clip.x0)))
+            self._place_a(pictures, near, replace(clip, x1=min(line, clip.x1)))
+            self._place(pictures.b, pictures, near_b, replace(clip, x0=max(line, clip.x0)))
         else:
-            self._lay_a(pictures, near, clip)
+            self._place_a(pictures, near, clip)
         if pictures.overlay is not None and view.compare is not Compare.FLIP:
-            self._lay(pictures.overlay, pictures, True, clip, is_opaque=False)
+            self._place(pictures.overlay, pictures, True, clip, is_opaque=False)
 
     def _clip(self) -> Box:
         """Return the viewport in pixels of the screen."""
@@ -191,14 +191,14 @@ class ViewportPanel:
         x1, y1 = math.floor((x + width) * scale), math.floor((y + height) * scale)
         return Box(math.ceil(x * scale), math.ceil(y * scale), x1, y1)
 
-    def _lay_a(self, pictures: Pictures, near: bool, clip: Box) -> None:
+    def _place_a(self, pictures: Pictures, near: bool, clip: Box) -> None:
         detail = pictures.detail
-        self._lay(pictures.a, pictures, near and not pictures.is_proxy, clip, detail=detail)
+        self._place(pictures.a, pictures, near and not pictures.is_proxy, clip, detail=detail)
         if detail is not None:
             self._set_filter(detail.plate, pictures, near)
             self._set_filter(detail.coarse, pictures, False)
 
-    def _lay(
+    def _place(
         self,
         texture: moderngl.Texture,
         pictures: Pictures,
@@ -212,7 +212,9 @@ class ViewportPanel:
         data, display = pictures.data_window, pictures.display_window
         first = self._screen_at((data.x0 - display.x0, data.y0 - display.y0))
         last = self._screen_at((data.x1 - display.x0, data.y1 - display.y0))
-        self._laid.append(Laid(texture, first, last, clip, is_nearest, is_opaque, detail))
+        self._placed.append(
+            PlacedPicture(texture, first, last, clip, is_nearest, is_opaque, detail)
+        )
 
     def _screen_at(self, point: Point) -> Point:
         x, y = self.place.geometry.window_at_picture(point)

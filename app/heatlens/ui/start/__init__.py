@@ -1,1 +1,1 @@
-"""How the program begins: what is offered, and what happens when something was opened."""
+"""The start screen: how it is laid out and drawn."""

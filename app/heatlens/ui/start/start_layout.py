@@ -47,7 +47,7 @@ class Band:
 
 @dataclass(frozen=True)
 class StartLayout:
-    """In screen units from the corner of the room.
+    """Where everything lies on the start screen, in screen units from the corner of the room.
 
     x, width  of everything
     head      the name and a line under it

@@ -32,7 +32,7 @@ class Answer:
 
 
 class StartScreen:
-    """Draws it; holds the pictures on the cards, and the row the hand is on."""
+    """Draws the start screen; holds the pictures on the cards and the selected row."""
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._pictures = CardPictures(ctx)

@@ -1,1 +1,1 @@
-"""Frames and keys: the playhead, the rows of keys, the curve, playing."""
+"""The timeline as it is drawn: rows of keys, the curve, transport."""
