@@ -17,7 +17,7 @@ PACKED: Storage = "u4"  # eight halves of a pole's image in the four words of a 
 
 @dataclass(frozen=True)
 class BlurTargets:
-    """Where the blur works and where it ends, all of the picture's size."""
+    """The textures that the blur works in and ends in, all of the picture's size."""
 
     poles: moderngl.TextureArray  # `pole_layers` of `PACKED`, or of float32
     out_color: moderngl.Texture  # RGBA
@@ -25,10 +25,10 @@ class BlurTargets:
 
 @dataclass(frozen=True)
 class Diffusion:
-    """What is diffused, by how much.
+    """The picture to diffuse, and how far.
 
     color          RGBA
-    coc            diameter in pixels, its sign without a meaning
+    coc            diameter in pixels; its sign does not count
     kernel         how a point of light spreads
     axis_scales    diameter along x and y over `coc`
     least_px       a coc under this counts as this
@@ -44,7 +44,7 @@ class Diffusion:
 
 
 def pole_layers(kernel: Kernel, storage: Storage = PACKED) -> int:
-    """How many layers the image between rows and columns has."""
+    """Return how many layers the image between rows and columns has."""
     return len(kernel.poles) * (2 if kernel.is_complex and storage != PACKED else 1)
 
 
@@ -65,7 +65,7 @@ class BlurPass:
     def steps(
         self, what: Diffusion, targets: BlurTargets, mask: TileMask | None = None
     ) -> Iterator[None]:
-        """`run` in short steps, so that a window can answer in between."""
+        """Do what `run` does in short steps, so that a window can answer in between."""
         kernel = what.kernel
         system = LineSystem(
             "lib/blur_system.lib.glsl",
@@ -83,7 +83,7 @@ class BlurPass:
 def _both_axes(
     what: Diffusion, source: moderngl.Texture, targets: BlurTargets
 ) -> Iterator[tuple[Axis, Bindings]]:
-    """Rows of `source`, then columns; what is in focus is `what.color` again."""
+    """Yield rows of `source`, then columns; pixels in focus are taken from `what.color`."""
     kernel, sums = what.kernel, what.kernel.mix.sum(axis=0)
     uniforms: dict[str, object] = {
         "kappa": _numbers(kernel, kernel.poles),
@@ -112,7 +112,7 @@ def _both_axes(
 
 
 def _numbers(kernel: Kernel, values: npt.NDArray[np.complex128]) -> object:
-    """A kernel's coefficients as the shader's `Num` array takes them."""
+    """Return a kernel's coefficients as the shader's `Num` array takes them."""
     flat = values.ravel()
     numbers = [(z.real, z.imag) for z in flat] if kernel.is_complex else [z.real for z in flat]
     return numbers if len(numbers) > 1 else numbers[0]

@@ -71,7 +71,7 @@ class DiscError:
     """The error E of kernels against a disc, by quadrature over an eighth of the frequencies."""
 
     def __init__(self, power: float = 1.0) -> None:
-        """`power` is p of the weight."""
+        """Set up the error with the `power` p of the weight."""
         radius, per_radius = _gauss(np.linspace(0, _FREQUENCY_MOST, _RADII // 8 + 1), 8)
         angle, per_angle = _gauss(np.array([0.0, np.pi / 4]), _ANGLES)
         weight = per_radius * radius * (radius**2 + IMAGE_SPECTRUM) ** -power
@@ -94,8 +94,10 @@ class DiscError:
         return found, 10 / np.log(10) / value * slopes
 
     def of(self, poles: Complexes, mix: Complexes) -> tuple[float, Complexes, Complexes]:
-        """Return E, dE/dkappa (J,) and dE/dM (J, J); E changes by the real part of their products
-        with changes of kappa and M."""
+        """Return E, dE/dkappa (J,) and dE/dM (J, J).
+
+        E changes by the real part of their products with changes of kappa and M.
+        """
         across, down = self._factors(poles)
         mixed_across, mixed_down = mix @ across, mix @ down
         off = np.sum(across * mixed_down, axis=0).real - self._disc

@@ -35,7 +35,7 @@ class Fragments:
     lists: ListedFragments | None = None
 
     def textures(self) -> dict[str, moderngl.Texture]:
-        """By the names that shaders read them under."""
+        """Return the textures by the names that shaders read them under."""
         return {
             "color_tx": self.color,
             "coc_tx": self.coc,

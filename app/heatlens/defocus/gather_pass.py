@@ -25,14 +25,14 @@ class GatherStep:
 
 
 def disc_reach_px(optics: Optics) -> tuple[int, int]:
-    """Half the box (x, y) that holds the widest disc of the plate, its rim included."""
+    """Return half the box (x, y) that holds the widest disc of the plate with its rim."""
     radius = max(abs(optics.nearest_px), abs(optics.farthest_px)) / 2
     x, y = (math.ceil(radius * scale + DISC_RAMP_PX) for scale in optics.disc.half_extents)
     return x, y
 
 
 def gather_steps(size: tuple[int, int], reach: tuple[int, int]) -> list[GatherStep]:
-    """The work in parts, none with more than `_SAMPLES_PER_STEP` samples if a row of tiles allows.
+    """Divide the work into parts of at most `_SAMPLES_PER_STEP` samples if a row of tiles allows.
 
     A disc wider than the picture is no more work than one that fills it.
     """

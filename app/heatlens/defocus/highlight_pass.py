@@ -28,7 +28,7 @@ PLAN_BYTES = 32
 
 
 def block_count(size: tuple[int, int]) -> int:
-    """Blocks of 8 x 8 pixels that cover a picture."""
+    """Return how many blocks of 8 x 8 pixels cover a picture."""
     return groups_for(size[0], HIGHLIGHT_BLOCK) * groups_for(size[1], HIGHLIGHT_BLOCK)
 
 
@@ -43,7 +43,7 @@ class HighlightBuffers:
 
     @staticmethod
     def sizes(size: tuple[int, int]) -> dict[str, int]:
-        """Bytes of each for a picture."""
+        """Return the bytes of each buffer for a picture."""
         blocks = block_count(size)
         return {
             "tally": _TALLY_BYTES * blocks,
@@ -68,7 +68,7 @@ class Surroundings:
 
     @staticmethod
     def half_size(size: tuple[int, int]) -> tuple[int, int]:
-        """Width and height for a picture's."""
+        """Return half the width and height of a picture."""
         return groups_for(size[0], 2), groups_for(size[1], 2)
 
 

@@ -45,7 +45,7 @@ class Kernel:
 
 @cache
 def named_kernel(name: str) -> Kernel:
-    """`heat` or `disc_2` ... as fitted; KeyError for a name the file does not have."""
+    """Return the fitted kernel `heat`, `disc_2` ... Raises KeyError for an unknown name."""
     entry = json.loads(_FILE.read_text())["kernels"][name]
     compact = DISC_COMPACT if name.startswith("disc") else 0.0
     return Kernel(name, _complex(entry["kappa"]), _complex(entry["M"]), compact=compact)
@@ -53,7 +53,7 @@ def named_kernel(name: str) -> Kernel:
 
 @cache
 def gaussian_kernel(steps: int) -> Kernel:
-    """`steps` heat steps with the same variance in all: tends to a round Gaussian."""
+    """Return `steps` heat steps with the same variance in all, which tend to a round Gaussian."""
     heat = named_kernel("heat")
     return Kernel(f"gaussian_{steps}", heat.poles / steps, heat.mix, steps)
 

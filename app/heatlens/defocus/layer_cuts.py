@@ -59,10 +59,11 @@ class LayerCut:
 def layer_cuts(
     occupied_px: npt.NDArray[np.float64], layers_max: int, proxy: float = 1.0
 ) -> list[LayerCut]:
-    """Layers for a picture with these signed coc (ascending), far to near; empty ones left out.
+    """Return the layers for a picture with these signed coc (ascending), far to near.
 
-    A picture at `proxy` times the size is cut where the whole picture is, so that its layers are
-    the same. With fewer layers than the picture asks for, the cuts nearest to the camera go first.
+    Empty layers are left out. A picture at `proxy` times the size is cut where the whole picture
+    is, so that its layers are the same. With fewer layers than the picture asks for, the cuts
+    nearest to the camera are dropped first.
     """
     whole = _cuts_of_whole(occupied_px / proxy, layers_max)
     return whole if proxy == 1.0 else [_scaled(layer, proxy) for layer in whole]
@@ -93,7 +94,7 @@ def _cuts_of_whole(occupied_px: npt.NDArray[np.float64], layers_max: int) -> lis
 
 
 def _holds_any(layer: LayerCut, occupied_px: npt.NDArray[np.float64]) -> bool:
-    """Whether a coc lies in the layer or its transitions."""
+    """Return whether a coc lies in the layer or its transitions."""
     low = layer.near.at_px - layer.near.half_width_px
     high = layer.far.at_px + layer.far.half_width_px
     first = int(np.searchsorted(occupied_px, low))

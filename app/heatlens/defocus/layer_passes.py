@@ -75,12 +75,12 @@ class LayerSplitPass:
 
 
 def _of_both_sizes(ctx: moderngl.Context, shader: str) -> dict[bool, ComputeProgram]:
-    """Programs by whether the layer is smaller than the picture."""
+    """Return programs by whether the layer is smaller than the picture."""
     return {False: ComputeProgram(ctx, shader), True: ComputeProgram(ctx, shader, {"REDUCED": 1})}
 
 
 def _limits(cut: LayerCut) -> dict[str, object]:
-    """As lib/layer.lib.glsl takes them."""
+    """Return the uniforms of lib/layer.lib.glsl."""
     return {
         "cut_near_px": (cut.near.at_px, cut.near.half_width_px),
         "cut_far_px": (cut.far.at_px, cut.far.half_width_px),
@@ -89,7 +89,7 @@ def _limits(cut: LayerCut) -> dict[str, object]:
 
 @dataclass(frozen=True)
 class HiddenScratch:
-    """What the hidden fill works with.
+    """The scratch memory of the hidden fill.
 
     bits    `HiddenFillPass.bits_bytes`: which pixels are seen
     blocks  `list_bytes` of the picture: each hidden pixel may be guessed for itself
@@ -102,7 +102,7 @@ class HiddenScratch:
 
 
 def block_size(size: tuple[int, int]) -> tuple[int, int]:
-    """How many blocks of 2 x 2 pixels cover a picture, across and down."""
+    """Return how many blocks of 2 x 2 pixels cover a picture, across and down."""
     return groups_for(size[0], 2), groups_for(size[1], 2)
 
 
@@ -118,7 +118,7 @@ class HiddenFillPass:
 
     @staticmethod
     def bits_bytes(size: tuple[int, int]) -> int:
-        """Bytes of the packed seen-masks of a picture: lines of whole 32-bit words."""
+        """Return the bytes of the packed seen-masks of a picture: lines of whole 32-bit words."""
         return 4 * sum(_words(size))
 
     def steps(
@@ -179,7 +179,7 @@ class HiddenFillPass:
 
 
 def _words(size: tuple[int, int]) -> tuple[int, int, int, int]:
-    """Words of the masks along each direction, as lib/hidden.lib.glsl counts them."""
+    """Return the words of the masks along each direction, as lib/hidden.lib.glsl counts them."""
     width, height = size
     down = groups_for(height, 32)
     diagonal = (width + height) * down

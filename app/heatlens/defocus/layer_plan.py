@@ -40,12 +40,12 @@ class LayerPlan:
         return near.at_px - near.half_width_px, far.at_px + far.half_width_px
 
     def size(self, picture: tuple[int, int]) -> tuple[int, int]:
-        """Width and height of the layer for a picture's."""
+        """Return width and height of the layer for those of a picture."""
         return -(-picture[0] // self.reduction), -(-picture[1] // self.reduction)
 
     @property
     def resampled_px_2(self) -> float:
-        """What making the layer smaller and larger blurs, as the square of a disc's diameter.
+        """The blur of reducing and enlarging the layer, as the square of a disc's diameter.
 
         In pixels of the layer. Variances add, a disc's is d^2 / 16; a box of `reduction` pixels has
         1/12 - 1/(12 reduction^2) more than one pixel, and linear interpolation 1/6 on the mean.
@@ -56,7 +56,7 @@ class LayerPlan:
 
 
 def layer_plans(cuts: list[LayerCut], optics: Optics, size: tuple[int, int]) -> list[LayerPlan]:
-    """A plan for each layer of a picture of `size` (width, height), in the same order."""
+    """Return a plan for each layer of a picture of `size` (width, height), in the same order."""
     return [_plan(cut, optics, min(size)) for cut in cuts]
 
 
@@ -74,7 +74,7 @@ def _plan(cut: LayerCut, optics: Optics, side_px: int) -> LayerPlan:
 
 
 def _least_px(cut: LayerCut, farthest_px: float) -> float:
-    """The least |coc| there can be in a layer: that of its cut, which does not move in a pull."""
+    """Return the least |coc| of a layer: that of its cut, which does not move in a pull."""
     if not cut.is_before_focus:
         return cut.near.at_px - cut.near.half_width_px
     if cut.far is FARTHER_THAN_ALL:
@@ -83,7 +83,7 @@ def _least_px(cut: LayerCut, farthest_px: float) -> float:
 
 
 def reach_tiles(plan: LayerPlan, nearest_px: float, wider_scale: float, tile_px: float) -> int:
-    """How many tiles away from a layer's content something of it can still be seen."""
+    """Return how many tiles away from a layer's content something of it can still be seen."""
     uncovered = (max(-nearest_px, 0.0) + plan.widest_px) / 2
     reach = wider_scale * max(SPREAD * plan.widest_px, uncovered) + MARGIN_PX
     return math.ceil(reach / tile_px) + 1

@@ -33,7 +33,7 @@ class SolverName(StrEnum):
 
 @dataclass(frozen=True)
 class LineSystem:
-    """Which network is solved: its lib file, how many poles, complex or real, extra defines."""
+    """The network to solve: its lib file, how many poles, complex or real, extra defines."""
 
     file: str
     poles: int = 1
@@ -41,7 +41,7 @@ class LineSystem:
     defines: tuple[tuple[str, object], ...] = ()
 
     def shader_defines(self, axis: Axis) -> dict[str, object]:
-        """What the shader is built with for this axis."""
+        """Return the defines of the shader for this axis."""
         defines = dict(self.defines) | {
             "SYSTEM": self.file,
             "POLES": self.poles,
@@ -62,7 +62,7 @@ class LineSystem:
 
 @dataclass(frozen=True)
 class Bindings:
-    """What a system reads and writes, by name."""
+    """The textures, images and uniforms of a system, by name."""
 
     textures: Mapping[str, Image] = field(default_factory=dict)
     images: Mapping[str, Image] = field(default_factory=dict)
@@ -116,7 +116,7 @@ class LineSolver(ABC):
         bound: Bindings,
         mask: TileMask | None = None,
     ) -> Iterator[None]:
-        """`solve` in short steps, so that a window can answer in between."""
+        """Do what `solve` does in short steps, so that a window can answer in between."""
         length, lines = size if axis == "rows" else size[::-1]
         tiles = mask or self._whole.mask(size)
         for first, count in self._bands(system, length, lines):
@@ -132,7 +132,7 @@ class LineSolver(ABC):
             yield
 
     def between_size(self, size: tuple[int, int]) -> tuple[int, int]:
-        """Width and height of a texture for what rows of a picture hand to its columns."""
+        """Return the size of a texture for what the rows of a picture pass to its columns."""
         if not self._STRIPS:
             return size
         across, folds = groups_for(size[0], STRIP_COLUMNS), groups_for(size[1], STRIP_FOLD)
@@ -230,12 +230,12 @@ class PartitionSolver(LineSolver):
 
     @staticmethod
     def shared_texels(system: LineSystem) -> int:
-        """How many texels a pixel between rows and columns hold both parts of a pole."""
+        """Return how many texels of a pixel, between the axes, hold both parts of a pole."""
         return system.poles % 2 if _parts(system) == 2 else 0
 
     @classmethod
     def shape(cls, system: LineSystem, length: int) -> dict[str, int]:
-        """How a line of `length` pixels is cut, as the shader takes it.
+        """Return how a line of `length` pixels is cut, as the shader takes it.
 
         RUN, a power of two, divides a tile or holds whole ones.
         """
@@ -260,7 +260,10 @@ class PartitionSolver(LineSolver):
 
 
 def _parts(system: LineSystem) -> int:
-    """In how many parts the channels are solved: four complex ones do not fit the registers."""
+    """Return in how many parts the channels are solved.
+
+    Four complex ones do not fit the registers.
+    """
     return 2 if system.is_complex else 1
 
 

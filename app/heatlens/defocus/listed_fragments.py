@@ -55,7 +55,7 @@ class ListedFragments:
 
     @property
     def uniforms(self) -> dict[str, object]:
-        """What shaders have to know besides."""
+        """The uniforms that shaders need besides."""
         return {
             "lists_size": self.held.size,
             "fragment_line": (self.line.at_infinity_px, self.line.per_dioptre_px),
@@ -63,7 +63,7 @@ class ListedFragments:
         }
 
     def with_words(self, words: moderngl.Buffer) -> "ListedFragments":
-        """The same lists with other colours."""
+        """Return the same lists with other colours."""
         return replace(self, held=replace(self.held, words=words))
 
 

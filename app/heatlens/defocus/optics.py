@@ -53,7 +53,7 @@ class Optics:
         return math.ceil(reach_px) + _UNCOVERED_MARGIN_PX
 
     def scaled(self, proxy: float) -> "Optics":
-        """The same on a picture `proxy` times the size."""
+        """Return the optics for a picture `proxy` times the size."""
         line = self.line and CocLine(
             self.line.at_infinity_px * proxy, self.line.per_dioptre_px * proxy
         )

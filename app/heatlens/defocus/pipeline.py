@@ -94,7 +94,9 @@ class DefocusPipeline:
         has_alpha: bool = False,
         fragments: FragmentBuffers | None = None,
     ) -> Steps[moderngl.Texture]:
-        """The picture with depth of field, RGBA float32, proxy size; the next run overwrites it.
+        """Render the picture with depth of field, RGBA float32, at proxy size.
+
+        The next run overwrites it.
 
         `color` is RGBA, `depth` metres, or signed coc in pixels if `optics.line` is None. Without
         `has_alpha` the result's alpha is 1. `fragments` tell what lies behind the plate; methods of
@@ -135,7 +137,7 @@ class DefocusPipeline:
         optics: Optics,
         settings: DefocusSettings,
     ) -> Steps[moderngl.Texture]:
-        """Diffusion without layers, or another method, which sees to depth itself or not at all."""
+        """Diffuse without layers, or use another method, which may handle depth itself."""
         others, work = self._passes.others, (color, coc, optics, self.scratch)
         blurred = self.scratch.texture("blurred", color.size, 4)
         match settings.method:
@@ -165,7 +167,7 @@ class DefocusPipeline:
         has_highlights: bool,
         lists: ListedFragments | None = None,
     ) -> Steps[moderngl.Texture]:
-        """Layers far to near, blurred and put over each other in the texture called `name`."""
+        """Blur layers far to near, and composite them in the texture called `name`."""
         kernel = kernel_for(settings)
         listed = None
         if has_highlights:
@@ -201,7 +203,7 @@ class DefocusPipeline:
         return out
 
     def _tell_progress(self, done: int, layers: int) -> None:
-        """Only who listens waits for the GPU at each layer."""
+        """Report the layers that are done; wait for the GPU only if somebody listens."""
         if self.on_layer is not None:
             self._ctx.finish()
             self.on_layer(done, layers)
@@ -209,7 +211,7 @@ class DefocusPipeline:
     def _at_proxy_size(
         self, color: moderngl.Texture, depth: moderngl.Texture, optics: Optics, proxy: float
     ) -> Steps[tuple[moderngl.Texture, moderngl.Texture]]:
-        """The plate at proxy size, which no lens changes: made again for another size or plate."""
+        """Return the plate at proxy size; it is made again for another size or plate only."""
         size = proxy_size(color.size, proxy)
         out_color = self.scratch.texture("proxy colour", size, 4)
         out_depth = self.scratch.texture("proxy depth", size, 1)
@@ -221,7 +223,7 @@ class DefocusPipeline:
         return out_color, out_depth
 
     def forget_plate(self) -> None:
-        """The plate's textures hold another plate now."""
+        """Forget the reduced plate, because the plate's textures hold another one."""
         self._proxy_held = 1.0
 
     def _room_for_low(self, lists: ListedFragments) -> ListsWithoutHighlights:
@@ -236,7 +238,7 @@ class DefocusPipeline:
         optics: Optics,
         lists: ListsWithoutHighlights | None,
     ) -> Steps[tuple[moderngl.Texture, HighlightBuffers]]:
-        """The picture without its highlights, and the list of these."""
+        """Split the picture into one without highlights and the list of these."""
         size, scratch, half = color.size, self.scratch, Surroundings.half_size(color.size)
         low, high = scratch.texture("low", size, 4), scratch.texture("high", size, 4)
         poles = self._poles("surroundings poles", size, kernel)
@@ -284,7 +286,7 @@ class DefocusPipeline:
         where: tuple[TileMask, TileList],
         optics: Optics,
     ) -> Steps[tuple[Layer, moderngl.Texture]]:
-        """A layer without holes, and its coc, in the tiles that are to be worked on."""
+        """Return a layer without holes, and its coc, in the tiles that are to be worked on."""
         size, scratch, reduction = plan.size(picture.coc.size), self.scratch, plan.reduction
         hidden = scratch.buffer("hidden list", list_bytes(picture.coc.size))
         # Empty everywhere, because enlarging also looks at tiles that are not worked on.
@@ -323,7 +325,7 @@ class DefocusPipeline:
     def _poles(
         self, name: str, picture_size: tuple[int, int], kernel: Kernel
     ) -> moderngl.TextureArray:
-        """What lies between the rows and the columns of a blur; layers of any size share it."""
+        """Return the image between rows and columns of a blur, which layers of any size share."""
         between = self._passes.solver.between_size(picture_size)
         return self.scratch.array(name, between, pole_layers(kernel), 4, PACKED)
 

@@ -10,7 +10,7 @@ _HEAD = struct.pack("4I", 0, 1, 1, 0)  # workgroups x, y, z of the later pass; c
 
 
 def list_bytes(size: tuple[int, int]) -> int:
-    """Bytes of a list that can hold every pixel of a picture."""
+    """Return the bytes of a list that can hold every pixel of a picture."""
     return len(_HEAD) + 4 * size[0] * size[1]
 
 
@@ -23,12 +23,12 @@ _PIXELS_A_SLICE = 1 << 19  # of the picture: some ten milliseconds of work witho
 
 
 def slice_count(size: tuple[int, int]) -> int:
-    """In how many parts a long pass over a picture runs, so that a window can answer in between."""
+    """Return the number of parts of a long pass, so that a window can answer in between."""
     return max(1, -(-size[0] * size[1] // _PIXELS_A_SLICE))
 
 
 def slices(size: tuple[int, int]) -> Iterator[dict[str, object]]:
-    """Each part as lib/list_slice.lib.glsl takes it."""
+    """Yield each part as lib/list_slice.lib.glsl takes it."""
     count = slice_count(size)
     for part in range(count):
         yield {"list_slice": (part, count)}

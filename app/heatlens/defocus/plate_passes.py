@@ -7,7 +7,7 @@ from heatlens.model.coc import CocLine
 
 
 def proxy_size(size: tuple[int, int], proxy: float) -> tuple[int, int]:
-    """The size of a picture at a proxy scale, at least a pixel each way."""
+    """Return the size of a picture at a proxy scale, at least a pixel each way."""
     return max(1, round(size[0] * proxy)), max(1, round(size[1] * proxy))
 
 
@@ -38,7 +38,7 @@ class AlphaPass:
         self._join = ComputeProgram(ctx, "alpha_join.comp.glsl")
 
     def as_color(self, color: moderngl.Texture, out_color: moderngl.Texture) -> None:
-        """The alpha of `color` in the rgb of `out_color`."""
+        """Copy the alpha of `color` to the rgb of `out_color`."""
         self._as_color.dispatch(
             pixel_groups(color.size),
             textures={"color_tx": color},
@@ -46,7 +46,7 @@ class AlphaPass:
         )
 
     def join(self, alpha: moderngl.Texture, color: moderngl.Texture) -> None:
-        """The red of `alpha` to the alpha of `color`."""
+        """Copy the red of `alpha` to the alpha of `color`."""
         self._join.dispatch(
             pixel_groups(color.size), textures={"alpha_tx": alpha}, images={"color_img": color}
         )
@@ -66,7 +66,7 @@ class ProxyPass:
         out_color: moderngl.Texture,
         out_depth: moderngl.Texture,
     ) -> None:
-        """`depth_scale` is 1 for metres and the proxy's scale for a circle of confusion."""
+        """Reduce colour and depth; `depth_scale` is 1 for metres, the proxy's scale for a coc."""
         self._program.dispatch(
             pixel_groups(out_color.size),
             textures={"color_tx": color, "depth_tx": depth},

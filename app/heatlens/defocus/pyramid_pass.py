@@ -15,12 +15,15 @@ Place = tuple[int, int, int, int]  # corner x, y and size x, y
 
 
 def level_variance(level: int) -> float:
-    """Pixels^2 along each axis of a level that is read linearly; see pyramid_read.comp.glsl."""
+    """Return pixels^2 along each axis of a level that is read linearly.
+
+    See pyramid_read.comp.glsl.
+    """
     return (4.0**level - 1) / 2
 
 
 def level_places(size: tuple[int, int], widest_px: float) -> list[Place]:
-    """Where levels 1, 2, .. lie in one texture, as many as discs `widest_px` across ask for.
+    """Return where levels 1, 2, .. lie in one texture, as many as discs `widest_px` across need.
 
     The first stands left, all others in a column beside it. A level has a pixel beyond the last one
     of the level below, so that there is something to interpolate to; from 2 pixels on it would not
@@ -39,13 +42,13 @@ def level_places(size: tuple[int, int], widest_px: float) -> list[Place]:
 
 
 def pyramid_size(places: list[Place]) -> tuple[int, int]:
-    """The texture that holds them, at least a pixel."""
+    """Return the size of the texture that holds them, at least a pixel."""
     width = max((x + width for x, _, width, _ in places), default=1)
     return width, max((y + height for _, y, _, height in places), default=1)
 
 
 def widest_px(optics: Optics) -> float:
-    """The largest disc of the plate, along the axis that is the shorter one in every disc."""
+    """Return the largest disc of the plate, along the axis that is shorter in every disc."""
     return max(abs(optics.nearest_px), abs(optics.farthest_px)) * min(optics.disc.spreads)
 
 

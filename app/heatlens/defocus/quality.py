@@ -9,7 +9,7 @@ from heatlens.model.settings import LAYERS_MAX, Bokeh, DefocusSettings, Method, 
 
 @dataclass(frozen=True)
 class _Spent:
-    """What a quality spends: the disc's kernel, steps of a Gaussian, depth layers at most."""
+    """The cost of a quality: the disc's kernel, steps of a Gaussian, depth layers at most."""
 
     disc: str
     gaussian_steps: int

@@ -33,11 +33,10 @@ Counts = npt.NDArray[np.uint32]
 
 @dataclass(frozen=True)
 class ScatterTargets:
-    """Where discs are drawn and put over each other, all of the picture's size.
+    """The textures in which discs are drawn and composited, all of the picture's size.
 
-    light, cover          RGBA and red, the sums of one bin
-    out_color, out_cover  RGBA and red, what the bins make together
-    place, pixel          buffers: see `buffer_bytes`
+    light, cover          RGBA and red, the sums of one bin out_color, out_cover  RGBA and red, what
+    the bins make together place, pixel          buffers: see `buffer_bytes`
     """
 
     light: moderngl.Texture
@@ -49,7 +48,7 @@ class ScatterTargets:
 
 
 def buffer_bytes(size: tuple[int, int]) -> dict[str, int]:
-    """Bytes of a picture's buffers: a word for each bin of a row, a word for each pixel."""
+    """Return the bytes of a picture's buffers: a word for each bin of a row and for each pixel."""
     return {"place": 4 * SCATTER_BINS * size[1], "pixel": 4 * size[0] * size[1]}
 
 
@@ -66,7 +65,10 @@ def _disc_sum(disc: DiscShape, radius: float) -> float:
 
 
 def bin_places(counts: Counts) -> Counts:
-    """(rows, SCATTER_BINS): where the pixels of a row and bin begin; the farthest bin first."""
+    """Return (rows, SCATTER_BINS).
+
+    Where the pixels of a row and bin begin, the farthest bin first.
+    """
     far_to_near = counts[:, ::-1].T.astype(np.uint64)  # bins, rows
     flat = far_to_near.ravel()
     places = (np.cumsum(flat) - flat).reshape(far_to_near.shape)
@@ -74,14 +76,14 @@ def bin_places(counts: Counts) -> Counts:
 
 
 def bin_coc_px(number: int, largest_px: float) -> float:
-    """The largest |coc| that a bin can hold."""
+    """Return the largest |coc| that a bin can hold."""
     if number in (0, SCATTER_BINS - 1):
         return largest_px
     return min(largest_px, SCATTER_GROWTH ** abs(number - SCATTER_MIDDLE))
 
 
 def disc_fragments(coc_px: float, disc: DiscShape, size: tuple[int, int]) -> int:
-    """Pixels that drawing a disc looks at: its box, as far as it can lie in the picture."""
+    """Return how many pixels drawing a disc touches: its box, as far as it lies in the picture."""
     sides = [coc_px * half + 2 * DISC_RAMP_PX + 1 for half in disc.half_extents]
     across, down = (min(side, most) for side, most in zip(sides, size, strict=True))
     return max(1, int(across * down))

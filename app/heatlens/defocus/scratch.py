@@ -29,10 +29,10 @@ AFTER_THE_PICTURE = ""  # a last pass that never comes: the next picture writes 
 
 @dataclass(frozen=True)
 class Lifetime:
-    """From the pass that writes first to the one that reads last, in `memory` of that name.
+    """The time from the pass that writes first to the one that reads last.
 
-    For what a layer has at several sizes, each reduction has memory of its own; `reduction` is set
-    where a use is of one reduction alone.
+    `memory` is the name of what is used. Layers of several sizes have memory for each reduction;
+    `reduction` is set where a use is of one reduction alone.
     """
 
     memory: str

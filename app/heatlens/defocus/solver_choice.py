@@ -18,7 +18,7 @@ _PROBE_KERNEL = named_kernel("heat")  # the cheapest to build
 
 
 def fastest_solver(ctx: moderngl.Context) -> LineSolver:
-    """The faster of sweep and partition on a probe picture.
+    """Return the faster of sweep and partition on a probe picture.
 
     The probe is large enough to fill a GPU (1024 lines) and small enough not to be felt on a
     software rasteriser, where 64 lines show the difference as well.
@@ -33,10 +33,10 @@ def fastest_solver(ctx: moderngl.Context) -> LineSolver:
 
 
 def settled_solver(ctx: moderngl.Context) -> LineSolver:
-    """The one that is the faster on such an OpenGL as a rule, and always the same.
+    """Return the solver that is usually faster on such an OpenGL, and always the same.
 
     Two solvers round differently in the last digits. Frames of one shot that are rendered by many
-    processes should not, however busy the machines were when these began.
+    processes should not differ, however busy the machines were when these began.
     """
     return SweepSolver(ctx) if is_software(ctx) else PartitionSolver(ctx)
 

@@ -14,7 +14,7 @@ TileCount = tuple[int, int]  # across, down
 
 
 def tile_count(size: tuple[int, int]) -> TileCount:
-    """How many tiles cover a picture of `size` (width, height)."""
+    """Return how many tiles cover a picture of `size` (width, height)."""
     return groups_for(size[0], TILE), groups_for(size[1], TILE)
 
 
@@ -27,13 +27,13 @@ class TileMask:
 
     @staticmethod
     def bytes_for(size: tuple[int, int]) -> int:
-        """Bytes of the words for a picture."""
+        """Return the bytes of the words for a picture."""
         across, down = tile_count(size)
         return 4 * across * down
 
     @property
     def uniforms(self) -> dict[str, object]:
-        """As the shaders take them."""
+        """The uniforms as the shaders take them."""
         return {"tiles_across": self.tiles[0]}
 
 
@@ -48,7 +48,7 @@ class TileList:
 
     @staticmethod
     def bytes_for(size: tuple[int, int]) -> int:
-        """Bytes of a list that can hold every tile of a picture."""
+        """Return the bytes of a list that can hold every tile of a picture."""
         return _LIST_HEAD.size + TileMask.bytes_for(size)
 
     def clear(self, reduction: int) -> None:
@@ -64,7 +64,7 @@ class WholePictures:
         self._words = ctx.buffer(_ALL)
 
     def mask(self, size: tuple[int, int]) -> TileMask:
-        """All tiles of a picture of `size`."""
+        """Return all tiles of a picture of `size`."""
         need = TileMask.bytes_for(size)
         if self._words.size < need:
             self._words.orphan(need)

@@ -18,7 +18,7 @@ from heatlens.model.settings import LAYERS_MAX
 
 @dataclass(frozen=True)
 class TileContent:
-    """What the picture's tiles hold: bit l of a word, layer l has content; the nearest coc."""
+    """The content of the picture's tiles: bit l of a word, layer l has content; the nearest coc."""
 
     content: moderngl.Buffer
     nearest: moderngl.Buffer
@@ -36,7 +36,7 @@ class TilePass:
     def look_through(
         self, picture: Fragments, plans: list[LayerPlan], scratch: Scratch
     ) -> TileContent:
-        """Which of the layers have content in each tile of the picture."""
+        """Find which of the layers have content in each tile of the picture."""
         size, need = picture.coc.size, TileMask.bytes_for(picture.coc.size)
         content, nearest = (scratch.buffer(f"tile {name}", need) for name in ("content", "nearest"))
         found = TileContent(content, nearest, size)
@@ -64,7 +64,7 @@ class TilePass:
         optics: Optics,
         scratch: Scratch,
     ) -> tuple[TileMask, TileList]:
-        """The tiles of one layer, at its own size; the next layer's overwrite them."""
+        """Find the tiles of one layer, at its own size; the next layer's overwrite them."""
         plan = plans[layer]
         size = plan.size(found.size)
         tiles, need = tile_count(size), TileMask.bytes_for(size)

@@ -102,7 +102,7 @@ class DisplayPass:
 
 
 def _view_uniforms(exposure_stops: float, gamma: float) -> dict[str, object]:
-    """As lib/view.lib.glsl takes them."""
+    """Return the uniforms of lib/view.lib.glsl."""
     return {"exposure_scale": 2.0**exposure_stops, "inverse_gamma": 1.0 / gamma}
 
 

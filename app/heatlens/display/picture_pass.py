@@ -19,7 +19,7 @@ _OVER = (moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA, moderngl.ZERO, modern
 
 @dataclass(frozen=True, eq=False)
 class Detail:
-    """What a preview is too small to show of what is in focus.
+    """The detail in focus that a preview is too small to show.
 
     plate    the plate, display values
     coarse   the plate at the preview's size, display values

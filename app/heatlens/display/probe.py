@@ -37,7 +37,7 @@ class PictureReader:
         self._last: tuple[object, Rgba] | None = None
 
     def pixel(self, shown: Shown, version: object, at: tuple[int, int]) -> Rgba:
-        """The texel `at` (column, row) of the picture in float."""
+        """Return the texel `at` (column, row) of the picture in float."""
         key = (version, shown.texture, at)
         if self._last is None or self._last[0] != key:
             box = (*at, 1, 1)
@@ -47,7 +47,7 @@ class PictureReader:
         return self._last[1]
 
     def _bound(self, texture: moderngl.Texture) -> moderngl.Framebuffer:
-        """A framebuffer around `texture`; the old one goes after the new one is bound."""
+        """Return a framebuffer around `texture`; release the old one after the new one is bound."""
         old = self._framebuffer
         if old is not None and old[0] is texture:
             return old[1]
@@ -66,7 +66,7 @@ def probe_at(
     version: object,
     reader: PictureReader,
 ) -> Probe | None:
-    """The probe at a pixel of the display window; None outside the data window."""
+    """Return the probe at a pixel of the display window; None outside the data window."""
     data, display = plate.data_window, plate.display_window
     at = pixel[0] + display.x0, pixel[1] + display.y0
     if not data.contains(*at):
@@ -88,7 +88,7 @@ def probe_at(
 
 
 def seen_depth_m(plate: Plate, pixel: tuple[int, int]) -> float | None:
-    """Distance at a pixel of the display window; None beside the picture and where it has none."""
+    """Return the distance at a pixel of the display window; None where there is none."""
     data, display = plate.data_window, plate.display_window
     at = pixel[0] + display.x0, pixel[1] + display.y0
     if not (plate.has_distances and data.contains(*at)):
@@ -105,7 +105,7 @@ def _coc_at(plate: Plate, lens: Lens, row: int, column: int, depth_m: float | No
 
 
 def probe_text(probe: Probe, unit: str) -> str:
-    """One line for the status bar."""
+    """Return one line for the status bar."""
     x, y = probe.display_px
     where = f"x {x}  y {y}"
     if probe.data_px != probe.display_px:

@@ -31,11 +31,11 @@ class ScreenFrames:
         self.bytes_in_use = 0
 
     def holds(self, key: str, look: Look) -> bool:
-        """The frame is there in these colours."""
+        """Return True where the frame is there in these colours."""
         return key in self._held and self._held[key].look == look
 
     def has_room(self, key: str, size: tuple[int, int], wanted: Collection[str]) -> bool:
-        """A frame of this size fits, if those that nobody wants go."""
+        """Return True where a frame of this size fits, after the removal of unwanted ones."""
         if key in self._held:
             return True
         kept = sum(_bytes(self._held[it].texture.size) for it in self._held if it in wanted)
@@ -44,9 +44,9 @@ class ScreenFrames:
     def texture(
         self, key: str, look: Look, size: tuple[int, int], wanted: Collection[str], draw: Draw
     ) -> moderngl.Texture | None:
-        """The frame, drawn by `draw` where it is not there; None where there is no room for it.
+        """Return the frame, drawn by `draw` where it is missing; None without room for it.
 
-        Frames that are not `wanted` give way.
+        Frames that are not `wanted` are removed for it.
         """
         if key in self._held and self._held[key].texture.size != size:
             self._drop(key)
@@ -87,5 +87,5 @@ class ScreenFrames:
 
 
 def _bytes(size: tuple[int, int]) -> int:
-    """Of four bytes a pixel, and a third more for the smaller levels."""
+    """Return the bytes of four a pixel, and a third more for the mipmaps."""
     return size[0] * size[1] * 16 // 3

@@ -75,7 +75,7 @@ class ScreenPictures:
         view: ViewState,
         b: moderngl.Texture,
     ) -> moderngl.Texture:
-        """A: the picture through the lens, the pinhole picture, or A's difference from B."""
+        """Return A: the picture through the lens, the pinhole picture, or A's difference from B."""
         source = shown.texture if view.depth_of_field else plate.color
         look = self._look(view)
         is_difference = view.compare is Compare.DIFFERENCE
@@ -96,7 +96,7 @@ class ScreenPictures:
     def b(
         self, source: moderngl.Texture, plate: Pinhole, view: ViewState, version: object = None
     ) -> moderngl.Texture:
-        """B: the pinhole picture, the reference, or another method's picture of that version."""
+        """Return B: the pinhole picture, the reference, or the picture of another method."""
         is_pinhole = source is plate.color
         target = self._pinhole if is_pinhole else self._b
         look = self._look(view)
@@ -108,7 +108,7 @@ class ScreenPictures:
         return target.texture
 
     def detail(self, shown: Shown, plate: Pinhole, view: ViewState) -> Detail | None:
-        """What a hurried picture lacks of what is in focus; None for a whole one."""
+        """Return the detail in focus that a preview lacks; None for a whole picture."""
         if not _is_hurried(shown):
             return None
         if self._detail_of is not plate:  # while a sequence plays, each plate is seen only once
@@ -127,7 +127,7 @@ class ScreenPictures:
     def _small_plate(
         self, target: _Target, plate: Pinhole, proxy: float, view: ViewState, is_enlarged: bool
     ) -> moderngl.Texture:
-        """The plate at a preview's size, as a preview in which all is in focus would be shown."""
+        """Return the plate at a preview's size, as a preview with all in focus would look."""
         size, look = proxy_size(plate.color.size, proxy), self._look(view)
         if target.needs(size, (plate, look)):
             color = self._pool.texture("small plate", size, 4)
@@ -158,7 +158,7 @@ class ScreenPictures:
             texture.build_mipmaps()
 
     def overlay(self, plate: Pinhole, shot: Shot, frame: int, overlay: Overlay) -> moderngl.Texture:
-        """The overlay's colours, for the lens as it is now."""
+        """Return the overlay's colours, for the lens as it is now."""
         lens = shot.lens_at(frame)
         key: Key = (plate, lens, shot.defocus, overlay, self.transform_version)
         if self._overlay.needs(plate.depth.size, key):
@@ -172,12 +172,12 @@ class ScreenPictures:
 
 
 def _is_hurried(shown: Shown) -> bool:
-    """Smaller than it will be."""
+    """Return True for a picture that is smaller than it will be."""
     return shown.settings.proxy < shown.shot.defocus.proxy
 
 
 def layer_limits_px(optics: Optics, shot: Shot) -> tuple[float, ...]:
-    """The signed diameters between the layers of a shot, ascending."""
+    """Return the signed diameters between the layers of a shot, ascending."""
     cuts = layer_cuts(optics.occupied_px, layers_for(shot.defocus))
     return tuple(sorted(cut.near.at_px for cut in cuts if not cut.is_nearest))
 
@@ -188,7 +188,7 @@ def picture_of_b(
     reference: moderngl.Texture | None,
     of_method: Shown | None,
 ) -> moderngl.Texture:
-    """What B is, the pinhole picture where it is to be nothing else or that is not there."""
+    """Return the picture of B; the pinhole picture where nothing else is chosen or there."""
     if of_method is not None:
         return of_method.texture
     if view.against is Against.REFERENCE and reference is not None:

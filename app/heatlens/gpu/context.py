@@ -19,7 +19,7 @@ _TOO_OLD = (
 
 
 def headless_context() -> moderngl.Context:
-    """A context that needs no window; raises GpuError that says what to install."""
+    """Make a context that needs no window. Raises GpuError that says what to install."""
     try:
         ctx = moderngl.create_context(standalone=True, require=430, **_EGL)
     except Exception as error:  # moderngl and glcontext raise bare Exception
@@ -30,12 +30,15 @@ def headless_context() -> moderngl.Context:
 
 
 def _help(why: str) -> str:
-    """Nothing is to be installed where a driver was found and asked."""
+    """Return what to install; nothing where a driver was found and asked."""
     return _TOO_OLD if "eglCreateContext" in why else _INSTALL
 
 
 def is_software(ctx: moderngl.Context) -> bool:
-    """True on a software rasteriser: timer queries lie there, shared memory is plain memory."""
+    """Return True on a software rasteriser.
+
+    Its timer queries are wrong, and it has no fast memory.
+    """
     renderer = str(ctx.info["GL_RENDERER"]).lower()
     return any(name in renderer for name in ("llvmpipe", "softpipe", "swrast", "swiftshader"))
 
@@ -81,7 +84,7 @@ def check_storage_fits(ctx: moderngl.Context, size_bytes: int, what: str) -> Non
 
 
 def _free_memory_bytes() -> float:
-    """What Linux could give without swapping; infinite where nobody says."""
+    """Return what Linux could give without swapping; infinite where it is unknown."""
     try:
         lines = Path("/proc/meminfo").read_text().splitlines()
     except OSError:

@@ -24,7 +24,7 @@ _ARRAY_SIZE = re.compile(r"\[[^\]]*\]")
 
 @dataclass(frozen=True)
 class DeclaredInputs:
-    """What a program built from `files` can be given: the kind of each declared name."""
+    """The inputs that a program built from `files` declares: the kind of each name."""
 
     files: tuple[str, ...]
     kinds: Mapping[str, Kind]
@@ -35,7 +35,7 @@ class DeclaredInputs:
             raise ShaderError(self._explained(name, kind))
 
     def of_kind(self, kind: Kind) -> set[str]:
-        """The names of one kind."""
+        """Return the names of one kind."""
         return {name for name, declared in self.kinds.items() if declared == kind}
 
     def _explained(self, name: str, kind: Kind) -> str:
@@ -59,7 +59,7 @@ def declared_in(files: Iterable[str], texts: Iterable[str]) -> DeclaredInputs:
 
 
 def _kinds_of(declaration: str) -> dict[str, Kind]:
-    """The names of `vec2 a, b[4]`, each with the kind that the type gives."""
+    """Return the names of `vec2 a, b[4]`, each with the kind of its type."""
     first, *more = _ARRAY_SIZE.sub("", declaration).split(",")
     *words, name = first.split()
     kind: Kind = "uniform"

@@ -86,7 +86,7 @@ class _Inputs:
                 self._unset.discard(name)
 
     def _check_all_given(self, bound: set[str]) -> None:
-        """Units are shared by all programs, so what has one is given for each run."""
+        """Check that every input with a unit is given: units are shared by all programs."""
         missing = sorted((self._units.keys() - bound) | self._unset)
         if missing:
             names = ", ".join(missing)
@@ -103,7 +103,7 @@ class _Program:
         shader_reload.watch(self)
 
     def _sources(self) -> Sequence[ShaderSource]:
-        """The texts of the stages, read anew."""
+        """Read the texts of the stages again."""
         raise NotImplementedError
 
     def _link(self, sources: Sequence[ShaderSource]) -> _Linked:

@@ -51,7 +51,7 @@ OVERLAY_LAYERS: tuple[Rgb, ...] = (
 
 
 def _glsl(value: object) -> str:
-    """A number, a colour or a sequence of colours as GLSL writes it."""
+    """Return a number, a colour or a sequence of colours as GLSL writes it."""
     if not isinstance(value, tuple):
         return repr(value)
     kind = f"vec3[{len(value)}]" if isinstance(value[0], tuple) else "vec3"

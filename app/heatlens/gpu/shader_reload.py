@@ -53,7 +53,7 @@ def forget(program: Rebuildable) -> None:
 
 @dataclass(frozen=True)
 class Reloaded:
-    """What came of changed files: how many programs are new, and a sentence about it."""
+    """The result of changed files: how many programs are new, and a sentence about it."""
 
     programs: int
     sentence: str
@@ -93,7 +93,7 @@ def _rebuilt(programs: Iterable[Rebuildable], changed: list[str]) -> Reloaded:
 
 
 def _file_times(folder: Path) -> dict[str, int]:
-    """The time of each shader file in nanoseconds; one that is just being replaced is left out."""
+    """Return the time of each shader file in nanoseconds, without one that is being replaced."""
     times: dict[str, int] = {}
     for path in folder.rglob("*.glsl"):
         try:

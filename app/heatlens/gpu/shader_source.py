@@ -27,7 +27,7 @@ class ShaderSource:
     files: tuple[str, ...]
 
     def explained(self, log: str) -> str:
-        """The driver's log with places as `file:line`."""
+        """Return the driver's log with places as `file:line`."""
 
         def place(match: re.Match[str]) -> str:
             index, line = divmod(int(match[2]), LINES_PER_FILE)
@@ -36,7 +36,7 @@ class ShaderSource:
         return _LINE_IN_LOG.sub(place, log)
 
     def followed_by(self, functions: str) -> "ShaderSource":
-        """With GLSL that comes from no file at its end, in a line range of its own."""
+        """Append GLSL that comes from no file, in a line range of its own."""
         line = len(self.files) * LINES_PER_FILE + 1
         text = f"{self.text}#line {line}\n{functions}\n"
         return ShaderSource(text, (*self.files, "generated GLSL"))

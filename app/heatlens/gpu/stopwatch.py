@@ -1,5 +1,8 @@
-"""Time of each pass, by name. Timer queries on a GPU; wall clock on a software rasteriser, whose
-timer queries return garbage."""
+"""The time of each pass, by name.
+
+A GPU is timed by timer queries. On a software rasteriser, whose queries return garbage, it is the
+wall clock.
+"""
 
 import time
 from collections.abc import Generator, Iterator
@@ -41,9 +44,9 @@ class Stopwatch:
         self._add(name, seconds[0])
 
     def timed(self, steps: Generator[str, None, Result]) -> Generator[str, None, Result]:
-        """`steps` as they are, the work before each one's name added to that name.
+        """Yield `steps`, and add the time of the work before each name to that name.
 
-        Steps of one name after each other are one run of that pass.
+        Consecutive steps of one name are one run of that pass.
         """
         before = ""
         while self.on:
@@ -64,7 +67,7 @@ class Stopwatch:
 
     @contextmanager
     def _clock(self) -> Iterator[list[float]]:
-        """The seconds that the GPU works on what is issued inside, known after the block."""
+        """Yield a list that holds, after the block, the seconds of the GPU's work issued inside."""
         seconds = [0.0]
         if is_software(self.ctx):
             self.ctx.finish()

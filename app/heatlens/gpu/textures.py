@@ -15,7 +15,7 @@ _BAND_BYTES = 16 << 20  # taken to the GPU at a time: some milliseconds
 
 
 def _check_memory(ctx: moderngl.Context, what: str) -> None:
-    """moderngl hands out textures that OpenGL refused; ask for its error after each."""
+    """Ask OpenGL for its error: moderngl returns textures that OpenGL refused."""
     error = ctx.error
     if error != "GL_NO_ERROR":
         raise GpuError(
@@ -30,7 +30,7 @@ def new_texture(
     storage: Storage = "f4",
     label: str = "",
 ) -> moderngl.Texture:
-    """A texture of `size` (width, height), read texel by texel, edge-clamped."""
+    """Make a texture of `size` (width, height), read texel by texel, edge-clamped."""
     texture = ctx.texture(size, components, dtype=storage)
     _check_memory(ctx, f"a {size[0]}x{size[1]} texture")
     texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
@@ -46,7 +46,7 @@ def new_array(
     components: int,
     storage: Storage = "f4",
 ) -> moderngl.TextureArray:
-    """`layers` images of `size` behind one sampler."""
+    """Make `layers` images of `size` behind one sampler."""
     array = ctx.texture_array((*size, layers), components, dtype=storage)
     _check_memory(ctx, f"{layers} layers of {size[0]}x{size[1]}")
     array.filter = (moderngl.NEAREST, moderngl.NEAREST)
@@ -60,7 +60,7 @@ def upload(texture: moderngl.Texture, pixels: FloatArray) -> None:
 
 
 def uploading(texture: moderngl.Texture, pixels: FloatArray) -> Iterator[None]:
-    """`upload` band by band, so that a window can answer in between."""
+    """Upload band by band, so that a window can answer in between."""
     width, height = texture.size
     rows = max(1, _BAND_BYTES // max(1, 4 * texture.components * width))
     pixels = np.ascontiguousarray(pixels, np.float32)
@@ -71,7 +71,7 @@ def uploading(texture: moderngl.Texture, pixels: FloatArray) -> Iterator[None]:
 
 
 def download(texture: moderngl.Texture) -> FloatArray:
-    """The pixels of a float texture as (H, W) or (H, W, C) float32, row 0 first."""
+    """Return the pixels of a float texture as (H, W) or (H, W, C) float32, row 0 first."""
     width, height = texture.size
     shape = (height, width) if texture.components == 1 else (height, width, texture.components)
     pixels = np.empty(shape, np.float16 if texture.dtype == "f2" else np.float32)
@@ -92,7 +92,7 @@ class TexturePool:
     def texture(
         self, name: str, size: tuple[int, int], components: int, storage: Storage = "f4"
     ) -> moderngl.Texture:
-        """The texture called `name`; its contents are whatever was last written."""
+        """Return the texture called `name`; its contents are whatever was last written."""
         kind = (size, components, storage)
         if name in self._held and self._held[name][0] == kind:
             return self._held[name][1]
@@ -104,7 +104,7 @@ class TexturePool:
     def filled(
         self, name: str, size: tuple[int, int], value: tuple[float, float, float, float]
     ) -> moderngl.Texture:
-        """The RGBA float32 texture called `name` with `value` in every pixel."""
+        """Return the RGBA float32 texture called `name` with `value` in every pixel."""
         texture = self.texture(name, size, 4)
         before = self._targets.get(name)
         if before is None or before[0] is not texture:
@@ -123,7 +123,7 @@ class TexturePool:
         components: int,
         storage: Storage = "f4",
     ) -> moderngl.TextureArray:
-        """The array called `name`, `layers` deep."""
+        """Return the array called `name`, `layers` deep."""
         kind = (size, layers, components, storage)
         if name in self._arrays and self._arrays[name][0] == kind:
             return self._arrays[name][1]
@@ -133,7 +133,7 @@ class TexturePool:
         return self._arrays[name][1]
 
     def buffer(self, name: str, size_bytes: int) -> moderngl.Buffer:
-        """The storage buffer called `name`, at least `size_bytes` large."""
+        """Return the storage buffer called `name`, at least `size_bytes` large."""
         if name not in self._buffers:
             self._buffers[name] = self._ctx.buffer(reserve=size_bytes)
         elif self._buffers[name].size < size_bytes:

@@ -18,10 +18,7 @@ class ColorChoice:
     """Keeps the display pass on the display and the view that are chosen."""
 
     def __init__(self, path: str | None, say: Callable[[str], None]) -> None:
-        """`path`: a config, None for $OCIO or the built-in one. Raises InputError for a bad one.
-
-        Without OpenColorIO, pictures are shown through the plain sRGB curve, which is said.
-        """
+        """Load the config at `path`, None for $OCIO or the built-in one. Raises InputError."""
         self._say = say
         self.path = path
         self.config: ColorConfig | None = None

@@ -33,7 +33,7 @@ class ExportRun:
     """Runs one process at a time and follows what it says."""
 
     def __init__(self, wake: Callable[[], None]) -> None:
-        """`wake` is called on a thread whenever there is news."""
+        """Take `wake`, which is called on a thread when the export has news."""
         self._wake = wake
         self._process: subprocess.Popen[str] | None = None
         self._follower: Thread | None = None

@@ -27,7 +27,10 @@ class OpenSource:
         wake: Callable[[], None],
         stream: StreamSource | None = None,
     ) -> None:
-        """`stream` is a renderer that may send frames; it is closed together with this object."""
+        """Take `stream`, a renderer that may send frames.
+
+        It is closed together with this object.
+        """
         self.stream = stream
         if stream is not None:
             stream.wake = wake

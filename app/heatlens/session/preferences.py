@@ -62,7 +62,7 @@ class Preferences:
     """Remembers, and writes what it remembers to a file where it was given one."""
 
     def __init__(self, now: Remembered | None = None, path: Path | None = None) -> None:
-        """`path` None: only as long as the program runs."""
+        """Keep preferences at `path`; None keeps them only as long as the program runs."""
         self.now = now or Remembered()
         self.path = path
         self.problem = ""  # what could not be read of the file, in a sentence

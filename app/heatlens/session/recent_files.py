@@ -14,7 +14,7 @@ class RecentFiles:
     def __init__(
         self, preferences: Preferences, stream: str | None, wake: Callable[[], None]
     ) -> None:
-        """`stream`: the name of a renderer that is listened to, which leads the files."""
+        """Take `stream`, the name of a renderer that is listened to, which leads the files."""
         self._preferences = preferences
         self._first = () if stream is None else (stream,)
         self._finder: Background[tuple[str, ...]] = Background(wake)

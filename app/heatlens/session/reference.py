@@ -39,7 +39,7 @@ class ReferenceLoader:
     """Reads a reference on a thread and keeps the latest one on the GPU."""
 
     def __init__(self, ctx: moderngl.Context, wake: Callable[[], None]) -> None:
-        """`wake` is called on the thread when it is worth asking `poll`."""
+        """Take `wake`, which is called on a thread when `poll` has something to take."""
         self.current: Reference | None = None
         self._ctx = ctx
         self._reader: Background[tuple[Path, FloatImage]] = Background(wake)

@@ -88,7 +88,7 @@ class RenderedPull:
         wake: Callable[[], None] = lambda: None,
         clock: Callable[[], float] = time.perf_counter,
     ) -> None:
-        """`is_busy`: there is other work, which comes first."""
+        """Take `is_busy`, which returns whether other work comes first."""
         self.jobs = jobs
         self.store = store
         self._source = source

@@ -31,7 +31,7 @@ class SceneMarkTracks:
         scenes: SceneCommands,
         is_busy: Callable[[], bool],
     ) -> None:
-        """`is_busy`: there is other work, such as the picture that is seen, which comes first."""
+        """Take `is_busy`, which returns whether other work, as the visible picture, comes first."""
         self._source = source
         self._editing = editing
         self._timeline = timeline

@@ -33,7 +33,7 @@ class DockedPanels:
         self._ui = ui
 
     def draw(self, hovered: tuple[int, int] | None) -> None:
-        """`hovered`: pixel of the display window under the pointer."""
+        """Draw the panels; `hovered` is the pixel of the display window under the pointer."""
         session, panels = self._session, self._ui.panels
         if panels["Lens"]:
             self._lens()

@@ -41,7 +41,7 @@ class PictureWindow:
         self.hovered: tuple[int, int] | None = None  # pixel of the display window
 
     def draw(self, hears_keys: bool) -> None:
-        """`hears_keys`: they are meant for what lies beneath dialogs, fields and menus."""
+        """Draw the picture; `hears_keys`: no dialog, field or menu takes the keys."""
         imgui.push_style_var(imgui.StyleVar_.window_padding, ImVec2(0, 0))
         still = _Window.no_scrollbar | _Window.no_scroll_with_mouse | _Window.no_background
         imgui.begin(PICTURE, None, still)

@@ -31,7 +31,7 @@ class Screen:
     """Draws a Session with ImGui; holds nothing that matters."""
 
     def __init__(self, session: Session, wake: Callable[[], None] = lambda: None) -> None:
-        """`wake`, called from threads, makes whoever draws draw again."""
+        """Take `wake`, which is called from threads to have the window drawn again."""
         self._session = session
         self.ui = UiState(session, wake)
         self.actions = actions(session, self.ui)

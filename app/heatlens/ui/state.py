@@ -17,7 +17,7 @@ class UiState:
     """The state of the interface, apart from the session that it shows."""
 
     def __init__(self, session: Session, wake: Callable[[], None] = lambda: None) -> None:
-        """`wake`, called from threads, makes whoever draws draw again."""
+        """Take `wake`, which is called from threads to have the window drawn again."""
         self._session = session
         hidden = session.preferences.now.hidden_panels
         self.panels = {name: name not in hidden for name in PANELS}

@@ -22,7 +22,7 @@ class StatusBar:
         self._reader = PictureReader(session.renderer.ctx)
 
     def draw(self, hovered: tuple[int, int] | None) -> None:
-        """`hovered`: pixel of the display window under the pointer."""
+        """Draw the bar; `hovered` is the pixel of the display window under the pointer."""
         session = self._session
         imgui.set_cursor_pos_x(0.6 * imgui.get_font_size())
         imgui.align_text_to_frame_padding()

@@ -21,7 +21,7 @@ class StopSignals:
     """While open, stop signals are noted instead of falling into the middle of the work."""
 
     def __init__(self, wake: Callable[[], None]) -> None:
-        """`wake` is called on a thread after each signal."""
+        """Take `wake`, which is called on a thread after each signal."""
         self.number: int | None = None  # of the signal that asked to stop
         self._wake = wake
         self._before: dict[signal.Signals, Any] = {}

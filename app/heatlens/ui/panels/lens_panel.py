@@ -81,7 +81,7 @@ def _focus(lens: Lens, facts: LensFacts, say: Say) -> Lens:
 
 
 def _doubts(facts: LensFacts, about: About) -> None:
-    """At the field: what cannot well be, and what would mend it."""
+    """Draw at the field what is implausible, and what would mend it."""
     for doubt in facts.doubts:
         if doubt.about == about:
             imgui.push_style_color(imgui.Col_.text, theme.ACCENT_TEXT)
@@ -144,7 +144,7 @@ def _parse_t_stop(text: str) -> float | None:
 
 
 def _sources(facts: LensFacts) -> None:
-    """Where the values began: what the file told counts more than what was assumed."""
+    """Draw where the first values came from: a file's value counts more than an assumed one."""
     words = [f"{name.rpartition('_')[0]}: {why}" for name, why in facts.sources.items()]
     if not words:
         return

@@ -66,7 +66,7 @@ class ViewportPanel:
     """Draws the pictures and remembers what the mouse took hold of."""
 
     def __init__(self, ctx: moderngl.Context, place: PictureView) -> None:
-        """`place` is told where the picture lies."""
+        """Take `place`, which is told where the picture lies."""
         self.place = place
         self._pass = PicturePass(ctx)
         self._placed: list[PlacedPicture] = []

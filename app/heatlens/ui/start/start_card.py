@@ -58,7 +58,7 @@ class CardPictures:
 def draw_card(
     card: Card, digit: int, place: Place, pictures: CardPictures, is_chosen: bool, is_coming: bool
 ) -> None:
-    """`is_chosen`: Enter takes it; `is_coming`: it is being opened."""
+    """Draw a card; `is_chosen`: Enter takes it; `is_coming`: it is being opened."""
     em = imgui.get_font_size()
     _ground(place, is_chosen, is_flat=bool(card.kind))
     left = place.low.x + (_BAR_EM + _PAD_EM) * em
