@@ -88,11 +88,11 @@ def test_a_mistake_is_told_with_its_place(tmp_path, entries, words):
         ("{}", "this is no shot of heatlens"),
         ('{"heatlens_shot": 1}', "the entry 'lens' is missing"),
         ('{"heatlens_shot": 1, "heatlens_shot": 1}', "'heatlens_shot' stands twice"),
-        ('{"heatlens_shot": NaN}', "NaN is no JSON number"),
+        ('{"heatlens_shot": NaN}', "NaN is not a JSON number"),
         ('{"heatlens_shot": 1e999}', 'too large; infinity is written "inf"'),
         ("9" * 5000, "is damaged"),
         ("[" * 100_000, "is damaged"),
-        (b"\xff\xfe{}", "is no text"),
+        (b"\xff\xfe{}", "is not a text file"),
         (b"\x76\x2f\x31\x01", "is damaged"),
     ],
 )

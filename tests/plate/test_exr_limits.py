@@ -112,7 +112,7 @@ def test_more_pixels_than_memory_should_hold_are_told_with_the_limit(tmp_path, m
 def test_a_name_that_is_no_utf_8_is_told(tmp_path, letter):
     path = patched(write_file(tmp_path / "a.exr", rgb() | {"Z": distances()}), "channels", letter)
     for read in (read_plate, read_headers):
-        with pytest.raises(InputError, match="holds a name that is no UTF-8"):
+        with pytest.raises(InputError, match="holds a name that is not UTF-8"):
             read(path)
 
 

@@ -57,7 +57,7 @@ def test_a_limit_that_no_score_can_reach_or_miss(capsys, words):
 def test_a_picture_is_no_shot(capsys, tmp_path):
     plate = write_file(tmp_path / "p.exr", channels(), **CAMERA)
     said = refused(capsys, "shot", "show", plate)
-    assert "p.exr is no text, as shots" in said and "codec" not in said
+    assert "p.exr is not a text file, as shots" in said and "codec" not in said
 
 
 def test_a_plate_has_nothing_of_a_scene(capsys, tmp_path):

@@ -70,8 +70,8 @@ def _check_end(done: "subprocess.CompletedProcess[bytes]", what: str) -> None:
         )
     if done.returncode:
         raise InputError(
-            f"{what} cannot be read: it is damaged in a way that ends OpenUSD, or needs more than "
-            f"{gigabytes:g} GB of memory ({_GIGABYTES} allows more)."
+            f"{what} cannot be read: it is damaged in a way that crashes OpenUSD, or needs more "
+            f"than {gigabytes:g} GB of memory ({_GIGABYTES} allows more)."
         )
 
 

@@ -189,8 +189,8 @@ def read_json(path: Path) -> JsonEntry:
         raise unreadable(path, error) from error
     except UnicodeDecodeError as error:
         raise InputError(
-            f"{path} is no text, as shots and cameras in JSON are: it is another kind of file, or "
-            "damaged."
+            f"{path} is not a text file, as shots and cameras in JSON are: it is another kind of "
+            "file, or damaged."
         ) from error
     except json.JSONDecodeError as error:
         raise InputError(
@@ -214,7 +214,7 @@ def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 
 def _constant(name: str) -> NoReturn:
     """Refuse NaN and Infinity, which some programs write and JSON does not have."""
-    raise ValueError(f'{name} is no JSON number; infinity is written "inf"')
+    raise ValueError(f'{name} is not a JSON number; infinity is written "inf"')
 
 
 def _shown(value: Any) -> str:

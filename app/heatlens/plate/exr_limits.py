@@ -69,7 +69,7 @@ def _check_names(path: Path, header: RawHeader) -> None:
             name.decode("utf-8")
         except UnicodeDecodeError:
             raise InputError(
-                f"{path} holds a name that is no UTF-8, {name[:40]!r}: it is damaged, or was "
+                f"{path} holds a name that is not UTF-8, {name[:40]!r}: it is damaged, or was "
                 "written in another encoding. Write it again with other names."
             ) from None
 

@@ -39,7 +39,7 @@ def read_headers(path: str | os.PathLike[str]) -> list[Header]:
         headers = [part.header for part in parts]
     except (RuntimeError, ValueError, TypeError, OSError, MemoryError, ArithmeticError) as error:
         raise InputError(
-            f"The header of {path} cannot be read: it is missing, damaged or no OpenEXR file "
+            f"The header of {path} cannot be read: it is missing, damaged or not an OpenEXR file "
             f"({error})."
         ) from error
     if not headers:

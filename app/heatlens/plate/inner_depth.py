@@ -61,7 +61,7 @@ def _of_google(path: Path, xmp: str) -> InnerDepth | None:
     if encoded is None:
         return None
     if near_m is None or far_m is None or not 0 < near_m < far_m:
-        raise InputError(f"{path}: its depth map tells no ends that could be ({near_m}, {far_m}).")
+        raise InputError(f"{path}: its depth map has impossible ends ({near_m}, {far_m}).")
     fraction = _grey(path, encoded)
     form = _text(xmp, "Format") or "RangeInverse"
     if form == "RangeLinear":

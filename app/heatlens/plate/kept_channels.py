@@ -47,7 +47,7 @@ def kept_channels(
 def check_kept(path: Path, options: PlateOptions, wanted: Sequence[str]) -> None:
     """Raise InputError for what `kept_channels` would refuse; no pixel is read."""
     if is_picture(path):
-        raise InputError(f"{path} is no EXR: it has no other channels to keep.")
+        raise InputError(f"{path} is not an EXR file: it has no other channels to keep.")
     _chosen(path, read_headers(path), options, wanted)
 
 

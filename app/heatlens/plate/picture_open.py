@@ -128,7 +128,7 @@ def _by_openimageio(path: Path) -> NDArray[Any]:
 def _read_by(library: Any, path: Path) -> NDArray[Any]:
     opened = library.ImageInput.open(str(path))
     if opened is None:
-        raise InputError(f"{path} is no picture that can be read ({library.geterror()}).")
+        raise InputError(f"{path} is not a picture that heatlens can read ({library.geterror()}).")
     spec = opened.spec()
     _check_size(path, (spec.width, spec.height))
     values = opened.read_image(library.UNKNOWN)

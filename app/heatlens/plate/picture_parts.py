@@ -86,8 +86,8 @@ def depth_parts(path: Path) -> list[Part]:
     spread = float((values.max(axis=2) - values.min(axis=2)).max())
     if spread > _SHARE_COLORED * (raw.full_scale or max(float(np.ptp(values)), 1e-30)):
         raise InputError(
-            f"{path} is coloured, so it is no depth, or one painted with a colour map: export it "
-            "in grey, best with 16 bits."
+            f"{path} is coloured, so it is not a depth, or one painted with a colour map: export "
+            "it in grey, best with 16 bits."
         )
     told = ToldOfPicture(full_scale=raw.full_scale)
     return [_part({"Z": np.ascontiguousarray(values[:, :, 0])}, raw, told)]
