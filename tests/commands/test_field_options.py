@@ -18,11 +18,12 @@ from heatlens.commands.field_options import (
 )
 from heatlens.errors import HeatlensError, InputError
 from heatlens.model.lens import Lens
-from heatlens.model.option import options_of
+from heatlens.model.look_options import LookOptions
+from heatlens.model.option import options_of, words_of
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.settings import DefocusSettings, Method
 from heatlens.model.shot import LensParameter
-from support.other_values import with_other_fields
+from support.other_values import with_all_fields_other, with_other_fields
 
 LENS = Lens(50.0, 2.0, 3.0, 36.0)
 OF_THE_LENS = {"focal_length_mm", "sensor_width_mm"}  # of PlateOptions, too: the lens has these
@@ -72,6 +73,17 @@ def test_what_is_typed_is_the_value(record):
         words = [flag] if is_flag else [f"{flag}={typed(one)}" for one in values]
         assert parsed(kind, *words) == {name: value}
         assert replace(record, **parsed(kind, *words)) == other
+
+
+@pytest.mark.parametrize("record", [DefocusSettings(), LookOptions()])
+def test_the_words_of_a_value_are_read_as_that_value(record):
+    """So does the window hand its settings to the command that exports."""
+    kind = type(record)
+    assert words_of(record) == []
+    for _, other in with_other_fields(record):
+        assert replace(record, **parsed(kind, *words_of(other))) == other
+    other = with_all_fields_other(record)
+    assert replace(record, **parsed(kind, *words_of(other))) == other
 
 
 def test_what_is_not_typed_is_left_out():

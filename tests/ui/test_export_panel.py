@@ -14,6 +14,7 @@ from PIL import Image
 from heatlens.commands.main import main
 from heatlens.gpu.textures import download
 from heatlens.model.boxes import Box
+from heatlens.model.look_options import LookOptions
 from heatlens.model.settings import DefocusSettings, Quality
 from heatlens.plate.exr_read import read_parts
 from heatlens.plate.exr_write import write_exr
@@ -141,16 +142,17 @@ def test_an_exported_picture_looks_as_it_does_here(gui: Gui, tmp_path: Path, loo
 
 def test_a_wish_is_words_for_the_command() -> None:
     wish = wish_for(Path("/shots/bar.v2.1001.exr"))
+    seen = LookOptions(display="sRGB", view="ACES", exposure_stops=0.5)
     assert wish.output == "/shots/bar_dof/bar.####.exr"
-    assert wish.words("sRGB", "ACES", 0.5) == []
+    assert wish.words(seen) == []
     assert wish_for(Path("/a/still.exr"), is_single=True).output == "/a/still_dof/still.exr"
     for kind, suffix in FRAME_KINDS.items():
         assert ExportWish("/a", "b", kind).output.endswith(suffix)
-    assert "--view" not in ExportWish("/a", "b", "ProRes movie").words("", "sRGB curve", 0.0)
+    assert "--view" not in ExportWish("/a", "b", "ProRes movie").words(LookOptions())
     look = ExportWish("/a", "b", "ProRes movie", "1-5", "film", burn_in=True)
     assert look.output == "/a/b.mov"
-    assert look.words("sRGB", "ACES", 0.5) == [
-        *("--frames", "1-5", "--quality", "film", "--display", "sRGB", "--view", "ACES"),
+    assert look.words(seen) == [
+        *("--frames", "1-5", "--quality", "film", "--display=sRGB", "--view=ACES"),
         *("--exposure=0.5", "--burn-in"),
     ]
 

@@ -12,6 +12,7 @@ import numpy as np
 from heatlens.color.color_config import ColorConfig, check_known, ocio, one_line
 from heatlens.color.rgb_matrix import Matrix, to_rec709
 from heatlens.errors import InputError
+from heatlens.model.look_options import PLAIN_VIEW
 from heatlens.paths import data_dir
 from heatlens.plate.display import srgb_encoded
 from heatlens.plate.plate import FloatImage
@@ -20,7 +21,6 @@ from heatlens.plate.primaries import KNOWN, REC709, Primaries
 # Largest light that is shown, either sign: the largest half float. Infinity would become NaN.
 LIGHT_MAX = 65504.0
 _FUNCTION = "view_transform"
-PLAIN_VIEW = "sRGB curve"  # what `srgb_transform` is called where people choose
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,7 +9,7 @@ from heatlens.commands.blur_options import add_blur_options, settings_of
 from heatlens.commands.given_options import given, refuse_unused
 from heatlens.commands.kept_option import add_keep_option, kept_names
 from heatlens.commands.lens_options import add_lens_options, lens_of
-from heatlens.commands.look_options import add_look_options, color_header, transform_of
+from heatlens.commands.look_options import add_look_options, color_header, look_of, transform_of
 from heatlens.commands.plate_options import add_plate_options, plate_options
 from heatlens.commands.plate_words import say_plate
 from heatlens.commands.say import say
@@ -136,7 +136,7 @@ def job_of(args: argparse.Namespace) -> ExportJob:
         output,
         args.missing or "stop",
         exr,
-        Look(_transform(args, shot), args.exposure, args.gamma, args.burn_in, args.unit or "m"),
+        _look(args, shot),
         args.force,
         args.pinhole,
     )
@@ -230,7 +230,13 @@ def _transform(args: argparse.Namespace, shot: Shot) -> ViewTransform:
     """Return the view transform; EXR has none, and needs no config."""
     if parse_output(args.output).is_exr:
         return srgb_transform()
-    return transform_of(args, _color_header(shot))
+    return transform_of(look_of(args), _color_header(shot))
+
+
+def _look(args: argparse.Namespace, shot: Shot) -> Look:
+    asked, unit = look_of(args), args.unit or "m"
+    transform = _transform(args, shot)
+    return Look(transform, asked.exposure_stops, asked.gamma, args.burn_in, unit)
 
 
 def _color_header(shot: Shot) -> Header:

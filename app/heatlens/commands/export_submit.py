@@ -67,13 +67,12 @@ def _words(args: argparse.Namespace, plan: ExportPlan) -> list[str]:
 
 def _given_words(args: argparse.Namespace) -> list[str]:
     """Return the options that were given, as they are typed."""
-    options = given(args, add_export_options).items()
-    words = [
+    return [
         option if value is True else f"{option}={_typed(value)}"
-        for option, value in options
+        for option, values in given(args, add_export_options).items()
+        for value in (values if isinstance(values, list) else [values])  # one given several times
         if option not in _REPLACED
     ]
-    return words
 
 
 def _typed(value: object) -> str:

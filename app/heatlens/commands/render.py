@@ -13,6 +13,7 @@ from heatlens.commands.kept_option import add_keep_option, kept_names
 from heatlens.commands.look_options import (
     add_look_options,
     color_header,
+    look_of,
     say_seen_through,
     transform_of,
 )
@@ -193,7 +194,8 @@ def _encode(args: argparse.Namespace) -> Encode:
         return srgb_encoded
     first = single_source(args.plate, plate_options(args)).first_file
     header = color_header(first, args.color_layer, args.eye)
-    look = Look(transform_of(args, header), args.exposure, args.gamma)
+    asked = look_of(args)
+    look = Look(transform_of(asked, header), asked.exposure_stops, asked.gamma)
 
     def encode(light: FloatArray) -> FloatArray:
         say_seen_through(look.transform)

@@ -5,7 +5,7 @@ field has one home: `width_mm: float = field(default=36.0, metadata=option("widt
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import MISSING, dataclass, fields
 from functools import cache
 from typing import Any
 
@@ -56,3 +56,20 @@ def option(words: str, help: str = "", **more: Any) -> Mapping[str, Option]:
 def options_of(kind: type) -> Mapping[str, Option]:
     """Return the options of a dataclass by the names of their fields, in their order."""
     return {f.name: f.metadata[_KEY] for f in fields(kind) if _KEY in f.metadata}
+
+
+def words_of(record: Any) -> list[str]:
+    """Return the words of a command line that say what of a dataclass is not at its default.
+
+    They are what `heatlens.commands.field_options` reads. Only fields with an option and a default
+    count, and none whose values are typed in another way than they are kept.
+    """
+    words = []
+    kind: Any = type(record)
+    told = options_of(kind)
+    for field in fields(record):
+        value = getattr(record, field.name)
+        if field.name in told and field.default is not MISSING and value != field.default:
+            flag = f"--{told[field.name].flag}"
+            words.append(flag if value is True else f"{flag}={value}")
+    return words

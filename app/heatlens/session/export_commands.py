@@ -1,9 +1,11 @@
 """Export frames, a movie or the lens as a camera, in a process beside the program."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 from heatlens.errors import HeatlensError
+from heatlens.model.look_options import LookOptions
 from heatlens.session.color_choice import ColorChoice
 from heatlens.session.editing import Editing
 from heatlens.session.export_process import ExportRun, ExportState
@@ -49,10 +51,7 @@ class ExportCommands:
 
     def export(self) -> None:
         """Begin to export the frames or the movie that is wished for."""
-        view = self._view.state
-        stops = view.exposure_stops + self._editing.lens.transmission_stops
-        display = view.display if self._color.config is not None else ""
-        words = self.wish.words(display, view.view, stops) + self._look_words()
+        words = self.wish.words(self._look())
         self._begin(lambda: self.run.export(self._editing.shot, self.wish.output, words))
 
     def write_camera(self) -> None:
@@ -68,17 +67,20 @@ class ExportCommands:
         except HeatlensError as error:
             self._say(str(error))
 
-    def _look_words(self) -> list[str]:
-        """Return the options for how the picture looks here that `ExportWish` does not know."""
-        view, config = self._view.state, self._color.config
-        if self.wish.is_linear:
-            return []
-        words = ["--ocio", self._color.path] if self._color.path and config else []
-        if view.gamma != 1.0:
-            words.append(f"--gamma={view.gamma:g}")
-        if config is not None and view.input_space:
-            words.append(f"--input-space={view.input_space}")
-        return words
+    def _look(self) -> LookOptions:
+        """Return how the picture looks here, with what the glass takes from the light."""
+        view, has_config = self._view.state, self._color.config is not None
+        named = LookOptions(
+            ocio=self._color.path or None,
+            display=view.display or None,
+            view=view.view or None,
+            input_space=view.input_space or None,
+        )
+        return replace(
+            named if has_config else LookOptions(),
+            gamma=view.gamma,
+            exposure_stops=view.exposure_stops + self._editing.lens.transmission_stops,
+        )
 
     def poll(self) -> None:
         """Say how an export has ended; call this once a frame."""

@@ -3,6 +3,9 @@
 from dataclasses import dataclass
 from pathlib import Path
 
+from heatlens.model.look_options import LookOptions
+from heatlens.model.option import words_of
+
 FRAME_KINDS = {
     "EXR, scene-linear": ".exr",
     "PNG, as it looks": ".png",
@@ -58,17 +61,13 @@ class ExportWish:
         """Return True for scene-linear light, which is meant for no screen."""
         return FRAME_KINDS[self.kind] == ".exr"
 
-    def words(self, display: str, view: str, exposure_stops: float) -> list[str]:
-        """Return options of `heatlens export`; those of the look count for all but EXR.
-
-        `display` "": the plain sRGB curve.
-        """
+    def words(self, look: LookOptions) -> list[str]:
+        """Return options of `heatlens export`; the look counts for all but EXR."""
         words = ["--frames", self.frames] if self.frames else []
         words += ["--quality", self.quality] if self.quality else []
         if self.is_linear:
             return [*words, "--with-depth"] if self.with_depth else words
-        words += ["--display", display, "--view", view] if display else []
-        words.append(f"--exposure={exposure_stops:g}")
+        words += words_of(look)
         return [*words, "--burn-in"] if self.burn_in else words
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import moderngl
 
 from heatlens.measure.bench.frames import Frame, run_seconds
+from heatlens.render import drained
 
 Say = Callable[[str], None]
 LIMIT_S = 20.0  # what one cell of a table may take, all its frames together
@@ -63,13 +64,20 @@ def _first(frame: Frame, end: float) -> Timed | None:
     """Render a frame step by step; give up after the step that ends later than `end`."""
     frame.renderer.ctx.finish()
     start = time.monotonic()
-    steps = frame.steps()
-    while True:
-        try:
-            next(steps)
-        except StopIteration as done:
-            return Timed(1e3 * (time.monotonic() - start), done.value)
+
+    def check(_: str) -> None:
         frame.renderer.ctx.finish()
         if time.monotonic() > end:
-            steps.close()
-            return None
+            raise _TooSlowError
+
+    steps = frame.steps()
+    try:
+        picture = drained(steps, check)
+    except _TooSlowError:
+        steps.close()
+        return None
+    return Timed(1e3 * (time.monotonic() - start), picture)
+
+
+class _TooSlowError(Exception):
+    """A frame has taken more time than it may."""

@@ -1,6 +1,7 @@
 """How far each method is from the truth, and its time there, against the amount of blur."""
 
 from dataclasses import dataclass, replace
+from itertools import count
 
 import numpy as np
 
@@ -17,6 +18,7 @@ from heatlens.measure.bench.truth_scene import truth_lens, truth_scene
 from heatlens.measure.compare.metrics import score
 from heatlens.model.settings import VIEWS_MAX, DefocusSettings, Method
 from heatlens.plate.plate import FloatImage
+from heatlens.render import drained
 
 _SAY_EVERY = 256  # views of the truth
 _SIDE_MIN_PX = 16
@@ -132,9 +134,9 @@ def truth_words(views: int) -> str:
 def truth_of(frame: SceneFrame, views: int, say: Say) -> tuple[FloatImage, float]:
     """Return the mean of `views` views, (H, W, 3) scene-linear, and the FLIP of half of them."""
     pictures = []
-    for count in (max(views // 2, 1), views):  # the second goes on where the first stopped
-        settings = replace(frame.shot.defocus, method=Method.ACCUMULATION, views=count)
-        pictures.append(_drawn(_with(frame, settings), count, say))
+    for number in (max(views // 2, 1), views):  # the second goes on where the first stopped
+        settings = replace(frame.shot.defocus, method=Method.ACCUMULATION, views=number)
+        pictures.append(_drawn(_with(frame, settings), number, say))
     half, whole = pictures
     return whole, score(half, whole).flip
 
@@ -142,15 +144,13 @@ def truth_of(frame: SceneFrame, views: int, say: Say) -> tuple[FloatImage, float
 def _drawn(frame: SceneFrame, views: int, say: Say) -> FloatImage:
     """Render the picture with the lens of the shot; tell `say` after every _SAY_EVERY views."""
     say(truth_words(views))
-    steps = frame.renderer.steps(frame.shot)
-    done = 0
-    while True:
-        try:
-            done += next(steps) == "view"
-        except StopIteration as end:
-            return _rgb(download(end.value))
-        if done % _SAY_EVERY == 0:
+    views_done = count(1)
+
+    def tell(step: str) -> None:
+        if step == "view" and (done := next(views_done)) % _SAY_EVERY == 0:
             say(f"truth, {done} views more")
+
+    return _rgb(download(drained(frame.renderer.steps(frame.shot), tell)))
 
 
 def _cell(

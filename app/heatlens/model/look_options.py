@@ -1,0 +1,54 @@
+"""How light becomes a picture for the eye, as a person chooses it."""
+
+from dataclasses import dataclass, field
+
+from heatlens.model.option import option
+
+PLAIN_VIEW = "sRGB curve"
+
+
+@dataclass(frozen=True)
+class LookOptions:
+    """The view of an OpenColorIO config that pictures and movies are made with.
+
+    ocio            path or name of the config; None: $OCIO, else a built-in one
+    display, view   names in the config; None: its defaults
+    input_space     name of the space of the light; None: as the plate's header tells
+    gamma           display values to the power of one over it, after the view
+    exposure_stops  brighter by 2^stops, before the view
+    """
+
+    ocio: str | None = field(
+        default=None,
+        metadata=option(
+            "ocio", "OpenColorIO config (default: $OCIO, else a built-in one)", metavar="CONFIG"
+        ),
+    )
+    display: str | None = field(
+        default=None,
+        metadata=option("display", "default: the config's first", metavar="NAME"),
+    )
+    view: str | None = field(
+        default=None,
+        metadata=option(
+            "view",
+            f"default: the display's first; '{PLAIN_VIEW}' is the plain one",
+            metavar="NAME",
+        ),
+    )
+    input_space: str | None = field(
+        default=None,
+        metadata=option(
+            "input space",
+            "space of the light (default: as the plate's header tells, else linear Rec.709)",
+            metavar="NAME",
+        ),
+    )
+    gamma: float = field(
+        default=1.0,
+        metadata=option("gamma", "on top of the view (default 1)", metavar="G"),
+    )
+    exposure_stops: float = field(
+        default=0.0,
+        metadata=option("exposure", "brighter by so many stops (default 0)", metavar="STOPS"),
+    )
