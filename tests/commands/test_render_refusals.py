@@ -98,8 +98,8 @@ def test_a_plate_that_is_none(capsys, tmp_path, kind):
 def test_outputs_that_cannot_be(capsys, plate, tmp_path):
     (tmp_path / "folder.exr").mkdir()
     for name, words in [
-        ("out.bmp", ".exr or .png"),
-        ("out", ".exr or .png"),
+        ("out.bmp", ".exr, .png"),
+        ("out", ".exr, .png"),
         ("none/out.exr", "no folder"),
         ("plate.exr/out.exr", "no folder"),
         ("folder.exr", "is a folder"),

@@ -145,3 +145,20 @@ def test_a_shell_takes_the_completion(capsys):
 def test_a_driver_that_is_too_old_is_not_to_be_installed():
     assert "LIBGL_ALWAYS_SOFTWARE" in _help("eglCreateContext failed (0x3009)")
     assert "apt-get install" in _help("libEGL.so not loaded")
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["help", "rendr"], "There is no command 'rendr'. Did you mean render?"),
+        (["help", "qqq"], "There is no command 'qqq'; there are view, render,"),
+        (["shot"], "required: new|show"),
+    ],
+)
+def test_what_there_is_instead_is_said(capsys, words, said):
+    code = None
+    try:
+        code = main(words)
+    except SystemExit as end:
+        code = end.code
+    assert code == 2 and said in capsys.readouterr().err

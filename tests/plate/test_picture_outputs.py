@@ -107,7 +107,7 @@ def test_kept_channels_of_another_window_lie_where_they_were(tmp_path, capsys):
                 "-o",
                 "o.gif",
             ),
-            "must end in .exr or .png",
+            "must end in .exr, .png",
         ),
     ],
 )

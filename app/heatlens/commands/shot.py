@@ -12,6 +12,6 @@ def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
         help="make a shot file, with keys and marks, or say what is in one",
         description="A shot is a plate seen through a lens that moves over frames.",
     )
-    actions = parser.add_subparsers(dest="action", required=True, metavar="ACTION")
+    actions = parser.add_subparsers(dest="action", required=True, metavar="new|show")
     for action in (shot_new, shot_show):
         action.register(actions)

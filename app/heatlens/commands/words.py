@@ -40,11 +40,19 @@ def with_command(argv: Sequence[str], commands: Sequence[str]) -> list[str]:
     if first in (*commands, *_ABOUT_ALL):
         return words
     if first in ("help", "version") and not os.path.exists(first):
+        if first == "help" and rest and rest[0] not in commands:
+            raise InputError(f"There is no command {rest[0]!r}{_near(rest[0], commands)}")
         return [*rest, "--help"] if first == "help" else ["--version"]
     near = difflib.get_close_matches(first, commands, 1)
     if near and not os.path.exists(first):
         raise InputError(f"There is no command or file {first!r}. Did you mean {near[0]}?")
     return ["view", *words]
+
+
+def _near(word: str, commands: Sequence[str]) -> str:
+    """Return the end of a sentence: the command that is like `word`, else all that there are."""
+    near = difflib.get_close_matches(word, commands, 1)
+    return f". Did you mean {near[0]}?" if near else f"; there are {', '.join(commands)}."
 
 
 def meant(unknown: Sequence[str], parser: argparse.ArgumentParser) -> str:

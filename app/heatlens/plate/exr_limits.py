@@ -43,7 +43,10 @@ def check_exr(path: Path) -> None:
 def _check_magic(path: Path, magic: bytes) -> None:
     if magic != MAGIC:
         found = "is empty" if not magic else "is not an OpenEXR file"
-        raise InputError(f"{path} {found}: heatlens reads .exr files with colour and depth.")
+        raise InputError(
+            f"{path} {found}. heatlens reads EXR files, and by the ends of their names PNG, JPEG, "
+            "TIFF and others."
+        )
 
 
 def _check_headers(path: Path, headers: list[RawHeader], size: int) -> None:

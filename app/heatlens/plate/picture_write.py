@@ -64,7 +64,7 @@ def check_output(path: Path, plate: Path, *beside: Path) -> None:
     `beside` are files that are read with it, there or not.
     """
     if path.suffix.lower() not in PICTURE_SUFFIXES:
-        raise InputError(f"{path}: the output must end in {' or '.join(PICTURE_SUFFIXES)}.")
+        raise InputError(f"{path}: the output must end in {', '.join(PICTURE_SUFFIXES)}.")
     if not os.path.isdir(path.parent):
         raise InputError(f"{path}: there is no folder {path.parent}.")
     check_writable(path)
