@@ -112,7 +112,7 @@ def test_a_depth_file_apart_that_was_written_again_is_read_again(tmp_path, is_pa
     options = PlateOptions(depth_source=str(depth), depth_convention=DepthConvention.DISTANCE)
     (tmp_path / "depth.0003.exr").rename(tmp_path / "kept.exr")
     sequence, news = find_sequence(tmp_path / "rgb.####.exr"), News()
-    read, files_of = SequenceReader(options), PlateFiles(options.depth_source)
+    read, files_of = SequenceReader(options), PlateFiles((str(depth),))
     with FrameCache(sequence, read, 10**6, 2, news, files_of=files_of) as cache:
         first, second = cache.wait(1, 1, 0), cache.wait(2, 1, 0)
         assert isinstance(cache.wait(3, 1, 0), Damaged) is is_pattern
