@@ -117,6 +117,7 @@ def _plate_lines(facts: dict[str, Any]) -> list[Line]:
         *([("seen through", _FOR_THE_EYE)] if facts["is_for_the_eye"] else []),
         *_color_lines(facts["color"]),
         *_depth_lines(facts["depth"]),
+        *([("behind", ", ".join(facts["behind"]))] if facts["behind"] else []),
         *(("note", note) for note in facts["notes"]),
     ]
 

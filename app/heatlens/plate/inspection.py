@@ -17,10 +17,12 @@ from heatlens.plate.behind import behind_layers, is_behind
 from heatlens.plate.camera_header import camera_at_header
 from heatlens.plate.channel_choice import ColorChoice, choose_color
 from heatlens.plate.channels import Part, compression_name, pixels_of, type_name
+from heatlens.plate.deep_file import is_deep_file
+from heatlens.plate.deep_plate import read_deep_plate
 from heatlens.plate.depth_read import read_depth_of
 from heatlens.plate.file_parts import color_file_parts, notes_of
 from heatlens.plate.picture_parts import FOR_THE_EYE
-from heatlens.plate.plate import CameraHeader
+from heatlens.plate.plate import CameraHeader, Plate, depth_span
 from heatlens.plate.primaries import ToldPrimaries, told_primaries
 from heatlens.plate.read import read_color
 from heatlens.plate.views import views_of
@@ -37,6 +39,8 @@ def inspect(path: Path, options: PlateOptions) -> Facts:
     become "infinity" and None, because JSON has neither. Raises InputError only when the file
     cannot be read.
     """
+    if is_deep_file(path):
+        return _deep_facts(read_deep_plate(path, options), options)
     all_parts = color_file_parts(path, options)
     parts = [part for part in all_parts if not is_behind(part)] or all_parts
     headers = [header for header, _ in parts]
@@ -63,6 +67,38 @@ def inspect(path: Path, options: PlateOptions) -> Facts:
         "color": color,
         "depth": depth,
         "notes": [*notes_of(header), *color.pop("notes", ()), *aspect_notes, *depth_notes],
+    }
+
+
+def _deep_facts(plate: Plate, options: PlateOptions) -> Facts:
+    """Return the facts of a deep file: those of the picture that it shows, and its surfaces."""
+    window, rgb = plate.data_window, plate.color[..., :3]
+    depth = {name: _json_value(value) for name, value in asdict(plate.depth).items()}
+    span = depth_span(plate, options.scene_unit_m)
+    told = told_primaries(plate.attributes)
+    return {
+        "path": str(plate.path),
+        "width_px": window.width,
+        "height_px": window.height,
+        "data_window": _corners(window),
+        "display_window": _corners(plate.display_window),
+        "pixel_aspect_ratio": plate.pixel_aspect_ratio,
+        "views": [],
+        "parts": [],
+        "behind": ["deep samples"],
+        "camera": {name: _json_value(value) for name, value in asdict(plate.camera).items()},
+        "primaries": None if told is None else _primaries_facts(told),
+        "color": {
+            "layer": "",
+            "view": "",
+            "has_alpha": plate.has_alpha,
+            "min": float(rgb.min()),
+            "max": float(rgb.max()),
+            "nan_count": 0,
+            "infinite_count": 0,
+        },
+        "depth": depth,
+        "notes": [*plate.notes, *(doubt.sentence for doubt in _doubts(plate.camera, span))],
     }
 
 

@@ -4,7 +4,6 @@ import os
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -18,24 +17,18 @@ from heatlens.plate.behind import (
 )
 from heatlens.plate.bounds import bound_color
 from heatlens.plate.camera_header import camera_at_header
+from heatlens.plate.carried import carried
 from heatlens.plate.channel_choice import ColorChoice, choose_color
 from heatlens.plate.channels import Header, Part, compression_name, list_channels, pixels_of
+from heatlens.plate.deep_file import is_deep_file
+from heatlens.plate.deep_plate import read_deep_plate
 from heatlens.plate.depth_read import read_depth_of
-from heatlens.plate.exr_write import COMPRESSIONS, JOB_ATTRIBUTE
+from heatlens.plate.exr_write import COMPRESSIONS
 from heatlens.plate.file_parts import color_file_parts, notes_of
-from heatlens.plate.picture_parts import TOLD
 from heatlens.plate.plate import FloatImage, Plate, read_pixels
 from heatlens.plate.repair import repair_color
 from heatlens.plate.views import views_of
 from heatlens.plate.windows import box_at_header, pixel_aspect_of
-
-# Written by the writer itself, or about parts, channels and layouts the output does not have.
-_NOT_CARRIED = {
-    *("channels", "compression", "dataWindow", "displayWindow", "lineOrder", "pixelAspectRatio"),
-    *("type", "tiles", "chunkCount", "name", "version", "preview", "maxSamplesPerPixel"),
-    *("multiView", "view", "dwaCompressionLevel", "zipCompressionLevel", "idManifest"),
-    *("deepImageState", JOB_ATTRIBUTE, TOLD),
-}
 
 
 def read_plate(path: str | os.PathLike[str], options: PlateOptions | None = None) -> Plate:
@@ -44,6 +37,8 @@ def read_plate(path: str | os.PathLike[str], options: PlateOptions | None = None
     Raises InputError that names the file, what was found and which option would help.
     """
     path, options = Path(path), options or PlateOptions()
+    if is_deep_file(path):
+        return read_deep_plate(path, options)
     parts = color_file_parts(path, options)
     plate = _plate_of(path, [part for part in parts if not is_behind(part)] or parts, options)
     own = own_options(options)
@@ -74,7 +69,7 @@ def _plate_of(path: Path, parts: Sequence[Part], options: PlateOptions) -> Plate
         camera=camera,
         depth=depth.report,
         aovs=tuple(ref.full_name for ref in list_channels(headers)),
-        attributes=_carried(header) | ({"view": choice.view} if choice.view else {}),
+        attributes=carried(header) | ({"view": choice.view} if choice.view else {}),
         notes=(*notes_of(header), *choice.notes, *color_notes, *aspect_notes, *depth.notes),
         compression=_compression(header),
         views=views_of(headers),
@@ -106,12 +101,3 @@ def _compression(header: Header) -> str:
     """Return the compression of the part with the colours, where the writer knows it."""
     name = compression_name(header)
     return name if name in COMPRESSIONS else ""
-
-
-def _carried(header: Header) -> dict[str, Any]:
-    """Return the metadata worth keeping in the output."""
-    return {
-        name: value
-        for name, value in header.items()
-        if name not in _NOT_CARRIED and not name.startswith("cryptomatte/")
-    }

@@ -1,0 +1,24 @@
+"""Which entries of a header go on to the output."""
+
+from typing import Any
+
+from heatlens.plate.channels import Header
+from heatlens.plate.exr_write import JOB_ATTRIBUTE
+from heatlens.plate.picture_parts import TOLD
+
+# Written by the writer itself, or about parts, channels and layouts the output does not have.
+_NOT_CARRIED = {
+    *("channels", "compression", "dataWindow", "displayWindow", "lineOrder", "pixelAspectRatio"),
+    *("type", "tiles", "chunkCount", "name", "version", "preview", "maxSamplesPerPixel"),
+    *("multiView", "view", "dwaCompressionLevel", "zipCompressionLevel", "idManifest"),
+    *("deepImageState", JOB_ATTRIBUTE, TOLD),
+}
+
+
+def carried(header: Header) -> dict[str, Any]:
+    """Return the metadata worth keeping in the output."""
+    return {
+        name: value
+        for name, value in header.items()
+        if name not in _NOT_CARRIED and not name.startswith("cryptomatte/")
+    }

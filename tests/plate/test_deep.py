@@ -1,0 +1,148 @@
+"""Deep EXR files: what a pixel shows, what is behind it, and samples that cannot be."""
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from heatlens.commands.main import main
+from heatlens.errors import InputError
+from heatlens.model.plate_options import PlateOptions
+from heatlens.plate.deep_plate import FRAGMENTS_MOST
+from heatlens.plate.read import read_plate
+from support.deep_files import Sample, write_deep
+from support.exr_files import write_file
+
+SAMPLES = st.tuples(
+    st.integers(0, 8).map(lambda i: i / 8),
+    st.sampled_from([0.25, 0.5, 1.0]),
+    st.sampled_from([1.0, 1.5, 2.0, 3.0, 7.0, 1e10]),
+)
+
+
+def over(samples: list[Sample]) -> tuple[float, float]:
+    """Premultiplied grey and coverage of samples over each other."""
+    grey, cover = 0.0, 0.0
+    for light, part, _ in sorted(samples, key=lambda sample: sample[2]):
+        grey, cover = grey + (1 - cover) * light, cover + (1 - cover) * part
+    return grey, cover
+
+
+def list_of(plate, pixel: int) -> tuple[bool, np.ndarray, np.ndarray]:
+    """Whether the list begins with what is seen, and its distances and coverages."""
+    lists = plate.fragments
+    first, end = int(lists.starts[pixel]) >> 1, int(lists.starts[pixel + 1]) >> 1
+    with np.errstate(divide="ignore"):
+        distances = 1 / lists.dioptres[first:end]
+    return bool(lists.starts[pixel] & 1), distances, lists.coverage[first:end]
+
+
+def test_one_opaque_sample_a_pixel_is_the_flat_plate(tmp_path):
+    pixels = [[(i / 16, 1.0, 2 + i / 4)] for i in range(12)]
+    deep = read_plate(write_deep(tmp_path / "deep.exr", pixels, (3, 4)))
+    grey = (np.arange(12, dtype=np.float32) / 16).reshape(3, 4)
+    flat_channels = dict.fromkeys("RGB", grey) | {"Z": 2 + grey * 4}
+    flat = read_plate(write_file(tmp_path / "flat.exr", flat_channels))
+    assert np.array_equal(deep.color, flat.color) and np.array_equal(deep.depth_m, flat.depth_m)
+    assert deep.fragments is None and not deep.has_alpha
+    assert deep.data_window == flat.data_window and deep.display_window == flat.display_window
+
+
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=40)
+@given(st.lists(st.lists(SAMPLES, max_size=5, unique_by=lambda s: s[2]), min_size=4, max_size=4))
+def test_a_deep_file_shows_its_samples_over_each_other(tmp_path, pixels):
+    pixels = [[(light * part, part, z) for light, part, z in samples] for samples in pixels]
+    plate = read_plate(write_deep(tmp_path / "deep.exr", pixels, (2, 2)))
+    for pixel, samples in enumerate(pixels):
+        shown = plate.color.reshape(4, 4)[pixel, [0, 3]]
+        np.testing.assert_allclose(shown, over(samples), atol=1e-5)
+        nearest = min((z for *_, z in samples), default=1e10)
+        assert plate.depth_m.ravel()[pixel] == (np.inf if nearest >= 1e10 else nearest)
+
+
+def test_what_is_behind_is_kept_near_to_far(tmp_path):
+    pixels = [
+        [(0.5, 1.0, 2.0), (0.1, 0.5, 4.0), (0.7, 1.0, 9.0)],
+        [(0.1, 0.5, 3.0), (0.7, 1.0, 9.0)],
+    ]
+    plate = read_plate(write_deep(tmp_path / "deep.exr", pixels, (1, 2)))
+    has_front, distances, coverages = list_of(plate, 0)
+    assert not has_front
+    np.testing.assert_allclose(distances, [4, 9], rtol=1e-6)
+    np.testing.assert_allclose(coverages, [0.5, 1])
+    has_front, distances, coverages = list_of(plate, 1)
+    assert has_front and plate.fragments.is_measured
+    np.testing.assert_allclose(distances, [3, 9], rtol=1e-6)
+
+
+def test_samples_of_one_surface_are_one_fragment(tmp_path):
+    samples = [(0.25, 0.5, 2.005), (0.25, 0.5, 2.006), (0.3, 1.0, 5.0)]
+    plate = read_plate(write_deep(tmp_path / "deep.exr", [samples], (1, 1)))
+    _, distances, coverages = list_of(plate, 0)
+    np.testing.assert_allclose(coverages, [0.75, 1.0], atol=1e-3)
+    np.testing.assert_allclose(distances, [2.0053, 5.0], rtol=1e-3)
+
+
+def test_a_veil_is_sampled_in_its_middle_and_a_wall_at_its_front(tmp_path):
+    pixels = [[(0.25, 0.5, 2.0), (0.5, 1.0, 6.0)]]
+    plate = read_plate(write_deep(tmp_path / "deep.exr", pixels, (1, 1), thickness=1.0))
+    np.testing.assert_allclose(list_of(plate, 0)[1], [2.5, 6.0], rtol=1e-6)
+
+
+def test_samples_that_cannot_be_are_told(tmp_path):
+    pixels = [
+        [(0.5, 1.0, 5.0), (0.5, 1.0, 2.0)],
+        [(0.5, 1.0, np.nan), (0.25, 1.0, 3.0)],
+        [(np.nan, 2.0, 4.0)],
+        [(0.5, 1.0, -1.0), (0.5, 1.0, 0.0)],
+    ]
+    plate = read_plate(write_deep(tmp_path / "deep.exr", pixels, (2, 2)))
+    said = " ".join(plate.notes)
+    assert "3 of 7 samples are at no distance" in said
+    assert "1 of 7 samples have a colour or coverage" in said
+    assert "2 of 7 samples were not in the order" in said
+    assert np.isfinite(plate.color).all() and list(plate.depth_m.ravel()) == [2, 3, 4, np.inf]
+
+
+def test_thousands_of_samples_are_merged_by_likeness(tmp_path):
+    distances = np.geomspace(1.0, 100.0, 10_000)
+    samples = [(0.3 * 0.001, 0.001, float(z)) for z in distances]
+    plate = read_plate(write_deep(tmp_path / "deep.exr", [samples, samples[:1]], (1, 2)))
+    _, _, coverages = list_of(plate, 0)
+    assert 2 < len(coverages) <= FRAGMENTS_MOST
+    np.testing.assert_allclose(plate.color[0, 0, [0, 3]], over(samples), rtol=1e-3)
+    assert "1 pixels have more than" in " ".join(plate.notes)
+
+
+@pytest.mark.parametrize("part", [0.2, 0.6, 0.95])
+def test_a_file_that_is_cut_short_is_refused(tmp_path, part):
+    pixels = [[(0.5, 1.0, 2.0 + i), (0.3, 1.0, 90.0)] for i in range(64)]
+    path = write_deep(tmp_path / "deep.exr", pixels, (8, 8))
+    data = path.read_bytes()
+    path.write_bytes(data[: int(part * len(data))])
+    with pytest.raises(InputError, match=r"deep\.exr"):
+        read_plate(path)
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (PlateOptions(depth_convention="inverse"), "--depth-convention"),
+        (PlateOptions(depth_kind="radial"), "--depth-kind"),
+        (PlateOptions(behind=("wall.exr",)), "--behind"),
+        (PlateOptions(depth_channel="Z"), "--depth-channel"),
+        (PlateOptions(color_layer="sub"), "no R, G, B, A and Z in the layer 'sub'"),
+    ],
+)
+def test_options_that_a_deep_file_cannot_follow_are_refused(tmp_path, options, said):
+    path = write_deep(tmp_path / "deep.exr", [[(0.5, 1.0, 2.0)]], (1, 1))
+    with pytest.raises(InputError, match=said):
+        read_plate(path, options)
+
+
+def test_info_tells_of_a_deep_file(tmp_path, capsys):
+    pixels = [[(0.5, 1.0, 2.0), (0.3, 1.0, 9.0)]] * 4
+    path = write_deep(tmp_path / "deep.exr", pixels, (2, 2))
+    assert main(["info", str(path)]) == 0
+    said = capsys.readouterr().out
+    assert "deep samples" in said and "2.00 surfaces a pixel" in said and "2 to 2 m" in said
