@@ -83,6 +83,7 @@ def _deep_facts(plate: Plate, options: PlateOptions) -> Facts:
         "data_window": _corners(window),
         "display_window": _corners(plate.display_window),
         "pixel_aspect_ratio": plate.pixel_aspect_ratio,
+        "is_for_the_eye": False,
         "views": [],
         "parts": [],
         "behind": ["deep samples"],
