@@ -186,7 +186,7 @@ def test_a_shot_that_is_there_is_only_replaced_when_asked(capsys, folder):
         ((*LENS, *PULL, "-o", "none/s.heatlens.json"), "does not exist"),
         (
             (*LENS, "--key", "focus@1=inf", "--focus-interpolation", "distance"),
-            "infinity has its place in dioptres",
+            "use the scale of dioptres for infinity",
         ),
     ],
 )

@@ -37,7 +37,7 @@ def changed(path: Path, **entries) -> str:
         ),
         (
             {"keys": {"f_stop": [{"frame": 2, "value": 2}, {"frame": 1, "value": 2}]}},
-            "keys.f_stop: Keys must follow each other: 1 comes after 2.",
+            "keys.f_stop: Keys must be sorted by frame: 1 comes after 2.",
         ),
         ({"keys": {"f_stop": [{"frame": 1, "value": "inf"}]}}, "keys.f_stop: A key cannot have"),
         (
@@ -49,7 +49,7 @@ def changed(path: Path, **entries) -> str:
                 "focus_interpolation": "distance",
                 "keys": {"focus_distance_m": [{"frame": 7, "value": "inf"}]},
             },
-            "infinity has its place in dioptres",
+            "use the scale of dioptres for infinity",
         ),
         ({"focus_interpolation": "metres"}, 'focus_interpolation: "metres" should be one of diop'),
         ({"lens": {"f_stop": 2}}, "lens: the entry 'focal_length_mm' is missing"),

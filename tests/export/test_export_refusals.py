@@ -10,7 +10,7 @@ from support.exports import files_in, refused
     [
         ("n.exr", (), "n.####.exr"),
         ("n.####.gif", (), ".exr, .png"),
-        ("n.####.tif", ("--keep-channels", "all"), "that is for EXR"),
+        ("n.####.tif", ("--keep-channels", "all"), "for EXR"),
         ("n.####.exr", ("--keep-channels", "albedo"), "no layer or channel 'albedo' to keep"),
         ("n.####.exr", ("--keep-channels", "Z", "--proxy", "0.5"), "leave --proxy out"),
         ("n.1001-1003####.exr", (), "--frames"),

@@ -133,8 +133,8 @@ def test_sweeps_are_printed(capsys, monkeypatch):
     ("words", "said"),
     [
         (["--solver", "magic"], "'magic'"),
-        (["--size", "big"], "'big' is no size"),
-        (["--size", "0x5"], "'0x5' is no size"),
+        (["--size", "big"], "'big' is not a size"),
+        (["--size", "0x5"], "'0x5' is not a size"),
         (["--runs", "many"], "'many'"),
     ],
 )

@@ -112,7 +112,7 @@ def test_a_value_without_a_place_on_its_scale_is_refused(scale, value):
 
 @pytest.mark.parametrize("frames", [(1, 0), (0, 0), (0, 1e-5)])
 def test_keys_follow_each_other(frames):
-    with pytest.raises(InputError, match="must follow each other"):
+    with pytest.raises(InputError, match="must be sorted by frame"):
         curve_of(*((frame, 1.0) for frame in frames))
 
 

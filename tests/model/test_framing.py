@@ -207,7 +207,7 @@ def test_a_demo_stays_a_demo_and_a_scene_moves_with_its_shot(tmp_path):
     ("framing", "said"),
     [
         ('{"width_px": 0}', "framing: A picture has"),
-        ('{"track": {"keys": []}}', r"framing.track: A camera needs"),
+        ('{"track": {"keys": []}}', r"framing.track: A camera track needs"),
         ('{"track": {"keys": [{"frame": 1}]}}', r"keys\[0\]: the entry 'pose' is missing"),
         (
             '{"track": {"keys": [{"frame": 1, "pose": {"position_m": [1, 2]}}]}}',

@@ -94,7 +94,7 @@ def test_f_stops_move_in_stops_and_focus_in_dioptres():
 def test_focus_can_move_in_metres_but_not_to_infinity():
     shot = Shot(FIFTY).with_key(0, FOCUS, 2.0).with_key(8, FOCUS, 8.0)
     assert focus_at(shot.with_focus_scale(Scale.LINEAR), 4) == pytest.approx(5.0, rel=1e-12)
-    with pytest.raises(InputError, match="infinity has its place in dioptres"):
+    with pytest.raises(InputError, match="use the scale of dioptres for infinity"):
         shot.with_key(8, FOCUS, math.inf).with_focus_scale(Scale.LINEAR)
 
 
@@ -109,7 +109,7 @@ def test_removing_the_last_key_leaves_the_picture_as_it_was():
 
 def test_only_focus_has_a_choice_of_scale():
     assert LensCurves(focus_distance_m=Curve(scale=Scale.LINEAR)).focus_distance_m.keys == ()
-    with pytest.raises(InputError, match="Keys of f_stop go on a logarithmic scale"):
+    with pytest.raises(InputError, match="Keys of f_stop must use the logarithmic scale"):
         LensCurves(f_stop=Curve())
 
 
@@ -190,7 +190,7 @@ def test_pulls_that_follow_each_other_keep_each_their_ease():
 
 @pytest.mark.parametrize("frames", [0, -5, math.nan])
 def test_a_pull_takes_time(frames):
-    with pytest.raises(InputError, match="takes more than"):
+    with pytest.raises(InputError, match="must last more than"):
         pull(Shot(FIFTY), 1.0, 2.0, 1001, frames)
 
 

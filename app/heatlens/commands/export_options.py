@@ -158,14 +158,18 @@ def _check_kind(args: argparse.Namespace, output: Output) -> None:
             "follows. Export PNG, JPEG or a movie beside them."
         )
     if wrong:
-        raise InputError(f"{', '.join(wrong)}: that is for EXR, and {output.suffix} has none.")
+        raise InputError(
+            f"{', '.join(wrong)}: these options are for EXR; {output.suffix} has none of them."
+        )
     if args.unit is not None and not args.burn_in:
-        raise InputError("--unit is of the distance that --burn-in writes: give both.")
+        raise InputError("--unit is the unit of the distance that --burn-in writes. Give both.")
 
 
 def _shot_of_options(args: argparse.Namespace) -> Shot:
     if args.plate is not None:
-        raise InputError("--plate goes with a shot file; plates themselves are given once.")
+        raise InputError(
+            "--plate replaces the plate of a shot file. Here the plate is already named."
+        )
     return _scene_shot(args) if kind_of(args.shot) is SourceKind.SCENE else _still_shot(args)
 
 

@@ -119,6 +119,6 @@ def pixel_of(text: str) -> tuple[int, int]:
         x, y = (int(part) for part in text.split(","))
     except ValueError:
         raise InputError(
-            f"--focus-at takes a pixel as X,Y, for instance 960,540; got {text!r}."
+            f"--focus-at takes a pixel as X,Y, got {text!r}. Example: 960,540."
         ) from None
     return x, y

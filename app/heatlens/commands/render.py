@@ -181,7 +181,9 @@ def _kept_names(args: argparse.Namespace, settings: DefocusSettings) -> tuple[st
     for_exr = {"--compression": args.compression, "--keep-channels": args.keep_channels}
     wrong = [option for option, value in for_exr.items() if value]
     if wrong and not _is_exr(args):
-        raise InputError(f"{', '.join(wrong)}: that is for EXR, and {args.output} is none.")
+        raise InputError(
+            f"{', '.join(wrong)}: these options are for EXR, and {args.output} is not an EXR file."
+        )
     if not args.keep_channels:
         return ()
     options = plate_options(args)

@@ -37,7 +37,7 @@ def size_of(text: str) -> tuple[int, int]:
     match = re.fullmatch(r"(\d{1,6})x(\d{1,6})", text)
     size = (int(match[1]), int(match[2])) if match else (0, 0)
     if min(size) < 1:
-        raise argparse.ArgumentTypeError(f"{text!r} is no size in pixels, such as 1920x1080")
+        raise argparse.ArgumentTypeError(f"{text!r} is not a size in pixels. Example: 1920x1080")
     return size
 
 
@@ -119,5 +119,5 @@ def _checked(args: argparse.Namespace, text: str, first: FirstShot) -> FirstShot
     missing = [option for name, option in needed.items() if name in first.assumed]
     if missing and not getattr(args, "pinhole", False):
         options = " and ".join(missing)
-        raise InputError(f"{text}: a scene does not tell all of a lens; give {options}.")
+        raise InputError(f"{text}: a scene does not describe the whole lens. Give {options}.")
     return first

@@ -129,7 +129,7 @@ def _piped_shot(args: argparse.Namespace) -> Shot:
     with file_of_input(Path(DASH)) as plate:
         shot = _shot_of(argparse.Namespace(**{**vars(args), "plate": str(plate)}))
     say(
-        "standard input has no name to find it by again, so the shot is of no plate: "
+        "standard input has no file name, so the shot names no plate: "
         "`heatlens export --plate` names one."
     )
     return replace(shot, source=None)
@@ -288,4 +288,4 @@ def _check_output(path: Path, overwrite: bool) -> None:
     if not path.name.endswith(SHOT_SUFFIX) or path.name == SHOT_SUFFIX:
         raise InputError(f"{path}: the name of a shot file must end in {SHOT_SUFFIX}.")
     if path.is_file() and not overwrite:
-        raise InputError(f"{path} is there already; --overwrite replaces it.")
+        raise InputError(f"{path} already exists. Replace it with --overwrite.")

@@ -242,7 +242,7 @@ def _methods(text: str) -> list[Method]:
     unknown = [name for name in names if name not in list(map(str, Method))]
     if unknown:
         raise argparse.ArgumentTypeError(
-            f"{unknown[0]!r} is no method; there are {', '.join(Method)}"
+            f"{unknown[0]!r} is not a method. Methods: {', '.join(Method)}"
         )
     return [Method(name) for name in dict.fromkeys(names)]
 

@@ -41,7 +41,7 @@ def f_number(text: str) -> float:
         value = float(with_point(match[2]))
     except ValueError:
         raise argparse.ArgumentTypeError(
-            f"{text!r} is not a number of an f-stop, such as 2.8 or f/2.8"
+            f"{text!r} is not a number for an f-stop. Examples: 2.8, f/2.8"
         ) from None
     if (match[1] or "").lower().startswith("t"):
         say(
@@ -62,7 +62,7 @@ def millimetres(text: str) -> float:
         return float(with_point(match[1])) * _MILLIMETRES[(match[2] or "mm").lower()]
     except ValueError:
         raise argparse.ArgumentTypeError(
-            f"{text!r} is not a number of millimetres, such as 50 or 50mm"
+            f"{text!r} is not a number of millimetres. Examples: 50, 50mm"
         ) from None
 
 

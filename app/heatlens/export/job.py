@@ -72,6 +72,6 @@ class ExportJob:
     def __post_init__(self) -> None:
         checked_source(self.shot)
         if not self.frames:
-            raise InputError("There is no frame to export: give some with --frames.")
+            raise InputError("There is no frame to export. Give frames with --frames.")
         if self.pinhole and self.shot.defocus.proxy != 1.0:
-            raise InputError("Frames without a lens are whole: leave --proxy out.")
+            raise InputError("Frames without a lens are always full size: leave --proxy out.")

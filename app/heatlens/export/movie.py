@@ -181,7 +181,7 @@ def _check_display(job: ExportJob) -> None:
     display = job.look.transform.display
     if _OTHER_PRIMARIES.search(display):
         raise InputError(
-            f"{display} is no display of Rec.709, which the movie is tagged as: its colours would "
+            f"{display} is not a Rec.709 display, as which the movie is tagged: its colours would "
             "be wrong in every player. Choose another --display, or export PNG."
         )
 

@@ -13,5 +13,5 @@ def av() -> ModuleType:
     except ImportError as error:
         raise InputError(
             f"PyAV, which writes movies, cannot be loaded ({error}). Install it with: "
-            "pip install 'heatlens[movie]'. Frames as PNG or EXR need it not."
+            "pip install 'heatlens[movie]'. PNG and EXR frames do not need it."
         ) from error

@@ -43,11 +43,11 @@ def chunks_of(frames: Sequence[int], chunk: int) -> tuple[str, ...]:
     if len(groups) > _TASKS_MOST:
         raise InputError(
             f"{len(frames)} frames in chunks of {chunk} are {len(groups)} tasks; a job has at most "
-            f"{_TASKS_MOST}. Take a larger --chunk."
+            f"{_TASKS_MOST}. Give a larger --chunk."
         )
     texts = tuple(frames_text(group) for group in groups)
     if max(map(len, texts)) > _TEXT_MOST:
-        raise InputError("These frames are too irregular for one task: take a smaller --chunk.")
+        raise InputError("These frames are too irregular for one task. Give a smaller --chunk.")
     return texts
 
 

@@ -58,9 +58,9 @@ def parse_output(text: str | os.PathLike[str]) -> Output:
     if output.suffix not in _SUFFIXES or path.is_dir():
         raise InputError(f"{path}: the output must end in {', '.join(_SUFFIXES)}.")
     if frames is not None:
-        raise InputError(f"{path} names frames: give those with --frames, and only #### here.")
+        raise InputError(f"{path} names frames. Give them with --frames, and write #### here.")
     if output.is_movie and parsed is not None:
-        raise InputError(f"{path}: a movie is one file, and takes no #### in its name.")
+        raise InputError(f"{path}: a movie is one file. Leave #### out of its name.")
     return output
 
 
@@ -69,7 +69,7 @@ def check_names(output: Output, frames: tuple[int, ...]) -> None:
     if len(frames) > 1 and not (output.is_movie or output.form.padding):
         name = Path(output.form.text)
         raise InputError(
-            f"{output.pattern} is one name for {len(frames)} frames: write it as "
+            f"{output.pattern} is a single name for {len(frames)} frames. Write it as "
             f"{name.stem}.####{name.suffix}."
         )
     if not output.folder.is_dir() and not output.folder.parent.is_dir():

@@ -60,7 +60,7 @@ class Curve:
         for key, after in pairwise(self.keys):
             if not after.frame - key.frame >= _FRAMES_APART:
                 raise InputError(
-                    f"Keys must follow each other: {after.frame:g} comes after {key.frame:g}."
+                    f"Keys must be sorted by frame: {after.frame:g} comes after {key.frame:g}."
                 )
 
     def value_at(self, frame: float) -> float:
@@ -136,7 +136,7 @@ class Curve:
         scale.
         """
         if not 0 < factor < math.inf:
-            raise InputError(f"Keys are multiplied by a number above 0, not by {factor:g}.")
+            raise InputError(f"Keys can only be multiplied by a number above 0, got {factor:g}.")
         chosen = self.keys if frames is None else self._keys_at(frames)
         return self._merged(self.keys, [self._multiplied_key(key, factor) for key in chosen])
 

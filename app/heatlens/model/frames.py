@@ -31,7 +31,7 @@ class FrameRange:
         check_frame(self.first)
         check_frame(self.last)
         if self.last < self.first:
-            raise InputError(f"Frames {self} run backwards: the first comes first.")
+            raise InputError(f"Frames {self} run backwards. Give the smaller number first.")
         if self.count > _COUNT_MOST:
             raise InputError(
                 f"Frames {self} are {self.count:,}; a shot has at most {_COUNT_MOST:,}."
@@ -61,7 +61,7 @@ def parse_frame_range(text: str) -> FrameRange:
     """Parse "1001-1024", or a single frame as "1001". Raises InputError for anything else."""
     match = _RANGE.fullmatch(text.strip())
     if match is None:
-        raise InputError(f"{text!r} are no frames; write them as 1001-1024.")
+        raise InputError(f"{text!r} is not a frame range. Example: 1001-1024.")
     return FrameRange(int(match[1]), int(match[2] or match[1]))
 
 

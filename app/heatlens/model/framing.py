@@ -43,7 +43,7 @@ class Pose:
             raise InputError(f"A camera cannot stand at {self.position_m} m.")
         length = float(np.linalg.norm(self.orientation))
         if not 1e-6 < length < 1e6:
-            raise InputError(f"{self.orientation} is no orientation.")
+            raise InputError(f"{self.orientation} is not an orientation: a quaternion of length 0.")
         if abs(length - 1.0) < _UNIT:
             length = 1.0  # a pose made again of its own values is the same to the last bit
         unit = tuple(float(value) / length for value in self.orientation)
@@ -145,12 +145,14 @@ class CameraTrack:
 
     def __post_init__(self) -> None:
         if not self.keys:
-            raise InputError("A camera needs a place to stand.")
+            raise InputError("A camera track needs at least one key.")
         for key in self.keys:
             check_frame(key.frame)
         frames = [key.frame for key in self.keys]
         if any(b <= a for a, b in pairwise(frames)):
-            raise InputError("The keys of a camera must be in order, one at a frame.")
+            raise InputError(
+                "The keys of a camera must be sorted by frame, with one key at each frame."
+            )
 
     @property
     def is_moving(self) -> bool:

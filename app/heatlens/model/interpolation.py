@@ -65,7 +65,7 @@ class Scale(StrEnum):
         if not (-_MOST if self is Scale.LINEAR else _LEAST) <= value <= _MOST:
             raise InputError(
                 f"A key cannot have the value {value:g} on a {self} scale"
-                + ("; infinity has its place in dioptres." if value == math.inf else ".")
+                + ("; use the scale of dioptres for infinity." if value == math.inf else ".")
             )
 
 

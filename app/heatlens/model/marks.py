@@ -28,7 +28,7 @@ class DistanceMark:
         _check_name(self.name)
         if not self.distance_m > 0:
             raise InputError(
-                f"Mark {self.name}: a distance is above 0 m, got {self.distance_m:g} m."
+                f"Mark {self.name}: the distance must be above 0 m, got {self.distance_m:g} m."
             )
 
 
@@ -68,7 +68,7 @@ class ObjectMark:
     def __post_init__(self) -> None:
         _check_name(self.name)
         if not self.object_name:
-            raise InputError(f"Mark {self.name}: which object is not told.")
+            raise InputError(f"Mark {self.name}: the name of the object is missing.")
 
 
 Mark = DistanceMark | PointMark | ObjectMark

@@ -28,7 +28,7 @@ def pull(
     LensError for a distance at which no lens can be focused.
     """
     if not frames > 0:
-        raise InputError(f"A focus pull takes more than {frames:g} frames.")
+        raise InputError(f"A focus pull must last more than 0 frames, got {frames:g}.")
     ease, end_frame = Ease(ease_percent), start_frame + frames
     curve = _cleared(shot, start_frame, end_frame)
     first = curve.key_at(start_frame) or Key(start_frame, from_distance_m)

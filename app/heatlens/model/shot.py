@@ -53,7 +53,7 @@ class LensCurves:
     def __post_init__(self) -> None:
         for parameter, scales in _SCALES.items():
             if self.of(parameter).scale not in scales:
-                raise InputError(f"Keys of {parameter} go on a {' or '.join(scales)} scale.")
+                raise InputError(f"Keys of {parameter} must use the {' or '.join(scales)} scale.")
 
     def of(self, parameter: LensParameter) -> Curve:
         """Return the curve of one parameter; it has no keys where the parameter is constant."""
