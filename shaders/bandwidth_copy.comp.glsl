@@ -1,4 +1,4 @@
-// A picture copied, texel by texel: what this machine's memory gives at best, 32 bytes a pixel.
+// Copies a picture texel by texel, 32 bytes a pixel: the best that this machine's memory can do.
 //
 // Input
 //   color_tx        rgba32f

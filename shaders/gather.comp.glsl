@@ -1,7 +1,7 @@
 // Each pixel looks around in the disc of its own circle of confusion: the mean of the pixels there.
 // A pixel there counts where it is behind (light from there comes through the blur), or where its
 // own disc reaches this far: what is sharp in front does not smear. Riguer et al. 2003, Scheuermann
-// and Tatarchuk 2004. The pattern is the pixels themselves, one sample each: with fewer, a lamp's
+// and Tatarchuk 2004. The pattern is the pixels themselves, one sample each: with fewer, a highlight's
 // disc breaks up into dots. It is taken some rows of the disc at a time, in a band of the picture.
 //
 // Inputs

@@ -37,7 +37,7 @@ layout(rg32f) uniform image2D state_img;
 const float STEP_LENGTH[HIDDEN_DIRECTIONS] = float[](1.0, 1.0, sqrt(2.0), sqrt(2.0));
 
 struct Content {
-    vec4 layer;      // rgb with lamps dimmed, times coverage, a coverage
+    vec4 layer;      // rgb with highlights dimmed, times coverage, a coverage
     float diameter;  // times coverage
 };
 

@@ -1,6 +1,6 @@
-// A highlight's disc, where the lens sees the lamp. Each pixel of the disc is a point of the lens; the
-// ray from there to the lamp crosses nearer depths at places in the picture that move towards the
-// pixel in proportion to the difference in coc. What stands there at that depth hides the lamp.
+// A highlight's disc, where the lens sees it. Each pixel of the disc is a point of the lens; the
+// ray from there to the highlight crosses nearer depths at places in the picture that move towards the
+// pixel in proportion to the difference in coc. What stands there at that depth hides the highlight.
 
 #include "lib/aperture.lib.glsl"
 #include "lib/kind.lib.glsl"
@@ -16,14 +16,20 @@ uniform float nearest_px;  // least signed coc in the picture
 
 out vec4 out_light;
 
-#define SHARP_PX 1.0       // up to this coc a nearer fragment covers just its own pixel,
-#define BLURRED_PX 4.0     // from this on its blurred layer does what is needed
+// Up to SHARP_PX of coc a nearer fragment covers just its own pixel; from BLURRED_PX on its blurred
+// layer hides what it has to.
+#define SHARP_PX 1.0
+#define BLURRED_PX 4.0
 
 #define STEPS 16
-#define MARGIN_PX 2.0      // what is nearer by less, or by less than
-#define MARGIN_PART 0.1    // this part of the lamp's coc, belongs to the lamp
-#define SAME_COC_PX 1.0    // a look at the exact depth must meet the same surface: this close, or
-#define SAME_COC_PART 0.25 // this part of the difference to the lamp
+// What is nearer by less than MARGIN_PX, or by less than MARGIN_PART of the highlight's coc, belongs to
+// the highlight.
+#define MARGIN_PX 2.0
+#define MARGIN_PART 0.1
+// A look at the exact depth must meet the same surface: one whose coc is within SAME_COC_PX, or within
+// SAME_COC_PART of the difference to the highlight.
+#define SAME_COC_PX 1.0
+#define SAME_COC_PART 0.25
 
 // The four pixels around a place, in the order of textureGather, and how much each weighs there.
 vec4 cocs_around(vec2 at) { return textureGather(coc_tx, at / vec2(textureSize(coc_tx, 0))); }
@@ -35,7 +41,7 @@ bool is_outside(vec2 at) {
     return any(lessThan(at, vec2(0.0))) || any(greaterThan(at, vec2(textureSize(coc_tx, 0))));
 }
 
-// How much of the lamp is hidden from this point of the lens, 0..1: smooth across an occluder's edge.
+// How much of the highlight is hidden from this point of the lens, 0..1: smooth across an occluder's edge.
 float hidden_part(vec2 at, vec2 centre, float coc) {
     float start = coc - max(MARGIN_PX, MARGIN_PART * abs(coc));
     float step_px = (start - nearest_px) / float(STEPS);

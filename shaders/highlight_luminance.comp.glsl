@@ -1,5 +1,5 @@
-// What a highlight's surroundings are measured in: mean of rgb, clipped, so that the lamp itself does
-// not raise the level it is compared with. At half the size, for the surroundings are wide.
+// What a highlight's surroundings are measured in: mean of rgb, clipped, so that the highlight itself
+// does not raise the level it is compared with. At half the size, because the surroundings are wide.
 //
 // Inputs
 //   color_tx          scene-linear rgb

@@ -1,4 +1,4 @@
-// Puts the highlights back where there were too many to draw; runs on no pixel otherwise.
+// Puts the highlights back where there were too many to draw; it runs on no pixel otherwise.
 //
 // Input
 //   high_tx    rgb what was taken out

@@ -1,6 +1,6 @@
 // Takes out of the picture what is much brighter than its diffused surroundings. A short sum of
-// exponentials shows a few per cent of ripple, and a few per cent of a lamp is brighter than the wall;
-// so lamps are drawn as the discs they become (highlight_draw), light conserved.
+// exponentials shows a few per cent of ripple, and a few per cent of a highlight is brighter than the wall;
+// so highlights are drawn as the discs they become (highlight_draw), light conserved.
 //
 // Inputs
 //   color_tx          scene-linear rgb, a kept
@@ -30,9 +30,11 @@ layout(std430) writeonly buffer low_fragment_block { uint low_fragment_buf[]; };
 #endif
 
 #define TIMES_BRIGHTER 3.0
-#define LEAST_LUMINANCE 0.25  // grain in the dark is no lamp
-#define LEAST_COC_PX 0.25     // smaller discs are pixels,
-#define WHOLE_COC_PX 0.75     // larger ones are drawn in full; in between by degrees
+#define LEAST_LUMINANCE 0.25  // grain in the dark is not a highlight
+// Discs smaller than LEAST_COC_PX stay pixels, those larger than WHOLE_COC_PX are drawn in full; in
+// between by degrees.
+#define LEAST_COC_PX 0.25
+#define WHOLE_COC_PX 0.75
 
 // How much of this light is a highlight's, 0..1.
 float part_over(vec3 color, float coc, float limit) {

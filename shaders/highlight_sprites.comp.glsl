@@ -21,11 +21,13 @@ layout(std430) readonly buffer offset_block { uint offset_buf[]; };
 layout(std430) writeonly buffer sprite_block { Sprite sprite_buf[]; };
 #endif
 
-#define SAME_COC_PX 0.5    // pixels of a lamp: this close, or
-#define SAME_COC_PART 0.05 // this part of the coc
-#define RIM_OFFSET 0.35    // 1/2 for a straight rim; less suits the corners of small lamps as well
-#define TOLD_FROM_PX 1.0   // from this coc on a disc tells where in its pixel the light stands,
-#define TOLD_PX 1.5        // and fully from this on
+// Pixels belong to one highlight whose coc differ by at most SAME_COC_PX, or SAME_COC_PART of the coc.
+#define SAME_COC_PX 0.5
+#define SAME_COC_PART 0.05
+#define RIM_OFFSET 0.35    // 1/2 for a straight rim; less suits the corners of small highlights as well
+// From this coc on a disc shows where in its pixel the light stands; fully from TOLD_PX on.
+#define TOLD_FROM_PX 1.0
+#define TOLD_PX 1.5
 #define NUMERIC_PX 8.0     // discs up to this radius are summed pixel by pixel: light is kept exactly
 
 ivec2 size, corner;
@@ -38,8 +40,8 @@ vec4 high_at(ivec2 at) { return texelFetch(high_tx, clamp(at, ivec2(0), size - 1
 float sum_of(vec3 c) { return c.r + c.g + c.b; }
 bool is_taken(int i) { return (taken[i / 32] >> (i % 32) & 1u) == 1u; }
 
-// A lamp's mixed rim carries the depth of the wall; its coc is that of the brightest pixel around.
-float lamp_coc(ivec2 at) {
+// The mixed rim of a highlight carries the depth of the wall: take the coc of the brightest pixel around.
+float highlight_coc(ivec2 at) {
     float best = 0.0, result = 0.0;
     for (int k = 0; k < 9; ++k) {
         vec4 high = high_at(at + ivec2(k % 3, k / 3) - 1);
@@ -51,9 +53,10 @@ float lamp_coc(ivec2 at) {
     return result;
 }
 
-// Where in a pixel at a lamp's rim the light stands: at the side of the brighter pixels, the nearer
-// to it the less of the pixel the lamp covers, which is its brightness against the brightest around.
-// Discs that reach no other pixel's middle cannot tell. From the pixel's middle, pixels.
+// Return where in a pixel at a highlight's rim the light stands, in pixels from the pixel's middle: at
+// the side of the brighter pixels, and the nearer to it the less of the pixel the highlight covers. How
+// much that is follows from its brightness against the brightest pixel around. Discs that reach no
+// other pixel's middle cannot show it.
 vec2 light_offset(ivec2 at, float coc_px) {
     float own = sum_of(high_at(at).rgb), most = own;
     vec2 towards = vec2(0.0);
@@ -79,7 +82,7 @@ bool load_block() {
     }
     if (any_light)
         for (int i = 0; i < HIGHLIGHT_BLOCK * HIGHLIGHT_BLOCK; ++i)
-            if (energy[i] > 0.0) coc[i] = lamp_coc(pixel(i));
+            if (energy[i] > 0.0) coc[i] = highlight_coc(pixel(i));
     return any_light;
 }
 

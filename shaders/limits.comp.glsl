@@ -1,4 +1,4 @@
-// Light is not negative and alpha lies in 0..1; a disc kernel's ripple forgets both by a little.
+// Limits light to 0 and above and alpha to 0..1, which a disc kernel's ripple violates by a little.
 //
 // In and out
 //   color_img   rgb, a alpha

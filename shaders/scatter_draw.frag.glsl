@@ -1,4 +1,4 @@
-// A pixel's disc: its share of the pixel's light and as much of cover, to be added up.
+// A pixel's disc: its share of the pixel's light and of its coverage, to be added up.
 
 #include "lib/aperture.lib.glsl"
 

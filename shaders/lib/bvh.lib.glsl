@@ -23,7 +23,7 @@ layout(std430) readonly buffer colors_block { uvec2 colors[]; };  // half floats
 #endif
 
 #define STACK (BVH_DEPTH_MOST + 2)  // more than a tree has levels
-#define SAME 1e-6  // share of a distance that is rounding
+#define SAME 1e-6  // the relative rounding error of a distance
 
 // What a ray met: an instance, -1 for nothing; a triangle, and the weights of its corners there.
 struct Hit { float distance; int instance; int triangle; vec3 weights; };
@@ -76,7 +76,7 @@ bool box_met(Node node, vec3 start, vec3 inverse, float nearest, float farthest)
     return entry <= min(leave, farthest * (1.0 + SAME));
 }
 
-// 1 / along, large instead of infinite: infinity times nothing would be no number.
+// Return 1 / along, large instead of infinite, because infinity times 0 is NaN.
 vec3 inverse_of(vec3 along) {
     vec3 least = mix(vec3(1e-20), vec3(-1e-20), lessThan(along, vec3(0.0)));
     return 1.0 / mix(along, least, lessThan(abs(along), vec3(1e-20)));

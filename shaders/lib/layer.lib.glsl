@@ -3,8 +3,10 @@
 uniform vec2 cut_near_px;  // this layer's limit towards the camera: where, half width of transition
 uniform vec2 cut_far_px;   // and away from it
 
-#define THIN 0.02   // a membership or coverage below this is nothing,
-#define SOLID 0.15 // from this on it counts in full; in between by degrees, or a rack focus would pop
+// A membership or coverage below THIN counts as nothing, one above SOLID counts in full. In between it
+// counts by degrees, because a rack focus would pop otherwise.
+#define THIN 0.02
+#define SOLID 0.15
 
 // How much of a pixel with this coc is nearer than the cut: 1 near, 0 far.
 float nearer_than(vec2 cut_px, float coc_px) {

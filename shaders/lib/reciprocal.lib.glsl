@@ -1,4 +1,4 @@
-// 1 / x to the last bit; GLSL's own division may be two and a half of the last bit off.
+// Returns 1 / x correctly rounded; GLSL's own division may be off by 2.5 units in the last place.
 
 const int HALF = 0x800000;  // 2^23: the leading bit of a float's 24
 

@@ -34,7 +34,7 @@ int steps_back(int first, int i) {
     return i - (word * 32 + findMSB(bits));
 }
 
-uniform int reach_px;  // what is farther than this from everything seen, no blur uncovers
+uniform int reach_px;  // hidden pixels farther than this from any visible pixel are never uncovered
 
 // The nearest of the ends along all directions is beyond reach. Loops over what such a pixel would need
 // then run zero times, which also a software rasteriser skips; it runs both sides of a branch.

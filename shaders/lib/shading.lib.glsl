@@ -14,7 +14,7 @@ uniform vec3 sky_horizon;
 uniform vec3 sky_ground;
 uniform vec3 sky_light[3];       // diffuse light for a normal's y: a + b y + c y^2
 
-#define MOST_LIGHT 65504.0     // of a half float
+#define MOST_LIGHT 65504.0     // the largest half float
 #define LEAST_ROUGHNESS 0.1    // a smoother surface's glint would not be found by any number of rays
 #define GROUND_BAND 0.1        // the sky goes over into the ground within this, sine of an angle
 #define NORMAL_OFFSET 2.0      // texels that a shadow is looked up above the surface
@@ -63,7 +63,7 @@ vec3 reflected(Surface s, vec3 to_eye, vec3 to_light) {
     return nl * (diffuse + fresnel * (aa / (PI * spread * spread) * visible));
 }
 
-// What of the light from all around is mirrored: Karis 2014, fit to GGX's integral; and what is
+// The share of the light from all around that is mirrored: Karis 2014, fit to GGX's integral; and what is
 // mirrored more than once, Turquin 2019, without which a rough metal would be dark.
 vec3 mirrored_share(vec3 facing, float roughness, float nv) {
     vec4 r = roughness * vec4(-1.0, -0.0275, -0.572, 0.022) + vec4(1.0, 0.0425, 1.04, -0.04);

@@ -6,8 +6,8 @@
 uniform sampler2D coc_tx;
 uniform float at_infinity_px;  // signed coc of what is infinitely far away
 
-#define JUMP_PX 3.0        // less of a step in coc cannot be told from a slanted surface
-#define DEPTH_RATIO 0.95   // and a surface nearer by less than this is the same surface
+#define JUMP_PX 3.0        // a smaller step in coc cannot be told from a slanted surface
+#define DEPTH_RATIO 0.95   // a surface that is nearer by less than this ratio is the same surface
 #define PRIOR_WEIGHT 0.01  // colour contrast^2 below which coverage comes from the depth's outline
 
 // Weights of a box-filtered edge as seen from 3 x 3 depth samples; they sum to 1.

@@ -3,4 +3,4 @@
 #define FAR_AWAY 65535
 
 uniform ivec2 tiles;      // across, down
-uniform int reach_tiles;  // farther away than this nothing is reached
+uniform int reach_tiles;  // content farther away than this has no effect

@@ -1,5 +1,5 @@
-// Bright colours compressed while they are averaged or compared, so that one lamp at the rim does
-// not paint what is filled in behind it. Invertible; hue is kept.
+// Bright colours compressed while they are averaged or compared, so that one highlight at the rim
+// does not paint what is filled in behind it. Invertible; hue is kept.
 
 #define TONE_MEAN_MAX 0.98  // a compressed mean of 1 would map back to infinity
 
@@ -7,18 +7,18 @@ float mean_of(vec3 c) { return (c.r + c.g + c.b) / 3.0; }
 vec3 toned(vec3 c) { return c / (1.0 + max(mean_of(c), 0.0)); }
 vec3 untoned(vec3 c) { return c / (1.0 - min(mean_of(c), TONE_MEAN_MAX)); }
 
-// The same for lamps alone, all else nearly as it is: a mean of it keeps the light, and is as bright,
-// once blurred, as what it is the mean of.
+// The same for highlights alone, which leaves all else nearly as it is: a mean keeps the light, and once
+// blurred it is as bright as what it is the mean of.
 
-#define LAMP 2.0                // what light without limit is dimmed to
+#define DIMMED_MOST 2.0         // what unlimited light is dimmed to
 #define DIMMED_MEAN_MAX 0.9999  // of that: a mean of 1 would map back to infinity
 
 vec3 dimmed(vec3 c) {
-    float part = max(mean_of(c), 0.0) / LAMP;
+    float part = max(mean_of(c), 0.0) / DIMMED_MOST;
     return c * inversesqrt(1.0 + part * part);
 }
 
 vec3 undimmed(vec3 c) {
-    float part = min(mean_of(c) / LAMP, DIMMED_MEAN_MAX);
+    float part = min(mean_of(c) / DIMMED_MOST, DIMMED_MEAN_MAX);
     return c * inversesqrt(1.0 - part * part);
 }

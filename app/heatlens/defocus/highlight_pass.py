@@ -1,4 +1,4 @@
-"""Lamps: what outshines its surroundings is taken out and drawn as the discs it becomes."""
+"""Highlights: what outshines its surroundings is taken out and drawn as the discs it becomes."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -20,7 +20,7 @@ from heatlens.gpu.program import ComputeProgram, DrawProgram, VertexArray, group
 from heatlens.gpu.shader_constants import HIGHLIGHT_BLOCK, HIGHLIGHT_GROUP
 
 SPRITES_MAX = 4096
-_AREA_MAX = 24.0  # pixels drawn for each of the picture: hundreds of lamps a third of it wide
+_AREA_MAX = 24.0  # pixels drawn for each of the picture: hundreds of discs a third of it wide
 _SURROUNDINGS_PX = 16.0  # least diameter over which a pixel's surroundings are taken
 _PIXELS_A_BAND = 1 << 17  # drawn in a step: hundreds of discs may lie over each other there
 _TALLY_BYTES, _SPRITE_BYTES = 32, 32
@@ -90,7 +90,7 @@ def _written(lists: ListsWithoutHighlights | None) -> dict[str, moderngl.Buffer]
 
 
 class HighlightSplitPass:
-    """The picture without its lamps, and the lamps."""
+    """Splits a picture into its highlights and the rest."""
 
     def __init__(self, ctx: moderngl.Context, blur: BlurPass) -> None:
         self._blur = blur
@@ -131,7 +131,7 @@ class HighlightSplitPass:
 
 
 class HighlightListPass:
-    """Lamps merged into a bounded list of discs, in the picture's order."""
+    """Merges highlights into a bounded list of discs, in the order of the picture."""
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._count = ComputeProgram(ctx, "highlight_sprites.comp.glsl", {"COUNT": 1})
