@@ -24,3 +24,8 @@ def _is_plain(letter: str, keep: str) -> bool:
 def _escape(letter: str) -> str:
     """Return the letter as Python writes it in a string."""
     return letter.encode("unicode_escape", "backslashreplace").decode("ascii")
+
+
+def one_line(said: object, most: int = 160) -> str:
+    """Return the first letters of what a library says, without its line breaks."""
+    return " ".join(str(said).split())[:most]

@@ -9,12 +9,16 @@ with a zero byte. A process that is killed cannot leave a half-written entry of 
 """
 
 import os
+import signal
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
 _UNFINISHED, _FINISHED, _MADE, _HEARS, _DEAF, _SAID = b"+", b"-", b"?", b"h", b"d", b"s"
+
+_DIE_WITH_PARENT = 1  # PR_SET_PDEATHSIG of prctl(2)
 
 _record: int | None = None  # file descriptor, where a process waits for this one
 
@@ -68,6 +72,17 @@ def temporary_folder() -> Iterator[Path]:
             yield path
         finally:
             shutil.rmtree(path, ignore_errors=True)
+
+
+def end_with(parent: int) -> None:
+    """Have the system end this process when `parent`, which waits for it, ends. Linux alone can."""
+    if sys.platform != "linux":
+        return
+    import ctypes
+
+    ctypes.CDLL(None).prctl(_DIE_WITH_PARENT, signal.SIGKILL)
+    if os.getppid() != parent:  # it ended before that was asked for
+        os._exit(128 + signal.SIGKILL)
 
 
 def folder_made(path: str | os.PathLike[str]) -> None:

@@ -8,7 +8,7 @@ from heatlens.camera.camera_file import read_camera, write_camera
 from heatlens.camera.usd_read import read_usd_camera, usd_camera
 from heatlens.errors import FaultError, InputError
 from support.cameras import FRAMES, moving_camera
-from support.usd_cameras import SUFFIXES
+from support.usd_cameras import SUFFIXES, bomb
 
 
 @pytest.mark.parametrize("suffix", SUFFIXES)
@@ -104,20 +104,10 @@ def test_a_slip_of_the_keyboard_is_told_in_a_sentence(usd_path, capfd, content):
     assert capfd.readouterr() == ("", "")
 
 
-def bomb(levels: int = 8, width: int = 8) -> str:
-    """Prims that each refer to `width` of the level below: three kilobytes, `width ** levels`."""
-    rows = ["#usda 1.0", 'def Xform "L0"\n{\ndef Camera "C"\n{\n}\n}']
-    for level in range(1, levels + 1):
-        refers = f"(\nreferences = </L{level - 1}>\n)\n{{\n}}"
-        inner = [f'def "R{i}" {refers}' for i in range(width)]
-        rows.append(f'def Xform "L{level}"\n{{\n' + "\n".join(inner) + "\n}")
-    return "\n".join(rows)
-
-
 @pytest.mark.parametrize("name", ["HEATLENS_USD_SECONDS", "HEATLENS_USD_GIGABYTES"])
 def test_a_file_that_describes_a_billion_things_has_a_bound(usd_path, monkeypatch, name):
     usd_path.write_text(bomb())
-    monkeypatch.setenv("HEATLENS_USD_SECONDS", "4" if name.endswith("SECONDS") else "300")
+    monkeypatch.setenv("HEATLENS_USD_SECONDS", "3" if name.endswith("SECONDS") else "300")
     monkeypatch.setenv("HEATLENS_USD_GIGABYTES", "1.2" if name.endswith("BYTES") else "60")
     with pytest.raises(InputError, match=rf"cam\.usda cannot be read.* {name}|\({name}"):
         read_usd_camera(str(usd_path))

@@ -1,27 +1,41 @@
 """Stop signals at random moments of every command: what must be true afterwards, and a long run.
 
-    python tests/fuzz/interrupts.py --times 200            # of every command
-    python tests/fuzz/interrupts.py --times 50 --only render,study --signal TERM
+    python tests/fuzz/interrupts.py --times 200            # of every command, SIGINT and SIGTERM
+    python tests/fuzz/interrupts.py --times 50 --only render,study --signals TERM
+    python tests/fuzz/interrupts.py --times 20 --only render-8k   # only where it is named
 
 Half of the signals go to the process alone, half to its whole group, as terminals send them.
+On a busy machine an answer may take longer by the number of processes that wait for a processor;
+the time that processors worked between the signal and the end is told beside it.
 """
 
 import argparse
 import os
 import random
 import re
+import resource
 import signal
 import subprocess
 import sys
 import tempfile
 import time
 from collections import Counter
+from collections.abc import Iterable
+from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
 from statistics import median
 
+import numpy as np
+
+if __name__ == "__main__":
+    sys.path[:0] = [str(Path(__file__).parents[1])]
 import heatlens
 from heatlens.paths import data_dir
+from heatlens.plate.camera_header import lens_attributes
+from support.exr_files import write_file
+from support.plates import room
+from support.x_server import Screen
 
 STILL = data_dir("assets") / "still_life.exr"
 ENVIRONMENT = os.environ | {"PYTHONPATH": str(Path(heatlens.__file__).parents[1])}
@@ -49,9 +63,14 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     ),
     "doctor": ("doctor",),
     "bench": ("bench", "--size", "320x180", "--runs", "1"),
+    "view": ("view", str(STILL)),
+    "render-8k": ("render", "{large}", "-o", "{out}/o.exr", "--quality", "film"),
 }
+# Those that are not waited for to know how long they take; their signals come within so many s.
+ENDLESS_S = {"view": 5.0, "render-8k": 60.0}
 _UNTRUE = re.compile("Traceback|Exception ignored|cannot be loaded|Install|initialization|a fault")
-_OF_PYTHON = re.compile(r'File "(?!<frozen)[^"]*heatlens')
+# A traceback with a line of heatlens: one without it is Python's, which had not yet begun with it.
+OF_HEATLENS = re.compile(r'File "(?!<frozen)[^"]*heatlens')
 
 
 @dataclass
@@ -60,6 +79,7 @@ class Outcome:
 
     code: int
     seconds: float  # from the signal to its end
+    busy_s: float  # that processors worked for it from then on
     said: str
     left: list[str]  # files that should not be there
     alive: bool  # something of its process group still ran
@@ -79,7 +99,7 @@ class Outcome:
         if self.alive:
             found.append("left a process")
         if self.seconds > limit_s:
-            found.append(f"took {self.seconds:.2f} s")
+            found.append(f"took {self.seconds:.2f} s, {self.busy_s:.2f} s of a processor")
         return found
 
 
@@ -90,6 +110,7 @@ class Bench:
     folder: Path
     shot: Path = field(init=False)
     reference: Path = field(init=False)
+    display: str = ""  # the X server for windows
 
     def __post_init__(self) -> None:
         self.shot = self.folder / "shot.heatlens.json"
@@ -104,7 +125,10 @@ class Bench:
 
     def words(self, name: str, out: Path) -> list[str]:
         """The command line of command `name`."""
-        given = {"out": str(out), "shot": str(self.shot), "ref": str(self.reference)}
+        large = self.folder / "large.exr"
+        if "{large}" in COMMANDS[name] and not large.exists():
+            write_large(large)
+        given = {"out": out, "shot": self.shot, "ref": self.reference, "large": large}
         return [word.format(**given) for word in COMMANDS[name]]
 
     def start(self, name: str, out: Path) -> subprocess.Popen[str]:
@@ -116,12 +140,20 @@ class Bench:
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             text=True,
-            env=ENVIRONMENT | {"TMPDIR": str(temporary)},
+            env=ENVIRONMENT | self._environment(temporary),
             start_new_session=True,
         )
 
+    def _environment(self, temporary: Path) -> dict[str, str]:
+        """No preferences and no window of the user's."""
+        folders = {"HEATLENS_CONFIG_DIR": "config", "HEATLENS_CACHE_DIR": "cache"}
+        own = {name: str(self.folder / folder) for name, folder in folders.items()}
+        return own | {"TMPDIR": str(temporary), "DISPLAY": self.display, "WAYLAND_DISPLAY": ""}
+
     def duration_s(self, name: str) -> float:
         """How long command `name` takes when nobody stops it."""
+        if name in ENDLESS_S:
+            return ENDLESS_S[name]
         with tempfile.TemporaryDirectory(dir=self.folder) as folder:
             out = Path(folder) / "out"
             out.mkdir()
@@ -138,8 +170,10 @@ class Bench:
         with tempfile.TemporaryDirectory(dir=self.folder) as folder:
             out = Path(folder) / "out"
             out.mkdir()
+            before_s = _children_s()
             process = self.start(name, out)
             time.sleep(wait_s)
+            busy_s = _worked_s(process.pid)
             begin = time.monotonic()
             if process.poll() is None:
                 (os.killpg if to_group else os.kill)(process.pid, number)
@@ -148,15 +182,41 @@ class Bench:
             except subprocess.TimeoutExpired:
                 os.killpg(process.pid, signal.SIGKILL)
                 said = "".join(process.communicate()) + "(had to be killed)"
-            seconds = time.monotonic() - begin
+            seconds, busy_s = time.monotonic() - begin, _children_s() - before_s - busy_s
             code = process.returncode
-            early = (code < 0 or "Traceback" in said) and not _OF_PYTHON.search(said)
+            early = (code < 0 or "Traceback" in said) and not OF_HEATLENS.search(said)
             left = sorted(
                 str(path.relative_to(folder))
                 for path in Path(folder).rglob("*")
                 if path.name not in ("out", "tmp") and not _is_whole(path, out, code)
             )
-            return Outcome(code, seconds, said, left, _group_lives(process.pid), early)
+            alive = _group_lives(process.pid)
+            return Outcome(code, seconds, max(busy_s, 0.0), said, left, alive, early)
+
+
+def write_large(path: Path) -> None:
+    """The room of the tests, 7680 x 4320, with a lens that blurs much of it by many pixels."""
+    color, depth = (np.repeat(np.repeat(v, 240, axis=0), 240, axis=1) for v in room(32, 18))
+    channels = {n: np.ascontiguousarray(color[..., i], np.float16) for i, n in enumerate("RGB")}
+    header = lens_attributes(50.0, 1.4, 1.0, 36.0, 20.25)
+    write_file(path, channels | {"Z": np.ascontiguousarray(depth)}, **header)
+
+
+def _children_s() -> float:
+    """Time of a processor that processes took which have ended and were waited for."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
+
+
+def _worked_s(process: int) -> float:
+    """Time of a processor that `process` and all that it started have taken until now."""
+    try:
+        fields = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()
+        children = Path(f"/proc/{process}/task/{process}/children").read_text().split()
+    except OSError:  # it has ended
+        return 0.0
+    own_s = sum(map(int, fields[11:15])) / os.sysconf("SC_CLK_TCK")
+    return own_s + sum(_worked_s(int(child)) for child in children)
 
 
 def _is_whole(path: Path, out: Path, code: int) -> bool:
@@ -189,48 +249,72 @@ def _runs_in(group: int, stat: Path) -> bool:
 
 
 def main() -> int:
-    """A long run; prints a line for each command and every fault."""
-    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("--times", type=int, default=20)
-    parser.add_argument("--only", default=",".join(COMMANDS))
-    parser.add_argument("--signal", choices=("INT", "TERM"), default="INT")
-    parser.add_argument("--seed", type=int, default=20060106)
-    parser.add_argument("--limit", type=float, default=1.0, help="seconds that are allowed")
-    args = parser.parse_args()
+    """A long run; prints a line for each command and signal, and every fault."""
+    args = _arguments()
     signal.signal(signal.SIGINT, signal.default_int_handler)
-    rng, number = random.Random(args.seed), signal.Signals[f"SIG{args.signal}"]
-    faulty = 0
-    with tempfile.TemporaryDirectory(prefix="interrupts-") as folder:
+    rng, faulty = random.Random(args.seed), 0
+    with ExitStack() as stack:
+        folder = stack.enter_context(tempfile.TemporaryDirectory(prefix="interrupts-"))
         bench = Bench(Path(folder))
+        if "view" in args.only.split(","):
+            screen = Screen()
+            stack.callback(screen.close)
+            bench.display = screen.display
         for name in args.only.split(","):
-            faulty += _many(bench, name, args.times, rng, number, args.limit)
+            numbers = [signal.Signals[f"SIG{word}"] for word in args.signals.split(",")]
+            faulty += _many(bench, name, args.times, rng, numbers, args.limit)
     return int(faulty > 0)
 
 
+def _arguments() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--times", type=int, default=20, help="signals of each command")
+    parser.add_argument("--only", default=",".join(n for n in COMMANDS if n != "render-8k"))
+    parser.add_argument("--signals", default="INT,TERM", help="in turns")
+    parser.add_argument("--seed", type=int, default=20060106)
+    parser.add_argument("--limit", type=float, default=1.0, help="seconds on a machine at rest")
+    return parser.parse_args()
+
+
 def _many(
-    bench: Bench, name: str, times: int, rng: random.Random, number: signal.Signals, limit: float
+    bench: Bench,
+    name: str,
+    times: int,
+    rng: random.Random,
+    numbers: list[signal.Signals],
+    limit_s: float,
 ) -> int:
+    """Send `times` signals to command `name`; returns how many were answered badly."""
     bench.duration_s(name)  # the first reads all files from the disk
     whole_s = bench.duration_s(name)
     codes: Counter[str] = Counter()
-    waits_s: list[float] = []
+    outcomes: list[Outcome] = []
     faulty = 0
-    for _ in range(times):
-        wait_s = rng.uniform(0.0, whole_s)
+    for turn in range(times):
+        wait_s, number = rng.uniform(0.0, whole_s), numbers[turn % len(numbers)]
         outcome = bench.interrupted(name, wait_s, number, rng.random() < 0.5)
+        outcomes.append(outcome)
         codes["before heatlens" if outcome.before_python else str(outcome.code)] += 1
-        waits_s.append(outcome.seconds)
-        faults = outcome.faults(number, limit)
+        load = os.getloadavg()[0] / (os.cpu_count() or 1)
+        faults = outcome.faults(number, limit_s * max(1.0, load))
         if faults:
             faulty += 1
-            print(f"  {name} at {wait_s:.3f} s: {'; '.join(faults)}\n{outcome.said}", flush=True)
+            told = f"{name}, {number.name} at {wait_s:.3f} s: {'; '.join(faults)}"
+            print(f"  {told}\n{outcome.said}", flush=True)
     told = ", ".join(f"{code}: {count}" for code, count in sorted(codes.items()))
     print(
-        f"{name:14} {whole_s:5.1f} s, {times} signals, {told}; median {median(waits_s):.2f} s, "
-        f"slowest {max(waits_s):.2f} s, {faulty} faults; load {os.getloadavg()[0]:.1f}",
+        f"{name:14} {whole_s:5.1f} s, {times} signals, {told}; "
+        f"{_spread('answer', [o.seconds for o in outcomes])}; "
+        f"{_spread('of a processor', [o.busy_s for o in outcomes])}; "
+        f"{faulty} faults; load {os.getloadavg()[0]:.1f}",
         flush=True,
     )
     return faulty
+
+
+def _spread(what: str, seconds: Iterable[float]) -> str:
+    ordered = sorted(seconds)
+    return f"{what} median {median(ordered):.2f} s, slowest {ordered[-1]:.2f} s"
 
 
 if __name__ == "__main__":

@@ -384,3 +384,30 @@ def test_a_photo_in_focus_comes_back_as_it_was(photo, tmp_path, capsys):
     said = stderr_of_run(capsys, 0, *words, "--focal-length", 20, "--depth-convention", "distance")
     assert "seen through Un-tone-mapped" in said
     np.testing.assert_allclose(np.asarray(Image.open(out)).astype(int), colors(), atol=2)
+
+
+@pytest.mark.parametrize("letter", ["\u00e9", "=", "A"])
+def test_a_depth_inside_whose_text_is_damaged_is_refused(tmp_path, letter):
+    path = jpeg_with_gdepth(tmp_path / "p.jpg", NEAR_M, FAR_M, disparity(metres(), NEAR_M, FAR_M))
+    data = path.read_bytes()
+    at = data.index(b'GDepth:Data="') + 20
+    code = letter.encode()
+    path.write_bytes(data[:at] + code * (2 // len(code)) + data[at + 2 :])
+    with pytest.raises(InputError, match=r"p\.jpg: its depth map is damaged") as refusal:
+        read_plate(path)
+    assert len(str(refusal.value).splitlines()) == 1
+
+
+@pytest.mark.parametrize("name", ["p.png", "p.jpg", "p.tif", "p.heic"])
+def test_what_libraries_say_of_damage_is_one_line(tmp_path, depth_map, name):
+    """Cut short, and with every eighth byte behind the head changed."""
+    if name.endswith("heic"):
+        pytest.importorskip("pillow_heif").register_heif_opener()
+    whole_file = save(tmp_path / name, colors()).read_bytes()
+    damaged = bytearray(whole_file)
+    damaged[8::8] = bytes(255 - value for value in damaged[8::8])
+    for data in (whole_file[: len(whole_file) // 2], bytes(damaged), whole_file[:3]):
+        (tmp_path / name).write_bytes(data)
+        with pytest.raises(InputError, match=name) as refusal:
+            plate_of(tmp_path / name, depth_map, near_m=NEAR_M, far_m=FAR_M)
+        assert len(str(refusal.value).splitlines()) == 1

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from heatlens.files import apart
+from heatlens.files import limits
 from heatlens.plate import exr_limits
 from heatlens.plate.bounds import COC_MOST_PX, LIGHT_MOST
 from heatlens.scene import picture_read, scene
@@ -26,9 +26,10 @@ def test_every_bound_is_told_as_it_is():
         f"{gltf_nodes._LEVELS_MOST} levels of nodes",
         f"{scene.INSTANCES_MOST:,} objects",
         f"{picture_read._TOGETHER_MOST // 1_000_000 + 1} million pixels together",
-        f"{apart._SECONDS_MOST:g} seconds and {apart._GIGABYTES_MOST:g} GB",
-        apart._SECONDS,
-        apart._GIGABYTES,
+        f"{limits.SECONDS_MOST:g} seconds of a processor, {limits.SECONDS_A_MEGABYTE:g} more for",
+        f"each megabyte of its files, and {limits.GIGABYTES_MOST:g} GB",
+        limits.SECONDS,
+        limits.GIGABYTES,
     ):
         assert told in PAGE, told
     assert COC_MOST_PX == 1e6 and "beyond a million pixels" in PAGE

@@ -132,3 +132,41 @@ def test_a_binary_file_with_changed_bytes(tmp_path, seed):
         assert read_scene(tmp_path / "b.usdc").instances
     except HeatlensError as error:
         assert "b.usdc" in str(error)
+
+
+MESH = """#usda 1.0
+( metersPerUnit = 1 )
+def Mesh "M"
+{
+ int[] faceVertexCounts = [3]
+ int[] faceVertexIndices = [0, 1, 2]
+ point3f[] points = [(0, 0, 0), (1, 0, 0), (0, 1, 0)]
+ uniform token subdivisionScheme = "none"
+}
+"""
+
+
+@pytest.mark.parametrize(
+    ("name", "other"),
+    [
+        ("point3f[] points", 'string[] points = ["a", "b", "c"]'),
+        ("point3f[] points", 'string points = "long"'),
+        ("point3f[] points", "matrix4d points = ((1,0,0,0),(0,1,0,0),(0,0,1,0),(0,0,0,1))"),
+        ("int[] faceVertexCounts", "float[] faceVertexCounts = [3]"),
+        ("int[] faceVertexIndices", 'token[] faceVertexIndices = ["a"]'),
+        (" uniform token", ' string[] primvars:displayColor = ["red"]'),
+        (" uniform token", ' string primvars:displayColor = "red"'),
+        (" uniform token", ' string primvars:st = "red" (interpolation = "vertex")'),
+        (" uniform token", ' string primvars:normals = "up" (interpolation = "vertex")'),
+    ],
+)
+def test_values_of_another_kind_are_refused(tmp_path, name, other):
+    """As what they are, and not as a mistake of heatlens."""
+    path = tmp_path / "a.usda"
+    path.write_text(MESH)
+    assert usd_scene(str(path)).triangle_count == 1
+    kept = [line for line in MESH.splitlines() if not line.strip().startswith(name.strip())]
+    path.write_text("\n".join([*kept[:-1], other, "}"]))
+    with pytest.raises(InputError, match=r"a\.usda") as refusal:
+        usd_scene(str(path))
+    assert len(str(refusal.value).splitlines()) == 1

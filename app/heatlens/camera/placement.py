@@ -31,8 +31,8 @@ def matrix_of(rows: Iterable[Iterable[float]]) -> Matrix:
 
 def check_rigid(matrices: Sequence[Matrix], frames: Sequence[int]) -> None:
     """Raise InputError naming the first frame whose matrix is more than a turn and a move."""
-    for frame, matrix in zip(frames, matrices, strict=True):
-        if not is_rigid(np.array(matrix)):
+    for frame, is_one in zip(frames, are_rigid(np.array(matrices)), strict=True):
+        if not is_one:
             raise InputError(
                 f"Frame {frame}: the placement cannot be a camera's: it scales, shears, mirrors "
                 "or is not finite."
@@ -41,11 +41,19 @@ def check_rigid(matrices: Sequence[Matrix], frames: Sequence[int]) -> None:
 
 def is_rigid(matrix: Array) -> bool:
     """Return whether a (4, 4) matrix keeps lengths, angles and right-handedness."""
-    if not np.isfinite(matrix).all() or np.abs(matrix[:3, :3]).max() > 2:
-        return False
-    turn = matrix[:3, :3]
-    is_turn = np.abs(turn @ turn.T - np.eye(3)).max() < _RIGID and np.linalg.det(turn) > 0
-    return bool(is_turn and np.abs(matrix[3] - (0, 0, 0, 1)).max() < _RIGID)
+    return bool(are_rigid(matrix[None])[0])
+
+
+def are_rigid(matrices: Array) -> NDArray[np.bool_]:
+    """Return (F,) of (F, 4, 4): which keep lengths, angles and right-handedness."""
+    matrices = matrices.reshape(-1, 4, 4)
+    turns = matrices[:, :3, :3]
+    is_usable = np.asarray(np.isfinite(matrices).all((1, 2)) & (np.abs(turns).max((1, 2)) <= 2))
+    turns = np.where(is_usable[:, None, None], turns, 0.0)
+    is_turn = (np.abs(turns @ turns.swapaxes(1, 2) - np.eye(3)) < _RIGID).all((1, 2))
+    is_turn &= np.linalg.det(turns) > 0
+    last = np.where(is_usable[:, None], matrices[:, 3], 0.0)
+    return np.asarray(is_turn & (np.abs(last - (0, 0, 0, 1)) < _RIGID).all(1))
 
 
 def from_exr(attribute: Array, scene_unit_m: float) -> tuple[Array, bool]:

@@ -10,14 +10,13 @@ from typing import Any
 import numpy as np
 
 from heatlens.camera.float32 import shortest
-from heatlens.camera.placement import Matrix, is_rigid, matrix_of
+from heatlens.camera.placement import Matrix, are_rigid, matrix_of
 from heatlens.camera.samples import INFINITE_M, CameraSamples, Track, UpAxis
 from heatlens.camera.usd_write import MM_ATTRIBUTES, SQUEEZE, units_per_mm
 from heatlens.errors import InputError
 from heatlens.files.quiet import quiet_library
-from heatlens.files.usd_library import read_usd_apart, usd_failures_told, usd_module
+from heatlens.files.usd_library import open_usd, read_usd_apart, usd_failures_told, usd_module
 from heatlens.model.frames import FrameRange, check_frame
-from heatlens.paths import unreadable
 
 USD_SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
 
@@ -80,16 +79,10 @@ def usd_camera(text: str) -> CameraSamples:
 
 
 def _opened(path: Path, prim_path: str | None) -> _Stage:
-    usd, tf = usd_module("Usd"), usd_module("Tf")
-    geometry = usd_module("UsdGeom")
-    if not path.is_file():
-        raise unreadable(path)
-    try:
-        stage = usd.Stage.Open(str(path))
-        cameras = [p for p in _all_prims(usd, stage) if p.IsA(geometry.Camera)]
-        unit_m = geometry.GetStageMetersPerUnit(stage)
-    except tf.ErrorException as error:
-        raise InputError(f"{path} cannot be read: it is damaged or not a USD file.") from error
+    usd, geometry = usd_module("Usd"), usd_module("UsdGeom")
+    stage = open_usd(path)
+    cameras = [p for p in _all_prims(usd, stage) if p.IsA(geometry.Camera)]
+    unit_m = geometry.GetStageMetersPerUnit(stage)
     if not 0 < unit_m < math.inf:
         raise InputError(f"{path} has {unit_m:g} metres per unit, so no length can be read.")
     return _Stage(path, stage, _chosen(path, cameras, prim_path), unit_m)
@@ -156,7 +149,8 @@ def _track(opened: _Stage, name: str, frames: tuple[int, ...], unit: float = 1.0
     for frame, value in zip(frames, values, strict=True):
         if not isinstance(value, float | int):
             raise InputError(f"{name} should be a number at frame {frame}, got {value!r}.")
-    return tuple(shortest(value, unit) for value in values)
+    short = {value: shortest(value, unit) for value in dict.fromkeys(values)}  # most stay the same
+    return tuple(short[value] for value in values)
 
 
 def _unless_zero(track: Track) -> Track | None:
@@ -182,16 +176,16 @@ def _placement(
     geometry = usd_module("UsdGeom")
     if not any(geometry.Xformable(prim).GetOrderedXformOps() for prim in _parents(opened)):
         return None, ()
-    placed = []
-    for frame in frames:
-        to_world = geometry.Xformable(opened.prim).ComputeLocalToWorldTransform(frame)
-        to_world.Orthonormalize(issueWarning=False)
-        matrix = np.array(to_world, np.float64).T
-        matrix[:3, 3] *= opened.meters_per_unit
-        if not is_rigid(matrix):
-            return None, (f"its placement at frame {frame} shears or mirrors: it is left out.",)
-        placed.append(matrix_of(np.linalg.inv(matrix)))
-    return tuple(placed), ()
+    to_world = np.empty((len(frames), 4, 4))
+    for own, frame in zip(to_world, frames, strict=True):
+        found = geometry.Xformable(opened.prim).ComputeLocalToWorldTransform(frame)
+        found.Orthonormalize(issueWarning=False)
+        own[:] = np.array(found, np.float64).T
+    to_world[:, :3, 3] *= opened.meters_per_unit
+    if not (is_one := are_rigid(to_world)).all():
+        frame = frames[int(np.argmin(is_one))]
+        return None, (f"its placement at frame {frame} shears or mirrors: it is left out.",)
+    return tuple(map(matrix_of, np.linalg.inv(to_world).tolist())), ()
 
 
 def _parents(opened: _Stage) -> Iterable[Any]:

@@ -24,7 +24,6 @@ from heatlens import stopping
 
 _PATIENCE_S = 3.0  # for a process that hears: it may be in the middle of a step of its work
 _FAULT = 70  # EX_SOFTWARE of sysexits.h
-_DIE_WITH_PARENT = 1  # PR_SET_PDEATHSIG of prctl(2)
 
 
 def main() -> int:
@@ -40,7 +39,7 @@ def main() -> int:
         for stop in stops:
             signal.signal(stop, signal.SIG_IGN)
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
-        _end_with(parent)
+        stopping.end_with(parent)
         return _work()
     return _wait_for(worker, stops, record)
 
@@ -60,15 +59,6 @@ def _stop_signals() -> set[signal.Signals]:
     """Return the signals that end this process; a background process may have to ignore some."""
     stops = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
     return {stop for stop in stops if signal.getsignal(stop) is not signal.SIG_IGN}
-
-
-def _end_with(parent: int) -> None:
-    """Have the system end this process when the one that waits for it is killed."""
-    import ctypes
-
-    ctypes.CDLL(None).prctl(_DIE_WITH_PARENT, signal.SIGKILL)
-    if os.getppid() != parent:  # it was killed before that was asked for
-        os._exit(128 + signal.SIGKILL)
 
 
 def _wait_for(worker: int, stops: set[signal.Signals], record: int) -> int:

@@ -245,6 +245,8 @@ class HighlightDrawPass:
 
     def _quads_of(self, sprites: moderngl.Buffer) -> VertexArray:
         if self._quads is None or self._quads[0] is not sprites:
+            if self._quads is not None:
+                self._quads[1].release()
             layout = [(sprites, "4f 4f/i", "in_place", "in_light")]
             self._quads = (sprites, self._program.vertex_array(layout))
         return self._quads[1]

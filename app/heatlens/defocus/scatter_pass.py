@@ -173,6 +173,8 @@ class ScatterPass:
 
     def _quads_of(self, pixel: moderngl.Buffer) -> VertexArray:
         if self._quads is None or self._quads[0] is not pixel:
+            if self._quads is not None:
+                self._quads[1].release()
             layout = [(pixel, "1u/i", "in_pixel")]
             self._quads = (pixel, self._discs.vertex_array(layout))
         return self._quads[1]

@@ -5,20 +5,21 @@ the depth representation of HEVC (ISO/IEC 23008-2, annex G) as libheif tells it.
 """
 
 import base64
-import binascii
 import re
 from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from PIL import Image, UnidentifiedImageError
+from PIL import Image
 
 from heatlens.errors import InputError
 from heatlens.model.plate_options import DepthConvention
 from heatlens.plate.plate import FloatImage
+from heatlens.printable import one_line
 
 _XMP = b"http://ns.adobe.com/xap/1.0/\0"
 _EXTENSION = b"http://ns.adobe.com/xmp/extension/\0"
@@ -81,7 +82,7 @@ def _map_of_google(path: Path, xmp: str) -> bytes | None:
     if data:
         try:
             return base64.b64decode("".join(data.split()) + "==")
-        except binascii.Error as error:
+        except ValueError as error:  # binascii.Error is one of them
             raise InputError(f"{path}: its depth map is damaged ({error}).") from error
     lengths = [int(a or b) for a, b in _ITEM_LENGTH.findall(xmp)]
     after = _items_after(path, [length for length in lengths if length])
@@ -103,24 +104,32 @@ def _is_grey(data: bytes) -> bool:
     """Return True for a picture of one channel."""
     try:
         return Image.open(BytesIO(data)).mode in ("L", "I;16", "I", "F")
-    except (UnidentifiedImageError, OSError):
+    except Exception:  # Pillow lets through whatever damaged bytes bring about
         return False
 
 
 def _grey(path: Path, data: bytes) -> FloatImage:
     """Decode a picture to values of 0 to 1."""
-    try:
+    with _told_of_the_map(path):
         image = Image.open(BytesIO(data))
         values = np.asarray(image if image.mode in ("L", "I;16") else image.convert("L"))
-    except (UnidentifiedImageError, OSError, SyntaxError, ValueError) as error:
-        raise InputError(f"{path}: its depth map is damaged ({error}).") from error
     fraction: FloatImage = values.astype(np.float32) / np.float32(np.iinfo(values.dtype).max)
     return fraction
 
 
+@contextmanager
+def _told_of_the_map(path: Path) -> Iterator[None]:
+    """Turn every way in which Pillow fails into an InputError."""
+    try:
+        yield
+    except Exception as error:
+        raise InputError(f"{path}: its depth map is damaged ({one_line(error)}).") from error
+
+
 def _of_heic(path: Path, found: Any) -> InnerDepth:
     """Return disparity as Apple writes it; in metres where its ends are given."""
-    values = np.asarray(found.to_pillow()).astype(np.float32)
+    with _told_of_the_map(path):
+        values = np.asarray(found.to_pillow()).astype(np.float32)
     values = values[:, :, 0] if values.ndim == 3 else values
     full_scale = 255.0 if values.max(initial=0) <= 255 else 65535.0
     low, high = _ends_in_dioptres(found.info.get("metadata") or {})

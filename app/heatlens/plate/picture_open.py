@@ -20,6 +20,7 @@ from heatlens.errors import InputError
 from heatlens.files.quiet import quiet_library
 from heatlens.paths import unreadable
 from heatlens.plate.exr_limits import MAX_SIDE_PX
+from heatlens.printable import one_line
 
 _MODES = {"1": "L", "P": "RGB", "CMYK": "RGB", "YCbCr": "RGB", "PA": "RGBA", "LAB": "RGB"}
 _HEIC = (".heic", ".heif")
@@ -46,7 +47,7 @@ def open_picture(path: Path) -> RawPicture:
     """Read a whole picture. Raises InputError that names the file where it cannot be read."""
     if path.suffix.lower() == ".npy":
         return RawPicture(_array(path))
-    with _refusals(path), _opened(path) as image:
+    with refusals(path), _opened(path) as image:
         if image is None or _is_cut_by_pillow(image):
             return RawPicture(_by_openimageio(path), _info(image))
         upright = ImageOps.exif_transpose(image)
@@ -61,7 +62,7 @@ def picture_info(path: Path) -> tuple[tuple[int, int], dict[str, Any]]:
     if path.suffix.lower() == ".npy":
         height, width = _array(path).shape[:2]
         return (width, height), {}
-    with _refusals(path), _opened(path) as image:
+    with refusals(path), _opened(path) as image:
         if image is None:  # floating point, for all others are known to Pillow
             height, width = _by_openimageio(path).shape[:2]
             return (width, height), {"is_light": True}
@@ -88,8 +89,11 @@ def _opened(path: Path) -> Iterator[Image.Image | None]:
 
 
 @contextlib.contextmanager
-def _refusals(path: Path) -> Iterator[None]:
-    """Turn every way in which the libraries fail into an InputError."""
+def refusals(path: Path) -> Iterator[None]:
+    """Turn every way in which the libraries fail into an InputError of one line.
+
+    They let through whatever a damaged file brings about, of any kind: keep the block to them.
+    """
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of damage, which comes to an error or to nothing
@@ -98,13 +102,14 @@ def _refusals(path: Path) -> Iterator[None]:
         raise
     except FileNotFoundError as error:
         raise unreadable(path, error) from error
-    except (OSError, ValueError, SyntaxError, RuntimeError, MemoryError, KeyError) as error:
-        raise InputError(
-            f"{path} cannot be read: it is damaged, or of a kind that heatlens does not know "
-            f"({error})."
-        ) from error
     except Image.DecompressionBombError as error:
         raise InputError(f"{path} has too many pixels ({error}).") from error
+    except Exception as error:
+        said = one_line(error) or type(error).__name__
+        raise InputError(
+            f"{path} cannot be read: it is damaged, or of a kind that heatlens does not know "
+            f"({said})."
+        ) from error
 
 
 def _is_cut_by_pillow(image: Image.Image) -> bool:
@@ -128,20 +133,21 @@ def _by_openimageio(path: Path) -> NDArray[Any]:
 def _read_by(library: Any, path: Path) -> NDArray[Any]:
     opened = library.ImageInput.open(str(path))
     if opened is None:
-        raise InputError(f"{path} is not a picture that heatlens can read ({library.geterror()}).")
+        said = one_line(library.geterror())
+        raise InputError(f"{path} is not a picture that heatlens can read ({said}).")
     spec = opened.spec()
     _check_size(path, (spec.width, spec.height))
     values = opened.read_image(library.UNKNOWN)
     opened.close()
     if values is None:
-        raise InputError(f"{path} is damaged or cut short ({opened.geterror()}).")
+        raise InputError(f"{path} is damaged or cut short ({one_line(opened.geterror())}).")
     pixels: NDArray[Any] = np.asarray(values)[:, :, :4]
     return pixels
 
 
 def _array(path: Path) -> NDArray[Any]:
     """Read values (H, W, C) of a NumPy file that holds numbers alone."""
-    with _refusals(path):
+    with refusals(path):
         values = np.load(path, allow_pickle=False)
         values = values.squeeze() if values.ndim > 2 and 1 in values.shape else values
         if values.ndim not in (2, 3) or values.dtype.kind not in "fui" or not values.size:

@@ -1,7 +1,7 @@
 """Materials of USD: UsdPreviewSurface, and the pictures its inputs are joined to."""
 
 import math
-import os
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heatlens.errors import InputError
-from heatlens.files.usd_library import usd_module
+from heatlens.files.usd_library import check_asset, usd_module
+from heatlens.files.usd_values import numbers
 from heatlens.scene.picture_read import read_picture
 from heatlens.scene.scene import Color, Material
 from heatlens.scene.usd.stage import UsdStage
@@ -37,7 +38,10 @@ class UsdMaterials:
         shade = usd_module("UsdShade")
         bound, _ = shade.MaterialBindingAPI(prim).ComputeBoundMaterial()
         surface = bound.ComputeSurfaceSource()[0] if bound else None
-        color = prim.GetAttribute("primvars:displayColor").Get()
+        told = prim.GetAttribute("primvars:displayColor").Get()
+        color = numbers(told, 3, f"{self.stage.path}: displayColor of {prim.GetPath()}")[
+            :1
+        ].tolist()
         color = [(1.0, 1.0, 1.0)] if has_own_colors else color
         name = str(bound.GetPath()) if surface else f"color {color}" if color else ""
         if not name:
@@ -50,8 +54,8 @@ class UsdMaterials:
         return self._found[name]
 
     def _surface(self, name: str, surface: Any) -> Material:
-        base, base_map = self._input(surface, "diffuseColor", (0.18, 0.18, 0.18))
-        glow, glow_map = self._input(surface, "emissiveColor", (0.0, 0.0, 0.0))
+        base, base_map = self._input(surface, "diffuseColor", 0.18, 0.18, 0.18)
+        glow, glow_map = self._input(surface, "emissiveColor", 0.0, 0.0, 0.0)
         opacity, _ = self._input(surface, "opacity", 1.0)
         threshold, _ = self._input(surface, "opacityThreshold", 0.0)
         opening = surface.GetInput("opacity")
@@ -68,17 +72,21 @@ class UsdMaterials:
             emission_map=glow_map,
         )
 
-    def _input(self, surface: Any, name: str, default: Any) -> tuple[Any, int | None]:
-        """Return the value of an input and the picture it is connected to."""
+    def _input(
+        self, surface: Any, name: str, *default: float
+    ) -> tuple[tuple[float, ...], int | None]:
+        """Return the numbers of an input, as many as the default has, and its picture."""
         found = surface.GetInput(name)
         if not found:
             return default, None
-        value = found.Get()
         sources = found.GetConnectedSources()[0]
         if not sources:
-            return default if value is None else value, None
+            what = f"{self.stage.path}: {name} of {surface.GetPath()}"
+            told = numbers(found.Get(), len(default), what)
+            return (tuple(told[0].tolist()) if len(told) else default), None
         file = sources[0].source.GetPrim().GetAttribute("inputs:file").Get()
-        if file is None or name not in ("diffuseColor", "emissiveColor"):
+        is_file = isinstance(file, usd_module("Sdf").AssetPath)
+        if not is_file or name not in ("diffuseColor", "emissiveColor"):
             self.notes["Of maps only those of colour and of light are read."] = None
             return default, None
         return default, self._picture(file.resolvedPath or file.path)
@@ -86,10 +94,7 @@ class UsdMaterials:
     def _picture(self, path: str) -> int:
         if path not in self._pictures:
             resolver = usd_module("Ar")
-            if os.path.exists(path) and not os.path.isfile(
-                path
-            ):  # reading a pipe or a device would never end
-                raise InputError(f"{self.stage.path}: the picture {path[:80]!r} is not a file.")
+            check_asset(self.stage.path, path)
             asset = resolver.GetResolver().OpenAsset(resolver.ResolvedPath(path))
             if not asset:
                 raise InputError(f"{self.stage.path}: the picture {path[:80]!r} is not there.")
@@ -101,11 +106,11 @@ class UsdMaterials:
         return self._pictures[path]
 
 
-def _color(value: Any) -> Color:
+def _color(value: Iterable[float]) -> Color:
     red, green, blue = (float(v) if 0 <= v < math.inf else 0.0 for v in value)
     return red, green, blue
 
 
-def _share(value: Any) -> float:
+def _share(value: tuple[float, ...]) -> float:
     """Clip to 0..1; NaN becomes 0."""
-    return min(float(value), 1.0) if value > 0 else 0.0
+    return min(value[0], 1.0) if value[0] > 0 else 0.0

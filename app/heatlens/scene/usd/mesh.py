@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from heatlens.errors import InputError
 from heatlens.files.usd_library import usd_module
+from heatlens.files.usd_values import numbers, whole_numbers
 from heatlens.scene.mesh_make import made_mesh, smooth_normals
 from heatlens.scene.scene import Mesh
 from heatlens.scene.usd.material import UsdMaterials
@@ -20,15 +21,15 @@ def read_parts(materials: UsdMaterials, prim: Any) -> list[Mesh]:
     what = f"{materials.stage.path}: {prim.GetPath()}"
     time = usd_module("Usd").TimeCode.EarliestTime()
     mesh = geometry.Mesh(prim)
-    points = np.array(mesh.GetPointsAttr().Get(time) or [], np.float32).reshape(-1, 3)
-    counts = np.array(mesh.GetFaceVertexCountsAttr().Get(time) or [], np.int64)
-    corners = np.array(mesh.GetFaceVertexIndicesAttr().Get(time) or [], np.int64)
+    points = numbers(mesh.GetPointsAttr().Get(time), 3, f"{what}: points")
+    counts = whole_numbers(mesh.GetFaceVertexCountsAttr().Get(time), f"{what}: faceVertexCounts")
+    corners = whole_numbers(mesh.GetFaceVertexIndicesAttr().Get(time), f"{what}: faceVertexIndices")
     _check(what, points, counts, corners)
     triangles, faces = _fans(counts)
-    normals, uvs = _normals(mesh, points, corners, triangles), _uvs(prim, corners)
-    colors = _colors(prim, len(points), counts, corners)
+    normals, uvs = _normals(what, mesh, points, corners, triangles), _uvs(what, prim, corners)
+    colors = _colors(what, prim, len(points), counts, corners)
     found = []
-    for part, chosen in _by_material(prim, faces, len(counts)):
+    for part, chosen in _by_material(what, prim, faces, len(counts)):
         material = materials.of(part, colors is not None)
         own = triangles[chosen].astype(np.uint32)
         if len(own):
@@ -62,6 +63,7 @@ def _fans(counts: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int6
 
 
 def _normals(
+    what: str,
     mesh: Any,
     points: NDArray[np.float32],
     corners: NDArray[np.int64],
@@ -70,7 +72,7 @@ def _normals(
     """Return (corners, 3): the file's, or smooth ones of a subdivision surface; None for flat."""
     primvar = usd_module("UsdGeom").PrimvarsAPI(mesh.GetPrim()).GetPrimvar("normals")
     told = primvar.ComputeFlattened() if primvar else mesh.GetNormalsAttr().Get()
-    values = np.array(told if told else [], np.float32).reshape(-1, 3)
+    values = numbers(told, 3, f"{what}: normals")
     if len(values) == len(corners) and len(values):
         return values
     if len(values) == len(points) and len(values):
@@ -80,13 +82,13 @@ def _normals(
     return np.asarray(smooth_normals(points, corners[triangles].astype(np.uint32))[corners])
 
 
-def _uvs(prim: Any, corners: NDArray[np.int64]) -> NDArray[np.float32] | None:
+def _uvs(what: str, prim: Any, corners: NDArray[np.int64]) -> NDArray[np.float32] | None:
     """Return (corners, 2) with v downwards."""
     primvars = usd_module("UsdGeom").PrimvarsAPI(prim)
     for name in _UV_NAMES:
         told = primvars.GetPrimvar(name).ComputeFlattened() if primvars.HasPrimvar(name) else None
-        values = np.array(told if told else [], np.float32)
-        if values.ndim != 2 or values.shape[1] != 2:
+        values = numbers(told, 2, f"{what}: {name}")
+        if not len(values):
             continue
         values[:, 1] = 1 - values[:, 1]
         if len(values) == len(corners):
@@ -97,12 +99,12 @@ def _uvs(prim: Any, corners: NDArray[np.int64]) -> NDArray[np.float32] | None:
 
 
 def _colors(
-    prim: Any, points: int, counts: NDArray[np.int64], corners: NDArray[np.int64]
+    what: str, prim: Any, points: int, counts: NDArray[np.int64], corners: NDArray[np.int64]
 ) -> NDArray[np.float32] | None:
     """Return (corners, 3) of displayColor, linear; None for a constant, which the material has."""
     primvar = usd_module("UsdGeom").PrimvarsAPI(prim).GetPrimvar("displayColor")
     told = primvar.ComputeFlattened() if primvar else None
-    values = np.array(told if told else [], np.float32).reshape(-1, 3)
+    values = numbers(told, 3, f"{what}: displayColor")
     kind = primvar.GetInterpolation() if len(values) > 1 else "constant"
     if kind == "uniform" and len(values) == len(counts):
         return np.repeat(values, counts, axis=0)
@@ -112,14 +114,14 @@ def _colors(
 
 
 def _by_material(
-    prim: Any, faces: NDArray[np.int64], count: int
+    what: str, prim: Any, faces: NDArray[np.int64], count: int
 ) -> list[tuple[Any, NDArray[np.bool_]]]:
     """Return each part that is bound to a material, and a mask of its triangles."""
     binding = usd_module("UsdShade").MaterialBindingAPI(prim)
     rest = np.ones(count, bool)
     found = []
     for subset in binding.GetMaterialBindSubsets():
-        listed = np.array(subset.GetIndicesAttr().Get() or [], np.int64)
+        listed = whole_numbers(subset.GetIndicesAttr().Get(), f"{what}: indices of a subset")
         chosen = np.zeros(count, bool)
         chosen[listed[(listed >= 0) & (listed < count)]] = True
         found.append((subset.GetPrim(), (chosen & rest)[faces]))

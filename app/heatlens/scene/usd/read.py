@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from heatlens.errors import InputError
+from heatlens.files import usd_values
 from heatlens.files.quiet import quiet_library
 from heatlens.files.usd_library import read_usd_apart, usd_failures_told, usd_module
 from heatlens.model.frames import FrameRange
@@ -123,10 +124,10 @@ def _cameras(
         poses = (_pose(stage, prim, frame) for frame in at)
         track = CameraTrack(tuple(map(PoseKey, at, poses)))
         mm = stage.meters_per_unit * 100  # lenses are told in tenths of a unit
-        lens = (
-            prim.GetAttribute(name).Get(at[0]) for name in ("focalLength", "horizontalAperture")
+        focal_mm, width_mm = (
+            usd_values.number(prim.GetAttribute(name).Get(at[0]), f"{stage.path}: {name}") * mm
+            for name in ("focalLength", "horizontalAperture")
         )
-        focal_mm, width_mm = (float(value) * mm for value in lens)
         if not (0 < focal_mm < math.inf and 0 < width_mm < math.inf):
             raise InputError(f"{stage.path}: {prim.GetPath()} has an impossible lens.")
         names = [camera.name for camera in found]

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from heatlens.errors import InputError
-from heatlens.files.usd_library import usd_module
+from heatlens.files.usd_library import open_usd, usd_module
 from heatlens.model.frames import FrameRange, check_frame, check_frames_per_second
 from heatlens.scene.scene import Array
 
@@ -62,14 +62,11 @@ class UsdStage:
 
 def open_stage(path: Path) -> UsdStage:
     """Open a stage; raise InputError where it is no stage, is damaged, or has no unit."""
-    usd, tf, geometry = usd_module("Usd"), usd_module("Tf"), usd_module("UsdGeom")
-    try:
-        stage = usd.Stage.Open(str(path))
-        prims = list(stage.Traverse(usd.TraverseInstanceProxies()))
-        unit_m = geometry.GetStageMetersPerUnit(stage)
-        up, rate = geometry.GetStageUpAxis(stage), stage.GetTimeCodesPerSecond()
-    except tf.ErrorException as error:
-        raise InputError(f"{path} cannot be read: it is damaged or not a USD file.") from error
+    usd, geometry = usd_module("Usd"), usd_module("UsdGeom")
+    stage = open_usd(path)
+    prims = list(stage.Traverse(usd.TraverseInstanceProxies()))
+    unit_m = geometry.GetStageMetersPerUnit(stage)
+    up, rate = geometry.GetStageUpAxis(stage), stage.GetTimeCodesPerSecond()
     if not 0 < unit_m < 1e9:
         raise InputError(f"{path} has {unit_m:g} metres per unit, so no length can be read.")
     check_frames_per_second(rate)

@@ -1,0 +1,112 @@
+"""Photos and depth maps for the fuzzers: as colour, as depth in a file of its own, and inside."""
+
+import zlib
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pillow_heif
+from PIL import Image
+
+from heatlens.model.plate_options import PlateOptions
+from heatlens.plate.plate import Plate
+from heatlens.plate.read import read_plate
+from support.picture_files import (
+    colors,
+    disparity,
+    display_p3,
+    jpeg_with_dynamic_depth,
+    jpeg_with_gdepth,
+    metres,
+    save,
+    save_16_bits_of_color,
+)
+
+_SIZE = (12, 18)  # rows and columns: small files are damaged where it counts
+_ENDS = {"near_m": 1.0, "far_m": 10.0}
+_DEPTHS = disparity(metres(*_SIZE), 1.0, 10.0)
+_COLORS = colors(*_SIZE)
+
+
+def _map(kind: type[np.unsignedinteger]) -> np.ndarray:
+    return np.round(_DEPTHS * np.iinfo(kind).max).astype(kind)
+
+
+def png(folder: Path) -> list[Path]:
+    """Colour of 8 and 16 bits, with alpha, a palette and a profile; depth of 8 and 16 bits."""
+    alpha = np.dstack([_COLORS, _COLORS[..., :1]])
+    palette = Image.fromarray(_COLORS).quantize(16)
+    palette.save(folder / "palette.png")
+    return [
+        save(folder / "photo.png", _COLORS),
+        save(folder / "alpha.png", alpha, icc_profile=display_p3()),
+        save_16_bits_of_color(folder / "fine.png", _COLORS.astype(np.uint16) * 257),
+        folder / "palette.png",
+        save(folder / "map.png", _map(np.uint16)),
+        save(folder / "map-8.png", _map(np.uint8)),
+    ]
+
+
+def with_checksums(data: bytes) -> bytes:
+    """A damaged PNG with the checksums of what is in it, so that readers go on past them."""
+    found, at = bytearray(data), 8
+    while at + 12 <= len(found):
+        end = at + 8 + int.from_bytes(found[at : at + 4], "big")
+        if end + 4 > len(found):
+            break
+        found[end : end + 4] = zlib.crc32(found[at + 4 : end]).to_bytes(4, "big")
+        at = end + 4
+    return bytes(found)
+
+
+def jpeg(folder: Path) -> list[Path]:
+    """Colour, in one pass and in several, with a turn told; depth in grey."""
+    exif = Image.Exif()
+    exif[0x0112] = 6
+    return [
+        save(folder / "photo.jpg", _COLORS),
+        save(folder / "turned.jpg", _COLORS.swapaxes(0, 1).copy(), exif=exif, progressive=True),
+        save(folder / "map.jpg", _map(np.uint8)),
+    ]
+
+
+def tiff(folder: Path) -> list[Path]:
+    """Colour of 8, 16 and 32 bits, packed in several ways; depth of 16 bits and in metres."""
+    return [
+        save(folder / "photo.tif", _COLORS),
+        save(folder / "lzw.tif", _COLORS, compression="tiff_lzw"),
+        save(folder / "zip.tif", _COLORS, compression="tiff_adobe_deflate"),
+        save_16_bits_of_color(folder / "fine.tif", _COLORS.astype(np.uint16) * 257),
+        save_16_bits_of_color(folder / "light.tif", (_COLORS / 255).astype(np.float32)),
+        save(folder / "map.tif", _map(np.uint16)),
+        save(folder / "map-32.tif", metres(*_SIZE).astype(np.float32)),
+    ]
+
+
+def with_depth_inside(folder: Path) -> list[Path]:
+    """JPEGs that carry their depth: in XMP, and behind the picture."""
+    near_m, far_m = _ENDS.values()
+    return [
+        jpeg_with_gdepth(folder / "gdepth.jpg", near_m, far_m, _DEPTHS),
+        jpeg_with_dynamic_depth(folder / "dynamic.jpg", near_m, far_m, _DEPTHS),
+    ]
+
+
+def heic(folder: Path) -> list[Path]:
+    """Colour alone: libheif writes no depth."""
+    pillow_heif.register_heif_opener()
+    save(folder / "map.png", np.round(disparity(metres(64, 64), 1, 10) * 65535).astype("u2"))
+    return [save(folder / "photo.heic", colors(64, 64), quality=60)]
+
+
+def read_with_map(suffix: str) -> Callable[[Path], Plate]:
+    """Read a damaged picture with a whole map of depth, or the other way round."""
+
+    def read(path: Path) -> Plate:
+        is_map = path.name.startswith("map")
+        color = path.with_name(f"photo{suffix}") if is_map else path
+        whole_map = "map.png" if suffix == ".heic" else f"map{suffix}"
+        depth = path if is_map else path.with_name(whole_map)
+        return read_plate(color, PlateOptions(depth_source=str(depth), **_ENDS))
+
+    return read

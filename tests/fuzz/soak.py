@@ -1,0 +1,171 @@
+"""Render many small frames one after the other: memory and OpenGL objects must stay what they are.
+
+    python tests/fuzz/soak.py --frames 10000                   # of the renderer and of the window
+    python tests/fuzz/soak.py --frames 2000 --only window --seed 3
+
+Plates of several sizes, methods, qualities, bokehs, layers, proxies and lenses come in a random
+order, the same for the same seed. At each tenth of the frames the renderer lets go of its plate and
+the window shows its first state; then the resident memory and the objects of OpenGL that are alive
+are told, programs apart, which stay once they are built. From the first quarter on, when every
+program has been built, the objects must stay equal, and the memory may grow by a few megabytes, as
+allocators keep some.
+"""
+
+import argparse
+import ctypes
+import os
+import random
+import sys
+import tempfile
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+if __name__ == "__main__":
+    sys.path[:0] = [str(Path(__file__).parents[1])]
+from heatlens.gpu.context import headless_context
+from heatlens.model.lens import Lens
+from heatlens.model.settings import Bokeh, DefocusSettings, Method, Quality
+from heatlens.model.shot import Shot
+from heatlens.render import FrameRenderer
+from support.gui import gui_of
+from support.plates import plate_of, room
+from support.window_plates import QUICK, room_file
+
+SIZES = ((32, 18), (48, 32), (33, 19), (64, 20))
+GROWTH_MOST_BYTES = 24_000_000  # from the first quarter on
+_NAMES_LEAST = 4096  # that are looked at; drivers that reuse names give the smallest free one
+_KINDS = {
+    "Texture": "Textures",
+    "Buffer": "Buffers",
+    "Framebuffer": "Framebuffers",
+    "VertexArray": "VertexArrays",
+    "Sampler": "Samplers",
+    "Query": "Queries",
+}
+_METHODS = tuple(method for method in Method if not method.needs_scene)
+
+
+@dataclass(frozen=True)
+class Alive:
+    """What a process holds after so many frames."""
+
+    frames: int
+    memory_bytes: int
+    objects: dict[str, int]  # of OpenGL, by kind
+
+    def __str__(self) -> str:
+        told = ", ".join(f"{count} {kind.lower()}" for kind, count in self.objects.items())
+        return f"{self.frames:,} frames: {self.memory_bytes / 1e6:.1f} MB resident; {told}"
+
+
+def alive(frames: int) -> Alive:
+    """Count the objects of the present context, and the memory of this process."""
+    pages = int(Path("/proc/self/statm").read_text().split()[1])
+    return Alive(frames, pages * os.sysconf("SC_PAGE_SIZE"), gl_objects())
+
+
+def gl_objects() -> dict[str, int]:
+    """How many objects of each kind there are, by asking for each name whether it is one."""
+    library = ctypes.CDLL("libGL.so.1")
+    found = {}
+    for kind, kinds in _KINDS.items():
+        is_one = getattr(library, f"glIs{kind}")
+        is_one.restype = ctypes.c_ubyte
+        names = range(1, max(_new_name(library, kinds), _NAMES_LEAST))
+        found[kinds] = sum(is_one(name) for name in names)
+    return found
+
+
+def _new_name(library: ctypes.CDLL, kinds: str) -> int:
+    """Return the name that the next object gets: some drivers count on and reuse none."""
+    name = ctypes.c_uint()
+    getattr(library, f"glGen{kinds}")(1, ctypes.byref(name))
+    getattr(library, f"glDelete{kinds}")(1, ctypes.byref(name))
+    return name.value
+
+
+def faults(points: list[Alive]) -> list[str]:
+    """Return what grew after the first quarter, in words."""
+    settled = [one for one in points if one.frames >= points[-1].frames / 4]
+    first, found = settled[0], []
+    for one in settled[1:]:
+        if one.objects != first.objects:
+            found.append(
+                f"after {one.frames:,} frames there are {one.objects}, not {first.objects}"
+            )
+    growth = settled[-1].memory_bytes - first.memory_bytes
+    if growth > GROWTH_MOST_BYTES:
+        found.append(f"memory grew by {growth / 1e6:.1f} MB after {first.frames:,} frames")
+    return found
+
+
+def rendered(frames: int, seed: int) -> Iterator[Alive]:
+    """Render so many frames with one FrameRenderer."""
+    rng, ctx = random.Random(seed), headless_context()
+    renderer = FrameRenderer(ctx)
+    plates = [plate_of(*room(*size)) for size in SIZES]
+    for number in range(frames):
+        if number % 8 == 0:
+            renderer.load(rng.choice(plates))
+        renderer.render(random_shot(rng, number % frames), 0)
+        if (number + 1) % max(frames // 10, 1) == 0:
+            assert ctx.error == "GL_NO_ERROR"
+            renderer.let_go()
+            yield alive(number + 1)
+            renderer.load(plates[0])
+
+
+def random_shot(rng: random.Random, number: int) -> Shot:
+    """A lens and a blur; the first hundred go through every method, bokeh and quality in turn."""
+    method, bokeh = _METHODS[number % len(_METHODS)], list(Bokeh)[number // 5 % len(Bokeh)]
+    quality = list(Quality)[number // 15 % len(Quality)]
+    lens = Lens(rng.uniform(20, 135), rng.uniform(1.2, 16), rng.uniform(0.6, 12), 36.0)
+    layers, proxy = rng.choice((None, 1, 3, 7)), rng.choice((1.0, 0.5, 0.25))
+    return Shot(lens, DefocusSettings(bokeh, quality, layers, proxy, method))
+
+
+def drawn(frames: int, seed: int) -> Iterator[Alive]:
+    """Draw so many frames of the window without a display, its settings changed all the while."""
+    rng, ctx = random.Random(seed), headless_context()
+    with tempfile.TemporaryDirectory(prefix="heatlens-soak-") as folder:
+        os.environ |= {f"HEATLENS_{name}_DIR": folder for name in ("CONFIG", "CACHE", "LOG")}
+        plate = room_file(Path(folder) / "room.exr")
+        with gui_of(ctx, plate, size=(640, 400), defocus=QUICK) as gui:
+            editing = gui.session.editing
+            first = editing.shot
+            for number in range(frames):
+                if number % 3 == 0:
+                    editing.edit(replace(random_shot(rng, number), source=first.source))
+                gui.frame()
+                gui.session.work()
+                if (number + 1) % max(frames // 10, 1) == 0:
+                    editing.edit(first)
+                    gui.settled()
+                    yield alive(number + 1)
+
+
+KINDS = {"renderer": rendered, "window": drawn}
+
+
+def main() -> int:
+    """Soak what the command line names; 1 where something grew."""
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--frames", type=int, default=1000, help="of each")
+    parser.add_argument("--only", default=",".join(KINDS))
+    parser.add_argument("--seed", type=int, default=20060106)
+    args = parser.parse_args()
+    is_bad = False
+    for name in args.only.split(","):
+        told: list[Alive] = []
+        for one in KINDS[name](args.frames, args.seed):
+            told.append(one)
+            print(f"{name}: {one}", flush=True)
+        found = faults(told)
+        print(f"{name}: " + ("; ".join(found) or "nothing grew"), flush=True)
+        is_bad |= bool(found)
+    return int(is_bad)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
