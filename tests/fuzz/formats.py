@@ -65,7 +65,7 @@ def _exr(folder: Path) -> list[Path]:
 
 
 def _deep(folder: Path) -> list[Path]:
-    """Two samples in each pixel."""
+    """Write two samples in each pixel."""
     samples = np.empty((6, 8), dtype=object)
     for at in np.ndindex(6, 8):
         samples[at] = np.array([1.0, 2.0], np.float32)
@@ -99,7 +99,7 @@ def _beside(name: str, data: bytes) -> Callable[[Path], list[Path]]:
 
 
 def _materials(folder: Path) -> list[Path]:
-    """What an OBJ names is damaged, and the OBJ read."""
+    """Damage what an OBJ names, and read the OBJ."""
     return [_beside("a.obj", OBJ.encode())(folder)[0].with_name("a.mtl")]
 
 
@@ -158,7 +158,7 @@ def _tev(folder: Path) -> list[Path]:
 
 
 def _stream(path: Path) -> Arrays:
-    """As the server takes what a stranger sends."""
+    """Read packets as the server reads what a stranger sends."""
     images, stream, rest = TevImages(max_values=1 << 16), PacketStream(), path.read_bytes()
     try:
         while rest:

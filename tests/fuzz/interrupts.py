@@ -86,7 +86,7 @@ class Outcome:
     before_python: bool  # the signal came before the first line of heatlens
 
     def faults(self, number: int, limit_s: float) -> list[str]:
-        """What is wrong with it, in words."""
+        """Return what is wrong with it, in words."""
         if self.before_python:
             return []
         found = []
@@ -124,7 +124,7 @@ class Bench:
             subprocess.run([*run, *words], env=ENVIRONMENT, check=True, capture_output=True)
 
     def words(self, name: str, out: Path) -> list[str]:
-        """The command line of command `name`."""
+        """Return the command line of command `name`."""
         large = self.folder / "large.exr"
         if "{large}" in COMMANDS[name] and not large.exists():
             write_large(large)
@@ -151,7 +151,7 @@ class Bench:
         return own | {"TMPDIR": str(temporary), "DISPLAY": self.display, "WAYLAND_DISPLAY": ""}
 
     def duration_s(self, name: str) -> float:
-        """How long command `name` takes when nobody stops it."""
+        """Return how long command `name` takes when nobody stops it."""
         if name in ENDLESS_S:
             return ENDLESS_S[name]
         with tempfile.TemporaryDirectory(dir=self.folder) as folder:
@@ -195,7 +195,7 @@ class Bench:
 
 
 def write_large(path: Path) -> None:
-    """The room of the tests, 7680 x 4320, with a lens that blurs much of it by many pixels."""
+    """Write the room of the tests, 7680 x 4320, with a lens that blurs much of it by many pixels."""
     color, depth = (np.repeat(np.repeat(v, 240, axis=0), 240, axis=1) for v in room(32, 18))
     channels = {n: np.ascontiguousarray(color[..., i], np.float16) for i, n in enumerate("RGB")}
     header = lens_attributes(50.0, 1.4, 1.0, 36.0, 20.25)
@@ -220,7 +220,7 @@ def _worked_s(process: int) -> float:
 
 
 def _is_whole(path: Path, out: Path, code: int) -> bool:
-    """Whether `path` is a result that may be there: never half a file, never an empty folder."""
+    """Return whether `path` may be there: never half a file, never an empty folder."""
     if path.is_dir():
         return any(path.iterdir())
     inside = path.relative_to(out).as_posix() if path.is_relative_to(out) else ""
@@ -230,7 +230,7 @@ def _is_whole(path: Path, out: Path, code: int) -> bool:
 
 
 def _group_lives(group: int) -> bool:
-    """Whether a process of the group still runs a moment after its leader has ended."""
+    """Return whether a process of the group still runs a moment after its leader has ended."""
     end = time.monotonic() + 1.0
     while time.monotonic() < end:
         if not any(_runs_in(group, stat) for stat in Path("/proc").glob("[0-9]*/stat")):
@@ -240,7 +240,7 @@ def _group_lives(group: int) -> bool:
 
 
 def _runs_in(group: int, stat: Path) -> bool:
-    """Zombies do not count: they are only names that the system has not yet taken off its list."""
+    """Return whether a process runs; zombies have ended and wait for their parent."""
     try:
         state, _parent, found = stat.read_text().rpartition(")")[2].split()[:3]
     except OSError:
@@ -249,7 +249,7 @@ def _runs_in(group: int, stat: Path) -> bool:
 
 
 def main() -> int:
-    """A long run; prints a line for each command and signal, and every fault."""
+    """Run for long; print a line for each command and every fault."""
     args = _arguments()
     signal.signal(signal.SIGINT, signal.default_int_handler)
     rng, faulty = random.Random(args.seed), 0

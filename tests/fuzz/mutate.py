@@ -54,7 +54,7 @@ def _twice(data: bytes, chance: random.Random) -> bytes:
 
 
 def _number(data: bytes, chance: random.Random) -> bytes:
-    """A number of a text becomes an extreme one, or no number at all."""
+    """Replace a number of a text by an extreme one, or by no number at all."""
     found = list(_NUMBER.finditer(data))
     if not found:
         return _word(data, chance)
@@ -63,7 +63,7 @@ def _number(data: bytes, chance: random.Random) -> bytes:
 
 
 def _line(data: bytes, chance: random.Random) -> bytes:
-    """A line goes, is cut, or takes the place of another."""
+    """Remove a line, cut it, or put it in the place of another."""
     lines = data.split(b"\n")
     at, other = chance.randrange(len(lines)), chance.randrange(len(lines))
     kept = lines[at][: chance.randrange(len(lines[at]) + 1)]
@@ -72,7 +72,7 @@ def _line(data: bytes, chance: random.Random) -> bytes:
 
 
 def _place(data: bytes, chance: random.Random) -> int:
-    """Often near the beginning, where headers are."""
+    """Choose a place, often near the beginning, where headers are."""
     most = max(len(data) - 1, 0)
     return chance.randint(0, min(most, 600) if chance.random() < 0.6 else most)
 

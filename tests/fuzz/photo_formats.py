@@ -48,7 +48,7 @@ def png(folder: Path) -> list[Path]:
 
 
 def with_checksums(data: bytes) -> bytes:
-    """A damaged PNG with the checksums of what is in it, so that readers go on past them."""
+    """Give a damaged PNG the checksums of its content, so that readers go on past them."""
     found, at = bytearray(data), 8
     while at + 12 <= len(found):
         end = at + 8 + int.from_bytes(found[at : at + 4], "big")

@@ -85,7 +85,7 @@ class Worker:
         self._whole = {path: path.read_bytes() for path in self._written(folder)}
 
     def _written(self, folder: Path) -> list[Path]:
-        """The whole files, written by a process of its own: libraries that write start threads."""
+        """Write the whole files in a process of its own: libraries that write start threads."""
         names, write = os.pipe()
         writer = os.fork()
         if writer == 0:
@@ -122,7 +122,7 @@ class Worker:
             (self._keep / kept).write_bytes(data)
 
     def _mutant(self, number: int) -> tuple[Path, bytes]:
-        """The file that mutant `number` damages, and what it holds then."""
+        """Return the file that mutant `number` damages, and what it holds then."""
         from mutate import mutated
 
         chance = random.Random(f"{self._name} {self._seed} {number}")
@@ -133,7 +133,7 @@ class Worker:
         return path, data
 
     def _forked(self, number: int) -> tuple[int, int]:
-        """A process that reads mutants from `number` on; its number and a pipe of outcomes."""
+        """Start a process that reads mutants from `number` on; return its id and a pipe of outcomes."""
         for path, data in self._whole.items():  # a process that ended left a damaged one
             path.write_bytes(data)
         lines, write = os.pipe()

@@ -117,7 +117,7 @@ def rendered(frames: int, seed: int) -> Iterator[Alive]:
 
 
 def random_shot(rng: random.Random, number: int) -> Shot:
-    """A lens and a blur; the first hundred go through every method, bokeh and quality in turn."""
+    """Return a lens and a blur; the first hundred try every method, bokeh and quality in turn."""
     method, bokeh = _METHODS[number % len(_METHODS)], list(Bokeh)[number // 5 % len(Bokeh)]
     quality = list(Quality)[number // 15 % len(Quality)]
     lens = Lens(rng.uniform(20, 135), rng.uniform(1.2, 16), rng.uniform(0.6, 12), 36.0)

@@ -68,7 +68,7 @@ def open_usd(path: Path) -> Any:
 
 
 def _layers(path: Path) -> list[Any]:
-    """Every layer that the file is made of, opened; each has more time allowed for all.
+    """Open every layer that the file is made of; each adds to the time allowed for all.
 
     Raises InputError where one is a pipe or a device, which may never end.
     """
