@@ -195,7 +195,7 @@ class Bench:
 
 
 def write_large(path: Path) -> None:
-    """Write the room of the tests, 7680 x 4320, with a lens that blurs much of it by many pixels."""
+    """Write the room of the tests, 7680 x 4320, with a lens that blurs much of it far."""
     color, depth = (np.repeat(np.repeat(v, 240, axis=0), 240, axis=1) for v in room(32, 18))
     channels = {n: np.ascontiguousarray(color[..., i], np.float16) for i, n in enumerate("RGB")}
     header = lens_attributes(50.0, 1.4, 1.0, 36.0, 20.25)

@@ -133,7 +133,7 @@ class Worker:
         return path, data
 
     def _forked(self, number: int) -> tuple[int, int]:
-        """Start a process that reads mutants from `number` on; return its id and a pipe of outcomes."""
+        """Start a process that reads mutants from `number` on; return its id and a pipe."""
         for path, data in self._whole.items():  # a process that ended left a damaged one
             path.write_bytes(data)
         lines, write = os.pipe()
