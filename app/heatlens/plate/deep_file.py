@@ -13,6 +13,7 @@ from heatlens.errors import InputError
 from heatlens.files.quiet import quiet_library
 from heatlens.model.boxes import Box
 from heatlens.plate.exr_limits import check_exr
+from heatlens.printable import one_line
 
 SAMPLES_MOST = 50_000_000  # of a file: 1.2 GB as numbers
 _HOLDS_DEEP = 1 << 11
@@ -77,7 +78,7 @@ def read_deep_samples(path: Path, layer: str | None) -> DeepSamples:
 def _read_by(library: Any, path: Path, layer: str | None) -> DeepSamples:
     opened = library.ImageInput.open(str(path))
     if opened is None:
-        raise InputError(f"{path} cannot be read: it is damaged ({library.geterror()}).")
+        raise InputError(f"{path} cannot be read: it is damaged ({one_line(library.geterror())}).")
     try:
         return _samples_of(path, opened, layer)
     finally:
@@ -90,7 +91,9 @@ def _samples_of(path: Path, opened: Any, layer: str | None) -> DeepSamples:
     layer, numbers = _channels(path, list(spec.channelnames), layer)
     deep = opened.read_native_deep_image(opened.current_subimage(), 0)
     if deep is None or deep.pixels != spec.width * spec.height:
-        raise InputError(f"{path} is damaged or cut short ({opened.geterror()}). Write it again.")
+        raise InputError(
+            f"{path} is damaged or cut short ({one_line(opened.geterror())}). Write it again."
+        )
     counts = np.fromiter(map(deep.samples, range(deep.pixels)), np.int64, deep.pixels)
     if counts.sum() > SAMPLES_MOST:
         raise InputError(
