@@ -154,7 +154,7 @@ def test_frames_nearer_than_the_close_focus_are_said(capsys):
 def test_a_shot_that_is_there_is_only_replaced_when_asked(capsys, folder):
     made(capsys, *LENS, *PULL)
     words = ("new", "plate.####.exr", "-o", "s.heatlens.json", *LENS, "--focus-distance", "2")
-    assert "--overwrite replaces it" in refused(capsys, folder, *words)
+    assert "Replace it with --overwrite" in refused(capsys, folder, *words)
     assert made(capsys, *words[4:], "--overwrite")[0].lens.focus_distance_m == 2.0
 
 

@@ -50,7 +50,8 @@ class Lamps:
         split = HighlightSplitPass(ctx, BlurPass(solver))
         list(split.steps(self.color, self.coc, self.optics, scratch, self.low, self.high))
         self.taken = download(self.high)[..., :3]
-        list(HighlightListPass(ctx).steps(self.high, self.optics, self.buffers, self.low))
+        lists = HighlightListPass(ctx)
+        list(lists.steps(self.high, self.optics, self.buffers, self.low, self.coc))
         kind, far, near = (new_texture(ctx, size, channels, "f2") for channels in (1, 4, 4))
         for empty in (self.out, kind, far, near):  # what a driver hands out may be anything
             empty.write(bytes(size[0] * size[1] * empty.components * int(empty.dtype[1])))

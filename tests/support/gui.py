@@ -183,7 +183,7 @@ class Gui:
         imgui.internal.clear_active_id()
         self.ui.shows_keys = self.ui.is_over = False
         session.timeline.playback.stop()
-        session.source.reference = None
+        session.references.current = None
         session.renderer.stopwatch.on = False
         session.view = session.color.with_names(session.given.start.view)
         self.ui.reset_layout()
