@@ -119,7 +119,10 @@ def test_headers_can_stand_in_the_place_of_a_shot(capsys):
         (("s.heatlens.json", "-o", "c.csv", "--meters-per-unit", "cm"), "always in metres"),
         (("s.heatlens.json", "-o", "c.nk", "--meters-per-unit", "ell"), "'ell' is not a scene"),
         (("s.heatlens.json", "-o", "c.nk", "--frames", "9-1"), "run backwards"),
-        (("s.heatlens.json", "-o", "c.nk", "--sensor-height", "-1"), "sensor height of a camera cannot be -1"),
+        (
+            ("s.heatlens.json", "-o", "c.nk", "--sensor-height", "-1"),
+            "sensor height of a camera cannot",
+        ),
         (("none.heatlens.json", "-o", "c.nk"), "is not there"),
         (("still.heatlens.json", "-o", "c.nk"), "Give them with --frames"),
         (("c.csv", "-o", "c.csv"), "is the camera that is read: give another name"),
