@@ -47,6 +47,8 @@ def is_deep_file(path: Path) -> bool:
 
     Bit 11 of the second word says so. Source: "OpenEXR File Layout".
     """
+    if not path.is_file():  # to open a pipe is to wait for whoever writes to it
+        return False
     try:
         with path.open("rb") as file:
             start = file.read(8)
