@@ -21,6 +21,7 @@ from heatlens.measure.bench.method_tables import time_table
 from heatlens.measure.bench.methods import MethodReport, MethodRow, measure_methods
 from heatlens.measure.bench.synthetic_plate import LENS, uniform_coc_plate
 from heatlens.measure.bench.synthetic_scene import uniform_coc_scene, wall_framing
+from heatlens.model.aperture import DiscShape
 from heatlens.model.coc import coc_line, coc_px
 from heatlens.model.settings import DefocusSettings, Method
 
@@ -152,5 +153,5 @@ def test_work_grows_with_the_area_for_gather_and_scatter():
     steps = [gather_steps((4096, 4096), (c // 2, c // 2)) for c in cocs]
     rows = [sum(s.disc_last - s.disc_first + 1 for s in e if s.band_start == 0) for e in steps]
     assert all(3.8 < (b / a) ** 2 < 4.1 for a, b in pairwise(rows))
-    fragments = [disc_fragments(float(c), (1.0, 1.0), (4096, 4096)) for c in cocs]
+    fragments = [disc_fragments(float(c), DiscShape(), (4096, 4096)) for c in cocs]
     assert all(3.8 < b / a < 4.1 for a, b in pairwise(fragments))
