@@ -12,7 +12,7 @@ from heatlens.defocus.pipeline import DefocusPasses, DefocusPipeline, Result, St
 from heatlens.defocus.plate_passes import proxy_size
 from heatlens.defocus.solver_choice import fastest_solver
 from heatlens.errors import InputError
-from heatlens.gpu.context import check_plate_fits, check_work_fits
+from heatlens.gpu.context import check_plate_fits, check_texture_fits, check_work_fits
 from heatlens.gpu.stopwatch import Stopwatch
 from heatlens.gpu.textures import FloatArray, download
 from heatlens.model.aperture import DiscShape
@@ -210,6 +210,7 @@ class FrameRenderer:
         self._source.check_method(shot.defocus.method)
         if size != self._checked_size:
             check_work_fits(self.ctx, *size)
+            check_texture_fits(self.ctx, size, self.solver.between_size(size))
             self._checked_size = size
 
     def listen(self, on_layer: Callable[[int, int], None] | None) -> None:

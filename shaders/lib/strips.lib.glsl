@@ -3,7 +3,8 @@
 // With STRIPS, strips of 8 columns lie one after the other, row by row: what a processor reads of 8
 // columns then follows each other in memory, and so does what it writes of 8 rows. As the picture
 // itself lies, each step down a column is another page, too far for a processor to fetch ahead.
-// The texture is folded to 128 rows of a strip, which is 1024 pixels, in one of its own.
+// The texture is folded to 512 rows of a strip, which is 4096 pixels, in one of its own: unfolded, or
+// folded to less, a picture of 8192 x 4320 would be higher than a texture may be.
 // A GPU keeps its textures in blocks by itself.
 
 uniform int picture_height;

@@ -57,6 +57,18 @@ def check_plate_fits(ctx: moderngl.Context, width: int, height: int) -> None:
         )
 
 
+def check_texture_fits(
+    ctx: moderngl.Context, picture: tuple[int, int], needed: tuple[int, int]
+) -> None:
+    """Refuse a picture that needs a texture beyond the largest. Raises GpuError."""
+    limit = int(ctx.info["GL_MAX_TEXTURE_SIZE"])
+    if max(needed) > limit:
+        raise GpuError(
+            f"To blur a picture of {picture[0]}x{picture[1]} takes a texture of {needed[0]}x"
+            f"{needed[1]}; this OpenGL takes {limit} pixels a side. A smaller --proxy fits."
+        )
+
+
 def check_work_fits(ctx: moderngl.Context, width: int, height: int) -> None:
     """Refuse to work on a picture beyond OpenGL's storage blocks or the machine's memory."""
     list_limit = int(ctx.info["GL_MAX_SHADER_STORAGE_BLOCK_SIZE"]) // 4 - 4  # a word a pixel

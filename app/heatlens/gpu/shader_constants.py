@@ -22,7 +22,7 @@ WORD_GROUP = 64  # where each has a word of the masks of seen pixels
 CYCLIC_GROUP = 64  # pixels of a line in cyclic reduction
 
 TILE = 16  # pixels a side: what masks of tiles switch on and off
-STRIP_COLUMNS, STRIP_FOLD = 8, 128  # lib/strips.lib.glsl
+STRIP_COLUMNS, STRIP_FOLD = 8, 512  # lib/strips.lib.glsl
 HIDDEN_DIRECTIONS = 4  # along which hidden pixels look for seen ones
 HIGHLIGHT_BLOCK = 8  # pixels a side in which highlights are merged
 PYRAMID_LEVELS_MAX = 15  # the largest textures that there are have a side of 2^15
