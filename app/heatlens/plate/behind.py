@@ -61,7 +61,8 @@ def _restacked(plate: Plate, made: Stacked, names: Sequence[str]) -> Plate:
         made.color[..., 3] = 1.0
     count = 0 if made.lists is None else made.lists.count
     per_pixel = count / made.depth_m.size
-    note = f"{', '.join(names)}: {per_pixel:.2f} surfaces a pixel are known behind the picture."
+    files = ", ".join(dict.fromkeys(names))
+    note = f"{files}: {per_pixel:.2f} surfaces a pixel are known behind the picture."
     return replace(
         plate,
         pixels=ReadPixels(np.ascontiguousarray(made.color), made.depth_m),

@@ -98,7 +98,7 @@ def listed(names: Iterable[str]) -> str:
 def unusable_sentence(headers: Sequence[Header]) -> str:
     """Return a sentence on deep or subsampled channels, "" where there are none."""
     if any(is_deep(header) for header in headers):
-        return " It holds deep samples, which heatlens does not read: flatten it first."
+        return " It holds deep samples, which heatlens reads as a plate alone: flatten it first."
     if any(c.xSampling != 1 or c.ySampling != 1 for h in headers for c in h["channels"]):
         return " Subsampled channels are not read: write them at full resolution."
     return ""

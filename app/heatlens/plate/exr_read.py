@@ -8,9 +8,8 @@ import OpenEXR
 from heatlens.errors import InputError
 from heatlens.files.quiet import quiet_library
 from heatlens.plate.channels import Part
+from heatlens.plate.deep_file import is_deep_file
 from heatlens.plate.exr_limits import check_exr
-
-_HOLDS_DEEP = 1 << 11
 
 # The library decompresses on one thread unless told; more than four gain nothing on a frame.
 OpenEXR.set_global_thread_count(min(4, os.cpu_count() or 1))
@@ -45,13 +44,8 @@ def read_parts(path: str | os.PathLike[str]) -> list[Part]:
 
 
 def _check_is_flat(path: Path) -> None:
-    """Raise InputError for a deep file, which the library may not even open.
-
-    Bit 11 of the second word says that some part is deep. Source: "OpenEXR File Layout".
-    """
-    with path.open("rb") as file:
-        start = file.read(8)
-    if len(start) == 8 and int.from_bytes(start[4:], "little") & _HOLDS_DEEP:
+    """Raise InputError for a deep file, which the library may not even open."""
+    if is_deep_file(path):
         raise InputError(
-            f"{path} holds deep samples, which heatlens does not read: flatten it first."
+            f"{path} holds deep samples, which heatlens reads as a plate alone: flatten it first."
         )
