@@ -46,7 +46,8 @@ def test_files_behind_are_sorted_by_depth(tmp_path, plate):
     assert np.allclose(distances, [4, 9]) and np.allclose(red, [0.25, 0.5])
     flat = read_plate(plate)
     assert np.array_equal(made.color, flat.color) and np.array_equal(made.depth_m, flat.depth_m)
-    assert "2.00 surfaces a pixel" in made.notes[-1]
+    said = " ".join(made.notes)
+    assert f"{wall} lies behind 100 % of the picture." in said
 
 
 def test_parts_called_behind_are_taken_by_themselves(tmp_path):
@@ -116,3 +117,22 @@ def test_a_missing_file_behind_is_named(tmp_path, plate, capsys):
     lens = ("--f-stop", "2", "--focal-length", "50", "--sensor-width", "36")
     assert main([*words, *lens, "--focus-distance", "2"]) == 2
     assert "nowhere.exr is not there" in capsys.readouterr().err and not out.exists()
+
+
+def test_info_tells_what_each_picture_adds(tmp_path, plate, capsys):
+    wall = write_file(tmp_path / "wall.exr", layer(9, 0.5))
+    assert main(["info", str(plate), "--behind", str(wall), "--behind", str(plate)]) == 0
+    said = capsys.readouterr().out
+    assert f"{wall} lies behind 100 % of the picture" in said and f"{plate} adds nothing" in said
+    assert main(["info", str(plate), "--behind", str(tmp_path / "nowhere.exr")]) == 2
+
+
+def test_info_of_a_sequence_tells_the_mean(tmp_path, capsys):
+    for frame, size in ((1, 8), (2, 4)):
+        write_file(tmp_path / f"plate.{frame:04d}.exr", rgb() | {"Z": depth(2)})
+        part = {name: values[:, :size] for name, values in layer(9, 0.5).items()}
+        ends = {"dataWindow": window(0, 0, size, 6), "displayWindow": window(0, 0, 8, 6)}
+        write_file(tmp_path / f"clean.{frame:04d}.exr", part, **ends)
+    clean = str(tmp_path / "clean.####.exr")
+    assert main(["info", str(tmp_path / "plate.####.exr"), "--behind", clean]) == 0
+    assert f"{clean} lies behind 75 % of the picture" in capsys.readouterr().out

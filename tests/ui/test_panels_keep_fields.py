@@ -99,7 +99,7 @@ def test_the_lens(screen, facts):
 
 
 def test_how_the_plate_is_read(screen, facts):
-    kept_fields(lambda value: plate_panel(value, facts, unheard), PlateOptions())
+    kept_fields(lambda value: plate_panel(value, facts, unheard, lambda: None), PlateOptions())
 
 
 def test_the_view(screen):

@@ -117,7 +117,7 @@ def _plate_lines(facts: dict[str, Any]) -> list[Line]:
         *([("seen through", _FOR_THE_EYE)] if facts["is_for_the_eye"] else []),
         *_color_lines(facts["color"]),
         *_depth_lines(facts["depth"]),
-        *([("behind", ", ".join(facts["behind"]))] if facts["behind"] else []),
+        *_behind_lines(facts["behind"]),
         *(("note", note) for note in facts["notes"]),
     ]
 
@@ -194,6 +194,14 @@ def _depth_lines(depth: dict[str, Any]) -> list[Line]:
     span = f"{_number(depth['near_m'])} to {_number(depth['far_m'])} m"
     counts = f"{depth['infinite_count']} px infinite, {depth['repaired_count']} px repaired"
     return [*lines, ("  range", span), ("  counts", counts)]
+
+
+def _behind_lines(behind: list[dict[str, Any]]) -> list[Line]:
+    """Return what each picture of what lies behind adds, or why it cannot."""
+    return [
+        ("behind", f"{one['name']} {one['words']}" + (f": {one['problem']}" * bool(one["problem"])))
+        for one in behind
+    ]
 
 
 def _number(value: float | str) -> str:

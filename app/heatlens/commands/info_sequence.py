@@ -76,6 +76,7 @@ def _lines(facts: dict[str, Any]) -> list[Line]:
         near, far = format_distance(facts["near_m"]), format_distance(facts["far_m"])
         span = f"{near} (frame {facts['near_frame']}) to {far} (frame {facts['far_frame']})"
         lines.append(("  range", span))
+    lines += [("behind", f"{name} {words}") for name, words in facts["behind"].items()]
     lines += _with_frames("note", facts["notes"])
     lines += [(f"frame {frame}", sentence) for frame, sentence in facts["damaged"].items()]
     return lines

@@ -1,6 +1,7 @@
 """What is in the frames of a shot and how heatlens would read them, as plain values for JSON."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -8,7 +9,7 @@ from heatlens.errors import InputError
 from heatlens.frame_cache.reader import SequenceReader
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.plausibility import span_doubts
-from heatlens.plate.plate import Plate, depth_span
+from heatlens.plate.plate import BehindReport, Plate, depth_span
 from heatlens.sequence.names import frames_text
 from heatlens.sequence.sequence import Sequence
 
@@ -48,6 +49,7 @@ class _Survey:
         self._sizes: dict[str, list[int]] = {}
         self._readings: dict[str, list[int]] = {}
         self._notes: dict[str, list[int]] = {}
+        self._behind: dict[str, list[BehindReport]] = {}
         self._near: tuple[float, int] | None = None
         self._far: tuple[float, int] | None = None
         self.damaged: dict[int, str] = {}
@@ -60,7 +62,12 @@ class _Survey:
         self._readings.setdefault(said, []).append(frame)
         span = depth_span(plate, self._options.scene_unit_m)
         doubtful = [doubt.sentence for doubt in span_doubts(span)]
+        for report in plate.behind:
+            self._behind.setdefault(report.name, []).append(report)
+        told_apart = {report.sentence for report in plate.behind}
         for note in (*plate.notes, *doubtful):
+            if note in told_apart:
+                continue
             self._notes.setdefault(_without_path(note, plate.path), []).append(frame)
         if span.has_surfaces:
             near, far = (span.near_m, frame), (span.far_m, frame)
@@ -76,9 +83,18 @@ class _Survey:
             "near_frame": None if self._near is None else self._near[1],
             "far_m": None if self._far is None else self._far[0],
             "far_frame": None if self._far is None else self._far[1],
+            "behind": {name: _mean_words(reports) for name, reports in self._behind.items()},
             "notes": _by_frames(self._notes),
             "damaged": {str(frame): sentence for frame, sentence in self.damaged.items()},
         }
+
+
+def _mean_words(reports: list[BehindReport]) -> str:
+    """Return what a picture behind adds in the mean of its frames."""
+    count = len(reports)
+    hidden = sum(report.hidden_part for report in reports) / count
+    seen = sum(report.seen_part for report in reports) / count
+    return replace(reports[0], hidden_part=hidden, seen_part=seen).words
 
 
 def _by_frames(found: dict[str, list[int]]) -> dict[str, str]:

@@ -11,8 +11,15 @@ from heatlens.errors import InputError
 from heatlens.model.boxes import Box
 from heatlens.model.plate_options import PlateOptions
 from heatlens.plate.channels import Part, list_channels
-from heatlens.plate.fragments import Stacked, Surface, stacked
-from heatlens.plate.plate import Plate, ReadPixels
+from heatlens.plate.fragments import (
+    LEAST_COVERAGE,
+    SAME_DEPTH,
+    FloatImage,
+    Stacked,
+    Surface,
+    stacked,
+)
+from heatlens.plate.plate import BehindReport, Plate, ReadPixels
 from heatlens.plate.windows import moved_to_window
 from heatlens.sequence.depth_files import beside_path
 
@@ -40,39 +47,51 @@ def behind_paths(path: Path, options: PlateOptions) -> tuple[Path, ...]:
     return tuple(beside_path(path, text, "--behind", "picture behind") for text in options.behind)
 
 
-def with_behind(plate: Plate, behind: Sequence[Plate]) -> Plate:
+def with_behind(plate: Plate, behind: Sequence[tuple[str, Plate]]) -> Plate:
     """Return the plate with what other plates show behind it, or in front of it.
 
-    Each pixel is sorted by depth. Data windows may differ; what lies outside the plate's own is
-    left out. Raises InputError for other display windows, and for plates of circles of confusion.
+    `behind` has the name of each picture, and the picture. Each pixel is sorted by depth. Data
+    windows may differ; what lies outside the plate's own is left out. Raises InputError for other
+    display windows, and for plates of circles of confusion.
     """
     if not behind:
         return plate
     surfaces = [Surface(plate.color, _depth_of(plate))]
-    for other in behind:
+    for _, other in behind:
         _check_same_view(plate, other)
         surfaces.append(_over_window(other, plate.data_window))
-    return _restacked(plate, stacked(surfaces), [str(other.path) for other in behind])
+    made = stacked(surfaces)
+    reports = tuple(
+        _report(name, surface, surfaces[0], made.depth_m)
+        for (name, _), surface in zip(behind, surfaces[1:], strict=True)
+    )
+    return _restacked(plate, made, reports)
 
 
-def _restacked(plate: Plate, made: Stacked, names: Sequence[str]) -> Plate:
+def _report(name: str, added: Surface, front: Surface, nearest_m: FloatImage) -> BehindReport:
+    """Return how much of the picture `added` lies behind, and how much in front of the plate."""
+    is_there = added.color[..., 3] > LEAST_COVERAGE
+    front_m = np.where(front.color[..., 3] > LEAST_COVERAGE, front.depth_m, np.float32(np.inf))
+    is_hidden = is_there & (added.depth_m > (1 + SAME_DEPTH) * nearest_m)
+    is_seen = is_there & (added.depth_m < (1 - SAME_DEPTH) * front_m)
+    return BehindReport(name, float(is_hidden.mean()), float(is_seen.mean()))
+
+
+def _restacked(plate: Plate, made: Stacked, reports: tuple[BehindReport, ...]) -> Plate:
     has_alpha = plate.has_alpha and bool((made.color[..., 3] < 1.0).any())
     if not has_alpha:
         made.color[..., 3] = 1.0
-    count = 0 if made.lists is None else made.lists.count
-    per_pixel = count / made.depth_m.size
-    files = ", ".join(dict.fromkeys(names))
-    note = f"{files}: {per_pixel:.2f} surfaces a pixel are known behind the picture."
     return replace(
         plate,
         pixels=ReadPixels(np.ascontiguousarray(made.color), made.depth_m),
         has_alpha=has_alpha,
         fragments=made.lists,
-        notes=(*plate.notes, note),
+        notes=(*plate.notes, *(report.sentence for report in reports)),
+        behind=reports,
     )
 
 
-def _depth_of(plate: Plate) -> np.ndarray[tuple[int, ...], np.dtype[np.float32]]:
+def _depth_of(plate: Plate) -> FloatImage:
     if plate.depth_m is None:
         raise InputError(
             f"{plate.path} holds circles of confusion and no distances, so that it cannot be "

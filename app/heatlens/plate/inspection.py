@@ -24,7 +24,7 @@ from heatlens.plate.file_parts import color_file_parts, notes_of
 from heatlens.plate.picture_parts import FOR_THE_EYE
 from heatlens.plate.plate import CameraHeader, Plate, depth_span
 from heatlens.plate.primaries import ToldPrimaries, told_primaries
-from heatlens.plate.read import read_color
+from heatlens.plate.read import read_color, read_plate
 from heatlens.plate.views import views_of
 from heatlens.plate.windows import box_at_header, pixel_aspect_of
 
@@ -60,7 +60,7 @@ def inspect(path: Path, options: PlateOptions) -> Facts:
         "pixel_aspect_ratio": aspect,
         "views": list(views_of(headers)),
         "parts": [_part_facts(part) for part in all_parts],
-        "behind": list(behind_layers(all_parts)),
+        "behind": _behind_facts(path, options, bool(behind_layers(all_parts))),
         "camera": {name: _json_value(value) for name, value in asdict(camera).items()},
         "primaries": None if told is None else _primaries_facts(told),
         "is_for_the_eye": bool(header.get(FOR_THE_EYE)),
@@ -86,7 +86,7 @@ def _deep_facts(plate: Plate, options: PlateOptions) -> Facts:
         "is_for_the_eye": False,
         "views": [],
         "parts": [],
-        "behind": ["deep samples"],
+        "behind": [{"name": "deep samples", "problem": "", "words": "tell what lies behind"}],
         "camera": {name: _json_value(value) for name, value in asdict(plate.camera).items()},
         "primaries": None if told is None else _primaries_facts(told),
         "color": {
@@ -101,6 +101,19 @@ def _deep_facts(plate: Plate, options: PlateOptions) -> Facts:
         "depth": depth,
         "notes": [*plate.notes, *(doubt.sentence for doubt in _doubts(plate.camera, span))],
     }
+
+
+def _behind_facts(path: Path, options: PlateOptions, has_layers: bool) -> list[Facts]:
+    """Return what each picture behind adds. Raises InputError for a file that cannot be added."""
+    if not (has_layers or options.behind):
+        return []
+    try:
+        plate = read_plate(path, options)
+    except InputError as error:
+        if options.behind:
+            raise
+        return [{"name": "its own layers", "problem": str(error), "words": "cannot be added"}]
+    return [asdict(it) | {"problem": "", "words": it.words} for it in plate.behind]
 
 
 def _primaries_facts(told: ToldPrimaries) -> Facts:

@@ -44,6 +44,40 @@ class DepthReport:
     question: str = ""  # what only a person can answer where another convention fits as well
 
 
+@dataclass(frozen=True)
+class BehindReport:
+    """What one picture adds to a plate, for the person who chose it.
+
+    name         the file or pattern as it was given, or the part or layer of the plate's own file
+    hidden_part  where it lies behind what is seen, 0..1 of the plate's pixels
+    seen_part    where it lies in front of the plate, likewise
+    """
+
+    name: str
+    hidden_part: float
+    seen_part: float
+
+    @property
+    def sentence(self) -> str:
+        """What it adds, with its name."""
+        return f"{self.name} {self.words}."
+
+    @property
+    def words(self) -> str:
+        """What it adds, as the end of a sentence."""
+        hidden, seen = (f"{100 * part:.3g} %" for part in (self.hidden_part, self.seen_part))
+        if not (self.hidden_part or self.seen_part):
+            return (
+                "adds nothing: it is nowhere in front of what the picture shows, nor behind it. "
+                "Its depth may be in another unit, or it is the same picture"
+            )
+        if not self.seen_part:
+            return f"lies behind {hidden} of the picture"
+        if not self.hidden_part:
+            return f"lies in front of {seen} of the picture"
+        return f"lies behind {hidden} of the picture and in front of {seen}"
+
+
 class Pixels(Protocol):
     """A plate's pixels, over its data window: in memory, or fetched when they are asked for.
 
@@ -112,6 +146,7 @@ class Plate:
     compression: str = ""  # of the file, as the writer names it; "" where it has none of these
     views: tuple[str, ...] = ()  # of a stereo file, the first one first
     fragments: FragmentLists | None = None  # what is known behind the picture; None: nothing
+    behind: tuple[BehindReport, ...] = ()  # the pictures that this is known from, in any order
 
     @property
     def color(self) -> FloatImage:

@@ -43,9 +43,11 @@ def read_plate(path: str | os.PathLike[str], options: PlateOptions | None = None
     plate = _plate_of(path, [part for part in parts if not is_behind(part)] or parts, options)
     own = own_options(options)
     behind = [
-        _plate_of(path, parts, replace(own, color_layer=layer)) for layer in behind_layers(parts)
+        (layer, _plate_of(path, parts, replace(own, color_layer=layer)))
+        for layer in behind_layers(parts)
     ]
-    behind += [read_plate(other, own) for other in behind_paths(path, options)]
+    found = zip(options.behind, behind_paths(path, options), strict=True)
+    behind += [(text, read_plate(other, own)) for text, other in dict(found).items()]
     return with_behind(plate, behind)
 
 

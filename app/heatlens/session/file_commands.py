@@ -34,6 +34,13 @@ PURPOSES = {
             (".exr", *PICTURES_READ, *SCENE_SUFFIXES),
             "# stands for the frame number.   A scene is a .glb, .gltf, .obj, .ply or .usd file.",
         ),
+        Purpose(
+            "behind",
+            "Add a picture of what lies behind",
+            "Add",
+            (".exr", *PICTURES_READ),
+            "With depth, of the same camera: a clean plate, a background, a character with alpha.",
+        ),
         Purpose("reference", "Open a reference", "Open", (".exr", *PICTURES_READ), "Shown as B."),
         Purpose(
             "save",
@@ -147,6 +154,8 @@ class FileCommands:
         """Return True where a file can be asked for with this purpose; else say why not."""
         if self._source.plate is None and PURPOSES[key].is_save:
             self._say("Nothing is open that could be saved.")
+        elif key == "behind" and not self.reading.is_possible:
+            self._say("Pictures behind are added to a plate, and none is open.")
         elif key == "save shot" and not self._source.is_repeatable:
             self._say(NO_FILES)
         else:
@@ -175,6 +184,8 @@ class FileCommands:
         elif key == "reference":
             frame = self._editing.frame
             self._references.open(chosen.entry.file_at(frame) if chosen.entry else chosen.path)
+        elif key == "behind":
+            self.reading.add_behind(chosen.entry, chosen.path)
         elif key == "camera":
             self.cameras.begin(chosen.path)
         elif key == "save shot":

@@ -1,6 +1,10 @@
 """How the plate is read: what was chosen for it by hand, tried, kept and remembered."""
 
+from dataclasses import replace
+from pathlib import Path
+
 from heatlens.model.plate_options import PlateOptions
+from heatlens.sequence.folder_list import Entry
 from heatlens.session.editing import Editing
 from heatlens.session.open_source import OpenSource
 from heatlens.session.preferences import Preferences
@@ -25,6 +29,17 @@ class PlateReading:
         return None if opened is None or opened.cache is None else opened
 
     @property
+    def is_possible(self) -> bool:
+        """True where what is open can be read in another way."""
+        return self._plates is not None
+
+    @property
+    def read(self) -> PlateOptions:
+        """How the plate in the window was read; it may be wished otherwise."""
+        opened = self._plates
+        return self.wished if opened is None else opened.options
+
+    @property
     def problem(self) -> str:
         """Why the plate is not read as wished; "" where it is, or is being tried."""
         opened = self._plates
@@ -45,6 +60,18 @@ class PlateReading:
             self.wished = options
             if not _lacks_ends(options):
                 self._open(options)
+
+    def add_behind(self, entry: Entry | None, path: Path) -> None:
+        """Read the plate with one more picture of what lies behind: a file, or a pattern.
+
+        A still takes the file of the frame that `entry` of a folder would show.
+        """
+        opened = self._plates
+        if entry is not None and opened is not None and opened.frames is None:
+            path = entry.file_at(self._editing.frame)
+        text = str(path)
+        if text not in self.wished.behind:
+            self.change(replace(self.wished, behind=(*self.wished.behind, text)))
 
     def _open(self, options: PlateOptions) -> None:
         opened = self._plates

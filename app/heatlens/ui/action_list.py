@@ -31,6 +31,7 @@ def _file(session: Session, ui: UiState) -> list[Action]:
     return [
         Action("Open...", "File", partial(ask, "open"), _K.o | CTRL),
         Action("Open reference...", "File", partial(ask, "reference"), _K.o | CTRL | SHIFT),
+        Action("Add a picture behind...", "File", partial(ask, "behind")),
         Action("Open the demo", "File", partial(files.open, DEMO)),
         Action("Start screen...", "File", session.start_choices.show),
         Action("Open shot...", "File", partial(ask, "shot")),

@@ -1,6 +1,7 @@
 """The panels in their places: each is handed what it shows, and what it returns is taken."""
 
 from dataclasses import replace
+from functools import partial
 
 from imgui_bundle import imgui
 
@@ -96,9 +97,17 @@ class DockedPanels:
             reading, unit = session.files.reading, session.view.unit
             problem = window_words(reading.problem)
             facts = PlateFacts(
-                plate, session.histogram, hovered_m, unit, problem, session.lens, self._doubts()
+                plate=plate,
+                histogram=session.histogram,
+                hovered_m=hovered_m,
+                unit=unit,
+                problem=problem,
+                lens=session.lens,
+                doubts=self._doubts(),
+                read=reading.read,
             )
-            reading.change(plate_panel(reading.wished, facts, session.say))
+            ask = partial(self._ui.dialogs.ask, "behind")
+            reading.change(plate_panel(reading.wished, facts, session.say, ask))
         imgui.end()
 
     def _scene(self) -> None:

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import TypeVar
 
-from imgui_bundle import ImVec2, imgui
+from imgui_bundle import ImVec2, ImVec4, imgui
 
 from heatlens.errors import InputError
 from heatlens.printable import printable
@@ -100,6 +100,15 @@ def text_field(
         except InputError as error:
             say(str(error))
     return value
+
+
+def colored_text(text: str, color: ImVec4) -> None:
+    """Draw a sentence over as many lines as it needs; nothing for none."""
+    if not text:
+        return
+    imgui.push_style_color(imgui.Col_.text, color)
+    imgui.text_wrapped(printable(text))
+    imgui.pop_style_color()
 
 
 @contextmanager

@@ -2,10 +2,10 @@
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TypeVar
 
-from imgui_bundle import ImVec2, ImVec4, imgui
+from imgui_bundle import ImVec2, imgui
 
 from heatlens.errors import InputError
 from heatlens.model.boxes import Box
@@ -19,6 +19,7 @@ from heatlens.plate.plate import CameraHeader, Plate
 from heatlens.printable import printable
 from heatlens.session.messages import window_words
 from heatlens.ui import probe, theme, widgets
+from heatlens.ui.panels.behind_rows import behind_rows
 from heatlens.ui.panels.focus_bar import draw_histogram, draw_scale
 
 _BAR_EM = 4.2
@@ -41,20 +42,29 @@ class PlateFacts:
     problem: str  # why the plate is not read as wished, or ""
     lens: Lens  # radial depth takes from it what the header does not tell
     doubts: tuple[Doubt, ...] = ()  # what cannot well be of the lens and these depths
+    read: PlateOptions = field(default_factory=PlateOptions)  # how the plate was read
 
 
-def plate_panel(wished: PlateOptions, facts: PlateFacts, say: Say) -> PlateOptions:
-    """Draw it all; return how the plate shall be read, as the user left it."""
+def plate_panel(
+    wished: PlateOptions, facts: PlateFacts, say: Say, ask_behind: Callable[[], None]
+) -> PlateOptions:
+    """Draw it all; return how the plate shall be read, as the user left it.
+
+    `ask_behind` asks for one more picture of what lies behind.
+    """
+    is_of_behind = replace(wished, behind=facts.read.behind) == facts.read
     _depth(facts)
     imgui.separator_text("Read as")
     wished = _controls(wished, facts, say)
-    if facts.problem:
-        _colored(facts.problem, theme.BAD)
+    if not is_of_behind:
+        widgets.colored_text(facts.problem, theme.BAD)
     if imgui.button("Guess again", ImVec2(-1, 0)):
-        wished = PlateOptions()
+        wished = PlateOptions(depth_source=wished.depth_source, behind=wished.behind)
     probe.note("Guess again")
+    reports = {report.name: report for report in facts.plate.behind}
+    behind = behind_rows(wished.behind, reports, facts.problem if is_of_behind else "", ask_behind)
     _file(facts)
-    return wished
+    return replace(wished, behind=behind)
 
 
 # What was found
@@ -108,8 +118,10 @@ def _file(facts: PlateFacts) -> None:
     for name, text in _camera(plate.camera, unit):
         _row(name, text)
     _row("channels", ", ".join(plate.aovs))
+    told_above = {report.sentence for report in plate.behind}
     for note in plate.notes:
-        _row("note", note)
+        if note not in told_above:
+            _row("note", note)
 
 
 def _camera(camera: CameraHeader, unit: str) -> list[tuple[str, str]]:
@@ -155,13 +167,6 @@ def _corner(data: Box, display: Box) -> str:
     return f"{data.x0 - display.x0}, {data.y0 - display.y0}"
 
 
-def _colored(text: str, color: ImVec4) -> None:
-    """Draw a sentence over as many lines as it needs."""
-    imgui.push_style_color(imgui.Col_.text, color)
-    imgui.text_wrapped(printable(text))
-    imgui.pop_style_color()
-
-
 # How to read it
 
 
@@ -172,7 +177,7 @@ def _controls(wished: PlateOptions, facts: PlateFacts, say: Say) -> PlateOptions
     tip = f"What its values are. Now: {wished.depth_convention.facts.meaning}."
     convention = _keyed("convention", wished.depth_convention, _CONVENTIONS, tip)
     if plate.depth.question:
-        _colored(window_words(plate.depth.question), theme.ACCENT_TEXT)
+        widgets.colored_text(window_words(plate.depth.question), theme.ACCENT_TEXT)
         probe.note("question about the convention")
     wished = replace(wished, depth_channel=channel, depth_convention=convention)
     wished = _ends(wished, facts.unit, say)
@@ -180,7 +185,7 @@ def _controls(wished: PlateOptions, facts: PlateFacts, say: Say) -> PlateOptions
     wished = _unit(wished, say)
     for doubt in facts.doubts:
         if doubt.about != "lens":
-            _colored(window_words(doubt.sentence), theme.ACCENT_TEXT)
+            widgets.colored_text(window_words(doubt.sentence), theme.ACCENT_TEXT)
             probe.note("doubt about the unit")
     layers = color_layers_among(plate.aovs)
     wished = replace(wished, color_layer=_named("colour layer", wished.color_layer, layers))
