@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from heatlens.errors import InputError
-from heatlens.stream.server import MAX_CLIENTS, NEWS_A_SECOND, TevServer, parse_address
+from heatlens.stream.address import parse_address
+from heatlens.stream.server import MAX_CLIENTS, NEWS_A_SECOND, TevServer
 from support.tev_peers import (
     CHANNELS,
     assert_shows,

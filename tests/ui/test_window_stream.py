@@ -19,6 +19,8 @@ from heatlens.render import FrameRenderer
 from heatlens.session.start import Start
 from heatlens.source.kind import NO_FILES
 from heatlens.source.stream_source import StreamSource
+from heatlens.stream.lens_image import LENS_IMAGE
+from heatlens.ui.picture import stream_notice
 from support.gui import Gui
 from support.plates import room
 from support.tev_peers import CHANNELS, packet
@@ -142,6 +144,46 @@ def test_a_depth_that_cannot_be_read_is_said_and_read_as_it_is_told_then(ctx):
         gui.until(lambda: "--depth-convention" in gui.session.source.stream.problem, "a sentence")
         assert gui.session.source.plate is not None
         gui.screenshot()
+
+
+def lens_sent(gui, **values):
+    sent(gui, np.float32([[list(values.values())]]), LENS_IMAGE, list(values))
+
+
+def test_the_lens_follows_that_of_the_renderer_where_nobody_has_overruled_it(ctx):
+    with listening(ctx, lens={"sensor_width_mm": 30.0}) as gui:
+        sent(gui, frame_of_room())
+        gui.until(lambda: gui.session.live.shown is not None, "a picture")
+        lens_sent(gui, focal_length_mm=35, sensor_width_mm=36, f_stop=4, focus_distance_m=3)
+        gui.until(lambda: gui.session.lens.f_stop == 4, "the lens that was sent")
+        lens = gui.session.lens
+        assert (lens.focal_length_mm, lens.focus_distance_m, lens.sensor_width_mm) == (35, 3, 30)
+        gui.session.lens_commands.focus(2.0)
+        lens_sent(gui, focal_length_mm=35, sensor_width_mm=36, f_stop=8, focus_distance_m=3)
+        gui.until(lambda: gui.session.lens.f_stop == 8, "what has changed")
+        assert gui.session.lens.focus_distance_m == 2.0
+        lens_sent(gui, focal_length_mm=35, focus_distance_m=0.02)  # within the focal length
+        gui.until(lambda: "not taken over" in gui.session.message, "a sentence")
+        assert gui.session.lens.f_stop == 8
+
+
+def test_why_nothing_is_shown_is_told_in_the_picture_before_one_is_up_and_after(ctx, monkeypatch):
+    values, told = frame_of_room(), []
+    monkeypatch.setattr(stream_notice.imgui, "text_wrapped", told.append)
+    monkeypatch.setattr(stream_notice, "_draw_wrapped", lambda text, *_: told.append(text))
+    with listening(ctx) as gui:
+        with Ipc(*address(gui)) as client:
+            client.create_image("flat", WIDTH, HEIGHT, list("RGB"))
+        gui.until(lambda: any("flat has no depth channel" in said for said in told), "a sentence")
+        sent(gui, values)
+        shows(gui, values)
+        del told[:]
+        gui.frame(2)
+        assert not told
+        with Ipc(*address(gui)) as client:
+            client.create_image("later", WIDTH, HEIGHT, list("RGB"))
+        gui.until(lambda: any("later has no depth channel" in said for said in told), "a notice")
+        assert gui.session.source.plate.path.name == "beauty"
 
 
 def test_the_picture_is_saved_and_what_needs_files_says_so(ctx, tmp_path):

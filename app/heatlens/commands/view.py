@@ -15,7 +15,7 @@ from heatlens.errors import InputError, NoWindowError
 from heatlens.scene.scene_name import DEMO
 from heatlens.source.kind import kind_of
 from heatlens.source.named import source_named
-from heatlens.stream.server import DEFAULT_PORT, parse_address
+from heatlens.stream.address import DEFAULT_PORT, parse_address
 
 _DESCRIPTION = """\
 Opens the window: click in the picture to focus, drag the aperture, compare, save. Without a plate

@@ -27,9 +27,10 @@ _DATA_LAYERS = (
     *("velocity", "motionvector", "crypto", "cryptomatte", "objectid", "mist", "fog"),
 )
 # What a depth channel is called once case and punctuation are gone, best first.
-_DEPTH_WORDS = (
+DEPTH_WORDS = (
     *("z", "depth", "zdepth", "lineardepth", "cameradepth", "pz", "vrayzdepth", "distance"),
     *("zfiltered", "disparity", "inversedepth", "inversez"),
+    "dd",  # as Mitsuba's manual calls its depth: dd.y, dd.T
 )
 # In Mitsuba the distance along the ray is called T, whatever the layer.
 _MITSUBA_WORDS = ("t",)
@@ -90,7 +91,7 @@ def color_layers_among(names: Iterable[str]) -> tuple[str, ...]:
 def depth_channels_first(names: Iterable[str]) -> tuple[str, ...]:
     """Sort full channel names so that those that name a depth come first."""
     refs = [ChannelRef(0, name, name) for name in names]
-    words = (*_DEPTH_WORDS, *_COC_WORDS)
+    words = (*DEPTH_WORDS, *_COC_WORDS)
     ranks = {ref.full_name: _depth_rank(ref, refs, words, "") for ref in refs}
     return tuple(sorted(ranks, key=lambda name: (ranks[name] is None, ranks[name] or 0)))
 
@@ -107,7 +108,7 @@ def choose_depth(
     usable = flat_channels(headers)
     if name is not None:
         return _named(path, usable, name)
-    words = (*_COC_WORDS, *_DEPTH_WORDS) if coc else _DEPTH_WORDS
+    words = (*_COC_WORDS, *DEPTH_WORDS) if coc else DEPTH_WORDS
     if written_by(headers) == "Mitsuba":
         words = (*words, *_MITSUBA_WORDS)
     layer, part, view = (color.layer, color.rgb[0].part, color.view) if color else ("", 0, "")
@@ -176,7 +177,7 @@ def _color_rank(choice: ColorChoice, many_parts: bool) -> tuple[int, int]:
     leaf = _last(choice.rgb[0].plain_layer)
     if leaf in _COLOR_LAYERS:
         return _COLOR_LAYERS.index(leaf), choice.rgb[0].part
-    is_data = leaf in _DATA_LAYERS or _squashed(leaf) in _DEPTH_WORDS
+    is_data = leaf in _DATA_LAYERS or _squashed(leaf) in DEPTH_WORDS
     first = 0 if many_parts and choice.rgb[0].part == 0 else 1
     return len(_COLOR_LAYERS) + first + 2 * is_data, choice.rgb[0].part
 

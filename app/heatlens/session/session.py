@@ -42,6 +42,7 @@ from heatlens.session.render_scheduler import RenderScheduler
 from heatlens.session.rendered_pull import RenderedPull, store_of
 from heatlens.session.scene_commands import SceneCommands
 from heatlens.session.scene_mark_tracks import SceneMarkTracks
+from heatlens.session.sent_lens import SentLens
 from heatlens.session.shot_documents import ShotDocuments
 from heatlens.session.speed import Speed
 from heatlens.session.start import GivenOptions, Start
@@ -83,6 +84,7 @@ class Session:
         self.source = OpenSource(renderer, wake, start.stream)
         self.references = ReferenceLoader(renderer.ctx, wake)
         self.lens_commands = LensCommands(self.source, self.editing, say)
+        self.sent_lens = SentLens(self.source, self.editing, self.given, say)
         self.view_commands = ViewCommands(
             self.picture_view, self.source, self.editing, self.references, say
         )
@@ -284,7 +286,7 @@ class Session:
         for poll in (
             *(self.recent.poll, self.files.poll, self.exports.poll, self.pictures.poll),
             *(self.documents.poll, self.marks.poll, self.scene_tracks.poll),
-            *(self.player.poll, self.pull.poll),
+            *(self.player.poll, self.sent_lens.poll, self.pull.poll),
         ):
             poll()
 

@@ -49,7 +49,7 @@ class StreamSource:
         self.options = PlateOptions()  # how frames are read
         self.is_wanted = False  # what comes is to be shown
         self.is_shown = False  # and its first frame has come
-        self.problem = ""  # why what came last made no plate, in a sentence
+        self.problem = ""  # why what came last is not shown, in a sentence
         self._made_of: tuple[int, PlateOptions] | None = None
         self._due_s = 0.0
         self._maker: Background[_Made] = Background(self._tell)
@@ -87,13 +87,17 @@ class StreamSource:
                 plate = self._server.snapshot(options=options)
         except HeatlensError as error:
             return _Made(of, None, str(error))
-        return _Made(of, plate, "" if plate is not None else self._server.problem or "")
+        return _Made(of, plate, self._server.problem or "")
 
     @property
     def words(self) -> str:
         """Return that it listens, and what came and could not be used."""
-        said = (f"Listening on {self.address} ...", self.problem, self.losses)
-        return " ".join(part for part in said if part)
+        return " ".join(part for part in (f"Listening on {self.address} ...", self.refusal) if part)
+
+    @property
+    def refusal(self) -> str:
+        """Return what came and could not be used; "" where everything could."""
+        return " ".join(part for part in (self.problem, self.losses) if part)
 
     @property
     def losses(self) -> str:

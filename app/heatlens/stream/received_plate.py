@@ -4,9 +4,10 @@ A pixel that has not come yet is black, without alpha, and infinitely far.
 """
 
 import math
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,44 +16,28 @@ from heatlens.errors import InputError
 from heatlens.model.boxes import Box
 from heatlens.model.plate_options import PlateOptions
 from heatlens.plate.camera_header import camera_at_header
-from heatlens.plate.channel_choice import choose_color, choose_depth
+from heatlens.plate.channel_choice import ColorChoice, choose_color, choose_depth
 from heatlens.plate.channels import Header, Part
 from heatlens.plate.depth import finite_range
 from heatlens.plate.depth_read import read_depth_of
 from heatlens.plate.plate import DepthReport, FloatImage, Plate, read_pixels
 from heatlens.plate.read import read_color
-from heatlens.plate.windows import header_at_box
+from heatlens.stream.chosen_image import ChosenImage, header_of
 from heatlens.stream.images import TevImage, not_sent
+from heatlens.stream.names import plate_path
 
-_NAME_LETTERS = 100  # of a plate's path: file systems take 255 bytes
 
+def plate_of_image(chosen: ChosenImage, options: PlateOptions, lens: Mapping[str, Any]) -> Plate:
+    """Make the plate of an image; `lens` are the entries of a header that tell its lens.
 
-def chosen_channels(image: TevImage, options: PlateOptions) -> TevImage:
-    """Copy `image` with nothing but the channels that a plate is made of.
-
-    Raises InputError where it has no colour or no depth.
+    Raises InputError where the channels make no plate, or no depth has arrived yet.
     """
-    path, headers = plate_path(image.name), [_header(image, tuple(image.planes))]
-    color = choose_color(path, headers, options.color_layer)
-    is_coc = options.depth_convention.facts.is_coc
-    depth = choose_depth(path, headers, options.depth_channel, color, is_coc)
-    wanted = {ref.key for ref in (*color.rgb, color.alpha, depth) if ref is not None}
-    return replace(image, planes={k: p.copy() for k, p in image.planes.items() if k in wanted})
-
-
-def plate_of_image(image: TevImage, options: PlateOptions, aovs: tuple[str, ...]) -> Plate:
-    """Make the plate of what `chosen_channels` returned; `aovs` are all channels of the image.
-
-    `aovs` are all channels of the image as it was sent. Raises InputError where the channels make
-    no plate, or no depth has arrived yet.
-    """
+    image = chosen.image
     path = plate_path(image.name)
-    header = _header(image, tuple(image.planes))
+    header = {**header_of(image), **lens}
     parts: list[Part] = [(header, dict(image.planes))]
     choice = choose_color(path, [header], options.color_layer)
-    is_coc = options.depth_convention.facts.is_coc
-    ref = choose_depth(path, [header], options.depth_channel, choice, is_coc)
-    missing = _missing_in(path, image, ref.key)
+    missing = _missing_in(path, image, _depth_key(path, header, choice, options))
     color, color_notes = read_color(path, parts, choice)
     depth = read_depth_of(path, parts, choice, options)
     is_coc = depth.report.convention.facts.is_coc
@@ -67,37 +52,29 @@ def plate_of_image(image: TevImage, options: PlateOptions, aovs: tuple[str, ...]
         pixel_aspect_ratio=1.0,
         camera=camera_at_header([header]),
         depth=depth.report if is_coc else _report_with(depth.report, depth.values),
-        aovs=aovs,
+        aovs=chosen.aovs,
         attributes={},
         notes=(*choice.notes, *color_notes, *depth.notes, *_missing_notes(path, missing)),
     )
 
 
-def plate_path(name: str) -> Path:
-    """Return the path that stands for the image `name`; no file is there.
-
-    A client chooses the name, so nothing in it may lead out of a folder.
-    """
-    plain = "".join(c if c.isprintable() and c not in '/\\:*?"<>|' else "_" for c in name)
-    return Path(plain[-_NAME_LETTERS:].strip(". ") or "tev")
-
-
-def _header(image: TevImage, channels: tuple[str, ...]) -> Header:
-    """Return the header that an EXR file with these channels would have."""
-    window = header_at_box(Box(0, 0, image.width, image.height))
-    return {
-        "channels": [SimpleNamespace(name=c, xSampling=1, ySampling=1) for c in channels],
-        "dataWindow": window,
-        "displayWindow": window,
-    }
+def _depth_key(
+    path: Path, header: Header, choice: ColorChoice, options: PlateOptions
+) -> str | None:
+    """Return the channel of the depth; None where the depth comes from a file."""
+    if options.depth_source is not None:
+        return None
+    is_coc = options.depth_convention.facts.is_coc
+    return choose_depth(path, [header], options.depth_channel, choice, is_coc).key
 
 
-def _missing_in(path: Path, image: TevImage, depth_key: str) -> NDArray[np.bool_]:
+def _missing_in(path: Path, image: TevImage, depth_key: str | None) -> NDArray[np.bool_]:
     """Return where there is no depth yet, and fill all that is missing with neutral values.
 
     The missing depth repeats the values that have arrived, so that the depth convention is guessed
     from those alone.
     """
+    missing_depth = np.zeros((image.height, image.width), bool)
     for key, plane in image.planes.items():
         missing = not_sent(plane)
         if key != depth_key:

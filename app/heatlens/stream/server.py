@@ -1,32 +1,41 @@
 """Frames from a running renderer: listens as the viewer tev does, and keeps the images it is sent.
 
-One thread does it all. Whoever connects is a stranger: nothing it sends can raise here, make a file
-be read, or take more memory than the bounds say.
+One thread does it all. Whoever connects is a stranger: nothing it sends can raise here or take more
+memory than the bounds say. A picture file is read at the wish of a client only where the client
+runs on this machine, and so could read it by itself.
 """
 
 import selectors
 import socket
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from threading import Lock, Thread
+from typing import Any
 
 from heatlens.closing import Closing
 from heatlens.errors import InputError
 from heatlens.model.plate_options import PlateOptions
 from heatlens.plate.plate import Plate
-from heatlens.stream.images import TevImage, TevImages
+from heatlens.plate.read import read_plate
+from heatlens.stream.address import DEFAULT_HOST, DEFAULT_PORT, listening_socket
+from heatlens.stream.asked_file import asked_file, is_of_this_machine
+from heatlens.stream.chosen_image import ChosenImage, chosen_image
+from heatlens.stream.images import TevImages
+from heatlens.stream.lens_image import LENS_IMAGE, lens_header
 from heatlens.stream.protocol import (
+    MAX_CHANNELS,
+    CloseImage,
+    CreateImage,
+    Message,
     PacketStream,
     ReadFile,
     TevPacketError,
     TevStreamError,
     message_of,
 )
-from heatlens.stream.received_plate import chosen_channels, plate_of_image
-
-DEFAULT_HOST = "127.0.0.1"  # this machine alone, because the protocol has no password
-DEFAULT_PORT = 14158
+from heatlens.stream.received_plate import plate_of_image
 
 MAX_CLIENTS = 16
 MAX_HELD_BYTES = 1 << 29  # of packets not yet whole, of all clients together
@@ -44,24 +53,6 @@ class _Client:
     heard_s: float = field(default_factory=time.monotonic)
 
 
-def parse_address(text: str) -> tuple[str, int]:
-    """Parse "[HOST:]PORT"; an IPv6 host stands in brackets, no host means this machine.
-
-    An IPv6 host stands in brackets. Port 0 takes a free one. Raises InputError for anything else.
-    """
-    host, colon, port = text.strip().rpartition(":")
-    if host.startswith("[") and host.endswith("]"):
-        host = host[1:-1]
-    elif ":" in host:
-        host, colon = "", ":"  # an IPv6 address without brackets: its end is no port
-    if (colon and not host) or not (port.isascii() and port.isdigit() and int(port) < 65536):
-        raise InputError(
-            f"{text!r} is not an address to listen on: give PORT or HOST:PORT, such as "
-            f"{DEFAULT_PORT} or 0.0.0.0:{DEFAULT_PORT}."
-        )
-    return host or DEFAULT_HOST, int(port)
-
-
 class TevServer(Closing):
     """Listens until `close`; its methods may be called from any thread."""
 
@@ -77,15 +68,17 @@ class TevServer(Closing):
         `on_news` is called on the server's thread after `version` went up or a packet was dropped
         or refused. Raises InputError where the address cannot be used.
         """
-        self._listener = _listening(host, port)
+        self._listener = listening_socket(host, port)
         self.address: tuple[str, int] = self._listener.getsockname()[:2]
         self.version = 0  # goes up when images changed
         self.dropped = 0  # packets that were invalid or did not fit
-        self.refused = 0  # packets that asked to read a file of this machine
+        self.refused = 0  # packets that asked to read a file that is not to be read
         self.fault: str | None = None  # why the last of them was dropped or refused, a sentence
         self._on_news = on_news
         self._images = TevImages() if images is None else images
-        self._lock = Lock()  # over the images
+        self._lens = TevImages(max_images=1, max_values=MAX_CHANNELS)
+        self._file: Path | None = None  # a client has asked for it, and for nothing else since
+        self._lock = Lock()  # over the images, the lens and the file
         self._snapshot_problem: str | None = None
         self._clients: list[_Client] = []
         self._changed = self._has_news = False
@@ -105,8 +98,8 @@ class TevServer(Closing):
 
     @property
     def problem(self) -> str | None:
-        """Why the last `snapshot` gave no plate, or why none can yet, in a sentence; else None."""
-        if not self.names:
+        """Why what came last is not shown, or why nothing can be yet, in a sentence; else None."""
+        if not self.names and self._file is None:
             host, port = self.address
             said = f" {self.fault}" if self.fault else ""
             return f"No image has arrived at {host}:{port} yet.{said}"
@@ -117,17 +110,21 @@ class TevServer(Closing):
     ) -> Plate | None:
         """Return a plate of the image `name` as it is now; None where it makes none.
 
-        `problem` then says why. Without a name it is the image created last that has colour and
-        depth.
+        Without a name it is the file that a client has asked for last, or the image created last
+        that has colour and depth. `problem` then says why it is not the newest.
         """
         self._snapshot_problem = None
         options = options or PlateOptions()
         try:
-            image, aovs = self._copy_of(self.names if name is None else (name,), options)
-            return plate_of_image(image, options, aovs)
+            if self._file is not None and name is None:
+                return read_plate(self._file, options)
+            chosen, lens = self._chosen(name, options)
+            plate = plate_of_image(chosen, options, lens)
+            self._snapshot_problem = chosen.passed_over or None
         except InputError as error:
             self._snapshot_problem = str(error)
             return None
+        return plate
 
     def close(self) -> None:
         """End every connection and the thread; a second call does nothing."""
@@ -136,25 +133,19 @@ class TevServer(Closing):
             self._thread.join()
         self._waker.close()
 
-    def _copy_of(
-        self, names: tuple[str, ...], options: PlateOptions
-    ) -> tuple[TevImage, tuple[str, ...]]:
-        """Copy what a plate needs of the first image that has the channels for one.
+    def _chosen(
+        self, name: str | None, options: PlateOptions
+    ) -> tuple[ChosenImage, Mapping[str, Any]]:
+        """Copy what a plate needs, and the entries of a header that tell its lens.
 
-        Returns it with the names of all its channels. Raises InputError, about the first image,
-        where none has them.
+        Raises InputError where no image has the channels for one.
         """
-        why_not = None
-        for name in names:
-            with self._lock:
-                image = self._images.get(name)
-                try:
-                    if image is not None:
-                        return chosen_channels(image, options), tuple(image.planes)
-                except InputError as error:
-                    why_not = why_not or error
-        wanted = f"image {names[0]!r}" if names else "image"
-        raise why_not or InputError(f"No {wanted} has arrived yet.")
+        with self._lock:
+            names = self._images.names if name is None else (name,)
+            found = [image for image in map(self._images.get, names) if image is not None]
+            if name is not None and not found:
+                raise InputError(f"No image {name!r} has arrived yet.")
+            return chosen_image(found, options), lens_header(self._lens.get(LENS_IMAGE))
 
     def _serve(self) -> None:
         try:
@@ -212,24 +203,45 @@ class TevServer(Closing):
             self._hang_up(client)
             return
         if packet is not None:
-            self._take(packet)
+            self._take(packet, client)
         elif sum(one.stream.held for one in self._clients) > MAX_HELD_BYTES:
             self._drop("the packets of all clients are too large together")
             self._hang_up(client)
 
-    def _take(self, packet: bytearray) -> None:
+    def _take(self, packet: bytearray, client: _Client) -> None:
         try:
             message = message_of(packet)
             if isinstance(message, ReadFile):
-                self.refused += 1
-                self._say(f"A client asked for the file {message.name[:200]!r}: none is read.")
+                self._take_file(message.name, client)
                 return
             with self._lock:
-                self._changed |= self._images.apply(message)
+                self._changed |= self._apply(message)
         except TevPacketError as error:
             self._drop(str(error))
         except MemoryError:
             self._drop("this machine has no memory for its image")
+
+    def _apply(self, message: Message) -> bool:
+        """Do what `message` says; return whether what is shown may have changed."""
+        if getattr(message, "name", "") == LENS_IMAGE:
+            return self._lens.apply(message)
+        if isinstance(message, CreateImage):
+            self._file = None
+        if isinstance(message, CloseImage) and message.name == str(self._file):
+            self._file = None
+            return True
+        return self._images.apply(message)
+
+    def _take_file(self, name: str, client: _Client) -> None:
+        """Show the file that a client asks for, if the client may see it too."""
+        try:
+            found = asked_file(name, is_of_this_machine(client.socket))
+        except InputError as error:
+            self.refused += 1
+            self._say(str(error))
+            return
+        with self._lock:
+            self._file, self._changed = found, True
 
     def _drop(self, why: str) -> None:
         self.dropped += 1
@@ -258,18 +270,3 @@ class TevServer(Closing):
         self._clients.remove(client)
         self._selector.unregister(client.socket)
         client.socket.close()
-
-
-def _listening(host: str, port: int) -> socket.socket:
-    """Return a socket that waits for clients at `host`:`port`."""
-    family = socket.AF_INET6 if ":" in host else socket.AF_INET
-    try:
-        listener = socket.create_server((host, port), family=family)
-    except (OSError, UnicodeError) as error:
-        reason = getattr(error, "strerror", None) or error
-        raise InputError(
-            f"Cannot listen on {host}:{port} ({reason}): give another port or the address of this "
-            "machine; tev itself, or another heatlens, may be there already."
-        ) from error
-    listener.setblocking(False)
-    return listener

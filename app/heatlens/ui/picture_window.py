@@ -18,6 +18,7 @@ from heatlens.ui import probe
 from heatlens.ui.layout import PICTURE
 from heatlens.ui.panels.marks_panel import draw_point_marks
 from heatlens.ui.picture.legend import draw_legend, entries
+from heatlens.ui.picture.stream_notice import StreamNotice, draw_waiting
 from heatlens.ui.picture.viewport import Pictures, ViewportPanel, ViewportResult
 from heatlens.ui.start.start_screen import StartScreen
 from heatlens.ui.state import UiState
@@ -37,6 +38,7 @@ class PictureWindow:
         self._kept = kept
         ctx = session.renderer.ctx
         self._start = StartScreen(ctx)
+        self._notice = StreamNotice()
         self.viewport = ViewportPanel(ctx, session.picture_view)
         self.hovered: tuple[int, int] | None = None  # pixel of the display window
 
@@ -52,8 +54,8 @@ class PictureWindow:
             self._choose(hears_keys)
         elif self._session.source.is_black and not self._session.pull.is_alone:
             imgui.text_disabled(f"  Frame {self._session.editing.frame} has no file.")
-        elif self._session.source.is_waiting:
-            imgui.text_disabled("  Waiting for a renderer. Ctrl+O opens a file instead.")
+        elif self._session.source.is_waiting and self._session.source.stream is not None:
+            draw_waiting(self._session.source.stream)
         elif pictures is None:
             is_coming = (
                 self._session.source.plate is not None or self._session.source.opener.opening
@@ -65,6 +67,8 @@ class PictureWindow:
             self._take(self.viewport.draw(pictures, self._session.view, scale))
             draw_point_marks(self._session)
             self._legend()
+            if self._session.source.stream is not None and self._session.source.stream.is_shown:
+                self._notice.draw(self._session.source.stream, self._session.picture_view.viewport)
         probe.note("picture")
         imgui.end()
 

@@ -7,7 +7,6 @@ from imgui_bundle import imgui
 from heatlens.display.probe import PictureReader, probe_at, probe_text
 from heatlens.printable import printable
 from heatlens.session.kept_screen import KeptFrame, KeptScreen
-from heatlens.session.messages import window_words
 from heatlens.session.session import Session
 from heatlens.ui import theme
 from heatlens.ui.side_words import draw_sides, mouse_words
@@ -31,7 +30,7 @@ class StatusBar:
         elif session.source.opener.opening:
             imgui.text_disabled(f"Reading {printable(session.source.opener.opening)} ...")
         elif session.source.is_waiting and session.source.stream is not None:
-            imgui.text_disabled(window_words(session.source.stream.words))
+            imgui.text_disabled(f"Listening on {session.source.stream.address} ...")
         else:
             imgui.text_disabled(self.words(hovered))
         reference = None if session.reference is None else session.reference.path.name
