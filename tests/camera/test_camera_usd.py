@@ -95,7 +95,7 @@ def test_what_is_not_told_is_not_written(usd_path):
     write_camera(usd_path, bare)
     stage = Usd.Stage.Open(str(usd_path))
     names = {attribute.GetName() for attribute in stage.GetDefaultPrim().GetAuthoredAttributes()}
-    assert names == {"focalLength", "horizontalAperture", "verticalAperture"}
+    assert names == {"clippingRange", "focalLength", "horizontalAperture", "verticalAperture"}
     assert UsdGeom.GetStageUpAxis(stage) == "Z"
     assert_same(usd_camera(str(usd_path)), bare)
     assert usd_camera(str(usd_path)).up_axis == "z"

@@ -16,6 +16,7 @@ from heatlens.model.curve import Key
 from heatlens.model.frames import FrameRange
 from heatlens.model.interpolation import Interpolation, Scale
 from heatlens.model.lens import Lens
+from heatlens.model.lens_model import LensModel
 from heatlens.model.shot import LensParameter, Shot
 from heatlens.plate.camera_header import lens_attributes
 from support.cameras import FRAMES, SHOTS, moving_camera
@@ -66,6 +67,17 @@ def test_the_part_that_is_played_is_written_in_every_format(capsys, folder, suff
         found = read_camera(f"cam{suffix}")
         assert (found.frames, found.frames_per_second) == ((1003, 1004, 1005, 1006), 25.0)
         assert (found.focus_distance_m[0], found.focus_distance_m[-1]) == (0.94, 3.83)
+
+
+def test_a_renderer_is_told_the_f_stop_of_the_same_discs(capsys):
+    told = said(capsys, "camera", "s.heatlens.json", "-o", "c.json")
+    assert "f-stop written as f/1.231 to f/1.283, with which a CG renderer makes" in told
+    found = read_camera("c.json")
+    assert found.f_stop[0] == pytest.approx(1.3 * (1 - 0.05 / 0.94))
+    assert found.nominal_f_stop == (1.3,) * 4
+    assert said(capsys, "camera", "c.json", "-o", "n.json", "--f-stop", "nominal") == ""
+    nominal = read_camera("n.json")
+    assert (nominal.f_stop, nominal.nominal_f_stop) == ((1.3,) * 4, None)
 
 
 def test_the_options_of_the_shot_are_heard(capsys):
@@ -174,6 +186,26 @@ def test_a_shot_handed_on_and_taken_back_has_its_lens(shot, scale):
         before, after = shot.lens_at(frame), back.lens_at(frame)
         for name in (*map(str, LensParameter), "sensor_width_mm"):
             assert getattr(after, name) == pytest.approx(getattr(before, name), rel=4e-7)
+
+
+def test_a_shot_before_plates_of_a_renderer_has_its_discs(capsys):
+    """Though every value of the lens is given, the header decides whose discs they are."""
+    write_file("plate.0001.exr", rgb(), Software="Blender 5.0.1")
+    words = (
+        "--focal-length",
+        "50",
+        "--f-stop",
+        "2",
+        "--focus-distance",
+        "3",
+        "--sensor-width",
+        "36",
+    )
+    shot, told = new_shot(capsys, *words)
+    assert shot.lens == Lens(50, 2, 3, 36, model=LensModel.RENDERER)
+    assert "discs of a CG renderer (header, written by Blender)." in told
+    shot, _ = new_shot(capsys, *words, "--lens-model", "photographic")
+    assert shot.lens.model is LensModel.PHOTOGRAPHIC
 
 
 def test_options_and_keys_win_over_the_camera(capsys):

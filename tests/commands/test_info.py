@@ -54,6 +54,19 @@ def test_text_of_a_plate_with_a_camera(tmp_path, capsys):
     assert lines["counts"] == "1 px infinite, 0 px repaired"
 
 
+@pytest.mark.parametrize(
+    ("header", "said"),
+    [
+        ({}, "photographic (the header names no CG renderer)"),
+        ({"cycles.ViewLayer.samples": "64"}, "renderer (header, written by Blender)"),
+        ({"heatlens:lensModel": "renderer"}, "renderer (header, heatlens:lensModel)"),
+    ],
+)
+def test_the_lens_model_is_said_with_what_decides_it(tmp_path, capsys, header, said):
+    path = write_file(tmp_path / "a.exr", rgb() | {"Z": distances()}, **header)
+    assert lines_of(run_info(capsys, path))["lens model"] == said
+
+
 def test_json_says_the_same_for_programs(tmp_path, capsys):
     channels = rgb(dtype=np.float32) | {"Z": np.full((6, 8), np.inf, np.float32)}
     channels["R"][0, 0] = np.nan

@@ -7,6 +7,7 @@ import pytest
 
 from heatlens.model.framing import Framing
 from heatlens.model.lens import Lens
+from heatlens.model.lens_model import LensModel
 from heatlens.model.settings import DefocusSettings, Method
 from heatlens.model.shot import Shot
 from heatlens.plate.exr_read import read_parts
@@ -18,7 +19,7 @@ from support.window_plates import room_file
 
 SIZE = (48, 27)
 LENS = ("--f-stop", 2, "--focus-distance", 3)
-WIDE = ("--f-stop", 0.5, "--focus-distance", 3)
+WIDE = ("--f-stop", 0.5, "--focus-distance", 3, "--focal-length", 40)  # exact in a header's float32
 
 
 def write_scene(path: Path) -> Path:
@@ -48,7 +49,8 @@ def headless(renderer, scene: Path, out: Path, **settings: object) -> np.ndarray
     camera = read_scene(scene).cameras[0]
     header, _ = picture(out)
     f_stop = float(header["aperture"])
-    lens = Lens(camera.focal_length_mm, f_stop, 3.0, camera.sensor_width_mm)
+    model = LensModel(header["heatlens:lensModel"])
+    lens = Lens(camera.focal_length_mm, f_stop, 3.0, camera.sensor_width_mm, model=model)
     renderer.load_scene(read_scene(scene))
     return renderer.pixels(shot_of(scene, lens, **settings), 1)[..., :3]
 

@@ -14,6 +14,7 @@ from heatlens.model.curve import Curve, Key
 from heatlens.model.frames import FrameRange
 from heatlens.model.interpolation import Ease, Interpolation, Scale
 from heatlens.model.lens import Lens
+from heatlens.model.lens_model import LensModel
 from heatlens.model.marks import DistanceMark, PointMark
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.settings import Bokeh, DefocusSettings, Method, Quality
@@ -51,6 +52,7 @@ LENSES = st.builds(
     st.none() | st.floats(0.5, 64),
     st.none() | st.floats(0.001, 1),
     st.none() | st.floats(0.1, 5),
+    st.sampled_from(list(LensModel)),
 )
 MARK_NAMES = st.text(string.ascii_letters + "äß日", min_size=1, max_size=4)
 MARKS = st.builds(DistanceMark, MARK_NAMES, FOCUS_DISTANCES) | st.builds(
@@ -161,3 +163,11 @@ def test_a_mark_of_the_byte_order_does_no_harm(tmp_path):
     path = written(FULL, tmp_path)
     path.write_bytes(b"\xef\xbb\xbf" + path.read_bytes())
     assert read_shot(path) == FULL
+
+
+def test_a_shot_of_an_earlier_version_has_a_photographic_lens(tmp_path):
+    """Before there was a choice, every lens was one."""
+    path = tmp_path / "old.heatlens.json"
+    lens = {"focal_length_mm": 50, "f_stop": 2, "focus_distance_m": 1.1, "sensor_width_mm": 36}
+    path.write_text(json.dumps({"heatlens_shot": 1, "lens": lens}))
+    assert read_shot(path).lens == Lens(50, 2, 1.1, 36, model=LensModel.PHOTOGRAPHIC)

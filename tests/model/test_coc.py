@@ -15,9 +15,11 @@ from heatlens.model.coc import (
     depth_of_field_m,
     far_limit_m,
     hyperfocal_m,
+    lens_diameter_m,
     near_limit_m,
 )
 from heatlens.model.lens import Lens
+from heatlens.model.lens_model import LensModel
 
 FIFTY = Lens(focal_length_mm=50.0, f_stop=2.0, focus_distance_m=2.0, sensor_width_mm=36.0)
 
@@ -28,6 +30,7 @@ LENSES = st.builds(
     focus_distance_m=st.one_of(st.floats(1.2, 1e5), st.just(math.inf)),
     sensor_width_mm=st.floats(5, 80),
     acceptable_coc_mm=st.floats(1e-3, 0.2),
+    model=st.sampled_from(list(LensModel)),
 )
 
 
@@ -59,11 +62,36 @@ def test_worked_diameters_with_focus_at_infinity(depth_m, diameter_px):
 def test_agrees_with_the_textbook_formula(lens, depth_m, width_px):
     assume(math.isfinite(lens.focus_distance_m))
     z, s, f = 1e3 * depth_m, 1e3 * lens.focus_distance_m, lens.focal_length_mm
-    expected = (f / lens.f_stop) * (z - s) / z * f / (s - f) * width_px / lens.sensor_width_mm
+    image_mm = f if lens.model is LensModel.RENDERER else f * s / (s - f)
+    expected = (f / lens.f_stop) * (z - s) / z * image_mm / s * width_px / lens.sensor_width_mm
     line = coc_line(lens, width_px)
     assert coc_px(depth_m, line) == pytest.approx(
         expected, rel=1e-9, abs=1e-12 * line.at_infinity_px
     )
+
+
+@given(LENSES, st.floats(0.01, 1e7))
+def test_a_renderer_opens_f_over_2n_in_front_of_a_pinhole(lens, depth_m):
+    """Rays through the rim of the lens and the point in focus, at the depth of another point."""
+    assume(math.isfinite(lens.focus_distance_m))
+    lens = replace(lens, model=LensModel.RENDERER)
+    radius_m = 1e-3 * lens.focal_length_mm / (2 * lens.f_stop)
+    assert lens_diameter_m(lens) == pytest.approx(2 * radius_m, rel=1e-12)
+    spread_m = radius_m * (1 - depth_m / lens.focus_distance_m)  # of the cone, around the axis
+    focal_px = 1920 * lens.focal_length_mm / lens.sensor_width_mm
+    found = coc_px(depth_m, coc_line(lens, 1920))
+    assert found == pytest.approx(-2 * spread_m / depth_m * focal_px, rel=1e-9, abs=1e-9)
+
+
+# 50 mm at 1.1 m: 1.1 / 1.05; 85 mm at 0.6 m: 0.6 / 0.515.
+@pytest.mark.parametrize(
+    ("focal_mm", "focus_m", "ratio"), [(50, 1.1, 22 / 21), (85, 0.6, 120 / 103)]
+)
+def test_a_real_lens_has_larger_discs_than_a_renderer(focal_mm, focus_m, ratio):
+    lens = Lens(focal_mm, 2.0, focus_m, 36.0)
+    real = coc_line(lens, 1920)
+    renderer = coc_line(replace(lens, model=LensModel.RENDERER), 1920)
+    assert real.at_infinity_px / renderer.at_infinity_px == pytest.approx(ratio, rel=1e-12)
 
 
 @given(LENSES, st.floats(0.01, 1e7))

@@ -10,7 +10,7 @@ from heatlens.frame_cache.reader import SequenceReader
 from heatlens.model.plate_options import PlateOptions
 from heatlens.plate.depth_shape import flat_votes
 from heatlens.plate.read import read_plate
-from heatlens.plate.written_by import written_by
+from heatlens.plate.written_by import rendered_by, written_by
 from support.command_line import stderr_of_run
 from support.exr_files import rgb, write_file
 from support.plates import room
@@ -171,8 +171,22 @@ def test_a_first_frame_that_cannot_be_read_leaves_the_decision_to_the_next(tmp_p
         ({"cycles.ViewLayer.samples": "64"}, "Blender"),
         ({"Software": "Blender 5.0.1"}, "Blender"),
         ({"generatedBy": "Mitsuba version 3.9.1"}, "Mitsuba"),
+        ({"renderTimeSeconds": 3.5, "samplesPerPixel": 16}, "pbrt"),
         ({"Software": 7, "owner": "nuke"}, ""),
     ],
 )
 def test_programs_are_known_by_their_headers(header, program):
     assert written_by([{}, header]) == program
+
+
+@pytest.mark.parametrize(
+    ("headers", "renderer"),
+    [
+        ([{"nuke/input/filename": "x"}, {"arnold/version": "7"}], "Arnold"),
+        ([{"nuke/version": "15"}], ""),
+        ([{"owner": "arnold", "cameraModel": "ALEXA 35"}], ""),
+        ([{"vrayInfo/vrayversion": "6"}], "V-Ray"),
+    ],
+)
+def test_a_renderer_is_known_behind_a_compositing_program(headers, renderer):
+    assert rendered_by(headers) == renderer

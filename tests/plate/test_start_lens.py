@@ -10,6 +10,9 @@ from hypothesis import strategies as st
 
 from heatlens.errors import LensError
 from heatlens.model.lens import Lens
+from heatlens.model.lens_model import LensModel
+from heatlens.plate.camera_header import camera_at_header, lens_attributes
+from heatlens.plate.header_lens import plate_lens
 from heatlens.plate.plate import CameraHeader
 from heatlens.plate.start_lens import start_lens
 from support.plates import coc_plate_of, plate_of
@@ -119,3 +122,27 @@ def test_a_plate_with_its_own_blur_has_a_lens_all_the_same():
 def test_given_values_that_make_no_lens_are_refused():
     with pytest.raises(LensError, match="focal length of 50 mm"):
         start_lens(plate(ramp()), {"focus_distance_m": 0.01})
+
+
+@pytest.mark.parametrize(
+    ("header", "model"),
+    [
+        ({"cycles.ViewLayer.samples": "64"}, LensModel.RENDERER),
+        ({"cameraModel": "ALEXA 35"}, LensModel.PHOTOGRAPHIC),
+        ({"Software": "Blender 5.0.1", **lens_attributes(50, 2, 3, 36)}, LensModel.RENDERER),
+        (lens_attributes(50, 2, 3, 36, model=LensModel.RENDERER), LensModel.RENDERER),
+        (
+            {
+                "Software": "Blender 5.0.1",
+                **lens_attributes(50, 2, 3, 36, model=LensModel.PHOTOGRAPHIC),
+            },
+            LensModel.PHOTOGRAPHIC,
+        ),
+    ],
+)
+def test_the_header_decides_whose_discs_they_are(header, model):
+    told = plate(ramp(), camera_at_header([header]))
+    given_values = {"focal_length_mm": 50.0, "f_stop": 2.0, "focus_distance_m": 3.0}
+    assert start_lens(told, {}).lens.model is plate_lens(told, given_values).lens.model is model
+    for other in LensModel:
+        assert start_lens(told, {"model": other}).lens.model is other

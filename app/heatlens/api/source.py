@@ -3,9 +3,10 @@
 from abc import abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
+from enum import StrEnum
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import Any, TypeVar
 
 from heatlens.api.engine import ENGINE
 from heatlens.closing import Closing
@@ -13,6 +14,7 @@ from heatlens.errors import InputError
 from heatlens.frame_cache.reader import SequenceReader
 from heatlens.gpu.textures import FloatArray
 from heatlens.model.lens import Lens
+from heatlens.model.lens_model import LensModel
 from heatlens.model.settings import Bokeh, DefocusSettings, Method, Quality
 from heatlens.model.shot import LensCurves, Shot
 from heatlens.plate.focus_pick import depth_at_m
@@ -22,7 +24,8 @@ from heatlens.render import FrameRenderer
 from heatlens.scene.first_shot import FirstShot
 from heatlens.source.plate_source import PlateSource
 
-_BLUR = {"bokeh": Bokeh, "quality": Quality, "method": Method}
+Choice = TypeVar("Choice", bound=StrEnum)
+_BLUR: dict[str, type[StrEnum]] = {"bokeh": Bokeh, "quality": Quality, "method": Method}
 
 
 class Source(Closing):
@@ -39,6 +42,7 @@ class Source(Closing):
         focus_distance_m: float | None = None,
         focus_at: tuple[int, int] | None = None,
         squeeze: float | None = None,
+        lens_model: str | None = None,
         **blur: Any,
     ) -> FloatArray:
         """Return the picture with the lens.
@@ -46,9 +50,10 @@ class Source(Closing):
         (H, W, 4) float32, scene-linear, premultiplied, row 0 top.
 
         Give `lens`, or single values of it; values that are not given come from the shot file, the
-        header or the scene's camera. `focus_at` is a pixel (x, y) of the picture to focus on.
-        `frame` is that of a sequence, a shot or a scene (default: the first). `blur` takes the
-        fields of `DefocusSettings`: quality="draft", bokeh, layers, proxy, method, views.
+        header or the scene's camera. `lens_model` is "photographic" or "renderer". `focus_at` is a
+        pixel (x, y) of the picture to focus on. `frame` is that of a sequence, a shot or a scene
+        (default: the first). `blur` takes the fields of `DefocusSettings`: quality="draft", bokeh,
+        layers, proxy, method, views.
 
         Raises HeatlensError for a lens value that is missing, a file that cannot be read, and a
         picture too large for this machine.
@@ -62,6 +67,8 @@ class Source(Closing):
         }
         given = {} if lens is None else _values_of(lens)
         given |= {name: float(value) for name, value in values.items() if value is not None}
+        if lens_model is not None:
+            given["model"] = _known(LensModel, "lens_model", lens_model)
         if focus_at is not None and focus_distance_m is not None:
             raise InputError("Give focus_distance_m or focus_at, not both.")
         shot, at = self._shot_on(ENGINE.renderer(), _Wish(frame, given, focus_at))
@@ -87,10 +94,10 @@ class _Wish:
     """
 
     frame: int | None
-    given: dict[str, float]
+    given: dict[str, Any]
     focus_at: tuple[int, int] | None
 
-    def lens(self, plate: Plate, told: Mapping[str, float] = MappingProxyType({})) -> Lens:
+    def lens(self, plate: Plate, told: Mapping[str, Any] = MappingProxyType({})) -> Lens:
         """Return the lens before a plate; `told` are the values of its shot file."""
         values = {**told, **self.given}
         if self.focus_at is not None:
@@ -162,7 +169,7 @@ class Scene(Source):
         return shot, at
 
 
-def _with_values(shot: Shot, frame: int, given: Mapping[str, float]) -> Shot:
+def _with_values(shot: Shot, frame: int, given: Mapping[str, Any]) -> Shot:
     """Return the shot at one frame, its lens there changed by the given values."""
     if not given:
         return shot
@@ -174,7 +181,7 @@ def _with_lens(shot: Shot, lens: Lens) -> Shot:
     return replace(shot, lens=lens, curves=LensCurves())
 
 
-def _values_of(lens: Lens) -> dict[str, float]:
+def _values_of(lens: Lens) -> dict[str, Any]:
     values = {field.name: getattr(lens, field.name) for field in fields(lens)}
     return {name: value for name, value in values.items() if value is not None}
 
@@ -185,12 +192,17 @@ def _settings(before: DefocusSettings, blur: Mapping[str, Any]) -> DefocusSettin
     values: dict[str, Any] = dict(blur)
     for name, kind in _BLUR.items():
         if name in values:
-            try:
-                values[name] = kind(values[name])
-            except ValueError:
-                known = ", ".join(kind)
-                raise InputError(f"{name} is one of {known}, got {values[name]!r}.") from None
+            values[name] = _known(kind, name, values[name])
     return replace(before, **values)
+
+
+def _known(kind: type[Choice], name: str, value: Any) -> Choice:
+    """Return the choice of that name. Raises InputError for one that there is not."""
+    try:
+        return kind(value)
+    except ValueError:
+        known = ", ".join(kind)
+        raise InputError(f"{name} is one of {known}, got {value!r}.") from None
 
 
 def check_names(given: Mapping[str, Any], kind: Any) -> None:

@@ -12,13 +12,16 @@ from heatlens.camera.placement import matrix_of
 from heatlens.camera.rows import FRAME, PLACEMENT, Row, camera_of_rows, rows_of
 from heatlens.camera.samples import LENS_TRACKS, CameraSamples
 from heatlens.errors import InputError
+from heatlens.model.lens_model import LensModel
 from heatlens.paths import file_bytes, unreadable
 
 _RATE = "frames_per_second"
 _UP = "up_axis"
+_MODEL = "lens_model"
+_WORDS = (_UP, _MODEL)  # columns that hold no number
 # Row by row, acting on columns in metres.
 _CELLS = tuple(f"{PLACEMENT}_{row}{column}" for row in range(4) for column in range(4))
-_COLUMNS = (FRAME, *LENS_TRACKS, _RATE, _UP, *_CELLS)
+_COLUMNS = (FRAME, *LENS_TRACKS, _RATE, *_WORDS, *_CELLS)
 
 
 def csv_text(camera: CameraSamples) -> str:
@@ -48,7 +51,9 @@ def read_csv_camera(path: Path) -> CameraSamples:
     if not table:
         raise InputError(f"{path} has no rows: a camera needs at least one frame.")
     rows = [_row(path, line, cells) for line, cells in table]
-    others = {name: rows[0][name] for name in (_RATE, _UP) if name in rows[0]}
+    others = {name: rows[0][name] for name in (_RATE, *_WORDS) if name in rows[0]}
+    if _MODEL in others:
+        others[_MODEL] = _model(path, others[_MODEL])
     try:
         return camera_of_rows(rows, name=path.stem, **others)
     except InputError as error:
@@ -58,6 +63,8 @@ def read_csv_camera(path: Path) -> CameraSamples:
 def _written(camera: CameraSamples, row: Row) -> dict[str, Any]:
     cells = {name: value for name, value in row.items() if name != PLACEMENT}
     cells |= {_RATE: camera.frames_per_second, _UP: camera.up_axis}
+    if camera.lens_model is not None:
+        cells[_MODEL] = camera.lens_model
     if PLACEMENT in row:
         numbers = (number for line in row[PLACEMENT] for number in line)
         cells |= dict(zip(_CELLS, numbers, strict=True))
@@ -80,7 +87,7 @@ def _row(path: Path, line: int, cells: Mapping[str | None, Any]) -> dict[str, An
         raise InputError(f"{path}: line {line} has more or fewer cells than there are columns.")
     told = {str(name): text.strip() for name, text in cells.items() if text.strip()}
     row: dict[str, Any] = {
-        name: text if name == _UP else _number(path, line, name, text)
+        name: text if name in _WORDS else _number(path, line, name, text)
         for name, text in told.items()
     }
     if FRAME in row:
@@ -88,6 +95,13 @@ def _row(path: Path, line: int, cells: Mapping[str | None, Any]) -> dict[str, An
     if any(name in row for name in _CELLS):
         row[PLACEMENT] = _matrix(path, line, row)
     return row
+
+
+def _model(path: Path, text: str) -> LensModel:
+    if text not in list(LensModel):
+        known = " or ".join(LensModel)
+        raise InputError(f"{path}: {_MODEL} should be {known}, got {text!r}.")
+    return LensModel(text)
 
 
 def _number(path: Path, line: int, name: str, text: str) -> float:

@@ -108,6 +108,7 @@ def _lens_camera(shot: Shot, name: str, frames: FrameRange) -> CameraSamples:
         tuple(frames),
         **tracks,
         sensor_width_mm=(shot.lens.sensor_width_mm,) * frames.count,
+        lens_model=shot.lens.model,
         frames_per_second=shot.frames_per_second,
     )
 

@@ -3,7 +3,9 @@
 import math
 from collections.abc import Collection
 from dataclasses import fields, replace
+from typing import Any
 
+from heatlens.camera.same_discs import with_nominal_f_stop
 from heatlens.camera.samples import CameraSamples, Track, is_constant
 from heatlens.errors import InputError
 from heatlens.model.curve import Key
@@ -26,7 +28,7 @@ def with_camera(shot: Shot, camera: CameraSamples, kept: Collection[str] = ()) -
     no possible lens.
     """
     tracks = lens_tracks(camera, kept)
-    shot = replace(shot, lens=replace(shot.lens, **{name: t[0] for name, t in tracks.items()}))
+    shot = replace(shot, lens=replace(shot.lens, **first_values(camera, kept)))
     for parameter in LensParameter:
         if parameter in tracks:
             curve = shot.curves.of(parameter)
@@ -37,11 +39,24 @@ def with_camera(shot: Shot, camera: CameraSamples, kept: Collection[str] = ()) -
     return shot
 
 
-def lens_tracks(camera: CameraSamples, kept: Collection[str] = ()) -> dict[str, Track]:
-    """Return the camera's tracks that are fields of Lens, without those in `kept`.
+def first_values(camera: CameraSamples, kept: Collection[str] = ()) -> dict[str, Any]:
+    """Return the fields of Lens that the camera tells, at its first frame, but those in `kept`.
 
     Raises InputError for a sensor width that changes.
     """
+    values: dict[str, Any] = {name: track[0] for name, track in lens_tracks(camera, kept).items()}
+    if camera.lens_model is not None and "model" not in kept:
+        values["model"] = camera.lens_model
+    return values
+
+
+def lens_tracks(camera: CameraSamples, kept: Collection[str] = ()) -> dict[str, Track]:
+    """Return the camera's tracks that are fields of Lens, without those in `kept`.
+
+    The f-stop is the nominal one, which belongs to the camera's lens model. Raises InputError for a
+    sensor width that changes.
+    """
+    camera = with_nominal_f_stop(camera)
     names = {field.name for field in fields(Lens)}.difference(kept)
     tracks = {name: track for name, track in camera.lens_tracks.items() if name in names}
     width_mm = tracks.get("sensor_width_mm")

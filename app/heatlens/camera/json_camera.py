@@ -8,6 +8,7 @@ from heatlens.camera.placement import matrix_of
 from heatlens.camera.rows import FRAME, PLACEMENT, Row, camera_of_rows, rows_of
 from heatlens.camera.samples import LENS_TRACKS, CameraSamples
 from heatlens.files.json_record import JsonEntry, plain, read_json
+from heatlens.model.lens_model import LensModel
 
 CAMERA_VERSION = 1
 
@@ -16,7 +17,8 @@ _CONVENTIONS = (
     "mm and m as the names say; world_to_camera is row-major and acts on columns in metres, the "
     "camera has x to the right, y up and looks along -z"
 )
-_TOP = (_VERSION, "conventions", "name", "frames_per_second", "up_axis", "samples")
+_MODEL = "lens_model"
+_TOP = (_VERSION, "conventions", "name", "frames_per_second", "up_axis", _MODEL, "samples")
 
 
 def json_text(camera: CameraSamples) -> str:
@@ -27,6 +29,7 @@ def json_text(camera: CameraSamples) -> str:
         "name": camera.name,
         "frames_per_second": plain(camera.frames_per_second),
         "up_axis": camera.up_axis,
+        **({} if camera.lens_model is None else {_MODEL: camera.lens_model}),
     }
     lines = [f"  {json.dumps(name)}: {json.dumps(value)}," for name, value in top.items()]
     samples = (
@@ -51,6 +54,8 @@ def read_json_camera(path: Path) -> CameraSamples:
         others["frames_per_second"] = entries["frames_per_second"].number()
     if "up_axis" in entries:
         others["up_axis"] = entries["up_axis"].choice(("y", "z"))
+    if _MODEL in entries:
+        others[_MODEL] = entries[_MODEL].of_type(LensModel)
     return top.built(camera_of_rows, others)
 
 

@@ -14,6 +14,7 @@ _KNOBS = {
     "sensor_height_mm": "vaperture",
     "f_stop": "fstop",
 }
+_NOMINAL = "nominal_f_stop"  # a knob of our own, which Nuke shows on a tab called heatlens
 _ROTATION_ORDER = "ZXY"  # Nuke's own
 
 
@@ -32,6 +33,10 @@ def _lens(camera: CameraSamples, meters_per_unit: float) -> Iterator[str]:
     if "focus_distance_m" in tracks:
         distances = [finite_m(value) / meters_per_unit for value in tracks["focus_distance_m"]]
         yield f"focal_point {_knob_value(camera, distances)}"
+    if "nominal_f_stop" in tracks:
+        yield "addUserKnob {20 heatlens}"
+        yield f'addUserKnob {{7 {_NOMINAL} l "nominal f-stop"}}'
+        yield f"{_NOMINAL} {_knob_value(camera, tracks['nominal_f_stop'])}"
 
 
 def _placement(camera: CameraSamples, meters_per_unit: float) -> Iterator[str]:

@@ -11,7 +11,7 @@ from heatlens.camera.placement import Array, Matrix, from_exr, is_rigid, matrix_
 from heatlens.camera.samples import LENS_TRACKS, CameraSamples, Track, UpAxis
 from heatlens.errors import InputError
 from heatlens.model.frames import FRAMES_PER_SECOND
-from heatlens.plate.camera_header import camera_at_header
+from heatlens.plate.camera_header import camera_at_header, lens_model_of
 from heatlens.plate.channels import Header
 from heatlens.plate.header_read import read_headers
 from heatlens.plate.plate import CameraHeader
@@ -20,7 +20,8 @@ from heatlens.sequence.names import frames_text
 from heatlens.sequence.sequence import find_sequence
 
 _PLACEMENT = "worldToCamera"
-_TOLD_BY_HEADERS = [name for name in LENS_TRACKS if name not in ("sensor_height_mm", "squeeze")]
+_UNTOLD = ("sensor_height_mm", "squeeze", "nominal_f_stop")
+_TOLD_BY_HEADERS = [name for name in LENS_TRACKS if name not in _UNTOLD]
 
 
 def read_plate_camera(text: str, scene_unit_m: float = 1.0, up_axis: UpAxis = "y") -> CameraSamples:
@@ -46,6 +47,7 @@ def read_plate_camera(text: str, scene_unit_m: float = 1.0, up_axis: UpAxis = "y
         name=re.sub(r"[._-]+$", "", Path(sequence.form.prefix).stem) or "camera",
         frames=sequence.present,
         **tracks,
+        lens_model=lens_model_of(next(iter(cameras.values())))[0],
         world_to_camera=placement,
         up_axis=up_axis,
         frames_per_second=_frames_per_second(next(iter(headers.values()))),

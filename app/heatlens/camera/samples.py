@@ -15,6 +15,7 @@ from heatlens.model.frames import (
     check_frame,
     check_frames_per_second,
 )
+from heatlens.model.lens_model import LensModel
 
 Track = tuple[float, ...]  # a value at each frame
 UpAxis = Literal["y", "z"]
@@ -27,6 +28,7 @@ INFINITE_M = 1e9
 LENS_TRACKS = {
     "focal_length_mm": "focal length",
     "f_stop": "f-stop",
+    "nominal_f_stop": "nominal f-stop",
     "focus_distance_m": "focus distance",
     "sensor_width_mm": "sensor width",
     "sensor_height_mm": "sensor height",
@@ -40,6 +42,9 @@ class CameraSamples:
 
     name               name of the camera for people
     frames             ascending frame numbers, at least one; a camera with a single frame is still
+    f_stop             what the program that takes the camera is told; see `same_discs`
+    nominal_f_stop     the f-stop on the lens, where `f_stop` is another
+    lens_model         whose discs the lens makes at its nominal f-stop; None where that is not told
     focus_distance_m   may be infinite
     squeeze            as in `Lens`
     world_to_camera    p_camera = M p_world for columns in metres; the camera has x to the right, y
@@ -58,6 +63,8 @@ class CameraSamples:
     sensor_width_mm: Track | None = None
     sensor_height_mm: Track | None = None
     squeeze: Track | None = None
+    nominal_f_stop: Track | None = None
+    lens_model: LensModel | None = None
     world_to_camera: tuple[Matrix, ...] | None = None
     up_axis: UpAxis = "y"
     frames_per_second: float = FRAMES_PER_SECOND

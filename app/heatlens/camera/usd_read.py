@@ -12,16 +12,23 @@ import numpy as np
 from heatlens.camera.float32 import shortest
 from heatlens.camera.placement import Matrix, are_rigid, matrix_of
 from heatlens.camera.samples import INFINITE_M, CameraSamples, Track, UpAxis
-from heatlens.camera.usd_write import MM_ATTRIBUTES, SQUEEZE, units_per_mm
+from heatlens.camera.usd_write import (
+    LENS_MODEL,
+    MM_ATTRIBUTES,
+    NOMINAL_F_STOP,
+    SQUEEZE,
+    units_per_mm,
+)
 from heatlens.errors import InputError
 from heatlens.files.quiet import quiet_library
 from heatlens.files.usd_library import open_usd, read_usd_apart, usd_failures_told, usd_module
 from heatlens.model.frames import FrameRange, check_frame
+from heatlens.model.lens_model import LensModel
 
 USD_SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
 
 _AND_PRIM = re.compile(r"(.+\.usd[acz]?):(/.*)", re.IGNORECASE | re.DOTALL)
-_ATTRIBUTES = (*MM_ATTRIBUTES.values(), "focusDistance", "fStop", SQUEEZE)
+_ATTRIBUTES = (*MM_ATTRIBUTES.values(), "focusDistance", "fStop", SQUEEZE, NOMINAL_F_STOP)
 _STILL_FRAME = 1
 _LISTED = 5
 _FAR = 0.999  # of INFINITE_M, after a conversion to float32 and another unit
@@ -69,6 +76,7 @@ def usd_camera(text: str) -> CameraSamples:
                 name=opened.prim.GetName(),
                 frames=frames,
                 **_lens(opened, frames),
+                lens_model=_lens_model(opened),
                 world_to_camera=placement,
                 up_axis=_up_axis(opened),
                 frames_per_second=opened.stage.GetTimeCodesPerSecond(),
@@ -138,8 +146,21 @@ def _lens(opened: _Stage, frames: tuple[int, ...]) -> dict[str, Track | None]:
     return lengths | {
         "f_stop": _unless_zero(_track(opened, "fStop", frames)),
         "focus_distance_m": _unless_zero(tuple(map(_infinite_if_far, focus))),
-        "squeeze": _track(opened, SQUEEZE, frames) if opened.prim.HasAttribute(SQUEEZE) else None,
+        "squeeze": _own_track(opened, SQUEEZE, frames),
+        "nominal_f_stop": _own_track(opened, NOMINAL_F_STOP, frames),
     }
+
+
+def _own_track(opened: _Stage, name: str, frames: tuple[int, ...]) -> Track | None:
+    """Return an attribute that only heatlens writes; None where it is not there."""
+    return _track(opened, name, frames) if opened.prim.HasAttribute(name) else None
+
+
+def _lens_model(opened: _Stage) -> LensModel | None:
+    """Return the lens model that heatlens has written; None where none is told or known."""
+    told = opened.prim.GetAttribute(LENS_MODEL)
+    name = told.Get() if told else None
+    return LensModel(name) if name in list(LensModel) else None
 
 
 def _track(opened: _Stage, name: str, frames: tuple[int, ...], unit: float = 1.0) -> Track:

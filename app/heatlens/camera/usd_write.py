@@ -13,7 +13,14 @@ from heatlens.files.usd_library import usd_module
 from heatlens.stopping import temporary_folder
 
 METERS_PER_UNIT = 0.01  # USD's default, with which focal lengths and apertures are in mm
-SQUEEZE = "heatlens:squeeze"  # UsdGeomCamera has no attribute for it
+# UsdGeomCamera has no attributes for these.
+SQUEEZE = "heatlens:squeeze"
+NOMINAL_F_STOP = "heatlens:nominalFStop"
+LENS_MODEL = "heatlens:lensModel"
+
+# What nearer and farther cameras of common viewers leave out: 1 cm and 10 km, which USD's default
+# of 1 to 1e6 units is in centimetres. In metres that default would cut off what is nearer than 1 m.
+CLIPPING_M = (0.01, 1e4)
 
 MM_ATTRIBUTES = {
     "focal_length_mm": "focalLength",
@@ -52,6 +59,8 @@ def _stage(camera: CameraSamples, meters_per_unit: float) -> Any:
     stage.SetEndTimeCode(camera.frames[-1])
     prim = geometry.Camera.Define(stage, f"/{camera.identifier}")
     stage.SetDefaultPrim(prim.GetPrim())
+    clipping = [distance_m / meters_per_unit for distance_m in CLIPPING_M]
+    prim.GetClippingRangeAttr().Set(usd_module("Gf").Vec2f(clipping))
     _author_lens(prim, camera, meters_per_unit)
     _author_placement(prim, camera, meters_per_unit)
     return stage
@@ -69,8 +78,17 @@ def _author_lens(prim: Any, camera: CameraSamples, meters_per_unit: float) -> No
     if "f_stop" in tracks:
         _author(prim.GetFStopAttr(), camera, tracks["f_stop"])
     if "squeeze" in tracks and set(tracks["squeeze"]) != {1.0}:
-        kind = usd_module("Sdf").ValueTypeNames.Float
-        _author(prim.GetPrim().CreateAttribute(SQUEEZE, kind), camera, tracks["squeeze"])
+        _author_own(prim, SQUEEZE, camera, tracks["squeeze"])
+    if "nominal_f_stop" in tracks:
+        _author_own(prim, NOMINAL_F_STOP, camera, tracks["nominal_f_stop"])
+    if camera.lens_model is not None:
+        token = usd_module("Sdf").ValueTypeNames.Token
+        prim.GetPrim().CreateAttribute(LENS_MODEL, token).Set(str(camera.lens_model))
+
+
+def _author_own(prim: Any, name: str, camera: CameraSamples, values: Sequence[float]) -> None:
+    kind = usd_module("Sdf").ValueTypeNames.Float
+    _author(prim.GetPrim().CreateAttribute(name, kind), camera, values)
 
 
 def _author_placement(prim: Any, camera: CameraSamples, meters_per_unit: float) -> None:

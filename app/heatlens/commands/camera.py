@@ -5,6 +5,7 @@ import os
 from pathlib import Path
 
 from heatlens.camera.camera_file import WRITTEN, read_camera, write_camera
+from heatlens.camera.same_discs import with_nominal_f_stop, with_renderer_f_stop
 from heatlens.camera.samples import CameraSamples
 from heatlens.camera.usd_read import USD_SUFFIXES, split_prim
 from heatlens.commands.given_options import refuse_given
@@ -32,7 +33,12 @@ name of the output says how:
 A camera in USD, in such JSON or CSV, or in the headers of EXR files can stand in the place of the
 shot; so can a glTF, OBJ, PLY or STL scene, or demo, whose first camera it is then. Focus at
 infinity is written as 1e9 m where a format knows none.
+
+The discs of a real lens are larger than those of a CG renderer at the same f-stop, by S/(S - f) for
+the focus S and the focal length f. The camera of a photographic shot therefore carries the f-stop
+that makes the same discs in a renderer, at every frame, and the nominal one beside it.
 """
+_SAME_DISCS, _NOMINAL = "same-discs", "nominal"
 _EPILOG = """\
 examples:
   heatlens camera s.heatlens.json -o cam.usda
@@ -63,6 +69,13 @@ def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
         help="unit of the scene that the camera is for: m, cm, mm, ft, in, or a number of metres "
         "(default: cm for USD, as it takes for granted, and m for Nuke)",
     )
+    parser.add_argument(
+        "--f-stop",
+        choices=(_SAME_DISCS, _NOMINAL),
+        default=_SAME_DISCS,
+        help="of a photographic lens: what makes the same discs in a CG renderer, with the nominal "
+        f"one kept beside it (default), or the {_NOMINAL} one alone",
+    )
     parser.set_defaults(run=run)
 
 
@@ -90,6 +103,10 @@ def _add_shot_options(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Write the camera; say where it is from and what was assumed."""
     camera = _camera_of(args)
+    if args.f_stop == _NOMINAL:
+        camera = with_nominal_f_stop(camera)
+    else:
+        camera = with_renderer_f_stop(camera)
     unit = args.meters_per_unit
     write_camera(args.output, camera, None if unit is None else parse_scene_unit_m(unit))
     say(*camera.notes)

@@ -13,6 +13,7 @@ from heatlens.commands.pipes import file_of_input
 from heatlens.commands.plate_options import add_plate_options, plate_options
 from heatlens.commands.say import tell
 from heatlens.commands.value_types import number
+from heatlens.model.lens_model import LensModel
 from heatlens.plate.inspection import inspect
 from heatlens.printable import printable
 from heatlens.scene.first_shot import first_shot
@@ -39,6 +40,7 @@ _CAMERA_LINES = (
     ("focus distance", "focus_distance_m", "m"),
     ("sensor width", "sensor_width_mm", "mm"),
     ("sensor height", "sensor_height_mm", "mm"),
+    ("lens model", "model", ""),
 )
 _FOR_THE_EYE = (
     f"{PLAIN_OCIO_VIEW}, where the config has it, unless --view says otherwise: it was made for "
@@ -147,8 +149,15 @@ def _camera_lines(camera: dict[str, Any]) -> list[Line]:
     for label, name, unit in _CAMERA_LINES:
         if camera[name] is not None:
             value = f"{_number(camera[name])} {unit}".rstrip()
-            lines.append((label, f"{value} (header: {camera['sources'][name]})"))
-    return lines or [("camera", "nothing in the header")]
+            lines.append((label, f"{value} ({_told_by(camera['sources'][name])})"))
+    if camera["model"] is None:
+        lines = lines or [("camera", "nothing in the header")]
+        lines.append(("lens model", f"{LensModel.PHOTOGRAPHIC} (the header names no CG renderer)"))
+    return lines
+
+
+def _told_by(source: str) -> str:
+    return source if source.startswith("header, ") else f"header: {source}"
 
 
 def _primaries_lines(told: dict[str, Any] | None) -> list[Line]:

@@ -12,6 +12,7 @@ def scene_lines(facts: dict[str, Any]) -> list[Line]:
         ("scene", facts["path"]),
         ("frames", _frames(facts)),
         *_camera_lines(facts["cameras"]),
+        ("lens model", facts["lens_model"]),
         ("objects", _objects(facts["objects"])),
         ("triangles", f"{facts['triangles']:,}"),
         ("lights", _lights(facts)),

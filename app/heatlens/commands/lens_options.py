@@ -2,6 +2,7 @@
 
 import argparse
 from collections.abc import Mapping
+from typing import Any
 
 from heatlens.commands.field_options import add_fields, attributes_of, flag_of, typed_fields
 from heatlens.errors import InputError
@@ -14,7 +15,8 @@ from heatlens.plate.plate import Plate
 
 # Without these no lens can be made; what the plate's header tells need not be given.
 _NEEDED = ("focal_length_mm", "sensor_width_mm", "f_stop", "focus_distance_m")
-_FLAGS = {name: flag_of(Lens, name) for name in _NEEDED}
+_OTHERS = ("squeeze", "model")
+_FLAGS = {name: flag_of(Lens, name) for name in (*_NEEDED, "model")}
 _GIVEN_WITH = {**_FLAGS, "focus_distance_m": f"{_FLAGS['focus_distance_m']} or --focus-at"}
 
 
@@ -39,7 +41,7 @@ def add_lens_options(parser: argparse.ArgumentParser, can_pick: bool = True) -> 
         focus.add_argument(
             "--focus-at", metavar="X,Y", help="focus on what is seen at this pixel of the picture"
         )
-    add_fields(group, Lens, ["squeeze"])
+    add_fields(group, Lens, _OTHERS)
 
 
 def sensor_width_of(args: argparse.Namespace) -> float | None:
@@ -52,12 +54,12 @@ def sensor_width_of(args: argparse.Namespace) -> float | None:
     return width_mm if name is None else filmback_named(name).width_mm
 
 
-def given_lens(args: argparse.Namespace) -> dict[str, float]:
+def given_lens(args: argparse.Namespace) -> dict[str, Any]:
     """Return the fields of Lens that the options give, except what --focus-at finds.
 
     Raises InputError for an invalid distance or an unknown film back.
     """
-    values = typed_fields(args, Lens, (*_NEEDED, "squeeze"))
+    values = typed_fields(args, Lens, (*_NEEDED, *_OTHERS))
     width_mm = sensor_width_of(args)
     return values if width_mm is None else {**values, "sensor_width_mm": width_mm}
 
@@ -98,6 +100,7 @@ def lens_words(lens: Lens, sources: Mapping[str, str]) -> str:
         "sensor_width_mm": f"sensor width {lens.sensor_width_mm:g} mm",
         "f_stop": f"f/{lens.f_stop:g}",
         "focus_distance_m": f"focus {format_distance(lens.focus_distance_m)}",
+        "model": f"discs of a {lens.model.facts.words}",
     }
     return ", ".join(f"{text} ({sources[field]})" for field, text in values.items())
 
@@ -107,7 +110,7 @@ def _lens_of_coc(args: argparse.Namespace, plate: Plate, squeeze: float) -> tupl
     if args.focus_at is not None:
         raise no_distances(plate)
     said = ["lens: none needed, the plate brings its circle of confusion"]
-    ignored = (*attributes_of(Lens, _NEEDED), "filmback")
+    ignored = (*attributes_of(Lens, (*_NEEDED, "model")), "filmback")
     given = [name for name in ignored if getattr(args, name) is not None]
     said += [f"--{name.replace('_', '-')} is not used" for name in given]
     return plate_lens(plate, {"squeeze": squeeze}).lens, ", ".join(said)

@@ -4,6 +4,7 @@ import argparse
 import re
 from collections.abc import Iterable
 from dataclasses import replace
+from typing import Any
 
 from heatlens.commands.lens_options import given_lens, lens_words, pixel_of, sources_of
 from heatlens.errors import InputError
@@ -105,7 +106,7 @@ def check_frames(what: str, span: FrameRange | None, frames: Iterable[int]) -> N
 
 
 def _first_shot(
-    args: argparse.Namespace, text: str, found: dict[str, float] | None = None
+    args: argparse.Namespace, text: str, found: dict[str, Any] | None = None
 ) -> FirstShot:
     return first_shot(text, args.size, args.scene_camera, {**given_lens(args), **(found or {})})
 

@@ -4,7 +4,7 @@ import argparse
 from collections.abc import Collection
 
 from heatlens.camera.camera_file import read_camera
-from heatlens.camera.into_shot import lens_tracks
+from heatlens.camera.into_shot import first_values, lens_tracks
 from heatlens.camera.samples import LENS_TRACKS, CameraSamples
 from heatlens.commands.say import say
 from heatlens.model.shot import LensParameter, Shot
@@ -17,6 +17,7 @@ _OPTIONS = {
     "focus_distance_m": ("focus_distance", "focus_at"),
     "sensor_width_mm": ("sensor_width", "filmback"),
     "squeeze": ("squeeze",),
+    "model": ("lens_model",),
 }
 
 
@@ -62,9 +63,9 @@ def with_camera_values(
 ) -> argparse.Namespace:
     """Return the options, with the camera's first values where none are given."""
     filled = argparse.Namespace(**vars(args))
-    for field, track in lens_tracks(camera, kept).items():
+    for field, first in first_values(camera, kept).items():
         # The focus is text on the command line, for it can carry a unit.
-        value = repr(track[0]) if field == "focus_distance_m" else track[0]
+        value = repr(first) if field == "focus_distance_m" else first
         setattr(filled, _OPTIONS[field][0], value)
     return filled
 
@@ -77,6 +78,8 @@ def said_of(camera: CameraSamples, shot: Shot, text: str, kept: Collection[str])
         f"{LENS_TRACKS[name]} {_span(name, min(track), max(track))}{_keys(shot, name)}"
         for name, track in tracks.items()
     ]
+    if camera.lens_model is not None and "model" not in kept:
+        taken.append(f"discs of a {camera.lens_model.facts.words}")
     return f"lens of camera {camera.name} in {text}{frames}: {', '.join(taken) or 'nothing'}."
 
 

@@ -26,12 +26,16 @@ from heatlens.commands.shot_keys import KEYED, Keys, keys_of, mark_of
 from heatlens.commands.value_types import number
 from heatlens.documents.shot_file import SHOT_SUFFIX, write_shot
 from heatlens.errors import InputError
+from heatlens.files.picture_formats import is_picture
 from heatlens.model.frames import FRAMES_PER_SECOND, FrameRange, parse_frame_range
 from heatlens.model.interpolation import Interpolation
 from heatlens.model.lens import Lens
 from heatlens.model.pull import frames_too_close
 from heatlens.model.shot import FOCUS_SCALES, LensParameter, Shot
 from heatlens.model.units import format_distance, parse_distance_m
+from heatlens.plate.camera_header import camera_at_header, lens_model_of
+from heatlens.plate.header_read import read_headers
+from heatlens.plate.plate import CameraHeader
 from heatlens.plate.read import read_plate
 from heatlens.sequence.names import frames_text
 from heatlens.sequence.sequence import Sequence, find_sequence
@@ -229,7 +233,10 @@ def _say_unused(args: argparse.Namespace, option: str) -> None:
 
 
 def _lens_and_sequence(args: argparse.Namespace) -> tuple[Lens, Sequence | None]:
-    """Return the lens and the plate's files, which may be missing where no header is needed."""
+    """Return the lens and the plate's files, which may be missing where no header is needed.
+
+    Whose discs the lens makes is told by the header of the first file, unless an option tells it.
+    """
     lens = _lens_of_options(args)
     try:
         sequence = find_sequence(args.plate)
@@ -241,7 +248,19 @@ def _lens_and_sequence(args: argparse.Namespace) -> tuple[Lens, Sequence | None]
             ) from None
         say(f"the plate has no files yet: {error}")
         return lens, None
-    return lens or _lens_of_header(args, sequence), sequence
+    if lens is None:
+        return _lens_of_header(args, sequence), sequence
+    if args.lens_model is None:
+        model, why = lens_model_of(_camera_header(sequence))
+        lens = replace(lens, model=model)
+        say(f"discs of a {model.facts.words} ({why}).")
+    return lens, sequence
+
+
+def _camera_header(sequence: Sequence) -> CameraHeader:
+    """Return the lens in the header of the first frame."""
+    path = sequence.path_at(sequence.present[0])
+    return CameraHeader() if is_picture(path) else camera_at_header(read_headers(path))
 
 
 def _source_of(plate: str, sequence: Sequence | None) -> str:

@@ -120,6 +120,7 @@ def _about(shot: Shot, unit: str) -> str:
         ("frames", f"{shot.span or 'not known'}, {shot.frames_per_second:g} per second"),
         ("blur", f"{_blur_words(blur)}, proxy {blur.proxy:g}"),
         ("sensor width", f"{lens.sensor_width_mm:g} mm"),
+        ("lens model", f"{lens.model}: {lens.model.facts.meaning}"),
     ]
     if shot.framing is not None:
         lines.append(("scene seen", _framing_words(shot.framing)))

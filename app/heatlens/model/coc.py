@@ -1,12 +1,14 @@
 """The circle of confusion of a thin lens, and the limits of what looks sharp.
 
-With aperture diameter A, focal length f and focus distance S, a point at depth z makes a disc on
+With aperture diameter A, image distance v and focus distance S, a point at depth z makes a disc on
 the sensor of diameter
 
-    coc(z) = A f / (S - f) * (1 - S / z)  =  A f / (S - f)  -  A f S / (S - f) * 1 / z
+    coc(z) = A v (1 / S - 1 / z)  =  A v / S  -  A v * 1 / z
 
 negative in front of the focus, zero on it, positive behind. That is a straight line over 1/z, the
 dioptres, and stays one for focus at infinity: 0 - A f / z. Everything here follows from the line.
+`LensModel` says what v is: f / (1 - f / S) for a real lens, so that A v / S is the well-known
+A f / (S - f), and the focal length f for a renderer.
 """
 
 import math
@@ -49,9 +51,9 @@ def coc_px(depth_m: ArrayLike, line: CocLine) -> NDArray[np.float64]:
 def lens_diameter_m(lens: Lens) -> float:
     """Return the diameter in metres of the opening that makes the discs of `coc_line`.
 
-    A f (1/S - 1/z) / (1 - f / S) on the sensor is f D (1/S - 1/z) with D = A / (1 - f / S): what a
-    pinhole's picture, whose magnification is f / z, knows of the lens. The image of a real lens
-    lies a little behind the focal length.
+    A v (1/S - 1/z) on the sensor is f D (1/S - 1/z) with D = A v / f: what a pinhole's picture,
+    whose magnification is f / z, knows of the lens. The image of a real lens lies a little behind
+    the focal length, that of a renderer's on it, which makes D the aperture itself.
     """
     return -_per_dioptre_mm(lens) / lens.focal_length_mm
 
@@ -62,13 +64,14 @@ def sharp_px(lens: Lens, display_width_px: int) -> float:
 
 
 def hyperfocal_m(lens: Lens) -> float:
-    """Return the nearest focus distance at which infinity still looks sharp: f + A f / c.
+    """Return the nearest focus distance at which infinity still looks sharp: A v / S = c there.
 
-    c is the acceptable circle of confusion; it is measured on the height of the disc, which a
-    squeeze leaves alone.
+    That is f + A f / c for a real lens and A f / c for a renderer's. c is the acceptable circle of
+    confusion; it is measured on the height of the disc, which a squeeze leaves alone.
     """
     f_mm = lens.focal_length_mm
-    return 1e-3 * (f_mm + lens.aperture_diameter_mm * f_mm / lens.coc_limit_mm)
+    nearest_mm = f_mm if lens.model.facts.image_moves else 0.0
+    return 1e-3 * (nearest_mm + lens.aperture_diameter_mm * f_mm / lens.coc_limit_mm)
 
 
 def near_limit_m(lens: Lens) -> float:
@@ -98,7 +101,11 @@ def _sharp_dioptres(lens: Lens) -> float:
 def _per_dioptre_mm(lens: Lens) -> float:
     """Return the diameter on the sensor in mm for each dioptre from the focus.
 
-    It is -A f / (1 - f / S), which needs no case of its own for focus at infinity.
+    It is -A v, which needs no case of its own for focus at infinity.
     """
     f_mm = lens.focal_length_mm
-    return -1e-3 * lens.aperture_diameter_mm * f_mm / (1.0 - f_mm / (lens.focus_distance_m * 1e3))
+    return -1e-3 * lens.aperture_diameter_mm * f_mm / _focal_over_image_distance(lens)
+
+
+def _focal_over_image_distance(lens: Lens) -> float:
+    return lens.model.focal_over_image_distance(lens.focal_length_mm, lens.focus_distance_m)

@@ -6,6 +6,7 @@ from typing import Any
 
 from heatlens.errors import LensError
 from heatlens.model.aperture import Aperture
+from heatlens.model.lens_model import LensModel
 from heatlens.model.option import Option, option, options_of
 from heatlens.model.units import parse_distance_m
 
@@ -29,6 +30,7 @@ class Lens:
     acceptable_coc_mm  diameter that still counts as sharp, None for 1/1500 of the sensor's width
     close_focus_m      nearest focus that the ring of the real lens allows, None where unknown; a
                        nearer one is rendered all the same, and `pull.frames_too_close` finds it
+    model              whose discs it makes: those of a real lens, or those of a CG renderer
 
     Raises LensError naming the value and what it may be.
     """
@@ -69,6 +71,15 @@ class Lens:
     )
     close_focus_m: float | None = field(
         default=None, metadata=option("close focus", unit="m", **_HARDWARE)
+    )
+    model: LensModel = field(
+        default=LensModel.PHOTOGRAPHIC,
+        metadata=option(
+            "lens model",
+            "whose discs: those of a photographic lens, or those of the CG renderer that makes the "
+            "final picture, which are smaller by (focus - focal length)/focus (default: renderer "
+            "for a scene and for a plate whose header names a CG renderer, else photographic)",
+        ),
     )
 
     def __post_init__(self) -> None:

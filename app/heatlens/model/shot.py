@@ -3,6 +3,7 @@
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from math import ceil, floor
+from typing import Any
 
 from heatlens.errors import InputError, LensError
 from heatlens.model.curve import Curve
@@ -128,11 +129,12 @@ class Shot:
 
         Raises LensError that names the frame where keys ask for an impossible lens.
         """
-        values = {p: c.value_at(frame) for p in LensParameter if (c := self.curves.of(p)).keys}
+        curves = {str(p): c for p in LensParameter if (c := self.curves.of(p)).keys}
+        values: dict[str, Any] = {name: curve.value_at(frame) for name, curve in curves.items()}
         if not values:
             return self.lens
         try:
-            return replace(self.lens, **{str(name): value for name, value in values.items()})
+            return replace(self.lens, **values)
         except LensError as error:
             raise LensError(f"Frame {frame:g}: {error}") from None
 
@@ -160,7 +162,8 @@ class Shot:
         """
         curve = self.curves.of(parameter)
         if not curve.keys:
-            return replace(self, lens=replace(self.lens_at(frame), **{str(parameter): value}))
+            changed: dict[str, Any] = {str(parameter): value}
+            return replace(self, lens=replace(self.lens_at(frame), **changed))
         if curve.key_at(frame) is None and not auto_key:
             raise InputError(
                 f"The {parameter.words} has keys, but none at frame {frame:g}: set one there, or "

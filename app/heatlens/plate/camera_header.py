@@ -9,7 +9,9 @@ from typing import Any
 
 import numpy as np
 
+from heatlens.model.lens_model import LensModel
 from heatlens.plate.plate import CameraHeader
+from heatlens.plate.written_by import rendered_by
 
 Header = dict[str, Any]
 
@@ -21,6 +23,7 @@ _ATTRIBUTES = {
     "t_stop": ("tStop",),
 }
 _SENSOR = "sensorOverallDimensions"
+_MODEL = "heatlens:lensModel"  # the standard has no attribute for it
 
 
 def camera_at_header(headers: Sequence[Header]) -> CameraHeader:
@@ -29,7 +32,7 @@ def camera_at_header(headers: Sequence[Header]) -> CameraHeader:
     A value that no lens can have (zero, negative, not a number) counts as missing; only the focus
     may be infinite.
     """
-    values: dict[str, float] = {}
+    values: dict[str, Any] = {}
     sources: dict[str, str] = {}
     for name, attributes in _ATTRIBUTES.items():
         for attribute in attributes:
@@ -41,7 +44,25 @@ def camera_at_header(headers: Sequence[Header]) -> CameraHeader:
         value = _first_sensor_side(headers, axis)
         if value is not None:
             values[name], sources[name] = value, _SENSOR
+    if (model := _model_at(headers)) is not None:
+        values["model"], sources["model"] = model
     return CameraHeader(**values, sources=sources)
+
+
+def lens_model_of(camera: CameraHeader) -> tuple[LensModel, str]:
+    """Return the lens model for a plate with such a header, and in words what decides it."""
+    if camera.model is None:
+        return LensModel.PHOTOGRAPHIC, "the header names no CG renderer"
+    return camera.model, camera.sources.get("model", "header")
+
+
+def _model_at(headers: Sequence[Header]) -> tuple[LensModel, str] | None:
+    """Return the lens model that the headers tell and what tells it, heatlens' own entry first."""
+    for header in headers:
+        if header.get(_MODEL) in list(LensModel):
+            return LensModel(header[_MODEL]), f"header, {_MODEL}"
+    program = rendered_by(headers)
+    return (LensModel.RENDERER, f"header, written by {program}") if program else None
 
 
 def lens_attributes(
@@ -51,6 +72,7 @@ def lens_attributes(
     sensor_width_mm: float,
     sensor_height_mm: float | None = None,
     t_stop: float | None = None,
+    model: LensModel | None = None,
 ) -> dict[str, Any]:
     """Return header attributes for a lens; the reverse of `camera_at_header`."""
     attributes: dict[str, Any] = {
@@ -60,6 +82,8 @@ def lens_attributes(
     }
     if t_stop is not None:
         attributes["tStop"] = float(t_stop)
+    if model is not None:
+        attributes[_MODEL] = str(model)
     height = 0.0 if sensor_height_mm is None else sensor_height_mm  # 0: not known
     attributes[_SENSOR] = np.array([sensor_width_mm, height], dtype=np.float32)
     return attributes

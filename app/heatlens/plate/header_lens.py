@@ -2,9 +2,11 @@
 
 import math
 from collections.abc import Mapping
+from typing import Any
 
 from heatlens.errors import InputError
 from heatlens.model.lens import Lens
+from heatlens.plate.camera_header import lens_model_of
 from heatlens.plate.plate import Plate
 from heatlens.plate.start_lens import StartLens
 
@@ -35,7 +37,7 @@ class LensNotToldError(InputError):
         return f"{self.plate.path}: the header tells no {what}; give {them} with {given}."
 
 
-def plate_lens(plate: Plate, given: Mapping[str, float]) -> StartLens:
+def plate_lens(plate: Plate, given: Mapping[str, Any]) -> StartLens:
     """Return the lens of `given` fields and the plate's header, and the origin of each value.
 
     Only the sensor is assumed, to be full frame, and a note says so. A plate that brings its circle
@@ -52,13 +54,15 @@ def plate_lens(plate: Plate, given: Mapping[str, float]) -> StartLens:
     if "sensor_width_mm" not in values:
         values["sensor_width_mm"] = FULL_FRAME_WIDTH_MM
         sources["sensor_width_mm"] = "assumed full frame"
+    if "model" not in values:
+        values["model"], sources["model"] = lens_model_of(plate.camera)
     missing = tuple(name for name in NEEDED if name not in values)
     if missing:
         raise LensNotToldError(plate, missing)
     return StartLens(Lens(**values), sources)
 
 
-def _squeeze(given: Mapping[str, float]) -> dict[str, float]:
+def _squeeze(given: Mapping[str, Any]) -> dict[str, Any]:
     return {"squeeze": given["squeeze"]} if "squeeze" in given else {}
 
 

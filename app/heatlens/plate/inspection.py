@@ -14,7 +14,7 @@ from heatlens.model.lens import Lens
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.plausibility import DepthSpan, Doubt, doubts, span_doubts
 from heatlens.plate.behind import behind_layers, is_behind
-from heatlens.plate.camera_header import camera_at_header
+from heatlens.plate.camera_header import camera_at_header, lens_model_of
 from heatlens.plate.channel_choice import ColorChoice, choose_color
 from heatlens.plate.channels import Part, compression_name, pixels_of, type_name
 from heatlens.plate.deep_file import is_deep_file
@@ -204,7 +204,8 @@ def _doubts(camera: CameraHeader, span: DepthSpan) -> tuple[Doubt, ...]:
     if focal_mm is None or f_stop is None or focus_m is None or sensor_mm is None:
         return span_doubts(span)
     try:
-        return doubts(Lens(focal_mm, f_stop, focus_m, sensor_mm), span)
+        model, _ = lens_model_of(camera)
+        return doubts(Lens(focal_mm, f_stop, focus_m, sensor_mm, model=model), span)
     except LensError as error:
         return (Doubt("lens", f"The header tells a lens that cannot be. {error}"),)
 

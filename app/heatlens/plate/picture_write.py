@@ -90,7 +90,12 @@ def _lens_header(plate: Plate, lens: Lens) -> dict[str, Any]:
     camera = plate.camera
     height_mm = camera.sensor_height_mm if camera.sensor_width_mm == lens.sensor_width_mm else None
     return lens_attributes(
-        lens.focal_length_mm, lens.f_stop, lens.focus_distance_m, lens.sensor_width_mm, height_mm
+        lens.focal_length_mm,
+        lens.f_stop,
+        lens.focus_distance_m,
+        lens.sensor_width_mm,
+        height_mm,
+        model=lens.model,
     )
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heatlens.model.boxes import Box
+from heatlens.model.lens_model import LensModel
 from heatlens.model.plate_options import DepthConvention, DepthKind
 from heatlens.model.plausibility import DepthSpan
 from heatlens.plate.fragments import FragmentLists
@@ -26,7 +27,8 @@ class CameraHeader:
     sensor_width_mm: float | None = None
     sensor_height_mm: float | None = None
     t_stop: float | None = None
-    sources: Mapping[str, str] = field(default_factory=dict)  # field name -> attribute name
+    model: LensModel | None = None  # None: no CG renderer is named
+    sources: Mapping[str, str] = field(default_factory=dict)  # field name -> what tells it
 
 
 @dataclass(frozen=True)

@@ -3,15 +3,18 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from heatlens.errors import LensError
 from heatlens.model.lens import Lens
+from heatlens.model.lens_model import LensModel
+from heatlens.plate.camera_header import lens_model_of
 from heatlens.plate.plate import Plate
 
 # A normal lens on full frame, half open: nobody's wish, but everything can be seen to move.
-_USUAL = {"focal_length_mm": 50.0, "f_stop": 2.8, "sensor_width_mm": 36.0}
+_USUAL: dict[str, Any] = {"focal_length_mm": 50.0, "f_stop": 2.8, "sensor_width_mm": 36.0}
 
 
 @dataclass(frozen=True)
@@ -22,13 +25,13 @@ class StartLens:
     sources: Mapping[str, str]
 
 
-def start_lens(plate: Plate, given: Mapping[str, float]) -> StartLens:
+def start_lens(plate: Plate, given: Mapping[str, Any]) -> StartLens:
     """Return the lens to begin with; `given` holds fields of Lens.
 
     Without a focus distance the focus is on the middle of the picture. Raises LensError where the
     given values make no lens.
     """
-    values: dict[str, float] = {}
+    values: dict[str, Any] = {}
     sources: dict[str, str] = {}
     for name, usual in _USUAL.items():
         header = getattr(plate.camera, name)
@@ -39,9 +42,14 @@ def start_lens(plate: Plate, given: Mapping[str, float]) -> StartLens:
         else:
             values[name], sources[name] = usual, "assumed: the header does not tell"
     values["focus_distance_m"], sources["focus_distance_m"] = _focus(plate, given, values)
+    values["model"], sources["model"] = _model(plate, given)
     extra = {name: given[name] for name in ("squeeze", "close_focus_m") if name in given}
     t_stop = plate.camera.t_stop if _can_be("t_stop", plate.camera.t_stop) else None
     return StartLens(Lens(**values, **extra, t_stop=t_stop), sources)
+
+
+def _model(plate: Plate, given: Mapping[str, Any]) -> tuple[LensModel, str]:
+    return (given["model"], "given") if "model" in given else lens_model_of(plate.camera)
 
 
 def _can_be(name: str, value: float | None) -> bool:
@@ -55,9 +63,7 @@ def _can_be(name: str, value: float | None) -> bool:
     return True
 
 
-def _focus(
-    plate: Plate, given: Mapping[str, float], values: Mapping[str, float]
-) -> tuple[float, str]:
+def _focus(plate: Plate, given: Mapping[str, Any], values: Mapping[str, Any]) -> tuple[float, str]:
     if "focus_distance_m" in given:
         return given["focus_distance_m"], "given"
     header = plate.camera.focus_distance_m

@@ -1,4 +1,7 @@
-"""Which program wrote an EXR file, by the entries that it leaves in the header."""
+"""Which program wrote an EXR file, by the entries that it leaves in the header.
+
+pbrt leaves no name but two entries of its own; Octane, Karma and others tell theirs in `Software`.
+"""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -16,6 +19,7 @@ _PREFIXES = {
     "husk_": "Houdini",
     "prman": "RenderMan",
     "rmanversion": "RenderMan",
+    "rendertimeseconds": "pbrt",
 }
 # Entries in which programs tell their name, and the words by which they are known.
 _ENTRIES = ("software", "generatedby", "generator", "writer", "creator", "renderer")
@@ -35,7 +39,12 @@ _WORDS = {
     "redshift": "Redshift",
     "pbrt": "pbrt",
     "octane": "Octane",
+    "3delight": "3Delight",
+    "moonray": "MoonRay",
+    "corona": "Corona",
 }
+# Programs that pass the pictures of others on.
+_COMPOSITING = {"Nuke"}
 
 
 def written_by(headers: Sequence[Mapping[str, Any]]) -> str:
@@ -43,10 +52,20 @@ def written_by(headers: Sequence[Mapping[str, Any]]) -> str:
 
     A compositing program that passed a render on is named before the renderer.
     """
-    found = {program for header in headers for program in _programs_of(header)}
-    if "Nuke" in found:
-        return "Nuke"
-    return min(found, default="")
+    found = _programs_in(headers)
+    return min(found & _COMPOSITING or found, default="")
+
+
+def rendered_by(headers: Sequence[Mapping[str, Any]]) -> str:
+    """Return the name of the CG renderer whose picture it is, or "" where none is named.
+
+    What a compositing program has passed on still names its renderer.
+    """
+    return min(_programs_in(headers) - _COMPOSITING, default="")
+
+
+def _programs_in(headers: Sequence[Mapping[str, Any]]) -> set[str]:
+    return {program for header in headers for program in _programs_of(header)}
 
 
 def _programs_of(header: Mapping[str, Any]) -> set[str]:

@@ -8,9 +8,11 @@ The demo comes with all of its lens, as it moves.
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
+from typing import Any
 
 from heatlens.model.framing import Framing
 from heatlens.model.lens import Lens
+from heatlens.model.lens_model import LensModel
 from heatlens.model.shot import LensParameter, Shot
 from heatlens.scene.scene import Scene, SceneCamera
 from heatlens.scene.scene_bounds import bounds_m, camera_lens, started_framing, track_of
@@ -21,10 +23,11 @@ _ASSUMED = Lens(
     f_stop=2.0,
     focus_distance_m=5.0,
     sensor_width_mm=SceneCamera.sensor_width_mm,
+    model=LensModel.RENDERER,
 )
 _ANGLE = ("focal_length_mm", "sensor_width_mm")
 _OPENING = ("f_stop", "focus_distance_m")
-_NOTHING: Mapping[str, float] = MappingProxyType({})
+_NOTHING: Mapping[str, Any] = MappingProxyType({})
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +53,7 @@ def first_shot(
     text: str,
     size: tuple[int, int] | None = None,
     camera: str | None = None,
-    given: Mapping[str, float] = _NOTHING,
+    given: Mapping[str, Any] = _NOTHING,
 ) -> FirstShot:
     """Return the first shot of the scene `text`, in `size` pixels, seen through `camera`.
 
@@ -72,7 +75,7 @@ def first_shot(
 def _demo(scene: Scene, text: str) -> FirstShot:
     from heatlens.scene.demo.demo import demo_shot  # the demo is built only when it is used
 
-    sources = dict.fromkeys((*_ANGLE, *_OPENING), "as the demo is shot")
+    sources = dict.fromkeys((*_ANGLE, *_OPENING, "model"), "as the demo is shot")
     return FirstShot(scene, replace(demo_shot(), source=text), sources, frozenset())
 
 
@@ -89,9 +92,11 @@ def _of_file(scene: Scene, text: str) -> FirstShot:
         **_angle_sources(framing),
         "f_stop": "assumed: a scene tells none",
         "focus_distance_m": "assumed: the middle of the scene",
+        "model": "as for every 3D scene",
     }
     is_angle_told = framing.camera is not None
-    return FirstShot(scene, shot, sources, frozenset(_OPENING if is_angle_told else sources))
+    assumed = _OPENING if is_angle_told else (*_ANGLE, *_OPENING)
+    return FirstShot(scene, shot, sources, frozenset(assumed))
 
 
 def _angle_sources(framing: Framing) -> dict[str, str]:
@@ -116,7 +121,7 @@ def _framed(begun: FirstShot, size: tuple[int, int] | None, camera: str | None) 
     )
 
 
-def _with_given(begun: FirstShot, given: Mapping[str, float]) -> FirstShot:
+def _with_given(begun: FirstShot, given: Mapping[str, Any]) -> FirstShot:
     shot = begun.shot
     for name in set(map(str, LensParameter)).intersection(given):
         curve = shot.curves.of(LensParameter(name))

@@ -22,6 +22,7 @@ def scene_facts(first: FirstShot) -> Facts:
         "frames": None if frames is None else {"first": frames.first, "last": frames.last},
         "frames_per_second": first.shot.frames_per_second,
         "cameras": [_camera_facts(camera) for camera in scene.cameras],
+        "lens_model": str(first.shot.lens.model),
         "objects": list(object_names(scene)),
         "triangles": scene.triangle_count,
         "lights": len(scene.lights),

@@ -102,7 +102,7 @@ def world_to_camera_attribute(pose: Pose) -> np.ndarray[tuple[int, ...], np.dtyp
 
 
 def _camera(lens: Lens, width: int, height: int) -> CameraHeader:
-    fields = ("focus_distance_m", "f_stop", "focal_length_mm", "sensor_width_mm")
+    fields = ("focus_distance_m", "f_stop", "focal_length_mm", "sensor_width_mm", "model")
     return CameraHeader(
         **{name: getattr(lens, name) for name in fields},
         sensor_height_mm=lens.sensor_width_mm * height / width,

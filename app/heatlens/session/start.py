@@ -2,8 +2,9 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
-from heatlens.camera.into_shot import lens_tracks
+from heatlens.camera.into_shot import first_values
 from heatlens.camera.samples import CameraSamples
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.settings import DefocusSettings
@@ -25,7 +26,7 @@ class Start:
 
     source: str
     plate_options: PlateOptions = field(default_factory=PlateOptions)
-    lens: Mapping[str, float] = field(default_factory=dict)
+    lens: Mapping[str, Any] = field(default_factory=dict)
     defocus: DefocusSettings = field(default_factory=DefocusSettings)
     view: ViewState = field(default_factory=ViewState)
     ocio: str | None = None
@@ -49,10 +50,10 @@ class GivenOptions:
         """Return True where the options count for what is called `text`."""
         return self._source in (text, "")
 
-    def lens_of(self, text: str) -> Mapping[str, float]:
+    def lens_of(self, text: str) -> Mapping[str, Any]:
         """Return the fields of Lens given for `text`, those of a camera as they are first."""
         if not self.are_for(text):
             return {}
         camera, kept = self.start.camera, self.start.lens
-        first = {} if camera is None else lens_tracks(camera, kept)
-        return {**{name: track[0] for name, track in first.items()}, **kept}
+        first = {} if camera is None else first_values(camera, kept)
+        return {**first, **kept}

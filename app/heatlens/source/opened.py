@@ -85,7 +85,7 @@ class Opened(Protocol):
     def files_at(self, frame: int, missing: MissingPolicy) -> tuple[Path, ...]:
         """Return the files that `frame` alone is made of; none for a black or a missing frame."""
 
-    def lens(self, given: Mapping[str, float]) -> StartLens:
+    def lens(self, given: Mapping[str, Any]) -> StartLens:
         """Return the lens to begin with; `given` holds fields of Lens. Raises LensError."""
 
     def shot(self, lens: Lens, defocus: DefocusSettings) -> Shot:
@@ -166,7 +166,7 @@ class OpenedPlates:
             return ()
         return () if path is None else self.source.files_of(path)
 
-    def lens(self, given: Mapping[str, float]) -> StartLens:
+    def lens(self, given: Mapping[str, Any]) -> StartLens:
         """See `Opened`; what is not given is that of the header."""
         return start_lens(self.plate, given)
 
@@ -234,7 +234,7 @@ class OpenedScene:
         """See `Opened`; all frames are made of the same files."""
         return ()
 
-    def lens(self, given: Mapping[str, float]) -> StartLens:
+    def lens(self, given: Mapping[str, Any]) -> StartLens:
         """See `Opened`; what is not given is that of the scene's camera, or assumed."""
         return StartLens(replace(self.first.shot.lens, **given), dict.fromkeys(given, "given"))
 
@@ -286,7 +286,7 @@ class OpenedStream:
         """See `Opened`; a stream has no files."""
         return ()
 
-    def lens(self, given: Mapping[str, float]) -> StartLens:
+    def lens(self, given: Mapping[str, Any]) -> StartLens:
         """See `Opened`."""
         return start_lens(self.plate, given)
 

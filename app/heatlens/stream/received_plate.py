@@ -14,13 +14,14 @@ from numpy.typing import NDArray
 
 from heatlens.errors import InputError
 from heatlens.model.boxes import Box
+from heatlens.model.lens_model import LensModel
 from heatlens.model.plate_options import PlateOptions
 from heatlens.plate.camera_header import camera_at_header
 from heatlens.plate.channel_choice import ColorChoice, choose_color, choose_depth
 from heatlens.plate.channels import Header, Part
 from heatlens.plate.depth import finite_range
 from heatlens.plate.depth_read import read_depth_of
-from heatlens.plate.plate import DepthReport, FloatImage, Plate, read_pixels
+from heatlens.plate.plate import CameraHeader, DepthReport, FloatImage, Plate, read_pixels
 from heatlens.plate.read import read_color
 from heatlens.stream.chosen_image import ChosenImage, header_of
 from heatlens.stream.images import TevImage, not_sent
@@ -50,12 +51,21 @@ def plate_of_image(chosen: ChosenImage, options: PlateOptions, lens: Mapping[str
         data_window=box,
         display_window=box,
         pixel_aspect_ratio=1.0,
-        camera=camera_at_header([header]),
+        camera=_camera(header),
         depth=depth.report if is_coc else _report_with(depth.report, depth.values),
         aovs=chosen.aovs,
         attributes={},
         notes=(*choice.notes, *color_notes, *depth.notes, *_missing_notes(path, missing)),
     )
+
+
+def _camera(header: Header) -> CameraHeader:
+    """Return the lens that is told; who sends a picture while it is rendered is a renderer."""
+    camera = camera_at_header([header])
+    if camera.model is not None:
+        return camera
+    sources = {**camera.sources, "model": "a running renderer sends the picture"}
+    return replace(camera, model=LensModel.RENDERER, sources=sources)
 
 
 def _depth_key(

@@ -13,6 +13,7 @@ import numpy as np
 from heatlens.model.frames import FRAMES_PER_SECOND, FrameRange
 from heatlens.model.framing import CameraTrack, Framing, PoseKey, looking_at
 from heatlens.model.lens import Lens
+from heatlens.model.lens_model import LensModel
 from heatlens.model.marks import DistanceMark
 from heatlens.model.pull import pull
 from heatlens.model.settings import DefocusSettings
@@ -90,7 +91,7 @@ def demo_shot() -> Shot:
     """Return a shot whose focus goes from the nearest person to the farthest in two pulls."""
     near = _MARKS[0].distance_m
     shot = Shot(
-        lens=Lens(50.0, 2.0, near, 36.0, close_focus_m=0.45),
+        lens=Lens(50.0, 2.0, near, 36.0, close_focus_m=0.45, model=LensModel.RENDERER),
         defocus=DefocusSettings(),
         source=DEMO_SOURCE,
         marks=_MARKS,

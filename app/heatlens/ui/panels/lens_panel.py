@@ -12,6 +12,7 @@ from heatlens.model.depth_histogram import DepthHistogram
 from heatlens.model.f_stops import THIRD_STOPS, nearest_index
 from heatlens.model.filmback import FILMBACKS
 from heatlens.model.lens import Lens
+from heatlens.model.lens_model import LensModel
 from heatlens.model.option import options_of
 from heatlens.model.plausibility import About, Doubt
 from heatlens.model.settings import (
@@ -145,13 +146,14 @@ def _parse_t_stop(text: str) -> float | None:
 
 def _sources(facts: LensFacts) -> None:
     """Draw where the first values came from: a file's value counts more than an assumed one."""
-    words = [f"{name.rpartition('_')[0]}: {why}" for name, why in facts.sources.items()]
+    told = options_of(Lens)
+    words = [f"{told[name].words}: {why}" for name, why in facts.sources.items()]
     if not words:
         return
     assumed = any("assumed" in why or "nothing" in why for why in facts.sources.values())
     imgui.text_disabled("began with assumed values" if assumed else "began with the plate's lens")
     if imgui.is_item_hovered():
-        imgui.set_tooltip("\n".join(words).replace("_", " "))
+        imgui.set_tooltip("\n".join(words))
 
 
 def _hardware(lens: Lens) -> Lens:
@@ -160,6 +162,7 @@ def _hardware(lens: Lens) -> Lens:
     if focal != lens.focal_length_mm:
         lens = replace(lens, focal_length_mm=focal)
     lens = _film_back(lens)
+    lens = _model(lens)
     squeeze = widgets.slider(
         "squeeze", lens.squeeze, 1.0, 2.0, "%.2f x", "Anamorphic: discs so many times as tall."
     )
@@ -177,6 +180,14 @@ def _hardware(lens: Lens) -> Lens:
     if not math.isclose(limit_um, 1e3 * lens.coc_limit_mm, rel_tol=1e-6):
         lens = replace(lens, acceptable_coc_mm=1e-3 * limit_um)
     return lens
+
+
+def _model(lens: Lens) -> Lens:
+    """Draw whose discs the lens makes."""
+    by_words = {model.facts.words: model for model in LensModel}
+    tip = "\n".join(f"{words}: {model.facts.meaning}" for words, model in by_words.items())
+    picked = by_words[widgets.choice("discs as of a", lens.model.facts.words, list(by_words), tip)]
+    return lens if picked is lens.model else replace(lens, model=picked)
 
 
 def _film_back(lens: Lens) -> Lens:
