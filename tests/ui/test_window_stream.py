@@ -13,6 +13,7 @@ from tevclient import Ipc
 from heatlens.commands import view
 from heatlens.errors import InputError
 from heatlens.gpu.textures import download
+from heatlens.model.lens_model import LensModel
 from heatlens.model.plate_options import PlateOptions
 from heatlens.plate.exr_read import read_parts
 from heatlens.render import FrameRenderer
@@ -99,7 +100,8 @@ def test_a_frame_appears_and_is_refined_under_the_same_lens(ctx):
         sent(gui, values)
         shows(gui, values)
         assert gui.session.shot.source == stream.text == f"tev://{stream.address}"
-        assert gui.session.lens == LENS and not gui.session.source.is_waiting
+        sent_lens = replace(LENS, model=LensModel.RENDERER)  # as everything that a renderer sends
+        assert gui.session.lens == sent_lens and not gui.session.source.is_waiting
         gui.session.editing.edit_lens(replace(gui.session.lens, f_stop=4.0))
         gui.session.marks.set_point((3, 5))
         shot = gui.session.shot

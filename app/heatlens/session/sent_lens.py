@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from typing import Any
 
 from heatlens.errors import LensError
 from heatlens.plate.plate import CameraHeader, Plate
@@ -48,7 +49,7 @@ class SentLens:
             self._follow(changed, self._given.lens_of(opened.text))
 
     def _follow(self, changed: Mapping[str, float], given: Mapping[str, float]) -> None:
-        values = {name: value for name, value in changed.items() if name not in given}
+        values: dict[str, Any] = {name: v for name, v in changed.items() if name not in given}
         if not values:
             return
         try:
