@@ -24,6 +24,7 @@ from heatlens.model.shot import Shot
 from heatlens.model.value_bins import ValueBins
 from heatlens.plate.plate import Plate
 from heatlens.scene.scene import Scene
+from heatlens.scene_gpu.overscan import Overscan
 from heatlens.source.on_gpu import SourceOnGpu
 from heatlens.source.pinhole import Pinhole, bins_of_plate
 from heatlens.source.plate_on_gpu import PlateOnGpu
@@ -183,6 +184,9 @@ class FrameRenderer:
             out = pipeline.scratch.texture("out", size, 4)
             yield from self._source.through_lens(shot, frame, size, out)
             return out
+        overscan = loaded.overscan
+        if overscan is not None and shot.defocus.proxy == 1.0:
+            return (yield from self._with_overscan(shot, frame, pipeline, overscan))
         return (
             yield from pipeline.steps(
                 loaded.color,
@@ -193,6 +197,25 @@ class FrameRenderer:
                 loaded.fragments,
             )
         )
+
+    def _with_overscan(
+        self, shot: Shot, frame: int, pipeline: DefocusPipeline, overscan: Overscan
+    ) -> Steps[moderngl.Texture]:
+        """Blur the picture with as much around it as reaches the frame, and return the frame."""
+        plate = self.loaded.plate
+        optics = optics_of(plate, overscan.bins.occupied, shot.lens_at(frame))
+        margin = overscan.used_px(optics)
+        part, scratch, crop = overscan.part(margin), pipeline.scratch, self._passes.crop
+        size = part.width, part.height
+        self._check_fits(size)
+        color = scratch.texture("wide colour", size, 4)
+        depth = scratch.texture("wide depth", size, 1)
+        for whole, out in ((overscan.color, color), (overscan.depth, depth)):
+            crop.run(whole, (part.x0, part.y0), out)
+        picture = yield from pipeline.steps(color, depth, optics, shot.defocus, plate.has_alpha)
+        out = scratch.texture("frame", self.loaded.color.size, 4)
+        crop.run(picture, (margin, margin), out)
+        return out
 
     def _pipeline(self, slot: int) -> DefocusPipeline:
         if slot not in self._pipelines:
@@ -208,6 +231,9 @@ class FrameRenderer:
         """Refuse what is too large for this machine, and a method that this source cannot have."""
         size = proxy_size(self._source.size(shot), shot.defocus.proxy)
         self._source.check_method(shot.defocus.method)
+        self._check_fits(size)
+
+    def _check_fits(self, size: tuple[int, int]) -> None:
         if size != self._checked_size:
             check_work_fits(self.ctx, *size)
             check_texture_fits(self.ctx, size, self.solver.between_size(size))

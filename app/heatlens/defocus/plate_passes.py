@@ -30,6 +30,26 @@ class CocPass:
         )
 
 
+class CropPass:
+    """A part of a picture as a picture of its own."""
+
+    def __init__(self, ctx: moderngl.Context) -> None:
+        self._program = ComputeProgram(ctx, "crop.comp.glsl")
+
+    def run(self, whole: moderngl.Texture, origin: tuple[int, int], out: moderngl.Texture) -> None:
+        """Copy the pixels from `origin` on to `out`, whose size decides how many."""
+        self._program.dispatch(
+            pixel_groups(out.size),
+            textures={"from_tx": whole},
+            images={"out_img": out},
+            uniforms={"origin": origin},
+        )
+
+    def release(self) -> None:
+        """Give the program back to OpenGL."""
+        self._program.release()
+
+
 class AlphaPass:
     """Alpha defocused as a picture of its own, beside the colour."""
 

@@ -57,9 +57,12 @@ LIFETIMES: dict[str, Lifetime] = {
     # The plate as it is worked on, and the results.
     "proxy colour": Lifetime("proxy colour", "proxy", _KEPT),
     "proxy depth": Lifetime("proxy depth", "proxy", _KEPT),
+    "wide colour": Lifetime("wide colour", "proxy", _KEPT),
+    "wide depth": Lifetime("wide depth", "proxy", _KEPT),
     "coc": Lifetime("coc", "coc", _KEPT),
     "out": Lifetime("out", "fragments", _KEPT),
     "blurred": Lifetime("blurred", "blur", _KEPT),
+    "frame": Lifetime("frame", "limits", _KEPT),
     # Alpha as a picture of its own, which is layered before the colour.
     "alpha plate": Lifetime("alpha plate", "alpha", "highlights drawn"),
     "alpha out": Lifetime("alpha out", "fragments", "limits"),

@@ -1,13 +1,14 @@
 """A scene in front of the lens: its pinhole picture, and what a real lens would make of it."""
 
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import assert_never
 
 import moderngl
 
-from heatlens.gpu.textures import FloatArray, TexturePool, download
+from heatlens.defocus.plate_passes import CropPass
+from heatlens.gpu.textures import FloatArray, Storage, TexturePool, download
 from heatlens.model.boxes import Box
 from heatlens.model.framing import Framing, Pose
 from heatlens.model.settings import Method
@@ -20,6 +21,7 @@ from heatlens.scene.scene_view import SceneView, pupil_of, view_of
 from heatlens.scene_gpu.accumulation import Accumulation
 from heatlens.scene_gpu.antialias import Antialias
 from heatlens.scene_gpu.depth_survey import DepthSurvey
+from heatlens.scene_gpu.overscan import Overscan, RingSurvey, margin_px, widened
 from heatlens.scene_gpu.raster import SceneRaster
 from heatlens.scene_gpu.ray_tracer import RayTracer
 from heatlens.scene_gpu.scene_plate import DrawnPixels, plate_of_scene
@@ -27,6 +29,7 @@ from heatlens.scene_gpu.scene_plate import DrawnPixels, plate_of_scene
 # Views of one sample a pixel each, spread evenly over it. With fewer, lamps smaller than a pixel
 # would be dimmer or brighter than they are, and a blur would spread the error.
 PINHOLE_VIEWS = 64
+_OVERSCAN_FROM_VIEWS = 16  # with fewer something moves, and nobody looks at the border
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,6 +41,7 @@ class Look:
     color: moderngl.Texture
     depth: moderngl.Texture
     dioptres: ValueBins
+    overscan: Overscan | None  # not of a hurried picture
 
 
 class SceneRenderer:
@@ -53,6 +57,8 @@ class SceneRenderer:
         if raster is None:
             self._raster.load(scene)
         self._survey = DepthSurvey(ctx)
+        self._rings = RingSurvey(ctx)
+        self._crop = CropPass(ctx)
         self._ctx = ctx
         self._pool = TexturePool(ctx)
         self._held: tuple[object, Look] | None = None
@@ -88,19 +94,50 @@ class SceneRenderer:
         if self._held is not None and self._held[0] == key and self._views >= (views or 0):
             return
         views, bank = views or PINHOLE_VIEWS, 1 - self._bank
-        color = self._pool.texture(f"pinhole colour {bank}", size, 4, "f2")
-        yield from self._colored(shot, frame, views, color)
-        depth = self._pool.texture(f"pinhole depth {bank}", size, 1)
-        for band in self._raster.bands.of(size):
-            self._raster.depth(self._view(shot, frame, size), depth, band)
-            yield "pinhole"
-            self._raster.place(frame)
+        margin = margin_px(self._ctx, size) if views >= _OVERSCAN_FROM_VIEWS else 0
+        color, depth = yield from self._drawn(shot, frame, views, bank, margin)
+        overscan = self._overscan(color, depth, margin)
+        if overscan is not None:
+            color, depth = (self._framed(it, overscan, size, bank) for it in (color, depth))
         surveyed, pixels = self._survey.of(depth), DrawnPixels(color, depth, self._raster.read)
         seen = self.pose_at(shot, frame), shot.lens_at(frame), size
         plate = plate_of_scene(self.scene.path, pixels, surveyed, seen)
         self._let_go()
         self._bank, self._views = bank, views
-        self._held = key, Look(plate, pixels, color, depth, surveyed.dioptres)
+        self._held = key, Look(plate, pixels, color, depth, surveyed.dioptres, overscan)
+
+    def _drawn(
+        self, shot: Shot, frame: float, views: int, bank: int, margin: int
+    ) -> Generator[str, None, tuple[moderngl.Texture, moderngl.Texture]]:
+        """Draw colour and depth with a margin on every side, and return both."""
+        view = self._view(shot, frame, (shot.framing or Framing()).size, margin)
+        name = "wide" if margin else "pinhole"
+        color = self._pool.texture(f"{name} colour {bank}", view.size, 4, "f2")
+        depth = self._pool.texture(f"{name} depth {bank}", view.size, 1)
+        yield from self._colored(shot, frame, views, view, color)
+        for band in self._raster.bands.of(view.size):
+            self._raster.depth(view, depth, band)
+            yield "pinhole"
+            self._raster.place(frame)
+        return color, depth
+
+    def _overscan(
+        self, color: moderngl.Texture, depth: moderngl.Texture, margin: int
+    ) -> Overscan | None:
+        if not margin:
+            return None
+        rings_m, bins = self._rings.of(depth, margin), self._survey.of(depth).dioptres
+        return Overscan(color, depth, margin, rings_m, bins)
+
+    def _framed(
+        self, whole: moderngl.Texture, overscan: Overscan, size: tuple[int, int], bank: int
+    ) -> moderngl.Texture:
+        """Return the frame alone of a texture with overscan."""
+        name = "colour" if whole.components > 1 else "depth"
+        storage: Storage = "f2" if whole.components > 1 else "f4"
+        out = self._pool.texture(f"pinhole {name} {bank}", size, whole.components, storage)
+        self._crop.run(whole, (overscan.margin_px,) * 2, out)
+        return out
 
     def _pinhole_key(self, shot: Shot, frame: float) -> object:
         """Return a key that is equal where the pinhole picture is."""
@@ -109,10 +146,9 @@ class SceneRenderer:
         return pose, lens.focal_length_mm, lens.sensor_width_mm, size, self._moment(frame)
 
     def _colored(
-        self, shot: Shot, frame: float, views: int, color: moderngl.Texture
+        self, shot: Shot, frame: float, views: int, view: SceneView, color: moderngl.Texture
     ) -> Iterator[str]:
         """Draw at most `views` samples a pixel, spread over it; a single one is at its middle."""
-        view = self._view(shot, frame, color.size)
         self._raster.place(frame)
         if views == 1:
             for band in self._raster.bands.of(color.size):
@@ -175,7 +211,8 @@ class SceneRenderer:
     def release(self) -> None:
         """Release what is on the GPU."""
         self._let_go()
-        self._survey.release()
+        for held in (self._survey, self._rings, self._crop):
+            held.release()
         self._pinhole.release()
         for made in ("_accumulation", "_ray_tracer"):
             if made in self.__dict__:
@@ -188,6 +225,8 @@ class SceneRenderer:
         """Return the frame, or 0 where it makes no difference to the picture."""
         return frame if self.scene.motion is not None else 0.0
 
-    def _view(self, shot: Shot, frame: float, size: tuple[int, int]) -> SceneView:
+    def _view(self, shot: Shot, frame: float, size: tuple[int, int], margin: int = 0) -> SceneView:
+        """Return the pinhole's view of a picture of `size` with a margin on every side."""
         pose, lens = self.pose_at(shot, frame), shot.lens_at(frame)
-        return view_of(pose, lens, size, bounds_m(self.scene, frame))
+        view = view_of(pose, lens, size, bounds_m(self.scene, frame))
+        return replace(view, size=widened(size, margin))

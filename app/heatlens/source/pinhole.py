@@ -9,6 +9,7 @@ import numpy.typing as npt
 from heatlens.defocus.listed_fragments import FragmentBuffers
 from heatlens.model.value_bins import ValueBins, bins_of
 from heatlens.plate.plate import Plate
+from heatlens.scene_gpu.overscan import Overscan
 
 
 @dataclass(frozen=True, eq=False)
@@ -19,6 +20,7 @@ class Pinhole:
     depth  metres, or the signed circle of confusion in pixels where the plate brings that
     bins   where its surfaces lie, see `bins_of_plate`
     fragments  what is known behind the picture; None where nothing is
+    overscan   of a scene: the same picture with a margin; plates have theirs in their data window
     """
 
     plate: Plate
@@ -26,6 +28,7 @@ class Pinhole:
     depth: moderngl.Texture
     bins: ValueBins
     fragments: FragmentBuffers | None = None
+    overscan: Overscan | None = None
 
     @property
     def occupied(self) -> npt.NDArray[np.float64]:

@@ -42,7 +42,9 @@ class SceneOnGpu:
         yield from self._drawer.look(shot, frame, views)
         drawn = self._drawer.held
         if self._held is None or self._held.plate is not drawn.plate:
-            self._held = Pinhole(drawn.plate, drawn.color, drawn.depth, drawn.dioptres)
+            self._held = Pinhole(
+                drawn.plate, drawn.color, drawn.depth, drawn.dioptres, overscan=drawn.overscan
+            )
         return self._held
 
     def through_lens(

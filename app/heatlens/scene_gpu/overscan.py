@@ -1,0 +1,106 @@
+"""What a scene shows outside the frame, because a lens blurs it in."""
+
+from dataclasses import dataclass
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from heatlens.defocus.optics import Optics
+from heatlens.gpu.program import ComputeProgram, pixel_groups
+from heatlens.model.boxes import Box
+from heatlens.model.value_bins import ValueBins
+
+# Discs wider than twice this part of the width are rare; for them a picture's border is a guess.
+MOST_PART = 0.1
+_STEP_PX = 8  # what is drawn is a multiple of this, and its parts are whole pixels
+# How much of it takes part in a picture: few sizes, so that a pull makes textures anew a few times.
+_PARTS = (0.0, 0.25, 0.5, 1.0)
+_SOFT_RIM_PX = 1.0  # by which the discs of a diffusion are larger than those of a lens
+
+
+def margin_px(ctx: moderngl.Context, size: tuple[int, int]) -> int:
+    """Return how many pixels are drawn on every side of a picture; 0 where they do not fit."""
+    steps = max(1, round(MOST_PART * size[0] / _STEP_PX))
+    margin = _STEP_PX * steps
+    width, height = widened(size, margin)
+    side = int(ctx.info["GL_MAX_TEXTURE_SIZE"])
+    words = int(ctx.info["GL_MAX_SHADER_STORAGE_BLOCK_SIZE"]) // 4
+    return margin if max(width, height) <= side and width * height < words else 0
+
+
+def widened(size: tuple[int, int], margin_px: int) -> tuple[int, int]:
+    """Return the size of a picture with a margin on every side."""
+    return size[0] + 2 * margin_px, size[1] + 2 * margin_px
+
+
+@dataclass(frozen=True, eq=False)
+class Overscan:
+    """A scene's pinhole picture with a margin on every side.
+
+    color      RGBA
+    depth      R, planar metres
+    margin_px  the margin's width
+    ring_m     (margin_px, 2) nearest and farthest depth in each ring around the frame, from inside
+    bins       dioptres of all of it
+    """
+
+    color: moderngl.Texture
+    depth: moderngl.Texture
+    margin_px: int
+    ring_m: NDArray[np.float32]
+    bins: ValueBins
+
+    def needed_px(self, optics: Optics) -> int:
+        """Return how many pixels on every side blur into the frame through a lens."""
+        assert optics.line is not None
+        ends = optics.line.at_infinity_px + optics.line.per_dioptre_px / self.ring_m
+        reach_px = max(optics.disc.half_extents) * np.abs(ends).max(axis=1) / 2 + _SOFT_RIM_PX
+        reaching = np.flatnonzero(reach_px >= np.arange(1, self.margin_px + 1))
+        return int(reaching[-1]) + 1 if len(reaching) else 0
+
+    def used_px(self, optics: Optics) -> int:
+        """Return the margin that takes part: `needed_px` rounded up to one of few widths."""
+        needed = self.needed_px(optics)
+        return next(px for px in (round(p * self.margin_px) for p in _PARTS) if px >= needed)
+
+    def part(self, margin_px: int) -> Box:
+        """Return the frame with a smaller margin, in the pixels of the textures."""
+        cut = self.margin_px - margin_px
+        return Box(cut, cut, self.color.width - cut, self.color.height - cut)
+
+
+class RingSurvey:
+    """Finds `Overscan.ring_m`."""
+
+    def __init__(self, ctx: moderngl.Context) -> None:
+        self._program = ComputeProgram(ctx, "overscan_rings.comp.glsl")
+        self._ctx = ctx
+        self._rings: moderngl.Buffer | None = None
+
+    def of(self, depth: moderngl.Texture, margin_px: int) -> NDArray[np.float32]:
+        """Return (margin_px, 2) nearest and farthest metres of each ring of `depth`."""
+        start = np.tile(np.array([0xFFFFFFFF, 0], np.uint32), margin_px)
+        rings = self._buffer(start.nbytes)
+        rings.write(start)
+        self._program.dispatch(
+            pixel_groups(depth.size),
+            textures={"depth_tx": depth},
+            buffers={"ring_block": rings},
+            uniforms={"margin_px": margin_px},
+        )
+        found = np.frombuffer(rings.read(start.nbytes), np.uint32)
+        return found.view(np.float32).reshape(-1, 2)
+
+    def _buffer(self, size_bytes: int) -> moderngl.Buffer:
+        if self._rings is None or self._rings.size < size_bytes:
+            if self._rings is not None:
+                self._rings.release()
+            self._rings = self._ctx.buffer(reserve=size_bytes)
+        return self._rings
+
+    def release(self) -> None:
+        """Give everything back to OpenGL."""
+        self._program.release()
+        if self._rings is not None:
+            self._rings.release()

@@ -1,0 +1,26 @@
+// The nearest and the farthest depth in each ring of pixels around a picture, so that the processor can
+// tell how much of the overscan blurs into the picture through any lens. Bits of positive floats are
+// ordered as the floats are.
+//
+// Inputs
+//   depth_tx    planar metres of picture and overscan, +inf where nothing was hit
+//   margin_px   width of the overscan on every side
+// Output
+//   ring_buf    nearest and farthest, from the innermost ring on; has to hold ~0, 0 for each before
+
+layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
+
+uniform sampler2D depth_tx;
+uniform int margin_px;
+layout(std430) buffer ring_block { uint ring_buf[]; };
+
+void main() {
+    ivec2 at = ivec2(gl_GlobalInvocationID.xy), size = textureSize(depth_tx, 0);
+    if (any(greaterThanEqual(at, size))) return;
+    ivec2 inside = min(at, size - 1 - at);
+    int away = margin_px - min(inside.x, inside.y);
+    if (away <= 0) return;
+    uint depth = floatBitsToUint(texelFetch(depth_tx, at, 0).r);
+    atomicMin(ring_buf[2 * away - 2], depth);
+    atomicMax(ring_buf[2 * away - 1], depth);
+}

@@ -1,0 +1,110 @@
+"""What a scene shows outside the frame is drawn, and blurs in as far as the lens reaches."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from heatlens.defocus.optics import Optics
+from heatlens.gpu.textures import download
+from heatlens.model.coc import CocLine, coc_line, coc_px
+from heatlens.model.framing import CameraTrack, Framing, PoseKey, looking_at
+from heatlens.model.lens import Lens
+from heatlens.model.settings import DefocusSettings, Method, Quality
+from heatlens.model.shot import Shot
+from heatlens.model.value_bins import bins_of
+from heatlens.render import FrameRenderer
+from heatlens.scene.scene import Scene, SceneCamera
+from heatlens.scene_gpu.overscan import Overscan, RingSurvey
+from support.scenes import NIGHT, lamp, moved, plane, scene_of
+
+SIZE = (96, 64)
+WALL_M = 4.0
+AHEAD = SceneCamera("ahead", CameraTrack((PoseKey(1, looking_at((0, 0, 0), (0, 0, -1))),)))
+
+
+def lamp_beside_the_frame() -> Scene:
+    """A dim wall, and on it a bright square whose nearest edge is 2 % of the width outside."""
+    half_width_m = WALL_M * 36 / 50 / 2
+    aside_m = half_width_m * 1.04 + 0.1
+    places = [(0, moved(z=-WALL_M)), (1, moved(aside_m, 0, -WALL_M + 0.01))]
+    materials = (lamp((0.1, 0.1, 0.1)), lamp((2.0, 1.0, 0.5)))
+    meshes = (plane(5.0), plane(0.1, material=1))
+    return scene_of(meshes, places, materials, daylight=NIGHT, cameras=(AHEAD,))
+
+
+def shot_at(f_stop: float, focus_m: float, method: Method = Method.DIFFUSION) -> Shot:
+    settings = DefocusSettings(quality=Quality.FILM, method=method, views=256)
+    framing = Framing(*SIZE, camera="ahead")
+    return Shot(Lens(50.0, f_stop, focus_m, 36.0), settings, framing=framing)
+
+
+@pytest.fixture(scope="module")
+def looking(renderer: FrameRenderer) -> FrameRenderer:
+    renderer.load_scene(lamp_beside_the_frame())
+    return renderer
+
+
+def test_a_light_beside_the_frame_blurs_in_as_it_does_through_the_lens(looking):
+    blurred = looking.pixels(shot_at(1.0, 0.6))
+    truth = looking.pixels(shot_at(1.0, 0.6, Method.ACCUMULATION))
+    assert blurred.shape == truth.shape
+    assert truth[:, -1, 0].max() > 0.3  # three times the wall
+    assert np.abs(blurred - truth)[..., :3].max() < 0.15 * truth[..., :3].max()
+
+
+def test_a_hurried_picture_has_none_and_one_in_focus_needs_none(looking):
+    sharp = shot_at(2.0, WALL_M)
+    looking.look(replace(sharp, lens=replace(sharp.lens, focal_length_mm=51.0)), views=1)
+    assert looking.loaded.overscan is None
+    looking.look(sharp)
+    overscan = looking.loaded.overscan
+    assert overscan is not None
+    assert overscan.needed_px(looking.optics(sharp)) <= 1
+
+
+def test_the_picture_does_not_hang_on_what_cannot_blur_in(looking):
+    sharp = shot_at(16.0, WALL_M)
+    picture = looking.pixels(sharp)
+    plate = looking.loaded.plate
+    alone = looking.beside()
+    alone.load(plate.in_memory())
+    np.testing.assert_allclose(picture, alone.pixels(sharp), rtol=2e-3, atol=2e-4)
+
+
+def test_the_frame_is_the_middle_of_what_is_drawn(looking):
+    looking.look(shot_at(1.0, 0.6))
+    loaded = looking.loaded
+    overscan = loaded.overscan
+    assert overscan is not None
+    part = overscan.part(0)
+    whole = download(overscan.color)
+    assert part.shape == (SIZE[1], SIZE[0])
+    inside = whole[part.y0 : part.y1, part.x0 : part.x1]
+    np.testing.assert_array_equal(inside, loaded.plate.color)
+    assert whole.shape[1] == SIZE[0] + 2 * overscan.margin_px
+
+
+def test_rings_hold_the_nearest_and_the_farthest_depth(ctx):
+    margin, depth_m = 5, np.random.default_rng(3).uniform(1, 9, (23, 31)).astype(np.float32)
+    depth_m[0, 4] = np.inf
+    texture = ctx.texture((31, 23), 1, depth_m.tobytes(), dtype="f4")
+    found = RingSurvey(ctx).of(texture, margin)
+    for away in range(1, margin + 1):
+        outer = depth_m[margin - away : 23 - margin + away, margin - away : 31 - margin + away]
+        ring = np.concatenate([outer[0], outer[-1], outer[:, 0], outer[:, -1]])
+        assert tuple(found[away - 1]) == (ring.min(), ring.max())
+
+
+@pytest.mark.parametrize("f_stop", [1.4, 4.0, 22.0])
+def test_as_much_is_needed_as_discs_reach(ctx, f_stop):
+    lens, width, margin = Lens(50.0, f_stop, 1.5, 36.0), 640, 64
+    ring_m = np.stack([np.full(margin, 1.0), np.full(margin, np.inf)], axis=1).astype(np.float32)
+    texture = ctx.texture((1, 1), 1, dtype="f4")
+    overscan = Overscan(texture, texture, margin, ring_m, bins_of(1 / ring_m))
+    line = coc_line(lens, width)
+    radius_px = np.abs(coc_px(np.array([1.0, np.inf]), line)).max() / 2
+    needed = overscan.needed_px(Optics(line, np.array([0.0])))
+    assert needed == min(margin, int(radius_px + 1))
+    assert overscan.used_px(Optics(line, np.array([0.0]))) in (0, 16, 32, 64)
+    assert overscan.needed_px(Optics(CocLine(0.0, 0.0), np.array([0.0]))) == 1
