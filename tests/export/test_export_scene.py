@@ -93,14 +93,16 @@ def test_a_shot_file_gives_what_the_command_line_gives(capsys, shot_file, tmp_pa
 
 
 def test_a_pinhole_frame_is_a_plate_of_which_the_lens_makes_the_same(capsys, renderer, tmp_path):
-    """A scene and its own exported frame are one and the same source, bit for bit."""
+    """A scene's frame and its exported frame are one and the same plate, bit for bit."""
     path = tmp_path / "pin.exr"
     exported(capsys, "demo", path, "--frames=74", "--pinhole", SMALL)
     renderer.load_scene(demo_scene())
-    live = renderer.pixels(SHOT, 74)
-    assert not np.array_equal(live[..., :3], light(path))
+    drawn = renderer.look(SHOT, 74).plate.in_memory()
+    renderer.load(drawn)
+    wanted = renderer.pixels(SHOT, 74)
+    assert not np.array_equal(wanted[..., :3], light(path))
     renderer.load(read_plate(path))
-    assert np.array_equal(renderer.pixels(SHOT, 74), live)
+    assert np.array_equal(renderer.pixels(SHOT, 74), wanted)
 
 
 def test_through_many_points_of_the_lens(capsys, renderer, tmp_path):
