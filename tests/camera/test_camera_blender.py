@@ -11,7 +11,9 @@ from hypothesis import strategies as st
 
 from heatlens.camera.blender_write import blender_text
 from heatlens.camera.camera_file import write_camera
+from heatlens.camera.same_discs import with_renderer_f_stop
 from heatlens.camera.samples import INFINITE_M
+from heatlens.model.lens_model import LensModel
 from heatlens.source.shot_camera import camera_of_shot
 from support.cameras import FRAMES, SHOTS, TARGET, dolly, moving_camera
 
@@ -20,49 +22,67 @@ class Block(SimpleNamespace):
     """A data-block: attributes, and keys that take what they find."""
 
     def __init__(self, **values: object) -> None:
-        super().__init__(keys={}, **values)
+        super().__init__(keys={}, own={}, curves={}, **values)
+        action = SimpleNamespace(fcurves=self.curves.values())
+        self.animation_data = SimpleNamespace(action=action)  # as before Blender 4.4
+
+    def __setitem__(self, name: str, value: object) -> None:
+        self.own[name] = value
+
+    def value_of(self, path: str) -> object:
+        if path.startswith("["):
+            return self.own[path.strip('[]"')]
+        value = self
+        for part in path.split("."):
+            value = getattr(value, part)
+        return value
 
     def keyframe_insert(self, data_path: str, frame: int) -> None:
-        value = self
-        for part in data_path.split("."):
-            value = getattr(value, part)
-        self.keys.setdefault(data_path, {})[frame] = value
+        self.keys.setdefault(data_path, {})[frame] = self.value_of(data_path)
+        curve = SimpleNamespace(data_path=data_path, keyframe_points=[])
+        points = self.curves.setdefault(data_path, curve).keyframe_points
+        points.append(SimpleNamespace(interpolation="BEZIER"))
 
     def animation_data_clear(self) -> None:
         self.keys.clear()
+        self.curves.clear()
 
     def copy(self) -> "Block":
-        twin = Block(**{name: value for name, value in vars(self).items() if name != "keys"})
-        twin.keys = {path: dict(keys) for path, keys in self.keys.items()}
+        made = ("keys", "own", "curves", "animation_data")
+        twin = Block(**{name: value for name, value in vars(self).items() if name not in made})
+        twin.keys.update({path: dict(keys) for path, keys in self.keys.items()})
         return twin
 
     def at(self, path: str, frame: int) -> object:
         """What an animated property is at a frame that may have a key."""
         if path in self.keys:
             return self.keys[path][frame]
-        value = self
-        for part in path.split("."):
-            value = getattr(value, part)
-        return value
+        return self.value_of(path)
 
 
 def camera_data(name: str) -> Block:
     return Block(name=name, lens=35.0, dof=SimpleNamespace(use_dof=False, focus_object="Cube"))
 
 
-def blender(active: Block | None = None, unit_m: float = 1.0) -> ModuleType:
-    """As much of bpy as a script for cameras needs."""
+def camera_object(name: str, data: Block) -> Block:
+    return Block(name=name, data=data, type="CAMERA", parent="rig", constraints=[SimpleNamespace()])
+
+
+def blender(*cameras: Block, unit_m: float = 1.0) -> ModuleType:
+    """As much of bpy as a script for cameras needs; the first of `cameras` is the scene's."""
     linked: list[Block] = []
-    scene = SimpleNamespace(unit_settings=SimpleNamespace(scale_length=unit_m), camera=None)
-    bpy = ModuleType("bpy")
-    bpy.context = SimpleNamespace(
-        object=active,
-        scene=scene,
+    scene = SimpleNamespace(
+        unit_settings=SimpleNamespace(scale_length=unit_m),
+        camera=next(iter(cameras), None),
         collection=SimpleNamespace(objects=SimpleNamespace(link=linked.append)),
+        render=SimpleNamespace(),
     )
+    bpy = ModuleType("bpy")
+    bpy.context = SimpleNamespace(scene=scene)
+    named = {camera.name: camera for camera in cameras}
     bpy.data = SimpleNamespace(
         cameras=SimpleNamespace(new=camera_data),
-        objects=SimpleNamespace(new=lambda name, data: Block(name=name, data=data, type="CAMERA")),
+        objects=SimpleNamespace(new=camera_object, get=named.get),
     )
     bpy.linked = linked
     return bpy
@@ -87,6 +107,12 @@ def test_a_new_camera_has_the_lens_at_every_frame(tmp_path):
     assert data.dof.use_dof and data.dof.focus_object is None
     assert (data.dof.aperture_fstop, data.dof.aperture_ratio) == (1.3, 1.8)
     assert set(data.keys) == {"lens", "dof.focus_distance"}
+    curves = data.animation_data.action.fcurves
+    assert {p.interpolation for curve in curves for p in curve.keyframe_points} == {"LINEAR"}
+    assert (made.parent, made.constraints[0].mute) == (None, True)
+    scene = bpy.context.scene
+    assert (scene.frame_start, scene.frame_end) == (1001, 1008)
+    assert (scene.render.fps, scene.render.fps_base) == (25, 1.0)
     for index, frame in enumerate(FRAMES):
         assert data.at("lens", frame) == camera.focal_length_mm[index]
         focus_m = min(camera.focus_distance_m[index], INFINITE_M)
@@ -137,31 +163,46 @@ def turned(angles) -> np.ndarray:
     return made
 
 
-def test_the_active_camera_takes_the_lens_and_keeps_its_place():
+def test_the_scenes_camera_takes_the_lens_and_keeps_its_place():
     """Old keys of its lens are gone, and another object with the same lens keeps them."""
     shared = camera_data("old")
     shared.keyframe_insert("lens", 7)
-    active = Block(name="shot cam", type="CAMERA", data=shared, location=(1, 2, 3))
-    active.keyframe_insert("location", 5)
-    bpy = blender(active)
+    shot_cam = Block(name="shot cam", type="CAMERA", data=shared, location=(1, 2, 3), parent="rig")
+    shot_cam.keyframe_insert("location", 5)
+    bpy = blender(shot_cam, camera_object("other", camera_data("other")))
     made = run(blender_text(moving_camera(world_to_camera=None)), bpy)
-    assert made is active and bpy.linked == []
-    assert (active.location, active.keys) == ((1, 2, 3), {"location": {5: (1, 2, 3)}})
-    assert list(active.data.keys["lens"]) == list(FRAMES)
+    assert made is shot_cam and bpy.linked == []
+    assert (shot_cam.location, shot_cam.keys) == ((1, 2, 3), {"location": {5: (1, 2, 3)}})
+    assert shot_cam.parent == "rig"
+    assert list(shot_cam.data.keys["lens"]) == list(FRAMES)
     assert shared.keys == {"lens": {7: 35.0}}
 
 
-def test_another_active_object_is_left_alone():
-    cube = Block(name="Cube", type="MESH", data=None)
-    bpy = blender(cube)
-    made = run(blender_text(moving_camera()), bpy)
-    assert made is not cube and cube.data is None
+def test_a_camera_that_is_named_takes_the_lens_and_becomes_the_scenes():
+    first, other = (camera_object(name, camera_data(name)) for name in ("first", "other"))
+    text = blender_text(moving_camera())
+    assert run(text.replace('CAMERA = ""', 'CAMERA = "other"'), blender(first, other)) is other
+    assert first.data.keys == {}
+    with pytest.raises(SystemExit, match="no camera called 'none'"):
+        run(text.replace('CAMERA = ""', 'CAMERA = "none"'), blender(first, other))
 
 
-def test_the_scenes_own_camera_stays():
+def test_the_nominal_f_stop_is_a_property_beside_the_one_that_counts():
+    camera = with_renderer_f_stop(moving_camera(lens_model=LensModel.PHOTOGRAPHIC))
+    data = run(blender_text(camera), blender()).data
+    for frame, f_stop in zip(FRAMES, camera.f_stop, strict=True):
+        assert data.at("dof.aperture_fstop", frame) == f_stop
+    assert data.own == {"nominal_f_stop": 1.3}
+
+
+@pytest.mark.parametrize(
+    ("rate", "fps", "base"), [(24.0, 24, 1.0), (23.976, 24, 1.001), (12.5, 12, 0.96), (0.5, 1, 2.0)]
+)
+def test_the_rate_is_blenders_quotient(rate, fps, base):
     bpy = blender()
-    bpy.context.scene.camera = "main"
-    assert run(blender_text(moving_camera()), bpy) == "main"
+    run(blender_text(moving_camera(frames_per_second=rate)), bpy)
+    render = bpy.context.scene.render
+    assert (render.fps, render.fps_base) == (fps, pytest.approx(base, rel=1e-9))
 
 
 def test_without_a_focus_depth_of_field_stays_as_it_is():

@@ -1,7 +1,9 @@
 """A camera as a Python script for Blender.
 
-The active camera takes the lens, so that a shot without a placement keeps its own; where no camera
-is active there is a new one. Blender has no infinity: that focus is INFINITE_M away.
+The camera of the scene takes the lens, or the one that is named in the script; where there is
+neither, the script makes a camera. It sets the rate and the range of frames, and draws straight
+lines from frame to frame, so that a value between two frames lies between theirs. Blender has no
+infinity: that focus is INFINITE_M away.
 """
 
 import pprint
@@ -15,20 +17,23 @@ _PROPERTIES = {
     "sensor_width_mm": "sensor_width",
     "sensor_height_mm": "sensor_height",
     "f_stop": "dof.aperture_fstop",
+    "nominal_f_stop": '["nominal_f_stop"]',  # a property of our own, beside Blender's
     "squeeze": "dof.aperture_ratio",  # Cycles divides the width of the lens by it
 }
 _ROTATION_ORDER = "XYZ"  # Blender's own
 _SCRIPT = '''\
 """A lens of heatlens for Blender: run it in the text editor, or blender SCENE --python THIS_FILE.
 
-The active camera takes it; where no camera is active there is a new one.
+The camera of the scene takes it, or the one that CAMERA names; where there is none, a new one.
 """
 
 import math
 
 import bpy
 
+CAMERA = ""  # name of the camera object that takes the lens; "" for the camera of the scene
 NAME = {name}
+FPS, FPS_BASE = {fps}, {fps_base}  # Blender's rate is their quotient
 FRAMES = {frames}
 # One value, or a list of one for each frame. Lengths are in millimetres, distances in metres,
 # angles in degrees about x, y and z; z is up.
@@ -39,29 +44,55 @@ ROTATION_DEG = {rotation}
 
 
 def camera_object():
-    """The active camera with a lens of its own and no keys on it, or a new camera."""
-    active = bpy.context.object
-    if active is not None and active.type == "CAMERA":
-        active.data = active.data.copy()
-        active.data.animation_data_clear()
-        return active
-    made = bpy.data.objects.new(NAME, bpy.data.cameras.new(NAME))
-    bpy.context.collection.objects.link(made)
-    return made
+    """The camera that takes the lens: it has a lens of its own, with no keys on it."""
+    scene = bpy.context.scene
+    found = bpy.data.objects.get(CAMERA) if CAMERA else scene.camera
+    if CAMERA and (found is None or found.type != "CAMERA"):
+        raise SystemExit("There is no camera called " + repr(CAMERA) + " in this file.")
+    if found is None or found.type != "CAMERA":
+        found = bpy.data.objects.new(NAME, bpy.data.cameras.new(NAME))
+        scene.collection.objects.link(found)
+    else:
+        found.data = found.data.copy()
+        found.data.animation_data_clear()
+    scene.camera = found
+    return found
 
 
 def set_track(owner, path, values):
-    """Set a property, with a key at each frame where it moves."""
-    *parents, name = path.split(".")
-    holder = owner
-    for parent in parents:
-        holder = getattr(holder, parent)
+    """Set a property, with a key at each frame where it moves and straight lines between them."""
     if not isinstance(values, list):
-        setattr(holder, name, values)
+        set_value(owner, path, values)
         return
     for frame, value in zip(FRAMES, values):
-        setattr(holder, name, value)
+        set_value(owner, path, value)
         owner.keyframe_insert(data_path=path, frame=frame)
+    for curve in curves_of(owner):
+        if curve.data_path == path:
+            for point in curve.keyframe_points:
+                point.interpolation = "LINEAR"
+
+
+def set_value(owner, path, value):
+    """Set a property of Blender, or one of our own, whose path is in brackets."""
+    if path.startswith("["):
+        owner[path.strip('[]"')] = value
+        return
+    *parents, name = path.split(".")
+    for parent in parents:
+        owner = getattr(owner, parent)
+    setattr(owner, name, value)
+
+
+def curves_of(owner):
+    """The curves of a data-block: since Blender 4.4 an action can hold those of several."""
+    animation = owner.animation_data
+    slot = getattr(animation, "action_slot", None)
+    if slot is None:
+        return list(animation.action.fcurves)
+    strips = [strip for layer in animation.action.layers for strip in layer.strips]
+    bags = [bag for strip in strips for bag in strip.channelbags if bag.slot == slot]
+    return [curve for bag in bags for curve in bag.fcurves]
 
 
 def scaled(values, factor):
@@ -71,8 +102,22 @@ def scaled(values, factor):
     return values * factor
 
 
+def place(camera):
+    """Stand where the plate was seen from, whatever has moved the camera before."""
+    camera.animation_data_clear()
+    camera.parent = None
+    for constraint in camera.constraints:
+        constraint.mute = True
+    camera.rotation_mode = "XYZ"
+    set_track(camera, "location", scaled(LOCATION_M, units_per_m))
+    set_track(camera, "rotation_euler", scaled(ROTATION_DEG, math.pi / 180))
+
+
 scene = bpy.context.scene
 units_per_m = 1 / scene.unit_settings.scale_length
+scene.render.fps, scene.render.fps_base = FPS, FPS_BASE
+if len(FRAMES) > 1:
+    scene.frame_start, scene.frame_end = FRAMES[0], FRAMES[-1]
 camera = camera_object()
 camera.data.sensor_fit = "HORIZONTAL"
 for path, values in LENS.items():
@@ -82,12 +127,7 @@ if FOCUS_DISTANCE_M is not None:
     camera.data.dof.focus_object = None
     set_track(camera.data, "dof.focus_distance", scaled(FOCUS_DISTANCE_M, units_per_m))
 if LOCATION_M is not None:
-    camera.animation_data_clear()
-    camera.rotation_mode = "XYZ"
-    set_track(camera, "location", scaled(LOCATION_M, units_per_m))
-    set_track(camera, "rotation_euler", scaled(ROTATION_DEG, math.pi / 180))
-if scene.camera is None:
-    scene.camera = camera
+    place(camera)
 '''
 
 
@@ -97,14 +137,24 @@ def blender_text(camera: CameraSamples) -> str:
     lens = {path: _values(tracks[name]) for name, path in _PROPERTIES.items() if name in tracks}
     focus = camera.focus_distance_m
     location, rotation = _placement(camera)
+    fps, fps_base = _rate(camera.frames_per_second)
     return _SCRIPT.format(
         name=ascii(camera.name),
+        fps=fps,
+        fps_base=fps_base,
         frames=_literal(list(camera.frames)),
         lens=_literal(lens),
         focus=_literal(None if focus is None else _values([finite_m(value) for value in focus])),
         location=_literal(location),
         rotation=_literal(rotation),
     )
+
+
+def _rate(frames_per_second: float) -> tuple[int, float]:
+    """Return Blender's whole rate and what divides it: 24 and 1.001 for 23.976."""
+    whole = round(frames_per_second) or 1
+    base = whole / frames_per_second
+    return whole, 1.001 if abs(base - 1.001) < 1e-5 else base
 
 
 def _placement(camera: CameraSamples) -> tuple[Any, Any]:

@@ -1,0 +1,81 @@
+"""The script for Blender, run in Blender itself, where its module can be imported.
+
+`HEATLENS_BPY_PYTHON` names the Python of an environment with `pip install bpy`; without it the test
+looks for `bpy` beside itself, and is skipped where there is none.
+"""
+
+import importlib.util
+import json
+import os
+import subprocess
+import sys
+
+import pytest
+
+from heatlens.camera.blender_write import blender_text
+from heatlens.camera.from_shot import camera_before_plates
+from heatlens.camera.same_discs import with_renderer_f_stop
+from heatlens.model.frames import FrameRange
+from heatlens.model.lens import Lens
+from heatlens.model.shot import LensParameter, Shot
+
+_OWN = sys.executable if importlib.util.find_spec("bpy") else ""
+PYTHON = os.environ.get("HEATLENS_BPY_PYTHON", _OWN)
+FRAMES = FrameRange(101, 126)
+# Blender's usual state: a mesh is selected and active, and the camera of the scene is another.
+PROBE = """
+import bpy, json, sys
+scene = bpy.context.scene
+other = bpy.data.objects.new("other", bpy.data.cameras.new("other"))
+scene.collection.objects.link(other)
+before = scene.camera
+exec(compile(open(sys.argv[1]).read(), "cam.py", "exec"), {"__name__": "__main__"})
+data, found = scene.camera.data, []
+for half in range(2 * scene.frame_start, 2 * scene.frame_end + 1):
+    scene.frame_set(half // 2, subframe=0.5 * (half % 2))
+    dof = data.dof
+    found.append((data.lens, dof.aperture_fstop, dof.focus_distance, data["nominal_f_stop"]))
+facts = {
+    "active": bpy.context.object.name,
+    "camera": scene.camera is before,
+    "use_dof": data.dof.use_dof,
+    "frames": [scene.frame_start, scene.frame_end],
+    "rate": scene.render.fps / scene.render.fps_base,
+    "sensor_mm": data.sensor_width,
+    "other_dof": other.data.dof.use_dof,
+    "at_half_frames": found,
+}
+print("FACTS" + json.dumps(facts))
+"""
+
+
+def pulled() -> Shot:
+    """A focus pull with an opening that closes, on smooth keys."""
+    shot = Shot(Lens(50.0, 1.4, 1.1, 36.0), frames=FRAMES, frames_per_second=25.0)
+    for frame, focus_m, f_stop in ((101, 1.1, 1.4), (126, 8.0, 2.8)):
+        shot = shot.with_key(frame, LensParameter.FOCUS_DISTANCE, focus_m)
+        shot = shot.with_key(frame, LensParameter.F_STOP, f_stop)
+    return shot
+
+
+@pytest.mark.skipif(not PYTHON, reason="there is no bpy here; HEATLENS_BPY_PYTHON can name one")
+def test_blender_has_the_lens_at_the_frames_and_between_them(tmp_path):
+    shot = pulled()
+    camera = with_renderer_f_stop(camera_before_plates(shot, "cam"))
+    (tmp_path / "cam.py").write_text(blender_text(camera))
+    (tmp_path / "probe.py").write_text(PROBE)
+    words = [PYTHON, str(tmp_path / "probe.py"), str(tmp_path / "cam.py")]
+    ran = subprocess.run(words, capture_output=True, text=True, check=False, timeout=300)
+    assert ran.returncode == 0, ran.stderr
+    facts = json.loads(next(x for x in ran.stdout.splitlines() if x.startswith("FACTS"))[5:])
+    assert facts["active"] == "Cube" and facts["camera"] and facts["use_dof"]
+    assert (facts["frames"], facts["rate"]) == ([101, 126], 25.0)
+    assert (facts["sensor_mm"], facts["other_dof"]) == (36.0, False)
+    for half, (focal_mm, f_stop, focus_m, nominal) in enumerate(facts["at_half_frames"]):
+        lens = shot.lens_at(101 + half / 2)
+        near = 5e-3 if half % 2 else 1e-6  # straight from frame to frame
+        assert focal_mm == 50.0
+        assert nominal == pytest.approx(lens.f_stop, rel=near)
+        assert focus_m == pytest.approx(lens.focus_distance_m, rel=near)
+        same_discs = lens.f_stop * (1 - 0.05 / lens.focus_distance_m)
+        assert f_stop == pytest.approx(same_discs, rel=near)
