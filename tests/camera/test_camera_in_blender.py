@@ -71,9 +71,12 @@ def test_blender_has_the_lens_at_the_frames_and_between_them(tmp_path):
     assert facts["active"] == "Cube" and facts["camera"] and facts["use_dof"]
     assert (facts["frames"], facts["rate"]) == ([101, 126], 25.0)
     assert (facts["sensor_mm"], facts["other_dof"]) == (36.0, False)
+    focus = [row[2] for row in facts["at_half_frames"]]
+    middles = [(a + b) / 2 for a, b in zip(focus[::2], focus[2::2], strict=False)]
+    assert focus[1:-1:2] == pytest.approx(middles, rel=1e-5)  # straight from frame to frame
     for half, (focal_mm, f_stop, focus_m, nominal) in enumerate(facts["at_half_frames"]):
         lens = shot.lens_at(101 + half / 2)
-        near = 5e-3 if half % 2 else 1e-6  # straight from frame to frame
+        near = 0.01 if half % 2 else 1e-6
         assert focal_mm == 50.0
         assert nominal == pytest.approx(lens.f_stop, rel=near)
         assert focus_m == pytest.approx(lens.focus_distance_m, rel=near)

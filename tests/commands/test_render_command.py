@@ -152,7 +152,8 @@ def test_the_header_of_the_result_tells_the_lens(capsys, plate, tmp_path, focus)
     assert camera.sensor_width_mm == pytest.approx(24.9, rel=1e-6)
     assert camera.f_stop == pytest.approx(1.4, rel=1e-6)
     assert camera.focus_distance_m == pytest.approx(float(focus), rel=1e-6)
-    assert camera.sensor_height_mm is None  # 24 mm belonged to the header's 36 mm
+    height, width = picture(tmp_path / "out.exr")[1].shape[:2]  # 24 mm belonged to 36 mm
+    assert camera.sensor_height_mm == pytest.approx(24.9 * height / width, rel=1e-6)
 
 
 def test_the_lens_of_the_result_gives_the_result_again(capsys, plate, tmp_path):

@@ -84,6 +84,13 @@ def test_players_are_told_rec_709(capsys, shot_file, tmp_path, suffix, kind):
         assert context.color_range == 1
 
 
+def test_each_frame_of_prores_says_what_the_container_says(capsys, shot_file, tmp_path):
+    """Editing programs believe the header of the frames: primaries, curve and matrix in a row."""
+    exported(capsys, shot_file, tmp_path / "m.mov")
+    headers = (tmp_path / "m.mov").read_bytes().split(b"icpf")[1:]
+    assert [header[14:17] for header in headers] == [b"\1\1\1"] * len(FRAMES)
+
+
 def flat_plates(folder):
     """Frames of one colour each, and a slow ramp: chroma at half width loses nothing of them."""
     folder.mkdir()

@@ -161,9 +161,11 @@ class Movie:
         height, width = display.shape[:2]
         even = np.pad(display, ((0, height % 2), (0, width % 2), (0, 0)), mode="edge")
         frame = av().VideoFrame.from_ndarray(quantised(even, np.uint16), format="rgb48le")
-        return frame.reformat(
+        coded = frame.reformat(
             format=self._codec.pixel_format, dst_colorspace="ITU709", dst_color_range="MPEG"
         )
+        coded.color_primaries = coded.color_trc = _REC709  # ProRes writes them into every frame
+        return coded
 
     def _encode(self, frame: Any) -> None:
         """Encode a frame; never after a write that failed, because FFmpeg would end the process."""

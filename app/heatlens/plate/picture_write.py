@@ -83,12 +83,17 @@ def _is_same(path: Path, other: Path) -> bool:
 def _lens_header(plate: Plate, lens: Lens) -> dict[str, Any]:
     """Return the lens as header attributes; none where the plate brought its circle of confusion.
 
-    The height of the sensor is known only from the header, and only for the width given there.
+    The height of the sensor is the header's for the width given there, else as the picture is
+    shaped.
     """
     if plate.coc_px is not None:
         return {}
     camera = plate.camera
     height_mm = camera.sensor_height_mm if camera.sensor_width_mm == lens.sensor_width_mm else None
+    if height_mm is None:
+        window = plate.display_window
+        aspect = window.width * plate.pixel_aspect_ratio / window.height
+        height_mm = lens.sensor_width_mm / aspect
     return lens_attributes(
         lens.focal_length_mm,
         lens.f_stop,
