@@ -96,7 +96,7 @@ def test_reading_ends_with_the_process_that_asked_when_that_is_killed(endless):
 def test_a_stage_that_names_a_pipe_is_refused(usd_path):
     os.mkfifo(usd_path.with_name("pipe.usda"))
     usd_path.write_text("#usda 1.0\n( subLayers = [@./pipe.usda@] )\n")
-    with pytest.raises(InputError, match=r"pipe\.usda', which it names, is not a file"):
+    with pytest.raises(InputError, match=r"pipe[^']*', which it names, is not a file"):
         usd_camera(str(usd_path))
 
 
