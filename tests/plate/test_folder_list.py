@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from heatlens.errors import InputError
 from heatlens.sequence.folder_list import list_folder, natural
+from heatlens.sequence.sequence import find_sequence
 
 EXR = (".exr",)
 
@@ -95,3 +96,30 @@ def test_any_names_have_an_order(texts):
 
 def test_numbers_count_as_numbers():
     assert natural("Shot9") < natural("shot10") < natural("shot10b")
+
+
+def test_two_sizes_of_a_picture_are_two_pictures(tmp_path):
+    made(tmp_path, "hero720.exr", "hero1080.exr", "take1.exr", "take2.exr", "old.0001.exr")
+    made(tmp_path, "old.0999.exr")
+    assert names(list_folder(tmp_path, EXR)) == [
+        "hero720.exr",
+        "hero1080.exr",
+        "old.####.exr",
+        "take#.exr",
+    ]
+
+
+def test_files_of_a_sequence_can_be_listed_and_opened_one_by_one(tmp_path):
+    made(tmp_path, "shot.1001.exr", "shot.1002.exr", "take7.exr", "take8.exr", "still.exr")
+    listing = list_folder(tmp_path, EXR, is_single=True)
+    assert names(listing) == sorted(entry.name for entry in tmp_path.iterdir())
+    for entry in listing.entries:
+        found = find_sequence(entry.path)
+        assert found.is_single and found.path_at(found.first).name == entry.name
+
+
+def test_a_file_that_is_no_frame_opens_alone(tmp_path):
+    made(tmp_path, "hero720.exr", "hero1080.exr", "take1.exr", "take2.exr")
+    assert find_sequence(tmp_path / "hero720.exr").is_single
+    assert find_sequence(tmp_path / "take1.exr").present == (1, 2)
+    assert find_sequence(tmp_path / "hero#.exr").present == (720, 1080)  # named as a sequence

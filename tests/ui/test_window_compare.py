@@ -40,15 +40,33 @@ def gui(gui):
 
 
 def test_alt_held_shows_the_plate_as_it_is(gui):
+    gui.move(gui.middle("picture"))
     before = region(gui)
     gui.io.add_key_event(K.mod_alt, True)
     gui.hold(K.left_alt)
+    np.testing.assert_array_equal(region(gui), before)  # Alt+Tab flips nothing
+    gui.later()
     pinhole = region(gui)
     gui.io.add_key_event(K.mod_alt, False)
     gui.hold(K.left_alt, False)
     np.testing.assert_array_equal(pinhole, displayed(gui, plate_pixels(gui)))
     np.testing.assert_array_equal(region(gui), before)
     assert np.any(pinhole != before)
+
+
+def test_alt_does_nothing_with_another_key_or_beside_the_picture(gui):
+    for at, other in ((gui.middle("picture"), K.tab), (gui.middle("f-stop"), None)):
+        gui.move(at)
+        gui.io.add_key_event(K.mod_alt, True)
+        gui.hold(K.left_alt)
+        if other is not None:
+            gui.hold(other)
+            gui.hold(other, False)
+        gui.later()
+        gui.later()
+        assert not gui.session.picture_view.is_lens_held_off
+        gui.io.add_key_event(K.mod_alt, False)
+        gui.hold(K.left_alt, False)
 
 
 def test_depth_of_field_off_shows_the_plate_as_it_is(gui):

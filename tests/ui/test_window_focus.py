@@ -126,15 +126,48 @@ def test_brackets_nudge_focus_along_the_bar(gui):
     assert gui.session.lens.f_stop == 1.0
 
 
-def test_the_wheel_over_the_lens_panel_nudges_focus(gui):
+def test_the_wheel_over_the_focus_bar_and_its_field_nudges_focus(gui):
     start = 1 / focus_m(gui)
     gui.wheel(gui.middle("focus bar"), 3)
     step = gui.session.histogram.most_dioptres / 250
     assert 1 / focus_m(gui) == pytest.approx(start + 3 * step)
+    gui.move(gui.middle("distance"))
+    gui.frame()
     gui.wheel(gui.middle("distance"), -1)
     assert 1 / focus_m(gui) == pytest.approx(start + 2 * step)
     assert steps(gui) == 1
     assert gui.session.view.zoom is None
+
+
+def test_the_wheel_over_the_rest_of_the_lens_panel_scrolls(gui):
+    before, panel = gui.session.shot, imgui.internal.find_window_by_name("Lens")
+    assert panel.scroll_max.y > 0
+    at = gui.middle("f-stop field")
+    gui.wheel(at, -3)
+    gui.frame(2)
+    assert panel.scroll.y > 0 and gui.session.shot == before
+    gui.wheel(at, 30)
+    gui.frame(2)
+    assert panel.scroll.y == 0
+
+
+def test_the_wheel_over_the_focus_bar_does_not_scroll(gui):
+    panel = imgui.internal.find_window_by_name("Lens")
+    gui.move(gui.middle("focus bar"))
+    gui.frame(2)
+    gui.wheel(gui.middle("focus bar"), -2)
+    assert panel.scroll.y == 0
+
+
+def test_shift_and_the_wheel_over_the_picture_focus_and_zoom_nothing(gui):
+    start = 1 / focus_m(gui)
+    gui.io.add_key_event(K.mod_shift, True)
+    gui.wheel(gui.at_picture(*middle_of(POST)), 2)
+    gui.io.add_key_event(K.mod_shift, False)
+    gui.frame()
+    step = gui.session.histogram.most_dioptres / 250
+    assert 1 / focus_m(gui) == pytest.approx(start + 2 * step)
+    assert gui.session.view.zoom is None and steps(gui) == 1
 
 
 def test_the_lens_as_it_began_comes_back_whole_from_any_other(gui):

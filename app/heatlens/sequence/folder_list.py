@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from heatlens.errors import InputError
-from heatlens.sequence.names import sequences_among
+from heatlens.sequence.names import NameForm, are_frames, sequences_among
 from heatlens.sequence.sequence import Sequence
 
 _DIGITS = re.compile(r"(\d+)")
@@ -47,10 +47,11 @@ class FolderList:
     entries: tuple[Entry, ...]
 
 
-def list_folder(folder: Path, suffixes: tuple[str, ...]) -> FolderList:
+def list_folder(folder: Path, suffixes: tuple[str, ...], is_single: bool = False) -> FolderList:
     """List the folders in `folder` and the files that end in one of `suffixes`; nothing hidden.
 
-    Raises InputError where the folder cannot be read.
+    `is_single` lists each file of a sequence by itself. Raises InputError where the folder cannot
+    be read.
     """
     try:
         with os.scandir(folder) as scan:
@@ -64,7 +65,7 @@ def list_folder(folder: Path, suffixes: tuple[str, ...]) -> FolderList:
         for entry in found
         if entry.name.lower().endswith(suffixes) and entry.name not in inside
     ]
-    entries = sorted(_entries(folder, names), key=lambda entry: natural(entry.name))
+    entries = sorted(_entries(folder, names, is_single), key=lambda entry: natural(entry.name))
     return FolderList(folder, tuple(sorted(folders, key=natural)), tuple(entries))
 
 
@@ -73,18 +74,29 @@ def natural(name: str) -> list[str | int]:
     return [int(p) if p.isdecimal() else p for p in _DIGITS.split(name.casefold())]
 
 
-def _entries(folder: Path, names: list[str]) -> list[Entry]:
+def _entries(folder: Path, names: list[str], is_single: bool) -> list[Entry]:
     texts = [name for name in names if name.lower().endswith(_NO_FRAMES)]
     entries = [Entry(name, folder / name, _written_s(folder / name)) for name in texts]
     for form, frames in sequences_among(set(names).difference(texts)).items():
-        name = form.name_at(frames[-1] if form.padding else 0)
-        written_s = _written_s(folder / name)
-        if len(frames) > 1:
-            sequence = Sequence(folder, form, frames, frames)
-            entries.append(Entry(form.text, Path(sequence.pattern), written_s, sequence))
+        if not are_frames(form, frames):
+            names_of_it = [form.name_at(frame) for frame in frames or (0,)]
+            entries += [Entry(it, folder / it, _written_s(folder / it)) for it in names_of_it]
+        elif is_single:
+            entries += [_single(folder, form, frame) for frame in frames]
         else:
-            entries.append(Entry(name, folder / name, written_s))
+            name = form.name_at(frames[-1])
+            sequence = Sequence(folder, form, frames, frames)
+            path = Path(sequence.pattern)
+            entries.append(Entry(form.text, path, _written_s(folder / name), sequence))
     return entries
+
+
+def _single(folder: Path, form: NameForm, frame: int) -> Entry:
+    """Return one file of a sequence, which a pattern with its frame alone opens."""
+    name, path = form.name_at(frame), folder / form.name_at(frame)
+    if form.is_notation:
+        path = folder / f"{form.prefix}{frame}-{frame}{'#' * form.padding}{form.suffix}"
+    return Entry(name, path, _written_s(folder / name))
 
 
 def _written_s(path: Path) -> float:

@@ -4,7 +4,7 @@ Notations are parsed by fileseq, one name at a time, so that a folder may be cal
 """
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 from fileseq.constants import PAD_STYLE_HASH1
@@ -13,6 +13,7 @@ from fileseq.frameset import FrameSet
 
 from heatlens.errors import InputError
 
+_LEAST_PART = 0.1  # of the frames from first to last, where the name leaves a doubt
 MAX_FRAMES = 1_000_000  # twelve hours; more is a date or a hash read as a frame number
 
 # The first number that only words, versions and the extension follow: sh010.comp1001.left.v2.exr.
@@ -129,6 +130,20 @@ def padding_of(form: NameForm, names: Iterable[str]) -> tuple[int, ...]:
     padded = {len(number) for number in numbers if number.lstrip("-")[0] == "0" and number != "0"}
     shortest = min(map(len, numbers), default=0)
     return tuple(sorted(padded)) or ((shortest,) if shortest else ())
+
+
+def are_frames(form: NameForm, frames: Sequence[int]) -> bool:
+    """Return whether sorted numbers of `form` count frames, and not sizes or versions.
+
+    A separator before the number (shot.1001.exr) or leading zeros say so. Right after a letter, as
+    in hero720.exr and hero1080.exr, a tenth of the frames from first to last must be there.
+    """
+    if not form.padding or len(frames) < 2:
+        return False
+    is_padded = any(len(str(abs(frame))) < form.padding for frame in frames)
+    if is_padded or not form.prefix[-1:].isalpha():
+        return True
+    return len(frames) >= _LEAST_PART * (frames[-1] - frames[0] + 1)
 
 
 def sequences_among(names: Iterable[str]) -> dict[NameForm, tuple[int, ...]]:

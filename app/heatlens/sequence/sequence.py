@@ -14,6 +14,7 @@ from heatlens.files.picture_formats import PICTURES_READ
 from heatlens.sequence.names import (
     MAX_FRAMES,
     NameForm,
+    are_frames,
     form_of,
     frames_text,
     padding_of,
@@ -174,7 +175,8 @@ def _form_of_file(path: Path, names: list[str], whole: bool) -> tuple[NameForm, 
         return form, None
     fitting = (replace(form, padding=padding) for padding in padding_of(form, names))
     form = next((fit for fit in fitting if fit.name_at(frame) == path.name), form)
-    return form, None if whole else str(frame)
+    is_whole = whole and are_frames(form, form.frames_in(names))
+    return form, None if is_whole else str(frame)
 
 
 def _sequence_of(folder: Path, names: list[str], form: NameForm, frames: str | None) -> Sequence:
@@ -200,7 +202,7 @@ def _form_of_folder(folder: Path, names: list[str]) -> NameForm:
     """
     suffixes = (".exr",) if any(name.lower().endswith(".exr") for name in names) else PICTURES_READ
     found = sequences_among(name for name in names if name.lower().endswith(suffixes))
-    forms = [form for form, frames in found.items() if len(frames) > 1] or list(found)
+    forms = [form for form, frames in found.items() if are_frames(form, frames)] or list(found)
     if len(forms) == 1:
         return forms[0]
     if not found:

@@ -56,6 +56,7 @@ class FolderWalk:
         self.typed = str(folder)
         self.problem = ""
         self.overwrites: Path | None = None  # asked about before it is written over
+        self.is_single = False  # each file of a sequence is a row
         self._listing: FolderList | None = None
         self._reader: Background[_Found] = Background(wake)
         self._reader.start(lambda: _nearest_folder(folder, purpose))
@@ -79,7 +80,14 @@ class FolderWalk:
         path = self._path(text)
         self.problem, self.overwrites = "", None
         purpose = self.purpose
-        self._reader.start(lambda: _looked_up(path, purpose))
+        is_single = self.is_single
+        self._reader.start(lambda: _looked_up(path, purpose, is_single))
+
+    def list_single(self, is_single: bool) -> None:
+        """List each file of a sequence by itself, or every sequence as one row again."""
+        self.is_single = is_single
+        if self._listing is not None:
+            self.go(str(self._listing.folder))
 
     def _path(self, text: str) -> Path:
         """Return a path as it was typed, seen from the folder that is shown."""
@@ -161,10 +169,10 @@ def _nearest_folder(folder: Path, purpose: Purpose) -> _Found:
     return _Found(list_folder(there, purpose.suffixes))
 
 
-def _looked_up(path: Path, purpose: Purpose) -> _Found:
+def _looked_up(path: Path, purpose: Purpose, is_single: bool) -> _Found:
     """List a folder, on a thread. Raises InputError for what cannot be read."""
     if os.path.isdir(path):
-        return _Found(list_folder(path, purpose.suffixes))
+        return _Found(list_folder(path, purpose.suffixes, is_single))
     if purpose.is_save:
         return _Found(list_folder(path.parent, purpose.suffixes), path)
     find_sequence(path)

@@ -6,6 +6,7 @@ from enum import StrEnum
 from typing import TypeVar
 
 from heatlens.errors import HeatlensError
+from heatlens.model.depth_histogram import DepthHistogram
 from heatlens.model.f_stops import stepped
 from heatlens.model.lens import Lens
 from heatlens.model.settings import Bokeh, Quality
@@ -46,11 +47,9 @@ class LensCommands:
 
     def nudge_focus(self, notches: float) -> None:
         """Focus nearer (positive) or farther by so many notches of the focus bar."""
-        histogram, lens = self._source.histogram, self._editing.lens
+        histogram = self._source.histogram
         if histogram is not None:
-            step = notches * _NUDGE * histogram.most_dioptres
-            dioptres = max(1.0 / lens.focus_distance_m + step, 0.0)
-            self._editing.edit_lens(focused_at(lens, dioptres))
+            self._editing.edit_lens(nudged(self._editing.lens, histogram, notches))
 
     def focus_at_infinity(self) -> None:
         """Focus at infinity, where the plate has distances."""
@@ -89,6 +88,12 @@ def focused_at(lens: Lens, dioptres: float) -> Lens:
         return replace(lens, focus_distance_m=float("inf"))
     least_m = 1.02e-3 * lens.focal_length_mm
     return replace(lens, focus_distance_m=max(1.0 / dioptres, least_m))
+
+
+def nudged(lens: Lens, histogram: DepthHistogram, notches: float) -> Lens:
+    """Return the lens focused nearer (positive) or farther by so many notches of the focus bar."""
+    step = notches * _NUDGE * histogram.most_dioptres
+    return focused_at(lens, max(1.0 / lens.focus_distance_m + step, 0.0))
 
 
 def _next(choices: list[Choice], now: Choice) -> Choice:

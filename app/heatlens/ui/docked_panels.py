@@ -55,7 +55,7 @@ class DockedPanels:
 
     def _lens(self) -> None:
         session = self._session
-        if self._begin("Lens", _Window.no_scroll_with_mouse) and not session.source.is_waiting:
+        if self._begin("Lens") and not session.source.is_waiting:
             begun = session.lens_commands.begun_with
             sources = {} if begun is None else begun.sources
             facts = LensFacts(session.histogram, session.view.unit, sources, self._doubts())
@@ -66,9 +66,6 @@ class DockedPanels:
             )
             if session.histogram is not None and session.timeline.has_time:
                 lens_dots(session, drawn)
-            wheel = imgui.get_io().mouse_wheel
-            if wheel and imgui.is_window_hovered(imgui.HoveredFlags_.child_windows):
-                session.lens_commands.nudge_focus(wheel)
         imgui.end()
 
     def _doubts(self) -> tuple[Doubt, ...]:

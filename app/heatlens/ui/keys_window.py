@@ -5,14 +5,15 @@ from dataclasses import dataclass
 
 from imgui_bundle import ImVec2, imgui
 
-from heatlens.ui import probe, widgets
+from heatlens.ui import probe, topmost, widgets
 from heatlens.ui.actions import Action
 
 Rows = tuple[tuple[str, str], ...]  # what is pressed, and what it does
-_COLUMNS, _COLUMN_EM = 3, 20.0  # at most, and the width that one takes
+_COLUMNS, _COLUMN_EM = 4, 20.0  # at most, and the width that one takes
 _HEAD_ROWS = 1.6  # height of a title
 _EDGE_EM = 2.0  # of the screen that stays free, both sides together
 _KEYS_EM = 8.0  # width of the keys, at least
+_TITLE = "Keys"
 _BETWEEN_EM = 1.3  # keys and what they do
 
 _MOUSE: Rows = (
@@ -20,8 +21,9 @@ _MOUSE: Rows = (
     ("", "(the sky is infinity)"),
     ("Ctrl+Shift+click", "a mark on what is there"),
     ("wheel", "zoom at the pointer"),
-    ("wheel over the lens panel", "focus"),
-    ("Alt held", "depth of field off, to compare"),
+    ("wheel over the focus bar", "focus"),
+    ("Shift+wheel", "focus, over the picture"),
+    ("Alt held a moment", "depth of field off, to compare"),
     ("Ctrl+click on a number", "type it"),
 )
 _MOUSE_OF_TIME: Rows = (
@@ -82,14 +84,25 @@ def keys_window(actions: Sequence[Action], has_scene: bool) -> bool:
     imgui.set_next_window_size(ImVec2(0, 0))
     middle = screen.get_work_center()
     imgui.set_next_window_pos(middle, imgui.Cond_.always, ImVec2(0.5, 0.5))
-    shown, is_open = imgui.begin("Keys", True, imgui.WindowFlags_.no_docking)
+    if not imgui.is_popup_open(_TITLE):
+        imgui.open_popup(_TITLE)
+    shown, is_open = imgui.begin_popup_modal(_TITLE, True, imgui.WindowFlags_.no_saved_settings)
+    if not shown:
+        return False
     low, size = imgui.get_window_pos(), imgui.get_window_size()
     probe.note_at("keys window", (low.x, low.y, low.x + size.x, low.y + size.y))
-    if shown:
-        count = int(most.x / (_COLUMN_EM * imgui.get_font_size()))
-        _draw_columns(in_columns(sections(actions, has_scene), min(max(count, 1), _COLUMNS)))
-    imgui.end()
-    return bool(is_open)
+    count = int(most.x / (_COLUMN_EM * imgui.get_font_size()))
+    _draw_columns(in_columns(sections(actions, has_scene), min(max(count, 1), _COLUMNS)))
+    if is_closed := not is_open or topmost.is_escaped() or _is_asked_again():
+        imgui.close_current_popup()
+    imgui.end_popup()
+    return not is_closed
+
+
+def _is_asked_again() -> bool:
+    """Return True where the key that opened the window was pressed once more."""
+    slash = imgui.is_key_pressed(imgui.Key.slash, False) and imgui.get_io().key_shift
+    return bool(slash) and not imgui.is_window_appearing()
 
 
 def _draw_columns(columns: Sequence[Sequence[Section]]) -> None:

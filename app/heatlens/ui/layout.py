@@ -8,7 +8,7 @@ from imgui_bundle import ImVec2, imgui
 
 from heatlens.printable import printable
 from heatlens.session.session import Session
-from heatlens.ui import probe, widgets
+from heatlens.ui import probe, topmost, widgets
 from heatlens.ui.action_list import MENUS
 from heatlens.ui.actions import Action
 from heatlens.ui.state import UiState
@@ -17,16 +17,21 @@ PICTURE = "Picture"
 _PANEL_EM = 23.6  # width of the column of panels
 _SPEED_PART = 0.42  # of the column, for what is under the lens
 _TIMELINE_EM = 15.5  # height of the timeline under the picture
+_LEFT, _RIGHT = imgui.Key.left_arrow, imgui.Key.right_arrow
 _RECENT_EM, _FOLDER_LETTERS = 42.0, 44  # width of a recent file, and letters of its folder
 
 
-def menu_bar(session: Session, actions: Sequence[Action]) -> Action | None:
+def menu_bar(session: Session, ui: UiState, actions: Sequence[Action]) -> Action | None:
     """Draw the menus; the action that was chosen."""
     picked = None
     if not imgui.begin_main_menu_bar():
         return None
+    if ui.menu_to_open:
+        imgui.open_popup(ui.menu_to_open)
+        ui.menu_to_open = ""
     for menu in MENUS:
         if imgui.begin_menu(menu):
+            ui.menu_to_open = _beside(menu)
             for action in (a for a in actions if a.menu == menu):
                 is_on = bool(action.is_on is not None and action.is_on())
                 why = action.why_not()
@@ -36,14 +41,22 @@ def menu_bar(session: Session, actions: Sequence[Action]) -> Action | None:
                 if clicked:
                     picked = action
                 if action.name == "Open...":
-                    picked = _open_recent(session) or picked
+                    picked = _open_recent(session, ui) or picked
             imgui.end_menu()
         probe.note(f"menu {menu}")
     imgui.end_main_menu_bar()
     return picked
 
 
-def _open_recent(session: Session) -> Action | None:
+def _beside(menu: str) -> str:
+    """Return the menu that an arrow key leads to from the one that is being drawn, or ""."""
+    right, left = imgui.is_key_pressed(_RIGHT), imgui.is_key_pressed(_LEFT)
+    if not (right or left) or not topmost.depth_before():
+        return ""
+    return MENUS[(MENUS.index(menu) + (1 if right else -1)) % len(MENUS)]
+
+
+def _open_recent(session: Session, ui: UiState) -> Action | None:
     """Draw the menu of the files that were opened last, as far as they are there."""
     if imgui.is_window_appearing():
         session.recent.look()
@@ -51,6 +64,8 @@ def _open_recent(session: Session) -> Action | None:
     is_open = imgui.begin_menu("Open recent", bool(recent))
     probe.note("menu Open recent")
     if is_open:
+        if imgui.is_window_appearing():
+            ui.menu_to_open = ""  # the arrow key led here
         for text in recent:
             if _recent_item(Path(text)):
                 picked = Action(text, "File", partial(session.files.open, text))

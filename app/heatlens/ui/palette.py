@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from imgui_bundle import ImVec2, imgui
 
-from heatlens.ui import probe, widgets
+from heatlens.ui import probe, topmost, widgets
 from heatlens.ui.actions import Action
 
 _TITLE = "Find a command"
@@ -40,8 +40,9 @@ class Palette:
         imgui.set_next_window_size(ImVec2(30 * em, 22 * em))
         if not imgui.begin_popup(_TITLE):
             return None
+        topmost.answers_keys_itself()
         action = self._draw_inside(actions)
-        if action is not None or imgui.is_key_pressed(imgui.Key.escape):
+        if action is not None or topmost.is_escaped():
             imgui.close_current_popup()
         imgui.end_popup()
         return action

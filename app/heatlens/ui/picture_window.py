@@ -17,6 +17,7 @@ from heatlens.session.session import Session
 from heatlens.ui import probe
 from heatlens.ui.layout import PICTURE
 from heatlens.ui.panels.marks_panel import draw_point_marks
+from heatlens.ui.picture.alt_held import AltHeld
 from heatlens.ui.picture.legend import draw_legend, entries
 from heatlens.ui.picture.stream_notice import StreamNotice, draw_waiting
 from heatlens.ui.picture.viewport import Pictures, ViewportPanel, ViewportResult
@@ -41,6 +42,7 @@ class PictureWindow:
         self._notice = StreamNotice()
         self.viewport = ViewportPanel(ctx, session.picture_view)
         self.hovered: tuple[int, int] | None = None  # pixel of the display window
+        self.alt = AltHeld()
 
     def draw(self, hears_keys: bool) -> None:
         """Draw the picture; `hears_keys`: no dialog, field or menu takes the keys."""
@@ -100,6 +102,8 @@ class PictureWindow:
         self._session.view, self.hovered = result.view, result.hovered_px
         if result.camera is not None:
             self._session.scenes.move(result.camera)
+        if result.focus_notches:
+            self._session.lens_commands.nudge_focus(result.focus_notches)
         if result.focus_px is None:
             return
         io = imgui.get_io()
@@ -111,7 +115,7 @@ class PictureWindow:
     def _pictures(self) -> Pictures | None:
         """Return what the viewport shows, drawn again where it changed."""
         session, plate = self._session, self._session.source.plate
-        session.picture_view.is_lens_held_off = self._alt()
+        session.picture_view.is_lens_held_off = self.alt.is_over(self.hovered is not None)
         shown = session.seen
         if plate is None or shown is None:
             return None
@@ -148,7 +152,3 @@ class PictureWindow:
             is_b_proxy=of_method is not None and b.size != loaded.color.size,
             has_camera=session.scenes.scene is not None,
         )
-
-    def _alt(self) -> bool:
-        io = imgui.get_io()
-        return bool(io.key_alt) and not io.want_text_input

@@ -9,6 +9,7 @@ from heatlens.errors import HeatlensError
 from heatlens.faults import faults_told
 from heatlens.session.kept_screen import KeptScreen
 from heatlens.session.session import Session
+from heatlens.ui import topmost
 from heatlens.ui.action_list import actions
 from heatlens.ui.actions import Action, pressed
 from heatlens.ui.docked_panels import DockedPanels
@@ -52,6 +53,7 @@ class Screen:
         try:
             with faults_told("The window could not be drawn"):
                 self._draw()
+                topmost.note_frame()
         except HeatlensError as error:
             _close_what_is_open(state)
             self._session.say_error(error)
@@ -60,6 +62,7 @@ class Screen:
         session = self._session
         session.poll()
         hears = hears_keys()  # before a popup takes its Enter and is gone
+        topmost.close_escaped()
         self._do_actions()
         is_new_layout = self.ui.wants_layout
         self._frame_window()
@@ -74,9 +77,9 @@ class Screen:
 
     def _do_actions(self) -> None:
         session, ui = self._session, self.ui
-        chosen = menu_bar(session, self.actions)
-        is_asked = ui.dialogs.browser.is_open or session.documents.offer is not None
-        keyed = () if is_asked else (a for a in pressed(self.actions) if not self._sleeps(a))
+        is_covered = topmost.is_any_open() or session.documents.offer is not None
+        chosen = menu_bar(session, ui, self.actions)
+        keyed = () if is_covered else (a for a in pressed(self.actions) if not self._sleeps(a))
         for action in (*keyed, chosen, ui.palette.draw(self.actions)):
             if action is not None:
                 action.do(session.say)

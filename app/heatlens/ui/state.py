@@ -23,6 +23,7 @@ class UiState:
         self.panels = {name: name not in hidden for name in PANELS}
         self.wants_layout = True  # in the next frame
         self.shows_keys = False
+        self.menu_to_open = ""  # in the next frame
         self.opens_pull = False  # the popup of the pull, in the next frame
         self.is_over = False
         self.palette = Palette()
@@ -57,6 +58,10 @@ class UiState:
     def open_pull(self) -> None:
         """Ask in the next frame where to pull the focus to, and how fast."""
         self.opens_pull = True
+
+    def open_menus(self) -> None:
+        """Open the first menu in the next frame; the arrow keys then go through all of them."""
+        self.menu_to_open = "File"
 
     def quit(self) -> None:
         """End the program after this frame."""

@@ -119,6 +119,14 @@ def disabled(when: bool) -> Iterator[None]:
     imgui.end_disabled()
 
 
+def wheel_over_last() -> float:
+    """Return the notches of the wheel over the last control, which keeps them from its panel."""
+    if not imgui.is_item_hovered():
+        return 0.0
+    imgui.set_item_key_owner(imgui.Key.mouse_wheel_y)
+    return float(imgui.get_io().mouse_wheel)
+
+
 def parse_number(text: str, low: float, high: float, what: str) -> float:
     """Read a number, with or without a leading f/ or T. Raises InputError outside its limits."""
     cleaned = text.strip().lower().removeprefix("f/").removeprefix("f").removeprefix("t")

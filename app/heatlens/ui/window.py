@@ -179,7 +179,10 @@ class Loop:
     def _seconds_to_sleep(self) -> float | None:
         if self._frames_due > 0:
             return 0.0
-        waits = [self._ui.seconds_until_needed()]
+        waits = [
+            self._ui.seconds_until_needed(),
+            self._screen.picture.alt.seconds_until_needed(),
+        ]
         since = time.perf_counter() - self._event_at
         if since < _TOOLTIP_S:
             waits.append(_TOOLTIP_S)

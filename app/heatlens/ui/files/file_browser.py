@@ -14,7 +14,7 @@ from heatlens.errors import HeatlensError
 from heatlens.printable import printable
 from heatlens.sequence.folder_list import Entry
 from heatlens.session.folder_walk import Chosen, FolderWalk, Purpose
-from heatlens.ui import probe, theme, widgets
+from heatlens.ui import probe, theme, topmost, widgets
 
 _SIZE_EM = (56.0, 34.0)
 _FRAMES_EM, _WRITTEN_EM, _BUTTON_EM = 13.0, 10.0, 6.5
@@ -53,6 +53,7 @@ class FileBrowser:
         shown, stays = imgui.begin_popup_modal(title, True, flags)
         chosen = None
         if shown:
+            topmost.answers_keys_itself()
             chosen = self._taken(walk)
             if chosen is not None or not stays or self.walk is None:
                 imgui.close_current_popup()
@@ -73,7 +74,7 @@ class FileBrowser:
         picked = _list(walk)
         if not is_typing and not self._is_new:
             picked = _keys(walk) or picked
-        if imgui.is_key_pressed(_Key.escape) and not self._is_new:
+        if topmost.is_escaped() and not self._is_new:
             self.walk = None
         return typed or picked or self._footer(walk)
 
@@ -99,6 +100,8 @@ class FileBrowser:
         imgui.push_style_color(imgui.Col_.text, theme.BAD if walk.problem else theme.DIM)
         imgui.text_wrapped(printable(_line(walk)))
         imgui.pop_style_color()
+        if not walk.purpose.is_save:
+            _single_files(walk)
         _to_the_right(2)
         if _button("Cancel"):
             self.walk = None
@@ -128,6 +131,15 @@ def _place() -> None:
     height = min(_SIZE_EM[1] * em, 0.9 * screen.work_size.y)
     imgui.set_next_window_size(ImVec2(width, height), imgui.Cond_.appearing)
     imgui.set_next_window_pos(screen.get_center(), imgui.Cond_.appearing, ImVec2(0.5, 0.5))
+
+
+def _single_files(walk: FolderWalk) -> None:
+    """Draw the choice between sequences and files, left of the buttons."""
+    changed, is_single = imgui.checkbox("single files", walk.is_single)
+    probe.note("browser single files")
+    if changed:
+        walk.list_single(is_single)
+    imgui.same_line()
 
 
 def _line(walk: FolderWalk) -> str:

@@ -4,7 +4,7 @@ from imgui_bundle import ImVec2, imgui
 
 from heatlens.printable import printable
 from heatlens.session.shot_documents import ShotDocuments
-from heatlens.ui import probe, widgets
+from heatlens.ui import probe, topmost, widgets
 
 _TITLE = "Not saved###unsaved shot"
 _WIDTH_EM = 30.0
@@ -24,6 +24,7 @@ def shot_question(documents: ShotDocuments) -> None:
     shown, _ = imgui.begin_popup_modal(_TITLE, None, flags)
     if not shown:
         return
+    topmost.answers_keys_itself()
     if offer.saved is None:
         imgui.text_wrapped("There is a shot of this plate that was never saved to a file.")
     else:

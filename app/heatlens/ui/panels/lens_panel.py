@@ -22,6 +22,7 @@ from heatlens.model.settings import (
     Quality,
 )
 from heatlens.model.units import format_distance, parse_distance_m
+from heatlens.session.lens_commands import nudged
 from heatlens.session.messages import window_words
 from heatlens.ui import probe, theme, widgets
 from heatlens.ui.panels.focus_bar import focus_bar
@@ -65,6 +66,7 @@ def _focus(lens: Lens, facts: LensFacts, say: Say) -> Lens:
         return lens
     lens = focus_bar(lens, facts.histogram, facts.unit)
     probe.note("focus bar")
+    notches = widgets.wheel_over_last()
     widgets.label("distance", "2.24, 190cm, 6'3\" or inf")
     distance_m = widgets.text_field(
         "distance",
@@ -73,8 +75,11 @@ def _focus(lens: Lens, facts: LensFacts, say: Say) -> Lens:
         parse_distance_m,
         say,
     )
+    notches += widgets.wheel_over_last()
     if distance_m != lens.focus_distance_m:
         lens = replace(lens, focus_distance_m=distance_m)
+    if notches:
+        lens = nudged(lens, facts.histogram, notches)
     _doubts(facts, "focus")
     _doubts(facts, "depth")
     _limits(lens, facts.unit)

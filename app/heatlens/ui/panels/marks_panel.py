@@ -9,7 +9,7 @@ from heatlens.model.marks import Mark, ObjectMark, PointMark
 from heatlens.model.units import format_distance, parse_distance_m
 from heatlens.printable import printable
 from heatlens.session.session import Session
-from heatlens.ui import probe, theme, widgets
+from heatlens.ui import probe, theme, topmost, widgets
 from heatlens.ui.state import UiState
 
 _NAME_EM, _DISTANCE_EM = 5.0, 6.0
@@ -120,11 +120,16 @@ def pull_popup(session: Session, ui: UiState) -> None:
     imgui.set_next_window_pos(screen.get_center(), imgui.Cond_.appearing, ImVec2(0.5, 0.5))
     imgui.set_next_window_size(ImVec2(22 * imgui.get_font_size(), 0))
     if imgui.begin_popup(_PULL):
+        topmost.answers_keys_itself()
         imgui.text(f"Pull the focus from frame {session.editing.frame}")
         _pull_fields(session)
         if _pull_button():
             commands.pull()
             imgui.close_current_popup()
+        imgui.same_line()
+        if imgui.button("Cancel"):
+            imgui.close_current_popup()
+        probe.note("cancel pull")
         imgui.end_popup()
 
 

@@ -60,6 +60,7 @@ class ViewportResult:
     hovered_px: tuple[int, int] | None  # pixel of the display window under the pointer
     focus_px: tuple[int, int] | None  # pixel to focus on: pressed, or dragged over
     camera: CameraDrag | None = None  # of a scene
+    focus_notches: float = 0.0  # of the wheel with Shift
 
 
 class ViewportPanel:
@@ -92,7 +93,7 @@ class ViewportPanel:
         if imgui.is_item_hovered() or imgui.is_item_active():
             mouse = imgui.get_mouse_pos()
             hovered = self.place.geometry.pixel_at_window((mouse.x, mouse.y))
-        return ViewportResult(view, hovered, focus_px, camera)
+        return ViewportResult(view, hovered, focus_px, camera, _focus_notches())
 
     def _camera_drag(self) -> CameraDrag | None:
         """Return what the right button or Ctrl and the wheel did with the scene's camera.
@@ -118,7 +119,7 @@ class ViewportPanel:
     ) -> tuple[ViewState, tuple[int, int] | None]:
         io, mouse = imgui.get_io(), imgui.get_mouse_pos()
         at = (mouse.x, mouse.y)
-        if imgui.is_item_hovered() and io.mouse_wheel:
+        if imgui.is_item_hovered() and io.mouse_wheel and not io.key_shift:
             factor = _WHEEL_FACTOR**io.mouse_wheel
             view = zoomed(view, self.place.viewport, shape, factor, at)
         if not imgui.is_item_active():
@@ -269,3 +270,10 @@ class ViewportPanel:
         top = corner.y + 0.4 * em
         draw.add_text(ImVec2(x - 1.2 * em, top), theme.HANDLE, "A")
         draw.add_text(ImVec2(x + 0.7 * em, top), theme.HANDLE, "B")
+
+
+def _focus_notches() -> float:
+    """Return the notches of the wheel over the picture, which is the last item, with Shift."""
+    io = imgui.get_io()
+    is_asked = io.key_shift and not io.key_ctrl and imgui.is_item_hovered()
+    return float(io.mouse_wheel) if is_asked else 0.0
