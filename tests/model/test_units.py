@@ -129,3 +129,13 @@ def test_feet_come_back_to_half_a_tenth_of_an_inch(distance_m):
 def test_feet_and_half_inches_are_kept_to_the_letter(feet, half_inches):
     text = f"{feet}'{half_inches / 2:g}\""
     assert format_distance(parse_distance_m(text), "ft") == text
+
+
+@pytest.mark.parametrize(("text", "metres"), [("3,5", 3.5), ("3,25m", 3.25), ("190,5cm", 1.905)])
+def test_a_decimal_comma_is_a_point(text, metres):
+    assert parse_distance_m(text) == pytest.approx(metres)
+
+
+def test_a_comma_that_may_stand_for_thousands_is_refused():
+    with pytest.raises(InputError, match="not a distance"):
+        parse_distance_m("1,900 mm")

@@ -112,7 +112,7 @@ def test_the_view(screen):
         "input_space": color.input_spaces()[0],
         "against": Against.REFERENCE,
     }
-    kept_fields(lambda value: look_panel(value, color, "reference.exr", True), view, names)
+    kept_fields(lambda value: look_panel(value, color, "reference.exr", True, print), view, names)
 
 
 @pytest.mark.parametrize("kind", ["EXR, scene-linear", "PNG, as it looks"])

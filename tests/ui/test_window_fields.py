@@ -182,3 +182,37 @@ def test_keys_that_a_text_field_uses_do_nothing_else_while_it_is_typed_in(gui):
         gui.key(key, ctrl=True)
     assert (gui.session.shot, gui.session.view, gui.session.message) == (before, view, "")
     gui.key(K.escape)
+
+
+# Numbers that are dragged, typed
+
+
+def typed_over(gui, name: str, text: str) -> None:
+    """Ctrl+click on a number that is dragged, and type."""
+    gui.later()
+    gui.io.add_key_event(K.mod_ctrl, True)
+    gui.click(gui.middle(name))
+    gui.io.add_key_event(K.mod_ctrl, False)
+    gui.frame(3)
+    gui.key(K.a, ctrl=True)
+    gui.type(text)
+    gui.key(K.enter)
+    gui.frame(3)
+
+
+@pytest.mark.parametrize("text", ["40,5", "40.5", "40.5mm", "40.5 mm"])
+def test_a_focal_length_is_typed_with_comma_or_point(gui, text):
+    typed_over(gui, "focal length", text)
+    assert gui.session.lens.focal_length_mm == 40.5
+    assert steps(gui) == 1
+
+
+@pytest.mark.parametrize("text", ["-5", "xyz", "0", "1e9"])
+def test_a_focal_length_that_cannot_be_is_explained_and_the_value_stays(gui, text):
+    before = gui.session.lens.focal_length_mm
+    typed_over(gui, "focal length", text)
+    assert gui.session.lens.focal_length_mm == before
+    assert "focal length" in gui.session.message and gui.session.messages.is_problem
+    x, y = gui.middle("focal length")  # it can be dragged again
+    gui.drag((x, y), (x + 60, y))
+    assert gui.session.lens.focal_length_mm > before

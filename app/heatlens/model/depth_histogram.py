@@ -27,15 +27,19 @@ class DepthHistogram:
         return min(1.0 / max(distance_m, 1e-9) / self.most_dioptres, 1.0)
 
 
-def depth_histogram(dioptres: ValueBins) -> DepthHistogram:
+def depth_histogram(dioptres: ValueBins, least_most: float = 0.0) -> DepthHistogram:
     """Return the histogram of 1 / metres, in which 0 means that nothing was hit.
+
+    It reaches to `least_most` dioptres at least: that of the other frames of a shot, so that its
+    scale stays where it is from one to the next.
 
     Heights are square roots, so that few pixels are visible. Each of the fine bins counts where its
     middle is.
     """
     most = dioptres.high * _NEAR_ROOM
     if not 0.0 < most < math.inf:
-        most = 1.0  # nothing was hit: any scale serves
+        most = least_most or 1.0  # nothing was hit: any scale serves
+    most = max(most, least_most)
     counts, _ = np.histogram(dioptres.middles, BINS, (0.0, most), weights=dioptres.counts)
     heights = np.sqrt(counts / max(int(counts.max()), 1))
     return DepthHistogram(heights, most)

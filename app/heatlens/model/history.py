@@ -3,6 +3,7 @@
 from dataclasses import dataclass, replace
 
 from heatlens.model.shot import Shot
+from heatlens.model.shot_change import change_words
 
 _STEPS_MAX = 1000
 
@@ -26,6 +27,18 @@ class History:
     def of(cls, shot: Shot) -> "History":
         """Return a new history of a shot."""
         return cls((), shot, shot)
+
+    @property
+    def undo_words(self) -> str:
+        """What the next step back changes, in a few words; "" where there is none."""
+        rest = self.at_rest()
+        return change_words(rest.past[-1], rest.now) if rest.past else ""
+
+    @property
+    def redo_words(self) -> str:
+        """What the next step forward changes; "" where there is none."""
+        rest = self.at_rest()
+        return change_words(rest.now, rest.future[-1]) if rest.future else ""
 
     def changed(self, shot: Shot) -> "History":
         """Show `shot` now; its step is made when the gesture ends."""

@@ -10,6 +10,7 @@ from heatlens.camera.into_shot import with_camera
 from heatlens.camera.samples import CameraSamples
 from heatlens.errors import HeatlensError
 from heatlens.session.editing import Editing
+from heatlens.session.messages import Problem
 
 
 class CameraImport:
@@ -36,7 +37,7 @@ class CameraImport:
                 return
             self._editing.do(with_camera(self._editing.shot, camera))
         except HeatlensError as error:
-            self._say(str(error))
+            self._say(Problem(error))
             return
         told = " ".join(camera.notes)
         self._say(f"The lens is that of {camera.name} in {self._path.name}. {told}".strip())

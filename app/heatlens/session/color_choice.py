@@ -10,6 +10,7 @@ from heatlens.color.view_transform import srgb_transform, view_transform
 from heatlens.display.screen_pictures import ScreenPictures
 from heatlens.errors import HeatlensError
 from heatlens.model.view import ViewState
+from heatlens.session.messages import Problem
 
 _NOT_YET = ("", "", None)  # no view has such an input space
 
@@ -99,5 +100,5 @@ class ColorChoice:
             screen.display.set_transform(transform)
             self.transform = transform
         except HeatlensError as error:
-            self._say(str(error))
+            self._say(Problem(error))
         screen.transform_version += 1

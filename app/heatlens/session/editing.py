@@ -8,6 +8,7 @@ from heatlens.errors import HeatlensError, LensError
 from heatlens.model.history import History
 from heatlens.model.lens import Lens
 from heatlens.model.shot import LensParameter, Shot
+from heatlens.session.messages import Problem
 
 _GESTURE_REST_S = 0.4  # notches of the wheel and repeated keys closer than this are one gesture
 
@@ -39,7 +40,7 @@ class Editing:
         try:
             return self.shot.lens_at(self.frame)
         except LensError as error:
-            self._say(str(error))
+            self._say(Problem(error))
             return self.shot.lens
 
     @property
@@ -68,7 +69,7 @@ class Editing:
         try:
             self.edit(self._with_lens(lens))
         except HeatlensError as error:
-            self._say(str(error))
+            self._say(Problem(error))
 
     def _with_lens(self, lens: Lens) -> Shot:
         """Return the shot with this lens at the frame.

@@ -10,6 +10,7 @@ from heatlens.session.color_choice import ColorChoice
 from heatlens.session.editing import Editing
 from heatlens.session.export_process import ExportRun, ExportState
 from heatlens.session.export_wish import ExportWish, wish_for
+from heatlens.session.messages import Problem
 from heatlens.session.open_source import OpenSource
 from heatlens.session.picture_view import PictureView
 from heatlens.source.kind import NO_FILES
@@ -65,7 +66,7 @@ class ExportCommands:
         except OSError as error:
             self._say(f"{self.wish.folder} cannot be made: {error.strerror or error}.")
         except HeatlensError as error:
-            self._say(str(error))
+            self._say(Problem(error))
 
     def _look(self) -> LookOptions:
         """Return how the picture looks here, with what the glass takes from the light."""
@@ -87,7 +88,7 @@ class ExportCommands:
         state = self.run.state
         if state is not None and state.code is not None and state is not self._told:
             self._told = state
-            self._say(state.said)
+            self._say(state.said if state.code == 0 or state.is_stopped else Problem(state.said))
 
     def close(self) -> None:
         """Stop an export; its finished frames stay."""

@@ -16,6 +16,10 @@ from threading import Thread
 from heatlens.documents.shot_file import SHOT_SUFFIX, write_shot
 from heatlens.model.shot import Shot
 
+_PATIENCE_S = 2.0  # until an export that was asked to stop is killed
+_KILLED_S = 1.0  # until the system has cleared away what was killed
+_STOPPED = (128 + signal.SIGTERM, -signal.SIGTERM, -signal.SIGKILL)
+
 
 @dataclass
 class ExportState:
@@ -27,6 +31,12 @@ class ExportState:
     left_s: float | None = None
     said: str = ""  # the last sentence of the process
     code: int | None = None  # None: it goes on
+    output: str = ""  # the pattern of the frames, or the file
+
+    @property
+    def is_stopped(self) -> bool:
+        """Return True where it was stopped by hand."""
+        return self.code in _STOPPED
 
 
 class ExportRun:
@@ -53,15 +63,19 @@ class ExportRun:
         self._start("camera", shot, output, words)
 
     def cancel(self) -> None:
-        """Ask it to stop; what is finished stays, and a later export goes on from there."""
+        """Ask it to stop; what is finished stays, and a later export goes on from there.
+
+        One that has not stopped after a while is killed. Nobody waits for it here.
+        """
         if self._process is not None and self.is_busy:
             self._process.terminate()  # heard from its first moment on, unlike Ctrl-C
+            Thread(target=_kill_late, args=(self._process,), daemon=True).start()
 
     def close(self) -> None:
-        """Stop it and wait until it has ended."""
+        """Stop it and wait until it has ended, which does not take long."""
         self.cancel()
         if self._follower is not None:
-            self._follower.join()
+            self._follower.join(_PATIENCE_S + _KILLED_S)
 
     def _start(self, command: str, shot: Shot, output: str, words: Sequence[str]) -> None:
         folder = tempfile.TemporaryDirectory(prefix="heatlens-")
@@ -70,7 +84,7 @@ class ExportRun:
         # -P: a file in the current folder that is called like one of Python's must not be run.
         program = [sys.executable, "-P", "-m", "heatlens"]
         line = [*program, command, str(path), "-o", output, *words]
-        self.state = ExportState(f"{command} to {output}")
+        self.state = ExportState(f"{command} to {output}", output=output)
         pipe = subprocess.PIPE
         self._process = subprocess.Popen(line, stdout=pipe, stderr=pipe, text=True)
         followed = (self._process, self.state, folder)
@@ -95,7 +109,7 @@ class ExportRun:
         code = process.returncode
         if code == 0:
             state.said = f"Done: {state.title}."
-        elif code in (128 + signal.SIGTERM, -signal.SIGTERM):
+        elif code in _STOPPED:
             state.said = f"Stopped: {state.title}. Finished frames stay; export again to go on."
         state.code = code
         self._wake()
@@ -104,6 +118,14 @@ class ExportRun:
         assert process.stderr is not None
         for line in process.stderr:
             state.said = line.strip().removeprefix("heatlens: ")
+
+
+def _kill_late(process: "subprocess.Popen[str]") -> None:
+    """Kill a process that was asked to stop and goes on; on a thread."""
+    try:
+        process.wait(_PATIENCE_S)
+    except subprocess.TimeoutExpired:
+        process.kill()
 
 
 def _take(line: str, state: ExportState) -> None:

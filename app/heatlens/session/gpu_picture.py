@@ -27,6 +27,7 @@ class GpuPicture:
         self.renderer = renderer
         self.plate: Plate | None = None
         self.histogram: DepthHistogram | None = None
+        self._most_dioptres = 0.0  # of the pictures seen so far, for an axis that stays
         self.upload_s = 0.0
         self.version = 0
         self.is_finer = False
@@ -38,6 +39,10 @@ class GpuPicture:
     def ask(self, frame: int) -> None:
         """Begin to show `frame`."""
         self.problem, self.is_black, self.frame = "", False, frame
+
+    def begin_axis(self) -> None:
+        """Forget how near the pictures came so far: what comes is of another place."""
+        self._most_dioptres = 0.0
 
     def load(self, plate: Plate) -> None:
         """Take a plate to the GPU in the place of the one before.
@@ -72,6 +77,9 @@ class GpuPicture:
     def _take_loaded(self) -> None:
         loaded = self.renderer.loaded
         self.plate = loaded.plate
-        self.histogram = depth_histogram(loaded.bins) if loaded.plate.has_distances else None
+        self.histogram = None
+        if loaded.plate.has_distances:
+            self.histogram = depth_histogram(loaded.bins, self._most_dioptres)
+            self._most_dioptres = self.histogram.most_dioptres
         self.version += 1
         self.is_finer = False

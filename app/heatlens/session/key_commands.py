@@ -20,6 +20,7 @@ from heatlens.session.key_choice import (
     with_keys_here,
 )
 from heatlens.session.key_rows import CAMERA, RowChoice, key_count
+from heatlens.session.messages import Problem
 
 
 class KeyCommands:
@@ -116,7 +117,7 @@ class KeyCommands:
         try:
             self._editing.edit(eased(self._editing.shot, self.meant, influence_percent, is_out))
         except HeatlensError as error:
-            self._say(str(error))
+            self._say(Problem(error))
 
     def _do_and_choose(self, change: Callable[[Shot], tuple[Shot, Chosen]]) -> None:
         came: list[Chosen] = []
@@ -134,7 +135,7 @@ class KeyCommands:
         try:
             self._editing.do(change(self._editing.shot))
         except HeatlensError as error:
-            self._say(str(error))
+            self._say(Problem(error))
 
 
 def _count(keys: int) -> str:

@@ -12,6 +12,7 @@ from heatlens.model.shot import Shot
 from heatlens.session.editing import Editing
 from heatlens.session.key_choice import Chosen, KeyId, all_keys, rippled
 from heatlens.session.key_commands import KeyCommands
+from heatlens.session.messages import Problem
 
 Place = tuple[float, float]
 Places = dict[KeyId, Place]  # of every key on the screen
@@ -84,7 +85,7 @@ class KeyDrag:
             self._editing.edit(shot)
             keys.choose(chosen)
         except HeatlensError as error:
-            self._say(str(error))
+            self._say(Problem(error))
 
     def _room(self, held: _Held) -> int:
         """Return how far keys may be pulled earlier until they would meet the one before."""

@@ -14,6 +14,7 @@ from heatlens.plate.focus_pick import depth_at_m
 from heatlens.plate.plate import Plate
 from heatlens.plate.start_lens import StartLens
 from heatlens.session.editing import Editing
+from heatlens.session.messages import Problem
 from heatlens.session.open_source import OpenSource
 
 _NUDGE = 1 / 250  # of the focus bar
@@ -39,7 +40,7 @@ class LensCommands:
         try:
             self.focus(depth_at_m(plate, *pixel))
         except HeatlensError as error:
-            self._say(str(error))
+            self._say(Problem(error))
 
     def focus(self, distance_m: float) -> None:
         """Focus at a distance."""

@@ -17,6 +17,7 @@ from heatlens.plate.plate import Plate
 from heatlens.plate.read import read_plate
 from heatlens.session.editing import Editing
 from heatlens.session.focus_track import mark_m
+from heatlens.session.messages import Problem
 from heatlens.session.open_source import OpenSource
 from heatlens.session.point_following import Following
 from heatlens.session.scene_commands import SceneCommands
@@ -71,7 +72,7 @@ class MarkCommands:
         try:
             depth_at_m(plate, *self._source.plate_px(self._editing.shot, pixel))
         except HeatlensError as error:
-            self._say(str(error))
+            self._say(Problem(error))
             return
         name = next_mark_name(self._editing.shot.marks)
         self._add(PointMark(name, float(pixel[0]), float(pixel[1])))
@@ -122,7 +123,7 @@ class MarkCommands:
             self._editing.edit_lens(replace(self._editing.lens, focus_distance_m=distance_m))
             self._editing.settle()
         except HeatlensError as error:
-            self._say(str(error))
+            self._say(Problem(error))
 
     def _asked_m(self, mark: Mark, frame: int | None) -> float:
         distance_m = self.distance_m(mark, frame)
@@ -178,7 +179,7 @@ class MarkCommands:
             if self.pull_past_end:
                 self._say(self.pull_past_end)
         except HeatlensError as error:
-            self._say(str(error))
+            self._say(Problem(error))
 
     def follow(self, mark: PointMark | ObjectMark) -> None:
         """Keep the focus on it from in to out; what is not in memory is read or drawn, said so."""
@@ -211,7 +212,7 @@ class MarkCommands:
                 self._editing.do(_followed(self._editing.shot, mark, frames, distances_m))
                 self._say(f"The focus follows {mark.name} from {frames.first} on.")
         except HeatlensError as error:
-            self._say(str(error))
+            self._say(Problem(error))
 
     def _drawn(self) -> _Measured | None:
         """Return what was followed through a scene once all of it is drawn; else draw a part of it.

@@ -9,17 +9,25 @@ from heatlens.printable import printable
 SHOWN_S = 12.0
 
 
+class Problem(str):
+    """A sentence about what went wrong or cannot be done; it is shown in another colour."""
+
+    __slots__ = ()
+
+
 class Messages:
     """The sentence that was said last, until it has been shown for `SHOWN_S` seconds."""
 
     def __init__(self, clock: Callable[[], float] = time.perf_counter) -> None:
         self.text = ""
+        self.is_problem = False
         self._clock = clock
         self._said_at = 0.0
 
     def say(self, sentence: str) -> None:
         """Show a sentence in the place of the one before."""
         self.text, self._said_at = window_words(sentence), self._clock()
+        self.is_problem = isinstance(sentence, Problem)
 
     def clear(self) -> None:
         """Show nothing."""

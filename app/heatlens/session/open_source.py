@@ -53,6 +53,7 @@ class OpenSource:
         if opened is None:
             return None
         feed = feed_of(opened, self.picture)
+        self.picture.begin_axis()
         try:
             feed.begin()
         except BaseException:

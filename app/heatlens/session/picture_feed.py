@@ -137,6 +137,7 @@ class SceneFeed(PictureFeed):
         super().__init__(picture)
         self._opened = opened
         self._preview = ScenePreview(picture.renderer)
+        self._framing: Framing | None = None  # the one that the nearest distance is known for
         self._is_playing = False
 
     def begin(self) -> None:
@@ -147,6 +148,9 @@ class SceneFeed(PictureFeed):
 
     def show(self, shot: Shot, playhead: Playhead) -> None:
         """See `PictureFeed`; it is drawn again only where something moved."""
+        if shot.framing != self._framing:
+            self._framing = shot.framing
+            self.picture.begin_axis()
         self.picture.ask(playhead.frame)
         self._is_playing = playhead.is_playing
         with self.picture.drawing():

@@ -23,6 +23,7 @@ from heatlens.scene.scene_bounds import (
     object_names,
 )
 from heatlens.session.editing import Editing
+from heatlens.session.messages import Problem
 from heatlens.session.open_source import OpenSource
 from heatlens.session.point_following import Following
 
@@ -145,7 +146,7 @@ class SceneCommands:
             )
             self._say(f"The focus follows {name} from {frames.first} on.")
         except HeatlensError as error:
-            self._say(str(error))
+            self._say(Problem(error))
 
     def look_through(self, name: str) -> None:
         """Look through one of the scene's cameras, with its angle of view.

@@ -30,7 +30,7 @@ from heatlens.session.key_rows import RowChoice
 from heatlens.session.lens_commands import LensCommands
 from heatlens.session.live_picture import LivePicture
 from heatlens.session.mark_commands import MarkCommands
-from heatlens.session.messages import Messages
+from heatlens.session.messages import Messages, Problem
 from heatlens.session.open_source import OpenSource
 from heatlens.session.picture_commands import PictureCommands
 from heatlens.session.picture_view import PictureView
@@ -251,7 +251,7 @@ class Session:
         """Show what went wrong; after a fault of the program the work in hand is kept first."""
         if isinstance(error, FaultError):
             self.documents.keep_now()
-        self.say(str(error))
+        self.say(Problem(error))
 
     # What happens by itself
 
@@ -367,7 +367,7 @@ class Session:
         try:
             self.preferences.save()
         except InputError as error:
-            self.say(str(error))
+            self.say(Problem(error))
 
     def close(self) -> None:
         """End all threads; a picture that is being written is finished, an export stopped."""

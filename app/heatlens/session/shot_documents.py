@@ -9,6 +9,7 @@ from heatlens.documents.shot_file import is_shot_file
 from heatlens.errors import HeatlensError
 from heatlens.model.shot import Shot
 from heatlens.session.editing import Editing
+from heatlens.session.messages import Problem
 from heatlens.session.open_source import OpenSource
 from heatlens.session.preferences import Preferences
 from heatlens.session.shot_store import Found, ShotStore, proposed_name, unnamed_path
@@ -189,7 +190,7 @@ class ShotDocuments:
         try:
             found = reading.result()
         except HeatlensError as error:
-            self._say(str(error))
+            self._say(Problem(error))
             return
         if found.unsaved is not None and found.unsaved != found.saved:
             self.offer = found
@@ -221,7 +222,7 @@ class ShotDocuments:
             except (HeatlensError, OSError) as error:
                 self._saved = None if sentence else self._saved
                 if str(error) != self._complained:
-                    self._say(str(error))
+                    self._say(Problem(error))
                 self._complained = "" if sentence else str(error)
 
     def _track(self, future: Future[None]) -> None:

@@ -13,6 +13,7 @@ from heatlens.model.shot import Shot
 from heatlens.sequence.sequence import MissingPolicy
 from heatlens.session.editing import Editing
 from heatlens.session.frame_states import FrameStates, Run
+from heatlens.session.messages import Problem
 from heatlens.session.open_source import OpenSource
 from heatlens.session.playback import Playback
 
@@ -153,7 +154,7 @@ class Timeline:
                 self.cache.sequence.shown_frame(frame, self.missing)
         except InputError as error:
             self.playback.stop()
-            self._say(str(error))
+            self._say(Problem(error))
             return False
         return True
 

@@ -74,10 +74,25 @@ def _scene(session: Session) -> list[Action]:
 
 def _edit(session: Session) -> list[Action]:
     editing = session.editing
+
+    def undo_words() -> str:
+        return editing.history.undo_words
+
+    def redo_words() -> str:
+        return editing.history.redo_words
+
     return [
-        Action("Undo", "Edit", editing.undo, _K.z | CTRL, repeats=True),
-        Action("Redo", "Edit", editing.redo, _K.z | CTRL | SHIFT, repeats=True),
-    ]
+        Action(
+            "Undo", "Edit", editing.undo, _K.z | CTRL, repeats=True,
+            barred=lambda: "" if undo_words() else "There is nothing to undo.",
+            label=lambda: f"Undo {undo_words()}".strip(),
+        ),
+        Action(
+            "Redo", "Edit", editing.redo, _K.z | CTRL | SHIFT, repeats=True,
+            barred=lambda: "" if redo_words() else "There is nothing to redo.",
+            label=lambda: f"Redo {redo_words()}".strip(),
+        ),
+    ]  # fmt: skip
 
 
 def _lens(session: Session) -> list[Action]:

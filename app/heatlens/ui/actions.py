@@ -5,6 +5,8 @@ from dataclasses import dataclass
 
 from imgui_bundle import imgui
 
+from heatlens.session.messages import Problem
+
 _K = imgui.Key
 CTRL, SHIFT = int(_K.mod_ctrl), int(_K.mod_shift)
 _MODS = CTRL | SHIFT
@@ -33,6 +35,7 @@ class Action:
     repeats   it is done again and again while the key is held
     is_on     for what is switched: whether it is on
     barred    why it cannot be done with what is open, or nothing
+    label     what the menu shows in the place of the name
     """
 
     name: str
@@ -42,6 +45,12 @@ class Action:
     repeats: bool = False
     is_on: Callable[[], bool] | None = None
     barred: Callable[[], str] | None = None
+    label: Callable[[], str] | None = None
+
+    @property
+    def shown(self) -> str:
+        """What the menu shows: the name, or more than that where it depends on what is open."""
+        return self.name if self.label is None else self.label()
 
     def why_not(self) -> str:
         """Return a sentence that says why it cannot be done now; "" where it can."""
@@ -51,7 +60,7 @@ class Action:
         """Do it, or say why that cannot be."""
         why = self.why_not()
         if why:
-            say(why)
+            say(Problem(why))
         else:
             self.run()
 

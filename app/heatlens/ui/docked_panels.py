@@ -79,7 +79,9 @@ class DockedPanels:
         session = self._session
         if self._begin("Look"):
             name = None if session.reference is None else session.reference.path.name
-            session.view = look_panel(session.view, session.color, name, session.has_scene)
+            session.view = look_panel(
+                session.view, session.color, name, session.has_scene, session.say
+            )
         imgui.end()
 
     def _plate(self, hovered: tuple[int, int] | None) -> None:

@@ -35,7 +35,8 @@ def menu_bar(session: Session, ui: UiState, actions: Sequence[Action]) -> Action
             for action in (a for a in actions if a.menu == menu):
                 is_on = bool(action.is_on is not None and action.is_on())
                 why = action.why_not()
-                clicked, _ = imgui.menu_item(action.name, action.shortcut, is_on, not why)
+                shown = f"{printable(action.shown)}###{action.name}"
+                clicked, _ = imgui.menu_item(shown, action.shortcut, is_on, not why)
                 probe.note(f"item {action.name}")
                 widgets.tip_of_barred(why)
                 if clicked:

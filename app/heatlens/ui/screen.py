@@ -13,6 +13,8 @@ from heatlens.ui import topmost
 from heatlens.ui.action_list import actions
 from heatlens.ui.actions import Action, pressed
 from heatlens.ui.docked_panels import DockedPanels
+from heatlens.ui.export_bar import export_words
+from heatlens.ui.files.quit_question import quit_question
 from heatlens.ui.files.shot_question import shot_question
 from heatlens.ui.keys_window import keys_window
 from heatlens.ui.layout import dock_panels, menu_bar
@@ -43,7 +45,7 @@ class Screen:
         )
         session.pull.screen = kept
         self.picture = PictureWindow(session, self.ui, self._pictures, kept)
-        self.status = StatusBar(session, kept)
+        self.status = StatusBar(session, self.ui, kept)
         self._panels = DockedPanels(session, self.ui)
 
     def draw(self) -> None:
@@ -88,6 +90,7 @@ class Screen:
         pull_popup(session, ui)
         rendered_popup(session, ui.timeline)
         shot_question(session.documents)
+        quit_question(ui, export_words(session.exports.run.state))
         ui.dialogs.draw()
 
     def _sleeps(self, action: Action) -> bool:

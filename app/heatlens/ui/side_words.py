@@ -45,15 +45,11 @@ def _b_words(view: ViewState, of_method: Shown | None, reference: str | None) ->
     return "pinhole"
 
 
-def draw_sides(
-    view: ViewState, sides: CompareSides, reference: str | None, shown: Shown | None
-) -> None:
-    """Draw them on the line of the last item, where there is room beside it."""
-    text = words(view, sides, reference, shown)
-    end = imgui.get_item_rect_max().x - imgui.get_window_pos().x
+def draw_sides(text: str) -> None:
+    """Draw the words of A and B at the right end of the line of the last item."""
     em = imgui.get_font_size()
     left = imgui.get_window_width() - imgui.calc_text_size(text).x - 0.6 * em
-    if text and left > end + em:
+    if text:
         imgui.same_line(left)
         imgui.text_disabled(printable(text))
         probe.note("sides")

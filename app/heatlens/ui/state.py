@@ -26,6 +26,8 @@ class UiState:
         self.menu_to_open = ""  # in the next frame
         self.opens_pull = False  # the popup of the pull, in the next frame
         self.is_over = False
+        self.asks_to_quit = False  # an export is under way
+        self.shows_export_end = True  # how the latest export ended, until it was read
         self.palette = Palette()
         self.dialogs = FileDialogs(session.files, session.say, wake)
         self.timeline = TimelineView(KeyDrag(session.editing, session.keys, session.say))
@@ -64,8 +66,9 @@ class UiState:
         self.menu_to_open = "File"
 
     def quit(self) -> None:
-        """End the program after this frame."""
-        self.is_over = True
+        """End the program after this frame; ask first where that would stop an export."""
+        self.asks_to_quit = self._session.exports.run.is_busy
+        self.is_over = not self.asks_to_quit
 
     def seconds_until_needed(self) -> float | None:
         """Return how long the loop may sleep without an event; None: until there is one."""

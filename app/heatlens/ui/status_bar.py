@@ -1,40 +1,80 @@
 """The line under everything: what was said, what is under the pointer, what A and B are."""
 
+from collections.abc import Callable
 from dataclasses import replace
 
-from imgui_bundle import imgui
+from imgui_bundle import ImVec2, imgui
 
 from heatlens.display.probe import PictureReader, probe_at, probe_text
 from heatlens.printable import printable
 from heatlens.session.kept_screen import KeptFrame, KeptScreen
 from heatlens.session.session import Session
-from heatlens.ui import theme
-from heatlens.ui.side_words import draw_sides, mouse_words
+from heatlens.ui import probe, theme
+from heatlens.ui.export_bar import export_bar, export_bar_width
+from heatlens.ui.side_words import draw_sides, mouse_words, words
+from heatlens.ui.state import UiState
+
+_EDGE_EM = 0.6
 
 
 class StatusBar:
     """Draws the status bar."""
 
-    def __init__(self, session: Session, kept: KeptScreen) -> None:
+    def __init__(self, session: Session, ui: UiState, kept: KeptScreen) -> None:
         self._session = session
+        self._ui = ui
         self._kept = kept
         self._reader = PictureReader(session.renderer.ctx)
 
     def draw(self, hovered: tuple[int, int] | None) -> None:
-        """Draw the bar; `hovered` is the pixel of the display window under the pointer."""
-        session = self._session
-        imgui.set_cursor_pos_x(0.6 * imgui.get_font_size())
-        imgui.align_text_to_frame_padding()
-        if session.message:
-            imgui.text_colored(theme.ACCENT_TEXT, session.message)
-        elif session.source.opener.opening:
-            imgui.text_disabled(f"Reading {printable(session.source.opener.opening)} ...")
-        elif session.source.is_waiting and session.source.stream is not None:
-            imgui.text_disabled(f"Listening on {session.source.stream.address} ...")
-        else:
-            imgui.text_disabled(self.words(hovered))
+        """Draw the bar; `hovered` is the pixel of the display window under the pointer.
+
+        What is under the pointer stands first, what was said beside it, an export and the sides at
+        the right end.
+        """
+        session, em = self._session, imgui.get_font_size()
         reference = None if session.reference is None else session.reference.path.name
-        draw_sides(session.view, session.sides, reference, session.seen)
+        sides = words(session.view, session.sides, reference, session.seen)
+        run = session.exports.run
+        end = imgui.get_window_width() - _EDGE_EM * em
+        export_width = export_bar_width(run, self._ui)
+        room_end = end - export_width - (imgui.calc_text_size(sides).x + em if sides else 0.0)
+        imgui.set_cursor_pos_x(_EDGE_EM * em)
+        imgui.align_text_to_frame_padding()
+        self._draw_left(hovered, room_end)
+        if export_width:
+            imgui.same_line(max(room_end, em))
+            imgui.push_style_var(imgui.StyleVar_.item_spacing, ImVec2(0.5 * em, 0))
+            export_bar(run, self._ui)
+            imgui.pop_style_var()
+        draw_sides(sides)
+
+    def _draw_left(self, hovered: tuple[int, int] | None, end: float) -> None:
+        """Draw the readout or a hint, and the message beside the readout; up to `end`."""
+        session, message = self._session, self._session.messages
+        if session.source.opener.opening:
+            first = f"Reading {printable(session.source.opener.opening)} ..."
+        elif session.source.is_waiting and session.source.stream is not None:
+            first = f"Listening on {session.source.stream.address} ..."
+        else:
+            first = self.words(hovered)
+            first = "" if hovered is None and message.text else first
+        if first:
+            imgui.text_disabled(first)
+            probe.note("readout")
+        if message.text:
+            if first:
+                imgui.same_line(0.0, 1.5 * imgui.get_font_size())
+            self._draw_message(end - imgui.get_cursor_pos_x() - imgui.get_font_size())
+
+    def _draw_message(self, width: float) -> None:
+        """Draw what was said, cut where there is no room; the whole of it under the pointer."""
+        message = self._session.messages
+        shown = fitting(message.text, width, lambda text: float(imgui.calc_text_size(text).x))
+        imgui.text_colored(theme.BAD if message.is_problem else theme.ACCENT_TEXT, shown)
+        probe.note("message")
+        if shown != message.text and imgui.is_item_hovered():
+            imgui.set_tooltip(message.text)
 
     def words(self, hovered: tuple[int, int] | None) -> str:
         """Return what is under the pointer; beside the picture, what can be done."""
@@ -48,11 +88,23 @@ class StatusBar:
         self._kept.uploaded(shown)
         pixel = session.source.plate_px(session.shot, hovered)
         version = shown.key if isinstance(shown, KeptFrame) else shown
-        probe = probe_at(pixel, plate, session.lens, shown, version, self._reader)
-        if probe is None:
+        read = probe_at(pixel, plate, session.lens, shown, version, self._reader)
+        if read is None:
             return ""
         if session.has_scene:  # which may be drawn smaller than it is
             _, whole = session.source.windows(session.shot)
-            coc_px = probe.coc_px * whole.width / plate.display_window.width
-            probe = replace(probe, display_px=hovered, data_px=hovered, coc_px=coc_px)
-        return probe_text(probe, session.view.unit)
+            coc_px = read.coc_px * whole.width / plate.display_window.width
+            read = replace(read, display_px=hovered, data_px=hovered, coc_px=coc_px)
+        return probe_text(read, session.view.unit)
+
+
+def fitting(text: str, width: float, width_of: Callable[[str], float]) -> str:
+    """Return a text, its end cut off and replaced by three dots where it is wider than `width`."""
+    if width_of(text) <= width:
+        return text
+    low, high = 0, len(text)
+    while low < high:  # the longest beginning that fits
+        middle = (low + high + 1) // 2
+        fits = width_of(f"{text[:middle]} ...") <= width
+        low, high = (middle, high) if fits else (low, middle - 1)
+    return f"{text[:low].rstrip()} ..." if low else ""

@@ -8,11 +8,13 @@ from imgui_bundle import ImVec2, ImVec4, imgui
 
 from heatlens.errors import InputError
 from heatlens.printable import printable
+from heatlens.session.messages import Problem
 from heatlens.ui import probe
 
 Value = TypeVar("Value")
 
 LABEL_EM = 6.6  # width of the column of labels
+_DRAGGED, _BEGUN, _TYPED = 0, 1, 2  # stages of a number: dragged, about to be typed, typed
 VALUE_EM = 5.2  # width of the column of values beside sliders
 
 
@@ -27,14 +29,54 @@ def label(text: str, tip: str = "") -> None:
 
 
 def drag(
-    name: str, value: float, speed: float, low: float, high: float, format_: str, tip: str = ""
+    name: str,
+    value: float,
+    speed: float,
+    low: float,
+    high: float,
+    format_: str,
+    say: Callable[[str], None],
+    tip: str = "",
 ) -> float:
-    """Draw a number that is dragged, or typed after Ctrl+click; it is only rounded when changed."""
+    """Draw a number that is dragged, or typed after Ctrl+click or a double click.
+
+    It is only rounded when changed. What is typed and cannot be is said, and the value stays.
+    """
     label(name, tip)
-    flags = imgui.SliderFlags_.logarithmic | imgui.SliderFlags_.clamp_on_input
+    storage, typed = imgui.get_state_storage(), imgui.get_id(f"{name} is typed")
+    stage = storage.get_int(typed, _DRAGGED)
+    if stage != _DRAGGED:
+        return _typed_number(name, value, low, high, format_, say, typed)
+    flags = imgui.SliderFlags_.logarithmic | imgui.SliderFlags_.no_input
     changed, new = imgui.drag_float(f"##{name}", value, speed, low, high, format_, flags)
     probe.note(name)
+    is_clicked = imgui.is_mouse_clicked(imgui.MouseButton_.left) and imgui.get_io().key_ctrl
+    is_double = imgui.is_mouse_double_clicked(imgui.MouseButton_.left)
+    if imgui.is_item_hovered() and (is_clicked or is_double):
+        imgui.internal.clear_active_id()
+        storage.set_int(typed, _BEGUN)
     return float(f"{new:.7g}") if changed else value
+
+
+def _typed_number(
+    name: str,
+    value: float,
+    low: float,
+    high: float,
+    format_: str,
+    say: Callable[[str], None],
+    typed: int,
+) -> float:
+    """Draw the number as a field, until that is left; `typed` is where that is kept."""
+    storage, shown = imgui.get_state_storage(), (format_ % value).split()[0]
+    is_new = storage.get_int(typed, _DRAGGED) == _BEGUN
+    if is_new:
+        imgui.set_keyboard_focus_here()
+        storage.set_int(typed, _TYPED)
+    new = text_field(name, shown, value, lambda text: parse_number(text, low, high, name), say)
+    if not is_new and not imgui.is_item_active():
+        storage.set_int(typed, _DRAGGED)
+    return new
 
 
 def slider(name: str, value: float, low: float, high: float, format_: str, tip: str = "") -> float:
@@ -98,7 +140,7 @@ def text_field(
         try:
             return parse(text)
         except InputError as error:
-            say(str(error))
+            say(Problem(error))
     return value
 
 
@@ -131,12 +173,19 @@ def parse_number(text: str, low: float, high: float, what: str) -> float:
     """Read a number, with or without a leading f/ or T. Raises InputError outside its limits."""
     cleaned = text.strip().lower().removeprefix("f/").removeprefix("f").removeprefix("t")
     try:
-        value = float(cleaned.removesuffix("mm").replace(",", "."))
+        value = float(_without_unit(cleaned).replace(",", "."))
     except ValueError:
-        raise InputError(f"{text!r} is not a number for the {what}.") from None
+        raise InputError(f"{text!r} is not a number for the {what}. Example: {low:g}.") from None
     if not low <= value <= high:
         raise InputError(f"The {what} must be {low:g} to {high:g}, got {value:g}.")
     return value
+
+
+def _without_unit(text: str) -> str:
+    """Return what is before the unit that the number is shown with."""
+    for unit in ("mm", "µm", "um", "x", "%"):
+        text = text.removesuffix(unit)
+    return text.strip()
 
 
 def spacer(em: float = 0.3) -> None:

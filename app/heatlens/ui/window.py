@@ -19,6 +19,7 @@ from heatlens.session.preferences import WINDOW_LEAST, Preferences, Remembered
 from heatlens.session.session import Session
 from heatlens.session.start import Start
 from heatlens.ui import theme
+from heatlens.ui.export_bar import export_title
 from heatlens.ui.fast_keys import FastKeys, events_wait
 from heatlens.ui.layout import restore_layout
 from heatlens.ui.screen import Screen
@@ -121,8 +122,12 @@ class Loop:
     def run(self, stops: StopSignals) -> None:
         """Draw and work until the window is closed, or a signal asks for that."""
         session = self._session
-        while not (glfw.window_should_close(self._window) or self._ui.is_over or stops.number):
+        while not (self._ui.is_over or stops.number):
             self._wait()
+            if glfw.window_should_close(self._window):
+                glfw.set_window_should_close(self._window, False)
+                self._ui.quit()
+                self._woken()
             if session.player.is_due or self._is_pulse_due():
                 self._frames_due = max(self._frames_due, 1)
             if self._frames_due > 0:
@@ -218,7 +223,8 @@ class Loop:
         """Set the title to the name of what is seen, from the moment it is seen."""
         session = self._session
         if session.live.shown is not None and session.source.plate is not None:
-            title = f"{session.documents.title or session.source.plate.path.name} - heatlens"
+            name = session.documents.title or session.source.plate.path.name
+            title = f"{export_title(session.exports.run.state)}{name} - heatlens"
             if title != self._title:
                 self._title = title
                 glfw.set_window_title(self._window, printable(title))

@@ -14,6 +14,7 @@ from heatlens.errors import HeatlensError
 from heatlens.printable import printable
 from heatlens.sequence.folder_list import Entry
 from heatlens.session.folder_walk import Chosen, FolderWalk, Purpose
+from heatlens.session.messages import Problem
 from heatlens.ui import probe, theme, topmost, widgets
 
 _SIZE_EM = (56.0, 34.0)
@@ -68,7 +69,7 @@ class FileBrowser:
             typed = walk.poll()
         except HeatlensError as error:
             typed = None
-            self._say(str(error))
+            self._say(Problem(error))
         is_typing = imgui.get_io().want_text_input
         self._path_row(walk)
         picked = _list(walk)

@@ -23,7 +23,7 @@ from heatlens.model.settings import (
 )
 from heatlens.model.units import format_distance, parse_distance_m
 from heatlens.session.lens_commands import nudged
-from heatlens.session.messages import window_words
+from heatlens.session.messages import Problem, window_words
 from heatlens.ui import probe, theme, widgets
 from heatlens.ui.panels.focus_bar import focus_bar
 
@@ -50,10 +50,10 @@ def lens_panel(lens: Lens, facts: LensFacts, say: Say) -> Lens:
     try:
         lens = _focus(lens, facts, say)
         lens = _aperture(lens, say)
-        lens = _hardware(lens)
+        lens = _hardware(lens, say)
         _doubts(facts, "lens")
     except LensError as error:  # two values that do not go together: the step is not taken
-        say(str(error))
+        say(Problem(error))
         return before
     _sources(facts)
     return lens
@@ -161,12 +161,12 @@ def _sources(facts: LensFacts) -> None:
         imgui.set_tooltip("\n".join(words))
 
 
-def _hardware(lens: Lens) -> Lens:
+def _hardware(lens: Lens, say: Say) -> Lens:
     imgui.separator_text("Lens and film back")
-    focal = widgets.drag("focal length", lens.focal_length_mm, 0.2, 4.0, 1200.0, "%.1f mm")
+    focal = widgets.drag("focal length", lens.focal_length_mm, 0.2, 4.0, 1200.0, "%.1f mm", say)
     if focal != lens.focal_length_mm:
         lens = replace(lens, focal_length_mm=focal)
-    lens = _film_back(lens)
+    lens = _film_back(lens, say)
     lens = _model(lens)
     squeeze = widgets.slider(
         "squeeze", lens.squeeze, 1.0, 2.0, "%.2f x", "Anamorphic: discs so many times as tall."
@@ -180,6 +180,7 @@ def _hardware(lens: Lens) -> Lens:
         1.0,
         500.0,
         "%.1f µm",
+        say,
         "Acceptable circle of confusion on the sensor; 1/1500 of its width unless set.",
     )
     if not math.isclose(limit_um, 1e3 * lens.coc_limit_mm, rel_tol=1e-6):
@@ -195,14 +196,14 @@ def _model(lens: Lens) -> Lens:
     return lens if picked is lens.model else replace(lens, model=picked)
 
 
-def _film_back(lens: Lens) -> Lens:
+def _film_back(lens: Lens, say: Say) -> Lens:
     known = next((b.name for b in FILMBACKS if b.width_mm == lens.sensor_width_mm), _CUSTOM)
     names = [back.name for back in FILMBACKS]
     picked = widgets.choice("film back", known, names)
     if picked != known:
         width_mm = next(back.width_mm for back in FILMBACKS if back.name == picked)
         lens = replace(lens, sensor_width_mm=width_mm)
-    width_mm = widgets.drag("sensor width", lens.sensor_width_mm, 0.05, 1.0, 100.0, "%.2f mm")
+    width_mm = widgets.drag("sensor width", lens.sensor_width_mm, 0.05, 1.0, 100.0, "%.2f mm", say)
     return lens if width_mm == lens.sensor_width_mm else replace(lens, sensor_width_mm=width_mm)
 
 

@@ -1,5 +1,6 @@
 """How the picture is looked at: colour, overlays, comparison."""
 
+from collections.abc import Callable
 from dataclasses import replace
 
 from imgui_bundle import imgui
@@ -29,7 +30,11 @@ _RADIO_EM = 2.2  # a button and the room to the next, without its words
 
 
 def look_panel(
-    view: ViewState, color: ColorChoice, reference: str | None, has_scene: bool
+    view: ViewState,
+    color: ColorChoice,
+    reference: str | None,
+    has_scene: bool,
+    say: Callable[[str], None],
 ) -> ViewState:
     """Draw it all; return the view as the user left it. `reference`: name of the EXR that is B."""
     view = _color(view, color)
@@ -37,7 +42,7 @@ def look_panel(
     view = _buttons(view, "overlay", _OVERLAYS, "Drawn over the picture, with a legend.")
     imgui.separator()
     view = _buttons(view, "compare", _COMPARES, "A beside B, B alone, or how they differ.")
-    return _compare(view, reference, has_scene)
+    return _compare(view, reference, has_scene, say)
 
 
 def _color(view: ViewState, color: ColorChoice) -> ViewState:
@@ -82,9 +87,11 @@ def _buttons(view: ViewState, field: str, names: dict, tip: str) -> ViewState:  
     return view
 
 
-def _compare(view: ViewState, reference: str | None, has_scene: bool) -> ViewState:
+def _compare(
+    view: ViewState, reference: str | None, has_scene: bool, say: Callable[[str], None]
+) -> ViewState:
     if view.compare is Compare.DIFFERENCE:
-        gain = widgets.drag("gain", view.difference_gain, 0.05, 0.5, 64.0, "x %.1f")
+        gain = widgets.drag("gain", view.difference_gain, 0.05, 0.5, 64.0, "x %.1f", say)
         view = replace(view, difference_gain=gain)
     choices: dict[str, tuple[Against, Method]] = {"pinhole": (Against.PINHOLE, view.b_method)}
     if reference is not None:

@@ -8,6 +8,7 @@ from heatlens.errors import HeatlensError
 from heatlens.model.marks import Mark, ObjectMark, PointMark
 from heatlens.model.units import format_distance, parse_distance_m
 from heatlens.printable import printable
+from heatlens.session.messages import Problem
 from heatlens.session.session import Session
 from heatlens.ui import probe, theme, topmost, widgets
 from heatlens.ui.state import UiState
@@ -51,7 +52,7 @@ def _row(session: Session, mark: Mark) -> None:
         try:
             commands.change(mark, replace(mark, name=name))
         except HeatlensError as error:
-            session.say(str(error))
+            session.say(Problem(error))
     imgui.table_next_column()
     imgui.align_text_to_frame_padding()
     distance_m = commands.distance_m(mark)
@@ -99,7 +100,7 @@ def _close_focus(session: Session) -> None:
         try:
             session.editing.edit_lens(replace(session.lens, close_focus_m=typed_m))
         except HeatlensError as error:
-            session.say(str(error))
+            session.say(Problem(error))
 
 
 def _parse_limit_m(text: str) -> float | None:

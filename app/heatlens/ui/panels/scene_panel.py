@@ -8,6 +8,7 @@ from imgui_bundle import ImVec2, imgui
 from heatlens.errors import HeatlensError
 from heatlens.printable import printable
 from heatlens.scene.scene_bounds import object_names
+from heatlens.session.messages import Problem
 from heatlens.session.session import Session
 from heatlens.ui import probe, widgets
 
@@ -96,4 +97,4 @@ def _try(session: Session, act: Callable[[], None]) -> None:
     try:
         act()
     except HeatlensError as error:
-        session.say(str(error))
+        session.say(Problem(error))

@@ -9,6 +9,7 @@ from heatlens.errors import HeatlensError
 from heatlens.model.curve import Curve, Key
 from heatlens.model.interpolation import Ease, Interpolation, Scale
 from heatlens.session.key_choice import checked, frames_of
+from heatlens.session.messages import Problem
 from heatlens.session.session import Session
 from heatlens.ui import probe, theme
 from heatlens.ui.timeline.curve_axis import CurveAxis
@@ -124,4 +125,4 @@ def _pull(session: Session, axis: CurveAxis, handle: Handle, frame: float, place
             checked(session.shot.with_curve(axis.parameter, curve.with_key(pulled)))
         )
     except HeatlensError as error:
-        session.say(str(error))
+        session.say(Problem(error))

@@ -1,0 +1,93 @@
+"""How far an export is, in the status bar and in the title of the window."""
+
+import webbrowser
+from pathlib import Path
+
+from imgui_bundle import ImVec2, imgui
+
+from heatlens.session.export_process import ExportRun, ExportState
+from heatlens.ui import probe, theme
+from heatlens.ui.state import UiState
+
+_BAR_EM = 9.0
+_MINUTE_S = 60.0
+
+
+def export_words(state: ExportState | None) -> str:
+    """Return "Exporting 12 of 100, 30 s left" while an export goes on, else ""."""
+    if state is None or state.code is not None:
+        return ""
+    if not state.frames:
+        return "Exporting"
+    return f"Exporting {state.done} of {state.frames}{_left(state.left_s)}"
+
+
+def _left(left_s: float | None) -> str:
+    if left_s is None:
+        return ""
+    if left_s < _MINUTE_S:
+        return f", {left_s:.0f} s left"
+    return f", {left_s / _MINUTE_S:.0f} min left"
+
+
+def export_title(state: ExportState | None) -> str:
+    """Return what the title begins with while an export goes on: "45 % exported, "."""
+    if state is None or state.code is not None or not state.frames:
+        return ""
+    return f"{100 * state.done // state.frames} % exported, "
+
+
+def export_bar_width(run: ExportRun, ui: UiState) -> float:
+    """Return the width that `export_bar` takes; 0 where it draws nothing."""
+    style, em = imgui.get_style(), imgui.get_font_size()
+    buttons, words = _parts(run, ui)
+    if not words:
+        return 0.0
+    width = imgui.calc_text_size(words).x + style.item_spacing.x
+    width += (_BAR_EM * em + style.item_spacing.x) if run.is_busy else 0.0
+    for name in buttons:
+        width += imgui.calc_text_size(name).x + 2 * style.frame_padding.x + style.item_spacing.x
+    return float(width)
+
+
+def export_bar(run: ExportRun, ui: UiState) -> None:
+    """Draw progress with a button to stop, or how it ended with one to show its folder."""
+    buttons, words = _parts(run, ui)
+    state = run.state
+    if not words or state is None:
+        return
+    imgui.align_text_to_frame_padding()
+    imgui.text_colored(theme.BAD if state.code else theme.ACCENT_TEXT, words)
+    if run.is_busy:
+        imgui.same_line()
+        part = state.done / state.frames if state.frames else 0.0
+        imgui.progress_bar(part, ImVec2(_BAR_EM * imgui.get_font_size(), 0), "")
+        probe.note("export progress")
+    for name in buttons:
+        imgui.same_line()
+        if imgui.button(f"{name}##export"):
+            _pressed(name, run, ui)
+        probe.note(f"status {name}")
+
+
+def _parts(run: ExportRun, ui: UiState) -> tuple[tuple[str, ...], str]:
+    """Return the buttons and the words before them."""
+    state = run.state
+    if state is None:
+        return (), ""
+    if state.code is None:
+        ui.shows_export_end = True
+        return ("Stop",), export_words(state)
+    if not ui.shows_export_end:
+        return (), ""
+    failed = "Export stopped" if state.is_stopped else "Export failed"
+    return ("Show folder", "x"), "Exported" if state.code == 0 else failed
+
+
+def _pressed(name: str, run: ExportRun, ui: UiState) -> None:
+    if name == "Stop":
+        run.cancel()
+    elif name == "x":
+        ui.shows_export_end = False
+    elif run.state is not None:
+        webbrowser.open(Path(run.state.output).absolute().parent.as_uri())

@@ -1,0 +1,39 @@
+"""An export is stopped in bounded time, whatever its process does with signals."""
+
+import subprocess
+import sys
+import time
+
+from heatlens.model.lens import Lens
+from heatlens.model.shot import Shot
+from heatlens.session import export_process
+from heatlens.session.export_process import ExportRun
+
+# Prints a first line, ignores every polite signal, and would go on for a minute.
+DEAF = (
+    "import signal, sys, time\n"
+    "for number in (signal.SIGINT, signal.SIGTERM): signal.signal(number, signal.SIG_IGN)\n"
+    "print('{}', flush=True); time.sleep(60)"
+)
+
+
+def test_a_process_that_ignores_signals_is_killed(monkeypatch, tmp_path):
+    monkeypatch.setattr(export_process, "_PATIENCE_S", 0.2)
+    real = subprocess.Popen
+
+    def started(_line, **options):
+        return real([sys.executable, "-c", DEAF], **options)
+
+    monkeypatch.setattr(export_process.subprocess, "Popen", started)
+    woken: list[float] = []
+    run = ExportRun(lambda: woken.append(time.monotonic()))
+    run.export(Shot(Lens(50.0, 2.0, 3.0, 36.0)), str(tmp_path / "a.####.exr"))
+    end = time.monotonic() + 60
+    while not woken:  # it has begun, and is deaf
+        assert time.monotonic() < end
+        time.sleep(0.01)
+    run.cancel()
+    process = run._process
+    assert process is not None and process.wait(60) < 0
+    run.close()
+    assert run.state is not None and run.state.is_stopped and "Stopped" in run.state.said

@@ -1,0 +1,88 @@
+"""The line under everything: readout, messages and an export side by side."""
+
+from dataclasses import replace
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from imgui_bundle import imgui
+
+from heatlens.session.export_process import ExportState
+from heatlens.session.messages import Messages, Problem
+from heatlens.ui.export_bar import export_title, export_words
+from heatlens.ui.status_bar import fitting
+from support.window_plates import POST
+
+K = imgui.Key
+
+
+@pytest.fixture
+def exporting(gui):
+    """Make it look as if an export went on."""
+    run = gui.session.exports.run
+    run.state = ExportState("export to a", done=12, frames=100, left_s=30.0, output="/tmp/a.exr")
+    yield gui
+    run.state, gui.ui.asks_to_quit = None, False
+
+
+def test_a_message_stands_beside_the_readout(gui):
+    gui.move(gui.at_picture(POST[0] + 0.5, POST[1] + 0.5))
+    gui.session.say("Something was said.")
+    gui.drawn.clear()
+    gui.frame(2)
+    readout, message = gui.rect("readout"), gui.rect("message")
+    assert readout[2] < message[0] and abs(readout[1] - message[1]) < 1
+
+
+def test_what_went_wrong_is_told_from_what_was_done():
+    messages = Messages()
+    for sentence, is_problem in (("Saved.", False), (Problem("Not saved."), True), ("B.", False)):
+        messages.say(sentence)
+        assert messages.is_problem is is_problem
+
+
+@given(text=st.text(max_size=60), width=st.integers(0, 80))
+def test_a_message_is_cut_to_its_room(text, width):
+    shown = fitting(text, width, len)
+    assert len(shown) <= max(width, 0) or shown == ""
+    assert shown == text or shown == "" or text.startswith(shown.removesuffix(" ..."))
+
+
+def test_an_export_is_told_in_the_status_bar_and_in_the_title(exporting):
+    state = exporting.session.exports.run.state
+    assert export_words(state) == "Exporting 12 of 100, 30 s left"
+    assert export_title(state) == "12 % exported, "
+    assert (export_words(None), export_title(replace(state, code=0))) == ("", "")
+    exporting.drawn.clear()
+    exporting.frame(2)
+    edge = exporting.size[0]
+    for name in ("export progress", "status Stop"):
+        x0, _, x1, y1 = exporting.rect(name)
+        assert 0 < x0 < x1 < edge and y1 <= exporting.size[1]
+    assert exporting.rect("status Stop")[2] <= exporting.rect("sides")[0]
+
+
+def test_closing_during_an_export_asks(exporting):
+    gui = exporting
+    gui.key(K.q, ctrl=True)
+    gui.frame(3)
+    assert gui.ui.asks_to_quit and not gui.ui.is_over
+    gui.click(gui.middle("quit Keep exporting"))
+    gui.frame(2)
+    assert not gui.ui.asks_to_quit and not gui.ui.is_over
+    gui.key(K.q, ctrl=True)
+    gui.frame(3)
+    gui.click(gui.middle("quit Stop it and close"))
+    assert gui.ui.is_over
+
+
+def test_the_end_of_an_export_stays_until_it_was_read(exporting):
+    gui, run = exporting, exporting.session.exports.run
+    gui.frame()
+    run.state.code = 0
+    gui.frame(2)
+    assert "status Show folder" in gui.drawn
+    gui.click(gui.middle("status x"))
+    gui.drawn.clear()
+    gui.frame()
+    assert "status Show folder" not in gui.drawn
