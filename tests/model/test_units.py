@@ -45,7 +45,7 @@ def test_understood_distances(text, distance_m):
 @pytest.mark.parametrize(
     "text",
     [
-        *("", " ", ".", "m", "nan", "-1", "-2 m", "-inf", "2,24", "2.24 parsecs", "1e999", "6'3'"),
+        *("", " ", ".", "m", "nan", "-1", "-2 m", "-inf", "2,240", "2.24 parsecs", "1e999", "6'3'"),
         *("2 2", "3in 6ft", "1..2", "0x10", "1_000", "٣", "12e", "e3", "'"),
     ],
 )

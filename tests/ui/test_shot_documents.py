@@ -88,7 +88,7 @@ def test_saving_again_asks_for_no_name(gui, tmp_path):
     shot = edited(gui)
     assert gui.session.documents.title == "pull.heatlens.json *"
     gui.session.messages.clear()
-    gui.key(K.s, ctrl=True, shift=True)
+    gui.key(K.s, ctrl=True)
     gui.until(lambda: "Saved" in gui.session.message, "the file")
     assert read_shot(path) == shot and not gui.ui.dialogs.browser.is_open
 
