@@ -28,7 +28,7 @@ class UsdMaterials:
     notes: dict[str, None] = field(default_factory=dict)  # in order, each once
     shaders: set[int] = field(default_factory=set)  # those that are more than the colour of a prim
     _found: dict[str, int] = field(default_factory=dict)
-    _pictures: dict[str, int] = field(default_factory=dict)
+    _pictures: dict[str, int | None] = field(default_factory=dict)
 
     def of(self, prim: Any, has_own_colors: bool = False) -> int:
         """Return the number of the material that a mesh or a part of it is bound to.
@@ -91,19 +91,28 @@ class UsdMaterials:
             return default, None
         return default, self._picture(file.resolvedPath or file.path)
 
-    def _picture(self, path: str) -> int:
+    def _picture(self, path: str) -> int | None:
+        """Return the place of a picture among the images; None, with a note, where it is none."""
         if path not in self._pictures:
-            resolver = usd_module("Ar")
-            check_asset(self.stage.path, path)
-            asset = resolver.GetResolver().OpenAsset(resolver.ResolvedPath(path))
-            if not asset:
-                raise InputError(f"{self.stage.path}: the picture {path[:80]!r} is not there.")
-            with asset:
-                data = bytes(asset.GetBuffer())
-            what = f"{self.stage.path}: {path}"
-            self.images.append(read_picture(data, what, self.images))
-            self._pictures[path] = len(self.images) - 1
+            try:
+                self.images.append(self._opened(path))
+                self._pictures[path] = len(self.images) - 1
+            except InputError as error:
+                said = str(error).removeprefix(f"{self.stage.path}: ").rstrip(".")
+                self.notes[f"{said}; it is done without."] = None
+                self._pictures[path] = None
         return self._pictures[path]
+
+    def _opened(self, path: str) -> NDArray[np.uint8]:
+        """Return the pixels of a picture; raise InputError where it is none or not there."""
+        resolver = usd_module("Ar")
+        check_asset(self.stage.path, path)
+        asset = resolver.GetResolver().OpenAsset(resolver.ResolvedPath(path))
+        if not asset:
+            raise InputError(f"{self.stage.path}: the picture {path[:80]!r} is not there.")
+        with asset:
+            data = bytes(asset.GetBuffer())
+        return read_picture(data, f"{self.stage.path}: {path}", self.images)
 
 
 def _color(value: Iterable[float]) -> Color:

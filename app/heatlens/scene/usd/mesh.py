@@ -1,5 +1,6 @@
 """The triangles of a mesh of USD: polygons cut into fans, every corner a vertex of its own."""
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -10,12 +11,14 @@ from heatlens.files.usd_library import usd_module
 from heatlens.files.usd_values import numbers, whole_numbers
 from heatlens.scene.mesh_make import made_mesh, smooth_normals
 from heatlens.scene.scene import Mesh
+from heatlens.scene.subdivision import Polygons, corner_normals
 from heatlens.scene.usd.material import UsdMaterials
+from heatlens.scene.usd.subdivide import Subdivision
 
 _UV_NAMES = ("st", "UVMap", "map1", "st0")
 
 
-def read_parts(materials: UsdMaterials, prim: Any) -> list[Mesh]:
+def read_parts(materials: UsdMaterials, subdivision: Subdivision, prim: Any) -> list[Mesh]:
     """Return one mesh for each material; raise InputError where a mesh contradicts itself."""
     geometry = usd_module("UsdGeom")
     what = f"{materials.stage.path}: {prim.GetPath()}"
@@ -25,21 +28,68 @@ def read_parts(materials: UsdMaterials, prim: Any) -> list[Mesh]:
     counts = whole_numbers(mesh.GetFaceVertexCountsAttr().Get(time), f"{what}: faceVertexCounts")
     corners = whole_numbers(mesh.GetFaceVertexIndicesAttr().Get(time), f"{what}: faceVertexIndices")
     _check(what, points, counts, corners)
-    triangles, faces = _fans(counts)
-    normals, uvs = _normals(what, mesh, points, corners, triangles), _uvs(what, prim, corners)
-    colors = _colors(what, prim, len(points), counts, corners)
+    uvs, colors = _uvs(what, prim, corners), _colors(what, prim, len(points), counts, corners)
+    cage = _Surface(points, counts, corners, np.arange(len(counts)), None, uvs, colors)
+    drawn = _refined(what, subdivision, mesh, cage) or cage
+    triangles, faces = _fans(drawn.counts)
+    normals = drawn.normals
+    if normals is None:
+        normals = _normals(what, mesh, points, corners, triangles)
+    faces = drawn.faces[faces]
+    holes = whole_numbers(mesh.GetHoleIndicesAttr().Get(time), f"{what}: holeIndices")
+    is_hole = np.isin(faces, holes)
     found = []
     for part, chosen in _by_material(what, prim, faces, len(counts)):
         material = materials.of(part, colors is not None)
-        own = triangles[chosen].astype(np.uint32)
+        own = triangles[chosen & ~is_hole].astype(np.uint32)
         if len(own):
             used, places = np.unique(own, return_inverse=True)
             own = places.reshape(-1, 3).astype(np.uint32)
-            shown = None if material in materials.shaders else colors
-            facing, laid, tint = (None if v is None else v[used] for v in (normals, uvs, shown))
-            at = points[corners[used]]
+            shown = None if material in materials.shaders else drawn.colors
+            facing, laid, tint = (
+                None if v is None else v[used] for v in (normals, drawn.uvs, shown)
+            )
+            at = drawn.points[drawn.corners[used]]
             found.append(made_mesh(what, at, own, facing, laid, material, tint))
     return found
+
+
+@dataclass(frozen=True, eq=False)
+class _Surface:
+    """Polygons with what is told at their corners.
+
+    faces    (F,) the face of the file that each one is a part of
+    normals  (corners, 3); None where they are found as for polygons
+    """
+
+    points: NDArray[np.float32]
+    counts: NDArray[np.int64]
+    corners: NDArray[np.int64]
+    faces: NDArray[np.int64]
+    normals: NDArray[np.float32] | None
+    uvs: NDArray[np.float32] | None
+    colors: NDArray[np.float32] | None
+
+
+def _refined(what: str, subdivision: Subdivision, mesh: Any, cage: _Surface) -> _Surface | None:
+    """Return the subdivision surface of a cage; None where it is drawn as it is."""
+    told = {"uvs": cage.uvs, "colors": cage.colors}
+    whole = cage.counts > 2
+    of_whole = np.repeat(whole, cage.counts)
+    polygons = Polygons(
+        cage.points.astype(np.float64),
+        cage.counts[whole],
+        cage.corners[of_whole],
+        {k: v[of_whole].astype(np.float64) for k, v in told.items() if v is not None},
+        np.flatnonzero(whole),
+    )
+    found = subdivision.refined(what, mesh, polygons)
+    if found is None:
+        return None
+    values = {name: value.astype(np.float32) for name, value in found.values.items()}
+    points, normals = found.points.astype(np.float32), corner_normals(found)
+    uvs, colors = values.get("uvs"), values.get("colors")
+    return _Surface(points, found.counts, found.corners, found.faces, normals, uvs, colors)
 
 
 def _check(

@@ -13,29 +13,51 @@ from heatlens.files.quiet import quiet_library
 from heatlens.files.usd_library import read_usd_apart, usd_failures_told, usd_module
 from heatlens.model.frames import FrameRange
 from heatlens.model.framing import CameraTrack, Pose, PoseKey, pose_of
-from heatlens.scene.scene import Array, Instance, Mesh, Scene, SceneCamera
+from heatlens.scene.scene import Array, Instance, Scene, SceneCamera, check_instances
+from heatlens.scene.usd.geometry import (
+    UsdGeometry,
+    changes_shape,
+    has_surface,
+    is_shown,
+    left_out,
+)
+from heatlens.scene.usd.instancer import Instancers, changing, is_instancer, is_within_instancer
 from heatlens.scene.usd.material import UsdMaterials
-from heatlens.scene.usd.mesh import read_parts
 from heatlens.scene.usd.stage import STILL_FRAME, UsdStage, open_stage
 
-_HIDDEN = ("guide", "proxy")
 _MATRICES_MOST = 20_000_000  # of all instances over all frames
 
 
 @dataclass(frozen=True, eq=False)
 class _Sampled:
-    """Places (F, P, 4, 4) over frames, and which of them each instance has."""
+    """Places (F, P, 4, 4) over frames, and which of them each instance has.
+
+    The last instances are copies within the prim whose place they have, at `local` (F or 1, n, 4,
+    4) in it.
+    """
 
     first: int
     places: Array
     chosen: tuple[int, ...]
+    local: Array
 
     def __call__(self, frame: float) -> Array:
         """Return (instances, 4, 4), interpolated linearly between two frames."""
-        at = min(max(frame - self.first, 0.0), len(self.places) - 1.0)
-        before = min(int(at), len(self.places) - 2)
-        a, b = self.places[before], self.places[before + 1]
-        return np.asarray((a + (b - a) * (at - before))[list(self.chosen)])
+        at = min(max(frame - self.first, 0.0), max(len(self.places) - 1.0, 0.0))
+        found = _between(self.places, at)[list(self.chosen)]
+        copies = self.local.shape[1]
+        if copies:
+            found[-copies:] = found[-copies:] @ _between(self.local, at)
+        return found
+
+
+def _between(samples: Array, at: float) -> Array:
+    """Return the sample (F, ...) at a place between two of them."""
+    before = min(int(at), max(len(samples) - 2, 0))
+    if len(samples) == 1:
+        return np.asarray(samples[0])
+    a, b = samples[before], samples[before + 1]
+    return np.asarray(a + (b - a) * (at - before))
 
 
 def read_usd(path: Path) -> Scene:
@@ -55,52 +77,73 @@ def usd_scene(text: str) -> Scene:
 
 def _scene(stage: UsdStage) -> Scene:
     materials = UsdMaterials(stage)
-    prims = [prim for prim in stage.prims if _is_seen(prim)]
-    meshes, chosen, numbers = _meshes(materials, prims)
-    cameras = [prim for prim in stage.prims if prim.IsA(usd_module("UsdGeom").Camera)]
-    frames = stage.frames_of([*prims, *cameras])
-    moves = frames is not None and stage.frames_of(prims) is not None
-    places = _sampled(stage, prims, frames if moves else None)
-    names = [prims[number].GetName() for number in chosen]
+    geometry = UsdGeometry(materials)
+    instancers = Instancers(stage, geometry)
+    shown = [prim for prim in stage.prims if not is_within_instancer(prim)]
+    prims = [prim for prim in shown if has_surface(prim) and is_shown(prim)]
+    copying = [prim for prim in shown if is_instancer(prim) and is_shown(prim)]
+    placed, cameras = [*prims, *copying], list(filter(_is_camera, stage.prims))
+    attributes = [attribute for prim in copying for attribute in changing(prim)]
+    frames = stage.frames_of([*placed, *cameras], attributes)
+    moves = frames is not None and stage.frames_of(placed, attributes) is not None
+    names, numbers, chosen = _single(geometry, prims)
+    copies = [instancers.copies(prim, frames if moves else None) for prim in copying]
+    for number, found in enumerate(copies, start=len(prims)):
+        names += found.names
+        numbers += found.meshes
+        chosen += [number] * len(found.names)
+    check_instances(stage.path, len(names))
+    motion = _Sampled(
+        frames.first if frames else STILL_FRAME,
+        _sampled(stage, placed, frames if moves else None),
+        tuple(chosen),
+        _joined([found.local for found in copies]),
+    )
     return Scene(
         stage.path,
-        tuple(meshes),
-        tuple(map(Instance, names, numbers, places[0, list(chosen)])),
+        tuple(geometry.meshes),
+        tuple(map(Instance, names, numbers, motion(motion.first))),
         tuple(materials.materials),
         tuple(materials.images),
         _cameras(stage, cameras, frames),
-        motion=_Sampled(frames.first, places, chosen) if frames and moves else None,
+        motion=motion if moves else None,
         frames=frames,
         frames_per_second=stage.frames_per_second,
-        notes=tuple(f"{stage.path}: {note}" for note in [*_notes(stage), *materials.notes]),
+        notes=tuple(
+            f"{stage.path}: {note}"
+            for note in (
+                *_notes(stage),
+                *materials.notes,
+                *instancers.notes,
+                *geometry.subdivision.notes,
+                *filter(None, (changes_shape(prims), left_out(shown))),
+            )
+        ),
     )
 
 
-def _is_seen(prim: Any) -> bool:
-    geometry = usd_module("UsdGeom")
-    if not prim.IsA(geometry.Mesh):
-        return False
-    seen = geometry.Imageable(prim)
-    return seen.ComputeVisibility() != "invisible" and seen.ComputePurpose() not in _HIDDEN
+def _is_camera(prim: Any) -> bool:
+    return bool(prim.IsA(usd_module("UsdGeom").Camera))
 
 
-def _meshes(
-    materials: UsdMaterials, prims: list[Any]
-) -> tuple[list[Mesh], tuple[int, ...], tuple[int, ...]]:
-    """Return the meshes, and for each instance the numbers of its prim and its mesh."""
-    meshes: list[Mesh] = []
-    known: dict[Any, list[int]] = {}
-    chosen, numbers = [], []
+def _single(geometry: UsdGeometry, prims: list[Any]) -> tuple[list[str], list[int], list[int]]:
+    """Return name and mesh of each instance, and the number of the prim that it is."""
+    names, meshes, numbers = [], [], []
     for number, prim in enumerate(prims):
-        own = prim.GetPrimInPrototype() if prim.IsInstanceProxy() else prim
-        if own.GetPath() not in known:
-            parts = read_parts(materials, prim)
-            known[own.GetPath()] = list(range(len(meshes), len(meshes) + len(parts)))
-            meshes += parts
-        for mesh in known[own.GetPath()]:
-            chosen.append(number)
-            numbers.append(mesh)
-    return meshes, tuple(chosen), tuple(numbers)
+        for mesh in geometry.of(prim):
+            names.append(prim.GetName())
+            meshes.append(mesh)
+            numbers.append(number)
+    return names, meshes, numbers
+
+
+def _joined(parts: list[Array]) -> Array:
+    """Return the copies of all instancers (F or 1, n, 4, 4), over the frames of the longest."""
+    count = max((len(part) for part in parts), default=1)
+    if count * sum(part.shape[1] for part in parts) > _MATRICES_MOST:
+        raise InputError("The copies of point instancers move over too many frames.")
+    whole = [part if len(part) == count else np.repeat(part, count, axis=0) for part in parts]
+    return np.concatenate(whole, axis=1) if whole else np.zeros((1, 0, 4, 4))
 
 
 def _sampled(stage: UsdStage, prims: list[Any], frames: FrameRange | None) -> Array:
@@ -149,11 +192,10 @@ def _pose(stage: UsdStage, prim: Any, frame: float) -> Pose:
 
 def _notes(stage: UsdStage) -> list[str]:
     """Return a note for each part of the stage that is not read."""
-    lux, geometry, skeleton = (usd_module(name) for name in ("UsdLux", "UsdGeom", "UsdSkel"))
+    lux, skeleton = usd_module("UsdLux"), usd_module("UsdSkel")
     kinds = (
         ("Lights of USD are not read; the daylight shines.", lux.BoundableLightBase),
         ("Distant and dome lights of USD are not read.", lux.NonboundableLightBase),
-        ("Point instancers are not read.", geometry.PointInstancer),
         ("Skeletons are not read: a figure stands as it was modelled.", skeleton.Skeleton),
     )
     return [note for note, kind in kinds if any(prim.IsA(kind) for prim in stage.prims)]

@@ -1,6 +1,7 @@
 """A stage of OpenUSD, opened: its unit and up axis, its frames, and where things are in them."""
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -32,8 +33,11 @@ class UsdStage:
     to_metres: Array
     frames_per_second: float
 
-    def frames_of(self, prims: list[Any]) -> FrameRange | None:
-        """Return the frames in which a prim or one of its ancestors moves; None where none does."""
+    def frames_of(self, prims: list[Any], attributes: Iterable[Any] = ()) -> FrameRange | None:
+        """Return the frames in which a prim or one of its ancestors moves; None where none does.
+
+        The times of further attributes count as well.
+        """
         xformable = usd_module("UsdGeom").Xformable
         hung = {}
         for prim in prims:
@@ -41,6 +45,7 @@ class UsdStage:
                 hung[prim.GetPath()], prim = prim, prim.GetParent()
         moving = (xformable(prim) for prim in hung.values() if prim.IsA(xformable))
         times = [time for xform in moving for time in xform.GetTimeSamples()]
+        times += [time for attribute in attributes for time in attribute.GetTimeSamples()]
         if not times or min(times) == max(times):
             return None
         for time in (min(times), max(times)):
@@ -74,3 +79,8 @@ def open_stage(path: Path) -> UsdStage:
     if up == "Z":
         to_metres = to_metres @ [[1, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]]
     return UsdStage(path, stage, prims, unit_m, np.asarray(to_metres), rate)
+
+
+def kind_of(prim: Any) -> str:
+    """Return the name of a prim's schema, that of a fallback where its own type is not known."""
+    return str(prim.GetPrimTypeInfo().GetSchemaTypeName())

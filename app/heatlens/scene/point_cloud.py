@@ -1,0 +1,95 @@
+"""Points without faces, as scanners write them: each is drawn as a small solid, or a small disc."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+POINTS_MOST = 500_000  # drawn; of more, evenly many are left out and the others are larger
+_SAMPLES = 96  # points whose distance to the next one is measured
+_OF_SPACING = 0.7  # the radius, so that the points of a surface just close it
+# A tetrahedron for points that face nowhere, a square for those that have a normal.
+_SOLID = np.array([(1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1)]) / np.sqrt(3)
+_SOLID_FACES = np.array([(0, 1, 2), (0, 3, 1), (0, 2, 3), (1, 3, 2)])
+_DISC = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)]) * np.sqrt(np.pi) / 2  # of a disc's area
+_DISC_FACES = np.array([(0, 1, 2), (0, 2, 3)])
+
+
+@dataclass(frozen=True, eq=False)
+class DrawnPoints:
+    """What stands for points: (V, 3), (V, 3), (T, 3), and which point each vertex is of (V,)."""
+
+    positions: Array
+    normals: Array
+    triangles: NDArray[np.uint32]
+    point: NDArray[np.int64]
+
+
+def drawn_points(
+    positions: Array, radii: Array | None = None, normals: Array | None = None
+) -> DrawnPoints:
+    """Return solids of the radii (P,) at positions (P, 3), or discs that face their normals (P, 3).
+
+    Without radii they have the one that just closes a surface of such points.
+    """
+    kept = _kept(len(positions))
+    at = positions[kept]
+    if radii is None:
+        sizes = np.full(len(at), closing_radius(at))
+    else:
+        sizes = radii[kept] * np.sqrt(len(positions) / max(len(at), 1))
+    if normals is None:
+        offsets = np.broadcast_to(_SOLID, (len(at), 4, 3))
+        facing, faces = offsets, _SOLID_FACES
+    else:
+        across, up, unit = _frame(normals[kept])
+        offsets = _DISC[:, :1] * across[:, None] + _DISC[:, 1:] * up[:, None]
+        facing, faces = np.repeat(unit[:, None], 4, axis=1), _DISC_FACES
+    triangles = faces[None] + 4 * np.arange(len(at))[:, None, None]
+    return DrawnPoints(
+        (at[:, None] + sizes[:, None, None] * offsets).reshape(-1, 3),
+        np.asarray(facing, np.float64).reshape(-1, 3),
+        triangles.reshape(-1, 3).astype(np.uint32),
+        np.repeat(kept, 4),
+    )
+
+
+def closing_radius(positions: Array) -> float:
+    """Return the radius with which points of a surface just close it, by their distances.
+
+    It is measured from some of them to the nearest other point.
+    """
+    if len(positions) < 2:
+        return 0.01
+    chosen = np.unique(np.linspace(0, len(positions) - 1, _SAMPLES).astype(int))
+    nearest = [_nearest(positions, place) for place in chosen]
+    apart = np.array([distance for distance in nearest if distance > 0])
+    size = float(np.ptp(positions, axis=0).max())
+    return _OF_SPACING * float(np.median(apart)) if len(apart) else max(1e-2 * size, 1e-6)
+
+
+def _nearest(positions: Array, place: int) -> float:
+    """Return the distance to the nearest point that is somewhere else; 0 where none is."""
+    squares = ((positions - positions[place]) ** 2).sum(axis=1)
+    apart = squares[squares > 0]
+    return float(np.sqrt(apart.min())) if len(apart) else 0.0
+
+
+def _kept(count: int) -> NDArray[np.int64]:
+    """Return which points are drawn, evenly among all."""
+    if count <= POINTS_MOST:
+        return np.arange(count)
+    return np.linspace(0, count - 1, POINTS_MOST).astype(np.int64)
+
+
+def _frame(normals: Array) -> tuple[Array, Array, Array]:
+    """Return two unit vectors across each normal, and the normal itself with length 1."""
+    lengths = np.linalg.norm(normals, axis=1, keepdims=True)
+    is_one = np.isfinite(lengths) & (lengths > 1e-12)
+    unit = np.where(is_one, normals / np.where(is_one, lengths, 1.0), (0.0, 1.0, 0.0))
+    leaning = np.eye(3)[np.argmin(np.abs(unit), axis=1)]
+    across = np.cross(unit, leaning)
+    across /= np.linalg.norm(across, axis=1, keepdims=True)
+    return across, np.cross(unit, across), unit

@@ -1,0 +1,229 @@
+"""Catmull-Clark subdivision of polygons, for all vertices at once.
+
+The rules are those of Catmull and Clark 1978 for smooth surfaces, and of DeRose, Kass and Truong
+1998 for creases: an edge of sharpness s stays sharp for s levels. Edges at the rim of a surface
+and edges of more than two faces are sharp, and a vertex of a single face stays where it is, as the
+default of USD says. Values at the corners of faces, such as texture coordinates, are interpolated
+linearly within each face, so that their seams stay.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+_SPREAD_ROUNDS = 64  # more than the faces round any reasonable vertex
+
+
+@dataclass(frozen=True, eq=False)
+class Polygons:
+    """Faces of any number of corners.
+
+    points        (V, 3)
+    counts        (F,) corners of each face
+    corners       (C,) the vertex at each corner, face after face
+    values        (C, n) arrays of values at the corners, by name
+    faces         (F,) the face of the file that each face comes from
+    creases       (E, 2) vertices of creased edges, in any order, and their (E,) sharpness
+    sharp_points  (P,) vertices that stay where they are, for their (P,) sharpness in levels
+    """
+
+    points: Array
+    counts: Indices
+    corners: Indices
+    values: Mapping[str, Array] = field(default_factory=dict)
+    faces: Indices = field(default_factory=lambda: np.zeros(0, np.int64))
+    creases: Indices = field(default_factory=lambda: np.zeros((0, 2), np.int64))
+    crease_sharpness: Array = field(default_factory=lambda: np.zeros(0))
+    sharp_points: Indices = field(default_factory=lambda: np.zeros(0, np.int64))
+    point_sharpness: Array = field(default_factory=lambda: np.zeros(0))
+
+
+@dataclass(frozen=True, eq=False)
+class _Edges:
+    """The edges between the corners of faces.
+
+    of_corner  (C,) the edge from each corner to the next one of its face
+    ends       (E, 2) vertices
+    faces      (E,) how many faces each has
+    sharpness  (E,) infinite at the rim of a surface
+    """
+
+    of_corner: Indices
+    ends: Indices
+    faces: Indices
+    sharpness: Array
+
+
+def subdivided(mesh: Polygons) -> Polygons:
+    """Return the mesh with one quad for each corner of the old one."""
+    edges, face_of = _edges(mesh), np.repeat(np.arange(len(mesh.counts)), mesh.counts)
+    face_points = _means(mesh.points[mesh.corners], face_of, mesh.counts)
+    edge_points = _edge_points(mesh, edges, face_points, face_of)
+    points = _vertex_points(mesh, edges, face_points, face_of)
+    vertices, first_face = len(mesh.points), len(mesh.points) + len(edges.ends)
+    following, before = neighbours(mesh.counts)
+    quads = np.stack(
+        [
+            mesh.corners,
+            vertices + edges.of_corner,
+            first_face + face_of,
+            vertices + edges.of_corner[before],
+        ],
+        axis=1,
+    )
+    values = {
+        name: _corner_values(told, following, before, face_of, mesh.counts)
+        for name, told in mesh.values.items()
+    }
+    creases, sharpness = _split_creases(edges, vertices)
+    left = mesh.point_sharpness > 1
+    return Polygons(
+        np.vstack([points, edge_points, face_points]),
+        np.full(len(quads), 4, np.int64),
+        quads.reshape(-1),
+        values,
+        mesh.faces[face_of] if len(mesh.faces) else face_of,
+        creases,
+        sharpness,
+        mesh.sharp_points[left],
+        mesh.point_sharpness[left] - 1,
+    )
+
+
+def corner_normals(mesh: Polygons) -> NDArray[np.float32]:
+    """Return (C, 3) unit normals, smooth but across creases.
+
+    Faces that meet at a vertex share its normal as far as one comes from one to the other over
+    smooth edges.
+    """
+    face_of = np.repeat(np.arange(len(mesh.counts)), mesh.counts)
+    following, _ = neighbours(mesh.counts)
+    at = mesh.points[mesh.corners]
+    areas = np.stack(
+        [np.bincount(face_of, column, len(mesh.counts)) for column in np.cross(at, at[following]).T]
+    ).T
+    group = _smooth_groups(mesh, _edges(mesh), following)
+    count = int(group.max(initial=-1)) + 1
+    sums = np.stack([np.bincount(group, column, count) for column in areas[face_of].T]).T
+    lengths = np.linalg.norm(sums, axis=1, keepdims=True)
+    units = np.where(lengths > 1e-30, sums / np.maximum(lengths, 1e-30), (0.0, 1.0, 0.0))
+    return np.asarray(units[group], np.float32)
+
+
+def neighbours(counts: Indices) -> tuple[Indices, Indices]:
+    """Return, for each corner, the next and the previous corner of its face, each (C,)."""
+    total = int(counts.sum())
+    following, before = np.arange(1, total + 1), np.arange(-1, total - 1)
+    some = counts > 0
+    lasts = np.cumsum(counts)[some] - 1
+    firsts = lasts - counts[some] + 1
+    following[lasts], before[firsts] = firsts, lasts
+    return following, before
+
+
+def _edges(mesh: Polygons) -> _Edges:
+    following, _ = neighbours(mesh.counts)
+    pairs = np.sort(np.stack([mesh.corners, mesh.corners[following]], axis=1), axis=1)
+    keys = pairs[:, 0] * len(mesh.points) + pairs[:, 1]
+    found, of_corner, faces = np.unique(keys, return_inverse=True, return_counts=True)
+    ends = np.stack(np.divmod(found, max(len(mesh.points), 1)), axis=1)
+    sharpness = np.where(faces == 2, 0.0, np.inf)
+    told = np.sort(mesh.creases, axis=1)
+    wanted = told[:, 0] * len(mesh.points) + told[:, 1]
+    places = np.minimum(np.searchsorted(found, wanted), max(len(found) - 1, 0))
+    is_there = found[places] == wanted if len(found) else np.zeros(len(wanted), bool)
+    np.maximum.at(sharpness, places[is_there], mesh.crease_sharpness[is_there])
+    return _Edges(of_corner.reshape(-1), ends, faces, sharpness)
+
+
+def _edge_points(mesh: Polygons, edges: _Edges, face_points: Array, face_of: Indices) -> Array:
+    """Return (E, 3): the middle of a sharp edge, else the mean with the faces beside it."""
+    middles = mesh.points[edges.ends].mean(axis=1)
+    beside = _means(face_points[face_of], edges.of_corner, edges.faces)
+    sharp = np.clip(edges.sharpness, 0, 1)[:, None]
+    return np.asarray(middles * sharp + (middles + beside) / 2 * (1 - sharp))
+
+
+def _vertex_points(mesh: Polygons, edges: _Edges, face_points: Array, face_of: Indices) -> Array:
+    """Return (V, 3): smooth, on a crease, or where they were, by the sharp edges of each."""
+    points, count = mesh.points, len(mesh.points)
+    valence = np.bincount(edges.ends.reshape(-1), minlength=count)
+    faces = np.bincount(mesh.corners, minlength=count)
+    others = edges.ends[:, ::-1].reshape(-1)
+    around = _sums(points[others], edges.ends.reshape(-1), count) / np.maximum(valence, 1)[:, None]
+    of_faces = _sums(face_points[face_of], mesh.corners, count) / np.maximum(faces, 1)[:, None]
+    n = np.maximum(valence, 1)[:, None]
+    smooth = (points * (n - 2) + around + of_faces) / n
+    is_sharp = edges.sharpness > 0
+    ends = edges.ends[is_sharp]
+    sharp_edges = np.bincount(ends.reshape(-1), minlength=count)
+    along = _sums(points[ends[:, ::-1].reshape(-1)], ends.reshape(-1), count)
+    crease = 0.75 * points + 0.125 * along
+    share = _sums(np.repeat(edges.sharpness[is_sharp], 2)[:, None], ends.reshape(-1), count)[:, 0]
+    share = np.clip(np.nan_to_num(share / np.maximum(sharp_edges, 1), posinf=1.0), 0, 1)
+    is_corner = (sharp_edges > 2) | ((faces == 1) & (sharp_edges > 1)) | (valence == 0)
+    target = np.where(is_corner[:, None], points, crease)
+    share = np.where((sharp_edges >= 2) | (valence == 0), share, 0.0)
+    share = np.where(valence == 0, 1.0, share)
+    found = target * share[:, None] + smooth * (1 - share[:, None])
+    fixed = np.clip(mesh.point_sharpness, 0, 1)[:, None]
+    at = mesh.sharp_points
+    found[at] = points[at] * fixed + found[at] * (1 - fixed)
+    return np.asarray(found)
+
+
+def _corner_values(
+    told: Array, following: Indices, before: Indices, face_of: Indices, counts: Indices
+) -> Array:
+    """Return (4 C, n): for each corner its own value, and those at the rest of its quad."""
+    middle = _means(told, face_of, counts)[face_of]
+    ahead, behind = (told + told[following]) / 2, (told + told[before]) / 2
+    return np.stack([told, ahead, middle, behind], axis=1).reshape(-1, told.shape[1])
+
+
+def _split_creases(edges: _Edges, vertices: int) -> tuple[Indices, Array]:
+    """Return the halves of edges that stay sharp; what is at a rim is found again by itself."""
+    kept = np.flatnonzero((edges.sharpness > 1) & np.isfinite(edges.sharpness))
+    middles = vertices + kept
+    halves = [np.stack([edges.ends[kept, end], middles], axis=1) for end in (0, 1)]
+    return np.vstack(halves), np.tile(edges.sharpness[kept] - 1, 2)
+
+
+def _smooth_groups(mesh: Polygons, edges: _Edges, following: Indices) -> Indices:
+    """Return (C,) a number for each corner; corners of one number share a normal."""
+    inner = (edges.sharpness > 0) & (edges.faces == 2)
+    if not inner.any():
+        return np.unique(mesh.corners, return_inverse=True)[1].reshape(-1)
+    # The two corners at each end of a smooth edge belong together.
+    order = np.argsort(edges.of_corner, kind="stable")
+    starts = np.cumsum(edges.faces) - edges.faces
+    smooth = np.flatnonzero((edges.sharpness <= 0) & (edges.faces == 2))
+    one, other = order[starts[smooth]], order[starts[smooth] + 1]
+    same_way = mesh.corners[one] == mesh.corners[other]
+    first = np.where(same_way, other, following[other])
+    second = np.where(same_way, following[other], other)
+    a = np.concatenate([one, following[one]])
+    b = np.concatenate([first, second])
+    group = np.arange(len(mesh.corners))
+    for _ in range(_SPREAD_ROUNDS):
+        least = np.minimum(group[a], group[b])
+        if (least == group[a]).all() and (least == group[b]).all():
+            break
+        np.minimum.at(group, a, least)
+        np.minimum.at(group, b, least)
+    return np.unique(group, return_inverse=True)[1].reshape(-1)
+
+
+def _sums(rows: Array, places: Indices, count: int) -> Array:
+    """Return (count, n), the sum of the rows (R, n) at each of the places (R,)."""
+    columns = [np.bincount(places, column, count) for column in rows.T]
+    return np.stack(columns, axis=1) if columns else np.zeros((count, 0))
+
+
+def _means(rows: Array, places: Indices, counts: Indices) -> Array:
+    return np.asarray(_sums(rows, places, len(counts)) / np.maximum(counts, 1)[:, None])

@@ -1,0 +1,85 @@
+"""What of a USD stage has a surface: which prims are drawn, and the meshes of each."""
+
+from collections import Counter
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from typing import Any
+
+from heatlens.files.usd_library import usd_module
+from heatlens.scene.scene import Mesh
+from heatlens.scene.usd.curves import read_curves, read_points
+from heatlens.scene.usd.material import UsdMaterials
+from heatlens.scene.usd.mesh import read_parts
+from heatlens.scene.usd.shapes import SHAPE_KINDS, read_shape
+from heatlens.scene.usd.stage import kind_of
+from heatlens.scene.usd.subdivide import Subdivision
+
+_HIDDEN = ("guide", "proxy")
+_DRAWN = ("Mesh", "BasisCurves", "Points", *SHAPE_KINDS)
+
+
+@dataclass
+class UsdGeometry:
+    """The meshes of prims, each prim read once."""
+
+    materials: UsdMaterials
+    meshes: list[Mesh] = field(default_factory=list)
+    subdivision: Subdivision = field(default_factory=Subdivision)
+    _known: dict[Any, tuple[int, ...]] = field(default_factory=dict)
+
+    def of(self, prim: Any) -> tuple[int, ...]:
+        """Return the numbers of the meshes of a prim, one for each of its materials.
+
+        Raises InputError where the prim contradicts itself.
+        """
+        own = prim.GetPrimInPrototype() if prim.IsInstanceProxy() else prim
+        if own.GetPath() not in self._known:
+            parts = self._read(prim)
+            self._known[own.GetPath()] = tuple(
+                range(len(self.meshes), len(self.meshes) + len(parts))
+            )
+            self.meshes += parts
+        return self._known[own.GetPath()]
+
+    def _read(self, prim: Any) -> list[Mesh]:
+        kind = kind_of(prim)
+        if kind == "BasisCurves":
+            return read_curves(self.materials, prim)
+        if kind == "Points":
+            return read_points(self.materials, prim)
+        if kind in SHAPE_KINDS:
+            return read_shape(self.materials, prim)
+        return read_parts(self.materials, self.subdivision, prim)
+
+
+def has_surface(prim: Any) -> bool:
+    """Return True for a prim that is drawn, unless it is hidden."""
+    return kind_of(prim) in _DRAWN
+
+
+def is_shown(prim: Any) -> bool:
+    """Return True for a prim that is visible and for a final picture."""
+    image = usd_module("UsdGeom").Imageable(prim)
+    return image.ComputeVisibility() != "invisible" and image.ComputePurpose() not in _HIDDEN
+
+
+def left_out(prims: Iterable[Any]) -> str:
+    """Return which kinds of surfaces of a stage are not drawn, as a sentence; "" for none."""
+    gprim = usd_module("UsdGeom").Gprim
+    kinds = Counter(
+        str(prim.GetTypeName())
+        for prim in prims
+        if prim.IsA(gprim) and not has_surface(prim) and is_shown(prim)
+    )
+    told = ", ".join(f"{count} {kind}" for kind, count in sorted(kinds.items()))
+    return f"Not drawn, of kinds that are not read: {told}." if told else ""
+
+
+def changes_shape(prims: Iterable[Any]) -> str:
+    """Return a sentence on prims whose shape changes over time, which is not followed."""
+    names = ("points", "radius", "height", "size")
+    attributes = [[prim.GetAttribute(name) for name in names] for prim in prims]
+    count = sum(any(a and a.ValueMightBeTimeVarying() for a in own) for own in attributes)
+    return f"{count} objects change their shape over time; they stay as they are first." * bool(
+        count
+    )
