@@ -5,7 +5,7 @@
 //
 // Inputs
 //   the blocks of lib/scene.lib.glsl and lib/bvh.lib.glsl, the uniforms of lib/shading.lib.glsl;
-//   with COLORS the block of the vertices' colours
+//   with COLORS the block of the vertices' colours, with PLACES that of their second texture coordinates
 // In and out
 //   sum_img    light of all rays so far, and in alpha their number
 // Outputs
@@ -14,8 +14,8 @@
 #include "lib/scene.lib.glsl"
 #include "lib/shading.lib.glsl"
 #include "lib/tangent.lib.glsl"
-#include "lib/bvh.lib.glsl"
 #include "lib/random.lib.glsl"
+#include "lib/bvh.lib.glsl"
 #include "lib/aperture.lib.glsl"
 
 layout(local_size_x = RAY_GROUP, local_size_y = RAY_GROUP) in;
@@ -41,7 +41,7 @@ vec3 light_at(Hit hit, vec3 to_eye) {
     vec3 position = mat3(position_of(c.x), position_of(c.y), position_of(c.z)) * hit.weights;
     vec3 normal = mat3(normal_of(c.x), normal_of(c.y), normal_of(c.z)) * hit.weights;
     vec3 position_m = (there.to_world * vec4(position, 1.0)).xyz;
-    vec2 uv = uv_at(hit.triangle, hit.weights);
+    Uv uv = uv_at(hit.triangle, hit.weights);
     vec3 tint = tint_at(hit.triangle, hit.weights).rgb;
     normal = normal * mat3(there.to_object);  // by the inverse transposed
     vec4 tangent = tangent_at(hit.triangle, hit.weights, mat3(there.to_world));
@@ -64,6 +64,9 @@ void main() {
     vec4 sum = is_first ? vec4(0.0) : imageLoad(sum_img, at);
     if (sum.a < float(rays)) {
         vec4 u = random4(uvec4(at, uint(sum.a), uint(seed)));
+#ifdef HOLES
+        ray_number = uvec3(at.x | at.y << 16, uint(sum.a), uint(seed));
+#endif
         vec2 px = vec2(at) + 0.5 + pixel_middle_px + pixel_side_px * (u.xy - 0.5);
         sum += vec4(light_through(px, vec2(size), lens_middle_m + aperture_point(u.zw)), 1.0);
         imageStore(sum_img, at, sum);

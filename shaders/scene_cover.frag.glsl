@@ -2,14 +2,17 @@
 
 #ifdef HOLES
 #include "lib/scene.lib.glsl"
+#include "lib/random.lib.glsl"
+#include "lib/coverage.lib.glsl"
 #include "lib/tint.lib.glsl"
 
-in vec2 uv;
+in Uv uv;
 flat in uint material;
 #endif
 
 void main() {
 #ifdef HOLES
-    if (is_hole(material, uv, tint.a)) discard;
+    float threshold = threshold_of(uvec2(gl_FragCoord.xy), material, uint(gl_PrimitiveID));
+    if (is_hole(material, uv, tint.a, threshold)) discard;
 #endif
 }

@@ -2,9 +2,11 @@
 
 #ifdef HOLES
 #include "lib/scene.lib.glsl"
+#include "lib/random.lib.glsl"
+#include "lib/coverage.lib.glsl"
 #include "lib/tint.lib.glsl"
 
-in vec2 uv;
+in Uv uv;
 flat in uint material;
 #endif
 
@@ -12,7 +14,8 @@ out float depth_m;
 
 void main() {
 #ifdef HOLES
-    if (is_hole(material, uv, tint.a)) discard;
+    float threshold = threshold_of(uvec2(gl_FragCoord.xy), material, uint(gl_PrimitiveID));
+    if (is_hole(material, uv, tint.a, threshold)) discard;
 #endif
     depth_m = 1.0 / gl_FragCoord.w;
 }

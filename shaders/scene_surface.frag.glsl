@@ -8,7 +8,7 @@ layout(early_fragment_tests) in;
 
 in vec3 position_m;
 in vec3 normal;
-in vec2 uv;
+in Uv uv;
 flat in uint material;
 #ifdef BUMPS
 in vec4 tangent;

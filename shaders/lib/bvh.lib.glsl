@@ -4,7 +4,7 @@
 // A ray is start + distance * along; `along` goes one metre deeper in the camera's axes, so that a
 // distance is a planar depth, before and after an instance has turned the ray into its own axes.
 //
-// After lib/scene.lib.glsl.
+// After lib/scene.lib.glsl and, with HOLES, lib/random.lib.glsl.
 
 struct Node { vec3 low; int first; vec3 high; int count; };  // NODE of bvh.py
 
@@ -14,6 +14,12 @@ layout(std430) readonly buffer nodes_block { Node nodes[]; };
 layout(std430) readonly buffer placed_block { ivec2 placed[]; };  // instance, root
 #ifdef COLORS
 layout(std430) readonly buffer colors_block { uvec2 colors[]; };  // half floats
+#endif
+#ifdef PLACES
+layout(std430) readonly buffer more_uvs_block { vec2 more_uvs[]; };
+#endif
+#ifdef HOLES
+uvec3 ray_number;  // of the ray that is traced: thresholds of what covers a share differ from ray to ray
 #endif
 
 #ifdef BUMPS
@@ -30,9 +36,14 @@ struct Hit { float distance; int instance; int triangle; vec3 weights; };
 
 vec3 position_of(uint vertex) { return vertices[VERTEX_PARTS * vertex].xyz; }
 
-vec2 uv_of(uint vertex) {
+Uv uv_of(uint vertex) {
     uint at = VERTEX_PARTS * vertex;
-    return vec2(vertices[at].w, vertices[at + 1u].w);
+    vec2 first = vec2(vertices[at].w, vertices[at + 1u].w);
+#ifdef PLACES
+    return vec4(first, more_uvs[vertex]);
+#else
+    return first;
+#endif
 }
 
 vec3 normal_of(uint vertex) { return vertices[VERTEX_PARTS * vertex + 1u].xyz; }
@@ -48,9 +59,13 @@ vec4 tangent_at(int triangle, vec3 weights, mat3 to_world) {
 #endif
 }
 
-vec2 uv_at(int triangle, vec3 weights) {
+Uv uv_at(int triangle, vec3 weights) {
     uvec4 c = triangles[triangle];
+#ifdef PLACES
+    return mat3x4(uv_of(c.x), uv_of(c.y), uv_of(c.z)) * weights;
+#else
     return mat3x2(uv_of(c.x), uv_of(c.y), uv_of(c.z)) * weights;
+#endif
 }
 
 // As the rasteriser's lib/tint.lib.glsl has it.
@@ -123,11 +138,16 @@ bool is_before(float distance, int instance, int triangle, Hit hit) {
 }
 
 void meet_leaf(Node leaf, int instance, vec3 start, Shear shear, float nearest, inout Hit hit) {
+#ifdef HOLES
     uint material = instances[instance].numbers.x;
+#endif
     for (int i = leaf.first; i < leaf.first + leaf.count; ++i) {
         vec4 met = triangle_met(triangles[i], start, shear);
         if (met.w < nearest || !is_before(met.w, instance, i, hit)) continue;
-        if (is_hole(material, uv_at(i, met.xyz), tint_at(i, met.xyz).a)) continue;
+#ifdef HOLES
+        float threshold = random4(uvec4(ray_number, 4096u * uint(instance + 1) + uint(i))).w;
+        if (is_hole(material, uv_at(i, met.xyz), tint_at(i, met.xyz).a, threshold)) continue;
+#endif
         hit = Hit(met.w, instance, i, met.xyz);
     }
 }

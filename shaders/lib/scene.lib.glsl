@@ -2,12 +2,16 @@
 //
 //   instances_block  144 bytes each; those of one mesh lie after each other
 //   materials_block  80 bytes each
+//   places_block     with PLACES, where the five maps of each material lie: two vec4 for each map
 //   lights_block     their number in 16 bytes, then 48 bytes each
 //
 // The ray tracer reads more (lib/bvh.lib.glsl). The vertex buffer has two vec4 for each vertex:
 // position and u, normal and v. With BUMPS it has a third: the tangent and its sign. The index buffer
 // has three uints for each triangle, into all vertices. Where a mesh has colours at its vertices, these
-// are four half floats each in a buffer of their own.
+// are four half floats each in a buffer of their own. With PLACES the second set of texture coordinates
+// is another such buffer, two floats each.
+//
+// With HOLES some materials have holes, or cover only a share of what is behind them.
 
 struct Instance {
     mat4 to_world;
@@ -20,13 +24,16 @@ struct Material {
     vec4 emission_cutoff;  // scene-linear radiance, and the alpha below which there is a hole
     vec4 rough_metal;      // roughness, metallic; how steep bumps are, how dark what is occluded
     ivec4 maps;            // layers: base colour, metallic and roughness, emission, normals; -1 for none
-    ivec4 more_maps;       // layers: occlusion
+    ivec4 more_maps;       // layers: occlusion; what it is, of the two below
 };
+
+#define UNLIT 1    // its base colour is what is seen, whatever light there is
+#define BLENDED 2  // alpha is the share of the surface that covers
 
 struct Light {
     vec4 position_inner;   // metres, and a spot's inner cosine
     vec4 intensity_outer;  // candela-like, and a spot's outer cosine
-    vec4 axis;             // a spot's, unit, and 1; zeros for what shines to all sides
+    vec4 axis;             // a spot's, unit, and 1, or 2 if it fades smoothly; zeros for no spot
 };
 
 layout(std430) readonly buffer instances_block { Instance instances[]; };
@@ -35,6 +42,20 @@ layout(std430) readonly buffer lights_block {
     uvec4 light_count;
     Light lights[];
 };
+
+#ifdef PLACES
+layout(std430) readonly buffer places_block { vec4 places[]; };
+#define Uv vec4  // two sets of texture coordinates
+#else
+#define Uv vec2
+#endif
+
+// The maps of a material, in this order.
+#define BASE_COLOR 0
+#define ROUGH_METAL 1
+#define EMISSION 2
+#define NORMALS 3
+#define OCCLUSION 4
 
 uniform sampler2DArray maps_tx;
 
@@ -51,7 +72,20 @@ struct Surface {
     float metallic;
     float roughness;
     float open;  // share of the sky that is not occluded
+    bool is_lit;
 };
+
+// Where a map of a material is read.
+vec2 map_uv(uint material, int map, Uv uv) {
+#ifdef PLACES
+    uint at = 10u * material + 2u * uint(map);
+    vec4 turn = places[at], shift = places[at + 1u];
+    vec2 from = shift.z > 0.5 ? uv.zw : uv.xy;
+    return vec2(dot(turn.xy, from), dot(turn.zw, from)) + shift.xy;
+#else
+    return uv;
+#endif
+}
 
 // Bilinear without mipmaps, so that a ray and a triangle's pixel read the same.
 vec4 map_texel(int layer, vec2 uv) {
@@ -67,12 +101,15 @@ vec3 map_color(int layer, vec2 uv) {
     return layer < 0 ? vec3(1.0) : linear_of(map_texel(layer, uv).rgb);
 }
 
-// `opacity` is that of the vertices' colours.
-bool is_hole(uint material, vec2 uv, float opacity) {
+// `opacity` is that of the vertices' colours. What covers a share is a hole where that share is not above
+// `threshold`, which differs from sample to sample.
+bool is_hole(uint material, Uv uv, float opacity, float threshold) {
     float cutoff = materials[material].emission_cutoff.a;
-    if (cutoff <= 0.0) return false;
+    bool is_blended = (materials[material].more_maps.y & BLENDED) != 0;
+    if (cutoff <= 0.0 && !is_blended) return false;
     float alpha = materials[material].base_color.a * opacity;
-    return alpha * map_texel(materials[material].maps.x, uv).a < cutoff;
+    alpha *= map_texel(materials[material].maps.x, map_uv(material, BASE_COLOR, uv)).a;
+    return is_blended ? alpha <= threshold : alpha < cutoff;
 }
 
 vec3 unit_or(vec3 v, vec3 otherwise) {
@@ -82,7 +119,7 @@ vec3 unit_or(vec3 v, vec3 otherwise) {
 
 // `normal` is unit; the tangent need not be, nor stand upright on it. As it is without a map, and
 // where the tangent tells no direction.
-vec3 with_bumps(Material m, vec3 normal, vec4 tangent, vec2 uv) {
+vec3 with_bumps(Material m, vec3 normal, vec4 tangent, vec2 at) {
 #ifdef BUMPS
     if (m.maps.w < 0) return normal;
     vec3 along = unit_or(tangent.xyz, vec3(0.0));
@@ -90,7 +127,7 @@ vec3 with_bumps(Material m, vec3 normal, vec4 tangent, vec2 uv) {
     if (dot(along, along) < LEAST_ALONG) return normal;
     along = normalize(along);
     vec3 up = tangent.w < 0.0 ? cross(along, normal) : cross(normal, along);
-    vec3 bump = 2.0 * map_texel(m.maps.w, uv).xyz - 1.0;
+    vec3 bump = 2.0 * map_texel(m.maps.w, at).xyz - 1.0;
     bump = vec3(m.rough_metal.z * bump.xy, max(bump.z, 0.0));
     return unit_or(bump.x * along + bump.y * up + bump.z * normal, normal);
 #else
@@ -100,21 +137,23 @@ vec3 with_bumps(Material m, vec3 normal, vec4 tangent, vec2 uv) {
 
 // `normal` and `tangent` of any length, of either side; `tint` the vertices' colour; `to_eye` is unit.
 Surface surface_of(
-    uint material, vec3 position_m, vec3 normal, vec4 tangent, vec2 uv, vec3 tint, vec3 to_eye
+    uint material, vec3 position_m, vec3 normal, vec4 tangent, Uv uv, vec3 tint, vec3 to_eye
 ) {
     Material m = materials[material];
-    vec3 rough_metal = m.maps.y < 0 ? vec3(1.0) : map_texel(m.maps.y, uv).rgb;
+    vec2 rough_at = map_uv(material, ROUGH_METAL, uv), occlusion_at = map_uv(material, OCCLUSION, uv);
+    vec3 rough_metal = m.maps.y < 0 ? vec3(1.0) : map_texel(m.maps.y, rough_at).rgb;
     vec3 unit = unit_or(normal, to_eye);
     Surface s;
     s.position_m = position_m;
     float facing = dot(unit, to_eye) < 0.0 ? -1.0 : 1.0;
     s.side = facing * unit;
-    s.normal = facing * with_bumps(m, unit, tangent, uv);
-    s.base_color = tint * m.base_color.rgb * map_color(m.maps.x, uv);
-    s.emission = m.emission_cutoff.rgb * map_color(m.maps.z, uv);
+    s.normal = facing * with_bumps(m, unit, tangent, map_uv(material, NORMALS, uv));
+    s.base_color = tint * m.base_color.rgb * map_color(m.maps.x, map_uv(material, BASE_COLOR, uv));
+    s.emission = m.emission_cutoff.rgb * map_color(m.maps.z, map_uv(material, EMISSION, uv));
     s.roughness = clamp(m.rough_metal.x * rough_metal.g, 0.0, 1.0);
     s.metallic = clamp(m.rough_metal.y * rough_metal.b, 0.0, 1.0);
     s.open = 1.0;
-    if (m.more_maps.x >= 0) s.open += m.rough_metal.w * (map_texel(m.more_maps.x, uv).r - 1.0);
+    if (m.more_maps.x >= 0) s.open += m.rough_metal.w * (map_texel(m.more_maps.x, occlusion_at).r - 1.0);
+    s.is_lit = (m.more_maps.y & UNLIT) == 0;
     return s;
 }

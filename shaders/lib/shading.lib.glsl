@@ -47,8 +47,9 @@ float sun_share(vec3 position_m, vec3 normal) {
     return textureLod(shadow_tx, at, 0.0);
 }
 
-// Lambert and GGX with the height-correlated visibility of Heitz 2014, times the cosine.
-vec3 reflected(Surface s, vec3 to_eye, vec3 to_light) {
+// Lambert and GGX with the height-correlated visibility of Heitz 2014, times the cosine. `share` of all light
+// is mirrored towards the eye, the rest of it is left to be scattered.
+vec3 reflected(Surface s, vec3 to_eye, vec3 to_light, vec3 share) {
     float nl = dot(s.normal, to_light);
     if (nl <= 0.0) return vec3(0.0);
     float nv = max(dot(s.normal, to_eye), 1e-3);
@@ -59,7 +60,7 @@ vec3 reflected(Surface s, vec3 to_eye, vec3 to_light) {
     float visible = 0.5 / (nl * sqrt(nv * nv * (1.0 - aa) + aa) + nv * sqrt(nl * nl * (1.0 - aa) + aa));
     vec3 facing = mix(vec3(0.04), s.base_color, s.metallic);
     vec3 fresnel = facing + (1.0 - facing) * pow(1.0 - vh, 5.0);
-    vec3 diffuse = (1.0 - fresnel) * (1.0 - s.metallic) * s.base_color / PI;
+    vec3 diffuse = (1.0 - share) * (1.0 - s.metallic) * s.base_color / PI;
     return nl * (diffuse + fresnel * (aa / (PI * spread * spread) * visible));
 }
 
@@ -73,28 +74,31 @@ vec3 mirrored_share(vec3 facing, float roughness, float nv) {
     return clamp((facing * scale.x + scale.y) * more, 0.0, 1.0);
 }
 
-vec3 from_sky(Surface s, vec3 to_eye) {
-    float nv = clamp(dot(s.normal, to_eye), 0.0, 1.0);
-    vec3 share = mirrored_share(mix(vec3(0.04), s.base_color, s.metallic), s.roughness, nv);
+vec3 from_sky(Surface s, vec3 to_eye, vec3 share) {
     vec3 diffuse = (1.0 - share) * (1.0 - s.metallic) * s.base_color * sky_diffuse(s.normal.y);
     return s.open * (diffuse + share * sky_glossy(reflect(-to_eye, s.normal), s.roughness));
 }
 
-vec3 from_light(Light light, Surface s, vec3 to_eye) {
+vec3 from_light(Light light, Surface s, vec3 to_eye, vec3 share) {
     vec3 way = light.position_inner.xyz - s.position_m;
     float square = max(dot(way, way), 1e-4);  // a light is no smaller than a centimetre
     vec3 to_light = unit_or(way, s.normal);
     float inner = light.position_inner.w, outer = light.intensity_outer.w;
     float inside = (-dot(to_light, light.axis.xyz) - outer) / max(inner - outer, 1e-4);
-    float cone = light.axis.w > 0.0 ? pow(clamp(inside, 0.0, 1.0), 2.0) : 1.0;
-    return cone / square * light.intensity_outer.rgb * reflected(s, to_eye, to_light);
+    inside = clamp(inside, 0.0, 1.0);
+    float faded = light.axis.w > 1.5 ? inside * inside * (3.0 - 2.0 * inside) : pow(inside, 2.0);
+    float cone = light.axis.w > 0.0 ? faded : 1.0;
+    return cone / square * light.intensity_outer.rgb * reflected(s, to_eye, to_light, share);
 }
 
 // Radiance towards the eye; `to_eye` is unit. Never NaN, never more than a half float holds.
 vec3 shaded(Surface s, vec3 to_eye) {
-    vec3 light = s.emission + from_sky(s, to_eye);
+    if (!s.is_lit) return clamp(s.base_color, 0.0, MOST_LIGHT);
+    float nv = clamp(dot(s.normal, to_eye), 0.0, 1.0);
+    vec3 share = mirrored_share(mix(vec3(0.04), s.base_color, s.metallic), s.roughness, nv);
+    vec3 light = s.emission + from_sky(s, to_eye, share);
     if (dot(s.normal, to_sun) > 0.0 && max(sun_light.r, max(sun_light.g, sun_light.b)) > 0.0)
-        light += sun_light * sun_share(s.position_m, s.side) * reflected(s, to_eye, to_sun);
-    for (uint i = 0u; i < light_count.x; ++i) light += from_light(lights[i], s, to_eye);
+        light += sun_light * sun_share(s.position_m, s.side) * reflected(s, to_eye, to_sun, share);
+    for (uint i = 0u; i < light_count.x; ++i) light += from_light(lights[i], s, to_eye, share);
     return clamp(mix(light, vec3(0.0), isnan(light)), 0.0, MOST_LIGHT);
 }

@@ -16,7 +16,6 @@ from support.scenes import plane, sphere
 BUMPS = [[[200, 128, 240]]]
 NORMALS = np.tile(np.float32([0, 0, 1]), (4, 1))
 TOLD = np.tile(np.float32([0, 3, 0, -1]), (4, 1))
-NOTE = "left out"
 
 
 def bumpy(attributes=(), kind="PNG", look=(), **info) -> GltfWriter:
@@ -60,7 +59,6 @@ def test_a_mesh_without_such_a_map_has_no_tangents(tmp_path):
     [
         (TOLD[:3], "3 of TANGENT"),
         (TOLD[:, :3].copy(), "VEC3"),
-        (np.full((4, 4), np.nan, np.float32), "NaN"),
     ],
 )
 def test_tangents_that_cannot_be_are_refused(tmp_path, tangents, said):
@@ -76,12 +74,25 @@ def test_a_map_that_cannot_be_is_refused(tmp_path, info, said):
         read(bumpy(**info), tmp_path)
 
 
-def test_a_damaged_map_is_refused(tmp_path):
+def test_a_damaged_map_is_done_without(tmp_path):
     writer = bumpy()
     start = writer.data.index(b"PNG")
     writer.data[start : start + 40] = bytes(40)
-    with pytest.raises(InputError, match="not a picture"):
-        read(writer, tmp_path)
+    scene = read(writer, tmp_path)
+    assert scene.materials[0].normal_map is None and "not a picture" in scene.notes[0]
+
+
+@pytest.mark.parametrize("odd", [np.nan, np.inf, -np.inf])
+@pytest.mark.parametrize("name", ["NORMAL", "TANGENT", "TEXCOORD_0"])
+def test_one_number_that_is_none_costs_no_scene(tmp_path, name, odd):
+    attributes = {"NORMAL": NORMALS.copy(), "TANGENT": TOLD.copy(), "TEXCOORD_0": SQUARE_UVS.copy()}
+    attributes[name][2, 0] = odd
+    scene = read(bumpy(attributes), tmp_path)
+    mesh = scene.meshes[0]
+    for values in (mesh.normals, mesh.tangents, mesh.uvs):
+        assert np.isfinite(values).all()
+    np.testing.assert_allclose(mesh.normals, NORMALS, atol=1e-6)
+    assert "not numbers" in scene.notes[0]
 
 
 @pytest.mark.parametrize("scale", [1e300, -1e300])
@@ -90,10 +101,15 @@ def test_a_scale_beyond_reason_can_be_drawn(tmp_path, scale):
     assert np.sign(found) == np.sign(scale) and abs(found) < 1e5
 
 
-def test_a_map_that_lies_otherwise_than_the_colour_is_left_out(tmp_path):
+def test_a_map_that_lies_otherwise_than_the_colour_lies_where_it_says(tmp_path):
     look = {"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}
-    scene = read(bumpy(look=look, texCoord=1), tmp_path)
-    assert scene.materials[0].normal_map is None and NOTE in scene.notes[0]
+    turned = {"TEXCOORD_1": SQUARE_UVS[:, ::-1].copy(), "NORMAL": NORMALS}
+    scene = read(bumpy(turned, look=look, texCoord=1), tmp_path)
+    material, mesh = scene.materials[0], scene.meshes[0]
+    assert [place.coordinates for place in material.map_places] == [0, 0, 0, 1, 0]
+    np.testing.assert_array_equal(mesh.uvs, SQUARE_UVS)
+    np.testing.assert_array_equal(mesh.more_uvs, SQUARE_UVS[:, ::-1])
+    np.testing.assert_allclose(mesh.tangents, [[0, -1, 0, -1]] * 4, atol=1e-6)
     look["occlusionTexture"] = {"index": 0, "strength": 0.75}
     scene = read(bumpy(look=look), tmp_path)
     material = scene.materials[0]

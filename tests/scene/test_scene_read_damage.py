@@ -184,9 +184,11 @@ def test_triangles_of_vertices_that_are_not_there(path):
 
 
 def changed(name, **entries):
-    """The rich scene with entries of the first of a list changed."""
+    """The rich scene with entries of the first of a list changed; None takes one away."""
     writer = rich_scene()
     writer.json[name][0] |= entries
+    for entry in (entry for entry, value in entries.items() if value is None):
+        del writer.json[name][0][entry]
     return writer.glb()
 
 
@@ -195,11 +197,7 @@ def changed(name, **entries):
     [
         (changed("accessors", count=2**40), "reach past"),
         (changed("accessors", byteOffset=2**50), "reach past"),
-        (changed("bufferViews", byteLength=2**40), "ends at byte"),
-        (changed("bufferViews", buffer=1), "only 1 of them"),
         (changed("accessors", componentType=1), "not a number type"),
-        (changed("images", bufferView=1), "not a picture"),
-        (changed("images", bufferView="1"), "should be a number"),
         (changed("nodes", children=[1]), "two parents"),
         (changed("nodes", scale=[1e30, 1, 1]), "which is too much"),
         (changed("nodes", translation=[1e305, 0, 0]), "out of range"),
@@ -208,6 +206,27 @@ def changed(name, **entries):
 )
 def test_damage_is_named_with_its_place(path, data, words):
     assert words in refusal(path, data)
+
+
+@pytest.mark.parametrize(
+    ("data", "words"),
+    [
+        (changed("bufferViews", byteLength=2**40), "ends at byte"),
+        (changed("bufferViews", buffer=1), "only 1 of them"),
+        (changed("images", bufferView=1), "not a picture"),
+        (changed("images", bufferView="1"), "should be a number"),
+        (changed("images", uri="gone.png", bufferView=None), "'gone.png' cannot be read"),
+        (changed("images", uri="../gone.png", bufferView=None), "leads out of the folder"),
+        (changed("textures", source=None), "no picture that is known"),
+    ],
+)
+def test_a_picture_that_cannot_be_read_is_done_without_and_named(path, data, words):
+    path.write_bytes(data)
+    scene = read_scene(path)
+    assert len(scene.instances) == 1 and not scene.images
+    assert scene.materials[0].base_color_map is None
+    (note,) = scene.notes
+    assert words in note and "1 picture is done without" in note
 
 
 def test_a_claim_of_many_numbers_without_bytes_takes_no_memory(path):
@@ -226,4 +245,5 @@ def test_a_picture_too_large_to_be_one(path):
     chunk = struct.pack(">I", 13) + head + struct.pack(">I", zlib.crc32(head))
     writer = rich_scene()
     writer.json["images"][0]["bufferView"] = writer.view(b"\x89PNG\r\n\x1a\n" + chunk)
-    assert "picture" in refusal(path, writer.glb())
+    scene = read_scene(writer.write(path))
+    assert not scene.images and "done without" in scene.notes[0]

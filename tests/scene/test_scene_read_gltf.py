@@ -185,13 +185,16 @@ def test_without_a_material_the_standard_holds(path):
     assert (material.base_color, material.metallic, material.roughness) == ((1, 1, 1), 1, 1)
 
 
-@pytest.mark.parametrize(("mode", "expected"), [("OPAQUE", (1, 0)), ("BLEND", (0.4, 0.5))])
+@pytest.mark.parametrize(
+    ("mode", "expected"),
+    [("OPAQUE", (1, 0, False)), ("MASK", (0.4, 0.5, False)), ("BLEND", (0.4, 0, True))],
+)
 def test_alpha_counts_only_where_it_should(path, mode, expected):
     shine = {"baseColorFactor": [1, 1, 1, 0.4]}
     scene = read_scene(textured(pbrMetallicRoughness=shine, alphaMode=mode).write(path))
     material = scene.materials[0]
-    assert (material.base_alpha, material.alpha_cutoff) == expected
-    assert ("cut out" in " ".join(scene.notes)) == (mode == "BLEND")
+    assert (material.base_alpha, material.alpha_cutoff, material.is_blended) == expected
+    assert not scene.notes
 
 
 def test_a_texture_that_is_turned_and_moved_on_its_surface(path):

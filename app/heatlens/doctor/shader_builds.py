@@ -24,7 +24,8 @@ _STRATEGIES = (_SWEEP, _PARTITION, _CYCLIC)
 _STAGES = ("LOAD", "REDUCE", "SUBSTITUTE", "STORE")
 _COUNTED = ("highlight_sprites.comp.glsl", "scatter_sort.comp.glsl")
 _OF_SMALLER_LAYERS = ("layer_split.comp.glsl", "composite.comp.glsl")
-_OF_SCENES = ("HOLES", "COLORS", "BUMPS")  # what a scene has decides which of them are defined
+# What a scene has decides which of these are defined.
+_OF_SCENES = ("HOLES", "COLORS", "BUMPS", "PLACES")
 
 
 def solver_builds() -> list[Build]:
@@ -55,7 +56,7 @@ def pass_builds() -> list[Build]:
     return builds + [
         (name, dict.fromkeys(chosen, 1))
         for name, _ in builds
-        for count in (1, 2, 3)
+        for count in (1, len(_OF_SCENES) - 1, len(_OF_SCENES))
         for chosen in itertools.combinations(_OF_SCENES, count)
         if all(word in _whole_text(name) for word in chosen)
     ]

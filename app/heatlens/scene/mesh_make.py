@@ -39,7 +39,7 @@ def made_mesh(
         colors = None if colors is None else colors[apart]
         normals = smooth_normals(positions_m, triangles)
     else:
-        normals = _unit(normals, positions_m, triangles)
+        apart, normals = None, _unit(normals, positions_m, triangles)
     return Mesh(
         np.ascontiguousarray(positions_m),
         np.ascontiguousarray(normals),
@@ -47,6 +47,7 @@ def made_mesh(
         np.ascontiguousarray(triangles),
         material,
         None if colors is None else np.ascontiguousarray(colors, np.float32),
+        sources=apart,
     )
 
 

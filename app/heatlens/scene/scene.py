@@ -36,6 +36,8 @@ class Mesh:
                  by them; None for white
     tangents     (V, 4) float32: the direction of u, unit or zero, and the sign of the bitangent
                  against v; None for a mesh without a normal map, which has no effect without them
+    more_uvs     (V, 2) float32: the second set of texture coordinates, which a `MapPlace` may name
+    sources      (V,) uint32: the vertex of the file that each was made of; None for the same order
     """
 
     positions_m: NDArray[np.float32]
@@ -45,6 +47,8 @@ class Mesh:
     material: int = 0
     colors: NDArray[np.float32] | None = None
     tangents: NDArray[np.float32] | None = None
+    more_uvs: NDArray[np.float32] | None = None
+    sources: NDArray[np.uint32] | None = None
 
     @cached_property
     def box_m(self) -> Array:
@@ -59,16 +63,37 @@ class Mesh:
 
 
 @dataclass(frozen=True)
+class MapPlace:
+    """Where a map lies on a surface.
+
+    (u, v) of texture coordinates becomes matrix @ (u, v) + offset, where matrix is two rows.
+    `coordinates` is the number of their set: 0 for a mesh's `uvs`, 1 for its `more_uvs`.
+    """
+
+    coordinates: int = 0
+    matrix: tuple[tuple[float, float], tuple[float, float]] = ((1.0, 0.0), (0.0, 1.0))
+    offset: tuple[float, float] = (0.0, 0.0)
+
+    def placed(self, uvs: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Return texture coordinates (V, 2) after the transform."""
+        moved = uvs @ np.array(self.matrix).T + np.array(self.offset)
+        return np.asarray(moved, np.float32)
+
+
+@dataclass(frozen=True)
 class Material:
     """A surface in the metallic and roughness model of glTF 2.0, visible from both sides.
 
     base_color     scene-linear RGB, multiplied by the map
     emission       scene-linear radiance, far above 1 for a lamp, multiplied by the map
     alpha_cutoff   there is a hole where the base colour's alpha is lower; 0 for no holes
+    is_blended     alpha is the share of the surface that covers what is behind it
+    is_lit         False for a surface that has its base colour whatever light falls on it
     *_map          index into the scene's images, None for none; metallic is in the blue channel,
                    roughness in the green one; a normal map is as in glTF, y against v
     normal_scale   steepness of the bumps in the normal map; 0 for none
     occlusion      how much of the sky's light the red channel of its map can take away, 0 to 1
+    map_places     where the five maps lie, in the order of `maps`; None for all as the uvs are
     """
 
     name: str = ""
@@ -85,6 +110,18 @@ class Material:
     normal_scale: float = 1.0
     occlusion_map: int | None = None
     occlusion: float = 1.0
+    is_blended: bool = False
+    is_lit: bool = True
+    map_places: tuple[MapPlace, ...] | None = None
+
+    @property
+    def maps(self) -> tuple[int | None, ...]:
+        """Base colour, metal and roughness, emission, normals, occlusion."""
+        shine = self.metallic_roughness_map
+        return (
+            *(self.base_color_map, shine, self.emission_map),
+            *(self.normal_map, self.occlusion_map),
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,12 +150,14 @@ class PointLight:
     intensity     candela-like: radiance of a white surface facing it at 1 m is intensity / pi
     direction     axis of a spot; None shines to all sides
     cone_cosines  cosines of a spot's inner and outer half angle
+    is_smooth     between the two a spot fades as in Cycles, else as in glTF, which is sharper
     """
 
     position_m: tuple[float, float, float]
     intensity: Color
     direction: tuple[float, float, float] | None = None
     cone_cosines: tuple[float, float] = (1.0, 0.0)
+    is_smooth: bool = False
 
 
 @dataclass(frozen=True)

@@ -34,6 +34,8 @@ class SceneView:
     near_m, far_m    planar depths between which things are drawn
     offset_m         (u, v): the point of the lens in the camera's x and y
     jitter_px        (x, y), to the right and down: the sample's offset from the pixel's middle
+    sample           which of the samples of a pixel this is, so that what covers a share of a pixel
+                     covers some of them; None for a single one
     """
 
     world_to_camera: Array
@@ -44,6 +46,7 @@ class SceneView:
     far_m: float
     offset_m: tuple[float, float] = (0.0, 0.0)
     jitter_px: tuple[float, float] = (0.0, 0.0)
+    sample: int | None = None
 
     @property
     def clip_from_world(self) -> Array:

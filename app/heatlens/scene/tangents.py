@@ -86,6 +86,8 @@ def _parted(mesh: Mesh, is_mirrored: NDArray[np.bool_]) -> Mesh:
         uvs=mesh.uvs[kept],
         triangles=triangles.astype(np.uint32),
         colors=None if mesh.colors is None else mesh.colors[kept],
+        more_uvs=None if mesh.more_uvs is None else mesh.more_uvs[kept],
+        sources=(kept if mesh.sources is None else mesh.sources[kept]).astype(np.uint32),
     )
 
 

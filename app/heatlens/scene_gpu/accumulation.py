@@ -55,7 +55,8 @@ class Accumulation:
             return
         offsets, jitters = lens_samples(self._count, views, pupil)
         for (u, v), (x, y) in zip(offsets.tolist(), jitters.tolist(), strict=True):
-            through = replace(view, offset_m=(u, v), jitter_px=(x, y))
+            number = self._count
+            through = replace(view, offset_m=(u, v), jitter_px=(x, y), sample=number)
             drawn, bands = (
                 self._pool.texture("view", view.size, 4),
                 self._raster.bands.of(view.size),

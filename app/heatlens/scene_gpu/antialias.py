@@ -69,7 +69,8 @@ class Antialias:
         while now.views < views:
             self._look(now)
             x, y = jitters[now.views].tolist()
-            self._sample(replace(view, jitter_px=(x, y)), bands[now.bands])
+            sample = replace(view, jitter_px=(x, y), sample=now.views)
+            self._sample(sample, bands[now.bands])
             now.bands += 1
             if now.bands == len(bands):
                 now.views, now.bands = now.views + 1, 0

@@ -10,6 +10,7 @@ from heatlens.scene_gpu.scene_buffers import SceneBuffers
 _VERTEX = ("3f 1f 3f 1f", "in_position", "in_u", "in_normal", "in_v")
 _BUMPY_VERTEX = ("3f 1f 3f 1f 4f", *_VERTEX[1:], "in_tangent")
 _COLOR = ("4f2", "in_color")
+_MORE_UV = ("2f", "in_more_uv")
 _INSTANCE = ("16f 16f 4u/i", "in_to_world", "in_to_object", "in_numbers")
 
 
@@ -19,10 +20,11 @@ class MeshDraw:
     def __init__(self, ctx: moderngl.Context, buffers: SceneBuffers, fragment: str) -> None:
         self._program = DrawProgram(ctx, "scene_mesh", fragment, buffers.defines)
         self._buffers = buffers
-        colors = [] if buffers.colors is None else [(buffers.colors, *_COLOR)]
+        more = [] if buffers.colors is None else [(buffers.colors, *_COLOR)]
+        more += [] if buffers.more_uvs is None else [(buffers.more_uvs, *_MORE_UV)]
         vertex = _BUMPY_VERTEX if buffers.has_bumps else _VERTEX
         self._array = self._program.vertex_array(
-            [(buffers.vertices, *vertex), (buffers.instances, *_INSTANCE), *colors],
+            [(buffers.vertices, *vertex), (buffers.instances, *_INSTANCE), *more],
             buffers.triangles,
         )
 

@@ -6,6 +6,7 @@ First the depth of all triangles, then the light of those that are seen: each pi
 import math
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 
 import moderngl
 import numpy as np
@@ -114,7 +115,7 @@ class SceneRaster:
         with self._within(self._targets.of(depth), band) as target:
             target.clear(red=math.inf)
             self._ctx.enable_only(moderngl.DEPTH_TEST)
-            self._draws["depth"](mesh_uniforms(view))
+            self._draws["depth"](cover_uniforms(replace(view, sample=None)))
             self._ctx.enable_only(moderngl.NOTHING)
 
     @contextmanager
@@ -163,7 +164,7 @@ class SceneRaster:
         textures = {"shadow_tx": self._shadow.map}
         self._ctx.enable_only(moderngl.DEPTH_TEST)
         target.color_mask = (False,) * 4
-        self._draws["cover"](meshes)
+        self._draws["cover"](cover_uniforms(view))
         target.color_mask = (True,) * 4
         target.depth_mask = False
         self._ctx.depth_func = "=="
@@ -206,6 +207,11 @@ def sun_direction(daylight: Daylight) -> Array:
 def mesh_uniforms(view: SceneView) -> dict[str, object]:
     """Return the uniforms of scene_mesh.vert.glsl for a view."""
     return {"clip_from_world": columns(view.clip_from_world)}
+
+
+def cover_uniforms(view: SceneView) -> dict[str, object]:
+    """Return the uniforms of scene_cover and scene_depth for a view."""
+    return mesh_uniforms(view) | {"sample_number": -1 if view.sample is None else view.sample}
 
 
 def eye_uniforms(view: SceneView) -> dict[str, object]:

@@ -20,7 +20,7 @@ from heatlens.scene_gpu.raster import SceneRaster
 from heatlens.scene_gpu.scene_buffers import INSTANCE, SceneBuffers
 
 _SHADER = "ray_trace.comp.glsl"
-_DEFINES = ("COLORS", "BUMPS")  # that the shader knows
+_DEFINES = ("HOLES", "COLORS", "BUMPS", "PLACES")  # that the shader knows
 _RAYS_PER_STEP = 2**17  # some tenths of a second on a processor, so that a window responds
 
 
@@ -145,14 +145,13 @@ class SceneTrees:
     @property
     def storage(self) -> dict[str, moderngl.Buffer]:
         """The blocks of lib/scene.lib.glsl and lib/bvh.lib.glsl."""
-        colors = {} if self.buffers.colors is None else {"colors_block": self.buffers.colors}
         own = {
             "vertices_block": self.buffers.vertices,
             "triangles_block": self._triangles,
             "nodes_block": self._nodes,
             "placed_block": self._placed,
         }
-        return self.buffers.storage | colors | own
+        return self.buffers.storage | self.buffers.vertex_storage | own
 
     def place(self) -> None:
         """Build the tree of the instances at their present places on the GPU."""

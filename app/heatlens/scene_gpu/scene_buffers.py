@@ -7,10 +7,12 @@ import numpy as np
 import numpy.typing as npt
 
 from heatlens.scene.corners import placed_corners
-from heatlens.scene.scene import Array, Material, Mesh, PointLight, Scene
+from heatlens.scene.scene import Array, MapPlace, Material, Mesh, PointLight, Scene
 from heatlens.scene_gpu.scene_maps import maps_of
 
 MOST_LIGHTS = 32
+MAPS = 5  # of a material
+UNLIT, BLENDED = 1, 2  # as lib/scene.lib.glsl has them
 
 VERTEX = np.dtype([("position", "f4", 3), ("u", "f4"), ("normal", "f4", 3), ("v", "f4")])
 BUMPY_VERTEX = np.dtype([*VERTEX.descr, ("tangent", "f4", 4)])
@@ -37,6 +39,9 @@ class SceneBuffers:
     vertices        of all meshes, VERTEX, or BUMPY_VERTEX where a material has a normal map;
                     the ray tracer reads two or three vec4 for each
     colors          four half floats for each vertex, linear; None where no mesh has any
+    more_uvs        two floats for each vertex, the second set of texture coordinates; None where
+                    the maps of each material lie alike
+    places          where the maps of each material lie, None in the same case
     triangles       (T, 3) uint32 into all vertices
     first_triangle  (meshes + 1,) where each mesh's triangles begin
     instances       INSTANCE, those of one mesh after each other
@@ -56,6 +61,9 @@ class SceneBuffers:
         vertices, triangles, self.first_triangle = _joined(scene, self.has_bumps)
         self.vertices = ctx.buffer(vertices.tobytes())
         self.colors = ctx.buffer(colors_of(scene.meshes)) if has_colors(scene) else None
+        has_places = any(material.map_places for material in scene.materials)
+        self.more_uvs = ctx.buffer(more_uvs_of(scene.meshes)) if has_places else None
+        self.places = ctx.buffer(places_of(scene.materials)) if has_places else None
         self.triangles = ctx.buffer(triangles.tobytes())
         commands = _commands(self._meshes, self.first_triangle)
         self.command_count = len(commands)
@@ -64,13 +72,13 @@ class SceneBuffers:
         self.materials = ctx.buffer(materials_of(scene.materials).tobytes())
         self.lights = ctx.buffer(lights_of(scene.lights))
         self.maps = maps_of(ctx, scene.images)
-        self.has_holes = any(material.alpha_cutoff > 0 for material in scene.materials)
+        self.has_holes = any(m.alpha_cutoff > 0 or m.is_blended for m in scene.materials)
 
     @property
     def defines(self) -> dict[str, int]:
         """What the shaders of a scene are built with: only what this one needs."""
-        has_colors = self.colors is not None
-        names = {"HOLES": self.has_holes, "COLORS": has_colors, "BUMPS": self.has_bumps}
+        names = {"HOLES": self.has_holes, "COLORS": self.colors is not None}
+        names |= {"BUMPS": self.has_bumps, "PLACES": self.places is not None}
         return {name: 1 for name, is_needed in names.items() if is_needed}
 
     @property
@@ -81,11 +89,18 @@ class SceneBuffers:
     @property
     def storage(self) -> dict[str, moderngl.Buffer]:
         """The blocks of lib/scene.lib.glsl."""
-        return {
+        blocks = {
             "instances_block": self.instances,
             "materials_block": self.materials,
             "lights_block": self.lights,
         }
+        return blocks if self.places is None else blocks | {"places_block": self.places}
+
+    @property
+    def vertex_storage(self) -> dict[str, moderngl.Buffer]:
+        """The blocks of lib/bvh.lib.glsl that some scenes have for their vertices."""
+        found = {"colors_block": self.colors, "more_uvs_block": self.more_uvs}
+        return {name: buffer for name, buffer in found.items() if buffer is not None}
 
     def place(self, transforms: Array) -> None:
         """Put the scene's instances at (N, 4, 4) object-to-world matrices."""
@@ -105,10 +120,10 @@ class SceneBuffers:
 
     def release(self) -> None:
         """Give everything back to OpenGL."""
-        for held in (self.vertices, self.triangles, self.commands, *self.storage.values()):
+        for held in (self.vertices, self.triangles, self.commands):
             held.release()
-        if self.colors is not None:
-            self.colors.release()
+        for held in (self.storage | self.vertex_storage).values():
+            held.release()
         self.maps.release()
 
 
@@ -154,6 +169,21 @@ def colors_of(meshes: Sequence[Mesh]) -> bytes:
     return colors.tobytes()
 
 
+def more_uvs_of(meshes: Sequence[Mesh]) -> bytes:
+    """Return the second set of texture coordinates of all vertices; the first where none is."""
+    parts = [mesh.uvs if mesh.more_uvs is None else mesh.more_uvs for mesh in meshes]
+    return np.concatenate(parts).astype(np.float32).tobytes()
+
+
+def places_of(materials: Sequence[Material]) -> bytes:
+    """Return two vec4 for each map of each material: a matrix by rows, the offset, the set."""
+    records = np.zeros((len(materials), MAPS, 8), np.float32)
+    for record, material in zip(records, materials, strict=True):
+        for row, place in zip(record, material.map_places or (MapPlace(),) * MAPS, strict=True):
+            row[:7] = *np.ravel(place.matrix), *place.offset, place.coordinates
+    return records.tobytes()
+
+
 def _commands(
     meshes: npt.NDArray[np.int64], first: npt.NDArray[np.int64]
 ) -> npt.NDArray[np.uint32]:
@@ -175,7 +205,8 @@ def materials_of(materials: tuple[Material, ...]) -> npt.NDArray[np.void]:
         record["rough_metal"] = (*shine, material.normal_scale, material.occlusion)
         maps = (material.base_color_map, material.metallic_roughness_map, material.emission_map)
         record["maps"] = [_layer(number) for number in (*maps, material.normal_map)]
-        record["more_maps"][0] = _layer(material.occlusion_map)
+        kinds = UNLIT * (not material.is_lit) + BLENDED * material.is_blended
+        record["more_maps"][:2] = _layer(material.occlusion_map), kinds
     return records
 
 
@@ -193,5 +224,5 @@ def lights_of(lights: tuple[PointLight, ...]) -> bytes:
         record["intensity_outer"] = (*light.intensity, outer)
         if light.direction is not None:
             length = max(float(np.linalg.norm(light.direction)), 1e-12)
-            record["axis"] = (*np.divide(light.direction, length), 1.0)
+            record["axis"] = (*np.divide(light.direction, length), 1.0 + light.is_smooth)
     return np.array([len(chosen), 0, 0, 0], np.uint32).tobytes() + records.tobytes()

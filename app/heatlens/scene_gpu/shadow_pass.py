@@ -36,7 +36,7 @@ class ShadowPass:
         self._target.use()
         self._target.clear()
         self._ctx.enable_only(moderngl.DEPTH_TEST)
-        cover({"clip_from_world": tuple(clip.T.ravel())})
+        cover({"clip_from_world": tuple(clip.T.ravel()), "sample_number": -1})
         self._ctx.enable_only(moderngl.NOTHING)
 
     def release(self) -> None:

@@ -20,27 +20,31 @@ def read_floats(gltf: GltfFile, index: int, width: int) -> NDArray[np.float32]:
 
     Raises InputError for another width, for NaN and infinity, and where bytes are missing.
     """
+    return _finite(_accessor(gltf, index), read_numbers(gltf, index, width))
+
+
+def read_numbers(gltf: GltfFile, index: int, width: int) -> NDArray[np.float32]:
+    """Return what `read_floats` does, of which some may be NaN or infinite."""
     record = _accessor(gltf, index)
     raw = _values(gltf, record, width)
     found = _normalized(raw) if record.entry.value.get("normalized") is True else raw
-    return _finite(record, found)
+    return found.astype(np.float32)
 
 
 def read_colors(gltf: GltfFile, index: int) -> NDArray[np.float32]:
-    """Return (count, 3) or (count, 4) finite numbers; integers are always shares of 1.
+    """Return (count, 3) or (count, 4) numbers; integers are always shares of 1.
 
-    Raises InputError as `read_floats` does.
+    Some may be NaN or infinite. Raises InputError where bytes are missing.
     """
     record = _accessor(gltf, index)
     width = 4 if record.text("type") == "VEC4" else 3
-    return _finite(record, _normalized(_values(gltf, record, width)))
+    return _normalized(_values(gltf, record, width)).astype(np.float32)
 
 
-def _finite(record: Record, values: NDArray[Any]) -> NDArray[np.float32]:
-    floats = values.astype(np.float32)
-    if not np.isfinite(floats).all():
+def _finite(record: Record, values: NDArray[np.float32]) -> NDArray[np.float32]:
+    if not np.isfinite(values).all():
         record.refuse("some of its numbers are NaN or infinite; export it again")
-    return floats
+    return values
 
 
 def read_indices(gltf: GltfFile, index: int, below: int) -> NDArray[np.uint32]:

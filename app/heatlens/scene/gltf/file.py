@@ -21,21 +21,16 @@ from urllib.parse import unquote
 from heatlens.errors import InputError
 from heatlens.files.json_record import JsonEntry
 from heatlens.paths import file_bytes, unreadable
+from heatlens.scene.gltf.extensions import check_required
 from heatlens.scene.gltf.json_values import Record
 
 _MAGIC = b"glTF"
 _JSON, _BIN = 0x4E4F534A, 0x004E4942
 _HEAD_BYTES = 20  # of a .glb: its own head and that of its JSON, which comes first
-# Extensions that a file may require: those that are read here, and those that affect only gloss.
-_KNOWN = {
-    *("KHR_lights_punctual", "KHR_materials_emissive_strength", "KHR_mesh_quantization"),
-    *("KHR_texture_transform", "EXT_texture_webp", "EXT_mesh_gpu_instancing"),
-}
 # Budgets of one file, because meshes may share their bytes but take memory each.
 _BUFFERS_MOST = 4_000_000_000
 _NUMBERS_MOST = 200_000_000
 _EMPTY_MOST = 4_000_000
-_HARMLESS = ("KHR_materials_", "KHR_xmp", "KHR_animation_pointer")
 
 
 @dataclass(frozen=True, eq=False)
@@ -180,6 +175,7 @@ def open_gltf(path: Path) -> GltfFile:
     text, binary = _chunks(path, data) if data.startswith(_MAGIC) else (data, None)
     file = GltfFile(path, _json(path, text), binary)
     _check_version(file.root)
+    check_required(file.root)
     return file
 
 
@@ -221,12 +217,6 @@ def _check_version(root: Record) -> None:
     version = root.inside("asset").text("version")
     if not version.startswith("2."):
         root.refuse(f"this is not glTF version 2 but {version[:20] or 'none'!r}")
-    required = root.at("extensionsRequired").items() if root.has("extensionsRequired") else []
-    for name in (item.text() for item in required):
-        if name not in _KNOWN and not name.startswith(_HARMLESS):
-            root.refuse(
-                f"it needs {name[:60]}, which heatlens does not support; export it without that"
-            )
 
 
 def _base64(record: Record, uri: str) -> bytes:

@@ -1,154 +1,161 @@
-"""Materials and pictures of a glTF file.
+"""Materials of a glTF file.
 
-Sources: Khronos, glTF 2.0 specification, section 3.9; KHR_materials_emissive_strength;
-KHR_texture_transform.
+Sources: Khronos, glTF 2.0 specification, section 3.9; KHR_materials_emissive_strength,
+KHR_materials_unlit, KHR_materials_pbrSpecularGlossiness, KHR_materials_transmission.
 """
 
-from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from heatlens.scene.gltf.file import GltfFile
+from heatlens.scene.gltf.glossiness import converted_pictures, metal_and_base
 from heatlens.scene.gltf.json_values import Record
-from heatlens.scene.picture_read import read_picture
-from heatlens.scene.scene import Color, Material
+from heatlens.scene.gltf.textures import GltfTextures, map_place
+from heatlens.scene.scene import Color, MapPlace, Material
 
-_BLEND_CUTOFF = 0.5
 _STEEPEST = 1e3
+_GLOSSY = "KHR_materials_pbrSpecularGlossiness"
+# Of light that comes straight through clear glass; the rest is mirrored at its two sides.
+_CLEAREST = 0.9
+_SETS_MOST = 2
 
 
 @dataclass(frozen=True)
-class UvPlace:
-    """Which texture coordinates a material uses, and how its pictures are placed in them.
+class MapLayout:
+    """How the texture coordinates of a mesh become those of a material's maps.
 
-    (u, v) becomes matrix @ (u, v) + offset, where matrix is two rows.
+    sets    the sets of the file that are used, at most two
+    shared  the place that all maps have in common; the identity where each has its own
     """
 
-    coordinates: int = 0
-    matrix: tuple[tuple[float, float], tuple[float, float]] = ((1.0, 0.0), (0.0, 1.0))
-    offset: tuple[float, float] = (0.0, 0.0)
-
-    def placed(self, uvs: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Return texture coordinates (V, 2) after the transform."""
-        moved = uvs @ np.array(self.matrix).T + np.array(self.offset)
-        return np.asarray(moved, np.float32)
+    sets: tuple[int, ...] = (0,)
+    shared: MapPlace = field(default_factory=MapPlace)
 
 
 @dataclass
 class GltfMaterials:
     """The materials of a file in its order, and at the end that of meshes without one.
 
-    Raises InputError where a material, or a picture that it uses, is damaged or missing.
+    Raises InputError where a material is damaged.
     """
 
     gltf: GltfFile
     materials: list[Material] = field(default_factory=list)
-    places: list[UvPlace] = field(default_factory=list)
-    images: list[NDArray[np.uint8]] = field(default_factory=list)
+    layouts: list[MapLayout] = field(default_factory=list)
     notes: dict[str, None] = field(default_factory=dict)  # in order, each once
-    _found: dict[int, int] = field(default_factory=dict)  # image of the file -> of the scene
+    textures: GltfTextures = field(init=False)
 
     def __post_init__(self) -> None:
+        self.textures = GltfTextures(self.gltf)
         for record in self.gltf.listed("materials"):
             self._add(record)
         self.materials.append(Material("", (1.0, 1.0, 1.0), 1.0, 1.0, 1.0))
-        self.places.append(UvPlace())
+        self.layouts.append(MapLayout())
+        self.notes |= self.textures.notes
 
     def _add(self, record: Record) -> None:
-        shine = record.inside("pbrMetallicRoughness")
-        textures = (
-            (shine, "baseColorTexture"),
-            (shine, "metallicRoughnessTexture"),
-            (record, "emissiveTexture"),
-        )
-        base, rough, emission = (self._map(owner, name) for owner, name in textures)
-        place = self._place(owner.inside(name) for owner, name in textures)
+        glossy = record.inside("extensions").has(_GLOSSY)
+        base, owners = self._glossy(record) if glossy else self._metallic(record)
         bumps, occlusion = record.inside("normalTexture"), record.inside("occlusionTexture")
-        if not any(owner.inside(name).has("index") for owner, name in textures):
-            place = _uv_place(bumps)
-        alpha, cutoff = self._alpha(record, shine.row("baseColorFactor", (1, 1, 1, 1))[3])
-        material = Material(
+        material = replace(
+            base,
             name=record.text("name"),
-            base_color=_color(shine.row("baseColorFactor", (1, 1, 1, 1))),
-            base_alpha=alpha,
+            emission=_emission(record),
+            emission_map=self.textures.map(record, "emissiveTexture"),
+            normal_map=self.textures.map(record, "normalTexture"),
+            normal_scale=_steepness(bumps),
+            occlusion_map=self.textures.map(record, "occlusionTexture"),
+            occlusion=_share(occlusion, "strength"),
+            is_lit=not record.inside("extensions").has("KHR_materials_unlit"),
+        )
+        material = _see_through(record, _with_alpha(record, material))
+        infos = (*owners, record.inside("emissiveTexture"), bumps, occlusion)
+        places = [map_place(info) if info.has("index") else None for info in infos]
+        self._lay(material, places)
+
+    def _metallic(self, record: Record) -> tuple[Material, tuple[Record, Record]]:
+        """Return what pbrMetallicRoughness tells, and the two places of its maps."""
+        shine = record.inside("pbrMetallicRoughness")
+        factor = shine.row("baseColorFactor", (1, 1, 1, 1))
+        names = ("baseColorTexture", "metallicRoughnessTexture")
+        base, rough = (self.textures.map(shine, name) for name in names)
+        material = Material(
+            base_color=_color(factor),
+            base_alpha=factor[3],
             metallic=_share(shine, "metallicFactor"),
             roughness=_share(shine, "roughnessFactor"),
-            emission=_emission(record),
-            alpha_cutoff=cutoff,
             base_color_map=base,
             metallic_roughness_map=rough,
-            emission_map=emission,
-            normal_map=self._map_alike(record, "normalTexture", place),
-            normal_scale=_steepness(bumps),
-            occlusion_map=self._map_alike(record, "occlusionTexture", place),
-            occlusion=_share(occlusion, "strength"),
         )
-        self.materials.append(material)
-        self.places.append(place)
+        return material, (shine.inside(names[0]), shine.inside(names[1]))
 
-    def _alpha(self, record: Record, factor: float) -> tuple[float, float]:
-        """Return the factor of the base colour's alpha, and the cutoff below which is a hole."""
-        mode = record.text("alphaMode", "OPAQUE")
-        if mode == "OPAQUE":
-            return 1.0, 0.0
-        if mode == "MASK":
-            return factor, record.number("alphaCutoff", 0.5)
-        if mode != "BLEND":
-            record.refuse(f"{mode[:20]!r} is not an alpha mode of glTF")
-        self.notes["See-through materials are cut out where they are less than half opaque."] = None
-        return factor, _BLEND_CUTOFF
+    def _glossy(self, record: Record) -> tuple[Material, tuple[Record, Record]]:
+        """Return what KHR_materials_pbrSpecularGlossiness tells, as metal and roughness."""
+        told = record.inside("extensions", _GLOSSY)
+        names = ("diffuseTexture", "specularGlossinessTexture")
+        diffuse = np.clip(told.row("diffuseFactor", (1, 1, 1, 1)), 0, 1)
+        gloss = _share(told, "glossinessFactor")
+        specular = np.clip((*told.row("specularFactor", (1, 1, 1)), gloss), 0, 1)
+        maps = [self.textures.map(told, name) for name in names]
+        places = told.inside(names[0]), told.inside(names[1])
+        if maps == [None, None]:
+            metal, color = metal_and_base(diffuse[:3], specular[:3])
+            alpha = float(diffuse[3])
+            return Material("", _color(tuple(color)), alpha, float(metal), 1 - gloss), places
+        pictures = [None if m is None else self.textures.images[m] for m in maps]
+        made = converted_pictures((pictures[0], diffuse), (pictures[1], specular))
+        base, rough = map(self.textures.add, made)
+        material = Material(
+            "", (1, 1, 1), 1, 1, 1, base_color_map=base, metallic_roughness_map=rough
+        )
+        found = next((place for place in places if place.has("index")), places[0])
+        return material, (found, found)
 
-    def _map(self, owner: Record, name: str) -> int | None:
-        """Return the index of a texture's picture among the scene's; None for no picture."""
-        textures = self.gltf.listed("textures")
-        number = owner.inside(name).index("index", len(textures))
-        if number is None:
-            return None
-        texture, images = textures[number], self.gltf.listed("images")
-        webp = texture.inside("extensions", "EXT_texture_webp").index("source", len(images))
-        source = texture.index("source", len(images)) if webp is None else webp
-        if source is None:
-            self.notes["A texture names no picture that is known here, and is left out."] = None
-            return None
-        if source not in self._found:
-            self.images.append(_picture(self.gltf, images[source], self.images))
-            self._found[source] = len(self.images) - 1
-        return self._found[source]
-
-    def _map_alike(self, record: Record, name: str, place: UvPlace) -> int | None:
-        """Return a map only if its coordinates are those of the base colour, else leave it out."""
-        if record.inside(name).has("index") and _uv_place(record.inside(name)) != place:
-            self.notes["Bumps and occlusion that lie otherwise than the colour are left out."] = (
-                None
-            )
-            return None
-        return self._map(record, name)
-
-    def _place(self, infos: Iterable[Record]) -> UvPlace:
-        """Return the place of the first texture, which all others are assumed to share."""
-        places = list(dict.fromkeys(_uv_place(info) for info in infos if info.has("index")))
-        if len(places) > 1:
-            self.notes["Textures of one material that lie differently are laid alike."] = None
-        return places[0] if places else UvPlace()
+    def _lay(self, material: Material, places: list[MapPlace | None]) -> None:
+        """Keep a material whose maps lie at `places`, in the order of `Material.maps`."""
+        used = list(dict.fromkeys(place for place in places if place is not None))
+        sets = tuple(sorted({place.coordinates for place in used})) or (0,)
+        if len(used) <= 1:
+            shared = used[0] if used else MapPlace()
+            self.layouts.append(MapLayout(sets, shared))
+            self.materials.append(material)
+            return
+        if len(sets) > _SETS_MOST:
+            self.notes["A material uses more than two sets of texture coordinates; two are."] = None
+            sets = sets[:_SETS_MOST]
+        numbered = [MapPlace() if place is None else _renumbered(place, sets) for place in places]
+        self.layouts.append(MapLayout(sets))
+        self.materials.append(replace(material, map_places=tuple(numbered)))
 
 
-def _picture(gltf: GltfFile, record: Record, before: list[NDArray[np.uint8]]) -> NDArray[np.uint8]:
-    view = record.index("bufferView", len(gltf.listed("bufferViews")))
-    data = gltf.uri_bytes(record) if view is None else bytes(gltf.view(view))
-    what = f"{gltf.path}: {record.entry.place}"
-    return read_picture(data, what, before)
+def _renumbered(place: MapPlace, sets: tuple[int, ...]) -> MapPlace:
+    number = sets.index(place.coordinates) if place.coordinates in sets else 0
+    return replace(place, coordinates=number)
 
 
-def _uv_place(info: Record) -> UvPlace:
-    """Return the place; KHR_texture_transform turns clockwise as its v axis runs down."""
-    moved = info.inside("extensions", "KHR_texture_transform")
-    coordinates = moved.whole("texCoord", info.whole("texCoord", 0))
-    angle = moved.number("rotation", 0.0)
-    c, s = float(np.cos(angle)), float(np.sin(angle))
-    (x, y), (u, v) = moved.row("scale", (1, 1)), moved.row("offset", (0, 0))
-    return UvPlace(coordinates, ((c * x, s * y), (-s * x, c * y)), (u, v))
+def _with_alpha(record: Record, material: Material) -> Material:
+    """Return the material with what its alpha mode says of holes and of what shows through."""
+    mode = record.text("alphaMode", "OPAQUE")
+    if mode == "OPAQUE":
+        return replace(material, base_alpha=1.0)
+    if mode == "MASK":
+        return replace(material, alpha_cutoff=record.number("alphaCutoff", 0.5))
+    if mode != "BLEND":
+        record.refuse(f"{mode[:20]!r} is not an alpha mode of glTF")
+    return replace(material, is_blended=True)
+
+
+def _see_through(record: Record, material: Material) -> Material:
+    """Return glass as a thin pane: a share of it covers, the rest lets all light through."""
+    told = record.inside("extensions", "KHR_materials_transmission")
+    through = min(told.number("transmissionFactor", 0.0, least=0.0), 1.0)
+    if not through or material.alpha_cutoff:
+        return material
+    clear = _CLEAREST * through * sum(material.base_color) / 3
+    return replace(
+        material, is_blended=True, base_alpha=material.base_alpha * (1 - min(clear, _CLEAREST))
+    )
 
 
 def _steepness(bumps: Record) -> float:
@@ -165,7 +172,7 @@ def _emission(record: Record) -> Color:
 
 def _color(values: tuple[float, ...]) -> Color:
     """Return the colour without alpha, and not less than black."""
-    red, green, blue = (max(value, 0.0) for value in values[:3])
+    red, green, blue = (max(float(value), 0.0) for value in values[:3])
     return red, green, blue
 
 

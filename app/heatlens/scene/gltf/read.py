@@ -1,7 +1,6 @@
 """glTF 2.0 files, .glb and .gltf, as scenes.
 
-Units, axes and colours are those of a scene. Intensities of lights are taken as the numbers they
-are, candela and lux, and not brought to the brightness of the daylight.
+Units, axes and colours are those of a scene. Lights are brought to the brightness of a picture.
 """
 
 from dataclasses import dataclass
@@ -12,12 +11,14 @@ import numpy as np
 from heatlens.errors import InputError
 from heatlens.scene.gltf.accessor import read_floats
 from heatlens.scene.gltf.animation import FIRST_FRAME, Animation, read_animation
-from heatlens.scene.gltf.camera_view import GltfViews
+from heatlens.scene.gltf.cameras import GltfCameras
 from heatlens.scene.gltf.file import GltfFile, open_gltf
 from heatlens.scene.gltf.json_values import Record
+from heatlens.scene.gltf.lights import GltfLights
 from heatlens.scene.gltf.material import GltfMaterials
 from heatlens.scene.gltf.mesh import GltfMeshes
 from heatlens.scene.gltf.nodes import RESTS, matrices, read_tree
+from heatlens.scene.gltf.unread import unread_notes
 from heatlens.scene.scene import Array, Instance, Scene, check_instances
 
 _FAR_MOST_M = 1e9
@@ -50,23 +51,34 @@ def read_gltf(path: Path) -> Scene:
     animation = read_animation(gltf, read_tree(gltf))
     materials = GltfMaterials(gltf)
     meshes = GltfMeshes(gltf, materials)
-    views = GltfViews(gltf, animation)
+    cameras = GltfCameras(gltf, animation)
+    lights = GltfLights(gltf, animation)
     instances, hanging = _instances(animation, meshes)
+    lights.exposed(_middles_m(meshes, instances))
     moving = any(animation.moves(node) for node in set(hanging.nodes))
-    notes = animation.notes | materials.notes | meshes.notes | views.notes
+    readers = (animation, materials, meshes, cameras, lights)
+    notes = [note for reader in readers for note in reader.notes] + list(unread_notes(gltf))
     return Scene(
         path,
         tuple(meshes.meshes),
         instances,
         tuple(materials.materials),
-        tuple(materials.images),
-        tuple(views.cameras),
-        tuple(views.lights),
-        views.daylight,
+        tuple(materials.textures.images),
+        tuple(cameras.cameras),
+        tuple(lights.lights),
+        lights.daylight,
         hanging if moving else None,
         animation.frames,
         notes=tuple(f"{path}: {note}" for note in notes),
     )
+
+
+def _middles_m(meshes: GltfMeshes, instances: tuple[Instance, ...]) -> Array:
+    """Return (N, 3), where the middle of each instance is."""
+    middles = np.array([(*mesh.box_m.mean(axis=0), 1.0) for mesh in meshes.meshes])
+    places = np.stack([instance.to_world for instance in instances])
+    own = middles[[instance.mesh for instance in instances]]
+    return np.asarray(np.einsum("nij,nj->ni", places, own)[:, :3])
 
 
 def _instances(animation: Animation, meshes: GltfMeshes) -> tuple[tuple[Instance, ...], _Hanging]:

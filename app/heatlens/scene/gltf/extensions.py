@@ -1,0 +1,24 @@
+"""The extensions of glTF that are read, and those that a file may require all the same."""
+
+from heatlens.scene.gltf.json_values import Record
+
+READ_EXTENSIONS = frozenset(
+    {
+        *("KHR_lights_punctual", "KHR_materials_emissive_strength", "KHR_mesh_quantization"),
+        *("KHR_texture_transform", "EXT_texture_webp", "EXT_mesh_gpu_instancing"),
+        *("KHR_materials_unlit", "KHR_materials_pbrSpecularGlossiness"),
+        "KHR_materials_transmission",
+    }
+)
+# A file may require these, which affect only gloss or nothing that is seen.
+_HARMLESS = ("KHR_materials_", "KHR_xmp", "KHR_animation_pointer")
+
+
+def check_required(root: Record) -> None:
+    """Raise InputError naming an extension that the file requires and that is not read."""
+    required = root.at("extensionsRequired").items() if root.has("extensionsRequired") else []
+    for name in (item.text() for item in required):
+        if name not in READ_EXTENSIONS and not name.startswith(_HARMLESS):
+            root.refuse(
+                f"it needs {name[:60]}, which heatlens does not support; export it without that"
+            )

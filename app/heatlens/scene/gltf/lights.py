@@ -1,0 +1,158 @@
+"""The lights of a glTF file, and how bright they are taken.
+
+Source: Khronos, KHR_lights_punctual. Its units are candela and lux, so that daylight is a hundred
+thousand times as bright as what a picture should hold: see `exposed`.
+"""
+
+import math
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from heatlens.scene.gltf.animation import FIRST_FRAME, Animation
+from heatlens.scene.gltf.file import GltfFile
+from heatlens.scene.gltf.json_values import Record
+from heatlens.scene.scene import Array, Color, Daylight, PointLight
+
+_STILL = "Lights that move stay where they are at frame 1."
+# Blender writes lux and candela as 683 times its watts: the lumens of a watt of green light.
+_LUMENS_OF_WATT = 683.0
+_BLENDER = "Khronos glTF Blender I/O"
+# Irradiance that a picture is exposed for, and above which light cannot be meant as it is.
+_EXPOSED_FOR, _FOR_THE_EYE = 3.0, 30.0
+_MOST_SHINE = 32
+_NIGHT = (0.0, 0.0, 0.0)
+
+
+@dataclass
+class GltfLights:
+    """The lights that hang on the nodes of the scene, as bright as the file says.
+
+    Raises InputError for a light whose place or values are impossible.
+    """
+
+    gltf: GltfFile
+    animation: Animation
+    lights: list[PointLight] = field(default_factory=list)
+    daylight: Daylight = field(default_factory=Daylight)
+    notes: dict[str, None] = field(default_factory=dict)  # in order, each once
+    _suns: int = 0
+
+    def __post_init__(self) -> None:
+        tree = self.animation.tree
+        lit = self.gltf.root.inside("extensions", "KHR_lights_punctual").records("lights")
+        worlds = self.animation.worlds(FIRST_FRAME)
+        for node in tree.seen:
+            on_it = tree.records[node].inside("extensions", "KHR_lights_punctual")
+            light = on_it.index("light", len(lit))
+            if light is not None:
+                self._add(node, lit[light], worlds[node])
+        if self.lights and not self._suns:
+            self.daylight = replace(self.daylight, sun=_NIGHT)
+
+    @property
+    def is_blender(self) -> bool:
+        """Return whether Blender wrote the file."""
+        return self.gltf.root.inside("asset").text("generator").startswith(_BLENDER)
+
+    def _add(self, node: int, light: Record, world: Array) -> None:
+        if self.animation.moves(node):
+            self.notes[_STILL] = None
+        kind = light.text("type")
+        color, (x, y, z) = _color(light), _axis(light, world)
+        if kind == "directional":
+            self._add_sun((-x, -y, -z), color)
+            return
+        if kind not in ("point", "spot"):
+            light.refuse(f"{kind[:20]!r} is not a light type of glTF")
+        position = tuple(map(float, world[:3, 3]))
+        lamp = PointLight((position[0], position[1], position[2]), color)
+        self.lights.append(self._spot(lamp, light, (x, y, z)) if kind == "spot" else lamp)
+
+    def _spot(self, lamp: PointLight, light: Record, axis: Color) -> PointLight:
+        spot = light.inside("spot")
+        outer = min(spot.number("outerConeAngle", math.pi / 4, least=1e-6), math.pi / 2)
+        inner = min(spot.number("innerConeAngle", 0.0, least=0.0), outer)
+        cosines = math.cos(inner), math.cos(outer)
+        if self.is_blender:
+            # Blender tells its blend as a part of the angle, but Cycles blends over the cosine.
+            cosines = cosines[1] + (1 - cosines[1]) * (1 - inner / outer), cosines[1]
+        return replace(lamp, direction=axis, cone_cosines=cosines, is_smooth=self.is_blender)
+
+    def _add_sun(self, to_sun: Color, irradiance: Color) -> None:
+        """Keep the brightest directional light, because the scene can have one sun."""
+        self._suns += 1
+        if self._suns > 1:
+            self.notes["Of several suns only the brightest shines."] = None
+        if self._suns == 1 or sum(irradiance) > sum(self.daylight.sun):
+            self.daylight = replace(self.daylight, to_sun=to_sun, sun=irradiance)
+
+    def exposed(self, places_m: Array) -> None:
+        """Bring the lights to the brightness of a picture; `places_m` (N, 3) is what they light.
+
+        Blender's lights become its watts again, under a black sky, which is the picture of Cycles
+        for a black world. Light of other programs that is much too bright for a picture is taken as
+        photometric, and scaled so that the middle one of the places has the daylight of a scene
+        without lights.
+        """
+        if not self.lights and not self._suns:
+            return
+        if len(self.lights) > _MOST_SHINE:
+            self.notes[f"Of {len(self.lights)} lamps the {_MOST_SHINE} brightest shine."] = None
+        typical = float(np.median(self._irradiance(places_m)))
+        factor = 1.0
+        if self.is_blender and self._brightest() >= _FOR_THE_EYE:
+            factor = 1 / _LUMENS_OF_WATT
+            self._say("Lights are taken as Blender's watts, of which it wrote 683 lumens each", "")
+        elif typical > _FOR_THE_EYE:
+            factor = _EXPOSED_FOR / typical
+            stops = f", which are {-math.log2(factor):.1f} stops"
+            self._say(f"Lights in candela and lux are exposed by 1/{1 / factor:.4g}", stops)
+        if self.is_blender:
+            self.daylight = replace(self.daylight, zenith=_NIGHT, horizon=_NIGHT, ground=_NIGHT)
+            self._say("The sky is black, as the file has lights of its own", "")
+        self._scale(factor)
+
+    def _say(self, words: str, more: str) -> None:
+        self.notes[f"{words}{more}."] = None
+
+    def _brightest(self) -> float:
+        lamps = [max(light.intensity) for light in self.lights]
+        return max([*lamps, max(self.daylight.sun)])
+
+    def _irradiance(self, places_m: Array) -> Array:
+        """Return (N,) what faces all the lights at once gets at each place."""
+        found = np.full(len(places_m), max(self.daylight.sun) if self._suns else 0.0)
+        least = 1e-4 * max(float(np.sum(np.ptp(places_m, axis=0) ** 2)), 1e-4)
+        for light in self.lights:
+            square = np.sum((places_m - np.array(light.position_m)) ** 2, axis=1)
+            found += max(light.intensity) / np.maximum(square, least)
+        return found
+
+    def _scale(self, factor: float) -> None:
+        scaled = [
+            replace(light, intensity=_times(light.intensity, factor)) for light in self.lights
+        ]
+        self.lights = scaled
+        if self._suns:
+            self.daylight = replace(self.daylight, sun=_times(self.daylight.sun, factor))
+
+
+def _times(color: Color, factor: float) -> Color:
+    red, green, blue = (factor * value for value in color)
+    return red, green, blue
+
+
+def _axis(light: Record, world: Array) -> tuple[float, float, float]:
+    """Return the direction in which a light shines, which is its node's -z."""
+    length = float(np.linalg.norm(world[:3, 2]))
+    if not (1e-12 < length < 1e12 and np.abs(world[:3, 3]).max() <= 1e9):
+        light.refuse("a light is scaled to zero, or its place is not finite")
+    x, y, z = map(float, -world[:3, 2] / length)
+    return x, y, z
+
+
+def _color(light: Record) -> Color:
+    intensity = light.number("intensity", 1.0, least=0.0)
+    red, green, blue = (max(v, 0.0) * intensity for v in light.row("color", (1, 1, 1)))
+    return red, green, blue

@@ -1,0 +1,90 @@
+"""Pictures of a glTF file, and how they lie on its surfaces.
+
+A picture that is missing or damaged is done without, and said to be. Sources: Khronos, glTF 2.0
+specification, section 3.8; EXT_texture_webp; KHR_texture_transform.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heatlens.errors import InputError
+from heatlens.scene.gltf.file import GltfFile
+from heatlens.scene.gltf.json_values import Record
+from heatlens.scene.picture_read import read_picture
+from heatlens.scene.scene import MapPlace
+
+Pixels = NDArray[np.uint8]
+_SOURCES = ("EXT_texture_webp",)  # extensions that name another picture, the best known first
+_NAMED_MOST = 3
+
+
+@dataclass
+class GltfTextures:
+    """Reads each picture of a file once, when a material first uses it.
+
+    images   those that were read, (H, W, 4)
+    without  what was said of each picture that could not be read
+    """
+
+    gltf: GltfFile
+    images: list[Pixels] = field(default_factory=list)
+    without: dict[int, str] = field(default_factory=dict)
+    _found: dict[int, int] = field(default_factory=dict)  # image of the file -> of the scene
+
+    def map(self, owner: Record, name: str) -> int | None:
+        """Return the index in `images` of the picture of a texture; None for no picture."""
+        textures = self.gltf.listed("textures")
+        number = owner.inside(name).index("index", len(textures))
+        return None if number is None else self._image(textures[number])
+
+    def _image(self, texture: Record) -> int | None:
+        images = self.gltf.listed("images")
+        named = [texture.inside("extensions", name) for name in _SOURCES]
+        sources = [record.index("source", len(images)) for record in (*named, texture)]
+        source = next((found for found in sources if found is not None), None)
+        if source is None:
+            self.without[-1] = "a texture names no picture that is known here"
+        if source is None or source in self.without:
+            return None
+        if source not in self._found:
+            self._read(source, images[source])
+        return self._found.get(source)
+
+    def _read(self, source: int, record: Record) -> None:
+        try:
+            self._found[source] = self.add(_picture(self.gltf, record, self.images))
+        except InputError as error:
+            self.without[source] = str(error).removeprefix(f"{self.gltf.path}: ").rstrip(".")
+
+    def add(self, pixels: Pixels) -> int:
+        """Keep a picture (H, W, 4) and return its index in `images`."""
+        self.images.append(pixels)
+        return len(self.images) - 1
+
+    @property
+    def notes(self) -> dict[str, None]:
+        """One sentence on all the pictures that are done without."""
+        if not self.without:
+            return {}
+        said = list(self.without.values())
+        more = f"; and {len(said) - _NAMED_MOST} more" if len(said) > _NAMED_MOST else ""
+        count = "1 picture is" if len(said) == 1 else f"{len(said)} pictures are"
+        return {f"{count} done without: {'; '.join(said[:_NAMED_MOST])}{more}.": None}
+
+
+def _picture(gltf: GltfFile, record: Record, before: list[Pixels]) -> Pixels:
+    view = record.index("bufferView", len(gltf.listed("bufferViews")))
+    data = gltf.uri_bytes(record) if view is None else bytes(gltf.view(view))
+    return read_picture(data, f"{gltf.path}: {record.entry.place}", before)
+
+
+def map_place(info: Record) -> MapPlace:
+    """Return the place; KHR_texture_transform turns clockwise as its v axis runs down."""
+    moved = info.inside("extensions", "KHR_texture_transform")
+    coordinates = moved.whole("texCoord", info.whole("texCoord", 0))
+    angle = moved.number("rotation", 0.0)
+    c, s = float(np.cos(angle)), float(np.sin(angle))
+    (x, y), (u, v) = moved.row("scale", (1, 1)), moved.row("offset", (0, 0))
+    return MapPlace(coordinates, ((c * x, s * y), (-s * x, c * y)), (u, v))

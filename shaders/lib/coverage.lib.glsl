@@ -1,0 +1,29 @@
+// Which samples of a pixel a surface covers that lets a share of what is behind it through.
+//
+// Each surface has a threshold between 0 and 1 in each sample, and covers the sample if its alpha is higher.
+// Over the samples of a pixel the thresholds of a surface are spread evenly, and those of two surfaces have
+// nothing to do with one another: the van der Corput sequence, shuffled and
+// scrambled as Burley 2020 does ("Practical hash-based Owen scrambling").
+// After lib/random.lib.glsl.
+
+#define HALF 0.49999  // where there is one sample only, as for a depth, the nearer half counts
+
+uniform int sample_number;  // -1 for HALF
+
+// Each bit depends on those below it alone.
+uint scrambled(uint x, uint seed) {
+    x += seed;
+    x ^= x * 0x6c50b47cu;
+    x ^= x * 0xb82f1e52u;
+    x ^= x * 0xc7afe638u;
+    x ^= x * 0x8d22f6e6u;
+    return x;
+}
+
+float threshold_of(uvec2 pixel, uint material, uint triangle) {
+    if (sample_number < 0) return HALF;
+    uvec4 seeds = hashed(uvec4(pixel, material, triangle));
+    // The order of the samples is shuffled too, or else two surfaces would cover the same ones.
+    uint turn = bitfieldReverse(scrambled(bitfieldReverse(uint(sample_number)), seeds.x));
+    return float(bitfieldReverse(scrambled(turn, seeds.y)) >> 8u) * (1.0 / 16777216.0);
+}

@@ -1,0 +1,161 @@
+"""Materials of glTF beyond the core model, and what is said of those that are left out."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from heatlens.errors import InputError
+from heatlens.scene.gltf.glossiness import converted_pictures, metal_and_base
+from heatlens.scene.scene_read import read_scene
+from support.gltf_files import SQUARE_UVS, GltfWriter, square_scene
+
+GLOSSY = "KHR_materials_pbrSpecularGlossiness"
+shares = st.tuples(*[st.floats(0, 1)] * 3)
+
+
+def read(tmp_path, writer=None, /, **material):
+    """Read a square with this material."""
+    writer = writer or GltfWriter()
+    number = writer.add("materials", **material)
+    attributes = {"TEXCOORD_0": SQUARE_UVS, "TEXCOORD_1": SQUARE_UVS / 2}
+    writer.node(mesh=writer.mesh(attributes=attributes, material=number))
+    return read_scene(writer.write(tmp_path / "a.glb"))
+
+
+def test_an_unlit_material_is_not_lit(tmp_path):
+    shine = {"baseColorFactor": [0.2, 0.4, 0.6, 1]}
+    unlit = {"KHR_materials_unlit": {}}
+    scene = read(tmp_path, pbrMetallicRoughness=shine, extensions=unlit)
+    assert not scene.materials[0].is_lit and scene.materials[1].is_lit
+    assert scene.materials[0].base_color == (0.2, 0.4, 0.6) and not scene.notes
+
+
+def test_paint_and_metal_of_the_glossy_model_are_found_again():
+    """Paint reflects 4 %, a metal has no diffuse colour: both are the cases that are exact."""
+    paint, gold = np.array([0.8, 0.3, 0.1]), np.array([1.0, 0.77, 0.34])
+    metal, base = metal_and_base(np.stack([paint, 0 * gold]), np.stack([0 * paint + 0.04, gold]))
+    assert metal == pytest.approx([0, 1], abs=0.01)
+    np.testing.assert_allclose(base, [paint, gold], atol=0.02)
+
+
+@given(shares, shares)
+def test_whatever_is_glossy_has_a_colour_and_a_share_of_metal(diffuse, specular):
+    metal, base = metal_and_base(np.array(diffuse), np.array(specular))
+    assert 0 <= metal <= 1
+    assert (base >= 0).all() and (base <= 1).all()
+
+
+def test_glossy_factors_and_pictures_say_the_same(tmp_path):
+    factors = {"diffuseFactor": [0.5, 0.1, 0.1, 0.25], "specularFactor": [0.3, 0.3, 0.3]}
+    told = {GLOSSY: factors | {"glossinessFactor": 0.75}}
+    plain = read(tmp_path, extensions=told, alphaMode="BLEND").materials[0]
+    assert (plain.roughness, plain.base_alpha) == (pytest.approx(0.25), 0.25)
+    writer = GltfWriter()
+    told[GLOSSY]["diffuseTexture"] = {"index": writer.picture(np.full((3, 2, 4), 255))}
+    scene = read(tmp_path, writer, extensions=told, alphaMode="BLEND")
+    material = scene.materials[0]
+    base, rough = (
+        scene.images[i] for i in (material.base_color_map, material.metallic_roughness_map)
+    )
+    linear = ((base[0, 0, :3] / 255 + 0.055) / 1.055) ** 2.4
+    np.testing.assert_allclose(linear, plain.base_color, atol=0.01)
+    assert base[0, 0, 3] / 255 == pytest.approx(0.25, abs=0.01)
+    assert rough[0, 0, 1:3] / 255 == pytest.approx([0.25, plain.metallic], abs=0.01)
+
+
+def test_glossy_pictures_of_two_sizes_become_one():
+    white, factor = np.full((2, 4, 4), 255, np.uint8), np.ones(4)
+    base, rough = converted_pictures((white, factor), (np.full((8, 2, 4), 255, np.uint8), factor))
+    assert base.shape == rough.shape == (8, 4, 4)
+
+
+@pytest.mark.parametrize(
+    ("color", "through", "alpha"), [(1, 1, 0.1), (0.5, 1, 0.55), (1, 0.5, 0.55)]
+)
+def test_glass_covers_what_it_does_not_let_through(tmp_path, color, through, alpha):
+    glass = {"KHR_materials_transmission": {"transmissionFactor": through}}
+    shine = {"baseColorFactor": [color] * 3 + [1]}
+    scene = read(tmp_path, pbrMetallicRoughness=shine, extensions=glass)
+    material = scene.materials[0]
+    assert material.is_blended and material.base_alpha == pytest.approx(alpha)
+    assert "thin panes" in scene.notes[0]
+
+
+def test_each_map_lies_where_it_says(tmp_path):
+    writer = GltfWriter()
+    number = writer.picture([[[255, 0, 0]]])
+    moved = {"KHR_texture_transform": {"offset": [0.5, 0], "scale": [2, 3]}}
+    scene = read(
+        tmp_path,
+        writer,
+        pbrMetallicRoughness={"baseColorTexture": {"index": number, "extensions": moved}},
+        emissiveTexture={"index": number, "texCoord": 1},
+    )
+    color, _, emission, *_ = scene.materials[0].map_places
+    assert (color.matrix, color.offset) == (((2, 0), (0, 3)), (0.5, 0))
+    assert (color.coordinates, emission.coordinates) == (0, 1)
+    mesh = scene.meshes[0]
+    np.testing.assert_array_equal(mesh.uvs, SQUARE_UVS[mesh.sources])
+    np.testing.assert_array_equal(mesh.more_uvs, SQUARE_UVS[mesh.sources] / 2)
+
+
+def test_maps_that_lie_alike_need_no_places(tmp_path):
+    writer = GltfWriter()
+    info = {"index": writer.picture([[[255, 0, 0]]]), "texCoord": 1}
+    shine = {"baseColorTexture": info}
+    scene = read(tmp_path, writer, pbrMetallicRoughness=shine, emissiveTexture=info)
+    assert scene.materials[0].map_places is None and scene.meshes[0].more_uvs is None
+    mesh = scene.meshes[0]
+    np.testing.assert_array_equal(mesh.uvs, SQUARE_UVS[mesh.sources] / 2)
+
+
+def test_what_is_left_out_is_named_once_with_its_count(tmp_path):
+    writer = square_scene()
+    for _ in range(3):
+        writer.add("materials", extensions={"KHR_materials_clearcoat": {}})
+    writer.add("materials", extensions={"KHR_materials_sheen": {}})
+    used = ["KHR_materials_clearcoat", "KHR_materials_sheen", "VENDOR_fog", "KHR_xmp_json_ld"]
+    writer.json["extensionsUsed"] = used
+    writer.json["scenes"].append({"nodes": []})
+    notes = read_scene(writer.write(tmp_path / "a.glb")).notes
+    assert [note.split(": ", 1)[1] for note in notes] == [
+        "Of materials these are left out: clearcoat (3 materials), sheen (1 material).",
+        "These extensions of the file are not read: VENDOR_fog.",
+        "Of its 2 scenes the one it shows first is read.",
+    ]
+
+
+def test_an_extension_without_which_there_is_no_picture_is_refused(tmp_path):
+    writer = square_scene()
+    writer.json["extensionsRequired"] = ["VENDOR_fog"]
+    with pytest.raises(InputError, match=r"a\.glb.*VENDOR_fog"):
+        read_scene(writer.write(tmp_path / "a.glb"))
+
+
+# Points and lines
+
+CORNERS = np.float32([[0, 0, 0], [3, 0, 0], [3, 4, 0], [0, 4, 0]])
+
+
+@pytest.mark.parametrize(
+    ("mode", "triangles"),
+    [(0, 4 * 4), (1, 2 * 6), (2, 4 * 6), (3, 3 * 6)],
+    ids=["points", "lines", "loop", "strip"],
+)
+def test_points_and_lines_are_thin(tmp_path, mode, triangles):
+    writer = GltfWriter()
+    tints = np.eye(4, 3, dtype=np.float32)
+    writer.node(mesh=writer.mesh(CORNERS, None, {"COLOR_0": tints}, mode=mode))
+    scene = read_scene(writer.write(tmp_path / "a.glb"))
+    mesh = scene.meshes[0]
+    assert len(mesh.triangles) == triangles
+    assert (np.linalg.norm(mesh.positions_m - CORNERS[mesh.sources], axis=1) < 5 / 500).all()
+    np.testing.assert_array_equal(mesh.colors, tints[mesh.sources])
+    assert "thin" in scene.notes[0]
+
+
+def test_a_line_without_a_second_end_is_nothing(tmp_path):
+    writer = square_scene()
+    writer.node(mesh=writer.mesh(CORNERS[:1], None, mode=2))
+    assert len(read_scene(writer.write(tmp_path / "a.glb")).instances) == 1
