@@ -21,7 +21,7 @@ SIZE = (48, 32)
 VIEW = SceneView(np.eye(4), SIZE, 60.0, np.inf, 0.1, 100.0)
 AHEAD = [(0, moved(z=-2.0))]
 WHITE = Material(base_color=(1.0, 1.0, 1.0), roughness=1.0)
-# Of the light on WHITE what leaves it straight on: what GGX does not mirror, in the approximation of
+# Of the light on WHITE what leaves it straight on: what GGX does not mirror, approximated as in
 # Karis 2014 with what Turquin 2019 adds, and F D V pi = 0.04 / 4 of what it does.
 OF_WHITE = 1 - (0.04 * 0.4524 - 0.0024) * (1 + 0.04 * (1 / 0.45 - 1)) + 0.04 / 4
 
