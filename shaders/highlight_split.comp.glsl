@@ -35,6 +35,24 @@ layout(std430) writeonly buffer low_fragment_block { uint low_fragment_buf[]; };
 // between by degrees.
 #define LEAST_COC_PX 0.25
 #define WHOLE_COC_PX 0.75
+#define JUMP_PX 3.0  // as in lib/silhouette.lib.glsl: with less between them two surfaces stay one
+
+// The light of a mixed pixel at a silhouette is that of the brightest pixel around, and so is its blur: the
+// anti-aliased rim of a lamp in focus, which has the depth of the wall behind, is no highlight of the wall
+// but stays in the picture, where fragments_far gives it back to the lamp.
+float coc_of_light(ivec2 at, vec3 color, float coc, float limit) {
+    float most = mean_of(color), result = coc;
+    int looked_at = most > limit ? 9 : 0;
+    for (int k = 0; k < looked_at; ++k) {
+        ivec2 p = clamp(at + ivec2(k % 3, k / 3) - 1, ivec2(0), textureSize(color_tx, 0) - 1);
+        float there = mean_of(texelFetch(color_tx, p, 0).rgb);
+        if (there > most) {
+            most = there;
+            result = texelFetch(coc_tx, p, 0).r;
+        }
+    }
+    return abs(result - coc) > JUMP_PX ? result : coc;
+}
 
 // How much of this light is a highlight's, 0..1.
 float part_over(vec3 color, float coc, float limit) {
@@ -78,7 +96,8 @@ void main() {
     vec4 x = texelFetch(color_tx, at, 0);
     float coc = texelFetch(coc_tx, at, 0).r;
     float around = texelFetch(surroundings_tx, at >> 1, 0).r;
-    float over = part_over(x.rgb, coc, TIMES_BRIGHTER * around + LEAST_LUMINANCE);
+    float limit = TIMES_BRIGHTER * around + LEAST_LUMINANCE;
+    float over = part_over(x.rgb, coc_of_light(at, x.rgb, coc, limit), limit);
     vec4 high = vec4(over * x.rgb, coc);
     imageStore(out_low_img, at, vec4(x.rgb - over * x.rgb, x.a));
 #ifdef LISTS
