@@ -6,6 +6,7 @@ from pxr import Gf, Sdf, Usd, UsdGeom
 
 from heatlens.errors import InputError
 from heatlens.model.frames import FrameRange
+from heatlens.scene.first_shot import first_shot
 from heatlens.scene.scene_bounds import bounds_m
 from heatlens.scene.usd import subdivide
 from heatlens.scene.usd.read import usd_scene
@@ -240,3 +241,45 @@ def Material "m"
     )
     scene = usd_scene(str(tmp_path / "a.usda"))
     assert not scene.images and any("gone.png" in n and "done without" in n for n in scene.notes)
+
+
+def test_a_camera_brings_its_whole_lens_with_keys_for_what_changes(tmp_path):
+    stage = stage_at(tmp_path / "a.usda")
+    UsdGeom.SetStageMetersPerUnit(stage, 0.01)
+    UsdGeom.Cube.Define(stage, "/box")
+    camera = UsdGeom.Camera.Define(stage, "/cam")
+    camera.CreateHorizontalApertureAttr(36)
+    camera.CreateFStopAttr(2.0)
+    for frame, focal_mm, focus_cm in ((101, 35, 500), (126, 50, 700)):
+        camera.CreateFocalLengthAttr().Set(focal_mm, frame)
+        camera.CreateFocusDistanceAttr().Set(focus_cm, frame)
+    stage.Save()
+    first = first_shot(str(tmp_path / "a.usda"))
+    assert first.shot.frames == FrameRange(101, 126) and not first.assumed
+    for frame, focal_mm, focus_m in ((101, 35, 5), (126, 50, 7)):
+        lens = first.shot.lens_at(frame)
+        found = (lens.focal_length_mm, lens.f_stop, lens.focus_distance_m)
+        assert found == pytest.approx((focal_mm, 2, focus_m))
+    middle = first.shot.lens_at(113.5)
+    assert (middle.focal_length_mm, middle.focus_distance_m) == pytest.approx((42.5, 6), rel=1e-3)
+    given = first_shot(str(tmp_path / "a.usda"), given={"focal_length_mm": 85.0})
+    assert given.shot.lens_at(126).focal_length_mm == 85
+    assert given.sources["f_stop"] == "camera cam of the scene"
+
+
+@pytest.mark.parametrize(
+    ("f_stop", "focus_m", "assumed"),
+    [(0.0, 0.0, {"f_stop", "focus_distance_m"}), (2.0, 0.01, {"focus_distance_m"})],
+)
+def test_a_lens_that_cannot_be_is_assumed_instead(tmp_path, f_stop, focus_m, assumed):
+    stage = stage_at(tmp_path / "a.usda")
+    UsdGeom.Cube.Define(stage, "/box")
+    camera = UsdGeom.Camera.Define(stage, "/cam")
+    camera.CreateFocalLengthAttr(0.5)
+    camera.CreateHorizontalApertureAttr(0.36)
+    camera.CreateFStopAttr(f_stop)
+    camera.CreateFocusDistanceAttr(focus_m)
+    stage.Save()
+    first = first_shot(str(tmp_path / "a.usda"))
+    assert first.assumed == assumed
+    assert any("none that a lens can have" in n for n in first.scene.notes) == (focus_m > 0)

@@ -1,6 +1,5 @@
 """A shot that starts from a camera: its lens, with keys for what moves."""
 
-import math
 from collections.abc import Collection
 from dataclasses import fields, replace
 from typing import Any
@@ -8,13 +7,9 @@ from typing import Any
 from heatlens.camera.same_discs import with_nominal_f_stop
 from heatlens.camera.samples import CameraSamples, Track, is_constant
 from heatlens.errors import InputError
-from heatlens.model.curve import Key
-from heatlens.model.interpolation import Interpolation, Scale
 from heatlens.model.lens import Lens
+from heatlens.model.linear_keys import linear_keys
 from heatlens.model.shot import LensParameter, Shot
-
-# Relative difference of a value that was rounded to float32 twice.
-_SAME = 2e-7
 
 
 def with_camera(shot: Shot, camera: CameraSamples, kept: Collection[str] = ()) -> Shot:
@@ -66,37 +61,3 @@ def lens_tracks(camera: CameraSamples, kept: Collection[str] = ()) -> dict[str, 
             "wide, but a shot has one width for all its frames: give the width to use."
         )
     return tracks
-
-
-def linear_keys(frames: tuple[int, ...], track: Track, scale: Scale) -> tuple[Key, ...]:
-    """Return the fewest keys that meet the track at every frame; none for a constant track.
-
-    A key is left out if it lies on the straight line between its neighbours on `scale`: the line
-    from the last key to the next has to pass every frame in between within the precision of
-    float32.
-    """
-    if is_constant(track):
-        return ()
-    places = [scale.place_of(value) for value in track]
-    kept = [0]
-    lowest, highest = -math.inf, math.inf  # slopes from the last key that pass every frame since
-    for index in range(1, len(frames)):
-        slope, frame_count = _slope(frames, places, kept[-1], index)
-        if not lowest <= slope <= highest:
-            kept.append(index - 1)
-            lowest, highest = -math.inf, math.inf
-            slope, frame_count = _slope(frames, places, index - 1, index)
-        reach = _slack(track[index], scale) / frame_count
-        lowest, highest = max(lowest, slope - reach), min(highest, slope + reach)
-    kept.append(len(frames) - 1)
-    return tuple(Key(frames[at], track[at], Interpolation.LINEAR) for at in kept)
-
-
-def _slope(frames: tuple[int, ...], places: list[float], start: int, end: int) -> tuple[float, int]:
-    count = frames[end] - frames[start]
-    return (places[end] - places[start]) / count, count
-
-
-def _slack(value: float, scale: Scale) -> float:
-    """Return by how much a place on the scale may differ and still be the same float32 value."""
-    return _SAME * abs(scale.slope_at(value) * value) if math.isfinite(value) else 0.0

@@ -1,7 +1,8 @@
 """The shot that a scene begins with: the window, and every command that takes a scene, asks here.
 
-What is given wins; the angle of view is that of the camera that is looked through. No file tells
-the opening of a lens or its focus, so these are assumed where nobody gives them, and known as such.
+What is given wins, then the lens of the camera that is looked through, with keys for what changes.
+Few files tell the opening of a lens or its focus, so these are assumed where nobody gives them, and
+known as such.
 The demo comes with all of its lens, as it moves.
 """
 
@@ -13,9 +14,10 @@ from typing import Any
 from heatlens.model.framing import Framing
 from heatlens.model.lens import Lens
 from heatlens.model.lens_model import LensModel
+from heatlens.model.linear_keys import linear_keys
 from heatlens.model.shot import LensParameter, Shot
 from heatlens.scene.scene import Scene, SceneCamera
-from heatlens.scene.scene_bounds import bounds_m, camera_lens, started_framing, track_of
+from heatlens.scene.scene_bounds import bounds_m, started_framing, track_of
 from heatlens.scene.scene_name import is_demo, open_scene
 
 _ASSUMED = Lens(
@@ -82,27 +84,39 @@ def _demo(scene: Scene, text: str) -> FirstShot:
 def _of_file(scene: Scene, text: str) -> FirstShot:
     framing = started_framing(scene)
     shot = Shot(
-        camera_lens(scene, framing, _ASSUMED),
+        _ASSUMED,
         source=text,
         frames=scene.frames,
         frames_per_second=scene.frames_per_second,
         framing=framing,
     )
     sources = {
-        **_angle_sources(framing),
+        **dict.fromkeys(_ANGLE, "assumed: the scene has no camera"),
         "f_stop": "assumed: a scene tells none",
         "focus_distance_m": "assumed: the middle of the scene",
         "model": "as for every 3D scene",
     }
-    is_angle_told = framing.camera is not None
-    assumed = _OPENING if is_angle_told else (*_ANGLE, *_OPENING)
-    return FirstShot(scene, shot, sources, frozenset(assumed))
+    begun = FirstShot(scene, shot, sources, frozenset((*_ANGLE, *_OPENING)))
+    return begun if framing.camera is None else _through(begun, framing.camera)
 
 
-def _angle_sources(framing: Framing) -> dict[str, str]:
-    if framing.camera is None:
-        return dict.fromkeys(_ANGLE, "assumed: the scene has no camera")
-    return dict.fromkeys(_ANGLE, f"camera {framing.camera} of the scene")
+def _through(begun: FirstShot, name: str) -> FirstShot:
+    """Return the shot with the lens of the scene's camera `name`, as far as the file tells it."""
+    camera, shot = begun.scene.camera_named(name), begun.shot
+    told = {field: getattr(camera, field) for field in (*_ANGLE, *_OPENING)}
+    values = {field: value for field, value in told.items() if value is not None}
+    shot = replace(shot, lens=replace(shot.lens, **values))
+    for parameter in LensParameter:
+        curve, track = shot.curves.of(parameter), camera.lens_tracks.get(parameter)
+        keys = linear_keys(camera.lens_frames, track, curve.scale) if track else ()
+        if parameter in values:
+            shot = shot.with_curve(parameter, replace(curve, keys=keys))
+    return replace(
+        begun,
+        shot=shot,
+        sources={**begun.sources, **dict.fromkeys(values, f"camera {name} of the scene")},
+        assumed=begun.assumed.difference(values),
+    )
 
 
 def _framed(begun: FirstShot, size: tuple[int, int] | None, camera: str | None) -> FirstShot:
@@ -111,14 +125,9 @@ def _framed(begun: FirstShot, size: tuple[int, int] | None, camera: str | None) 
         framing = replace(framing, width_px=size[0], height_px=size[1])
     if camera is None:
         return replace(begun, shot=replace(begun.shot, framing=framing))
-    framing = replace(framing, camera=begun.scene.camera_named(camera).name, track=None)
-    lens = camera_lens(begun.scene, framing, begun.shot.lens)
-    return replace(
-        begun,
-        shot=replace(begun.shot, framing=framing, lens=lens),
-        sources={**begun.sources, **_angle_sources(framing)},
-        assumed=begun.assumed.difference(_ANGLE),
-    )
+    name = begun.scene.camera_named(camera).name
+    framing = replace(framing, camera=name, track=None)
+    return _through(replace(begun, shot=replace(begun.shot, framing=framing)), name)
 
 
 def _with_given(begun: FirstShot, given: Mapping[str, Any]) -> FirstShot:

@@ -4,7 +4,7 @@ The world is right-handed with y up, in metres; matrices act on columns. Colours
 with Rec.709 primaries; pictures that colour a surface are 8-bit sRGB, as files keep them.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -135,12 +135,22 @@ class Instance:
 
 @dataclass(frozen=True)
 class SceneCamera:
-    """A camera of the scene over its frames."""
+    """A camera of the scene over its frames.
+
+    f_stop            None where the file tells none, as glTF never does
+    focus_distance_m  likewise; may be infinite
+    lens_frames       frames at which `lens_tracks` tell the lens
+    lens_tracks       by field of Lens, its value at each of the frames, for what changes
+    """
 
     name: str
     track: CameraTrack
     focal_length_mm: float = 35.0
     sensor_width_mm: float = 36.0
+    f_stop: float | None = None
+    focus_distance_m: float | None = None
+    lens_frames: tuple[int, ...] = ()
+    lens_tracks: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

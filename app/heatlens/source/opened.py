@@ -13,7 +13,7 @@ from heatlens.model.frames import FRAMES_PER_SECOND, FrameRange
 from heatlens.model.lens import Lens
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.settings import DefocusSettings
-from heatlens.model.shot import Shot
+from heatlens.model.shot import LensParameter, Shot
 from heatlens.plate.plate import Plate
 from heatlens.plate.start_lens import StartLens, start_lens
 from heatlens.scene.first_shot import FirstShot, first_shot
@@ -239,8 +239,13 @@ class OpenedScene:
         return StartLens(replace(self.first.shot.lens, **given), dict.fromkeys(given, "given"))
 
     def shot(self, lens: Lens, defocus: DefocusSettings) -> Shot:
-        """See `Opened`."""
-        return replace(self.first.shot, lens=lens, defocus=defocus)
+        """See `Opened`; a value that was given replaces the keys of the scene's camera."""
+        shot = replace(self.first.shot, lens=lens, defocus=defocus)
+        for parameter in LensParameter:
+            if getattr(lens, parameter) != getattr(self.first.shot.lens, parameter):
+                curve = shot.curves.of(parameter)
+                shot = shot.with_curve(parameter, replace(curve, keys=()))
+        return shot
 
     def close(self) -> None:
         """See `Opened`; nothing is being read."""

@@ -1,6 +1,5 @@
 """Meshes, materials and cameras of a USD stage as a scene. A time code is a frame."""
 
-import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -8,12 +7,11 @@ from typing import Any
 import numpy as np
 
 from heatlens.errors import InputError
-from heatlens.files import usd_values
 from heatlens.files.quiet import quiet_library
 from heatlens.files.usd_library import read_usd_apart, usd_failures_told, usd_module
 from heatlens.model.frames import FrameRange
-from heatlens.model.framing import CameraTrack, Pose, PoseKey, pose_of
-from heatlens.scene.scene import Array, Instance, Scene, SceneCamera, check_instances
+from heatlens.scene.scene import Array, Instance, Scene, check_instances
+from heatlens.scene.usd.cameras import changing_lens, is_camera, read_cameras
 from heatlens.scene.usd.geometry import (
     UsdGeometry,
     changes_shape,
@@ -82,9 +80,10 @@ def _scene(stage: UsdStage) -> Scene:
     shown = [prim for prim in stage.prims if not is_within_instancer(prim)]
     prims = [prim for prim in shown if has_surface(prim) and is_shown(prim)]
     copying = [prim for prim in shown if is_instancer(prim) and is_shown(prim)]
-    placed, cameras = [*prims, *copying], list(filter(_is_camera, stage.prims))
+    placed, cameras = [*prims, *copying], list(filter(is_camera, stage.prims))
     attributes = [attribute for prim in copying for attribute in changing(prim)]
-    frames = stage.frames_of([*placed, *cameras], attributes)
+    of_lenses = [attribute for prim in cameras for attribute in changing_lens(prim)]
+    frames = stage.frames_of([*placed, *cameras], [*attributes, *of_lenses])
     moves = frames is not None and stage.frames_of(placed, attributes) is not None
     names, numbers, chosen = _single(geometry, prims)
     copies = [instancers.copies(prim, frames if moves else None) for prim in copying]
@@ -105,7 +104,7 @@ def _scene(stage: UsdStage) -> Scene:
         tuple(map(Instance, names, numbers, motion(motion.first))),
         tuple(materials.materials),
         tuple(materials.images),
-        _cameras(stage, cameras, frames),
+        read_cameras(stage, cameras, frames),
         motion=motion if moves else None,
         frames=frames,
         frames_per_second=stage.frames_per_second,
@@ -113,6 +112,7 @@ def _scene(stage: UsdStage) -> Scene:
             f"{stage.path}: {note}"
             for note in (
                 *_notes(stage),
+                *stage.notes,
                 *materials.notes,
                 *instancers.notes,
                 *geometry.subdivision.notes,
@@ -120,10 +120,6 @@ def _scene(stage: UsdStage) -> Scene:
             )
         ),
     )
-
-
-def _is_camera(prim: Any) -> bool:
-    return bool(prim.IsA(usd_module("UsdGeom").Camera))
 
 
 def _single(geometry: UsdGeometry, prims: list[Any]) -> tuple[list[str], list[int], list[int]]:
@@ -153,41 +149,6 @@ def _sampled(stage: UsdStage, prims: list[Any], frames: FrameRange | None) -> Ar
     if frames.count * len(prims) > _MATRICES_MOST:
         raise InputError(f"{stage.path}: too many objects move over {frames.count:,} frames.")
     return np.stack([stage.places(prims, frame) for frame in frames])
-
-
-def _cameras(
-    stage: UsdStage, prims: list[Any], frames: FrameRange | None
-) -> tuple[SceneCamera, ...]:
-    found: list[SceneCamera] = []
-    for prim in prims:
-        if prim.GetAttribute("projection").Get() == "orthographic":
-            continue
-        own = frames if stage.frames_of([prim]) else None
-        at = [float(frame) for frame in own] if own else [float(STILL_FRAME)]
-        poses = (_pose(stage, prim, frame) for frame in at)
-        track = CameraTrack(tuple(map(PoseKey, at, poses)))
-        mm = stage.meters_per_unit * 100  # lenses are told in tenths of a unit
-        focal_mm, width_mm = (
-            usd_values.number(prim.GetAttribute(name).Get(at[0]), f"{stage.path}: {name}") * mm
-            for name in ("focalLength", "horizontalAperture")
-        )
-        if not (0 < focal_mm < math.inf and 0 < width_mm < math.inf):
-            raise InputError(f"{stage.path}: {prim.GetPath()} has an impossible lens.")
-        names = [camera.name for camera in found]
-        name = prim.GetName() if prim.GetName() not in names else str(prim.GetPath())
-        found.append(SceneCamera(name, track, focal_mm, width_mm))
-    return tuple(found)
-
-
-def _pose(stage: UsdStage, prim: Any, frame: float) -> Pose:
-    """Return the pose of a prim without its parents' scale, upright where they mirror it."""
-    matrix = stage.places([prim], frame)[0]
-    back, up = matrix[:3, 2], matrix[:3, 1]
-    side = np.cross(up, back)
-    if not np.linalg.norm(side) > 1e-30:
-        raise InputError(f"{stage.path}: {prim.GetPath()} is scaled to zero.")
-    matrix[:3, 0], matrix[:3, 1] = side, np.cross(back, side)
-    return pose_of(matrix)
 
 
 def _notes(stage: UsdStage) -> list[str]:

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +24,7 @@ class UsdStage:
 
     to_metres  (4, 4) from its world to ours: metres, y up
     prims      all defined prims, also those within instances
+    notes      sentences for the user, in order, each once
     """
 
     path: Path
@@ -32,6 +33,7 @@ class UsdStage:
     meters_per_unit: float
     to_metres: Array
     frames_per_second: float
+    notes: dict[str, None] = field(default_factory=dict)
 
     def frames_of(self, prims: list[Any], attributes: Iterable[Any] = ()) -> FrameRange | None:
         """Return the frames in which a prim or one of its ancestors moves; None where none does.
