@@ -65,13 +65,21 @@ def _exr(folder: Path) -> list[Path]:
 
 
 def _deep(folder: Path) -> list[Path]:
-    """Write two samples in each pixel."""
-    samples = np.empty((6, 8), dtype=object)
-    for at in np.ndindex(6, 8):
-        samples[at] = np.array([1.0, 2.0], np.float32)
-    header = {"type": OpenEXR.deepscanline, "compression": OpenEXR.ZIPS_COMPRESSION}
-    OpenEXR.File(header, {n: samples.copy() for n in "RGBAZ"}).write(str(folder / "deep.exr"))
-    return [folder / "deep.exr"]
+    """Write none to three samples in each pixel, thick ones too, with each compression."""
+    names = (*"RGBAZ", "ZBack")
+    channels = {name: np.empty((6, 8), dtype=object) for name in names}
+    for y, x in np.ndindex(6, 8):
+        count = (x + y) % 4
+        for k, name in enumerate(names):
+            values = np.linspace(1.0, 2.0 + k, count) if k > 3 else np.full(count, 0.5)
+            channels[name][y, x] = values.astype(np.float16 if k < 4 else np.float32)
+    found = []
+    for kind in ("NO", "RLE", "ZIPS"):
+        header = {"type": OpenEXR.deepscanline}
+        header["compression"] = getattr(OpenEXR, f"{kind}_COMPRESSION")
+        found.append(write_file(folder / f"deep_{kind.lower()}.exr", channels, **header))
+    tiled = tiled_header() | {"type": OpenEXR.deeptile, "compression": OpenEXR.ZIPS_COMPRESSION}
+    return [*found, write_file(folder / "deep_tiled.exr", channels, **tiled)]
 
 
 def _plate(path: Path, read: Callable[[Path], Plate] = read_plate) -> Arrays:

@@ -6,6 +6,7 @@ import pytest
 from heatlens.commands.main import main
 from heatlens.documents.shot_file import read_shot, write_shot
 from heatlens.errors import InputError
+from heatlens.frame_cache.reader import SequenceReader, settled_options
 from heatlens.model.lens import Lens
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.shot import Shot
@@ -136,3 +137,26 @@ def test_info_of_a_sequence_tells_the_mean(tmp_path, capsys):
     clean = str(tmp_path / "clean.####.exr")
     assert main(["info", str(tmp_path / "plate.####.exr"), "--behind", clean]) == 0
     assert f"{clean} lies behind 75 % of the picture" in capsys.readouterr().out
+
+
+def test_each_file_keeps_its_own_convention_over_a_sequence(tmp_path):
+    """The plates hold 1/z and the clean ones metres; what was found out once holds for all."""
+    for frame in (1, 2):
+        inverse = np.full(SIZE, 0.5, np.float32)
+        inverse[0, 0] = 0.0
+        names = rgb() | {"inverse_depth.Z": inverse}
+        write_file(tmp_path / f"plate.{frame:04d}.exr", names)
+        write_file(tmp_path / f"clean.{frame:04d}.exr", layer(9, 0.25))
+    options = PlateOptions(
+        behind=(str(tmp_path / "clean.####.exr"),), depth_source=str(tmp_path / "plate.####.exr")
+    )
+    reader = SequenceReader(options)
+    plates = [reader(tmp_path / f"plate.{frame:04d}.exr") for frame in (1, 2)]
+    for made in plates:
+        assert made.depth.convention == "inverse" and np.allclose(made.depth_m[1:], 2)
+        sky, *clean = made.fragments.dioptres
+        assert sky == 0 and np.allclose(clean, 1 / 9)
+    settled = settled_options(options, plates[0])
+    assert settled.behind_conventions == ("distance",)
+    again = read_plate(tmp_path / "plate.0002.exr", settled)
+    assert np.array_equal(again.fragments.words, plates[1].fragments.words)

@@ -1,17 +1,21 @@
 """Deep EXR files: what a pixel shows, what is behind it, and samples that cannot be."""
 
+import itertools
+
 import numpy as np
+import OpenEXR
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from heatlens.commands.main import main
 from heatlens.errors import InputError
+from heatlens.measure.compare.pictures import read_picture
 from heatlens.model.plate_options import PlateOptions
-from heatlens.plate.deep_plate import FRAGMENTS_MOST
+from heatlens.plate.fragment_merge import FRAGMENTS_MOST
 from heatlens.plate.read import read_plate
 from support.deep_files import Sample, write_deep
-from support.exr_files import write_file
+from support.exr_files import window, write_file, write_parts
 
 SAMPLES = st.tuples(
     st.integers(0, 8).map(lambda i: i / 8),
@@ -85,8 +89,23 @@ def test_samples_of_one_surface_are_one_fragment(tmp_path):
 
 def test_a_veil_is_sampled_in_its_middle_and_a_wall_at_its_front(tmp_path):
     pixels = [[(0.25, 0.5, 2.0), (0.5, 1.0, 6.0)]]
-    plate = read_plate(write_deep(tmp_path / "deep.exr", pixels, (1, 1), thickness=1.0))
-    np.testing.assert_allclose(list_of(plate, 0)[1], [2.5, 6.0], rtol=1e-6)
+    plate = read_plate(write_deep(tmp_path / "deep.exr", pixels, (1, 1), thickness=0.25))
+    np.testing.assert_allclose(list_of(plate, 0)[1], [2.125, 6.0], rtol=1e-6)
+
+
+@pytest.mark.parametrize(("near", "far"), [(2.0, 8.0), (0.0, 3.0), (1.0, 1.3)])
+def test_fog_is_cut_into_slices_that_let_as_much_through(tmp_path, near, far):
+    """Between two depths as much passes as the length of the fog between them says."""
+    fog = (0.3 * 0.6, 0.6, near)
+    pixels = [[fog, (0.5, 1.0, 20.0)]]
+    plate = read_plate(write_deep(tmp_path / "fog.exr", pixels, (1, 1), thickness=far - near))
+    _, distances, coverages = list_of(plate, 0)
+    slices = distances[:-1]
+    assert len(slices) > 1 and (np.diff(slices) > 0).all() and near < slices[0] < slices[-1] < far
+    passed = np.prod(1 - coverages[:-1].astype(float))
+    assert passed == pytest.approx(0.4, abs=2e-3)
+    np.testing.assert_allclose(plate.color[0, 0, 0], 0.18 + 0.4 * 0.5, rtol=1e-3)
+    assert "1 of 2 samples are thick" in " ".join(plate.notes)
 
 
 def test_samples_that_cannot_be_are_told(tmp_path):
@@ -129,7 +148,7 @@ def test_a_file_that_is_cut_short_is_refused(tmp_path, part):
     [
         (PlateOptions(depth_convention="inverse"), "--depth-convention"),
         (PlateOptions(depth_kind="radial"), "--depth-kind"),
-        (PlateOptions(behind=("wall.exr",)), "--behind"),
+        (PlateOptions(depth_source="z.exr"), "--depth and"),
         (PlateOptions(depth_channel="Z"), "--depth-channel"),
         (PlateOptions(color_layer="sub"), "no R, G, B, A and Z in the layer 'sub'"),
     ],
@@ -146,3 +165,131 @@ def test_info_tells_of_a_deep_file(tmp_path, capsys):
     assert main(["info", str(path)]) == 0
     said = capsys.readouterr().out
     assert "deep samples" in said and "2.00 surfaces a pixel" in said and "2 to 2 m" in said
+
+
+# Layers and views
+
+
+def layered(prefix: str, light: float, metres: float) -> dict[str, np.ndarray]:
+    """One opaque sample a pixel of 2 x 3, in a layer."""
+    values = {"R": light, "G": light, "B": light, "A": 1.0, "Z": metres}
+    made = {prefix + name: np.empty((2, 3), object) for name in values}
+    for name, value in values.items():
+        for at in np.ndindex(2, 3):
+            made[prefix + name][at] = np.array([value], np.float32)
+    return made
+
+
+DEEP = {"type": OpenEXR.deepscanline, "compression": OpenEXR.ZIPS_COMPRESSION}
+
+
+def test_a_layer_of_a_deep_file_is_chosen(tmp_path):
+    path = write_file(
+        tmp_path / "layers.exr", layered("", 0.5, 2) | layered("smoke.", 0.25, 7), **DEEP
+    )
+    assert read_plate(path).depth_m[0, 0] == 2
+    smoke = read_plate(path, PlateOptions(color_layer="smoke"))
+    assert smoke.depth_m[0, 0] == 7 and smoke.color[0, 0, 0] == 0.25
+    assert smoke.depth.channel == "smoke.Z"
+
+
+def test_an_eye_of_a_deep_file_is_chosen(tmp_path):
+    parts = [
+        (DEEP | {"name": eye, "view": eye}, layered("", light, metres))
+        for eye, light, metres in (("left", 0.5, 2), ("right", 0.25, 7))
+    ]
+    path = write_parts(tmp_path / "eyes.exr", *parts)
+    left, right = read_plate(path), read_plate(path, PlateOptions(eye="right"))
+    assert left.depth_m[0, 0] == 2 and right.depth_m[0, 0] == 7
+    assert left.views == ("left", "right") and right.attributes["view"] == "right"
+    assert "--eye right takes the other" in " ".join(left.notes)
+
+
+def test_what_a_deep_file_shows_is_compared_and_is_a_depth(tmp_path):
+    grey = np.full((2, 3), 0.5, np.float32)
+    deep = write_file(tmp_path / "deep.exr", layered("", 0.5, 2), **DEEP)
+    flat = write_file(tmp_path / "flat.exr", dict.fromkeys("RGB", grey))
+    assert (read_picture(deep).rgb == 0.5).all()
+    plate = read_plate(flat, PlateOptions(depth_source=str(deep)))
+    assert (plate.depth_m == 2).all()
+
+
+# Deep files and pictures behind together
+
+
+def flat_wall(path, metres: float, light: float):
+    grey = np.full((2, 2), light, np.float32)
+    return write_file(path, dict.fromkeys("RGB", grey) | {"Z": np.full((2, 2), metres, np.float32)})
+
+
+def same_bits(one, other) -> None:
+    assert np.array_equal(one.color, other.color)
+    assert np.array_equal(one.depth_m, other.depth_m)
+    assert np.array_equal(one.fragments.starts, other.fragments.starts)
+    assert np.array_equal(one.fragments.words, other.fragments.words)
+
+
+def test_a_wall_behind_a_deep_file_is_as_if_it_were_in_it(tmp_path):
+    fronts = [[(0.25, 0.5, 2.0)], [(0.5, 1.0, 3.0)], [], [(0.5, 0.75, 9.5), (0.5, 1.0, 12.0)]]
+    front = write_deep(tmp_path / "front.exr", fronts, (2, 2))
+    wall = flat_wall(tmp_path / "wall.exr", 9.0, 0.75)
+    both = write_deep(tmp_path / "both.exr", [[*f, (0.75, 1.0, 9.0)] for f in fronts], (2, 2))
+    made = read_plate(front, PlateOptions(behind=(str(wall),)))
+    same_bits(made, read_plate(both))
+    assert made.behind[-1].hidden_part == 0.5 and made.behind[-1].seen_part == 0.5
+
+
+def test_the_order_of_deep_and_flat_pictures_does_not_matter(tmp_path):
+    texts = [
+        str(write_deep(tmp_path / "a.exr", [[(0.2, 0.5, 4.0), (0.5, 1.0, 8.0)]] * 4, (2, 2))),
+        str(write_deep(tmp_path / "b.exr", [[(0.25, 0.5, 4.0)]] * 4, (2, 2))),
+        str(flat_wall(tmp_path / "c.exr", 6.0, 0.75)),
+    ]
+    front = flat_wall(tmp_path / "front.exr", 1.0, 0.5)
+    first, *others = (
+        read_plate(front, PlateOptions(behind=order)) for order in itertools.permutations(texts)
+    )
+    for other in others:
+        same_bits(first, other)
+
+
+def test_lists_of_another_data_window_are_behind_where_they_are(tmp_path):
+    small = write_deep(
+        tmp_path / "small.exr",
+        [[(0.2, 0.5, 4.0), (0.5, 1.0, 8.0)], [(0.75, 1.0, 5.0)]],
+        (1, 2),
+        dataWindow=window(1, 1, 3, 2),
+        displayWindow=window(0, 0, 2, 2),
+    )
+    front = flat_wall(tmp_path / "front.exr", 1.0, 0.5)
+    plate = read_plate(front, PlateOptions(behind=(str(small),)))
+    assert np.diff(plate.fragments.starts >> 1).tolist() == [0, 0, 0, 2]
+    np.testing.assert_allclose(list_of(plate, 3)[1], [4.0, 8.0], rtol=1e-6)
+
+
+@given(st.lists(SAMPLES, min_size=1, max_size=5, unique_by=lambda s: s[2]), st.integers(0, 4))
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=25)
+def test_an_opaque_sample_twice_changes_nothing(tmp_path, samples, which):
+    samples = [
+        (light, 1.0 if k == which else part, z) for k, (light, part, z) in enumerate(samples)
+    ]
+    twice = [*samples, *samples[which : which + 1]]
+    once, again = (
+        read_plate(
+            write_deep(tmp_path / "deep.exr", [pixel, [(0.5, 0.5, 1.0), (0.5, 1.0, 9.0)]], (1, 2))
+        )
+        for pixel in (samples, twice)
+    )
+    same_bits(once, again)
+
+
+def test_of_too_many_surfaces_those_of_like_blur_are_merged(tmp_path):
+    """Sixty distances near the lens are kept apart from three far ones, whose blur is alike."""
+    distances = np.append(1 / np.linspace(1.0, 0.2, 60), [50.0, 60.0, 70.0])
+    samples = [(0.03, 0.1, float(z)) for z in distances]
+    plate = read_plate(write_deep(tmp_path / "deep.exr", [samples, []], (1, 2)))
+    _, found, coverages = list_of(plate, 0)
+    assert len(found) <= FRAGMENTS_MOST
+    gaps = -np.diff(1 / found)
+    assert gaps.max() < 0.25 and found[-1] > 50 and coverages[-1] == pytest.approx(0.271, abs=1e-3)
+    assert "up to 63" in " ".join(plate.notes)

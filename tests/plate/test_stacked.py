@@ -5,7 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from heatlens.plate.fragments import SAME_DEPTH, FragmentLists, Surface, stacked
+from heatlens.plate.fragments import SAME_DEPTH, FragmentLists
+from heatlens.plate.stacked import Surface, stacked
 
 COVERS = [0.0, 0.25, 0.5, 1.0]
 Fragment = tuple[float, float, float]  # metres, coverage, red
@@ -28,20 +29,19 @@ def stacks(draw) -> list[Surface]:
 
 
 def fragments_of(surfaces: list[Surface], pixel: int) -> list[Fragment]:
-    """(distance, coverage, red) near to far; nothing that an opaque surface stands in."""
+    """(distance, coverage, red) near to far; what is at one distance is one fragment."""
     found = []
     for surface in surfaces:
         *rgb, cover = surface.color.reshape(-1, 4)[pixel]
         if cover > 0:
-            found.append((float(surface.depth_m.ravel()[pixel]), float(cover), rgb[0] / cover))
-    found.sort(key=lambda fragment: fragment[0])
+            found.append((float(surface.depth_m.ravel()[pixel]), float(cover), float(rgb[0])))
     kept: list[Fragment] = []
-    opaque_m = None
-    for depth, cover, red in found:
-        if opaque_m is None or depth - opaque_m > SAME_DEPTH * depth:
-            kept.append((depth, cover, red))
-            opaque_m = depth if cover == 1.0 else opaque_m
-    return kept
+    for depth, cover, red in sorted(found):
+        if kept and kept[-1][0] == depth:
+            _, before, before_red = kept.pop()
+            cover, red = before + (1 - before) * cover, before_red + (1 - before) * red
+        kept.append((depth, cover, red))
+    return [(depth, cover, red / cover) for depth, cover, red in kept]
 
 
 def list_of(lists: FragmentLists | None, pixel: int) -> tuple[bool, list[Fragment]]:
@@ -71,15 +71,11 @@ def test_each_pixel_has_the_list_that_a_loop_finds(surfaces):
         assert has_front == (len(expected) > 1 and not is_opaque)
         behind = expected if has_front else expected[1:] if is_opaque else []
         assert len(listed) == len(behind)
-        np.testing.assert_allclose(listed, behind, rtol=1e-6)
+        np.testing.assert_allclose(listed, behind, rtol=1e-3)  # colours are halfs
 
 
 @given(stacks(), st.randoms(use_true_random=False))
 def test_the_order_of_surfaces_does_not_matter(surfaces, random):
-    # Surfaces at the same distance have no order by depth: none of them here.
-    for number, surface in enumerate(surfaces):
-        surface.depth_m[...] *= np.float32(1 + number / 64)
-        surface.depth_m[np.isinf(surface.depth_m)] = np.float32(100 + number)
     made = stacked(surfaces)
     random.shuffle(surfaces)
     again = stacked(surfaces)

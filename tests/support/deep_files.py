@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import OpenEXR
@@ -16,6 +17,7 @@ def write_deep(
     pixels: Sequence[Sequence[Sample]],
     size: tuple[int, int],
     thickness: float | None = None,
+    **attributes: Any,
 ) -> Path:
     """Write (height, width) pixels, each a list of samples; `thickness` adds ZBack."""
     columns = {"R": 0, "G": 0, "B": 0, "A": 1, "Z": 2} | ({} if thickness is None else {"ZBack": 2})
@@ -25,4 +27,4 @@ def write_deep(
             values = np.array([sample[column] for sample in samples], np.float32)
             channels[name][at] = values + np.float32((thickness or 0.0) * (name == "ZBack"))
     header = {"type": OpenEXR.deepscanline, "compression": OpenEXR.ZIPS_COMPRESSION}
-    return write_file(path, channels, **header)
+    return write_file(path, channels, **header, **attributes)

@@ -27,7 +27,8 @@ class SequenceReader:
         """Read the plate at `path`. Raises InputError as `read_plate`."""
         with self._lock:  # held while the frame that decides is read: the others depend on it
             options = self._options
-            if options.depth_convention is DepthConvention.AUTO:
+            is_open = len(options.behind_conventions) < len(options.behind)
+            if options.depth_convention is DepthConvention.AUTO or is_open:
                 return self._decided(path)
         return read_plate(path, options)
 
@@ -47,5 +48,10 @@ class SequenceReader:
 
 
 def settled_options(options: PlateOptions, plate: Plate) -> PlateOptions:
-    """Return `options` with the convention that `plate` was found to follow."""
-    return replace(options, depth_convention=plate.depth.convention)
+    """Return `options` with the conventions that `plate` and those behind were found to follow."""
+    of_behind = {report.name: report.convention for report in plate.behind}
+    return replace(
+        options,
+        depth_convention=plate.depth.convention,
+        behind_conventions=tuple(of_behind[text] for text in options.behind),
+    )

@@ -119,6 +119,8 @@ class PlateOptions:
     sensor_width_mm  likewise
     depth_source     file or pattern that holds the depth; None: the picture does
     behind           files or patterns of what lies behind the picture, in any order
+    behind_conventions  of the depths of `behind`, one each; (): that of the plate, where one was
+                     chosen for a depth in its own file, else guessed
     picture_curve    of PNG, JPEG and TIFF
     eye              view of a stereo file; None: the first, or that of `color_layer`
     strict           refuse what could be read in two ways, instead of taking the likelier
@@ -199,6 +201,7 @@ class PlateOptions:
             parse=os.path.expanduser,
         ),
     )
+    behind_conventions: tuple[DepthConvention, ...] = ()
     picture_curve: PictureCurve = field(
         default=PictureCurve.AUTO,
         metadata=option(

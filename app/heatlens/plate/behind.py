@@ -6,20 +6,16 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from heatlens.errors import InputError
 from heatlens.model.boxes import Box
-from heatlens.model.plate_options import PlateOptions
+from heatlens.model.plate_options import DepthConvention, DepthKind, PlateOptions
 from heatlens.plate.channels import Part, list_channels
-from heatlens.plate.fragments import (
-    LEAST_COVERAGE,
-    SAME_DEPTH,
-    FloatImage,
-    Stacked,
-    Surface,
-    stacked,
-)
+from heatlens.plate.depth import finite_range
+from heatlens.plate.fragments import LEAST_COVERAGE, SAME_DEPTH, FloatImage
 from heatlens.plate.plate import BehindReport, Plate, ReadPixels
+from heatlens.plate.stacked import Stacked, Surface, farthest_m, lists_over, stacked
 from heatlens.plate.windows import moved_to_window
 from heatlens.sequence.depth_files import beside_path
 
@@ -37,9 +33,38 @@ def behind_layers(parts: Sequence[Part]) -> tuple[str, ...]:
     return tuple(name for name in layers if _BEHIND.match(name))
 
 
-def own_options(options: PlateOptions) -> PlateOptions:
-    """Return how to read a picture behind: the channels are found by their names in it."""
-    return replace(options, depth_channel=None, color_layer=None, depth_source=None, behind=())
+def layer_options(options: PlateOptions, layer: str) -> PlateOptions:
+    """Return how to read a layer of the plate's own file; its depth is found by its name."""
+    own = replace(options, depth_channel=None, depth_source=None)
+    return replace(own, color_layer=layer, behind=(), behind_conventions=())
+
+
+def file_options(options: PlateOptions, number: int) -> PlateOptions:
+    """Return how to read the file behind of that number; its channels are found by their names."""
+    own = replace(
+        layer_options(options, ""), color_layer=None, depth_convention=_convention(options, number)
+    )
+    if own.depth_convention.facts.takes_ends:
+        return own
+    return replace(own, near_m=None, far_m=None)
+
+
+def deep_options(options: PlateOptions) -> PlateOptions:
+    """Return how to read a deep file behind: what is said of flat depths is not about it."""
+    return replace(
+        options,
+        depth_convention=DepthConvention.AUTO,
+        depth_kind=DepthKind.AUTO,
+        near_m=None,
+        far_m=None,
+    )
+
+
+def _convention(options: PlateOptions, number: int) -> DepthConvention:
+    """Return the convention of a file behind; what was said of a depth file is about that alone."""
+    if options.behind_conventions:
+        return options.behind_conventions[number]
+    return options.depth_convention if options.depth_source is None else DepthConvention.AUTO
 
 
 def behind_paths(path: Path, options: PlateOptions) -> tuple[Path, ...]:
@@ -56,38 +81,75 @@ def with_behind(plate: Plate, behind: Sequence[tuple[str, Plate]]) -> Plate:
     """
     if not behind:
         return plate
-    surfaces = [Surface(plate.color, _depth_of(plate))]
+    front, others = _surface(plate, plate.data_window), []
     for _, other in behind:
         _check_same_view(plate, other)
-        surfaces.append(_over_window(other, plate.data_window))
-    made = stacked(surfaces)
+        others.append(_surface(other, plate.data_window))
+    made = stacked([front, *others], _is_measured(plate, front, behind, others))
     reports = tuple(
-        _report(name, surface, surfaces[0], made.depth_m)
-        for (name, _), surface in zip(behind, surfaces[1:], strict=True)
+        _report(name, other.depth.convention, surface, front, made.depth_m)
+        for (name, other), surface in zip(behind, others, strict=True)
     )
     return _restacked(plate, made, reports)
 
 
-def _report(name: str, added: Surface, front: Surface, nearest_m: FloatImage) -> BehindReport:
+def _is_measured(
+    plate: Plate, front: Surface, behind: Sequence[tuple[str, Plate]], others: Sequence[Surface]
+) -> bool:
+    """Return True where the coverage of all that is seen was measured: by samples or by alpha."""
+    if plate.fragments is None or not plate.fragments.is_measured:
+        return False
+    return all(
+        other.has_alpha or _is_seen(surface, front).mean() == 0
+        for (_, other), surface in zip(behind, others, strict=True)
+    )
+
+
+def _report(
+    name: str,
+    convention: DepthConvention,
+    added: Surface,
+    front: Surface,
+    nearest_m: FloatImage,
+) -> BehindReport:
     """Return how much of the picture `added` lies behind, and how much in front of the plate."""
-    is_there = added.color[..., 3] > LEAST_COVERAGE
-    front_m = np.where(front.color[..., 3] > LEAST_COVERAGE, front.depth_m, np.float32(np.inf))
-    is_hidden = is_there & (added.depth_m > (1 + SAME_DEPTH) * nearest_m)
-    is_seen = is_there & (added.depth_m < (1 - SAME_DEPTH) * front_m)
-    return BehindReport(name, float(is_hidden.mean()), float(is_seen.mean()))
+    is_hidden = _is_there(added) & (farthest_m(added) > (1 + SAME_DEPTH) * nearest_m)
+    is_seen = _is_seen(added, front)
+    return BehindReport(name, float(is_hidden.mean()), float(is_seen.mean()), convention)
+
+
+def _is_seen(added: Surface, front: Surface) -> NDArray[np.bool_]:
+    front_m = np.where(_is_there(front), front.depth_m, np.float32(np.inf))
+    return _is_there(added) & (added.depth_m < np.float32(1 - SAME_DEPTH) * front_m)
+
+
+def _is_there(surface: Surface) -> NDArray[np.bool_]:
+    is_there: NDArray[np.bool_] = surface.color[..., 3] > LEAST_COVERAGE
+    return is_there
 
 
 def _restacked(plate: Plate, made: Stacked, reports: tuple[BehindReport, ...]) -> Plate:
+    """Return the plate with the picture of all surfaces; it keeps an alpha only if it had one."""
     has_alpha = plate.has_alpha and bool((made.color[..., 3] < 1.0).any())
     if not has_alpha:
         made.color[..., 3] = 1.0
+    infinite_count = int(np.isinf(made.depth_m).sum())
+    near_m, far_m = finite_range(made.depth_m, infinite_count)
+    seen = replace(plate.depth, near_m=near_m, far_m=far_m, infinite_count=infinite_count)
+    merged = f"{plate.path}: surfaces of the most similar blur were merged in {made.shortened} "
+    merged += f"pixels, which have up to {made.most} of them."
     return replace(
         plate,
-        pixels=ReadPixels(np.ascontiguousarray(made.color), made.depth_m),
+        pixels=ReadPixels(made.color, made.depth_m),
         has_alpha=has_alpha,
+        depth=seen,
         fragments=made.lists,
-        notes=(*plate.notes, *(report.sentence for report in reports)),
-        behind=reports,
+        notes=(
+            *plate.notes,
+            *(report.sentence for report in reports),
+            *([merged] if made.shortened else []),
+        ),
+        behind=(*plate.behind, *reports),
     )
 
 
@@ -100,13 +162,17 @@ def _depth_of(plate: Plate) -> FloatImage:
     return plate.depth_m
 
 
-def _over_window(plate: Plate, window: Box) -> Surface:
+def _surface(plate: Plate, window: Box) -> Surface:
     """Return the plate's pixels over `window`; without coverage where it has none."""
+    depth_m, lists = _depth_of(plate), plate.fragments
+    if plate.data_window == window:
+        return Surface(plate.color, depth_m, lists)
     planes = [
         moved_to_window(plate.color[..., k], plate.data_window, window, 0.0) for k in range(4)
     ]
-    depth_m = moved_to_window(_depth_of(plate), plate.data_window, window, np.inf)
-    return Surface(np.stack(planes, axis=-1), depth_m)
+    depth_m = moved_to_window(depth_m, plate.data_window, window, np.inf)
+    lists = None if lists is None else lists_over(lists, plate.data_window, window)
+    return Surface(np.stack(planes, axis=-1), depth_m, lists)
 
 
 def _check_same_view(plate: Plate, other: Plate) -> None:

@@ -57,16 +57,21 @@ class ColorChoice:
 
 
 def choose_color(
-    path: Path, headers: Sequence[Header], layer: str | None, eye: str | None = None
+    path: Path,
+    headers: Sequence[Header],
+    layer: str | None,
+    eye: str | None = None,
+    among: Sequence[ChannelRef] | None = None,
 ) -> ColorChoice:
     """Choose the colour channels of `layer`, or of the likeliest layer where it is None.
 
-    In a stereo file they are those of the view `eye`; where that is None, those of the first view,
-    and a note says so. Raises InputError that names what was looked for and what the file has.
+    They are chosen from `among`; None: from those that are not deep. In a stereo file they are
+    those of the view `eye`; where that is None, those of the first view, and a note says so. Raises
+    InputError that names what was looked for and what the file has.
     """
     views = views_of(headers)
     view = _view_called(path, views, eye)
-    layers = _color_layers(flat_channels(headers))
+    layers = _color_layers(flat_channels(headers) if among is None else among)
     if views and (eye is not None or layer is None):
         layers = _of_view(layers, view or views[0])
     if layer is not None:

@@ -1,45 +1,39 @@
-"""Deep EXR files as they lie on disk: the samples of each pixel, read by OpenImageIO, an extra."""
+"""Deep EXR files: whether a file is one, and which of its channels are the picture."""
 
-import importlib
-import importlib.util
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
-
-import numpy as np
-from numpy.typing import NDArray
 
 from heatlens.errors import InputError
-from heatlens.files.quiet import quiet_library
-from heatlens.model.boxes import Box
-from heatlens.plate.exr_limits import check_exr
-from heatlens.printable import one_line
+from heatlens.plate.channel_choice import ColorChoice, choose_color
+from heatlens.plate.channels import ChannelRef, Header, is_deep, list_channels, listed
 
-SAMPLES_MOST = 50_000_000  # of a file: 1.2 GB as numbers
 _HOLDS_DEEP = 1 << 11
-_PIXELS_A_BAND = 1 << 16  # whose samples are ordinary Python numbers for a moment
-_LEAVES = {"R": "r", "G": "g", "B": "b", "A": "a"}
-_DEPTHS = {"Z": "z", "ZBack": "zback"}
+_PICTURE = ("r", "g", "b", "a")
 
 
-@dataclass(frozen=True, eq=False)
-class DeepSamples:
-    """The samples of every pixel, those of one pixel after those of the pixel before.
+@dataclass(frozen=True)
+class DeepChannels:
+    """The channels of a deep picture: colour, alpha, and where samples begin and end.
 
-    counts   (H * W,) samples of each pixel
-    color    (N, 3) float32, premultiplied as in the file
-    alpha    (N,) float32
-    z, back  (N,) float32, where a sample begins and ends, in the unit of the file
+    back  None where the file has no ZBack, and samples have no thickness
     """
 
-    counts: NDArray[np.int64]
-    color: NDArray[np.float32]
-    alpha: NDArray[np.float32]
-    z: NDArray[np.float32]
-    back: NDArray[np.float32]
-    data_window: Box
-    display_window: Box
-    layer: str
+    color: ColorChoice
+    alpha: ChannelRef
+    z: ChannelRef
+    back: ChannelRef | None
+
+    @property
+    def part(self) -> int:
+        """The part of the file that they are in."""
+        return self.z.part
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The names in the part: red, green, blue, alpha, Z, and ZBack where there is one."""
+        refs = (*self.color.rgb, self.alpha, self.z, *([] if self.back is None else [self.back]))
+        return tuple(ref.key for ref in refs)
 
 
 def is_deep_file(path: Path) -> bool:
@@ -58,108 +52,40 @@ def is_deep_file(path: Path) -> bool:
     return is_exr and bool(int.from_bytes(start[4:], "little") & _HOLDS_DEEP)
 
 
-def read_deep_samples(path: Path, layer: str | None) -> DeepSamples:
-    """Read the first deep part; `layer` None takes the first one with R, G, B, A and Z.
+def deep_channels(
+    path: Path, headers: Sequence[Header], layer: str | None, eye: str | None
+) -> DeepChannels:
+    """Choose a layer with R, G, B, A and Z among the deep parts, as `choose_color` does.
 
-    Raises InputError for a damaged file, one without these channels or with too many samples, and
-    where OpenImageIO is not installed.
+    Raises InputError that names what the file has.
     """
-    check_exr(path)
-    if importlib.util.find_spec("OpenImageIO") is None:
+    deep = [ref for ref in list_channels(headers) if is_deep(headers[ref.part])]
+    whole = [ref for ref in deep if _is_whole(deep, ref)]
+    layers = {ref.layer.lower() for ref in whole}
+    if not whole or (layer is not None and layer.lower() not in layers):
+        wanted = "" if layer is None else f" in the layer {layer!r}"
         raise InputError(
-            f"{path} holds deep samples, which OpenImageIO reads: pip install 'heatlens[pictures]'."
+            f"{path} is a deep file, and has no R, G, B, A and Z{wanted}. "
+            f"It has {listed(ref.full_name for ref in deep)}."
         )
-    library: Any = importlib.import_module("OpenImageIO")
-    try:
-        with quiet_library():
-            return _read_by(library, path, layer)
-    except (ValueError, RuntimeError, MemoryError) as error:  # names that are not UTF-8 among them
-        raise InputError(f"{path} cannot be read: it is damaged ({error}).") from error
+    color = choose_color(path, headers, layer, eye, whole)
+    own = {ref.leaf.lower(): ref for ref in _siblings(deep, color.rgb[0])}
+    z = _depth_of(deep, color.rgb[0], "z")
+    assert z is not None  # it is whole
+    return DeepChannels(color, own["a"], z, _depth_of(deep, color.rgb[0], "zback"))
 
 
-def _read_by(library: Any, path: Path, layer: str | None) -> DeepSamples:
-    opened = library.ImageInput.open(str(path))
-    if opened is None:
-        raise InputError(f"{path} cannot be read: it is damaged ({one_line(library.geterror())}).")
-    try:
-        return _samples_of(path, opened, layer)
-    finally:
-        opened.close()
+def _is_whole(deep: Sequence[ChannelRef], ref: ChannelRef) -> bool:
+    leaves = {sibling.leaf.lower() for sibling in _siblings(deep, ref)}
+    return leaves.issuperset(_PICTURE) and _depth_of(deep, ref, "z") is not None
 
 
-def _samples_of(path: Path, opened: Any, layer: str | None) -> DeepSamples:
-    _seek_deep_part(path, opened)
-    spec = opened.spec()
-    layer, numbers = _channels(path, list(spec.channelnames), layer)
-    deep = opened.read_native_deep_image(opened.current_subimage(), 0)
-    if deep is None or deep.pixels != spec.width * spec.height:
-        raise InputError(
-            f"{path} is damaged or cut short ({one_line(opened.geterror())}). Write it again."
-        )
-    counts = np.fromiter(map(deep.samples, range(deep.pixels)), np.int64, deep.pixels)
-    if counts.sum() > SAMPLES_MOST:
-        raise InputError(
-            f"{path} holds {counts.sum():,} samples; heatlens takes {SAMPLES_MOST:,}. Merge "
-            "samples where it is written, or write a smaller picture."
-        )
-    values = _values(deep, counts, [numbers[leaf] for leaf in ("r", "g", "b", "a", "z")])
-    back = values[:, 4]
-    if "zback" in numbers:
-        back = _values(deep, counts, [numbers["zback"]])[:, 0]
-    x0, y0, full_x, full_y = spec.x, spec.y, spec.full_x, spec.full_y
-    return DeepSamples(
-        counts,
-        np.ascontiguousarray(values[:, :3]),
-        values[:, 3].copy(),
-        values[:, 4].copy(),
-        back.copy(),
-        Box(x0, y0, x0 + spec.width, y0 + spec.height),
-        Box(full_x, full_y, full_x + spec.full_width, full_y + spec.full_height),
-        layer,
-    )
+def _siblings(deep: Sequence[ChannelRef], ref: ChannelRef) -> list[ChannelRef]:
+    return [other for other in deep if (other.part, other.layer) == (ref.part, ref.layer)]
 
 
-def _seek_deep_part(path: Path, opened: Any) -> None:
-    part = 0
-    while not opened.spec().deep:
-        part += 1
-        if not opened.seek_subimage(part, 0):
-            raise InputError(f"{path} has no deep part that can be read. Write it again.")
-
-
-def _channels(path: Path, names: list[str], layer: str | None) -> tuple[str, dict[str, int]]:
-    """Return the layer and where its channels are; Z may have no layer."""
-    layers = [layer] if layer is not None else dict.fromkeys(n.rpartition(".")[0] for n in names)
-    for candidate in layers:
-        prefix = f"{candidate}." if candidate else ""
-        found = _numbers(names, prefix, _LEAVES) | _numbers(names, "", _DEPTHS)
-        found |= _numbers(names, prefix, _DEPTHS)
-        if {"r", "g", "b", "a", "z"} <= found.keys():
-            return candidate, found
-    wanted = "" if layer is None else f" in the layer {layer!r}"
-    raise InputError(
-        f"{path} is a deep file, and has no R, G, B, A and Z{wanted}. It has {', '.join(names)}."
-    )
-
-
-def _numbers(names: list[str], prefix: str, leaves: dict[str, str]) -> dict[str, int]:
-    """Return where the channels with these leaves are, by their short names."""
-    there = {key: prefix + leaf for leaf, key in leaves.items() if prefix + leaf in names}
-    return {key: names.index(name) for key, name in there.items()}
-
-
-def _values(deep: Any, counts: NDArray[np.int64], channels: list[int]) -> NDArray[np.float32]:
-    """Return the values of `channels`, (N, channels), band by band."""
-    out = np.empty((int(counts.sum()), len(channels)), np.float32)
-    done = 0
-    for first in range(0, counts.size, _PIXELS_A_BAND):
-        band = counts[first : first + _PIXELS_A_BAND]
-        size = int(band.sum())
-        pixels = np.repeat(np.arange(first, first + band.size), band)
-        samples = np.arange(size) - np.repeat(np.cumsum(band) - band, band)
-        of_pixel, of_sample = pixels.tolist(), samples.tolist()
-        for column, channel in enumerate(channels):
-            got = map(deep.deep_value, of_pixel, [channel] * size, of_sample)
-            out[done : done + size, column] = np.fromiter(got, np.float32, size)
-        done += size
-    return out
+def _depth_of(deep: Sequence[ChannelRef], ref: ChannelRef, leaf: str) -> ChannelRef | None:
+    """Return Z or ZBack of the layer, or of the part where that has one for all layers."""
+    own = [other for other in _siblings(deep, ref) if other.leaf.lower() == leaf]
+    shared = [other for other in deep if other.part == ref.part and other.key.lower() == leaf]
+    return next(iter((*own, *shared)), None)

@@ -2,76 +2,125 @@
 
 from dataclasses import dataclass
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import OpenEXR
 from numpy.typing import NDArray
 
 from heatlens.errors import InputError
-from heatlens.files.quiet import quiet_library
 from heatlens.model.plate_options import DepthConvention, DepthKind, PlateOptions
 from heatlens.plate.bounds import DEPTH_LEAST_M, LIGHT_MOST
 from heatlens.plate.camera_header import camera_at_header
 from heatlens.plate.carried import carried
-from heatlens.plate.channels import Header, is_deep, list_channels
-from heatlens.plate.deep_file import DeepSamples, read_deep_samples
+from heatlens.plate.channels import Header, Part, list_channels
+from heatlens.plate.deep_chunks import DeepPart
+from heatlens.plate.deep_file import DeepChannels, deep_channels
+from heatlens.plate.deep_volumes import DeepSamples, without_volumes
 from heatlens.plate.depth import finite_range
 from heatlens.plate.depth_guess import INFINITE_FROM
-from heatlens.plate.fragments import LEAST_COVERAGE, OPAQUE, FragmentLists, packed_lists
-from heatlens.plate.plate import DepthReport, Plate, ReadPixels
-from heatlens.plate.windows import pixel_aspect_of
-
-SAME_SURFACE = 0.01  # of the distance: samples of a pixel within this are one surface
-FRAGMENTS_MOST = 16  # of a pixel; more are merged by likeness
-_ALMOST_OPAQUE = 1.0 - 1e-7  # its logarithm is finite
+from heatlens.plate.fragment_merge import FRAGMENTS_MOST, Fragments, in_order
+from heatlens.plate.fragments import LEAST_COVERAGE, OPAQUE
+from heatlens.plate.header_read import read_headers
+from heatlens.plate.plate import BehindReport, DepthReport, Plate, ReadPixels
+from heatlens.plate.stacked import SAME_SURFACE, ListBuilder, Stacked
+from heatlens.plate.views import views_of
+from heatlens.plate.windows import box_at_header, pixel_aspect_of
 
 
 def read_deep_plate(path: Path, options: PlateOptions) -> Plate:
     """Read the picture that a deep file holds, with all that it tells behind it.
 
-    Distances are Z, or the middle between Z and ZBack where a sample lets light through. Raises
-    InputError as `read_deep_samples`, and for options that a deep file cannot follow.
+    Distances are Z; what lets light through and is thick is cut into slices between Z and ZBack.
+    Raises InputError for a damaged file, and for options that a deep file cannot follow.
     """
     _check_options(path, options)
-    samples = read_deep_samples(path, options.color_layer)
-    header = _header_of(path)
-    pixels, notes = _mended(path, samples, options.scene_unit_m)
-    merged, merge_notes = _merged(path, pixels, samples.counts.size)
-    shape = samples.data_window.shape
-    color, depth_m, lists = _flattened(merged, samples.counts.size)
+    headers = read_headers(path)
+    channels = deep_channels(path, headers, options.color_layer, options.eye)
+    header = headers[channels.part]
+    part = DeepPart(path, channels.part)
+    made, faults = _read(part, channels, options.scene_unit_m)
+    window = box_at_header(header, "dataWindow")
     aspect, aspect_notes = pixel_aspect_of(path, header)
-    has_alpha = bool((color[:, 3] < OPAQUE).any())
+    has_alpha = bool((made.color[..., 3] < OPAQUE).any())
     if not has_alpha:
-        color[:, 3] = 1.0
-    near_m, far_m = _range_of(depth_m)
-    count = len(merged.depth_m) / samples.counts.size
+        made.color[..., 3] = 1.0
     return Plate(
         path=path,
-        pixels=ReadPixels(color.reshape(*shape, 4), depth_m.reshape(shape)),
+        pixels=ReadPixels(made.color, made.depth_m),
         has_alpha=has_alpha,
-        data_window=samples.data_window,
-        display_window=samples.display_window,
+        data_window=window,
+        display_window=box_at_header(header, "displayWindow"),
         pixel_aspect_ratio=aspect,
-        camera=camera_at_header([header]),
-        depth=DepthReport(
-            "Z",
-            DepthConvention.DISTANCE,
-            DepthKind.PLANAR,
-            "Deep samples hold distances.",
-            near_m,
-            far_m,
-            int(np.isinf(depth_m).sum()),
-            0,
+        camera=camera_at_header([header, *headers]),
+        depth=_depth_report(channels, made),
+        aovs=tuple(ref.full_name for ref in list_channels(headers)),
+        attributes=_attributes(header, channels),
+        notes=(
+            _surfaces_sentence(path, made),
+            *channels.color.notes,
+            *faults.sentences(path),
+            *_merge_sentences(path, made),
+            *aspect_notes,
         ),
-        aovs=tuple(ref.full_name for ref in list_channels([header])),
-        attributes=carried(header),
-        notes=(f"{path}: {count:.2f} surfaces a pixel.", *notes, *merge_notes, *aspect_notes),
-        fragments=lists,
+        views=views_of(headers),
+        fragments=made.lists,
+        behind=() if made.lists is None else (_report(made),),
     )
 
 
-def _range_of(depth_m: NDArray[np.float32]) -> tuple[float, float]:
-    return finite_range(depth_m, int(np.isinf(depth_m).sum()))
+def flattened_part(path: Path) -> Part:
+    """Return the header and the channels R, G, B, A and Z of what a deep file shows.
+
+    Raises InputError as `read_deep_plate`.
+    """
+    headers = read_headers(path)
+    channels = deep_channels(path, headers, None, None)
+    made, _ = _read(DeepPart(path, channels.part), channels, 1.0)
+    pixels = {name: made.color[..., k] for k, name in enumerate("RGBA")} | {"Z": made.depth_m}
+    kept = [SimpleNamespace(name=name, xSampling=1, ySampling=1) for name in pixels]
+    header = headers[channels.part] | {"channels": kept, "type": OpenEXR.scanlineimage}
+    return header, pixels
+
+
+def _attributes(header: Header, channels: DeepChannels) -> Header:
+    view = channels.color.view
+    return carried(header) | ({"view": view} if view else {})
+
+
+def _depth_report(channels: DeepChannels, made: Stacked) -> DepthReport:
+    infinite_count = int(np.isinf(made.depth_m).sum())
+    near_m, far_m = finite_range(made.depth_m, infinite_count)
+    return DepthReport(
+        channel=channels.z.full_name,
+        convention=DepthConvention.DISTANCE,
+        kind=DepthKind.PLANAR,
+        why="Deep samples hold distances.",
+        near_m=near_m,
+        far_m=far_m,
+        infinite_count=infinite_count,
+        repaired_count=0,
+    )
+
+
+def _report(made: Stacked) -> BehindReport:
+    """Return where the samples tell what is behind the nearest surface."""
+    assert made.lists is not None
+    counts = np.diff(made.lists.starts >> 1)
+    return BehindReport("What deep samples tell", float((counts > 0).mean()), 0.0)
+
+
+def _surfaces_sentence(path: Path, made: Stacked) -> str:
+    return f"{path}: {made.count / made.depth_m.size:.2f} surfaces a pixel, at most {made.most}."
+
+
+def _merge_sentences(path: Path, made: Stacked) -> tuple[str, ...]:
+    if not made.shortened:
+        return ()
+    return (
+        f"{path}: {made.shortened} pixels have more than {FRAGMENTS_MOST} surfaces, up to "
+        f"{made.most}: those of the most similar blur were merged.",
+    )
 
 
 def _check_options(path: Path, options: PlateOptions) -> None:
@@ -84,156 +133,91 @@ def _check_options(path: Path, options: PlateOptions) -> None:
             f"{path} is a deep file; heatlens takes its distances along the optical axis: leave "
             "--depth-kind out."
         )
-    if options.files_beside or options.depth_channel is not None:
+    if options.depth_source is not None or options.depth_channel is not None:
         raise InputError(
-            f"{path} is a deep file, which holds its depth and what is behind it: leave --depth, "
-            "--depth-channel and --behind out."
+            f"{path} is a deep file, which holds its depth: leave --depth and --depth-channel out."
         )
 
 
-def _header_of(path: Path) -> Header:
-    """Return the header of the first deep part. Raises InputError where the library fails."""
-    try:
-        with quiet_library():
-            parts = OpenEXR.File(str(path), header_only=True).parts
-    except (RuntimeError, ValueError, KeyError, TypeError, OSError) as error:
-        raise InputError(f"{path} cannot be read: its header is damaged ({error}).") from error
-    headers = [part.header for part in parts]
-    return next((header for header in headers if is_deep(header)), headers[0])
-
-
-@dataclass(frozen=True, eq=False)
-class _Fragments:
-    """Fragments sorted by pixel and distance: premultiplied colour (N, 3), coverage and metres."""
-
-    pixel: NDArray[np.int64]
-    color: NDArray[np.float32]
-    alpha: NDArray[np.float32]
-    depth_m: NDArray[np.float32]
-
-    def where(self, chosen: NDArray[np.bool_] | NDArray[np.int64]) -> "_Fragments":
-        return _Fragments(
-            self.pixel[chosen], self.color[chosen], self.alpha[chosen], self.depth_m[chosen]
+def _read(part: DeepPart, channels: DeepChannels, unit_m: float) -> tuple[Stacked, "_Faults"]:
+    """Return the picture with its lists, and what was wrong with samples."""
+    (height, width), numbers = part.shape, [part.numbers[name] for name in channels.names]
+    made, faults, has_cover = ListBuilder(height, width, SAME_SURFACE), _Faults(), False
+    for band in part.bands(numbers):
+        columns = [band.values[number] for number in numbers]
+        z = columns[4]
+        samples = DeepSamples(
+            pixel=np.repeat(np.arange(band.counts.size), band.counts),
+            color=np.stack(columns[:3], axis=1),
+            alpha=columns[3].copy(),
+            z=z * np.float32(unit_m),
+            back=columns[5] * np.float32(unit_m) if len(columns) > 5 else z * np.float32(unit_m),
         )
+        fragments = _mended(samples, faults)
+        has_cover |= bool((fragments.alpha < OPAQUE).any())
+        made.add(band.first_row, band.first_row + band.counts.size // width, fragments)
+    return made.stacked(is_measured=has_cover), faults
 
 
-def _mended(path: Path, samples: DeepSamples, unit_m: float) -> tuple[_Fragments, tuple[str, ...]]:
-    """Return samples that are surfaces, sorted, in metres, and sentences on those that are not."""
-    color, alpha = samples.color.copy(), samples.alpha.copy()
-    bad = ~np.isfinite(alpha) | ~np.isfinite(color).all(axis=1) | (alpha > 1 + 1e-3) | (alpha < 0)
-    np.nan_to_num(color, copy=False, nan=0.0, posinf=0.0, neginf=0.0)
-    np.nan_to_num(alpha, copy=False, nan=0.0, posinf=1.0, neginf=0.0)
-    np.clip(color, -LIGHT_MOST, LIGHT_MOST, out=color)
+@dataclass
+class _Faults:
+    """Counts samples that are not as they should be."""
+
+    size: int = 0
+    nowhere: int = 0
+    beyond: int = 0
+    unsorted: int = 0
+    cut: int = 0
+
+    def sentences(self, path: Path) -> tuple[str, ...]:
+        """Return a sentence for each kind that there is."""
+        told = (
+            (self.nowhere, "are at no distance that can be, and were left out"),
+            (self.beyond, "have a colour or coverage that cannot be, and were brought into bounds"),
+            (self.unsorted, "were not in the order of their distance"),
+            (self.cut, "are thick and let light through, and were cut into slices"),
+        )
+        return tuple(f"{path}: {n} of {self.size} samples {said}." for n, said in told if n)
+
+
+def _mended(samples: DeepSamples, faults: _Faults) -> Fragments:
+    """Return samples that are surfaces, in order; `faults` counts the others."""
+    color, alpha = samples.color, samples.alpha
+    is_good = np.isfinite(color).all(axis=1) & (alpha >= 0) & (alpha <= 1 + 1e-3)
+    is_good &= np.abs(color).max(axis=1, initial=0.0) <= LIGHT_MOST
+    if not is_good.all():
+        bad = color[~is_good]
+        np.nan_to_num(bad, copy=False, nan=0.0, posinf=0.0, neginf=0.0)
+        color[~is_good] = np.clip(bad, -LIGHT_MOST, LIGHT_MOST)
+        np.nan_to_num(alpha, copy=False, nan=0.0, posinf=1.0, neginf=0.0)
     np.clip(alpha, 0.0, 1.0, out=alpha)
-    depth_m, has_depth = _distances(samples, alpha, unit_m)
-    pixel = np.repeat(np.arange(samples.counts.size), samples.counts)
-    all_of_them = _Fragments(pixel, color, alpha, depth_m)
-    kept = all_of_them.where(has_depth & (alpha > LEAST_COVERAGE))
-    sorted_ones = kept.where(np.lexsort((kept.depth_m, kept.pixel)))
-    unsorted = int((kept.depth_m != sorted_ones.depth_m).sum())
-    notes = [
-        (int((~has_depth).sum()), "are at no distance that can be, and were left out"),
-        (int(bad.sum()), "have a colour or coverage that cannot be, and were brought into bounds"),
-        (unsorted, "were not in the order of their distance"),
-    ]
-    size = len(alpha)
-    return sorted_ones, tuple(
-        f"{path}: {count} of {size} samples {said}." for count, said in notes if count
-    )
+    has_depth = _settle_distances(samples)
+    faults.size += len(alpha)
+    faults.nowhere += int((~has_depth).sum())
+    faults.beyond += int((~is_good).sum())
+    kept = has_depth & (alpha > LEAST_COVERAGE)
+    samples = samples if kept.all() else samples.where(kept)
+    faults.unsorted += _unsorted_count(samples)
+    fragments, cut = without_volumes(samples)
+    faults.cut += cut
+    return in_order(fragments)
 
 
-def _distances(
-    samples: DeepSamples, alpha: NDArray[np.float32], unit_m: float
-) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
-    """Return metres, +inf where nothing was hit, and which samples have a distance at all."""
+def _settle_distances(samples: DeepSamples) -> NDArray[np.bool_]:
+    """Make what was not hit infinite, and return which samples have a distance at all."""
     z, back = samples.z, samples.back
-    has_back = np.isfinite(back) & (back > z) & (alpha < OPAQUE)
-    with np.errstate(invalid="ignore", over="ignore"):
-        depth = np.where(has_back, z + (back - z) / 2, z)
-        is_infinite = (z >= INFINITE_FROM) | np.isposinf(z)
-        depth_m = np.where(is_infinite, np.inf, depth * np.float32(unit_m)).astype(np.float32)
-    return depth_m, is_infinite | (depth_m >= DEPTH_LEAST_M)
+    with np.errstate(invalid="ignore"):
+        z[z >= INFINITE_FROM] = np.inf
+        is_thin = ~np.isfinite(back) | (back <= z) | (samples.alpha >= OPAQUE)
+    back[is_thin] = z[is_thin]
+    has_depth: NDArray[np.bool_] = back >= DEPTH_LEAST_M
+    return has_depth
 
 
-def _merged(
-    path: Path, fragments: _Fragments, pixel_count: int
-) -> tuple[_Fragments, tuple[str, ...]]:
-    """Return one fragment for what of a pixel no lens can tell apart, at most FRAGMENTS_MOST."""
-    # The sky is a surface of its own, behind all others.
-    far = np.log(np.where(np.isinf(fragments.depth_m), np.float32(1e30), fragments.depth_m))
-    merged = _one_of_each(fragments, np.floor(far / SAME_SURFACE).astype(np.int64))
-    counts = np.bincount(merged.pixel, minlength=pixel_count)
-    is_long = counts > FRAGMENTS_MOST
-    if not is_long.any():
-        return merged, ()
-    rank = np.arange(len(merged.pixel)) - (np.cumsum(counts) - counts)[merged.pixel]
-    shorter = rank * FRAGMENTS_MOST // counts[merged.pixel]
-    said = (
-        f"{path}: {int(is_long.sum())} pixels have more than {FRAGMENTS_MOST} surfaces, up to "
-        f"{int(counts.max())}: neighbours in depth were merged."
-    )
-    return _one_of_each(merged, np.where(is_long[merged.pixel], shorter, rank)), (said,)
-
-
-def _one_of_each(fragments: _Fragments, key: NDArray[np.int64]) -> _Fragments:
-    """Composite neighbours with the same pixel and key, near to far, to one fragment each."""
-    begins = np.ones(len(key), bool)
-    begins[1:] = (fragments.pixel[1:] != fragments.pixel[:-1]) | (key[1:] != key[:-1])
-    if begins.all():
-        return fragments
-    first = np.flatnonzero(begins)
-    whole = fragments.where(first)
-    seen = _seen(fragments, first, np.cumsum(begins) - 1)
-    weight = seen * fragments.alpha
-    color = np.add.reduceat(seen[:, None] * fragments.color, first, axis=0)
-    alpha = np.add.reduceat(weight, first)
-    finite = np.where(np.isinf(fragments.depth_m), 0.0, fragments.depth_m)
-    depth = np.add.reduceat(weight * finite, first) / np.maximum(alpha, 1e-30)
-    is_single = np.diff(np.append(first, len(key))) == 1
-    is_exact = is_single | np.isinf(whole.depth_m)
-    return _Fragments(
-        whole.pixel,
-        np.where(is_single[:, None], whole.color, color).astype(np.float32),
-        np.where(is_single, whole.alpha, np.where(alpha > OPAQUE, 1.0, alpha)).astype(np.float32),
-        np.where(is_exact, whole.depth_m, depth).astype(np.float32),
-    )
-
-
-def _seen(
-    fragments: _Fragments, first: NDArray[np.int64], group: NDArray[np.int64]
-) -> NDArray[np.float64]:
-    """Return what of its group is still seen at each fragment: the product of 1 - alpha so far."""
-    passed = np.log1p(-np.minimum(fragments.alpha.astype(np.float64), _ALMOST_OPAQUE))
-    so_far = np.cumsum(passed) - passed
-    return np.asarray(np.exp(so_far - so_far[first][group]), np.float64)
-
-
-def _flattened(
-    fragments: _Fragments, pixel_count: int
-) -> tuple[NDArray[np.float32], NDArray[np.float32], FragmentLists | None]:
-    """Return premultiplied RGBA (P, 4), the nearest metres (P,), and the lists."""
-    pixel = fragments.pixel
-    counts = np.bincount(pixel, minlength=pixel_count)
-    starts = np.cumsum(counts) - counts
-    rank = np.arange(len(pixel)) - starts[pixel]
-    color = np.zeros((pixel_count, 4), np.float32)
-    for step in range(int(counts.max(initial=0))):
-        here = np.flatnonzero(rank == step)
-        at = pixel[here]
-        seen = 1.0 - color[at, 3:]
-        color[at, :3] += seen * fragments.color[here]
-        color[at, 3:] += seen * fragments.alpha[here][:, None]
-    depth_m = np.full(pixel_count, np.inf, np.float32)
-    has_any = counts > 0
-    depth_m[has_any] = fragments.depth_m[starts[has_any]]
-    is_opaque = np.zeros(pixel_count, bool)
-    is_opaque[has_any] = fragments.alpha[starts[has_any]] >= OPAQUE
-    has_front = ~is_opaque & (counts > 1)
-    is_listed = ((rank > 0) | has_front[pixel]) & (counts[pixel] > 1)
-    if not is_listed.any():
-        return color, depth_m, None
-    listed = fragments.where(is_listed)
-    rgba = np.concatenate([listed.color / listed.alpha[:, None], listed.alpha[:, None]], axis=1)
-    list_counts = np.bincount(listed.pixel, minlength=pixel_count)
-    is_measured = bool((fragments.alpha < OPAQUE).any())
-    return color, depth_m, packed_lists(list_counts, has_front, rgba, listed.depth_m, is_measured)
+def _unsorted_count(samples: DeepSamples) -> int:
+    """Return how many samples change their place when each pixel is sorted."""
+    same = samples.pixel[1:] == samples.pixel[:-1]
+    if not (same & (samples.z[1:] < samples.z[:-1])).any():
+        return 0
+    order = np.lexsort((samples.z, samples.pixel))
+    return int((samples.z != samples.z[order]).sum())

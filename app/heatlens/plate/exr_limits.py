@@ -13,7 +13,7 @@ MAX_SIDE_PX = 16384
 MAX_CHANNELS = 4096  # of all parts; the library takes minutes for many more
 MAX_BYTES = 16_000_000_000  # of all pixels in memory
 _TILE_LEAST_PX = 4096  # small pictures, too, come in tiles of the usual sizes
-_DEEP_PIXEL_BYTES = 128  # that the library takes for each list of samples
+_DEEP_PIXEL_BYTES = 32  # without any samples: their count, and what the pixel shows
 # How many times smaller each compression makes a picture at the most, by its number: what was
 # measured on black pictures, a tenth or more added. Those that are not here have no such bound.
 _SMALLER_MOST = {0: 1, 1: 70, 2: 1100, 3: 1100, 4: 1100, 5: 1500, 6: 4, 7: 16}
@@ -107,7 +107,7 @@ def _bytes_of(path: Path, header: RawHeader) -> int:
     width, height = _size_of(path, header)
     channels = channels_of(header)
     if header.get("type", b"").startswith(b"deep"):
-        return width * height * len(channels) * _DEEP_PIXEL_BYTES
+        return width * height * _DEEP_PIXEL_BYTES
     return sum(
         (width // channel.x_sampling) * (height // channel.y_sampling) * channel.bytes_each
         for channel in channels

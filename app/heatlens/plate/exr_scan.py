@@ -13,7 +13,7 @@ _MANY_PARTS = 0x1000
 _PARTS_MOST = 1000
 _NAME_MOST = 256  # the format allows 255
 _BYTES_MOST = 1 << 26  # of all headers: manifests of Cryptomatte are the largest thing in them
-_BYTES_OF = {0: 4, 1: 2, 2: 4}  # by the number of a type: uint, half, float
+_TYPES = {0: "<u4", 1: "<f2", 2: "<f4"}  # NumPy's name by the number of a type
 
 RawHeader = dict[str, bytes]
 
@@ -27,9 +27,14 @@ class RawChannel:
     """A channel as the header lists it."""
 
     name: bytes
-    bytes_each: int
+    numpy_type: str
     x_sampling: int
     y_sampling: int
+
+    @property
+    def bytes_each(self) -> int:
+        """The bytes of one value."""
+        return int(self.numpy_type[-1])
 
 
 def scanned_headers(file: BinaryIO) -> list[RawHeader]:
@@ -58,9 +63,9 @@ def channels_of(header: RawHeader) -> list[RawChannel]:
         if end < 0 or end + 17 > len(stored):
             raise CutError("the list of channels is cut off")
         kind, _, x, y = struct.unpack_from("<i4sii", stored, end + 1)
-        if kind not in _BYTES_OF:
+        if kind not in _TYPES:
             raise CutError("a channel has a type that is not known")
-        found.append(RawChannel(stored[at:end], _BYTES_OF[kind], max(x, 1), max(y, 1)))
+        found.append(RawChannel(stored[at:end], _TYPES[kind], max(x, 1), max(y, 1)))
         at = end + 17
     return found
 

@@ -1,6 +1,5 @@
 """Fragment lists: the surfaces along the ray of each pixel, near to far, where they are known."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -66,105 +65,20 @@ def packed_lists(
     `counts` and `has_front` are (H * W,); `rgba` (N, 4), straight colour and coverage, and
     `depth_m` (N,) hold the fragments of one pixel after those of the pixel before.
     """
+    return FragmentLists(packed_starts(counts, has_front), packed_words(rgba, depth_m), is_measured)
+
+
+def packed_starts(counts: NDArray[np.int64], has_front: NDArray[np.bool_]) -> NDArray[np.uint32]:
+    """Return `FragmentLists.starts` of how many fragments each pixel has."""
     starts = np.zeros(counts.size + 1, np.uint32)
     starts[1:] = 2 * np.cumsum(counts)
     starts[:-1] += has_front
+    return starts
+
+
+def packed_words(rgba: NDArray[np.float32], depth_m: NDArray[np.float32]) -> NDArray[np.uint32]:
+    """Return `FragmentLists.words` of straight colours with coverage, and metres."""
     words = np.empty((len(depth_m), 3), np.uint32)
-    words[:, :2] = np.minimum(rgba, _HALF_MAX).astype(np.float16).view(np.uint32)
+    words[:, :2] = np.clip(rgba, -_HALF_MAX, _HALF_MAX).astype(np.float16).view(np.uint32)
     words[:, 2] = (np.float32(1.0) / depth_m).view(np.uint32)
-    return FragmentLists(starts, words, is_measured)
-
-
-@dataclass(frozen=True, eq=False)
-class Surface:
-    """One picture of a stack: premultiplied RGBA (H, W, 4) and metres (H, W)."""
-
-    color: FloatImage
-    depth_m: FloatImage
-
-
-@dataclass(frozen=True, eq=False)
-class Stacked:
-    """Several surfaces as one plate.
-
-    color    (H, W, 4) premultiplied, what the pinhole shows
-    depth_m  (H, W) of the nearest fragment
-    lists    None where no pixel has a second surface
-    """
-
-    color: FloatImage
-    depth_m: FloatImage
-    lists: FragmentLists | None
-
-
-def stacked(surfaces: Sequence[Surface]) -> Stacked:
-    """Put surfaces of one size behind each other, each pixel by its own depths.
-
-    Their order does not matter. Where an opaque surface is in front, the list holds what is behind
-    it; where the first one covers a part of the pixel only, the list holds all of them.
-    """
-    shape = surfaces[0].depth_m.shape
-    layers = _sorted(surfaces)
-    color, alpha, depth, valid = layers
-    shown = _over(color, alpha)
-    first_depth = np.where(valid[0], depth[0], np.float32(np.inf))
-    is_opaque = valid[0] & (alpha[0] >= OPAQUE)
-    has_front = ~is_opaque & (valid.sum(axis=0) > 1)
-    listed = valid.copy()
-    listed[0] &= has_front
-    lists = _packed_lists(layers, listed, has_front) if listed.any() else None
-    return Stacked(shown.reshape(*shape, 4), first_depth.reshape(shape), lists)
-
-
-_Layers = tuple[FloatImage, FloatImage, FloatImage, NDArray[np.bool_]]
-
-
-def _sorted(surfaces: Sequence[Surface]) -> _Layers:
-    """Return premultiplied rgb (M, P, 3), coverage, depth and validity (M, P), near to far."""
-    alpha = np.stack([s.color[..., 3].ravel() for s in surfaces])
-    depth = np.stack([s.depth_m.ravel() for s in surfaces])
-    valid = alpha > LEAST_COVERAGE
-    # lexsort keeps the order of equals; surfaces that are not there come last, also at infinity
-    order = np.lexsort((np.where(valid, depth, np.inf), ~valid), axis=0)
-    alpha, depth = (np.take_along_axis(a, order, axis=0) for a in (alpha, depth))
-    valid = np.take_along_axis(valid, order, axis=0)
-    color = np.stack([s.color[..., :3].reshape(-1, 3) for s in surfaces])
-    color = np.take_along_axis(color, order[..., None], axis=0)
-    _drop_hidden_twins(alpha, depth, valid)
-    return color, np.clip(alpha, 0.0, 1.0), depth, valid
-
-
-def _drop_hidden_twins(alpha: FloatImage, depth: FloatImage, valid: NDArray[np.bool_]) -> None:
-    """Leave out what lies in an opaque surface or behind the sky: no lens can tell it."""
-    opaque_m = np.where(valid[0] & (alpha[0] >= OPAQUE), depth[0], np.float32(np.nan))
-    for m in range(1, len(depth)):
-        with np.errstate(invalid="ignore"):  # the sky behind the sky
-            is_behind = depth[m] - opaque_m > SAME_DEPTH * depth[m]
-        valid[m] &= is_behind | np.isnan(opaque_m)
-        opaque_m = np.where(valid[m] & (alpha[m] >= OPAQUE), depth[m], opaque_m)
-
-
-def _over(color: FloatImage, alpha: FloatImage) -> FloatImage:
-    """Return premultiplied RGBA (P, 4) of the layers over each other."""
-    shown = np.zeros((color.shape[1], 4), np.float32)
-    for m in range(len(color)):
-        seen = 1.0 - shown[:, 3:]
-        shown[:, :3] += seen * color[m]
-        shown[:, 3:] += seen * alpha[m][:, None]
-    return shown
-
-
-def _packed_lists(
-    layers: _Layers, listed: NDArray[np.bool_], has_front: NDArray[np.bool_]
-) -> FragmentLists:
-    color, alpha, depth, _ = layers
-    counts = listed.sum(axis=0)
-    next_free = np.cumsum(counts) - counts
-    rgba, depth_m = np.empty((counts.sum(), 4), np.float32), np.empty(counts.sum(), np.float32)
-    for m in range(len(depth)):
-        here = np.flatnonzero(listed[m])
-        at, cover = next_free[here], alpha[m][here][:, None]
-        rgba[at, :3], rgba[at, 3:] = color[m][here] / cover, cover
-        depth_m[at] = depth[m][here]
-        next_free[here] += 1
-    return packed_lists(counts, has_front, rgba, depth_m)
+    return words

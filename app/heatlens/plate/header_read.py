@@ -10,6 +10,7 @@ from heatlens.files.picture_formats import is_picture
 from heatlens.files.quiet import quiet_library
 from heatlens.plate.channel_choice import choose_color
 from heatlens.plate.channels import Header
+from heatlens.plate.deep_file import deep_channels, is_deep_file
 from heatlens.plate.exr_limits import check_exr
 from heatlens.plate.picture_parts import picture_header
 
@@ -24,6 +25,8 @@ def read_color_header(
     if is_picture(Path(path)):
         return picture_header(Path(path))
     headers = read_headers(path)
+    if is_deep_file(Path(path)):
+        return headers[deep_channels(Path(path), headers, layer, eye).part]
     return headers[choose_color(Path(path), headers, layer, eye).rgb[0].part]
 
 

@@ -18,7 +18,6 @@ from heatlens.plate.camera_header import camera_at_header, lens_model_of
 from heatlens.plate.channel_choice import ColorChoice, choose_color
 from heatlens.plate.channels import Part, compression_name, pixels_of, type_name
 from heatlens.plate.deep_file import is_deep_file
-from heatlens.plate.deep_plate import read_deep_plate
 from heatlens.plate.depth_read import read_depth_of
 from heatlens.plate.file_parts import color_file_parts, notes_of
 from heatlens.plate.picture_parts import FOR_THE_EYE
@@ -40,7 +39,7 @@ def inspect(path: Path, options: PlateOptions) -> Facts:
     cannot be read.
     """
     if is_deep_file(path):
-        return _deep_facts(read_deep_plate(path, options), options)
+        return _deep_facts(read_plate(path, options), options)
     all_parts = color_file_parts(path, options)
     parts = [part for part in all_parts if not is_behind(part)] or all_parts
     headers = [header for header, _ in parts]
@@ -86,7 +85,7 @@ def _deep_facts(plate: Plate, options: PlateOptions) -> Facts:
         "is_for_the_eye": False,
         "views": [],
         "parts": [],
-        "behind": [{"name": "deep samples", "problem": "", "words": "tell what lies behind"}],
+        "behind": _reports(plate),
         "camera": {name: _json_value(value) for name, value in asdict(plate.camera).items()},
         "primaries": None if told is None else _primaries_facts(told),
         "color": {
@@ -113,6 +112,10 @@ def _behind_facts(path: Path, options: PlateOptions, has_layers: bool) -> list[F
         if options.behind:
             raise
         return [{"name": "its own layers", "problem": str(error), "words": "cannot be added"}]
+    return _reports(plate)
+
+
+def _reports(plate: Plate) -> list[Facts]:
     return [asdict(it) | {"problem": "", "words": it.words} for it in plate.behind]
 
 

@@ -52,12 +52,14 @@ class BehindReport:
 
     name         the file or pattern as it was given, or the part or layer of the plate's own file
     hidden_part  where it lies behind what is seen, 0..1 of the plate's pixels
-    seen_part    where it lies in front of the plate, likewise
+    seen_part    where it is seen itself, in front of the plate or where that is empty, likewise
+    convention   what the values of its depth were taken for
     """
 
     name: str
     hidden_part: float
     seen_part: float
+    convention: DepthConvention = DepthConvention.DISTANCE
 
     @property
     def sentence(self) -> str:
@@ -70,14 +72,14 @@ class BehindReport:
         hidden, seen = (f"{100 * part:.3g} %" for part in (self.hidden_part, self.seen_part))
         if not (self.hidden_part or self.seen_part):
             return (
-                "adds nothing: it is nowhere in front of what the picture shows, nor behind it. "
+                "adds nothing: it is nowhere behind what the picture shows, nor in front of it. "
                 "Its depth may be in another unit, or it is the same picture"
             )
         if not self.seen_part:
             return f"lies behind {hidden} of the picture"
         if not self.hidden_part:
-            return f"lies in front of {seen} of the picture"
-        return f"lies behind {hidden} of the picture and in front of {seen}"
+            return f"is seen in {seen} of the picture"
+        return f"lies behind {hidden} of the picture and is seen in {seen}"
 
 
 class Pixels(Protocol):

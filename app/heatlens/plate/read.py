@@ -2,7 +2,6 @@
 
 import os
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,8 +10,10 @@ from heatlens.model.plate_options import PlateOptions
 from heatlens.plate.behind import (
     behind_layers,
     behind_paths,
+    deep_options,
+    file_options,
     is_behind,
-    own_options,
+    layer_options,
     with_behind,
 )
 from heatlens.plate.bounds import bound_color
@@ -37,18 +38,28 @@ def read_plate(path: str | os.PathLike[str], options: PlateOptions | None = None
     Raises InputError that names the file, what was found and which option would help.
     """
     path, options = Path(path), options or PlateOptions()
+    plate, behind = _file_read(path, options)
+    known = set()
+    for number, other in enumerate(behind_paths(path, options)):
+        if options.behind[number] not in known:
+            known.add(options.behind[number])
+            own = file_options(options, number)
+            own = deep_options(own) if is_deep_file(other) else own
+            behind.append((options.behind[number], read_plate(other, own)))
+    return with_behind(plate, behind)
+
+
+def _file_read(path: Path, options: PlateOptions) -> tuple[Plate, list[tuple[str, Plate]]]:
+    """Return what the file at `path` shows, and its own pictures of what lies behind."""
     if is_deep_file(path):
-        return read_deep_plate(path, options)
+        return read_deep_plate(path, options), []
     parts = color_file_parts(path, options)
     plate = _plate_of(path, [part for part in parts if not is_behind(part)] or parts, options)
-    own = own_options(options)
     behind = [
-        (layer, _plate_of(path, parts, replace(own, color_layer=layer)))
+        (layer, _plate_of(path, parts, layer_options(options, layer)))
         for layer in behind_layers(parts)
     ]
-    found = zip(options.behind, behind_paths(path, options), strict=True)
-    behind += [(text, read_plate(other, own)) for text, other in dict(found).items()]
-    return with_behind(plate, behind)
+    return plate, behind
 
 
 def _plate_of(path: Path, parts: Sequence[Part], options: PlateOptions) -> Plate:
