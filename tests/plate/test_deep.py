@@ -93,7 +93,7 @@ def test_a_veil_is_sampled_in_its_middle_and_a_wall_at_its_front(tmp_path):
     np.testing.assert_allclose(list_of(plate, 0)[1], [2.125, 6.0], rtol=1e-6)
 
 
-@pytest.mark.parametrize(("near", "far"), [(2.0, 8.0), (0.0, 3.0), (1.0, 1.3)])
+@pytest.mark.parametrize(("near", "far"), [(2.0, 8.0), (0.0, 3.0), (-2.0, 3.0), (1.0, 1.3)])
 def test_fog_is_cut_into_slices_that_let_as_much_through(tmp_path, near, far):
     """Between two depths as much passes as the length of the fog between them says."""
     fog = (0.3 * 0.6, 0.6, near)
@@ -101,7 +101,8 @@ def test_fog_is_cut_into_slices_that_let_as_much_through(tmp_path, near, far):
     plate = read_plate(write_deep(tmp_path / "fog.exr", pixels, (1, 1), thickness=far - near))
     _, distances, coverages = list_of(plate, 0)
     slices = distances[:-1]
-    assert len(slices) > 1 and (np.diff(slices) > 0).all() and near < slices[0] < slices[-1] < far
+    assert len(slices) > 1 and (np.diff(slices) > 0).all()
+    assert near < slices[0] < slices[-1] < far
     passed = np.prod(1 - coverages[:-1].astype(float))
     assert passed == pytest.approx(0.4, abs=2e-3)
     np.testing.assert_allclose(plate.color[0, 0, 0], 0.18 + 0.4 * 0.5, rtol=1e-3)
@@ -293,3 +294,25 @@ def test_of_too_many_surfaces_those_of_like_blur_are_merged(tmp_path):
     gaps = -np.diff(1 / found)
     assert gaps.max() < 0.25 and found[-1] > 50 and coverages[-1] == pytest.approx(0.271, abs=1e-3)
     assert "up to 63" in " ".join(plate.notes)
+
+
+ANY = st.floats(width=32)
+NEAR_ONE = st.floats(-0.5, 1.5, width=32)
+DISTANCE = ANY | st.floats(0, 16, width=32)
+
+
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=60)
+@given(st.lists(st.tuples(ANY, ANY | NEAR_ONE, DISTANCE, DISTANCE), max_size=20))
+def test_whatever_samples_hold_the_picture_is_finite_and_its_lists_are_sorted(tmp_path, samples):
+    channels = {}
+    for name, column in {"R": 0, "G": 0, "B": 0, "A": 1, "Z": 2, "ZBack": 3}.items():
+        channels[name] = np.empty((1, 1), object)
+        channels[name][0, 0] = np.array([sample[column] for sample in samples], np.float32)
+    plate = read_plate(write_file(tmp_path / "any.exr", channels, **DEEP))
+    assert np.isfinite(plate.color).all() and plate.depth_m[0, 0] > 0
+    assert 0 <= plate.color[0, 0, 3] <= 1
+    if plate.fragments is not None:
+        lists = plate.fragments
+        assert np.isfinite(lists.color).all() and np.isfinite(lists.dioptres).all()
+        assert (np.diff(lists.dioptres) <= 0).all() and lists.count <= FRAGMENTS_MOST
+        assert (0 < lists.coverage).all() and (lists.coverage <= 1).all()

@@ -72,36 +72,37 @@ def behind_paths(path: Path, options: PlateOptions) -> tuple[Path, ...]:
     return tuple(beside_path(path, text, "--behind", "picture behind") for text in options.behind)
 
 
-def with_behind(plate: Plate, behind: Sequence[tuple[str, Plate]]) -> Plate:
+def with_behind(plate: Plate, behind: Sequence[Plate], names: Sequence[str] = ()) -> Plate:
     """Return the plate with what other plates show behind it, or in front of it.
 
-    `behind` has the name of each picture, and the picture. Each pixel is sorted by depth. Data
-    windows may differ; what lies outside the plate's own is left out. Raises InputError for other
-    display windows, and for plates of circles of confusion.
+    `names` are what reports call them; their paths unless given. Each pixel is sorted by depth.
+    Data windows may differ; what lies outside the plate's own is left out. Raises InputError for
+    other display windows, and for plates of circles of confusion.
     """
     if not behind:
         return plate
     front, others = _surface(plate, plate.data_window), []
-    for _, other in behind:
+    for other in behind:
         _check_same_view(plate, other)
         others.append(_surface(other, plate.data_window))
     made = stacked([front, *others], _is_measured(plate, front, behind, others))
+    names = names or [str(other.path) for other in behind]
     reports = tuple(
         _report(name, other.depth.convention, surface, front, made.depth_m)
-        for (name, other), surface in zip(behind, others, strict=True)
+        for name, other, surface in zip(names, behind, others, strict=True)
     )
     return _restacked(plate, made, reports)
 
 
 def _is_measured(
-    plate: Plate, front: Surface, behind: Sequence[tuple[str, Plate]], others: Sequence[Surface]
+    plate: Plate, front: Surface, behind: Sequence[Plate], others: Sequence[Surface]
 ) -> bool:
     """Return True where the coverage of all that is seen was measured: by samples or by alpha."""
     if plate.fragments is None or not plate.fragments.is_measured:
         return False
     return all(
-        other.has_alpha or _is_seen(surface, front).mean() == 0
-        for (_, other), surface in zip(behind, others, strict=True)
+        other.has_alpha or not _is_seen(surface, front).any()
+        for other, surface in zip(behind, others, strict=True)
     )
 
 

@@ -145,15 +145,14 @@ def _read(part: DeepPart, channels: DeepChannels, unit_m: float) -> tuple[Stacke
     made, faults, has_cover = ListBuilder(height, width, SAME_SURFACE), _Faults(), False
     for band in part.bands(numbers):
         columns = [band.values[number] for number in numbers]
-        z = columns[4]
         samples = DeepSamples(
             pixel=np.repeat(np.arange(band.counts.size), band.counts),
             color=np.stack(columns[:3], axis=1),
-            alpha=columns[3].copy(),
-            z=z * np.float32(unit_m),
-            back=columns[5] * np.float32(unit_m) if len(columns) > 5 else z * np.float32(unit_m),
+            alpha=columns[3],
+            z=columns[4],
+            back=columns[5] if len(columns) > 5 else columns[4].copy(),
         )
-        fragments = _mended(samples, faults)
+        fragments = _mended(samples, unit_m, faults)
         has_cover |= bool((fragments.alpha < OPAQUE).any())
         made.add(band.first_row, band.first_row + band.counts.size // width, fragments)
     return made.stacked(is_measured=has_cover), faults
@@ -180,8 +179,8 @@ class _Faults:
         return tuple(f"{path}: {n} of {self.size} samples {said}." for n, said in told if n)
 
 
-def _mended(samples: DeepSamples, faults: _Faults) -> Fragments:
-    """Return samples that are surfaces, in order; `faults` counts the others."""
+def _mended(samples: DeepSamples, unit_m: float, faults: _Faults) -> Fragments:
+    """Return samples that are surfaces, in order and in metres; `faults` counts the others."""
     color, alpha = samples.color, samples.alpha
     is_good = np.isfinite(color).all(axis=1) & (alpha >= 0) & (alpha <= 1 + 1e-3)
     is_good &= np.abs(color).max(axis=1, initial=0.0) <= LIGHT_MOST
@@ -191,7 +190,7 @@ def _mended(samples: DeepSamples, faults: _Faults) -> Fragments:
         color[~is_good] = np.clip(bad, -LIGHT_MOST, LIGHT_MOST)
         np.nan_to_num(alpha, copy=False, nan=0.0, posinf=1.0, neginf=0.0)
     np.clip(alpha, 0.0, 1.0, out=alpha)
-    has_depth = _settle_distances(samples)
+    has_depth = _settle_distances(samples, unit_m)
     faults.size += len(alpha)
     faults.nowhere += int((~has_depth).sum())
     faults.beyond += int((~is_good).sum())
@@ -203,13 +202,20 @@ def _mended(samples: DeepSamples, faults: _Faults) -> Fragments:
     return in_order(fragments)
 
 
-def _settle_distances(samples: DeepSamples) -> NDArray[np.bool_]:
-    """Make what was not hit infinite, and return which samples have a distance at all."""
+def _settle_distances(samples: DeepSamples, unit_m: float) -> NDArray[np.bool_]:
+    """Turn both ends into metres, infinite where nothing was hit.
+
+    Return which samples have a distance at all. What begins behind the camera begins at the lens.
+    """
     z, back = samples.z, samples.back
     with np.errstate(invalid="ignore"):
+        np.minimum(back, np.float32(INFINITE_FROM), out=back)
+        is_thin = ~np.isfinite(back) | ~(back > z) | (samples.alpha >= OPAQUE)
         z[z >= INFINITE_FROM] = np.inf
-        is_thin = ~np.isfinite(back) | (back <= z) | (samples.alpha >= OPAQUE)
     back[is_thin] = z[is_thin]
+    np.maximum(z, 0.0, out=z, where=~is_thin)
+    for ends in (z, back):
+        ends *= np.float32(unit_m)
     has_depth: NDArray[np.bool_] = back >= DEPTH_LEAST_M
     return has_depth
 

@@ -12,6 +12,7 @@ from heatlens.files.picture_formats import is_picture
 from heatlens.model.plate_options import PlateOptions
 from heatlens.plate.channel_choice import choose_color
 from heatlens.plate.channels import ChannelRef, Header, flat_channels, listed, pixels_of
+from heatlens.plate.deep_file import is_deep_file
 from heatlens.plate.file_parts import color_file_parts
 from heatlens.plate.header_read import read_headers
 from heatlens.plate.plate import Plate
@@ -48,6 +49,11 @@ def check_kept(path: Path, options: PlateOptions, wanted: Sequence[str]) -> None
     """Raise InputError for what `kept_channels` would refuse; no pixel is read."""
     if is_picture(path):
         raise InputError(f"{path} is not an EXR file: it has no other channels to keep.")
+    if is_deep_file(path):
+        raise InputError(
+            f"{path} is a deep file: its other channels have several values in a pixel, which "
+            "cannot be kept beside a picture. Leave --keep-channels out."
+        )
     _chosen(path, read_headers(path), options, wanted)
 
 

@@ -39,26 +39,23 @@ def read_plate(path: str | os.PathLike[str], options: PlateOptions | None = None
     """
     path, options = Path(path), options or PlateOptions()
     plate, behind = _file_read(path, options)
-    known = set()
     for number, other in enumerate(behind_paths(path, options)):
-        if options.behind[number] not in known:
-            known.add(options.behind[number])
-            own = file_options(options, number)
-            own = deep_options(own) if is_deep_file(other) else own
-            behind.append((options.behind[number], read_plate(other, own)))
-    return with_behind(plate, behind)
+        own = file_options(options, number)
+        own = deep_options(own) if is_deep_file(other) else own
+        behind[options.behind[number]] = read_plate(other, own)
+    return with_behind(plate, list(behind.values()), list(behind))
 
 
-def _file_read(path: Path, options: PlateOptions) -> tuple[Plate, list[tuple[str, Plate]]]:
-    """Return what the file at `path` shows, and its own pictures of what lies behind."""
+def _file_read(path: Path, options: PlateOptions) -> tuple[Plate, dict[str, Plate]]:
+    """Return what the file at `path` shows, and its own pictures of what lies behind, by layer."""
     if is_deep_file(path):
-        return read_deep_plate(path, options), []
+        return read_deep_plate(path, options), {}
     parts = color_file_parts(path, options)
     plate = _plate_of(path, [part for part in parts if not is_behind(part)] or parts, options)
-    behind = [
-        (layer, _plate_of(path, parts, layer_options(options, layer)))
+    behind = {
+        layer: _plate_of(path, parts, layer_options(options, layer))
         for layer in behind_layers(parts)
-    ]
+    }
     return plate, behind
 
 
