@@ -47,13 +47,13 @@ def read_plate(path: str | os.PathLike[str], options: PlateOptions | None = None
 
 
 def _file_read(path: Path, options: PlateOptions) -> tuple[Plate, dict[str, Plate]]:
-    """Return what the file at `path` shows, and its own pictures of what lies behind, by layer."""
+    """Return what the file at `path` shows, and its own layers of what lies behind, by name."""
     if is_deep_file(path):
         return read_deep_plate(path, options), {}
     parts = color_file_parts(path, options)
     plate = _plate_of(path, [part for part in parts if not is_behind(part)] or parts, options)
     behind = {
-        layer: _plate_of(path, parts, layer_options(options, layer))
+        f"The layer {layer}": _plate_of(path, parts, layer_options(options, layer))
         for layer in behind_layers(parts)
     }
     return plate, behind
