@@ -57,7 +57,10 @@ def test_points_are_small_solids_or_discs_of_the_size_that_closes_a_surface():
     points = np.column_stack([x.ravel(), y.ravel(), 0 * x.ravel()])
     assert closing_radius(points) == pytest.approx(0.7 * 0.25)
     solids = drawn_points(points)
-    assert len(solids.triangles) == 4 * len(points)
+    assert len(solids.triangles) == 32 * len(points)
+    at = solids.positions[solids.triangles] - points[solids.point[solids.triangles]]
+    facing = np.cross(at[:, 1] - at[:, 0], at[:, 2] - at[:, 0])
+    assert ((facing * at.mean(axis=1)).sum(axis=1) > 0).all()
     discs = drawn_points(points, np.full(len(points), 0.1), np.tile((0, 0, 2.0), (len(points), 1)))
     at = discs.positions[discs.triangles]
     area = np.linalg.norm(np.cross(at[:, 1] - at[:, 0], at[:, 2] - at[:, 0]), axis=1).sum() / 2

@@ -210,7 +210,7 @@ def test_points_are_drawn_and_what_is_not_is_said(tmp_path):
     points.CreateWidthsAttr([0.2])
     UsdGeom.NurbsPatch.Define(stage, "/patch")
     scene = read(stage)
-    assert len(scene.meshes[0].positions_m) == 12
+    assert len(scene.meshes[0].triangles) == 96
     assert any("Not drawn, of kinds that are not read: 1 NurbsPatch" in n for n in scene.notes)
 
 

@@ -20,9 +20,12 @@ from heatlens.paths import file_bytes, unreadable
 from heatlens.scene.files_beside import FilesBeside
 from heatlens.scene.mesh_make import made_mesh, own_vertices, smooth_normals
 from heatlens.scene.picture_read import read_picture
+from heatlens.scene.ply_strips import point_normals, strip_triangles
+from heatlens.scene.point_cloud import POINTS_MOST, drawn_points
 from heatlens.scene.scene import Instance, Material, Mesh, Scene
 
 _CUTOFF = 0.5
+_FAR_MOST = 1e9  # beyond it nothing can be drawn
 
 
 @dataclass
@@ -38,9 +41,10 @@ class _Reading:
 
     def add(self, name: str, geometry: Any) -> None:
         """Add one of the parts that trimesh found."""
+        geometry = self._of_strips(geometry)
         faces = getattr(geometry, "faces", None)
         if faces is None or not len(faces):
-            self.notes["Points and lines are not drawn; only triangles are."] = None
+            self._add_points(name, geometry)
             return
         positions = self._rows("vertices", geometry.vertices, 3)
         corners = self._rows("triangles", faces, 3)
@@ -63,6 +67,44 @@ class _Reading:
         self.materials.append(material)
         what, number = f"{self.path}: {name}", len(self.meshes)
         self.meshes.append(made_mesh(what, found, triangles, normals, uvs, number, colors))
+
+    def _of_strips(self, geometry: Any) -> Any:
+        """Return a geometry with the triangles of its strips, where it has any."""
+        if not hasattr(geometry, "faces") and hasattr(geometry, "metadata"):
+            faces = strip_triangles(geometry)
+            if faces is not None:
+                return _trimesh().Trimesh(
+                    vertices=geometry.vertices,
+                    faces=faces,
+                    vertex_normals=point_normals(geometry),
+                    vertex_colors=geometry.colors,
+                    process=False,
+                )
+        return geometry
+
+    def _add_points(self, name: str, geometry: Any) -> None:
+        """Add points without faces, as a scanner writes them; lines are only said."""
+        if getattr(geometry, "entities", None) is not None or not len(geometry.vertices):
+            self.notes["Lines are not drawn; only triangles and points are."] = None
+            return
+        positions = self._rows("points", geometry.vertices, 3).astype(np.float64)
+        is_seen = (np.abs(positions) < _FAR_MOST).all(axis=1)
+        if not is_seen.all():
+            self.notes[f"{np.count_nonzero(~is_seen):,} points lie nowhere: left out."] = None
+        if not is_seen.any():
+            return
+        normals, colors = point_normals(geometry), _point_colors(geometry)
+        facing = None if normals is None else normals[is_seen]
+        drawn = drawn_points(positions[is_seen], None, facing)
+        if np.count_nonzero(is_seen) > POINTS_MOST:
+            self.notes[f"Of very many points only {POINTS_MOST:,} are drawn, larger."] = None
+        tint = None if colors is None else colors[is_seen][drawn.point]
+        material = Material() if tint is None else Material(base_color=(1.0, 1.0, 1.0))
+        what, number = f"{self.path}: {name}", len(self.meshes)
+        found, turned = _floats(drawn.positions), _floats(drawn.normals)
+        self.names.append(name)
+        self.materials.append(material)
+        self.meshes.append(made_mesh(what, found, drawn.triangles, turned, None, number, tint))
 
     def _rows(self, what: str, told: Any, width: int, count: int | None = None) -> NDArray[Any]:
         """Return (N, `width`) of the file; raise InputError where a row is too short or missing.
@@ -222,6 +264,14 @@ def _colors(geometry: Any) -> NDArray[np.float32] | None:
     if told is None or np.shape(told) != (len(items), 3):
         return None
     return np.repeat(_linear(np.clip(told, 0, 1)), 3 if kind == "face" else 1, axis=0)
+
+
+def _point_colors(geometry: Any) -> NDArray[np.float32] | None:
+    """Return (P, 3) linear colours of points, or None."""
+    told = getattr(geometry, "colors", None)
+    if told is None or np.ndim(told) != 2 or np.shape(told)[0] != len(geometry.vertices):
+        return None
+    return _linear(np.asarray(told)[:, :3] / 255)
 
 
 def _linear(shares: NDArray[np.floating]) -> NDArray[np.float32]:

@@ -10,7 +10,7 @@ Array = NDArray[np.float64]
 POINTS_MOST = 500_000  # drawn; of more, evenly many are left out and the others are larger
 _SAMPLES = 96  # points whose distance to the next one is measured
 _OF_SPACING = 0.7  # the radius, so that the points of a surface just close it
-# A tetrahedron for points that face nowhere, a square for those that have a normal.
+_ROUND_MOST = 4_000  # points that are drawn as balls; of more, each is a tetrahedron
 _SOLID = np.array([(1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1)]) / np.sqrt(3)
 _SOLID_FACES = np.array([(0, 1, 2), (0, 3, 1), (0, 2, 3), (1, 3, 2)])
 _DISC = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)]) * np.sqrt(np.pi) / 2  # of a disc's area
@@ -41,19 +41,35 @@ def drawn_points(
     else:
         sizes = radii[kept] * np.sqrt(len(positions) / max(len(at), 1))
     if normals is None:
-        offsets = np.broadcast_to(_SOLID, (len(at), 4, 3))
-        facing, faces = offsets, _SOLID_FACES
+        solid, faces = _ball() if len(at) <= _ROUND_MOST else (_SOLID, _SOLID_FACES)
+        facing = offsets = np.broadcast_to(solid, (len(at), *solid.shape))
     else:
         across, up, unit = _frame(normals[kept])
         offsets = _DISC[:, :1] * across[:, None] + _DISC[:, 1:] * up[:, None]
         facing, faces = np.repeat(unit[:, None], 4, axis=1), _DISC_FACES
-    triangles = faces[None] + 4 * np.arange(len(at))[:, None, None]
+    each = offsets.shape[1]
+    triangles = faces[None] + each * np.arange(len(at))[:, None, None]
     return DrawnPoints(
         (at[:, None] + sizes[:, None, None] * offsets).reshape(-1, 3),
         np.asarray(facing, np.float64).reshape(-1, 3),
         triangles.reshape(-1, 3).astype(np.uint32),
-        np.repeat(kept, 4),
+        np.repeat(kept, each),
     )
+
+
+def _ball() -> tuple[Array, NDArray[np.int64]]:
+    """Return corners (V, 3) of an octahedron whose sides were cut into four, and triangles."""
+    signs = np.array(np.meshgrid((1, -1), (1, -1), (1, -1), indexing="ij")).reshape(3, 8).T
+    corners = signs[:, :, None] * np.eye(3)  # of each of the eight sides
+    flips = signs.prod(axis=1) < 0
+    corners[flips] = corners[flips][:, ::-1]
+    a, b, c = (corners[:, i] for i in range(3))
+    ab, bc, ca = ((p + q) / np.sqrt(2) for p, q in ((a, b), (b, c), (c, a)))
+    parts = [
+        np.stack(three, axis=1) for three in ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))
+    ]
+    found = np.concatenate(parts).reshape(-1, 3)
+    return found, np.arange(len(found)).reshape(-1, 3)
 
 
 def closing_radius(positions: Array) -> float:
