@@ -19,8 +19,10 @@ from heatlens.camera.json_camera import read_json_camera
 from heatlens.camera.usd_read import usd_camera
 from heatlens.color.color_config import load_color_config
 from heatlens.documents.shot_file import read_shot, write_shot
-from heatlens.errors import HeatlensError
+from heatlens.errors import HeatlensError, InputError
+from heatlens.files.usd_library import usd_module
 from heatlens.model.lens import Lens
+from heatlens.model.plate_options import PlateOptions
 from heatlens.model.shot import Shot
 from heatlens.plate.camera_header import lens_attributes
 from heatlens.plate.plate import Plate
@@ -30,6 +32,7 @@ from heatlens.scene.scene_read import read_scene
 from heatlens.scene.usd.read import usd_scene
 from heatlens.stream.images import TevImages
 from heatlens.stream.protocol import PacketStream, TevPacketError, TevStreamError, message_of
+from heatlens.stream.received_plate import chosen_channels, plate_of_image
 from support.cameras import moving_camera
 from support.exr_files import distances, rgb, tiled_header, write_file, write_parts
 from support.gltf_files import encoded, square_scene
@@ -65,7 +68,7 @@ def _exr(folder: Path) -> list[Path]:
 
 
 def _deep(folder: Path) -> list[Path]:
-    """Write none to three samples in each pixel, thick ones too, with each compression."""
+    """Write none to three samples in each pixel, thick ones too, packed in each way."""
     names = (*"RGBAZ", "ZBack")
     channels = {name: np.empty((6, 8), dtype=object) for name in names}
     for y, x in np.ndindex(6, 8):
@@ -79,11 +82,17 @@ def _deep(folder: Path) -> list[Path]:
         header["compression"] = getattr(OpenEXR, f"{kind}_COMPRESSION")
         found.append(write_file(folder / f"deep_{kind.lower()}.exr", channels, **header))
     tiled = tiled_header() | {"type": OpenEXR.deeptile, "compression": OpenEXR.ZIPS_COMPRESSION}
-    return [*found, write_file(folder / "deep_tiled.exr", channels, **tiled)]
+    found.append(write_file(folder / "deep_tiled.exr", channels, **tiled))
+    flat = ({"name": "flat", "type": OpenEXR.scanlineimage}, rgb(6, 8))
+    deep = ({"name": "deep"} | header, channels)
+    return [*found, write_parts(folder / "deep_parts.exr", flat, deep)]
 
 
 def _plate(path: Path, read: Callable[[Path], Plate] = read_plate) -> Arrays:
-    plate = read(path)
+    return _plate_values(read(path))
+
+
+def _plate_values(plate: Plate) -> Arrays:
     depth = plate.coc_px if plate.depth_m is None else plate.depth_m
     assert depth is not None
     return plate.color, depth[~np.isinf(depth)]
@@ -117,12 +126,20 @@ def _gltf(folder: Path) -> list[Path]:
     return [folder / "a.glb", folder / "a.gltf"]
 
 
-def _usd(folder: Path) -> list[Path]:
-    stage = (Path(__file__).parent / "stage.usda").read_text()
-    (folder / "a.usda").write_text(stage)
-    write_camera(folder / "b.usda", moving_camera())
-    write_camera(folder / "c.usdc", moving_camera())
-    return [folder / "a.usda", folder / "b.usda", folder / "c.usdc"]
+def _stage(folder: Path) -> list[Path]:
+    """Write a stage as text, in binary, and as a package."""
+    text, binary, package = (folder / f"a.{kind}" for kind in ("usda", "usdc", "usdz"))
+    text.write_bytes((Path(__file__).parent / "stage.usda").read_bytes())
+    usd_module("Sdf").Layer.FindOrOpen(str(text)).Export(str(binary))
+    assert usd_module("UsdUtils").CreateNewUsdzPackage(str(binary), str(package))
+    return [text, binary, package]
+
+
+def _usd_cameras(folder: Path) -> list[Path]:
+    cameras = [folder / "b.usda", folder / "c.usdc"]
+    for path in cameras:
+        write_camera(path, moving_camera())
+    return [*cameras, *_stage(folder)[:2]]
 
 
 def _camera(suffix: str) -> Callable[[Path], list[Path]]:
@@ -161,23 +178,41 @@ def _config(path: Path) -> Arrays:
 
 
 def _tev(folder: Path) -> list[Path]:
-    (folder / "stream").write_bytes(b"".join(GOOD))
+    """Write all kinds of packets; the image is closed last, and made once more."""
+    create, update, close, *others = GOOD
+    (folder / "stream").write_bytes(b"".join((create, update, *others, close, create, update)))
     return [folder / "stream"]
 
 
 def _stream(path: Path) -> Arrays:
-    """Read packets as the server reads what a stranger sends."""
+    """Read packets as the server reads what a stranger sends, and make plates of what is there."""
     images, stream, rest = TevImages(max_values=1 << 16), PacketStream(), path.read_bytes()
-    try:
-        while rest:
-            wanted = max(stream.wanted, 1)
+    problems: list[Exception] = []
+    while rest:
+        wanted = max(stream.wanted, 1)
+        try:
             packet = stream.feed(rest[:wanted])
-            rest = rest[wanted:]
             if packet is not None:
                 images.apply(message_of(packet))
-    except (TevPacketError, TevStreamError) as error:
-        raise HeatlensError(str(error)) from error
-    return ()
+        except TevPacketError as error:  # the packet is dropped, the connection goes on
+            problems.append(error)
+        except TevStreamError as error:
+            problems.append(error)
+            break
+        rest = rest[wanted:]
+    for name in images.names:
+        try:
+            yield from _received(images, name)
+        except InputError as error:
+            problems.append(error)
+    if problems:
+        raise HeatlensError(str(problems[0])) from problems[0]
+
+
+def _received(images: TevImages, name: str) -> Arrays:
+    image = images.get(name)
+    assert image is not None
+    return _plate_values(plate_of_image(chosen_channels(image, PlateOptions()), PlateOptions(), ()))
 
 
 def without_slow_guesses() -> None:
@@ -207,9 +242,9 @@ FORMATS = {
     "mtl": Format(_materials, lambda path: _meshes(read_scene(path.with_name("a.obj")))),
     "ply": Format(_beside("a.ply", PLY), lambda path: _meshes(read_scene(path))),
     "stl": Format(_beside("a.stl", STL), lambda path: _meshes(read_scene(path))),
-    "usd": Format(_usd, lambda path: _meshes(usd_scene(str(path)))),
+    "usd": Format(_stage, lambda path: _meshes(usd_scene(str(path)))),
     "usd-camera": Format(
-        lambda folder: _usd(folder)[1:],
+        _usd_cameras,
         lambda path: _numbers(usd_camera(str(path)).focal_length_mm or ()),
     ),
     "camera-json": Format(

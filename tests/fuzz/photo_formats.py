@@ -15,6 +15,7 @@ from support.picture_files import (
     colors,
     disparity,
     display_p3,
+    heic_with_depth,
     jpeg_with_dynamic_depth,
     jpeg_with_gdepth,
     metres,
@@ -93,16 +94,23 @@ def with_depth_inside(folder: Path) -> list[Path]:
 
 
 def heic(folder: Path) -> list[Path]:
-    """Colour alone: libheif writes no depth."""
+    """Colour alone, with a map beside it, and colour with a map inside."""
     pillow_heif.register_heif_opener()
-    save(folder / "map.png", np.round(disparity(metres(64, 64), 1, 10) * 65535).astype("u2"))
-    return [save(folder / "photo.heic", colors(64, 64), quality=60)]
+    depths = disparity(metres(64, 64), 1, 10)
+    save(folder / "map.png", np.round(depths * 65535).astype("u2"))
+    inside = heic_with_depth(folder / "inside.heic", 1.0, 8.0, depths, quality=60)
+    return [save(folder / "photo.heic", colors(64, 64), quality=60), inside]
 
 
 def read_with_map(suffix: str) -> Callable[[Path], Plate]:
-    """Read a damaged picture with a whole map of depth, or the other way round."""
+    """Read a damaged picture with a whole map of depth, or the other way round.
+
+    A picture that carries its depth inside is read alone.
+    """
 
     def read(path: Path) -> Plate:
+        if path.name.startswith("inside"):
+            return read_plate(path)
         is_map = path.name.startswith("map")
         color = path.with_name(f"photo{suffix}") if is_map else path
         whole_map = "map.png" if suffix == ".heic" else f"map{suffix}"

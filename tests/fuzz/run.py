@@ -8,8 +8,10 @@ numbers, within ten seconds of a processor and two gigabytes. Everything else is
 where asked. USD is read by the program in a process of its own with bounds on time and memory, so
 a USD mutant that ends such a process, or goes beyond its bounds, is well answered too.
 
-A worker imports the readers once and forks the processes that read, so that a new one costs
-milliseconds when a mutant has ended the one before.
+A worker imports all readers once and forks the processes that read, so that a new one costs
+milliseconds when a mutant has ended the one before. All limits are of time that processors worked:
+on a busy machine nothing is taken for a hang that only waits for a processor. A worker that gets
+SIGTERM tells what it has counted until then.
 """
 
 import argparse
@@ -23,66 +25,85 @@ import signal
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 SECONDS_MOST, BYTES_MOST = 10.0, 2_000_000_000
-_SILENCE_S = 60.0  # of a process that reads: it hangs, also on a busy machine
+_ASLEEP_S = 60.0  # that a process which reads waits for what never comes: it hangs
+_GLANCE_S = 1.0
 _ADDRESSES_MOST = 12_000_000_000  # bytes: ends a reader before it takes the machine's memory
 _ADDRESSES_OF_USD = 3_000_000_000  # as the program allows
+Counts = collections.Counter[str]  # how many mutants came to each end
 GOOD = ("fine", "told")
 GOOD_APART = (*GOOD, "crash", "hang", "slow", "memory")
 _HERE = Path(__file__).resolve()
 _IN_MEMORY = Path("/dev/shm")  # mutants are written there where it exists: no disk is worn
 
 
-def fuzzed(
-    name: str,
-    seed: int,
-    seconds: float | None = None,
-    mutants: int | None = None,
-    first: int = 0,
-    keep: Path | None = None,
-) -> collections.Counter[str]:
-    """Return how many mutants of the format `name` came to each end.
+@dataclass(frozen=True)
+class Job:
+    """Mutants of one format, numbered from `first` on, until so many or so many seconds are over.
 
-    The numbers of the mutants begin with `first`; it ends after so many seconds or mutants.
+    Those that are not well answered are written into the folder `keep`.
     """
-    words = ["--worker", name, "--seed", str(seed), "--first", str(first)]
-    words += ["--keep", str(keep)] if keep else []
-    words += ["--minutes", str(seconds / 60)] if seconds else []
-    words += ["--mutants", str(mutants)] if mutants else []
-    done = subprocess.run(
-        [sys.executable, str(_HERE), *words],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.DEVNULL,
-        check=True,
-    )
-    return collections.Counter(json.loads(done.stdout.splitlines()[-1]))
+
+    name: str
+    seed: int
+    seconds: float | None = None
+    mutants: int | None = None
+    first: int = 0
+    keep: str | None = None
 
 
-def badly_answered(name: str, counts: collections.Counter[str]) -> dict[str, int]:
+class Fuzzer:
+    """A worker, to be used in a `with` block: it fuzzes one format after another."""
+
+    def __enter__(self) -> "Fuzzer":
+        """Start the worker."""
+        self._worker = subprocess.Popen(
+            [sys.executable, str(_HERE), "--worker"],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            text=True,
+        )
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """End the worker."""
+        self._worker.communicate()
+
+    def counts(self, job: Job) -> Counts:
+        """Return how many mutants came to each end."""
+        assert self._worker.stdin is not None and self._worker.stdout is not None
+        self._worker.stdin.write(json.dumps(asdict(job)) + "\n")
+        self._worker.stdin.flush()
+        return collections.Counter(json.loads(self._worker.stdout.readline()))
+
+
+def badly_answered(name: str, counts: Counts) -> dict[str, int]:
     """Return how many came to an end that no mutant of the format may come to."""
     good = GOOD_APART if name.startswith("usd") else GOOD
     return {outcome: count for outcome, count in counts.items() if outcome not in good}
 
 
-class Worker:
-    """The readers of one format, imported, and the whole files that are damaged."""
+class Mutants:
+    """The mutants of one format, and how they are read."""
 
-    def __init__(self, name: str, seed: int, keep: Path | None, folder: Path) -> None:
-        """Write the whole files into `folder`."""
-        sys.path[:0] = [str(_HERE.parents[1]), str(_HERE.parents[2] / "app")]
-        import OpenEXR
-        from formats import FORMATS, without_slow_guesses
+    def __init__(self, job: Job, folder: Path) -> None:
+        """Write the whole files, which are damaged then, into `folder`."""
+        from formats import FORMATS
 
-        without_slow_guesses()
-        OpenEXR.set_global_thread_count(0)  # a forked process would miss them
-        self._name, self._seed, self._keep = name, seed, keep
-        self._form = FORMATS[name]
-        self._whole = {path: path.read_bytes() for path in self._written(folder)}
+        self._name, self._seed, self._first = job.name, job.seed, job.first
+        self._keep = None if job.keep is None else Path(job.keep)
+        self._form = FORMATS[job.name]
+        self._whole = {path: path.read_bytes() for path in sorted(self._written(folder))}
+        self._paths = tuple(self._whole)
+        self._damaged = self._paths[0]
 
     def _written(self, folder: Path) -> list[Path]:
         """Write the whole files in a process of its own: libraries that write start threads."""
@@ -97,23 +118,23 @@ class Worker:
         os.waitpid(writer, 0)
         return [Path(name) for name in json.loads(told)]
 
-    def fuzz(self, first: int, is_over: Callable[[int], bool]) -> collections.Counter[str]:
-        """Read mutants from number `first` on until `is_over` says so of how many were read."""
-        counts: collections.Counter[str] = collections.Counter()
-        while not is_over(counts.total()):
-            reader, lines = self._forked(first + counts.total())
+    def fuzz(self, is_over: Callable[[Counts], bool]) -> Counts:
+        """Read mutants until `is_over` says so of the counts."""
+        counts: Counts = collections.Counter()
+        while not is_over(counts):
+            reader, lines = self._forked(self._first + counts.total())
             ends = _EndsOf(reader, lines)
             for outcome in ends:
-                self._count(counts, outcome, first)
-                if outcome == "memory" or is_over(counts.total()):  # memory is not given back
+                self._count(counts, outcome)
+                if outcome == "memory" or is_over(counts):  # memory is not given back
                     break
             else:
-                self._count(counts, ends.how, first)
+                self._count(counts, ends.how)
             ends.stop()
         return counts
 
-    def _count(self, counts: collections.Counter[str], outcome: str, first: int) -> None:
-        number = first + counts.total()
+    def _count(self, counts: Counts, outcome: str) -> None:
+        number = self._first + counts.total()
         counts[outcome] += 1
         if self._keep and outcome not in GOOD:
             self._keep.mkdir(parents=True, exist_ok=True)
@@ -126,7 +147,7 @@ class Worker:
         from mutate import mutated
 
         chance = random.Random(f"{self._name} {self._seed} {number}")
-        path = chance.choice(sorted(self._whole))
+        path = chance.choice(self._paths)
         data = mutated(self._whole[path], chance)
         if self._form.seal and chance.random() < 0.5:
             data = self._form.seal(data)
@@ -150,7 +171,9 @@ class Worker:
         resource.setrlimit(resource.RLIMIT_AS, (most, most))
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
         for path, data in self._whole.items():  # what is loaded once is no mutant's time
-            self._outcome(path, data)
+            outcome = self._outcome(path, data)
+            if outcome != "fine":  # damage to it would go unseen
+                os.write(write, f"{outcome} of whole {path.name}\n".encode())
         while True:
             signal.setitimer(signal.ITIMER_PROF, SECONDS_MOST)  # its signal ends the process
             os.write(write, f"{self._outcome(*self._mutant(number))}\n".encode())
@@ -160,7 +183,7 @@ class Worker:
         """How the file at `path` is answered when it holds `data`."""
         from heatlens.errors import FaultError, HeatlensError
 
-        path.write_bytes(data)
+        self._put(path, data)
         try:
             outcome = "fine" if _are_finite(self._form.read(path)) else "nonfinite"
         except MemoryError:
@@ -171,14 +194,20 @@ class Worker:
             outcome = "told" if len(str(error).splitlines()) == 1 else "many lines"
         except Exception as error:
             outcome = f"traceback {type(error).__name__}"
-        path.write_bytes(self._whole[path])
         if resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024 > BYTES_MOST:
             outcome = "memory"
         return outcome
 
+    def _put(self, path: Path, data: bytes) -> None:
+        """Write `data` into the file at `path`; all others are whole."""
+        if self._damaged != path:
+            self._damaged.write_bytes(self._whole[self._damaged])
+        self._damaged = path
+        path.write_bytes(data)
+
 
 class _EndsOf:
-    """What became of each mutant that a process reads, until it ends or is silent too long."""
+    """What became of each mutant that a process reads, until it ends or sleeps too long."""
 
     def __init__(self, reader: int, lines: int) -> None:
         self._reader, self._lines = reader, lines
@@ -186,9 +215,12 @@ class _EndsOf:
         self.how = ""  # it ended: crash, slow or hang
 
     def __iter__(self) -> Iterator[str]:
-        rest = b""
-        while select.select([self._lines], [], [], _SILENCE_S)[0]:
-            read = os.read(self._lines, 1 << 16)
+        rest, asleep_s = b"", 0.0
+        while asleep_s < _ASLEEP_S:
+            if not select.select([self._lines], [], [], _GLANCE_S)[0]:
+                asleep_s += _GLANCE_S if _sleeps(self._reader) else 0.0
+                continue
+            asleep_s, read = 0.0, os.read(self._lines, 1 << 16)
             if not read:
                 self._has_ended = True
                 _, status = os.waitpid(self._reader, 0)
@@ -205,6 +237,12 @@ class _EndsOf:
             os.kill(self._reader, signal.SIGKILL)
             os.waitpid(self._reader, 0)
         os.close(self._lines)
+
+
+def _sleeps(process: int) -> bool:
+    """Return whether no thread of the process works, or would if it were given a processor."""
+    threads = Path(f"/proc/{process}/task").glob("*/stat")
+    return all(stat.read_text().rpartition(")")[2].split()[0] == "S" for stat in threads)
 
 
 def _are_finite(arrays) -> bool:
@@ -230,46 +268,72 @@ def _folder() -> Iterator[Path]:
         yield Path(folder)
 
 
-def _work(args: argparse.Namespace) -> None:
-    """Fuzz one format in this process and print the counts."""
+def _work() -> None:
+    """Do the jobs that come on stdin, one a line, and print the counts of each."""
     import warnings
 
+    import OpenEXR
+    from formats import without_slow_guesses
+
     warnings.simplefilter("ignore")
-    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))  # the folder goes
+    without_slow_guesses()
+    OpenEXR.set_global_thread_count(0)  # a forked process would miss them
+    asked, starter = threading.Event(), os.getppid()
+    signal.signal(signal.SIGTERM, lambda *_: asked.set())
+
+    def is_stopped() -> bool:
+        return asked.is_set() or os.getppid() != starter
+
     with _folder() as folder:
-        worker = Worker(args.worker, args.seed, args.keep, folder)
-        end = time.monotonic() + 60 * args.minutes if args.minutes else None
+        for line in sys.stdin:
+            with tempfile.TemporaryDirectory(dir=folder) as own:
+                print(json.dumps(_done(Job(**json.loads(line)), Path(own), is_stopped)), flush=True)
 
-        def is_over(count: int) -> bool:
-            is_late = end is not None and count > 0 and time.monotonic() > end
-            return is_late or (args.mutants is not None and count >= args.mutants)
 
-        print(json.dumps(worker.fuzz(args.first, is_over)))
+def _done(job: Job, folder: Path, is_stopped: Callable[[], bool]) -> Counts:
+    """Do one job in this process."""
+    mutants = Mutants(job, folder)
+    end = time.monotonic() + job.seconds if job.seconds else None
+
+    def is_over(counts: Counts) -> bool:
+        is_late = end is not None and counts.total() > 0 and time.monotonic() > end
+        is_whole = job.mutants is not None and counts.total() >= job.mutants
+        return is_late or is_whole or is_stopped()
+
+    return mutants.fuzz(is_over)
 
 
 def main() -> int:
     """Fuzz what the command line names; 1 where a mutant was not well answered."""
     args = _arguments()
-    if args.worker:
-        _work(args)
-        return 0
     sys.path[:0] = [str(_HERE.parents[1]), str(_HERE.parents[2] / "app")]
+    if args.worker:
+        _work()
+        return 0
     from formats import FORMATS
 
     is_bad = False
     seconds = 60 * args.minutes if args.minutes else None if args.mutants else 60.0
-    for name in args.formats or FORMATS:
-        begin = time.monotonic()
-        counts = fuzzed(name, args.seed, seconds, args.mutants, args.first, args.keep)
-        rate = counts.total() / (time.monotonic() - begin)
-        said = ", ".join(f"{count:,} {outcome}" for outcome, count in counts.most_common())
-        print(
-            f"{name}: {counts.total():,} mutants from {args.first:,} of seed {args.seed}, "
-            f"{rate:.0f} a second: {said}",
-            flush=True,
-        )
-        is_bad |= bool(badly_answered(name, counts))
+    keep = None if args.keep is None else str(args.keep.absolute())
+    with Fuzzer() as fuzzer:
+        for name in args.formats or FORMATS:
+            job = Job(name, args.seed, seconds, args.mutants, args.first, keep)
+            is_bad |= _told(fuzzer, job)
     return int(is_bad)
+
+
+def _told(fuzzer: Fuzzer, job: Job) -> bool:
+    """Do one job and print what came of it; returns whether a mutant was not well answered."""
+    begin = time.monotonic()
+    counts = fuzzer.counts(job)
+    rate = counts.total() / (time.monotonic() - begin)
+    said = ", ".join(f"{count:,} {outcome}" for outcome, count in counts.most_common())
+    print(
+        f"{job.name}: {counts.total():,} mutants from {job.first:,} of seed {job.seed}, "
+        f"{rate:.0f} a second: {said}",
+        flush=True,
+    )
+    return bool(badly_answered(job.name, counts))
 
 
 def _arguments() -> argparse.Namespace:
@@ -280,7 +344,7 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--first", type=int, default=0, help="number of the first mutant")
     parser.add_argument("--keep", type=Path, help="folder for mutants that were not well answered")
-    parser.add_argument("--worker", help=argparse.SUPPRESS)
+    parser.add_argument("--worker", action="store_true", help=argparse.SUPPRESS)
     return parser.parse_args()
 
 

@@ -27,6 +27,7 @@ from support.picture_files import (
     colors,
     disparity,
     display_p3,
+    heic_with_depth,
     jpeg_with_dynamic_depth,
     jpeg_with_gdepth,
     metres,
@@ -374,6 +375,14 @@ def test_the_depth_inside_a_heic(metadata, convention):
     else:
         np.testing.assert_array_equal(found.values, values)
         assert found.full_scale == 255
+
+
+def test_a_heic_file_with_depth_inside(tmp_path):
+    pytest.importorskip("pillow_heif").register_heif_opener()
+    depths = disparity(np.clip(metres(64, 64), 1, 8), 1, 8)
+    plate = read_plate(heic_with_depth(tmp_path / "p.heic", 1, 8, depths, quality=100))
+    assert "disparity from 0.125 to 1 dioptres" in plate.depth.why
+    np.testing.assert_allclose(1 / plate.depth_m, 0.125 + depths * 0.875, atol=0.02)
 
 
 def test_a_photo_in_focus_comes_back_as_it_was(photo, tmp_path, capsys):
