@@ -14,8 +14,13 @@ from heatlens.camera.usd_write import units_per_mm
 from heatlens.errors import FaultError, HeatlensError, InputError
 from heatlens.files import apart
 from heatlens.files.usd_library import usd_failures_told
-from support.command_line import ENVIRONMENT
+from heatlens.model.plate_options import PlateOptions
+from heatlens.source.opened import Opened
+from heatlens.source.opener import SourceOpener
+from support.command_line import CAMERA, ENVIRONMENT, channels
+from support.exr_files import write_file
 from support.usd_cameras import bomb
+from support.x_server import Screen, Window
 
 LONG = {"HEATLENS_USD_SECONDS": "600", "HEATLENS_USD_GIGABYTES": "60"}
 PATIENCE_S = 60.0
@@ -40,6 +45,20 @@ def until(is_so) -> None:
 def children_of(process: int) -> list[int]:
     tasks = Path(f"/proc/{process}/task").glob("*/children")
     return [int(word) for task in tasks for word in task.read_text().split()]
+
+
+def scene_readers(process: int) -> list[int]:
+    """Return the processes that read a scene, of those that `process` or its children started."""
+    found = [child for child in children_of(process) if is_alive(child)]
+    below = [reader for child in found for reader in scene_readers(child)]
+    return below or [child for child in found if b"usd_scene" in command_of(child)]
+
+
+def command_of(process: int) -> bytes:
+    try:
+        return Path(f"/proc/{process}/cmdline").read_bytes()
+    except OSError:
+        return b""
 
 
 def is_alive(process: int) -> bool:
@@ -80,6 +99,40 @@ def test_the_program_that_closes_ends_what_is_being_read(endless):
     apart.end_all()
     thread.join(PATIENCE_S)
     assert isinstance(refused[0], InputError) and not apart._running
+
+
+def test_another_file_does_not_wait_for_one_that_takes_for_ever(endless, tmp_path):
+    other = write_file(tmp_path / "o.exr", channels(), **CAMERA)
+    opener = SourceOpener(lambda: None)
+    opener.open(str(endless), PlateOptions())
+    until(lambda: apart._running)
+    opener.open(str(other), PlateOptions())
+    opened: list[Opened] = []
+    until(lambda: opened.extend(filter(None, [opener.poll()])) or opened)
+    assert opened[0].text == str(other) and not apart._running
+    opened[0].close()
+    opener.close()
+
+
+def test_a_window_that_closes_does_not_wait_for_what_it_opens(endless):
+    opener = SourceOpener(lambda: None)
+    opener.open(str(endless), PlateOptions())
+    until(lambda: apart._running)
+    opener.close()
+    assert not apart._running
+
+
+def test_a_real_window_that_is_closed_ends_what_it_reads(endless, tmp_path):
+    screen = Screen()
+    try:
+        window = Window(screen, tmp_path, endless, title="heatlens", **LONG)
+        until(lambda: scene_readers(window.process.pid))
+        reads = scene_readers(window.process.pid)
+        window.quit()
+        assert window.closed() == (0, "")
+    finally:
+        screen.close()
+    assert not any(map(is_alive, reads))
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="the system must end it")

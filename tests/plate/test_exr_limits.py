@@ -74,6 +74,20 @@ def test_a_window_that_the_bytes_cannot_fill_is_refused(tmp_path, compression):
         read_parts(path)
 
 
+@pytest.mark.parametrize("compression", ["HTJ2K32", "HTJ2K256"])
+@pytest.mark.parametrize("size", [(24, 10), (10, 24), (16, 1)])
+def test_pixels_of_another_size_are_refused(tmp_path, compression, size):
+    """JPEG 2000 knows its size; pictures of one colour would fit otherwise."""
+    flat = np.full((10, 16), 0.5, np.float32)
+    channels = {name: flat for name in "RGBZ"}
+    kind = getattr(OpenEXR, f"{compression}_COMPRESSION")
+    path = write_file(tmp_path / "a.exr", channels, compression=kind)
+    before, after = (struct.pack("<4i", 0, 0, w - 1, h - 1) for w, h in ((16, 10), size))
+    path.write_bytes(path.read_bytes().replace(before, after))
+    with pytest.raises(InputError, match="damaged or cut short"):
+        read_parts(path)
+
+
 def test_a_window_that_no_gpu_takes_is_refused(tmp_path):
     path = patched(write_file(tmp_path / "a.exr", rgb()), "dataWindow", struct.pack("<i", -16384))
     for read in (read_parts, read_headers):

@@ -60,14 +60,22 @@ def _cpu_seconds(process: str) -> float:
 
 
 class Window:
-    """`heatlens` in a window on `screen`."""
+    """`heatlens` in a window on `screen`, which is there once its name holds `title`."""
 
-    def __init__(self, screen: Screen, folder: Path, *words: object) -> None:
-        self.screen = screen
+    def __init__(
+        self,
+        screen: Screen,
+        folder: Path,
+        *words: object,
+        title: str = " - heatlens",
+        **more_environment: str,
+    ) -> None:
+        self.screen, self._title = screen, title
         environment = ENVIRONMENT | {
             "DISPLAY": screen.display,
             "HEATLENS_CONFIG_DIR": str(folder / "config"),
             "HEATLENS_CACHE_DIR": str(folder / "cache"),
+            **more_environment,
         }
         environment.pop("WAYLAND_DISPLAY", None)
         self.process = started(*words, env=environment)
@@ -77,7 +85,7 @@ class Window:
 
     def _is_shown(self) -> bool:
         assert self.process.poll() is None, self.process.communicate()
-        self.id = self.screen.hand("search", "--name", " - heatlens").partition("\n")[0]
+        self.id = self.screen.hand("search", "--name", self._title).partition("\n")[0]
         return bool(self.id)
 
     def until(self, condition: Callable[[], bool], what: str) -> None:

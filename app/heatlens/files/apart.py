@@ -11,8 +11,10 @@ import os
 import pickle
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from threading import local
 from typing import TypeVar
 
 import heatlens
@@ -27,6 +29,36 @@ _FAILED = 1  # Python's code for an error that nobody has caught
 _NO_MEMORY = 71  # as sysexits.h calls an error of the system
 
 _running: set["subprocess.Popen[bytes]"] = set()
+_of_thread = local()  # its `stop`, where it has one
+
+
+class Stop:
+    """Ends what another thread reads in processes of their own, now and from then on."""
+
+    def __init__(self) -> None:
+        self._is_asked = False
+        self._processes: set[subprocess.Popen[bytes]] = set()
+
+    def ask(self) -> None:
+        """End them; a second call does nothing."""
+        self._is_asked = True
+        for process in tuple(self._processes):
+            process.kill()
+
+    @contextmanager
+    def heard(self) -> Iterator[None]:
+        """Let what this thread reads within the block be ended."""
+        _of_thread.stop = self
+        try:
+            yield
+        finally:
+            del _of_thread.stop
+
+    def add(self, process: "subprocess.Popen[bytes]") -> None:
+        """End `process` when it is asked for, or at once where it was."""
+        self._processes.add(process)
+        if self._is_asked:
+            process.kill()
 
 
 def called_apart(read: Callable[[str], Result], text: str, what: str) -> Result:
@@ -45,6 +77,8 @@ def called_apart(read: Callable[[str], Result], text: str, what: str) -> Result:
         env=_environment(),
     )
     _running.add(process)
+    if hasattr(_of_thread, "stop"):
+        _of_thread.stop.add(process)
     try:
         written, said = process.communicate()
     finally:

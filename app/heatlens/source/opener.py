@@ -7,6 +7,7 @@ from pathlib import Path
 
 from heatlens.errors import HeatlensError, InputError
 from heatlens.faults import faults_told
+from heatlens.files.apart import Stop
 from heatlens.frame_cache.cache import Damaged, FrameCache
 from heatlens.frame_cache.reader import SequenceReader
 from heatlens.model.plate_options import PlateOptions
@@ -40,6 +41,7 @@ class SourceOpener:
         self._stream = stream
         self._thread = ThreadPoolExecutor(1, thread_name_prefix="open")
         self._coming: Future[Opened] | None = None
+        self._stop = Stop()
         self.opening: str | None = None  # what is being opened
         self.refused: Refused | None = None  # until something else is opened
         self._options = PlateOptions()
@@ -51,12 +53,14 @@ class SourceOpener:
             self._stream.begin(options)
             return
         self.opening, self._options, self.refused = text, options, None
-        self._coming = self._thread.submit(_opened, text, options, frame, self._wake)
+        self._stop = Stop()
+        self._coming = self._thread.submit(_opened, text, options, frame, self._wake, self._stop)
         self._coming.add_done_callback(lambda _: self._wake())
 
     def cancel(self) -> None:
-        """Forget what is being opened."""
+        """Forget what is being opened, and end the process that reads it."""
         if self._coming is not None:
+            self._stop.ask()
             self._coming.add_done_callback(_close_unused)
             self._coming = self.opening = None
 
@@ -86,10 +90,11 @@ class SourceOpener:
 
 @faults_told("The file could not be opened")
 def _opened(
-    text: str, options: PlateOptions, frame: int | None, wake: Callable[[], None]
+    text: str, options: PlateOptions, frame: int | None, wake: Callable[[], None], stop: Stop
 ) -> Opened:
     if kind_of(text) is SourceKind.SCENE:
-        return opened_scene(text, options)
+        with stop.heard():
+            return opened_scene(text, options)
     source = PlateSource(text, find_sequence(text), options)
     first, news = _first_frame(source.sequence, text, frame), News(wake)
     # A fault of the program in one frame makes that frame damaged, and the others are shown.
