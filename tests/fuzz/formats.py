@@ -12,6 +12,7 @@ import charset_normalizer
 import numpy as np
 import OpenEXR
 import photo_formats
+from tevclient import packet as client_packet
 
 from heatlens.camera.camera_file import write_camera
 from heatlens.camera.csv_camera import read_csv_camera
@@ -30,9 +31,11 @@ from heatlens.plate.read import read_plate
 from heatlens.scene.scene import Scene
 from heatlens.scene.scene_read import read_scene
 from heatlens.scene.usd.read import usd_scene
+from heatlens.stream.chosen_image import chosen_image
 from heatlens.stream.images import TevImages
+from heatlens.stream.lens_image import LENS_IMAGE, lens_header
 from heatlens.stream.protocol import PacketStream, TevPacketError, TevStreamError, message_of
-from heatlens.stream.received_plate import chosen_channels, plate_of_image
+from heatlens.stream.received_plate import plate_of_image
 from support.cameras import moving_camera
 from support.exr_files import distances, rgb, tiled_header, write_file, write_parts
 from support.gltf_files import encoded, square_scene
@@ -178,14 +181,21 @@ def _config(path: Path) -> Arrays:
 
 
 def _tev(folder: Path) -> list[Path]:
-    """Write all kinds of packets; the image is closed last, and made once more."""
+    """Write all kinds of packets; the image is closed last, and made once more. A lens follows."""
     create, update, close, *others = GOOD
-    (folder / "stream").write_bytes(b"".join((create, update, *others, close, create, update)))
+    names = ["focal_length_mm", "sensor_width_mm", "f_stop", "focus_distance_m"]
+    values = np.array([[[50, 36, 2.8, 4.2]]], np.float32)
+    lens = (
+        bytes(client_packet.create_image(LENS_IMAGE, 1, 1, names)),
+        bytes(client_packet.update_image(LENS_IMAGE, values, names)),
+    )
+    packets = (create, update, *others, close, create, update, *lens)
+    (folder / "stream").write_bytes(b"".join(packets))
     return [folder / "stream"]
 
 
 def _stream(path: Path) -> Arrays:
-    """Read packets as the server reads what a stranger sends, and make plates of what is there."""
+    """Read packets as the server reads what a stranger sends, and make a plate of what is there."""
     images, stream, rest = TevImages(max_values=1 << 16), PacketStream(), path.read_bytes()
     problems: list[Exception] = []
     while rest:
@@ -200,19 +210,20 @@ def _stream(path: Path) -> Arrays:
             problems.append(error)
             break
         rest = rest[wanted:]
-    for name in images.names:
-        try:
-            yield from _received(images, name)
-        except InputError as error:
-            problems.append(error)
+    try:
+        yield from _received(images)
+    except InputError as error:
+        problems.append(error)
     if problems:
         raise HeatlensError(str(problems[0])) from problems[0]
 
 
-def _received(images: TevImages, name: str) -> Arrays:
-    image = images.get(name)
-    assert image is not None
-    return _plate_values(plate_of_image(chosen_channels(image, PlateOptions()), PlateOptions(), ()))
+def _received(images: TevImages) -> Arrays:
+    names, options = [name for name in images.names if name != LENS_IMAGE], PlateOptions()
+    found = [image for image in map(images.get, names) if image is not None]
+    lens = lens_header(images.get(LENS_IMAGE))
+    plate = plate_of_image(chosen_image(found, options), options, lens)
+    return (*_plate_values(plate), *_numbers(vars(plate.camera).values()))
 
 
 def without_slow_guesses() -> None:
