@@ -98,7 +98,10 @@ def _plate(path: Path, read: Callable[[Path], Plate] = read_plate) -> Arrays:
 def _plate_values(plate: Plate) -> Arrays:
     depth = plate.coc_px if plate.depth_m is None else plate.depth_m
     assert depth is not None
-    return plate.color, depth[~np.isinf(depth)]
+    yield from (plate.color, depth[~np.isinf(depth)])
+    if (lists := plate.fragments) is not None:
+        yield from (lists.color, lists.coverage, lists.dioptres)
+        assert lists.starts[-1] >> 1 == lists.count
 
 
 def _meshes(scene: Scene) -> Arrays:
