@@ -61,7 +61,9 @@ class Block(SimpleNamespace):
 
 
 def camera_data(name: str) -> Block:
-    return Block(name=name, lens=35.0, dof=SimpleNamespace(use_dof=False, focus_object="Cube"))
+    return Block(
+        name=name, users=2, lens=35.0, dof=SimpleNamespace(use_dof=False, focus_object="Cube")
+    )
 
 
 def camera_object(name: str, data: Block) -> Block:
@@ -125,7 +127,7 @@ def test_the_lens_of_any_shot_is_at_every_frame(shot, unit_m):
     for frame in FRAMES:
         lens = shot.lens_at(frame)
         assert data.at("lens", frame) == lens.focal_length_mm
-        assert data.at("dof.aperture_fstop", frame) == lens.f_stop
+        assert data.at("dof.aperture_fstop", frame) == lens.f_stop * unit_m
         assert data.at("dof.aperture_ratio", frame) == lens.squeeze
         focus_m = min(lens.focus_distance_m, INFINITE_M)
         found = data.at("dof.focus_distance", frame)

@@ -1,14 +1,7 @@
-"""The script for Blender, run in Blender itself, where its module can be imported.
+"""The script for Blender, run in Blender itself; skipped where its module is missing."""
 
-`HEATLENS_BPY_PYTHON` names the Python of an environment with `pip install bpy`; without it the test
-looks for `bpy` beside itself, and is skipped where there is none.
-"""
-
-import importlib.util
 import json
-import os
 import subprocess
-import sys
 
 import pytest
 
@@ -18,9 +11,8 @@ from heatlens.camera.same_discs import with_renderer_f_stop
 from heatlens.model.frames import FrameRange
 from heatlens.model.lens import Lens
 from heatlens.model.shot import LensParameter, Shot
+from support.blender import PYTHON
 
-_OWN = sys.executable if importlib.util.find_spec("bpy") else ""
-PYTHON = os.environ.get("HEATLENS_BPY_PYTHON", _OWN)
 FRAMES = FrameRange(101, 126)
 # Blender's usual state: a mesh is selected and active, and the camera of the scene is another.
 PROBE = """
@@ -58,7 +50,7 @@ def pulled() -> Shot:
     return shot
 
 
-@pytest.mark.skipif(not PYTHON, reason="there is no bpy here; HEATLENS_BPY_PYTHON can name one")
+@pytest.mark.skipif(not PYTHON, reason="HEATLENS_BPY_PYTHON names no Python with bpy")
 def test_blender_has_the_lens_at_the_frames_and_between_them(tmp_path):
     shot = pulled()
     camera = with_renderer_f_stop(camera_before_plates(shot, "cam"))

@@ -44,7 +44,7 @@ ROTATION_DEG = {rotation}
 
 
 def camera_object():
-    """The camera that takes the lens: it has a lens of its own, with no keys on it."""
+    """The camera that takes the lens: nothing else has that lens, and no keys are on it."""
     scene = bpy.context.scene
     found = bpy.data.objects.get(CAMERA) if CAMERA else scene.camera
     if CAMERA and (found is None or found.type != "CAMERA"):
@@ -53,7 +53,8 @@ def camera_object():
         found = bpy.data.objects.new(NAME, bpy.data.cameras.new(NAME))
         scene.collection.objects.link(found)
     else:
-        found.data = found.data.copy()
+        if found.data.users > 1:
+            found.data = found.data.copy()
         found.data.animation_data_clear()
     scene.camera = found
     return found
@@ -121,7 +122,9 @@ if len(FRAMES) > 1:
 camera = camera_object()
 camera.data.sensor_fit = "HORIZONTAL"
 for path, values in LENS.items():
-    set_track(camera.data, path, values)
+    # Blender takes a unit of its scene for a metre of its lens, whatever the scale of units says.
+    factor = 1 / units_per_m if path == "dof.aperture_fstop" else 1
+    set_track(camera.data, path, scaled(values, factor))
 if FOCUS_DISTANCE_M is not None:
     camera.data.dof.use_dof = True
     camera.data.dof.focus_object = None

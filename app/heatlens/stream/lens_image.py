@@ -18,10 +18,13 @@ since they were sent last, so that a value set by hand in the window stays until
 """
 
 from collections.abc import Mapping
+from dataclasses import fields, replace
 from typing import Any
 
 import numpy as np
 
+from heatlens.plate.camera_header import camera_at_header
+from heatlens.plate.plate import CameraHeader
 from heatlens.stream.images import TevImage, not_sent
 
 LENS_IMAGE = "heatlens.lens"
@@ -46,6 +49,13 @@ def lens_header(image: TevImage | None) -> Mapping[str, Any]:
     }
     sides = [sent.get(name, 0.0) for name in _SENSOR]
     return found | ({"sensorOverallDimensions": np.array(sides, np.float32)} if any(sides) else {})
+
+
+def with_sent_lens(camera: CameraHeader, sent: Mapping[str, Any]) -> CameraHeader:
+    """Return the lens that a file tells, and over it what a client has sent of it."""
+    found = camera_at_header([sent])
+    told = {f.name: v for f in fields(found) if (v := getattr(found, f.name)) is not None}
+    return replace(camera, **{**told, "sources": {**camera.sources, **found.sources}})
 
 
 def _sent_values(image: TevImage) -> dict[str, float]:

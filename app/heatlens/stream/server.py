@@ -9,7 +9,7 @@ import selectors
 import socket
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from threading import Lock, Thread
 from typing import Any
@@ -23,7 +23,7 @@ from heatlens.stream.address import DEFAULT_HOST, DEFAULT_PORT, listening_socket
 from heatlens.stream.asked_file import asked_file, is_of_this_machine
 from heatlens.stream.chosen_image import ChosenImage, chosen_image
 from heatlens.stream.images import TevImages
-from heatlens.stream.lens_image import LENS_IMAGE, lens_header
+from heatlens.stream.lens_image import LENS_IMAGE, lens_header, with_sent_lens
 from heatlens.stream.protocol import (
     MAX_CHANNELS,
     CloseImage,
@@ -117,7 +117,7 @@ class TevServer(Closing):
         options = options or PlateOptions()
         try:
             if self._file is not None and name is None:
-                return read_plate(self._file, options)
+                return self._of_file(self._file, options)
             chosen, lens = self._chosen(name, options)
             plate = plate_of_image(chosen, options, lens)
             self._snapshot_problem = chosen.passed_over or None
@@ -132,6 +132,12 @@ class TevServer(Closing):
             self._waker.send(b"x")
             self._thread.join()
         self._waker.close()
+
+    def _of_file(self, path: Path, options: PlateOptions) -> Plate:
+        plate = read_plate(path, options)
+        with self._lock:
+            sent = lens_header(self._lens.get(LENS_IMAGE))
+        return replace(plate, camera=with_sent_lens(plate.camera, sent))
 
     def _chosen(
         self, name: str | None, options: PlateOptions

@@ -1,0 +1,105 @@
+"""The add-on in Blender itself, without its window; skipped where its module is missing."""
+
+import json
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from heatlens.camera.camera_file import read_camera
+from heatlens.documents.shot_file import read_shot
+from heatlens.model.lens_model import LensModel
+from heatlens.paths import data_dir
+from heatlens.plate.read import read_plate
+from support.blender import PYTHON
+from support.tev_peers import serving, settle
+
+ADDON = data_dir("assets") / "blender" / "heatlens_addon.py"
+PROBE = """
+import bpy, importlib.util, json, os, sys, time
+from pathlib import Path
+
+addon, folder, port = sys.argv[1], Path(sys.argv[2]), int(sys.argv[3])
+spec = importlib.util.spec_from_file_location("heatlens_addon", addon)
+module = importlib.util.module_from_spec(spec)
+sys.modules["heatlens_addon"] = module
+spec.loader.exec_module(module)
+module.register()
+scene, render = bpy.context.scene, bpy.context.scene.render
+scene.heatlens.folder, scene.heatlens.port = str(folder), port
+data = scene.camera.data
+data.lens, data.dof.use_dof, data.dof.aperture_fstop, data.dof.focus_distance = 85, True, 2, 11
+render.engine, render.resolution_x, render.resolution_y = "CYCLES", 48, 27
+render.resolution_percentage, scene.cycles.samples, scene.cycles.use_denoising = 100, 1, False
+scene.frame_set(12)
+image = render.image_settings
+
+
+def state():
+    return [data.dof.use_dof, image.file_format, image.color_depth, render.filepath,
+            render.use_compositing, bpy.context.view_layer.use_pass_z, scene.cycles.samples]
+
+
+before = state()
+bpy.ops.heatlens.render_plate()
+facts = {"before": before, "restored": state(), "message": module._FOLLOW.message}
+module.LIVE_SAMPLES = (1, 2)
+bpy.ops.heatlens.live_cycles()
+facts["restored_live"] = state()
+shot = module.shot_path(scene)
+module._FOLLOW.poll(scene)
+saved = json.loads(shot.read_text())
+saved["lens"]["f_stop"], saved["lens"]["focus_distance_m"] = 1.4, 7.5
+shot.write_text(json.dumps(saved))
+os.utime(shot, (time.time() + 2, time.time() + 2))
+for _ in range(600):
+    module._FOLLOW.poll(scene)
+    if abs(data.dof.focus_distance - 7.5) < 1e-3:
+        break
+    time.sleep(0.1)
+facts["lens"] = [data.lens, data.dof.aperture_fstop, data.dof.focus_distance]
+facts["camera"] = scene.camera.data.name == data.name
+facts["followed"] = module._FOLLOW.message
+module.unregister()
+print("FACTS" + json.dumps(facts))
+"""
+
+pytestmark = pytest.mark.skipif(not PYTHON, reason="HEATLENS_BPY_PYTHON names no Python with bpy")
+
+
+def test_a_plate_a_live_picture_and_the_lens_back(tmp_path):
+    (tmp_path / "probe.py").write_text(PROBE)
+    folder = tmp_path / "plates"
+    with serving() as server:
+        words = [PYTHON, tmp_path / "probe.py", ADDON, folder, server.address[1]]
+        ran = subprocess.run(
+            list(map(str, words)),
+            env=os.environ | {"HEATLENS": f"{sys.executable} -m heatlens"},
+            capture_output=True,
+            text=True,
+            check=False,
+            timeout=400,
+        )
+        assert ran.returncode == 0, ran.stderr
+        settle(server)
+        live = server.snapshot()
+    facts = json.loads(next(x for x in ran.stdout.splitlines() if x.startswith("FACTS"))[5:])
+    assert facts["restored"] == facts["restored_live"] == facts["before"]
+
+    plate = read_plate(next(folder.glob("*.0012.exr")))
+    assert plate.color.shape == (27, 48, 4) and plate.camera.model is LensModel.RENDERER
+    assert plate.depth_m is not None and 5 < plate.depth.near_m < 11 < plate.depth.far_m < 100
+    camera = read_camera(str(next(folder.glob("*.camera.json"))))
+    assert (camera.frames, camera.up_axis) == ((12,), "z")
+    assert (camera.focal_length_mm, camera.f_stop, camera.sensor_width_mm) == ((85,), (2,), (36,))
+    shot = read_shot(next(folder.glob("*.heatlens.json")))
+    assert shot.lens.focal_length_mm == 85 and shot.lens.model is LensModel.RENDERER
+
+    assert live is not None and live.color.shape == (27, 48, 4)
+    assert (live.camera.focal_length_mm, live.camera.focus_distance_m) == (85, 11)
+    np.testing.assert_allclose(np.median(live.depth_m), np.median(plate.depth_m), rtol=1e-3)
+
+    assert facts["lens"] == pytest.approx([85, 1.4, 7.5], rel=1e-6), facts["followed"]
+    assert facts["camera"]
