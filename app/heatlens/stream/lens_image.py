@@ -53,7 +53,7 @@ def lens_header(image: TevImage | None) -> Mapping[str, Any]:
 
 def with_sent_lens(camera: CameraHeader, sent: Mapping[str, Any]) -> CameraHeader:
     """Return the lens that a file tells, and over it what a client has sent of it."""
-    found = camera_at_header([sent])
+    found = camera_at_header([dict(sent)])
     told = {f.name: v for f in fields(found) if (v := getattr(found, f.name)) is not None}
     return replace(camera, **{**told, "sources": {**camera.sources, **found.sources}})
 
