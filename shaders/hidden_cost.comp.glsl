@@ -7,6 +7,10 @@
 //   pixel list     what is guessed (hidden_blocks.comp.glsl)
 // Output (a pixel a block of 2 x 2; those with hidden pixels only)
 //   out_cost_img   a direction a channel: mean squared difference of the ends, < 0 if not both exist
+// With LISTS, which tell what is hidden, from
+//   state_tx, listed_tx   of layer_split.comp.glsl, also
+//   out_match_img  rgb logarithm of how much brighter what is seen is than what lists tell just beyond its end,
+//                  on the same surface; a how far that is known, -1 where it was not asked
 
 #include "lib/hidden_block.lib.glsl"
 #include "lib/pixel_list.lib.glsl"
@@ -46,6 +50,10 @@ float difference(ivec2 at, int k, ivec2 ends, int taps) {
     return weights > 0.0 ? sum / weights : -1.0;
 }
 
+#ifdef LISTS
+#include "lib/match.lib.glsl"
+#endif
+
 void compare_ends(ivec2 listed) {
     ivec2 at = listed & PLACE_MASK;
     size = textureSize(layer_tx, 0);
@@ -55,7 +63,12 @@ void compare_ends(ivec2 listed) {
     int taps = is_beyond_reach(ends) ? 0 : TAPS;
     for (int k = 0; k < HIDDEN_DIRECTIONS; ++k)
         if (all(greaterThan(ends[k], ivec2(0)))) cost[k] = difference(at, k, ends[k], taps);
-    if ((uint(listed.x) & MARK_FIRST) != 0u) imageStore(out_cost_img, at >> 1, cost);
+    bool is_first = (uint(listed.x) & MARK_FIRST) != 0u;
+    if (is_first) imageStore(out_cost_img, at >> 1, cost);
+#ifdef LISTS
+    vec4 matched = match_of(at, ends, is_first && taps > 0 ? HIDDEN_DIRECTIONS : 0);
+    if (is_first) imageStore(out_match_img, at >> 1, matched);
+#endif
 }
 
 void main() { FOR_EACH_LISTED(compare_ends) }

@@ -4,23 +4,27 @@
 //
 // Inputs
 //   cost_tx           hidden_cost.comp.glsl, -1 for what is seen
+//   around_tx         surroundings of highlights (highlight_split.comp.glsl), for has_highlights
 //   bits_buf          what is seen (seen_bits_clear.comp.glsl)
 //   pixel list        what is guessed (hidden_blocks.comp.glsl)
 //   listed_tx         with LISTS: what the pixels' lists tell (layer_split.comp.glsl), which goes before a
 //                     guess as deep behind a silhouette as a lens can see it
+//   match_tx          with LISTS: how what they tell is matched to what is seen (hidden_cost.comp.glsl)
 // Read where seen, written where hidden
 //   layer_img         rgb times coverage, a coverage, marked if hidden
 //   state_img         r diameter |coc|, g how far there is content, 0..1
 
 #include "lib/hidden_block.lib.glsl"
+#include "lib/highlight_limit.lib.glsl"
 #include "lib/layer.lib.glsl"
 #include "lib/pixel_list.lib.glsl"
 #include "lib/seen_bits.lib.glsl"
-#include "lib/tone.lib.glsl"
 
 layout(local_size_x = PIXELS_PER_GROUP) in;
 
 uniform sampler2D cost_tx;
+uniform sampler2D around_tx;
+uniform bool has_highlights;  // the layer is in focus and may hold some, at the picture's size
 layout(rgba32f) uniform image2D layer_img;
 layout(rg32f) uniform image2D state_img;
 
@@ -43,8 +47,11 @@ struct Content {
 
 Content content_at(ivec2 at) {
     vec4 layer = imageLoad(layer_img, at);
-    vec3 color = dimmed(layer.rgb / max(layer.a, 1e-4)) * layer.a;
-    return Content(vec4(color, layer.a), imageLoad(state_img, at).r * layer.a);
+    vec3 color = layer.rgb / max(layer.a, 1e-4);
+    // A highlight stays where it stands. A loop that no lane enters costs nothing.
+    for (int look = has_highlights ? 1 : 0; look > 0; --look)
+        color *= 1.0 - part_over(color, texelFetch(around_tx, at >> 1, 0).r);
+    return Content(vec4(dimmed(color) * layer.a, layer.a), imageLoad(state_img, at).r * layer.a);
 }
 
 vec4 mean_cost(ivec2 block, int reach) {
@@ -83,6 +90,19 @@ Content end_at(ivec2 end, ivec2 onward, float step_px, ivec2 size) {
 
 #ifdef LISTS
 uniform sampler2D listed_tx;
+uniform sampler2D match_tx;
+
+// What the light of a list is multiplied by, the mean of the blocks around.
+vec3 match_at(ivec2 block) {
+    vec4 sum = vec4(0.0);
+    for (int y = -REACH; y <= REACH; ++y)
+        for (int x = -REACH; x <= REACH; ++x) {
+            ivec2 p = clamp(block + ivec2(x, y), ivec2(0), textureSize(match_tx, 0) - 1);
+            vec4 matched = texelFetch(match_tx, p, 0);
+            sum += max(matched.a, 0.0) * vec4(matched.rgb, 1.0);
+        }
+    return exp(sum.rgb / max(sum.a, 1e-9));
+}
 #endif
 
 struct Guess {
@@ -141,6 +161,7 @@ void fill_pixel(ivec2 at, Guess guess) {
     own.a = marked_cover(own.a);
 #ifdef LISTS
     vec2 listed = texelFetch(listed_tx, at, 0).rg;
+    own.rgb *= mix(vec3(1.0), match_at(at >> 1), listed.r / max(listed.r + known, 1e-6));
     float beyond = smoothstep(LISTED_FROM * listed.g, LISTED_TO * listed.g + 1.0, guess.away_px);
     known = min(known + listed.r * (1.0 - beyond), 1.0);
 #endif

@@ -9,13 +9,14 @@
 // Outputs
 //   out_low_img       what is diffused
 //   out_high_img      rgb what was taken out, a signed coc
+//   out_around_img    luminance of the surroundings, a pixel for 2 x 2, for hidden_fill.comp.glsl
 //   low_fragment_buf  with LISTS: the fragments without their highlights. A highlight behind what is seen
 //                     takes the pixel's place in out_high_img if nothing in front has it
 
 #ifdef LISTS
 #include "lib/fragment_list.lib.glsl"
 #endif
-#include "lib/tone.lib.glsl"
+#include "lib/highlight_limit.lib.glsl"
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
@@ -24,41 +25,31 @@ uniform sampler2D surroundings_tx;
 uniform sampler2D coc_tx;
 layout(rgba32f) uniform writeonly image2D out_low_img;
 layout(rgba32f) uniform writeonly image2D out_high_img;
+layout(r16f) uniform writeonly image2D out_around_img;
 
 #ifdef LISTS
 layout(std430) writeonly buffer low_fragment_block { uint low_fragment_buf[]; };
 #endif
 
-#define TIMES_BRIGHTER 3.0
-#define LEAST_LUMINANCE 0.25  // grain in the dark is not a highlight
 // Discs smaller than LEAST_COC_PX stay pixels, those larger than WHOLE_COC_PX are drawn in full; in
 // between by degrees.
 #define LEAST_COC_PX 0.25
 #define WHOLE_COC_PX 0.75
-#define JUMP_PX 3.0  // as in lib/silhouette.lib.glsl: with less between them two surfaces stay one
+float drawn_part(float diameter) { return smoothstep(LEAST_COC_PX, WHOLE_COC_PX, diameter); }
 
-// The light of a mixed pixel at a silhouette is that of the brightest pixel around, and so is its blur: the
-// anti-aliased rim of a lamp in focus, which has the depth of the wall behind, is no highlight of the wall
-// but stays in the picture, where fragments_far gives it back to the lamp.
-float coc_of_light(ivec2 at, vec3 color, float coc, float limit) {
-    float most = mean_of(color), result = coc;
-    int looked_at = most > limit ? 9 : 0;
-    for (int k = 0; k < looked_at; ++k) {
-        ivec2 p = clamp(at + ivec2(k % 3, k / 3) - 1, ivec2(0), textureSize(color_tx, 0) - 1);
-        float there = mean_of(texelFetch(color_tx, p, 0).rgb);
-        if (there > most) {
-            most = there;
-            result = texelFetch(coc_tx, p, 0).r;
-        }
+// The mixed rim of a highlight has the depth of what is beside it: its coc is that of the brightest pixel
+// around.
+float highlight_coc(ivec2 at) {
+    ivec2 last = textureSize(color_tx, 0) - 1;
+    float most = mean_of(texelFetch(color_tx, at, 0).rgb);
+    ivec2 brightest = at;
+    for (int k = 0; k < 9; ++k) {
+        ivec2 p = clamp(at + ivec2(k % 3, k / 3) - 1, ivec2(0), last);
+        float luminance = mean_of(texelFetch(color_tx, p, 0).rgb);
+        if (luminance > most) brightest = p;
+        most = max(most, luminance);
     }
-    return abs(result - coc) > JUMP_PX ? result : coc;
-}
-
-// How much of this light is a highlight's, 0..1.
-float part_over(vec3 color, float coc, float limit) {
-    float luminance = mean_of(color);
-    float drawn = smoothstep(LEAST_COC_PX, WHOLE_COC_PX, abs(coc));
-    return luminance > limit ? drawn * (1.0 - limit / luminance) : 0.0;
+    return texelFetch(coc_tx, brightest, 0).r;
 }
 
 #ifdef LISTS
@@ -73,13 +64,13 @@ void store_fragment(uint number, vec3 color) {
     low_fragment_buf[at + 2u] = fragment_buf[at + 2u];
 }
 
-void split_list(ivec2 at, float front_coc, float limit, inout vec4 high) {
+void split_list(ivec2 at, float front_coc, float around, inout vec4 high) {
     List list = list_at(at, textureSize(color_tx, 0));
     if (list.has_front) high.rgb = vec3(0.0);
     bool is_free = mean_of(high.rgb) == 0.0;
     for (uint i = list.first; i < list.end; ++i) {
         Fragment fragment = fragment_of(i);
-        float over = part_over(fragment.color, fragment.coc, limit);
+        float over = drawn_part(abs(fragment.coc)) * part_over(fragment.color, around);
         vec3 light = over * fragment.color, drawn = fragment.cover * light;
         float margin = max(MARGIN_PX, MARGIN_PART * abs(fragment.coc));
         bool is_seen = list.has_front && i == list.first;
@@ -96,13 +87,17 @@ void main() {
     vec4 x = texelFetch(color_tx, at, 0);
     float coc = texelFetch(coc_tx, at, 0).r;
     float around = texelFetch(surroundings_tx, at >> 1, 0).r;
-    float limit = TIMES_BRIGHTER * around + LEAST_LUMINANCE;
-    float over = part_over(x.rgb, coc_of_light(at, x.rgb, coc, limit), limit);
-    vec4 high = vec4(over * x.rgb, coc);
+    float over = part_over(x.rgb, around), lamp_coc = coc;
+    for (int look = over > 0.0 ? 1 : 0; look > 0; --look) {  // a loop that no lane enters costs nothing
+        lamp_coc = highlight_coc(at);
+        over *= drawn_part(max(abs(coc), abs(lamp_coc)));
+    }
+    vec4 high = vec4(over * x.rgb, lamp_coc);
     imageStore(out_low_img, at, vec4(x.rgb - over * x.rgb, x.a));
 #ifdef LISTS
     float behind = max(texelFetch(surroundings_tx, at >> 1, 0).g, around);
-    split_list(at, coc, TIMES_BRIGHTER * behind + LEAST_LUMINANCE, high);
+    split_list(at, coc, behind, high);
 #endif
     imageStore(out_high_img, at, high);
+    imageStore(out_around_img, at >> 1, vec4(around));
 }

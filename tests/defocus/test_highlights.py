@@ -13,6 +13,7 @@ from heatlens.defocus.highlight_pass import (
     HighlightListPass,
     HighlightSplitPass,
     Surroundings,
+    WithoutHighlights,
 )
 from heatlens.defocus.line_solver import SweepSolver
 from heatlens.defocus.optics import Optics
@@ -48,10 +49,11 @@ class Lamps:
             BlurTargets(poles, new_texture(ctx, half, 4)),
         )
         split = HighlightSplitPass(ctx, BlurPass(solver))
-        list(split.steps(self.color, self.coc, self.optics, scratch, self.low, self.high))
+        into = WithoutHighlights(self.low, self.high, new_texture(ctx, half, 1, "f2"))
+        list(split.steps(self.color, self.coc, self.optics, scratch, into))
         self.taken = download(self.high)[..., :3]
         lists = HighlightListPass(ctx)
-        list(lists.steps(self.high, self.optics, self.buffers, self.low, self.coc))
+        list(lists.steps(into, self.optics, self.buffers, self.coc))
         kind, far, near = (new_texture(ctx, size, channels, "f2") for channels in (1, 4, 4))
         for empty in (self.out, kind, far, near):  # what a driver hands out may be anything
             empty.write(bytes(size[0] * size[1] * empty.components * int(empty.dtype[1])))

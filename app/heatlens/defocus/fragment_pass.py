@@ -24,7 +24,9 @@ class Fragments:
     far     far rim: rgb far fragment, a coverage of the near one; near rim: rgb and coverage of its
             own; elsewhere not written. Half is enough: what is in focus is not read from here
     near    far rim: rgb near fragment, a its coc; near rim: a the coc of what shines through
-        lists   what lies behind, where the plate tells it
+    lists   what lies behind, where the plate tells it
+    around  luminance around each block of 2 x 2 pixels, which highlights exceed; None where the
+            picture still has its highlights
     """
 
     color: moderngl.Texture
@@ -33,6 +35,7 @@ class Fragments:
     far: moderngl.Texture
     near: moderngl.Texture
     lists: ListedFragments | None = None
+    around: moderngl.Texture | None = None
 
     def textures(self) -> dict[str, moderngl.Texture]:
         """Return the textures by the names that shaders read them under."""

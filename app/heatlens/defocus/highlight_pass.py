@@ -85,6 +85,22 @@ class ListsWithoutHighlights:
         return self.whole.with_words(self.low_words)
 
 
+@dataclass(frozen=True)
+class WithoutHighlights:
+    """What a picture is split into.
+
+    low     RGBA, what is diffused
+    high    RGBA, what is drawn as discs, and its signed coc
+    around  R of half the size, the luminance that highlights exceed
+    lists   the same of fragment lists, where there are lists
+    """
+
+    low: moderngl.Texture
+    high: moderngl.Texture
+    around: moderngl.Texture
+    lists: ListsWithoutHighlights | None = None
+
+
 def _written(lists: ListsWithoutHighlights | None) -> dict[str, moderngl.Buffer]:
     return {} if lists is None else {"low_fragment_block": lists.low_words}
 
@@ -103,11 +119,10 @@ class HighlightSplitPass:
         coc: moderngl.Texture,
         optics: Optics,
         scratch: Surroundings,
-        low: moderngl.Texture,
-        high: moderngl.Texture,
-        lists: ListsWithoutHighlights | None = None,
+        out: WithoutHighlights,
     ) -> Iterator[None]:
-        """Fill `low`, which is what is diffused, and `high`; of lists their colours too."""
+        """Split `color` into the textures of `out`; of lists their colours too."""
+        lists = out.lists
         read = None if lists is None else lists.whole
         luminance, half_coc, targets = scratch.luminance, scratch.coc, scratch.targets
         self._luminance.version(lists is not None).dispatch(
@@ -123,7 +138,7 @@ class HighlightSplitPass:
         self._split.version(lists is not None).dispatch(
             pixel_groups(color.size),
             textures={"color_tx": color, "coc_tx": coc, "surroundings_tx": targets.out_color},
-            images={"out_low_img": low, "out_high_img": high},
+            images={"out_low_img": out.low, "out_high_img": out.high, "out_around_img": out.around},
             buffers=list_buffers(read) | _written(lists),
             uniforms=list_uniforms(read),
         )
@@ -141,14 +156,13 @@ class HighlightListPass:
 
     def steps(
         self,
-        high: moderngl.Texture,
+        split: WithoutHighlights,
         optics: Optics,
         buffers: HighlightBuffers,
-        low: moderngl.Texture,
         coc: moderngl.Texture,
-        lists: ListsWithoutHighlights | None = None,
     ) -> Iterator[None]:
         """Fill the list; where it would be too long, put the highlights back where they were."""
+        high, lists = split.high, split.lists
         size = high.size
         planned = {
             "tally_block": buffers.tally,
@@ -181,7 +195,7 @@ class HighlightListPass:
             buffers.plan,
             offset=20,
             textures=high_tx if lists is None else high_tx | {"coc_tx": coc},
-            images={"low_img": low},
+            images={"low_img": split.low},
             buffers=list_buffers(read) | _written(lists),
             uniforms=list_uniforms(read),
         )

@@ -94,11 +94,13 @@ class HiddenScratch:
     bits    `HiddenFillPass.bits_bytes`: which pixels are seen
     blocks  `list_bytes` of the picture: each hidden pixel may be guessed for itself
     cost    RGBA of `block_size`, -1 everywhere
+    match   the same, where there are fragment lists
     """
 
     bits: moderngl.Buffer
     blocks: moderngl.Buffer
     cost: moderngl.Texture
+    match: moderngl.Texture | None = None
 
 
 def block_size(size: tuple[int, int]) -> tuple[int, int]:
@@ -113,7 +115,7 @@ class HiddenFillPass:
         self._all_program = ComputeProgram(ctx, "seen_bits_all.comp.glsl")
         self._clear_program = ComputeProgram(ctx, "seen_bits_clear.comp.glsl")
         self._block_program = ComputeProgram(ctx, "hidden_blocks.comp.glsl")
-        self._cost_program = ComputeProgram(ctx, "hidden_cost.comp.glsl")
+        self._cost_program = ListProgram(ctx, "hidden_cost.comp.glsl")
         self._fill_program = ListProgram(ctx, "hidden_fill.comp.glsl")
 
     @staticmethod
@@ -127,10 +129,12 @@ class HiddenFillPass:
         pixels: moderngl.Buffer,
         scratch: HiddenScratch,
         reach_px: int,
+        around: moderngl.Texture | None = None,
     ) -> Iterator[None]:
         """Fill the hidden `pixels` of `layer` in place, in short steps.
 
-        Hidden pixels more than `reach_px` from any visible pixel of the layer stay empty.
+        Hidden pixels more than `reach_px` from any visible pixel of the layer stay empty. `around`
+        is that of `Fragments`, for a layer that may hold highlights.
         """
         size = layer.color.size
         bits = {"bits_block": scratch.bits}
@@ -148,23 +152,24 @@ class HiddenFillPass:
         yield
         guessed = bits | {"pixel_list_block": scratch.blocks}
         reach = {"reach_px": reach_px}
+        told, out_match, match = _told(layer, scratch)
         for part in slices(size):
-            self._cost_program.dispatch_indirect(
+            self._cost_program.version(bool(told)).dispatch_indirect(
                 scratch.blocks,
-                textures={"layer_tx": layer.color},
-                images={"out_cost_img": scratch.cost},
+                textures={"layer_tx": layer.color} | told,
+                images={"out_cost_img": scratch.cost} | out_match,
                 buffers=guessed,
                 uniforms=reach | part,
             )
             yield
-        told = {} if layer.told is None else {"listed_tx": layer.told}
         for part in slices(size):
-            self._fill_program.version(layer.told is not None).dispatch_indirect(
+            self._fill_program.version(bool(told)).dispatch_indirect(
                 scratch.blocks,
-                textures={"cost_tx": scratch.cost} | told,
+                textures={"cost_tx": scratch.cost, "around_tx": around or scratch.cost}
+                | match,
                 images={"layer_img": layer.color, "state_img": layer.state},
                 buffers=guessed,
-                uniforms=reach | part,
+                uniforms=reach | part | {"has_highlights": around is not None},
             )
             yield
 
@@ -176,6 +181,24 @@ class HiddenFillPass:
             buffers=bits | {"tile_mask_block": layer.mask.words},
             uniforms={"size": size, **layer.mask.uniforms},
         )
+
+
+_Textures = dict[str, moderngl.Texture]
+
+
+def _told(layer: Layer, scratch: HiddenScratch) -> tuple[_Textures, _Textures, _Textures]:
+    """Return what the cost of lists is told from, where its match is written, and who reads it.
+
+    Nothing of all this without lists.
+    """
+    if layer.told is None or scratch.match is None:
+        return {}, {}, {}
+    listed = {"listed_tx": layer.told}
+    return (
+        listed | {"state_tx": layer.state},
+        {"out_match_img": scratch.match},
+        listed | {"match_tx": scratch.match},
+    )
 
 
 def _words(size: tuple[int, int]) -> tuple[int, int, int, int]:

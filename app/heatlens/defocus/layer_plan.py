@@ -39,6 +39,12 @@ class LayerPlan:
         near, far = self.cut.near, self.cut.far
         return near.at_px - near.half_width_px, far.at_px + far.half_width_px
 
+    @property
+    def is_in_focus(self) -> bool:
+        """Return whether something in the layer may be in focus."""
+        low_px, high_px = self.ends_px
+        return low_px < 1.0 and high_px > -1.0
+
     def size(self, picture: tuple[int, int]) -> tuple[int, int]:
         """Return width and height of the layer for those of a picture."""
         return -(-picture[0] // self.reduction), -(-picture[1] // self.reduction)

@@ -21,6 +21,7 @@ from heatlens.defocus.highlight_pass import (
     HighlightSplitPass,
     ListsWithoutHighlights,
     Surroundings,
+    WithoutHighlights,
 )
 from heatlens.defocus.kernels import Kernel
 from heatlens.defocus.layer_cuts import layer_cuts
@@ -170,12 +171,19 @@ class DefocusPipeline:
     ) -> Steps[moderngl.Texture]:
         """Blur layers far to near, and composite them in the texture called `name`."""
         kernel = kernel_for(settings)
-        listed = None
+        listed = around = None
         if has_highlights:
             split = None if lists is None else self._room_for_low(lists)
-            color, listed = yield from self._without_highlights(color, coc, kernel, optics, split)
-            lists = None if split is None else split.diffused
-        picture = self._fragmented(color, coc, optics, lists)
+            around = self.scratch.texture("around", Surroundings.half_size(color.size), 1, "f2")
+            targets = WithoutHighlights(
+                self.scratch.texture("low", color.size, 4),
+                self.scratch.texture("high", color.size, 4),
+                around,
+                split,
+            )
+            listed = yield from self._without_highlights(color, coc, kernel, optics, targets)
+            color, lists = targets.low, None if split is None else split.diffused
+        picture = self._fragmented(color, coc, optics, lists, around)
         yield self._passed("fragments")
         cuts = layer_cuts(optics.occupied_px, layers_for(settings), settings.proxy)
         plans = layer_plans(cuts, optics, color.size)
@@ -237,11 +245,10 @@ class DefocusPipeline:
         coc: moderngl.Texture,
         kernel: Kernel,
         optics: Optics,
-        lists: ListsWithoutHighlights | None,
-    ) -> Steps[tuple[moderngl.Texture, HighlightBuffers]]:
+        out: WithoutHighlights,
+    ) -> Steps[HighlightBuffers]:
         """Split the picture into one without highlights and the list of these."""
         size, scratch, half = color.size, self.scratch, Surroundings.half_size(color.size)
-        low, high = scratch.texture("low", size, 4), scratch.texture("high", size, 4)
         poles = self._poles("surroundings poles", size, kernel)
         blurred = scratch.texture("surroundings blurred", half, 4, reduction=2)
         surroundings = Surroundings(
@@ -249,16 +256,14 @@ class DefocusPipeline:
             scratch.texture("surroundings coc", half, 1, reduction=2),
             BlurTargets(poles, blurred),
         )
-        split = self._passes.split_highlights.steps(
-            color, coc, optics, surroundings, low, high, lists
-        )
+        split = self._passes.split_highlights.steps(color, coc, optics, surroundings, out)
         yield from self._named("highlights found", split)
         sizes = HighlightBuffers.sizes(size)
         buffers = {name: scratch.buffer(f"highlight {name}", sizes[name]) for name in sizes}
         highlights = HighlightBuffers(**buffers)
-        listed = self._passes.list_highlights.steps(high, optics, highlights, low, coc, lists)
+        listed = self._passes.list_highlights.steps(out, optics, highlights, coc)
         yield from self._named("highlights listed", listed)
-        return low, highlights
+        return highlights
 
     def _fragmented(
         self,
@@ -266,6 +271,7 @@ class DefocusPipeline:
         coc: moderngl.Texture,
         optics: Optics,
         lists: ListedFragments | None,
+        around: moderngl.Texture | None,
     ) -> Fragments:
         size, scratch = color.size, self.scratch
         picture = Fragments(
@@ -275,6 +281,7 @@ class DefocusPipeline:
             scratch.texture("far", size, 4, "f2"),
             scratch.texture("near", size, 4, "f2"),
             lists,
+            around,
         )
         rims = scratch.buffer("rim list", list_bytes(size))
         self._passes.fragments.run(picture, optics.at_infinity_px, rims)
@@ -319,9 +326,13 @@ class DefocusPipeline:
             self.scratch.buffer("hidden bits", HiddenFillPass.bits_bytes(whole)),
             self.scratch.buffer("hidden blocks", list_bytes(whole)),
             self.scratch.filled("hidden cost", blocks, _NO_COST, plan.reduction),
+            None
+            if layer.told is None
+            else self.scratch.filled("hidden match", blocks, _NO_COST, plan.reduction),
         )
         reach_px = math.ceil(plan.uncovered_px / plan.reduction)
-        return self._passes.hidden.steps(layer, hidden, work, reach_px)
+        around = picture.around if plan.is_in_focus and plan.reduction == 1 else None
+        return self._passes.hidden.steps(layer, hidden, work, reach_px, around)
 
     def _poles(
         self, name: str, picture_size: tuple[int, int], kernel: Kernel

@@ -1,0 +1,66 @@
+// How much brighter a surface is where it is seen than lists say that it is just behind the silhouette.
+// Renderers light what is hidden by other rules, and a clean plate may lack a shadow: what lists tell is
+// matched to what is seen, or the silhouette would show as a step through the blur.
+//
+// Part of hidden_cost.comp.glsl.
+
+uniform sampler2D state_tx;
+uniform sampler2D listed_tx;
+layout(rgba32f) uniform writeonly image2D out_match_img;
+
+#define MATCH_TAPS 4            // 0, 1, 3 and 7 pixels from the end: texture is not to decide
+#define SAME_DIAMETER_PX 0.5    // by so much, or by
+#define SAME_DIAMETER_PART 0.1  // so much of itself a surface's diameter may change there
+#define LEAST_LIGHT 0.01        // what is darker is not compared
+#define SURE_VARIANCE 0.01      // of the logarithm: where texture varies more, less is matched
+#define ALIKE_LOG 0.7           // what differs by a factor of two or more may be another surface,
+#define UNLIKE_LOG 1.2          // and of more than three it is
+
+struct Stretch {
+    vec4 sum;          // rgb times coverage, coverage
+    float variance;    // of the mean of its logarithms of luminance
+};
+
+// What a stretch of one surface has.
+Stretch stretch_of(ivec2 from, ivec2 onward, bool hidden, float diameter) {
+    vec4 sum = vec4(0.0);
+    float count = 0.0, logs = 0.0, squares = 0.0;
+    float most = max(SAME_DIAMETER_PX, SAME_DIAMETER_PART * diameter);
+    for (int tap = 0; tap < MATCH_TAPS; ++tap) {
+        ivec2 p = from + ((1 << tap) - 1) * onward;
+        if (p != clamp(p, ivec2(0), size - 1) || is_seen(p, size) == hidden) break;
+        if (abs(texelFetch(state_tx, p, 0).r - diameter) > most) break;
+        vec4 layer = texelFetch(layer_tx, p, 0);
+        if (hidden) layer.a = marked_cover(layer.a);
+        sum += (hidden ? texelFetch(listed_tx, p, 0).r : 1.0) * layer;
+        float light = log(mean_of(layer.rgb) / max(layer.a, 1e-3) + LEAST_LIGHT);
+        count += 1.0;
+        logs += light;
+        squares += light * light;
+    }
+    float spread = squares / max(count, 1.0) - logs * logs / max(count * count, 1.0);
+    return Stretch(sum, max(spread, 0.0) / max(count - 1.0, 1.0));
+}
+
+// Adds what one end tells of the match; `onward` leads away from the hidden.
+void add_match(inout vec4 sum, ivec2 at, int steps, ivec2 onward) {
+    ivec2 end = at + steps * onward;
+    float diameter = texelFetch(state_tx, end, 0).r;
+    Stretch one = stretch_of(end, onward, false, diameter), other = stretch_of(end - onward, -onward, true, diameter);
+    vec4 seen = one.sum, listed = other.sum;
+    if (min(seen.a, listed.a) < 0.5) return;
+    vec3 ratio = log((seen.rgb / seen.a + LEAST_LIGHT) / (listed.rgb / listed.a + LEAST_LIGHT));
+    ratio *= SURE_VARIANCE / (SURE_VARIANCE + one.variance + other.variance);
+    float likeness = 1.0 - smoothstep(ALIKE_LOG, UNLIKE_LOG, max(abs(ratio.r), max(abs(ratio.g), abs(ratio.b))));
+    float length_px = float(steps) * length(vec2(onward));
+    sum += likeness / (length_px * length_px) * vec4(ratio, 1.0);
+}
+
+vec4 match_of(ivec2 at, ivec2 ends[HIDDEN_DIRECTIONS], int directions) {
+    vec4 sum = vec4(0.0);
+    for (int k = 0; k < directions; ++k) {
+        if (ends[k].x > 0) add_match(sum, at, ends[k].x, DIRECTION[k]);
+        if (ends[k].y > 0) add_match(sum, at, ends[k].y, -DIRECTION[k]);
+    }
+    return vec4(sum.rgb / max(sum.a, 1e-9), sum.a);
+}

@@ -1,0 +1,70 @@
+"""What is guessed behind a blurred foreground is calm: lamps leave no light there, pulls no jumps."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from heatlens.model.settings import DefocusSettings
+from heatlens.model.shot import Shot
+from support.plates import FOCUS_M, Image, lens_blurring, plate_of
+from support.unrest import unrest
+
+HEIGHT, WIDTH, EDGE = 96, 128, 64
+LEAF_M, FLAME_M, WALL_M = 1.0, FOCUS_M, 6.0
+LAMP = 200.0
+
+
+def flame_by_a_leaf(light: float) -> tuple[Image, Image]:
+    """Return colour and depth of a flame in front of a wall, half behind a dark leaf at the left.
+
+    Anti-aliased in colour and one sample in depth, as a renderer writes it.
+    """
+    finer = 4
+    y, x = (np.mgrid[: finer * HEIGHT, : finer * WIDTH] + 0.5).astype(np.float32) / finer
+    color = np.full((*x.shape, 3), 0.08, np.float32)
+    depth_m = np.full(x.shape, WALL_M, np.float32)
+    flame = np.hypot(x - EDGE - 0.4, y - HEIGHT / 2) < 2.6
+    color[flame], depth_m[flame] = light * np.float32([1.0, 0.7, 0.3]), FLAME_M
+    leaf = x < EDGE
+    color[leaf], depth_m[leaf] = (0.02, 0.06, 0.02), LEAF_M
+    mean = color.reshape(HEIGHT, finer, WIDTH, finer, 3).mean((1, 3))
+    return mean, depth_m[finer // 2 :: finer, finer // 2 :: finer]
+
+
+def pulled(renderer, frames: int = 12) -> list[Image]:
+    """Pull through the flame."""
+    renderer.load(plate_of(*flame_by_a_leaf(LAMP)))
+    distances_m = 1.0 / np.linspace(1 / 1.7, 1 / 2.4, frames)
+    return [through(renderer, float(distance_m)) for distance_m in distances_m]
+
+
+def through(renderer, focus_m: float) -> Image:
+    """Return what is loaded through the lens that is 24 px blurred at FAR_M from FOCUS_M."""
+    lens = replace(lens_blurring(24.0, WIDTH), focus_distance_m=focus_m)
+    return renderer.pixels(Shot(lens, DefocusSettings()))[..., :3].copy()
+
+
+def test_a_flame_in_focus_leaves_no_light_behind_the_leaf(ctx, renderer):
+    """The leaf is dark, and all that is guessed behind it is as dim as the wall."""
+    renderer.load(plate_of(*flame_by_a_leaf(LAMP)))
+    picture = through(renderer, FOCUS_M)
+    assert picture[:, : EDGE - 4].max() < 0.5
+    assert picture[HEIGHT // 2, EDGE + 1].mean() > 0.2 * LAMP
+
+
+def test_a_pull_through_a_flame_behind_a_leaf_is_calm(ctx, renderer):
+    assert unrest(pulled(renderer)) < 2.0
+
+
+@pytest.mark.parametrize("focus_m", [1.9, FOCUS_M, 2.1])
+def test_the_rim_of_a_flame_has_the_blur_of_the_flame(ctx, renderer, focus_m):
+    """No pixel is lit but those near the flame; its rim shows a leaf blurred by 50 pixels."""
+    renderer.load(plate_of(*flame_by_a_leaf(LAMP)))
+    lit = through(renderer, focus_m)
+    renderer.load(plate_of(*flame_by_a_leaf(0.08)))
+    dark = through(renderer, focus_m)
+    y, x = np.mgrid[:HEIGHT, :WIDTH]
+    coc_px = 48.0 * abs(1 - focus_m / FLAME_M)
+    away = np.hypot(x - EDGE, y - HEIGHT / 2) > 5.0 + coc_px / 2 + 2.0
+    assert (lit - dark)[away].max() < 1.0
