@@ -1,8 +1,11 @@
-// A highlight's disc, where the lens sees it. Each pixel of the disc is a point of the lens; the
+// A highlight's disc, where the lens sees it; with LISTS past fragments that let light through. Each pixel of the disc is a point of the lens; the
 // ray from there to the highlight crosses nearer depths at places in the picture that move towards the
 // pixel in proportion to the difference in coc. What stands there at that depth hides the highlight.
 
 #include "lib/aperture.lib.glsl"
+#ifdef LISTS
+#include "lib/fragment_list.lib.glsl"
+#endif
 #include "lib/kind.lib.glsl"
 
 flat in vec4 place;  // centre x, y in pixels; signed coc; half the width of the rim's ramp
@@ -41,6 +44,28 @@ bool is_outside(vec2 at) {
     return any(lessThan(at, vec2(0.0))) || any(greaterThan(at, vec2(textureSize(coc_tx, 0))));
 }
 
+#ifdef LISTS
+// How much of a pixel is covered by what is nearer than `start`; all of it without a list of its own.
+float cover_at(ivec2 at, float start) {
+    ivec2 size = textureSize(coc_tx, 0);
+    List list = list_at(clamp(at, ivec2(0), size - 1), size);
+    float seen = list.has_front ? 1.0 : 0.0;
+    for (uint i = list.first; i < list.end && seen > 0.0; ++i) {
+        Fragment fragment = fragment_of(i);
+        if (fragment.coc >= start) break;
+        seen *= 1.0 - fragment.cover;
+    }
+    return 1.0 - seen;
+}
+vec4 covers_around(vec2 at, float start) {
+    ivec2 low = ivec2(floor(at - 0.5));
+    return vec4(cover_at(low + ivec2(0, 1), start), cover_at(low + 1, start),
+                cover_at(low + ivec2(1, 0), start), cover_at(low, start));
+}
+#else
+vec4 covers_around(vec2 at, float start) { return vec4(1.0); }
+#endif
+
 // How much of the highlight is hidden from this point of the lens, 0..1: smooth across an occluder's edge.
 float hidden_part(vec2 at, vec2 centre, float coc) {
     float start = coc - max(MARGIN_PX, MARGIN_PART * abs(coc));
@@ -57,13 +82,23 @@ float hidden_part(vec2 at, vec2 centre, float coc) {
         crossed = centre + per_px * (coc - met);
         float same = max(SAME_COC_PX, SAME_COC_PART * (coc - met));
         vec4 hits = step(abs(cocs_around(crossed) - met), vec4(same));
-        hidden = max(hidden, dot(hits, weights_around(crossed)));
+        hidden = max(hidden, dot(hits * covers_around(crossed, start), weights_around(crossed)));
     }
     return hidden;
 }
 
 // An anti-aliased silhouette in focus lets through what its nearer fragment does not cover.
 float seen_at(ivec2 at, float coc) {
+#ifdef LISTS
+    List list = list_at(at, textureSize(coc_tx, 0));
+    float seen = 1.0;
+    for (uint i = list.first; i < list.end && list.has_front; ++i) {
+        Fragment fragment = fragment_of(i);
+        if (fragment.coc > coc - MARGIN_PX) break;
+        seen *= 1.0 - fragment.cover * (1.0 - smoothstep(SHARP_PX, BLURRED_PX, abs(fragment.coc)));
+    }
+    if (list.has_front) return seen;
+#endif
     float kind = texelFetch(kind_tx, at, 0).r;
     vec4 far = texelFetch(far_tx, at, 0);
     float near_coc = texelFetch(near_tx, at, 0).a;

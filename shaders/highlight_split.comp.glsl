@@ -54,6 +54,7 @@ float highlight_coc(ivec2 at) {
 
 #ifdef LISTS
 #define MARGIN_PX 2.0     // of coc: what is hidden by something this much nearer, and
+#define HIDDEN 0.02       // of the pixel: if less of a fragment is seen its light is drawn or lost
 #define MARGIN_PART 0.1   // by this part of its own coc, is drawn (as highlight_draw.frag.glsl looks)
 
 void store_fragment(uint number, vec3 color) {
@@ -68,15 +69,19 @@ void split_list(ivec2 at, float front_coc, float around, inout vec4 high) {
     List list = list_at(at, textureSize(color_tx, 0));
     if (list.has_front) high.rgb = vec3(0.0);
     bool is_free = mean_of(high.rgb) == 0.0;
+    float seen = list.has_front ? 1.0 : 0.0;  // of the pixel, past the fragments so far
     for (uint i = list.first; i < list.end; ++i) {
         Fragment fragment = fragment_of(i);
         float over = drawn_part(abs(fragment.coc)) * part_over(fragment.color, around);
         vec3 light = over * fragment.color, drawn = fragment.cover * light;
         float margin = max(MARGIN_PX, MARGIN_PART * abs(fragment.coc));
-        bool is_seen = list.has_front && i == list.first;
-        bool is_apart = is_seen || fragment.coc - front_coc > margin;
-        if (is_free && is_apart && mean_of(drawn) > mean_of(high.rgb)) high = vec4(drawn, fragment.coc);
-        store_fragment(i, fragment.color - light);
+        bool is_front = list.has_front && i == list.first, is_hidden = seen < HIDDEN;
+        bool is_apart = is_front || fragment.coc - front_coc > margin;
+        bool is_drawn = is_free && is_apart && mean_of(drawn) > mean_of(high.rgb);
+        if (is_drawn) high = vec4(drawn, fragment.coc);
+        if (is_drawn && !is_hidden) is_free = false;
+        store_fragment(i, is_drawn || is_hidden ? fragment.color - light : fragment.color);
+        seen *= 1.0 - fragment.cover;
     }
 }
 #endif

@@ -207,8 +207,9 @@ class HighlightDrawPass:
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
-        self._program = DrawProgram(ctx, "highlight_draw")
-        self._quads: tuple[moderngl.Buffer, VertexArray] | None = None
+        self._flat = DrawProgram(ctx, "highlight_draw")
+        self._with_lists: DrawProgram | None = None  # compiled when the first lists come
+        self._quads: dict[bool, tuple[moderngl.Buffer, VertexArray]] = {}
         self._target = DrawTarget(ctx)
 
     def steps(
@@ -237,11 +238,12 @@ class HighlightDrawPass:
         band: tuple[int, int, int, int],
     ) -> None:
         """Draw into `band` (x, y, width, height) alone, with all state set: others draw between."""
-        quads = self._quads_of(buffers.sprite)
+        has_lists = picture.lists is not None
+        program, quads = self._program(has_lists), self._quads_of(buffers.sprite, has_lists)
         target = self._target.around(color)
         target.use()
         target.scissor = band
-        self._program.bind(
+        program.bind(
             textures={
                 "coc_tx": picture.coc,
                 "kind_tx": picture.kind,
@@ -249,7 +251,9 @@ class HighlightDrawPass:
                 "near_tx": picture.near,
             },
             uniforms=optics.disc.uniforms
-            | {"picture_size": color.size, "nearest_px": optics.nearest_px},
+            | {"picture_size": color.size, "nearest_px": optics.nearest_px}
+            | list_uniforms(picture.lists),
+            buffers=list_buffers(picture.lists),
         )
         self._ctx.enable_only(moderngl.BLEND)
         self._ctx.blend_func = moderngl.ONE, moderngl.ONE
@@ -257,10 +261,19 @@ class HighlightDrawPass:
         self._ctx.disable(moderngl.BLEND)
         target.scissor = None  # type: ignore[assignment]  # missing in moderngl.pyi
 
-    def _quads_of(self, sprites: moderngl.Buffer) -> VertexArray:
-        if self._quads is None or self._quads[0] is not sprites:
-            if self._quads is not None:
-                self._quads[1].release()
+    def _program(self, has_lists: bool) -> DrawProgram:
+        if not has_lists:
+            return self._flat
+        if self._with_lists is None:
+            self._with_lists = DrawProgram(self._ctx, "highlight_draw", defines={"LISTS": 1})
+        return self._with_lists
+
+    def _quads_of(self, sprites: moderngl.Buffer, has_lists: bool) -> VertexArray:
+        held = self._quads.get(has_lists)
+        if held is None or held[0] is not sprites:
+            if held is not None:
+                held[1].release()
             layout = [(sprites, "4f 4f/i", "in_place", "in_light")]
-            self._quads = (sprites, self._program.vertex_array(layout))
-        return self._quads[1]
+            held = sprites, self._program(has_lists).vertex_array(layout)
+            self._quads[has_lists] = held
+        return held[1]

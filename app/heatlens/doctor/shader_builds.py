@@ -52,6 +52,11 @@ def pass_builds() -> list[Build]:
     builds: list[Build] = [(file.name, {}) for file in files if file.name not in _STRATEGIES]
     builds += [(name, {"COUNT": 1}) for name in _COUNTED]
     builds += [(name, {"REDUCED": 1}) for name in _OF_SMALLER_LAYERS]
+    builds += [
+        (name, defines | {"LISTS": 1})  # for pictures with fragment lists
+        for name, defines in builds
+        if "#ifdef LISTS" in (data_dir("shaders") / name).read_text()
+    ]
     builds += [(_OVERLAY, {"MODE": mode}) for mode in overlay_modes()]
     return builds + [
         (name, dict.fromkeys(chosen, 1))
