@@ -1,4 +1,4 @@
-"""What is guessed behind a blurred foreground is calm: lamps leave no light there, pulls no jumps."""
+"""What is guessed behind a blurred foreground is calm: no light of lamps, no jumps in a pull."""
 
 from dataclasses import replace
 

@@ -120,9 +120,7 @@ def test_what_a_plate_behind_lacks_of_light_is_matched_to_what_is_seen(ctx, rend
     depth_m = np.where(card(1.0) > 0, np.float32(NEAR_M), np.float32(FOCUS_M))
     flat = plate_of(color, depth_m)
     pictures = [
-        through(
-            renderer, with_behind(flat, [plate_of(grey(light), everywhere(FOCUS_M))]), 16.0
-        )
+        through(renderer, with_behind(flat, [plate_of(grey(light), everywhere(FOCUS_M))]), 16.0)
         for light in (0.6, 0.4)
     ]
     assert np.abs(pictures[0] - pictures[1]).max() < 0.01

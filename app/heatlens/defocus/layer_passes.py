@@ -165,8 +165,7 @@ class HiddenFillPass:
         for part in slices(size):
             self._fill_program.version(bool(told)).dispatch_indirect(
                 scratch.blocks,
-                textures={"cost_tx": scratch.cost, "around_tx": around or scratch.cost}
-                | match,
+                textures={"cost_tx": scratch.cost, "around_tx": around or scratch.cost} | match,
                 images={"layer_img": layer.color, "state_img": layer.state},
                 buffers=guessed,
                 uniforms=reach | part | {"has_highlights": around is not None},
