@@ -175,14 +175,14 @@ class DefocusPipeline:
         if has_highlights:
             split = None if lists is None else self._room_for_low(lists)
             around = self.scratch.texture("around", Surroundings.half_size(color.size), 1, "f2")
-            targets = WithoutHighlights(
+            without = WithoutHighlights(
                 self.scratch.texture("low", color.size, 4),
                 self.scratch.texture("high", color.size, 4),
                 around,
                 split,
             )
-            listed = yield from self._without_highlights(color, coc, kernel, optics, targets)
-            color, lists = targets.low, None if split is None else split.diffused
+            listed = yield from self._without_highlights(color, coc, kernel, optics, without)
+            color, lists = without.low, None if split is None else split.diffused
         picture = self._fragmented(color, coc, optics, lists, around)
         yield self._passed("fragments")
         cuts = layer_cuts(optics.occupied_px, layers_for(settings), settings.proxy)
