@@ -35,6 +35,7 @@ layout(std430) writeonly buffer low_fragment_block { uint low_fragment_buf[]; };
 // between by degrees.
 #define LEAST_COC_PX 0.25
 #define WHOLE_COC_PX 0.75
+
 float drawn_part(float diameter) { return smoothstep(LEAST_COC_PX, WHOLE_COC_PX, diameter); }
 
 // The mixed rim of a highlight has the depth of what is beside it: its coc is that of the brightest pixel

@@ -8,11 +8,11 @@ uniform sampler2D state_tx;
 uniform sampler2D listed_tx;
 layout(rgba32f) uniform writeonly image2D out_match_img;
 
-#define MATCH_TAPS 4            // 0, 1, 3 and 7 pixels from the end: texture is not to decide
+#define MATCH_TAPS 8            // pixels from the end on: texture is not to decide
 #define SAME_DIAMETER_PX 0.5    // by so much, or by
 #define SAME_DIAMETER_PART 0.1  // so much of itself a surface's diameter may change there
 #define LEAST_LIGHT 0.01        // what is darker is not compared
-#define SURE_VARIANCE 0.01      // of the logarithm: where texture varies more, less is matched
+#define SURE_VARIANCE 0.03      // of the logarithm: where texture varies more, less is matched
 #define ALIKE_LOG 0.7           // what differs by a factor of two or more may be another surface,
 #define UNLIKE_LOG 1.2          // and of more than three it is
 
@@ -27,7 +27,7 @@ Stretch stretch_of(ivec2 from, ivec2 onward, bool hidden, float diameter) {
     float count = 0.0, logs = 0.0, squares = 0.0;
     float most = max(SAME_DIAMETER_PX, SAME_DIAMETER_PART * diameter);
     for (int tap = 0; tap < MATCH_TAPS; ++tap) {
-        ivec2 p = from + ((1 << tap) - 1) * onward;
+        ivec2 p = from + tap * onward;
         if (p != clamp(p, ivec2(0), size - 1) || is_seen(p, size) == hidden) break;
         if (abs(texelFetch(state_tx, p, 0).r - diameter) > most) break;
         vec4 layer = texelFetch(layer_tx, p, 0);

@@ -13,7 +13,7 @@ from heatlens.model.boxes import Box
 from heatlens.model.plate_options import DepthConvention, DepthKind, PlateOptions
 from heatlens.plate.channels import Part, list_channels
 from heatlens.plate.depth import finite_range
-from heatlens.plate.fragments import LEAST_COVERAGE, SAME_DEPTH, FloatImage
+from heatlens.plate.fragments import LEAST_COVERAGE, OPAQUE, SAME_DEPTH, FloatImage
 from heatlens.plate.plate import BehindReport, Plate, ReadPixels
 from heatlens.plate.stacked import Stacked, Surface, farthest_m, lists_over, stacked
 from heatlens.plate.windows import moved_to_window
@@ -84,7 +84,7 @@ def with_behind(plate: Plate, behind: Sequence[Plate], names: Sequence[str] = ()
     front, others = _surface(plate, plate.data_window), []
     for other in behind:
         _check_same_view(plate, other)
-        others.append(_surface(other, plate.data_window))
+        others.append(_without_twins(_surface(other, plate.data_window), front))
     made = stacked([front, *others], _is_measured(plate, front, behind, others))
     names = names or [str(other.path) for other in behind]
     reports = tuple(
@@ -92,6 +92,21 @@ def with_behind(plate: Plate, behind: Sequence[Plate], names: Sequence[str] = ()
         for name, other, surface in zip(names, behind, others, strict=True)
     )
     return _restacked(plate, made, reports)
+
+
+def _without_twins(other: Surface, front: Surface) -> Surface:
+    """Return what another picture adds: what it shows of the plate's own surface is left out.
+
+    A clean plate has the same distances beside the actor, and never quite the same colours.
+    """
+    with np.errstate(invalid="ignore"):  # the sky in front of the sky
+        is_close = np.abs(other.depth_m - front.depth_m) <= SAME_DEPTH * front.depth_m
+    is_twin = np.where(np.isinf(front.depth_m), np.isinf(other.depth_m), is_close)
+    is_twin &= front.color[..., 3] >= OPAQUE
+    if not is_twin.any():
+        return other
+    color = np.where(is_twin[..., None], np.float32(0.0), other.color)
+    return replace(other, color=color)
 
 
 def _is_measured(
