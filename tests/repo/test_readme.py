@@ -36,6 +36,7 @@ def test_what_the_readme_shows_is_there() -> None:
         "focus_fruit.png",
         "focus_lights.png",
         "window.png",
+        "blender.png",
         "demo.webp",
     ):
         assert f"assets/{name}" in text
