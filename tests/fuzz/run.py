@@ -191,7 +191,8 @@ class Mutants:
         except FaultError:
             outcome = "fault"
         except HeatlensError as error:
-            outcome = "told" if len(str(error).splitlines()) == 1 else "many lines"
+            # Other control characters, which names may hold, are escaped where it is printed.
+            outcome = "many lines" if "\n" in str(error) else "told"
         except Exception as error:
             outcome = f"traceback {type(error).__name__}"
         if resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024 > BYTES_MOST:
