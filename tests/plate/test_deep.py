@@ -10,10 +10,12 @@ from hypothesis import strategies as st
 
 from heatlens.commands.main import main
 from heatlens.errors import InputError
+from heatlens.frame_cache.plate_shelf import plate_bytes
 from heatlens.measure.compare.pictures import read_picture
 from heatlens.model.plate_options import PlateOptions
 from heatlens.plate.fragment_merge import FRAGMENTS_MOST
 from heatlens.plate.read import read_plate
+from heatlens.source.plate_source import black_plate
 from support.deep_files import Sample, write_deep
 from support.exr_files import window, write_file, write_parts
 
@@ -316,3 +318,11 @@ def test_whatever_samples_hold_the_picture_is_finite_and_its_lists_are_sorted(tm
         assert np.isfinite(lists.color).all() and np.isfinite(lists.dioptres).all()
         assert (np.diff(lists.dioptres) <= 0).all() and lists.count <= FRAGMENTS_MOST
         assert (0 < lists.coverage).all() and (lists.coverage <= 1).all()
+
+
+def test_what_lies_behind_counts_as_memory_and_is_not_in_a_black_frame(tmp_path):
+    samples = [[(0.5, 1.0, 2.0), (0.5, 1.0, 9.0)]] * 4
+    plate = read_plate(write_deep(tmp_path / "deep.exr", samples, (2, 2)))
+    pixels, starts, fragments = 4 * (4 + 1) * 4, 5 * 4, 4 * 12
+    assert plate_bytes(plate) == pixels + starts + fragments
+    assert black_plate(plate).fragments is None

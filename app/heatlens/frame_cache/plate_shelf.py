@@ -27,14 +27,15 @@ class Held:
 
     @property
     def size_bytes(self) -> int:
-        """Colour and depth; a sentence counts for nothing."""
+        """Colour, depth and what lies behind; a sentence counts for nothing."""
         return plate_bytes(self.content) if isinstance(self.content, Plate) else 0
 
 
 def plate_bytes(plate: Plate) -> int:
-    """Return the memory that the pixels of `plate` take."""
+    """Return the memory that the pixels of `plate` take, and what is known behind them."""
     depth = plate.depth_m if plate.depth_m is not None else plate.coc_px
-    return plate.color.nbytes + (0 if depth is None else depth.nbytes)
+    lists = 0 if plate.fragments is None else plate.fragments.nbytes
+    return plate.color.nbytes + (0 if depth is None else depth.nbytes) + lists
 
 
 class PlateShelf:

@@ -41,6 +41,10 @@ _LETTERS = {"r": "r", "red": "r", "g": "g", "green": "g", "b": "b", "blue": "b"}
 _LETTERS |= {"a": "a", "alpha": "a"}
 
 
+class NoDepthError(InputError):
+    """A picture has no channel that its name tells to be a depth."""
+
+
 @dataclass(frozen=True)
 class ColorChoice:
     """Red, green, blue (thrice the same for luminance) and alpha, with how they were chosen."""
@@ -126,7 +130,7 @@ def choose_depth(
             far = ref.full_name.partition(".")[0] != layer.partition(".")[0]
             ranked.append((rank, far, ref.part != part, index))
     if not ranked:
-        raise InputError(_no_depth_sentence(path, headers, view))
+        raise NoDepthError(_no_depth_sentence(path, headers, view))
     return usable[min(ranked)[-1]]
 
 

@@ -34,6 +34,11 @@ class FragmentLists:
         return len(self.words)
 
     @property
+    def nbytes(self) -> int:
+        """The memory that they take."""
+        return self.starts.nbytes + self.words.nbytes
+
+    @property
     def color(self) -> NDArray[np.float16]:
         """(N, 3), not multiplied by the coverage."""
         return self._halves[:, :3]

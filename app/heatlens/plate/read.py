@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from heatlens.errors import InputError
 from heatlens.model.plate_options import PlateOptions
 from heatlens.plate.behind import (
     behind_layers,
@@ -19,7 +20,7 @@ from heatlens.plate.behind import (
 from heatlens.plate.bounds import bound_color
 from heatlens.plate.camera_header import camera_at_header
 from heatlens.plate.carried import carried
-from heatlens.plate.channel_choice import ColorChoice, choose_color
+from heatlens.plate.channel_choice import ColorChoice, NoDepthError, choose_color
 from heatlens.plate.channels import Header, Part, compression_name, list_channels, pixels_of
 from heatlens.plate.deep_file import is_deep_file
 from heatlens.plate.deep_plate import read_deep_plate
@@ -42,8 +43,18 @@ def read_plate(path: str | os.PathLike[str], options: PlateOptions | None = None
     for number, other in enumerate(behind_paths(path, options)):
         own = file_options(options, number)
         own = deep_options(own) if is_deep_file(other) else own
-        behind[options.behind[number]] = read_plate(other, own)
+        behind[options.behind[number]] = _read_behind(other, own)
     return with_behind(plate, list(behind.values()), list(behind))
+
+
+def _read_behind(path: Path, options: PlateOptions) -> Plate:
+    try:
+        return read_plate(path, options)
+    except NoDepthError as error:
+        raise InputError(
+            f"{path} has no depth channel, and what lies behind a picture is sorted by its own "
+            "depth: render Z into it."
+        ) from error
 
 
 def _file_read(path: Path, options: PlateOptions) -> tuple[Plate, dict[str, Plate]]:

@@ -143,7 +143,8 @@ class _PlateLoader:
 
 
 def black_plate(plate: Plate) -> Plate:
-    """Return a plate of the same size without any light or surface."""
+    """Return a plate of the same size without any light or surface, also behind what it shows."""
+    plate = replace(plate, fragments=None, behind=())
     color = np.zeros_like(plate.color)
     if not plate.has_alpha:
         color[..., 3] = 1.0
