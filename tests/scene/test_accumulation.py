@@ -12,6 +12,7 @@ from heatlens.gpu.textures import download, new_texture
 from heatlens.model.coc import coc_line, coc_px
 from heatlens.model.framing import Pose
 from heatlens.model.lens import Lens
+from heatlens.model.lens_model import LensModel
 from heatlens.scene.demo.shapes import moved, quads, scaled
 from heatlens.scene.scene import Daylight, Instance, Material, Scene
 from heatlens.scene.scene_view import SceneView, pupil_of, view_of
@@ -85,11 +86,14 @@ def spread(light: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 @pytest.mark.parametrize("depth_m", [0.8, 1.2, 2.0, 3.0, 8.0])
-@pytest.mark.parametrize("squeeze", [1.0, 1.8])
+@pytest.mark.parametrize(
+    ("squeeze", "model"),
+    [(1.0, LensModel.PHOTOGRAPHIC), (1.0, LensModel.RENDERER), (1.8, LensModel.PHOTOGRAPHIC)],
+)
 def test_a_lamp_becomes_the_disc_of_the_thin_lens(
-    ctx: moderngl.Context, lab: Lab, depth_m: float, squeeze: float
+    ctx: moderngl.Context, lab: Lab, depth_m: float, squeeze: float, model: LensModel
 ) -> None:
-    lens = replace(LENS, squeeze=squeeze)
+    lens = replace(LENS, squeeze=squeeze, model=model)
     lab.load(depth_m)
     light = lab.seen(lens, VIEWS)[..., 0].astype(np.float64)
     diameter = abs(float(coc_px(depth_m, coc_line(lens, SIZE[0]))))
