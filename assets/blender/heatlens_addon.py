@@ -21,6 +21,7 @@ import socket
 import struct
 import subprocess
 import tempfile
+import time
 from pathlib import Path
 
 import bpy
@@ -167,10 +168,11 @@ def plate_settings(scene, view_layer, path, samples):
 
 
 def plate_folder(scene):
-    """Return the folder of the plates. It is made where it is not there."""
-    folder = Path(bpy.path.abspath(scene.heatlens.folder)).absolute()
-    folder.mkdir(parents=True, exist_ok=True)
-    return folder
+    """Return the folder of the plates. Raises OSError where a file never saved has none."""
+    folder = scene.heatlens.folder
+    if folder.startswith("//") and not bpy.data.filepath:
+        raise OSError("Save the file of Blender first, or give a folder by its full path.")
+    return Path(bpy.path.abspath(folder)).absolute()
 
 
 def plate_name(scene):
@@ -255,7 +257,12 @@ class HEATLENS_OT_render_plate(bpy.types.Operator):
         except (NoCameraError, OSError) as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
-        bpy.ops.render.render(how, animation=self.animation, write_still=not self.animation)
+        try:
+            bpy.ops.render.render(how, animation=self.animation, write_still=not self.animation)
+        except RuntimeError as error:
+            _PLATE.give_up()
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
         return {"FINISHED"}
 
 
@@ -272,6 +279,7 @@ class PlateRender:
         first = scene.frame_start if animation else scene.frame_current
         last = scene.frame_end if animation else scene.frame_current
         self._scene, self._frames = scene.name, range(first, last + 1)
+        plate_folder(scene).mkdir(parents=True, exist_ok=True)
         lens = json.dumps(camera_file(scene, self._frames), indent=1)
         (plate_folder(scene) / f"{plate_name(scene)}.camera.json").write_text(lens)
         number = "####" if animation else f"{first:04d}"
@@ -279,6 +287,12 @@ class PlateRender:
         self.settings = PlateSettings(scene, view_layer, str(path))
         bpy.app.handlers.render_complete.append(self._completed)
         bpy.app.handlers.render_cancel.append(self._cancelled)
+
+    def give_up(self):
+        """Put the scene back where no rendering has begun."""
+        if self.settings is not None:
+            self._stop_waiting()
+            self._finish(is_whole=False)
 
     def _completed(self, scene, _=None):
         self._end(is_whole=True)
@@ -288,12 +302,15 @@ class PlateRender:
 
     def _end(self, is_whole):
         """Leave the thread of the renderer, which must not change the scene."""
-        bpy.app.handlers.render_complete.remove(self._completed)
-        bpy.app.handlers.render_cancel.remove(self._cancelled)
+        self._stop_waiting()
         if bpy.app.background:
             self._finish(is_whole)
         else:
             bpy.app.timers.register(lambda: self._finish(is_whole), first_interval=0.1)
+
+    def _stop_waiting(self):
+        bpy.app.handlers.render_complete.remove(self._completed)
+        bpy.app.handlers.render_cancel.remove(self._cancelled)
 
     def _finish(self, is_whole):
         self.settings.restore()
@@ -311,6 +328,7 @@ def open_plate(scene, frames):
         if scene.heatlens.new_shot or not shot.exists():
             words = ("--frames", f"{frames[0]}-{frames[-1]}") if len(frames) > 1 else ()
             ran("shot", "new", plate, "--camera", lens, "-o", shot, "--overwrite", *words)
+            _FOLLOW.know(shot)
         if scene.heatlens.open_window and not bpy.app.background:
             opened_window("view", shot)
         _FOLLOW.message = f"{shot.name}: save it in heatlens, and the camera here follows."
@@ -334,6 +352,10 @@ class Follower:
         self._known = {}  # path of a shot -> when it was written, as it was taken over last
         self._process = None
         self._script = None
+
+    def know(self, shot):
+        """Note a shot as it is now: its lens is that of Blender, so there is nothing to take."""
+        self._known[str(shot)] = shot.stat().st_mtime_ns
 
     def poll(self, scene):
         """Take a step: notice a saved shot, or take over what heatlens has made of it."""
@@ -393,8 +415,10 @@ def apply_lens(scene, script):
             exec(compile(script, "heatlens camera", "exec"), {"__name__": "heatlens"})
     finally:
         scene.frame_start, scene.frame_end, units.scale_length = before
-    if not bpy.app.background:
-        bpy.ops.ed.undo_push(message="Lens from heatlens")
+    windows = bpy.context.window_manager.windows
+    if windows:
+        with bpy.context.temp_override(window=windows[0]):
+            bpy.ops.ed.undo_push(message="Lens from heatlens")
 
 
 _FOLLOW = Follower()
@@ -491,7 +515,7 @@ def address_of(scene):
 
 
 class HEATLENS_OT_live_cycles(bpy.types.Operator):
-    """Render passes that get finer, without depth of field, into a heatlens that listens"""
+    """Render passes without depth of field that get finer, and send each; Blender waits for them"""
 
     bl_idname = "heatlens.live_cycles"
     bl_label = "Send Passes of the Renderer"
@@ -553,6 +577,7 @@ class ViewportSender:
     def __init__(self):
         self.is_on = False
         self._changed = True
+        self._own_until_s = 0.0  # what changes until then has been changed by the drawing itself
         self._sender = Sender()
         self._offscreen = None
         self._space = self._region = None
@@ -581,7 +606,8 @@ class ViewportSender:
         self._offscreen = None
 
     def _note(self, *_):
-        self._changed = True
+        if time.monotonic() > self._own_until_s:
+            self._changed = True
 
     def _step(self):
         """Send one picture where something has changed; Blender calls this while it is on."""
@@ -619,7 +645,9 @@ class ViewportSender:
         projection = camera.calc_matrix_camera(depsgraph, x=width, y=height)
         dof, overlays = camera_of(scene).data.dof, self._space.overlay
         before = dof.use_dof, overlays.show_overlays
-        dof.use_dof = overlays.show_overlays = False
+        overlays.show_overlays = False
+        if dof.use_dof:  # Blender tells of this as of a change by hand, a moment later
+            dof.use_dof, self._own_until_s = False, time.monotonic() + 2 * self.EVERY_S
         try:
             with self._offscreen.bind():
                 frame = gpu.state.active_framebuffer_get()
@@ -635,9 +663,11 @@ class ViewportSender:
                 color = frame.read_color(0, 0, width, height, 4, 0, "FLOAT")
                 depth = frame.read_depth(0, 0, width, height)
         finally:
-            dof.use_dof, overlays.show_overlays = before
-        pixels = np.array(color.to_list(), np.float32).reshape(height, width, 4)
-        depth = np.array(depth.to_list(), np.float64).reshape(height, width)
+            overlays.show_overlays = before[1]
+            if before[0]:
+                dof.use_dof, self._own_until_s = True, time.monotonic() + 2 * self.EVERY_S
+        pixels = np.array(color, np.float32).reshape(height, width, 4)
+        depth = np.array(depth, np.float64).reshape(height, width)
         pixels[..., 3] = planar_depth(depth, projection)
         return np.ascontiguousarray(pixels[::-1])
 
