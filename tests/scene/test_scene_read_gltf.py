@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from heatlens.errors import InputError
 from heatlens.scene.scene_bounds import bounds_m
 from heatlens.scene.scene_read import is_scene_file, read_scene
 from support.gltf_files import SQUARE, SQUARE_CORNERS, SQUARE_UVS, GltfWriter, encoded, square_scene
@@ -233,10 +232,3 @@ def test_grey_pictures_keep_their_brightness(depth, path):
     writer.json["images"][0] = {"bufferView": writer.view(file.read_bytes())}
     scene = read_scene(writer.write(path))
     assert np.array_equal(scene.images[0][..., 0], grey)
-
-
-def test_what_a_file_must_have_read_and_is_not_known_is_named(path):
-    writer = square_scene()
-    writer.json["extensionsRequired"] = ["KHR_draco_mesh_compression"]
-    with pytest.raises(InputError, match=r"scene\.glb.*KHR_draco_mesh_compression"):
-        read_scene(writer.write(path))

@@ -22,6 +22,7 @@ class GltfWriter:
     def __init__(self):
         self.json = {"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": []}]}
         self.data = bytearray()
+        self.more_buffers = []  # without bytes in the file
 
     def add(self, name, /, **record):
         """Append an object to a list of the file; return its index."""
@@ -89,7 +90,7 @@ class GltfWriter:
     def glb(self):
         """Return the bytes of a .glb."""
         data = bytes(self.data) + b"\0" * (-len(self.data) % 4)
-        buffers = [{"byteLength": len(self.data)}] if data else []
+        buffers = [{"byteLength": len(self.data)}, *self.more_buffers] if data else []
         text = json.dumps({**self.json, "buffers": buffers}).encode()
         text += b" " * (-len(text) % 4)
         chunks = struct.pack("<II", len(text), 0x4E4F534A) + text

@@ -27,7 +27,7 @@ def read_numbers(gltf: GltfFile, index: int, width: int) -> NDArray[np.float32]:
     """Return what `read_floats` does, of which some may be NaN or infinite."""
     record = _accessor(gltf, index)
     raw = _values(gltf, record, width)
-    found = _normalized(raw) if record.entry.value.get("normalized") is True else raw
+    found = as_shares(raw) if record.entry.value.get("normalized") is True else raw
     return found.astype(np.float32)
 
 
@@ -38,7 +38,7 @@ def read_colors(gltf: GltfFile, index: int) -> NDArray[np.float32]:
     """
     record = _accessor(gltf, index)
     width = 4 if record.text("type") == "VEC4" else 3
-    return _normalized(_values(gltf, record, width)).astype(np.float32)
+    return as_shares(_values(gltf, record, width)).astype(np.float32)
 
 
 def _finite(record: Record, values: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -119,8 +119,8 @@ def _with_sparse(gltf: GltfFile, record: Record, values: NDArray[Any]) -> NDArra
     return values
 
 
-def _normalized(values: NDArray[Any]) -> NDArray[Any]:
-    """Return integers as the shares of 1 that they stand for."""
+def as_shares(values: NDArray[Any]) -> NDArray[Any]:
+    """Return integers as the shares of 1 that they stand for; other numbers stay."""
     if values.dtype.kind == "f":
         return values
     return np.maximum(values / np.iinfo(values.dtype).max, -1.0)

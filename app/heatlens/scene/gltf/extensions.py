@@ -7,7 +7,8 @@ READ_EXTENSIONS = frozenset(
         *("KHR_lights_punctual", "KHR_materials_emissive_strength", "KHR_mesh_quantization"),
         *("KHR_texture_transform", "EXT_texture_webp", "EXT_mesh_gpu_instancing"),
         *("KHR_materials_unlit", "KHR_materials_pbrSpecularGlossiness"),
-        "KHR_materials_transmission",
+        *("KHR_materials_transmission", "KHR_draco_mesh_compression", "KHR_texture_basisu"),
+        *("EXT_meshopt_compression", "KHR_meshopt_compression"),
     }
 )
 # A file may require these, which affect only gloss or nothing that is seen.

@@ -21,6 +21,7 @@ from urllib.parse import unquote
 from heatlens.errors import InputError
 from heatlens.files.json_record import JsonEntry
 from heatlens.paths import file_bytes, unreadable
+from heatlens.scene.gltf.compressed import meshopt_bytes
 from heatlens.scene.gltf.extensions import check_required
 from heatlens.scene.gltf.json_values import Record
 
@@ -31,6 +32,7 @@ _HEAD_BYTES = 20  # of a .glb: its own head and that of its JSON, which comes fi
 _BUFFERS_MOST = 4_000_000_000
 _NUMBERS_MOST = 200_000_000
 _EMPTY_MOST = 4_000_000
+_PACKED = ("KHR_meshopt_compression", "EXT_meshopt_compression")
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,6 +45,7 @@ class GltfFile:
     _buffers: dict[int, bytes] = field(default_factory=dict)
     _lists: dict[str, list[Record]] = field(default_factory=dict)
     _spent: dict[str, int] = field(default_factory=dict)
+    _views: dict[int, bytes] = field(default_factory=dict)  # that were unpacked
 
     def listed(self, name: str) -> list[Record]:
         """Return the objects of a list of the file, such as its `nodes`."""
@@ -87,6 +90,15 @@ class GltfFile:
     def view(self, index: int) -> memoryview:
         """Return the bytes of a buffer view; raise InputError where they end beyond the buffer."""
         record = self.listed("bufferViews")[index]
+        packed = next((name for name in _PACKED if record.inside("extensions").has(name)), None)
+        if packed is None:
+            return self._plain_view(record)
+        if index not in self._views:
+            told = record.inside("extensions", packed)
+            self._views[index] = meshopt_bytes(told, self._plain_view(told))
+        return memoryview(self._views[index])
+
+    def _plain_view(self, record: Record) -> memoryview:
         number = record.index("buffer", len(self.listed("buffers")))
         if number is None:
             record.refuse("the entry 'buffer' is missing")

@@ -8,23 +8,20 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from heatlens.scene.gltf.accessor import read_colors, read_floats, read_indices, read_numbers
 from heatlens.scene.gltf.file import GltfFile
 from heatlens.scene.gltf.json_values import Record
 from heatlens.scene.gltf.material import GltfMaterials
+from heatlens.scene.gltf.vertices import Vertices
 from heatlens.scene.mesh_make import made_mesh
+from heatlens.scene.point_cloud import drawn_points
 from heatlens.scene.scene import MapPlace, Mesh
 from heatlens.scene.tangents import told_tangents, with_tangents
-from heatlens.scene.thin_shapes import (
-    line_ends,
-    lines_as_triangles,
-    points_as_triangles,
-    radius_of,
-)
+from heatlens.scene.tubes import tubes
 
 _POINTS, _LINES, _LOOP, _TRIANGLES, _STRIP, _FAN = 0, 1, 2, 4, 5, 6
-_NAN = "Some normals, colours or texture coordinates are not numbers; others take their place."
 _THIN = "Points and lines are drawn thin."
+_THINNESS = 1 / 600  # the radius of a line or a point, as a part of the size of its mesh
+_LINE_SIDES = 4
 _NORMALS = 3  # the place of the map of normals among the maps of a material
 
 
@@ -58,115 +55,64 @@ class GltfMeshes:
             primitive.refuse(f"{mode} is not a primitive mode of glTF")
         material = primitive.index("material", len(self.gltf.listed("materials")))
         number = len(self.gltf.listed("materials")) if material is None else material
-        positions = self._floats(primitive, "POSITION", 3)
-        if positions is None:
-            primitive.refuse("it has no POSITION, so its vertices have no place")
-        corners = self._corners(primitive, len(positions))
-        if mode < _TRIANGLES:
-            self.notes[_THIN] = None
-            mesh = self._thin(primitive, positions, corners, number)
-        else:
-            mesh = self._solid(primitive, positions, _triangles(corners, mode), number)
+        vertices = Vertices(self.gltf, primitive, self.notes)
+        made = self._solid if mode >= _TRIANGLES else self._thin
+        mesh = made(vertices, mode, number)
         if not len(mesh.triangles):
             return None
         self.meshes.append(mesh)
         return len(self.meshes) - 1
 
-    def _solid(
-        self,
-        primitive: Record,
-        positions: NDArray[np.float32],
-        triangles: NDArray[np.uint32],
-        number: int,
-    ) -> Mesh:
-        count, layout = len(positions), self.materials.layouts[number]
-        material = self.materials.materials[number]
-        uvs = [self._floats(primitive, f"TEXCOORD_{n}", 2, count) for n in layout.sets]
+    def _solid(self, vertices: Vertices, mode: int, number: int) -> Mesh:
+        layout, material = self.materials.layouts[number], self.materials.materials[number]
+        uvs = [vertices.floats(f"TEXCOORD_{n}", 2) for n in layout.sets]
         if uvs[0] is not None and material.map_places is None:
             uvs[0] = layout.shared.placed(uvs[0])
         mesh = made_mesh(
-            f"{self.gltf.path}: {primitive.entry.place}",
-            positions,
-            triangles,
-            self._floats(primitive, "NORMAL", 3, count),
+            self._what(vertices),
+            vertices.positions,
+            _triangles(vertices.corners(), _TRIANGLES if vertices.is_packed else mode),
+            vertices.floats("NORMAL", 3),
             uvs[0],
             number,
-            self._colors(primitive, count),
+            vertices.colors(),
         )
         if len(uvs) > 1 and uvs[1] is not None:
             mesh = replace(mesh, more_uvs=uvs[1] if mesh.sources is None else uvs[1][mesh.sources])
-        return mesh if material.normal_map is None else self._with_tangents(primitive, mesh)
+        return mesh if material.normal_map is None else self._with_tangents(vertices, mesh)
 
-    def _thin(
-        self,
-        primitive: Record,
-        positions: NDArray[np.float32],
-        corners: NDArray[np.uint32],
-        number: int,
-    ) -> Mesh:
+    def _thin(self, vertices: Vertices, mode: int, number: int) -> Mesh:
         """Return points or lines as thin solids, in the colours of their vertices."""
-        mode, radius_m = primitive.whole("mode", _TRIANGLES), radius_of(positions)
-        if mode == _POINTS:
-            solid = points_as_triangles(positions, corners, radius_m)
+        self.notes[_THIN] = None
+        places, corners = vertices.positions.astype(float), vertices.corners()
+        radius_m = _THINNESS * float(np.linalg.norm(np.ptp(places, axis=0))) if len(places) else 0.0
+        if not len(corners):
+            solid = np.zeros((0, 3)), np.zeros((0, 3), np.uint32), np.zeros(0, np.int64)
+        elif mode == _POINTS:
+            points = drawn_points(places[corners], np.full(len(corners), max(radius_m, 1e-6)))
+            solid = points.positions, points.triangles, points.point
         else:
-            ends = line_ends(corners, mode != _LINES, mode == _LOOP)
-            solid = lines_as_triangles(positions, ends, radius_m)
-        colors = self._colors(primitive, len(positions))
-        found, triangles, sources = solid
-        what = f"{self.gltf.path}: {primitive.entry.place}"
+            corners, counts = _curves(corners, mode)
+            radii = np.full(len(corners), max(radius_m, 1e-6))
+            found, _, triangles, point = tubes(places[corners], radii, counts, _LINE_SIDES)
+            solid = found, triangles, point
+        positions, triangles, point = solid
+        sources, colors = corners[point], vertices.colors()
         tints = None if colors is None else colors[sources]
-        mesh = made_mesh(what, found, triangles, None, None, number, tints)
+        what, floats = self._what(vertices), positions.astype(np.float32)
+        mesh = made_mesh(what, floats, triangles, None, None, number, tints)
         return replace(mesh, sources=None if mesh.sources is None else sources[mesh.sources])
 
-    def _with_tangents(self, primitive: Record, mesh: Mesh) -> Mesh:
+    def _what(self, vertices: Vertices) -> str:
+        return f"{self.gltf.path}: {vertices.primitive.entry.place}"
+
+    def _with_tangents(self, vertices: Vertices, mesh: Mesh) -> Mesh:
         """Return the mesh with the file's tangents if it has normals, else derived ones."""
-        told = None
-        if primitive.inside("attributes").has("NORMAL"):
-            told = self._floats(primitive, "TANGENT", 4, len(mesh.positions_m))
+        told = vertices.floats("TANGENT", 4) if vertices.has("NORMAL") else None
         if told is not None:
             return replace(mesh, tangents=told_tangents(told))
         places = self.materials.materials[mesh.material].map_places
         return with_tangents(mesh) if places is None else _along_map(mesh, places[_NORMALS])
-
-    def _floats(
-        self, primitive: Record, name: str, width: int, count: int | None = None
-    ) -> NDArray[np.float32] | None:
-        """Return (V, width) of a vertex attribute; only positions have to be finite."""
-        accessor = self._accessor(primitive, name)
-        if accessor is None:
-            return None
-        read = read_floats if name == "POSITION" else read_numbers
-        found = self._checked(primitive, name, read(self.gltf, accessor, width), count)
-        return np.nan_to_num(found, nan=0.0, posinf=0.0, neginf=0.0)
-
-    def _colors(self, primitive: Record, count: int) -> NDArray[np.float32] | None:
-        """Return (V, 3) or (V, 4) of the first set of colours."""
-        accessor = self._accessor(primitive, "COLOR_0")
-        if accessor is None:
-            return None
-        return self._checked(primitive, "COLOR_0", read_colors(self.gltf, accessor), count)
-
-    def _accessor(self, primitive: Record, name: str) -> int | None:
-        attributes = primitive.inside("attributes")
-        return attributes.index(name, len(self.gltf.listed("accessors")))
-
-    def _checked(
-        self, primitive: Record, name: str, found: NDArray[np.float32], count: int | None
-    ) -> NDArray[np.float32]:
-        """Note what is not a number; raise InputError where there are not `count` of them."""
-        if count is not None and len(found) != count:
-            primitive.inside("attributes").refuse(
-                f"there are {count} positions, but {len(found)} of {name}"
-            )
-        if not np.isfinite(found).all():
-            self.notes[_NAN] = None
-        return found
-
-    def _corners(self, primitive: Record, count: int) -> NDArray[np.uint32]:
-        accessor = primitive.index("indices", len(self.gltf.listed("accessors")))
-        if accessor is None:
-            return np.arange(count, dtype=np.uint32)
-        return read_indices(self.gltf, accessor, count)
 
 
 def _along_map(mesh: Mesh, place: MapPlace) -> Mesh:
@@ -194,3 +140,13 @@ def _triangles(corners: NDArray[np.uint32], mode: int) -> NDArray[np.uint32]:
     rows = np.stack([corners[:-2], corners[1:-1], corners[2:]], axis=1)
     rows[1::2] = rows[1::2][:, [1, 0, 2]]
     return rows
+
+
+def _curves(corners: NDArray[np.uint32], mode: int) -> tuple[NDArray[np.uint32], NDArray[np.int64]]:
+    """Return the points of lines one after the other, and how many points each line has."""
+    if mode == _LINES:
+        corners = corners[: len(corners) // 2 * 2]
+        return corners, np.full(len(corners) // 2, 2)
+    if mode == _LOOP and len(corners) > 2:
+        corners = np.append(corners, corners[0])
+    return corners, np.array([len(corners)])

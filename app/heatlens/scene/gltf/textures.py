@@ -1,7 +1,7 @@
 """Pictures of a glTF file, and how they lie on its surfaces.
 
 A picture that is missing or damaged is done without, and said to be. Sources: Khronos, glTF 2.0
-specification, section 3.8; EXT_texture_webp; KHR_texture_transform.
+specification, section 3.8; EXT_texture_webp; KHR_texture_basisu; KHR_texture_transform.
 """
 
 from dataclasses import dataclass, field
@@ -10,13 +10,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heatlens.errors import InputError
+from heatlens.scene.gltf.compressed import KTX2_HEAD, LibraryMissingError, ktx2_pixels
 from heatlens.scene.gltf.file import GltfFile
 from heatlens.scene.gltf.json_values import Record
 from heatlens.scene.picture_read import read_picture
 from heatlens.scene.scene import MapPlace
 
 Pixels = NDArray[np.uint8]
-_SOURCES = ("EXT_texture_webp",)  # extensions that name another picture, the best known first
+_SOURCES = (
+    "KHR_texture_basisu",
+    "EXT_texture_webp",
+)  # extensions that name another picture, the best known first
 _NAMED_MOST = 3
 
 
@@ -55,6 +59,8 @@ class GltfTextures:
     def _read(self, source: int, record: Record) -> None:
         try:
             self._found[source] = self.add(_picture(self.gltf, record, self.images))
+        except LibraryMissingError:
+            raise
         except InputError as error:
             self.without[source] = str(error).removeprefix(f"{self.gltf.path}: ").rstrip(".")
 
@@ -77,7 +83,10 @@ class GltfTextures:
 def _picture(gltf: GltfFile, record: Record, before: list[Pixels]) -> Pixels:
     view = record.index("bufferView", len(gltf.listed("bufferViews")))
     data = gltf.uri_bytes(record) if view is None else bytes(gltf.view(view))
-    return read_picture(data, f"{gltf.path}: {record.entry.place}", before)
+    what = f"{gltf.path}: {record.entry.place}"
+    return (
+        ktx2_pixels(data, what) if data.startswith(KTX2_HEAD) else read_picture(data, what, before)
+    )
 
 
 def map_place(info: Record) -> MapPlace:
