@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from heatlens.errors import InputError
 from heatlens.model.curve import SAME_FRAME
-from heatlens.model.frames import check_frame
+from heatlens.model.frames import FRAMES_PER_SECOND, check_frame, check_frames_per_second
 
 Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
@@ -251,12 +251,35 @@ def _slope(frames: list[float], values: Array, i: int) -> Array:
 
 
 @dataclass(frozen=True, slots=True)
+class SceneTiming:
+    """How the seconds of a scene's file become frames, for files that tell no frames.
+
+    clip               the animation that is played, by its name or its number from 1 on; None for
+                       all at once
+    frames_per_second  frames of a second
+    first_frame        the frame at the first key of what is played; None for frame 1 at second 0
+
+    Raises InputError for a rate that no film has.
+    """
+
+    clip: str | None = None
+    frames_per_second: float = FRAMES_PER_SECOND
+    first_frame: int | None = None
+
+    def __post_init__(self) -> None:
+        check_frames_per_second(self.frames_per_second)
+        if self.first_frame is not None:
+            check_frame(self.first_frame)
+
+
+@dataclass(frozen=True, slots=True)
 class Framing:
-    """The part of a scene that is seen.
+    """The part of a scene that is seen, in space and in time.
 
     width_px, height_px  of the picture; pixels are square
     camera               name of the scene's camera that is used, None for none
     track                a camera of the shot's own, which wins over that
+    timing               how its seconds become frames; None as a scene is read by itself
 
     With neither, it is the scene's first camera; without one, the whole scene is seen. Raises
     InputError for an impossible size.
@@ -266,6 +289,7 @@ class Framing:
     height_px: int = 720
     camera: str | None = None
     track: CameraTrack | None = None
+    timing: SceneTiming | None = None
 
     def __post_init__(self) -> None:
         for side in (self.width_px, self.height_px):

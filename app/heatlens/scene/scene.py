@@ -21,6 +21,8 @@ Color = tuple[float, float, float]
 INSTANCES_MOST = 200_000
 # frame -> (instances, 4, 4): where each of the scene's instances is
 Motion = Callable[[float], Array]
+# frame -> a mesh in its shape there, with the triangles that it always has
+Deform = Callable[[float], "Mesh"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -195,6 +197,8 @@ class Scene:
     path      path of the file, or a name for a scene that comes from no file
     motion    places of the instances at each frame; None where they never move
     frames    frames in which something moves, None for a still scene
+    deforms   of each mesh that changes its shape, by its index, the mesh at each frame
+    clips     names of the animations that the file has
     notes     sentences for the user
 
     Raises InputError where there is nothing to see.
@@ -212,6 +216,9 @@ class Scene:
     frames: FrameRange | None = None
     frames_per_second: float = FRAMES_PER_SECOND
     notes: tuple[str, ...] = ()
+    deforms: Mapping[int, Deform] = field(default_factory=dict)
+    clips: tuple[str, ...] = ()
+    _latest_shapes: list[tuple[float, Mapping[int, Mesh]]] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         if not self.instances:
@@ -227,6 +234,32 @@ class Scene:
     def boxes_m(self) -> Array:
         """(instances, 2, 3): the box of each one's mesh, where that was made."""
         return np.array([self.meshes[instance.mesh].box_m for instance in self.instances])
+
+    @property
+    def is_moving(self) -> bool:
+        """Return whether frames differ: something moves, or changes its shape."""
+        return self.motion is not None or bool(self.deforms)
+
+    def boxes_at(self, frame: float) -> Array:
+        """Return (instances, 2, 3): the box of each one's mesh at a frame, in its own axes."""
+        if not self.deforms:
+            return self.boxes_m
+        boxes = [mesh.box_m for mesh in self.meshes]
+        for number, mesh in self.shapes_at(frame).items():
+            boxes[number] = mesh.box_m
+        return np.array([boxes[instance.mesh] for instance in self.instances])
+
+    def shapes_at(self, frame: float) -> Mapping[int, Mesh]:
+        """Return the meshes that change their shape, by their index, as they are at a frame.
+
+        Those of the latest frame are kept, because placing and drawing both ask for them.
+        """
+        latest = self._latest_shapes
+        if latest and latest[0][0] == frame:
+            return latest[0][1]
+        found = {number: deform(frame) for number, deform in self.deforms.items()}
+        latest[:] = [(frame, found)]
+        return found
 
     def transforms_at(self, frame: float) -> Array:
         """Return (instances, 4, 4) from object to world."""

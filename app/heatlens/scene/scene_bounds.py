@@ -27,7 +27,7 @@ def bounds_m(scene: Scene, frame: float, name: str | None = None) -> Array:
 
 def corners_m(scene: Scene, frame: float, name: str | None = None) -> Array:
     """Return (N, 3) corners of the boxes around all objects, or those called `name`."""
-    boxes, places = scene.boxes_m, scene.transforms_at(frame)
+    boxes, places = scene.boxes_at(frame), scene.transforms_at(frame)
     if name is not None:
         chosen = np.array([instance.name == name for instance in scene.instances])
         boxes, places = boxes[chosen], places[chosen]

@@ -3,6 +3,8 @@
 import os
 from pathlib import Path
 
+from heatlens.errors import InputError
+from heatlens.model.framing import SceneTiming
 from heatlens.scene.scene import Scene
 from heatlens.scene.scene_read import is_scene_file, read_scene
 
@@ -19,13 +21,16 @@ def is_demo(text: str) -> bool:
     return text == DEMO and not os.path.exists(text)
 
 
-def open_scene(text: str) -> Scene:
-    """Return the scene; the demo is built only where it is asked for.
+def open_scene(text: str, timing: SceneTiming | None = None) -> Scene:
+    """Return the scene, with its seconds put into frames; the demo is built only where asked for.
 
-    Raises InputError naming the file where it cannot be read.
+    Raises InputError naming the file where it cannot be read, or tells its frames itself and is
+    given a timing.
     """
     if is_demo(text):
+        if timing is not None:
+            raise InputError("The demo has one clip, and frames of its own.")
         from heatlens.scene.demo.demo import demo_scene
 
         return demo_scene()
-    return read_scene(Path(text))
+    return read_scene(Path(text), timing)

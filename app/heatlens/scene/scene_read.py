@@ -4,6 +4,7 @@ import os
 from pathlib import Path
 
 from heatlens.errors import InputError
+from heatlens.model.framing import SceneTiming
 from heatlens.paths import unreadable
 from heatlens.scene.gltf.file import named_files
 from heatlens.scene.gltf.read import read_gltf
@@ -52,11 +53,12 @@ def files_of_scene(path: Path) -> tuple[Path, ...]:
     return (path,) if names is None else (path, *names(path))
 
 
-def read_scene(path: str | os.PathLike[str]) -> Scene:
-    """Read meshes, materials, cameras, lights and motion.
+def read_scene(path: str | os.PathLike[str], timing: SceneTiming | None = None) -> Scene:
+    """Read meshes, materials, cameras, lights and motion, which `timing` puts into frames.
 
-    Raises InputError naming the file where it is missing, damaged, empty or of an unknown kind.
-    Where a library is missing the error says what to install.
+    Raises InputError naming the file where it is missing, damaged, empty or of an unknown kind, or
+    tells its frames itself and is given a timing. Where a library is missing the error says what to
+    install.
     """
     path = Path(path)
     reader = _READERS.get(path.suffix.lower())
@@ -65,4 +67,11 @@ def read_scene(path: str | os.PathLike[str]) -> Scene:
         raise InputError(f"{path} is not a scene that heatlens reads; it reads {known}.")
     if not path.is_file():
         raise unreadable(path)
-    return reader(path)
+    if timing is None:
+        return reader(path)
+    if reader is not read_gltf:
+        raise InputError(
+            f"{path}: clips, frame rate and first frame can be chosen for glTF alone; other scenes "
+            "tell their frames or do not move."
+        )
+    return read_gltf(path, timing)

@@ -166,6 +166,42 @@ def _mesh_tree(mesh: Mesh) -> tuple[NDArray[np.void], Ints]:
     return tree.nodes, np.column_stack([mesh.triangles[tree.order], tree.order])
 
 
+def refitted(trees: MeshTrees, number: int, mesh: Mesh) -> NDArray[np.void]:
+    """Return the nodes of one mesh's tree around another shape of it, as they are in `trees`.
+
+    Which triangles are in which leaf stays, so that the tree is made anew in little time.
+    """
+    ends = [*trees.roots, len(trees.nodes)]
+    root = int(ends[number])
+    nodes = trees.nodes[root : int(ends[number + 1])].copy()
+    if not len(mesh.triangles):
+        return nodes
+    leaves = nodes["count"] > 0
+    first = int(nodes["first"][leaves].min())
+    own = trees.triangles[first : first + len(mesh.triangles), 3]
+    corners = mesh.positions_m[mesh.triangles[own]]
+    starts = nodes["first"][leaves] - first
+    order = np.argsort(starts)
+    places = np.flatnonzero(leaves)[order]
+    nodes["low"][places] = np.minimum.reduceat(corners.min(axis=1), starts[order])
+    nodes["high"][places] = np.maximum.reduceat(corners.max(axis=1), starts[order])
+    for level in reversed(_levels(nodes["count"] < 0)):
+        inner = level[nodes["count"][level] < 0]
+        children = nodes["first"][inner] - root
+        for name, of_both in (("low", np.minimum), ("high", np.maximum)):
+            nodes[name][inner] = of_both(nodes[name][children], nodes[name][children + 1])
+    return nodes
+
+
+def _levels(is_inner: Bools) -> list[Ints]:
+    """Return the nodes of each level of a tree, whose levels follow each other."""
+    levels, start, count = [], 0, 1
+    while count:
+        levels.append(np.arange(start, start + count))
+        start, count = start + count, 2 * int(is_inner[start : start + count].sum())
+    return levels
+
+
 def instance_tree(boxes_m: Array, to_world: Array) -> Bvh:
     """Return the tree over boxes (n, 2, 3) placed by matrices (n, 4, 4), one a leaf."""
     middle, half = boxes_m.mean(axis=1), (boxes_m[:, 1] - boxes_m[:, 0]) / 2

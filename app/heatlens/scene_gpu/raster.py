@@ -40,12 +40,18 @@ class SceneRaster:
         self._draws: dict[str, MeshDraw] = {}
         self._buffers: SceneBuffers | None = None
         self._placed: Array | None = None
+        self._frame = 0.0  # at which it is placed
 
     @property
     def buffers(self) -> SceneBuffers:
         """The scene on the GPU; there has to be one."""
         assert self._buffers is not None
         return self._buffers
+
+    @property
+    def frame(self) -> float:
+        """The frame at which the scene is placed."""
+        return self._frame
 
     @property
     def shadow_map(self) -> moderngl.Texture:
@@ -64,13 +70,15 @@ class SceneRaster:
     def place(self, frame: float) -> None:
         """Move everything to its place at a frame and draw the shadow map, if anything moved."""
         scene = self.buffers.scene
-        if self._placed is not None and scene.motion is None:
+        if self._placed is not None and (not scene.is_moving or frame == self._frame):
             return
         transforms = scene.transforms_at(frame)
-        if self._placed is not None and np.array_equal(transforms, self._placed):
+        is_same = self._placed is not None and np.array_equal(transforms, self._placed)
+        if is_same and not scene.deforms:
             return
-        self._placed = np.array(transforms)
+        self._placed, self._frame = np.array(transforms), frame
         self.buffers.place(transforms)
+        self.buffers.reshape(scene.shapes_at(frame))
         if max(scene.daylight.sun) > 0:
             corners = self.buffers.corners_m(transforms).reshape(-1, 3)
             self._shadow.draw(self._draws["cover"], corners, sun_direction(scene.daylight))
@@ -144,13 +152,15 @@ class SceneRaster:
     def depth_at(self, view: SceneView, frame: float, depth: moderngl.Texture) -> None:
         """Draw the depth of another frame into `depth`, R float32, and restore all places after."""
         scene = self.buffers.scene
-        if self._placed is None or scene.motion is None:
+        if self._placed is None or not scene.is_moving:
             self.place(frame)
             self.depth(view, depth)
             return
         self.buffers.place(scene.transforms_at(frame))
+        self.buffers.reshape(scene.shapes_at(frame))
         self.depth(view, depth)
         self.buffers.place(self._placed)
+        self.buffers.reshape(scene.shapes_at(self._frame))
 
     def read(self, texture: moderngl.Texture, area: Box) -> FloatArray:
         """Read a small area: (h, w) float32 of one component, (h, w, C) of more."""

@@ -15,7 +15,7 @@ from heatlens.gpu.shader_constants import RAY_GROUP
 from heatlens.gpu.textures import TexturePool
 from heatlens.model.aperture import Pupil
 from heatlens.scene.scene_view import SceneView
-from heatlens.scene_gpu.bvh import NODE, MeshTrees, instance_tree, mesh_trees
+from heatlens.scene_gpu.bvh import NODE, MeshTrees, instance_tree, mesh_trees, refitted
 from heatlens.scene_gpu.raster import SceneRaster
 from heatlens.scene_gpu.scene_buffers import INSTANCE, SceneBuffers
 
@@ -74,7 +74,7 @@ class RayTracer:
                 self._trees.release()
             self._trees = SceneTrees(self._ctx, buffers)
             self._fit_program(buffers.defines)
-        self._trees.place()
+        self._trees.place(self._raster.frame)
 
     def _fit_program(self, scene: dict[str, int]) -> None:
         """Build the program with only those features that the scene uses."""
@@ -133,6 +133,7 @@ class SceneTrees:
     def __init__(self, ctx: moderngl.Context, buffers: SceneBuffers) -> None:
         trees = mesh_trees(buffers.scene.meshes)
         self.buffers, self.root, self._roots = buffers, len(trees.nodes), trees.roots
+        self._trees = trees if buffers.scene.deforms else None  # to fit it to other shapes
         instances = len(buffers.scene.instances)
         self._triangles = ctx.buffer(trees.triangles.tobytes() or bytes(16))
         self._nodes = ctx.buffer(self._room(trees, instances).tobytes())
@@ -153,8 +154,13 @@ class SceneTrees:
         }
         return self.buffers.storage | self.buffers.vertex_storage | own
 
-    def place(self) -> None:
-        """Build the tree of the instances at their present places on the GPU."""
+    def place(self, frame: float) -> None:
+        """Bring the trees to where the instances are on the GPU, and to their shapes at a frame."""
+        if self._trees is not None:
+            for number, mesh in self.buffers.scene.shapes_at(frame).items():
+                nodes = refitted(self._trees, number, mesh)
+                start = int(self._roots[number]) * NODE.itemsize
+                self._nodes.write(nodes.tobytes(), offset=start)
         instances = np.frombuffer(self.buffers.instances.read(), INSTANCE)
         meshes = instances["numbers"][:, 1]
         to_world = instances["to_world"].transpose(0, 2, 1).astype(np.float64)

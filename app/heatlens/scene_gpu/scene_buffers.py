@@ -1,6 +1,6 @@
 """A scene in OpenGL's memory, laid out as lib/scene.lib.glsl reads it (std430)."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import moderngl
 import numpy as np
@@ -59,6 +59,7 @@ class SceneBuffers:
         self._meshes = mesh_of[self.order]
         self.has_bumps = any(material.normal_map is not None for material in scene.materials)
         vertices, triangles, self.first_triangle = _joined(scene, self.has_bumps)
+        self._first_vertex = np.cumsum([0] + [len(mesh.positions_m) for mesh in scene.meshes])
         self.vertices = ctx.buffer(vertices.tobytes())
         self.colors = ctx.buffer(colors_of(scene.meshes)) if has_colors(scene) else None
         has_places = any(material.map_places for material in scene.materials)
@@ -114,9 +115,17 @@ class SceneBuffers:
         records["numbers"][:, 2] = self.order
         self.instances.write(records.tobytes())
 
+    def reshape(self, shapes: Mapping[int, Mesh]) -> None:
+        """Give the meshes that change it, by their index, another shape."""
+        for number, mesh in shapes.items():
+            records = _records(mesh, self.has_bumps)
+            start = int(self._first_vertex[number]) * records.itemsize
+            self.vertices.write(records.tobytes(), offset=start)
+            self.boxes_m[number] = mesh.box_m
+
     def corners_m(self, transforms: Array) -> Array:
         """Return (N, 8, 3) world corners of the boxes of instances at (N, 4, 4)."""
-        return placed_corners(self.scene.boxes_m, transforms)
+        return placed_corners(self.boxes_m[[i.mesh for i in self.scene.instances]], transforms)
 
     def release(self) -> None:
         """Give everything back to OpenGL."""
@@ -143,13 +152,19 @@ def _joined(
     vertices = np.zeros(int(first_vertex[-1]), BUMPY_VERTEX if has_bumps else VERTEX)
     triangles = np.zeros((int(first_triangle[-1]), 3), np.uint32)
     for i, mesh in enumerate(scene.meshes):
-        part = vertices[first_vertex[i] : first_vertex[i + 1]]
-        part["position"], part["normal"] = mesh.positions_m, mesh.normals
-        part["u"], part["v"] = mesh.uvs.T
-        if has_bumps and mesh.tangents is not None:
-            part["tangent"] = mesh.tangents
+        vertices[first_vertex[i] : first_vertex[i + 1]] = _records(mesh, has_bumps)
         triangles[first_triangle[i] : first_triangle[i + 1]] = mesh.triangles + first_vertex[i]
     return vertices, triangles, first_triangle
+
+
+def _records(mesh: Mesh, has_bumps: bool) -> npt.NDArray[np.void]:
+    """Return VERTEX or BUMPY_VERTEX of each vertex of a mesh."""
+    found = np.zeros(len(mesh.positions_m), BUMPY_VERTEX if has_bumps else VERTEX)
+    found["position"], found["normal"] = mesh.positions_m, mesh.normals
+    found["u"], found["v"] = mesh.uvs.T
+    if has_bumps and mesh.tangents is not None:
+        found["tangent"] = mesh.tangents
+    return found
 
 
 def has_colors(scene: Scene) -> bool:

@@ -223,7 +223,7 @@ class SceneRenderer:
 
     def _moment(self, frame: float) -> float:
         """Return the frame, or 0 where it makes no difference to the picture."""
-        return frame if self.scene.motion is not None else 0.0
+        return frame if self.scene.is_moving else 0.0
 
     def _view(self, shot: Shot, frame: float, size: tuple[int, int], margin: int = 0) -> SceneView:
         """Return the pinhole's view of a picture of `size` with a margin on every side."""

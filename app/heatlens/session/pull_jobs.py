@@ -137,7 +137,7 @@ class PullJobs:
         pose = renderer.pose_at(self._shot, frame)
         if pose is None or renderer.scene is None:
             return None
-        return SceneSight(pose, float(frame) if renderer.scene.motion else None, size)
+        return SceneSight(pose, float(frame) if renderer.scene.is_moving else None, size)
 
     def close(self) -> None:
         """Look at no files any more."""

@@ -12,7 +12,7 @@ from heatlens.scene.gltf.file import GltfFile
 from heatlens.scene.gltf.json_values import Record
 
 _TYPES = {5120: "i1", 5121: "u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
-_WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
+_WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
 
 
 def read_floats(gltf: GltfFile, index: int, width: int) -> NDArray[np.float32]:

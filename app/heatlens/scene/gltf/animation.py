@@ -1,4 +1,4 @@
-"""What moves in a glTF file. All its animations run at once, from frame 1 on.
+"""What moves in a glTF file: all its animations at once, or the one that is chosen.
 
 Source: Khronos, glTF 2.0 specification, section 3.11 and appendix C.
 """
@@ -6,11 +6,14 @@ Source: Khronos, glTF 2.0 specification, section 3.11 and appendix C.
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from heatlens.model.frames import FRAMES_PER_SECOND, FrameRange
+from heatlens.errors import InputError
+from heatlens.model.frames import FrameRange
+from heatlens.model.framing import SceneTiming
 from heatlens.scene.gltf.accessor import read_floats
 from heatlens.scene.gltf.file import GltfFile
 from heatlens.scene.gltf.json_values import Record
@@ -19,11 +22,15 @@ from heatlens.scene.scene import Array
 
 Indices = NDArray[np.intp]
 
-FIRST_FRAME = 1
+_FIRST_FRAME = 1
 # Over an hour; a camera gets a key for each of them.
 _FRAMES_MOST = 100_000
 _A_HAIR = 1e-3  # of a frame, by which a time in float32 may miss a whole one
-_TWICE = "Animations that move the same thing at once: the first of them is played."
+_TWICE = (
+    "Animations move the same thing at once: the first of them is played, or the one that --clip "
+    "names."
+)
+_WEIGHTS = "weights"
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,12 +40,14 @@ class ValueTrack:
     times_s  (K,) in ascending order
     values   (K, n); (K, 3, n) for a cubic: tangent in, value, tangent out
     kind     LINEAR, STEP or CUBICSPLINE
+    is_told  whether an animation tells it; a node at rest has a track that nobody told
     """
 
     times_s: Array
     values: Array
     kind: str = "LINEAR"
     is_rotation: bool = False
+    is_told: bool = True
 
     def at(self, times_s: Array) -> Array:
         """Return (T, n) values at T times, constant before the first and after the last key."""
@@ -105,37 +114,83 @@ _BETWEEN: Mapping[str, Callable[[ValueTrack, Indices, Indices, Array, Array], Ar
 
 @dataclass(frozen=True, eq=False)
 class Animation:
-    """The tracks of each node that moves, one for each of RESTS, even if it has a single key."""
+    """What moves.
+
+    tracks   of each node that moves, one for each of RESTS, even if it has a single key
+    weights  of each node whose shapes blend, their weights
+    clips    the names of all animations of the file
+    """
 
     tree: NodeTree
-    tracks: dict[int, dict[str, ValueTrack]]
+    timing: SceneTiming
+    tracks: dict[int, dict[str, ValueTrack]] = field(default_factory=dict)
+    weights: dict[int, ValueTrack] = field(default_factory=dict)
+    clips: tuple[str, ...] = ()
     notes: dict[str, None] = field(default_factory=dict)  # in order, each once
+    _latest: list[tuple[float, Array]] = field(default_factory=list)  # frame and worlds
+
+    @cached_property
+    def _span_s(self) -> tuple[float, float] | None:
+        """Return the times of the first and the last key, None where nothing moves."""
+        moving = [t for node in self.tracks.values() for t in node.values() if t.is_told]
+        moving += self.weights.values()
+        if not moving:
+            return None
+        ends = [(float(t.times_s[0]), float(t.times_s[-1])) for t in moving]
+        return min(start for start, _ in ends), max(end for _, end in ends)
+
+    @property
+    def first_frame(self) -> int:
+        """The first frame, also where nothing moves."""
+        return _FIRST_FRAME if self.timing.first_frame is None else self.timing.first_frame
+
+    @property
+    def _start_s(self) -> float:
+        """The second of the first frame."""
+        is_told = self.timing.first_frame is not None and self._span_s is not None
+        return self._span_s[0] if is_told and self._span_s is not None else 0.0
 
     @property
     def frames(self) -> FrameRange | None:
-        """From frame 1 to the last key; None where nothing moves."""
-        ends = [float(t.times_s[-1]) for node in self.tracks.values() for t in node.values()]
-        if not ends:
+        """From the first frame to the last key; None where nothing moves."""
+        if self._span_s is None:
             return None
-        count = math.ceil(max(ends) * FRAMES_PER_SECOND - _A_HAIR)
-        return FrameRange(FIRST_FRAME, FIRST_FRAME + max(count, 0))
+        length_s = self._span_s[1] - self._start_s
+        count = math.ceil(length_s * self.timing.frames_per_second - _A_HAIR)
+        return FrameRange(self.first_frame, self.first_frame + max(count, 0))
+
+    def times_s(self, frames: Array) -> Array:
+        """Return the seconds of frames."""
+        return (frames - self.first_frame) / self.timing.frames_per_second + self._start_s
+
+    def weights_of(self, node: int, frame: float) -> Array:
+        """Return the weights of the shapes of a node that are animated."""
+        return np.asarray(self.weights[node].at(self.times_s(np.array([frame])))[0])
 
     def locals_of(self, node: int, frames: Array) -> Array:
         """Return (F, 4, 4) of one node within its parent over that many frames."""
         tracks = self.tracks.get(node)
         if tracks is None:
             return np.broadcast_to(self.tree.locals[node], (len(frames), 4, 4))
-        times_s = (frames - FIRST_FRAME) / FRAMES_PER_SECOND
+        times_s = self.times_s(frames)
         return matrices(*(tracks[name].at(times_s) for name in RESTS))
 
     def worlds(self, frame: float) -> Array:
         """Return (N, 4, 4) of all nodes to the world."""
+        at_frame = frame if self.tracks else 0.0
+        for held, worlds in self._latest:
+            if held == at_frame:
+                return worlds
+        found = self.tree.worlds(self._locals_at(frame))
+        self._latest[:] = [(at_frame, found)]  # several skins ask for the same frame
+        return found
+
+    def _locals_at(self, frame: float) -> dict[int, Array]:
         if not self.tracks:
-            return self.tree.worlds()
-        at = np.array([(frame - FIRST_FRAME) / FRAMES_PER_SECOND])
-        moved = self.tracks.values()
+            return {}
+        at, moved = self.times_s(np.array([frame])), self.tracks.values()
         values = (np.concatenate([tracks[name].at(at) for tracks in moved]) for name in RESTS)
-        return self.tree.worlds(dict(zip(self.tracks, matrices(*values), strict=True)))
+        return dict(zip(self.tracks, matrices(*values), strict=True))
 
     def moves(self, node: int) -> bool:
         """Return whether a node or one of its ancestors moves."""
@@ -150,14 +205,16 @@ class Animation:
         return found
 
 
-def read_animation(gltf: GltfFile, tree: NodeTree) -> Animation:
-    """Read the animations of a file.
+def read_animation(gltf: GltfFile, tree: NodeTree, timing: SceneTiming) -> Animation:
+    """Read the animations of a file, or the one that `timing` chooses.
 
-    Raises InputError where they are damaged or longer than an hour.
+    Raises InputError where they are damaged or longer than an hour, or there is no such clip.
     """
-    found = Animation(tree, {})
+    records = gltf.listed("animations")
+    names = tuple(record.text("name") or f"clip {i + 1}" for i, record in enumerate(records))
+    found = Animation(tree, timing, clips=names)
     seen = set(tree.seen)
-    for record in gltf.listed("animations"):
+    for record in [records[i] for i in _chosen(gltf, names, timing.clip)]:
         samplers = record.records("samplers")
         for channel in record.records("channels"):
             _add(gltf, found, seen, samplers, channel)
@@ -172,28 +229,48 @@ def read_animation(gltf: GltfFile, tree: NodeTree) -> Animation:
     return found
 
 
+def _chosen(gltf: GltfFile, names: tuple[str, ...], clip: str | None) -> list[int]:
+    """Return the numbers of the animations that are played."""
+    if clip is None:
+        return list(range(len(names)))
+    if clip in names:
+        return [names.index(clip)]
+    if clip.isdecimal() and 1 <= int(clip) <= len(names):
+        return [int(clip) - 1]
+    known = ", ".join(names[:20]) or "none"
+    raise InputError(f"{gltf.path} has no clip {clip!r}; its clips are: {known}.")
+
+
 def _still(value: tuple[float, ...]) -> ValueTrack:
-    return ValueTrack(np.zeros(1), np.array([value], float))
+    return ValueTrack(np.zeros(1), np.array([value], float), is_told=False)
 
 
 def _add(
     gltf: GltfFile, found: Animation, seen: set[int], samplers: list[Record], channel: Record
 ) -> None:
-    """Add a channel if it moves a node of the scene."""
+    """Add a channel if it moves a node of the scene, or blends its shapes."""
     target = channel.inside("target")
     node = target.index("node", len(gltf.listed("nodes")))
     path = target.text("path")
-    if node not in seen or path not in RESTS:
+    if node is None or node not in seen or path not in (*RESTS, _WEIGHTS):
+        if path == "pointer":
+            found.notes["Animations of what is no node (KHR_animation_pointer) are left out."] = (
+                None
+            )
         return
-    if gltf.listed("nodes")[node].has("matrix"):
+    if gltf.listed("nodes")[node].has("matrix") and path in RESTS:
         target.refuse(f"node {node} has a matrix, which cannot be moved by its {path}")
     number = channel.index("sampler", len(samplers))
     if number is None:
         channel.refuse("the entry 'sampler' is missing")
-    if path in found.tracks.get(node, {}):
+    if path in found.tracks.get(node, {}) or (path == _WEIGHTS and node in found.weights):
         found.notes[_TWICE] = None
         return
-    found.tracks.setdefault(node, {})[path] = _track(gltf, samplers[number], path)
+    track = _track(gltf, samplers[number], path)
+    if path == _WEIGHTS:
+        found.weights[node] = track
+    else:
+        found.tracks.setdefault(node, {})[path] = track
 
 
 def _track(gltf: GltfFile, sampler: Record, path: str) -> ValueTrack:
@@ -205,8 +282,10 @@ def _track(gltf: GltfFile, sampler: Record, path: str) -> ValueTrack:
     if places[0] is None or places[1] is None:
         sampler.refuse("its times or its values are missing")
     times_s = read_floats(gltf, places[0], 1)[:, 0].astype(float)
-    values = read_floats(gltf, places[1], len(RESTS[path])).astype(float)
+    values = read_floats(gltf, places[1], len(RESTS.get(path, (0,)))).astype(float)
     per_key = 3 if kind == "CUBICSPLINE" else 1
+    if path == _WEIGHTS:
+        values = _by_key(sampler, values, per_key * len(times_s))
     if not len(times_s) or len(values) != per_key * len(times_s):
         sampler.refuse(f"{len(times_s)} times do not match {len(values)} values")
     if times_s[0] < 0 or (np.diff(times_s) < 0).any() or times_s[-1] > 1e6:
@@ -216,3 +295,10 @@ def _track(gltf: GltfFile, sampler: Record, path: str) -> ValueTrack:
     if kind == "CUBICSPLINE":
         values = values.reshape(len(times_s), 3, -1)
     return ValueTrack(times_s, values, kind, path == "rotation")
+
+
+def _by_key(sampler: Record, values: Array, keys: int) -> Array:
+    """Return (keys, shapes) of weights that follow each other."""
+    if not keys or len(values) % keys:
+        sampler.refuse(f"{len(values)} weights cannot belong to {keys} keys")
+    return values.reshape(keys, -1)

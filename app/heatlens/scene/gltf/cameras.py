@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from heatlens.model.framing import CameraTrack, Pose, PoseKey, pose_of
-from heatlens.scene.gltf.animation import FIRST_FRAME, Animation
+from heatlens.scene.gltf.animation import Animation
 from heatlens.scene.gltf.file import GltfFile
 from heatlens.scene.gltf.json_values import Record
 from heatlens.scene.scene import Array, SceneCamera
@@ -49,7 +49,11 @@ class GltfCameras:
             return
         frames = self.animation.frames
         moves = frames is not None and self.animation.moves(node)
-        at = [float(frame) for frame in frames] if frames and moves else [float(FIRST_FRAME)]
+        at = (
+            [float(frame) for frame in frames]
+            if frames and moves
+            else [float(self.animation.first_frame)]
+        )
         places = self.animation.track_of(node, np.array(at))
         keys = [PoseKey(f, _pose(on_node, m)) for f, m in zip(at, places, strict=True)]
         focal_mm = _focal_length_mm(camera.inside("perspective"))

@@ -89,6 +89,12 @@ class Record:
             self.refuse(f"{name!r} should have {len(default)} numbers, not {len(items)}")
         return tuple(_finite(item, -math.inf) for item in items)
 
+    def numbers(self, name: str) -> list[float]:
+        """Return a list of finite numbers, empty where there is no such entry."""
+        return (
+            [_finite(item, -math.inf) for item in self.at(name).items()] if self.has(name) else []
+        )
+
     def text(self, name: str, default: str = "") -> str:
         """Return a text."""
         return self.at(name).text() if self.has(name) else default

@@ -9,12 +9,12 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from heatlens.scene.gltf.animation import FIRST_FRAME, Animation
+from heatlens.scene.gltf.animation import Animation
 from heatlens.scene.gltf.file import GltfFile
 from heatlens.scene.gltf.json_values import Record
 from heatlens.scene.scene import Array, Color, Daylight, PointLight
 
-_STILL = "Lights that move stay where they are at frame 1."
+_STILL = "Lights that move stay where they are at the first frame."
 # Blender writes lux and candela as 683 times its watts: the lumens of a watt of green light.
 _LUMENS_OF_WATT = 683.0
 _BLENDER = "Khronos glTF Blender I/O"
@@ -41,7 +41,7 @@ class GltfLights:
     def __post_init__(self) -> None:
         tree = self.animation.tree
         lit = self.gltf.root.inside("extensions", "KHR_lights_punctual").records("lights")
-        worlds = self.animation.worlds(FIRST_FRAME)
+        worlds = self.animation.worlds(self.animation.first_frame)
         for node in tree.seen:
             on_it = tree.records[node].inside("extensions", "KHR_lights_punctual")
             light = on_it.index("light", len(lit))

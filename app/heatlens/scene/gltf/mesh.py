@@ -8,13 +8,16 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from heatlens.scene.gltf.animation import Animation
+from heatlens.scene.gltf.deform import Deformed
 from heatlens.scene.gltf.file import GltfFile
 from heatlens.scene.gltf.json_values import Record
 from heatlens.scene.gltf.material import GltfMaterials
+from heatlens.scene.gltf.shape_change import ShapeChange
 from heatlens.scene.gltf.vertices import Vertices
 from heatlens.scene.mesh_make import made_mesh
 from heatlens.scene.point_cloud import drawn_points
-from heatlens.scene.scene import MapPlace, Mesh
+from heatlens.scene.scene import Deform, MapPlace, Mesh
 from heatlens.scene.tangents import told_tangents, with_tangents
 from heatlens.scene.tubes import tubes
 
@@ -27,29 +30,42 @@ _NORMALS = 3  # the place of the map of normals among the maps of a material
 
 @dataclass
 class GltfMeshes:
-    """Reads each mesh of a file once, when a node first uses it."""
+    """Reads each mesh of a file once, when a node first uses it.
+
+    A mesh that hangs on bones, or whose shapes blend on one node alone, is read for that node.
+
+    deforms   the meshes of the scene that change their shape
+    in_world  those that bones put into the world, wherever their node is
+    """
 
     gltf: GltfFile
     materials: GltfMaterials
+    animation: Animation
     meshes: list[Mesh] = field(default_factory=list)
     notes: dict[str, None] = field(default_factory=dict)  # in order, each once
-    _found: dict[int, list[int]] = field(default_factory=dict)
+    deforms: dict[int, Deform] = field(default_factory=dict)
+    in_world: set[int] = field(default_factory=set)
+    _found: dict[object, list[int]] = field(default_factory=dict)
 
-    def of(self, index: int) -> list[int]:
-        """Return the scene's meshes for a mesh of the file.
+    def of(self, index: int, node: int) -> list[int]:
+        """Return the scene's meshes for a mesh of the file on a node.
 
         Raises InputError where it is damaged.
         """
-        if index not in self._found:
-            record = self.gltf.listed("meshes")[index]
-            self._found[index] = [
+        record, on_it = self.gltf.listed("meshes")[index], self.animation.tree.records[node]
+        skin = on_it.index("skin", len(self.gltf.listed("skins")))
+        blends = node if on_it.has("weights") or node in self.animation.weights else None
+        key = index, skin, blends
+        if key not in self._found:
+            change = ShapeChange(self.gltf, self.animation, skin, blends, record)
+            self._found[key] = [
                 number
                 for primitive in record.records("primitives")
-                if (number := self._add(primitive)) is not None
+                if (number := self._add(primitive, change)) is not None
             ]
-        return self._found[index]
+        return self._found[key]
 
-    def _add(self, primitive: Record) -> int | None:
+    def _add(self, primitive: Record, change: ShapeChange) -> int | None:
         mode = primitive.whole("mode", _TRIANGLES)
         if mode > _FAN:
             primitive.refuse(f"{mode} is not a primitive mode of glTF")
@@ -60,8 +76,17 @@ class GltfMeshes:
         mesh = made(vertices, mode, number)
         if not len(mesh.triangles):
             return None
-        self.meshes.append(mesh)
-        return len(self.meshes) - 1
+        return self._kept(change.of(vertices, mesh, is_thin=mode < _TRIANGLES), mesh, change.moves)
+
+    def _kept(self, deformed: Deformed | None, mesh: Mesh, moves: bool) -> int:
+        """Keep a mesh in its shape at the first frame, and how it changes; return its index."""
+        place = len(self.meshes)
+        self.meshes.append(mesh if deformed is None else deformed(self.animation.first_frame))
+        if deformed is not None and deformed.binding is not None:
+            self.in_world.add(place)
+        if deformed is not None and moves:
+            self.deforms[place] = deformed
+        return place
 
     def _solid(self, vertices: Vertices, mode: int, number: int) -> Mesh:
         layout, material = self.materials.layouts[number], self.materials.materials[number]

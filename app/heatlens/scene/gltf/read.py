@@ -9,8 +9,9 @@ from pathlib import Path
 import numpy as np
 
 from heatlens.errors import InputError
+from heatlens.model.framing import SceneTiming
 from heatlens.scene.gltf.accessor import read_floats
-from heatlens.scene.gltf.animation import FIRST_FRAME, Animation, read_animation
+from heatlens.scene.gltf.animation import Animation, read_animation
 from heatlens.scene.gltf.cameras import GltfCameras
 from heatlens.scene.gltf.file import GltfFile, open_gltf
 from heatlens.scene.gltf.json_values import Record
@@ -23,11 +24,15 @@ from heatlens.scene.scene import Array, Instance, Scene, check_instances
 
 _FAR_MOST_M = 1e9
 _SPREAD = "EXT_mesh_gpu_instancing"
+_WORLD = -1  # the place of the world itself behind all nodes
 
 
 @dataclass(frozen=True, eq=False)
 class _Hanging:
-    """Meshes on nodes: the node of each instance, and its place (4, 4) within the node."""
+    """Meshes on nodes: the node of each instance, and its place (4, 4) within the node.
+
+    A mesh that hangs on bones is in the world already: its node is `_WORLD`.
+    """
 
     animation: Animation
     nodes: tuple[int, ...]
@@ -36,26 +41,27 @@ class _Hanging:
     def __call__(self, frame: float) -> Array:
         """Return (instances, 4, 4) to the world."""
         with np.errstate(over="ignore", invalid="ignore"):
-            places = self.animation.worlds(frame)[list(self.nodes)] @ self.offsets
+            worlds = np.concatenate([self.animation.worlds(frame), np.eye(4)[None]])
+            places = worlds[list(self.nodes)] @ self.offsets
         return np.clip(np.nan_to_num(places), -_FAR_MOST_M, _FAR_MOST_M)
 
 
 @np.errstate(over="ignore", invalid="ignore")  # places are checked once they are known
-def read_gltf(path: Path) -> Scene:
-    """Read the scene that the file shows first.
+def read_gltf(path: Path, timing: SceneTiming | None = None) -> Scene:
+    """Read the scene that the file shows first; `timing` says what is played, and when.
 
     Raises InputError naming the file and the place in it where it is damaged, refers to what does
     not exist, or has nothing visible.
     """
     gltf = open_gltf(path)
-    animation = read_animation(gltf, read_tree(gltf))
+    animation = read_animation(gltf, read_tree(gltf), timing or SceneTiming())
     materials = GltfMaterials(gltf)
-    meshes = GltfMeshes(gltf, materials)
+    meshes = GltfMeshes(gltf, materials, animation)
     cameras = GltfCameras(gltf, animation)
     lights = GltfLights(gltf, animation)
     instances, hanging = _instances(animation, meshes)
     lights.exposed(_middles_m(meshes, instances))
-    moving = any(animation.moves(node) for node in set(hanging.nodes))
+    moving = any(animation.moves(node) for node in set(hanging.nodes) if node != _WORLD)
     readers = (animation, materials, meshes, cameras, lights)
     notes = [note for reader in readers for note in reader.notes] + list(unread_notes(gltf))
     return Scene(
@@ -69,7 +75,10 @@ def read_gltf(path: Path) -> Scene:
         lights.daylight,
         hanging if moving else None,
         animation.frames,
+        animation.timing.frames_per_second,
         notes=tuple(f"{path}: {note}" for note in notes),
+        deforms=meshes.deforms,
+        clips=animation.clips,
     )
 
 
@@ -92,17 +101,19 @@ def _instances(animation: Animation, meshes: GltfMeshes) -> tuple[tuple[Instance
         if index is None:
             continue
         name = record.text("name") or listed[index].text("name") or f"node {node}"
-        for number in meshes.of(index):
-            spread = _spread(gltf, record)
+        for number in meshes.of(index, node):
+            in_world = number in meshes.in_world
+            spread = np.eye(4)[None] if in_world else _spread(gltf, record)
             check_instances(gltf.path, len(names) + len(spread))
             names += [name] * len(spread)
             numbers += [number] * len(spread)
-            nodes += [node] * len(spread)
+            nodes += [_WORLD if in_world else node] * len(spread)
             offsets.append(spread)
     if not nodes:
         raise InputError(f"{gltf.path}: there is nothing in this scene to look at.")
     hanging = _Hanging(animation, tuple(nodes), np.concatenate(offsets))
-    places = animation.worlds(FIRST_FRAME)[nodes] @ hanging.offsets
+    worlds = np.concatenate([animation.worlds(animation.first_frame), np.eye(4)[None]])
+    places = worlds[nodes] @ hanging.offsets
     _check_places(gltf, places)
     found = map(Instance, names, numbers, places)
     return tuple(found), hanging
