@@ -56,6 +56,7 @@ def test_the_demo_says_its_frames(capsys):
         "name": "dolly",
         "focal_length_mm": 50.0,
         "sensor_width_mm": 36.0,
+        "sensor_width_assumed": False,
         "moves": True,
     }
     text = info(capsys, "demo")

@@ -55,7 +55,8 @@ def _of_shot(shot: Shot, text: str) -> Source:
     if shot.source is None:
         raise InputError(f"{text} names no plates and no scene.")
     if kind_of(shot.source) is SourceKind.SCENE:
-        begun = replace(first_shot(shot.source), shot=shot, assumed=frozenset())
+        timing = None if shot.framing is None else shot.framing.timing
+        begun = replace(first_shot(shot.source, timing=timing), shot=shot, assumed=frozenset())
         return Scene(begun, shot.source)
     return Plates(plates_named(shot.source, shot.plate_options), shot)
 

@@ -11,6 +11,7 @@ from heatlens.camera.usd_read import USD_SUFFIXES, split_prim
 from heatlens.commands.given_options import refuse_given
 from heatlens.commands.lens_options import lens_words
 from heatlens.commands.say import say, tell
+from heatlens.commands.timing_options import add_timing_options, timing_of
 from heatlens.commands.value_types import number
 from heatlens.documents.shot_file import SHOT_SUFFIX, is_shot_file, read_shot
 from heatlens.errors import InputError
@@ -38,6 +39,7 @@ The discs of a real lens are larger than those of a CG renderer at the same f-st
 the focus S and the focal length f. The camera of a photographic shot therefore carries the f-stop
 that makes the same discs in a renderer, at every frame, and the nominal one beside it.
 """
+_TIMING = ("clip", "first_frame", "fps")
 _SAME_DISCS, _NOMINAL = "same-discs", "nominal"
 _EPILOG = """\
 examples:
@@ -98,6 +100,7 @@ def _add_shot_options(parser: argparse.ArgumentParser) -> None:
         "the plate's depth)",
     )
     group.add_argument("--up-axis", choices=("y", "z"), help="what is up in that world (default y)")
+    add_timing_options(parser.add_argument_group("3D scene"))
 
 
 def run(args: argparse.Namespace) -> int:
@@ -117,12 +120,14 @@ def run(args: argparse.Namespace) -> int:
 def _camera_of(args: argparse.Namespace) -> CameraSamples:
     unit_m = None if args.scene_unit is None else parse_scene_unit_m(args.scene_unit)
     if _is_scene(args.source):
-        first = first_shot(args.source)
+        first = first_shot(args.source, timing=timing_of(args, args.source))
         say(*_said_of(first))
         shot = first.shot
     elif is_shot_file(args.source):
+        refuse_given(args, _TIMING, f"{args.source} says how its scene is played")
         shot = read_shot(args.source)
     else:
+        refuse_given(args, _TIMING, f"{args.source} is no 3D scene")
         _refuse_shot_options(args)
         return read_camera(args.source, unit_m or 1.0, args.up_axis or "y")
     if shot.source is not None and kind_of(shot.source) is SourceKind.SCENE:

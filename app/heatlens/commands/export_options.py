@@ -62,7 +62,9 @@ def _add_frame_options(parser: argparse.ArgumentParser) -> None:
         "rendered (default)",
     )
     group.add_argument("--force", action="store_true", help="render what is finished once more")
-    group.add_argument("--fps", type=number, metavar="N", help="of a movie; default: the shot's")
+    group.add_argument(
+        "--fps", type=number, metavar="N", help="of a movie, and of a glTF; default: the shot's"
+    )
     group.add_argument(
         "--progress",
         choices=("terminal", "json", "openjd"),
@@ -73,7 +75,7 @@ def _add_frame_options(parser: argparse.ArgumentParser) -> None:
 
 
 def _add_scene_options(parser: argparse.ArgumentParser) -> None:
-    add_framing_options(parser)
+    add_framing_options(parser, has_rate=True)
     parser.add_argument(
         "--pinhole",
         action="store_true",

@@ -14,7 +14,7 @@ Given = dict[str, Any]
 AddOptions = Callable[[argparse.ArgumentParser], object]
 
 _OF_PLATES = attributes_of(PlateOptions)
-_OF_SCENES = ("size", "scene_camera", "frame", "pinhole")
+_OF_SCENES = ("size", "scene_camera", "frame", "pinhole", "clip", "first_frame")
 _OF_OTHERS = {  # by kind of source: the options that are for other kinds
     SourceKind.PLATES: (_OF_SCENES, "is a plate, and that is for 3D scenes"),
     SourceKind.SCENE: (_OF_PLATES, "is a 3D scene, and that is for plates"),
@@ -51,6 +51,8 @@ def refuse_unused(
             refuse_given(args, names, f"The method {method} {why_not}")
     if kind is not None:
         others, why = _OF_OTHERS[kind]
+        if kind is not SourceKind.SCENE and getattr(args, "is_rate_of_scene", False):
+            others = (*others, "fps")
         refuse_given(args, others, f"{source} {why}")
 
 

@@ -11,6 +11,7 @@ def scene_lines(facts: dict[str, Any]) -> list[Line]:
     return [
         ("scene", facts["path"]),
         ("frames", _frames(facts)),
+        *([("clips", ", ".join(facts["clips"]))] if len(facts["clips"]) > 1 else []),
         *_camera_lines(facts["cameras"]),
         ("lens model", facts["lens_model"]),
         ("objects", _objects(facts["objects"])),
@@ -34,11 +35,17 @@ def _camera_lines(cameras: list[dict[str, Any]]) -> list[Line]:
         (
             "camera",
             f"{camera['name']}, focal length {camera['focal_length_mm']:.4g} mm, sensor width "
-            f"{camera['sensor_width_mm']:.4g} mm{', moves' if camera['moves'] else ''}",
+            f"{camera['sensor_width_mm']:.4g} mm{_how(camera)}",
         )
         for camera in cameras
     ]
     return lines or [("camera", "none: all of the scene is seen")]
+
+
+def _how(camera: dict[str, Any]) -> str:
+    assumed = " (assumed: the file tells its angle of view alone)"
+    moves = ", moves" if camera["moves"] else ""
+    return (assumed if camera["sensor_width_assumed"] else "") + moves
 
 
 def _objects(names: list[str]) -> str:

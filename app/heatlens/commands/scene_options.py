@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from heatlens.commands.lens_options import given_lens, lens_words, pixel_of, sources_of
+from heatlens.commands.timing_options import add_timing_options, timing_of
 from heatlens.errors import InputError
 from heatlens.model.frames import FrameRange
 from heatlens.model.framing import Framing
@@ -19,8 +20,13 @@ from heatlens.scene.first_shot import FirstShot, first_shot
 _FOCUS = "focus_distance_m"
 
 
-def add_framing_options(parser: argparse.ArgumentParser) -> "argparse._ArgumentGroup":
-    """Add --size and --scene-camera; return their group."""
+def add_framing_options(
+    parser: argparse.ArgumentParser, has_rate: bool = False
+) -> "argparse._ArgumentGroup":
+    """Add --size, --scene-camera and the options of its timing; return their group.
+
+    `has_rate` says that the command has an option --fps already.
+    """
     group = parser.add_argument_group("3D scene", "How it is looked at; plates do not ask.")
     group.add_argument(
         "--size", type=size_of, metavar="WxH", help="of the picture (default 1280x720)"
@@ -30,6 +36,7 @@ def add_framing_options(parser: argparse.ArgumentParser) -> "argparse._ArgumentG
         metavar="NAME",
         help="camera of the scene to look through (default: its first; without one, all is seen)",
     )
+    add_timing_options(group, has_rate)
     return group
 
 
@@ -108,7 +115,8 @@ def check_frames(what: str, span: FrameRange | None, frames: Iterable[int]) -> N
 def _first_shot(
     args: argparse.Namespace, text: str, found: dict[str, Any] | None = None
 ) -> FirstShot:
-    return first_shot(text, args.size, args.scene_camera, {**given_lens(args), **(found or {})})
+    lens = {**given_lens(args), **(found or {})}
+    return first_shot(text, args.size, args.scene_camera, lens, timing_of(args, text))
 
 
 def _checked(args: argparse.Namespace, text: str, first: FirstShot) -> FirstShot:

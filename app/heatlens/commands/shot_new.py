@@ -76,7 +76,7 @@ def register(actions: "argparse._SubParsersAction[argparse.ArgumentParser]") -> 
     add_lens_options(parser)
     add_blur_options(parser)
     add_plate_options(parser)
-    add_framing_options(parser)
+    add_framing_options(parser, has_rate=True)
     parser.set_defaults(run=run)
 
 

@@ -5,11 +5,12 @@ from dataclasses import replace
 from pathlib import Path
 
 from heatlens.commands.blur_options import add_blur_options, settings_of
-from heatlens.commands.given_options import refuse_unused
+from heatlens.commands.given_options import refuse_given, refuse_unused
 from heatlens.commands.lens_options import add_lens_options, given_lens
 from heatlens.commands.pipes import DASH, file_of_input
 from heatlens.commands.plate_options import add_plate_options, plate_options
 from heatlens.commands.shot_camera import add_camera_option, checked_camera_of
+from heatlens.commands.timing_options import add_timing_options, timing_of
 from heatlens.documents.shot_file import is_shot_file, read_shot
 from heatlens.errors import InputError, NoWindowError
 from heatlens.scene.scene_name import DEMO
@@ -62,6 +63,7 @@ def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
     add_lens_options(parser, can_pick=False)
     add_blur_options(parser)
     add_plate_options(parser)
+    add_timing_options(parser.add_argument_group("3D scene"))
     parser.set_defaults(run=run)
 
 
@@ -100,13 +102,22 @@ def _open(args: argparse.Namespace) -> int:
     plate = DEMO if args.demo else args.plate or ""  # nothing named: it is chosen in the window
     if is_shot_file(plate):
         read_shot(plate)  # a slip of the keyboard is answered here, without a window
+        refuse_given(args, ("clip", "first_frame", "fps"), f"{plate} says how its scene is played")
     elif plate:
         source_named(plate).require()
         refuse_unused(args, plate, kind_of(plate))
     lens = given_lens(args)
     camera = checked_camera_of(args, lens)
     run_window(
-        Start(plate, plate_options(args), lens, settings_of(args), ocio=args.ocio, camera=camera)
+        Start(
+            plate,
+            plate_options(args),
+            lens,
+            settings_of(args),
+            ocio=args.ocio,
+            camera=camera,
+            timing=timing_of(args, plate),
+        )
     )
     return 0
 

@@ -6,12 +6,12 @@ known as such.
 The demo comes with all of its lens, as it moves.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Any
 
-from heatlens.model.framing import Framing
+from heatlens.model.framing import Framing, SceneTiming
 from heatlens.model.lens import Lens
 from heatlens.model.lens_model import LensModel
 from heatlens.model.linear_keys import linear_keys
@@ -56,15 +56,19 @@ def first_shot(
     size: tuple[int, int] | None = None,
     camera: str | None = None,
     given: Mapping[str, Any] = _NOTHING,
+    timing: SceneTiming | None = None,
 ) -> FirstShot:
     """Return the first shot of the scene `text`, in `size` pixels, seen through `camera`.
 
-    `given` holds fields of Lens, which replace at every frame whatever keys the demo has. Raises
-    InputError where the scene cannot be read or has no such camera, and LensError where the values
-    describe no possible lens.
+    `given` holds fields of Lens, which replace at every frame whatever keys the demo has; `timing`
+    puts the seconds of a file into frames. Raises InputError where the scene cannot be read or has
+    no such camera, and LensError where the values describe no possible lens.
     """
-    scene = open_scene(text)
+    scene = open_scene(text, timing)
     begun = _demo(scene, text) if is_demo(text) else _of_file(scene, text)
+    if timing is not None:
+        framing = replace(begun.shot.framing or Framing(), timing=timing)
+        begun = replace(begun, shot=replace(begun.shot, framing=framing))
     if size is not None or camera is not None:
         begun = _framed(begun, size, camera)
     begun = _with_given(begun, given)
@@ -114,9 +118,18 @@ def _through(begun: FirstShot, name: str) -> FirstShot:
     return replace(
         begun,
         shot=shot,
-        sources={**begun.sources, **dict.fromkeys(values, f"camera {name} of the scene")},
+        sources={**begun.sources, **_told_by(camera, values)},
         assumed=begun.assumed.difference(values),
     )
+
+
+def _told_by(camera: SceneCamera, fields: Iterable[str]) -> dict[str, str]:
+    """Return where the fields of a camera are from."""
+    found = dict.fromkeys(fields, f"camera {camera.name} of the scene")
+    if camera.is_width_assumed:
+        found["sensor_width_mm"] = f"assumed: camera {camera.name} tells its angle of view alone"
+        found["focal_length_mm"] = f"camera {camera.name} of the scene, for that sensor"
+    return found
 
 
 def _framed(begun: FirstShot, size: tuple[int, int] | None, camera: str | None) -> FirstShot:
@@ -130,14 +143,34 @@ def _framed(begun: FirstShot, size: tuple[int, int] | None, camera: str | None) 
     return _through(replace(begun, shot=replace(begun.shot, framing=framing)), name)
 
 
+def lens_with(begun: FirstShot, given: Mapping[str, Any]) -> Lens:
+    """Return the lens of the shot with the fields that were given.
+
+    A camera that tells its angle of view alone keeps it on a sensor of another width.
+    """
+    shot, angle = begun.shot, _angle_alone(begun)
+    width_mm = given.get("sensor_width_mm")
+    if angle is None or width_mm is None or "focal_length_mm" in given:
+        return replace(shot.lens, **given)
+    focal_mm = angle.focal_length_mm * width_mm / angle.sensor_width_mm
+    return replace(shot.lens, **{**given, "focal_length_mm": focal_mm})
+
+
+def _angle_alone(begun: FirstShot) -> SceneCamera | None:
+    """Return the camera that is looked through, if its file tells an angle and no sensor."""
+    name = None if begun.shot.framing is None else begun.shot.framing.camera
+    camera = None if name is None else begun.scene.camera_named(name)
+    return camera if camera is not None and camera.is_width_assumed else None
+
+
 def _with_given(begun: FirstShot, given: Mapping[str, Any]) -> FirstShot:
-    shot = begun.shot
+    shot, lens = begun.shot, lens_with(begun, given)
     for name in set(map(str, LensParameter)).intersection(given):
         curve = shot.curves.of(LensParameter(name))
         shot = shot.with_curve(LensParameter(name), replace(curve, keys=()))
     return replace(
         begun,
-        shot=replace(shot, lens=replace(shot.lens, **given)),
+        shot=replace(shot, lens=lens),
         sources={**begun.sources, **dict.fromkeys(given, "given")},
         assumed=begun.assumed.difference(given),
     )

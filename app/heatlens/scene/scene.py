@@ -139,6 +139,7 @@ class Instance:
 class SceneCamera:
     """A camera of the scene over its frames.
 
+    is_width_assumed  the file tells an angle of view alone, for which a sensor was assumed
     f_stop            None where the file tells none, as glTF never does
     focus_distance_m  likewise; may be infinite
     lens_frames       frames at which `lens_tracks` tell the lens
@@ -153,6 +154,7 @@ class SceneCamera:
     focus_distance_m: float | None = None
     lens_frames: tuple[int, ...] = ()
     lens_tracks: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
+    is_width_assumed: bool = False
 
 
 @dataclass(frozen=True)

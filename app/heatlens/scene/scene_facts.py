@@ -21,6 +21,7 @@ def scene_facts(first: FirstShot) -> Facts:
         "path": str(scene.path),
         "frames": None if frames is None else {"first": frames.first, "last": frames.last},
         "frames_per_second": first.shot.frames_per_second,
+        "clips": list(scene.clips),
         "cameras": [_camera_facts(camera) for camera in scene.cameras],
         "lens_model": str(first.shot.lens.model),
         "objects": list(object_names(scene)),
@@ -38,5 +39,6 @@ def _camera_facts(camera: SceneCamera) -> Facts:
         "name": camera.name,
         "focal_length_mm": camera.focal_length_mm,
         "sensor_width_mm": camera.sensor_width_mm,
+        "sensor_width_assumed": camera.is_width_assumed,
         "moves": camera.track.is_moving,
     }

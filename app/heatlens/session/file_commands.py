@@ -101,7 +101,8 @@ class FileCommands:
     def open(self, text: str, options: PlateOptions | None = None) -> None:
         """Open a file, a pattern, a folder or a shot; what is open stays until it has a picture."""
         if not self._documents.opens(text):
-            self._source.open(text, options or self.options_for(text))
+            found = options or self.options_for(text)
+            self._source.open(text, found, timing=self._given.timing_of(text))
 
     def open_first(self) -> None:
         """Open what the command line named, if it named anything."""
@@ -109,7 +110,8 @@ class FileCommands:
         if not text or self._documents.opens(text):
             return
         is_stream = self._source.stream is not None and text == self._source.stream.text
-        self._source.open(text, given if is_stream else self._first_options(text, given))
+        found = given if is_stream else self._first_options(text, given)
+        self._source.open(text, found, timing=self._given.timing_of(text))
 
     def open_dropped(self, names: Sequence[str]) -> None:
         """Open a picture and its depth, where these are the two by their names; else the first."""
@@ -144,7 +146,9 @@ class FileCommands:
         """Read the plate or the scene again as it is on disk now."""
         opened = self._source.opened
         if opened is not None and opened.source.is_repeatable:
-            self._source.open(opened.text, opened.options, self._editing.frame)
+            framing = self._editing.shot.framing
+            timing = None if framing is None else framing.timing
+            self._source.open(opened.text, opened.options, self._editing.frame, timing)
         elif opened is not None:
             self._say(NO_FILES)
 

@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 from heatlens.model.boxes import Box
 from heatlens.model.depth_histogram import DepthHistogram
+from heatlens.model.framing import SceneTiming
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.shot import Shot
 from heatlens.model.view_geometry import PictureShape
@@ -40,9 +41,15 @@ class OpenSource:
         self.feed = PictureFeed(self.picture)
         self._watch = DiskWatch()
 
-    def open(self, text: str, options: PlateOptions, frame: int | None = None) -> None:
-        """Begin to open a file, a pattern, a folder, a scene or the stream."""
-        self.opener.open(text, options, frame)
+    def open(
+        self,
+        text: str,
+        options: PlateOptions,
+        frame: int | None = None,
+        timing: SceneTiming | None = None,
+    ) -> None:
+        """Begin to open a file, a pattern, a folder, a scene or the stream, see `SourceOpener`."""
+        self.opener.open(text, options, frame, timing)
 
     def arrived(self) -> Opened | None:
         """Return what has been opened since, now on the GPU; the one before is closed only then.

@@ -209,7 +209,8 @@ class ShotDocuments:
             shot = shot_with_camera(shot, given.camera, given.lens)
         self._coming = replace(document, shot=shot)
         frame = None if shot.played is None else shot.played.first
-        self._source.open(shot.source or "", shot.plate_options, frame)
+        timing = None if shot.framing is None else shot.framing.timing
+        self._source.open(shot.source or "", shot.plate_options, frame, timing)
 
     def _take_written(self) -> None:
         done = [entry for entry in self._writing if entry[0].done()]

@@ -6,6 +6,7 @@ from typing import Any
 
 from heatlens.camera.into_shot import first_values
 from heatlens.camera.samples import CameraSamples
+from heatlens.model.framing import SceneTiming
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.settings import DefocusSettings
 from heatlens.model.view import ViewState
@@ -22,6 +23,7 @@ class Start:
     lens           fields of Lens that were given
     stream         a renderer that sends frames; closed with the program
     camera         tells what `lens` does not tell of the lens
+    timing         puts the seconds of a scene into frames
     """
 
     source: str
@@ -32,6 +34,7 @@ class Start:
     ocio: str | None = None
     stream: StreamSource | None = None
     camera: CameraSamples | None = None
+    timing: SceneTiming | None = None
 
 
 class GivenOptions:
@@ -49,6 +52,10 @@ class GivenOptions:
     def are_for(self, text: str) -> bool:
         """Return True where the options count for what is called `text`."""
         return self._source in (text, "")
+
+    def timing_of(self, text: str) -> SceneTiming | None:
+        """Return the timing given for the scene `text`."""
+        return self.start.timing if self.start.source == text else None
 
     def lens_of(self, text: str) -> Mapping[str, Any]:
         """Return the fields of Lens given for `text`, those of a camera as they are first."""

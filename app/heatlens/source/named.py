@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import assert_never
 
 from heatlens.errors import InputError
+from heatlens.model.framing import SceneTiming
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.shot import Shot
 from heatlens.sequence.names import NameForm
@@ -18,15 +19,17 @@ _STILL_FRAME = 1  # the number of a picture that has none in its name
 _AS_FOUND = PlateOptions()
 
 
-def source_named(text: str, options: PlateOptions = _AS_FOUND) -> Source:
-    """Return the source called `text`; plates are read with `options`.
+def source_named(
+    text: str, options: PlateOptions = _AS_FOUND, timing: SceneTiming | None = None
+) -> Source:
+    """Return the source called `text`; plates are read with `options`, scenes with `timing`.
 
     A scene is not looked for before it is needed. Raises InputError where no plates are found, and
     for a stream, which only the window shows.
     """
     match kind_of(text):
         case SourceKind.SCENE:
-            return SceneSource(text)
+            return SceneSource(text, timing)
         case SourceKind.PLATES | SourceKind.STREAM:
             return plates_named(text, options)
         case kind:
@@ -56,7 +59,8 @@ def single_source(path: Path, options: PlateOptions) -> Source:
 
 def source_of(shot: Shot) -> Source:
     """Return the source of a shot. Raises InputError where it names none, or it is not found."""
-    return source_named(checked_source(shot), shot.plate_options)
+    timing = None if shot.framing is None else shot.framing.timing
+    return source_named(checked_source(shot), shot.plate_options, timing)
 
 
 def checked_source(shot: Shot) -> str:

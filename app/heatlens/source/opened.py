@@ -10,13 +10,14 @@ from heatlens.errors import InputError
 from heatlens.frame_cache.cache import FrameCache
 from heatlens.frame_cache.reader import settled_options
 from heatlens.model.frames import FRAMES_PER_SECOND, FrameRange
+from heatlens.model.framing import SceneTiming
 from heatlens.model.lens import Lens
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.settings import DefocusSettings
 from heatlens.model.shot import LensParameter, Shot
 from heatlens.plate.plate import Plate
 from heatlens.plate.start_lens import StartLens, start_lens
-from heatlens.scene.first_shot import FirstShot, first_shot
+from heatlens.scene.first_shot import FirstShot, first_shot, lens_with
 from heatlens.scene.scene import Scene
 from heatlens.sequence.sequence import MissingPolicy, Stamp
 from heatlens.source.kind import SourceKind
@@ -236,7 +237,7 @@ class OpenedScene:
 
     def lens(self, given: Mapping[str, Any]) -> StartLens:
         """See `Opened`; what is not given is that of the scene's camera, or assumed."""
-        return StartLens(replace(self.first.shot.lens, **given), dict.fromkeys(given, "given"))
+        return StartLens(lens_with(self.first, given), dict.fromkeys(given, "given"))
 
     def shot(self, lens: Lens, defocus: DefocusSettings) -> Shot:
         """See `Opened`; a value that was given replaces the keys of the scene's camera."""
@@ -303,11 +304,13 @@ class OpenedStream:
         """See `Opened`; the renderer may be listened to again later."""
 
 
-def opened_scene(text: str, options: PlateOptions) -> OpenedScene:
+def opened_scene(
+    text: str, options: PlateOptions, timing: SceneTiming | None = None
+) -> OpenedScene:
     """Read a scene. Raises InputError naming the file where that fails."""
-    source = SceneSource(text)
+    source = SceneSource(text, timing)
     stamps = tuple(file.stamp for file in stamped(source.all_files))  # before it is read
-    return OpenedScene(source, options, first_shot(text), stamps)
+    return OpenedScene(source, options, first_shot(text, timing=timing), stamps)
 
 
 def _frame_rate(plate: Plate) -> float:

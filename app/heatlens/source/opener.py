@@ -10,6 +10,7 @@ from heatlens.faults import faults_told
 from heatlens.files.apart import Stop
 from heatlens.frame_cache.cache import Damaged, FrameCache
 from heatlens.frame_cache.reader import SequenceReader
+from heatlens.model.framing import SceneTiming
 from heatlens.model.plate_options import PlateOptions
 from heatlens.sequence.sequence import Sequence, find_sequence
 from heatlens.source.kind import SourceKind, kind_of
@@ -46,15 +47,25 @@ class SourceOpener:
         self.refused: Refused | None = None  # until something else is opened
         self._options = PlateOptions()
 
-    def open(self, text: str, options: PlateOptions, frame: int | None = None) -> None:
-        """Begin to open a file, a pattern, a folder, a scene or the stream, at `frame` first."""
+    def open(
+        self,
+        text: str,
+        options: PlateOptions,
+        frame: int | None = None,
+        timing: SceneTiming | None = None,
+    ) -> None:
+        """Begin to open a file, a pattern, a folder, a scene or the stream, at `frame` first.
+
+        `timing` puts the seconds of a scene into frames.
+        """
         self.cancel()
         if self._stream is not None and text == self._stream.text:
             self._stream.begin(options)
             return
         self.opening, self._options, self.refused = text, options, None
         self._stop = Stop()
-        self._coming = self._thread.submit(_opened, text, options, frame, self._wake, self._stop)
+        when = frame, timing
+        self._coming = self._thread.submit(_opened, text, options, when, self._wake, self._stop)
         self._coming.add_done_callback(lambda _: self._wake())
 
     def cancel(self) -> None:
@@ -90,11 +101,16 @@ class SourceOpener:
 
 @faults_told("The file could not be opened")
 def _opened(
-    text: str, options: PlateOptions, frame: int | None, wake: Callable[[], None], stop: Stop
+    text: str,
+    options: PlateOptions,
+    when: tuple[int | None, SceneTiming | None],
+    wake: Callable[[], None],
+    stop: Stop,
 ) -> Opened:
+    frame, timing = when
     if kind_of(text) is SourceKind.SCENE:
         with stop.heard():
-            return opened_scene(text, options)
+            return opened_scene(text, options, timing)
     source = PlateSource(text, find_sequence(text), options)
     first, news = _first_frame(source.sequence, text, frame), News(wake)
     # A fault of the program in one frame makes that frame damaged, and the others are shown.

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import ClassVar
 
 from heatlens.model.frames import FrameRange
+from heatlens.model.framing import SceneTiming
 from heatlens.model.shot import Shot
 from heatlens.paths import unreadable
 from heatlens.scene.scene import Scene
@@ -22,10 +23,13 @@ _STILL_FRAME = 1  # the frame of a scene in which nothing moves
 class SceneSource:
     """The scene called `text`, which is read when that cannot be put off any longer.
 
+    `timing` puts its seconds into frames; None for the usual way.
+
     It implements `Source`.
     """
 
     text: str
+    timing: SceneTiming | None = None
 
     first_file: ClassVar = None
     has_many_views: ClassVar = True
@@ -39,7 +43,7 @@ class SceneSource:
     @cached_property
     def scene(self) -> Scene:
         """The scene itself. Raises InputError where it cannot be read."""
-        return open_scene(self.text)
+        return open_scene(self.text, self.timing)
 
     @property
     def frames(self) -> FrameRange | None:

@@ -23,5 +23,7 @@ def camera_of_shot(
     known or the scene cannot be read, LensError where keys make no lens.
     """
     if shot.source is not None and kind_of(shot.source) is SourceKind.SCENE:
-        return camera_in_scene(shot, open_scene(shot.source), name, frames, sensor_height_mm)
+        timing = None if shot.framing is None else shot.framing.timing
+        scene = open_scene(shot.source, timing)
+        return camera_in_scene(shot, scene, name, frames, sensor_height_mm)
     return camera_before_plates(shot, name, frames, sensor_height_mm, scene_unit_m, up_axis)

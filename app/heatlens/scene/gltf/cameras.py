@@ -58,7 +58,8 @@ class GltfCameras:
         keys = [PoseKey(f, _pose(on_node, m)) for f, m in zip(at, places, strict=True)]
         focal_mm = _focal_length_mm(camera.inside("perspective"))
         unique = _unlike(name, [known.name for known in self.cameras])
-        found = SceneCamera(unique, CameraTrack(tuple(keys)), focal_mm, SENSOR_WIDTH_MM)
+        track = CameraTrack(tuple(keys))
+        found = SceneCamera(unique, track, focal_mm, SENSOR_WIDTH_MM, is_width_assumed=True)
         self.cameras.append(found)
 
 
