@@ -1,6 +1,7 @@
 """`heatlens camera` and `shot new --camera` as they are called: files, words and exit codes."""
 
 import json
+import time
 from dataclasses import replace
 
 import numpy as np
@@ -19,6 +20,8 @@ from heatlens.model.lens import Lens
 from heatlens.model.lens_model import LensModel
 from heatlens.model.shot import LensParameter, Shot
 from heatlens.plate.camera_header import lens_attributes
+from heatlens.ring.address import parse_ring_address
+from heatlens.ring.receiver import LensReceiver
 from support.cameras import FRAMES, SHOTS, moving_camera
 from support.command_line import folder_of
 from support.exr_files import rgb, write_file
@@ -80,6 +83,24 @@ def test_a_renderer_is_told_the_f_stop_of_the_same_discs(capsys):
     assert (nominal.f_stop, nominal.nominal_f_stop) == ((1.3,) * 4, None)
 
 
+@pytest.mark.parametrize("encoding", ["json", "cbor"])
+def test_the_lens_is_sent_as_a_camera_would(capsys, monkeypatch, encoding):
+    """The f-stop on the ring, each frame with its time; whoever listens follows."""
+    heard = []
+    monkeypatch.setattr(LensReceiver, "_keep", lambda self, sample: heard.append(sample))
+    with LensReceiver(parse_ring_address("opentrackio://:0")) as receiver:
+        words = ("--send", str(receiver.address), "--encoding", encoding)
+        assert main(["camera", "s.heatlens.json", *words]) == 0
+        told = capsys.readouterr().err
+        assert f"sending 4 frames at 25/s to {receiver.address}: 0.2 s" in told
+        end = time.monotonic() + 30.0
+        while len(heard) < 4 and time.monotonic() < end:
+            time.sleep(0.01)
+    assert [sample.focus_distance_m for sample in heard][::3] == [0.94, 3.83]
+    assert {sample.f_stop for sample in heard} == {1.3}
+    assert [sample.timecode for sample in heard] == [(0, 0, 40, frame) for frame in (3, 4, 5, 6)]
+
+
 def test_the_options_of_the_shot_are_heard(capsys):
     words = ("--frames", "1001-1002", "--sensor-height", "20.25", "--up-axis", "z")
     told = said(capsys, "camera", "s.heatlens.json", "-o", "c.json", *words)
@@ -125,6 +146,10 @@ def test_headers_can_stand_in_the_place_of_a_shot(capsys):
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [
+        (("s.heatlens.json",), "Give a file to write with -o, or an address to send to"),
+        (("s.heatlens.json", "--send", "udp://x"), "'udp://x' is not where a lens can be"),
+        (("s.heatlens.json", "-o", "c.nk", "--repeat"), "are for what is sent with --send"),
+        (("s.heatlens.json", "--send", "opentrackio", "--f-stop", "nominal"), "written with -o"),
         (("s.heatlens.json", "-o", "c.fbx"), "the name of a camera must end in .usda"),
         (("s.heatlens.json", "-o", "t.heatlens.json"), "the name of a camera must end in"),
         (("s.heatlens.json", "-o", "none/c.nk"), "the folder"),

@@ -14,8 +14,8 @@ import heatlens
 
 PACKAGE = Path(heatlens.__file__).parent
 LAYERS = (
-    *("base", "model", "files", "sequence", "plate", "frame_cache", "stream", "documents", "scene"),
-    *("camera", "color", "gpu", "defocus", "scene_gpu", "source", "render", "preview"),
+    *("base", "model", "files", "sequence", "plate", "frame_cache", "stream", "ring", "documents"),
+    *("scene", "camera", "color", "gpu", "defocus", "scene_gpu", "source", "render", "preview"),
     *("rendered_frames", "display", "export", "measure", "session", "ui", "doctor", "api"),
     "commands",
 )

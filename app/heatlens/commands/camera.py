@@ -2,9 +2,11 @@
 
 import argparse
 import os
+from itertools import cycle
 from pathlib import Path
 
 from heatlens.camera.camera_file import WRITTEN, read_camera, write_camera
+from heatlens.camera.ring_samples import ring_samples
 from heatlens.camera.same_discs import with_nominal_f_stop, with_renderer_f_stop
 from heatlens.camera.samples import CameraSamples
 from heatlens.camera.usd_read import USD_SUFFIXES, split_prim
@@ -17,6 +19,9 @@ from heatlens.documents.shot_file import SHOT_SUFFIX, is_shot_file, read_shot
 from heatlens.errors import InputError
 from heatlens.model.frames import parse_frame_range
 from heatlens.model.units import parse_scene_unit_m
+from heatlens.ring.address import RingAddress, parse_ring_address
+from heatlens.ring.otrk_packet import Encoding
+from heatlens.ring.sender import LensSender, send_in_time
 from heatlens.scene.first_shot import FirstShot, first_shot
 from heatlens.source.kind import SourceKind, kind_of
 from heatlens.source.shot_camera import camera_of_shot
@@ -46,6 +51,7 @@ examples:
   heatlens camera s.heatlens.json -o cam.usda
   heatlens camera s.heatlens.json -o cam.nk --frames 1001-1024 --meters-per-unit cm
   heatlens camera shot.usda:/world/cam -o cam.csv
+  heatlens camera s.heatlens.json --send opentrackio --repeat
 """
 
 
@@ -62,8 +68,9 @@ def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
         "source", metavar=f"SHOT{SHOT_SUFFIX}", help="the shot, a scene or a camera"
     )
     parser.add_argument(
-        "-o", "--output", type=Path, required=True, help=f"camera to write: *{', *'.join(WRITTEN)}"
+        "-o", "--output", type=Path, help=f"camera to write: *{', *'.join(WRITTEN)}"
     )
+    _add_send_options(parser)
     _add_shot_options(parser)
     parser.add_argument(
         "--meters-per-unit",
@@ -74,11 +81,24 @@ def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
     parser.add_argument(
         "--f-stop",
         choices=(_SAME_DISCS, _NOMINAL),
-        default=_SAME_DISCS,
         help="of a photographic lens: what makes the same discs in a CG renderer, with the nominal "
-        f"one kept beside it (default), or the {_NOMINAL} one alone",
+        f"one kept beside it (default), or the {_NOMINAL} one alone (always sent by --send)",
     )
     parser.set_defaults(run=run)
+
+
+def _add_send_options(parser: argparse.ArgumentParser) -> None:
+    group = parser.add_argument_group("sent live, in the place of a file or beside it")
+    group.add_argument(
+        "--send",
+        metavar="PROTOCOL[://HOST:PORT]",
+        help="play the lens in real time to another heatlens, an engine or a follow-focus: "
+        "opentrackio for this machine, or opentrackio://HOST:PORT",
+    )
+    group.add_argument("--repeat", action="store_true", help="send again and again, until Ctrl-C")
+    group.add_argument(
+        "--encoding", choices=[it.name.lower() for it in Encoding], help="of --send (default: json)"
+    )
 
 
 def _add_shot_options(parser: argparse.ArgumentParser) -> None:
@@ -104,8 +124,41 @@ def _add_shot_options(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Write the camera; say where it is from and what was assumed."""
+    """Write the camera, send it; say where it is from and what was assumed."""
+    _check_given(args)
+    address = None if args.send is None else parse_ring_address(args.send)
     camera = _camera_of(args)
+    if args.output is None:
+        say(*camera.notes)
+    else:
+        _write(args, camera)
+    if address is not None:
+        _send(args, camera, address)
+    return 0
+
+
+def _check_given(args: argparse.Namespace) -> None:
+    """Refuse a command that would do nothing, and options without any effect."""
+    if args.output is None and args.send is None:
+        raise InputError("Give a file to write with -o, or an address to send to with --send.")
+    if args.send is None and (args.repeat or args.encoding):
+        raise InputError("--repeat and --encoding are for what is sent with --send.")
+    if args.output is None and (args.f_stop or args.meters_per_unit):
+        raise InputError("--f-stop and --meters-per-unit are for a file that is written with -o.")
+
+
+def _send(args: argparse.Namespace, camera: CameraSamples, address: RingAddress) -> None:
+    """Play the lens in real time."""
+    rate = camera.frames_per_second
+    encoding = Encoding[(args.encoding or "json").upper()]
+    samples = ring_samples(camera)
+    with LensSender(address, rate, encoding) as sender:
+        times = "again and again, until Ctrl-C" if args.repeat else f"{len(samples) / rate:.1f} s"
+        say(f"sending {len(samples)} frames at {rate:g}/s to {sender.address}: {times}")
+        send_in_time(sender, cycle(samples) if args.repeat else samples, rate)
+
+
+def _write(args: argparse.Namespace, camera: CameraSamples) -> None:
     if args.f_stop == _NOMINAL:
         camera = with_nominal_f_stop(camera)
     else:
@@ -114,7 +167,6 @@ def run(args: argparse.Namespace) -> int:
     write_camera(args.output, camera, None if unit is None else parse_scene_unit_m(unit))
     say(*camera.notes)
     tell(str(args.output))
-    return 0
 
 
 def _camera_of(args: argparse.Namespace) -> CameraSamples:
@@ -165,6 +217,6 @@ def _refuse_shot_options(args: argparse.Namespace) -> None:
             raise InputError(
                 f"--{option.replace('_', '-')} is for shots; {args.source} is a camera already."
             )
-    if args.output.exists() and os.path.exists(args.source):
+    if args.output is not None and args.output.exists() and os.path.exists(args.source):
         if os.path.samefile(args.output, args.source):
             raise InputError(f"{args.output} is the camera that is read: give another name.")

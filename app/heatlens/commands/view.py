@@ -1,6 +1,7 @@
 """`heatlens view`: the window. `heatlens plate.exr` means the same."""
 
 import argparse
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,6 +14,8 @@ from heatlens.commands.shot_camera import add_camera_option, checked_camera_of
 from heatlens.commands.timing_options import add_timing_options, timing_of
 from heatlens.documents.shot_file import is_shot_file, read_shot
 from heatlens.errors import InputError, NoWindowError
+from heatlens.ring.address import parse_ring_address
+from heatlens.ring.receiver import LensReceiver
 from heatlens.scene.scene_name import DEMO
 from heatlens.source.kind import kind_of
 from heatlens.source.named import source_named
@@ -55,6 +58,12 @@ def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
         metavar="[HOST:]PORT",
         help="show what a renderer sends as it would to the viewer tev, while it renders; port "
         f"{DEFAULT_PORT} of this machine where none is given",
+    )
+    parser.add_argument(
+        "--lens-in",
+        metavar="PROTOCOL[://HOST:PORT]",
+        help="follow the lens of a camera as it is turned: opentrackio for what is sent to this "
+        "machine, opentrackio://239.135.1.1 for source 1 of a network",
     )
     parser.add_argument(
         "--ocio", metavar="CONFIG", help="OpenColorIO config (default: $OCIO, else a built-in one)"
@@ -108,18 +117,18 @@ def _open(args: argparse.Namespace) -> int:
         refuse_unused(args, plate, kind_of(plate))
     lens = given_lens(args)
     camera = checked_camera_of(args, lens)
-    run_window(
-        Start(
-            plate,
-            plate_options(args),
-            lens,
-            settings_of(args),
-            ocio=args.ocio,
-            camera=camera,
-            timing=timing_of(args, plate),
-        )
-    )
+    start = Start(plate, plate_options(args), lens, settings_of(args), ocio=args.ocio)
+    timing = timing_of(args, plate)
+    with _lens_in(args) as lens_in:
+        run_window(replace(start, camera=camera, timing=timing, lens_in=lens_in))
     return 0
+
+
+def _lens_in(args: argparse.Namespace) -> AbstractContextManager[LensReceiver | None]:
+    """Listen for the lens of a camera; the port is opened before the window."""
+    if args.lens_in is None:
+        return nullcontext()
+    return LensReceiver(parse_ring_address(args.lens_in))
 
 
 def _listen(args: argparse.Namespace) -> int:
@@ -137,7 +146,8 @@ def _listen(args: argparse.Namespace) -> int:
     stream = StreamSource(*parse_address(args.listen))
     start = Start(stream.text, plate_options(args), lens, defocus, ocio=args.ocio, stream=stream)
     try:
-        run_window(replace(start, camera=camera))
+        with _lens_in(args) as lens_in:
+            run_window(replace(start, camera=camera, lens_in=lens_in))
     finally:
         stream.close()
     return 0

@@ -40,6 +40,7 @@ from heatlens.session.recent_files import RecentFiles
 from heatlens.session.reference import Reference, ReferenceLoader
 from heatlens.session.render_scheduler import RenderScheduler
 from heatlens.session.rendered_pull import RenderedPull, store_of
+from heatlens.session.ring_hand import RingHand
 from heatlens.session.scene_commands import SceneCommands
 from heatlens.session.scene_mark_tracks import SceneMarkTracks
 from heatlens.session.sent_lens import SentLens
@@ -85,6 +86,9 @@ class Session:
         self.references = ReferenceLoader(renderer.ctx, wake)
         self.lens_commands = LensCommands(self.source, self.editing, say)
         self.sent_lens = SentLens(self.source, self.editing, self.given, say)
+        self.ring = RingHand(start.lens_in, self.editing, say)
+        if start.lens_in is not None:
+            start.lens_in.on_news = wake
         self.view_commands = ViewCommands(
             self.picture_view, self.source, self.editing, self.references, say
         )
@@ -286,7 +290,7 @@ class Session:
         for poll in (
             *(self.recent.poll, self.files.poll, self.exports.poll, self.pictures.poll),
             *(self.documents.poll, self.marks.poll, self.scene_tracks.poll),
-            *(self.player.poll, self.sent_lens.poll, self.pull.poll),
+            *(self.player.poll, self.sent_lens.poll, self.ring.poll, self.pull.poll),
         ):
             poll()
 
@@ -349,6 +353,7 @@ class Session:
             self.messages.seconds_until_needed(),
             self.scheduler.seconds_until_needed(),
             self.player.seconds_until_needed(),
+            self.ring.seconds_until_needed(),
             shader_reload.EVERY_S if self._shaders is not None else None,
         )
         return min((wait for wait in waits if wait is not None), default=None)

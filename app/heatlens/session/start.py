@@ -10,6 +10,7 @@ from heatlens.model.framing import SceneTiming
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.settings import DefocusSettings
 from heatlens.model.view import ViewState
+from heatlens.ring.receiver import LensReceiver
 from heatlens.source.stream_source import StreamSource
 
 
@@ -24,6 +25,7 @@ class Start:
     stream         a renderer that sends frames; closed with the program
     camera         tells what `lens` does not tell of the lens
     timing         puts the seconds of a scene into frames
+    lens_in        a camera or a controller that the lens follows; closed with the program
     """
 
     source: str
@@ -35,6 +37,7 @@ class Start:
     stream: StreamSource | None = None
     camera: CameraSamples | None = None
     timing: SceneTiming | None = None
+    lens_in: LensReceiver | None = None
 
 
 class GivenOptions:

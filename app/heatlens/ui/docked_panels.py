@@ -15,6 +15,7 @@ from heatlens.ui.panels.lens_panel import LensFacts, blur_panel, lens_panel
 from heatlens.ui.panels.look_panel import look_panel
 from heatlens.ui.panels.marks_panel import marks_panel
 from heatlens.ui.panels.plate_panel import PlateFacts, plate_panel
+from heatlens.ui.panels.ring_panel import RingFacts, RingState, ring_panel
 from heatlens.ui.panels.scene_panel import scene_panel
 from heatlens.ui.panels.speed_panel import speed_panel
 from heatlens.ui.probe import listening
@@ -59,6 +60,7 @@ class DockedPanels:
             begun = session.lens_commands.begun_with
             sources = {} if begun is None else begun.sources
             facts = LensFacts(session.histogram, session.view.unit, sources, self._doubts())
+            self._ring()
             with listening() as drawn:
                 session.editing.edit_lens(lens_panel(session.lens, facts, session.say))
             session.editing.edit(
@@ -67,6 +69,19 @@ class DockedPanels:
             if session.histogram is not None and session.timeline.has_time:
                 lens_dots(session, drawn)
         imgui.end()
+
+    def _ring(self) -> None:
+        ring = self._session.ring
+        if ring.receiver is None or ring.heard is None:
+            return
+        receiver = ring.receiver
+        facts = RingFacts(
+            str(receiver.address), ring.heard, receiver.refused, receiver.lost, receiver.fault
+        )
+        chosen = ring_panel(RingState(ring.is_followed, ring.source), facts)
+        ring.is_followed = chosen.is_followed
+        if chosen.source != ring.source:
+            ring.listen_to(chosen.source)
 
     def _doubts(self) -> tuple[Doubt, ...]:
         """Return what is doubtful of the lens before a plate; a scene's file tells its lengths."""

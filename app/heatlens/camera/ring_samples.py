@@ -1,0 +1,33 @@
+"""A camera's lens as the samples that it would send while it plays."""
+
+from heatlens.camera.samples import CameraSamples, finite_m
+from heatlens.ring.lens_sample import LensSample
+
+
+def ring_samples(camera: CameraSamples) -> tuple[LensSample, ...]:
+    """Return a sample for each frame, with the nominal f-stop, which is the one on the ring."""
+    return tuple(_sample(camera, at) for at in range(len(camera.frames)))
+
+
+def _sample(camera: CameraSamples, at: int) -> LensSample:
+    tracks = {
+        "focus_distance_m": camera.focus_distance_m,
+        "f_stop": camera.nominal_f_stop or camera.f_stop,
+        "focal_length_mm": camera.focal_length_mm,
+    }
+    values = {name: finite_m(track[at]) for name, track in tracks.items() if track is not None}
+    time = _time_of(camera.frames[at], camera.frames_per_second)
+    return LensSample(camera.name, **values, timecode=time)
+
+
+def _time_of(frame: int, frames_per_second: float) -> tuple[int, int, int, int] | None:
+    """Return the frame as hours, minutes, seconds and frames; None before frame 0.
+
+    Timecode counts whole frames a second, as SMPTE ST 12-1 does without dropping: 24 at 23.976.
+    """
+    if frame < 0:
+        return None
+    seconds, frames = divmod(frame, max(round(frames_per_second), 1))
+    minutes, seconds = divmod(seconds, 60)
+    hours, minutes = divmod(minutes, 60)
+    return hours % 24, minutes, seconds, frames

@@ -1,0 +1,86 @@
+"""Where a lens is listened to: the text of an address, and the socket that waits there."""
+
+import ipaddress
+import socket
+import struct
+from dataclasses import dataclass
+from enum import StrEnum
+
+from heatlens.errors import InputError
+
+DEFAULT_HOST = "127.0.0.1"  # this machine alone: a camera on the network is asked for by name
+OPENTRACKIO_PORT = 55555
+_RECEIVE_BYTES = 1 << 20  # 1,000 datagrams a second, while the program is busy elsewhere
+
+
+class Protocol(StrEnum):
+    """What is spoken there."""
+
+    OPENTRACKIO = "opentrackio"
+
+
+@dataclass(frozen=True)
+class RingAddress:
+    """A protocol at an IPv4 host and a UDP port."""
+
+    protocol: Protocol
+    host: str
+    port: int
+
+    def __str__(self) -> str:
+        return f"{self.protocol}://{self.host}:{self.port}"
+
+    @property
+    def is_multicast(self) -> bool:
+        """Return True for the address of a group, which all listeners share."""
+        return ipaddress.ip_address(self.host).is_multicast
+
+
+def parse_ring_address(text: str) -> RingAddress:
+    """Parse "opentrackio[://[HOST][:PORT]]"; without a host it is this machine.
+
+    Raises InputError for anything else.
+    """
+    scheme, _, place = text.strip().partition("://")
+    host, _, port = place.partition(":")
+    try:
+        protocol = Protocol(scheme.lower())
+        number = int(port) if port else OPENTRACKIO_PORT
+        host = DEFAULT_HOST if host in ("", "localhost") else str(ipaddress.IPv4Address(host))
+    except ValueError as error:
+        raise _not_an_address(text) from error
+    if not 0 <= number < 65536 or (port and not port.isascii()):
+        raise _not_an_address(text)
+    return RingAddress(protocol, host, number)
+
+
+def _not_an_address(text: str) -> InputError:
+    return InputError(
+        f"{text!r} is not where a lens can be listened to: give opentrackio for this machine, or "
+        f"opentrackio://HOST:PORT, such as opentrackio://239.135.1.1:{OPENTRACKIO_PORT} for source "
+        "1 of a network."
+    )
+
+
+def listening_socket(address: RingAddress) -> socket.socket:
+    """Return a socket that gets the datagrams sent to `address`.
+
+    Several listeners may share the address of a group. Raises InputError where it cannot be used.
+    """
+    listener = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    try:
+        listener.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _RECEIVE_BYTES)
+        if address.is_multicast:
+            listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        listener.bind((address.host, address.port))
+        if address.is_multicast:
+            group = struct.pack("!4sI", socket.inet_aton(address.host), socket.INADDR_ANY)
+            listener.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, group)
+    except OSError as error:
+        listener.close()
+        raise InputError(
+            f"Cannot listen at {address} ({error.strerror or error}): another program may listen "
+            "there already, or the host is not an address of this machine."
+        ) from error
+    listener.setblocking(False)
+    return listener

@@ -1,0 +1,125 @@
+"""Samples of OpenTrackIO, read and written: what they tell of the lens and of the time.
+
+Source: SMPTE RIS OSVP, OpenTrackIO 1.0.1. The sample is JSON, or CBOR (RFC 8949) with the same
+names; `lens` holds `focusDistance` in metres, `pinholeFocalLength` in millimetres, `fStop`,
+`tStop`, and `encoders` from 0 to 1.
+"""
+
+import json
+import math
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from heatlens.ring.lens_sample import LensSample
+from heatlens.ring.otrk_packet import Encoding, RingPacketError
+
+_VERSION = [1, 0, 1]
+_POSITIVE = {
+    "focus_distance_m": "focusDistance",
+    "f_stop": "fStop",
+    "t_stop": "tStop",
+    "focal_length_mm": "pinholeFocalLength",
+}
+_TURNS = {"focus_turn": "focus", "iris_turn": "iris", "zoom_turn": "zoom"}
+_TIME = ("hours", "minutes", "seconds", "frames")
+_NAME_LETTERS = 80
+
+
+def sample_of(text: bytes, encoding: Encoding) -> LensSample:
+    """Read a sample; values that cannot be are left out.
+
+    Raises RingPacketError for a text that is no sample at all.
+    """
+    root = _decoded(text, encoding)
+    if not isinstance(root, dict):
+        raise RingPacketError("a sample is not a list of names and values")
+    lens = _below(root, "lens")
+    values: dict[str, Any] = {name: _number(lens, key, 0.0) for name, key in _POSITIVE.items()}
+    turns = _below(lens, "encoders")
+    values |= {name: _number(turns, key, -1e-9, 1.0) for name, key in _TURNS.items()}
+    return LensSample(_source(root), **values, timecode=_timecode(root))
+
+
+def text_of(sample: LensSample, encoding: Encoding, frames_per_second: float) -> bytes:
+    """Write a sample that other programs read, with the values that it has."""
+    lens: dict[str, Any] = {
+        key: getattr(sample, name) for name, key in _POSITIVE.items() if _is_told(sample, name)
+    }
+    turns = {key: getattr(sample, name) for name, key in _TURNS.items() if _is_told(sample, name)}
+    root: dict[str, Any] = {"protocol": {"name": "OpenTrackIO", "version": _VERSION}}
+    root |= {"sourceId": sample.source} if sample.source else {}
+    root["lens"] = lens | ({"encoders": turns} if turns else {})
+    if sample.timecode is not None:
+        rate = {"num": round(frames_per_second * 1001), "denom": 1001}
+        time = dict(zip(_TIME, sample.timecode, strict=True))
+        root["timing"] = {"timecode": time | {"frameRate": rate}}
+    return _encoded(root, encoding)
+
+
+def _is_told(sample: LensSample, name: str) -> bool:
+    """Return True for a finite value: JSON has no infinity."""
+    value = getattr(sample, name)
+    return value is not None and math.isfinite(value)
+
+
+def _decoded(text: bytes, encoding: Encoding) -> object:
+    """Decode what a stranger sent, at most 64 kB of it; everything that fails is one error."""
+    read, errors = _decoder(encoding)
+    try:
+        return read(text)
+    except errors as error:
+        raise RingPacketError(f"a sample cannot be decoded as {encoding.name}") from error
+
+
+def _decoder(
+    encoding: Encoding,
+) -> tuple[Callable[[bytes], object], tuple[type[Exception], ...]]:
+    """Return what decodes, and the errors that it raises for a damaged text."""
+    errors = (ValueError, RecursionError, OverflowError, TypeError)
+    if encoding is Encoding.JSON:
+        return json.loads, errors
+    try:
+        import cbor2  # an extra, and only those who listen to a camera wait for it
+    except ImportError as error:
+        raise RingPacketError("samples in CBOR need: pip install 'heatlens[ring]'") from error
+    return cbor2.loads, (*errors, cbor2.CBORError)
+
+
+def _encoded(root: Mapping[str, object], encoding: Encoding) -> bytes:
+    if encoding is Encoding.JSON:
+        return json.dumps(root, separators=(",", ":")).encode()
+    import cbor2
+
+    return cbor2.dumps(root)
+
+
+def _below(holder: Mapping[str, Any], key: str) -> Mapping[str, Any]:
+    found = holder.get(key)
+    return found if isinstance(found, dict) else {}
+
+
+def _number(holder: Mapping[str, Any], key: str, above: float, most: float = 1e9) -> float | None:
+    """Return a number in (above, most], else None."""
+    found = holder.get(key)
+    if isinstance(found, bool) or not isinstance(found, (int, float)):
+        return None
+    return float(found) if above < found <= most else None
+
+
+def _source(root: Mapping[str, Any]) -> str:
+    """Return how the sender names itself, at most so long that it fits on a line."""
+    for key in ("sourceId", "sourceNumber"):
+        found = root.get(key)
+        if isinstance(found, (str, int)) and not isinstance(found, bool):
+            return str(found)[:_NAME_LETTERS]
+    return ""
+
+
+def _timecode(root: Mapping[str, Any]) -> tuple[int, int, int, int] | None:
+    held = _below(_below(root, "timing"), "timecode")
+    hours, minutes, seconds, frames = (held.get(name) for name in _TIME)
+    if not all(type(it) is int and 0 <= it < 240 for it in (hours, minutes, seconds, frames)):
+        return None
+    assert isinstance(hours, int) and isinstance(minutes, int)
+    assert isinstance(seconds, int) and isinstance(frames, int)
+    return hours, minutes, seconds, frames

@@ -1,0 +1,58 @@
+"""Sends the lens of a shot as a camera would: for a rehearsal, a follow-focus or an engine."""
+
+import socket
+import time
+from collections.abc import Callable, Iterable
+
+from heatlens.closing import Closing
+from heatlens.errors import InputError
+from heatlens.ring.address import RingAddress
+from heatlens.ring.lens_sample import LensSample
+from heatlens.ring.opentrackio import text_of
+from heatlens.ring.otrk_packet import Encoding, datagrams_of
+
+
+class LensSender(Closing):
+    """Sends samples to one address; a `with` block closes it."""
+
+    def __init__(
+        self, address: RingAddress, rate: float, encoding: Encoding = Encoding.JSON
+    ) -> None:
+        """Send to `address` at `rate` frames a second."""
+        self.sent = 0
+        self.address = address
+        self._rate = rate
+        self._encoding = encoding
+        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+
+    def send(self, sample: LensSample) -> None:
+        """Send one sample. Raises InputError where the network refuses it."""
+        text = text_of(sample, self._encoding, self._rate)
+        try:
+            for datagram in datagrams_of(text, self._encoding, self.sent):
+                self._socket.sendto(datagram, (self.address.host, self.address.port))
+        except OSError as error:
+            raise InputError(
+                f"Nothing can be sent to {self.address} ({error.strerror or error})."
+            ) from error
+        self.sent += 1
+
+    def close(self) -> None:
+        """Let go of the socket; a second call does nothing."""
+        self._socket.close()
+
+
+def send_in_time(
+    sender: LensSender,
+    samples: Iterable[LensSample],
+    rate: float,
+    clock: Callable[[], float] = time.monotonic,
+    sleep: Callable[[float], None] = time.sleep,
+) -> None:
+    """Send `samples` at `rate` a second; what comes late does not delay what follows."""
+    begun_s = clock()
+    for number, sample in enumerate(samples):
+        wait_s = begun_s + number / rate - clock()
+        if wait_s > 0:
+            sleep(wait_s)
+        sender.send(sample)

@@ -1,0 +1,65 @@
+"""The ring that the lens follows: who sends, how often, and whether it is followed."""
+
+from dataclasses import dataclass
+
+from imgui_bundle import imgui
+
+from heatlens.printable import printable
+from heatlens.ring.receiver import Heard
+from heatlens.ui import probe, theme, widgets
+
+_FIRST_HEARD = "the first that is heard"
+
+
+@dataclass(frozen=True)
+class RingState:
+    """What the user chooses: whether the lens follows, and which source, None for the first."""
+
+    is_followed: bool
+    source: str | None
+
+
+@dataclass(frozen=True, eq=False)
+class RingFacts:
+    """What the panel shows: where it listens, what it hears, and what was no use."""
+
+    address: str
+    heard: Heard
+    refused: int
+    lost: int
+    fault: str | None = None  # why the last datagram was refused
+
+
+def ring_panel(state: RingState, facts: RingFacts) -> RingState:
+    """Draw the ring; return what the user chose."""
+    imgui.separator_text("Ring")
+    _told(facts)
+    changed, is_followed = imgui.checkbox("the lens follows it", state.is_followed)
+    probe.note("follow ring")
+    by_words = {_FIRST_HEARD: None} | {_words(name): name for name in facts.heard.sources}
+    source = state.source
+    if len(facts.heard.sources) > 1 or source is not None:
+        now = _FIRST_HEARD if source is None else _words(source)
+        picked = widgets.choice("source", now, list(by_words))
+        source = by_words.get(picked, source)
+    return RingState(is_followed if changed else state.is_followed, source)
+
+
+def _words(name: str) -> str:
+    return printable(name) or "without a name"
+
+
+def _told(facts: RingFacts) -> None:
+    heard = facts.heard
+    if heard.sample is None:
+        imgui.text_wrapped(f"Listening at {facts.address}; nothing was heard yet.")
+    elif heard.is_silent:
+        text = f"Silent for {heard.age_s:.0f} s; the lens stays as it was sent last."
+        widgets.colored_text(text, theme.BAD)
+    else:
+        age_ms = 1e3 * heard.age_s
+        imgui.text(f"{heard.rate_hz:.0f} samples a second, the last {age_ms:.0f} ms ago")
+    if facts.refused or facts.lost:
+        imgui.text_disabled(f"{facts.refused} datagrams refused, {facts.lost} samples incomplete")
+        if facts.fault and imgui.is_item_hovered():
+            imgui.set_tooltip(f"The last one: {facts.fault}.")

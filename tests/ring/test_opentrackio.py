@@ -1,0 +1,93 @@
+"""What a sample tells of the lens: written and read again, partial, hostile."""
+
+import json
+
+import cbor2
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from heatlens.ring.lens_sample import LensSample
+from heatlens.ring.opentrackio import sample_of, text_of
+from heatlens.ring.otrk_packet import Encoding, RingPacketError
+
+POSITIVE = st.none() | st.floats(1e-3, 1e6)
+TURNS = st.none() | st.floats(0.0, 1.0)
+SAMPLES = st.builds(
+    LensSample,
+    source=st.text("urn:-abc 123", max_size=40),
+    **dict.fromkeys(("focus_distance_m", "f_stop", "t_stop", "focal_length_mm"), POSITIVE),
+    **dict.fromkeys(("focus_turn", "iris_turn", "zoom_turn"), TURNS),
+    timecode=st.none() | st.tuples(st.integers(0, 23), *[st.integers(0, 59)] * 3),
+)
+# What the complete example of the standard says of the lens and the time, with names around it
+# that are none of ours.
+PUBLISHED = {
+    "tracker": {"notes": "A", "recording": False},
+    "lens": {
+        "custom": [1.0, 2.0],
+        "distortion": [{"model": "Brown-Conrady U-D", "radial": [1.0, 2.0, 3.0]}],
+        "encoders": {"focus": 0.1, "iris": 0.2, "zoom": 0.3},
+        "entrancePupilOffset": 0.123,
+        "fStop": 4.0,
+        "pinholeFocalLength": 24.305,
+        "focusDistance": 10.0,
+        "rawEncoders": {"focus": 1000, "iris": 2000, "zoom": 3000},
+        "tStop": 4.1,
+    },
+    "timing": {"timecode": {"hours": 1, "minutes": 2, "seconds": 3, "frames": 4}},
+    "sourceId": "urn:uuid:fc9bc480-02bd-4bd0-96c7-bce47197f720",
+    "sourceNumber": 1,
+}
+
+
+@pytest.mark.parametrize("encoding", Encoding)
+@given(sample=SAMPLES)
+def test_what_is_written_is_read(encoding, sample):
+    assert sample_of(text_of(sample, encoding, 24.0), encoding) == sample
+
+
+@pytest.mark.parametrize(
+    ("encoding", "written"), [(Encoding.JSON, json.dumps), (Encoding.CBOR, cbor2.dumps)]
+)
+def test_the_example_of_the_standard_is_read(encoding, written):
+    text = written(PUBLISHED)
+    sample = sample_of(text if isinstance(text, bytes) else text.encode(), encoding)
+    assert sample == LensSample(
+        "urn:uuid:fc9bc480-02bd-4bd0-96c7-bce47197f720",
+        *(10.0, 4.0, 4.1, 24.305, 0.1, 0.2, 0.3),
+        (1, 2, 3, 4),
+    )
+
+
+@given(before=SAMPLES, after=SAMPLES)
+def test_what_is_absent_keeps_its_last_value(before, after):
+    kept = after.after(before)
+    for name in ("focus_distance_m", "f_stop", "zoom_turn", "timecode"):
+        now = getattr(after, name)
+        assert getattr(kept, name) == (getattr(before, name) if now is None else now)
+
+
+@pytest.mark.parametrize(
+    "bad", [0, -1, "2", None, True, [], {}, float("nan"), float("inf"), 10**400]
+)
+@pytest.mark.parametrize("name", ["focusDistance", "fStop", "tStop", "pinholeFocalLength"])
+def test_a_value_that_cannot_be_is_left_out(name, bad):
+    text = json.dumps({"lens": {name: bad, "encoders": {"focus": 0.5}}}).encode()
+    assert sample_of(text, Encoding.JSON) == LensSample(focus_turn=0.5)
+
+
+@pytest.mark.parametrize("text", [b"", b"[]", b"1", b"{", b"\xff", b"[" * 60_000, b'"lens"'])
+@pytest.mark.parametrize("encoding", Encoding)
+def test_what_is_no_sample_is_refused(text, encoding):
+    with pytest.raises(RingPacketError):
+        sample_of(text, encoding)
+
+
+@given(st.binary(max_size=200))
+def test_noise_is_a_sample_or_refused(noise):
+    for encoding in Encoding:
+        try:
+            assert isinstance(sample_of(noise, encoding), LensSample)
+        except RingPacketError:
+            continue

@@ -1,0 +1,112 @@
+"""The lens follows the ring, and the hand in the window wins until the ring is turned again."""
+
+from dataclasses import replace
+
+import pytest
+
+from heatlens.model.lens import Lens
+from heatlens.model.shot import Shot
+from heatlens.ring.lens_sample import LensSample
+from heatlens.ring.receiver import Heard
+from heatlens.session.editing import Editing
+from heatlens.session.ring_hand import RingHand
+
+
+class FakeReceiver:
+    """What a receiver would have heard."""
+
+    def __init__(self) -> None:
+        self.now = Heard(None, (), 0.0, 0.0, 0)
+
+    def heard(self, source: str | None = None) -> Heard:
+        return self.now
+
+    def hears(self, age_s: float = 0.0, **values: float) -> None:
+        before = self.now.sample or LensSample()
+        sample = replace(before, source="A", **values)
+        self.now = Heard(sample, ("A",), 50.0, age_s, self.now.version + 1)
+
+
+@pytest.fixture
+def said() -> list[str]:
+    return []
+
+
+@pytest.fixture
+def editing(said) -> Editing:
+    return Editing(Shot(Lens(50.0, 2.8, 2.0, 36.0)), said.append)
+
+
+@pytest.fixture
+def receiver() -> FakeReceiver:
+    return FakeReceiver()
+
+
+@pytest.fixture
+def hand(receiver, editing, said) -> RingHand:
+    return RingHand(receiver, editing, said.append)
+
+
+def test_what_the_ring_tells_is_the_lens_and_the_rest_stays(hand, receiver, editing):
+    receiver.hears(focus_distance_m=1.4)
+    hand.poll()
+    assert editing.lens == Lens(50.0, 2.8, 1.4, 36.0)
+    receiver.hears(f_stop=1.4, focal_length_mm=85.0)
+    hand.poll()
+    assert editing.lens == Lens(85.0, 1.4, 1.4, 36.0)
+
+
+def test_a_value_set_by_hand_stays_until_the_ring_is_turned(hand, receiver, editing):
+    receiver.hears(focus_distance_m=1.4)
+    hand.poll()
+    editing.edit_lens(replace(editing.lens, focus_distance_m=5.0))
+    receiver.hears(f_stop=4.0)  # the ring sends its focus again, as it was
+    hand.poll()
+    assert editing.lens.focus_distance_m == 5.0
+    receiver.hears(focus_distance_m=1.5)
+    hand.poll()
+    assert editing.lens.focus_distance_m == 1.5
+
+
+def test_a_turn_is_one_step_of_undo(hand, receiver, editing):
+    before = editing.shot
+    for distance_m in (1.9, 1.8, 1.7):
+        receiver.hears(focus_distance_m=distance_m)
+        hand.poll()
+    editing.settle()
+    editing.undo()
+    assert editing.shot == before
+
+
+def test_silence_is_said_once_and_the_lens_stays(hand, receiver, editing, said):
+    receiver.hears(focus_distance_m=1.4)
+    hand.poll()
+    for _ in range(3):
+        receiver.hears(age_s=1.5)
+        hand.poll()
+    assert [sentence for sentence in said if "silent" in sentence] == said
+    assert len(said) == 1
+    assert editing.lens.focus_distance_m == 1.4
+    assert hand.seconds_until_needed() is None
+
+
+def test_an_impossible_lens_is_said_and_not_taken(hand, receiver, editing, said):
+    before = editing.lens
+    receiver.hears(focus_distance_m=0.01)
+    hand.poll()
+    assert editing.lens == before
+    assert "not taken over" in said[-1]
+
+
+def test_a_ring_that_is_not_followed_changes_nothing(hand, receiver, editing):
+    hand.is_followed = False
+    before = editing.shot
+    receiver.hears(focus_distance_m=1.4)
+    hand.poll()
+    assert editing.shot == before
+
+
+def test_without_a_ring_there_is_nothing_to_wait_for(editing, said):
+    hand = RingHand(None, editing, said.append)
+    hand.poll()
+    assert hand.heard is None and hand.seconds_until_needed() is None
