@@ -38,7 +38,7 @@ from heatlens.stream.protocol import PacketStream, TevPacketError, TevStreamErro
 from heatlens.stream.received_plate import plate_of_image
 from support.cameras import moving_camera
 from support.exr_files import distances, rgb, tiled_header, write_file, write_parts
-from support.gltf_files import encoded, square_scene
+from support.gltf_files import encoded, figure_scene, square_scene
 from support.mesh_files import MTL, OBJ, PIXELS, PLY, STL
 from support.shots_of_tests import worked_on
 from support.tev_packets import GOOD
@@ -108,6 +108,8 @@ def _meshes(scene: Scene) -> Arrays:
     for mesh in scene.meshes:
         yield from (mesh.positions_m, mesh.normals, mesh.uvs)
         assert mesh.triangles.size == 0 or mesh.triangles.max() < len(mesh.positions_m)
+    for mesh in scene.shapes_at(7.5).values():
+        yield from (mesh.positions_m, mesh.normals)
     yield scene.transforms_at(1)
 
 
@@ -129,7 +131,9 @@ def _materials(folder: Path) -> list[Path]:
 def _gltf(folder: Path) -> list[Path]:
     (folder / "a.glb").write_bytes(square_scene().glb())
     (folder / "a.gltf").write_bytes(square_scene().gltf())
-    return [folder / "a.glb", folder / "a.gltf"]
+    (folder / "b.glb").write_bytes(figure_scene().glb())
+    (folder / "b.gltf").write_bytes(figure_scene().gltf())
+    return [folder / name for name in ("a.glb", "a.gltf", "b.glb", "b.gltf")]
 
 
 def _stage(folder: Path) -> list[Path]:

@@ -117,6 +117,36 @@ def encoded(pixels, kind="PNG"):
     return stream.getvalue()
 
 
+def figure_scene():
+    """Return a square on two bones that blends into another shape, in two clips, behind glass."""
+    writer = GltfWriter()
+    picture = {"index": writer.picture([[[200, 100, 50, 128]]])}
+    shine = {"baseColorTexture": picture, "metallicRoughnessTexture": {**picture, "texCoord": 1}}
+    glass = {"KHR_materials_transmission": {"transmissionFactor": 0.5}}
+    material = writer.add(
+        "materials", pbrMetallicRoughness=shine, alphaMode="BLEND", extensions=glass
+    )
+    weights = np.tile(np.float32([0.5, 0.5, 0, 0]), (4, 1))
+    bones = np.tile(np.uint8([0, 1, 0, 0]), (4, 1))
+    uvs = {"TEXCOORD_0": SQUARE_UVS, "TEXCOORD_1": SQUARE_UVS / 2}
+    named = {"JOINTS_0": bones, "WEIGHTS_0": weights, **uvs}
+    mesh = writer.mesh(attributes=named, material=material)
+    shape = {"POSITION": writer.accessor(SQUARE[::-1].copy())}
+    writer.json["meshes"][mesh]["primitives"][0]["targets"] = [shape]
+    joints = [writer.node(), writer.node(translation=[0, 1, 0])]
+    data = np.tile(np.eye(4, dtype=np.float32), (2, 1, 1)).tobytes()
+    matrices = writer.add(
+        "accessors", bufferView=writer.view(data), componentType=5126, count=2, type="MAT4"
+    )
+    writer.add("skins", joints=joints, inverseBindMatrices=matrices)
+    node = writer.node(mesh=mesh, skin=0)
+    writer.animate(joints[1], "translation", [0, 1], [[0, 1, 0], [1, 1, 0]])
+    writer.animate(node, "weights", [0, 1], [0, 1])
+    lines = writer.mesh(SQUARE, None, mode=2)
+    writer.node(mesh=lines, **writer.light(type="spot", intensity=5e4))
+    return writer
+
+
 def square_scene():
     """Return one square of one node."""
     writer = GltfWriter()
