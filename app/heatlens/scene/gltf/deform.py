@@ -159,12 +159,12 @@ def read_binding(vertices: Vertices, mesh: Mesh, skin: Skin) -> Binding | None:
         number += 1
     if not joints or any(part is None for part in weights):
         return None
-    bones = np.concatenate(joints, axis=1)
+    shares = np.concatenate([part for part in weights if part is not None], axis=1)
+    bones = np.where(shares == 0, 0, np.concatenate(joints, axis=1))  # without weight, any number
     if bones.size and not (0 <= bones.min() and bones.max() < len(skin.joints)):
         vertices.primitive.refuse(
             f"a vertex hangs on bone {int(bones.max())} of {len(skin.joints)}"
         )
-    shares = np.concatenate([part for part in weights if part is not None], axis=1)
     sums = shares.sum(axis=1, keepdims=True)
     shares = np.asarray(shares / np.where(np.abs(sums) > 1e-6, sums, 1.0), np.float32)
     used = np.flatnonzero((shares != 0).any(axis=0))  # most files have columns of zeros
