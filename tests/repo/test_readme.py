@@ -37,6 +37,8 @@ def test_what_the_readme_shows_is_there() -> None:
         "focus_lights.png",
         "window.png",
         "blender.png",
+        "behind_guessed.png",
+        "behind_known.png",
         "demo.webp",
     ):
         assert f"assets/{name}" in text
