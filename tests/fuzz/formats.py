@@ -140,9 +140,12 @@ def _stage(folder: Path) -> list[Path]:
     """Write a stage as text, in binary, and as a package."""
     text, binary, package = (folder / f"a.{kind}" for kind in ("usda", "usdc", "usdz"))
     text.write_bytes((Path(__file__).parent / "stage.usda").read_bytes())
+    shapes, more = folder / "d.usda", folder / "e.usdc"
+    shapes.write_bytes((Path(__file__).parent / "shapes.usda").read_bytes())
+    usd_module("Sdf").Layer.FindOrOpen(str(shapes)).Export(str(more))
     usd_module("Sdf").Layer.FindOrOpen(str(text)).Export(str(binary))
     assert usd_module("UsdUtils").CreateNewUsdzPackage(str(binary), str(package))
-    return [text, binary, package]
+    return [text, binary, package, shapes, more]
 
 
 def _usd_cameras(folder: Path) -> list[Path]:
@@ -150,6 +153,19 @@ def _usd_cameras(folder: Path) -> list[Path]:
     for path in cameras:
         write_camera(path, moving_camera())
     return [*cameras, *_stage(folder)[:2]]
+
+
+def _ply(folder: Path) -> list[Path]:
+    """Damage polygons, strips of triangles and points."""
+    vertices = b"0 0 0 0 0 1\n1 0 0 0 0 1\n0 1 0 0 0 1\n1 1 0 0 0 1\n"
+    head = b"ply\nformat ascii 1.0\nelement vertex 4\n" + b"".join(
+        f"property float {name}\n".encode() for name in ("x", "y", "z", "nx", "ny", "nz")
+    )
+    strips = b"element tristrips 1\nproperty list int int vertex_indices\nend_header\n"
+    (folder / "a.ply").write_bytes(PLY)
+    (folder / "b.ply").write_bytes(head + strips + vertices + b"8 0 1 2 3 -1 2 1 0\n")
+    (folder / "c.ply").write_bytes(head + b"end_header\n" + vertices)
+    return [folder / f"{name}.ply" for name in "abc"]
 
 
 def _camera(suffix: str) -> Callable[[Path], list[Path]]:
@@ -258,7 +274,7 @@ FORMATS = {
     "gltf": Format(_gltf, lambda path: _meshes(read_scene(path))),
     "obj": Format(_beside("a.obj", OBJ.encode()), lambda path: _meshes(read_scene(path))),
     "mtl": Format(_materials, lambda path: _meshes(read_scene(path.with_name("a.obj")))),
-    "ply": Format(_beside("a.ply", PLY), lambda path: _meshes(read_scene(path))),
+    "ply": Format(_ply, lambda path: _meshes(read_scene(path))),
     "stl": Format(_beside("a.stl", STL), lambda path: _meshes(read_scene(path))),
     "usd": Format(_stage, lambda path: _meshes(usd_scene(str(path)))),
     "usd-camera": Format(

@@ -14,6 +14,7 @@ from heatlens.model.plate_options import PlateOptions
 from heatlens.model.shot import Shot
 from heatlens.plate.of_arrays import plate_of_arrays
 from heatlens.scene.first_shot import first_shot
+from heatlens.scene.placing import placed
 from heatlens.source.kind import SourceKind, kind_of
 from heatlens.source.named import plates_named
 
@@ -56,7 +57,9 @@ def _of_shot(shot: Shot, text: str) -> Source:
         raise InputError(f"{text} names no plates and no scene.")
     if kind_of(shot.source) is SourceKind.SCENE:
         timing = None if shot.framing is None else shot.framing.timing
-        begun = replace(first_shot(shot.source, timing=timing), shot=shot, assumed=frozenset())
+        begun = first_shot(shot.source, timing=timing)
+        scene = placed(begun.scene, shot.framing)
+        begun = replace(begun, scene=scene, shot=shot, assumed=frozenset())
         return Scene(begun, shot.source)
     return Plates(plates_named(shot.source, shot.plate_options), shot)
 

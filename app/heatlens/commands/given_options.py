@@ -14,7 +14,10 @@ Given = dict[str, Any]
 AddOptions = Callable[[argparse.ArgumentParser], object]
 
 _OF_PLATES = attributes_of(PlateOptions)
-_OF_SCENES = ("size", "scene_camera", "frame", "pinhole", "clip", "first_frame")
+_OF_SCENES = (
+    *("size", "scene_camera", "frame", "pinhole", "clip", "first_frame"),
+    *("up_axis", "meters_per_unit"),
+)
 _OF_OTHERS = {  # by kind of source: the options that are for other kinds
     SourceKind.PLATES: (_OF_SCENES, "is a plate, and that is for 3D scenes"),
     SourceKind.SCENE: (_OF_PLATES, "is a 3D scene, and that is for plates"),

@@ -12,6 +12,7 @@ from heatlens.commands.info_sequence import found_among, sequence_info
 from heatlens.commands.pipes import file_of_input
 from heatlens.commands.plate_options import add_plate_options, plate_options
 from heatlens.commands.say import tell
+from heatlens.commands.scene_options import add_placing_options, placing_of
 from heatlens.commands.value_types import number
 from heatlens.model.lens_model import LensModel
 from heatlens.plate.inspection import inspect
@@ -68,6 +69,7 @@ def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
     lens = parser.add_argument_group("the lens, for --depth-kind radial without one in the header")
     lens.add_argument("--focal-length", type=number, metavar="MM", help="focal length in mm")
     lens.add_argument("--sensor-width", type=number, metavar="MM", help="width of the sensor in mm")
+    add_placing_options(parser.add_argument_group("a 3D scene whose file does not say it"))
     parser.set_defaults(run=run)
 
 
@@ -96,7 +98,7 @@ def _of_scene(args: argparse.Namespace, text: str) -> tuple[dict[str, Any], list
     refuse_unused(args, text, SourceKind.SCENE)
     lens = ("focal_length", "sensor_width")
     refuse_given(args, lens, f"{text} is a 3D scene, and that is for depth along rays")
-    facts = scene_facts(first_shot(text))
+    facts = scene_facts(first_shot(text, placing=placing_of(args)))
     return facts, scene_lines(facts)
 
 

@@ -10,12 +10,14 @@ from heatlens.commands.lens_options import given_lens, lens_words, pixel_of, sou
 from heatlens.commands.timing_options import add_timing_options, timing_of
 from heatlens.errors import InputError
 from heatlens.model.frames import FrameRange
-from heatlens.model.framing import Framing
+from heatlens.model.framing import Framing, WorldAxis
 from heatlens.model.settings import DefocusSettings
 from heatlens.model.shot import Shot
+from heatlens.model.units import parse_scene_unit_m
 from heatlens.plate.focus_pick import depth_at_m
 from heatlens.render import FrameRenderer
 from heatlens.scene.first_shot import FirstShot, first_shot
+from heatlens.scene.placing import Placing
 
 _FOCUS = "focus_distance_m"
 
@@ -37,7 +39,46 @@ def add_framing_options(
         help="camera of the scene to look through (default: its first; without one, all is seen)",
     )
     add_timing_options(group, has_rate)
+    add_placing_options(group)
     return group
+
+
+def add_placing_options(group: "argparse._ArgumentGroup") -> None:
+    """Add --up-axis and --meters-per-unit."""
+    group.add_argument(
+        "--up-axis",
+        type=axis_of,
+        metavar="x|y|z",
+        help="axis that is up in a PLY, STL or OBJ, which do not say it (default: a guess)",
+    )
+    group.add_argument(
+        "--meters-per-unit",
+        type=unit_of,
+        metavar="UNIT",
+        help="unit of a PLY, STL or OBJ: m, cm, mm, ft, in, or a number of metres (default: a "
+        "guess by its size)",
+    )
+
+
+def placing_of(args: argparse.Namespace) -> Placing:
+    """Return what the options say of a scene whose file does not say it."""
+    return Placing(args.up_axis, args.meters_per_unit)
+
+
+def axis_of(text: str) -> WorldAxis:
+    """Parse x, y or z; argparse turns the error into its own sentence."""
+    try:
+        return WorldAxis(text.lower())
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is none of x, y and z.") from None
+
+
+def unit_of(text: str) -> float:
+    """Parse a unit to metres; argparse turns the error into its own sentence."""
+    try:
+        return parse_scene_unit_m(text)
+    except InputError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
 
 
 def size_of(text: str) -> tuple[int, int]:
@@ -92,6 +133,10 @@ def with_framing(args: argparse.Namespace, shot: Shot) -> Shot:
         framing = replace(framing, width_px=args.size[0], height_px=args.size[1])
     if args.scene_camera is not None:
         framing = replace(framing, camera=args.scene_camera, track=None)
+    if args.up_axis is not None:
+        framing = replace(framing, up_axis=args.up_axis)
+    if args.meters_per_unit is not None:
+        framing = replace(framing, meters_per_unit=args.meters_per_unit)
     return replace(shot, framing=framing)
 
 
@@ -116,7 +161,8 @@ def _first_shot(
     args: argparse.Namespace, text: str, found: dict[str, Any] | None = None
 ) -> FirstShot:
     lens = {**given_lens(args), **(found or {})}
-    return first_shot(text, args.size, args.scene_camera, lens, timing_of(args, text))
+    timing, placing = timing_of(args, text), placing_of(args)
+    return first_shot(text, args.size, args.scene_camera, lens, timing, placing)
 
 
 def _checked(args: argparse.Namespace, text: str, first: FirstShot) -> FirstShot:

@@ -10,6 +10,7 @@ from heatlens.commands.given_options import refuse_given, refuse_unused
 from heatlens.commands.lens_options import add_lens_options, given_lens
 from heatlens.commands.pipes import DASH, file_of_input
 from heatlens.commands.plate_options import add_plate_options, plate_options
+from heatlens.commands.scene_options import add_placing_options, placing_of
 from heatlens.commands.shot_camera import add_camera_option, checked_camera_of
 from heatlens.commands.timing_options import add_timing_options, timing_of
 from heatlens.documents.shot_file import is_shot_file, read_shot
@@ -72,7 +73,9 @@ def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
     add_lens_options(parser, can_pick=False)
     add_blur_options(parser)
     add_plate_options(parser)
-    add_timing_options(parser.add_argument_group("3D scene"))
+    group = parser.add_argument_group("3D scene")
+    add_timing_options(group)
+    add_placing_options(group)
     parser.set_defaults(run=run)
 
 
@@ -118,9 +121,10 @@ def _open(args: argparse.Namespace) -> int:
     lens = given_lens(args)
     camera = checked_camera_of(args, lens)
     start = Start(plate, plate_options(args), lens, settings_of(args), ocio=args.ocio)
-    timing = timing_of(args, plate)
+    timing, placing = timing_of(args, plate), placing_of(args)
     with _lens_in(args) as lens_in:
-        run_window(replace(start, camera=camera, timing=timing, lens_in=lens_in))
+        start = replace(start, camera=camera, timing=timing, placing=placing)
+        run_window(replace(start, lens_in=lens_in))
     return 0
 
 

@@ -7,6 +7,7 @@ along -z, as in glTF and USD.
 from bisect import bisect_right
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
+from enum import StrEnum
 from itertools import pairwise
 
 import numpy as np
@@ -20,6 +21,7 @@ Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
 Array = NDArray[np.float64]
 
+_UNIT_LEAST_M, _UNIT_MOST_M = 1e-9, 1e9
 SIZE_MOST_PX = 16384
 _FAR_MOST_M = 1e9
 _UNIT = 1e-12  # so near to it a length is 1 but for rounding
@@ -250,6 +252,14 @@ def _slope(frames: list[float], values: Array, i: int) -> Array:
     return np.asarray((values[i + 1] - values[i - 1]) / (frames[i + 1] - frames[i - 1]))
 
 
+class WorldAxis(StrEnum):
+    """An axis of a file."""
+
+    X = "x"
+    Y = "y"
+    Z = "z"
+
+
 @dataclass(frozen=True, slots=True)
 class SceneTiming:
     """How the seconds of a scene's file become frames, for files that tell no frames.
@@ -280,9 +290,11 @@ class Framing:
     camera               name of the scene's camera that is used, None for none
     track                a camera of the shot's own, which wins over that
     timing               how its seconds become frames; None as a scene is read by itself
+    up_axis              axis of the file that is up, for files that do not say it
+    meters_per_unit      metres in one unit of such a file
 
-    With neither, it is the scene's first camera; without one, the whole scene is seen. Raises
-    InputError for an impossible size.
+    With neither camera nor track, it is the scene's first camera; without one, the whole scene is
+    seen. Raises InputError for an impossible size or unit.
     """
 
     width_px: int = 1280
@@ -290,6 +302,8 @@ class Framing:
     camera: str | None = None
     track: CameraTrack | None = None
     timing: SceneTiming | None = None
+    up_axis: WorldAxis = WorldAxis.Y
+    meters_per_unit: float = 1.0
 
     def __post_init__(self) -> None:
         for side in (self.width_px, self.height_px):
@@ -298,6 +312,11 @@ class Framing:
                     f"A picture has 1 to {SIZE_MOST_PX} pixels a side, got "
                     f"{self.width_px}x{self.height_px}."
                 )
+        if not _UNIT_LEAST_M <= self.meters_per_unit <= _UNIT_MOST_M:
+            raise InputError(
+                f"A unit has {_UNIT_LEAST_M:g} to {_UNIT_MOST_M:g} metres, got "
+                f"{self.meters_per_unit:g}."
+            )
 
     @property
     def size(self) -> tuple[int, int]:

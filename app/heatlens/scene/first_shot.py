@@ -16,6 +16,7 @@ from heatlens.model.lens import Lens
 from heatlens.model.lens_model import LensModel
 from heatlens.model.linear_keys import linear_keys
 from heatlens.model.shot import LensParameter, Shot
+from heatlens.scene.placing import Placing, placed_first
 from heatlens.scene.scene import Scene, SceneCamera
 from heatlens.scene.scene_bounds import bounds_m, started_framing, track_of
 from heatlens.scene.scene_name import is_demo, open_scene
@@ -30,6 +31,7 @@ _ASSUMED = Lens(
 _ANGLE = ("focal_length_mm", "sensor_width_mm")
 _OPENING = ("f_stop", "focus_distance_m")
 _NOTHING: Mapping[str, Any] = MappingProxyType({})
+_UNTOLD = Placing()
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,15 +59,18 @@ def first_shot(
     camera: str | None = None,
     given: Mapping[str, Any] = _NOTHING,
     timing: SceneTiming | None = None,
+    placing: Placing = _UNTOLD,
 ) -> FirstShot:
     """Return the first shot of the scene `text`, in `size` pixels, seen through `camera`.
 
     `given` holds fields of Lens, which replace at every frame whatever keys the demo has; `timing`
-    puts the seconds of a file into frames. Raises InputError where the scene cannot be read or has
-    no such camera, and LensError where the values describe no possible lens.
+    puts the seconds of a file into frames, and `placing` says of its unit and direction what the
+    file does not. Raises InputError where the scene cannot be read or has no such camera, and
+    LensError where the values describe no possible lens.
     """
     scene = open_scene(text, timing)
-    begun = _demo(scene, text) if is_demo(text) else _of_file(scene, text)
+    scene, framing = placed_first(scene, started_framing(scene), placing)
+    begun = _demo(scene, text) if is_demo(text) else _of_file(scene, text, framing)
     if timing is not None:
         framing = replace(begun.shot.framing or Framing(), timing=timing)
         begun = replace(begun, shot=replace(begun.shot, framing=framing))
@@ -85,8 +90,7 @@ def _demo(scene: Scene, text: str) -> FirstShot:
     return FirstShot(scene, replace(demo_shot(), source=text), sources, frozenset())
 
 
-def _of_file(scene: Scene, text: str) -> FirstShot:
-    framing = started_framing(scene)
+def _of_file(scene: Scene, text: str, framing: Framing) -> FirstShot:
     shot = Shot(
         _ASSUMED,
         source=text,

@@ -72,7 +72,7 @@ class _Reading:
         """Return a geometry with the triangles of its strips, where it has any."""
         if not hasattr(geometry, "faces") and hasattr(geometry, "metadata"):
             faces = strip_triangles(geometry)
-            if faces is not None:
+            if faces is not None and len(faces) and len(geometry.vertices):
                 return _trimesh().Trimesh(
                     vertices=geometry.vertices,
                     faces=faces,

@@ -20,21 +20,30 @@ def strip_triangles(cloud: Any) -> NDArray[np.int64] | None:
     told = _element(cloud, "tristrips")
     if told is None:
         return None
-    found = [_of_strip(np.asarray(strip).reshape(-1)) for strip in _lists(told)]
+    found = [_of_strip(_numbers(strip)) for strip in _lists(told)]
     return np.concatenate(found) if found else np.zeros((0, 3), np.int64)
 
 
 def point_normals(cloud: Any) -> NDArray[np.float64] | None:
     """Return (V, 3) normals that a PLY has for its points, or None."""
     told, count = _element(cloud, "vertex"), len(cloud.vertices)
-    columns = [_column(told, name) for name in _NORMAL]
-    if any(column is None or np.shape(column) not in ((count,), (count, 1)) for column in columns):
+    columns = [_numbers(_column(told, name)) for name in _NORMAL]
+    if any(len(column) != count for column in columns):
         return None
-    return np.stack([np.asarray(c, np.float64).reshape(-1) for c in columns], axis=1)
+    return np.stack(columns, axis=1)
+
+
+def _numbers(told: Any) -> NDArray[np.float64]:
+    """Return (N,) finite numbers; none where there are others, or no numbers."""
+    try:
+        found = np.asarray(() if told is None else told, np.float64).reshape(-1)
+    except (TypeError, ValueError):  # of lists of several lengths, or of words
+        return np.zeros(0)
+    return found if np.isfinite(found).all() else np.zeros(0)
 
 
 def _of_strip(strip: NDArray[Any]) -> NDArray[np.int64]:
-    corners = strip.astype(np.int64)
+    corners = np.clip(strip, -1, 2**40).astype(np.int64)
     if len(corners) < 3:
         return np.zeros((0, 3), np.int64)
     rows = np.stack([corners[:-2], corners[1:-1], corners[2:]], axis=1)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from heatlens.errors import InputError
 from heatlens.model.frames import FRAMES_PER_SECOND, FrameRange
-from heatlens.model.framing import CameraTrack
+from heatlens.model.framing import CameraTrack, WorldAxis
 
 Array = NDArray[np.float64]
 Color = tuple[float, float, float]
@@ -202,6 +202,7 @@ class Scene:
     deforms   of each mesh that changes its shape, by its index, the mesh at each frame
     clips     names of the animations that the file has
     notes     sentences for the user
+    up_axis, meters_per_unit  what a file that does not say them was taken for, see `placing`
 
     Raises InputError where there is nothing to see.
     """
@@ -220,6 +221,8 @@ class Scene:
     notes: tuple[str, ...] = ()
     deforms: Mapping[int, Deform] = field(default_factory=dict)
     clips: tuple[str, ...] = ()
+    up_axis: WorldAxis = WorldAxis.Y
+    meters_per_unit: float = 1.0
     _latest_shapes: list[tuple[float, Mapping[int, Mesh]]] = field(default_factory=list)
 
     def __post_init__(self) -> None:

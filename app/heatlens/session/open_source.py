@@ -86,8 +86,8 @@ class OpenSource:
 
     @property
     def scene(self) -> Scene | None:
-        """The 3D scene; None where there is none."""
-        return None if self.opened is None else self.opened.scene
+        """The 3D scene, placed as the shot says; None where there is none."""
+        return None if self.opened is None else self.feed.scene
 
     @property
     def is_repeatable(self) -> bool:

@@ -9,6 +9,8 @@ from heatlens.model.framing import Framing
 from heatlens.model.settings import PROXY_MIN
 from heatlens.model.shot import Shot
 from heatlens.rendered_frames.kept_picture import KeptPicture
+from heatlens.scene.placing import placed
+from heatlens.scene.scene import Scene
 from heatlens.sequence.sequence import MissingPolicy
 from heatlens.session.gpu_picture import GpuPicture
 from heatlens.session.scene_preview import ScenePreview
@@ -37,6 +39,11 @@ class PictureFeed:
     def __init__(self, picture: GpuPicture) -> None:
         self.picture = picture
         self.wanted: tuple[int, Direction, int] | None = None  # of a frame cache, as last told
+
+    @property
+    def scene(self) -> Scene | None:
+        """The 3D scene, placed as the shot says; None where there is none."""
+        return None
 
     @property
     def is_good(self) -> bool:
@@ -136,15 +143,26 @@ class SceneFeed(PictureFeed):
     def __init__(self, picture: GpuPicture, opened: OpenedScene) -> None:
         super().__init__(picture)
         self._opened = opened
+        self._scene = opened.scene
         self._preview = ScenePreview(picture.renderer)
         self._framing: Framing | None = None  # the one that the nearest distance is known for
         self._is_playing = False
 
+    @property
+    def scene(self) -> Scene:
+        """See `PictureFeed`."""
+        return self._scene
+
     def begin(self) -> None:
         """See `PictureFeed`."""
-        self.picture.renderer.load_scene(self._opened.scene)
-        self.picture.plate = None
+        self._load(self._opened.scene)
         self.show(self._opened.first.shot, Playhead(self._opened.frame))
+
+    def _load(self, scene: Scene) -> None:
+        self._scene = scene
+        self.picture.renderer.load_scene(scene)
+        self.picture.plate = None
+        self._preview = ScenePreview(self.picture.renderer)
 
     def show(self, shot: Shot, playhead: Playhead) -> None:
         """See `PictureFeed`; it is drawn again only where something moved."""
@@ -153,6 +171,9 @@ class SceneFeed(PictureFeed):
             self.picture.begin_axis()
         self.picture.ask(playhead.frame)
         self._is_playing = playhead.is_playing
+        scene = placed(self._scene, shot.framing)
+        if scene is not self._scene:  # the shot says otherwise of its unit and which way is up
+            self._load(scene)
         with self.picture.drawing():
             self._preview.look(shot, playhead.frame, playhead.is_playing)
         self.picture.is_settled = True

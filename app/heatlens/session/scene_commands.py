@@ -9,7 +9,7 @@ import numpy as np
 
 from heatlens.errors import HeatlensError, InputError
 from heatlens.model.frames import FrameRange
-from heatlens.model.framing import Framing, Pose, Vector
+from heatlens.model.framing import Framing, Pose, Vector, WorldAxis
 from heatlens.model.marks import ObjectMark, PointMark, next_mark_name
 from heatlens.model.orbit import dollied, orbited, panned, pivot_of
 from heatlens.model.pull import followed
@@ -158,6 +158,22 @@ class SceneCommands:
             framing = replace(self.framing, camera=name, track=None)
             lens = camera_lens(scene, framing, self._editing.shot.lens)
             self._editing.do(replace(self._editing.shot, framing=framing, lens=lens))
+
+    def place(self, up_axis: WorldAxis, meters_per_unit: float) -> None:
+        """Say which axis of the file is up and how long its unit is; the whole scene is seen again.
+
+        A focus without keys scales with the unit, and so stays on what it was on.
+        """
+        framing, shot = self.framing, self._editing.shot
+        if (framing.up_axis, framing.meters_per_unit) == (up_axis, meters_per_unit):
+            return
+        ratio = meters_per_unit / framing.meters_per_unit
+        focus_m = max(shot.lens.focus_distance_m * ratio, 2e-3 * shot.lens.focal_length_mm)
+        placed = replace(
+            framing, up_axis=up_axis, meters_per_unit=meters_per_unit, camera=None, track=None
+        )
+        lens = replace(shot.lens, focus_distance_m=focus_m)
+        self._editing.do(replace(shot, framing=placed, lens=lens))
 
     def set_key(self) -> None:
         """Key the camera where it stands at this frame."""

@@ -83,6 +83,7 @@ class Session:
         self.picture_view = PictureView(self._first_view(start.view))
         self.editing = Editing(Shot(Lens(50.0, 2.8, 2.0, 36.0), start.defocus), say)
         self.source = OpenSource(renderer, wake, start.stream)
+        self.source.opener.placing_of = self.given.placing_of
         self.references = ReferenceLoader(renderer.ctx, wake)
         self.lens_commands = LensCommands(self.source, self.editing, say)
         self.sent_lens = SentLens(self.source, self.editing, self.given, say)

@@ -11,6 +11,7 @@ from heatlens.model.plate_options import PlateOptions
 from heatlens.model.settings import DefocusSettings
 from heatlens.model.view import ViewState
 from heatlens.ring.receiver import LensReceiver
+from heatlens.scene.placing import Placing
 from heatlens.source.stream_source import StreamSource
 
 
@@ -26,6 +27,7 @@ class Start:
     camera         tells what `lens` does not tell of the lens
     timing         puts the seconds of a scene into frames
     lens_in        a camera or a controller that the lens follows; closed with the program
+    placing        tells of a scene's file what it does not say
     """
 
     source: str
@@ -38,6 +40,7 @@ class Start:
     camera: CameraSamples | None = None
     timing: SceneTiming | None = None
     lens_in: LensReceiver | None = None
+    placing: Placing = field(default_factory=Placing)
 
 
 class GivenOptions:
@@ -59,6 +62,10 @@ class GivenOptions:
     def timing_of(self, text: str) -> SceneTiming | None:
         """Return the timing given for the scene `text`."""
         return self.start.timing if self.start.source == text else None
+
+    def placing_of(self, text: str) -> Placing:
+        """Return what was said of the unit and the direction of the scene called `text`."""
+        return self.start.placing if self.are_for(text) else Placing()
 
     def lens_of(self, text: str) -> Mapping[str, Any]:
         """Return the fields of Lens given for `text`, those of a camera as they are first."""

@@ -18,6 +18,7 @@ from heatlens.model.shot import LensParameter, Shot
 from heatlens.plate.plate import Plate
 from heatlens.plate.start_lens import StartLens, start_lens
 from heatlens.scene.first_shot import FirstShot, first_shot, lens_with
+from heatlens.scene.placing import Placing
 from heatlens.scene.scene import Scene
 from heatlens.sequence.sequence import MissingPolicy, Stamp
 from heatlens.source.kind import SourceKind
@@ -305,12 +306,19 @@ class OpenedStream:
 
 
 def opened_scene(
-    text: str, options: PlateOptions, timing: SceneTiming | None = None
+    text: str,
+    options: PlateOptions,
+    timing: SceneTiming | None = None,
+    placing: Placing = Placing(),  # noqa: B008
 ) -> OpenedScene:
-    """Read a scene. Raises InputError naming the file where that fails."""
+    """Read a scene; `placing` says of its unit and direction what its file does not.
+
+    Raises InputError naming the file where that fails.
+    """
     source = SceneSource(text, timing)
     stamps = tuple(file.stamp for file in stamped(source.all_files))  # before it is read
-    return OpenedScene(source, options, first_shot(text, timing=timing), stamps)
+    first = first_shot(text, timing=timing, placing=placing)
+    return OpenedScene(source, options, first, stamps)
 
 
 def _frame_rate(plate: Plate) -> float:

@@ -12,6 +12,7 @@ from heatlens.frame_cache.cache import Damaged, FrameCache
 from heatlens.frame_cache.reader import SequenceReader
 from heatlens.model.framing import SceneTiming
 from heatlens.model.plate_options import PlateOptions
+from heatlens.scene.placing import Placing
 from heatlens.sequence.sequence import Sequence, find_sequence
 from heatlens.source.kind import SourceKind, kind_of
 from heatlens.source.opened import News, Opened, OpenedPlates, OpenedStream, opened_scene
@@ -46,6 +47,8 @@ class SourceOpener:
         self.opening: str | None = None  # what is being opened
         self.refused: Refused | None = None  # until something else is opened
         self._options = PlateOptions()
+        # What the user said of a scene whose file does not say its unit and which way is up.
+        self.placing_of: Callable[[str], Placing] = lambda text: Placing()
 
     def open(
         self,
@@ -64,8 +67,10 @@ class SourceOpener:
             return
         self.opening, self._options, self.refused = text, options, None
         self._stop = Stop()
-        when = frame, timing
-        self._coming = self._thread.submit(_opened, text, options, when, self._wake, self._stop)
+        when, placing = (frame, timing), self.placing_of(text)
+        self._coming = self._thread.submit(
+            _opened, text, options, when, placing, self._wake, self._stop
+        )
         self._coming.add_done_callback(lambda _: self._wake())
 
     def cancel(self) -> None:
@@ -104,13 +109,14 @@ def _opened(
     text: str,
     options: PlateOptions,
     when: tuple[int | None, SceneTiming | None],
+    placing: Placing,
     wake: Callable[[], None],
     stop: Stop,
 ) -> Opened:
     frame, timing = when
     if kind_of(text) is SourceKind.SCENE:
         with stop.heard():
-            return opened_scene(text, options, timing)
+            return opened_scene(text, options, timing, placing)
     source = PlateSource(text, find_sequence(text), options)
     first, news = _first_frame(source.sequence, text, frame), News(wake)
     # A fault of the program in one frame makes that frame damaged, and the others are shown.

@@ -9,6 +9,7 @@ from heatlens.model.frames import FrameRange
 from heatlens.model.framing import SceneTiming
 from heatlens.model.shot import Shot
 from heatlens.paths import unreadable
+from heatlens.scene.placing import placed
 from heatlens.scene.scene import Scene
 from heatlens.scene.scene_name import is_demo, open_scene
 from heatlens.scene.scene_read import files_of_scene
@@ -81,7 +82,7 @@ class SceneSource:
 
     def loader(self, shot: Shot, origins: tuple[Origin, ...], renderer: Renderer) -> FrameLoader:
         """See `Source`; the scene is taken to the GPU once for all frames."""
-        renderer.load_scene(self.scene)
+        renderer.load_scene(placed(self.scene, shot.framing))
         return _SceneLoader(shot, renderer)
 
 

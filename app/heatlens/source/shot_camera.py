@@ -4,6 +4,7 @@ from heatlens.camera.from_shot import camera_before_plates, camera_in_scene
 from heatlens.camera.samples import CameraSamples, UpAxis
 from heatlens.model.frames import FrameRange
 from heatlens.model.shot import Shot
+from heatlens.scene.placing import placed
 from heatlens.scene.scene_name import open_scene
 from heatlens.source.kind import SourceKind, kind_of
 
@@ -24,6 +25,6 @@ def camera_of_shot(
     """
     if shot.source is not None and kind_of(shot.source) is SourceKind.SCENE:
         timing = None if shot.framing is None else shot.framing.timing
-        scene = open_scene(shot.source, timing)
+        scene = placed(open_scene(shot.source, timing), shot.framing)
         return camera_in_scene(shot, scene, name, frames, sensor_height_mm)
     return camera_before_plates(shot, name, frames, sensor_height_mm, scene_unit_m, up_axis)

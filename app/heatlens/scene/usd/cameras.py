@@ -52,7 +52,7 @@ def read_cameras(
 
 
 def _camera(stage: UsdStage, prim: Any, name: str, frames: FrameRange | None) -> SceneCamera:
-    own = frames if stage.frames_of([prim]) else None
+    own = stage.frames_of([prim])
     at = [float(frame) for frame in own] if own else [float(STILL_FRAME)]
     poses = (_pose(stage, prim, frame) for frame in at)
     all_frames = tuple(frames) if frames and changing_lens(prim) else ()

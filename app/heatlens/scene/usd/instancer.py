@@ -12,6 +12,7 @@ from heatlens.scene.scene import Array, check_instances
 from heatlens.scene.usd.geometry import UsdGeometry, has_surface
 from heatlens.scene.usd.stage import UsdStage
 
+_FAR_MOST = 1e9  # units; beyond it nothing can be drawn
 _DEEPEST = 8  # instancers within prototypes of instancers
 _HIDDEN = ("guide", "proxy")
 _ATTRIBUTES = ("positions", "orientations", "orientationsf", "scales", "protoIndices")
@@ -94,6 +95,10 @@ class Instancers:
         if not len(places) == len(kinds) == len(mask):
             self.notes["A point instancer contradicts itself, and is left out."] = None
             return Copies((), (), np.zeros((1, 0, 4, 4)))
+        is_near = np.asarray((np.abs(places) <= _FAR_MOST).all(axis=(1, 2)))
+        if not is_near[mask].all():
+            self.notes["Copies of an instancer that lie nowhere, or too far, are left out."] = None
+        mask &= is_near
         targets = instancer.GetPrototypesRel().GetForwardedTargets()
         names: list[str] = []
         meshes: list[int] = []

@@ -84,17 +84,17 @@ def _scene(stage: UsdStage) -> Scene:
     attributes = [attribute for prim in copying for attribute in changing(prim)]
     of_lenses = [attribute for prim in cameras for attribute in changing_lens(prim)]
     frames = stage.frames_of([*placed, *cameras], [*attributes, *of_lenses])
-    moves = frames is not None and stage.frames_of(placed, attributes) is not None
+    moving = stage.frames_of(placed, attributes)
     names, numbers, chosen = _single(geometry, prims)
-    copies = [instancers.copies(prim, frames if moves else None) for prim in copying]
+    copies = [instancers.copies(prim, moving) for prim in copying]
     for number, found in enumerate(copies, start=len(prims)):
         names += found.names
         numbers += found.meshes
         chosen += [number] * len(found.names)
     check_instances(stage.path, len(names))
     motion = _Sampled(
-        frames.first if frames else STILL_FRAME,
-        _sampled(stage, placed, frames if moves else None),
+        moving.first if moving else STILL_FRAME,
+        _sampled(stage, placed, moving),
         tuple(chosen),
         _joined([found.local for found in copies]),
     )
@@ -105,7 +105,7 @@ def _scene(stage: UsdStage) -> Scene:
         tuple(materials.materials),
         tuple(materials.images),
         read_cameras(stage, cameras, frames),
-        motion=motion if moves else None,
+        motion=motion if moving else None,
         frames=frames,
         frames_per_second=stage.frames_per_second,
         notes=tuple(

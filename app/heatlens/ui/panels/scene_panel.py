@@ -6,7 +6,9 @@ from dataclasses import replace
 from imgui_bundle import ImVec2, imgui
 
 from heatlens.errors import HeatlensError
+from heatlens.model.framing import WorldAxis
 from heatlens.printable import printable
+from heatlens.scene.placing import is_untold
 from heatlens.scene.scene_bounds import object_names
 from heatlens.session.messages import Problem
 from heatlens.session.session import Session
@@ -18,6 +20,9 @@ _CAMERA_TIP = (
     "focus, with Ctrl it goes aside, and Ctrl with the wheel goes nearer."
 )
 _LIST_EM = 9.0
+_UP_TIP = "Which axis of the file is up; the file does not say it."
+_UNIT_TIP = "How long one unit of the file is; the file does not say it. The focus scales with it."
+_UNITS_M = {"m": 1.0, "cm": 0.01, "mm": 0.001, "ft": 0.3048, "in": 0.0254}
 _SIZES = {"640x360": (640, 360), "1280x720": (1280, 720), "1920x1080": (1920, 1080)}
 
 
@@ -28,6 +33,8 @@ def scene_panel(session: Session) -> None:
     _camera(session)
     _keys(session)
     _size(session)
+    if is_untold(scene):
+        _placing(session)
     imgui.separator_text("Objects")
     size = ImVec2(-1, _LIST_EM * imgui.get_font_size())
     if imgui.begin_list_box("##objects", size):
@@ -91,6 +98,17 @@ def _size(session: Session) -> None:
         width, height = sizes[chosen]
         changed = replace(framing, width_px=width, height_px=height)
         session.editing.do(replace(session.shot, framing=changed))
+
+
+def _placing(session: Session) -> None:
+    """Draw what a file leaves open: which of its axes is up, and how long its unit is."""
+    framing = session.scenes.framing
+    up = widgets.choice("up axis", str(framing.up_axis), list(map(str, WorldAxis)), _UP_TIP)
+    now = next((name for name, m in _UNITS_M.items() if m == framing.meters_per_unit), "")
+    told = now or f"{framing.meters_per_unit:g} m"
+    units_m = _UNITS_M if now else _UNITS_M | {told: framing.meters_per_unit}
+    chosen = widgets.choice("unit", told, list(units_m), _UNIT_TIP)
+    session.scenes.place(WorldAxis(up), units_m[chosen])
 
 
 def _try(session: Session, act: Callable[[], None]) -> None:
