@@ -2,16 +2,19 @@
 //
 // Input
 //   depth_tx          metres, or signed coc in pixels where `is_coc`
+//   color_tx          scene-linear light of the plate, for the edges of peaking
 // Output
 //   out_overlay_img   display RGB with straight alpha
 
 #ifndef MODE
-#define MODE zones_color  // or focus_plane_color, coc_color, depth_color, layers_color
+#define MODE zones_color  // or peaking_color, focus_plane_color, coc_color, depth_color, ...
 #endif
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
 uniform sampler2D depth_tx;
+uniform sampler2D color_tx;
+uniform float peaking_contrast;    // of an edge that is coloured, as a part of its own light
 layout(rgba8) uniform writeonly image2D out_overlay_img;
 uniform bool is_coc;
 uniform float at_infinity_px;      // signed coc over dioptres: at_infinity + per_dioptre / depth
@@ -51,6 +54,22 @@ vec4 coc_color(ivec2 at, float coc) {
     float part = log2(1.0 + abs(coc)) / log2(1.0 + widest);
     vec3 hue = coc < 0.0 ? OVERLAY_COC_NEAR : OVERLAY_COC_FAR;
     return vec4(abs(coc) <= sharp_px ? OVERLAY_COC_SHARP : mix(vec3(0.06), hue, part), 1.0);
+}
+
+float light_at(ivec2 at) {
+    vec3 light = texelFetch(color_tx, clamp(at, ivec2(0), textureSize(color_tx, 0) - 1), 0).rgb;
+    return log2(max(dot(light, vec3(0.2126, 0.7152, 0.0722)), 0.0) + 0.002);
+}
+
+// Edges of the light and of the depth, on what is in focus.
+vec4 peaking_color(ivec2 at, float coc) {
+    vec2 light = vec2(light_at(at + ivec2(1, 0)) - light_at(at - ivec2(1, 0)),
+                      light_at(at + ivec2(0, 1)) - light_at(at - ivec2(0, 1)));
+    vec2 depth = vec2(coc_at(at + ivec2(1, 0)) - coc_at(at - ivec2(1, 0)),
+                      coc_at(at + ivec2(0, 1)) - coc_at(at - ivec2(0, 1)));
+    float edge = smoothstep(peaking_contrast, 2.0 * peaking_contrast, length(light));
+    edge = max(edge, step(4.0 * sharp_px, length(depth)));
+    return vec4(OVERLAY_PEAKING, abs(coc) <= sharp_px ? edge : 0.0);
 }
 
 vec4 depth_color(ivec2 at, float coc) {

@@ -18,6 +18,14 @@ def home_dir() -> Path:
     return Path(os.sep if home == "~" else home)
 
 
+def pictures_dir() -> Path:
+    """Return the user's folder of pictures, else the home folder."""
+    home = home_dir()
+    named = os.environ.get("XDG_PICTURES_DIR")
+    folder = Path(named) if named else home / "Pictures"
+    return folder if folder.is_dir() else home
+
+
 def unreadable(path: Path, error: OSError | None = None) -> InputError:
     """Return the error for a file that cannot be opened."""
     if path.is_dir():

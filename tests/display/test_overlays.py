@@ -19,7 +19,7 @@ from heatlens.source.pinhole import bins_of_plate
 from support.plates import coc_plate_of, plate_of, room
 
 LENS = Lens(50.0, 2.0, 2.0, 36.0, acceptable_coc_mm=0.2)
-RED, GREEN, BLUE = (242, 64, 46), (64, 217, 89), (64, 122, 250)
+ORANGE, YELLOW, BLUE = (214, 94, 0), (240, 227, 66), (0, 114, 178)
 TINT = 107
 LIMITS = (-10.0, -4.0, -1.0, 2.0)
 
@@ -52,6 +52,7 @@ def drawn(
     plate: Plate,
     lens: Lens = LENS,
     limits: tuple[float, ...] = LIMITS,
+    stops: float = 0.5,
 ) -> np.ndarray:
     """(H, W, 4) bytes."""
     values = plate.coc_px if plate.depth_m is None else plate.depth_m
@@ -60,7 +61,11 @@ def drawn(
     upload(depth, values)
     optics = optics_of(plate, bins_of_plate(plate).occupied, lens)
     sharp = sharp_px(lens, plate.display_window.width)
-    overlays.run(overlay, depth, optics, sharp, limits, out)
+    color = new_texture(ctx, size, 4)
+    rgba = np.dstack([plate.color[..., :3], np.ones(values.shape, np.float32)])
+    upload(color, np.ascontiguousarray(rgba, np.float32))
+    overlays.run(overlay, depth, optics, sharp, limits, out, color, stops)
+    color.release()
     found = np.frombuffer(out.read(), np.uint8).reshape(*values.shape, 4)
     depth.release()
     out.release()
@@ -83,15 +88,15 @@ def test_zones_are_the_sign_of_the_blur_and_what_counts_as_sharp(ctx, overlays, 
     found = drawn(overlays, ctx, Overlay.ZONES, plate, lens)
     assert np.all(found[..., 3] == TINT)
     sure = abs(abs(coc) - sharp) > 1e-5 * (1 + abs(coc))
-    expected = np.where((abs(coc) <= sharp)[..., None], GREEN, BLUE)
-    expected = np.where((coc < -sharp)[..., None], RED, expected)
+    expected = np.where((abs(coc) <= sharp)[..., None], YELLOW, BLUE)
+    expected = np.where((coc < -sharp)[..., None], ORANGE, expected)
     np.testing.assert_array_equal(found[sure][:, :3], expected[sure])
     assert sure.mean() > 0.99
 
 
 def test_all_three_zones_are_seen_in_the_room(ctx, overlays):
     found = drawn(overlays, ctx, Overlay.ZONES, room_plate())
-    assert {tuple(color) for color in found.reshape(-1, 4)[:, :3]} == {RED, GREEN, BLUE}
+    assert {tuple(color) for color in found.reshape(-1, 4)[:, :3]} == {ORANGE, YELLOW, BLUE}
 
 
 def test_a_blur_of_exactly_what_counts_as_sharp_is_sharp(ctx, overlays):
@@ -101,7 +106,7 @@ def test_a_blur_of_exactly_what_counts_as_sharp_is_sharp(ctx, overlays):
         np.zeros((1, 4, 3), np.float32), np.array([[-beyond, -limit, limit, beyond]])
     )
     found = drawn(overlays, ctx, Overlay.ZONES, plate)[0, :, :3]
-    np.testing.assert_array_equal(found, [RED, GREEN, GREEN, BLUE])
+    np.testing.assert_array_equal(found, [ORANGE, YELLOW, YELLOW, BLUE])
 
 
 @LENSES
@@ -208,8 +213,27 @@ def test_no_line_where_two_surfaces_meet_in_front_of_and_behind_the_plane(ctx, o
 
 
 @pytest.mark.parametrize("size", [(1, 1), (1, 200), (301, 7)])
-@pytest.mark.parametrize("overlay", [o for o in Overlay if o is not Overlay.NONE])
+@pytest.mark.parametrize(
+    "overlay", [o for o in Overlay if o not in (Overlay.NONE, Overlay.PEAKING)]
+)
 def test_every_size_is_covered_to_its_last_pixel(ctx, overlays, size, overlay):
     plate = plate_of(np.zeros((size[1], size[0], 3), np.float32), np.full(size[::-1], 2.0))
     found = drawn(overlays, ctx, overlay, plate)
     assert np.all(found == found[0, 0]) and found[0, 0, 3] > 0
+
+
+@pytest.mark.parametrize("stops", [0.25, 1.0])
+def test_peaking_colours_contrasts_of_light_where_it_is_in_focus(ctx, overlays, stops):
+    """Against the same formula in NumPy, on one flat wall: in focus, and out of it."""
+    light = np.random.default_rng(1).uniform(0.01, 1.0, (9, 13, 3)).astype(np.float32)
+    plate = plate_of(light, np.full((9, 13), 2.0))
+    log = np.log2(light @ np.array([0.2126, 0.7152, 0.0722]) + 0.002)
+    padded = np.pad(log, 1, mode="edge")
+    across = padded[1:-1, 2:] - padded[1:-1, :-2]
+    edge = np.hypot(across, padded[2:, 1:-1] - padded[:-2, 1:-1])
+    part = np.clip(edge / stops - 1.0, 0.0, 1.0)
+    expected = part * part * (3.0 - 2.0 * part)
+    found = drawn(overlays, ctx, Overlay.PEAKING, plate, LENS, stops=stops)
+    np.testing.assert_allclose(found[..., 3] / 255, expected, atol=0.01)
+    blurred = replace(LENS, focus_distance_m=0.5)
+    assert not drawn(overlays, ctx, Overlay.PEAKING, plate, blurred, stops=stops)[..., 3].any()

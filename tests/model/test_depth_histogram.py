@@ -46,3 +46,13 @@ def test_every_surface_is_on_the_bar_with_room_in_front(depth_m):
 def test_a_frame_where_nothing_was_hit_is_all_at_infinity():
     found = histogram_of(np.full((3, 5), np.inf, np.float32))
     assert (found.most_dioptres, found.heights[0], found.heights[1:].max()) == (1.0, 1.0, 0.0)
+
+
+@given(DEPTHS, st.floats(0.0, 50.0))
+def test_it_reaches_as_far_as_the_other_frames_of_the_shot(depth_m, least_most):
+    """The scale stays where it is from frame to frame, and each distance has its place on it."""
+    own = histogram_of(depth_m).most_dioptres
+    found = depth_histogram(bins_of(np.float32(1.0) / depth_m), least_most)
+    assert found.most_dioptres >= least_most
+    if np.isfinite(depth_m).any():
+        assert found.most_dioptres == max(own, least_most)

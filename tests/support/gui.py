@@ -65,6 +65,7 @@ class Gui:
     def frame(self, count: int = 1) -> None:
         """Draw so many frames, with the errors of OpenGL looked for after each."""
         for _ in range(count):
+            self.ui.scale.apply()
             imgui.backends.opengl3_new_frame()
             imgui.new_frame()
             self.screen.draw()
@@ -182,6 +183,7 @@ class Gui:
             self.key(imgui.Key.escape)
         imgui.internal.clear_active_id()
         self.ui.shows_keys = self.ui.is_over = False
+        self.ui.scale.reset()
         session.timeline.playback.stop()
         session.references.current = None
         session.renderer.stopwatch.on = False

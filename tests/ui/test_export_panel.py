@@ -16,6 +16,7 @@ from heatlens.gpu.textures import download
 from heatlens.model.boxes import Box
 from heatlens.model.look_options import LookOptions
 from heatlens.model.settings import DefocusSettings, Quality
+from heatlens.paths import data_dir
 from heatlens.plate.exr_read import read_parts
 from heatlens.plate.exr_write import write_exr
 from heatlens.session.export_process import ExportState, _take
@@ -166,3 +167,11 @@ def test_news_of_the_process_are_taken_and_other_lines_left() -> None:
     ):
         _take(line, state)
     assert (state.done, state.frames, state.left_s) == (2, 7, 4.5)
+
+
+def test_what_comes_with_the_program_is_exported_to_the_users_pictures(monkeypatch, tmp_path):
+    monkeypatch.setenv("XDG_PICTURES_DIR", str(tmp_path))
+    own = wish_for(data_dir("assets") / "still_life.exr", is_single=True)
+    assert Path(own.folder) == tmp_path / "still_life_dof"
+    beside = wish_for(tmp_path / "room.exr")
+    assert Path(beside.folder) == tmp_path / "room_dof"

@@ -11,11 +11,13 @@ from imgui_bundle import imgui
 
 from heatlens.commands.main import main
 from heatlens.paths import data_dir
+from heatlens.scene.scene_name import DEMO
 from heatlens.session.preferences import Preferences, Remembered
 from heatlens.session.start import Start
-from heatlens.session.start_choices import kind_of
+from heatlens.session.start_choices import Card, kind_of
 from heatlens.source.stream_source import StreamSource
 from heatlens.ui.start.start_layout import lay_out
+from heatlens.ui.start.start_screen import hint_of
 from support.actions import listed_actions
 from support.gui import Gui, gui_of
 from support.window_plates import LENS, QUICK, room_file
@@ -285,3 +287,10 @@ def test_pictures_on_the_cards_come_with_the_program(begun):
     pictures = [card.picture for card in begun().session.start_choices.cards() if card.picture]
     assert len(pictures) == 2
     assert all(Path(data_dir("assets") / name).is_file() for name in pictures)
+
+
+def test_space_is_only_spoken_of_where_there_is_something_to_play():
+    assert "Space" in hint_of(Card("Demo scene", "", DEMO))
+    assert "Space" in hint_of(Card("shot.####.exr", "", "shot.####.exr", "Sequence"))
+    for card in (Card("Still life", "", "still_life.exr"), Card("a.exr", "", "a.exr", "Plate")):
+        assert "Space" not in hint_of(card) and "click" in hint_of(card)

@@ -290,3 +290,15 @@ def test_a_reference_that_cannot_be_read_is_said_and_the_one_before_stays(gui, t
     gui.until(lambda: gui.session.message, "a sentence")
     assert "nothing.exr" in gui.session.message
     assert gui.session.reference is before
+
+
+def test_the_palette_finds_settings_too(gui):
+    before = gui.session.shot
+    gui.key(K.p, ctrl=True, shift=True)
+    gui.frame(3)
+    gui.type("set film quality")
+    gui.key(K.enter)
+    gui.frame(3)
+    assert str(gui.session.shot.defocus.quality) == "film"
+    gui.key(K.z, ctrl=True)
+    assert gui.session.shot == before

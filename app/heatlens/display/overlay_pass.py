@@ -9,6 +9,7 @@ from heatlens.model.view import Overlay
 
 _MODES = {
     Overlay.ZONES: "zones_color",
+    Overlay.PEAKING: "peaking_color",
     Overlay.FOCUS_PLANE: "focus_plane_color",
     Overlay.COC: "coc_color",
     Overlay.DEPTH: "depth_color",
@@ -31,18 +32,21 @@ class OverlayPass:
         sharp_px: float,
         layer_limits_px: tuple[float, ...],
         out: moderngl.Texture,
+        color: moderngl.Texture | None = None,
+        peaking_stops: float = 0.5,
     ) -> None:
         """Write `overlay`, straight alpha, to `out`, RGBA of 8 bits and the size of `depth`.
 
         `depth` is metres, or coc in pixels if `optics.line` is None. A coc up to `sharp_px` counts
-        as in focus; `layer_limits_px` are the signed diameters between the layers.
+        as in focus; `layer_limits_px` are the signed diameters between the layers. Peaking colours
+        edges of `color`, scene-linear light, whose contrast is at least `peaking_stops`.
         """
         line = optics.line
         near, far = optics.nearest_px, optics.farthest_px
         limits = (*layer_limits_px, *[1e30] * LAYERS_MAX)[:LAYERS_MAX]
         self._program(overlay).dispatch(
             pixel_groups(out.size),
-            textures={"depth_tx": depth},
+            textures={"depth_tx": depth, "color_tx": color or depth},
             images={"out_overlay_img": out},
             uniforms={
                 "is_coc": line is None,
@@ -51,6 +55,7 @@ class OverlayPass:
                 "sharp_px": sharp_px,
                 "range_px": (near, far),
                 "layer_limits_px": limits,
+                "peaking_contrast": peaking_stops,
             },
         )
 

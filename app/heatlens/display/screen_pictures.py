@@ -157,16 +157,21 @@ class ScreenPictures:
         if self.with_mipmaps:
             texture.build_mipmaps()
 
-    def overlay(self, plate: Pinhole, shot: Shot, frame: int, overlay: Overlay) -> moderngl.Texture:
+    def overlay(
+        self, plate: Pinhole, shot: Shot, frame: int, overlay: Overlay, peaking_stops: float = 0.5
+    ) -> moderngl.Texture:
         """Return the overlay's colours, for the lens as it is now."""
         lens = shot.lens_at(frame)
-        key: Key = (plate, lens, shot.defocus, overlay, self.transform_version)
+        key: Key = (plate, lens, shot.defocus, overlay, peaking_stops, self.transform_version)
         if self._overlay.needs(plate.depth.size, key):
             assert self._overlay.texture is not None
             optics = optics_of(plate.plate, plate.occupied, lens)
             limits = layer_limits_px(optics, shot)
             sharp = sharp_px(lens, plate.plate.display_window.width)
-            self._overlays.run(overlay, plate.depth, optics, sharp, limits, self._overlay.texture)
+            out = self._overlay.texture
+            self._overlays.run(
+                overlay, plate.depth, optics, sharp, limits, out, plate.color, peaking_stops
+            )
         assert self._overlay.texture is not None
         return self._overlay.texture
 

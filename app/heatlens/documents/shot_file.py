@@ -19,6 +19,7 @@ from heatlens.model.frames import FrameRange
 from heatlens.model.framing import Framing
 from heatlens.model.interpolation import Ease, Scale
 from heatlens.model.lens import Lens
+from heatlens.model.look import Look
 from heatlens.model.marks import DistanceMark, Mark, ObjectMark, PointMark
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.settings import DefocusSettings
@@ -29,7 +30,7 @@ SHOT_VERSION = 1
 
 _VERSION = "heatlens_shot"
 # Entries that hold a field of Shot as it is: its name and its type.
-_FIELDS: dict[str, tuple[str, type[Any]]] = {
+_FIELDS: dict[str, tuple[str, Any]] = {
     "plate": ("plate_options", PlateOptions),
     "frames": ("frames", FrameRange),
     "in_out": ("in_out", FrameRange),
@@ -37,6 +38,7 @@ _FIELDS: dict[str, tuple[str, type[Any]]] = {
     "lens": ("lens", Lens),
     "defocus": ("defocus", DefocusSettings),
     "framing": ("framing", Framing),
+    "looks": ("looks", tuple[Look, ...]),
 }
 # Sources that are a name and no path, as long as no file is called so: the scene of the program.
 _NAMES = ("demo",)
@@ -120,7 +122,7 @@ def shot_to_json(shot: Shot, folder: str | os.PathLike[str]) -> dict[str, Any]:
     fields = {
         name: plain(value)
         for name, (field, _) in _FIELDS.items()
-        if (value := getattr(shot, field)) is not None
+        if (value := getattr(shot, field)) is not None and value != ()
     }
     curves = {parameter: shot.curves.of(parameter) for parameter in LensParameter}
     source = {} if shot.source is None else {"source": _relative(shot.source, folder)}

@@ -37,9 +37,12 @@ SCATTER_STEPS_A_PX, SCATTER_SMALL_PX = 8, 16
 SCATTER_DISC_SUMS = SCATTER_STEPS_A_PX * SCATTER_SMALL_PX + 1
 
 # Colours of the overlays, display RGB.
-OVERLAY_NEAR: Rgb = (0.95, 0.25, 0.18)
-OVERLAY_FOCUS: Rgb = (0.25, 0.85, 0.35)
-OVERLAY_FAR: Rgb = (0.25, 0.48, 0.98)
+# Vermilion, yellow and blue differ in brightness too, for those who cannot tell red from green.
+# Source: M. Okabe, K. Ito, Color Universal Design.
+OVERLAY_NEAR: Rgb = (0.84, 0.37, 0.0)
+OVERLAY_FOCUS: Rgb = (0.94, 0.89, 0.26)
+OVERLAY_FAR: Rgb = (0.0, 0.447, 0.698)
+OVERLAY_PEAKING: Rgb = (1.0, 0.2, 0.75)  # a colour that scenes seldom have
 OVERLAY_COC_NEAR: Rgb = (1.0, 0.55, 0.12)
 OVERLAY_COC_SHARP: Rgb = (0.10, 0.30, 0.14)
 OVERLAY_COC_FAR: Rgb = (0.2, 0.6, 1.0)

@@ -2,6 +2,8 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from enum import StrEnum
+from math import inf
 
 from heatlens.errors import InputError
 from heatlens.model.curve import Curve, Key
@@ -10,6 +12,9 @@ from heatlens.model.interpolation import Ease, Interpolation
 from heatlens.model.marks import DepthAt, DistanceMark, PointMark, distance_at_m
 from heatlens.model.shot import LensParameter, Shot
 
+_SNAP_AFTER = 0.7  # of the frames, for which a late snap waits
+_OVERSHOOT, _OVERSHOT_AFTER = 0.08, 0.75  # of the way, in dioptres, and of the frames
+_LEAST_DIOPTRES = 1e-4
 EASE_PERCENT = 100 / 3  # as a smooth curve leaves and arrives
 
 
@@ -43,6 +48,83 @@ def pull(
     for frame in (start_frame, end_frame):
         pulled.lens_at(frame)
     return pulled
+
+
+class PullShape(StrEnum):
+    """How a pull goes from one distance to the other."""
+
+    EASE = "ease"
+    LINEAR = "linear"
+    SNAP = "late snap"
+    OVERSHOOT = "overshoot and settle"
+
+
+def shaped_pull(
+    shot: Shot,
+    from_distance_m: float,
+    to_distance_m: float,
+    start_frame: float,
+    frames: float,
+    shape: PullShape = PullShape.EASE,
+    ease_percent: float = EASE_PERCENT,
+) -> Shot:
+    """Focus is pulled as `pull` does, in a shape; `ease_percent` counts where that eases.
+
+    A late snap stays for most of the time and then goes quickly. An overshoot goes past the end by
+    a part of the way, in dioptres, and comes back. Raises what `pull` raises.
+    """
+    origin, target = from_distance_m, to_distance_m
+    if shape is PullShape.LINEAR:
+        return pull(shot, origin, target, start_frame, frames, 0.0)
+    if shape is PullShape.SNAP:
+        waits = float(round(_SNAP_AFTER * frames))
+        pulled = pull(shot, origin, target, start_frame, frames, ease_percent)
+        return pull(pulled, origin, target, start_frame + waits, frames - waits, ease_percent)
+    if shape is PullShape.OVERSHOOT and frames > 1:
+        dioptres = 1.0 / target + _OVERSHOOT * (1.0 / target - 1.0 / origin)
+        beyond_m = 1.0 / dioptres if dioptres > _LEAST_DIOPTRES else inf
+        arrives = float(max(round(_OVERSHOT_AFTER * frames), 1))
+        pulled = pull(shot, origin, target, start_frame, frames, ease_percent)
+        pulled = pull(pulled, origin, beyond_m, start_frame, arrives, ease_percent)
+        return pull(pulled, beyond_m, target, start_frame + arrives, frames - arrives, ease_percent)
+    return pull(shot, origin, target, start_frame, frames, ease_percent)
+
+
+def reversed_focus(shot: Shot, frames: FrameRange) -> Shot:
+    """Return the shot with the keys of the focus between two frames in the opposite order.
+
+    Where keys lie at both ends, the focus at each frame is that of the mirrored one before. Raises
+    InputError where there are fewer than two keys.
+    """
+    curve = shot.curves.focus_distance_m
+    inside = [key for key in curve.keys if frames.first <= key.frame <= frames.last]
+    if len(inside) < 2:
+        raise InputError("A pull needs two keys of the focus before it can be reversed.")
+    first, last = inside[0].frame, inside[-1].frame
+    mirrored = [
+        replace(
+            key,
+            frame=first + last - key.frame,
+            interpolation=before.interpolation,
+            ease_in=key.ease_out,
+            ease_out=key.ease_in,
+        )
+        for before, key in zip([inside[-1], *inside[:-1]], inside, strict=True)
+    ]
+    curve = curve.without_keys([key.frame for key in inside])
+    for key in mirrored:
+        curve = curve.with_key(key)
+    return shot.with_curve(LensParameter.FOCUS_DISTANCE, curve)
+
+
+def held_focus(shot: Shot, frame: float) -> Shot:
+    """Return the shot with a key of the focus at a frame, from which it stays until the next."""
+    keyed = shot.with_key(frame, LensParameter.FOCUS_DISTANCE)
+    curve = keyed.curves.focus_distance_m
+    key = curve.key_at(frame)
+    assert key is not None
+    held = curve.with_key(replace(key, interpolation=Interpolation.HOLD))
+    return keyed.with_curve(LensParameter.FOCUS_DISTANCE, held)
 
 
 def follow(

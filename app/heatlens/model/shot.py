@@ -11,6 +11,7 @@ from heatlens.model.frames import FRAMES_PER_SECOND, FrameRange, check_frames_pe
 from heatlens.model.framing import Framing
 from heatlens.model.interpolation import Scale
 from heatlens.model.lens import Lens
+from heatlens.model.look import Look, check_looks
 from heatlens.model.marks import Mark, check_marks
 from heatlens.model.option import options_of
 from heatlens.model.plate_options import PlateOptions
@@ -75,6 +76,7 @@ class Shot:
     frames             those of the plate, None where they are not known
     in_out             the part of them that is played and exported, None for all
     frames_per_second  when played
+    looks              lenses that were kept, in the order of their keeping
 
     Raises InputError for marks of one name, a rate no film has, a source no file can have.
     """
@@ -89,9 +91,11 @@ class Shot:
     in_out: FrameRange | None = None
     frames_per_second: float = FRAMES_PER_SECOND
     framing: Framing | None = None
+    looks: tuple[Look, ...] = ()
 
     def __post_init__(self) -> None:
         check_marks(self.marks)
+        check_looks(self.looks)
         check_frames_per_second(self.frames_per_second)
         if self.source is not None and (not self.source or "\0" in self.source):
             raise InputError(f"{self.source!r} cannot be the name of a file.")
@@ -137,6 +141,10 @@ class Shot:
             return replace(self.lens, **values)
         except LensError as error:
             raise LensError(f"Frame {frame:g}: {error}") from None
+
+    def through(self, look: Look) -> "Shot":
+        """Return the shot as it is seen through the lens of a look, at every frame."""
+        return replace(self, lens=look.lens, curves=LensCurves())
 
     def with_curve(self, parameter: LensParameter, curve: Curve) -> "Shot":
         """Return the shot with other keys for one parameter."""

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from enum import StrEnum
 
+from heatlens.model.guides import NO_GUIDES, Guides
 from heatlens.model.settings import Method
 
 
@@ -10,7 +11,8 @@ class Overlay(StrEnum):
     """The pictures that are drawn over the picture, or in its place."""
 
     NONE = "none"
-    ZONES = "zones"  # in front red, in focus green, behind blue
+    ZONES = "zones"  # in front orange, in focus yellow, behind blue
+    PEAKING = "peaking"  # edges of what is in focus
     FOCUS_PLANE = "focus plane"  # a line of light on what the plane in focus cuts
     COC = "coc"  # diameter of the blur as colour
     DEPTH = "depth"  # distance as grey, near white
@@ -32,6 +34,7 @@ class Against(StrEnum):
     PINHOLE = "pinhole"
     REFERENCE = "reference"  # any EXR that was loaded for it
     METHOD = "method"  # the same shot, its blur computed in another way
+    LOOK = "look"  # the same frame through a lens that was kept
 
 
 DIFFERENCE_GAINS = (1.0, 2.0, 4.0, 8.0, 16.0, 32.0)
@@ -46,6 +49,7 @@ class ViewState:
                      own middle
     depth_of_field   False shows the pinhole picture
     b_method         how B's blur is computed where B is a method
+    b_look           name of the look where B is one
     wipe             where the handle is, 0 left to 1 right of the picture
     exposure_stops   brighter by 2^stops before the view transform
     gamma            display values to the power of 1/gamma, after it
@@ -53,6 +57,8 @@ class ViewState:
     input_space      name of the space that the pictures' light is in; "" as their header tells
     unit             distances in "m" or "ft"
     pixel_grid       lines between pixels where they are large
+    peaking_stops    contrast of an edge that peaking colours, in stops
+    guides           lines and mattes over the picture
     """
 
     zoom: float | None = None
@@ -62,6 +68,7 @@ class ViewState:
     compare: Compare = Compare.OFF
     against: Against = Against.PINHOLE
     b_method: Method = Method.GATHER
+    b_look: str = ""
     wipe: float = 0.5
     difference_gain: float = 4.0
     exposure_stops: float = 0.0
@@ -71,3 +78,5 @@ class ViewState:
     input_space: str = ""
     unit: str = "m"
     pixel_grid: bool = True
+    peaking_stops: float = 0.5
+    guides: Guides = NO_GUIDES

@@ -7,9 +7,12 @@ from dataclasses import replace
 from heatlens.errors import HeatlensError, LensError
 from heatlens.model.history import History
 from heatlens.model.lens import Lens
-from heatlens.model.shot import LensParameter, Shot
+from heatlens.model.shot import LensCurves, LensParameter, Shot
 from heatlens.session.messages import Problem
 
+_ONLY_TRIED = "Only tried at this frame, as auto key (A) is off. K keeps it as a key."
+_ALL_FRAMES = "The focus is the same at all frames. K sets a key; then each change sets one."
+_KEYS_HERE = "A key of the focus was set at frame {}: auto key (A) is on."
 _GESTURE_REST_S = 0.4  # notches of the wheel and repeated keys closer than this are one gesture
 
 
@@ -20,11 +23,25 @@ class Editing:
         self, shot: Shot, say: Callable[[str], None], clock: Callable[[], float] = time.perf_counter
     ) -> None:
         self.history = History.of(shot)
-        self.frame = 0
         self.auto_key = True
+        self.has_time: Callable[[], bool] = lambda: False  # there is more than one frame
+        self._frame = 0
+        self._tried: Lens | None = None  # at this frame alone, without a key
+        self._has_told = False  # what a change of the focus does in a shot of several frames
         self._say = say
         self._clock = clock
         self._changed_at = 0.0
+
+    @property
+    def frame(self) -> int:
+        """The frame that is edited; another one drops what was only tried."""
+        return self._frame
+
+    @frame.setter
+    def frame(self, frame: int) -> None:
+        if frame != self._frame:
+            self._tried = None
+        self._frame = frame
 
     @property
     def shot(self) -> Shot:
@@ -32,11 +49,30 @@ class Editing:
         return self.history.now
 
     @property
+    def seen_shot(self) -> Shot:
+        """The shot as it is drawn at the frame: with the lens that is only tried there."""
+        if self._tried is None:
+            return self.shot
+        return replace(self.shot, lens=self._tried, curves=LensCurves())
+
+    @property
+    def tried(self) -> frozenset[LensParameter]:
+        """What of the lens is only tried: it has keys, none here, and auto key is off."""
+        if self._tried is None:
+            return frozenset()
+        keyed = self._keyed_lens
+        return frozenset(p for p in LensParameter if getattr(self._tried, p) != getattr(keyed, p))
+
+    @property
     def lens(self) -> Lens:
-        """The lens at the frame.
+        """The lens at the frame, with what is only tried there.
 
         Where the keys ask for a lens that cannot be, that is said, and it is the lens without keys.
         """
+        return self._keyed_lens if self._tried is None else self._tried
+
+    @property
+    def _keyed_lens(self) -> Lens:
         try:
             return self.shot.lens_at(self.frame)
         except LensError as error:
@@ -54,7 +90,7 @@ class Editing:
 
     def begin(self, shot: Shot) -> None:
         """Begin another shot, with nothing to undo."""
-        self.history = History.of(shot)
+        self.history, self._tried, self._has_told = History.of(shot), None, False
 
     def edit(self, shot: Shot) -> None:
         """Change the shot; the step is made when the gesture ends."""
@@ -63,13 +99,53 @@ class Editing:
             self._changed_at = self._clock()
 
     def edit_lens(self, lens: Lens) -> None:
-        """Change the lens at the frame; what has keys gets one there. Refusals are said."""
-        if lens == self.lens:
+        """Change the lens at the frame; what has keys gets one there. Refusals are said.
+
+        Without auto key, what has keys and none there is only tried, until the frame changes.
+        """
+        before = self.lens
+        if lens == before:
             return
         try:
-            self.edit(self._with_lens(lens))
+            kept = self._without_tried(lens)
+            if kept != self._keyed_lens:
+                self.edit(self._with_lens(kept))
+            self._tried = None if kept == lens else lens
+            self._tell(before, lens)
         except HeatlensError as error:
             self._say(Problem(error))
+
+    def _without_tried(self, lens: Lens) -> Lens:
+        """Return the lens with what can only be tried at the frame as its keys have it."""
+        if self.auto_key:
+            return lens
+        keyed, curves = self._keyed_lens, self.shot.curves
+        only_tried = (
+            p
+            for p in LensParameter
+            if curves.of(p).keys and curves.of(p).key_at(self.frame) is None
+        )
+        return replace(lens, **{str(p): getattr(keyed, p) for p in only_tried})
+
+    def _tell(self, before: Lens, after: Lens) -> None:
+        """Say once in a shot of several frames what a change of the focus does."""
+        if self._tried is not None:
+            self._say(_ONLY_TRIED)
+        elif not self._has_told and self.has_time():
+            if before.focus_distance_m != after.focus_distance_m:
+                self._has_told = True
+                has_keys = self.shot.curves.focus_distance_m.keys
+                self._say(_KEYS_HERE.format(self.frame) if has_keys else _ALL_FRAMES)
+
+    def keep_tried(self) -> None:
+        """Set keys at the frame for what is only tried there."""
+        tried, lens = self.tried, self._tried
+        self._tried = None
+        shot = self.shot
+        for parameter in tried:
+            shot = shot.with_key(self.frame, parameter, getattr(lens, parameter))
+        if shot != self.shot:
+            self.edit(shot)
 
     def _with_lens(self, lens: Lens) -> Shot:
         """Return the shot with this lens at the frame.
@@ -77,7 +153,7 @@ class Editing:
         What has no keys is set at once: two values may only go together, as a long lens and far
         focus do.
         """
-        before, shot = self.lens, replace(self.shot, lens=lens)
+        before, shot = self._keyed_lens, replace(self.shot, lens=lens)
         for parameter in LensParameter:
             value = getattr(lens, parameter)
             if shot.curves.of(parameter).keys and value != getattr(before, parameter):
@@ -86,6 +162,7 @@ class Editing:
 
     def do(self, shot: Shot) -> None:
         """Change the shot by a command: one step, whatever was done just before."""
+        self._tried = None
         self.history = self.history.at_rest().changed(shot).at_rest()
 
     def settle(self) -> None:
@@ -108,8 +185,10 @@ class Editing:
 
     def undo(self) -> None:
         """Take one step back."""
+        self._tried = None
         self.history = self.history.undone()
 
     def redo(self) -> None:
         """Take one step forward again."""
+        self._tried = None
         self.history = self.history.redone()

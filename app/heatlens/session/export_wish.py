@@ -1,10 +1,12 @@
 """What the user wants to export, as the panel shows it and as the command line takes it."""
 
+import os
 from dataclasses import dataclass
 from pathlib import Path
 
 from heatlens.model.look_options import LookOptions
 from heatlens.model.option import words_of
+from heatlens.paths import data_dir, pictures_dir
 
 FRAME_KINDS = {
     "EXR, scene-linear": ".exr",
@@ -72,7 +74,11 @@ class ExportWish:
 
 
 def wish_for(plate: Path, is_single: bool = False) -> ExportWish:
-    """Propose an export of a plate: beside it, under its name."""
-    name = plate.name.split(".")[0]
-    folder = str(plate.absolute().parent / f"{name}_dof")
-    return ExportWish(folder, name, is_single=is_single)
+    """Propose an export of a plate: beside it, under its name.
+
+    What comes with the program, or lies where nothing may be written, goes to the user's pictures.
+    """
+    name, beside = plate.name.split(".")[0], plate.absolute().parent
+    is_own = beside.resolve() == data_dir("assets").resolve() or not os.access(beside, os.W_OK)
+    folder = (pictures_dir() if is_own else beside) / f"{name}_dof"
+    return ExportWish(str(folder), name, is_single=is_single)

@@ -57,6 +57,14 @@ PURPOSES = {
             (".usd", ".usda", ".usdc", ".usdz", ".json", ".csv"),
             "Focal length, f-stop, focus and film back, with keys for what moves.",
         ),
+        Purpose(
+            "sheet",
+            "Write the pull sheet",
+            "Write",
+            (".html",),
+            "Keys with frames, timecode, marks and distances; a table (.csv) is written beside it.",
+            is_save=True,
+        ),
         Purpose("shot", "Open a shot", "Open", (SHOT_SUFFIX,), "A shot and its plate."),
         Purpose(
             "save shot",
@@ -95,6 +103,7 @@ class FileCommands:
         self._say = say
         self.reading = PlateReading(source, editing, preferences)
         self.cameras = CameraImport(editing, say, wake)
+        self.write_sheet: Callable[[Path], None] = lambda _path: None  # set by the session
 
     # Opening
 
@@ -177,6 +186,8 @@ class FileCommands:
         plate = self._source.plate
         if key == "save shot":
             return self._documents.proposed_name()
+        if key == "sheet" and plate is not None:
+            return f"{plate.path.name.split('.')[0]}.pull.html"
         return f"{plate.path.stem}.dof.exr" if plate is not None else ""
 
     def take(self, chosen: Chosen) -> None:
@@ -194,6 +205,8 @@ class FileCommands:
             self.cameras.begin(chosen.path)
         elif key == "save shot":
             self._documents.save_as(chosen.path.absolute())
+        elif key == "sheet":
+            self.write_sheet(chosen.path.absolute())
         else:
             self._pictures.save(chosen.path)
 

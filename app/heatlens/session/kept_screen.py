@@ -68,7 +68,8 @@ class KeptScreen:
     def shown(self) -> KeptFrame | None:
         """Return the picture at the playhead; while it is read from the disk, the one before."""
         pull = self._pull
-        job = pull.jobs.of(self._editing.frame) if pull.is_on and pull.fits_view else None
+        is_kept = pull.is_on and pull.fits_view and not self._editing.tried
+        job = pull.jobs.of(self._editing.frame) if is_kept else None
         if job is None:
             return None
         picture = pull.store.get(job.key)

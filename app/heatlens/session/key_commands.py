@@ -67,6 +67,8 @@ class KeyCommands:
             self._set_camera_key()
             return
         frame = self._editing.frame
+        self._editing.settle()
+        self._editing.keep_tried()
         self._do(lambda shot: with_keys_here(shot, frame))
 
     def toggle_here(self, parameter: LensParameter) -> None:

@@ -10,7 +10,14 @@ from heatlens.frame_cache.cache import Damaged, FrameCache
 from heatlens.model.frames import FrameRange
 from heatlens.model.marks import DistanceMark, Mark, ObjectMark, PointMark, next_mark_name
 from heatlens.model.plate_options import PlateOptions
-from heatlens.model.pull import EASE_PERCENT, follow, pull
+from heatlens.model.pull import (
+    EASE_PERCENT,
+    PullShape,
+    follow,
+    held_focus,
+    reversed_focus,
+    shaped_pull,
+)
 from heatlens.model.shot import Shot
 from heatlens.plate.focus_pick import depth_at_m
 from heatlens.plate.plate import Plate
@@ -48,6 +55,7 @@ class MarkCommands:
         self.pull_to = ""
         self.pull_frames = self._wished_frames = PULL_FRAMES
         self.pull_ease_percent = EASE_PERCENT
+        self.pull_shape = PullShape.EASE
         self._wake = wake
         self._following: Following | None = None  # through a scene
         self._reader: Background[_Measured] = Background(wake)
@@ -175,9 +183,26 @@ class MarkCommands:
                 from_m = self._asked_m(origin, start)
             to_m = self._asked_m(target, start + self.pull_frames)
             frames, ease = self.pull_frames, self.pull_ease_percent
-            self._editing.do(pull(self._editing.shot, from_m, to_m, start, frames, ease))
+            shape, shot = self.pull_shape, self._editing.shot
+            self._editing.do(shaped_pull(shot, from_m, to_m, start, frames, shape, ease))
             if self.pull_past_end:
                 self._say(self.pull_past_end)
+        except HeatlensError as error:
+            self._say(Problem(error))
+
+    def reverse_pull(self) -> None:
+        """Let the focus go from in to out the way it went from out to in."""
+        played = self._timeline.played
+        self._do(lambda shot: reversed_focus(shot, played))
+
+    def hold_focus(self) -> None:
+        """Keep the focus from the playhead to the next key where it is now."""
+        frame = self._editing.frame
+        self._do(lambda shot: held_focus(shot, frame))
+
+    def _do(self, change: Callable[[Shot], Shot]) -> None:
+        try:
+            self._editing.do(change(self._editing.shot))
         except HeatlensError as error:
             self._say(Problem(error))
 

@@ -47,7 +47,7 @@ class PictureCommands:
 
     def poll(self) -> None:
         """Go on with what was asked for; call this once a frame."""
-        whole, shot, frame = self._whole(), self._editing.shot, self._editing.frame
+        whole, shot, frame = self._whole(), self._editing.seen_shot, self._editing.frame
         self.saver.poll(whole, shot.source, frame, partial(self._snap, whole))
 
     def _whole(self) -> Shown | None:
@@ -58,7 +58,7 @@ class PictureCommands:
         cache = None if source.opened is None else source.opened.cache
         if cache is not None and source.plate.path != cache.sequence.resolve(frame):
             return None  # the plate of the frame is still being read
-        of = (self._editing.shot, frame)
+        of = (self._editing.seen_shot, frame)
         is_it = shown is not None and (shown.shot, shown.frame) == of
         return shown if is_it and not self._live.is_working else None
 

@@ -13,10 +13,12 @@ from heatlens.files.atomic_file import FOR_THE_USER, write_whole
 from heatlens.files.json_record import JsonEntry, read_json, record_to_json
 from heatlens.model.plate_options import PlateOptions
 from heatlens.session.playback import Ending
+from heatlens.session.ui_sizes import SCALES
 
 FILE_NAME = "preferences.json"
 RECENT_MAX = 10
 _FOLDERS_MAX = 200  # of which it is known how their plates are read
+_EM_MOST = 1000.0  # pixels
 MEGABYTES_MOST = 10**8  # for rendered frames: more than any disk has
 WINDOW_LEAST, _WINDOW_MOST = 200, 16384  # screen units a side
 
@@ -34,6 +36,8 @@ class Remembered:
     is_maximized   whether the window filled the screen
     hidden_panels  panels that were closed
     layout         where the panels lie, as ImGui writes it; "" where they lie in the beginning
+    layout_em      height of the letters in pixels when that was written; 0: not known
+    ui_scales      how much larger than usual the interface is drawn, by the screen
     ending         what happens after the last frame that is played
     every_frame    whether playing waits for each frame to be there; else it keeps time
     keep_frames    whether frames of a shot are rendered ahead while nothing else is to do
@@ -51,6 +55,8 @@ class Remembered:
     is_maximized: bool = False
     hidden_panels: tuple[str, ...] = ()
     layout: str = ""
+    layout_em: float = 0.0
+    ui_scales: Mapping[str, float] = field(default_factory=dict)
     ending: Ending = Ending.LOOP
     every_frame: bool = True
     keep_frames: bool = True
@@ -154,7 +160,8 @@ def _entries(now: Remembered) -> dict[str, Any]:
     """Return the preferences as JSON has them."""
     plates = {folder: record_to_json(options) for folder, options in now.plates.items()}
     entries = {name: getattr(now, name) for name in _READERS}
-    return entries | {"plates": plates, "folders": dict(now.folders)}
+    maps = {"folders": dict(now.folders), "ui_scales": dict(now.ui_scales)}
+    return entries | {"plates": plates} | maps
 
 
 def _remembered(top: JsonEntry) -> tuple[Remembered, str]:
@@ -185,6 +192,20 @@ def _plates(entry: JsonEntry) -> dict[str, PlateOptions]:
 def _open_members(entry: JsonEntry) -> dict[str, JsonEntry]:
     """Return the members of an object whose names may be any."""
     return entry.members(list(entry.value) if isinstance(entry.value, dict) else ())
+
+
+def _scales(entry: JsonEntry) -> dict[str, float]:
+    scales = {name: member.number() for name, member in _open_members(entry).items()}
+    if any(not SCALES[0] <= scale <= SCALES[-1] for scale in scales.values()):
+        entry.refuse(f"scales should be {SCALES[0]} to {SCALES[-1]}")
+    return scales
+
+
+def _em(entry: JsonEntry) -> float:
+    em = entry.number()
+    if not 0 <= em <= _EM_MOST:
+        entry.refuse(f"{em} should be 0 to {_EM_MOST} pixels")
+    return em
 
 
 def _texts(entry: JsonEntry) -> tuple[str, ...]:
@@ -224,6 +245,8 @@ _READERS = {
     "is_maximized": _flag,
     "hidden_panels": _texts,
     "layout": JsonEntry.text,
+    "layout_em": _em,
+    "ui_scales": _scales,
     "ending": lambda entry: Ending(entry.choice(tuple(Ending))),
     "every_frame": _flag,
     "keep_frames": _flag,

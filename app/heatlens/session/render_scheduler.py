@@ -87,7 +87,7 @@ class RenderScheduler:
             self._try(self._ask)
 
     def _ask(self) -> None:
-        source, shot, frame = self._source, self._editing.shot, self._editing.frame
+        source, shot, frame = self._source, self._editing.seen_shot, self._editing.frame
         source.refresh()  # only now: what was saved before is picture and plate of one frame
         source.follow(shot, frame)
         if source.plate is not None and source.is_settled_at(frame):

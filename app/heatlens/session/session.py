@@ -29,6 +29,7 @@ from heatlens.session.key_commands import KeyCommands
 from heatlens.session.key_rows import RowChoice
 from heatlens.session.lens_commands import LensCommands
 from heatlens.session.live_picture import LivePicture
+from heatlens.session.look_commands import LookCommands
 from heatlens.session.mark_commands import MarkCommands
 from heatlens.session.messages import Messages, Problem
 from heatlens.session.open_source import OpenSource
@@ -44,6 +45,7 @@ from heatlens.session.ring_hand import RingHand
 from heatlens.session.scene_commands import SceneCommands
 from heatlens.session.scene_mark_tracks import SceneMarkTracks
 from heatlens.session.sent_lens import SentLens
+from heatlens.session.sheet_commands import SheetCommands
 from heatlens.session.shot_documents import ShotDocuments
 from heatlens.session.speed import Speed
 from heatlens.session.start import GivenOptions, Start
@@ -94,6 +96,7 @@ class Session:
             self.picture_view, self.source, self.editing, self.references, say
         )
         self.sides = CompareSides(renderer)
+        self.looks = LookCommands(self.editing, self.picture_view, say)
         self._add_time_commands(say, wake, frames_folder)
         self._add_file_commands(say, wake)
         self._shaders = shader_reload.ShaderReload() if shader_reload.is_on() else None
@@ -105,6 +108,7 @@ class Session:
         source, editing, view = self.source, self.editing, self.picture_view
         now = self.preferences.now
         self.timeline = timeline = Timeline(source, editing, say)
+        editing.has_time = lambda: timeline.has_time
         timeline.playback.ending, timeline.playback.is_every_frame = now.ending, now.every_frame
         self.scenes = SceneCommands(source, editing, say)
         rows = RowChoice(lambda: source.has_scene)
@@ -149,6 +153,9 @@ class Session:
             say,
             wake,
         )
+        self.files.write_sheet = SheetCommands(
+            source, editing, self.timeline, self.documents, self.mark_tracks, say
+        ).write
         self.exports = ExportCommands(source, editing, view, self.color, say, wake)
         self.recent = RecentFiles(preferences, stream.text if stream else None, wake)
         self.start_choices = StartChoices(
@@ -185,6 +192,11 @@ class Session:
     @view.setter
     def view(self, state: ViewState) -> None:
         self.picture_view.state = state
+
+    @property
+    def is_plain(self) -> bool:
+        """Return True where nothing is seen but the picture through the lens."""
+        return self.picture_view.is_lens_alone and not self.pull.is_alone
 
     @property
     def message(self) -> str:

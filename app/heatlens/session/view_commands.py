@@ -50,6 +50,16 @@ class ViewCommands:
         is_on = self._view.state.compare is compare
         self.change(compare=Compare.OFF if is_on else compare)
 
+    def toggle_matte(self, aspect: float) -> None:
+        """Darken what a picture of this aspect would cut off, or no more."""
+        guides = self._view.state.guides
+        self.change(guides=replace(guides, aspect=None if guides.aspect == aspect else aspect))
+
+    def toggle_guide(self, field: str) -> None:
+        """Draw or hide one kind of guide lines."""
+        guides = self._view.state.guides
+        self.change(guides=replace(guides, **{field: not getattr(guides, field)}))
+
     def fit(self) -> None:
         """Show the whole picture."""
         self.change(zoom=None, center_px=None)

@@ -1,9 +1,11 @@
 """The list of actions: what each menu holds, and its keys."""
 
+from collections.abc import Callable
 from functools import partial
 
 from imgui_bundle import imgui
 
+from heatlens.model.guides import MATTES
 from heatlens.model.settings import Method
 from heatlens.model.view import Against, Compare, Overlay
 from heatlens.scene.scene_name import DEMO
@@ -12,8 +14,10 @@ from heatlens.ui.actions import CTRL, SHIFT, Action
 from heatlens.ui.panels.lens_panel import barred_methods
 from heatlens.ui.state import PANELS, UiState
 from heatlens.ui.timeline.actions import key_actions, play_actions
+from heatlens.ui.ui_scale import UiScale
 
 _K = imgui.Key
+_DIGITS = (_K._1, _K._2, _K._3, _K._4, _K._5, _K._6, _K._7, _K._8, _K._9)
 MENUS = ("File", "Edit", "Lens", "Play", "Animate", "View", "Compare", "Window", "Help")
 
 
@@ -22,7 +26,13 @@ def actions(session: Session, ui: UiState) -> tuple[Action, ...]:
     return (
         *(*_file(session, ui), *_edit(session), *_lens(session)),
         *(*play_actions(session, ui.timeline.open_frames), *key_actions(session, ui.open_pull)),
-        *(*_scene(session), *_view(session), *_overlays(session), *_compare(session), *_window(ui)),
+        *(
+            *_scene(session),
+            *_view(session, ui.scale),
+            *_overlays(session),
+            *_compare(session),
+            *_window(ui),
+        ),
     )
 
 
@@ -41,6 +51,7 @@ def _file(session: Session, ui: UiState) -> list[Action]:
         Action("Save picture...", "File", partial(ask, "save"), _K.e | CTRL | SHIFT),
         Action("Import camera...", "File", partial(ask, "camera")),
         Action("Export...", "File", partial(_show_export, session, ui), _K.e | CTRL),
+        Action("Pull sheet...", "File", partial(ask, "sheet")),
         Action("Copy picture", "File", session.pictures.copy, _K.c | CTRL),
         Action("Quit", "File", ui.quit, _K.q | CTRL),
     ]
@@ -104,12 +115,17 @@ def _lens(session: Session) -> list[Action]:
         Action("Close 1/3 stop", "Lens", partial(lens.step_f_stop, 1), right | SHIFT, repeats=True),
         Action("Focus at infinity", "Lens", lens.focus_at_infinity),
         Action("Reset lens", "Lens", lens.reset),
+        Action("Keep this look", "Lens", session.looks.keep, _K.l | SHIFT),
+        *(
+            Action(f"Look {index + 1}", "Lens", partial(session.looks.go, index), key | CTRL)
+            for index, key in enumerate(_DIGITS)
+        ),
         Action("Next quality", "Lens", lens.next_quality, _K.q),
         Action("Next bokeh", "Lens", lens.next_bokeh, _K.b),
     ]
 
 
-def _view(session: Session) -> list[Action]:
+def _view(session: Session, scale: UiScale) -> list[Action]:
     view = session.view_commands
     return [
         Action(
@@ -128,25 +144,53 @@ def _view(session: Session) -> list[Action]:
         Action("Darker", "View", partial(view.expose, -1), _K.down_arrow | CTRL, repeats=True),
         Action("Reset exposure and gamma", "View", view.reset_exposure_and_gamma, _K._0 | CTRL),
         Action("Metres or feet", "View", view.toggle_unit, _K.u),
+        Action("Larger interface", "View", partial(scale.step, 1), _K.equal | CTRL),
+        Action("Smaller interface", "View", partial(scale.step, -1), _K.minus | CTRL),
+        Action("Interface as large as usual", "View", scale.reset),
     ]  # fmt: skip
 
 
 def _overlays(session: Session) -> list[Action]:
     keyed = (
         (Overlay.ZONES, "Near, in focus, far", _K.z),
+        (Overlay.PEAKING, "Focus peaking", _K.p | SHIFT),
         (Overlay.FOCUS_PLANE, "Plane in focus", _K.p),
         (Overlay.COC, "Circle of confusion", _K.c),
         (Overlay.DEPTH, "Depth", _K.v),
         (Overlay.LAYERS, "Layers", _K.l),
     )
 
-    def toggle(overlay: Overlay, name: str, key: imgui.Key) -> Action:
+    def toggle(overlay: Overlay, name: str, key: int) -> Action:
         return Action(
             name, "View", partial(session.view_commands.toggle_overlay, overlay), key,
             is_on=lambda: session.view.overlay is overlay,
         )  # fmt: skip
 
-    return [toggle(*row) for row in keyed]
+    return [*(toggle(*row) for row in keyed), *_guides(session)]
+
+
+def _guides(session: Session) -> list[Action]:
+    view = session.view_commands
+
+    def is_matte(aspect: float | None) -> Callable[[], bool]:
+        return lambda: session.view.guides.aspect == aspect
+
+    def is_drawn(field: str) -> Callable[[], bool]:
+        return lambda: bool(getattr(session.view.guides, field))
+
+    lines = (("safe_areas", "Safe areas"), ("thirds", "Thirds"), ("centre", "Centre cross"))
+    return [
+        *(
+            Action(
+                f"Matte {name}", "View", partial(view.toggle_matte, aspect), is_on=is_matte(aspect)
+            )
+            for name, aspect in MATTES.items()
+        ),
+        *(
+            Action(name, "View", partial(view.toggle_guide, field), is_on=is_drawn(field))
+            for field, name in lines
+        ),
+    ]
 
 
 def _compare(session: Session) -> list[Action]:
@@ -185,10 +229,21 @@ def _window(ui: UiState) -> list[Action]:
         return Action(name, "Window", toggle, key, is_on=lambda: ui.panels[name])
 
     return [
+        Action(
+            "Picture alone", "Window", ui.toggle_bare, _K.tab, is_on=lambda: ui.is_bare,
+        ),
+        Action(
+            "Full screen", "Window", ui.toggle_full_screen, _K.f11,
+            is_on=lambda: ui.is_full_screen,
+        ),
+        Action(
+            "Second window with the picture", "Window", ui.toggle_feed, _K.f12,
+            is_on=lambda: ui.has_feed,
+        ),
         *(panel(name) for name in PANELS if name != "Speed"),
         panel("Speed"),
         Action("Reset layout", "Window", ui.reset_layout),
         Action("Find a command...", "Help", ui.palette.open, _K.p | CTRL | SHIFT),
         Action("Go to the menus", "Help", ui.open_menus, _K.f10),
         Action("Keys", "Help", ui.toggle_keys, _K.slash | SHIFT),
-    ]
+    ]  # fmt: skip

@@ -14,7 +14,8 @@ _KEY_NAMES = {
     _K.left_bracket: "[", _K.right_bracket: "]", _K.up_arrow: "Up", _K.down_arrow: "Down",
     _K.equal: "+", _K.minus: "-", _K.slash: "/", _K.comma: ",", _K.period: ".",
     _K.left_arrow: "Left", _K.right_arrow: "Right", _K.space: "Space", _K.home: "Home",
-    _K.end: "End", _K.delete: "Delete", _K.tab: "Tab", _K.f1: "F1", _K.f10: "F10",
+    _K.end: "End", _K.delete: "Delete", _K.tab: "Tab", _K.f1: "F1",
+    _K.f10: "F10", _K.f11: "F11", _K.f12: "F12",
 }  # fmt: skip
 
 # With Ctrl, what text fields do with them: select all, copy, paste, cut, undo, move by words.
@@ -22,6 +23,9 @@ _OF_TEXT = (
     _K.a, _K.c, _K.v, _K.x, _K.y, _K.z,
     _K.left_arrow, _K.right_arrow, _K.home, _K.end, _K.delete,
 )  # fmt: skip
+
+# With Alt, what window managers do with them.
+_OF_WINDOWS = (_K.tab, _K.space, _K.escape, _K.f4, _K.f10, _K.f11, _K.f12)
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,6 +100,8 @@ def pressed(actions: tuple[Action, ...]) -> Iterator[Action]:
     held = (CTRL if io.key_ctrl else 0) | (SHIFT if io.key_shift else 0)
     for action in actions:
         if action.key is None or not _fits(action, held):
+            continue
+        if io.key_alt and action.key in _OF_WINDOWS:
             continue
         if io.want_text_input and (not action.mods & CTRL or action.key in _OF_TEXT):
             continue

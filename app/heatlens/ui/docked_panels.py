@@ -11,20 +11,30 @@ from heatlens.plate.plate import depth_span
 from heatlens.session.messages import window_words
 from heatlens.session.session import Session
 from heatlens.ui.panels.export_panel import draw_exports
+from heatlens.ui.panels.guides_panel import guides_panel
 from heatlens.ui.panels.lens_panel import LensFacts, blur_panel, lens_panel
 from heatlens.ui.panels.look_panel import look_panel
+from heatlens.ui.panels.looks_panel import LookStills, looks_panel
 from heatlens.ui.panels.marks_panel import marks_panel
 from heatlens.ui.panels.plate_panel import PlateFacts, plate_panel
 from heatlens.ui.panels.ring_panel import RingFacts, RingState, ring_panel
 from heatlens.ui.panels.scene_panel import scene_panel
 from heatlens.ui.panels.speed_panel import speed_panel
+from heatlens.ui.picture.viewport import Pictures
 from heatlens.ui.probe import listening
 from heatlens.ui.state import UiState
 from heatlens.ui.timeline.dope_sheet import lens_dots
 from heatlens.ui.timeline.panel import timeline_panel
 
 _Window = imgui.WindowFlags_
-_OF_A_PICTURE = ("Lens", "Plate", "Scene", "Export", "Marks")  # panels that tell nothing without
+_OF_A_PICTURE = (
+    "Lens",
+    "Plate",
+    "Scene",
+    "Export",
+    "Marks",
+    "Looks",
+)  # panels that tell nothing without
 
 
 class DockedPanels:
@@ -33,9 +43,13 @@ class DockedPanels:
     def __init__(self, session: Session, ui: UiState) -> None:
         self._session = session
         self._ui = ui
+        self._stills = LookStills(session.renderer.ctx)
 
-    def draw(self, hovered: tuple[int, int] | None) -> None:
-        """Draw the panels; `hovered` is the pixel of the display window under the pointer."""
+    def draw(self, hovered: tuple[int, int] | None, pictures: Pictures | None) -> None:
+        """Draw the panels; `hovered` is the pixel of the display window under the pointer.
+
+        `pictures` are those that are seen, for the stills of looks.
+        """
         session, panels = self._session, self._ui.panels
         if panels["Lens"]:
             self._lens()
@@ -47,6 +61,10 @@ class DockedPanels:
             self._scene()
         if panels["Marks"]:
             self._marks()
+        if panels["Looks"]:
+            self._looks(pictures)
+        if panels["Guides"]:
+            self._guides()
         if panels["Export"]:
             self._export()
         if panels["Speed"]:
@@ -59,7 +77,8 @@ class DockedPanels:
         if self._begin("Lens") and not session.source.is_waiting:
             begun = session.lens_commands.begun_with
             sources = {} if begun is None else begun.sources
-            facts = LensFacts(session.histogram, session.view.unit, sources, self._doubts())
+            tried, doubtful = session.editing.tried, self._doubts()
+            facts = LensFacts(session.histogram, session.view.unit, sources, tried, doubtful)
             self._ring()
             with listening() as drawn:
                 session.editing.edit_lens(lens_panel(session.lens, facts, session.say))
@@ -148,6 +167,17 @@ class DockedPanels:
     def _marks(self) -> None:
         if self._begin("Marks"):
             marks_panel(self._session, self._ui)
+        imgui.end()
+
+    def _looks(self, pictures: Pictures | None) -> None:
+        self._stills.take(self._session, pictures)
+        if self._begin("Looks"):
+            looks_panel(self._session, self._stills)
+        imgui.end()
+
+    def _guides(self) -> None:
+        if self._begin("Guides"):
+            self._session.view = guides_panel(self._session.view, self._session.say)
         imgui.end()
 
     def _timeline(self) -> None:

@@ -10,6 +10,7 @@ from heatlens.ui import probe, theme
 from heatlens.ui.state import UiState
 
 _BAR_EM = 9.0
+GAP_EM = 0.5  # between words, bar and buttons
 _MINUTE_S = 60.0
 
 
@@ -43,10 +44,10 @@ def export_bar_width(run: ExportRun, ui: UiState) -> float:
     buttons, words = _parts(run, ui)
     if not words:
         return 0.0
-    width = imgui.calc_text_size(words).x + style.item_spacing.x
-    width += (_BAR_EM * em + style.item_spacing.x) if run.is_busy else 0.0
+    width = imgui.calc_text_size(words).x + em  # to what stands at the right of it
+    width += (_BAR_EM + GAP_EM) * em if run.is_busy else 0.0
     for name in buttons:
-        width += imgui.calc_text_size(name).x + 2 * style.frame_padding.x + style.item_spacing.x
+        width += imgui.calc_text_size(name).x + 2 * style.frame_padding.x + GAP_EM * em
     return float(width)
 
 

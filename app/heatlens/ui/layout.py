@@ -8,12 +8,14 @@ from imgui_bundle import ImVec2, imgui
 
 from heatlens.printable import printable
 from heatlens.session.session import Session
+from heatlens.session.ui_sizes import scaled_layout
 from heatlens.ui import probe, topmost, widgets
 from heatlens.ui.action_list import MENUS
 from heatlens.ui.actions import Action
 from heatlens.ui.state import UiState
 
 PICTURE = "Picture"
+PICTURE_ALONE = "Picture alone"
 _PANEL_EM = 23.6  # width of the column of panels
 _SPEED_PART = 0.42  # of the column, for what is under the lens
 _TIMELINE_EM = 15.5  # height of the timeline under the picture
@@ -95,10 +97,14 @@ def shortened(folder: Path) -> str:
     return text if len(text) <= _FOLDER_LETTERS else f"...{text[3 - _FOLDER_LETTERS :]}"
 
 
-def restore_layout(ui: UiState, layout: str) -> None:
-    """Put the panels where they lay when `layout` was written; call before the first frame."""
+def restore_layout(ui: UiState, layout: str, em: float = 0.0) -> None:
+    """Put the panels where they lay when `layout` was written; call before the first frame.
+
+    `em` is how high the letters were then, in pixels; 0: as high as now.
+    """
     if lists_all(layout, ui.panels):
-        imgui.load_ini_settings_from_memory(layout)
+        factor = ui.scale.em / em if em else 1.0
+        imgui.load_ini_settings_from_memory(scaled_layout(layout, factor))
         ui.wants_layout = False
 
 
@@ -107,12 +113,16 @@ def lists_all(layout: str, panels: Iterable[str]) -> bool:
     return all(f"[Window][{name}]" in layout.splitlines() for name in (PICTURE, *panels))
 
 
-def dock_panels(is_new: bool, size: ImVec2) -> None:
-    """Draw the space that panels dock in; `is_new`: lay them out anew."""
+def dock_panels(is_new: bool, size: ImVec2, is_hidden: bool = False) -> None:
+    """Draw the space that panels dock in; `is_new`: lay them out anew.
+
+    `is_hidden` only keeps their places, for while the picture is seen alone.
+    """
     dock = imgui.get_id("heatlens dock")
     if is_new:
         _arrange(dock, size)
-    imgui.dock_space(dock, size)
+    kept = imgui.DockNodeFlags_.keep_alive_only if is_hidden else imgui.DockNodeFlags_.none
+    imgui.dock_space(dock, size, kept)
 
 
 def _arrange(dock: int, size: ImVec2) -> None:
@@ -127,7 +137,7 @@ def _arrange(dock: int, size: ImVec2) -> None:
     _, below, centre = inner.dock_builder_split_node_py(centre, imgui.Dir.down, below_part)
     inner.dock_builder_dock_window(PICTURE, centre)
     inner.dock_builder_dock_window("Timeline", below)
-    for name in ("Lens", "Marks"):
+    for name in ("Lens", "Marks", "Looks", "Guides"):
         inner.dock_builder_dock_window(name, upper)
     for name in ("Look", "Plate", "Scene", "Export", "Speed"):
         inner.dock_builder_dock_window(name, lower)

@@ -25,6 +25,11 @@ class Palette:
         self._chosen = 0
         self._moved = False  # the chosen row is another one than in the frame before
 
+    @property
+    def is_open(self) -> bool:
+        """Return True while it is drawn, or is about to be."""
+        return self._wanted or bool(imgui.is_popup_open(_TITLE))
+
     def open(self) -> None:
         """Show it from the next frame on."""
         self._wanted, self._text, self._chosen = True, "", 0

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import moderngl
 from imgui_bundle import ImVec2, imgui
 
 from heatlens.display.screen_pictures import (
@@ -11,13 +12,14 @@ from heatlens.display.screen_pictures import (
     picture_of_b,
 )
 from heatlens.model.coc import sharp_px
-from heatlens.model.view import Compare, Overlay
+from heatlens.model.view import Compare, Overlay, ViewState
 from heatlens.session.kept_screen import KeptFrame, KeptScreen
 from heatlens.session.session import Session
 from heatlens.ui import probe
-from heatlens.ui.layout import PICTURE
+from heatlens.ui.layout import PICTURE, PICTURE_ALONE
 from heatlens.ui.panels.marks_panel import draw_point_marks
 from heatlens.ui.picture.alt_held import AltHeld
+from heatlens.ui.picture.guides import draw_guides
 from heatlens.ui.picture.legend import draw_legend, entries
 from heatlens.ui.picture.stream_notice import StreamNotice, draw_waiting
 from heatlens.ui.picture.viewport import Pictures, ViewportPanel, ViewportResult
@@ -43,14 +45,14 @@ class PictureWindow:
         self.viewport = ViewportPanel(ctx, session.picture_view)
         self.hovered: tuple[int, int] | None = None  # pixel of the display window
         self.alt = AltHeld()
+        self.pictures: Pictures | None = None  # that are seen
 
     def draw(self, hears_keys: bool) -> None:
         """Draw the picture; `hears_keys`: no dialog, field or menu takes the keys."""
         imgui.push_style_var(imgui.StyleVar_.window_padding, ImVec2(0, 0))
-        still = _Window.no_scrollbar | _Window.no_scroll_with_mouse | _Window.no_background
-        imgui.begin(PICTURE, None, still)
+        self._begin()
         imgui.pop_style_var()
-        pictures = self._pictures()
+        self.pictures = pictures = self._pictures()
         if self._session.start_choices.is_wanted:
             self.hovered = None
             self._choose(hears_keys)
@@ -67,12 +69,31 @@ class PictureWindow:
         else:
             scale = imgui.get_io().display_framebuffer_scale.x or 1.0
             self._take(self.viewport.draw(pictures, self._session.view, scale))
+            draw_guides(self._session.view.guides, pictures.shape, self.viewport.place)
             draw_point_marks(self._session)
             self._legend()
             if self._session.source.stream is not None and self._session.source.stream.is_shown:
                 self._notice.draw(self._session.source.stream, self._session.picture_view.viewport)
         probe.note("picture")
         imgui.end()
+
+    def _begin(self) -> None:
+        """Begin the window in its dock, or over the whole screen where it is seen alone."""
+        still = _Window.no_scrollbar | _Window.no_scroll_with_mouse | _Window.no_background
+        if not self._ui.is_bare:
+            imgui.begin(PICTURE, None, still)
+            return
+        screen = imgui.get_main_viewport()
+        imgui.set_next_window_pos(screen.pos)
+        imgui.set_next_window_size(screen.size)
+        alone = _Window.no_decoration | _Window.no_move | _Window.no_docking
+        imgui.begin(PICTURE_ALONE, None, still | alone | _Window.no_saved_settings)
+
+    def _overlay(self, view: ViewState) -> moderngl.Texture:
+        session = self._session
+        shot, frame = session.editing.seen_shot, session.editing.frame
+        loaded = session.renderer.loaded
+        return self._screen.overlay(loaded, shot, frame, view.overlay, view.peaking_stops)
 
     def _choose(self, hears_keys: bool) -> None:
         """Draw the start screen and do what the hand wants."""
@@ -90,9 +111,9 @@ class PictureWindow:
         if not session.editing.has_lens:
             return
         plate = session.renderer.loaded.plate
-        optics = session.renderer.optics(session.shot, session.editing.frame)
+        optics = session.renderer.optics(session.editing.seen_shot, session.editing.frame)
         sharp = sharp_px(session.lens, plate.display_window.width)
-        limits = layer_limits_px(optics, session.shot)
+        limits = layer_limits_px(optics, session.editing.seen_shot)
         legend = entries(
             session.view.overlay, optics, sharp, limits, plate.depth, session.view.unit
         )
@@ -139,7 +160,7 @@ class PictureWindow:
             detail = screen.detail(shown, loaded, view)
         overlay = None
         if view.overlay is not Overlay.NONE and session.editing.has_lens:
-            overlay = screen.overlay(loaded, session.shot, session.editing.frame, view.overlay)
+            overlay = self._overlay(view)
         windows = self._kept.windows(shown) or session.source.windows(session.shot)
         return Pictures(
             a,

@@ -20,6 +20,7 @@ from heatlens.ui.keys_window import keys_window
 from heatlens.ui.layout import dock_panels, menu_bar
 from heatlens.ui.panels.marks_panel import pull_popup
 from heatlens.ui.picture_window import PictureWindow
+from heatlens.ui.setting_list import settings
 from heatlens.ui.start.start_screen import hears_keys
 from heatlens.ui.state import UiState
 from heatlens.ui.status_bar import StatusBar
@@ -68,7 +69,8 @@ class Screen:
         self._do_actions()
         is_new_layout = self.ui.wants_layout
         self._frame_window()
-        self._panels.draw(self.picture.hovered)
+        if not self.ui.is_bare:
+            self._panels.draw(self.picture.hovered, self.picture.pictures)
         if is_new_layout:
             for name in ("Lens", "Look"):  # in front of those that share a place with them
                 imgui.set_window_focus(name)
@@ -79,10 +81,12 @@ class Screen:
 
     def _do_actions(self) -> None:
         session, ui = self._session, self.ui
+        if not topmost.is_any_open() and imgui.is_key_pressed(imgui.Key.escape, False):
+            ui.leave_bare()
         is_covered = topmost.is_any_open() or session.documents.offer is not None
-        chosen = menu_bar(session, ui, self.actions)
+        chosen = None if ui.is_bare else menu_bar(session, ui, self.actions)
         keyed = () if is_covered else (a for a in pressed(self.actions) if not self._sleeps(a))
-        for action in (*keyed, chosen, ui.palette.draw(self.actions)):
+        for action in (*keyed, chosen, self._palette()):
             if action is not None:
                 action.do(session.say)
         if ui.shows_keys:
@@ -92,6 +96,12 @@ class Screen:
         shot_question(session.documents)
         quit_question(ui, export_words(session.exports.run.state))
         ui.dialogs.draw()
+
+    def _palette(self) -> Action | None:
+        """Draw the palette, which finds settings too where there is a picture."""
+        palette, has_shot = self.ui.palette, self._session.source.plate is not None
+        found = settings(self._session) if palette.is_open and has_shot else ()
+        return palette.draw((*self.actions, *found))
 
     def _sleeps(self, action: Action) -> bool:
         """Return True where a key does nothing, for it may be one of the start screen's."""
@@ -112,9 +122,10 @@ class Screen:
         imgui.pop_style_var()
         status_height = imgui.get_frame_height()
         size = ImVec2(screen.work_size.x, max(screen.work_size.y - status_height, 50.0))
-        dock_panels(self.ui.wants_layout, size)
+        dock_panels(self.ui.wants_layout, size, self.ui.is_bare)
         self.ui.wants_layout = False
-        self.status.draw(self.picture.hovered)
+        if not self.ui.is_bare:
+            self.status.draw(self.picture.hovered)
         imgui.end()
         imgui.pop_style_var()
 

@@ -38,6 +38,8 @@ def side_words(shown: Shown) -> str:
 
 
 def _b_words(view: ViewState, of_method: Shown | None, reference: str | None) -> str:
+    if view.against is Against.LOOK and of_method is not None:
+        return f"look {view.b_look}"
     if of_method is not None:
         return side_words(of_method)
     if view.against is Against.REFERENCE and reference is not None:

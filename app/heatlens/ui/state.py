@@ -7,9 +7,21 @@ from heatlens.session.session import Session
 from heatlens.ui.files.file_dialogs import FileDialogs
 from heatlens.ui.palette import Palette
 from heatlens.ui.timeline.view import TimelineView
+from heatlens.ui.ui_scale import UiScale
 
 # The panels, as they are called on their tabs and in the menu.
-PANELS = ("Lens", "Look", "Plate", "Scene", "Export", "Marks", "Speed", "Timeline")
+PANELS = (
+    "Lens",
+    "Look",
+    "Plate",
+    "Scene",
+    "Export",
+    "Marks",
+    "Looks",
+    "Guides",
+    "Speed",
+    "Timeline",
+)
 _BEHIND_S = 0.25  # news of the frames may be told so late
 
 
@@ -22,7 +34,11 @@ class UiState:
         hidden = session.preferences.now.hidden_panels
         self.panels = {name: name not in hidden for name in PANELS}
         self.wants_layout = True  # in the next frame
+        self.scale = UiScale(session.preferences)
         self.shows_keys = False
+        self.is_bare = False  # the picture fills the window, everything else is hidden
+        self.is_full_screen = False
+        self.has_feed = False  # a second window shows the picture alone
         self.menu_to_open = ""  # in the next frame
         self.opens_pull = False  # the popup of the pull, in the next frame
         self.is_over = False
@@ -47,6 +63,22 @@ class UiState:
     def toggle_panel(self, name: str) -> None:
         """Open a closed panel, close an open one."""
         self.panels[name] = not self.panels[name]
+
+    def toggle_bare(self) -> None:
+        """Hide everything but the picture, or show it all again."""
+        self.is_bare = not self.is_bare
+
+    def toggle_full_screen(self) -> None:
+        """Let the window fill its screen, or be a window again."""
+        self.is_full_screen = not self.is_full_screen
+
+    def toggle_feed(self) -> None:
+        """Show the picture alone in a second window, or close that."""
+        self.has_feed = not self.has_feed
+
+    def leave_bare(self) -> None:
+        """Come back from the picture alone and from the full screen."""
+        self.is_bare = self.is_full_screen = False
 
     def toggle_keys(self) -> None:
         """Show or hide the list of keys."""

@@ -10,7 +10,7 @@ from heatlens.printable import printable
 from heatlens.session.kept_screen import KeptFrame, KeptScreen
 from heatlens.session.session import Session
 from heatlens.ui import probe, theme
-from heatlens.ui.export_bar import export_bar, export_bar_width
+from heatlens.ui.export_bar import GAP_EM, export_bar, export_bar_width
 from heatlens.ui.side_words import draw_sides, mouse_words, words
 from heatlens.ui.state import UiState
 
@@ -35,6 +35,8 @@ class StatusBar:
         session, em = self._session, imgui.get_font_size()
         reference = None if session.reference is None else session.reference.path.name
         sides = words(session.view, session.sides, reference, session.seen)
+        if sides and session.picture_view.is_drawn:
+            sides = f"{sides}    {zoom_words(session.picture_view.zoom)}"
         run = session.exports.run
         end = imgui.get_window_width() - _EDGE_EM * em
         export_width = export_bar_width(run, self._ui)
@@ -44,7 +46,7 @@ class StatusBar:
         self._draw_left(hovered, room_end)
         if export_width:
             imgui.same_line(max(room_end, em))
-            imgui.push_style_var(imgui.StyleVar_.item_spacing, ImVec2(0.5 * em, 0))
+            imgui.push_style_var(imgui.StyleVar_.item_spacing, ImVec2(GAP_EM * em, 0))
             export_bar(run, self._ui)
             imgui.pop_style_var()
         draw_sides(sides)
@@ -96,6 +98,11 @@ class StatusBar:
             coc_px = read.coc_px * whole.width / plate.display_window.width
             read = replace(read, display_px=hovered, data_px=hovered, coc_px=coc_px)
         return probe_text(read, session.view.unit)
+
+
+def zoom_words(zoom: float) -> str:
+    """Return how large pixels of the picture are on the screen: "50 %", "1600 %"."""
+    return f"{100 * zoom:.0f} %" if zoom >= 0.1 else f"{100 * zoom:.1f} %"
 
 
 def fitting(text: str, width: float, width_of: Callable[[str], float]) -> str:

@@ -35,7 +35,10 @@ RENDERED = _rgba(74, 158, 200)
 DAMAGED = _rgba(232, 84, 74)
 PLAYED = _rgba(48, 48, 50)
 ON_ACCENT = _rgba(24, 18, 8)
+MATTE = _rgba(0, 0, 0, 0.72)
+GUIDE = _rgba(240, 240, 240, 0.55)
 PIXEL_GRID = _rgba(128, 128, 128, 0.35)
+TRIED = ImVec4(0.45, 0.75, 1.0, 1.0)  # a value that no key holds
 BAD = ImVec4(1.0, 0.45, 0.4, 1.0)
 ACCENT_TEXT = ImVec4(0.95, 0.72, 0.38, 1.0)
 DIM = ImVec4(0.6, 0.6, 0.61, 1.0)
@@ -70,7 +73,12 @@ _STYLE = {
     _Col.slider_grab: (0.95, 0.66, 0.23),
     _Col.slider_grab_active: (1.0, 0.74, 0.34),
     _Col.check_mark: (0.95, 0.66, 0.23),
+    _Col.checkbox_selected_bg: (0.21, 0.21, 0.212),
+    _Col.plot_histogram: (0.55, 0.38, 0.13),  # white figures on it can be read
+    _Col.plot_histogram_hovered: (0.55, 0.38, 0.13),
     _Col.separator: (0.25, 0.25, 0.25),
+    _Col.separator_hovered: (0.4, 0.4, 0.4),
+    _Col.separator_active: (0.95, 0.66, 0.23),
     _Col.docking_preview: (0.95, 0.66, 0.23),
     _Col.text_selected_bg: (0.45, 0.33, 0.16),
     _Col.resize_grip: (0.25, 0.25, 0.25),
@@ -80,10 +88,27 @@ _STYLE = {
     _Col.nav_cursor: (0.95, 0.66, 0.23),
 }
 
+# What `scale_all_sizes` multiplies.
+_SIZES = (
+    *("window_padding", "window_rounding", "window_min_size", "window_border_hover_padding"),
+    *("child_rounding", "popup_rounding", "frame_padding", "frame_rounding", "item_spacing"),
+    *("item_inner_spacing", "cell_padding", "touch_extra_padding", "indent_spacing"),
+    *("columns_min_spacing", "scrollbar_size", "scrollbar_rounding", "grab_min_size"),
+    *("grab_rounding", "log_slider_deadzone", "tab_rounding", "tab_bar_overline_size"),
+    *("separator_text_padding", "docking_separator_size", "display_window_padding"),
+    *("display_safe_area_padding", "mouse_cursor_scale", "child_border_size", "separator_size"),
+    *("drag_drop_target_border_size", "drag_drop_target_padding", "input_text_cursor_size"),
+    *("popup_border_size", "scrollbar_padding", "separator_text_border_size", "tree_lines_size"),
+    *("tab_bar_border_size", "tab_min_width_base", "tab_min_width_shrink", "window_border_size"),
+    "color_marker_size",
+)
+
 
 def apply(scale: float = 1.0) -> None:
     """Set the style of the current ImGui context for a screen of this content scale."""
-    style = imgui.get_style()
+    style, usual = imgui.get_style(), imgui.Style()
+    for name in _SIZES:  # those that were scaled before begin again
+        setattr(style, name, getattr(usual, name))
     imgui.style_colors_dark()
     for slot, (red, green, blue) in _STYLE.items():
         style.set_color_(slot, ImVec4(red, green, blue, 1.0))
@@ -99,5 +124,7 @@ def apply(scale: float = 1.0) -> None:
     style.scale_all_sizes(scale)
     style.font_scale_dpi = scale
     fonts = imgui.get_io().fonts
+    if len(fonts.fonts) > 0:
+        return
     folder = Path(imgui_bundle.__file__).parent / "assets" / "fonts" / "Roboto"
     fonts.add_font_from_file_ttf(str(folder / "Roboto-Regular.ttf"), FONT_PX)

@@ -43,6 +43,9 @@ def note_frame() -> None:
         io.config_flags |= _NAVIGATES
     else:
         io.config_flags &= ~_NAVIGATES
+    # Tab goes from field to field only where one is typed in or a dialog is open.
+    context = imgui.get_current_context()
+    context.config_nav_enable_tabbing = bool(_Seen.depth or io.want_text_input)
     _Seen.has_own_keys = False
 
 

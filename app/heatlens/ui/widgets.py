@@ -169,6 +169,16 @@ def wheel_over_last() -> float:
     return float(imgui.get_io().mouse_wheel)
 
 
+@contextmanager
+def colored(color: ImVec4 | None) -> Iterator[None]:
+    """Draw the words inside in a colour; None: as usual."""
+    if color is not None:
+        imgui.push_style_color(imgui.Col_.text, color)
+    yield
+    if color is not None:
+        imgui.pop_style_color()
+
+
 def parse_number(text: str, low: float, high: float, what: str) -> float:
     """Read a number, with or without a leading f/ or T. Raises InputError outside its limits."""
     cleaned = text.strip().lower().removeprefix("f/").removeprefix("f").removeprefix("t")

@@ -18,10 +18,13 @@ from heatlens.render import FrameRenderer
 from heatlens.session.preferences import WINDOW_LEAST, Preferences, Remembered
 from heatlens.session.session import Session
 from heatlens.session.start import Start
+from heatlens.session.ui_sizes import fitted_size
 from heatlens.ui import theme
+from heatlens.ui.clean_feed import CleanFeed, fill_screen
 from heatlens.ui.export_bar import export_title
 from heatlens.ui.fast_keys import FastKeys, events_wait
 from heatlens.ui.layout import restore_layout
+from heatlens.ui.monitors import room_of, screen_name
 from heatlens.ui.screen import Screen
 from heatlens.ui.stop_signals import StopSignals
 
@@ -72,8 +75,9 @@ def _open_window(remembered: Remembered) -> Any:
             f"No window with OpenGL 4.3 can be opened: {reason}. A newer driver may have it; "
             "LIBGL_ALWAYS_SOFTWARE=1 draws with the processor."
         )
-    if remembered.window_size is not None:  # afterwards: this size is scaled to the screen already
-        glfw.set_window_size(window, *remembered.window_size)
+    # Afterwards: the size that is remembered is scaled to the screen already.
+    size = remembered.window_size or glfw.get_window_size(window)
+    glfw.set_window_size(window, *fitted_size(size, room_of(glfw.get_primary_monitor())))
     if remembered.is_maximized:
         glfw.maximize_window(window)
     glfw.make_context_current(window)
@@ -115,7 +119,12 @@ class Loop:
         )
         self._screen = Screen(self._session, glfw.post_empty_event)
         self._ui = self._screen.ui
-        restore_layout(self._ui, preferences.now.layout)
+        self._ui.scale.of_screen = glfw.get_window_content_scale(window)[0]
+        self._ui.scale.screen = screen_name(window)
+        self._ui.scale.apply()
+        restore_layout(self._ui, preferences.now.layout, preferences.now.layout_em)
+        self._feed = CleanFeed(self._ctx, window)
+        self._size_before = glfw.get_window_size(window)  # it filled the screen
         self._seen_key: object = None
         self._title = ""
 
@@ -139,6 +148,7 @@ class Loop:
                 session.work()
                 self._frames_due += session.scheduler.seen_key != self._seen_key
         self._remember()
+        self._feed.close()
         session.close()
         imgui.backends.opengl3_shutdown()
         imgui.backends.glfw_shutdown()
@@ -172,14 +182,16 @@ class Loop:
     def _remember(self) -> None:
         """Remember size and panels while the hand rests; a file is written where they changed."""
         is_maximized = bool(glfw.get_window_attrib(self._window, glfw.MAXIMIZED))
-        is_seen = not glfw.get_window_attrib(self._window, glfw.ICONIFIED)
+        is_full = bool(glfw.get_window_monitor(self._window))
+        is_seen = not is_full and not glfw.get_window_attrib(self._window, glfw.ICONIFIED)
         window: dict[str, object] = {"is_maximized": is_maximized} if is_seen else {}
         size = glfw.get_window_size(self._window)
         if is_seen and not is_maximized and min(size) >= WINDOW_LEAST:
             window["window_size"] = size
         layout = imgui.save_ini_settings_to_memory()
         hidden = self._ui.hidden_panels
-        self._session.remember(layout=layout, hidden_panels=hidden, **window)
+        window |= {"layout": layout, "layout_em": self._ui.scale.em}
+        self._session.remember(hidden_panels=hidden, **window)
 
     def _seconds_to_sleep(self) -> float | None:
         if self._frames_due > 0:
@@ -199,6 +211,7 @@ class Loop:
     def _draw(self) -> None:
         start = self._drawn_at = time.perf_counter()
         session, before = self._session, self._session.live.shown
+        self._follow_screen()
         imgui.backends.opengl3_new_frame()
         imgui.backends.glfw_new_frame()
         imgui.new_frame()
@@ -211,6 +224,8 @@ class Loop:
         self._screen.picture.viewport.paint(self._ctx.screen, (width, height))
         imgui.backends.opengl3_render_draw_data(imgui.get_draw_data())
         glfw.swap_buffers(self._window)
+        picture = self._screen.picture
+        self._ui.has_feed = self._feed.draw(self._ui.has_feed, picture.pictures, session.view)
         self._tell_title()
         seconds = time.perf_counter() - start
         shown = session.live.shown if session.live.shown is not before else None
@@ -218,6 +233,18 @@ class Loop:
         if shown or events_wait():
             self._frames_due = max(self._frames_due, 1)
         self._seen_key = session.scheduler.seen_key
+
+    def _follow_screen(self) -> None:
+        """Draw larger or smaller where the window has come to another screen."""
+        scale = self._ui.scale
+        scale.of_screen = glfw.get_window_content_scale(self._window)[0]
+        scale.screen = screen_name(self._window)
+        scale.apply()
+        is_full = bool(glfw.get_window_monitor(self._window))
+        if is_full != self._ui.is_full_screen:
+            if not is_full:
+                self._size_before = glfw.get_window_size(self._window)
+            fill_screen(self._window, not is_full, self._size_before)
 
     def _tell_title(self) -> None:
         """Set the title to the name of what is seen, from the moment it is seen."""
@@ -265,7 +292,6 @@ class Loop:
         io = imgui.get_io()
         io.config_flags |= imgui.ConfigFlags_.docking_enable
         io.set_ini_filename("")
-        theme.apply(glfw.get_window_content_scale(self._window)[0])
         pointer = ctypes.cast(self._window, ctypes.c_void_p).value or 0
         imgui.backends.glfw_init_for_opengl(pointer, True)
         imgui.backends.opengl3_init("#version 430")

@@ -21,6 +21,7 @@ from heatlens.model.settings import (
     Method,
     Quality,
 )
+from heatlens.model.shot import LensParameter
 from heatlens.model.units import format_distance, parse_distance_m
 from heatlens.session.lens_commands import nudged
 from heatlens.session.messages import Problem, window_words
@@ -41,6 +42,7 @@ class LensFacts:
     histogram: DepthHistogram | None  # None: the plate has no distances
     unit: str  # m or ft
     sources: Mapping[str, str]  # field of the lens -> where its value began
+    tried: frozenset[LensParameter] = frozenset()  # what holds at this frame alone, without a key
     doubts: tuple[Doubt, ...] = ()  # what cannot well be of this lens and these depths
 
 
@@ -49,8 +51,10 @@ def lens_panel(lens: Lens, facts: LensFacts, say: Say) -> Lens:
     before = lens
     try:
         lens = _focus(lens, facts, say)
-        lens = _aperture(lens, say)
-        lens = _hardware(lens, say)
+        with widgets.colored(theme.TRIED if LensParameter.F_STOP in facts.tried else None):
+            lens = _aperture(lens, say)
+        with widgets.colored(theme.TRIED if LensParameter.FOCAL_LENGTH in facts.tried else None):
+            lens = _hardware(lens, say)
         _doubts(facts, "lens")
     except LensError as error:  # two values that do not go together: the step is not taken
         say(Problem(error))
@@ -68,13 +72,14 @@ def _focus(lens: Lens, facts: LensFacts, say: Say) -> Lens:
     probe.note("focus bar")
     notches = widgets.wheel_over_last()
     widgets.label("distance", "2.24, 190cm, 6'3\" or inf")
-    distance_m = widgets.text_field(
-        "distance",
-        format_distance(lens.focus_distance_m, facts.unit),
-        lens.focus_distance_m,
-        parse_distance_m,
-        say,
-    )
+    with widgets.colored(theme.TRIED if LensParameter.FOCUS_DISTANCE in facts.tried else None):
+        distance_m = widgets.text_field(
+            "distance",
+            format_distance(lens.focus_distance_m, facts.unit),
+            lens.focus_distance_m,
+            parse_distance_m,
+            say,
+        )
     notches += widgets.wheel_over_last()
     if distance_m != lens.focus_distance_m:
         lens = replace(lens, focus_distance_m=distance_m)

@@ -97,6 +97,8 @@ def _compare(
     if reference is not None:
         choices[reference] = (Against.REFERENCE, view.b_method)
     choices |= {f"method {method}": (Against.METHOD, method) for method in Method}
+    if view.against is Against.LOOK:  # chosen in the Looks panel
+        choices[f"look {view.b_look}"] = (Against.LOOK, view.b_method)
     now = (view.against, view.b_method)
     shown = next((name for name, value in choices.items() if value == now), "pinhole")
     tip = "The same shot by another method, or any EXR: Ctrl+Shift+O opens it."

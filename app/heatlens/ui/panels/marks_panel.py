@@ -6,6 +6,7 @@ from imgui_bundle import ImVec2, imgui
 
 from heatlens.errors import HeatlensError
 from heatlens.model.marks import Mark, ObjectMark, PointMark
+from heatlens.model.pull import PullShape
 from heatlens.model.units import format_distance, parse_distance_m
 from heatlens.printable import printable
 from heatlens.session.messages import Problem
@@ -148,9 +149,12 @@ def _pull_fields(session: Session) -> None:
     frames = min(max(frames, 1), _PULL_MOST)
     if frames != commands.pull_frames:
         commands.lengthen_pull(frames)
-    ease = commands.pull_ease_percent
-    tip = "0 starts and stops at once, 100 lingers longest"
-    commands.pull_ease_percent = widgets.slider("ease", ease, 0.0, 100.0, "%.0f %%", tip)
+    shapes = [str(shape) for shape in PullShape]
+    commands.pull_shape = PullShape(widgets.choice("as", str(commands.pull_shape), shapes))
+    if commands.pull_shape is not PullShape.LINEAR:
+        ease = commands.pull_ease_percent
+        tip = "0 starts and stops at once, 100 lingers longest"
+        commands.pull_ease_percent = widgets.slider("ease", ease, 0.0, 100.0, "%.0f %%", tip)
     if commands.pull_past_end:
         imgui.text_wrapped(commands.pull_past_end)
 

@@ -16,6 +16,7 @@ from heatlens.gpu.shader_constants import (
     OVERLAY_FOCUS_LINE,
     OVERLAY_LAYERS,
     OVERLAY_NEAR,
+    OVERLAY_PEAKING,
     Rgb,
 )
 from heatlens.model.units import format_distance
@@ -49,6 +50,8 @@ def entries(
             Entry(OVERLAY_FOCUS, f"in focus, up to {sharp_px:.1f} px"),
             Entry(OVERLAY_FAR, "behind"),
         ]
+    if overlay is Overlay.PEAKING:
+        return [Entry(OVERLAY_PEAKING, f"edges in focus, up to {sharp_px:.1f} px")]
     if overlay is Overlay.FOCUS_PLANE:
         return [Entry(OVERLAY_FOCUS_LINE, "cut by the plane in focus")]
     if overlay is Overlay.COC:

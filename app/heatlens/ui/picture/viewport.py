@@ -114,6 +114,16 @@ class ViewportPanel:
         if self._placed_in_frame == imgui.get_frame_count():
             self._pass.run(self._placed, target, screen_px)
 
+    def place_alone(self, pictures: Pictures, view: ViewState, size_px: tuple[int, int]) -> None:
+        """Place the whole picture, with nothing drawn over it, in a target of its own for `paint`.
+
+        What is compared is seen as in the window; zoom and overlays are not.
+        """
+        whole = replace(view, zoom=None, center_px=None)
+        self.place.viewport = Viewport((0.0, 0.0), (float(size_px[0]), float(size_px[1])))
+        self.place.geometry = geometry(whole, self.place.viewport, pictures.shape)
+        self._place_pictures(replace(pictures, overlay=None), whole)
+
     def _answer_mouse(
         self, view: ViewState, shape: PictureShape
     ) -> tuple[ViewState, tuple[int, int] | None]:
@@ -155,6 +165,8 @@ class ViewportPanel:
         draw = imgui.get_window_draw_list()
         end = ImVec2(corner.x + size.x, corner.y + size.y)
         self._place_pictures(pictures, view)
+        if imgui.internal.get_current_window().skip_items:  # the window is hidden
+            self._placed = []
         draw.push_clip_rect(corner, end, True)
         self._draw_outlines(draw, pictures)
         if view.pixel_grid:
@@ -166,8 +178,7 @@ class ViewportPanel:
         draw.pop_clip_rect()
 
     def _place_pictures(self, pictures: Pictures, view: ViewState) -> None:
-        is_hidden = imgui.internal.get_current_window().skip_items
-        self._placed, self._placed_in_frame = [], -1 if is_hidden else imgui.get_frame_count()
+        self._placed, self._placed_in_frame = [], imgui.get_frame_count()
         near = self.place.zoom >= _NEAREST_FROM or (
             self.place.zoom == 1.0 and pictures.pixel_aspect == 1.0
         )

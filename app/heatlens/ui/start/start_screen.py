@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import moderngl
 from imgui_bundle import ImVec2, imgui
 
+from heatlens.scene.scene_name import DEMO
 from heatlens.session.start_choices import Card
 from heatlens.ui import probe, theme
 from heatlens.ui.start.start_card import CardPictures, Place, column_width, draw_card, fitted
@@ -18,7 +19,8 @@ _DIGITS = (
     (_K._9, _K.keypad9),
 )  # fmt: skip
 _TITLE, _PROMISE = "heatlens", "What if focus were there, at f/1.4?"
-_HINT = "Then press Space and drag the focus."
+_HINT = "Then click on what is to be sharp, or drag the focus bar."
+_HINT_OF_SHOTS = "Then press Space to play, click on what is to be sharp, and pull with Shift+M."
 _DROP_HINT = "A file can be dropped here as well."
 _TITLE_SCALE, _LINE_EM = 1.9, 1.4
 
@@ -63,7 +65,7 @@ class StartScreen:
         corner = ImVec2(corner.x + layout.x, corner.y)
         before, self._row = self._row, min(self._row, len(cards) - 1)
         taken = self._by_keys(cards) if hears else None
-        _words(layout, corner)
+        _words(layout, corner, hint_of(cards[self._row]))
         column = column_width(layout.cards[0].height, em)
         # Fewer cards than places: the rest may still be found.
         for row, (card, band) in enumerate(zip(cards, layout.cards, strict=False)):
@@ -105,7 +107,12 @@ def _went_down(keys: Sequence[imgui.Key]) -> bool:
     return any(imgui.is_key_pressed(key, False) for key in keys)
 
 
-def _words(layout: StartLayout, corner: ImVec2) -> None:
+def hint_of(card: Card) -> str:
+    """Return the first gestures for what a card opens; only what has frames can be played."""
+    return _HINT_OF_SHOTS if card.text == DEMO or card.kind in ("Sequence", "Shot") else _HINT
+
+
+def _words(layout: StartLayout, corner: ImVec2, hint: str) -> None:
     """Draw the name over the cards, and the first gesture under them."""
     draw, em = imgui.get_window_draw_list(), imgui.get_font_size()
     bright = imgui.get_color_u32(imgui.Col_.text)
@@ -117,7 +124,7 @@ def _words(layout: StartLayout, corner: ImVec2) -> None:
         y = corner.y + layout.hint.end
         draw.add_line(ImVec2(corner.x, y), ImVec2(corner.x + layout.width, y), theme.BOX)
     y = corner.y + layout.hint.y + 0.4 * em
-    draw.add_text(ImVec2(corner.x, y), bright, fitted(_HINT, layout.width))
+    draw.add_text(ImVec2(corner.x, y), bright, fitted(hint, layout.width))
     if layout.is_roomy:
         at = ImVec2(corner.x, y + _LINE_EM * em)
         draw.add_text(at, theme.TEXT_DIM, fitted(_DROP_HINT, layout.width))

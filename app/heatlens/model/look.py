@@ -1,0 +1,40 @@
+"""Looks: lenses that were kept under a name, to be compared and come back to."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from itertools import count
+from string import ascii_uppercase
+
+from heatlens.errors import InputError
+from heatlens.model.lens import Lens
+
+
+@dataclass(frozen=True, slots=True)
+class Look:
+    """The lens as it was at a frame, under a name.
+
+    Raises InputError for a name that cannot be shown.
+    """
+
+    name: str
+    lens: Lens
+    frame: int = 1
+
+    def __post_init__(self) -> None:
+        if not self.name or not self.name.isprintable() or self.name != self.name.strip():
+            raise InputError(f"A look cannot be called {self.name!r}.")
+
+
+def next_look_name(looks: Iterable[Look]) -> str:
+    """Return the first of A to Z, A1 to Z1, A2, ... that no look has."""
+    taken = {look.name for look in looks}
+    names = (f"{letter}{turn or ''}" for turn in count() for letter in ascii_uppercase)
+    return next(name for name in names if name not in taken)
+
+
+def check_looks(looks: Iterable[Look]) -> None:
+    """Raise InputError where two looks have one name."""
+    names = [look.name for look in looks]
+    for name in names:
+        if names.count(name) > 1:
+            raise InputError(f"Two looks are called {name}.")

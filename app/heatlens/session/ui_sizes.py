@@ -1,0 +1,41 @@
+"""Sizes of the interface: how large it is drawn on a screen, and layouts that follow that.
+
+Panels keep their size in letters and not in pixels: ImGui writes pixels, and `scaled_layout` turns
+them into those of another screen.
+"""
+
+import re
+from collections.abc import Mapping
+
+SCALES = (0.75, 0.9, 1.0, 1.1, 1.25, 1.5, 1.75, 2.0, 2.5, 3.0)
+_PIXELS = re.compile(r"\b(Pos|Size|SizeRef)=(-?\d+),(-?\d+)")
+_SCREENS_MOST = 20
+
+
+def scaled_layout(layout: str, factor: float) -> str:
+    """Return a layout as ImGui writes it with all its pixels multiplied by `factor`."""
+    if factor == 1.0:
+        return layout
+
+    def scaled(match: re.Match[str]) -> str:
+        return f"{match[1]}={round(int(match[2]) * factor)},{round(int(match[3]) * factor)}"
+
+    return _PIXELS.sub(scaled, layout)
+
+
+def next_scale(scale: float, steps: int) -> float:
+    """Return the scale so many steps larger, or smaller where `steps` is negative."""
+    nearest = min(range(len(SCALES)), key=lambda index: abs(SCALES[index] - scale))
+    return SCALES[min(max(nearest + steps, 0), len(SCALES) - 1)]
+
+
+def with_scale(scales: Mapping[str, float], screen: str, scale: float) -> dict[str, float]:
+    """Return the scales by the names of screens with that of one changed; 1 is not kept."""
+    others = {name: value for name, value in scales.items() if name != screen}
+    kept = {**others, screen: scale} if scale != 1.0 else others
+    return dict(list(kept.items())[-_SCREENS_MOST:])
+
+
+def fitted_size(size: tuple[int, int], room: tuple[int, int]) -> tuple[int, int]:
+    """Return the size of a window that fits into the room of a screen."""
+    return min(size[0], room[0]), min(size[1], room[1])

@@ -1,0 +1,132 @@
+"""A second window with the picture alone, for the screen that the client looks at.
+
+It has an OpenGL context of its own, which shares textures with that of the main window: there the
+picture is drawn in the size of the second window, here it is only copied to the screen.
+"""
+
+from typing import Any
+
+import moderngl
+from imgui_bundle import imgui  # noqa: F401  # before glfw: both then share one libglfw
+
+import glfw  # isort: skip
+
+from heatlens.model.view import ViewState
+from heatlens.ui.monitors import monitor_of
+from heatlens.ui.picture.picture_alone import PictureAlone
+from heatlens.ui.picture.viewport import Pictures
+
+_SIZE = 1280, 720
+_TITLE = "heatlens picture"
+_COPY_VERTEX = """#version 330
+out vec2 at;
+void main() {
+    at = vec2(gl_VertexID & 1, gl_VertexID >> 1);
+    gl_Position = vec4(2.0 * at - 1.0, 0.0, 1.0);
+}
+"""
+_COPY_FRAGMENT = """#version 330
+uniform sampler2D picture_tx;
+in vec2 at;
+out vec4 color;
+void main() { color = vec4(texture(picture_tx, at).rgb, 1.0); }
+"""
+
+
+class CleanFeed:
+    """The second window: there while it is wanted."""
+
+    def __init__(self, ctx: moderngl.Context, main_window: Any) -> None:
+        self._ctx = ctx
+        self._main = main_window
+        self._alone = PictureAlone(ctx)
+        self._window: Any = None
+        self._own: moderngl.Context | None = None
+
+    def draw(self, is_wanted: bool, pictures: Pictures | None, view: ViewState) -> bool:
+        """Open, draw or close the window; return whether it is still wanted."""
+        if self._window is not None and glfw.window_should_close(self._window):
+            is_wanted = False
+        if is_wanted and self._window is None:
+            self._open()
+        if not is_wanted:
+            self.close()
+        elif self._window is not None:
+            self._draw(pictures, view)
+        return self._window is not None
+
+    def _open(self) -> None:
+        """Open it on another screen, which it fills, or as a window beside this one."""
+        here = monitor_of(self._main)
+        monitors = glfw.get_monitors()
+        others = [
+            m for m in monitors if here and glfw.get_monitor_pos(m) != glfw.get_monitor_pos(here)
+        ]
+        screen: Any = others[0] if others else None
+        size = glfw.get_video_mode(screen).size if screen else _SIZE
+        glfw.window_hint(glfw.AUTO_ICONIFY, 0)
+        self._window = glfw.create_window(*size, _TITLE, screen, self._main)
+        if not self._window:
+            self._window = None
+            return
+        glfw.set_key_callback(self._window, self._key_changed)
+        glfw.make_context_current(self._window)
+        glfw.swap_interval(0)  # the main window keeps the time
+        self._own = moderngl.create_context(require=330)
+        program = self._own.program(vertex_shader=_COPY_VERTEX, fragment_shader=_COPY_FRAGMENT)
+        self._quad = self._own.vertex_array(program, [])
+        glfw.make_context_current(self._main)
+
+    def _key_changed(self, window: Any, key: int, _code: int, action: int, _mods: int) -> None:
+        """Escape closes the window, F11 lets it fill its screen and back."""
+        if action != glfw.PRESS:
+            return
+        if key in (glfw.KEY_ESCAPE, glfw.KEY_F12):
+            glfw.set_window_should_close(window, True)
+        elif key == glfw.KEY_F11:
+            fill_screen(window, not glfw.get_window_monitor(window), _SIZE)
+        glfw.post_empty_event()
+
+    def _draw(self, pictures: Pictures | None, view: ViewState) -> None:
+        size = glfw.get_framebuffer_size(self._window)
+        if min(size) < 1 or self._own is None:
+            return
+        self._alone.draw(pictures, view, size)
+        self._ctx.finish()  # before the other context reads it
+        assert self._alone.texture is not None
+        number = self._alone.texture.glo
+        glfw.make_context_current(self._window)
+        self._own.screen.use()
+        self._own.screen.viewport = (0, 0, *size)
+        shared = self._own.external_texture(number, size, 4, 0, "f1")
+        shared.filter = (moderngl.NEAREST, moderngl.NEAREST)
+        shared.use(0)
+        self._quad.render(moderngl.TRIANGLE_STRIP, vertices=4)
+        glfw.swap_buffers(self._window)
+        glfw.make_context_current(self._main)
+
+    def close(self) -> None:
+        """Close the window, where there is one."""
+        if self._window is None:
+            return
+        self._alone.release()
+        glfw.destroy_window(self._window)
+        self._window, self._own = None, None
+        glfw.make_context_current(self._main)
+
+
+def fill_screen(window: Any, is_full: bool, size: tuple[int, int]) -> None:
+    """Let a window fill the screen that it is on, or be a window of this size again."""
+    monitor = monitor_of(window)
+    if not monitor:
+        return
+    if is_full:
+        mode = glfw.get_video_mode(monitor)
+        rate = mode.refresh_rate
+        glfw.set_window_monitor(window, monitor, 0, 0, mode.size.width, mode.size.height, rate)
+    else:
+        x, y, width, height = glfw.get_monitor_workarea(monitor)
+        own = min(size[0], width), min(size[1], height)
+        at = x + (width - own[0]) // 2, y + (height - own[1]) // 2
+        none: Any = None  # its stub does not know that a window needs no monitor
+        glfw.set_window_monitor(window, none, *at, *own, 0)

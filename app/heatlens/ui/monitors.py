@@ -1,0 +1,39 @@
+"""The screens of the machine: how they are called, and how much room windows have on them."""
+
+from typing import Any
+
+from imgui_bundle import imgui  # noqa: F401  # before glfw: both then share one libglfw
+
+import glfw  # isort: skip
+
+_USUAL_ROOM = 1600, 900  # where the system does not tell
+
+
+def room_of(monitor: Any) -> tuple[int, int]:
+    """Return the size of the part of a screen that windows may cover."""
+    if not monitor:
+        return _USUAL_ROOM
+    _, _, width, height = glfw.get_monitor_workarea(monitor)
+    return (width, height) if width and height else _USUAL_ROOM
+
+
+def screen_name(window: Any) -> str:
+    """Return name and size of the screen on which the middle of the window lies."""
+    monitor = monitor_of(window)
+    if not monitor:
+        return ""
+    name, size = glfw.get_monitor_name(monitor), glfw.get_video_mode(monitor).size
+    text = name.decode("utf-8", "replace") if isinstance(name, bytes) else str(name)
+    return f"{text} {size.width}x{size.height}"
+
+
+def monitor_of(window: Any) -> Any:
+    """Return the screen on which the middle of the window lies, else the first; None for none."""
+    (x, y), (width, height) = glfw.get_window_pos(window), glfw.get_window_size(window)
+    for monitor in glfw.get_monitors():
+        left, top = glfw.get_monitor_pos(monitor)
+        size = glfw.get_video_mode(monitor).size
+        across, down = x + width // 2 - left, y + height // 2 - top
+        if 0 <= across < size.width and 0 <= down < size.height:
+            return monitor
+    return glfw.get_primary_monitor()

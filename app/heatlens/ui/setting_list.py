@@ -1,0 +1,53 @@
+"""Settings as actions, so that the palette finds them: what a panel offers as a choice."""
+
+from dataclasses import replace
+from functools import partial
+from typing import Any
+
+from heatlens.model.filmback import FILMBACKS
+from heatlens.model.settings import Bokeh, Method, Quality
+from heatlens.session.session import Session
+from heatlens.ui.actions import Action
+from heatlens.ui.panels.lens_panel import barred_methods
+
+_MENU = "Setting"
+
+
+def settings(session: Session) -> tuple[Action, ...]:
+    """Return an action for each value that a setting can be given."""
+    return (
+        *(_blur(session, f"quality {it}", "quality", it) for it in Quality),
+        *(_blur(session, f"bokeh {it}", "bokeh", it) for it in Bokeh),
+        *(_method(session, method) for method in Method),
+        *(_film_back(session, back.name, back.width_mm) for back in FILMBACKS),
+        *(_view(session, name) for name in session.color.views(session.view.display)),
+    )
+
+
+def _blur(session: Session, name: str, field: str, value: Any) -> Action:
+    def change() -> None:
+        shot = session.shot
+        session.editing.do(replace(shot, defocus=replace(shot.defocus, **{field: value})))
+
+    return Action(f"Set {name}", _MENU, change)
+
+
+def _method(session: Session, method: Method) -> Action:
+    def why_not() -> str:
+        return barred_methods(session.has_scene).get(str(method), "")
+
+    made = _blur(session, f"method {method}", "method", method)
+    return replace(made, barred=why_not)
+
+
+def _film_back(session: Session, name: str, width_mm: float) -> Action:
+    def change() -> None:
+        session.editing.settle()
+        session.editing.edit_lens(replace(session.lens, sensor_width_mm=width_mm))
+        session.editing.settle()
+
+    return Action(f"Set film back {name}", _MENU, change)
+
+
+def _view(session: Session, name: str) -> Action:
+    return Action(f"Set view {name}", _MENU, partial(session.view_commands.change, view=name))

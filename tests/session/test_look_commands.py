@@ -1,0 +1,80 @@
+"""Looks: lenses that are kept, come back to, compared with, undone and written to the shot file."""
+
+from dataclasses import replace
+
+import pytest
+
+from heatlens.documents.shot_file import read_shot, write_shot
+from heatlens.errors import InputError
+from heatlens.model.lens import Lens
+from heatlens.model.look import Look, next_look_name
+from heatlens.model.shot import LensParameter, Shot
+from heatlens.model.view import Against, Compare
+from heatlens.session.editing import Editing
+from heatlens.session.look_commands import LookCommands
+from heatlens.session.picture_view import PictureView
+
+LENS = Lens(50.0, 2.0, 3.0, 36.0)
+
+
+@pytest.fixture
+def said() -> list[str]:
+    return []
+
+
+@pytest.fixture
+def looks(said) -> LookCommands:
+    return LookCommands(Editing(Shot(LENS), said.append), PictureView(), said.append)
+
+
+def test_a_look_is_kept_come_back_to_and_undone(looks, said):
+    editing = looks._editing
+    looks.keep()
+    assert looks.looks == (Look("A", LENS, 0),) and "Ctrl+1" in said[-1]
+    wide = replace(LENS, focal_length_mm=24.0, f_stop=8.0)
+    editing.edit_lens(wide)
+    editing.settle()
+    looks.keep()
+    looks.go(0)
+    assert editing.lens == LENS
+    editing.undo()
+    assert editing.lens == wide
+    looks.go(1)
+    looks.delete(looks.looks[0])
+    assert [look.name for look in looks.looks] == ["B"]
+    editing.undo()
+    assert [look.name for look in looks.looks] == ["A", "B"]
+    looks.go(7)
+    assert "2 looks" in said[-1]
+
+
+def test_names_are_free_letters_and_no_two_are_alike(looks, said):
+    for _ in range(3):
+        looks.keep()
+    looks.rename(looks.looks[1], "wide open")
+    assert [look.name for look in looks.looks] == ["A", "wide open", "C"]
+    assert next_look_name(looks.looks) == "B"
+    for name in ("A", "", " ", "a\nb"):
+        before = looks.looks
+        looks.rename(before[1], name)
+        assert looks.looks == before and "look" in said[-1].lower()
+
+
+def test_looks_are_in_the_shot_file_and_a_shot_without_any_reads_as_before(tmp_path):
+    path = tmp_path / "a.heatlens.json"
+    shot = Shot(LENS, looks=(Look("A", LENS, 7), Look("B", replace(LENS, f_stop=8.0), 9)))
+    write_shot(path, shot)
+    assert read_shot(path) == shot
+    write_shot(path, Shot(LENS))
+    assert "looks" not in path.read_text()
+    with pytest.raises(InputError, match="Two looks"):
+        Shot(LENS, looks=(Look("A", LENS), Look("A", LENS)))
+
+
+def test_b_is_the_frame_through_a_look(looks):
+    looks.keep()
+    looks.compare(looks.looks[0])
+    state = looks._view.state
+    assert (state.against, state.b_look, state.compare) == (Against.LOOK, "A", Compare.WIPE)
+    keyed = Shot(LENS).with_key(1, LensParameter.FOCUS_DISTANCE, 9.0)
+    assert keyed.through(Look("A", LENS)).lens_at(1) == LENS

@@ -1,0 +1,92 @@
+"""Mattes and lines over the picture, and the coloured edges of what is in focus."""
+
+import numpy as np
+import pytest
+from imgui_bundle import imgui
+
+from heatlens.model.view import Overlay
+from heatlens.ui.status_bar import zoom_words
+from support.window_plates import BALL_M, HEIGHT, WIDTH
+
+K = imgui.Key
+
+
+def inside(gui) -> np.ndarray:
+    """Return the pixels of the screen where the picture lies."""
+    (x0, y0), (x1, y1) = gui.at_picture(0, 0), gui.at_picture(WIDTH, HEIGHT)
+    return gui.screenshot()[round(y0) : round(y1), round(x0) : round(x1)].astype(int)
+
+
+def test_a_matte_darkens_what_it_cuts_off_and_nothing_else(gui):
+    gui.settled()
+    before = inside(gui)
+    gui.do("Matte 2.39")
+    x0, y0, x1, y1 = gui.rect("matte in the picture")
+    assert (x1 - x0) / (y1 - y0) == pytest.approx(2.39, rel=1e-3)
+    after, top = inside(gui), round(y0 - gui.at_picture(0, 0)[1])
+    height = round(y1 - y0)
+    assert top > 10
+    kept = slice(top + 2, top + height - 2)
+    np.testing.assert_array_equal(after[kept, 3:-3], before[kept, 3:-3])
+    assert after[: top - 2].mean() < 0.5 * before[: top - 2].mean()
+    gui.do("Matte 2.39")
+    np.testing.assert_array_equal(inside(gui), before)
+
+
+def test_lines_are_drawn_from_the_panel_and_from_the_menu(gui):
+    gui.settled()
+    before = inside(gui)
+    for name in ("Safe areas", "Thirds", "Centre cross"):
+        gui.do(name)
+        assert np.any(inside(gui) != before), name
+        gui.do(name)
+    np.testing.assert_array_equal(inside(gui), before)
+
+
+def test_peaking_colours_edges_in_focus_and_only_those(gui):
+    gui.session.lens_commands.focus(BALL_M)
+    gui.rest()
+    gui.key(K.p, shift=True)
+    assert gui.session.view.overlay is Overlay.PEAKING
+    gui.settled()
+    colored = overlay_alpha(gui) > 0
+    assert 0 < colored.mean() < 0.5
+    gui.session.view_commands.change(peaking_stops=3.0)
+    gui.frame(2)
+    assert 0 < (overlay_alpha(gui) > 0).sum() <= colored.sum()  # silhouettes stay
+    gui.session.lens_commands.focus(1e6)
+    gui.rest()
+    gui.frame(3)
+    assert not np.any((overlay_alpha(gui) > 0) & colored)
+
+
+def overlay_alpha(gui) -> np.ndarray:
+    texture = gui.screen.picture.pictures.overlay
+    pixels = np.frombuffer(texture.read(), np.uint8)
+    return pixels.reshape(texture.height, texture.width, 4)[..., 3]
+
+
+def test_the_zoom_is_told(gui):
+    gui.do("1:1")
+    gui.frame()
+    assert zoom_words(gui.session.picture_view.zoom) == "100 %"
+    assert (zoom_words(16.0), zoom_words(0.045)) == ("1600 %", "4.5 %")
+
+
+def test_the_panel_sets_matte_lines_and_peaking(gui):
+    imgui.set_window_focus("Guides")
+    gui.frame(3)
+    gui.click(gui.middle("thirds"))
+    gui.click(gui.middle("colour the edges in focus"))
+    view = gui.session.view
+    assert view.guides.thirds and view.overlay is Overlay.PEAKING
+    gui.click(gui.middle("matte"))
+    gui.frame(2)
+    gui.click(gui.middle("matte: own"))
+    gui.frame(2)
+    gui.click(gui.middle("own aspect"))
+    gui.key(K.a, ctrl=True)
+    gui.type("2,2:1")
+    gui.key(K.enter)
+    gui.frame(2)
+    assert gui.session.view.guides.aspect == 2.2

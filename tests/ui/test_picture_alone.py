@@ -1,0 +1,73 @@
+"""The picture alone: without panels in the window, and in a second window for the client."""
+
+import numpy as np
+import pytest
+from imgui_bundle import imgui
+
+from heatlens.model.view import Compare, Overlay
+from heatlens.ui.picture.picture_alone import PictureAlone
+from support.window_plates import HEIGHT, WIDTH
+
+K = imgui.Key
+
+
+@pytest.fixture
+def gui(gui):
+    yield gui
+    gui.ui.leave_bare()
+    gui.frame(3)
+
+
+def test_tab_hides_everything_but_the_picture_and_brings_it_back(gui):
+    gui.frame(3)
+    before = gui.rect("focus bar")
+    gui.key(K.tab)
+    gui.drawn.clear()
+    gui.frame(3)
+    assert not {"focus bar", "menu File", "sides"} & set(gui.drawn)
+    place = gui.session.picture_view.viewport
+    assert (place.corner, place.size) == ((0.0, 0.0), gui.size)
+    gui.key(K.tab)
+    gui.frame(4)
+    assert gui.rect("focus bar") == before
+
+
+def test_escape_comes_back_from_the_picture_alone_and_the_full_screen(gui):
+    gui.key(K.tab)
+    gui.key(K.f11)
+    assert gui.ui.is_bare and gui.ui.is_full_screen
+    gui.key(K.escape)
+    assert not gui.ui.is_bare and not gui.ui.is_full_screen
+
+
+def test_tab_goes_on_from_field_to_field_while_one_is_typed_in(gui):
+    gui.click(gui.middle("distance"))
+    gui.key(K.tab)
+    assert not gui.ui.is_bare
+    gui.key(K.escape)
+    gui.frame(2)
+
+
+def test_a_click_in_the_picture_alone_focuses(gui):
+    gui.key(K.tab)
+    gui.frame(2)
+    before = gui.session.lens
+    gui.click(gui.at_picture(10.5, HEIGHT - 3.5))
+    assert gui.session.lens != before
+
+
+def test_the_second_window_shows_the_whole_picture_and_nothing_over_it(gui):
+    gui.settled()
+    gui.session.view_commands.change(overlay=Overlay.ZONES, compare=Compare.OFF)
+    gui.do("1:1")
+    alone, size = PictureAlone(gui.ctx), (2 * WIDTH + 40, 2 * HEIGHT)
+    alone.draw(gui.screen.picture.pictures, gui.session.view, size)
+    pixels = np.frombuffer(alone.texture.read(), np.uint8).reshape(size[1], size[0], 4)[::-1]
+    display = np.frombuffer(gui.screen.picture.pictures.a.read(), np.uint8)
+    display = display.reshape(HEIGHT, WIDTH, 4)
+    inside = pixels[::2, 20:-20:2, :3].astype(int)
+    surround = pixels[:, :19, :3]
+    assert (surround == surround[0, 0]).all()
+    likely = [np.abs(inside - flipped[..., :3]).mean() for flipped in (display, display[::-1])]
+    assert min(likely) < 3.0
+    alone.release()
