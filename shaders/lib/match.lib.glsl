@@ -12,6 +12,7 @@ layout(rgba32f) uniform writeonly image2D out_match_img;
 #define SAME_DIAMETER_PX 0.5    // by so much, or by
 #define SAME_DIAMETER_PART 0.1  // so much of itself a surface's diameter may change there
 #define LEAST_LIGHT 0.01        // what is darker is not compared
+#define INDEPENDENT 4.0         // so many of them at most: neighbours are alike
 #define SURE_VARIANCE 0.03      // of the logarithm: where texture varies more, less is matched
 #define ALIKE_LOG 0.7           // what differs by a factor of two or more may be another surface,
 #define UNLIKE_LOG 1.2          // and of more than three it is
@@ -39,7 +40,7 @@ Stretch stretch_of(ivec2 from, ivec2 onward, bool hidden, float diameter) {
         squares += light * light;
     }
     float spread = squares / max(count, 1.0) - logs * logs / max(count * count, 1.0);
-    return Stretch(sum, max(spread, 0.0) / max(count - 1.0, 1.0));
+    return Stretch(sum, max(spread, 0.0) / min(max(count - 1.0, 1.0), INDEPENDENT));
 }
 
 // Adds what one end tells of the match; `onward` leads away from the hidden.
@@ -50,7 +51,9 @@ void add_match(inout vec4 sum, ivec2 at, int steps, ivec2 onward) {
     vec4 seen = one.sum, listed = other.sum;
     if (min(seen.a, listed.a) < 0.5) return;
     vec3 ratio = log((seen.rgb / seen.a + LEAST_LIGHT) / (listed.rgb / listed.a + LEAST_LIGHT));
-    ratio *= SURE_VARIANCE / (SURE_VARIANCE + one.variance + other.variance);
+    // Of what is not sure less is taken, and of its hue still less.
+    float sure = SURE_VARIANCE / (SURE_VARIANCE + one.variance + other.variance), grey = mean_of(ratio);
+    ratio = sure * (vec3(grey) + sure * (ratio - grey));
     float likeness = 1.0 - smoothstep(ALIKE_LOG, UNLIKE_LOG, max(abs(ratio.r), max(abs(ratio.g), abs(ratio.b))));
     float length_px = float(steps) * length(vec2(onward));
     sum += likeness / (length_px * length_px) * vec4(ratio, 1.0);
