@@ -70,7 +70,7 @@ COMMANDS: dict[str, tuple[str, ...]] = {
 ENDLESS_S = {"view": 5.0, "render-8k": 60.0}
 _UNTRUE = re.compile("Traceback|Exception ignored|cannot be loaded|Install|initialization|a fault")
 # A traceback with a line of heatlens: one without it is Python's, which had not yet begun with it.
-OF_HEATLENS = re.compile(r'File "(?!<frozen)[^"]*heatlens')
+_OF_HEATLENS = re.compile(r'File "(?!<frozen)[^"]*heatlens')
 
 
 @dataclass
@@ -184,7 +184,7 @@ class Bench:
                 said = "".join(process.communicate()) + "(had to be killed)"
             seconds, busy_s = time.monotonic() - begin, _children_s() - before_s - busy_s
             code = process.returncode
-            early = (code < 0 or "Traceback" in said) and not OF_HEATLENS.search(said)
+            early = came_early(code, said)
             left = sorted(
                 str(path.relative_to(folder))
                 for path in Path(folder).rglob("*")
@@ -192,6 +192,11 @@ class Bench:
             )
             alive = _group_lives(process.pid)
             return Outcome(code, seconds, max(busy_s, 0.0), said, left, alive, early)
+
+
+def came_early(code: int, said: str) -> bool:
+    """Return whether a process that was sent a signal had not yet begun with heatlens."""
+    return (code < 0 or "Traceback" in said) and not _OF_HEATLENS.search(said)
 
 
 def write_large(path: Path) -> None:

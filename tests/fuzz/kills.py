@@ -24,7 +24,7 @@ from pathlib import Path
 
 if __name__ == "__main__":
     sys.path[:0] = [str(Path(__file__).parents[1])]
-from fuzz.interrupts import OF_HEATLENS
+from fuzz.interrupts import came_early
 from heatlens.documents.shot_file import write_shot
 from support.command_line import started
 from support.exports import files_in, shot_of, write_plates
@@ -104,10 +104,9 @@ class Exports:
         code = process.returncode
         outcome.codes[f"{how.name} {code}"] += 1
         outcome.kills += code != 0
-        if code not in (0, -how, 128 + how):
+        is_told = code in (0, -how, 128 + how) and "Traceback" not in said
+        if not is_told and not came_early(code, said):
             outcome.faults.append(f"{how.name} to the {target} ended with {code}: {said}")
-        if "Traceback" in said and OF_HEATLENS.search(said):
-            outcome.faults.append(said)
 
     def _wait(self, process: subprocess.Popen[str], kind: str, rng: random.Random) -> None:
         if rng.random() < 0.5:
