@@ -104,7 +104,7 @@ def test_squeeze_narrows_a_disc_and_wide_pixels_lower_it(
     assert DiscShape(Aperture(squeeze), aspect).half_extents == extents
 
 
-@given(squeezes, aspects, st.floats(10.0, 40.0), st.floats(0.5, 2.0))
+@given(squeezes, aspects, st.floats(20.0, 60.0), st.floats(0.5, 2.0))
 def test_the_light_of_a_disc_is_the_sum_of_its_pixels(
     squeeze: float, aspect: float, radius_px: float, ramp_px: float
 ) -> None:
