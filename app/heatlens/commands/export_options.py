@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from heatlens.color.view_transform import ViewTransform, srgb_transform
 from heatlens.commands.blur_options import add_blur_options, settings_of
-from heatlens.commands.given_options import given, refuse_unused
+from heatlens.commands.given_options import given, refuse_given, refuse_unused
 from heatlens.commands.kept_option import add_keep_option, kept_names
 from heatlens.commands.lens_options import add_lens_options, lens_of
 from heatlens.commands.look_options import add_look_options, color_header, look_of, transform_of
@@ -181,6 +181,7 @@ def _shot_in_file(args: argparse.Namespace) -> Shot:
         raise InputError(
             f"{args.shot} says lens and plate, so {', '.join(own)} cannot be given beside it."
         )
+    refuse_given(args, ("clip", "first_frame"), f"{args.shot} says how its scene is played")
     return read_shot(args.shot)
 
 
