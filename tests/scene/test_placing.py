@@ -75,6 +75,14 @@ def test_a_guess_is_said_and_kept_in_the_shot(tmp_path, name, comment, axis, uni
     np.testing.assert_allclose(size(placed(read_scene(text), shot.framing)), size(first.scene))
 
 
+def test_what_blender_wrote_is_in_metres(tmp_path):
+    path = tmp_path / "a.stl"
+    stl(path, 40)
+    named = b"Exported from Blender-5.0.1".ljust(80, b"\0")
+    path.write_bytes(named + path.read_bytes()[80:])
+    assert first_shot(str(path)).shot.framing.meters_per_unit == 1.0
+
+
 def test_a_shot_of_an_earlier_version_keeps_the_numbers_of_its_file(tmp_path):
     scene = read_scene(stl(tmp_path / "a.stl", 40))
     assert placed(scene, Framing(640, 360)) is scene and placed(scene, None) is scene

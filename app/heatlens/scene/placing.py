@@ -15,7 +15,7 @@ from heatlens.scene.scene import Array, Motion, Scene
 from heatlens.scene.scene_bounds import bounds_m
 
 UNTOLD_SUFFIXES = (".obj", ".ply", ".stl")
-_HEAD_BYTES = 4096
+_HEAD_BYTES = 400  # hold the first lines of any of them
 # By format: above these sizes of a whole file, in its own unit, it is taken for that unit.
 _UNITS = {
     ".stl": ((5.0, 1e-3),),
@@ -95,15 +95,20 @@ def _moved(motion: Motion, change: Array) -> Motion:
 def _likely_axis(path: Path) -> WorldAxis:
     """Return z for STL, which is of CAD and printing, and for a PLY that Blender wrote; else y."""
     suffix = path.suffix.lower()
-    if suffix == ".ply":
-        with path.open("rb") as file:
-            head = file.read(_HEAD_BYTES).partition(b"end_header")[0]
-        return WorldAxis.Z if b"Blender" in head else WorldAxis.Y
-    return WorldAxis.Z if suffix == ".stl" else WorldAxis.Y
+    is_z_up = suffix == ".stl" or (suffix == ".ply" and _is_of_blender(path))
+    return WorldAxis.Z if is_z_up else WorldAxis.Y
+
+
+def _is_of_blender(path: Path) -> bool:
+    """Return True for a file whose first lines name Blender, which writes metres."""
+    with path.open("rb") as file:
+        return b"Blender" in file.read(_HEAD_BYTES)
 
 
 def _likely_unit_m(path: Path, size: float) -> float:
     """Return the unit with which things of this size, in the unit, have a likely size."""
+    if _is_of_blender(path):
+        return 1.0
     return next((unit_m for least, unit_m in _UNITS[path.suffix.lower()] if size > least), 1.0)
 
 
