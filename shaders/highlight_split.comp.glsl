@@ -36,7 +36,16 @@ layout(std430) writeonly buffer low_fragment_block { uint low_fragment_buf[]; };
 #define LEAST_COC_PX 0.25
 #define WHOLE_COC_PX 0.75
 
+#ifdef LISTS
+uniform bool has_places;  // it is known where in its pixel a light stands (highlight_sprites.comp.glsl), and
+#define FOUND_PART 0.4    // its disc is right from this part of those diameters on
+float drawn_part(float diameter) {
+    float scale = has_places ? FOUND_PART : 1.0;
+    return smoothstep(scale * LEAST_COC_PX, scale * WHOLE_COC_PX, diameter);
+}
+#else
 float drawn_part(float diameter) { return smoothstep(LEAST_COC_PX, WHOLE_COC_PX, diameter); }
+#endif
 
 // The mixed rim of a highlight has the depth of what is beside it: its coc is that of the brightest pixel
 // around.

@@ -3,6 +3,8 @@
 //
 // Inputs
 //   high_tx      rgb what was taken out, a signed coc (highlight_split.comp.glsl)
+//   places_tx    if `has_places`: r, g where in its pixel the light stands, from the middle, b its variance
+//                along an axis, pixels
 // COUNT output   tally_buf        a tally a block
 // WRITE inputs   plan, offset_buf  output  sprite_buf
 
@@ -12,6 +14,8 @@
 layout(local_size_x = HIGHLIGHT_GROUP, local_size_y = HIGHLIGHT_GROUP) in;
 
 uniform sampler2D high_tx;
+uniform sampler2D places_tx;
+uniform bool has_places;
 
 #ifdef COUNT
 layout(std430) writeonly buffer tally_block { BlockTally tally_buf[]; };
@@ -116,11 +120,13 @@ Sprite merged(ivec2 from, int side, int best) {
         int i = (from.y + k / side) * HIGHLIGHT_BLOCK + from.x + k % side;
         if (energy[i] <= 0.0 || is_taken(i) || abs(coc[i] - coc[best]) > limit) continue;
         taken[i / 32] |= 1u << (i % 32);
-        vec2 place = vec2(i % HIGHLIGHT_BLOCK, i / HIGHLIGHT_BLOCK) + 0.5 + light_offset(pixel(i), coc[best]);
+        vec3 known = has_places ? texelFetch(places_tx, pixel(i), 0).xyz : vec3(0.0);
+        vec2 offset = has_places ? known.xy : light_offset(pixel(i), coc[best]);
+        vec2 place = vec2(i % HIGHLIGHT_BLOCK, i / HIGHLIGHT_BLOCK) + 0.5 + offset;
         light += texelFetch(high_tx, pixel(i), 0).rgb;
         weight += energy[i];
         moment += energy[i] * place;
-        moment_2 += energy[i] * dot(place, place);
+        moment_2 += energy[i] * (dot(place, place) + 2.0 * known.z);
     }
     vec2 centre = moment / weight;
     // A cluster's disc has a soft rim: as wide as the cluster, at least a pixel.

@@ -1,7 +1,8 @@
 // A corner of an instance's mesh. `invariant`: what lies on the depth of the first draw is found
 // again by the second one. With COLORS, of meshes some of which have colours at their vertices;
 // with BUMPS, of materials some of which have a map of normals; with PLACES, of materials whose maps do not
-// all lie alike, for which each corner has two sets of texture coordinates.
+// all lie alike, for which each corner has two sets of texture coordinates; with PEEL, for
+// what lies behind others.
 
 #include "lib/tangent.lib.glsl"
 
@@ -39,6 +40,9 @@ centroid out vec4 tint;
 #ifdef BUMPS
 out vec4 tangent;
 #endif
+#ifdef PEEL
+flat out uint back_rule;  // how its back is told, see scene_cover.frag.glsl
+#endif
 
 void main() {
     vec4 world = in_to_world * vec4(in_position, 1.0);
@@ -55,6 +59,9 @@ void main() {
 #endif
 #ifdef BUMPS
     tangent = in_world(in_tangent, mat3(in_to_world));
+#endif
+#ifdef PEEL
+    back_rule = in_numbers.w;
 #endif
     gl_Position = clip_from_world * world;
 }

@@ -1,4 +1,4 @@
-// The sky, where nothing stands in front of it.
+// The sky, where nothing stands in front of it. With PEEL, alpha is its dioptres: 0.
 
 #include "lib/scene.lib.glsl"
 #include "lib/shading.lib.glsl"
@@ -9,5 +9,9 @@ out vec4 color;
 
 void main() {
     vec3 light = sky(unit_or(direction, vec3(0.0, 1.0, 0.0)));
+#ifdef PEEL
+    color = vec4(clamp(light, 0.0, MOST_LIGHT), 0.0);
+#else
     color = vec4(clamp(light, 0.0, MOST_LIGHT), 1.0);
+#endif
 }

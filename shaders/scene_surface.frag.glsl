@@ -1,4 +1,5 @@
-// The light of what scene_cover has left to be seen: each pixel is shaded once.
+// The light of what scene_cover has left to be seen: each pixel is shaded once. With PEEL, alpha is the
+// dioptres.
 
 layout(early_fragment_tests) in;
 
@@ -23,5 +24,9 @@ out vec4 color;
 void main() {
     vec3 to_eye = unit_or(eye_m - position_m, vec3(0.0, 1.0, 0.0));
     Surface surface = surface_of(material, position_m, normal, tangent, uv, tint.rgb, to_eye);
+#ifdef PEEL
+    color = vec4(shaded(surface, to_eye), gl_FragCoord.w);
+#else
     color = vec4(shaded(surface, to_eye), 1.0);
+#endif
 }

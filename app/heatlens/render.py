@@ -10,6 +10,7 @@ from heatlens.defocus.line_solver import LineSolver
 from heatlens.defocus.optics import Optics
 from heatlens.defocus.pipeline import DefocusPasses, DefocusPipeline, Result, Steps
 from heatlens.defocus.plate_passes import proxy_size
+from heatlens.defocus.quality import layers_for
 from heatlens.defocus.solver_choice import fastest_solver
 from heatlens.errors import InputError
 from heatlens.gpu.context import check_plate_fits, check_texture_fits, check_work_fits
@@ -202,8 +203,11 @@ class FrameRenderer:
         self, shot: Shot, frame: int, pipeline: DefocusPipeline, overscan: Overscan
     ) -> Steps[moderngl.Texture]:
         """Blur the picture with as much around it as reaches the frame, and return the frame."""
-        plate = self.loaded.plate
-        optics = optics_of(plate, overscan.bins.occupied, shot.lens_at(frame))
+        plate, peeled = self.loaded.plate, None
+        if layers_for(shot.defocus) > 1:
+            peeled = yield from self._source.behind(shot, frame)
+        bins = overscan.bins if peeled is None else peeled.bins
+        optics = optics_of(plate, bins.occupied, shot.lens_at(frame))
         margin = overscan.used_px(optics)
         part, scratch, crop = overscan.part(margin), pipeline.scratch, self._passes.crop
         size = part.width, part.height
@@ -212,7 +216,13 @@ class FrameRenderer:
         depth = scratch.texture("wide depth", size, 1)
         for whole, out in ((overscan.color, color), (overscan.depth, depth)):
             crop.run(whole, (part.x0, part.y0), out)
-        picture = yield from pipeline.steps(color, depth, optics, shot.defocus, plate.has_alpha)
+        behind = places = None
+        if peeled is not None:
+            behind, places = peeled.fragments.part(part), scratch.texture("wide places", size, 4)
+            crop.run(peeled.places, (part.x0, part.y0), places)
+        picture = yield from pipeline.steps(
+            color, depth, optics, shot.defocus, plate.has_alpha, behind, places
+        )
         out = scratch.texture("frame", self.loaded.color.size, 4)
         crop.run(picture, (margin, margin), out)
         return out

@@ -9,6 +9,8 @@
 layout(std430) readonly buffer start_block { uint start_buf[]; };
 layout(std430) readonly buffer fragment_block { uint fragment_buf[]; };
 uniform ivec2 lists_size;     // pixels of the plate; its picture may be smaller
+uniform ivec2 lists_origin;   // the plate's first pixel, and how many there are in a row, where the lists
+uniform int lists_stride;     // are of more than the plate
 uniform vec2 fragment_line;   // signed coc at infinity, and per dioptre, pixels
 uniform bool has_fronts;      // lists that begin with what is seen stand for it
 
@@ -26,8 +28,8 @@ struct List {
 };
 
 List list_at(ivec2 at, ivec2 picture_size) {
-    ivec2 of_plate = (2 * at + 1) * lists_size / (2 * picture_size);
-    uint pixel = uint(of_plate.y * lists_size.x + of_plate.x), start = start_buf[pixel];
+    ivec2 of_plate = lists_origin + (2 * at + 1) * lists_size / (2 * picture_size);
+    uint pixel = uint(of_plate.y * lists_stride + of_plate.x), start = start_buf[pixel];
     bool begins_with_front = (start & 1u) == 1u;
     uint skipped = begins_with_front && !has_fronts ? 1u : 0u;
     return List((start >> 1) + skipped, start_buf[pixel + 1u] >> 1, begins_with_front && has_fronts);

@@ -120,8 +120,12 @@ class HighlightSplitPass:
         optics: Optics,
         scratch: Surroundings,
         out: WithoutHighlights,
+        has_places: bool = False,
     ) -> Iterator[None]:
-        """Split `color` into the textures of `out`; of lists their colours too."""
+        """Split `color` into the textures of `out`; of lists their colours too.
+
+        `has_places`: it is known where in its pixel each light stands, see `HighlightListPass`.
+        """
         lists = out.lists
         read = None if lists is None else lists.whole
         luminance, half_coc, targets = scratch.luminance, scratch.coc, scratch.targets
@@ -140,7 +144,7 @@ class HighlightSplitPass:
             textures={"color_tx": color, "coc_tx": coc, "surroundings_tx": targets.out_color},
             images={"out_low_img": out.low, "out_high_img": out.high, "out_around_img": out.around},
             buffers=list_buffers(read) | _written(lists),
-            uniforms=list_uniforms(read),
+            uniforms=list_uniforms(read) | ({} if lists is None else {"has_places": has_places}),
         )
         yield
 
@@ -160,8 +164,12 @@ class HighlightListPass:
         optics: Optics,
         buffers: HighlightBuffers,
         coc: moderngl.Texture,
+        places: moderngl.Texture | None = None,
     ) -> Iterator[None]:
-        """Fill the list; where it would be too long, put the highlights back where they were."""
+        """Fill the list; where it would be too long, put the highlights back where they were.
+
+        `places`, RGBA of the picture's size, tells where in its pixel the light of each stands.
+        """
         high, lists = split.high, split.lists
         size = high.size
         planned = {
@@ -172,9 +180,11 @@ class HighlightListPass:
         bound = planned | {"sprite_block": buffers.sprite}
         blocks = (groups_for(size[0], HIGHLIGHT_BLOCK), groups_for(size[1], HIGHLIGHT_BLOCK))
         groups = (groups_for(blocks[0], HIGHLIGHT_GROUP), groups_for(blocks[1], HIGHLIGHT_GROUP))
-        high_tx, shape = {"high_tx": high}, optics.disc.uniforms
+        high_tx = {"high_tx": high}
+        read_tx = high_tx | {"places_tx": places or high}
+        shape = optics.disc.uniforms | {"has_places": places is not None}
         restore_groups = pixel_groups(size)
-        self._count.dispatch(groups, textures=high_tx, buffers=bound, uniforms=shape)
+        self._count.dispatch(groups, textures=read_tx, buffers=bound, uniforms=shape)
         yield
         self._plan.dispatch(
             (1, 1),
@@ -188,7 +198,7 @@ class HighlightListPass:
             },
         )
         yield
-        self._write.dispatch(groups, textures=high_tx, buffers=bound, uniforms=shape)
+        self._write.dispatch(groups, textures=read_tx, buffers=bound, uniforms=shape)
         yield
         read = None if lists is None else lists.whole
         self._restore.version(lists is not None).dispatch_indirect(

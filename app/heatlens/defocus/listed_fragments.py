@@ -7,6 +7,7 @@ import moderngl
 
 from heatlens.defocus.optics import Optics
 from heatlens.gpu.program import ComputeProgram
+from heatlens.model.boxes import Box
 from heatlens.model.coc import CocLine
 
 
@@ -18,12 +19,21 @@ class FragmentBuffers:
     words        three words a fragment
     size         width and height of the plate, pixels
     is_measured  the file tells the coverage of what is seen, so that silhouettes need no guess
+    origin       the plate's first pixel among those that have lists
+    stride       how many of these there are in a row; 0 for the plate's width
     """
 
     starts: moderngl.Buffer
     words: moderngl.Buffer
     size: tuple[int, int]
     is_measured: bool
+    origin: tuple[int, int] = (0, 0)
+    stride: int = 0
+
+    def part(self, box: Box) -> "FragmentBuffers":
+        """Return the lists of a part of the picture, in the same buffers."""
+        stride = self.stride or self.size[0]
+        return replace(self, size=(box.width, box.height), origin=(box.x0, box.y0), stride=stride)
 
     def release(self) -> None:
         """Give the buffers back to OpenGL."""
@@ -58,6 +68,8 @@ class ListedFragments:
         """The uniforms that shaders need besides."""
         return {
             "lists_size": self.held.size,
+            "lists_origin": self.held.origin,
+            "lists_stride": self.held.stride or self.held.size[0],
             "fragment_line": (self.line.at_infinity_px, self.line.per_dioptre_px),
             "has_fronts": self.has_fronts,
         }

@@ -84,6 +84,7 @@ class DefocusPipeline:
         self._ctx = ctx
         self._passes = passes
         self.scratch = Scratch(ctx)
+        self._places: moderngl.Texture | None = None  # of the light in the picture's pixels
         self._proxy_held = 1.0  # the proxy scale at which the plate is held; 1 for none
         self.on_layer: Callable[[int, int], None] | None = None  # layers done, of all
 
@@ -95,6 +96,7 @@ class DefocusPipeline:
         settings: DefocusSettings,
         has_alpha: bool = False,
         fragments: FragmentBuffers | None = None,
+        places: moderngl.Texture | None = None,
     ) -> Steps[moderngl.Texture]:
         """Render the picture with depth of field, RGBA float32, at proxy size.
 
@@ -102,8 +104,9 @@ class DefocusPipeline:
 
         `color` is RGBA, `depth` metres, or signed coc in pixels if `optics.line` is None. Without
         `has_alpha` the result's alpha is 1. `fragments` tell what lies behind the plate; methods of
-        one layer do not ask.
+        one layer do not ask. `places`, RGBA, tell where in its pixel the light of each stands.
         """
+        self._places = places if settings.proxy == 1.0 else None
         self.scratch.begin_picture()
         if settings.proxy < 1.0:
             color, depth = yield from self._at_proxy_size(color, depth, optics, settings.proxy)
@@ -256,12 +259,14 @@ class DefocusPipeline:
             scratch.texture("surroundings coc", half, 1, reduction=2),
             BlurTargets(poles, blurred),
         )
-        split = self._passes.split_highlights.steps(color, coc, optics, surroundings, out)
+        split = self._passes.split_highlights.steps(
+            color, coc, optics, surroundings, out, self._places is not None
+        )
         yield from self._named("highlights found", split)
         sizes = HighlightBuffers.sizes(size)
         buffers = {name: scratch.buffer(f"highlight {name}", sizes[name]) for name in sizes}
         highlights = HighlightBuffers(**buffers)
-        listed = self._passes.list_highlights.steps(out, optics, highlights, coc)
+        listed = self._passes.list_highlights.steps(out, optics, highlights, coc, self._places)
         yield from self._named("highlights listed", listed)
         return highlights
 

@@ -59,6 +59,7 @@ LIFETIMES: dict[str, Lifetime] = {
     "proxy depth": Lifetime("proxy depth", "proxy", _KEPT),
     "wide colour": Lifetime("wide colour", "proxy", _KEPT),
     "wide depth": Lifetime("wide depth", "proxy", _KEPT),
+    "wide places": Lifetime("wide places", "proxy", _KEPT),
     "coc": Lifetime("coc", "coc", _KEPT),
     "out": Lifetime("out", "fragments", _KEPT),
     "blurred": Lifetime("blurred", "blur", _KEPT),

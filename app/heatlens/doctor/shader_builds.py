@@ -22,10 +22,10 @@ _LENGTHS_PX = (720, 1920)  # of lines; longer ones are cut into longer runs of t
 _SWEEP, _PARTITION, _CYCLIC = (f"solve_{n}.comp.glsl" for n in ("sweep", "partition", "cyclic"))
 _STRATEGIES = (_SWEEP, _PARTITION, _CYCLIC)
 _STAGES = ("LOAD", "REDUCE", "SUBSTITUTE", "STORE")
-_COUNTED = ("highlight_sprites.comp.glsl", "scatter_sort.comp.glsl")
+_COUNTED = ("highlight_sprites.comp.glsl", "peel_lists.comp.glsl", "scatter_sort.comp.glsl")
 _OF_SMALLER_LAYERS = ("layer_split.comp.glsl", "composite.comp.glsl")
-# What a scene has decides which of these are defined.
-_OF_SCENES = ("HOLES", "COLORS", "BUMPS", "PLACES")
+# What a scene has decides which of these are defined; PEEL is for what lies behind others.
+_OF_SCENES = ("HOLES", "COLORS", "BUMPS", "PLACES", "PEEL")
 
 
 def solver_builds() -> list[Build]:

@@ -5,8 +5,10 @@ from dataclasses import dataclass
 
 import moderngl
 import numpy as np
+import numpy.typing as npt
 
 from heatlens.gpu.program import ComputeProgram, groups_for
+from heatlens.gpu.shader_constants import WORD_GROUP
 from heatlens.model.value_bins import BINS, ValueBins, all_in_one, bin_step
 
 _GROUP_PIXELS = 1 << 14  # each group adds a histogram of its own to that of all
@@ -30,6 +32,7 @@ class DepthSurvey:
     def __init__(self, ctx: moderngl.Context) -> None:
         self._bounds_program = ComputeProgram(ctx, "depth_bounds.comp.glsl")
         self._bins_program = ComputeProgram(ctx, "depth_bins.comp.glsl")
+        self._fragments_program = ComputeProgram(ctx, "peel_bins.comp.glsl")
         self._bounds = ctx.buffer(reserve=_START.nbytes)
         self._counts = ctx.buffer(reserve=4 * BINS)
 
@@ -56,16 +59,41 @@ class DepthSurvey:
         if not step:
             return all_in_one(low, high, depth.width * depth.height)
         self._counts.clear()
+        self._count(depth, low, step, groups)
+        return ValueBins(low, high, self._counted())
+
+    def with_fragments(
+        self, depth: moderngl.Texture, words: moderngl.Buffer, count: int, nearest: float
+    ) -> ValueBins:
+        """Return the bins of `depth` and of `count` fragments, from 0 to `nearest` dioptres."""
+        step = bin_step(0.0, nearest)
+        if not step:
+            return all_in_one(0.0, nearest, depth.width * depth.height + count)
+        self._counts.clear()
+        groups = min(groups_for(depth.width * depth.height, _GROUP_PIXELS), _GROUPS_MOST), 1
+        self._count(depth, 0.0, step, groups)
+        self._fragments_program.dispatch(
+            (min(groups_for(max(count, 1), WORD_GROUP), _GROUPS_MOST), 1),
+            buffers={"fragment_block": words, "count_block": self._counts},
+            uniforms={"fragment_count": count, "low": 0.0, "per_step": float(np.float32(1 / step))},
+        )
+        return ValueBins(0.0, nearest, self._counted())
+
+    def _count(
+        self, depth: moderngl.Texture, low: float, step: float, groups: tuple[int, int]
+    ) -> None:
         self._bins_program.dispatch(
             groups,
             images={"depth_img": depth},
             buffers={"count_block": self._counts},
             uniforms={"low": low, "per_step": float(np.float32(1 / step))},
         )
-        counts = np.frombuffer(self._counts.read(), np.uint32)
-        return ValueBins(low, high, counts.astype(np.int64))
+
+    def _counted(self) -> npt.NDArray[np.int64]:
+        return np.frombuffer(self._counts.read(), np.uint32).astype(np.int64)
 
     def release(self) -> None:
         """Give everything back to OpenGL."""
-        for held in (self._bounds_program, self._bins_program, self._bounds, self._counts):
+        programs = self._bounds_program, self._bins_program, self._fragments_program
+        for held in (*programs, self._bounds, self._counts):
             held.release()

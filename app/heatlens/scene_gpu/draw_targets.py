@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import moderngl
 
-_MOST_KEPT = 6
+_MOST_KEPT = 10
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,8 +17,16 @@ _INSTANCE = ("16f 16f 4u/i", "in_to_world", "in_to_object", "in_numbers")
 class MeshDraw:
     """Draws the meshes with scene_mesh.vert.glsl and `fragment`.frag.glsl."""
 
-    def __init__(self, ctx: moderngl.Context, buffers: SceneBuffers, fragment: str) -> None:
-        self._program = DrawProgram(ctx, "scene_mesh", fragment, buffers.defines)
+    def __init__(
+        self,
+        ctx: moderngl.Context,
+        buffers: SceneBuffers,
+        fragment: str,
+        defines: Mapping[str, object] | None = None,
+    ) -> None:
+        """Build the program; `defines` come beside those that the scene needs."""
+        all_defines = buffers.defines | dict(defines or {})
+        self._program = DrawProgram(ctx, "scene_mesh", fragment, all_defines)
         self._buffers = buffers
         more = [] if buffers.colors is None else [(buffers.colors, *_COLOR)]
         more += [] if buffers.more_uvs is None else [(buffers.more_uvs, *_MORE_UV)]

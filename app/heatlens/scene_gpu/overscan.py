@@ -54,6 +54,8 @@ class Overscan:
     def needed_px(self, optics: Optics) -> int:
         """Return how many pixels on every side blur into the frame through a lens."""
         assert optics.line is not None
+        if not self.margin_px:
+            return 0
         ends = optics.line.at_infinity_px + optics.line.per_dioptre_px / self.ring_m
         reach_px = max(optics.disc.half_extents) * np.abs(ends).max(axis=1) / 2 + _SOFT_RIM_PX
         reaching = np.flatnonzero(reach_px >= np.arange(1, self.margin_px + 1))
@@ -80,6 +82,8 @@ class RingSurvey:
 
     def of(self, depth: moderngl.Texture, margin_px: int) -> NDArray[np.float32]:
         """Return (margin_px, 2) nearest and farthest metres of each ring of `depth`."""
+        if not margin_px:
+            return np.zeros((0, 2), np.float32)
         start = np.tile(np.array([0xFFFFFFFF, 0], np.uint32), margin_px)
         rings = self._buffer(start.nbytes)
         rings.write(start)

@@ -4,7 +4,7 @@ First the depth of all triangles, then the light of those that are seen: each pi
 """
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
 
@@ -33,8 +33,7 @@ class SceneRaster:
         self._ctx = ctx
         self._targets = DrawTargets(ctx)
         self._shadow = ShadowPass(ctx)
-        self._sky = DrawProgram(ctx, "scene_sky")
-        self._sky_array = self._sky.vertex_array([])
+        self._sky = SkyDraw(ctx)
         self._done = DrawProgram(ctx, "scene_done")
         self._done_array = self._done.vertex_array([])
         self._draws: dict[str, MeshDraw] = {}
@@ -116,7 +115,7 @@ class SceneRaster:
             target.clear()
             if done is not None:
                 self._hide(target, done)
-            self._draw_into(target, view)
+            self.draw_into(target, view, self._draws["cover"], self._draws["surface"], self._sky)
 
     def depth(self, view: SceneView, depth: moderngl.Texture, band: Box | None = None) -> None:
         """Draw planar metres at the view's jitter into `depth`, R float32; +inf for sky."""
@@ -169,23 +168,43 @@ class SceneRaster:
         pixels = np.frombuffer(held, np.float32)
         return pixels.reshape(area.shape if texture.components == 1 else (*area.shape, -1))
 
-    def _draw_into(self, target: moderngl.Framebuffer, view: SceneView) -> None:
+    def draw_into(
+        self,
+        target: moderngl.Framebuffer,
+        view: SceneView,
+        cover: MeshDraw,
+        surface: MeshDraw,
+        sky: "SkyDraw",
+        peeled_uniforms: Mapping[str, object] | None = None,
+        peeled_textures: Mapping[str, moderngl.Texture] | None = None,
+    ) -> None:
+        """Draw what `cover` leaves to be seen into the bound target, which is clear.
+
+        `peeled_uniforms` and `peeled_textures` are what a cover with PEEL reads besides.
+        """
         meshes, shading = mesh_uniforms(view), self.shading_uniforms()
         textures = {"shadow_tx": self._shadow.map}
         self._ctx.enable_only(moderngl.DEPTH_TEST)
         target.color_mask = (False,) * 4
-        self._draws["cover"](cover_uniforms(view))
+        cover(cover_uniforms(view) | dict(peeled_uniforms or {}), peeled_textures)
         target.color_mask = (True,) * 4
         target.depth_mask = False
         self._ctx.depth_func = "=="
-        self._draws["surface"](meshes | shading | eye_uniforms(view), textures)
+        surface(meshes | shading | eye_uniforms(view), textures)
         self._ctx.depth_func = "<="
-        sky, storage = shading | sky_uniforms(view), self.buffers.storage
-        self._sky.bind(textures=textures, uniforms=sky, buffers=storage)
-        self._sky_array.render(moderngl.TRIANGLES, 3)
+        sky.draw(textures, shading | sky_uniforms(view), self.buffers.storage)
         target.depth_mask = True
         self._ctx.depth_func = "<"
         self._ctx.enable_only(moderngl.NOTHING)
+
+    @property
+    def cover(self) -> MeshDraw:
+        """What draws depth alone, of what is seen."""
+        return self._draws["cover"]
+
+    def target_of(self, texture: moderngl.Texture) -> moderngl.Framebuffer:
+        """Return a framebuffer with a depth buffer that draws into `texture`."""
+        return self._targets.of(texture)
 
     def _let_go(self) -> None:
         for draw in self._draws.values():
@@ -201,6 +220,29 @@ class SceneRaster:
         self._shadow.release()
         self._sky.release()
         self._done.release()
+
+
+class SkyDraw:
+    """The sky, behind everything that was drawn before."""
+
+    def __init__(self, ctx: moderngl.Context, defines: Mapping[str, object] | None = None) -> None:
+        self._program = DrawProgram(ctx, "scene_sky", defines=defines)
+        self._array = self._program.vertex_array([])
+
+    def draw(
+        self,
+        textures: Mapping[str, moderngl.Texture],
+        uniforms: Mapping[str, object],
+        storage: Mapping[str, moderngl.Buffer],
+    ) -> None:
+        """Draw into the bound framebuffer."""
+        self._program.bind(textures=textures, uniforms=uniforms, buffers=storage)
+        self._array.render(moderngl.TRIANGLES, 3)
+
+    def release(self) -> None:
+        """Give everything back to OpenGL."""
+        self._array.release()
+        self._program.release()
 
 
 def columns(matrix: Array) -> tuple[float, ...]:

@@ -1,6 +1,7 @@
 """A scene in OpenGL's memory, laid out as lib/scene.lib.glsl reads it (std430)."""
 
 from collections.abc import Mapping, Sequence
+from functools import cached_property
 
 import moderngl
 import numpy as np
@@ -8,6 +9,7 @@ import numpy.typing as npt
 
 from heatlens.scene.corners import placed_corners
 from heatlens.scene.scene import Array, MapPlace, Material, Mesh, PointLight, Scene
+from heatlens.scene_gpu.closed_meshes import ClosedMeshes
 from heatlens.scene_gpu.scene_maps import maps_of
 
 MOST_LIGHTS = 32
@@ -70,6 +72,7 @@ class SceneBuffers:
         self.command_count = len(commands)
         self.commands = ctx.buffer(commands.tobytes())
         self.instances = ctx.buffer(reserve=len(self.order) * INSTANCE.itemsize)
+        self._records = np.zeros(len(self.order), INSTANCE)
         self.materials = ctx.buffer(materials_of(scene.materials).tobytes())
         self.lights = ctx.buffer(lights_of(scene.lights))
         self.maps = maps_of(ctx, scene.images)
@@ -113,6 +116,7 @@ class SceneBuffers:
         records["numbers"][:, 0] = materials[self._meshes]
         records["numbers"][:, 1] = self._meshes
         records["numbers"][:, 2] = self.order
+        self._records = records
         self.instances.write(records.tobytes())
 
     def reshape(self, shapes: Mapping[int, Mesh]) -> None:
@@ -122,6 +126,20 @@ class SceneBuffers:
             start = int(self._first_vertex[number]) * records.itemsize
             self.vertices.write(records.tobytes(), offset=start)
             self.boxes_m[number] = mesh.box_m
+
+    def tell_backs(self, eye_m: Array) -> None:
+        """Write how the back of each instance is told to an eye, after `place`."""
+        placed = self._records
+        rules = self._closed.rules(
+            self._meshes, placed["to_world"].transpose(0, 2, 1), placed["to_object"], eye_m
+        )
+        if not np.array_equal(rules, placed["numbers"][:, 3]):
+            placed["numbers"][:, 3] = rules
+            self.instances.write(placed.tobytes())
+
+    @cached_property
+    def _closed(self) -> ClosedMeshes:
+        return ClosedMeshes(self.scene.meshes, self.boxes_m)
 
     def corners_m(self, transforms: Array) -> Array:
         """Return (N, 8, 3) world corners of the boxes of instances at (N, 4, 4)."""

@@ -22,6 +22,7 @@ from heatlens.scene_gpu.accumulation import Accumulation
 from heatlens.scene_gpu.antialias import Antialias
 from heatlens.scene_gpu.depth_survey import DepthSurvey
 from heatlens.scene_gpu.overscan import Overscan, RingSurvey, margin_px, widened
+from heatlens.scene_gpu.peel import Peeled, ScenePeel
 from heatlens.scene_gpu.raster import SceneRaster
 from heatlens.scene_gpu.ray_tracer import RayTracer
 from heatlens.scene_gpu.scene_plate import DrawnPixels, plate_of_scene
@@ -62,6 +63,7 @@ class SceneRenderer:
         self._ctx = ctx
         self._pool = TexturePool(ctx)
         self._held: tuple[object, Look] | None = None
+        self._peeled: Peeled | None = None  # behind it
         self._views = 0  # in it
         self._bank = 0  # of two sets of textures: one is held while the other is drawn
         self._pinhole = Antialias(ctx, self._raster)
@@ -69,6 +71,10 @@ class SceneRenderer:
     @cached_property
     def _accumulation(self) -> Accumulation:
         return Accumulation(self._ctx, self._raster)
+
+    @cached_property
+    def _peel(self) -> ScenePeel:
+        return ScenePeel(self._ctx, self._raster, self._survey)
 
     @cached_property
     def _ray_tracer(self) -> RayTracer:
@@ -94,9 +100,10 @@ class SceneRenderer:
         if self._held is not None and self._held[0] == key and self._views >= (views or 0):
             return
         views, bank = views or PINHOLE_VIEWS, 1 - self._bank
-        margin = margin_px(self._ctx, size) if views >= _OVERSCAN_FROM_VIEWS else 0
+        is_hurried = views < _OVERSCAN_FROM_VIEWS
+        margin = 0 if is_hurried else margin_px(self._ctx, size)
         color, depth = yield from self._drawn(shot, frame, views, bank, margin)
-        overscan = self._overscan(color, depth, margin)
+        overscan = None if is_hurried else self._overscan(color, depth, margin)
         if overscan is not None:
             color, depth = (self._framed(it, overscan, size, bank) for it in (color, depth))
         surveyed, pixels = self._survey.of(depth), DrawnPixels(color, depth, self._raster.read)
@@ -111,7 +118,7 @@ class SceneRenderer:
     ) -> Generator[str, None, tuple[moderngl.Texture, moderngl.Texture]]:
         """Draw colour and depth with a margin on every side, and return both."""
         view = self._view(shot, frame, (shot.framing or Framing()).size, margin)
-        name = "wide" if margin else "pinhole"
+        name = "pinhole" if views < _OVERSCAN_FROM_VIEWS else "wide"
         color = self._pool.texture(f"{name} colour {bank}", view.size, 4, "f2")
         depth = self._pool.texture(f"{name} depth {bank}", view.size, 1)
         yield from self._colored(shot, frame, views, view, color)
@@ -121,11 +128,7 @@ class SceneRenderer:
             self._raster.place(frame)
         return color, depth
 
-    def _overscan(
-        self, color: moderngl.Texture, depth: moderngl.Texture, margin: int
-    ) -> Overscan | None:
-        if not margin:
-            return None
+    def _overscan(self, color: moderngl.Texture, depth: moderngl.Texture, margin: int) -> Overscan:
         rings_m, bins = self._rings.of(depth, margin), self._survey.of(depth).dioptres
         return Overscan(color, depth, margin, rings_m, bins)
 
@@ -138,6 +141,23 @@ class SceneRenderer:
         out = self._pool.texture(f"pinhole {name} {bank}", size, whole.components, storage)
         self._crop.run(whole, (overscan.margin_px,) * 2, out)
         return out
+
+    def behind(self, shot: Shot, frame: float) -> Generator[str, None, Peeled | None]:
+        """Return in steps what lies behind the latest pinhole picture, which is of this frame.
+
+        None for a hurried picture.
+        """
+        look = self.held
+        if look.overscan is None or self._views < PINHOLE_VIEWS:
+            return None
+        if self._peeled is None:
+            wide, size = look.overscan, (shot.framing or Framing()).size
+            view = self._view(shot, frame, size, wide.margin_px)
+            nearest = float(wide.bins.high)
+            self._peeled = yield from self._peel.steps(
+                view, wide.color, wide.depth, nearest, lambda: self._raster.place(frame)
+            )
+        return self._peeled
 
     def _pinhole_key(self, shot: Shot, frame: float) -> object:
         """Return a key that is equal where the pinhole picture is."""
@@ -206,7 +226,7 @@ class SceneRenderer:
     def _let_go(self) -> None:
         if self._held is not None:
             self._held[1].pixels.let_go()
-            self._held = None
+            self._held = self._peeled = None
 
     def release(self) -> None:
         """Release what is on the GPU."""
@@ -214,7 +234,7 @@ class SceneRenderer:
         for held in (self._survey, self._rings, self._crop):
             held.release()
         self._pinhole.release()
-        for made in ("_accumulation", "_ray_tracer"):
+        for made in ("_accumulation", "_ray_tracer", "_peel"):
             if made in self.__dict__:
                 self.__dict__[made].release()
         self._pool.release()

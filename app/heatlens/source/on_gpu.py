@@ -9,6 +9,7 @@ from heatlens.model.framing import Pose
 from heatlens.model.settings import Method
 from heatlens.model.shot import Shot
 from heatlens.scene.scene import Scene
+from heatlens.scene_gpu.peel import Peeled
 from heatlens.source.pinhole import Pinhole
 
 
@@ -35,6 +36,9 @@ class SourceOnGpu(Protocol):
         `views` is the number of samples a pixel of a scene; None takes a picture that is there
         already, of however few. Steps that are not taken to their end leave the one before.
         """
+
+    def behind(self, shot: Shot, frame: int) -> Steps[Peeled | None]:
+        """Find what a scene has behind the picture that `look` made; None for a plate."""
 
     def through_lens(
         self, shot: Shot, frame: int, size: tuple[int, int], out: moderngl.Texture

@@ -1,0 +1,84 @@
+// The surfaces along the rays of a pixel, near to far, from samples of what is seen and of the next two
+// surfaces behind. Samples whose distances differ by less than SAME_GROUP are one surface.
+//
+// Inputs
+//   front_tx     FRONT_SIDE x FRONT_SIDE samples a pixel: rgb, a dioptres
+//   first_tx     BEHIND_SIDE x BEHIND_SIDE samples a pixel: r metres of what is seen
+//   behind_tx, last_tx   rgb, a dioptres of the next surface and the one after it
+
+uniform sampler2D front_tx;
+uniform sampler2D first_tx;
+uniform sampler2D behind_tx;
+uniform sampler2D last_tx;
+
+#define SAME_GROUP 1.03    // of the distance
+#define GROUPS_MOST 6      // the last one takes all that is left
+#define LEAST_COVER 0.004  // less than the smallest part that samples can tell
+#define FRONT_COUNT (front_side * front_side)
+#define BEHIND_COUNT (behind_side * behind_side)
+
+uniform int front_side;
+uniform int behind_side;
+
+struct Group {
+    vec3 color;
+    float cover;     // of what is nearer left open, where it is seen; else of the pixel
+    float dioptres;
+    bool is_seen;
+};
+
+// One sample behind: y < 0 where there is none, for what is seen there is the sky.
+vec4 behind_sample(ivec2 at, bool is_last) {
+    vec4 next = texelFetch(behind_tx, at, 0);
+    bool has_next = !isinf(texelFetch(first_tx, at, 0).r);
+    if (!is_last) return has_next ? next : vec4(vec3(0.0), -1.0);
+    return has_next && next.a > 0.0 ? texelFetch(last_tx, at, 0) : vec4(vec3(0.0), -1.0);
+}
+
+// Dioptres of the nearest sample that is farther than `limit`; -1 for none.
+float nearest_beyond(ivec2 pixel, float limit) {
+    float nearest = -1.0;
+    for (int i = 0; i < FRONT_COUNT; ++i) {
+        float d = texelFetch(front_tx, front_side * pixel + ivec2(i % front_side, i / front_side), 0).a;
+        if (d < limit) nearest = max(nearest, d);
+    }
+    for (int i = 0; i < 2 * BEHIND_COUNT; ++i) {
+        int k = i >> 1;
+        ivec2 at = behind_side * pixel + ivec2(k % behind_side, k / behind_side);
+        float d = behind_sample(at, (i & 1) == 1).a;
+        if (d < limit) nearest = max(nearest, d);
+    }
+    return nearest;
+}
+
+// The samples from `low` up to, without, `high` dioptres; `left` of those of the front are not hidden by
+// what is nearer, and are fewer after this.
+Group group_within(ivec2 pixel, float low, float high, inout int left) {
+    vec4 seen = vec4(0.0), hidden = vec4(0.0);
+    int seen_count = 0, hidden_count = 0;
+    for (int i = 0; i < FRONT_COUNT; ++i) {
+        vec4 x = texelFetch(front_tx, front_side * pixel + ivec2(i % front_side, i / front_side), 0);
+        if (x.a < low || x.a >= high) continue;
+        seen += x;
+        ++seen_count;
+    }
+    for (int i = 0; i < 2 * BEHIND_COUNT; ++i) {
+        int k = i >> 1;
+        ivec2 at = behind_side * pixel + ivec2(k % behind_side, k / behind_side);
+        vec4 x = behind_sample(at, (i & 1) == 1);
+        if (x.a < low || x.a >= high) continue;
+        hidden += x;
+        ++hidden_count;
+    }
+    if (seen_count > 0) {
+        float cover = seen_count == left ? 1.0 : float(seen_count) / float(left);
+        left -= seen_count;
+        seen /= float(seen_count);
+        return Group(seen.rgb, cover, seen.a, true);
+    }
+    // It lies behind those samples alone that something nearer covers.
+    float behind = 1.0 - float(left) / float(FRONT_COUNT);
+    float cover = behind * min(float(hidden_count) / float(BEHIND_COUNT), 1.0);
+    hidden /= float(max(hidden_count, 1));
+    return Group(hidden.rgb, cover, hidden.a, false);
+}
