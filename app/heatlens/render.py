@@ -23,6 +23,7 @@ from heatlens.model.lens import Lens
 from heatlens.model.settings import Method
 from heatlens.model.shot import Shot
 from heatlens.model.value_bins import ValueBins
+from heatlens.plate.fragments import FragmentLists
 from heatlens.plate.plate import Plate
 from heatlens.scene.scene import Scene
 from heatlens.scene_gpu.overscan import Overscan
@@ -135,6 +136,14 @@ class FrameRenderer:
         pinhole = yield from self._source.look(shot, frame, views)
         if pinhole is not self._loaded:
             self._take(pinhole)
+
+    def behind(self, shot: Shot, frame: int = 0) -> FragmentLists | None:
+        """Return what a scene has behind the picture that `look` made last, overscan included.
+
+        None for a hurried picture, and for a plate, which brings its own.
+        """
+        peeled = drained(self._source.behind(shot, frame))
+        return None if peeled is None else peeled.read()
 
     def pose_at(self, shot: Shot, frame: float) -> Pose | None:
         """Return where the camera stands in the scene; None for a plate."""

@@ -15,7 +15,7 @@ AddOptions = Callable[[argparse.ArgumentParser], object]
 
 _OF_PLATES = attributes_of(PlateOptions)
 _OF_SCENES = (
-    *("size", "scene_camera", "frame", "pinhole", "clip", "first_frame"),
+    *("size", "scene_camera", "frame", "pinhole", "overscan", "deep", "clip", "first_frame"),
     *("up_axis", "meters_per_unit"),
 )
 _OF_OTHERS = {  # by kind of source: the options that are for other kinds

@@ -19,6 +19,11 @@ from heatlens.commands.look_options import (
 )
 from heatlens.commands.one_frame import check_one_frame
 from heatlens.commands.picture_progress import picture_progress
+from heatlens.commands.pinhole_output import (
+    add_pinhole_options,
+    check_pinhole_options,
+    pinhole_plate,
+)
 from heatlens.commands.pipes import DASH, file_for_output, file_of_input
 from heatlens.commands.plate_options import plate_options
 from heatlens.commands.say import say, tell
@@ -31,10 +36,12 @@ from heatlens.gpu.context import headless_context
 from heatlens.gpu.textures import FloatArray, download
 from heatlens.model.settings import DefocusSettings
 from heatlens.model.shot import Shot
+from heatlens.plate.deep_write import write_deep
 from heatlens.plate.display import srgb_encoded
 from heatlens.plate.exr_write import COMPRESSIONS
 from heatlens.plate.kept_channels import kept_channels
-from heatlens.plate.picture_write import Encode, check_output, write_picture
+from heatlens.plate.picture_write import Encode, check_output, lens_header, write_picture
+from heatlens.plate.plate import Plate
 from heatlens.render import FrameRenderer, drained
 from heatlens.scene.scene_read import files_of_scene
 from heatlens.source.kind import kind_of
@@ -57,6 +64,8 @@ examples:
   heatlens render scene.glb -o truth.exr --size 1280x720 --method accumulation --views 1024 \\
       --f-stop 2 --focus-distance 3
   heatlens render scene.glb -o pinhole.exr --pinhole
+  heatlens render scene.glb -o plate.exr --pinhole --overscan auto --deep --f-stop 2 \\
+      --focus-distance 3
   heatlens render demo -o demo.png --frame 120
 """
 
@@ -81,9 +90,7 @@ def _add_output_options(parser: argparse.ArgumentParser) -> None:
         required=True,
         help=".exr; .png, .jpg or .tif for the eye, 8 bits; or - for an EXR on standard output",
     )
-    parser.add_argument(
-        "--pinhole", action="store_true", help="of a scene: colour and Z without a lens, as a plate"
-    )
+    add_pinhole_options(parser)
     parser.add_argument("--float", action="store_true", help="32-bit float EXR (default: half)")
     parser.add_argument(
         "--compression", choices=COMPRESSIONS, help="of an EXR (default: that of the plate, or zip)"
@@ -110,6 +117,7 @@ def _render(args: argparse.Namespace) -> None:
     beside = [*([] if args.depth is None else [args.depth]), *(args.behind or [])]
     check_output(args.output, *files_of_scene(args.plate), *map(Path, beside))
     _check_look(args)
+    check_pinhole_options(args, _is_exr(args))
     settings = settings_of(args)
     refuse_unused(args, str(args.plate), kind_of(str(args.plate)), settings.method)
     wanted = _kept_names(args, settings)
@@ -121,24 +129,27 @@ def _render(args: argparse.Namespace) -> None:
     _check_room(args, shot, renderer)
     read_done = time.perf_counter()
     with picture_progress(renderer, shot) as tell:
-        pixels = _pixels(args, renderer, shot, frame, tell)
+        plate, pixels = _picture(args, renderer, shot, frame, tell)
     render_done = time.perf_counter()
-    plate = renderer.loaded.plate
     depth = {"Z": plate.depth_m} if args.pinhole and plate.depth_m is not None else {}
     kept, kept_attributes = kept_channels(plate, plate_options(args), wanted)
-    write_picture(
-        args.output,
-        pixels,
-        plate,
-        shot.lens_at(frame),
-        settings.proxy,
-        half=not args.float,
-        compression=args.compression or plate.compression or "zip",
-        encode=encode,
-        more_channels=depth,
-        more_attributes=kept_attributes,
-        kept_channels=kept,
-    )
+    if args.deep:
+        attributes = {**plate.attributes, **lens_header(plate, shot.lens_at(frame))}
+        write_deep(args.output, plate, attributes, half=not args.float)
+    else:
+        write_picture(
+            args.output,
+            pixels,
+            plate,
+            shot.lens_at(frame),
+            settings.proxy,
+            half=not args.float,
+            compression=args.compression or plate.compression or "zip",
+            encode=encode,
+            more_channels=depth,
+            more_attributes=kept_attributes,
+            kept_channels=kept,
+        )
     if args.stats:
         _say_stats(renderer, (start, read_done, render_done, time.perf_counter()))
 
@@ -151,16 +162,19 @@ def _check_room(args: argparse.Namespace, shot: Shot, renderer: FrameRenderer) -
     check_space(args.output.absolute().parent, need, "the picture")
 
 
-def _pixels(
+def _picture(
     args: argparse.Namespace,
     renderer: FrameRenderer,
     shot: Shot,
     frame: int,
     tell: Callable[[str], None],
-) -> FloatArray:
+) -> tuple[Plate, FloatArray]:
+    """Return the plate and the pixels that are written."""
     if args.pinhole:
-        return renderer.look(shot, frame).plate.color
-    return download(drained(renderer.steps(shot, frame), tell))
+        plate = pinhole_plate(args, renderer, shot, frame)
+        return plate, plate.color
+    pixels = download(drained(renderer.steps(shot, frame), tell))
+    return renderer.loaded.plate, pixels
 
 
 def _is_exr(args: argparse.Namespace) -> bool:

@@ -46,7 +46,7 @@ def write_exr(
     the library cannot write (bytes, and rationals in older ones) are left out. Raises InputError,
     and leaves what stood at `path`, when it cannot be written or a channel has another size.
     """
-    header = _writable(attributes or {}) | {
+    header = writable_attributes(attributes or {}) | {
         "compression": _compression(compression),
         "type": OpenEXR.scanlineimage,
         "dataWindow": header_at_box(data_window),
@@ -93,7 +93,7 @@ def _compression(name: str) -> Any:
     return getattr(OpenEXR, f"{'NO' if name == 'none' else name.upper()}_COMPRESSION")
 
 
-def _writable(attributes: Mapping[str, Any]) -> dict[str, Any]:
+def writable_attributes(attributes: Mapping[str, Any]) -> dict[str, Any]:
     """Return the attributes that the library can write, each tried in a file of one pixel.
 
     The library has no list of the types it can write, and one it cannot write spoils the whole

@@ -51,7 +51,7 @@ def write_picture(
         scaled_window(plate.data_window, proxy, pixels.shape[1::-1]),
         scaled_window(plate.display_window, proxy),
         plate.pixel_aspect_ratio,
-        {**plate.attributes, **_lens_header(plate, lens), **(more_attributes or {})},
+        {**plate.attributes, **lens_header(plate, lens), **(more_attributes or {})},
         half=half,
         compression=compression,
         kept=kept_channels,
@@ -80,7 +80,7 @@ def _is_same(path: Path, other: Path) -> bool:
     return os.path.exists(path) and os.path.exists(other) and os.path.samefile(path, other)
 
 
-def _lens_header(plate: Plate, lens: Lens) -> dict[str, Any]:
+def lens_header(plate: Plate, lens: Lens) -> dict[str, Any]:
     """Return the lens as header attributes; none where the plate brought its circle of confusion.
 
     The height of the sensor is the header's for the width given there, else as the picture is

@@ -1,0 +1,48 @@
+"""A scene as a plate for a file: with overscan, and with what lies behind the picture."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from heatlens.errors import InputError
+from heatlens.gpu.textures import download
+from heatlens.model.boxes import Box
+from heatlens.plate.fragments import FragmentLists
+from heatlens.plate.plate import Plate, ReadPixels
+from heatlens.source.pinhole import Pinhole
+
+
+def with_overscan(pinhole: Pinhole, margin_px: int, lists: FragmentLists | None = None) -> Plate:
+    """Return a scene's picture in memory, with a margin on every side and the lists that it has.
+
+    `lists` are those of all that was drawn. Raises InputError for a margin wider than that.
+    """
+    overscan, plate = pinhole.overscan, pinhole.plate
+    most = 0 if overscan is None else overscan.margin_px
+    if margin_px > most or overscan is None:
+        frame = plate.display_window
+        raise InputError(
+            f"{plate.path}: {margin_px} pixels of overscan are more than are drawn around a "
+            f"picture of {frame.width}x{frame.height}: {most} are the most."
+        )
+    part, frame = overscan.part(margin_px), plate.display_window
+    rows, columns = slice(part.y0, part.y1), slice(part.x0, part.x1)
+    color, depth_m = (download(it)[rows, columns] for it in (overscan.color, overscan.depth))
+    cut = None if lists is None else _cut(lists, part, overscan.color.width)
+    window = Box(-margin_px, -margin_px, frame.width + margin_px, frame.height + margin_px)
+    pixels = ReadPixels(np.ascontiguousarray(color), np.ascontiguousarray(depth_m))
+    return replace(plate, pixels=pixels, data_window=window, fragments=cut)
+
+
+def _cut(lists: FragmentLists, part: Box, stride: int) -> FragmentLists:
+    """Return the lists of a part of the picture, whose rows have `stride` pixels."""
+    begins = (lists.starts >> 1).astype(np.int64)
+    pixels = np.arange(part.y0, part.y1)[:, None] * stride + np.arange(part.x0, part.x1)
+    chosen = pixels.ravel()
+    counts = begins[chosen + 1] - begins[chosen]
+    starts = np.zeros(len(chosen) + 1, np.uint32)
+    starts[1:] = 2 * np.cumsum(counts)
+    starts[:-1] += lists.starts[chosen] & 1
+    first = np.cumsum(counts) - counts
+    at = np.repeat(begins[chosen] - first, counts) + np.arange(int(counts.sum()))
+    return FragmentLists(starts, lists.words[at], lists.is_measured)
