@@ -91,6 +91,7 @@ Content end_at(ivec2 end, ivec2 onward, float step_px, ivec2 size) {
 #ifdef LISTS
 uniform sampler2D listed_tx;
 uniform sampler2D match_tx;
+uniform bool is_exact;  // what lists tell was drawn with what is seen, and is not matched to it
 
 // What the light of a list is multiplied by, the mean of the blocks around.
 vec3 match_at(ivec2 block) {
@@ -161,7 +162,8 @@ void fill_pixel(ivec2 at, Guess guess) {
     own.a = marked_cover(own.a);
 #ifdef LISTS
     vec2 listed = texelFetch(listed_tx, at, 0).rg;
-    own.rgb *= mix(vec3(1.0), match_at(at >> 1), listed.r / max(listed.r + known, 1e-6));
+    vec3 match = is_exact ? vec3(1.0) : match_at(at >> 1);
+    own.rgb *= mix(vec3(1.0), match, listed.r / max(listed.r + known, 1e-6));
     float beyond = smoothstep(LISTED_FROM * listed.g, LISTED_TO * listed.g + 1.0, guess.away_px);
     known = min(known + listed.r * (1.0 - beyond), 1.0);
 #endif

@@ -24,6 +24,7 @@ class Layer:
     state  r diameter |coc| in pixels of the layer, g how far it has content, 0..1
     mask   the tiles, and `listed` the same ones by one
     told   what fragment lists tell of it (layer_split.comp.glsl); None without lists
+    is_exact  and it was drawn with what is seen, so that it is not matched to that
     """
 
     color: moderngl.Texture
@@ -31,6 +32,7 @@ class Layer:
     mask: TileMask
     listed: TileList
     told: moderngl.Texture | None = None
+    is_exact: bool = False
 
 
 class LayerSplitPass:
@@ -153,6 +155,7 @@ class HiddenFillPass:
         guessed = bits | {"pixel_list_block": scratch.blocks}
         reach = {"reach_px": reach_px}
         told, out_match, match = _told(layer, scratch)
+        exact: dict[str, object] = {"is_exact": layer.is_exact} if told else {}
         for part in slices(size):
             self._cost_program.version(bool(told)).dispatch_indirect(
                 scratch.blocks,
@@ -168,7 +171,7 @@ class HiddenFillPass:
                 textures={"cost_tx": scratch.cost, "around_tx": around or scratch.cost} | match,
                 images={"layer_img": layer.color, "state_img": layer.state},
                 buffers=guessed,
-                uniforms=reach | part | {"has_highlights": around is not None},
+                uniforms=reach | part | {"has_highlights": around is not None} | exact,
             )
             yield
 

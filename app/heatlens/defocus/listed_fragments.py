@@ -21,6 +21,7 @@ class FragmentBuffers:
     is_measured  the file tells the coverage of what is seen, so that silhouettes need no guess
     origin       the plate's first pixel among those that have lists
     stride       how many of these there are in a row; 0 for the plate's width
+    is_exact     they were drawn with the picture, by the same light, and need not be matched to it
     """
 
     starts: moderngl.Buffer
@@ -29,6 +30,7 @@ class FragmentBuffers:
     is_measured: bool
     origin: tuple[int, int] = (0, 0)
     stride: int = 0
+    is_exact: bool = False
 
     def part(self, box: Box) -> "FragmentBuffers":
         """Return the lists of a part of the picture, in the same buffers."""

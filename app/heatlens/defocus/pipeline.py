@@ -308,7 +308,8 @@ class DefocusPipeline:
         told = None
         if picture.lists is not None:
             told = scratch.texture("told", size, 2, "f2", reduction)
-        layer = Layer(color, state, *where, told)
+        is_exact = picture.lists is not None and picture.lists.held.is_exact
+        layer = Layer(color, state, *where, told, is_exact)
         split = self._passes.split.steps(picture, plan, hidden, layer)
         yield from self._named("layer split", split)
         if not plan.cut.is_nearest:

@@ -96,7 +96,7 @@ class ScenePeel:
             yield "behind"
         count = int(np.frombuffer(self._total.read(), np.uint32)[0])
         bins = self._survey.with_fragments(depth, words, min(count, capacity), nearest)
-        fragments = FragmentBuffers(starts, words, view.size, is_measured=False)
+        fragments = FragmentBuffers(starts, words, view.size, False, is_exact=True)
         return Peeled(fragments, places, bins, count, capacity)
 
     def _samples(
