@@ -198,9 +198,11 @@ def test_one_eye_alone_is_no_stereo():
 
 
 def test_what_mitsuba_calls_t_is_depth():
-    names = ("R", "G", "B", "dd.T", "sh_normal.X", "sh_normal.Y", "sh_normal.Z")
+    """Its manual calls the layer dd, which nothing else is called; T alone may be anything."""
+    names = ("R", "G", "B", "hit.T", "sh_normal.X", "sh_normal.Y", "sh_normal.Z")
     mitsuba = header(*names) | {"generatedBy": "Mitsuba version 3.9.1"}
-    assert chosen(mitsuba)[2] == "dd.T"
+    assert chosen(mitsuba)[2] == "hit.T"
     assert chosen(header("R", "G", "B", "depth.T"))[2] == "depth.T"
+    assert chosen(header("R", "G", "B", "dd.T"))[2] == "dd.T"
     with pytest.raises(InputError, match="no depth channel"):
         chosen(header(*names))
