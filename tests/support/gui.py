@@ -184,6 +184,8 @@ class Gui:
         imgui.internal.clear_active_id()
         self.ui.shows_keys = self.ui.is_over = False
         self.ui.scale.reset()
+        self.ui.leave_bare()
+        self.ui.has_feed = False
         session.timeline.playback.stop()
         session.references.current = None
         session.renderer.stopwatch.on = False
