@@ -65,6 +65,7 @@ class PlateOnGpu:
             self._ctx.buffer(lists.words),
             (window.width, window.height),
             lists.is_measured,
+            is_exact=lists.is_measured,  # a deep file tells all surfaces by the light of one render
         )
 
     def _release_fragments(self) -> None:
