@@ -2,6 +2,7 @@
 
 import argparse
 import os
+from dataclasses import replace
 from itertools import cycle
 from pathlib import Path
 
@@ -12,6 +13,7 @@ from heatlens.camera.samples import CameraSamples
 from heatlens.camera.usd_read import USD_SUFFIXES, split_prim
 from heatlens.commands.given_options import refuse_given
 from heatlens.commands.lens_options import lens_words
+from heatlens.commands.plate_words import first_plate, overscan_of_shot
 from heatlens.commands.say import say, tell
 from heatlens.commands.timing_options import add_timing_options, timing_of
 from heatlens.commands.value_types import number
@@ -185,7 +187,7 @@ def _camera_of(args: argparse.Namespace) -> CameraSamples:
     if shot.source is not None and kind_of(shot.source) is SourceKind.SCENE:
         why = f"{shot.source} is a 3D scene, in metres and y up"
         refuse_given(args, ("scene_unit", "up_axis"), why)
-    return camera_of_shot(
+    camera = camera_of_shot(
         shot,
         Path(args.source).name.removesuffix(SHOT_SUFFIX),
         parse_frame_range(args.frames) if args.frames else None,
@@ -193,6 +195,8 @@ def _camera_of(args: argparse.Namespace) -> CameraSamples:
         unit_m,
         args.up_axis or "y",
     )
+    need = overscan_of_shot(shot, first_plate(shot), camera.frames)
+    return camera if need is None else replace(camera, notes=(*camera.notes, need.sentence))
 
 
 def _is_scene(source: str) -> bool:

@@ -7,11 +7,12 @@ from heatlens.commands.export_options import add_export_options, job_of
 from heatlens.commands.export_progress import progress_of
 from heatlens.commands.export_submit import submit
 from heatlens.commands.look_options import say_seen_through
-from heatlens.commands.plate_words import say_doubts_of_shot
+from heatlens.commands.plate_words import first_plate, overscan_of_shot, say_doubts_of_shot
+from heatlens.commands.say import say
 from heatlens.defocus.solver_choice import settled_solver
 from heatlens.documents.shot_file import is_shot_file
 from heatlens.errors import InputError
-from heatlens.export.plan import planned
+from heatlens.export.plan import ExportPlan, planned
 from heatlens.export.run import export_frames
 from heatlens.gpu.context import headless_context
 from heatlens.render import FrameRenderer
@@ -66,7 +67,7 @@ def run(args: argparse.Namespace) -> int:
         raise InputError("--chunk is for --submit, which writes a job for a farm.")
     plan = planned(job_of(args))
     if args.submit is None and is_shot_file(args.shot):
-        say_doubts_of_shot(plan.job.shot)
+        _say_of_shot(plan)
     if args.submit is not None:
         submit(args, plan)
         return 0
@@ -79,6 +80,16 @@ def run(args: argparse.Namespace) -> int:
         for done in steps:
             tell(done)
     return 0
+
+
+def _say_of_shot(plan: ExportPlan) -> None:
+    """Print what is implausible, and where the plates end too close to the frame."""
+    shot = plan.job.shot
+    plate = first_plate(shot)
+    say_doubts_of_shot(shot, plate)
+    need = overscan_of_shot(shot, plate, plan.job.frames)
+    if need is not None and need.short:
+        say(need.sentence)
 
 
 def _renderer() -> FrameRenderer:

@@ -1,11 +1,14 @@
 """What a command says of a plate and of the lens in front of it, before it starts to work."""
 
+from collections.abc import Iterable
+
 from heatlens.commands.say import say
 from heatlens.errors import InputError
 from heatlens.model.lens import Lens
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.plausibility import doubts
 from heatlens.model.shot import Shot
+from heatlens.plate.overscan_need import OverscanNeed, overscan_need
 from heatlens.plate.plate import Plate, depth_span
 from heatlens.plate.read import read_plate
 from heatlens.source.named import source_of
@@ -27,19 +30,33 @@ def say_reading(plate: Plate, said_of_lens: str) -> None:
     say(*plate.notes, said_of_lens)
 
 
-def say_doubts_of_shot(shot: Shot) -> None:
-    """Print what is implausible about a shot's lens at any key, in front of its first plate."""
-    try:
-        first = None if shot.source is None else source_of(shot).first_file
-        plate = None if first is None else read_plate(first, shot.plate_options)
-    except InputError:  # told when the frame's turn comes; perhaps the plates come later
-        return
+def say_doubts_of_shot(shot: Shot, plate: Plate | None) -> None:
+    """Print what is implausible about a shot's lens at any key, in front of its `first_plate`."""
     if plate is None:
         return
     lenses = [shot.lens_at(frame) for frame in shot.key_frames] or [shot.lens]
     span = depth_span(plate, shot.plate_options.scene_unit_m)
     if all(doubts(lens, span) for lens in lenses):  # a pull may well begin in front of everything
         say_doubts(plate, lenses[0], shot.plate_options)
+
+
+def overscan_of_shot(shot: Shot, plate: Plate | None, frames: Iterable[int]) -> OverscanNeed | None:
+    """Return the overscan of some frames, as far as the depths of the `first_plate` tell."""
+    if plate is None:
+        return None
+    return overscan_need(plate, {frame: shot.lens_at(frame) for frame in frames})
+
+
+def first_plate(shot: Shot) -> Plate | None:
+    """Return the first plate of a shot; None for a scene, and where it cannot be read.
+
+    What is wrong with it is told when the frame's turn comes; perhaps the plates come later.
+    """
+    try:
+        first = None if shot.source is None else source_of(shot).first_file
+        return None if first is None else read_plate(first, shot.plate_options)
+    except InputError:
+        return None
 
 
 def say_doubts(plate: Plate, lens: Lens, options: PlateOptions) -> None:

@@ -12,7 +12,7 @@ from heatlens.commands.given_options import refuse_unused
 from heatlens.commands.lens_options import add_lens_options, given_lens, lens_of
 from heatlens.commands.pipes import DASH, file_of_input
 from heatlens.commands.plate_options import add_plate_options, plate_options
-from heatlens.commands.plate_words import say_doubts_of_shot, say_reading
+from heatlens.commands.plate_words import first_plate, say_doubts_of_shot, say_reading
 from heatlens.commands.say import say, tell
 from heatlens.commands.scene_options import add_framing_options, shot_of_scene
 from heatlens.commands.shot_camera import (
@@ -155,7 +155,7 @@ def _shot_of(args: argparse.Namespace) -> Shot:
         say(*camera.notes, said_of(camera, shot, args.camera, kept))
     shot = _with_keys(shot, keys)
     _say_outside(shot)
-    say_doubts_of_shot(shot)
+    say_doubts_of_shot(shot, first_plate(shot))
     return shot
 
 

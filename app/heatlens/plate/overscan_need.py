@@ -1,0 +1,84 @@
+"""How far outside the frame light lies that a lens blurs into it, and how far a plate reaches."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import pairwise
+
+from heatlens.model.aperture import DiscShape
+from heatlens.model.coc import coc_line
+from heatlens.model.frames import FrameRange
+from heatlens.model.lens import Lens
+from heatlens.plate.plate import Plate
+
+_STEP_PX = 8  # a width to ask a renderer for
+
+
+@dataclass(frozen=True)
+class OverscanNeed:
+    """The overscan that a shot needs.
+
+    needed_px   the radius of the widest disc, the larger of its width and height
+    at_frame    where it is that wide
+    has_px      what the plate has outside its display window, on the side with the least
+    short       runs of frames that need more than that
+    """
+
+    needed_px: float
+    at_frame: int
+    has_px: int
+    short: tuple[FrameRange, ...]
+
+    @property
+    def sentence(self) -> str:
+        """What to render, for the person at the keyboard."""
+        at = f"what lies up to {self.needed_px:.0f} px outside the frame blurs into it"
+        most = f"Overscan: {at}, most at frame {self.at_frame}; "
+        if not self.short:
+            return f"{most}the plate has {self.has_px} px."
+        frames = ", ".join(str(run) if run.count > 1 else str(run.first) for run in self.short)
+        wanted = _STEP_PX * math.ceil(self.needed_px / _STEP_PX)
+        return (
+            f"{most}the plate has {self.has_px} px, too few for the borders of {frames}. Render it "
+            f"with {wanted} px on every side."
+        )
+
+
+def overscan_need(plate: Plate, lenses: Mapping[int, Lens]) -> OverscanNeed | None:
+    """Return what lenses, by frame, need around the frame of a plate with these depths.
+
+    None without lenses, and where the plate has no distances.
+    """
+    if not lenses or not plate.has_distances:
+        return None
+    reach_px = {frame: _reach_px(plate, lens) for frame, lens in lenses.items()}
+    at_frame = max(reach_px, key=lambda frame: reach_px[frame])
+    has_px = overscan_px(plate)
+    short = [frame for frame, needed_px in reach_px.items() if needed_px > has_px + 1]
+    return OverscanNeed(reach_px[at_frame], at_frame, has_px, _runs(sorted(short)))
+
+
+def overscan_px(plate: Plate) -> int:
+    """Return how many pixels a plate has outside its display window, on the side with the least."""
+    data, shown = plate.data_window, plate.display_window
+    sides = (shown.x0 - data.x0, shown.y0 - data.y0, data.x1 - shown.x1, data.y1 - shown.y1)
+    return max(0, min(sides))
+
+
+def _reach_px(plate: Plate, lens: Lens) -> float:
+    """Return the radius of the widest disc, which is that of the nearest or the farthest point."""
+    line = coc_line(lens, plate.display_window.width)
+    report = plate.depth
+    farthest = math.inf if report.infinite_count else report.far_m
+    ends = [line.at_infinity_px + line.per_dioptre_px / z for z in (report.near_m, farthest)]
+    half_extents = DiscShape(lens.aperture, plate.pixel_aspect_ratio).half_extents
+    return max(half_extents) * max(abs(end) for end in ends) / 2
+
+
+def _runs(frames: list[int]) -> tuple[FrameRange, ...]:
+    """Return frames, in order, as ranges without gaps."""
+    if not frames:
+        return ()
+    ends = [a for a, b in pairwise(frames) if b != a + 1] + [frames[-1]]
+    starts = [frames[0]] + [b for a, b in pairwise(frames) if b != a + 1]
+    return tuple(FrameRange(first, last) for first, last in zip(starts, ends, strict=True))
