@@ -167,8 +167,8 @@ def Material "mat"
 """
     for name in ("/dev/zero", "./pipe"):
         (tmp_path / "a.usda").write_text(stage % name)
-        with pytest.raises(InputError, match="is not a file"):
-            read_scene(tmp_path / "a.usda")
+        scene = read_scene(tmp_path / "a.usda")
+        assert any("is not a file" in note for note in scene.notes)
 
 
 # What is shown

@@ -140,7 +140,7 @@ CORNERS = np.float32([[0, 0, 0], [3, 0, 0], [3, 4, 0], [0, 4, 0]])
 
 @pytest.mark.parametrize(
     ("mode", "triangles"),
-    [(0, 4 * 4), (1, 2 * 8), (2, 4 * 8), (3, 3 * 8)],
+    [(0, 4 * 32), (1, 2 * 8), (2, 4 * 8), (3, 3 * 8)],
     ids=["points", "lines", "loop", "strip"],
 )
 def test_points_and_lines_are_thin(tmp_path, mode, triangles):

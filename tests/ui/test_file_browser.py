@@ -262,10 +262,10 @@ def test_the_plate_is_never_written_over(gui, plates):
 def test_a_slow_folder_holds_up_nothing_and_the_newest_wish_counts(gui, plates, monkeypatch):
     answer, real = threading.Event(), folder_walk.list_folder
 
-    def slow(folder, suffixes):
+    def slow(folder, *how):
         if folder.name == "takes":
             assert answer.wait(20)
-        return real(folder, suffixes)
+        return real(folder, *how)
 
     monkeypatch.setattr(folder_walk, "list_folder", slow)
     browse(gui, "Open...")
