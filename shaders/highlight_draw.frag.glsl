@@ -1,6 +1,8 @@
-// A highlight's disc, where the lens sees it; with LISTS past fragments that let light through. Each pixel of the disc is a point of the lens; the
-// ray from there to the highlight crosses nearer depths at places in the picture that move towards the
-// pixel in proportion to the difference in coc. What stands there at that depth hides the highlight.
+// A highlight's disc, where the lens sees it; with LISTS past fragments that let light through. Each
+// pixel of the disc is a point of the lens; the ray from there to the highlight crosses nearer depths at
+// places in the picture that move towards the pixel in proportion to the difference in coc. What stands
+// there at that depth hides the highlight. What is nearer by less than a margin is not looked at here;
+// with LISTS, highlight_split has taken its part.
 
 #include "lib/aperture.lib.glsl"
 #ifdef LISTS
@@ -62,6 +64,42 @@ vec4 covers_around(vec2 at, float start) {
     return vec4(cover_at(low + ivec2(0, 1), start), cover_at(low + 1, start),
                 cover_at(low + ivec2(1, 0), start), cover_at(low, start));
 }
+
+// How much of a pixel a surface of its list covers that lies at this coc.
+float cover_of(ivec2 at, float coc, float same) {
+    ivec2 size = textureSize(coc_tx, 0);
+    List list = list_at(clamp(at, ivec2(0), size - 1), size);
+    float seen = 1.0;
+    for (uint i = list.first; i < list.end; ++i) {
+        Fragment fragment = fragment_of(i);
+        if (fragment.coc > coc + same) break;
+        if (fragment.coc >= coc - same) seen *= 1.0 - fragment.cover;
+    }
+    return 1.0 - seen;
+}
+vec4 covers_of(vec2 at, float coc, float same) {
+    ivec2 low = ivec2(floor(at - 0.5));
+    return vec4(cover_of(low + ivec2(0, 1), coc, same), cover_of(low + 1, coc, same),
+                cover_of(low + ivec2(1, 0), coc, same), cover_of(low, coc, same));
+}
+
+// How much the listed surfaces hide that a ray meets about `level`: it may pass a surface where the picture
+// shows another one, nearer, which it passes elsewhere.
+float listed_part(vec2 centre, vec2 per_px, float coc, float level, float step_px, float start) {
+    ivec2 size = textureSize(coc_tx, 0);
+    ivec2 at = ivec2(floor(centre + per_px * (coc - level)));
+    List list = list_at(clamp(at, ivec2(0), size - 1), size);
+    float hidden = 0.0;
+    for (uint i = list.first; i < list.end; ++i) {
+        float met = fragment_of(i).coc;
+        if (met >= start || met > level + step_px) break;
+        if (met < level - step_px) continue;
+        vec2 crossed = centre + per_px * (coc - met);
+        vec4 covers = covers_of(crossed, met, max(SAME_COC_PX, SAME_COC_PART * (coc - met)));
+        hidden = max(hidden, dot(covers, weights_around(crossed)));
+    }
+    return hidden;
+}
 #else
 vec4 covers_around(vec2 at, float start) { return vec4(1.0); }
 #endif
@@ -76,6 +114,9 @@ float hidden_part(vec2 at, vec2 centre, float coc) {
         float level = start - (float(k) + 0.5) * step_px;
         vec2 crossed = centre + per_px * (coc - level);
         if (is_outside(crossed)) break;
+#ifdef LISTS
+        hidden = max(hidden, listed_part(centre, per_px, coc, level, step_px, start));
+#endif
         vec4 cocs = cocs_around(crossed);
         float met = min(min(cocs.x, cocs.y), min(cocs.z, cocs.w));
         if (met >= start || abs(met - level) > step_px) continue;

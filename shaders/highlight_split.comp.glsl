@@ -75,6 +75,18 @@ void store_fragment(uint number, vec3 color) {
     low_fragment_buf[at + 2u] = fragment_buf[at + 2u];
 }
 
+// What of a fragment's light gets past those in front of it by less than the margin. Drawing does not look at
+// them (highlight_draw.frag.glsl), and need not: every ray to the lens passes them about where the
+// light stands, so that what they cover of the pixel they cover of the disc.
+float past_near_ones(List list, uint number, float margin_coc) {
+    float past = 1.0;
+    for (uint i = list.first; i < number; ++i) {
+        Fragment fragment = fragment_of(i);
+        if (fragment.coc >= margin_coc) past *= 1.0 - fragment.cover;
+    }
+    return past;
+}
+
 void split_list(ivec2 at, float front_coc, float around, inout vec4 high) {
     List list = list_at(at, textureSize(color_tx, 0));
     if (list.has_front) high.rgb = vec3(0.0);
@@ -83,8 +95,9 @@ void split_list(ivec2 at, float front_coc, float around, inout vec4 high) {
     for (uint i = list.first; i < list.end; ++i) {
         Fragment fragment = fragment_of(i);
         float over = drawn_part(abs(fragment.coc)) * part_over(fragment.color, around);
-        vec3 light = over * fragment.color, drawn = fragment.cover * light;
         float margin = max(MARGIN_PX, MARGIN_PART * abs(fragment.coc));
+        vec3 light = over * fragment.color, drawn = fragment.cover * light;
+        if (over > 0.0) drawn *= past_near_ones(list, i, fragment.coc - margin);
         bool is_front = list.has_front && i == list.first, is_hidden = seen < HIDDEN;
         bool is_apart = is_front || fragment.coc - front_coc > margin;
         bool is_drawn = is_free && is_apart && mean_of(drawn) > mean_of(high.rgb);

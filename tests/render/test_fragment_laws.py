@@ -13,7 +13,8 @@ from heatlens.plate.plate import Plate
 from support.plates import FAR_M, FOCUS_M, NEAR_M, Image, lens_blurring, plate_of
 
 HEIGHT, WIDTH = 72, 96
-CARD = np.s_[:, 32:64]
+CARD_END = 64  # the first column beside the card
+CARD = np.s_[:, 32:CARD_END]
 Layer = tuple[Image, Image, float]  # colour (H, W, 3), coverage (H, W), metres
 
 
@@ -84,20 +85,39 @@ def test_a_blurred_veil_leaves_what_is_in_focus_behind_it(ctx, renderer):
     assert np.abs(picture - (0.3 * 0.8 + 0.7 * tiles())).max() < 0.01
 
 
-@pytest.mark.parametrize("coc_px", [6.0, 16.0])
-def test_a_veil_takes_its_part_of_a_lamp(ctx, renderer, coc_px):
+def light_of_lamp(renderer, before: list[Layer], column: int, coc_px: float) -> float:
+    """Return the part of a lamp's light that comes past what stands before it."""
+    pictures = []
+    for lamp in (0.1, 400.0):
+        wall = grey(0.1)
+        wall[HEIGHT // 2, column] = lamp
+        layers = [*before, (wall, everywhere(1.0), FAR_M)]
+        pictures.append(through(renderer, listed(layers), coc_px))
+    return float((pictures[1] - pictures[0]).sum() / (3 * 399.9))
+
+
+@pytest.mark.parametrize(("veil_m", "coc_px"), [(NEAR_M, 6.0), (NEAR_M, 16.0), (3.9, 16.0)])
+def test_a_veil_takes_its_part_of_a_lamp(ctx, renderer, veil_m, coc_px):
     """Light is kept: what of a lamp comes past a veil is the part that it does not cover."""
-    sums = []
+    parts = []
     for cover in (0.0, 0.25, 0.5):
-        light = []
-        for lamp in (0.1, 400.0):
-            wall = grey(0.1)
-            wall[HEIGHT // 2, WIDTH // 2] = lamp
-            layers = [(wall, everywhere(1.0), FAR_M)]
-            veil = [(grey(0.1), everywhere(cover), NEAR_M)] if cover else []
-            light.append(through(renderer, listed(veil + layers), coc_px))
-        sums.append((light[1] - light[0]).sum() / 3)
-    np.testing.assert_allclose(sums, 399.9 * np.array([1.0, 0.75, 0.5]), rtol=0.03)
+        veil = [(grey(0.1), everywhere(cover), veil_m)] if cover else []
+        parts.append(light_of_lamp(renderer, veil, WIDTH // 2, coc_px))
+    np.testing.assert_allclose(parts, [1.0, 0.75, 0.5], rtol=0.03)
+
+
+@pytest.mark.parametrize("card_m", [3.9, 3.4, 2.6])
+@pytest.mark.parametrize("rim_px", [2, 6])
+def test_a_lamp_behind_a_wide_card_gives_no_light(ctx, renderer, card_m, rim_px):
+    """The picture shows something nearer there, and the wide card only beside its rim."""
+    cards = [(grey(0.2), card(1.0), NEAR_M), (grey(0.1), everywhere(1.0), card_m)]
+    assert abs(light_of_lamp(renderer, cards, CARD_END - rim_px, 16.0)) < 0.01
+
+
+@pytest.mark.parametrize("card_m", [3.9, 3.4, 2.6])
+def test_a_lamp_well_beside_a_card_keeps_its_light(ctx, renderer, card_m):
+    beside = [(grey(0.1), card(1.0), card_m)]
+    assert light_of_lamp(renderer, beside, CARD_END + 12, 16.0) == pytest.approx(1.0, abs=0.03)
 
 
 def test_light_of_a_card_is_kept(ctx, renderer):
