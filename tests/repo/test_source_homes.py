@@ -38,6 +38,7 @@ MAY_ASK_FOR_A_SCENE = {
     "ui.docked_panels": "the panel of scenes",
     "ui.picture_window": "the mouse moves a scene's camera",
     "ui.screen": "keys of scenes",
+    "ui.setting_list": "methods that look into scenes",
     "ui.status_bar": "the mouse moves a scene's camera",
     "ui.timeline.dope_sheet": "the row of the camera",
 }

@@ -4,7 +4,7 @@ import argparse
 import re
 from collections.abc import Iterable
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from heatlens.commands.lens_options import given_lens, lens_words, pixel_of, sources_of
 from heatlens.commands.timing_options import add_timing_options, timing_of
@@ -15,9 +15,11 @@ from heatlens.model.settings import DefocusSettings
 from heatlens.model.shot import Shot
 from heatlens.model.units import parse_scene_unit_m
 from heatlens.plate.focus_pick import depth_at_m
-from heatlens.render import FrameRenderer
 from heatlens.scene.first_shot import FirstShot, first_shot
 from heatlens.scene.placing import Placing
+
+if TYPE_CHECKING:
+    from heatlens.render import FrameRenderer  # `info`, which has some of these, draws nothing
 
 _FOCUS = "focus_distance_m"
 
@@ -104,7 +106,7 @@ def shot_of_scene(args: argparse.Namespace, text: str) -> FirstShot:
 
 
 def load_scene(
-    args: argparse.Namespace, renderer: FrameRenderer, defocus: DefocusSettings
+    args: argparse.Namespace, renderer: "FrameRenderer", defocus: DefocusSettings
 ) -> tuple[Shot, int, tuple[str, ...]]:
     """Take the scene that `args.plate` names to the GPU.
 
