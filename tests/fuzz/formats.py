@@ -12,6 +12,7 @@ import charset_normalizer
 import numpy as np
 import OpenEXR
 import photo_formats
+import ring_packets
 from tevclient import packet as client_packet
 
 from heatlens.camera.camera_file import write_camera
@@ -290,4 +291,5 @@ FORMATS = {
     "shot": Format(_shot, _lens_numbers),
     "ocio": Format(_ocio, _config),
     "tev": Format(_tev, _stream),
+    "opentrackio": Format(ring_packets.packets, ring_packets.heard, ring_packets.with_checksums),
 }

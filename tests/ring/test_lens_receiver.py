@@ -10,8 +10,9 @@ from heatlens.errors import InputError
 from heatlens.ring.address import Protocol, RingAddress, parse_ring_address
 from heatlens.ring.lens_sample import LensSample
 from heatlens.ring.otrk_packet import Encoding
-from heatlens.ring.receiver import MAX_SOURCES, SILENT_AFTER_S, LensReceiver
+from heatlens.ring.receiver import LensReceiver
 from heatlens.ring.sender import LensSender, send_in_time
+from heatlens.ring.sources import MAX_SOURCES, SILENT_AFTER_S
 
 LOOPBACK = RingAddress(Protocol.OPENTRACKIO, "127.0.0.1", 0)
 PATIENCE_S = 30.0

@@ -7,7 +7,7 @@ import pytest
 from heatlens.model.lens import Lens
 from heatlens.model.shot import Shot
 from heatlens.ring.lens_sample import LensSample
-from heatlens.ring.receiver import Heard
+from heatlens.ring.sources import Heard
 from heatlens.session.editing import Editing
 from heatlens.session.ring_hand import RingHand
 

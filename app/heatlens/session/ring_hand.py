@@ -6,7 +6,8 @@ from typing import Any
 
 from heatlens.errors import LensError
 from heatlens.ring.lens_sample import LensSample
-from heatlens.ring.receiver import SILENT_AFTER_S, Heard, LensReceiver
+from heatlens.ring.receiver import LensReceiver
+from heatlens.ring.sources import SILENT_AFTER_S, Heard
 from heatlens.session.editing import Editing
 from heatlens.session.messages import Problem
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from imgui_bundle import imgui
 
 from heatlens.printable import printable
-from heatlens.ring.receiver import Heard
+from heatlens.ring.sources import Heard
 from heatlens.ui import probe, theme, widgets
 
 _FIRST_HEARD = "the first that is heard"

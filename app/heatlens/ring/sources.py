@@ -1,0 +1,91 @@
+"""Who sends, and what each sender has told so far, whatever protocol it speaks."""
+
+import time
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from threading import Lock
+
+from heatlens.ring.lens_sample import LensSample
+
+MAX_SOURCES = 16
+SILENT_AFTER_S = 1.0  # the lens then stays where it is, and that is said
+_RATE_OVER = 50  # samples
+
+
+@dataclass
+class RingSource:
+    """A camera: what it has told so far, and when.
+
+    `sample` holds every value that was ever sent, each as it was last; `heard_s` is on the clock of
+    the receiver.
+    """
+
+    sample: LensSample
+    heard_s: float
+    times_s: deque[float] = field(default_factory=lambda: deque(maxlen=_RATE_OVER))
+
+    @property
+    def rate_hz(self) -> float:
+        """How many samples come a second; 0 before the second one."""
+        span_s = self.times_s[-1] - self.times_s[0] if self.times_s else 0.0
+        return (len(self.times_s) - 1) / span_s if span_s > 0 else 0.0
+
+
+@dataclass(frozen=True)
+class Heard:
+    """What was heard at a moment.
+
+    sample    the newest values of the source that is listened to; None before its first
+    sources   the names of all that send, in the order in which they were first heard
+    rate_hz, age_s   how often its samples come, and how long ago the last one did
+    version   goes up with every sample of any source
+    """
+
+    sample: LensSample | None
+    sources: tuple[str, ...]
+    rate_hz: float
+    age_s: float
+    version: int
+
+    @property
+    def is_silent(self) -> bool:
+        """Return True where the source has stopped sending."""
+        return self.sample is not None and self.age_s > SILENT_AFTER_S
+
+
+class RingSources:
+    """Keeps the newest values of each sender, of few senders; any thread may ask."""
+
+    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
+        """Begin without a source; `clock` gives seconds."""
+        self.version = 0
+        self._clock = clock
+        self._sources: dict[str, RingSource] = {}
+        self._lock = Lock()
+
+    def keep(self, sample: LensSample) -> None:
+        """Add a sample to its source; the source that was silent for longest makes room."""
+        now_s = self._clock()
+        with self._lock:
+            known = self._sources.get(sample.source)
+            if known is None:
+                self._make_room()
+                known = self._sources[sample.source] = RingSource(sample, now_s)
+            known.sample, known.heard_s = sample.after(known.sample), now_s
+            known.times_s.append(now_s)
+            self.version += 1
+
+    def heard(self, source: str | None = None) -> Heard:
+        """Return what `source` tells now; None listens to the one that was heard first."""
+        with self._lock:
+            names = tuple(self._sources)
+            chosen = self._sources.get(names[0] if source is None and names else source or "")
+            if chosen is None:
+                return Heard(None, names, 0.0, 0.0, self.version)
+            age_s = self._clock() - chosen.heard_s
+            return Heard(chosen.sample, names, chosen.rate_hz, age_s, self.version)
+
+    def _make_room(self) -> None:
+        while len(self._sources) >= MAX_SOURCES:
+            del self._sources[min(self._sources, key=lambda name: self._sources[name].heard_s)]

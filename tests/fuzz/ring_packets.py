@@ -1,0 +1,115 @@
+"""Datagrams of OpenTrackIO for the fuzzers: JSON and CBOR, whole and in segments.
+
+A file is what one sender sent, one datagram after the other; each begins with "OTrk".
+"""
+
+import random
+import re
+import struct
+from collections.abc import Iterable, Iterator
+from dataclasses import astuple
+from pathlib import Path
+
+import numpy as np
+from mutate import mutated
+
+from heatlens.errors import HeatlensError
+from heatlens.ring.hearing import Hearing, OpenTrackIODecoder
+from heatlens.ring.lens_sample import LensSample
+from heatlens.ring.otrk_packet import (
+    HEADER_BYTES,
+    IDENTIFIER,
+    Encoding,
+    RingPacketError,
+    datagrams_of,
+    fletcher16,
+    segment_of,
+)
+from support.opentrackio_samples import COMPLETE, READ_AS, RECOMMENDED, written
+
+_LONG = RECOMMENDED | {"tracker": {"notes": "x" * 3000}}
+_BEFORE = READ_AS["complete"]  # what was heard before the damaged file
+
+
+def packets(folder: Path) -> list[Path]:
+    """Write a small, a complete and a long sample in both encodings, and all of them in a row."""
+    files = {
+        f"{name}-{encoding.name.lower()}": _datagrams(sample, encoding, 7)
+        for name, sample in (("small", RECOMMENDED), ("complete", COMPLETE), ("long", _LONG))
+        for encoding in Encoding
+    }
+    files["stream"] = b"".join(
+        _datagrams(RECOMMENDED, encoding, sequence)
+        for sequence, encoding in enumerate([*Encoding, *Encoding])
+    )
+    for name, data in files.items():
+        (folder / name).write_bytes(data)
+    return [folder / name for name in files]
+
+
+def heard(path: Path) -> Iterable[np.ndarray]:
+    """Take the datagrams as the receiver does, and hold each against what is promised of them.
+
+    Every datagram is taken or refused; one that is refused changes nothing; every value that is
+    taken could be one of a lens.
+    """
+    hearing = Hearing(OpenTrackIODecoder())
+    hearing.sources.keep(_BEFORE)
+    datagrams = list(_cut(path.read_bytes()))
+    for number, datagram in enumerate(datagrams):
+        before = (hearing.sources.version, hearing.sources.heard().sample)
+        refused = hearing.refused
+        hearing.take(datagram, ("stranger", 1))
+        assert hearing.taken + hearing.refused == number + 1, "a datagram is not counted"
+        if hearing.refused > refused:
+            now = (hearing.sources.version, hearing.sources.heard().sample)
+            assert now == before, "a datagram that was refused has changed something"
+    told = list(_told(hearing))
+    if hearing.refused:
+        raise HeatlensError(str(hearing.fault))
+    return told
+
+
+def with_checksums(data: bytes) -> bytes:
+    """Give damaged datagrams the length and the checksum of their content."""
+    return b"".join(_sealed(datagram) for datagram in _cut(data))
+
+
+def _datagrams(sample: object, encoding: Encoding, sequence: int) -> bytes:
+    return b"".join(datagrams_of(written(sample, encoding), encoding, sequence))
+
+
+def _cut(data: bytes) -> Iterator[bytes]:
+    yield from (part for part in re.split(b"(?=%b)" % IDENTIFIER, data) if part)
+
+
+def _sealed(datagram: bytes) -> bytes:
+    if len(datagram) < HEADER_BYTES:
+        return datagram
+    payload = datagram[HEADER_BYTES:][:0x7FFF]
+    (last_length,) = struct.unpack_from("!H", datagram, 12)
+    head = datagram[:12] + struct.pack("!H", last_length & 0x8000 | len(payload))
+    return head + struct.pack("!H", fletcher16(head + payload)) + payload
+
+
+def _told(hearing: Hearing) -> Iterator[np.ndarray]:
+    for name in hearing.sources.heard().sources:
+        sample = hearing.sources.heard(name).sample
+        assert isinstance(sample, LensSample)
+        values = [value for value in astuple(sample) if isinstance(value, float)]
+        assert all(value >= 0.0 for value in values)
+        yield np.array(values)
+
+
+def hostile_datagrams(count: int, seed: int) -> Iterator[bytes]:
+    """Yield datagrams that are no samples: damaged, cut, random, and of other protocols."""
+    chance = random.Random(seed)
+    good = _datagrams(RECOMMENDED, Encoding.JSON, 1)
+    while count:
+        noise = chance.randbytes(chance.randrange(200))
+        datagram = chance.choice((mutated(good, chance), noise, IDENTIFIER + noise))[:60_000]
+        try:
+            segment_of(datagram)
+        except RingPacketError:
+            count -= 1
+            yield datagram

@@ -1,0 +1,44 @@
+"""Datagrams of strangers at a real port of this machine change nothing and are all counted."""
+
+import socket
+import time
+
+from ring_packets import hostile_datagrams
+
+from heatlens.ring.address import Protocol, RingAddress
+from heatlens.ring.lens_sample import LensSample
+from heatlens.ring.receiver import LensReceiver
+from heatlens.ring.sender import LensSender
+
+SEED = 20060106
+FEW = 400
+AT_ONCE = 40  # so that a full buffer of the system drops none
+PATIENCE_S = 60.0
+
+
+def until(is_so) -> None:
+    end = time.monotonic() + PATIENCE_S
+    while not is_so():
+        assert time.monotonic() < end
+        time.sleep(0.001)
+
+
+def test_hostile_datagrams_change_nothing_and_are_counted(request):
+    minutes = request.config.getoption("--fuzz-minutes")
+    count = round(100_000 * minutes) if minutes else FEW
+    with (
+        LensReceiver(RingAddress(Protocol.OPENTRACKIO, "127.0.0.1", 0)) as receiver,
+        LensSender(receiver.address, 25.0) as camera,
+        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as stranger,
+    ):
+        camera.send(LensSample("A", focus_distance_m=2.0, f_stop=2.8))
+        until(lambda: receiver.heard().version == 1)
+        before = receiver.heard().sample
+        for number, datagram in enumerate(hostile_datagrams(count, SEED), 1):
+            stranger.sendto(datagram, (receiver.address.host, receiver.address.port))
+            if number % AT_ONCE == 0 or number == count:
+                until(lambda sent=number: receiver.refused == sent)
+        assert receiver.heard().sample == before
+        assert (receiver.heard().version, receiver.taken, receiver.refused) == (1, 1, count)
+        camera.send(LensSample("A", focus_distance_m=3.0))
+        until(lambda: receiver.heard().sample.focus_distance_m == 3.0)
