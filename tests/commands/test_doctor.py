@@ -11,7 +11,7 @@ import pytest
 from heatlens.commands import doctor as command
 from heatlens.commands.main import main
 from heatlens.defocus.kernels import named_kernel
-from heatlens.doctor import gpu_check, machine_check, picture_check
+from heatlens.doctor import gpu_check, machine_check, picture_check, window_check
 from heatlens.doctor.finding import Finding, made_sure
 from heatlens.doctor.gpu_check import Gpu
 from heatlens.doctor.solver_check import KERNELS, TOLERANCE, blurred_float64
@@ -20,6 +20,7 @@ from heatlens.model.boxes import Box
 from heatlens.plate.exr_write import write_exr
 from support import oracle
 from support.command_line import ENVIRONMENT
+from support.x_server import Screen
 
 TESTS = Path(__file__).resolve().parents[1]
 GOLDENS, HIGHLIGHTS = "render/test_golden.py", "defocus/test_highlights.py"
@@ -111,6 +112,26 @@ def test_a_check_that_breaks_is_a_finding():
     first, second = made_sure("x", breaks)
     assert (first.state, second.state) == ("ok", "fault")
     assert second.said == "ZeroDivisionError: by zero"
+
+
+def test_a_window_is_tried_while_a_context_without_one_is_current(ctx, monkeypatch):
+    screen = Screen()
+    monkeypatch.setenv("DISPLAY", screen.display)
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    try:
+        (finding,) = made_sure("display", window_check.display)
+    finally:
+        screen.close()
+    assert finding.state == "ok", finding.said
+    assert ctx.info["GL_RENDERER"] in finding.details["renderer"]
+
+
+def test_a_display_that_is_not_there_is_a_fault_in_one_sentence(monkeypatch):
+    monkeypatch.setenv("DISPLAY", ":987")
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    (finding,) = made_sure("display", window_check.display)
+    assert finding.state == "fault" and ":987" in finding.said
+    assert "Traceback" not in finding.said
 
 
 @pytest.fixture(scope="module")

@@ -1,9 +1,13 @@
 """What the window needs beside OpenGL: its libraries, fonts and a display."""
 
+import subprocess
+import sys
 from collections.abc import Iterator
 
 from heatlens.doctor.finding import Finding
+from heatlens.errors import GpuError
 
+_PATIENCE_S = 60.0
 _INSTALL = "pip install 'heatlens[gui]', on Debian or Ubuntu also: apt-get install libgl1 libegl1"
 
 
@@ -20,13 +24,31 @@ def fonts() -> Iterator[Finding]:
 def display() -> Iterator[Finding]:
     """Open a window that nobody sees, and close it again."""
     try:
-        from heatlens.ui.window_try import display_named, renderer_of_a_window
+        from heatlens.ui import window_try
     except ImportError as error:
         yield Finding("display", "note", f"no window ({error}). {_INSTALL}")
         return
-    named = display_named()
+    named = window_try.display_named()
     if named is None:
         yield Finding("display", "note", "none here; `heatlens render` works without")
         return
-    details = {"display": named, "renderer": renderer_of_a_window()}
+    details = {"display": named, "renderer": _renderer_of_a_window(window_try.__name__)}
     yield Finding("display", "ok", f"{named}, drawn by {details['renderer']}", details)
+
+
+def _renderer_of_a_window(module: str) -> str:
+    """Return the OpenGL of a window that a process of its own opens. Raises GpuError without one.
+
+    X ends a process that it finds at fault, and Mesa lets no window draw where the same thread
+    still has a context without a window.
+    """
+    # -P: a file in the current folder that is called like one of Python's must not be run.
+    command = [sys.executable, "-P", "-m", module]
+    try:
+        run = subprocess.run(command, capture_output=True, text=True, timeout=_PATIENCE_S)
+    except subprocess.TimeoutExpired:
+        raise GpuError(f"No window opened within {_PATIENCE_S:g} s.") from None
+    if run.returncode:
+        said = " ".join(run.stderr.split()) or f"exit code {run.returncode}"
+        raise GpuError(f"No window can be opened: {said}")
+    return run.stdout.strip()

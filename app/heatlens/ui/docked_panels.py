@@ -78,7 +78,15 @@ class DockedPanels:
             begun = session.lens_commands.begun_with
             sources = {} if begun is None else begun.sources
             tried, doubtful = session.editing.tried, self._doubts()
-            facts = LensFacts(session.histogram, session.view.unit, sources, tried, doubtful)
+            plate = session.source.picture.plate
+            facts = LensFacts(
+                session.histogram,
+                session.view.unit,
+                sources,
+                tried,
+                doubtful,
+                brings_coc=plate is not None and not plate.has_distances,
+            )
             self._ring()
             with listening() as drawn:
                 session.editing.edit_lens(lens_panel(session.lens, facts, session.say))

@@ -1,6 +1,10 @@
-"""Whether a window can be opened here, and what it would be drawn with."""
+"""Whether a window can be opened here, and what it would be drawn with.
+
+Run as a module it opens a window and prints the name of its OpenGL.
+"""
 
 import os
+import sys
 from pathlib import Path
 
 import imgui_bundle
@@ -47,7 +51,7 @@ def renderer_of_a_window() -> str:
     """
     glfw.ERROR_REPORTING = "ignore"
     if not glfw.init():
-        raise GpuError(f"No window can be opened: {glfw.get_error()[1]!r}.")
+        raise GpuError(f"{glfw.get_error()[1]!r}.")
     try:
         for hint, value in (
             (glfw.VISIBLE, 0),
@@ -58,8 +62,22 @@ def renderer_of_a_window() -> str:
             glfw.window_hint(hint, value)
         window = glfw.create_window(64, 64, "heatlens", None, None)
         if not window:
-            raise GpuError(f"No window with OpenGL 4.3 can be opened: {glfw.get_error()[1]!r}.")
+            raise GpuError(f"OpenGL 4.3 is needed: {glfw.get_error()[1]!r}.")
         glfw.make_context_current(window)
         return str(moderngl.create_context(require=430).info["GL_RENDERER"])
     finally:
         glfw.terminate()
+
+
+def _tried() -> int:
+    """Print the OpenGL of a window, or why there is none; return the exit code."""
+    try:
+        print(renderer_of_a_window())
+    except GpuError as error:
+        print(error, file=sys.stderr)
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(_tried())

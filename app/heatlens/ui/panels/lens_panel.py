@@ -32,6 +32,7 @@ _CUSTOM = "custom"
 _NO_T_STOP = "as the f-stop"
 _VIEWS_REACH = 4096  # of the slider
 _PROXIES = {"full": 1.0, "1/2": 0.5, "1/3": 1 / 3, "1/4": 0.25}
+_LENS_IS_FIXED = "This plate brings its circle of confusion: the lens is fixed in it."
 Say = Callable[[str], None]
 
 
@@ -39,11 +40,12 @@ Say = Callable[[str], None]
 class LensFacts:
     """What the panel shows beside the lens itself."""
 
-    histogram: DepthHistogram | None  # None: the plate has no distances
+    histogram: DepthHistogram | None  # None: no distances, or nothing is shown yet
     unit: str  # m or ft
     sources: Mapping[str, str]  # field of the lens -> where its value began
     tried: frozenset[LensParameter] = frozenset()  # what holds at this frame alone, without a key
     doubts: tuple[Doubt, ...] = ()  # what cannot well be of this lens and these depths
+    brings_coc: bool = False  # the plate that is shown has circles of confusion, no distances
 
 
 def lens_panel(lens: Lens, facts: LensFacts, say: Say) -> Lens:
@@ -66,7 +68,8 @@ def lens_panel(lens: Lens, facts: LensFacts, say: Say) -> Lens:
 def _focus(lens: Lens, facts: LensFacts, say: Say) -> Lens:
     imgui.separator_text("Focus")
     if facts.histogram is None:
-        imgui.text_wrapped("This plate brings its circle of confusion: the lens is fixed in it.")
+        if facts.brings_coc:
+            imgui.text_wrapped(_LENS_IS_FIXED)
         return lens
     lens = focus_bar(lens, facts.histogram, facts.unit)
     probe.note("focus bar")
