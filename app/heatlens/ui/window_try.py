@@ -1,6 +1,6 @@
 """Whether a window can be opened here, and what it would be drawn with.
 
-Run as a module it opens a window and prints the name of its OpenGL.
+Run as a module it opens a window and writes the name of its OpenGL.
 """
 
 import os
@@ -70,11 +70,11 @@ def renderer_of_a_window() -> str:
 
 
 def _tried() -> int:
-    """Print the OpenGL of a window, or why there is none; return the exit code."""
+    """Write the OpenGL of a window, or why there is none; return the exit code."""
     try:
-        print(renderer_of_a_window())
+        sys.stdout.write(f"{renderer_of_a_window()}\n")
     except GpuError as error:
-        print(error, file=sys.stderr)
+        sys.stderr.write(f"{error}\n")
         return 1
     return 0
 
