@@ -27,6 +27,14 @@ def preferences_dir(system: type[PlatformDirsABC] = PlatformDirs) -> Path:
     return _chosen("HEATLENS_CONFIG_DIR", lambda: dirs.user_config_dir)
 
 
+def kits_dir(system: type[PlatformDirsABC] = PlatformDirs) -> Path:
+    """Return the folder of the user's own lens kits; on Linux `~/.config/heatlens/kits`.
+
+    `system` is the class that knows the folders of a system, for tests of the other ones.
+    """
+    return preferences_dir(system) / "kits"
+
+
 def rendered_frames_dir(system: type[PlatformDirsABC] = PlatformDirs) -> Path:
     """Return the folder of the rendered frames, in the cache; on Linux `~/.cache/heatlens/frames`.
 

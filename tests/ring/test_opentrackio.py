@@ -51,6 +51,12 @@ def test_a_value_that_cannot_be_is_left_out(name, bad):
     assert sample_of(text, Encoding.JSON) == LensSample(focus_turn=0.5)
 
 
+@pytest.mark.parametrize(("told", "taken"), [(0, 0.0), (1, 1.0), (-1e-30, None), (1.01, None)])
+def test_a_ring_stands_between_its_ends(told, taken):
+    text = json.dumps({"lens": {"encoders": {"zoom": told}}}).encode()
+    assert sample_of(text, Encoding.JSON).zoom_turn == taken
+
+
 @pytest.mark.parametrize("text", [b"", b"[]", b"1", b"{", b"\xff", b"[" * 60_000, b'"lens"'])
 @pytest.mark.parametrize("encoding", Encoding)
 def test_what_is_no_sample_is_refused(text, encoding):

@@ -8,6 +8,7 @@ from heatlens.color.view_transform import ViewTransform, srgb_transform
 from heatlens.commands.blur_options import add_blur_options, settings_of
 from heatlens.commands.given_options import given, refuse_given, refuse_unused
 from heatlens.commands.kept_option import add_keep_option, kept_names
+from heatlens.commands.kit_options import shot_with_kit
 from heatlens.commands.lens_options import add_lens_options, lens_of
 from heatlens.commands.look_options import add_look_options, color_header, look_of, transform_of
 from heatlens.commands.plate_options import add_plate_options, plate_options
@@ -201,7 +202,8 @@ def _still_shot(args: argparse.Namespace) -> Shot:
     plate = read_plate(sequence.path_at(sequence.present[0]), options)
     lens, said = lens_of(args, plate)
     say_plate(plate, lens, said, options)
-    return Shot(lens, source=args.shot, plate_options=settled_options(options, plate))
+    shot = Shot(lens, source=args.shot, plate_options=settled_options(options, plate))
+    return shot_with_kit(args, shot)
 
 
 def _with_overrides(args: argparse.Namespace, shot: Shot) -> Shot:

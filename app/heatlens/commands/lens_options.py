@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from heatlens.commands.field_options import add_fields, attributes_of, flag_of, typed_fields
+from heatlens.commands.kit_options import add_kit_option, kit_values, lens_of_kit
 from heatlens.errors import InputError
 from heatlens.model.filmback import filmback_named
 from heatlens.model.lens import Lens
@@ -42,6 +43,7 @@ def add_lens_options(parser: argparse.ArgumentParser, can_pick: bool = True) -> 
             "--focus-at", metavar="X,Y", help="focus on what is seen at this pixel of the picture"
         )
     add_fields(group, Lens, _OTHERS)
+    add_kit_option(group)
 
 
 def sensor_width_of(args: argparse.Namespace) -> float | None:
@@ -57,9 +59,9 @@ def sensor_width_of(args: argparse.Namespace) -> float | None:
 def given_lens(args: argparse.Namespace) -> dict[str, Any]:
     """Return the fields of Lens that the options give, except what --focus-at finds.
 
-    Raises InputError for an invalid distance or an unknown film back.
+    Raises InputError for an invalid distance, an unknown film back or an unknown lens kit.
     """
-    values = typed_fields(args, Lens, (*_NEEDED, *_OTHERS))
+    values = {**kit_values(args), **typed_fields(args, Lens, (*_NEEDED, *_OTHERS))}
     width_mm = sensor_width_of(args)
     return values if width_mm is None else {**values, "sensor_width_mm": width_mm}
 
@@ -77,7 +79,8 @@ def lens_of(args: argparse.Namespace, plate: Plate) -> tuple[Lens, str]:
         raise InputError(error.told(_GIVEN_WITH)) from None
     changed = {"assumed full frame": f"assumed full frame; {_FLAGS['sensor_width_mm']} changes it"}
     told = {field: changed.get(source, source) for field, source in found.sources.items()}
-    return found.lens, f"lens: {lens_words(found.lens, {**told, **sources})}"
+    lens = lens_of_kit(args, found.lens)
+    return lens, f"lens: {lens_words(lens, {**told, **sources})}"
 
 
 def sources_of(args: argparse.Namespace) -> dict[str, str]:
@@ -85,6 +88,8 @@ def sources_of(args: argparse.Namespace) -> dict[str, str]:
     back = f"film back {args.filmback}" if args.filmback is not None else "--sensor-width"
     focus = "--focus-distance" if args.focus_at is None else f"--focus-at {args.focus_at}"
     typed = {**_FLAGS, "sensor_width_mm": back, "focus_distance_m": focus}
+    if args.focal_length is None:
+        typed["focal_length_mm"] = f"--lens-kit {args.lens_kit}"
     given = given_lens(args)
     return {
         field: option

@@ -44,7 +44,7 @@ examples:
 _FAULT = 70  # as sysexits.h calls an error within a program
 _COMMANDS = (
     *("view", "render", "export", "shot", "camera", "info", "compare", "study", "bench"),
-    "doctor",
+    *("kits", "doctor"),
 )
 
 

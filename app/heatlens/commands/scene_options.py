@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+from heatlens.commands.kit_options import shot_with_kit
 from heatlens.commands.lens_options import given_lens, lens_words, pixel_of, sources_of
 from heatlens.commands.timing_options import add_timing_options, timing_of
 from heatlens.errors import InputError
@@ -164,7 +165,8 @@ def _first_shot(
 ) -> FirstShot:
     lens = {**given_lens(args), **(found or {})}
     timing, placing = timing_of(args, text), placing_of(args)
-    return first_shot(text, args.size, args.scene_camera, lens, timing, placing)
+    first = first_shot(text, args.size, args.scene_camera, lens, timing, placing)
+    return replace(first, shot=shot_with_kit(args, first.shot))
 
 
 def _checked(args: argparse.Namespace, text: str, first: FirstShot) -> FirstShot:

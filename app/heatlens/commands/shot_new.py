@@ -9,6 +9,7 @@ from heatlens.camera.into_shot import with_camera
 from heatlens.camera.samples import CameraSamples
 from heatlens.commands.blur_options import add_blur_options, settings_of
 from heatlens.commands.given_options import refuse_unused
+from heatlens.commands.kit_options import shot_with_kit
 from heatlens.commands.lens_options import add_lens_options, given_lens, lens_of
 from heatlens.commands.pipes import DASH, file_of_input
 from heatlens.commands.plate_options import add_plate_options, plate_options
@@ -197,7 +198,7 @@ def _with_options(args: argparse.Namespace, shot: Shot) -> Shot:
             shot, lens=replace(shot.lens, close_focus_m=parse_distance_m(args.close_focus))
         )
     return replace(
-        shot,
+        shot_with_kit(args, shot),
         defocus=settings_of(args),
         plate_options=plate_options(args),
         marks=(*shot.marks, *(mark_of(text) for text in args.mark)),

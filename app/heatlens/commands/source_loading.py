@@ -3,6 +3,7 @@
 import argparse
 from collections.abc import Callable
 
+from heatlens.commands.kit_options import shot_with_kit
 from heatlens.commands.lens_options import lens_of
 from heatlens.commands.plate_options import plate_options
 from heatlens.commands.plate_words import say_plate
@@ -46,7 +47,7 @@ def _load_plate(
             "diffusion takes it from files."
         )
     renderer.load(plate)
-    return Shot(lens, settings), 0
+    return shot_with_kit(args, Shot(lens, settings)), 0
 
 
 def _load_scene(

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from heatlens.commands.blur_options import add_blur_options, settings_of
 from heatlens.commands.given_options import refuse_given, refuse_unused
+from heatlens.commands.kit_options import kit_of
 from heatlens.commands.lens_options import add_lens_options, given_lens
 from heatlens.commands.pipes import DASH, file_of_input
 from heatlens.commands.plate_options import add_plate_options, plate_options
@@ -123,7 +124,7 @@ def _open(args: argparse.Namespace) -> int:
     start = Start(plate, plate_options(args), lens, settings_of(args), ocio=args.ocio)
     timing, placing = timing_of(args, plate), placing_of(args)
     with _lens_in(args) as lens_in:
-        start = replace(start, camera=camera, timing=timing, placing=placing)
+        start = replace(start, camera=camera, timing=timing, placing=placing, kit=kit_of(args))
         run_window(replace(start, lens_in=lens_in))
     return 0
 
@@ -151,7 +152,7 @@ def _listen(args: argparse.Namespace) -> int:
     start = Start(stream.text, plate_options(args), lens, defocus, ocio=args.ocio, stream=stream)
     try:
         with _lens_in(args) as lens_in:
-            run_window(replace(start, camera=camera, lens_in=lens_in))
+            run_window(replace(start, camera=camera, lens_in=lens_in, kit=kit_of(args)))
     finally:
         stream.close()
     return 0

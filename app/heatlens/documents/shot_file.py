@@ -19,6 +19,7 @@ from heatlens.model.frames import FrameRange
 from heatlens.model.framing import Framing
 from heatlens.model.interpolation import Ease, Scale
 from heatlens.model.lens import Lens
+from heatlens.model.lens_kit import LensKit
 from heatlens.model.look import Look
 from heatlens.model.marks import DistanceMark, Mark, ObjectMark, PointMark
 from heatlens.model.plate_options import PlateOptions
@@ -39,6 +40,7 @@ _FIELDS: dict[str, tuple[str, Any]] = {
     "defocus": ("defocus", DefocusSettings),
     "framing": ("framing", Framing),
     "looks": ("looks", tuple[Look, ...]),
+    "lens_kit": ("kit", LensKit),
 }
 # Sources that are a name and no path, as long as no file is called so: the scene of the program.
 _NAMES = ("demo",)

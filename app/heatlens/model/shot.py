@@ -11,6 +11,7 @@ from heatlens.model.frames import FRAMES_PER_SECOND, FrameRange, check_frames_pe
 from heatlens.model.framing import Framing
 from heatlens.model.interpolation import Scale
 from heatlens.model.lens import Lens
+from heatlens.model.lens_kit import LensKit
 from heatlens.model.look import Look, check_looks
 from heatlens.model.marks import Mark, check_marks
 from heatlens.model.option import options_of
@@ -77,6 +78,7 @@ class Shot:
     in_out             the part of them that is played and exported, None for all
     frames_per_second  when played
     looks              lenses that were kept, in the order of their keeping
+    kit                bounds what a hand may do to the lens; None where there are no bounds
 
     Raises InputError for marks of one name, a rate no film has, a source no file can have.
     """
@@ -92,6 +94,7 @@ class Shot:
     frames_per_second: float = FRAMES_PER_SECOND
     framing: Framing | None = None
     looks: tuple[Look, ...] = ()
+    kit: LensKit | None = None
 
     def __post_init__(self) -> None:
         check_marks(self.marks)

@@ -23,6 +23,7 @@ _POSITIVE = {
 _TURNS = {"focus_turn": "focus", "iris_turn": "iris", "zoom_turn": "zoom"}
 _TIME = ("hours", "minutes", "seconds", "frames")
 _NAME_LETTERS = 80
+_LEAST = math.ulp(0.0)  # of what must be above 0
 
 
 def sample_of(text: bytes, encoding: Encoding) -> LensSample:
@@ -34,9 +35,9 @@ def sample_of(text: bytes, encoding: Encoding) -> LensSample:
     if not isinstance(root, dict):
         raise RingPacketError("a sample is not a list of names and values")
     lens = _below(root, "lens")
-    values: dict[str, Any] = {name: _number(lens, key, 0.0) for name, key in _POSITIVE.items()}
+    values: dict[str, Any] = {name: _number(lens, key, _LEAST) for name, key in _POSITIVE.items()}
     turns = _below(lens, "encoders")
-    values |= {name: _number(turns, key, -1e-9, 1.0) for name, key in _TURNS.items()}
+    values |= {name: _number(turns, key, 0.0, 1.0) for name, key in _TURNS.items()}
     return LensSample(_source(root), **values, timecode=_timecode(root))
 
 
@@ -98,12 +99,12 @@ def _below(holder: Mapping[str, Any], key: str) -> Mapping[str, Any]:
     return found if isinstance(found, dict) else {}
 
 
-def _number(holder: Mapping[str, Any], key: str, above: float, most: float = 1e9) -> float | None:
-    """Return a number in (above, most], else None."""
+def _number(holder: Mapping[str, Any], key: str, least: float, most: float = 1e9) -> float | None:
+    """Return a number in [least, most], else None."""
     found = holder.get(key)
     if isinstance(found, bool) or not isinstance(found, (int, float)):
         return None
-    return float(found) if above < found <= most else None
+    return float(found) if least <= found <= most else None
 
 
 def _source(root: Mapping[str, Any]) -> str:

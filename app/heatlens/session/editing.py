@@ -107,6 +107,7 @@ class Editing:
         if lens == before:
             return
         try:
+            lens = self._within_kit(before, lens)
             kept = self._without_tried(lens)
             if kept != self._keyed_lens:
                 self.edit(self._with_lens(kept))
@@ -114,6 +115,15 @@ class Editing:
             self._tell(before, lens)
         except HeatlensError as error:
             self._say(Problem(error))
+
+    def _within_kit(self, before: Lens, asked: Lens) -> Lens:
+        """Return the lens as far as the kit of the shot allows it, and say where it does not."""
+        kit = self.shot.kit
+        got = asked if kit is None else kit.followed(before, asked)
+        names = ("focal_length_mm", "f_stop", "focus_distance_m")
+        if kit is not None and any(getattr(got, n) != getattr(asked, n) for n in names):
+            self._say(kit.refusal(asked))
+        return got
 
     def _without_tried(self, lens: Lens) -> Lens:
         """Return the lens with what can only be tried at the frame as its keys have it."""

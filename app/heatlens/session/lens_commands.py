@@ -14,6 +14,7 @@ from heatlens.plate.focus_pick import depth_at_m
 from heatlens.plate.plate import Plate
 from heatlens.plate.start_lens import StartLens
 from heatlens.session.editing import Editing
+from heatlens.session.kit_commands import KitCommands
 from heatlens.session.messages import Problem
 from heatlens.session.open_source import OpenSource
 
@@ -30,6 +31,7 @@ class LensCommands:
         self._source = source
         self._editing = editing
         self._say = say
+        self.kits = KitCommands(editing, say)
         self.begun_with: StartLens | None = None  # that of what is open, and where it is from
 
     def focus_at(self, pixel: tuple[int, int]) -> None:

@@ -7,6 +7,7 @@ from typing import Any
 from heatlens.camera.into_shot import first_values
 from heatlens.camera.samples import CameraSamples
 from heatlens.model.framing import SceneTiming
+from heatlens.model.lens_kit import LensKit
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.settings import DefocusSettings
 from heatlens.model.view import ViewState
@@ -28,6 +29,7 @@ class Start:
     timing         puts the seconds of a scene into frames
     lens_in        a camera or a controller that the lens follows; closed with the program
     placing        tells of a scene's file what it does not say
+    kit            bounds the lens of what is named, else of what opens first
     """
 
     source: str
@@ -41,6 +43,7 @@ class Start:
     timing: SceneTiming | None = None
     lens_in: LensReceiver | None = None
     placing: Placing = field(default_factory=Placing)
+    kit: LensKit | None = None
 
 
 class GivenOptions:

@@ -25,8 +25,14 @@ def first_lens(opened: Opened, given: GivenOptions) -> tuple[StartLens, str]:
 
 
 def with_given_camera(shot: Shot, given: GivenOptions) -> tuple[Shot, str]:
-    """Return the shot with the command line's camera, where that is for it; and what is wrong."""
+    """Return the shot with the command line's camera, where that is for it; and what is wrong.
+
+    A lens kit of the command line bounds the lens first.
+    """
     camera, source = given.start.camera, shot.source or ""
+    kit = given.start.kit
+    if kit is not None and given.are_for(source):
+        shot = replace(shot, kit=kit, lens=kit.followed(None, shot.lens))
     if camera is None or not given.are_for(source):
         return shot, ""
     if any(getattr(shot.lens, name) != value for name, value in given.lens_of(source).items()):

@@ -12,6 +12,7 @@ from heatlens.session.messages import window_words
 from heatlens.session.session import Session
 from heatlens.ui.panels.export_panel import draw_exports
 from heatlens.ui.panels.guides_panel import guides_panel
+from heatlens.ui.panels.kit_panel import kit_panel
 from heatlens.ui.panels.lens_panel import LensFacts, blur_panel, lens_panel
 from heatlens.ui.panels.look_panel import look_panel
 from heatlens.ui.panels.looks_panel import LookStills, looks_panel
@@ -78,6 +79,7 @@ class DockedPanels:
             begun = session.lens_commands.begun_with
             sources = {} if begun is None else begun.sources
             tried, doubtful = session.editing.tried, self._doubts()
+            kits = session.lens_commands.kits
             plate = session.source.picture.plate
             facts = LensFacts(
                 session.histogram,
@@ -86,10 +88,12 @@ class DockedPanels:
                 tried,
                 doubtful,
                 brings_coc=plate is not None and not plate.has_distances,
+                kit_lens=kits.mounted,
             )
             self._ring()
             with listening() as drawn:
                 session.editing.edit_lens(lens_panel(session.lens, facts, session.say))
+            kit_panel(session.shot.kit, kits)
             session.editing.edit(
                 replace(session.shot, defocus=blur_panel(session.shot.defocus, session.has_scene))
             )

@@ -12,6 +12,7 @@ from heatlens.model.depth_histogram import DepthHistogram
 from heatlens.model.f_stops import THIRD_STOPS, nearest_index
 from heatlens.model.filmback import FILMBACKS
 from heatlens.model.lens import Lens
+from heatlens.model.lens_kit import KitLens
 from heatlens.model.lens_model import LensModel
 from heatlens.model.option import options_of
 from heatlens.model.plausibility import About, Doubt
@@ -46,6 +47,7 @@ class LensFacts:
     tried: frozenset[LensParameter] = frozenset()  # what holds at this frame alone, without a key
     doubts: tuple[Doubt, ...] = ()  # what cannot well be of this lens and these depths
     brings_coc: bool = False  # the plate that is shown has circles of confusion, no distances
+    kit_lens: KitLens | None = None  # which bounds the lens, None: nothing does
 
 
 def lens_panel(lens: Lens, facts: LensFacts, say: Say) -> Lens:
@@ -54,9 +56,9 @@ def lens_panel(lens: Lens, facts: LensFacts, say: Say) -> Lens:
     try:
         lens = _focus(lens, facts, say)
         with widgets.colored(theme.TRIED if LensParameter.F_STOP in facts.tried else None):
-            lens = _aperture(lens, say)
+            lens = _aperture(lens, facts, say)
         with widgets.colored(theme.TRIED if LensParameter.FOCAL_LENGTH in facts.tried else None):
-            lens = _hardware(lens, say)
+            lens = _hardware(lens, facts, say)
         _doubts(facts, "lens")
     except LensError as error:  # two values that do not go together: the step is not taken
         say(Problem(error))
@@ -122,12 +124,13 @@ def _limits(lens: Lens, unit: str) -> None:
         imgui.set_tooltip(f"Sharp is what blurs to less than {limit_um:.0f} µm on the sensor.")
 
 
-def _aperture(lens: Lens, say: Say) -> Lens:
+def _aperture(lens: Lens, facts: LensFacts, say: Say) -> Lens:
     imgui.separator_text("Aperture")
     widgets.label("f-stop", "Third stops; any value in the field at the right.")
     imgui.set_next_item_width(imgui.get_content_region_avail().x - 4.6 * imgui.get_font_size())
     index = nearest_index(lens.f_stop)
-    changed, new = imgui.slider_int("##f-stop", index, 0, len(THIRD_STOPS) - 1, "")
+    widest = 0 if facts.kit_lens is None else nearest_index(facts.kit_lens.f_stop)
+    changed, new = imgui.slider_int("##f-stop", index, widest, len(THIRD_STOPS) - 1, "")
     probe.note("f-stop")
     if changed and new != index:
         lens = replace(lens, f_stop=THIRD_STOPS[new])
@@ -169,9 +172,13 @@ def _sources(facts: LensFacts) -> None:
         imgui.set_tooltip("\n".join(words))
 
 
-def _hardware(lens: Lens, say: Say) -> Lens:
+def _hardware(lens: Lens, facts: LensFacts, say: Say) -> Lens:
     imgui.separator_text("Lens and film back")
-    focal = widgets.drag("focal length", lens.focal_length_mm, 0.2, 4.0, 1200.0, "%.1f mm", say)
+    ends = 4.0, 1200.0
+    if facts.kit_lens is not None:
+        ends = facts.kit_lens.focal_length_mm, facts.kit_lens.longest
+    with widgets.disabled(ends[0] == ends[1]):  # a prime has no other length
+        focal = widgets.drag("focal length", lens.focal_length_mm, 0.2, *ends, "%.1f mm", say)
     if focal != lens.focal_length_mm:
         lens = replace(lens, focal_length_mm=focal)
     lens = _film_back(lens, say)

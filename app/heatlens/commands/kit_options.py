@@ -1,0 +1,77 @@
+"""A lens kit on the command line: what its lenses are like, and what they cannot do is refused."""
+
+import argparse
+from dataclasses import replace
+from typing import Any
+
+from heatlens.commands.field_options import flag_of
+from heatlens.commands.say import say
+from heatlens.documents.lens_kits import kit_shelf
+from heatlens.errors import InputError
+from heatlens.model.lens import Lens
+from heatlens.model.lens_kit import LensKit
+from heatlens.model.shot import Shot
+
+# The fields of Lens that a kit bounds, and the options that give them.
+_BOUNDED = {
+    "focal_length_mm": ("focal_length",),
+    "f_stop": ("f_stop",),
+    "focus_distance_m": ("focus_distance", "focus_at"),
+}
+
+
+def add_kit_option(group: "argparse._ArgumentGroup") -> None:
+    """Add --lens-kit."""
+    group.add_argument(
+        "--lens-kit",
+        metavar="NAME[:LENGTH]",
+        help="a lens of a kit, such as vintage-primes:50: its length, its character, how far it "
+        "opens and how near it focuses; `heatlens kits` lists them",
+    )
+
+
+def kit_of(args: argparse.Namespace) -> LensKit | None:
+    """Return the kit of the options. Raises InputError for one that there is not."""
+    return None if args.lens_kit is None else kit_shelf().chosen(args.lens_kit)[0]
+
+
+def kit_values(args: argparse.Namespace) -> dict[str, Any]:
+    """Return the fields of Lens that --lens-kit gives: the character, and the length if told.
+
+    Raises InputError for a length given twice.
+    """
+    if args.lens_kit is None:
+        return {}
+    kit, length_mm = kit_shelf().chosen(args.lens_kit)
+    if length_mm is None:
+        return kit.character.known
+    if args.focal_length not in (None, length_mm):
+        raise InputError(
+            f"--lens-kit {args.lens_kit} and {flag_of(Lens, 'focal_length_mm')} "
+            f"{args.focal_length:g} are two lengths: give one."
+        )
+    return {**kit.character.known, "focal_length_mm": length_mm}
+
+
+def lens_of_kit(args: argparse.Namespace, lens: Lens) -> Lens:
+    """Return the lens as a lens of the kit of the options, which says what else it would be.
+
+    Raises InputError where an option asks for what the kit has not.
+    """
+    kit = kit_of(args)
+    if kit is None:
+        return lens
+    refusal = kit.refusal(lens)
+    bounded = kit.followed(None, lens)
+    changed = [name for name in _BOUNDED if getattr(bounded, name) != getattr(lens, name)]
+    if any(getattr(args, option, None) is not None for n in changed for option in _BOUNDED[n]):
+        raise InputError(refusal)
+    if refusal:
+        say(f"{refusal} It is taken as far as the lens goes.")
+    return bounded
+
+
+def shot_with_kit(args: argparse.Namespace, shot: Shot) -> Shot:
+    """Return the shot with the kit of the options, its lens within the kit."""
+    kit = kit_of(args)
+    return shot if kit is None else replace(shot, kit=kit, lens=lens_of_kit(args, shot.lens))

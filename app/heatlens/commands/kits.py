@@ -1,0 +1,66 @@
+"""`heatlens kits`: the lens kits that there are, and what each of their lenses can do."""
+
+import argparse
+from pathlib import Path
+
+from heatlens.commands.say import say, tell
+from heatlens.documents.lens_kits import KitShelf, kit_shelf, kit_text, read_kit
+from heatlens.model.lens_kit import LensCharacter, LensKit
+
+_DESCRIPTION = """\
+Lists the lens kits for --lens-kit and for the Lens panel of the window: how far each lens opens,
+how near it focuses, what it does out of focus. Own kits are JSON files in the folder that is named
+at the end; copy one that comes with heatlens (--json) and change it.
+"""
+_EPILOG = """\
+examples:
+  heatlens kits
+  heatlens kits vintage-primes
+  heatlens kits vintage-primes --json > mine.json
+  heatlens kits --check mine.json
+"""
+
+
+def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    """Add `kits` to the command line."""
+    parser = commands.add_parser(
+        "kits",
+        help="list the lens kits",
+        description=_DESCRIPTION,
+        epilog=_EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("name", nargs="?", help="only this kit (default: all)")
+    parser.add_argument("--json", action="store_true", help="one kit as a file holds it")
+    parser.add_argument("--check", type=Path, metavar="FILE", help="read one file as a kit")
+    parser.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Print the kits; say which own files hold none."""
+    if args.check is not None:
+        tell(_words(read_kit(args.check)), keep="\n")
+        return 0
+    shelf = kit_shelf()
+    kits = list(shelf.kits.values()) if args.name is None else [shelf.chosen(args.name)[0]]
+    if args.json:
+        tell("\n".join(kit_text(kit) for kit in kits), keep="\n")
+        return 0
+    tell("\n\n".join(_words(kit, shelf) for kit in kits), keep="\n")
+    say(*shelf.problems, f"own kits lie in {shelf.folder}")
+    return 0
+
+
+def _words(kit: LensKit, shelf: KitShelf | None = None) -> str:
+    own = " (your own)" if shelf is not None and kit.name in shelf.own else ""
+    width = max(len(lens.name) for lens in kit.lenses)
+    lenses = [f"  {lens.name:>{width}}  {lens.words}" for lens in kit.lenses]
+    character = _character(kit.character)
+    return "\n".join([f"{kit.name}{own}: {kit.words}", *lenses, *character])
+
+
+def _character(character: LensCharacter) -> list[str]:
+    plain = LensCharacter()
+    names = [n for n in LensCharacter.__slots__ if getattr(character, n) != getattr(plain, n)]
+    words = (f"{name.replace('_', ' ')} {getattr(character, name):g}" for name in names)
+    return [f"  {', '.join(words)}"] if names else []

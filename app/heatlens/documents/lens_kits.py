@@ -1,0 +1,101 @@
+"""Lens kits as files: those that come with heatlens, and the user's own beside the preferences.
+
+A file holds one kit, in the fields of `LensKit`, `KitLens` and `LensCharacter`.
+"""
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+
+from heatlens.errors import InputError
+from heatlens.files.json_record import read_json, record_to_json
+from heatlens.folders import kits_dir
+from heatlens.model.lens_kit import KitLens, LensKit
+
+KIT_VERSION = 1
+_VERSION = "heatlens_lens_kit"
+_SHIPPED = Path(__file__).with_name("kits")
+_FIELDS = {
+    "name": str,
+    "words": str,
+    "lenses": LensKit.__annotations__["lenses"],
+    "character": LensKit.__annotations__["character"],
+}
+
+
+@dataclass(frozen=True)
+class KitShelf:
+    """The kits that there are.
+
+    kits      by their names; an own kit stands in the place of a shipped one of its name
+    own       the names of the user's own
+    problems  a sentence for each own file that holds no kit
+    folder    where own kits lie
+    """
+
+    kits: dict[str, LensKit]
+    own: frozenset[str]
+    problems: tuple[str, ...]
+    folder: Path
+
+    def chosen(self, text: str) -> tuple[LensKit, float | None]:
+        """Return the kit of "NAME[:LENGTH]" and the length in mm, None where none is told.
+
+        Raises InputError for a name or a length that there is not.
+        """
+        name, _, length = text.partition(":")
+        kit = self.kits.get(name.strip())
+        if kit is None:
+            damaged = f" {self.problems[0]}" if self.problems else ""
+            raise InputError(
+                f"There is no lens kit {name.strip()!r}, only {', '.join(self.kits)}; own kits lie "
+                f"in {self.folder}.{damaged}"
+            )
+        return kit, None if not length else _length(kit, length)
+
+
+def kit_shelf(folder: Path | None = None) -> KitShelf:
+    """Read all kits; `folder` is that of the user's own, in place of the usual one."""
+    folder = kits_dir() if folder is None else folder
+    shipped = [read_kit(path) for path in sorted(_SHIPPED.glob("*.json"))]
+    own, problems = [], []
+    for path in sorted(folder.glob("*.json")):
+        try:
+            own.append(read_kit(path))
+        except InputError as error:
+            problems.append(str(error))
+    kits = {kit.name: kit for kit in (*shipped, *own)}
+    return KitShelf(kits, frozenset(kit.name for kit in own), tuple(problems), folder)
+
+
+def read_kit(path: Path) -> LensKit:
+    """Read a kit. Raises InputError that names the file and the place where it is damaged."""
+    top = read_json(path)
+    top.check_version(_VERSION, KIT_VERSION, "lens kit")
+    entries = {n: e for n, e in top.members([_VERSION, *_FIELDS]).items() if n != _VERSION}
+    for name in ("name", "words", "lenses"):
+        if name not in entries:
+            top.refuse(f"the entry {name!r} is missing")
+    return top.built(LensKit, {n: e.of_type(_FIELDS[n]) for n, e in entries.items()})
+
+
+def kit_text(kit: LensKit) -> str:
+    """Return a kit as the text of a file that `read_kit` reads."""
+    entries = {_VERSION: KIT_VERSION, **record_to_json(kit)}
+    return json.dumps(entries, indent=2, ensure_ascii=False)
+
+
+def _length(kit: LensKit, text: str) -> float:
+    """Return the length in mm, which a lens of the kit must have."""
+    try:
+        asked = float(text.strip().lower().removesuffix("mm").replace(",", "."))
+    except ValueError:
+        raise InputError(
+            f"{text!r} is not a focal length in mm. Example: {kit.name}:{kit.lenses[0].longest:g}."
+        ) from None
+    if not 0 < asked < 1e6:
+        raise InputError(f"A focal length is above 0 mm, not {text}.")
+    lens: KitLens = kit.nearest(asked)
+    if lens.length_near(asked) != asked:
+        raise InputError(kit.no_length(asked))
+    return asked

@@ -1,0 +1,70 @@
+"""Commands for the lens kit of the shot: which one, and which of its lenses."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+from heatlens.documents.lens_kits import KitShelf, kit_shelf
+from heatlens.errors import HeatlensError
+from heatlens.model.lens_kit import KitLens, LensKit
+from heatlens.session.editing import Editing
+from heatlens.session.messages import Problem
+
+
+class KitCommands:
+    """Chooses kits and their lenses; each choice is one step of undo."""
+
+    def __init__(self, editing: Editing, say: Callable[[str], None]) -> None:
+        self._editing = editing
+        self._say = say
+        self._shelf: KitShelf | None = None
+
+    @property
+    def shelf(self) -> KitShelf:
+        """The kits that there are, read when they are asked for first; damaged files are said."""
+        if self._shelf is None:
+            self._shelf = kit_shelf()
+            if self._shelf.problems:
+                self._say(Problem(self._shelf.problems[0]))
+        return self._shelf
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The names of all kits, that of the shot first where this machine does not have it."""
+        kit = self._editing.shot.kit
+        missing = () if kit is None or kit.name in self.shelf.kits else (kit.name,)
+        return (*missing, *self.shelf.kits)
+
+    @property
+    def mounted(self) -> KitLens | None:
+        """The lens of the kit that is on the camera; None without a kit."""
+        kit = self._editing.shot.kit
+        return None if kit is None else kit.nearest(self._editing.lens.focal_length_mm)
+
+    def choose(self, name: str | None) -> None:
+        """Take a kit by its name, and its lens that comes nearest; None is free of any kit."""
+        kit = None if name is None else self.shelf.kits.get(name)
+        if kit is None:
+            if name is None:
+                self._editing.do(replace(self._editing.shot, kit=None))
+                self._say("The lens is free of any kit.")
+            return
+        self._mount(kit, kit.nearest(self._editing.lens.focal_length_mm))
+
+    def mount(self, kit_lens: KitLens) -> None:
+        """Put another lens of the kit on the camera."""
+        kit = self._editing.shot.kit
+        if kit is not None:
+            self._mount(kit, kit_lens)
+
+    def _mount(self, kit: LensKit, kit_lens: KitLens) -> None:
+        editing = self._editing
+        try:
+            lens = kit.mounted(editing.lens, kit_lens)
+        except HeatlensError as error:
+            self._say(Problem(error))
+            return
+        editing.settle()
+        editing.edit(replace(editing.shot, kit=kit))
+        editing.edit_lens(lens)
+        editing.settle()
+        self._say(f"The lens is the {kit_lens.name} of {kit.name}: it {kit_lens.words}.")

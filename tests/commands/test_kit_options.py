@@ -1,0 +1,67 @@
+"""--lens-kit and `heatlens kits`."""
+
+import pytest
+
+from heatlens.commands.main import main
+from heatlens.documents.lens_kits import read_kit
+from heatlens.documents.shot_file import read_shot
+
+SHOT = ("shot", "new", "nothing.####.exr", "--sensor-width", "36", "--focus-distance", "2")
+
+
+@pytest.fixture
+def made(tmp_path, capsys):
+    def make(*options: str):
+        path = tmp_path / "s.heatlens.json"
+        code = main([*SHOT, "-o", str(path), "--overwrite", *options])
+        return (read_shot(path) if code == 0 else code), capsys.readouterr().err
+
+    return make
+
+
+def test_a_lens_of_a_kit_has_its_length_and_its_limits(made):
+    shot, _ = made("--lens-kit", "anamorphic-2x:50", "--f-stop", "2.8")
+    assert shot.kit.name == "anamorphic-2x"
+    assert (shot.lens.focal_length_mm, shot.lens.f_stop) == (50.0, 2.8)
+    assert (shot.lens.squeeze, shot.lens.close_focus_m) == (2.0, 0.75)
+
+
+def test_an_option_overrules_the_character_of_the_kit(made):
+    shot, _ = made("--lens-kit", "anamorphic-2x:50", "--f-stop", "2.8", "--squeeze", "1.8")
+    assert shot.lens.squeeze == 1.8
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        (("anamorphic-2x:50", "--f-stop", "1.4"), "opens to f/1.8, not to f/1.4"),
+        (("anamorphic-2x:51", "--f-stop", "2"), "has no 51 mm"),
+        (("anamorphic-2x", "--f-stop", "2", "--focal-length", "55"), "has no 55 mm"),
+        (("anamorphic-2x:50", "--f-stop", "2", "--focal-length", "60"), "two lengths"),
+        (("anamorphic", "--f-stop", "2"), "There is no lens kit"),
+    ],
+)
+def test_what_the_kit_has_not_is_refused(made, options, told):
+    code, said = made("--lens-kit", *options)
+    assert code == 2
+    assert told in said
+
+
+def test_a_focus_that_is_too_near_is_refused(made):
+    code, said = made(
+        *("--lens-kit", "modern-primes:135", "--f-stop", "2", "--focus-distance", "1"),
+    )
+    assert code == 2
+    assert "focuses from 1.3 m, not from 1 m" in said
+
+
+def test_kits_are_listed_and_written_to_be_changed(capsys, tmp_path):
+    assert main(["kits"]) == 0
+    listed = capsys.readouterr().out
+    assert "24-70 mm  opens to f/2.7 (T2.9), focuses from 0.8 m" in listed
+    assert main(["kits", "macro", "--json"]) == 0
+    path = tmp_path / "mine.json"
+    path.write_text(capsys.readouterr().out)
+    assert read_kit(path).name == "macro"
+    assert main(["kits", "--check", str(path)]) == 0
+    assert main(["kits", "nothing"]) == 2
