@@ -66,7 +66,7 @@ def test_a_damaged_kit_is_told_in_one_sentence_and_the_others_stay(changed, told
     assert list(shelf.kits) == SHIPPED
     (problem,) = shelf.problems
     assert str(path) in problem and "\n" not in problem
-    with pytest.raises(InputError, match="mine.json"):
+    with pytest.raises(InputError, match=r"mine\.json"):
         shelf.chosen("mine")
 
 
