@@ -2,7 +2,8 @@
 //
 //   instances_block  144 bytes each; those of one mesh lie after each other
 //   materials_block  80 bytes each
-//   places_block     with PLACES, where the five maps of each material lie: two vec4 for each map
+//   places_block     with PLACES, where the five maps of each material lie: two vec4 for each map,
+//                    a matrix by rows, then the offset, the set, and how it is wrapped
 //   lights_block     their number in 16 bytes, then 48 bytes each
 //
 // The ray tracer reads more (lib/bvh.lib.glsl). The vertex buffer has two vec4 for each vertex:
@@ -75,13 +76,27 @@ struct Surface {
     bool is_lit;
 };
 
+#ifdef PLACES
+#define CLAMP 1
+#define MIRROR 2
+
+// Beyond its borders a picture is repeated unless `wrap` says otherwise; `texel` is a pixel's width.
+float wrapped(float at, int wrap, float texel) {
+    if (wrap == MIRROR) at = abs(mod(at + 1.0, 2.0) - 1.0);
+    return wrap == 0 ? at : clamp(at, 0.5 * texel, 1.0 - 0.5 * texel);
+}
+#endif
+
 // Where a map of a material is read.
 vec2 map_uv(uint material, int map, Uv uv) {
 #ifdef PLACES
     uint at = 10u * material + 2u * uint(map);
     vec4 turn = places[at], shift = places[at + 1u];
     vec2 from = shift.z > 0.5 ? uv.zw : uv.xy;
-    return vec2(dot(turn.xy, from), dot(turn.zw, from)) + shift.xy;
+    vec2 where = vec2(dot(turn.xy, from), dot(turn.zw, from)) + shift.xy;
+    int wraps = int(shift.w);
+    vec2 texel = 1.0 / vec2(textureSize(maps_tx, 0).xy);
+    return vec2(wrapped(where.x, wraps & 3, texel.x), wrapped(where.y, wraps >> 2, texel.y));
 #else
     return uv;
 #endif

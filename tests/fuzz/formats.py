@@ -11,6 +11,7 @@ from pathlib import Path
 import charset_normalizer
 import numpy as np
 import OpenEXR
+import packed_formats
 import photo_formats
 import ring_packets
 from tevclient import packet as client_packet
@@ -273,6 +274,9 @@ FORMATS = {
     },
     "depth-inside": Format(photo_formats.with_depth_inside, _plate),
     "gltf": Format(_gltf, lambda path: _meshes(read_scene(path))),
+    "gltf-packed": Format(
+        packed_formats.written, lambda path: _meshes(read_scene(packed_formats.as_gltf(path)))
+    ),
     "obj": Format(_beside("a.obj", OBJ.encode()), lambda path: _meshes(read_scene(path))),
     "mtl": Format(_materials, lambda path: _meshes(read_scene(path.with_name("a.obj")))),
     "ply": Format(_ply, lambda path: _meshes(read_scene(path))),

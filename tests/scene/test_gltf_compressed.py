@@ -1,55 +1,14 @@
 """Compressed meshes and pictures of glTF files are those that were packed."""
 
-import base64
 import sys
 
-import DracoPy
-import meshopt
 import numpy as np
 import pytest
 
 from heatlens.errors import InputError
 from heatlens.scene.scene_read import read_scene
-from support.gltf_files import SQUARE, SQUARE_CORNERS, SQUARE_UVS, GltfWriter
-
-DRACO = "KHR_draco_mesh_compression"
-UP = np.tile([0.0, 0.0, 1.0], (4, 1))
-# 4 x 4 pixels of (201, 0, 0, 255), in the KTX 2 that Basis Universal 2.1 writes.
-RED_KTX2 = base64.b64decode(
-    "q0tUWCAyMLsNChoKAAAAAAEAAAAEAAAABAAAAAAAAAAAAAAAAQAAAAEAAAABAAAAaAAAACwAAACUAAAAJAAAALgAAAAA"
-    "AAAAgQAAAAAAAAA5AQAAAAAAAAEAAAAAAAAAAAAAAAAAAAAsAAAAAAAAAAIAKACjAQIAAwMAAAgAAAAAAAAAAAA/AAAA"
-    "AAAAAAAA/////x8AAABLVFh3cml0ZXIAQmFzaXMgVW5pdmVyc2FsIDIuMTAAAAEAAQApAAAABQAAACsAAAAAAAAAAAAA"
-    "AAAAAAABAAAAAAAAAAAAAAABwAQAAAAAAAAiApgBAAAAAABA2gkAJgAAAAAAABACwASAAAAAAAAiBqyqqqoCAMFEAAAA"
-    "AAAA8l8tAJgAAAAAAABACAATAAIAAAAAiAHABAAAAAAAAAIIAAA="
-)
-
-
-def draco(data=None, has_plain_data=False):
-    """Return a square packed by Draco."""
-    packed = DracoPy.encode(
-        SQUARE.astype(float),
-        faces=SQUARE_CORNERS.reshape(-1, 3).astype(np.uint32),
-        tex_coord=SQUARE_UVS.astype(float),
-        normals=UP,
-        quantization_bits=14,
-    )
-    numbers = {
-        name: part["unique_id"]
-        for part in DracoPy.decode(packed).attributes
-        for kind, name in ((0, "POSITION"), (1, "NORMAL"), (3, "TEXCOORD_0"))
-        if part["attribute_type"] == kind
-    }
-    writer = GltfWriter()
-    named = {"NORMAL": UP.astype(np.float32), "TEXCOORD_0": SQUARE_UVS}
-    mesh = writer.mesh(SQUARE, SQUARE_CORNERS, named)
-    if not has_plain_data:
-        for accessor in writer.json["accessors"]:
-            del accessor["bufferView"]
-    told = {"bufferView": writer.view(packed if data is None else data), "attributes": numbers}
-    writer.json["meshes"][mesh]["primitives"][0]["extensions"] = {DRACO: told}
-    writer.json["extensionsUsed"] = [DRACO]
-    writer.node(mesh=mesh)
-    return writer
+from support.compressed_files import RED_KTX2, UP, draco, packed, with_picture
+from support.gltf_files import SQUARE, SQUARE_CORNERS, SQUARE_UVS
 
 
 def places(mesh):
@@ -81,23 +40,6 @@ def test_damaged_bytes_of_draco_are_named(tmp_path, data):
         read_scene(draco(data).write(tmp_path / "a.glb"))
 
 
-def packed(name="EXT_meshopt_compression", **changed):
-    """Return a square whose views are packed by meshoptimizer."""
-    writer = GltfWriter()
-    mesh = writer.mesh()
-    writer.more_buffers.append({"byteLength": 1000})
-    for view, values, mode in ((0, SQUARE, "ATTRIBUTES"), (1, SQUARE_CORNERS, "TRIANGLES")):
-        data = meshopt.encode_gltf_buffer(values, mode)
-        told = {"buffer": 0, "byteOffset": len(writer.data), "byteLength": len(data)}
-        told |= {"mode": mode, "count": len(values), "byteStride": values[0].nbytes}
-        writer.data += data + bytes(-len(data) % 4)
-        record = writer.json["bufferViews"][view]
-        record["extensions"] = {name: told | changed}
-        record["buffer"] = 1
-    writer.node(mesh=mesh)
-    return writer
-
-
 @pytest.mark.parametrize("name", ["EXT_meshopt_compression", "KHR_meshopt_compression"])
 def test_a_buffer_of_meshoptimizer_is_what_was_packed(tmp_path, name):
     writer = packed(name)
@@ -120,16 +62,6 @@ def test_a_buffer_of_meshoptimizer_is_what_was_packed(tmp_path, name):
 def test_a_buffer_that_cannot_be_unpacked_is_named(tmp_path, changed, words):
     with pytest.raises(InputError, match=rf"a\.glb.*{words}"):
         read_scene(packed(**changed).write(tmp_path / "a.glb"))
-
-
-def with_picture(data):
-    writer = GltfWriter()
-    image = writer.add("images", bufferView=writer.view(data), mimeType="image/ktx2")
-    basis = {"KHR_texture_basisu": {"source": image}}
-    info = {"index": writer.add("textures", extensions=basis)}
-    material = writer.add("materials", pbrMetallicRoughness={"baseColorTexture": info})
-    writer.node(mesh=writer.mesh(attributes={"TEXCOORD_0": SQUARE_UVS}, material=material))
-    return writer
 
 
 def test_a_picture_in_ktx2_has_its_pixels(tmp_path):

@@ -5,8 +5,12 @@ import math
 import numpy as np
 import pytest
 
+from heatlens.gpu.textures import download, new_texture
+from heatlens.model.framing import looking_at
 from heatlens.scene.scene import Daylight
 from heatlens.scene.scene_read import read_scene
+from heatlens.scene.scene_view import SceneView
+from heatlens.scene_gpu.raster import SceneRaster
 from support.gltf_files import GltfWriter, square_scene
 
 BLENDER = "Khronos glTF Blender I/O v5.0.21"
@@ -86,3 +90,40 @@ def test_a_file_without_lights_has_the_daylight_of_any_scene(tmp_path):
     scene = read_scene(writer.write(tmp_path / "a.glb"))
     assert scene.daylight == Daylight() and not scene.notes
     assert np.isfinite(scene.daylight.sun).all()
+
+
+def test_lights_move_with_their_nodes(tmp_path):
+    writer = square_scene()
+    lamp = writer.node(**writer.light(type="spot", intensity=5), translation=[0, 0, 2])
+    sun = writer.node(**writer.light(type="directional", intensity=3))
+    writer.animate(lamp, "translation", [0, 1], [[0, 0, 2], [8, 0, 2]])
+    turned = [0, 2**-0.5, 0, 2**-0.5]  # by 90 degrees around y
+    writer.animate(sun, "rotation", [0, 1], [[0, 0, 0, 1], turned])
+    scene = read_scene(writer.write(tmp_path / "lit.glb"))
+    assert scene.is_moving and not scene.notes
+    assert scene.lighting_at(1).lights == scene.lights
+    lighting = scene.lighting_at(25)
+    assert lighting.lights[0].position_m == pytest.approx((8, 0, 2))
+    assert lighting.lights[0].intensity == scene.lights[0].intensity
+    assert lighting.daylight.to_sun == pytest.approx((1, 0, 0), abs=1e-6)
+    assert scene.daylight.to_sun == pytest.approx((0, 0, 1))
+
+
+def test_a_picture_is_lit_by_where_the_lights_are(tmp_path, session_context):
+    """The lamp stands over the square at first, and behind it in the end."""
+    writer = square_scene()
+    lamp = writer.node(**writer.light(type="point", intensity=5))
+    writer.animate(lamp, "translation", [0, 1], [[0.5, 0.5, 1], [0.5, 0.5, -1]])
+    writer.json["asset"]["generator"] = BLENDER
+    raster = SceneRaster(session_context)
+    raster.load(read_scene(writer.write(tmp_path / "lit.glb")))
+    color = new_texture(session_context, (8, 8), 4)
+    view = looking_at((0.5, 0.5, 0.6), (0.5, 0.5, 0)).world_to_camera
+    seen = []
+    for frame in (1, 25, 1):
+        raster.place(frame)
+        raster.draw(SceneView(view, (8, 8), 20.0, np.inf, 0.1, 100.0), color)
+        seen.append(float(download(color)[4, 4, 0]))
+    assert seen[0] == seen[2] > 0.1 and seen[1] == 0
+    color.release()
+    raster.release()

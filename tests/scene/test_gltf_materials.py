@@ -6,8 +6,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from heatlens.errors import InputError
+from heatlens.gpu.textures import download, new_texture
+from heatlens.model.framing import looking_at
 from heatlens.scene.gltf.glossiness import converted_pictures, metal_and_base
 from heatlens.scene.scene_read import read_scene
+from heatlens.scene.scene_view import SceneView
+from heatlens.scene_gpu.raster import SceneRaster
 from support.gltf_files import SQUARE_UVS, GltfWriter, square_scene
 
 GLOSSY = "KHR_materials_pbrSpecularGlossiness"
@@ -159,3 +163,58 @@ def test_a_line_without_a_second_end_is_nothing(tmp_path):
     writer = square_scene()
     writer.node(mesh=writer.mesh(CORNERS[:1], None, mode=2))
     assert len(read_scene(writer.write(tmp_path / "a.glb")).instances) == 1
+
+
+def test_a_picture_of_transmission_makes_some_of_the_glass_opaque(tmp_path):
+    writer = GltfWriter()
+    number = writer.picture([[[255, 0, 0], [0, 0, 0]]])
+    glass = {"transmissionFactor": 1, "transmissionTexture": {"index": number}}
+    scene = read(tmp_path, writer, extensions={"KHR_materials_transmission": glass})
+    material = scene.materials[0]
+    alpha = scene.images[material.base_color_map][0, :, 3]
+    assert material.is_blended and alpha.tolist() == [26, 255]  # a tenth of 255, and all
+
+
+def test_a_picture_of_transmission_that_lies_otherwise_counts_by_its_mean(tmp_path):
+    writer = GltfWriter()
+    number = writer.picture([[[255, 0, 0], [0, 0, 0]]])
+    info = {"index": number, "texCoord": 1}
+    glass = {"transmissionFactor": 1, "transmissionTexture": info}
+    shine = {"baseColorTexture": {"index": number}}
+    told = {"KHR_materials_transmission": glass}
+    scene = read(tmp_path, writer, pbrMetallicRoughness=shine, extensions=told)
+    assert scene.materials[0].base_alpha == pytest.approx(1 - 0.9 / 2)
+    assert any("by their mean (1)" in note for note in scene.notes)
+
+
+@pytest.mark.parametrize(
+    ("wrap", "expected"),
+    [
+        (10497, [(1, 0), (0, 1), (1, 0), (0, 1)]),
+        (33071, [(1, 0), (1, 0), (1, 0), (0, 1)]),
+        (33648, [(0, 1), (1, 0), (1, 0), (0, 1)]),
+    ],
+)
+def test_a_picture_goes_on_beyond_its_borders_as_it_says(tmp_path, session_context, wrap, expected):
+    """A red and a green half across u from -1 to 1, a pixel in the middle of each half."""
+    writer = GltfWriter()
+    writer.add("samplers", wrapS=wrap, wrapT=33071)
+    halves = np.repeat([[[255, 0, 0], [0, 255, 0]]], 16, axis=1)
+    number = writer.picture(halves)
+    writer.json["textures"][number]["sampler"] = 0
+    unlit = {"KHR_materials_unlit": {}}
+    shine = {"baseColorTexture": {"index": number}}
+    material = writer.add("materials", pbrMetallicRoughness=shine, extensions=unlit)
+    uvs = (SQUARE_UVS * [2, 1] - [1, 0]).astype(np.float32)
+    writer.node(mesh=writer.mesh(attributes={"TEXCOORD_0": uvs}, material=material))
+    scene = read_scene(writer.write(tmp_path / "a.glb"))
+    raster = SceneRaster(session_context)
+    raster.load(scene)
+    raster.place(1)
+    view = looking_at((0.5, 0.5, 1), (0.5, 0.5, 0)).world_to_camera
+    color = new_texture(session_context, (4, 4), 4)
+    raster.draw(SceneView(view, (4, 4), 4.0, np.inf, 0.1, 100.0), color)
+    found = download(color)[2, :, :2]
+    color.release()
+    raster.release()
+    np.testing.assert_allclose(found, expected, atol=0.01)

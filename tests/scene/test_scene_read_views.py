@@ -142,7 +142,7 @@ def test_of_two_animations_of_one_thing_the_first_is_played(path):
         writer.animate(0, "translation", [0, 1], [[0, 0, 0], [far, 0, 0]])
     scene = read_scene(writer.write(path))
     assert scene.transforms_at(25)[0, 0, 3] == 1
-    assert "the first of them" in " ".join(scene.notes)
+    assert "the first is played" in " ".join(scene.notes)
 
 
 turns = st.tuples(*[st.floats(-1, 1)] * 4).filter(lambda q: np.linalg.norm(q) > 0.1)

@@ -6,6 +6,7 @@ with Rec.709 primaries; pictures that colour a surface are 8-bit sRGB, as files 
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from enum import IntEnum
 from functools import cached_property
 from pathlib import Path
 
@@ -23,6 +24,8 @@ INSTANCES_MOST = 200_000
 Motion = Callable[[float], Array]
 # frame -> a mesh in its shape there, with the triangles that it always has
 Deform = Callable[[float], "Mesh"]
+# frame -> all the lights of the scene, of which some move
+LightMotion = Callable[[float], "Lighting"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,17 +67,32 @@ class Mesh:
         return np.array([used.min(axis=0), used.max(axis=0)], np.float64)
 
 
+class Wrap(IntEnum):
+    """How a picture goes on beyond its borders; the numbers are those of the shaders."""
+
+    REPEAT = 0
+    CLAMP = 1
+    MIRROR = 2
+
+
 @dataclass(frozen=True)
 class MapPlace:
     """Where a map lies on a surface.
 
     (u, v) of texture coordinates becomes matrix @ (u, v) + offset, where matrix is two rows.
-    `coordinates` is the number of their set: 0 for a mesh's `uvs`, 1 for its `more_uvs`.
+    `coordinates` is the number of their set: 0 for a mesh's `uvs`, 1 for its `more_uvs`. Beyond its
+    borders a picture goes on along u and v as `wraps` says.
     """
 
     coordinates: int = 0
     matrix: tuple[tuple[float, float], tuple[float, float]] = ((1.0, 0.0), (0.0, 1.0))
     offset: tuple[float, float] = (0.0, 0.0)
+    wraps: tuple[Wrap, Wrap] = (Wrap.REPEAT, Wrap.REPEAT)
+
+    @property
+    def is_wrapped(self) -> bool:
+        """Return whether it goes on beyond its borders otherwise than as if it were repeated."""
+        return self.wraps != (Wrap.REPEAT, Wrap.REPEAT)
 
     def placed(self, uvs: NDArray[np.float32]) -> NDArray[np.float32]:
         """Return texture coordinates (V, 2) after the transform."""
@@ -192,6 +210,14 @@ class Daylight:
     ground: Color = (0.20, 0.18, 0.16)
 
 
+@dataclass(frozen=True)
+class Lighting:
+    """All that lights a scene at one time."""
+
+    lights: tuple[PointLight, ...]
+    daylight: Daylight
+
+
 @dataclass(frozen=True, eq=False)
 class Scene:
     """A scene with everything that can be seen in it.
@@ -200,6 +226,7 @@ class Scene:
     motion    places of the instances at each frame; None where they never move
     frames    frames in which something moves, None for a still scene
     deforms   of each mesh that changes its shape, by its index, the mesh at each frame
+    light_motion  the lights at each frame, as many as `lights`; None where none of them moves
     clips     names of the animations that the file has
     notes     sentences for the user
     up_axis, meters_per_unit  what a file that does not say them was taken for, see `placing`
@@ -221,6 +248,7 @@ class Scene:
     notes: tuple[str, ...] = ()
     deforms: Mapping[int, Deform] = field(default_factory=dict)
     clips: tuple[str, ...] = ()
+    light_motion: LightMotion | None = None
     up_axis: WorldAxis = WorldAxis.Y
     meters_per_unit: float = 1.0
     _latest_shapes: list[tuple[float, Mapping[int, Mesh]]] = field(default_factory=list)
@@ -242,8 +270,14 @@ class Scene:
 
     @property
     def is_moving(self) -> bool:
-        """Return whether frames differ: something moves, or changes its shape."""
-        return self.motion is not None or bool(self.deforms)
+        """Return whether frames differ: something moves, lights too, or changes its shape."""
+        return self.motion is not None or bool(self.deforms) or self.light_motion is not None
+
+    def lighting_at(self, frame: float) -> Lighting:
+        """Return what lights the scene at a frame."""
+        if self.light_motion is not None:
+            return self.light_motion(frame)
+        return Lighting(self.lights, self.daylight)
 
     def boxes_at(self, frame: float) -> Array:
         """Return (instances, 2, 3): the box of each one's mesh at a frame, in its own axes."""

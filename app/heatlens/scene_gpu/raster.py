@@ -64,6 +64,7 @@ class SceneRaster:
         self.bands = Bands(self._ctx, self._buffers.triangles_drawn)
         names = ("cover", "surface", "depth")
         self._draws = {n: MeshDraw(self._ctx, self._buffers, f"scene_{n}") for n in names}
+        self._daylight = scene.daylight
         self._sky_light = diffuse_polynomial(scene.daylight)
 
     def place(self, frame: float) -> None:
@@ -73,21 +74,24 @@ class SceneRaster:
             return
         transforms = scene.transforms_at(frame)
         is_same = self._placed is not None and np.array_equal(transforms, self._placed)
-        if is_same and not scene.deforms:
+        if is_same and not scene.deforms and scene.light_motion is None:
             return
         self._placed, self._frame = np.array(transforms), frame
         self.buffers.place(transforms)
         self.buffers.reshape(scene.shapes_at(frame))
-        if max(scene.daylight.sun) > 0:
+        lighting = scene.lighting_at(frame)
+        self.buffers.light(lighting.lights)
+        self._daylight = lighting.daylight
+        if max(self._daylight.sun) > 0:
             corners = self.buffers.corners_m(transforms).reshape(-1, 3)
-            self._shadow.draw(self._draws["cover"], corners, sun_direction(scene.daylight))
+            self._shadow.draw(self._draws["cover"], corners, sun_direction(self._daylight))
 
     def shading_uniforms(self) -> dict[str, object]:
         """Return the uniforms of lib/shading.lib.glsl.
 
         Its textures are `buffers.maps` and `shadow_map`.
         """
-        daylight = self.buffers.scene.daylight
+        daylight = self._daylight
         return {
             "to_sun": tuple(sun_direction(daylight)),
             "sun_light": daylight.sun,

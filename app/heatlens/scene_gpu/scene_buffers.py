@@ -106,6 +106,11 @@ class SceneBuffers:
         found = {"colors_block": self.colors, "more_uvs_block": self.more_uvs}
         return {name: buffer for name, buffer in found.items() if buffer is not None}
 
+    def light(self, lights: tuple[PointLight, ...]) -> None:
+        """Let these lights shine, as many as the scene has."""
+        if self.scene.light_motion is not None:
+            self.lights.write(lights_of(lights))
+
     def place(self, transforms: Array) -> None:
         """Put the scene's instances at (N, 4, 4) object-to-world matrices."""
         matrices = transforms[self.order]
@@ -209,11 +214,12 @@ def more_uvs_of(meshes: Sequence[Mesh]) -> bytes:
 
 
 def places_of(materials: Sequence[Material]) -> bytes:
-    """Return two vec4 for each map of each material: a matrix by rows, the offset, the set."""
+    """Return two vec4 for each map of each material: matrix, offset, set and wraps."""
     records = np.zeros((len(materials), MAPS, 8), np.float32)
     for record, material in zip(records, materials, strict=True):
         for row, place in zip(record, material.map_places or (MapPlace(),) * MAPS, strict=True):
-            row[:7] = *np.ravel(place.matrix), *place.offset, place.coordinates
+            u, v = place.wraps
+            row[:] = *np.ravel(place.matrix), *place.offset, place.coordinates, u + 4 * v
     return records.tobytes()
 
 

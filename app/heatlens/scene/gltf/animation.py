@@ -15,6 +15,7 @@ from heatlens.errors import InputError
 from heatlens.model.frames import FrameRange
 from heatlens.model.framing import SceneTiming
 from heatlens.scene.gltf.accessor import read_floats
+from heatlens.scene.gltf.channel_target import ANGLE, WEIGHTS, target_of
 from heatlens.scene.gltf.file import GltfFile
 from heatlens.scene.gltf.json_values import Record
 from heatlens.scene.gltf.nodes import RESTS, NodeTree, matrices
@@ -26,11 +27,7 @@ _FIRST_FRAME = 1
 # Over an hour; a camera gets a key for each of them.
 _FRAMES_MOST = 100_000
 _A_HAIR = 1e-3  # of a frame, by which a time in float32 may miss a whole one
-_TWICE = (
-    "Animations move the same thing at once: the first of them is played, or the one that --clip "
-    "names."
-)
-_WEIGHTS = "weights"
+_TWICE = "Animations move the same thing at once; the first is played, or the one that --clip names"
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,6 +115,7 @@ class Animation:
 
     tracks   of each node that moves, one for each of RESTS, even if it has a single key
     weights  of each node whose shapes blend, their weights
+    angles   of each camera of the file whose angle of view changes, its vertical angle
     clips    the names of all animations of the file
     """
 
@@ -125,15 +123,15 @@ class Animation:
     timing: SceneTiming
     tracks: dict[int, dict[str, ValueTrack]] = field(default_factory=dict)
     weights: dict[int, ValueTrack] = field(default_factory=dict)
+    angles: dict[int, ValueTrack] = field(default_factory=dict)
     clips: tuple[str, ...] = ()
-    notes: dict[str, None] = field(default_factory=dict)  # in order, each once
     _latest: list[tuple[float, Array]] = field(default_factory=list)  # frame and worlds
 
     @cached_property
     def _span_s(self) -> tuple[float, float] | None:
         """Return the times of the first and the last key, None where nothing moves."""
         moving = [t for node in self.tracks.values() for t in node.values() if t.is_told]
-        moving += self.weights.values()
+        moving += [*self.weights.values(), *self.angles.values()]
         if not moving:
             return None
         ends = [(float(t.times_s[0]), float(t.times_s[-1])) for t in moving]
@@ -248,29 +246,25 @@ def _still(value: tuple[float, ...]) -> ValueTrack:
 def _add(
     gltf: GltfFile, found: Animation, seen: set[int], samplers: list[Record], channel: Record
 ) -> None:
-    """Add a channel if it moves a node of the scene, or blends its shapes."""
-    target = channel.inside("target")
-    node = target.index("node", len(gltf.listed("nodes")))
-    path = target.text("path")
-    if node is None or node not in seen or path not in (*RESTS, _WEIGHTS):
-        if path == "pointer":
-            found.notes["Animations of what is no node (KHR_animation_pointer) are left out."] = (
-                None
-            )
+    """Add a channel if it moves a node of the scene, blends its shapes, or turns a lens."""
+    target = target_of(gltf, channel)
+    if target is None or (target.path != ANGLE and target.number not in seen):
         return
-    if gltf.listed("nodes")[node].has("matrix") and path in RESTS:
-        target.refuse(f"node {node} has a matrix, which cannot be moved by its {path}")
     number = channel.index("sampler", len(samplers))
     if number is None:
         channel.refuse("the entry 'sampler' is missing")
-    if path in found.tracks.get(node, {}) or (path == _WEIGHTS and node in found.weights):
-        found.notes[_TWICE] = None
+    path, of_file = target.path, {WEIGHTS: found.weights, ANGLE: found.angles}.get(target.path)
+    is_taken = (
+        path in found.tracks.get(target.number, ()) if of_file is None else target.number in of_file
+    )
+    if is_taken:
+        gltf.lose(_TWICE, channel)
         return
     track = _track(gltf, samplers[number], path)
-    if path == _WEIGHTS:
-        found.weights[node] = track
+    if of_file is None:
+        found.tracks.setdefault(target.number, {})[path] = track
     else:
-        found.tracks.setdefault(node, {})[path] = track
+        of_file[target.number] = track
 
 
 def _track(gltf: GltfFile, sampler: Record, path: str) -> ValueTrack:
@@ -284,7 +278,7 @@ def _track(gltf: GltfFile, sampler: Record, path: str) -> ValueTrack:
     times_s = read_floats(gltf, places[0], 1)[:, 0].astype(float)
     values = read_floats(gltf, places[1], len(RESTS.get(path, (0,)))).astype(float)
     per_key = 3 if kind == "CUBICSPLINE" else 1
-    if path == _WEIGHTS:
+    if path == WEIGHTS:
         values = _by_key(sampler, values, per_key * len(times_s))
     if not len(times_s) or len(values) != per_key * len(times_s):
         sampler.refuse(f"{len(times_s)} times do not match {len(values)} values")

@@ -16,6 +16,7 @@ from heatlens.scene.scene import Array, SceneCamera
 
 SENSOR_WIDTH_MM = 36.0  # glTF has an angle but no sensor; this is the full frame of a still camera
 _ASPECT = 16 / 9  # of a camera without one
+_CUT_OFF = "Cameras cut off what is nearer or farther than their planes; all of it is drawn"
 _FOCAL_LEAST_MM, _FOCAL_MOST_MM = 0.1, 1e5
 
 
@@ -30,6 +31,7 @@ class GltfCameras:
     animation: Animation
     cameras: list[SceneCamera] = field(default_factory=list)
     notes: dict[str, None] = field(default_factory=dict)  # in order, each once
+    _planes: list[tuple[SceneCamera, Record]] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         tree = self.animation.tree
@@ -38,14 +40,14 @@ class GltfCameras:
             record = tree.records[node]
             camera = record.index("camera", len(cameras))
             if camera is not None:
-                self._add_camera(node, record, cameras[camera])
+                self._add_camera(node, record, camera)
 
-    def _add_camera(self, node: int, on_node: Record, camera: Record) -> None:
+    def _add_camera(self, node: int, on_node: Record, number: int) -> None:
+        camera = self.gltf.listed("cameras")[number]
         name = on_node.text("name") or camera.text("name") or f"camera {len(self.cameras) + 1}"
         if camera.text("type") != "perspective":
-            self.notes[f"The camera {name!r} has no perspective, so no lens: it is left out."] = (
-                None
-            )
+            note = f"The camera {name!r} has no perspective, so no lens: it is left out."
+            self.notes[note] = None
             return
         frames = self.animation.frames
         moves = frames is not None and self.animation.moves(node)
@@ -56,17 +58,46 @@ class GltfCameras:
         )
         places = self.animation.track_of(node, np.array(at))
         keys = [PoseKey(f, _pose(on_node, m)) for f, m in zip(at, places, strict=True)]
-        focal_mm = _focal_length_mm(camera.inside("perspective"))
-        unique = _unlike(name, [known.name for known in self.cameras])
-        track = CameraTrack(tuple(keys))
-        found = SceneCamera(unique, track, focal_mm, SENSOR_WIDTH_MM, is_width_assumed=True)
+        lengths_mm = self._focal_lengths_mm(number, camera.inside("perspective"))
+        changes = frames is not None and len(lengths_mm) > 1
+        found = SceneCamera(
+            _unlike(name, [known.name for known in self.cameras]),
+            CameraTrack(tuple(keys)),
+            lengths_mm[0],
+            SENSOR_WIDTH_MM,
+            lens_frames=tuple(frames) if frames is not None and changes else (),
+            lens_tracks={"focal_length_mm": lengths_mm} if changes else {},
+            is_width_assumed=True,
+        )
         self.cameras.append(found)
+        self._planes.append((found, camera.inside("perspective")))
+
+    def _focal_lengths_mm(self, number: int, perspective: Record) -> tuple[float, ...]:
+        """Return the focal length at each frame, or the only one where the angle stays."""
+        track, frames = self.animation.angles.get(number), self.animation.frames
+        if track is None or frames is None:
+            angle = perspective.number("yfov", math.nan, least=1e-6)
+            return (_focal_length_mm(perspective, angle),)
+        angles = track.at(self.animation.times_s(np.array(list(frames), float)))[:, 0]
+        return tuple(_focal_length_mm(perspective, angle) for angle in angles.tolist())
+
+    def cut_off(self, boxes_m: Array) -> None:
+        """Note cameras that would not show all of the boxes (N, 2, 3) that stand in the world.
+
+        heatlens shows what is nearer than a camera's `znear` and farther than its `zfar` too.
+        """
+        corners = np.stack([boxes_m[:, [i, j, k], [0, 1, 2]] for i, j, k in np.ndindex(2, 2, 2)])
+        for camera, told in self._planes:
+            row = camera.track.keys[0].pose.world_to_camera[2]
+            depths_m = -(corners @ row[:3] + row[3])
+            far_m, near_m = told.number("zfar", math.inf), told.number("znear", 0.0)
+            if depths_m.max() > far_m or ((depths_m > 0) & (depths_m < near_m)).any():
+                self.gltf.lose(_CUT_OFF, told)
 
 
-def _focal_length_mm(perspective: Record) -> float:
-    angle = perspective.number("yfov", math.nan, least=1e-6)
+def _focal_length_mm(perspective: Record, angle: float) -> float:
     aspect = perspective.number("aspectRatio", _ASPECT, least=1e-3)
-    if not angle < math.pi:
+    if not 0 < angle < math.pi:
         perspective.refuse("its angle 'yfov' should lie between 0 and pi")
     focal_mm = SENSOR_WIDTH_MM / (2 * aspect * math.tan(angle / 2))
     if not _FOCAL_LEAST_MM <= focal_mm <= _FOCAL_MOST_MM:

@@ -20,6 +20,7 @@ from heatlens.scene.scene import Array, Mesh
 Floats = NDArray[np.float32]
 
 _FAR_MOST_M = 1e9
+_UNBOUND = "Meshes with bones but without a weight for each stay as they were modelled"
 _MOST = 1e30  # beyond which the products of float32 are no numbers
 
 
@@ -158,6 +159,7 @@ def read_binding(vertices: Vertices, mesh: Mesh, skin: Skin) -> Binding | None:
         weights.append(vertices.floats(f"WEIGHTS_{number}", 4))
         number += 1
     if not joints or any(part is None for part in weights):
+        vertices.gltf.lose(_UNBOUND, vertices.primitive)
         return None
     shares = np.concatenate([part for part in weights if part is not None], axis=1)
     bones = np.where(shares == 0, 0, np.concatenate(joints, axis=1))  # without weight, any number
@@ -177,6 +179,10 @@ def read_targets(
 ) -> Targets | None:
     """Return the shapes that blend into a mesh, `count` of which have weights."""
     records = vertices.primitive.records("targets")[:count]
+    if count > len(vertices.primitive.records("targets")):
+        vertices.gltf.lose(
+            "Weights of shapes that a mesh does not have change nothing", vertices.primitive
+        )
     if not records:
         return None
     positions, normals, tangents = (

@@ -9,10 +9,11 @@ READ_EXTENSIONS = frozenset(
         *("KHR_materials_unlit", "KHR_materials_pbrSpecularGlossiness"),
         *("KHR_materials_transmission", "KHR_draco_mesh_compression", "KHR_texture_basisu"),
         *("EXT_meshopt_compression", "KHR_meshopt_compression"),
+        *("KHR_animation_pointer", "KHR_node_visibility"),
     }
 )
 # A file may require these, which affect only gloss or nothing that is seen.
-_HARMLESS = ("KHR_materials_", "KHR_xmp", "KHR_animation_pointer")
+_HARMLESS = ("KHR_materials_", "KHR_xmp")
 
 
 def check_required(root: Record) -> None:

@@ -46,6 +46,14 @@ class GltfFile:
     _lists: dict[str, list[Record]] = field(default_factory=dict)
     _spent: dict[str, int] = field(default_factory=dict)
     _views: dict[int, bytes] = field(default_factory=dict)  # that were unpacked
+    losses: dict[str, set[str]] = field(default_factory=dict)  # what is lost: the places where
+
+    def lose(self, words: str, record: Record) -> None:
+        """Note a kind of thing that is not drawn as the file says, and one place where it is so.
+
+        Each kind is told once, with the number of its places.
+        """
+        self.losses.setdefault(words, set()).add(record.entry.place)
 
     def listed(self, name: str) -> list[Record]:
         """Return the objects of a list of the file, such as its `nodes`."""
@@ -229,6 +237,9 @@ def _check_version(root: Record) -> None:
     version = root.inside("asset").text("version")
     if not version.startswith("2."):
         root.refuse(f"this is not glTF version 2 but {version[:20] or 'none'!r}")
+    least = root.inside("asset").text("minVersion", "2.0")
+    if least != "2.0":
+        root.refuse(f"it needs glTF of version {least[:20]!r}; heatlens reads 2.0")
 
 
 def _base64(record: Record, uri: str) -> bytes:

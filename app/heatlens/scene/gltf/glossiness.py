@@ -42,8 +42,8 @@ def converted_pictures(
     Each argument is a picture (H, W, 4), None for white, and its factor (4,): the diffuse colour
     and alpha, and the specular colour and glossiness.
     """
-    size = _common_size([picture for picture, _ in (diffuse, specular) if picture is not None])
-    pictures = [_resized(picture, size) for picture, _ in (diffuse, specular)]
+    size = common_size([picture for picture, _ in (diffuse, specular) if picture is not None])
+    pictures = [resized(picture, size) for picture, _ in (diffuse, specular)]
     base, rough = np.empty((*size[::-1], 4), np.uint8), np.zeros((*size[::-1], 4), np.uint8)
     for row in range(0, size[1], _ROWS_AT_ONCE):
         rows = slice(row, row + _ROWS_AT_ONCE)
@@ -58,13 +58,14 @@ def converted_pictures(
     return base, rough
 
 
-def _common_size(pictures: list[Pixels]) -> tuple[int, int]:
+def common_size(pictures: list[Pixels]) -> tuple[int, int]:
     """Return the largest width and height, within reason."""
     height, width = (max(p.shape[axis] for p in pictures) for axis in (0, 1))
     return min(width, _SIDE_MOST_PX), min(height, _SIDE_MOST_PX)
 
 
-def _resized(picture: Pixels | None, size: tuple[int, int]) -> Pixels:
+def resized(picture: Pixels | None, size: tuple[int, int]) -> Pixels:
+    """Return a picture (H, W, 4) at a width and height, white for None."""
     if picture is None:
         return np.full((*size[::-1], 4), 255, np.uint8)
     if picture.shape[1::-1] == size:

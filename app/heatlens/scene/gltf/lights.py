@@ -12,16 +12,42 @@ import numpy as np
 from heatlens.scene.gltf.animation import Animation
 from heatlens.scene.gltf.file import GltfFile
 from heatlens.scene.gltf.json_values import Record
-from heatlens.scene.scene import Array, Color, Daylight, PointLight
+from heatlens.scene.scene import Array, Color, Daylight, Lighting, PointLight
 
-_STILL = "Lights that move stay where they are at the first frame."
 # Blender writes lux and candela as 683 times its watts: the lumens of a watt of green light.
 _LUMENS_OF_WATT = 683.0
 _BLENDER = "Khronos glTF Blender I/O"
 # Irradiance that a picture is exposed for, and above which light cannot be meant as it is.
 _EXPOSED_FOR, _FOR_THE_EYE = 3.0, 30.0
 _MOST_SHINE = 32
+_FAR_MOST_M = 1e9
 _NIGHT = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class MovingLights:
+    """Lights that hang on nodes, of which some move.
+
+    lighting  what they are at the first frame
+    nodes     the node of each lamp
+    sun_node  the node of the sun, None for the sun of a scene without one of its own
+    """
+
+    animation: Animation
+    lighting: Lighting
+    nodes: tuple[int, ...]
+    sun_node: int | None
+
+    def __call__(self, frame: float) -> Lighting:
+        """Return the lights at a frame; one that has no direction there keeps its own."""
+        worlds = self.animation.worlds(frame)
+        pairs = zip(self.lighting.lights, self.nodes, strict=True)
+        lamps = tuple(_moved(lamp, worlds[node]) for lamp, node in pairs)
+        daylight = self.lighting.daylight
+        axis = None if self.sun_node is None else _axis(worlds[self.sun_node])
+        if axis is not None:
+            daylight = replace(daylight, to_sun=(-axis[0], -axis[1], -axis[2]))
+        return Lighting(lamps, daylight)
 
 
 @dataclass
@@ -37,6 +63,8 @@ class GltfLights:
     daylight: Daylight = field(default_factory=Daylight)
     notes: dict[str, None] = field(default_factory=dict)  # in order, each once
     _suns: int = 0
+    _sun_node: int | None = None
+    _nodes: list[int] = field(default_factory=list)  # of the lamps
 
     def __post_init__(self) -> None:
         tree = self.animation.tree
@@ -45,7 +73,7 @@ class GltfLights:
         for node in tree.seen:
             on_it = tree.records[node].inside("extensions", "KHR_lights_punctual")
             light = on_it.index("light", len(lit))
-            if light is not None:
+            if light is not None and node not in tree.hidden:
                 self._add(node, lit[light], worlds[node])
         if self.lights and not self._suns:
             self.daylight = replace(self.daylight, sun=_NIGHT)
@@ -56,17 +84,18 @@ class GltfLights:
         return self.gltf.root.inside("asset").text("generator").startswith(_BLENDER)
 
     def _add(self, node: int, light: Record, world: Array) -> None:
-        if self.animation.moves(node):
-            self.notes[_STILL] = None
-        kind = light.text("type")
-        color, (x, y, z) = _color(light), _axis(light, world)
+        kind, axis = light.text("type"), _axis(world)
+        if axis is None or not np.abs(world[:3, 3]).max() <= _FAR_MOST_M:
+            light.refuse("a light is scaled to zero, or its place is not finite")
+        color, (x, y, z) = _color(light), axis
         if kind == "directional":
-            self._add_sun((-x, -y, -z), color)
+            self._add_sun(node, (-x, -y, -z), color)
             return
         if kind not in ("point", "spot"):
             light.refuse(f"{kind[:20]!r} is not a light type of glTF")
         position = tuple(map(float, world[:3, 3]))
         lamp = PointLight((position[0], position[1], position[2]), color)
+        self._nodes.append(node)
         self.lights.append(self._spot(lamp, light, (x, y, z)) if kind == "spot" else lamp)
 
     def _spot(self, lamp: PointLight, light: Record, axis: Color) -> PointLight:
@@ -79,13 +108,25 @@ class GltfLights:
             cosines = cosines[1] + (1 - cosines[1]) * (1 - inner / outer), cosines[1]
         return replace(lamp, direction=axis, cone_cosines=cosines, is_smooth=self.is_blender)
 
-    def _add_sun(self, to_sun: Color, irradiance: Color) -> None:
+    def _add_sun(self, node: int, to_sun: Color, irradiance: Color) -> None:
         """Keep the brightest directional light, because the scene can have one sun."""
         self._suns += 1
         if self._suns > 1:
-            self.notes["Of several suns only the brightest shines."] = None
+            self.gltf.lose(
+                "Suns beside the brightest do not shine", self.animation.tree.records[node]
+            )
         if self._suns == 1 or sum(irradiance) > sum(self.daylight.sun):
+            self._sun_node = node
             self.daylight = replace(self.daylight, to_sun=to_sun, sun=irradiance)
+
+    @property
+    def motion(self) -> MovingLights | None:
+        """The lights at each frame, as bright as they are now; None where none of them moves."""
+        hung = [*self._nodes, *([] if self._sun_node is None else [self._sun_node])]
+        if not any(self.animation.moves(node) for node in hung):
+            return None
+        lighting = Lighting(tuple(self.lights), self.daylight)
+        return MovingLights(self.animation, lighting, tuple(self._nodes), self._sun_node)
 
     def exposed(self, places_m: Array) -> None:
         """Bring the lights to the brightness of a picture; `places_m` (N, 3) is what they light.
@@ -143,13 +184,20 @@ def _times(color: Color, factor: float) -> Color:
     return red, green, blue
 
 
-def _axis(light: Record, world: Array) -> tuple[float, float, float]:
-    """Return the direction in which a light shines, which is its node's -z."""
+def _axis(world: Array) -> tuple[float, float, float] | None:
+    """Return the direction in which a light shines, its node's -z; None where that has none."""
     length = float(np.linalg.norm(world[:3, 2]))
-    if not (1e-12 < length < 1e12 and np.abs(world[:3, 3]).max() <= 1e9):
-        light.refuse("a light is scaled to zero, or its place is not finite")
+    if not 1e-12 < length < 1e12:
+        return None
     x, y, z = map(float, -world[:3, 2] / length)
     return x, y, z
+
+
+def _moved(lamp: PointLight, world: Array) -> PointLight:
+    """Return a lamp on a node that is now at `world` (4, 4)."""
+    x, y, z = map(float, np.clip(np.nan_to_num(world[:3, 3]), -_FAR_MOST_M, _FAR_MOST_M))
+    axis = None if lamp.direction is None else _axis(world) or lamp.direction
+    return replace(lamp, position_m=(x, y, z), direction=axis)
 
 
 def _color(light: Record) -> Color:

@@ -9,16 +9,17 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from heatlens.scene.gltf.file import GltfFile
+from heatlens.scene.gltf.glass import see_through
 from heatlens.scene.gltf.glossiness import converted_pictures, metal_and_base
 from heatlens.scene.gltf.json_values import Record
-from heatlens.scene.gltf.textures import GltfTextures, map_place
+from heatlens.scene.gltf.textures import GltfTextures
 from heatlens.scene.scene import Color, MapPlace, Material
 
 _STEEPEST = 1e3
+_APART = "Pictures of gloss that lie otherwise than those of colour are laid as these"
 _GLOSSY = "KHR_materials_pbrSpecularGlossiness"
-# Of light that comes straight through clear glass; the rest is mirrored at its two sides.
-_CLEAREST = 0.9
 _SETS_MOST = 2
+_SETS_TOLD = "Materials that use more than two sets of texture coordinates use two"
 
 
 @dataclass(frozen=True)
@@ -69,10 +70,12 @@ class GltfMaterials:
             occlusion=_share(occlusion, "strength"),
             is_lit=not record.inside("extensions").has("KHR_materials_unlit"),
         )
-        material = _see_through(record, _with_alpha(record, material))
-        infos = (*owners, record.inside("emissiveTexture"), bumps, occlusion)
-        places = [map_place(info) if info.has("index") else None for info in infos]
-        self._lay(material, places)
+        of_base, of_shine = owners
+        material, of_base = see_through(
+            self.textures, record, _with_alpha(record, material), of_base
+        )
+        infos = (of_base, of_shine, record.inside("emissiveTexture"), bumps, occlusion)
+        self._lay(material, list(map(self.textures.place, infos)), record)
 
     def _metallic(self, record: Record) -> tuple[Material, tuple[Record, Record]]:
         """Return what pbrMetallicRoughness tells, and the two places of its maps."""
@@ -110,19 +113,21 @@ class GltfMaterials:
             "", (1, 1, 1), 1, 1, 1, base_color_map=base, metallic_roughness_map=rough
         )
         found = next((place for place in places if place.has("index")), places[0])
+        if len({self.textures.place(place) for place in places if place.has("index")}) > 1:
+            self.gltf.lose(_APART, record)
         return material, (found, found)
 
-    def _lay(self, material: Material, places: list[MapPlace | None]) -> None:
+    def _lay(self, material: Material, places: list[MapPlace | None], record: Record) -> None:
         """Keep a material whose maps lie at `places`, in the order of `Material.maps`."""
         used = list(dict.fromkeys(place for place in places if place is not None))
         sets = tuple(sorted({place.coordinates for place in used})) or (0,)
-        if len(used) <= 1:
+        if len(used) <= 1 and not any(place.is_wrapped for place in used):
             shared = used[0] if used else MapPlace()
             self.layouts.append(MapLayout(sets, shared))
             self.materials.append(material)
             return
         if len(sets) > _SETS_MOST:
-            self.notes["A material uses more than two sets of texture coordinates; two are."] = None
+            self.gltf.lose(_SETS_TOLD, record)
             sets = sets[:_SETS_MOST]
         numbered = [MapPlace() if place is None else _renumbered(place, sets) for place in places]
         self.layouts.append(MapLayout(sets))
@@ -144,18 +149,6 @@ def _with_alpha(record: Record, material: Material) -> Material:
     if mode != "BLEND":
         record.refuse(f"{mode[:20]!r} is not an alpha mode of glTF")
     return replace(material, is_blended=True)
-
-
-def _see_through(record: Record, material: Material) -> Material:
-    """Return glass as a thin pane: a share of it covers, the rest lets all light through."""
-    told = record.inside("extensions", "KHR_materials_transmission")
-    through = min(told.number("transmissionFactor", 0.0, least=0.0), 1.0)
-    if not through or material.alpha_cutoff:
-        return material
-    clear = _CLEAREST * through * sum(material.base_color) / 3
-    return replace(
-        material, is_blended=True, base_alpha=material.base_alpha * (1 - min(clear, _CLEAREST))
-    )
 
 
 def _steepness(bumps: Record) -> float:

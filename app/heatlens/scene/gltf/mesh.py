@@ -17,12 +17,13 @@ from heatlens.scene.gltf.shape_change import ShapeChange
 from heatlens.scene.gltf.vertices import Vertices
 from heatlens.scene.mesh_make import made_mesh
 from heatlens.scene.point_cloud import drawn_points
-from heatlens.scene.scene import Deform, MapPlace, Mesh
+from heatlens.scene.scene import Deform, MapPlace, Material, Mesh
 from heatlens.scene.tangents import told_tangents, with_tangents
 from heatlens.scene.tubes import tubes
 
 _POINTS, _LINES, _LOOP, _TRIANGLES, _STRIP, _FAN = 0, 1, 2, 4, 5, 6
-_THIN = "Points and lines are drawn thin."
+_THIN = "Points and lines are drawn thin"
+_FLAT = "Surfaces without the texture coordinates for their pictures have one colour each"
 _THINNESS = 1 / 600  # the radius of a line or a point, as a part of the size of its mesh
 _LINE_SIDES = 4
 _NORMALS = 3  # the place of the map of normals among the maps of a material
@@ -42,7 +43,6 @@ class GltfMeshes:
     materials: GltfMaterials
     animation: Animation
     meshes: list[Mesh] = field(default_factory=list)
-    notes: dict[str, None] = field(default_factory=dict)  # in order, each once
     deforms: dict[int, Deform] = field(default_factory=dict)
     in_world: set[int] = field(default_factory=set)
     _found: dict[object, list[int]] = field(default_factory=dict)
@@ -71,7 +71,7 @@ class GltfMeshes:
             primitive.refuse(f"{mode} is not a primitive mode of glTF")
         material = primitive.index("material", len(self.gltf.listed("materials")))
         number = len(self.gltf.listed("materials")) if material is None else material
-        vertices = Vertices(self.gltf, primitive, self.notes)
+        vertices = Vertices(self.gltf, primitive)
         made = self._solid if mode >= _TRIANGLES else self._thin
         mesh = made(vertices, mode, number)
         if not len(mesh.triangles):
@@ -91,6 +91,7 @@ class GltfMeshes:
     def _solid(self, vertices: Vertices, mode: int, number: int) -> Mesh:
         layout, material = self.materials.layouts[number], self.materials.materials[number]
         uvs = [vertices.floats(f"TEXCOORD_{n}", 2) for n in layout.sets]
+        self._check_maps(vertices, material, any(part is None for part in uvs))
         if uvs[0] is not None and material.map_places is None:
             uvs[0] = layout.shared.placed(uvs[0])
         mesh = made_mesh(
@@ -108,7 +109,8 @@ class GltfMeshes:
 
     def _thin(self, vertices: Vertices, mode: int, number: int) -> Mesh:
         """Return points or lines as thin solids, in the colours of their vertices."""
-        self.notes[_THIN] = None
+        self.gltf.lose(_THIN, vertices.primitive)
+        self._check_maps(vertices, self.materials.materials[number], True)
         places, corners = vertices.positions.astype(float), vertices.corners()
         radius_m = _THINNESS * float(np.linalg.norm(np.ptp(places, axis=0))) if len(places) else 0.0
         if not len(corners):
@@ -127,6 +129,11 @@ class GltfMeshes:
         what, floats = self._what(vertices), positions.astype(np.float32)
         mesh = made_mesh(what, floats, triangles, None, None, number, tints)
         return replace(mesh, sources=None if mesh.sources is None else sources[mesh.sources])
+
+    def _check_maps(self, vertices: Vertices, material: Material, is_without: bool) -> None:
+        """Note a surface without texture coordinates whose material has pictures."""
+        if is_without and any(number is not None for number in material.maps):
+            self.gltf.lose(_FLAT, vertices.primitive)
 
     def _what(self, vertices: Vertices) -> str:
         return f"{self.gltf.path}: {vertices.primitive.entry.place}"

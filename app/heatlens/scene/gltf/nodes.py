@@ -1,6 +1,6 @@
 """The tree of nodes of a glTF file: where each of them is, at one time or at many.
 
-Source: Khronos, glTF 2.0 specification, section 3.5.
+Sources: Khronos, glTF 2.0 specification, section 3.5; KHR_node_visibility.
 """
 
 from collections.abc import Mapping
@@ -26,12 +26,14 @@ class NodeTree:
     locals   (N, 4, 4) each within its parent, at rest
     parents  (N,) with -1 for none
     levels   nodes by their depth in the tree, the roots first; nodes in no level are not visible
+    hidden   those that the file says are not to be seen, and all below them
     """
 
     locals: Array
     parents: tuple[int, ...]
     levels: tuple[tuple[int, ...], ...]
     records: tuple[Record, ...] = field(default=())
+    hidden: frozenset[int] = frozenset()
 
     @property
     def seen(self) -> tuple[int, ...]:
@@ -75,7 +77,21 @@ def read_tree(gltf: GltfFile) -> NodeTree:
     locals_ = np.tile(np.eye(4), (len(records), 1, 1))
     for node in seen:
         locals_[node] = _local(records[node])
-    return NodeTree(locals_, tuple(parents), tuple(levels), records)
+    hidden = _hidden(records, parents, levels)
+    return NodeTree(locals_, tuple(parents), tuple(levels), records, hidden)
+
+
+def _hidden(
+    records: tuple[Record, ...], parents: list[int], levels: list[tuple[int, ...]]
+) -> frozenset[int]:
+    """Return the nodes that KHR_node_visibility hides."""
+    found: set[int] = set()
+    for node in (node for level in levels for node in level):
+        told = records[node].inside("extensions", "KHR_node_visibility")
+        is_visible = not told.has("visible") or told.at("visible").value is not False
+        if parents[node] in found or not is_visible:
+            found.add(node)
+    return frozenset(found)
 
 
 def _raise_twice(gltf: GltfFile, level: list[int], seen: set[int]) -> None:

@@ -60,9 +60,11 @@ def read_gltf(path: Path, timing: SceneTiming | None = None) -> Scene:
     cameras = GltfCameras(gltf, animation)
     lights = GltfLights(gltf, animation)
     instances, hanging = _instances(animation, meshes)
-    lights.exposed(_middles_m(meshes, instances))
+    boxes_m = _boxes_m(meshes, instances)
+    lights.exposed(boxes_m.mean(axis=1))
+    cameras.cut_off(boxes_m)
     moving = any(animation.moves(node) for node in set(hanging.nodes) if node != _WORLD)
-    readers = (animation, materials, meshes, cameras, lights)
+    readers = (materials, cameras, lights)
     notes = [note for reader in readers for note in reader.notes] + list(unread_notes(gltf))
     return Scene(
         path,
@@ -79,15 +81,18 @@ def read_gltf(path: Path, timing: SceneTiming | None = None) -> Scene:
         notes=tuple(f"{path}: {note}" for note in notes),
         deforms=meshes.deforms,
         clips=animation.clips,
+        light_motion=lights.motion,
     )
 
 
-def _middles_m(meshes: GltfMeshes, instances: tuple[Instance, ...]) -> Array:
-    """Return (N, 3), where the middle of each instance is."""
-    middles = np.array([(*mesh.box_m.mean(axis=0), 1.0) for mesh in meshes.meshes])
+def _boxes_m(meshes: GltfMeshes, instances: tuple[Instance, ...]) -> Array:
+    """Return (N, 2, 3), the box around each instance in the world."""
+    boxes = np.array([mesh.box_m for mesh in meshes.meshes])
     places = np.stack([instance.to_world for instance in instances])
-    own = middles[[instance.mesh for instance in instances]]
-    return np.asarray(np.einsum("nij,nj->ni", places, own)[:, :3])
+    own = boxes[[instance.mesh for instance in instances]]
+    middles = np.einsum("nij,nj->ni", places[:, :3, :3], own.mean(axis=1)) + places[:, :3, 3]
+    halves = np.einsum("nij,nj->ni", np.abs(places[:, :3, :3]), np.ptp(own, axis=1) / 2)
+    return np.stack([middles - halves, middles + halves], axis=1)
 
 
 def _instances(animation: Animation, meshes: GltfMeshes) -> tuple[tuple[Instance, ...], _Hanging]:
@@ -98,7 +103,7 @@ def _instances(animation: Animation, meshes: GltfMeshes) -> tuple[tuple[Instance
     for node in tree.seen:
         record = tree.records[node]
         index = record.index("mesh", len(listed))
-        if index is None:
+        if index is None or node in tree.hidden:
             continue
         name = record.text("name") or listed[index].text("name") or f"node {node}"
         for number in meshes.of(index, node):

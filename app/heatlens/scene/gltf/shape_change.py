@@ -12,6 +12,8 @@ from heatlens.scene.gltf.json_values import Record
 from heatlens.scene.gltf.vertices import Vertices
 from heatlens.scene.scene import Array, Mesh
 
+_BONELESS = "Meshes with weights for bones, but on a node without a skeleton, stay as they are"
+
 
 @dataclass(eq=False)
 class ShapeChange:
@@ -30,6 +32,8 @@ class ShapeChange:
     def of(self, vertices: Vertices, mesh: Mesh, is_thin: bool) -> Deformed | None:
         """Return the mesh as it changes; None where neither bones nor shapes change it."""
         binding = None if self.bones is None else read_binding(vertices, mesh, self.bones)
+        if self.bones is None and vertices.has("JOINTS_0"):
+            self.gltf.lose(_BONELESS, vertices.primitive)
         count = len(self.weights(self.animation.first_frame))
         targets = read_targets(vertices, mesh, self.weights, count) if count else None
         if binding is None and targets is None:

@@ -14,7 +14,7 @@ from heatlens.scene.gltf.compressed import KTX2_HEAD, LibraryMissingError, ktx2_
 from heatlens.scene.gltf.file import GltfFile
 from heatlens.scene.gltf.json_values import Record
 from heatlens.scene.picture_read import read_picture
-from heatlens.scene.scene import MapPlace
+from heatlens.scene.scene import MapPlace, Wrap
 
 Pixels = NDArray[np.uint8]
 _SOURCES = (
@@ -22,6 +22,9 @@ _SOURCES = (
     "EXT_texture_webp",
 )  # extensions that name another picture, the best known first
 _NAMED_MOST = 3
+_WRAPS = ("wrapS", "wrapT")
+_REPEAT = 10497
+_WRAP_KINDS = {_REPEAT: Wrap.REPEAT, 33071: Wrap.CLAMP, 33648: Wrap.MIRROR}
 
 
 @dataclass
@@ -42,6 +45,18 @@ class GltfTextures:
         textures = self.gltf.listed("textures")
         number = owner.inside(name).index("index", len(textures))
         return None if number is None else self._image(textures[number])
+
+    def place(self, info: Record) -> MapPlace | None:
+        """Return where the picture of a texture lies on a surface; None for no picture."""
+        textures = self.gltf.listed("textures")
+        number = info.index("index", len(textures))
+        if number is None:
+            return None
+        samplers = self.gltf.listed("samplers")
+        sampler = textures[number].index("sampler", len(samplers))
+        words = [] if sampler is None else [samplers[sampler].whole(n, _REPEAT) for n in _WRAPS]
+        across, down = (_WRAP_KINDS.get(word, Wrap.REPEAT) for word in words or (_REPEAT,) * 2)
+        return _map_place(info, (across, down))
 
     def _image(self, texture: Record) -> int | None:
         images = self.gltf.listed("images")
@@ -89,11 +104,11 @@ def _picture(gltf: GltfFile, record: Record, before: list[Pixels]) -> Pixels:
     )
 
 
-def map_place(info: Record) -> MapPlace:
+def _map_place(info: Record, wraps: tuple[Wrap, Wrap]) -> MapPlace:
     """Return the place; KHR_texture_transform turns clockwise as its v axis runs down."""
     moved = info.inside("extensions", "KHR_texture_transform")
     coordinates = moved.whole("texCoord", info.whole("texCoord", 0))
     angle = moved.number("rotation", 0.0)
     c, s = float(np.cos(angle)), float(np.sin(angle))
     (x, y), (u, v) = moved.row("scale", (1, 1)), moved.row("offset", (0, 0))
-    return MapPlace(coordinates, ((c * x, s * y), (-s * x, c * y)), (u, v))
+    return MapPlace(coordinates, ((c * x, s * y), (-s * x, c * y)), (u, v), wraps)

@@ -1,39 +1,93 @@
 """What a glTF file holds that is not drawn, or not as it is meant, said once, with its count."""
 
 from collections import Counter
+from collections.abc import Iterator
+from fnmatch import fnmatchcase
+from typing import Any
 
 from heatlens.scene.gltf.extensions import READ_EXTENSIONS
 from heatlens.scene.gltf.file import GltfFile
+from heatlens.scene.gltf.vocabulary import KINDS, UNSEEN_EXTENSIONS
 
-_SILENT = ("KHR_xmp", "EXT_structural_metadata", "EXT_mesh_features")  # not for the eye
 _MATERIAL = "KHR_materials_"
-_GLASS = f"{_MATERIAL}transmission"
-_SETS = "variants"  # of materials, which are told for the whole file
+_GLASS, _VARIANTS = f"{_MATERIAL}transmission", f"{_MATERIAL}variants"
 _LISTED_MOST = 8
+_LEVELS_MOST = 32
 
 
 def unread_notes(gltf: GltfFile) -> dict[str, None]:
-    """Return sentences on extensions that are left out, and on what stands for another thing."""
-    notes: dict[str, None] = {}
-    materials = gltf.listed("materials")
-    found: Counter[str] = Counter()
-    for record in materials:
-        found.update(record.inside("extensions").entry.value.keys())
-    if found[_GLASS]:
-        notes[f"Glass is drawn as thin panes, which bend no light ({_of(found[_GLASS])})."] = None
-    coats = {n: c for n, c in found.items() if n.startswith(_MATERIAL) and not _is_read(n)}
-    if coats:
-        told = (f"{name.removeprefix(_MATERIAL)} ({_of(c)})" for name, c in coats.items())
-        notes[f"Of materials these are left out: {_listed(list(told))}."] = None
-    if gltf.root.inside("extensions").has(f"{_MATERIAL}{_SETS}"):
-        notes["Of the variants of its materials the first look is shown."] = None
-    others = [name for name in _used(gltf) if not _is_read(name) and name not in found]
-    if others:
-        notes[f"These extensions of the file are not read: {_listed(others)}."] = None
+    """Return sentences on what is left out, and on what stands for another thing."""
+    found = _Found()
+    found.walk(gltf.root.entry.value, "file")
+    notes = [f"{words} ({len(places)})." for words, places in gltf.losses.items()]
+    notes += [f"{words} ({count})." for words, count in found.lost.items()]
+    glass = found.extensions.pop(_GLASS, 0)
+    if glass:
+        notes.append(f"Glass is drawn as thin panes, which bend no light ({_of(glass)}).")
+    if found.extensions.pop(_VARIANTS, 0):
+        notes.append("Of the variants of its materials the first look is shown.")
+    notes += _unread(gltf, found)
     scenes = gltf.listed("scenes")
     if len(scenes) > 1:
-        notes[f"Of its {len(scenes)} scenes the one it shows first is read."] = None
-    return notes
+        notes.append(f"Of its {len(scenes)} scenes the one it shows first is read.")
+    return dict.fromkeys(notes)
+
+
+def _unread(gltf: GltfFile, found: "_Found") -> Iterator[str]:
+    """Yield sentences on extensions and properties that are not read at all."""
+    unread = {name: count for name, count in found.extensions.items() if not _is_read(name)}
+    coats = {name: count for name, count in unread.items() if name.startswith(_MATERIAL)}
+    if coats:
+        told = (f"{name.removeprefix(_MATERIAL)} ({_of(count)})" for name, count in coats.items())
+        yield f"Of materials these are left out: {_listed(list(told))}."
+    others = [f"{name[:60]} ({count})" for name, count in unread.items() if name not in coats]
+    promised = (name for name in _used(gltf) if not _is_read(name) and name != _VARIANTS)
+    others += [name for name in promised if name not in unread]
+    if others:
+        yield f"These extensions of the file are not read: {_listed(others)}."
+    if found.unknown:
+        told = (f"{name[:60]!r} ({count})" for name, count in found.unknown.items())
+        yield f"These are no words of glTF 2.0, and not read: {_listed(list(told))}."
+
+
+class _Found:
+    """Counts what a file holds that is not read.
+
+    extensions  every extension, by its name
+    lost        sentences on properties that are known and left out
+    unknown     properties that nobody knows, by the kind of object and their name
+    """
+
+    def __init__(self) -> None:
+        self.extensions: Counter[str] = Counter()
+        self.lost: Counter[str] = Counter()
+        self.unknown: Counter[str] = Counter()
+
+    def walk(self, value: object, name: str, level: int = 0) -> None:
+        """Count all that is within an object, a list of objects, or neither."""
+        if level == _LEVELS_MOST:  # of extensions within extensions, which nobody writes
+            return
+        for item in value if isinstance(value, list) else [value]:
+            if isinstance(item, dict):
+                for key, inner in item.items():
+                    self._take(name, key, inner, level)
+                self._extend(item.get("extensions"), level)
+
+    def _take(self, name: str, key: str, inner: Any, level: int) -> None:
+        kind = KINDS[name]
+        if key in kind.within:
+            self.walk(inner, kind.within[key], level + 1)
+        elif not kind.knows(key):
+            told = [words for pattern, words in kind.lost.items() if fnmatchcase(key, pattern)]
+            if not told:
+                self.unknown[f"{name}.{key}"] += 1
+            self.lost.update(words for words, matters in told if matters(inner))
+
+    def _extend(self, extensions: object, level: int) -> None:
+        for name, inner in extensions.items() if isinstance(extensions, dict) else ():
+            self.extensions[name] += 1
+            if name in KINDS:
+                self.walk(inner, name, level + 1)
 
 
 def _of(count: int) -> str:
@@ -46,8 +100,8 @@ def _listed(names: list[str]) -> str:
 
 
 def _is_read(name: str) -> bool:
-    is_variants = name == f"{_MATERIAL}{_SETS}"
-    return name in READ_EXTENSIONS or name.startswith(_SILENT) or is_variants
+    is_unseen = any(fnmatchcase(name, pattern) for pattern in UNSEEN_EXTENSIONS)
+    return name in READ_EXTENSIONS or is_unseen
 
 
 def _used(gltf: GltfFile) -> list[str]:

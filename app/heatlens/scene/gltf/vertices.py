@@ -3,7 +3,7 @@
 Source: Khronos, glTF 2.0 specification, section 3.7; KHR_draco_mesh_compression.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -23,7 +23,7 @@ from heatlens.scene.gltf.json_values import Record
 Floats = NDArray[np.float32]
 
 _DRACO = "KHR_draco_mesh_compression"
-_NAN = "Some normals, colours or texture coordinates are not numbers; others take their place."
+_NAN = "Normals, colours or texture coordinates that are no numbers: others take their place"
 
 
 @dataclass(eq=False)
@@ -35,7 +35,6 @@ class Vertices:
 
     gltf: GltfFile
     primitive: Record
-    notes: dict[str, None] = field(default_factory=dict)
 
     @cached_property
     def positions(self) -> Floats:
@@ -145,5 +144,5 @@ class Vertices:
                 f"there are {len(self.positions)} positions, but {len(found)} of {name}"
             )
         if not np.isfinite(found).all():
-            self.notes[_NAN] = None
+            self.gltf.lose(_NAN, self.primitive)
         return found

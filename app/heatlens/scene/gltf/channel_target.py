@@ -1,0 +1,63 @@
+"""What a channel of an animation changes: a node, the weights of its shapes, or a camera's angle.
+
+Sources: Khronos, glTF 2.0 specification, section 3.11; KHR_animation_pointer, which names what is
+changed by its place in the JSON.
+"""
+
+import re
+from dataclasses import dataclass
+
+from heatlens.scene.gltf.file import GltfFile
+from heatlens.scene.gltf.json_values import Record
+from heatlens.scene.gltf.nodes import RESTS
+
+WEIGHTS, ANGLE = "weights", "yfov"
+_POINTER = "KHR_animation_pointer"
+_OF_NODE = re.compile(r"/nodes/(\d{1,9})/(translation|rotation|scale|weights)")
+_OF_CAMERA = re.compile(r"/cameras/(\d{1,9})/perspective/(yfov)")
+_NOT_FOLLOWED = "Animations of what is neither a node nor a camera's angle are left out"
+_NO_SHAPES = "Animations of weights on nodes without shapes to blend change nothing"
+
+
+@dataclass(frozen=True)
+class Target:
+    """What is changed: one of RESTS or WEIGHTS of a node, or ANGLE of a camera, by its number."""
+
+    path: str
+    number: int
+
+
+def target_of(gltf: GltfFile, channel: Record) -> Target | None:
+    """Return what a channel changes; None, and a note where something is lost, for anything else.
+
+    Raises InputError where it is a node that is given by a matrix.
+    """
+    told = channel.inside("target")
+    path, node = told.text("path"), told.index("node", len(gltf.listed("nodes")))
+    found = None if node is None else Target(path, node)
+    if path == "pointer":
+        found = _pointed(gltf, told.inside("extensions", _POINTER).text("pointer"))
+    if found is None or found.path not in (*RESTS, WEIGHTS, ANGLE):
+        gltf.lose(_NOT_FOLLOWED, channel)
+        return None
+    if found.path == WEIGHTS and not _has_shapes(gltf, found.number):
+        gltf.lose(_NO_SHAPES, channel)
+        return None
+    if found.path in RESTS and gltf.listed("nodes")[found.number].has("matrix"):
+        told.refuse(f"node {found.number} has a matrix, which cannot be moved by its {found.path}")
+    return found
+
+
+def _pointed(gltf: GltfFile, pointer: str) -> Target | None:
+    for pattern, name in ((_OF_NODE, "nodes"), (_OF_CAMERA, "cameras")):
+        match = pattern.fullmatch(pointer)
+        if match and int(match[1]) < len(gltf.listed(name)):
+            return Target(match[2], int(match[1]))
+    return None
+
+
+def _has_shapes(gltf: GltfFile, node: int) -> bool:
+    meshes = gltf.listed("meshes")
+    mesh = gltf.listed("nodes")[node].index("mesh", len(meshes))
+    parts = [] if mesh is None else meshes[mesh].records("primitives")
+    return any(part.has("targets") for part in parts)
