@@ -236,6 +236,10 @@ class FrameRenderer:
         crop.run(picture, (margin, margin), out)
         return out
 
+    def copy(self, picture: moderngl.Texture, out: moderngl.Texture) -> None:
+        """Copy a picture to a texture of its size, which later pictures leave alone."""
+        self._passes.crop.run(picture, (0, 0), out)
+
     def _pipeline(self, slot: int) -> DefocusPipeline:
         if slot not in self._pipelines:
             self._pipelines[slot] = DefocusPipeline(self.ctx, self._passes)

@@ -36,7 +36,7 @@ MAY_ASK_FOR_A_SCENE = {
     "session.session": "has the property, and the row of the camera",
     "ui.action_list": "actions of scenes",
     "ui.docked_panels": "the panel of scenes",
-    "ui.picture_window": "the mouse moves a scene's camera",
+    "ui.picture.seen_pictures": "the mouse moves a scene's camera",
     "ui.screen": "keys of scenes",
     "ui.setting_list": "methods that look into scenes",
     "ui.status_bar": "the mouse moves a scene's camera",

@@ -90,3 +90,24 @@ def test_the_panel_sets_matte_lines_and_peaking(gui):
     gui.key(K.enter)
     gui.frame(2)
     assert gui.session.view.guides.aspect == 2.2
+
+
+def test_a_desqueeze_widens_the_picture_and_the_pointer_follows(gui):
+    gui.settled()
+    (x0, y0), (x1, y1) = gui.at_picture(0, 0), gui.at_picture(WIDTH, HEIGHT)
+    imgui.set_window_focus("Guides")
+    gui.frame(3)
+    gui.click(gui.middle("desqueeze"))
+    gui.frame(2)
+    gui.click(gui.middle("desqueeze: 2"))
+    gui.settled()
+    (u0, v0), (u1, v1) = gui.at_picture(0, 0), gui.at_picture(WIDTH, HEIGHT)
+    assert (u1 - u0) / (v1 - v0) == pytest.approx(2 * (x1 - x0) / (y1 - y0))
+    place = gui.session.picture_view.viewport
+    assert u1 - u0 <= place.size[0] + 1  # the whole picture still fits
+    at = gui.at_picture(20.5, 40.5)
+    gui.move(at)
+    gui.frame()
+    assert gui.screen.picture.hovered == (20, 40)
+    gui.wheel(at, 3)
+    assert gui.at_picture(20.5, 40.5) == pytest.approx(at, abs=1.0)

@@ -17,7 +17,7 @@ def test_looks_are_kept_seen_compared_and_come_back_to(gui):
     imgui.set_window_focus("Looks")
     gui.settled()
     first = session.lens
-    stills = gui.screen._panels._stills
+    stills = gui.screen._panels.stills
     still = stills.of(session, session.shot.looks[0])
     assert still is not None
     pixels = np.frombuffer(still.read(), np.uint8).reshape(still.height, still.width, 4)

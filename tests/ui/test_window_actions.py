@@ -60,8 +60,8 @@ def test_every_action_can_be_done_twice(gui, small_demo, by):
     gui.session.references.open(gui.session.source.plate.path)
     gui.until(lambda: gui.session.reference is not None, "the reference")
     for action in ALL if by is chosen else KEYED:
-        if action.name in ("Picture alone", "Full screen"):
-            continue  # Escape leaves them: test_picture_alone.py
+        if action.name in ("Picture alone", "Full screen", "Grid of looks"):
+            continue  # Escape leaves them: test_picture_alone.py, test_look_grid.py
         for _ in range(2):
             is_on = of(gui, action).is_on
             was_on = is_on is not None and is_on()
@@ -109,7 +109,7 @@ def test_a_plus_needs_shift_on_many_keyboards(gui):
 def test_a_key_with_other_modifiers_is_another_key(gui):
     before = state(gui)
     gui.key(K.d, ctrl=True)
-    gui.key(K.w, shift=True)
+    gui.key(K.e, shift=True)
     gui.key(K._1, ctrl=True, shift=True)
     assert state(gui) == before
 

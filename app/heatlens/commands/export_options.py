@@ -6,6 +6,7 @@ from dataclasses import replace
 
 from heatlens.color.view_transform import ViewTransform, srgb_transform
 from heatlens.commands.blur_options import add_blur_options, settings_of
+from heatlens.commands.field_options import add_fields, typed_fields
 from heatlens.commands.given_options import given, refuse_given, refuse_unused
 from heatlens.commands.kept_option import add_keep_option, kept_names
 from heatlens.commands.kit_options import shot_with_kit
@@ -28,6 +29,7 @@ from heatlens.export.job import ExportJob, ExrOptions, Look
 from heatlens.export.output import Output, parse_output
 from heatlens.export.plan import frames_of
 from heatlens.frame_cache.reader import settled_options
+from heatlens.model.guides import Guides
 from heatlens.model.settings import DefocusSettings
 from heatlens.model.shot import Shot
 from heatlens.plate.channels import Header
@@ -114,6 +116,7 @@ def _add_look_options(parser: argparse.ArgumentParser) -> None:
         "--burn-in", action="store_true", help="write frame, focus and f-stop into the picture"
     )
     group.add_argument("--unit", choices=("m", "ft"), help="of the distance in that (default m)")
+    add_fields(group, Guides)
 
 
 def job_of(args: argparse.Namespace) -> ExportJob:
@@ -164,6 +167,8 @@ def _check_kind(args: argparse.Namespace, output: Output) -> None:
         raise InputError(
             f"{', '.join(wrong)}: these options are for EXR; {output.suffix} has none of them."
         )
+    if args.matte_opacity is not None and args.matte is None:
+        raise InputError("--matte-opacity is how dark --matte is. Give both.")
     if args.unit is not None and not args.burn_in:
         raise InputError("--unit is the unit of the distance that --burn-in writes. Give both.")
 
@@ -245,7 +250,8 @@ def _transform(args: argparse.Namespace, shot: Shot) -> ViewTransform:
 def _look(args: argparse.Namespace, shot: Shot) -> Look:
     asked, unit = look_of(args), args.unit or "m"
     transform = _transform(args, shot)
-    return Look(transform, asked.exposure_stops, asked.gamma, args.burn_in, unit)
+    guides = Guides(**typed_fields(args, Guides))
+    return Look(transform, asked.exposure_stops, asked.gamma, args.burn_in, unit, guides)
 
 
 def _color_header(shot: Shot) -> Header:

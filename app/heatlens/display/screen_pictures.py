@@ -1,5 +1,7 @@
 """The textures that ImGui draws: A, B and the overlay, each drawn again only when it changed."""
 
+from collections.abc import Collection
+
 import moderngl
 
 from heatlens.defocus.layer_cuts import layer_cuts
@@ -64,6 +66,7 @@ class ScreenPictures:
         self._fine = _Target(ctx, "plate at the size of the picture at rest")
         self._coarse = _Target(ctx, "plate at the preview's size")
         self._overlay = _Target(ctx, "overlay")
+        self._tiles: dict[str, _Target] = {}  # pictures of looks by name
         self.transform_version = 0  # whoever sets another view transform counts it up
         self.with_mipmaps = False  # pictures are seen so small that they would shimmer without
 
@@ -106,6 +109,24 @@ class ScreenPictures:
             self._finish(target.texture)
         assert target.texture is not None
         return target.texture
+
+    def tile(self, name: str, shown: Shown, view: ViewState) -> moderngl.Texture:
+        """Return the picture of a look, which is one of several that are seen."""
+        target = self._tiles.setdefault(name, _Target(self._ctx, "a look on the screen"))
+        look = self._look(view)
+        if target.needs(shown.texture.size, (shown, look)):
+            assert target.texture is not None
+            self.display.run(shown.texture, target.texture, *look[:2])
+            self._finish(target.texture)
+        assert target.texture is not None
+        return target.texture
+
+    def keep_tiles(self, names: Collection[str]) -> None:
+        """Give back the memory of pictures of looks that are not among these."""
+        for name in [name for name in self._tiles if name not in names]:
+            texture = self._tiles.pop(name).texture
+            if texture is not None:
+                texture.release()
 
     def detail(self, shown: Shown, plate: Pinhole, view: ViewState) -> Detail | None:
         """Return the detail in focus that a preview lacks; None for a whole picture."""

@@ -13,6 +13,7 @@ from heatlens import __version__
 from heatlens.export.job import ExportJob
 from heatlens.files.json_record import plain
 from heatlens.model.framing import Framing
+from heatlens.model.guides import NO_GUIDES
 from heatlens.model.lens import Lens
 from heatlens.plate.picture_digest import digest, without_advice
 from heatlens.source.origin import Origin
@@ -55,4 +56,5 @@ def _output_facts(job: ExportJob) -> dict[str, Any]:
         "exposure_stops": look.exposure_stops,
         "gamma": look.gamma,
         "burn_in": look.unit if look.burn_in else None,
+        **({"guides": plain(look.guides)} if look.guides != NO_GUIDES else {}),
     }

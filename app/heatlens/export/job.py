@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from heatlens.color.view_transform import ViewTransform, srgb_transform
 from heatlens.errors import InputError
 from heatlens.export.output import Output
+from heatlens.model.guides import NO_GUIDES, Guides
 from heatlens.model.shot import Shot
 from heatlens.sequence.sequence import MissingPolicy
 from heatlens.source.named import checked_source
@@ -36,6 +37,7 @@ class Look:
     gamma: float = 1.0  # display values to the power of one over it
     burn_in: bool = False  # frame, focus and f-stop written into the picture
     unit: str = "m"  # of the distance in that
+    guides: Guides = NO_GUIDES  # drawn into the picture
 
     def __post_init__(self) -> None:
         if not abs(self.exposure_stops) <= _STOPS_MOST:

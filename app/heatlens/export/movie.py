@@ -108,7 +108,8 @@ class Movie:
         height, width = frame.pixels.shape[:2]
         if self._stream is None:
             self._size = (width, height)
-            self._stream = self._new_stream(frame.plate.pixel_aspect_ratio)
+            is_square = self._job.look.guides.desqueeze is not None
+            self._stream = self._new_stream(1.0 if is_square else frame.plate.pixel_aspect_ratio)
             self._begin_timecode(frame)
         if self._size != (width, height):
             first = "x".join(map(str, self._size))

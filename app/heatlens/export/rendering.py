@@ -3,6 +3,7 @@
 import moderngl
 
 from heatlens.export.burn_in import burn_in_text, burned_in
+from heatlens.export.drawn_guides import with_guides
 from heatlens.export.frame_files import RenderedFrame
 from heatlens.export.plan import ExportPlan, PlannedFrame
 from heatlens.export.shown import ShownPictures
@@ -49,6 +50,7 @@ class FrameRendering:
             return download(picture)
         plate, look = self._renderer.loaded.plate, self._job.look
         display = self._shown.of(picture, plate, self._job.shot.defocus.proxy)
+        display = with_guides(display, look.guides, plate.pixel_aspect_ratio)
         if not look.burn_in:
             return display
         return burned_in(display, burn_in_text(frame.frame, frame.lens, plate, look.unit))

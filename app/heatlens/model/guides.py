@@ -1,35 +1,141 @@
-"""Guides over the picture: mattes of other aspects, safe areas, thirds and the centre."""
+"""Guides over the picture: mattes of other aspects, safe areas, thirds, the centre, desqueeze.
 
-from dataclasses import dataclass
+`guide_shapes` is the one description of what is drawn: the window draws it with ImGui, exports
+write it into their pixels.
+"""
+
+from dataclasses import dataclass, field
 
 from heatlens.errors import InputError
+from heatlens.model.option import option
 
 # Width over height, by the name that people use.
 MATTES = {"2.39": 2.39, "1.85": 1.85, "16:9": 16 / 9, "4:3": 4 / 3, "1:1": 1.0, "9:16": 9 / 16}
+# Squeezes of the anamorphic lenses that there are.
+SQUEEZES = {"1.25": 1.25, "1.33": 4 / 3, "1.5": 1.5, "1.65": 1.65, "1.8": 1.8, "2": 2.0}
 # Parts of the picture that every screen shows. Source: EBU R 95.
 ACTION_SAFE, TITLE_SAFE = 0.93, 0.90
+LINE_OPACITY = 0.55  # of lines, which are white
 _ASPECT_LEAST, _ASPECT_MOST = 0.1, 10.0
+_PIXEL_LEAST, _PIXEL_MOST = 0.25, 4.0
+_CROSS = 0.05  # length of an arm of the cross, as a part of the height
 
 Rect = tuple[float, float, float, float]  # x0, y0, x1, y1
 
 
+def parse_aspect(text: str) -> float:
+    """Return width over height of "2.2", "2,2", "2.2:1" or "16:9". Raises InputError."""
+    return _parsed(text, _ASPECT_LEAST, _ASPECT_MOST, "an aspect. Examples: 2.2, 2.2:1, 16:9")
+
+
+def parse_desqueeze(text: str) -> float:
+    """Return how wide a pixel is shown for its height: "2", "1,33" or "4:3". Raises InputError."""
+    what = f"a desqueeze from {_PIXEL_LEAST:g} to {_PIXEL_MOST:g}. Examples: 2, 1.33, 4:3"
+    return _parsed(text, _PIXEL_LEAST, _PIXEL_MOST, what)
+
+
+def _parsed(text: str, least: float, most: float, what: str) -> float:
+    across, _, down = text.strip().replace(",", ".").partition(":")
+    try:
+        ratio = float(across) / float(down or 1)
+    except (ValueError, ZeroDivisionError):
+        ratio = 0.0
+    if not least <= ratio <= most:
+        raise InputError(f"{text!r} is not {what}.")
+    return ratio
+
+
 @dataclass(frozen=True, slots=True)
 class Guides:
-    """What is drawn over the picture.
+    """What is drawn over the picture, and how wide its pixels are shown.
 
     aspect      width over height of what the matte leaves, None for no matte
+    opacity     of the matte: 1 is black
     safe_areas  frames of what is safe for action and for titles
     thirds      lines at the thirds
     centre      a cross in the middle
+    desqueeze   width of a pixel for its height, None: as the file says
     """
 
-    aspect: float | None = None
-    safe_areas: bool = False
-    thirds: bool = False
-    centre: bool = False
+    aspect: float | None = field(
+        default=None,
+        metadata=option(
+            "matte",
+            "darken what a picture of this aspect cuts off: 2.39, 1.85, 16:9",
+            metavar="ASPECT",
+            parse=parse_aspect,
+        ),
+    )
+    opacity: float = field(
+        default=0.72,
+        metadata=option(
+            "matte opacity", "1 is black (default 0.72)", metavar="PART", least=0.0, most=1.0
+        ),
+    )
+    safe_areas: bool = field(
+        default=False, metadata=option("safe areas", "draw what is safe for action and for titles")
+    )
+    thirds: bool = field(default=False, metadata=option("thirds", "draw lines at the thirds"))
+    centre: bool = field(
+        default=False, metadata=option("centre cross", "draw a cross in the middle")
+    )
+    desqueeze: float | None = field(
+        default=None,
+        metadata=option(
+            "desqueeze",
+            "make an anamorphic picture so many times as wide, its pixels square: 2, 1.33",
+            metavar="N",
+            parse=parse_desqueeze,
+        ),
+    )
 
 
 NO_GUIDES = Guides()
+
+
+@dataclass(frozen=True, slots=True)
+class GuideShapes:
+    """What is to be drawn: all of it lies along rows and columns.
+
+    shades  rectangles that are darkened
+    frames  rectangles of which the outline is drawn
+    lines   from x0, y0 to x1, y1
+    """
+
+    shades: tuple[Rect, ...]
+    frames: tuple[Rect, ...]
+    lines: tuple[Rect, ...]
+
+
+def guide_shapes(guides: Guides, picture: Rect) -> GuideShapes:
+    """Return what is drawn over a picture that lies there, in units of the screen."""
+    inner = inner_rect(picture, guides.aspect)
+    frames = [inner] if inner != picture else []
+    if guides.safe_areas:
+        frames += [scaled_rect(inner, part, part) for part in (ACTION_SAFE, TITLE_SAFE)]
+    lines = [*(_thirds(inner) if guides.thirds else ()), *(_cross(inner) if guides.centre else ())]
+    return GuideShapes(_around(picture, inner), tuple(frames), tuple(lines))
+
+
+def _around(outer: Rect, inner: Rect) -> tuple[Rect, ...]:
+    """Return the rectangles of `outer` that `inner` leaves: above, below, left and right."""
+    x0, y0, x1, y1 = outer
+    a0, b0, a1, b1 = inner
+    found = ((x0, y0, x1, b0), (x0, b1, x1, y1), (x0, b0, a0, b1), (a1, b0, x1, b1))
+    return tuple(rect for rect in found if rect[2] > rect[0] and rect[3] > rect[1])
+
+
+def _thirds(rect: Rect) -> list[Rect]:
+    x0, y0, x1, y1 = rect
+    across = [x0 + part * (x1 - x0) for part in (1 / 3, 2 / 3)]
+    down = [y0 + part * (y1 - y0) for part in (1 / 3, 2 / 3)]
+    return [*((x, y0, x, y1) for x in across), *((x0, y, x1, y) for y in down)]
+
+
+def _cross(rect: Rect) -> list[Rect]:
+    x, y = (rect[0] + rect[2]) / 2, (rect[1] + rect[3]) / 2
+    reach = _CROSS * (rect[3] - rect[1])
+    return [(x - reach, y, x + reach, y), (x, y - reach, x, y + reach)]
 
 
 def inner_rect(picture: Rect, aspect: float | None) -> Rect:
@@ -50,15 +156,3 @@ def scaled_rect(rect: Rect, across: float, down: float) -> Rect:
     x0, y0, x1, y1 = rect
     middle, half = ((x0 + x1) / 2, (y0 + y1) / 2), ((x1 - x0) / 2 * across, (y1 - y0) / 2 * down)
     return middle[0] - half[0], middle[1] - half[1], middle[0] + half[0], middle[1] + half[1]
-
-
-def parse_aspect(text: str) -> float:
-    """Return width over height of "2.2", "2,2", "2.2:1" or "16:9". Raises InputError."""
-    across, _, down = text.strip().replace(",", ".").partition(":")
-    try:
-        aspect = float(across) / float(down or 1)
-    except (ValueError, ZeroDivisionError):
-        aspect = 0.0
-    if not _ASPECT_LEAST <= aspect <= _ASPECT_MOST:
-        raise InputError(f"{text!r} is not an aspect. Examples: 2.2, 2.2:1, 16:9.")
-    return aspect

@@ -1,28 +1,35 @@
 """Looks: lenses that were kept under a name, to be compared and come back to."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import count
 from string import ascii_uppercase
 
 from heatlens.errors import InputError
 from heatlens.model.lens import Lens
 
+_STILL_MOST = 100_000  # letters; a still has some 10,000
+
 
 @dataclass(frozen=True, slots=True)
 class Look:
     """The lens as it was at a frame, under a name.
 
-    Raises InputError for a name that cannot be shown.
+    still  the picture as it was then, a small JPEG in base64; None where none was seen
+
+    Raises InputError for a name that cannot be shown, and a still too large to be one.
     """
 
     name: str
     lens: Lens
     frame: int = 1
+    still: str | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         if not self.name or not self.name.isprintable() or self.name != self.name.strip():
             raise InputError(f"A look cannot be called {self.name!r}.")
+        if self.still is not None and not (self.still.isascii() and len(self.still) <= _STILL_MOST):
+            raise InputError(f"The still of look {self.name} is no small JPEG in base64.")
 
 
 def next_look_name(looks: Iterable[Look]) -> str:

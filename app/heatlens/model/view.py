@@ -26,6 +26,7 @@ class Compare(StrEnum):
     WIPE = "wipe"  # A left of the handle, B right of it
     FLIP = "flip"  # B alone
     DIFFERENCE = "difference"  # |A - B| times the gain
+    GRID = "grid"  # up to four looks beside each other
 
 
 class Against(StrEnum):
@@ -37,6 +38,7 @@ class Against(StrEnum):
     LOOK = "look"  # the same frame through a lens that was kept
 
 
+GRID_MOST = 4  # looks beside each other
 DIFFERENCE_GAINS = (1.0, 2.0, 4.0, 8.0, 16.0, 32.0)
 
 
@@ -50,6 +52,8 @@ class ViewState:
     depth_of_field   False shows the pinhole picture
     b_method         how B's blur is computed where B is a method
     b_look           name of the look where B is one
+    a_look           name of the look that A is where B is one, "" for the lens as it is
+    grid             names of the looks in the grid, () for the first ones
     wipe             where the handle is, 0 left to 1 right of the picture
     exposure_stops   brighter by 2^stops before the view transform
     gamma            display values to the power of 1/gamma, after it
@@ -69,6 +73,8 @@ class ViewState:
     against: Against = Against.PINHOLE
     b_method: Method = Method.GATHER
     b_look: str = ""
+    a_look: str = ""
+    grid: tuple[str, ...] = ()
     wipe: float = 0.5
     difference_gain: float = 4.0
     exposure_stops: float = 0.0

@@ -78,11 +78,18 @@ def fit_zoom(viewport: Viewport, shape: PictureShape) -> float:
     return min(max(zoom, ZOOM_LEAST), ZOOM_MOST)
 
 
+def shown_shape(view: ViewState, shape: PictureShape) -> PictureShape:
+    """Return the shape with the pixels as wide as the view desqueezes them."""
+    aspect = view.guides.desqueeze
+    return shape if aspect is None else replace(shape, pixel_aspect=aspect)
+
+
 def geometry(view: ViewState, viewport: Viewport, shape: PictureShape) -> ViewGeometry:
     """Return where the picture lies.
 
     Its corner is on a whole screen pixel, so that 1:1 is sharp.
     """
+    shape = shown_shape(view, shape)
     zoom = view.zoom or fit_zoom(viewport, shape)
     scale = viewport.framebuffer_scale
     per_px = (zoom * shape.pixel_aspect / scale, zoom / scale)
@@ -100,7 +107,7 @@ def zoomed(
     view: ViewState, viewport: Viewport, shape: PictureShape, factor: float, at: Point
 ) -> ViewState:
     """Zoom by `factor`; the picture point under the window position `at` stays there."""
-    before = view.zoom or fit_zoom(viewport, shape)
+    before = view.zoom or fit_zoom(viewport, shown_shape(view, shape))
     return zoomed_to(view, viewport, shape, before * factor, at)
 
 
@@ -109,6 +116,7 @@ def zoomed_to(
 ) -> ViewState:
     """Zoom to `zoom` screen pixels a pixel; the picture point under `at` stays there."""
     held = geometry(view, viewport, shape).picture_at_window(at)
+    shape = shown_shape(view, shape)
     zoom = min(max(zoom, ZOOM_LEAST), ZOOM_MOST)
     per_px = (
         zoom * shape.pixel_aspect / viewport.framebuffer_scale,
@@ -128,6 +136,7 @@ def panned(view: ViewState, viewport: Viewport, shape: PictureShape, by: Point) 
     The middle of the viewport stays over the picture, or goes no farther from it where zooming at
     the pointer has left it outside.
     """
+    shape = shown_shape(view, shape)
     zoom = view.zoom or fit_zoom(viewport, shape)
     x, y = view.center_px or shape.middle_px
     scale = viewport.framebuffer_scale

@@ -1,6 +1,6 @@
 """A finished picture through the lens, and what it was made of."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import moderngl
 
@@ -22,6 +22,11 @@ class PictureKey:
     frame: int
     shot: Shot
     settings: DefocusSettings
+
+
+def without_notes(shot: Shot) -> Shot:
+    """Return the shot without what changes no picture of a frame: marks, looks, in and out."""
+    return replace(shot, marks=(), looks=(), in_out=None)
 
 
 def whole_picture(shot: Shot, frame: int, plate: int) -> PictureKey:

@@ -1,35 +1,67 @@
-"""A and B of the comparison: B by another method is rendered while it is seen, and only then."""
+"""What is rendered to be compared: A, and beside it B or several looks, while they are seen."""
 
+from collections.abc import Mapping
 from dataclasses import replace
+from math import ceil, log2
+from typing import Protocol
 
+from heatlens.model.look import Look
 from heatlens.model.settings import Method
 from heatlens.model.shot import Shot
-from heatlens.model.view import Against, Compare, ViewState
-from heatlens.preview.shown import Shown
+from heatlens.model.view import GRID_MOST, Against, Compare, ViewState
+from heatlens.preview.shown import Shown, without_notes
 from heatlens.render import FrameRenderer
 from heatlens.session.live_picture import FIRST_PLATE, LivePicture, PlateVersion
+from heatlens.session.look_pictures import LookPictures
 
 _LEAST = 0.25  # of the time for a picture, for B, however much A took
+_LEAST_SCALE = 0.25  # at which pictures of the grid are rendered
+NOW = ""  # in the place of a look's name: the lens as it is
+
+
+class Side(Protocol):
+    """Pictures that are rendered a moment at a time, see `LivePicture`."""
+
+    @property
+    def shown(self) -> object:
+        """The finished picture, or pictures: another object for each."""
+
+    @property
+    def is_working(self) -> bool:
+        """Return True while a whole picture is not there yet."""
+
+    def wants_work(self, is_plate_whole: bool = True) -> bool:
+        """Return True where there is a picture to go on with."""
+
+    def seconds_to_rest(self) -> float:
+        """Return how long until a whole picture may be begun; 0 where it may."""
+
+    def work(self, slice_s: float, is_plate_whole: bool = True) -> None:
+        """Go on with a better picture for about `slice_s`."""
 
 
 class CompareSides:
-    """Renders A, the picture through the lens, and B, the same shot by another method.
+    """Renders A, the picture through the lens, and what stands beside it.
 
-    Passes share scratch memory, so that one picture is finished before the other goes on; what was
-    half done when the other came between begins anew.
+    That is B, the same shot by another method or through a look, or several looks. Passes share
+    scratch memory, so that one picture is finished before the other goes on; what was half done
+    when the other came between begins anew.
     """
 
     def __init__(self, renderer: FrameRenderer) -> None:
         self._renderer = renderer
         self.a = LivePicture(renderer)
         self.b = LivePicture(renderer, first_slot=2, cost=self.a.cost)
+        self.looks = LookPictures(renderer, self.b)
         self._b_wish: Shot | None = None  # B's, while it is rendered
+        self._has_looks = False  # several looks are rendered
         self._is_turn_of_b = False
+        self._is_elsewhere = False  # a scene may have been drawn last as another length sees it
 
     @property
-    def pictures(self) -> tuple[Shown | None, Shown | None]:
-        """The finished pictures of A and B; each finished picture is another object."""
-        return self.a.shown, self.b.shown
+    def pictures(self) -> tuple[object, ...]:
+        """The finished pictures of both sides; each finished picture is another object."""
+        return self.a.shown, self.b.shown, self.looks.shown
 
     @property
     def plate(self) -> int | None:
@@ -37,19 +69,21 @@ class CompareSides:
         return self.a.wished_plate
 
     @property
-    def rendered(self) -> tuple[LivePicture, ...]:
-        """The sides that are rendered: A, and B while it is seen as another method."""
+    def rendered(self) -> tuple[Side, ...]:
+        """The sides that are rendered: A, and beside it B or looks while they are seen."""
+        if self._has_looks:
+            return self.a, self.looks
         return (self.a,) if self._b_wish is None else (self.a, self.b)
 
     @property
     def turn(self) -> int:
         """The index in `rendered` of the side whose turn it is."""
-        return 1 if self._is_turn_of_b and self._b_wish is not None else 0
+        return 1 if self._is_turn_of_b and len(self.rendered) > 1 else 0
 
     def restart(self) -> None:
         """Begin anew: another plate lies on the GPU."""
         self.a.restart()
-        self.b.restart()
+        self.looks.restart()
 
     def wish(
         self,
@@ -58,25 +92,52 @@ class CompareSides:
         frame: int,
         budget_s: float,
         plate: PlateVersion = FIRST_PLATE,
+        zoom: float = 1.0,
     ) -> None:
-        """Show `shot` at `frame` as `view` compares it: A first, B in what is left of the time."""
-        other = self._b_of(view, shot)
+        """Show `shot` at `frame` as `view` compares it: A first, B in what is left of the time.
+
+        `zoom`: screen pixels for one of the picture, which decides how large a grid is rendered.
+        """
+        several = looks_beside(view, shot)
+        wishes = {look.name: _through(shot, look, view, zoom) for look in several}
+        other = None if several else self._b_of(view, shot)
         self._b_wish = None if other == shot else other
-        spent_s = 0.0
+        self._has_looks, spent_s = bool(several), 0.0
+        self._come_back(shot, frame)
         if self.a.wish(shot, frame, budget_s, plate):
             self.b.pause()
             self._is_turn_of_b = False
             spent_s = 0.0 if self.a.shown is None else self.a.shown.seconds
-        if self._b_wish is None:
-            return
         left_s = max(budget_s - spent_s, _LEAST * budget_s)
-        if self.b.wish(self._b_wish, frame, left_s, plate):
+        if self._wish_beside(wishes, frame, left_s, plate):
             self.a.pause()
+
+    def _come_back(self, shot: Shot, frame: int) -> None:
+        """Have A drawn anew after looks of other lengths, which draw a scene for themselves."""
+        if len(self.rendered) == 1 and self._is_elsewhere:
+            self.a.restart()
+            self._is_elsewhere = False
+        elif len(self.rendered) > 1 and self._renderer.has_many_views:
+            lens = shot.lens_at(frame)
+            self._is_elsewhere |= any(
+                look.lens.focal_length_mm * lens.sensor_width_mm
+                != lens.focal_length_mm * look.lens.sensor_width_mm
+                for look in shot.looks
+            )
+
+    def _wish_beside(
+        self, looks: Mapping[str, Shot], frame: int, budget_s: float, plate: PlateVersion
+    ) -> bool:
+        """Show what stands beside A; return whether it rendered."""
+        has_rendered = self.looks.wish(looks, frame, budget_s, plate)
+        if self._b_wish is not None:
+            has_rendered = self.b.wish(self._b_wish, frame, budget_s, plate)
+        return has_rendered
 
     def _b_of(self, view: ViewState, shot: Shot) -> Shot | None:
         """Return the shot that B shows; None where B is no picture through a lens."""
         if is_look_b(view):
-            look = next((look for look in shot.looks if look.name == view.b_look), None)
+            look = look_called(shot, view.b_look)
             return None if look is None else shot.through(look)
         method = method_of_b(view, self._renderer.has_many_views)
         return (
@@ -85,31 +146,71 @@ class CompareSides:
 
     def work(self, side: int, slice_s: float, is_plate_whole: bool = True) -> None:
         """Go on with the picture of a side; once it is finished, it is the other's turn."""
-        live = self.rendered[side]
-        before = live.shown
-        live.work(slice_s, is_plate_whole)
-        if live.shown is not before:
-            self._is_turn_of_b = live is self.a
+        working = self.rendered[side]
+        before = working.shown
+        working.work(slice_s, is_plate_whole)
+        if working.shown != before:
+            self._is_turn_of_b = working is self.a
 
     def of_method(self, view: ViewState) -> Shown | None:
         """Return B's picture where B is a method or a look, once it is there; else None."""
         if is_look_b(view):
             side = self.a if self._b_wish is None else self.b
-            return side.shown
+            return self.looks.of(view.b_look) if self._has_looks else side.shown
         method = method_of_b(view, self._renderer.has_many_views)
         for side in (self.a, self.b):
             if side.shown is not None and side.shown.shot.defocus.method is method:
                 return side.shown
         return None
 
+    def of_a(self, view: ViewState) -> Shown | None:
+        """Return A's picture where A is a look, once it is there; else None."""
+        return self.looks.of(view.a_look) if is_look_b(view) and view.a_look else None
+
 
 def is_look_b(view: ViewState) -> bool:
     """Return True where B is seen, and is the frame through a look."""
-    return view.compare is not Compare.OFF and view.against is Against.LOOK
+    is_seen = view.compare not in (Compare.OFF, Compare.GRID)
+    return is_seen and view.against is Against.LOOK
 
 
 def method_of_b(view: ViewState, has_many_views: bool) -> Method | None:
     """Return how B is rendered; None where it is not seen, or needs a scene that is not open."""
-    if view.compare is Compare.OFF or view.against is not Against.METHOD:
+    is_seen = view.compare not in (Compare.OFF, Compare.GRID)
+    if not is_seen or view.against is not Against.METHOD:
         return None
     return view.b_method if has_many_views or not view.b_method.needs_scene else None
+
+
+def look_called(shot: Shot, name: str) -> Look | None:
+    """Return the look of this name; None where the shot has none."""
+    return next((look for look in shot.looks if look.name == name), None)
+
+
+def grid_names(view: ViewState, shot: Shot) -> tuple[str, ...]:
+    """Return what the grid shows: up to four looks, and the lens as it is where there is room."""
+    names = [look.name for look in shot.looks]
+    chosen = tuple(name for name in names if name in view.grid) or tuple(names)
+    chosen = chosen[:GRID_MOST]
+    return chosen if len(chosen) == GRID_MOST else (*chosen, NOW)
+
+
+def looks_beside(view: ViewState, shot: Shot) -> tuple[Look, ...]:
+    """Return the looks that are rendered beside A: those of the grid, or both under the wipe."""
+    names: tuple[str, ...] = ()
+    if view.compare is Compare.GRID:
+        names = grid_names(view, shot)
+    elif is_look_b(view) and look_called(shot, view.a_look) is not None:
+        names = tuple({view.a_look: None, view.b_look: None})
+    found = (look_called(shot, name) for name in names)
+    return tuple(look for look in found if look is not None)
+
+
+def _through(shot: Shot, look: Look, view: ViewState, zoom: float) -> Shot:
+    """Return the shot through a look; in the grid no larger than it is seen."""
+    through = without_notes(shot.through(look))
+    if view.compare is not Compare.GRID or shot.defocus.method.needs_scene:
+        return through
+    scale = min(max(2.0 ** ceil(log2(max(zoom, _LEAST_SCALE))), _LEAST_SCALE), 1.0)
+    proxy = min(shot.defocus.proxy, scale)
+    return replace(through, defocus=replace(through.defocus, proxy=proxy))

@@ -52,7 +52,7 @@ class ExportCommands:
 
     def export(self) -> None:
         """Begin to export the frames or the movie that is wished for."""
-        words = self.wish.words(self._look())
+        words = self.wish.words(self._look(), self._view.state.guides)
         self._begin(lambda: self.run.export(self._editing.shot, self.wish.output, words))
 
     def write_camera(self) -> None:

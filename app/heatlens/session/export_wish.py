@@ -1,9 +1,10 @@
 """What the user wants to export, as the panel shows it and as the command line takes it."""
 
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
+from heatlens.model.guides import NO_GUIDES, Guides
 from heatlens.model.look_options import LookOptions
 from heatlens.model.option import words_of
 from heatlens.paths import data_dir, pictures_dir
@@ -33,6 +34,7 @@ class ExportWish:
     folder, name    where to, and the name before the number of the frame
     frames          range as text, "" for all from in to out
     quality         "" for that of the shot
+    with_guides     the guides of the window are drawn into the pictures
     is_single       there is one frame, whose file needs no number
     """
 
@@ -43,6 +45,7 @@ class ExportWish:
     quality: str = ""
     with_depth: bool = False
     burn_in: bool = False
+    with_guides: bool = False
     camera_kind: str = "USD"
     is_single: bool = False
 
@@ -63,14 +66,20 @@ class ExportWish:
         """Return True for scene-linear light, which is meant for no screen."""
         return FRAME_KINDS[self.kind] == ".exr"
 
-    def words(self, look: LookOptions) -> list[str]:
-        """Return options of `heatlens export`; the look counts for all but EXR."""
+    def words(self, look: LookOptions, guides: Guides = NO_GUIDES) -> list[str]:
+        """Return options of `heatlens export`; the look and the guides count for all but EXR."""
         words = ["--frames", self.frames] if self.frames else []
         words += ["--quality", self.quality] if self.quality else []
         if self.is_linear:
             return [*words, "--with-depth"] if self.with_depth else words
         words += words_of(look)
+        words += words_of(replace(guides, opacity=_opacity(guides))) if self.with_guides else []
         return [*words, "--burn-in"] if self.burn_in else words
+
+
+def _opacity(guides: Guides) -> float:
+    """Return how dark the matte is; as usual where there is none, which has no option for it."""
+    return NO_GUIDES.opacity if guides.aspect is None else guides.opacity
 
 
 def wish_for(plate: Path, is_single: bool = False) -> ExportWish:

@@ -20,7 +20,7 @@ from heatlens.model.settings import DefocusSettings
 from heatlens.model.shot import Shot
 from heatlens.preview.cost import CostModel
 from heatlens.preview.level_choice import level_at_rest, level_while_moving, recognisable
-from heatlens.preview.shown import PictureKey, Shown, whole_picture
+from heatlens.preview.shown import PictureKey, Shown, whole_picture, without_notes
 from heatlens.render import FrameRenderer
 
 _REST_S = 0.08  # so long without a change is rest: a hand that drags sends several in this time
@@ -91,6 +91,9 @@ class LivePicture:
         wish, before = whole_picture(shot, frame, plate.number), self._wish
         if wish == before:
             return False
+        if before is not None and _bare(wish) == _bare(before):
+            self._note(wish)
+            return False
         is_same_but_plate = before is not None and replace(wish, plate=before.plate) == before
         if is_same_but_plate and plate.is_finer and self.shown is not None:
             self._wish, self._work = wish, None
@@ -109,6 +112,12 @@ class LivePicture:
             self._start(self._level)
             self._advance(float("inf"))
         return True
+
+    def _note(self, wish: PictureKey) -> None:
+        """Take a wish for the same picture of a shot with other marks or looks."""
+        if self.shown is not None and self._is_of_wish(self.shown):
+            self.shown = replace(self.shown, shot=wish.shot)
+        self._wish = wish
 
     def _begun_picture(self, shot: Shot, frame: int) -> Shown | None:
         """Return the picture that is seen, where it only lacks further points of the lens.
@@ -222,6 +231,10 @@ class LivePicture:
             shot, frame, plate = self._wish.shot, self._wish.frame, self._wish.plate
             self.shown = Shown(end.value, shot, frame, work.settings, work.seconds, plate)
             self._slots, self._work = self._slots[::-1], None
+
+
+def _bare(key: PictureKey) -> PictureKey:
+    return replace(key, shot=without_notes(key.shot))
 
 
 def _views_of(shot: Shot) -> int:

@@ -4,8 +4,9 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from heatlens.errors import HeatlensError
+from heatlens.model.lens import Lens
 from heatlens.model.look import Look, next_look_name
-from heatlens.model.view import Against, Compare
+from heatlens.model.view import GRID_MOST, Against, Compare, ViewState
 from heatlens.session.editing import Editing
 from heatlens.session.messages import Problem
 from heatlens.session.picture_view import PictureView
@@ -20,6 +21,8 @@ class LookCommands:
         self._editing = editing
         self._view = view
         self._say = say
+        self._before: Lens | None = None  # the lens before the latest look was taken
+        self.still_now: Callable[[], str | None] = lambda: None  # the picture that is seen, small
 
     @property
     def looks(self) -> tuple[Look, ...]:
@@ -29,7 +32,8 @@ class LookCommands:
     def keep(self) -> None:
         """Keep the lens at the playhead under the next free letter."""
         shot = self._editing.shot
-        look = Look(next_look_name(shot.looks), self._editing.lens, self._editing.frame)
+        name, frame = next_look_name(shot.looks), self._editing.frame
+        look = Look(name, self._editing.lens, frame, self.still_now())
         self._editing.do(replace(shot, looks=(*shot.looks, look)))
         key = f" Ctrl+{len(self.looks)} comes back to it." if len(self.looks) <= KEYED else ""
         self._say(f"Look {look.name} is kept.{key}")
@@ -39,9 +43,29 @@ class LookCommands:
         if index >= len(self.looks):
             self._say(Problem(f"There are {len(self.looks)} looks. Shift+L keeps one."))
             return
+        self._take(self.looks[index].lens)
+
+    def go_to(self, name: str) -> None:
+        """Take the lens of the look of this name again."""
+        names = [look.name for look in self.looks]
+        if name in names:
+            self.go(names.index(name))
+
+    def back(self) -> None:
+        """Take the lens again that was there before the latest look; once more: that look."""
+        if self._before is None:
+            self._say(Problem("There is no lens to go back to: no look was taken yet."))
+        else:
+            self._take(self._before)
+
+    def _take(self, lens: Lens) -> None:
+        """Change to a lens in one step, and remember the one before."""
         self._editing.settle()
-        self._editing.edit_lens(self.looks[index].lens)
+        before = self._editing.lens
+        self._editing.edit_lens(lens)
         self._editing.settle()
+        if before != lens:
+            self._before = before
 
     def rename(self, look: Look, name: str) -> None:
         """Call a look by another name."""
@@ -61,6 +85,49 @@ class LookCommands:
 
     def compare(self, look: Look) -> None:
         """Have B be the frame through the look, under the wipe unless it is compared already."""
+        state = self._compared()
+        a_look = "" if state.a_look == look.name else state.a_look
+        self._view.state = replace(state, b_look=look.name, a_look=a_look)
+
+    def compare_as_a(self, look: Look) -> None:
+        """Have A be the frame through the look, or through the lens again where it is that look.
+
+        B is another look then: the one that it was, else the first other one.
+        """
+        state = self._compared()
+        others = [other.name for other in self.looks if other != look]
+        if state.a_look == look.name or not others:
+            if not others:
+                self._say(Problem("A second look is needed at the right. Shift+L keeps one."))
+            self._view.state = replace(self._view.state, a_look="")
+            return
+        b_look = state.b_look if state.b_look in others else others[0]
+        self._view.state = replace(state, a_look=look.name, b_look=b_look)
+
+    def _compared(self) -> ViewState:
+        """Return the view with looks compared, under the wipe unless they are in another way."""
         state = self._view.state
-        compare = Compare.WIPE if state.compare is Compare.OFF else state.compare
-        self._view.state = replace(state, against=Against.LOOK, b_look=look.name, compare=compare)
+        is_beside = state.compare in (Compare.OFF, Compare.GRID)
+        compare = Compare.WIPE if is_beside else state.compare
+        was_look = state.against is Against.LOOK and not is_beside
+        a_look = state.a_look if was_look else ""
+        return replace(state, against=Against.LOOK, compare=compare, a_look=a_look)
+
+    def toggle_grid(self) -> None:
+        """Show up to four looks beside each other, or the picture alone again."""
+        is_on = self._view.state.compare is Compare.GRID
+        if not is_on and not self.looks:
+            self._say(Problem("There are no looks yet. Shift+L keeps the lens as one."))
+            return
+        compare = Compare.OFF if is_on else Compare.GRID
+        self._view.state = replace(self._view.state, compare=compare)
+
+    def toggle_in_grid(self, look: Look) -> None:
+        """Show a look in the grid, or leave it out; a fifth takes the place of the first."""
+        names = [other.name for other in self.looks]
+        chosen = [n for n in names if n in self._view.state.grid] or names[:GRID_MOST]
+        if look.name in chosen:
+            chosen.remove(look.name)
+        else:
+            chosen = [*chosen[-GRID_MOST + 1 :], look.name]
+        self._view.state = replace(self._view.state, grid=tuple(chosen))

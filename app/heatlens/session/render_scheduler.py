@@ -5,9 +5,9 @@ from collections.abc import Callable
 from heatlens.errors import HeatlensError
 from heatlens.faults import faults_told
 from heatlens.preview.shown import Shown
-from heatlens.session.compare_sides import CompareSides
+from heatlens.session.compare_sides import CompareSides, Side
 from heatlens.session.editing import Editing
-from heatlens.session.live_picture import LivePicture, PlateVersion
+from heatlens.session.live_picture import PlateVersion
 from heatlens.session.next_work import (
     NextWork,
     PlateState,
@@ -93,7 +93,7 @@ class RenderScheduler:
         if source.plate is not None and source.is_settled_at(frame):
             plate = PlateVersion(source.version, source.is_finer)
             view, budget_s = self._view.state, self._speed.budget_s
-            self._sides.wish(view, source.seen(shot), frame, budget_s, plate)
+            self._sides.wish(view, source.seen(shot), frame, budget_s, plate, self._view.zoom)
 
     def work(self) -> None:
         """Go on for a moment with what is to be rendered next; errors are said."""
@@ -144,6 +144,6 @@ class RenderScheduler:
     def _side_states(self) -> tuple[SideState, ...]:
         return tuple(self._state_of(side) for side in self._sides.rendered)
 
-    def _state_of(self, side: LivePicture) -> SideState:
+    def _state_of(self, side: Side) -> SideState:
         has_work = side.wants_work(self._source.is_whole)
         return SideState(not side.is_working, has_work, side.seconds_to_rest())

@@ -50,6 +50,13 @@ class ViewCommands:
         is_on = self._view.state.compare is compare
         self.change(compare=Compare.OFF if is_on else compare)
 
+    def leave(self) -> bool:
+        """Leave the grid of looks; return whether there was anything to leave."""
+        is_grid = self._view.state.compare is Compare.GRID
+        if is_grid:
+            self.change(compare=Compare.OFF)
+        return is_grid
+
     def toggle_matte(self, aspect: float) -> None:
         """Darken what a picture of this aspect would cut off, or no more."""
         guides = self._view.state.guides

@@ -116,6 +116,7 @@ def _lens(session: Session) -> list[Action]:
         Action("Focus at infinity", "Lens", lens.focus_at_infinity),
         Action("Reset lens", "Lens", lens.reset),
         Action("Keep this look", "Lens", session.looks.keep, _K.l | SHIFT),
+        Action("Back to the lens before", "Lens", session.looks.back, _K.backspace),
         *(
             Action(f"Look {index + 1}", "Lens", partial(session.looks.go, index), key | CTRL)
             for index, key in enumerate(_DIGITS)
@@ -212,6 +213,10 @@ def _compare(session: Session) -> list[Action]:
         toggle(Compare.WIPE, "Wipe", _K.w),
         toggle(Compare.FLIP, "Flip to B", _K.x),
         toggle(Compare.DIFFERENCE, "Difference", _K.e),
+        Action(
+            "Grid of looks", "Compare", session.looks.toggle_grid, _K.w | SHIFT,
+            is_on=lambda: session.view.compare is Compare.GRID,
+        ),
         Action("More gain", "Compare", partial(view.step_gain, 1), _K.period),
         Action("Less gain", "Compare", partial(view.step_gain, -1), _K.comma),
         Action(

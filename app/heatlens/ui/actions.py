@@ -14,7 +14,7 @@ _KEY_NAMES = {
     _K.left_bracket: "[", _K.right_bracket: "]", _K.up_arrow: "Up", _K.down_arrow: "Down",
     _K.equal: "+", _K.minus: "-", _K.slash: "/", _K.comma: ",", _K.period: ".",
     _K.left_arrow: "Left", _K.right_arrow: "Right", _K.space: "Space", _K.home: "Home",
-    _K.end: "End", _K.delete: "Delete", _K.tab: "Tab", _K.f1: "F1",
+    _K.end: "End", _K.delete: "Delete", _K.tab: "Tab", _K.backspace: "Backspace", _K.f1: "F1",
     _K.f10: "F10", _K.f11: "F11", _K.f12: "F12",
 }  # fmt: skip
 

@@ -14,7 +14,7 @@ import glfw  # isort: skip
 from heatlens.model.view import ViewState
 from heatlens.ui.monitors import monitor_of
 from heatlens.ui.picture.picture_alone import PictureAlone
-from heatlens.ui.picture.viewport import Pictures
+from heatlens.ui.picture.pictures import Pictures
 
 _SIZE = 1280, 720
 _TITLE = "heatlens picture"

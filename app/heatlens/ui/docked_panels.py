@@ -21,7 +21,7 @@ from heatlens.ui.panels.plate_panel import PlateFacts, plate_panel
 from heatlens.ui.panels.ring_panel import RingFacts, RingState, ring_panel
 from heatlens.ui.panels.scene_panel import scene_panel
 from heatlens.ui.panels.speed_panel import speed_panel
-from heatlens.ui.picture.viewport import Pictures
+from heatlens.ui.picture.pictures import Pictures
 from heatlens.ui.probe import listening
 from heatlens.ui.state import UiState
 from heatlens.ui.timeline.dope_sheet import lens_dots
@@ -44,7 +44,7 @@ class DockedPanels:
     def __init__(self, session: Session, ui: UiState) -> None:
         self._session = session
         self._ui = ui
-        self._stills = LookStills(session.renderer.ctx)
+        self.stills = LookStills(session.renderer.ctx)
 
     def draw(self, hovered: tuple[int, int] | None, pictures: Pictures | None) -> None:
         """Draw the panels; `hovered` is the pixel of the display window under the pointer.
@@ -182,9 +182,9 @@ class DockedPanels:
         imgui.end()
 
     def _looks(self, pictures: Pictures | None) -> None:
-        self._stills.take(self._session, pictures)
+        self.stills.take(self._session, pictures)
         if self._begin("Looks"):
-            looks_panel(self._session, self._stills)
+            looks_panel(self._session, self.stills)
         imgui.end()
 
     def _guides(self) -> None:

@@ -2,18 +2,13 @@
 
 from dataclasses import replace
 
-import moderngl
 from imgui_bundle import ImVec2, imgui
 
-from heatlens.display.screen_pictures import (
-    MIPMAPS_UNDER,
-    ScreenPictures,
-    layer_limits_px,
-    picture_of_b,
-)
+from heatlens.display.screen_pictures import ScreenPictures, layer_limits_px
 from heatlens.model.coc import sharp_px
-from heatlens.model.view import Compare, Overlay, ViewState
-from heatlens.session.kept_screen import KeptFrame, KeptScreen
+from heatlens.model.view import Compare, Overlay
+from heatlens.model.view_geometry import geometry
+from heatlens.session.kept_screen import KeptScreen
 from heatlens.session.session import Session
 from heatlens.ui import probe
 from heatlens.ui.layout import PICTURE, PICTURE_ALONE
@@ -21,8 +16,10 @@ from heatlens.ui.panels.marks_panel import draw_point_marks
 from heatlens.ui.picture.alt_held import AltHeld
 from heatlens.ui.picture.guides import draw_guides
 from heatlens.ui.picture.legend import draw_legend, entries
+from heatlens.ui.picture.pictures import Pictures
+from heatlens.ui.picture.seen_pictures import SeenPictures
 from heatlens.ui.picture.stream_notice import StreamNotice, draw_waiting
-from heatlens.ui.picture.viewport import Pictures, ViewportPanel, ViewportResult
+from heatlens.ui.picture.viewport import ViewportPanel, ViewportResult
 from heatlens.ui.start.start_screen import StartScreen
 from heatlens.ui.state import UiState
 
@@ -37,8 +34,7 @@ class PictureWindow:
     ) -> None:
         self._session = session
         self._ui = ui
-        self._screen = screen
-        self._kept = kept
+        self._seen = SeenPictures(session, screen, kept)
         ctx = session.renderer.ctx
         self._start = StartScreen(ctx)
         self._notice = StreamNotice()
@@ -52,7 +48,9 @@ class PictureWindow:
         imgui.push_style_var(imgui.StyleVar_.window_padding, ImVec2(0, 0))
         self._begin()
         imgui.pop_style_var()
-        self.pictures = pictures = self._pictures()
+        is_held_off = self.alt.is_over(self.hovered is not None)
+        self._session.picture_view.is_lens_held_off = is_held_off
+        self.pictures = pictures = self._seen.now()
         if self._session.start_choices.is_wanted:
             self.hovered = None
             self._choose(hears_keys)
@@ -69,13 +67,21 @@ class PictureWindow:
         else:
             scale = imgui.get_io().display_framebuffer_scale.x or 1.0
             self._take(self.viewport.draw(pictures, self._session.view, scale))
-            draw_guides(self._session.view.guides, pictures.shape, self.viewport.place)
-            draw_point_marks(self._session)
-            self._legend()
+            self._draw_over(pictures)
             if self._session.source.stream is not None and self._session.source.stream.is_shown:
                 self._notice.draw(self._session.source.stream, self._session.picture_view.viewport)
         probe.note("picture")
         imgui.end()
+
+    def _draw_over(self, pictures: Pictures) -> None:
+        """Draw guides, marks and the legend over the picture; the guides over each of a grid."""
+        view, place = self._session.view, self.viewport.place
+        for cell in self.viewport.cells:
+            here = geometry(view, cell, pictures.shape)
+            draw_guides(view.guides, pictures.shape, replace(place, viewport=cell, geometry=here))
+        if not pictures.tiles:
+            draw_point_marks(self._session)
+            self._legend()
 
     def _begin(self) -> None:
         """Begin the window in its dock, or over the whole screen where it is seen alone."""
@@ -88,12 +94,6 @@ class PictureWindow:
         imgui.set_next_window_size(screen.size)
         alone = _Window.no_decoration | _Window.no_move | _Window.no_docking
         imgui.begin(PICTURE_ALONE, None, still | alone | _Window.no_saved_settings)
-
-    def _overlay(self, view: ViewState) -> moderngl.Texture:
-        session = self._session
-        shot, frame = session.editing.seen_shot, session.editing.frame
-        loaded = session.renderer.loaded
-        return self._screen.overlay(loaded, shot, frame, view.overlay, view.peaking_stops)
 
     def _choose(self, hears_keys: bool) -> None:
         """Draw the start screen and do what the hand wants."""
@@ -125,6 +125,8 @@ class PictureWindow:
             self._session.scenes.move(result.camera)
         if result.focus_notches:
             self._session.lens_commands.nudge_focus(result.focus_notches)
+        if result.tile is not None:
+            self._answer_tile(result.tile)
         if result.focus_px is None:
             return
         io = imgui.get_io()
@@ -133,43 +135,8 @@ class PictureWindow:
         elif imgui.is_mouse_clicked(imgui.MouseButton_.left):
             self._session.marks.set_point(result.focus_px)
 
-    def _pictures(self) -> Pictures | None:
-        """Return what the viewport shows, drawn again where it changed."""
-        session, plate = self._session, self._session.source.plate
-        session.picture_view.is_lens_held_off = self.alt.is_over(self.hovered is not None)
-        shown = session.seen
-        if plate is None or shown is None:
-            return None
-        screen, loaded = self._screen, session.renderer.loaded
-        depth_of_field = session.view.depth_of_field and not session.picture_view.is_lens_held_off
-        view = replace(session.view, depth_of_field=depth_of_field)
-        view = replace(view, exposure_stops=view.exposure_stops + session.lens.transmission_stops)
-        screen.with_mipmaps = session.picture_view.zoom < MIPMAPS_UNDER
-        reference = session.reference.texture if session.reference else None
-        of_method = session.sides.of_method(view)
-        linear_b = picture_of_b(view, loaded, reference, of_method)
-        if is_kept := isinstance(shown, KeptFrame):
-            a = self._kept.texture(shown, view)
-        else:
-            a = screen.a(shown, session.sides.pictures, loaded, view, linear_b)
-        b = a
-        if view.compare in (Compare.WIPE, Compare.FLIP):
-            b = screen.b(linear_b, loaded, view, of_method)
-        detail = None
-        if view.depth_of_field and view.compare is not Compare.DIFFERENCE and not is_kept:
-            detail = screen.detail(shown, loaded, view)
-        overlay = None
-        if view.overlay is not Overlay.NONE and session.editing.has_lens:
-            overlay = self._overlay(view)
-        windows = self._kept.windows(shown) or session.source.windows(session.shot)
-        return Pictures(
-            a,
-            b,
-            detail,
-            overlay,
-            *windows,
-            plate.pixel_aspect_ratio,
-            is_proxy=a.size != (windows[0].width, windows[0].height),
-            is_b_proxy=of_method is not None and b.size != loaded.color.size,
-            has_camera=session.scenes.scene is not None,
-        )
+    def _answer_tile(self, index: int) -> None:
+        """Take the lens of the look that was clicked, and show its picture alone."""
+        assert self.pictures is not None
+        self._session.looks.go_to(self.pictures.tiles[index].name)
+        self._session.view_commands.change(compare=Compare.OFF)

@@ -48,6 +48,7 @@ class Screen:
         self.picture = PictureWindow(session, self.ui, self._pictures, kept)
         self.status = StatusBar(session, self.ui, kept)
         self._panels = DockedPanels(session, self.ui)
+        session.looks.still_now = lambda: self._panels.stills.now(session, self.picture.pictures)
 
     def draw(self) -> None:
         """Draw between ImGui's new_frame and its render; what fails is said, the rest goes on."""
@@ -82,7 +83,8 @@ class Screen:
     def _do_actions(self) -> None:
         session, ui = self._session, self.ui
         if not topmost.is_any_open() and imgui.is_key_pressed(imgui.Key.escape, False):
-            ui.leave_bare()
+            if not session.view_commands.leave():
+                ui.leave_bare()
         is_covered = topmost.is_any_open() or session.documents.offer is not None
         chosen = None if ui.is_bare else menu_bar(session, ui, self.actions)
         keyed = () if is_covered else (a for a in pressed(self.actions) if not self._sleeps(a))

@@ -26,6 +26,10 @@ def words(view: ViewState, sides: CompareSides, reference: str | None, shown: Sh
     a = side_words(shown) if view.depth_of_field else "pinhole"
     if view.compare is Compare.OFF:
         return a
+    if view.compare is Compare.GRID:
+        return "looks beside each other"
+    if view.a_look and sides.of_a(view) is not None:
+        a = f"look {view.a_look}"
     return f"A: {a}    B: {_b_words(view, sides.of_method(view), reference)}"
 
 

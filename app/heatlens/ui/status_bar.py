@@ -6,6 +6,7 @@ from dataclasses import replace
 from imgui_bundle import ImVec2, imgui
 
 from heatlens.display.probe import PictureReader, probe_at, probe_text
+from heatlens.model.view import Compare
 from heatlens.printable import printable
 from heatlens.session.kept_screen import KeptFrame, KeptScreen
 from heatlens.session.session import Session
@@ -87,6 +88,8 @@ class StatusBar:
                 "Arrows and Enter, a digit or a click" if session.start_choices.is_wanted else ""
             )
             return f"{asked or mouse_words(session.has_scene)}.  ? shows the keys."
+        if session.view.compare is Compare.GRID:
+            return "Click a picture to take its look.  Escape leaves the grid."
         self._kept.uploaded(shown)
         pixel = session.source.plate_px(session.shot, hovered)
         version = shown.key if isinstance(shown, KeptFrame) else shown

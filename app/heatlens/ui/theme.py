@@ -5,6 +5,8 @@ from pathlib import Path
 import imgui_bundle
 from imgui_bundle import ImVec2, ImVec4, imgui
 
+from heatlens.model.guides import LINE_OPACITY
+
 FONT_PX = 15.0
 # Behind everything: what surrounds the picture is not painted again over it.
 SURROUND = (30 / 255, 30 / 255, 30 / 255)
@@ -35,8 +37,7 @@ RENDERED = _rgba(74, 158, 200)
 DAMAGED = _rgba(232, 84, 74)
 PLAYED = _rgba(48, 48, 50)
 ON_ACCENT = _rgba(24, 18, 8)
-MATTE = _rgba(0, 0, 0, 0.72)
-GUIDE = _rgba(240, 240, 240, 0.55)
+GUIDE = _rgba(255, 255, 255, LINE_OPACITY)
 PIXEL_GRID = _rgba(128, 128, 128, 0.35)
 TRIED = ImVec4(0.45, 0.75, 1.0, 1.0)  # a value that no key holds
 BAD = ImVec4(1.0, 0.45, 0.4, 1.0)

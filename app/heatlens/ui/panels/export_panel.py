@@ -81,7 +81,11 @@ def _options(wish: ExportWish, played: FrameRange | None) -> ExportWish:
     wish = replace(wish, frames=frames.strip(), quality="" if picked == as_shot else picked)
     if wish.is_linear:
         return replace(wish, with_depth=_check("depth beside the colour", wish.with_depth))
-    return replace(wish, burn_in=_check("frame, focus and f-stop in the picture", wish.burn_in))
+    wish = replace(wish, burn_in=_check("frame, focus and f-stop in the picture", wish.burn_in))
+    with_guides = _check("guides and desqueeze of the window", wish.with_guides)
+    if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
+        imgui.set_tooltip("Draws what the Guides tab draws over the picture into the files.")
+    return replace(wish, with_guides=with_guides)
 
 
 def _text(name: str, value: str) -> str:

@@ -1,15 +1,17 @@
-"""Guides: mattes and lines over the picture, and the coloured edges of what is in focus."""
+"""Guides: mattes and lines over the picture, its desqueeze, and coloured edges in focus."""
 
 from collections.abc import Callable
 from dataclasses import replace
 
 from imgui_bundle import imgui
 
-from heatlens.model.guides import MATTES, Guides, parse_aspect
+from heatlens.model.guides import MATTES, SQUEEZES, Guides, parse_aspect, parse_desqueeze
 from heatlens.model.view import Overlay, ViewState
 from heatlens.ui import probe, widgets
 
 _NO_MATTE, _OWN = "none", "own"
+_AS_FILE, _SQUARE = "as the file says", "square pixels"
+_OWN_SQUEEZE_FIRST = 1.6
 _OWN_FIRST = 2.0  # width over height, until another is typed
 _LINES = (("safe_areas", "safe areas"), ("thirds", "thirds"), ("centre", "centre cross"))
 
@@ -20,6 +22,8 @@ def guides_panel(view: ViewState, say: Callable[[str], None]) -> ViewState:
     guides = _matte(view.guides, say)
     for field, words in _LINES:
         guides = replace(guides, **{field: _check(words, bool(getattr(guides, field)))})
+    imgui.separator_text("Anamorphic")
+    guides = _desqueeze(guides, say)
     imgui.separator_text("Focus peaking")
     return _peaking(replace(view, guides=guides))
 
@@ -32,12 +36,34 @@ def _matte(guides: Guides, say: Callable[[str], None]) -> Guides:
     if picked != shown:
         aspect = {_NO_MATTE: None, _OWN: _OWN_FIRST}.get(picked, MATTES.get(picked))
         return replace(guides, aspect=aspect)
-    if shown != _OWN or guides.aspect is None:
+    if guides.aspect is None:
         return guides
-    widgets.label("own aspect", "Width over height: 2.2, 2.2:1 or 16:9")
-    now = guides.aspect
-    aspect = widgets.text_field("own aspect", f"{now:.4g}", now, parse_aspect, say)
-    return replace(guides, aspect=aspect)
+    if shown == _OWN:
+        widgets.label("own aspect", "Width over height: 2.2, 2.2:1 or 16:9")
+        now = guides.aspect
+        aspect = widgets.text_field("own aspect", f"{now:.4g}", now, parse_aspect, say)
+        guides = replace(guides, aspect=aspect)
+    opacity = widgets.slider("opacity", guides.opacity, 0.0, 1.0, "%.2f", "1 is black.")
+    return replace(guides, opacity=opacity)
+
+
+def _desqueeze(guides: Guides, say: Callable[[str], None]) -> Guides:
+    known = {value: name for name, value in SQUEEZES.items()}
+    now = guides.desqueeze
+    shown = _AS_FILE if now is None else _SQUARE if now == 1.0 else known.get(now, _OWN)
+    tip = (
+        "How wide pixels are shown for their height. It changes the view and exports with guides; "
+        "the blur goes by the file."
+    )
+    picked = widgets.choice("desqueeze", shown, [_AS_FILE, _SQUARE, *SQUEEZES, _OWN], tip)
+    if picked != shown:
+        values = {_AS_FILE: None, _SQUARE: 1.0, _OWN: _OWN_SQUEEZE_FIRST}
+        return replace(guides, desqueeze=values.get(picked, SQUEEZES.get(picked)))
+    if shown != _OWN or now is None:
+        return guides
+    widgets.label("own desqueeze", "2, 1.33 or 4:3")
+    desqueeze = widgets.text_field("own desqueeze", f"{now:.4g}", now, parse_desqueeze, say)
+    return replace(guides, desqueeze=desqueeze)
 
 
 def _peaking(view: ViewState) -> ViewState:

@@ -1,16 +1,22 @@
 """The looks: a still of each, the way back to it, and the wipe against it."""
 
+from dataclasses import replace
+
 import moderngl
+import numpy as np
 from imgui_bundle import ImVec2, imgui
+from numpy.typing import NDArray
 
 from heatlens.model.look import Look
 from heatlens.model.units import format_distance
-from heatlens.model.view import Against, Compare
+from heatlens.model.view import GRID_MOST, Compare
 from heatlens.printable import printable
+from heatlens.session.compare_sides import grid_names, is_look_b
+from heatlens.session.look_still import pixels_of_still, still_of
 from heatlens.session.session import Session
 from heatlens.ui import probe, theme, widgets
 from heatlens.ui.picture.picture_alone import PictureAlone
-from heatlens.ui.picture.viewport import Pictures
+from heatlens.ui.picture.pictures import Pictures
 
 _STILL_PX = 256, 144
 _STILL_EM = 9.6, 5.4
@@ -19,16 +25,33 @@ _STILLS_MOST = 64
 
 
 class LookStills:
-    """Small pictures of looks: taken when the look is seen whole, kept as long as the window."""
+    """Small pictures of looks: those that the looks hold, else taken when a look is seen whole."""
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
         self._alone = PictureAlone(ctx)
-        self._taken: dict[tuple[object, Look], moderngl.Texture] = {}
+        self._taken: dict[tuple[object, ...], moderngl.Texture | None] = {}
 
     def of(self, session: Session, look: Look) -> moderngl.Texture | None:
         """Return the still of a look; None before it was seen."""
-        return self._taken.get((session.shot.source, look))
+        if look.still is None:
+            return self._taken.get((session.shot.source, look.lens, look.frame))
+        key = (look.still,)
+        if key not in self._taken:
+            pixels = pixels_of_still(look.still)
+            self._add(key, None if pixels is None else self._texture(pixels))
+        return self._taken[key]
+
+    def now(self, session: Session, pictures: Pictures | None) -> str | None:
+        """Return the picture through the lens as it is seen now, as a look holds it."""
+        is_other = session.view.compare in (Compare.DIFFERENCE, Compare.FLIP)
+        if pictures is None or is_other or session.view.a_look or not session.view.depth_of_field:
+            return None
+        self._draw(session, pictures)
+        texture = self._alone.texture
+        assert texture is not None
+        pixels = np.frombuffer(texture.read(), np.uint8)
+        return still_of(pixels.reshape(texture.height, texture.width, 4)[::-1, :, :3])
 
     def take(self, session: Session, pictures: Pictures | None) -> None:
         """Keep what is seen, where it is a look that has no still yet; call this once a frame."""
@@ -39,14 +62,26 @@ class LookStills:
             is_it = (look.lens, look.frame) == (session.lens, session.frame)
             is_seen = seen.frame == look.frame and seen.shot == session.editing.seen_shot
             if is_it and is_seen and self.of(session, look) is None:
-                self._keep((session.shot.source, look), session, pictures)
+                self._draw(session, pictures)
+                key = (session.shot.source, look.lens, look.frame)
+                self._add(key, self._alone.hand_over())
 
-    def _keep(self, key: tuple[object, Look], session: Session, pictures: Pictures) -> None:
-        self._alone.draw(pictures, session.view, _STILL_PX)
-        texture = self._alone.hand_over()
+    def _draw(self, session: Session, pictures: Pictures) -> None:
+        """Draw the picture through the lens alone, small."""
+        plain = replace(session.view, compare=Compare.OFF)
+        self._alone.draw(replace(pictures, tiles=()), plain, _STILL_PX)
+
+    def _add(self, key: tuple[object, ...], texture: moderngl.Texture | None) -> None:
         if len(self._taken) >= _STILLS_MOST:
-            self._taken.pop(next(iter(self._taken))).release()
+            oldest = self._taken.pop(next(iter(self._taken)))
+            if oldest is not None:
+                oldest.release()
         self._taken[key] = texture
+
+    def _texture(self, pixels: NDArray[np.uint8]) -> moderngl.Texture:
+        height, width = pixels.shape[:2]
+        rgba = np.dstack([pixels, np.full((height, width), 255, np.uint8)])
+        return self._ctx.texture((width, height), 4, np.ascontiguousarray(rgba[::-1]).data)
 
 
 def looks_panel(session: Session, stills: LookStills) -> None:
@@ -55,15 +90,22 @@ def looks_panel(session: Session, stills: LookStills) -> None:
         session.looks.keep()
     probe.note("keep look")
     _tip("Keeps length, stop, focus and film back under a letter (Shift+L).")
-    is_compared = session.view.against is Against.LOOK and session.view.compare is not Compare.OFF
+    view, looks = session.view, session.shot.looks
+    is_grid = view.compare is Compare.GRID
     imgui.same_line()
-    with widgets.disabled(not is_compared):
+    with widgets.disabled(not looks):
+        if imgui.button("Leave grid" if is_grid else "Grid"):
+            session.looks.toggle_grid()
+        probe.note("look grid")
+        _tip("Up to four looks beside each other (Shift+W); a click takes one.")
+    imgui.same_line()
+    with widgets.disabled(not is_look_b(view)):
         if imgui.button("Wipe off"):
             session.view_commands.change(compare=Compare.OFF)
         probe.note("look wipe off")
-    if not session.shot.looks:
+    if not looks:
         imgui.text_wrapped("No looks yet. Set up the lens, then Shift+L keeps it as look A.")
-    for index, look in enumerate(session.shot.looks):
+    for index, look in enumerate(looks):
         _row(session, stills, index, look)
 
 
@@ -98,14 +140,40 @@ def _row(session: Session, stills: LookStills, index: int, look: Look) -> None:
 
 
 def _buttons(session: Session, look: Look) -> None:
-    if imgui.button("wipe"):
+    """Draw on which side of the wipe the look is, whether it is in the grid, and its end."""
+    view = session.view
+    is_compared = is_look_b(view)
+    tip = "The frame through this look at the left of the wipe"
+    if _toggle("left", f"left {look.name}", is_compared and view.a_look == look.name, tip):
+        session.looks.compare_as_a(look)
+    imgui.same_line(0.0, 4.0)
+    tip = "The frame through this look at the right of the wipe"
+    if _toggle("right", f"wipe {look.name}", is_compared and view.b_look == look.name, tip):
         session.looks.compare(look)
-    probe.note(f"wipe {look.name}")
-    _tip("The frame through this look at the right of the wipe")
+    if len(session.shot.looks) > GRID_MOST:
+        imgui.same_line(0.0, 4.0)
+        is_in = look.name in grid_names(view, session.shot)
+        if _toggle("grid", f"in grid {look.name}", is_in, "Whether the grid shows this look"):
+            session.looks.toggle_in_grid(look)
     imgui.same_line(0.0, 4.0)
     if imgui.button("x"):
         session.looks.delete(look)
     probe.note(f"delete look {look.name}")
+    _tip("Forget this look")
+
+
+def _toggle(words: str, name: str, is_on: bool, tip: str) -> bool:
+    """Draw a button that is lit while it is on; return whether it was pressed."""
+    if is_on:
+        imgui.push_style_color(imgui.Col_.button, theme.ACCENT)
+        imgui.push_style_color(imgui.Col_.button_hovered, theme.ACCENT)
+        imgui.push_style_color(imgui.Col_.text, theme.ON_ACCENT)
+    pressed = imgui.button(words)
+    if is_on:
+        imgui.pop_style_color(3)
+    probe.note(name)
+    _tip(tip)
+    return bool(pressed)
 
 
 def _still(texture: moderngl.Texture | None) -> bool:

@@ -5,7 +5,8 @@ import moderngl
 from heatlens.model.view import ViewState
 from heatlens.session.picture_view import PictureView
 from heatlens.ui import theme
-from heatlens.ui.picture.viewport import Pictures, ViewportPanel
+from heatlens.ui.picture.pictures import Pictures
+from heatlens.ui.picture.viewport import ViewportPanel
 
 
 class PictureAlone:

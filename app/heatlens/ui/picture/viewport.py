@@ -1,4 +1,4 @@
-"""The picture in its window: zoom, pan, wipe handle, click to focus, pixel grid, outlines."""
+"""The picture in its window: zoom, pan, wipe, grid of looks, click to focus, outlines."""
 
 import math
 from dataclasses import dataclass, replace
@@ -18,38 +18,20 @@ from heatlens.model.view_geometry import (
     Viewport,
     geometry,
     panned,
+    shown_shape,
     zoomed,
 )
 from heatlens.session.picture_view import PictureView
 from heatlens.session.scene_commands import CameraDrag
 from heatlens.ui import theme
+from heatlens.ui.picture.grid import Tile, cell_at, cells, draw_tiles
+from heatlens.ui.picture.pictures import Pictures
+from heatlens.ui.picture.pixel_grid import draw_pixel_grid
+from heatlens.ui.picture.wipe_handle import draw_wipe_handle
 
 _WHEEL_FACTOR = 1.25  # a notch
 _HANDLE_REACH = 0.6  # em to either side of the wipe's line
-_GRID_FROM = 8.0  # screen pixels a pixel
 _NEAREST_FROM = 4.0  # zoom from which pixels are shown as squares
-
-
-@dataclass(frozen=True, eq=False)
-class Pictures:
-    """What the viewport draws."""
-
-    a: moderngl.Texture
-    b: moderngl.Texture
-    detail: Detail | None  # of A, while that is a hurried picture
-    overlay: moderngl.Texture | None
-    data_window: Box
-    display_window: Box
-    pixel_aspect: float
-    is_proxy: bool  # A is smaller than the plate: its pixels are no pixels of the picture
-    is_b_proxy: bool = False  # and so is B, for the same reason
-    has_camera: bool = False  # the right button takes hold of a scene's camera
-
-    @property
-    def shape(self) -> PictureShape:
-        """Size and pixel aspect of the display window."""
-        window = self.display_window
-        return PictureShape(window.width, window.height, self.pixel_aspect)
 
 
 @dataclass(frozen=True)
@@ -61,6 +43,7 @@ class ViewportResult:
     focus_px: tuple[int, int] | None  # pixel to focus on: pressed, or dragged over
     camera: CameraDrag | None = None  # of a scene
     focus_notches: float = 0.0  # of the wheel with Shift
+    tile: int | None = None  # of the grid, that was clicked
 
 
 class ViewportPanel:
@@ -73,27 +56,43 @@ class ViewportPanel:
         self._placed: list[PlacedPicture] = []
         self._placed_in_frame = -1
         self._held: str | None = None
+        self.cells: list[Viewport] = []  # of the grid; else the whole viewport alone
+        self._cell_under: int | None = None  # of them, under the pointer
 
     def draw(self, pictures: Pictures, view: ViewState, framebuffer_scale: float) -> ViewportResult:
         """Fill the current ImGui window with the picture; answer the mouse."""
         corner, size = imgui.get_cursor_screen_pos(), imgui.get_content_region_avail()
         size = ImVec2(max(size.x, 8.0), max(size.y, 8.0))
-        self.place.viewport = Viewport((corner.x, corner.y), (size.x, size.y), framebuffer_scale)
+        self._split(
+            Viewport((corner.x, corner.y), (size.x, size.y), framebuffer_scale), pictures.tiles
+        )
         buttons = imgui.ButtonFlags_
         flags = buttons.mouse_button_left | buttons.mouse_button_middle | buttons.mouse_button_right
         imgui.invisible_button("picture", size, flags)
         camera = self._camera_drag() if pictures.has_camera else None
+        tile = self._clicked_tile() if pictures.tiles else None
+        focus_px = None
         if camera is None:
             view, focus_px = self._answer_mouse(view, pictures.shape)
-        else:
-            focus_px = None
         self.place.geometry = geometry(view, self.place.viewport, pictures.shape)
         self._draw(pictures, view, corner, size)
         hovered = None
         if imgui.is_item_hovered() or imgui.is_item_active():
             mouse = imgui.get_mouse_pos()
             hovered = self.place.geometry.pixel_at_window((mouse.x, mouse.y))
-        return ViewportResult(view, hovered, focus_px, camera, _focus_notches())
+        focus_px = None if pictures.tiles else focus_px
+        return ViewportResult(view, hovered, focus_px, camera, _focus_notches(), tile)
+
+    def _split(self, whole: Viewport, tiles: tuple[Tile, ...]) -> None:
+        """Divide the viewport among the tiles; the picture's place is that under the pointer."""
+        self.cells = cells(whole, len(tiles))
+        mouse = imgui.get_mouse_pos()
+        self._cell_under = cell_at(self.cells, (mouse.x, mouse.y))
+        self.place.viewport = self.cells[self._cell_under or 0]
+
+    def _clicked_tile(self) -> int | None:
+        is_clicked = imgui.is_item_hovered() and imgui.is_mouse_clicked(imgui.MouseButton_.left)
+        return self._cell_under if is_clicked else None
 
     def _camera_drag(self) -> CameraDrag | None:
         """Return what the right button or Ctrl and the wheel did with the scene's camera.
@@ -120,7 +119,9 @@ class ViewportPanel:
         What is compared is seen as in the window; zoom and overlays are not.
         """
         whole = replace(view, zoom=None, center_px=None)
-        self.place.viewport = Viewport((0.0, 0.0), (float(size_px[0]), float(size_px[1])))
+        size = float(size_px[0]), float(size_px[1])
+        self.cells = cells(Viewport((0.0, 0.0), size), len(pictures.tiles))
+        self.place.viewport = self.cells[0]
         self.place.geometry = geometry(whole, self.place.viewport, pictures.shape)
         self._place_pictures(replace(pictures, overlay=None), whole)
 
@@ -169,22 +170,25 @@ class ViewportPanel:
             self._placed = []
         draw.push_clip_rect(corner, end, True)
         self._draw_outlines(draw, pictures)
-        if view.pixel_grid:
-            self._draw_grid(draw, pictures, corner, end)
+        if view.pixel_grid and not pictures.tiles:
+            draw_pixel_grid(self.place, pictures.shape)
         if view.compare is Compare.WIPE:
-            self._draw_handle(
-                draw, self._wipe_x(view, pictures.shape, self.place.geometry), corner, end
-            )
+            x = self._wipe_x(view, pictures.shape, self.place.geometry)
+            draw_wipe_handle(x, self.place.viewport, pictures.names)
         draw.pop_clip_rect()
+        if pictures.tiles:
+            draw_tiles(pictures.tiles, self.cells, self._cell_under)
 
     def _place_pictures(self, pictures: Pictures, view: ViewState) -> None:
         self._placed, self._placed_in_frame = [], imgui.get_frame_count()
         near = self.place.zoom >= _NEAREST_FROM or (
-            self.place.zoom == 1.0 and pictures.pixel_aspect == 1.0
+            self.place.zoom == 1.0 and shown_shape(view, pictures.shape).pixel_aspect == 1.0
         )
         clip = self._clip()
         near_b = near and not pictures.is_b_proxy
-        if view.compare is Compare.FLIP:
+        if pictures.tiles:
+            self._place_tiles(pictures, view, near)
+        elif view.compare is Compare.FLIP:
             self._place(pictures.b, pictures, near_b, clip)
         elif view.compare is Compare.WIPE:
             x = self._wipe_x(view, pictures.shape, self.place.geometry)
@@ -193,8 +197,20 @@ class ViewportPanel:
             self._place(pictures.b, pictures, near_b, replace(clip, x0=max(line, clip.x0)))
         else:
             self._place_a(pictures, near, clip)
-        if pictures.overlay is not None and view.compare is not Compare.FLIP:
+        is_covered = view.compare in (Compare.FLIP, Compare.GRID)
+        if pictures.overlay is not None and not is_covered:
             self._place(pictures.overlay, pictures, True, clip, is_opaque=False)
+
+    def _place_tiles(self, pictures: Pictures, view: ViewState, near: bool) -> None:
+        """Place each picture of the grid in its cell, all of the same part of the frame."""
+        before = self.place.viewport, self.place.geometry
+        for tile, cell in zip(pictures.tiles, self.cells, strict=True):
+            self.place.viewport = cell
+            self.place.geometry = geometry(view, cell, pictures.shape)
+            if tile.texture is not None:
+                is_nearest = near and not tile.is_proxy
+                self._place(tile.texture, pictures, is_nearest, self._clip())
+        self.place.viewport, self.place.geometry = before
 
     def _clip(self) -> Box:
         """Return the viewport in pixels of the screen."""
@@ -238,6 +254,8 @@ class ViewportPanel:
         if nearest:
             texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
         elif texels < MIPMAPS_UNDER:
+            if not pictures.has_mipmaps:
+                texture.build_mipmaps()
             texture.filter = (moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR)
         else:
             texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
@@ -250,37 +268,6 @@ class ViewportPanel:
         first = self.place.geometry.window_at_picture((0, 0))
         last = self.place.geometry.window_at_picture((window.width, window.height))
         draw.add_rect(ImVec2(*first), ImVec2(*last), theme.WINDOW_LINE)
-
-    def _draw_grid(
-        self, draw: imgui.ImDrawList, pictures: Pictures, corner: ImVec2, end: ImVec2
-    ) -> None:
-        if self.place.zoom < _GRID_FROM:
-            return
-        shape = pictures.shape
-        first = self.place.geometry.window_at_picture((0, 0))
-        last = self.place.geometry.window_at_picture((shape.width_px, shape.height_px))
-        left, top = max(first[0], corner.x), max(first[1], corner.y)
-        right, bottom = min(last[0], end.x), min(last[1], end.y)
-        x0, y0 = self.place.geometry.pixel_at_window((left, top))
-        x1, y1 = self.place.geometry.pixel_at_window((right, bottom))
-        for x in range(x0, x1 + 1):
-            at = self.place.geometry.window_at_picture((x, 0))[0]
-            draw.add_line(ImVec2(at, top), ImVec2(at, bottom), theme.PIXEL_GRID)
-        for y in range(y0, y1 + 1):
-            at = self.place.geometry.window_at_picture((0, y))[1]
-            draw.add_line(ImVec2(left, at), ImVec2(right, at), theme.PIXEL_GRID)
-
-    def _draw_handle(self, draw: imgui.ImDrawList, x: float, corner: ImVec2, end: ImVec2) -> None:
-        """Draw line and grip of the wipe; the line is the first column of B's on the screen."""
-        middle = (corner.y + end.y) / 2
-        em = imgui.get_font_size()
-        width = 1.0 / self.place.viewport.framebuffer_scale
-        draw.add_rect_filled(ImVec2(x, corner.y), ImVec2(x + width, end.y), theme.HANDLE)
-        draw.add_circle_filled(ImVec2(x, middle), 0.55 * em, theme.SHADOW)
-        draw.add_circle(ImVec2(x, middle), 0.55 * em, theme.HANDLE)
-        top = corner.y + 0.4 * em
-        draw.add_text(ImVec2(x - 1.2 * em, top), theme.HANDLE, "A")
-        draw.add_text(ImVec2(x + 0.7 * em, top), theme.HANDLE, "B")
 
 
 def _focus_notches() -> float:

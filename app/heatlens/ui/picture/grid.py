@@ -1,0 +1,81 @@
+"""The grid of looks: up to four pictures of one frame beside each other, each in a cell."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import moderngl
+from imgui_bundle import ImVec2, imgui
+
+from heatlens.model.view_geometry import Point, Viewport
+from heatlens.ui import probe, theme
+
+_GAP_EM = 0.15
+
+
+@dataclass(frozen=True, eq=False)
+class Tile:
+    """A picture in the grid.
+
+    name      of the look, "" for the lens as it is
+    words     under it
+    texture   display values, None before there is a picture
+    is_proxy  it is smaller than the plate: its pixels are no pixels of the picture
+    is_taken  its lens is that of the shot
+    """
+
+    name: str
+    words: str
+    texture: moderngl.Texture | None
+    is_proxy: bool
+    is_taken: bool
+
+
+def cells(whole: Viewport, count: int) -> list[Viewport]:
+    """Return where so many pictures lie: one fills the viewport, two share it, more are 2 x 2."""
+    across, down = (1 if count < 2 else 2), (1 if count < 3 else 2)
+    (x, y), (width, height) = whole.corner, whole.size
+    gap, scale = _GAP_EM * imgui.get_font_size(), whole.framebuffer_scale
+    size = (width - gap * (across - 1)) / across, (height - gap * (down - 1)) / down
+    corners = [
+        (
+            round((x + column * (size[0] + gap)) * scale) / scale,
+            round((y + row * (size[1] + gap)) * scale) / scale,
+        )
+        for row in range(down)
+        for column in range(across)
+    ]
+    return [Viewport(corner, size, scale) for corner in corners[: max(count, 1)]]
+
+
+def cell_at(places: Sequence[Viewport], point: Point) -> int | None:
+    """Return the index of the cell that a window position lies in."""
+    for index, place in enumerate(places):
+        (x, y), (width, height) = place.corner, place.size
+        if x <= point[0] < x + width and y <= point[1] < y + height:
+            return index
+    return None
+
+
+def draw_tiles(tiles: Sequence[Tile], places: Sequence[Viewport], hovered: int | None) -> None:
+    """Draw names and frames over the pictures, in the current window."""
+    draw, em = imgui.get_window_draw_list(), imgui.get_font_size()
+    for index, (tile, place) in enumerate(zip(tiles, places, strict=True)):
+        (x, y), (width, height) = place.corner, place.size
+        low, high = ImVec2(x, y), ImVec2(x + width, y + height)
+        probe.note_at(f"grid {tile.name or 'now'}", (low.x, low.y, high.x, high.y))
+        draw.push_clip_rect(low, high, True)
+        wide = imgui.calc_text_size(tile.words)
+        at = ImVec2(x + 0.9 * em, high.y - wide.y - 0.8 * em)
+        pad = ImVec2(0.4 * em, 0.2 * em)
+        box = (
+            ImVec2(at.x - pad.x, at.y - pad.y),
+            ImVec2(at.x + wide.x + pad.x, at.y + wide.y + pad.y),
+        )
+        draw.add_rect_filled(*box, theme.SHADOW, 3.0)
+        draw.add_text(at, theme.HANDLE, tile.words)
+        if tile.is_taken or index == hovered:
+            color = theme.ACCENT if tile.is_taken else theme.HANDLE
+            draw.add_rect(
+                ImVec2(low.x + 1, low.y + 1), ImVec2(high.x - 1, high.y - 1), color, 0.0, 2.0
+            )
+        draw.pop_clip_rect()

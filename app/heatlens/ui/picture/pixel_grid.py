@@ -1,0 +1,32 @@
+"""Lines between the pixels of the picture, where these are large."""
+
+from imgui_bundle import ImVec2, imgui
+
+from heatlens.model.view_geometry import PictureShape
+from heatlens.session.picture_view import PictureView
+from heatlens.ui import theme
+
+_GRID_FROM = 8.0  # screen pixels a pixel
+
+
+def seen_pixels(place: PictureView, shape: PictureShape) -> tuple[int, int, int, int]:
+    """Return the pixels that are seen: first column and row, and those after the last."""
+    (x, y), (width, height) = place.viewport.corner, place.viewport.size
+    x0, y0 = place.geometry.pixel_at_window((x, y))
+    x1, y1 = place.geometry.pixel_at_window((x + width, y + height))
+    return max(x0, 0), max(y0, 0), min(x1 + 1, shape.width_px), min(y1 + 1, shape.height_px)
+
+
+def draw_pixel_grid(place: PictureView, shape: PictureShape) -> None:
+    """Draw the lines over the picture, in the current window; none where pixels are small."""
+    if place.zoom < _GRID_FROM:
+        return
+    draw, at = imgui.get_window_draw_list(), place.geometry.window_at_picture
+    x0, y0, x1, y1 = seen_pixels(place, shape)
+    (left, top), (right, bottom) = at((x0, y0)), at((x1, y1))
+    for x in range(x0, x1 + 1):
+        line = at((x, 0))[0]
+        draw.add_line(ImVec2(line, top), ImVec2(line, bottom), theme.PIXEL_GRID)
+    for y in range(y0, y1 + 1):
+        line = at((0, y))[1]
+        draw.add_line(ImVec2(left, line), ImVec2(right, line), theme.PIXEL_GRID)

@@ -1,0 +1,123 @@
+"""What the viewport shows: A, B, overlay and grid, as textures in the colours of the screen."""
+
+from dataclasses import replace
+
+import moderngl
+
+from heatlens.display.screen_pictures import MIPMAPS_UNDER, ScreenPictures, picture_of_b
+from heatlens.model.lens import Lens
+from heatlens.model.look import Look
+from heatlens.model.units import format_distance
+from heatlens.model.view import Compare, Overlay, ViewState
+from heatlens.preview.shown import Shown
+from heatlens.printable import printable
+from heatlens.session.compare_sides import grid_names, is_look_b, look_called
+from heatlens.session.kept_screen import KeptFrame, KeptScreen
+from heatlens.session.session import Session
+from heatlens.ui.picture.grid import Tile
+from heatlens.ui.picture.pictures import Pictures
+
+
+class SeenPictures:
+    """Makes the pictures of a frame of the window; what did not change is not drawn again."""
+
+    def __init__(self, session: Session, screen: ScreenPictures, kept: KeptScreen) -> None:
+        self._session = session
+        self._screen = screen
+        self._kept = kept
+
+    def now(self) -> Pictures | None:
+        """Return the pictures; None while there are none."""
+        session, plate = self._session, self._session.source.plate
+        seen = session.seen
+        if plate is None or seen is None:
+            return None
+        screen, loaded, sides = self._screen, session.renderer.loaded, session.sides
+        is_held_off = session.picture_view.is_lens_held_off
+        plain = session.view
+        plain = replace(plain, depth_of_field=plain.depth_of_field and not is_held_off)
+        screen.with_mipmaps = session.picture_view.zoom < MIPMAPS_UNDER
+        shown = sides.of_a(plain) or seen
+        view = _exposed(plain, self._lens_of_a(plain, shown))
+        reference = session.reference.texture if session.reference else None
+        of_method = sides.of_method(view)
+        linear_b = picture_of_b(view, loaded, reference, of_method)
+        if is_kept := isinstance(shown, KeptFrame):
+            a = self._kept.texture(shown, view)
+        else:
+            a = screen.a(shown, (sides.pictures, shown), loaded, view, linear_b)
+        b = a
+        if view.compare in (Compare.WIPE, Compare.FLIP):
+            view_of_b = _exposed(plain, self._lens_of_b(plain))
+            b = screen.b(linear_b, loaded, view_of_b, of_method)
+        detail = None
+        if view.depth_of_field and view.compare is not Compare.DIFFERENCE and not is_kept:
+            detail = screen.detail(shown, loaded, view)
+        windows = self._kept.windows(seen) or session.source.windows(session.shot)
+        return Pictures(
+            a,
+            b,
+            detail,
+            self._overlay(view),
+            *windows,
+            plate.pixel_aspect_ratio,
+            is_proxy=a.size != (windows[0].width, windows[0].height),
+            is_b_proxy=of_method is not None and b.size != loaded.color.size,
+            has_camera=session.scenes.scene is not None,
+            has_mipmaps=screen.with_mipmaps,
+            tiles=self._tiles(plain, a, windows[0].width),
+            names=(plain.a_look or "now", plain.b_look) if is_look_b(plain) else ("A", "B"),
+        )
+
+    def _lens_of_a(self, view: ViewState, shown: Shown) -> Lens:
+        is_look = self._session.sides.of_a(view) is shown
+        look = look_called(self._session.shot, view.a_look) if is_look else None
+        return self._session.lens if look is None else look.lens
+
+    def _lens_of_b(self, view: ViewState) -> Lens:
+        look = look_called(self._session.shot, view.b_look) if is_look_b(view) else None
+        return self._session.lens if look is None else look.lens
+
+    def _overlay(self, view: ViewState) -> moderngl.Texture | None:
+        session = self._session
+        if view.overlay is Overlay.NONE or not session.editing.has_lens:
+            return None
+        shot, frame = session.editing.seen_shot, session.editing.frame
+        loaded = session.renderer.loaded
+        return self._screen.overlay(loaded, shot, frame, view.overlay, view.peaking_stops)
+
+    def _tiles(self, view: ViewState, a: moderngl.Texture, width: int) -> tuple[Tile, ...]:
+        """Return the pictures of the grid, where that is seen."""
+        if view.compare is not Compare.GRID:
+            self._screen.keep_tiles(())
+            return ()
+        names = grid_names(view, self._session.shot)
+        self._screen.keep_tiles(names)
+        looks = [look_called(self._session.shot, name) for name in names]
+        return tuple(
+            Tile("", f"now   {self._words(self._session.lens)}", a, a.width != width, False)
+            if look is None
+            else self._tile(look, view, width)
+            for look in looks
+        )
+
+    def _tile(self, look: Look, view: ViewState, width: int) -> Tile:
+        session = self._session
+        shown = session.sides.looks.of(look.name)
+        words = f"{look.name}   {self._words(look.lens)}"
+        is_taken = session.lens == look.lens
+        if shown is None:
+            return Tile(look.name, printable(f"{words}   rendering ..."), None, False, is_taken)
+        if shown.frame != session.frame:
+            words += f"   (frame {shown.frame})"
+        texture = self._screen.tile(look.name, shown, _exposed(view, look.lens))
+        return Tile(look.name, printable(words), texture, texture.width != width, is_taken)
+
+    def _words(self, lens: Lens) -> str:
+        distance = format_distance(lens.focus_distance_m, self._session.view.unit)
+        return f"{lens.focal_length_mm:.4g} mm  f/{lens.f_stop:.3g}  at {distance}"
+
+
+def _exposed(view: ViewState, lens: Lens) -> ViewState:
+    """Return the view with what the glass of a lens takes from the light."""
+    return replace(view, exposure_stops=view.exposure_stops + lens.transmission_stops)
