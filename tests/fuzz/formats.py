@@ -16,7 +16,7 @@ import photo_formats
 import ring_packets
 from tevclient import packet as client_packet
 
-from heatlens.camera.camera_file import write_camera
+from heatlens.camera.camera_file import read_camera, write_camera
 from heatlens.camera.csv_camera import read_csv_camera
 from heatlens.camera.json_camera import read_json_camera
 from heatlens.camera.usd_read import usd_camera
@@ -42,6 +42,7 @@ from support.cameras import moving_camera
 from support.exr_files import distances, rgb, tiled_header, write_file, write_parts
 from support.gltf_files import encoded, figure_scene, square_scene
 from support.mesh_files import MTL, OBJ, PIXELS, PLY, STL
+from support.shoot_tables import SHOOT_TABLES
 from support.shots_of_tests import worked_on
 from support.tev_packets import GOOD
 
@@ -183,6 +184,13 @@ def _shot(folder: Path) -> list[Path]:
     return [folder / "s.heatlens.json"]
 
 
+def _shoot(folder: Path) -> list[Path]:
+    """Write tables as cameras of three makers tell their lens."""
+    for name, text in SHOOT_TABLES.items():
+        (folder / f"{name}.csv").write_text(text)
+    return [folder / f"{name}.csv" for name in SHOOT_TABLES]
+
+
 def _numbers(values: Iterable[object]) -> Arrays:
     told = [value for value in values if isinstance(value, float)]
     return [np.array([value for value in told if value != np.inf])]
@@ -291,6 +299,9 @@ FORMATS = {
     ),
     "camera-csv": Format(
         _camera(".csv"), lambda path: _numbers(read_csv_camera(path).focal_length_mm or ())
+    ),
+    "shoot-csv": Format(
+        _shoot, lambda path: _numbers(read_camera(str(path)).focus_distance_m or ())
     ),
     "shot": Format(_shot, _lens_numbers),
     "ocio": Format(_ocio, _config),

@@ -1,6 +1,7 @@
 """Cameras in files, the format told by the end of the name."""
 
 import os
+import re
 from pathlib import Path
 
 from heatlens.camera.blender_write import blender_text
@@ -9,6 +10,7 @@ from heatlens.camera.json_camera import json_text, read_json_camera
 from heatlens.camera.nuke_write import nuke_text
 from heatlens.camera.plate_camera import read_plate_camera
 from heatlens.camera.samples import CameraSamples, UpAxis
+from heatlens.camera.shoot_table import is_shoot_table, read_shoot_table, table_columns
 from heatlens.camera.usd_read import USD_SUFFIXES, read_usd_camera, split_prim
 from heatlens.camera.usd_write import METERS_PER_UNIT, usd_bytes
 from heatlens.documents.shot_file import SHOT_SUFFIX
@@ -17,6 +19,7 @@ from heatlens.files.atomic_file import write_whole
 
 WRITTEN = (".usda", ".usd", ".usdc", ".nk", ".json", ".csv", ".py")
 
+_AT_FRAME = re.compile(r"(.+\.csv)@(-?[0-9]{1,9})", re.IGNORECASE)
 _WITH_UNIT = (".usda", ".usd", ".usdc", ".nk")
 _UNIT_LEAST, _UNIT_MOST = 1e-6, 1e6  # metres; beyond them float32 cannot hold a lens and infinity
 
@@ -46,7 +49,8 @@ def read_camera(text: str, scene_unit_m: float = 1.0, up_axis: UpAxis = "y") -> 
     """Read the camera that `text` names.
 
     This is a USD file, with the camera's path where it holds several (`shot.usda:/world/cam`), JSON
-    or CSV as `write_camera` writes them, or a plate, whose EXR headers are read.
+    or CSV as `write_camera` writes them, the CSV of a shoot, or a plate with its EXR headers.
+    `take.csv@1001` puts the first row of a shoot at frame 1001.
 
     Headers alone do not tell the unit of their world, which is `scene_unit_m` metres, and which
     axis points up in it, which is `up_axis`. Raises InputError where there is no camera or the file
@@ -59,12 +63,23 @@ def read_camera(text: str, scene_unit_m: float = 1.0, up_axis: UpAxis = "y") -> 
     if suffix == ".json":
         return read_json_camera(path)
     if suffix == ".csv":
-        return read_csv_camera(path)
+        return _read_table(path)
+    if (match := _AT_FRAME.fullmatch(text)) is not None:
+        return read_shoot_table(Path(match[1]), int(match[2]))
     if suffix in (".nk", ".py"):
         raise InputError(
             f"{path}: heatlens writes cameras of this kind but cannot read them. Use USD."
         )
     return read_plate_camera(text, scene_unit_m, up_axis)
+
+
+def _read_table(path: Path) -> CameraSamples:
+    """Read a table: that of a shoot where its columns are, else one that heatlens has written."""
+    try:
+        names = table_columns(path)
+    except InputError:  # what is wrong with it, `read_csv_camera` says as it says it of its own
+        names = []
+    return read_shoot_table(path) if is_shoot_table(names) else read_csv_camera(path)
 
 
 def _check_unit(path: Path, meters_per_unit: float) -> None:

@@ -25,9 +25,12 @@ def add_camera_option(parser: argparse.ArgumentParser, wins: str = "options and 
     """Add --camera; `wins` names what overrules its values."""
     parser.add_argument(
         "--camera",
+        "--lens-from",
+        dest="camera",
         metavar="CAMERA",
         help="lens, keys, frames and rate of a camera: cam.usda, shot.usda:/world/cam, a .json or "
-        f".csv of `heatlens camera`, or the headers of 'plate.####.exr'; what {wins} say wins",
+        ".csv of `heatlens camera`, the .csv of a shoot (ARRI, RED, Sony; take.csv@1001 puts its "
+        f"first row at frame 1001), or the headers of 'plate.####.exr'; what {wins} say wins",
     )
 
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from heatlens.model.lens_model import LensModel
 from heatlens.plate.plate import CameraHeader
+from heatlens.plate.shoot_names import ShootLens, is_of_shoot, shoot_lens
 from heatlens.plate.written_by import rendered_by
 
 Header = dict[str, Any]
@@ -44,9 +45,26 @@ def camera_at_header(headers: Sequence[Header]) -> CameraHeader:
         value = _first_sensor_side(headers, axis)
         if value is not None:
             values[name], sources[name] = value, _SENSOR
+    _add_lens_of_shoot(headers, values, sources)
     if (model := _model_at(headers)) is not None:
         values["model"], sources["model"] = model
     return CameraHeader(**values, sources=sources)
+
+
+def _add_lens_of_shoot(
+    headers: Sequence[Header], values: dict[str, Any], sources: dict[str, str]
+) -> None:
+    """Add what only the names of a camera on a set tell; a T-stop stands for a missing f-stop."""
+    told = {n: v for header in reversed(headers) for n, v in header.items() if is_of_shoot(n)}
+    lens = shoot_lens(told) if told else ShootLens()
+    for name in _ATTRIBUTES:
+        value = getattr(lens, name)
+        if value is not None and name not in values:
+            unit = "" if name != "focus_distance_m" or lens.is_unit_told else ", taken for metres"
+            values[name], sources[name] = value, f"{lens.sources[name]}{unit}"
+    if "f_stop" not in values and lens.t_stop is not None:
+        values["f_stop"] = lens.t_stop
+        sources["f_stop"] = f"{lens.sources['t_stop']}, a T-stop taken for an f-stop"
 
 
 def lens_model_of(camera: CameraHeader) -> tuple[LensModel, str]:

@@ -9,7 +9,7 @@ from threading import Thread
 from heatlens.closing import Closing
 from heatlens.ring.address import RingAddress, listening_socket
 from heatlens.ring.hearing import Hearing, OpenTrackIODecoder
-from heatlens.ring.sources import Heard
+from heatlens.ring.sources import Heard, Numbered
 
 _MAX_DATAGRAM = 65535
 _AT_ONCE = 256  # datagrams, before it is looked whether the thread shall end
@@ -62,6 +62,10 @@ class LensReceiver(Closing):
     def heard(self, source: str | None = None) -> Heard:
         """Return what `source` tells now; None listens to the one that was heard first."""
         return self._hearing.sources.heard(source)
+
+    def since(self, version: int, source: str | None = None) -> tuple[Numbered, ...]:
+        """Return the samples of a source after a version of `heard`; see `RingSources.since`."""
+        return self._hearing.sources.since(version, source)
 
     def close(self) -> None:
         """End the thread and let go of the port; a second call does nothing."""

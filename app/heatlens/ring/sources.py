@@ -11,6 +11,8 @@ from heatlens.ring.lens_sample import LensSample
 MAX_SOURCES = 16
 SILENT_AFTER_S = 1.0  # the lens then stays where it is, and that is said
 _RATE_OVER = 50  # samples
+Numbered = tuple[int, LensSample]  # a sample, and the version that it made
+_LOG_MOST = 4096  # samples that wait for someone who records them: 4 s of 1,000 a second
 
 
 @dataclass
@@ -18,12 +20,13 @@ class RingSource:
     """A camera: what it has told so far, and when.
 
     `sample` holds every value that was ever sent, each as it was last; `heard_s` is on the clock of
-    the receiver.
+    the receiver. `log` holds the latest samples, each with the version that it made.
     """
 
     sample: LensSample
     heard_s: float
     times_s: deque[float] = field(default_factory=lambda: deque(maxlen=_RATE_OVER))
+    log: deque[Numbered] = field(default_factory=lambda: deque(maxlen=_LOG_MOST))
 
     @property
     def rate_hz(self) -> float:
@@ -75,16 +78,32 @@ class RingSources:
             known.sample, known.heard_s = sample.after(known.sample), now_s
             known.times_s.append(now_s)
             self.version += 1
+            known.log.append((self.version, known.sample))
+
+    def since(self, version: int, source: str | None = None) -> tuple[Numbered, ...]:
+        """Return the samples of a source that came after a version, each with its own version.
+
+        The oldest comes first. Each has every value as it was then. None means the source that was
+        heard first.
+        """
+        with self._lock:
+            chosen = self._chosen(source)
+            log = () if chosen is None else chosen.log
+            return tuple(numbered for numbered in log if numbered[0] > version)
 
     def heard(self, source: str | None = None) -> Heard:
         """Return what `source` tells now; None listens to the one that was heard first."""
         with self._lock:
-            names = tuple(self._sources)
-            chosen = self._sources.get(names[0] if source is None and names else source or "")
+            names, chosen = tuple(self._sources), self._chosen(source)
             if chosen is None:
                 return Heard(None, names, 0.0, 0.0, self.version)
             age_s = self._clock() - chosen.heard_s
             return Heard(chosen.sample, names, chosen.rate_hz, age_s, self.version)
+
+    def _chosen(self, source: str | None) -> RingSource | None:
+        if source is None:
+            return next(iter(self._sources.values()), None)
+        return self._sources.get(source)
 
     def _make_room(self) -> None:
         while len(self._sources) >= MAX_SOURCES:

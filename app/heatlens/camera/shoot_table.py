@@ -1,0 +1,128 @@
+"""The table of a shoot: focus, iris and length of a real lens, a row for each frame.
+
+Read are the tables of ARRI Meta Extract, RED and Sony, and any other whose columns have such names;
+see `heatlens.plate.shoot_names`.
+"""
+
+import csv
+import io
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from heatlens.camera.samples import CameraSamples
+from heatlens.errors import InputError
+from heatlens.model.frames import FRAMES_PER_SECOND
+from heatlens.paths import file_bytes, unreadable
+from heatlens.plate.shoot_names import ShootLens, shoot_lens
+
+Row = Mapping[str, str]
+
+_FRAMES = ("frame", "frameno", "frame number", "index")
+_RATES = ("project fps", "fps", "sensor fps", "frames_per_second")
+_OF_RED = {"FrameNo", "Acceleration X"}  # RED tells distances in mm, and says it nowhere
+_OWN = {"focus_distance_m", "focal_length_mm", "nominal_f_stop", "f_stop", "up_axis"}
+_OF_A_LENS = {"focus_distance_m", "focal_length_mm", "t_stop", "f_stop"}
+_READ = ("focal_length_mm", "f_stop", "focus_distance_m", "squeeze")
+_T_AS_F = (
+    "The iris is told in T-stops, which are taken for f-stops: the real f-stop is a little wider, "
+    "by what the glass swallows."
+)
+_METRES = "The focus stands without a unit and is taken for metres."
+
+
+def is_shoot_table(names: Sequence[str]) -> bool:
+    """Return whether the columns are those of a shoot: at least two values of a lens are there."""
+    example = shoot_lens({name: "1" for name in names if name})
+    return len(_OF_A_LENS & set(example.sources)) > 1
+
+
+def table_columns(path: Path) -> list[str]:
+    """Return the names of the columns; none of heatlens' own names is one of a shoot."""
+    names, _ = _read(path)
+    return [] if _OWN & set(names) else names
+
+
+def read_shoot_table(path: Path, first_frame: int | None = None) -> CameraSamples:
+    """Read the lens at each row; the first row is at `first_frame`, else as the table counts.
+
+    Rows that tell nothing of a value have that of the row before. Raises InputError where the file
+    cannot be read, has no rows, or the frames are not in order.
+    """
+    _, rows = _read(path)
+    if not rows:
+        raise InputError(f"{path} has no rows: a camera needs at least one frame.")
+    unit_m = 1e-3 if _OF_RED <= set(rows[0]) else None
+    lenses = [shoot_lens(row, unit_m) for row in rows]
+    tracks = {name: _track(path, name, lenses) for name in _READ}
+    notes = [] if all(lens.is_unit_told for lens in lenses) else [_METRES]
+    if tracks["f_stop"] is None and (t_stops := _track(path, "t_stop", lenses)) is not None:
+        tracks["f_stop"] = t_stops
+        notes.append(_T_AS_F)
+    if all(track is None for track in tracks.values()):
+        raise InputError(f"{path}: no row tells a value of the lens.")
+    try:
+        return CameraSamples(
+            name=path.name.split(".")[0],
+            frames=_frames(path, rows, first_frame),
+            **tracks,
+            frames_per_second=_rate(rows[0]),
+            notes=tuple(notes),
+        )
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+
+
+def _read(path: Path) -> tuple[list[str], list[Row]]:
+    """Return the columns, between commas, semicolons or tabs, and the rows by their names."""
+    try:
+        text = file_bytes(path).decode("utf-8-sig")
+        head = text.split("\n", 1)[0]
+        between = max("\t;,", key=head.count)
+        reader = csv.DictReader(io.StringIO(text, newline=""), delimiter=between)
+        rows = [{str(n): str(v or "") for n, v in row.items() if n} for row in reader]
+    except OSError as error:
+        raise unreadable(path, error) from error
+    except (ValueError, csv.Error) as error:
+        raise InputError(f"{path} is damaged: {error}.") from error
+    return list(reader.fieldnames or ()), rows
+
+
+def _track(path: Path, name: str, lenses: Sequence[ShootLens]) -> tuple[float, ...] | None:
+    """Return a value for each row; None where no row tells one."""
+    told = [getattr(lens, name) for lens in lenses]
+    first = next((value for value in told if value is not None), None)
+    if first is None:
+        return None
+    held: list[float] = []
+    for value in told:
+        held.append(value if value is not None else held[-1] if held else first)
+    return tuple(held)
+
+
+def _frames(path: Path, rows: Sequence[Row], first_frame: int | None) -> tuple[int, ...]:
+    """Return the frames of the column that counts them; without one, or moved, from the first."""
+    column = _named(rows[0], _FRAMES)
+    if column is None:
+        first = 0 if first_frame is None else first_frame
+        return tuple(range(first, first + len(rows)))
+    try:
+        frames = [int(row[column].strip()) for row in rows]
+    except ValueError:
+        raise InputError(f"{path}: the column {column!r} should hold whole numbers.") from None
+    moved = 0 if first_frame is None else first_frame - frames[0]
+    return tuple(frame + moved for frame in frames)
+
+
+def _rate(row: Row) -> float:
+    column = _named(row, _RATES)
+    try:
+        rate = float(row[column]) if column is not None else 0.0
+    except ValueError:
+        rate = 0.0
+    return rate if 0 < rate <= 1000 else FRAMES_PER_SECOND
+
+
+def _named(row: Row, known: Sequence[str]) -> str | None:
+    """Return the column that has one of these names, in whatever case."""
+    by_small = {name.strip().lower(): name for name in row}
+    return next((by_small[name] for name in known if name in by_small), None)

@@ -1,0 +1,98 @@
+"""Tables of a shoot become the lens at each frame, in metres and millimetres."""
+
+import math
+
+import pytest
+
+from heatlens.camera.camera_file import read_camera
+from heatlens.camera.into_shot import with_camera
+from heatlens.commands.main import main
+from heatlens.documents.shot_file import read_shot
+from heatlens.errors import InputError
+from heatlens.model.lens import Lens
+from heatlens.model.shot import Shot
+from support.shoot_tables import SHOOT_TABLES
+
+
+@pytest.fixture
+def table(tmp_path):
+    def write(name: str):
+        path = tmp_path / f"{name}.csv"
+        path.write_text(SHOOT_TABLES[name])
+        return path
+
+    return write
+
+
+def test_arri_tells_metres_and_a_linear_iris(table):
+    camera = read_camera(str(table("arri")))
+    assert camera.frames == (0, 1, 2)
+    assert camera.focus_distance_m == (4.812, 4.5, 4.1)
+    assert camera.focal_length_mm == (40.0,) * 3
+    assert camera.f_stop == pytest.approx([1.4 * 2 ** (0.7 / 2)] * 3, rel=5e-3)
+    assert camera.frames_per_second == 24.0
+    assert "T-stops" in camera.notes[0]
+
+
+def test_red_tells_millimetres(table):
+    camera = read_camera(str(table("red")))
+    assert camera.focus_distance_m == pytest.approx((0.41, 0.42))
+    assert camera.f_stop == (5.6, 5.6)
+    assert len(camera.notes) == 1  # no word of a missing unit
+
+
+def test_sony_tells_feet_and_stops_from_one(table):
+    camera = read_camera(f"{table('sony')}@1001")
+    assert camera.frames == (1001, 1002)
+    assert camera.focus_distance_m == pytest.approx((5.83 * 0.3048, 5.9 * 0.3048))
+    assert camera.f_stop == pytest.approx((2**1.15, 2**1.15))
+
+
+def test_any_table_with_such_columns_is_read_and_gaps_are_held(table):
+    camera = read_camera(str(table("own")))
+    assert camera.frames == (1001, 1002, 1004)
+    assert camera.focus_distance_m == (2.5, math.inf, 2.0)
+    assert camera.f_stop == (2.8, 2.8, 2.8)
+    assert camera.focal_length_mm == (35.0, 35.0, 50.0)
+    assert camera.notes == ()
+
+
+def test_what_moves_becomes_keys(table):
+    shot = with_camera(Shot(Lens(50.0, 2.8, 2.0, 36.0)), read_camera(f"{table('arri')}@1001"))
+    focus = [shot.lens_at(frame).focus_distance_m for frame in (1001, 1002, 1003)]
+    assert focus == pytest.approx([4.812, 4.5, 4.1])
+    assert not shot.curves.focal_length_mm.keys and shot.lens.focal_length_mm == 40.0
+
+
+def test_a_shot_begins_with_the_lens_of_a_table(table, tmp_path, capsys):
+    path = tmp_path / "s.heatlens.json"
+    told = ("--lens-from", f"{table('sony')}@1001", "--sensor-width", "36")
+    assert main(["shot", "new", "no.####.exr", "-o", str(path), *told]) == 0
+    assert read_shot(path).lens_at(1002).focus_distance_m == pytest.approx(5.9 * 0.3048)
+    assert "T-stops" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("focus,iris\n", "no rows"),
+        ("focus,iris\n--,--\n", "no row tells"),
+        ("frame,focus,iris\nx,1,2\n", "whole numbers"),
+        ("frame,focus,iris\n2,1,2\n1,1,2\n", "in order"),
+        ("name,word\na,b\n", "unknown column"),
+    ],
+)
+def test_a_table_that_is_none_is_explained(text, told, tmp_path):
+    path = tmp_path / "t.csv"
+    path.write_text(text)
+    with pytest.raises(InputError, match=told) as caught:
+        read_camera(str(path))
+    assert "t.csv" in str(caught.value)
+
+
+def test_a_distance_without_a_unit_is_taken_for_metres_and_that_is_said(tmp_path):
+    path = tmp_path / "t.csv"
+    path.write_text("frame,focus,f-stop\n1,2.5,2\n")
+    camera = read_camera(str(path))
+    assert camera.focus_distance_m == (2.5,)
+    assert "taken for metres" in camera.notes[0]

@@ -1,0 +1,89 @@
+"""The names by which cameras on a set tell their lens, in headers and in tables."""
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from heatlens.plate.camera_header import camera_at_header
+from heatlens.plate.shoot_names import is_of_shoot, shoot_lens
+
+VALUES = st.none() | st.booleans() | st.floats() | st.integers() | st.text(max_size=12)
+NAMES = st.sampled_from(
+    ["Lens Focus Distance", "focus", "Aperture", "Lens Linear Iris", "zoom", "Lens Squeeze", "x"]
+)
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "metres"),
+    [
+        ("Lens Focus Distance", "4.8", 4.8),
+        ("Focus Distance (ft)", "10", 3.048),
+        ("focus_distance_mm", 1900, 1.9),
+        ("com.arri.camera.LensFocusDistance", 4.8, 4.8),
+        ("cooke/focusDistance", "inf", math.inf),
+        ("zeiss:focus_distance_cm", 250.0, 2.5),
+        ("Focus Distance", "0", None),
+        ("Focus Distance", "--", None),
+        ("Focus Distance", float("nan"), None),
+    ],
+)
+def test_a_focus_is_in_metres(name, value, metres):
+    told = shoot_lens({name: value}).focus_distance_m
+    assert told == (None if metres is None else pytest.approx(metres))
+
+
+def test_the_unit_may_stand_in_an_entry_of_its_own():
+    lens = shoot_lens({"LensFocusDistance": 10, "LensDistanceUnit": "Feet"})
+    assert (lens.focus_distance_m, lens.is_unit_told) == (pytest.approx(3.048), True)
+    assert not shoot_lens({"LensFocusDistance": 10}).is_unit_told
+
+
+@pytest.mark.parametrize(
+    ("value", "stop"),
+    [
+        ("2.8", 2.8),
+        ("T2.8", 2.8),
+        ("f/2.8", 2.8),
+        ("1.4 + 7/10", 1.784),
+        ("T 2 3/10", 2.219),
+        ("T 4", 4.0),
+        (4.0, 4.0),
+        ("--", None),
+        ("closed", None),
+        (0, None),
+    ],
+)
+def test_an_iris_is_read_however_it_is_written(value, stop):
+    told = shoot_lens({"Lens Iris": value}).t_stop
+    assert told == (None if stop is None else pytest.approx(stop, abs=1e-3))
+
+
+@given(st.dictionaries(NAMES, VALUES, max_size=6))
+def test_whatever_stands_there_is_a_lens_or_not_told(told):
+    lens = shoot_lens(told)
+    for value in (lens.focal_length_mm, lens.f_stop, lens.t_stop, lens.squeeze):
+        assert value is None or 0 < value < math.inf
+    assert lens.focus_distance_m is None or lens.focus_distance_m > 0
+
+
+def test_headers_of_a_shoot_tell_the_lens_and_standard_ones_come_first():
+    arri = {
+        "com.arri.camera.LensFocusDistance": 3.2,
+        "com.arri.camera.LensFocalLength": 47.0,
+        "com.arri.camera.LensIris": "2.8",
+    }
+    camera = camera_at_header([arri])
+    assert (camera.focus_distance_m, camera.focal_length_mm) == (3.2, 47.0)
+    assert (camera.f_stop, camera.t_stop) == (2.8, 2.8)
+    assert "T-stop" in camera.sources["f_stop"]
+    assert "metres" in camera.sources["focus_distance_m"]
+    both = camera_at_header([arri | {"focus": 5.0, "aperture": 4.0}])
+    assert (both.focus_distance_m, both.f_stop) == (5.0, 4.0)
+
+
+@pytest.mark.parametrize("name", ["cameraFocalLength", "vrayInfo/camera", "focus", "Iris"])
+def test_names_of_renderers_are_none_of_a_shoot(name):
+    assert not is_of_shoot(name)
+    assert camera_at_header([{name: 25.0}]).focal_length_mm is None
