@@ -8,6 +8,7 @@ import csv
 import io
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from heatlens.camera.samples import CameraSamples
 from heatlens.errors import InputError
@@ -53,7 +54,7 @@ def read_shoot_table(path: Path, first_frame: int | None = None) -> CameraSample
         raise InputError(f"{path} has no rows: a camera needs at least one frame.")
     unit_m = 1e-3 if _OF_RED <= set(rows[0]) else None
     lenses = [shoot_lens(row, unit_m) for row in rows]
-    tracks = {name: _track(path, name, lenses) for name in _READ}
+    tracks: dict[str, Any] = {name: _track(path, name, lenses) for name in _READ}
     notes = [] if all(lens.is_unit_told for lens in lenses) else [_METRES]
     if tracks["f_stop"] is None and (t_stops := _track(path, "t_stop", lenses)) is not None:
         tracks["f_stop"] = t_stops
@@ -79,7 +80,7 @@ def _read(path: Path) -> tuple[list[str], list[Row]]:
         head = text.split("\n", 1)[0]
         between = max("\t;,", key=head.count)
         reader = csv.DictReader(io.StringIO(text, newline=""), delimiter=between)
-        rows = [{str(n): str(v or "") for n, v in row.items() if n} for row in reader]
+        rows: list[Row] = [{str(n): str(v or "") for n, v in row.items() if n} for row in reader]
     except OSError as error:
         raise unreadable(path, error) from error
     except (ValueError, csv.Error) as error:
