@@ -45,12 +45,11 @@ class Timecode:
         After midnight it starts at zero.
         """
         whole = round(frames_per_second)
-        count = self.count(frames_per_second) + frames
+        count = self._count(whole) + frames
         return _at(count, whole, self.drop)
 
-    def count(self, frames_per_second: float) -> int:
-        """Return how many frames it is since midnight."""
-        whole = round(frames_per_second)
+    def _count(self, whole: int) -> int:
+        """Count the frames since midnight."""
         minutes = 60 * self.hours + self.minutes
         count = (60 * minutes + self.seconds) * whole + self.frames
         if self.drop:

@@ -5,6 +5,7 @@ from pathlib import Path
 
 from heatlens.errors import HeatlensError
 from heatlens.model.marks import DistanceMark
+from heatlens.plate.timecode import Timecode, timecode_of
 from heatlens.session.editing import Editing
 from heatlens.session.focus_track import MarkTrack
 from heatlens.session.messages import Problem
@@ -38,11 +39,18 @@ class SheetCommands:
         shot, frames = self._editing.shot, self._timeline.played
         title = self._documents.title.removesuffix(" *") or path.name.split(".")[0]
         try:
-            rows = sheet_rows(shot, frames, self.marks_at, self._timeline.timecode)
+            rows = sheet_rows(shot, frames, self.marks_at, self._timecode)
             table = write_sheet(path, title, shot, rows)
             self._say(f"Written {path}, and {table.name} beside it.")
         except (HeatlensError, OSError) as error:
             self._say(Problem(error))
+
+    @property
+    def _timecode(self) -> tuple[Timecode, int] | None:
+        """The timecode of the frame at the playhead, where its plate tells one."""
+        plate = self._source.plate
+        told = None if plate is None else timecode_of(plate.attributes)
+        return None if told is None else (told, self._editing.frame)
 
     def marks_at(self, frame: float) -> list[tuple[str, float]]:
         """Return how far marks are at a frame, as far as that is known, in metres."""

@@ -10,7 +10,6 @@ from heatlens.frame_cache.cache import FrameCache
 from heatlens.model.curve import SAME_FRAME
 from heatlens.model.frames import FrameRange
 from heatlens.model.shot import Shot
-from heatlens.plate.timecode import Timecode, timecode_of
 from heatlens.sequence.sequence import MissingPolicy
 from heatlens.session.editing import Editing
 from heatlens.session.frame_states import FrameStates, Run
@@ -91,13 +90,6 @@ class Timeline:
         keyed, frames = self._keyed, self.frames or FrameRange(frame, frame)
         ends = [frames.first, frames.last, frame, *keyed[:1], *keyed[-1:]]
         return _range(min(ends), max(ends))
-
-    @property
-    def timecode(self) -> tuple[Timecode, int] | None:
-        """The timecode of the frame at the playhead, and that frame, where its plate tells one."""
-        plate = self._source.plate
-        told = None if plate is None else timecode_of(plate.attributes)
-        return None if told is None else (told, self._editing.frame)
 
     def runs(self) -> tuple[Run, ...]:
         """Return which frames are read, waited for or damaged, as runs of equal ones."""
