@@ -22,19 +22,26 @@ def bounds_m(scene: Scene, frame: float, name: str | None = None) -> Array:
     With `name` it is that of the objects of this name, NaN where no object has it.
     """
     points = corners_m(scene, frame, name)
-    return _box(points) if len(points) else np.full((2, 3), np.nan)
+    return box_around(points) if len(points) else np.full((2, 3), np.nan)
 
 
 def corners_m(scene: Scene, frame: float, name: str | None = None) -> Array:
     """Return (N, 3) corners of the boxes around all objects, or those called `name`."""
+    if name is None:
+        return box_corners_m(scene, frame).reshape(-1, 3)
     boxes, places = scene.boxes_at(frame), scene.transforms_at(frame)
-    if name is not None:
-        chosen = np.array([instance.name == name for instance in scene.instances])
-        boxes, places = boxes[chosen], places[chosen]
-    return placed_corners(boxes, places).reshape(-1, 3)
+    chosen = np.array([instance.name == name for instance in scene.instances])
+    return placed_corners(boxes[chosen], places[chosen]).reshape(-1, 3)
 
 
-def _box(points: Array) -> Array:
+def box_corners_m(scene: Scene, frame: float) -> Array:
+    """Return (N, 8, 3) corners of the box around each object at a frame."""
+    return placed_corners(scene.boxes_at(frame), scene.transforms_at(frame))
+
+
+def box_around(points_m: Array) -> Array:
+    """Return (2, 3), the least and the greatest corner of points (..., 3)."""
+    points = points_m.reshape(-1, 3)
     return np.stack([points.min(axis=0), points.max(axis=0)])
 
 
@@ -66,7 +73,7 @@ def framed(points_m: Array, lens: Lens, aspect: float, turn: Array | None = None
     """
     if turn is None:
         turn = looking_at(_FROM, (0.0, 0.0, 0.0)).turn
-    box = _box(points_m)
+    box = box_around(points_m)
     middle = box.mean(axis=0)
     matrix = np.eye(4)
     matrix[:3, :3] = turn

@@ -15,8 +15,9 @@ from heatlens.model.settings import Method
 from heatlens.model.shot import Shot
 from heatlens.model.value_bins import ValueBins
 from heatlens.plate.plate import Plate
+from heatlens.scene.nearest_seen import nearest_seen_m, with_near_plane
 from heatlens.scene.scene import Scene
-from heatlens.scene.scene_bounds import bounds_m, track_of
+from heatlens.scene.scene_bounds import box_around, box_corners_m, track_of
 from heatlens.scene.scene_view import SceneView, pupil_of, view_of
 from heatlens.scene_gpu.accumulation import Accumulation
 from heatlens.scene_gpu.antialias import Antialias
@@ -203,11 +204,12 @@ class SceneRenderer:
         """Accumulate or trace rays at `size` into `out`, RGBA float32, in steps."""
         lens = shot.lens_at(frame)
         self._raster.place(frame)
-        view = self._view(shot, frame, size)
+        pupil = pupil_of(lens)
+        view = self._view(shot, frame, size, lens_radius_m=max(pupil.half_extents_m))
         method = self._method(shot.defocus.method)
         seen = replace(lens, t_stop=None, acceptable_coc_mm=None, close_focus_m=None)
         key = (self.pose_at(shot, frame), seen, size, self._moment(frame))
-        for name in method.steps(view, pupil_of(lens), shot.defocus.views, out, key):
+        for name in method.steps(view, pupil, shot.defocus.views, out, key):
             yield name
             self._raster.place(frame)  # others may have drawn another frame in between
 
@@ -245,8 +247,20 @@ class SceneRenderer:
         """Return the frame, or 0 where it makes no difference to the picture."""
         return frame if self.scene.is_moving else 0.0
 
-    def _view(self, shot: Shot, frame: float, size: tuple[int, int], margin: int = 0) -> SceneView:
-        """Return the pinhole's view of a picture of `size` with a margin on every side."""
+    def _view(
+        self,
+        shot: Shot,
+        frame: float,
+        size: tuple[int, int],
+        margin: int = 0,
+        lens_radius_m: float = 0.0,
+    ) -> SceneView:
+        """Return the view of a picture of `size` with a margin on every side.
+
+        It is used from the middle of the lens, or from points up to `lens_radius_m` away from it.
+        """
         pose, lens = self.pose_at(shot, frame), shot.lens_at(frame)
-        view = view_of(pose, lens, size, bounds_m(self.scene, frame))
-        return replace(view, size=widened(size, margin))
+        corners = box_corners_m(self.scene, frame)
+        view = view_of(pose, lens, size, box_around(corners))
+        view = replace(view, size=widened(size, margin))
+        return with_near_plane(view, nearest_seen_m(view, corners, lens_radius_m))
