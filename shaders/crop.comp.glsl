@@ -1,18 +1,22 @@
-// A part of a picture as a picture of its own.
+// A part of a picture as a picture of its own, of its size or smaller.
 //
 // Input
 //   from_tx   the whole
 // Output
-//   out_img   the part whose first pixel is `origin`
+//   out_img   the part whose first pixel is `origin`, each pixel the mean of `fine` x `fine`
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
 uniform sampler2D from_tx;
 uniform ivec2 origin;
+uniform int fine;
 writeonly uniform image2D out_img;
 
 void main() {
     ivec2 at = ivec2(gl_GlobalInvocationID.xy);
     if (any(greaterThanEqual(at, imageSize(out_img)))) return;
-    imageStore(out_img, at, texelFetch(from_tx, at + origin, 0));
+    vec4 sum = vec4(0.0);
+    for (int i = 0; i < fine * fine; ++i)
+        sum += texelFetch(from_tx, origin + fine * at + ivec2(i % fine, i / fine), 0);
+    imageStore(out_img, at, sum / float(fine * fine));
 }

@@ -122,18 +122,23 @@ class FrameRenderer:
             pipeline.forget_plate()
             pipeline.scratch.release()
 
-    def look(self, shot: Shot, frame: int = 0, views: int | None = None) -> Pinhole:
+    def look(
+        self, shot: Shot, frame: int = 0, views: int | None = None, is_for_file: bool = False
+    ) -> Pinhole:
         """Return the pinhole picture of `frame`, which is `loaded` from now on.
 
         For plates that is the one that is loaded. For a scene, `views` None takes a picture that is
-        there already, of however few views it was made.
+        there already, of however few views it was made. `is_for_file`: what is around and behind
+        the picture is drawn in its own pixels, to be written.
         """
-        drained(self.looking(shot, frame, views))
+        drained(self.looking(shot, frame, views, is_for_file))
         return self.loaded
 
-    def looking(self, shot: Shot, frame: int, views: int | None = None) -> Steps[None]:
+    def looking(
+        self, shot: Shot, frame: int, views: int | None = None, is_for_file: bool = False
+    ) -> Steps[None]:
         """Do what `look` does in short steps; before the last of them everything is as it was."""
-        pinhole = yield from self._source.look(shot, frame, views)
+        pinhole = yield from self._source.look(shot, frame, views, is_for_file)
         if pinhole is not self._loaded:
             self._take(pinhole)
 
@@ -217,7 +222,7 @@ class FrameRenderer:
             peeled = yield from self._source.behind(shot, frame)
         bins = overscan.bins if peeled is None else peeled.bins
         optics = optics_of(plate, bins.occupied, shot.lens_at(frame))
-        margin = overscan.used_px(optics)
+        margin, fine = overscan.used_px(optics), overscan.fine
         part, scratch, crop = overscan.part(margin), pipeline.scratch, self._passes.crop
         size = part.width, part.height
         self._check_fits(size)
@@ -230,10 +235,10 @@ class FrameRenderer:
             behind, places = peeled.fragments.part(part), scratch.texture("wide places", size, 4)
             crop.run(peeled.places, (part.x0, part.y0), places)
         picture = yield from pipeline.steps(
-            color, depth, optics, shot.defocus, plate.has_alpha, behind, places
+            color, depth, optics.scaled(fine), shot.defocus, plate.has_alpha, behind, places
         )
         out = scratch.texture("frame", self.loaded.color.size, 4)
-        crop.run(picture, (margin, margin), out)
+        crop.run(picture, (fine * margin,) * 2, out, fine)
         return out
 
     def copy(self, picture: moderngl.Texture, out: moderngl.Texture) -> None:

@@ -15,7 +15,7 @@ from heatlens.model.shot import Shot
 from heatlens.model.value_bins import bins_of
 from heatlens.render import FrameRenderer
 from heatlens.scene.scene import Scene, SceneCamera
-from heatlens.scene_gpu.overscan import Overscan, RingSurvey
+from heatlens.scene_gpu.overscan import Overscan, RingSurvey, fineness
 from support.scenes import NIGHT, lamp, moved, plane, scene_of
 
 SIZE = (96, 64)
@@ -72,17 +72,24 @@ def test_the_picture_does_not_hang_on_what_cannot_blur_in(looking):
     np.testing.assert_allclose(picture, alone.pixels(sharp), rtol=2e-3, atol=2e-4)
 
 
-def test_the_frame_is_the_middle_of_what_is_drawn(looking):
-    looking.look(shot_at(1.0, 0.6))
+@pytest.mark.parametrize("is_for_file", [True, False])
+def test_the_frame_is_the_middle_of_what_is_drawn(looking, is_for_file):
+    looking.look(shot_at(1.0, 0.6), views=64, is_for_file=is_for_file)
     loaded = looking.loaded
     overscan = loaded.overscan
     assert overscan is not None
-    part = overscan.part(0)
+    part, fine = overscan.part(0), overscan.fine
+    assert fine == (1 if is_for_file else 2)  # so small a picture is blurred at twice its size
     whole = download(overscan.color)
-    assert part.shape == (SIZE[1], SIZE[0])
-    inside = whole[part.y0 : part.y1, part.x0 : part.x1]
-    np.testing.assert_array_equal(inside, loaded.plate.color)
-    assert whole.shape[1] == SIZE[0] + 2 * overscan.margin_px
+    assert whole.shape[1] == fine * (SIZE[0] + 2 * overscan.margin_px)
+    inside = whole[part.y0 : part.y1, part.x0 : part.x1].reshape(SIZE[1], fine, SIZE[0], fine, 4)
+    np.testing.assert_allclose(inside.mean(axis=(1, 3)), loaded.plate.color, rtol=1e-3)
+    deep = download(overscan.depth)[part.y0 : part.y1, part.x0 : part.x1]
+    assert np.isin(np.round(loaded.plate.depth_m, 3), np.round(deep, 3)).all()
+
+
+def test_large_pictures_are_blurred_at_their_own_size(ctx):
+    assert [fineness(ctx, size) for size in ((320, 180), (640, 360), (1280, 720))] == [2, 2, 1]
 
 
 def test_rings_hold_the_nearest_and_the_farthest_depth(ctx):
@@ -107,4 +114,6 @@ def test_as_much_is_needed_as_discs_reach(ctx, f_stop):
     needed = overscan.needed_px(Optics(line, np.array([0.0])))
     assert needed == min(margin, int(radius_px + 1))
     assert overscan.used_px(Optics(line, np.array([0.0]))) in (0, 16, 32, 64)
+    half = Overscan(texture, texture, margin // 2, ring_m, bins_of(1 / ring_m), fine=2)
+    assert half.needed_px(Optics(line, np.array([0.0]))) == min(margin // 2, int(radius_px + 1.5))
     assert overscan.needed_px(Optics(CocLine(0.0, 0.0), np.array([0.0]))) == 1

@@ -31,18 +31,23 @@ class CocPass:
 
 
 class CropPass:
-    """A part of a picture as a picture of its own."""
+    """A part of a picture as a picture of its own, of its size or smaller."""
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._program = ComputeProgram(ctx, "crop.comp.glsl")
 
-    def run(self, whole: moderngl.Texture, origin: tuple[int, int], out: moderngl.Texture) -> None:
-        """Copy the pixels from `origin` on to `out`, whose size decides how many."""
+    def run(
+        self, whole: moderngl.Texture, origin: tuple[int, int], out: moderngl.Texture, fine: int = 1
+    ) -> None:
+        """Copy the pixels from `origin` on to `out`, whose size decides how many.
+
+        Each pixel of `out` is the mean of `fine` times `fine` pixels.
+        """
         self._program.dispatch(
             pixel_groups(out.size),
             textures={"from_tx": whole},
             images={"out_img": out},
-            uniforms={"origin": origin},
+            uniforms={"origin": origin, "fine": fine},
         )
 
     def release(self) -> None:

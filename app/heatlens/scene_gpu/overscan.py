@@ -1,5 +1,6 @@
 """What a scene shows outside the frame, because a lens blurs it in."""
 
+import math
 from dataclasses import dataclass
 
 import moderngl
@@ -16,6 +17,10 @@ MOST_PART = 0.1
 _STEP_PX = 8  # what is drawn is a multiple of this, and its parts are whole pixels
 # How much of it takes part in a picture: few sizes, so that a pull makes textures anew a few times.
 _PARTS = (0.0, 0.25, 0.5, 1.0)
+# A picture of so few pixels, with its margin, is blurred at twice its size: a disc of few pixels is
+# rounder, and what it covers of each is found better than in one whose edges are whole pixels.
+_FINE_PIXELS_MOST = 1_600_000
+_FINE = 2
 _SOFT_RIM_PX = 1.0  # by which the discs of a diffusion are larger than those of a lens
 
 
@@ -23,10 +28,20 @@ def margin_px(ctx: moderngl.Context, size: tuple[int, int]) -> int:
     """Return how many pixels are drawn on every side of a picture; 0 where they do not fit."""
     steps = max(1, round(MOST_PART * size[0] / _STEP_PX))
     margin = _STEP_PX * steps
-    width, height = widened(size, margin)
+    return margin if _fits(ctx, *widened(size, margin)) else 0
+
+
+def fineness(ctx: moderngl.Context, size: tuple[int, int]) -> int:
+    """Return how many pixels across each pixel of a picture it is drawn and blurred with."""
+    width, height = (_FINE * side for side in widened(size, margin_px(ctx, size)))
+    is_small = width * height <= _FINE_PIXELS_MOST
+    return _FINE if is_small and _fits(ctx, width, height) else 1
+
+
+def _fits(ctx: moderngl.Context, width: int, height: int) -> bool:
     side = int(ctx.info["GL_MAX_TEXTURE_SIZE"])
     words = int(ctx.info["GL_MAX_SHADER_STORAGE_BLOCK_SIZE"]) // 4
-    return margin if max(width, height) <= side and width * height < words else 0
+    return max(width, height) <= side and width * height < words
 
 
 def widened(size: tuple[int, int], margin_px: int) -> tuple[int, int]:
@@ -40,9 +55,11 @@ class Overscan:
 
     color      RGBA
     depth      R, planar metres
-    margin_px  the margin's width
-    ring_m     (margin_px, 2) nearest and farthest depth in each ring around the frame, from inside
+    margin_px  the margin's width, in pixels of the picture
+    ring_m     (fine * margin_px, 2) nearest and farthest depth in each ring of pixels of the
+               textures around the frame, from inside
     bins       dioptres of all of it
+    fine       pixels of the textures across each pixel of the picture
     """
 
     color: moderngl.Texture
@@ -50,6 +67,7 @@ class Overscan:
     margin_px: int
     ring_m: NDArray[np.float32]
     bins: ValueBins
+    fine: int = 1
 
     def needed_px(self, optics: Optics) -> int:
         """Return how many pixels on every side blur into the frame through a lens."""
@@ -58,8 +76,9 @@ class Overscan:
             return 0
         ends = optics.line.at_infinity_px + optics.line.per_dioptre_px / self.ring_m
         reach_px = max(optics.disc.half_extents) * np.abs(ends).max(axis=1) / 2 + _SOFT_RIM_PX
-        reaching = np.flatnonzero(reach_px >= np.arange(1, self.margin_px + 1))
-        return int(reaching[-1]) + 1 if len(reaching) else 0
+        away_px = np.arange(1, len(self.ring_m) + 1) / self.fine
+        reaching = np.flatnonzero(reach_px >= away_px)
+        return math.ceil(away_px[reaching[-1]]) if len(reaching) else 0
 
     def used_px(self, optics: Optics) -> int:
         """Return the margin that takes part: `needed_px` rounded up to one of few widths."""
@@ -68,7 +87,7 @@ class Overscan:
 
     def part(self, margin_px: int) -> Box:
         """Return the frame with a smaller margin, in the pixels of the textures."""
-        cut = self.margin_px - margin_px
+        cut = self.fine * (self.margin_px - margin_px)
         return Box(cut, cut, self.color.width - cut, self.color.height - cut)
 
 

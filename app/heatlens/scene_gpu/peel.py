@@ -18,10 +18,12 @@ from heatlens.model.value_bins import ValueBins
 from heatlens.plate.fragments import FragmentLists
 from heatlens.scene.scene_view import SceneView
 from heatlens.scene_gpu.depth_survey import DepthSurvey
+from heatlens.scene_gpu.overscan import Overscan
 from heatlens.scene_gpu.raster import SceneRaster
 from heatlens.scene_gpu.surface_raster import SurfaceRaster
 
-_FRONT_SIDE, _BEHIND_SIDE = 4, 2  # samples across a pixel of what is seen, and of what is behind
+_FRONT_SIDE, _BEHIND_SIDE = 4, 2  # samples across a pixel of what is seen, and of what is behind,
+_BEHIND_SIDE_FINE = 1  # where pixels are finer than those of the picture
 _SAMPLES_MOST = 1 << 21  # of a band
 _A_PIXEL = 2.0  # fragments that there is room for, on average
 _FRAGMENT_BYTES = 12
@@ -68,18 +70,18 @@ class ScenePeel:
     def steps(
         self,
         view: SceneView,
-        color: moderngl.Texture,
-        depth: moderngl.Texture,
-        nearest: float,
+        picture: Overscan,
         place: Callable[[], None],
     ) -> Generator[str, None, Peeled]:
-        """Make the lists of a picture `color` with `depth` in steps; return them at the end.
+        """Make the lists of a picture in steps; return them at the end.
 
-        `view` is that of the picture, `nearest` the dioptres of its nearest surface. `depth`
-        becomes that of the nearest fragment where several are seen in a pixel. `place` puts the
-        scene in its place, where others may have moved it between two steps.
+        `view` is that of the picture, whose depth becomes that of the nearest fragment where
+        several are seen in a pixel. `place` puts the scene in its place, where others may have
+        moved it between two steps.
         """
         width, height = view.size
+        color, depth, nearest = picture.color, picture.depth, float(picture.bins.high)
+        behind_side = _BEHIND_SIDE if picture.fine == 1 else _BEHIND_SIDE_FINE
         side = max(1, min(_FRONT_SIDE, int(self._ctx.info["GL_MAX_TEXTURE_SIZE"]) // width))
         rows = max(1, min(height, _SAMPLES_MOST // (side * side * width)))
         starts = self._pool.buffer("starts", 4 * (width * height + 1))
@@ -90,9 +92,11 @@ class ScenePeel:
         self._total.write(np.zeros(1, np.uint32))
         for first in range(0, height, rows):
             place()
-            samples = self._samples(view, first, rows, side)
+            samples = self._samples(view, first, rows, (side, behind_side))
             band = first, min(first + rows, height)
-            self._list(samples, band, side, (color, depth, places), starts, words, capacity)
+            self._list(
+                samples, band, (side, behind_side), (color, depth, places), starts, words, capacity
+            )
             yield "behind"
         count = int(np.frombuffer(self._total.read(), np.uint32)[0])
         bins = self._survey.with_fragments(depth, words, min(count, capacity), nearest)
@@ -100,10 +104,10 @@ class ScenePeel:
         return Peeled(fragments, places, bins, count, capacity)
 
     def _samples(
-        self, view: SceneView, first: int, rows: int, side: int
+        self, view: SceneView, first: int, rows: int, sides: tuple[int, int]
     ) -> dict[str, moderngl.Texture]:
         """Draw a band, and return the textures by the names of lib/surface_groups.lib.glsl."""
-        seen, behind = (_band_view(view, first, rows, n) for n in (side, _BEHIND_SIDE))
+        seen, behind = (_band_view(view, first, rows, side) for side in sides)
         drawn = {
             "front_tx": self._pool.texture("front", seen.size, 4),
             "first_tx": self._pool.texture("first", behind.size, 1),
@@ -120,7 +124,7 @@ class ScenePeel:
         self,
         samples: dict[str, moderngl.Texture],
         band: tuple[int, int],
-        side: int,
+        sides: tuple[int, int],
         picture: tuple[moderngl.Texture, moderngl.Texture, moderngl.Texture],
         starts: moderngl.Buffer,
         words: moderngl.Buffer,
@@ -131,7 +135,7 @@ class ScenePeel:
         groups = pixel_groups((color.width, end - first))
         textures = samples | {"color_tx": color}
         uniforms = {"first_row": first, "end_row": end}
-        uniforms |= {"front_side": side, "behind_side": _BEHIND_SIDE}
+        uniforms |= {"front_side": sides[0], "behind_side": sides[1]}
         kept = {"start_block": starts}
         self._count.dispatch(groups, textures=textures, buffers=kept, uniforms=uniforms)
         self._starts.dispatch(

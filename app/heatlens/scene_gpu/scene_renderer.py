@@ -8,7 +8,7 @@ from typing import assert_never
 import moderngl
 
 from heatlens.defocus.plate_passes import CropPass
-from heatlens.gpu.textures import FloatArray, Storage, TexturePool, download
+from heatlens.gpu.textures import FloatArray, TexturePool, download
 from heatlens.model.boxes import Box
 from heatlens.model.framing import Framing, Pose
 from heatlens.model.settings import Method
@@ -18,15 +18,17 @@ from heatlens.plate.plate import Plate
 from heatlens.scene.nearest_seen import nearest_seen_m, with_near_plane
 from heatlens.scene.scene import Scene
 from heatlens.scene.scene_bounds import box_around, box_corners_m, track_of
-from heatlens.scene.scene_view import SceneView, pupil_of, view_of
+from heatlens.scene.scene_view import SceneView, finer, pupil_of, view_of
 from heatlens.scene_gpu.accumulation import Accumulation
 from heatlens.scene_gpu.antialias import Antialias
 from heatlens.scene_gpu.depth_survey import DepthSurvey
-from heatlens.scene_gpu.overscan import Overscan, RingSurvey, margin_px, widened
+from heatlens.scene_gpu.overscan import Overscan, RingSurvey, fineness, margin_px, widened
 from heatlens.scene_gpu.peel import Peeled, ScenePeel
 from heatlens.scene_gpu.raster import SceneRaster
 from heatlens.scene_gpu.ray_tracer import RayTracer
 from heatlens.scene_gpu.scene_plate import DrawnPixels, plate_of_scene
+
+Drawn = tuple[moderngl.Texture, moderngl.Texture]  # colour and depth
 
 # Views of one sample a pixel each, spread evenly over it. With fewer, lamps smaller than a pixel
 # would be dimmer or brighter than they are, and a blur would spread the error.
@@ -90,23 +92,27 @@ class SceneRenderer:
         lens = shot.lens_at(frame)
         return track_of(self.scene, shot.framing or Framing(), lens).pose_at(frame)
 
-    def look(self, shot: Shot, frame: float, views: int | None = None) -> Iterator[str]:
+    def look(
+        self, shot: Shot, frame: float, views: int | None = None, is_for_file: bool = False
+    ) -> Iterator[str]:
         """Draw the pinhole picture of `frame`, unless it exists; `held` has it at the end.
 
         A picture with fewer than `views` samples is continued; None accepts any number. If the
-        steps are abandoned, `held` stays what it was.
+        steps are abandoned, `held` stays what it was. `is_for_file`: the overscan has the pixels of
+        the picture, and no finer ones.
         """
         size = (shot.framing or Framing()).size
-        key = self._pinhole_key(shot, frame)
+        key = self._pinhole_key(shot, frame), is_for_file
         if self._held is not None and self._held[0] == key and self._views >= (views or 0):
             return
         views, bank = views or PINHOLE_VIEWS, 1 - self._bank
         is_hurried = views < _OVERSCAN_FROM_VIEWS
+        fine = 1 if is_hurried or is_for_file else fineness(self._ctx, size)
         margin = 0 if is_hurried else margin_px(self._ctx, size)
-        color, depth = yield from self._drawn(shot, frame, views, bank, margin)
-        overscan = None if is_hurried else self._overscan(color, depth, margin)
+        color, depth = yield from self._drawn(shot, frame, views, bank, margin, fine)
+        overscan = None if is_hurried else self._overscan(color, depth, margin, fine)
         if overscan is not None:
-            color, depth = (self._framed(it, overscan, size, bank) for it in (color, depth))
+            color, depth = yield from self._framed(shot, frame, overscan, bank)
         surveyed, pixels = self._survey.of(depth), DrawnPixels(color, depth, self._raster.read)
         seen = self.pose_at(shot, frame), shot.lens_at(frame), size
         plate = plate_of_scene(self.scene.path, pixels, surveyed, seen)
@@ -115,33 +121,44 @@ class SceneRenderer:
         self._held = key, Look(plate, pixels, color, depth, surveyed.dioptres, overscan)
 
     def _drawn(
-        self, shot: Shot, frame: float, views: int, bank: int, margin: int
-    ) -> Generator[str, None, tuple[moderngl.Texture, moderngl.Texture]]:
+        self, shot: Shot, frame: float, views: int, bank: int, margin: int, fine: int
+    ) -> Generator[str, None, Drawn]:
         """Draw colour and depth with a margin on every side, and return both."""
-        view = self._view(shot, frame, (shot.framing or Framing()).size, margin)
+        view = finer(self._view(shot, frame, (shot.framing or Framing()).size, margin), fine)
         name = "pinhole" if views < _OVERSCAN_FROM_VIEWS else "wide"
         color = self._pool.texture(f"{name} colour {bank}", view.size, 4, "f2")
         depth = self._pool.texture(f"{name} depth {bank}", view.size, 1)
-        yield from self._colored(shot, frame, views, view, color)
+        yield from self._colored(shot, frame, max(views // fine**2, 1), view, color)
+        yield from self._deep(view, frame, depth)
+        return color, depth
+
+    def _deep(self, view: SceneView, frame: float, depth: moderngl.Texture) -> Iterator[str]:
+        """Draw depth at the middle of each pixel."""
         for band in self._raster.bands.of(view.size):
             self._raster.depth(view, depth, band)
             yield "pinhole"
             self._raster.place(frame)
-        return color, depth
 
-    def _overscan(self, color: moderngl.Texture, depth: moderngl.Texture, margin: int) -> Overscan:
-        rings_m, bins = self._rings.of(depth, margin), self._survey.of(depth).dioptres
-        return Overscan(color, depth, margin, rings_m, bins)
+    def _overscan(
+        self, color: moderngl.Texture, depth: moderngl.Texture, margin: int, fine: int
+    ) -> Overscan:
+        rings_m, bins = self._rings.of(depth, fine * margin), self._survey.of(depth).dioptres
+        return Overscan(color, depth, margin, rings_m, bins, fine)
 
     def _framed(
-        self, whole: moderngl.Texture, overscan: Overscan, size: tuple[int, int], bank: int
-    ) -> moderngl.Texture:
-        """Return the frame alone of a texture with overscan."""
-        name = "colour" if whole.components > 1 else "depth"
-        storage: Storage = "f2" if whole.components > 1 else "f4"
-        out = self._pool.texture(f"pinhole {name} {bank}", size, whole.components, storage)
-        self._crop.run(whole, (overscan.margin_px,) * 2, out)
-        return out
+        self, shot: Shot, frame: float, overscan: Overscan, bank: int
+    ) -> Generator[str, None, Drawn]:
+        """Return colour and depth of the frame alone, in its own pixels."""
+        size, fine = (shot.framing or Framing()).size, overscan.fine
+        color = self._pool.texture(f"pinhole colour {bank}", size, 4, "f2")
+        depth = self._pool.texture(f"pinhole depth {bank}", size, 1)
+        begin = (fine * overscan.margin_px,) * 2
+        self._crop.run(overscan.color, begin, color, fine)
+        if fine == 1:
+            self._crop.run(overscan.depth, begin, depth)
+        else:  # a mean of depths would be a surface that is not there
+            yield from self._deep(self._view(shot, frame, size), frame, depth)
+        return color, depth
 
     def behind(self, shot: Shot, frame: float) -> Generator[str, None, Peeled | None]:
         """Return in steps what lies behind the latest pinhole picture, which is of this frame.
@@ -153,10 +170,9 @@ class SceneRenderer:
             return None
         if self._peeled is None:
             wide, size = look.overscan, (shot.framing or Framing()).size
-            view = self._view(shot, frame, size, wide.margin_px)
-            nearest = float(wide.bins.high)
+            view = finer(self._view(shot, frame, size, wide.margin_px), wide.fine)
             self._peeled = yield from self._peel.steps(
-                view, wide.color, wide.depth, nearest, lambda: self._raster.place(frame)
+                view, wide, lambda: self._raster.place(frame)
             )
         return self._peeled
 

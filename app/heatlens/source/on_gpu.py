@@ -30,11 +30,15 @@ class SourceOnGpu(Protocol):
     def check_method(self, method: Method) -> None:
         """Raise InputError for a method that needs more than this source has."""
 
-    def look(self, shot: Shot, frame: int, views: int | None) -> Steps[Pinhole]:
+    def look(
+        self, shot: Shot, frame: int, views: int | None, is_for_file: bool = False
+    ) -> Steps[Pinhole]:
         """Make the pinhole picture of `frame` in short steps, and return it.
 
         `views` is the number of samples a pixel of a scene; None takes a picture that is there
-        already, of however few. Steps that are not taken to their end leave the one before.
+        already, of however few. `is_for_file`: what is around and behind it is drawn in its own
+        pixels, while small pictures are blurred in finer ones. Steps that are not taken to their
+        end leave the one before.
         """
 
     def behind(self, shot: Shot, frame: int) -> Steps[Peeled | None]:

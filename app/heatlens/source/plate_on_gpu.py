@@ -94,7 +94,9 @@ class PlateOnGpu:
                 f"lens; {self.held.plate.path.name} is a picture from one."
             )
 
-    def look(self, shot: Shot, frame: int, views: int | None) -> Steps[Pinhole]:
+    def look(
+        self, shot: Shot, frame: int, views: int | None, is_for_file: bool = False
+    ) -> Steps[Pinhole]:
         """Return the loaded plate, whatever the frame: whoever reads plates loads the right one."""
         yield from ()
         return self.held

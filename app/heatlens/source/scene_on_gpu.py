@@ -37,10 +37,12 @@ class SceneOnGpu:
     def check_method(self, method: Method) -> None:
         """Accept every method: a scene can be rendered by all of them."""
 
-    def look(self, shot: Shot, frame: int, views: int | None) -> Steps[Pinhole]:
+    def look(
+        self, shot: Shot, frame: int, views: int | None, is_for_file: bool = False
+    ) -> Steps[Pinhole]:
         """See `SourceOnGpu`; the same picture is the same object."""
         check_plate_fits(self._ctx, *self.size(shot))
-        yield from self._drawer.look(shot, frame, views)
+        yield from self._drawer.look(shot, frame, views, is_for_file)
         drawn = self._drawer.held
         if self._held is None or self._held.plate is not drawn.plate:
             self._held = Pinhole(
