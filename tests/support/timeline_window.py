@@ -11,6 +11,7 @@ from imgui_bundle import imgui
 from heatlens.model.pull import EASE_PERCENT
 from heatlens.model.shot import LensParameter
 from heatlens.session.key_drag import KeyDrag
+from heatlens.session.key_stretch import KeyStretch
 from heatlens.session.mark_commands import PULL_FRAMES
 from heatlens.session.playback import Ending
 from heatlens.ui.timeline.view import TimelineView
@@ -53,7 +54,9 @@ def reset_timeline(gui: Gui) -> None:
     marks.pull_from, marks.pull_to, marks.pull_ease_percent = None, "", EASE_PERCENT
     marks.lengthen_pull(PULL_FRAMES)
     session.scene_tracks._seen_by = None
-    gui.ui.timeline = TimelineView(KeyDrag(session.editing, session.keys, session.say))
+    held_by = session.editing, session.keys, session.say
+    gui.ui.timeline = TimelineView(KeyDrag(*held_by), KeyStretch(*held_by))
+    session.recording.keep()
     gui.ui.opens_pull = False
 
 

@@ -76,7 +76,7 @@ def hyperfocal_m(lens: Lens) -> float:
 
 def near_limit_m(lens: Lens) -> float:
     """Return the nearest depth that looks sharp, where coc = -c."""
-    return 1.0 / (1.0 / lens.focus_distance_m + _sharp_dioptres(lens))
+    return 1.0 / (1.0 / lens.focus_distance_m + sharp_dioptres(lens))
 
 
 def far_limit_m(lens: Lens) -> float:
@@ -84,7 +84,7 @@ def far_limit_m(lens: Lens) -> float:
 
     Infinite from the hyperfocal on.
     """
-    dioptres = 1.0 / lens.focus_distance_m - _sharp_dioptres(lens)
+    dioptres = 1.0 / lens.focus_distance_m - sharp_dioptres(lens)
     return 1.0 / dioptres if dioptres > 0 else math.inf
 
 
@@ -93,7 +93,7 @@ def depth_of_field_m(lens: Lens) -> float:
     return far_limit_m(lens) - near_limit_m(lens)
 
 
-def _sharp_dioptres(lens: Lens) -> float:
+def sharp_dioptres(lens: Lens) -> float:
     """Return how far from the focus, in 1/m and to either side, a point still looks sharp."""
     return lens.coc_limit_mm / -_per_dioptre_mm(lens)
 

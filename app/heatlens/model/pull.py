@@ -9,6 +9,7 @@ from heatlens.errors import InputError
 from heatlens.model.curve import Curve, Key
 from heatlens.model.frames import FrameRange
 from heatlens.model.interpolation import Ease, Interpolation
+from heatlens.model.key_reduction import Samples, reduced_keys
 from heatlens.model.marks import DepthAt, DistanceMark, PointMark, distance_at_m
 from heatlens.model.shot import LensParameter, Shot
 
@@ -145,6 +146,24 @@ def followed(shot: Shot, frames: FrameRange, distance_m: Callable[[int], float])
     for frame in frames:
         pulled.lens_at(frame)
     return pulled
+
+
+def performed(shot: Shot, samples: Samples, tolerance_dioptres: float) -> Shot:
+    """Return the shot with a recorded focus as few keys, in the place of those there were.
+
+    `samples` are (frame, focus distance in metres) in the order of the frames, at least one. The
+    focus is off by no more than the tolerance at each of them. Raises LensError where no lens can
+    be focused, InputError for infinity on a scale of metres.
+    """
+    curve, (first, last) = shot.curves.focus_distance_m, (samples[0][0], samples[-1][0])
+    keys = list(reduced_keys(samples, tolerance_dioptres, curve.scale))
+    if len(keys) == 1 and last > first:  # still: also where keys come before and after
+        keys = [replace(keys[0], interpolation=Interpolation.HOLD), Key(last, keys[0].value)]
+    kept = curve.without_keys([key.frame for key in curve.keys if first <= key.frame <= last])
+    after = shot.with_curve(LensParameter.FOCUS_DISTANCE, kept.pasted(keys, 0))
+    for frame, _ in samples:
+        after.lens_at(frame)
+    return after
 
 
 def frames_too_close(shot: Shot) -> tuple[int, ...]:

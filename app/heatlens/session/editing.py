@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from heatlens.errors import HeatlensError, LensError
 from heatlens.model.history import History
@@ -16,6 +16,20 @@ _KEYS_HERE = "A key of the focus was set at frame {}: auto key (A) is on."
 _GESTURE_REST_S = 0.4  # notches of the wheel and repeated keys closer than this are one gesture
 
 
+@dataclass
+class Performance:
+    """The focus in the hand while a pull is recorded: no key is set of it before the end.
+
+    focus_distance_m  None until the hand has moved it; the focus is that of the keys so long
+    is_over           it is recorded, but the hand has not come to rest: what it does is not taken
+    moved_at          the time of the clock when it was moved last
+    """
+
+    focus_distance_m: float | None = None
+    is_over: bool = False
+    moved_at: float = 0.0
+
+
 class Editing:
     """The history of the shot, and the frame that is edited."""
 
@@ -27,6 +41,7 @@ class Editing:
         self.has_time: Callable[[], bool] = lambda: False  # there is more than one frame
         self._frame = 0
         self._tried: Lens | None = None  # at this frame alone, without a key
+        self.performance: Performance | None = None  # while a pull is recorded
         self._has_told = False  # what a change of the focus does in a shot of several frames
         self._say = say
         self._clock = clock
@@ -51,9 +66,9 @@ class Editing:
     @property
     def seen_shot(self) -> Shot:
         """The shot as it is drawn at the frame: with the lens that is only tried there."""
-        if self._tried is None:
+        if self._tried is None and self.performance is None:
             return self.shot
-        return replace(self.shot, lens=self._tried, curves=LensCurves())
+        return replace(self.shot, lens=self.lens, curves=LensCurves())
 
     @property
     def tried(self) -> frozenset[LensParameter]:
@@ -65,11 +80,18 @@ class Editing:
 
     @property
     def lens(self) -> Lens:
-        """The lens at the frame, with what is only tried there.
+        """The lens at the frame, with what is only tried there, or performed.
 
         Where the keys ask for a lens that cannot be, that is said, and it is the lens without keys.
         """
-        return self._keyed_lens if self._tried is None else self._tried
+        lens = self._keyed_lens if self._tried is None else self._tried
+        performed_m = None if self.performance is None else self.performance.focus_distance_m
+        if performed_m is None:
+            return lens
+        try:
+            return replace(lens, focus_distance_m=performed_m)
+        except LensError:  # a zoom with keys has become too long for a focus so near
+            return lens
 
     @property
     def _keyed_lens(self) -> Lens:
@@ -108,6 +130,8 @@ class Editing:
             return
         try:
             lens = self._within_kit(before, lens)
+            if self.performance is not None:
+                lens = self._performed(lens, before)
             kept = self._without_tried(lens)
             if kept != self._keyed_lens:
                 self.edit(self._with_lens(kept))
@@ -125,6 +149,16 @@ class Editing:
             self._say(kit.refusal(asked))
         return got
 
+    def _performed(self, lens: Lens, before: Lens) -> Lens:
+        """Take the focus into the performance; return the lens with the focus as it is without."""
+        assert self.performance is not None
+        if lens.focus_distance_m != before.focus_distance_m:
+            self.performance.moved_at = self._clock()
+            if not self.performance.is_over:
+                self.performance.focus_distance_m = lens.focus_distance_m
+        unmoved = self._keyed_lens if self._tried is None else self._tried
+        return replace(lens, focus_distance_m=unmoved.focus_distance_m)
+
     def _without_tried(self, lens: Lens) -> Lens:
         """Return the lens with what can only be tried at the frame as its keys have it."""
         if self.auto_key:
@@ -141,7 +175,7 @@ class Editing:
         """Say once in a shot of several frames what a change of the focus does."""
         if self._tried is not None:
             self._say(_ONLY_TRIED)
-        elif not self._has_told and self.has_time():
+        elif not self._has_told and self.has_time() and self.performance is None:
             if before.focus_distance_m != after.focus_distance_m:
                 self._has_told = True
                 has_keys = self.shot.curves.focus_distance_m.keys
@@ -181,13 +215,18 @@ class Editing:
 
     def rest(self, is_held: bool) -> None:
         """Make a step of a gesture that is over; call this once a frame."""
-        if not is_held and self._clock() - self._changed_at > _GESTURE_REST_S:
+        now, performance = self._clock(), self.performance
+        if not is_held and now - self._changed_at > _GESTURE_REST_S:
             self.history = self.history.at_rest()
+        if performance is not None and performance.is_over and not is_held:
+            if now - performance.moved_at > _GESTURE_REST_S:
+                self.performance = None
 
     @property
     def is_unsettled(self) -> bool:
-        """Return True while a gesture waits to become a step."""
-        return self.history.now != self.history.settled
+        """Return True while a gesture waits to become a step, or a performance for its end."""
+        is_ending = self.performance is not None and self.performance.is_over
+        return is_ending or self.history.now != self.history.settled
 
     def toggle_auto_key(self) -> None:
         """Key what has keys wherever it is changed, or no more."""

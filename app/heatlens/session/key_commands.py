@@ -19,7 +19,7 @@ from heatlens.session.key_choice import (
     pasted,
     with_keys_here,
 )
-from heatlens.session.key_rows import CAMERA, RowChoice, key_count
+from heatlens.session.key_rows import CAMERA, Row, RowChoice, key_count
 from heatlens.session.messages import Problem
 
 
@@ -48,6 +48,11 @@ class KeyCommands:
     def choose(self, keys: Chosen) -> None:
         """Choose these keys, and no others."""
         self._chosen = keys
+
+    def choose_between(self, row: Row, first: float, last: float) -> None:
+        """Choose the keys of a row from one frame to another."""
+        keys = all_keys(self._editing.shot)
+        self._chosen = frozenset(k for k in keys if k.row is row and first <= k.frame <= last)
 
     def choose_all(self) -> None:
         """Choose every key of every row."""

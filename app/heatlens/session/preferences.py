@@ -12,6 +12,7 @@ from heatlens.errors import InputError
 from heatlens.files.atomic_file import FOR_THE_USER, write_whole
 from heatlens.files.json_record import JsonEntry, read_json, record_to_json
 from heatlens.model.plate_options import PlateOptions
+from heatlens.model.view import ViewState
 from heatlens.session.playback import Ending
 from heatlens.session.ui_sizes import SCALES
 
@@ -103,6 +104,12 @@ class Preferences:
         except (OSError, InputError) as error:
             self.path = None
             raise InputError(f"Preferences are not kept: {error}") from error
+
+    def first_view(self, given: ViewState) -> ViewState:
+        """Return `given`, and where it says nothing what is remembered."""
+        if not given.display and not given.view:
+            given = replace(given, display=self.now.display, view=self.now.view)
+        return replace(given, unit=self.now.unit) if given.unit == ViewState().unit else given
 
     def change(self, **changes: Any) -> None:
         """Remember other values of these fields."""

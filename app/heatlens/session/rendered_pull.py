@@ -148,6 +148,7 @@ class RenderedPull:
         return (
             bool(self._timeline.playback.direction)
             and self.fits_view
+            and self._editing.performance is None
             and self.has(self._editing.frame)
         )
 

@@ -37,6 +37,7 @@ from heatlens.session.picture_commands import PictureCommands
 from heatlens.session.picture_view import PictureView
 from heatlens.session.preferences import Preferences
 from heatlens.session.pull_jobs import PullJobs
+from heatlens.session.pull_recording import PullRecording
 from heatlens.session.recent_files import RecentFiles
 from heatlens.session.reference import Reference, ReferenceLoader
 from heatlens.session.render_scheduler import RenderScheduler
@@ -82,7 +83,9 @@ class Session:
         self.given = GivenOptions(start)
         self.speed = Speed(is_software=is_software)
         self.color = ColorChoice(start.ocio, say)
-        self.picture_view = PictureView(self._first_view(start.view))
+        self.picture_view = PictureView(
+            self.color.with_names(self.preferences.first_view(start.view))
+        )
         self.editing = Editing(Shot(Lens(50.0, 2.8, 2.0, 36.0), start.defocus), say)
         self.source = OpenSource(renderer, wake, start.stream)
         self.source.opener.placing_of = self.given.placing_of
@@ -130,6 +133,7 @@ class Session:
             wake,
         )
         self.player = FramePlayer(timeline, source, editing, self.pull, say)
+        self.recording = PullRecording(editing, timeline, rows, say)
         self.scheduler = RenderScheduler(
             source, self.sides, self.pull, editing, view, self.speed, self.say_error
         )
@@ -162,15 +166,6 @@ class Session:
             source, self.timeline.playback, self.files, self.recent, self.given
         )
         self.files.open_first()
-
-    def _first_view(self, given: ViewState) -> ViewState:
-        """Return `given`, and where it says nothing what is remembered."""
-        now = self.preferences.now
-        if not given.display and not given.view:
-            given = replace(given, display=now.display, view=now.view)
-        if given.unit == ViewState().unit:
-            given = replace(given, unit=now.unit)
-        return self.color.with_names(given)
 
     # What is in hand
 
@@ -303,13 +298,15 @@ class Session:
         for poll in (
             *(self.recent.poll, self.files.poll, self.exports.poll, self.pictures.poll),
             *(self.documents.poll, self.marks.poll, self.scene_tracks.poll),
-            *(self.player.poll, self.sent_lens.poll, self.ring.poll, self.pull.poll),
+            *(self.player.poll, self.sent_lens.poll, self.ring.poll, self.recording.poll),
+            self.pull.poll,
         ):
             poll()
 
     def _begin(self, opened: Opened) -> None:
         """Begin a shot of another file or renderer; the same file read anew keeps its shot."""
         self.pull.begin()
+        self.recording.keep()
         self.sides.restart()
         is_same = self.shot.source == opened.text
         coming = self.documents.taken(opened) if opened.source.is_repeatable else None

@@ -8,6 +8,7 @@ from heatlens.display.screen_pictures import ScreenPictures
 from heatlens.errors import HeatlensError
 from heatlens.faults import faults_told
 from heatlens.session.kept_screen import KeptScreen
+from heatlens.session.pull_recording import RecordingState
 from heatlens.session.session import Session
 from heatlens.ui import topmost
 from heatlens.ui.action_list import actions
@@ -83,7 +84,10 @@ class Screen:
     def _do_actions(self) -> None:
         session, ui = self._session, self.ui
         if not topmost.is_any_open() and imgui.is_key_pressed(imgui.Key.escape, False):
-            if not session.view_commands.leave():
+            if session.recording.state is not RecordingState.OFF:
+                if not imgui.get_io().want_text_input:
+                    session.recording.drop()
+            elif not session.view_commands.leave():
                 ui.leave_bare()
         is_covered = topmost.is_any_open() or session.documents.offer is not None
         chosen = None if ui.is_bare else menu_bar(session, ui, self.actions)

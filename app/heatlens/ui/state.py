@@ -3,6 +3,7 @@
 from collections.abc import Callable
 
 from heatlens.session.key_drag import KeyDrag
+from heatlens.session.key_stretch import KeyStretch
 from heatlens.session.session import Session
 from heatlens.ui.files.file_dialogs import FileDialogs
 from heatlens.ui.palette import Palette
@@ -46,7 +47,8 @@ class UiState:
         self.shows_export_end = True  # how the latest export ended, until it was read
         self.palette = Palette()
         self.dialogs = FileDialogs(session.files, session.say, wake)
-        self.timeline = TimelineView(KeyDrag(session.editing, session.keys, session.say))
+        held_by = session.editing, session.keys, session.say
+        self.timeline = TimelineView(KeyDrag(*held_by), KeyStretch(*held_by))
 
     @property
     def hidden_panels(self) -> tuple[str, ...]:

@@ -170,10 +170,10 @@ def wheel_over_last() -> float:
 
 
 @contextmanager
-def colored(color: ImVec4 | None) -> Iterator[None]:
-    """Draw the words inside in a colour; None: as usual."""
+def colored(color: ImVec4 | None, slot: int = imgui.Col_.text) -> Iterator[None]:
+    """Draw the words inside, or what else `slot` names, in a colour; None: as usual."""
     if color is not None:
-        imgui.push_style_color(imgui.Col_.text, color)
+        imgui.push_style_color(slot, color)
     yield
     if color is not None:
         imgui.pop_style_color()

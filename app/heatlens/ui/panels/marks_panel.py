@@ -7,6 +7,7 @@ from imgui_bundle import ImVec2, imgui
 from heatlens.errors import HeatlensError
 from heatlens.model.marks import Mark, ObjectMark, PointMark
 from heatlens.model.pull import PullShape
+from heatlens.model.shot import LensParameter
 from heatlens.model.units import format_distance, parse_distance_m
 from heatlens.printable import printable
 from heatlens.session.messages import Problem
@@ -127,6 +128,9 @@ def pull_popup(session: Session, ui: UiState) -> None:
         _pull_fields(session)
         if _pull_button():
             commands.pull()
+            start = session.editing.frame  # its keys show the grips that make it longer
+            end = start + commands.pull_frames
+            session.keys.choose_between(LensParameter.FOCUS_DISTANCE, start, end)
             imgui.close_current_popup()
         imgui.same_line()
         if imgui.button("Cancel"):

@@ -47,6 +47,10 @@ def key_actions(session: Session, open_pull: Callable[[], None]) -> list[Action]
         Action("Set mark here", "Animate", session.marks.set_here, _K.m),
         Action("Pull focus...", "Animate", open_pull, _K.m | SHIFT),
         Action("Reverse the pull", "Animate", session.marks.reverse_pull),
+        Action(
+            "Record a pull", "Animate", session.recording.arm, _K.r | SHIFT,
+            is_on=lambda: session.recording.state.is_waiting,
+        ),
         Action("Hold the focus from here", "Animate", session.marks.hold_focus, _K.h),
         Action(
             "Auto key", "Animate", editing.toggle_auto_key, _K.a, is_on=lambda: editing.auto_key

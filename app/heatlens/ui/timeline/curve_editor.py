@@ -15,12 +15,15 @@ from heatlens.printable import printable
 from heatlens.session.focus_track import Sample
 from heatlens.session.key_choice import Chosen, KeyId, moved
 from heatlens.session.key_drag import Places
+from heatlens.session.pull_recording import RecordingState
 from heatlens.session.session import Session
 from heatlens.ui import theme
 from heatlens.ui.timeline.curve_axis import AXES, CurveAxis, raised
 from heatlens.ui.timeline.curve_handles import Heights, curve_handles
 from heatlens.ui.timeline.dope_sheet import draw_keys, hold_keys
+from heatlens.ui.timeline.recording_row import draw_recorded, recorded_places
 from heatlens.ui.timeline.scale import TimeScale
+from heatlens.ui.timeline.stretch_grips import stretch_grips
 from heatlens.ui.timeline.view import TimelineView
 
 _SAMPLE_PX, _ROOM = 4.0, 0.12
@@ -36,11 +39,16 @@ def curve_editor(
     count = max(int(scale.width / _SAMPLE_PX), 2)
     line = view.line.points(session.shot, axis, scale.first, scale.last, count)
     sharp = _sharp(session, view, scale, count)
-    if view.heights is None or not imgui.is_any_item_active():  # else it would run away
+    is_recording = session.recording.state is RecordingState.RECORDING
+    if (
+        view.heights is None or is_recording or not imgui.is_any_item_active()
+    ):  # else it would run away
         view.heights = _ends(session, axis, line, sharp)
     heights = Heights(*view.heights, corner.y, height)
     _draw_ground(session, axis, scale, heights)
     _draw_sharp(scale, heights, sharp)
+    if axis.parameter is LensParameter.FOCUS_DISTANCE:
+        draw_recorded(session.recording, scale, heights)
     _draw_line(scale, heights, line, theme.ACCENT, 1.8)
     if axis.parameter is LensParameter.FOCUS_DISTANCE:
         _draw_marks(session, scale, heights)
@@ -51,6 +59,7 @@ def curve_editor(
         higher = up / heights.per_place if abs(up) > _STILL_PX else 0.0
         return moved(raised(shot, chosen, axis, higher), chosen, frames)
 
+    stretch_grips(view.stretch, scale, corner.y, height)
     hold_keys(view.drag, scale, corner.y, height, places, move)
     draw_keys(session, view.drag, scale, places, corner.y, height)
 
@@ -70,7 +79,7 @@ def _ends(
     """Return the room for the curve and the marks, and for what is sharp near them."""
     places = [place for _, place in line]
     places += [axis.place_of(key.value) for key in session.shot.curves.of(axis.parameter).keys]
-    places += _mark_places(session) if sharp else []
+    places += [*_mark_places(session), *recorded_places(session.recording)] if sharp else []
     low, high = min(places), max(places)
     band = max((sample.near - sample.focus for sample in sharp), default=0.0)
     span = high - low + 2 * min(band, high - low + axis.span_least)

@@ -15,6 +15,7 @@ from heatlens.ui.probe import Rect
 from heatlens.ui.timeline.camera_row import camera_row
 from heatlens.ui.timeline.row_parts import diamond, row_name
 from heatlens.ui.timeline.scale import TimeScale
+from heatlens.ui.timeline.stretch_grips import stretch_grips
 from heatlens.ui.timeline.view import TimelineView
 
 # By which name the lens panel notes them.
@@ -40,6 +41,7 @@ def dope_sheet(
         camera_row(session, scale, ImVec2(corner.x, corner.y + len(rows) * row), row)
         rows = ROWS
     places = _places(session.shot, rows, scale, corner.y, row)
+    stretch_grips(view.stretch, scale, corner.y, height)
     hold_keys(view.drag, scale, corner.y, max(height, len(rows) * row), places, _move)
     draw_keys(session, view.drag, scale, places, corner.y, height)
 

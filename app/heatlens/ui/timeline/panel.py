@@ -6,11 +6,13 @@ from imgui_bundle import ImVec2, imgui
 
 from heatlens.model.frames import FrameRange
 from heatlens.session.frame_states import Run
+from heatlens.session.pull_recording import RecordingState
 from heatlens.session.session import Session
 from heatlens.ui import probe, theme
 from heatlens.ui.timeline.curve_editor import curve_editor
 from heatlens.ui.timeline.dope_sheet import dope_sheet
 from heatlens.ui.timeline.keys_row import keys_row
+from heatlens.ui.timeline.recording_row import recording_row
 from heatlens.ui.timeline.scale import TimeScale
 from heatlens.ui.timeline.transport import transport
 from heatlens.ui.timeline.view import TimelineView
@@ -31,7 +33,10 @@ _STATES = {
 def timeline_panel(session: Session, view: TimelineView) -> None:
     """Draw it in the current window and answer the hand."""
     transport(session, view)
-    keys_row(session, view)
+    if session.recording.state is RecordingState.OFF:
+        keys_row(session, view)
+    else:
+        recording_row(session.recording)
     em = imgui.get_font_size()
     corner, room = imgui.get_cursor_screen_pos(), imgui.get_content_region_avail()
     x = corner.x + NAMES_EM * em

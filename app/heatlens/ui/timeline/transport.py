@@ -22,6 +22,10 @@ _MISSING = {
     "black": "black for missing frames",
     "stop": "stop at missing frames",
 }
+_RECORD_TIP = (
+    "Perform a pull (Shift+R): play, and move the focus by bar, wheel or picture.\n"
+    "In real time it keeps the time of the shot; every frame waits for slow ones."
+)
 # Shapes of the buttons: triangles as (left x, right x), bars as x, over a square from -1 to 1.
 _SHAPES: dict[str, tuple[tuple[tuple[float, float], ...], tuple[float, ...]]] = {
     "first": (((0.9, -0.5),), (-0.8,)),
@@ -33,6 +37,7 @@ _SHAPES: dict[str, tuple[tuple[tuple[float, float], ...], tuple[float, ...]]] = 
     "next key": (((-1.0, -0.1), (-0.1, 0.8)), ()),
     "last": (((-0.9, 0.5),), (0.8,)),
     "stop": ((), ()),
+    "record": ((), ()),
 }
 
 
@@ -63,12 +68,16 @@ def _buttons(session: Session) -> None:
         if _icon(name, shape, tip):
             do()
         imgui.same_line(0.0, 2.0)
+    if _icon("record", "record", _RECORD_TIP, session.recording.state.is_waiting):
+        session.recording.arm()
+    imgui.same_line(0.0, 2.0)
 
 
-def _icon(name: str, shape: str, tip: str) -> bool:
+def _icon(name: str, shape: str, tip: str, is_on: bool = False) -> bool:
     side = imgui.get_frame_height()
     corner = imgui.get_cursor_screen_pos()
-    pressed = imgui.button(f"##{name}", ImVec2(1.15 * side, side))
+    with widgets.colored(theme.ARMED if is_on else None, imgui.Col_.button):
+        pressed = imgui.button(f"##{name}", ImVec2(1.15 * side, side))
     probe.note(f"transport {name}")
     if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
         imgui.set_tooltip(tip)
@@ -88,6 +97,8 @@ def _draw_shape(shape: str, middle: ImVec2, reach: float) -> None:
         draw.add_triangle_filled(at(base, -1), at(base, 1), at(tip, 0), color)
     for x in bars:
         draw.add_rect_filled(at(x - 0.15, -1), at(x + 0.15, 1), color)
+    if shape == "record":
+        draw.add_circle_filled(middle, reach, theme.RECORDED)
     if shape == "stop":
         draw.add_rect_filled(at(-0.8, -0.8), at(0.8, 0.8), theme.ACCENT)
 

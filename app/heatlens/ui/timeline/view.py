@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 
 from heatlens.session.focus_track import FocusTrack
 from heatlens.session.key_drag import KeyDrag
+from heatlens.session.key_stretch import KeyStretch
 from heatlens.ui.timeline.curve_axis import CurveLine
 from heatlens.ui.timeline.scale import TimeScale
 
@@ -13,6 +14,7 @@ class TimelineView:
     """What the panel remembers.
 
     drag          the keys that the mouse has taken hold of
+    stretch       the end of the chosen keys that it has taken hold of
     scale         the frames that are seen; None: all
     heights       the lowest and highest place that the curve shows; None: as the curve needs
     line          the curve that is drawn
@@ -21,6 +23,7 @@ class TimelineView:
     """
 
     drag: KeyDrag
+    stretch: KeyStretch
     scale: TimeScale | None = None
     heights: tuple[float, float] | None = None
     line: CurveLine = field(default_factory=CurveLine)

@@ -1,0 +1,138 @@
+"""Make a pull last longer or shorter: the chosen keys are spread evenly from the end that stays.
+
+A drag goes on from the shot in which it began, so that what keys pass over comes back.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+from heatlens.errors import HeatlensError
+from heatlens.model.curve import Key
+from heatlens.model.framing import PoseKey
+from heatlens.model.interpolation import Ease
+from heatlens.model.shot import Shot
+from heatlens.session.editing import Editing
+from heatlens.session.key_choice import Chosen, KeyId, checked, frames_of
+from heatlens.session.key_commands import KeyCommands
+from heatlens.session.key_rows import ROWS, keyed_of, keys_of, with_keyed, with_pasted
+from heatlens.session.messages import Problem
+
+
+@dataclass(frozen=True)
+class Ends:
+    """The frames of the first and the last chosen key."""
+
+    first: float
+    last: float
+
+
+def ends_of(chosen: Chosen) -> Ends | None:
+    """Return the ends of the chosen keys; None where they lie at one frame."""
+    frames = sorted({key.frame for key in chosen})
+    return Ends(frames[0], frames[-1]) if len(frames) > 1 else None
+
+
+def stretched(shot: Shot, chosen: Chosen, ends: Ends) -> tuple[Shot, Chosen]:
+    """Spread the chosen keys from `ends.first` to `ends.last`; keys that they land on are removed.
+
+    The shape stays: handles that point inside become flatter where it takes longer. Keys between
+    the ends are put on whole frames where that leaves each its own. Raises LensError where no lens
+    can be.
+    """
+    before = ends_of(chosen)
+    if before is None:
+        return shot, chosen
+    factor = (ends.last - ends.first) / (before.last - before.first)
+    place = _places(chosen, before, ends, factor)
+    for row in ROWS:
+        frames = frames_of(chosen, row)
+        keys = [key for key in keys_of(shot, row) if key.frame in frames]
+        if keys:
+            moved = [_moved(key, place, before, factor) for key in keys]
+            shot = with_pasted(shot, row, moved, 0)
+            keyed, left = keyed_of(shot, row), set(frames) - {key.frame for key in moved}
+            shot = shot if keyed is None else with_keyed(shot, row, keyed.without_keys(left))
+    return checked(shot), frozenset(KeyId(key.row, place[key.frame]) for key in chosen)
+
+
+def _places(chosen: Chosen, before: Ends, ends: Ends, factor: float) -> dict[float, float]:
+    """Return the new frame of each old one, whole numbers where no two become one."""
+    frames = sorted({key.frame for key in chosen})
+    exact = {frame: ends.first + (frame - before.first) * factor for frame in frames}
+    exact |= {before.first: ends.first, before.last: ends.last}
+    whole = {frame: float(round(at)) for frame, at in exact.items()}
+    whole |= {before.first: ends.first, before.last: ends.last}
+    return whole if len(set(whole.values())) == len(frames) else exact
+
+
+def _moved(
+    key: Key | PoseKey, place: dict[float, float], before: Ends, factor: float
+) -> Key | PoseKey:
+    """Return a key at its new frame; its handles towards the other keys keep the shape."""
+    if isinstance(key, PoseKey):
+        return replace(key, frame=place[key.frame])
+    return replace(
+        key,
+        frame=place[key.frame],
+        ease_in=key.ease_in if key.frame == before.first else _slower(key.ease_in, factor),
+        ease_out=key.ease_out if key.frame == before.last else _slower(key.ease_out, factor),
+    )
+
+
+def _slower(ease: Ease, factor: float) -> Ease:
+    return replace(ease, speed_per_frame=ease.speed_per_frame / factor)
+
+
+@dataclass(frozen=True)
+class _Held:
+    """The end that was taken hold of, and what there was then."""
+
+    is_last: bool
+    shot: Shot
+    chosen: Chosen
+    ends: Ends
+
+
+class KeyStretch:
+    """Follows the mouse while it drags an end: `press`, then `drag`, then `release`."""
+
+    def __init__(self, editing: Editing, keys: KeyCommands, say: Callable[[str], None]) -> None:
+        self._editing = editing
+        self._keys = keys
+        self._say = say
+        self._held: _Held | None = None
+
+    @property
+    def ends(self) -> Ends | None:
+        """The ends of the chosen keys; None where there is nothing to stretch."""
+        return ends_of(self._keys.chosen)
+
+    def press(self, is_last: bool) -> None:
+        """Take hold of the last or the first end."""
+        ends = self.ends
+        if ends is not None:
+            self._editing.settle()
+            self._held = _Held(is_last, self._editing.shot, self._keys.chosen, ends)
+
+    def drag(self, frame: int) -> None:
+        """Put the end on a frame, one frame from the other end at least."""
+        held = self._held
+        if held is None:
+            return
+        first, last = held.ends.first, held.ends.last
+        ends = (
+            Ends(first, max(frame, first + 1)) if held.is_last else Ends(min(frame, last - 1), last)
+        )
+        try:
+            shot, chosen = stretched(held.shot, held.chosen, ends)
+            self._editing.edit(shot)
+            self._keys.choose(chosen)
+        except HeatlensError as error:
+            self._say(Problem(error))
+
+    def release(self) -> None:
+        """Let go: what was dragged is a step; keys that it landed on went, which is said."""
+        if self._held is not None:
+            self._keys.tell_of_replaced(self._held.shot)
+            self._held = None
+            self._editing.settle()

@@ -1,0 +1,193 @@
+"""Perform a pull while the shot plays: the focus in the hand becomes few keys when it stops.
+
+Armed, it waits for the shot to play. Then the focus that the hand gives at each frame is taken
+down. At the end the samples become keys within a tolerance, which can be changed as long as nothing
+else has changed the shot. All of that is one step of undo.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import Enum, auto
+
+from heatlens.errors import HeatlensError
+from heatlens.model.coc import sharp_dioptres
+from heatlens.model.history import History
+from heatlens.model.key_reduction import Samples
+from heatlens.model.pull import performed
+from heatlens.model.shot import LensParameter, Shot
+from heatlens.session.editing import Editing, Performance
+from heatlens.session.key_rows import RowChoice
+from heatlens.session.messages import Problem
+from heatlens.session.timeline import Timeline
+
+TOLERANCE_LEAST, TOLERANCE_MOST = 1e-4, 1.0  # dioptres
+_SHARP_SHARE = 0.5  # of what is sharp before or behind the focus: such an error is not seen
+
+
+class RecordingState(Enum):
+    """Where a performance is."""
+
+    OFF = auto()
+    ARMED = auto()  # recording begins when the shot plays
+    RECORDING = auto()
+    RECORDED = auto()  # the keys are set, and their tolerance can still be changed
+
+    @property
+    def is_waiting(self) -> bool:
+        """Return True before the end of a recording."""
+        return self in (RecordingState.ARMED, RecordingState.RECORDING)
+
+
+@dataclass(frozen=True)
+class Take:
+    """What was recorded, and the shot before and after."""
+
+    samples: Samples
+    before: History
+    after: Shot
+    key_count: int
+
+
+class PullRecording:
+    """Arms, records, and turns what was recorded into keys."""
+
+    def __init__(
+        self,
+        editing: Editing,
+        timeline: Timeline,
+        rows: RowChoice,
+        say: Callable[[str], None],
+    ) -> None:
+        self._editing = editing
+        self._timeline = timeline
+        self._rows = rows
+        self._say = say
+        self._is_armed = False
+        self._samples: dict[float, float] = {}  # distance in metres by frame
+        self._direction = 1
+        self._take: Take | None = None
+        self._chosen_tolerance: float | None = None
+
+    # What there is
+
+    @property
+    def state(self) -> RecordingState:
+        """Where it is."""
+        performance = self._editing.performance
+        if performance is not None and not performance.is_over:
+            return RecordingState.RECORDING
+        if self._is_armed:
+            return RecordingState.ARMED
+        return RecordingState.OFF if self._take is None else RecordingState.RECORDED
+
+    @property
+    def samples(self) -> Samples:
+        """What was recorded last, or so far: (frame, metres) in the order of the frames."""
+        if self._take is not None:
+            return self._take.samples
+        return sorted(self._samples.items())
+
+    @property
+    def key_count(self) -> int:
+        """How many keys stand for the samples."""
+        return 0 if self._take is None else self._take.key_count
+
+    @property
+    def tolerance_dioptres(self) -> float:
+        """By how much the keys may miss a sample.
+
+        Until it was chosen, half of what is sharp on one side of the focus.
+        """
+        if self._chosen_tolerance is not None:
+            return self._chosen_tolerance
+        unseen = _SHARP_SHARE * sharp_dioptres(self._editing.lens)
+        return float(f"{min(max(unseen, TOLERANCE_LEAST), TOLERANCE_MOST):.2g}")
+
+    # What the hand does
+
+    def arm(self) -> None:
+        """Record when the shot plays, from now on where it does; a second time: no more."""
+        if self.state.is_waiting:
+            self.drop()
+            return
+        if self._timeline.played.count < 2:
+            self._say(Problem("A pull is recorded while frames play, and there is only one."))
+            return
+        self._take, self._is_armed = None, True
+        self._rows.choose(LensParameter.FOCUS_DISTANCE)
+        self._rows.shows_curve = True
+
+    def drop(self) -> None:
+        """Give up what is recorded, as if it had never begun; the shot stops playing."""
+        if self.state is RecordingState.RECORDING:
+            self._timeline.playback.stop()
+        if self._take is not None and self._editing.shot == self._take.after:
+            self._editing.history = self._take.before
+        self.keep()
+
+    def keep(self) -> None:
+        """Keep the keys as they are, and record no more."""
+        self._is_armed, self._take, self._samples = False, None, {}
+        self._editing.performance = None
+
+    def tolerate(self, tolerance_dioptres: float) -> None:
+        """Make the keys anew, off by no more than so many dioptres."""
+        self._chosen_tolerance = min(max(tolerance_dioptres, TOLERANCE_LEAST), TOLERANCE_MOST)
+        if self._take is not None:
+            self._set_keys(self._take.before, self._take.samples)
+
+    # What happens by itself
+
+    def poll(self) -> None:
+        """Take down the focus at the playhead; call this once a frame, after it has moved."""
+        is_playing = self._timeline.playback.direction != 0
+        if self._is_armed and is_playing:
+            self._begin()
+        if self.state is RecordingState.RECORDING:
+            self._record(is_playing)
+        elif self._take is not None and self._editing.shot != self._take.after:
+            self.keep()  # the shot has gone on without it
+
+    def _begin(self) -> None:
+        self._is_armed, self._samples = False, {}
+        self._direction = self._timeline.playback.direction
+        self._editing.settle()
+        self._editing.performance = Performance()
+
+    def _record(self, is_playing: bool) -> None:
+        """Take a sample; end where the shot stops, or begins again from its other end."""
+        frame, playback = self._editing.frame, self._timeline.playback
+        last = next(reversed(self._samples), None)
+        has_turned = playback.direction not in (0, self._direction)
+        if last is not None and (has_turned or (frame - last) * self._direction < 0):
+            playback.stop()
+            self._timeline.put(int(last))
+            self._end()
+            return
+        self._samples[frame] = self._editing.lens.focus_distance_m
+        if not is_playing:
+            self._end()
+
+    def _end(self) -> None:
+        performance = self._editing.performance
+        moved_m = None if performance is None else performance.focus_distance_m
+        if performance is not None:  # a hand that goes on for a moment must set no more keys
+            self._editing.performance = Performance(None, True, performance.moved_at)
+        if moved_m is None:
+            self._samples = {}
+            self._say("The focus was not moved, so nothing was recorded.")
+            return
+        self._set_keys(self._editing.history.at_rest(), sorted(self._samples.items()))
+
+    def _set_keys(self, before: History, samples: Samples) -> None:
+        """Set the keys of a take as one step behind `before`."""
+        try:
+            after = performed(before.now, samples, self.tolerance_dioptres)
+        except HeatlensError as error:
+            self._say(Problem(error))
+            return
+        first, last = samples[0][0], samples[-1][0]
+        keys = after.curves.focus_distance_m.keys
+        count = sum(1 for key in keys if first <= key.frame <= last)
+        self._take = Take(samples, before, after, count)
+        self._editing.history = before.changed(after).at_rest()
