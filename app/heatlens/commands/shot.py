@@ -2,16 +2,16 @@
 
 import argparse
 
-from heatlens.commands import shot_new, shot_show
+from heatlens.commands import shot_new, shot_sheet, shot_show
 
 
 def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    """Add `shot new` and `shot show` to the command line."""
+    """Add `shot new`, `shot show` and `shot sheet` to the command line."""
     parser = commands.add_parser(
         "shot",
-        help="make a shot file, with keys and marks, or say what is in one",
+        help="make a shot file, with keys and marks, say what is in one, or print its pull sheet",
         description="A shot is a plate seen through a lens that moves over frames.",
     )
-    actions = parser.add_subparsers(dest="action", required=True, metavar="new|show")
-    for action in (shot_new, shot_show):
+    actions = parser.add_subparsers(dest="action", required=True, metavar="new|show|sheet")
+    for action in (shot_new, shot_show, shot_sheet):
         action.register(actions)

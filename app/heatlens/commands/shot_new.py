@@ -112,6 +112,11 @@ def _add_time_options(parser: argparse.ArgumentParser) -> None:
         "--fps", type=number, metavar="N", help=f"default: the camera's, else {FRAMES_PER_SECOND:g}"
     )
     group.add_argument(
+        "--start-timecode",
+        metavar="HH:MM:SS:FF",
+        help="timecode of the first frame (default: what the headers of the plates tell)",
+    )
+    group.add_argument(
         "--close-focus", metavar="DISTANCE", help="nearest focus of the lens, to be warned of"
     )
 
@@ -203,6 +208,7 @@ def _with_options(args: argparse.Namespace, shot: Shot) -> Shot:
         plate_options=plate_options(args),
         marks=(*shot.marks, *(mark_of(text) for text in args.mark)),
         in_out=parse_frame_range(args.in_out) if args.in_out else None,
+        start_timecode=args.start_timecode,
     ).with_focus_scale(FOCUS_SCALES[args.focus_interpolation])
 
 

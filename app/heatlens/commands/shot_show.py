@@ -126,6 +126,8 @@ def _about(shot: Shot, unit: str) -> str:
         lines.append(("scene seen", _framing_words(shot.framing)))
     if shot.in_out is not None:
         lines.insert(2, ("in to out", str(shot.in_out)))
+    if shot.start_timecode is not None:
+        lines.append(("timecode", f"{shot.start_timecode} at the first frame"))
     if lens.close_focus_m is not None:
         close = frames_too_close(shot)
         nearer = f"; nearer at frames {frames_text(close)}" if close else ""

@@ -41,6 +41,7 @@ _FIELDS: dict[str, tuple[str, Any]] = {
     "framing": ("framing", Framing),
     "looks": ("looks", tuple[Look, ...]),
     "lens_kit": ("kit", LensKit),
+    "start_timecode": ("start_timecode", str),
 }
 # Sources that are a name and no path, as long as no file is called so: the scene of the program.
 _NAMES = ("demo",)

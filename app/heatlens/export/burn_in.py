@@ -4,6 +4,7 @@ import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 from heatlens.model.lens import Lens
+from heatlens.model.timecode import Timecode
 from heatlens.model.units import format_distance
 from heatlens.plate.plate import FloatImage, Plate
 
@@ -12,12 +13,18 @@ _LEAST_SIZE = 1.0  # FreeType has no smaller one
 _STRIP_LIGHT = 0.35  # of what is behind the text
 
 
-def burn_in_text(frame: int, lens: Lens, plate: Plate, unit: str) -> str:
-    """Return `1001   focus 2.24 m   f/2.8`; the frame alone where the plate brings its own blur."""
+def burn_in_text(
+    frame: int, lens: Lens, plate: Plate, unit: str, timecode: Timecode | None = None
+) -> str:
+    """Return `1001   10:00:00:00   focus 2.24 m   f/2.8`, without a timecode where there is none.
+
+    Where the plate brings its own blur it tells of no lens.
+    """
+    counted = str(frame) if timecode is None else f"{frame}   {timecode}"
     if plate.coc_px is not None:
-        return str(frame)
+        return counted
     focus = format_distance(lens.focus_distance_m, unit)
-    return f"{frame}   focus {focus}   f/{lens.f_stop:.3g}"
+    return f"{counted}   focus {focus}   f/{lens.f_stop:.3g}"
 
 
 def burned_in(display: FloatImage, text: str) -> FloatImage:

@@ -34,6 +34,7 @@ def fingerprint_of(job: ExportJob, frame: int, lens: Lens, origin: Origin) -> st
             "framing": plain(job.shot.framing or Framing()),
             "defocus": None if job.pinhole else plain(job.shot.defocus),
             "output": _output_facts(job),
+            **({"timecode": job.shot.start_timecode} if job.shot.start_timecode else {}),
         }
     )
 

@@ -13,12 +13,13 @@ from heatlens.export.job import ExportJob, ExrOptions
 from heatlens.export.plan import PlannedFrame
 from heatlens.files.atomic_file import write_whole
 from heatlens.model.coc import coc_line, coc_px
+from heatlens.model.timecode import Timecode
 from heatlens.plate.exr_write import JOB_ATTRIBUTE
 from heatlens.plate.kept_channels import kept_channels
 from heatlens.plate.picture_write import write_picture
 from heatlens.plate.plate import FloatImage, Plate
 from heatlens.plate.png_write import encoded_picture, picture_format
-from heatlens.plate.timecode import Timecode, exr_timecode, timecode_of
+from heatlens.plate.timecode import exr_timecode, timecode_of
 
 IMAGE_DESCRIPTION = 270  # the tag of TIFF for a text
 
@@ -72,19 +73,21 @@ def _kept(job: ExportJob, frame: RenderedFrame) -> tuple[dict[str, NDArray[Any]]
     return kept_channels(frame.plate, job.shot.plate_options, wanted)
 
 
-def frame_timecode(job: ExportJob, frame: RenderedFrame) -> Timecode | None:
-    """Return the timecode of the plate, counted on for a frame that another plate stands in for.
+def frame_timecode(job: ExportJob, planned: PlannedFrame, plate: Plate) -> Timecode | None:
+    """Return the timecode of the shot, else of the plate.
 
-    Returns None where the plate has none, or one that does not fit the rate.
+    That is counted on for a frame that another plate stands in for. Returns None where there is
+    none, or one that does not fit the rate.
     """
-    told, rate = timecode_of(frame.plate.attributes), job.shot.frames_per_second
-    if told is None or not told.fits(rate):
-        return None
-    return told.later(frame.planned.frame - frame.planned.origin.frame, rate)
+    shot, frame = job.shot, planned.frame
+    told = shot.timecode_at(frame, timecode_of(plate.attributes))
+    if told is None or shot.start_timecode is not None:
+        return told
+    return told.later(frame - planned.origin.frame, shot.frames_per_second)
 
 
 def _timecode(job: ExportJob, frame: RenderedFrame) -> dict[str, Any]:
-    timecode = frame_timecode(job, frame)
+    timecode = frame_timecode(job, frame.planned, frame.plate)
     value = None if timecode is None else exr_timecode(timecode)
     return {} if value is None else {"timeCode": value}
 

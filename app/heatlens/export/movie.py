@@ -150,7 +150,7 @@ class Movie:
 
     def _begin_timecode(self, frame: RenderedFrame) -> None:
         """Write the timecode of the first frame: the container counts on in a track of its own."""
-        timecode = frame_timecode(self._job, frame)
+        timecode = frame_timecode(self._job, frame.planned, frame.plate)
         if timecode is not None:
             self._container.metadata["timecode"] = str(timecode)
 

@@ -4,7 +4,7 @@ import moderngl
 
 from heatlens.export.burn_in import burn_in_text, burned_in
 from heatlens.export.drawn_guides import with_guides
-from heatlens.export.frame_files import RenderedFrame
+from heatlens.export.frame_files import RenderedFrame, frame_timecode
 from heatlens.export.plan import ExportPlan, PlannedFrame
 from heatlens.export.shown import ShownPictures
 from heatlens.gpu.textures import download
@@ -53,7 +53,8 @@ class FrameRendering:
         display = with_guides(display, look.guides, plate.pixel_aspect_ratio)
         if not look.burn_in:
             return display
-        return burned_in(display, burn_in_text(frame.frame, frame.lens, plate, look.unit))
+        told = frame_timecode(self._job, frame, plate)
+        return burned_in(display, burn_in_text(frame.frame, frame.lens, plate, look.unit, told))
 
     def _picture(self, frame: int) -> moderngl.Texture:
         """Return the picture with the lens, or the pinhole picture where that is asked for."""

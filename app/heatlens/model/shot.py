@@ -17,6 +17,7 @@ from heatlens.model.marks import Mark, check_marks
 from heatlens.model.option import options_of
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.settings import DefocusSettings
+from heatlens.model.timecode import Timecode, parse_timecode
 
 
 class LensParameter(StrEnum):
@@ -79,6 +80,7 @@ class Shot:
     frames_per_second  when played
     looks              lenses that were kept, in the order of their keeping
     kit                bounds what a hand may do to the lens; None where there are no bounds
+    start_timecode     timecode of the first frame, None: what the headers of the plates tell
 
     Raises InputError for marks of one name, a rate no film has, a source no file can have.
     """
@@ -95,11 +97,14 @@ class Shot:
     framing: Framing | None = None
     looks: tuple[Look, ...] = ()
     kit: LensKit | None = None
+    start_timecode: str | None = None
 
     def __post_init__(self) -> None:
         check_marks(self.marks)
         check_looks(self.looks)
         check_frames_per_second(self.frames_per_second)
+        if self.start_timecode is not None:
+            parse_timecode(self.start_timecode)
         if self.source is not None and (not self.source or "\0" in self.source):
             raise InputError(f"{self.source!r} cannot be the name of a file.")
 
@@ -122,6 +127,17 @@ class Shot:
         if self.frames is not None or not keyed:
             return self.frames
         return FrameRange(floor(keyed[0]), ceil(keyed[-1]))
+
+    def timecode_at(self, frame: int, told: Timecode | None = None) -> Timecode | None:
+        """Return the timecode of a frame; `told` is that in the header of the frame's plate.
+
+        Returns None where there is none, or one that does not fit the rate.
+        """
+        if self.start_timecode is not None:
+            first = frame if self.span is None else self.span.first
+            started = parse_timecode(self.start_timecode)
+            return _fitting(started, frame - first, self.frames_per_second)
+        return None if told is None else _fitting(told, 0, self.frames_per_second)
 
     @property
     def played(self) -> FrameRange | None:
@@ -214,3 +230,9 @@ class Shot:
         """Return the shot without keys of a parameter; its value at `frame` stays everywhere."""
         still = replace(self, lens=self.lens_at(frame))
         return still.with_curve(parameter, replace(self.curves.of(parameter), keys=()))
+
+
+def _fitting(timecode: Timecode, later: int, frames_per_second: float) -> Timecode | None:
+    """Return a timecode so many frames later; None where it does not fit the rate."""
+    is_fitting = timecode.fits(frames_per_second)
+    return timecode.later(later, frames_per_second) if is_fitting else None

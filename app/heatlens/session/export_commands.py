@@ -6,6 +6,7 @@ from pathlib import Path
 
 from heatlens.errors import HeatlensError
 from heatlens.model.look_options import LookOptions
+from heatlens.model.option import words_of
 from heatlens.session.color_choice import ColorChoice
 from heatlens.session.editing import Editing
 from heatlens.session.export_process import ExportRun, ExportState
@@ -58,6 +59,17 @@ class ExportCommands:
     def write_camera(self) -> None:
         """Begin to write the lens as a camera file."""
         self._begin(lambda: self.run.camera(self._editing.shot, self.wish.camera_output))
+
+    def write_sheet(self, path: Path, title: str) -> None:
+        """Begin to write the pull as a page for the set, with a table beside it."""
+        if self.run.is_busy:
+            self._say(Problem("An export is under way: the pull sheet has to wait for its end."))
+            return
+        words = ["--title", title, *words_of(self._look())]
+        try:
+            self.run.sheet(self._editing.shot, str(path), words)
+        except HeatlensError as error:
+            self._say(Problem(error))
 
     def _begin(self, run: Callable[[], None]) -> None:
         try:

@@ -1,4 +1,4 @@
-"""Exports while the window goes on: `heatlens export` and `heatlens camera` as processes.
+"""Exports while the window goes on: `heatlens export`, `camera` and `shot sheet` as processes.
 
 A process of its own has its own OpenGL, holds up nothing, and leaves whole files if it is stopped.
 """
@@ -62,6 +62,10 @@ class ExportRun:
         """Begin to write the lens of `shot` as a camera file."""
         self._start("camera", shot, output, words)
 
+    def sheet(self, shot: Shot, output: str, words: Sequence[str] = ()) -> None:
+        """Begin to write the pull sheet of `shot`; `words` are options of the command."""
+        self._start("shot sheet", shot, output, ("--progress", "json", *words))
+
     def cancel(self) -> None:
         """Ask it to stop; what is finished stays, and a later export goes on from there.
 
@@ -83,8 +87,8 @@ class ExportRun:
         write_shot(path, shot)
         # -P: a file in the current folder that is called like one of Python's must not be run.
         program = [sys.executable, "-P", "-m", "heatlens"]
-        line = [*program, command, str(path), "-o", output, *words]
-        self.state = ExportState(f"{command} to {output}", output=output)
+        line = [*program, *command.split(), str(path), "-o", output, *words]
+        self.state = ExportState(f"{command.split()[-1]} to {output}", output=output)
         pipe = subprocess.PIPE
         self._process = subprocess.Popen(line, stdout=pipe, stderr=pipe, text=True)
         followed = (self._process, self.state, folder)

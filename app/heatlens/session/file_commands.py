@@ -62,7 +62,7 @@ PURPOSES = {
             "Write the pull sheet",
             "Write",
             (".html",),
-            "Keys with frames, timecode, marks and distances; a table (.csv) is written beside it.",
+            "Keys with picture, timecode, mark and distances; a table (.csv) is written beside it.",
             is_save=True,
         ),
         Purpose("shot", "Open a shot", "Open", (SHOT_SUFFIX,), "A shot and its plate."),
@@ -103,7 +103,8 @@ class FileCommands:
         self._say = say
         self.reading = PlateReading(source, editing, preferences)
         self.cameras = CameraImport(editing, say, wake)
-        self.write_sheet: Callable[[Path], None] = lambda _path: None  # set by the session
+        # set by the session: takes the path and the title
+        self.write_sheet: Callable[[Path, str], None] = lambda _path, _title: None
 
     # Opening
 
@@ -206,7 +207,8 @@ class FileCommands:
         elif key == "save shot":
             self._documents.save_as(chosen.path.absolute())
         elif key == "sheet":
-            self.write_sheet(chosen.path.absolute())
+            title = self._documents.title.removesuffix(" *") or chosen.path.name.split(".")[0]
+            self.write_sheet(chosen.path.absolute(), title)
         else:
             self._pictures.save(chosen.path)
 

@@ -81,6 +81,12 @@ class PullRecording:
         return RecordingState.OFF if self._take is None else RecordingState.RECORDED
 
     @property
+    def why_not(self) -> str:
+        """A sentence that says why nothing can be recorded; "" where it can."""
+        is_still = self._timeline.played.count < 2
+        return "A pull is recorded while frames play, and there is only one." if is_still else ""
+
+    @property
     def samples(self) -> Samples:
         """What was recorded last, or so far: (frame, metres) in the order of the frames."""
         if self._take is not None:
@@ -110,8 +116,8 @@ class PullRecording:
         if self.state.is_waiting:
             self.drop()
             return
-        if self._timeline.played.count < 2:
-            self._say(Problem("A pull is recorded while frames play, and there is only one."))
+        if self.why_not:
+            self._say(Problem(self.why_not))
             return
         self._take, self._is_armed = None, True
         self._rows.choose(LensParameter.FOCUS_DISTANCE)

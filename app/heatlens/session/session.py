@@ -46,7 +46,6 @@ from heatlens.session.ring_hand import RingHand
 from heatlens.session.scene_commands import SceneCommands
 from heatlens.session.scene_mark_tracks import SceneMarkTracks
 from heatlens.session.sent_lens import SentLens
-from heatlens.session.sheet_commands import SheetCommands
 from heatlens.session.shot_documents import ShotDocuments
 from heatlens.session.speed import Speed
 from heatlens.session.start import GivenOptions, Start
@@ -157,10 +156,8 @@ class Session:
             say,
             wake,
         )
-        self.files.write_sheet = SheetCommands(
-            source, editing, self.timeline, self.documents, self.mark_tracks, say
-        ).write
         self.exports = ExportCommands(source, editing, view, self.color, say, wake)
+        self.files.write_sheet = self.exports.write_sheet
         self.recent = RecentFiles(preferences, stream.text if stream else None, wake)
         self.start_choices = StartChoices(
             source, self.timeline.playback, self.files, self.recent, self.given

@@ -7,14 +7,15 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from heatlens import __version__
-from heatlens.measure.extras import import_extra
+from heatlens.measure.html_page import check_pages, page_of
 from heatlens.measure.study.crops import flip_inside
 from heatlens.measure.study.pictures import REFERENCE, SHARP, crop_name, whole_pictures
 from heatlens.measure.study.report import Report
 from heatlens.model.boxes import Box
 from heatlens.plate.plate import FloatImage
 
-_TEMPLATE = "page.html.jinja"
+_TEMPLATE = Path(__file__).with_name("page.html.jinja")
+_PURPOSE = "The page of a study"
 
 
 @dataclass(frozen=True)
@@ -42,7 +43,7 @@ class Place:
 
 def check_page() -> None:
     """Raise InputError where the package that makes the page is not installed."""
-    import_extra("jinja2", "The page of a study", "study")
+    check_pages(_PURPOSE)
 
 
 def page_html(report: Report, chart: str) -> str:
@@ -50,17 +51,8 @@ def page_html(report: Report, chart: str) -> str:
 
     Raises InputError where the package that makes the page is not installed.
     """
-    jinja2 = import_extra("jinja2", "The page of a study", "study")
-    environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(Path(__file__).parent),
-        undefined=jinja2.StrictUndefined,
-        autoescape=True,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=True,
-    )
-    environment.filters["duration"] = duration
-    return str(environment.get_template(_TEMPLATE).render(_values(report), chart=chart))
+    values = {**_values(report), "chart": chart}
+    return page_of(_PURPOSE, _TEMPLATE, values, {"duration": duration})
 
 
 def duration(seconds: float) -> str:

@@ -49,7 +49,7 @@ def key_actions(session: Session, open_pull: Callable[[], None]) -> list[Action]
         Action("Reverse the pull", "Animate", session.marks.reverse_pull),
         Action(
             "Record a pull", "Animate", session.recording.arm, _K.r | SHIFT,
-            is_on=lambda: session.recording.state.is_waiting,
+            barred=lambda: session.recording.why_not,
         ),
         Action("Hold the focus from here", "Animate", session.marks.hold_focus, _K.h),
         Action(

@@ -8,6 +8,9 @@ from imgui_bundle import ImVec2, imgui
 
 from heatlens.errors import InputError
 from heatlens.model.frames import check_frame, check_frames_per_second
+from heatlens.model.shot import Shot
+from heatlens.model.timecode import parse_timecode
+from heatlens.plate.timecode import timecode_of
 from heatlens.sequence.sequence import MissingPolicy
 from heatlens.session.playback import Ending
 from heatlens.session.session import Session
@@ -16,6 +19,7 @@ from heatlens.ui.timeline.rendered_panel import rendered_label
 from heatlens.ui.timeline.view import TimelineView
 
 _FIELD_EM, _COMBO_EM, _WIDE_EM, _MISSING_EM = 4.6, 5.6, 7.6, 10.4
+_TIMECODE_EM = 6.4
 _PACES = {True: "every frame", False: "real time"}
 _MISSING = {
     "hold": "hold missing frames",
@@ -25,6 +29,10 @@ _MISSING = {
 _RECORD_TIP = (
     "Perform a pull (Shift+R): play, and move the focus by bar, wheel or picture.\n"
     "In real time it keeps the time of the shot; every frame waits for slow ones."
+)
+_TIMECODE_TIP = (
+    "Timecode of this frame. Type one to set where the shot starts;\n"
+    "empty it to take what the headers of the plates tell."
 )
 # Shapes of the buttons: triangles as (left x, right x), bars as x, over a square from -1 to 1.
 _SHAPES: dict[str, tuple[tuple[tuple[float, float], ...], tuple[float, ...]]] = {
@@ -45,6 +53,7 @@ def transport(session: Session, view: TimelineView) -> None:
     """Draw it over the width of the panel; rows break where the panel is narrow."""
     _buttons(session)
     _frame_field(session)
+    _timecode_field(session)
     _rate_field(session)
     _choices(session)
     rendered_label(session, view)
@@ -116,6 +125,34 @@ def _frame_field(session: Session) -> None:
         imgui.set_tooltip("Frames that are played: I and O set in and out, Shift+I clears them.")
 
 
+def _timecode_field(session: Session) -> None:
+    """Draw the timecode of the frame; one that is typed is kept as that of the first frame."""
+    shot, frame, plate = session.timeline.timed_shot, session.editing.frame, session.source.plate
+    told = None if plate is None else timecode_of(plate.attributes)
+    shown = str(shot.timecode_at(frame, told) or "")
+    beside(_TIMECODE_EM)
+
+    def parse(text: str) -> str:
+        return _start_of(shot, frame, text)
+
+    chosen = widgets.text_field("timecode", shown, shown, parse, session.say, "timecode")
+    if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
+        imgui.set_tooltip(_TIMECODE_TIP)
+    if chosen != shown:
+        session.editing.edit(replace(session.shot, start_timecode=chosen or None))
+
+
+def _start_of(shot: Shot, frame: int, text: str) -> str:
+    """Return the timecode of the first frame where `text` is that of another; "" for none."""
+    if not text.strip():
+        return ""
+    rate, found = shot.frames_per_second, parse_timecode(text)
+    if not found.fits(rate):
+        raise InputError(f"{found} is no timecode at {rate:.5g} frames a second.")
+    first = frame if shot.span is None else shot.span.first
+    return str(found.later(first - frame, rate))
+
+
 def _rate_field(session: Session) -> None:
     rate = session.shot.frames_per_second
     beside(_FIELD_EM + 1.6)
@@ -131,6 +168,9 @@ def _choices(session: Session) -> None:
     playback.ending = Ending(combo("ending", str(playback.ending), endings, _COMBO_EM))
     pace = combo("pace", _PACES[playback.is_every_frame], list(_PACES.values()), _WIDE_EM)
     playback.is_every_frame = pace == _PACES[True]
+    cache = timeline.cache
+    if timeline.missing == "hold" and (cache is None or not cache.sequence.missing):
+        return  # nothing is missing
     missing = combo(
         "missing frames", _MISSING[timeline.missing], list(_MISSING.values()), _MISSING_EM
     )

@@ -1,0 +1,130 @@
+"""`heatlens shot sheet`: the pull of a shot on one page, for the first assistant on the set."""
+
+import argparse
+import json
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+from heatlens.commands.look_options import add_look_options, color_header, look_of, transform_of
+from heatlens.commands.say import say, tell
+from heatlens.defocus.solver_choice import settled_solver
+from heatlens.documents.shot_file import SHOT_SUFFIX, read_shot
+from heatlens.errors import InputError
+from heatlens.export.job import Look
+from heatlens.files.output_check import check_writable
+from heatlens.gpu.context import headless_context
+from heatlens.measure.html_page import check_pages
+from heatlens.measure.sheet.frames import sheet_entries
+from heatlens.measure.sheet.page import PURPOSE, write_sheet
+from heatlens.measure.sheet.rows import sheet_frames
+from heatlens.model.frames import FrameRange, parse_frame_range
+from heatlens.model.shot import Shot
+from heatlens.model.timecode import parse_timecode
+from heatlens.render import FrameRenderer
+from heatlens.source.named import source_of
+
+_SUFFIXES = (".html", ".htm")
+_DESCRIPTION = """\
+Writes one page (HTML, pictures in it, to be printed or read on a phone) with a row for each key of
+the focus: its picture through the lens, frame, timecode, the mark in focus, the distance in metres
+and feet, the limits of what is sharp, and the stop. The same rows are written beside it as CSV.
+"""
+_EPILOG = """\
+examples:
+  heatlens shot sheet s.heatlens.json -o pull.html
+  heatlens shot sheet s.heatlens.json -o pull.html --start-timecode 10:00:00:00 --title 'Scene 12'
+"""
+
+
+def register(actions: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    """Add `sheet` to `heatlens shot`."""
+    parser = actions.add_parser(
+        "sheet",
+        help="write the pull sheet of a shot, with a picture of each key",
+        description=_DESCRIPTION,
+        epilog=_EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("shot", type=Path, metavar="SHOT.heatlens.json", help="the shot")
+    parser.add_argument(
+        "-o", "--output", type=Path, required=True, metavar="PAGE.html",
+        help="page to write; a table with the same name and .csv is written beside it",
+    )  # fmt: skip
+    parser.add_argument("--title", help="heading of the page (default: the name of the shot)")
+    parser.add_argument(
+        "--frames", metavar="FIRST-LAST", help="the part of the shot to list (default: in to out)"
+    )
+    parser.add_argument(
+        "--start-timecode",
+        metavar="HH:MM:SS:FF",
+        help="of the first frame (default: the shot's, else what the headers of the plates tell)",
+    )
+    parser.add_argument(
+        "--progress",
+        choices=("terminal", "json"),
+        default="terminal",
+        help="json: a line on stdout for each picture, for programs",
+    )
+    add_look_options(parser)
+    parser.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Write the page and the table."""
+    if args.output.suffix.lower() not in _SUFFIXES:
+        raise InputError(f"{args.output}: the name of a pull sheet must end in .html.")
+    check_writable(args.output)
+    check_pages(PURPOSE)
+    shot = _shot_of(args)
+    frames = _frames_of(args, shot)
+    look, count = _look_of(args, shot), len(sheet_frames(shot, frames))
+    tell_of = _progress(args.progress, count)
+    entries = []
+    for entry in sheet_entries(shot, frames, look, _renderer):
+        entries.append(entry)
+        tell_of(len(entries))
+    title = args.title or args.shot.name.removesuffix(SHOT_SUFFIX)
+    table = write_sheet(args.output, title, shot, entries)
+    if args.progress == "terminal":
+        tell(str(args.output))
+        tell(str(table))
+    return 0
+
+
+def _shot_of(args: argparse.Namespace) -> Shot:
+    shot = read_shot(args.shot)
+    if args.start_timecode is None:
+        return shot
+    return replace(shot, start_timecode=str(parse_timecode(args.start_timecode)))
+
+
+def _frames_of(args: argparse.Namespace, shot: Shot) -> FrameRange:
+    """Return the frames to list: those asked for, else from in to out, else all that there are."""
+    if args.frames:
+        return parse_frame_range(args.frames)
+    frames = source_of(shot).frames_of(shot)
+    return shot.played or FrameRange(min(frames), max(frames))
+
+
+def _look_of(args: argparse.Namespace, shot: Shot) -> Look:
+    asked, options = look_of(args), shot.plate_options
+    header = color_header(source_of(shot).first_file, options.color_layer, options.eye)
+    return Look(transform_of(asked, header), asked.exposure_stops, asked.gamma)
+
+
+def _progress(kind: str, count: int) -> Callable[[int], None]:
+    """Return what to call after each picture."""
+
+    def for_programs(done: int) -> None:
+        tell(json.dumps({"event": "frame", "done": done, "frames": count}))
+
+    def for_people(done: int) -> None:
+        say(f"picture {done} of {count}")
+
+    return for_programs if kind == "json" else for_people
+
+
+def _renderer() -> FrameRenderer:
+    ctx = headless_context()
+    return FrameRenderer(ctx, settled_solver(ctx))

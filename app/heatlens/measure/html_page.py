@@ -1,0 +1,34 @@
+"""Pages in HTML 5 from templates that lie beside the code; every name in them is escaped."""
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+from heatlens.measure.extras import import_extra
+
+
+def check_pages(purpose: str) -> None:
+    """Raise InputError, which `purpose` begins, where the package that makes pages is missing."""
+    import_extra("jinja2", purpose, "study")
+
+
+def page_of(
+    purpose: str,
+    template: Path,
+    values: Mapping[str, object],
+    filters: Mapping[str, Callable[..., object]] | None = None,
+) -> str:
+    """Return the page of a template with these values; a value that is missing is an error.
+
+    Raises InputError where the package that makes pages is not installed.
+    """
+    jinja2 = import_extra("jinja2", purpose, "study")
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(template.parent),
+        undefined=jinja2.StrictUndefined,
+        autoescape=True,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )
+    environment.filters |= dict(filters or {})
+    return str(environment.get_template(template.name).render(values))

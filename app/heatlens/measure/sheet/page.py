@@ -1,0 +1,64 @@
+"""The pull sheet: the focus pull of a shot on one page, for the first assistant on the set.
+
+HTML that needs nothing beside it, pictures included, and the same rows as CSV.
+"""
+
+import base64
+import io
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from PIL import Image
+
+from heatlens.files.atomic_file import write_whole
+from heatlens.measure.html_page import page_of
+from heatlens.measure.sheet.rows import SheetRow, sheet_csv
+from heatlens.model.shot import Shot
+from heatlens.plate.plate import FloatImage
+
+PURPOSE = "The pull sheet"
+_TEMPLATE = Path(__file__).with_name("pull_sheet.html.jinja")
+_WIDTH_PX = 480  # twice what it takes on the page: paper and large screens show more
+_JPEG_QUALITY = 85
+
+
+@dataclass(frozen=True)
+class SheetEntry:
+    """A row, and its picture as a data URI; "" for none."""
+
+    row: SheetRow
+    picture: str = ""
+
+
+def data_uri(display: FloatImage) -> str:
+    """Return a picture of display values (H, W, 3) in 0..1 as a small JPEG for a page."""
+    image = Image.fromarray(np.uint8(np.clip(display, 0.0, 1.0) * 255.0 + 0.5))
+    image.thumbnail((_WIDTH_PX, _WIDTH_PX), Image.Resampling.LANCZOS)
+    data = io.BytesIO()
+    image.save(data, "JPEG", quality=_JPEG_QUALITY)
+    return "data:image/jpeg;base64," + base64.b64encode(data.getvalue()).decode()
+
+
+def sheet_html(title: str, shot: Shot, entries: Sequence[SheetEntry]) -> str:
+    """Return the page. Raises InputError where the package that makes it is not installed."""
+    lens = shot.lens
+    facts = {
+        "lens": f"{lens.focal_length_mm:.4g} mm",
+        "film back": f"{lens.sensor_width_mm:.4g} mm wide",
+        "rate": f"{shot.frames_per_second:.5g} frames a second",
+    }
+    values = {"title": title, "facts": facts, "entries": entries}
+    return page_of(PURPOSE, _TEMPLATE, values)
+
+
+def write_sheet(path: Path, title: str, shot: Shot, entries: Sequence[SheetEntry]) -> Path:
+    """Write the page to `path` and the table beside it; return the path of the table.
+
+    Raises InputError where a file cannot be written.
+    """
+    table = path.with_suffix(".csv")
+    write_whole(path, sheet_html(title, shot, entries).encode())
+    write_whole(table, sheet_csv([entry.row for entry in entries]).encode())
+    return table

@@ -1,0 +1,95 @@
+"""Timecode: counted on and written as SMPTE ST 12-1 shows it."""
+
+import re
+from dataclasses import dataclass
+
+from heatlens.errors import InputError
+
+_TEXT = re.compile(r"(\d{1,2}):(\d{2}):(\d{2})([:;.])(\d{2})")
+_DROP_MINUTES = 10  # of which the first drops no numbers
+
+
+@dataclass(frozen=True)
+class Timecode:
+    """Hours, minutes, seconds and frames; `drop` for the count of 29.97 and 59.94 a second."""
+
+    hours: int
+    minutes: int
+    seconds: int
+    frames: int
+    drop: bool = False
+
+    def __str__(self) -> str:
+        sign = ";" if self.drop else ":"
+        return f"{self.hours:02}:{self.minutes:02}:{self.seconds:02}{sign}{self.frames:02}"
+
+    @property
+    def is_possible(self) -> bool:
+        """Return True where a clock can show it."""
+        sixties = (self.minutes, self.seconds)
+        is_time = 0 <= self.hours < 24 and all(0 <= value < 60 for value in sixties)
+        return is_time and 0 <= self.frames < 100
+
+    def fits(self, frames_per_second: float) -> bool:
+        """Return whether a second of this rate has such a frame, and drops numbers likewise."""
+        whole = round(frames_per_second)
+        return self.frames < whole and (not self.drop or whole in (30, 60))
+
+    def later(self, frames: int, frames_per_second: float) -> "Timecode":
+        """Return the timecode so many frames later, or earlier.
+
+        After midnight it starts at zero.
+        """
+        whole = round(frames_per_second)
+        count = self._count(whole) + frames
+        return _at(count, whole, self.drop)
+
+    def _count(self, whole: int) -> int:
+        """Count the frames since midnight."""
+        minutes = 60 * self.hours + self.minutes
+        count = (60 * minutes + self.seconds) * whole + self.frames
+        if self.drop:
+            count -= _dropped_a_minute(whole) * (minutes - minutes // _DROP_MINUTES)
+        return count
+
+
+def timecode_in(text: str) -> Timecode | None:
+    """Return the timecode that a text shows; None where it is none that is possible."""
+    match = _TEXT.fullmatch(text.strip())
+    if match is None:
+        return None
+    hours, minutes, seconds, sign, frames = match.groups()
+    found = Timecode(int(hours), int(minutes), int(seconds), int(frames), sign != ":")
+    return found if found.is_possible else None
+
+
+def parse_timecode(text: str) -> Timecode:
+    """Return the timecode of a text. Raises InputError where it is none."""
+    found = timecode_in(text)
+    if found is None:
+        raise InputError(
+            f"{text!r} is not a timecode. Example: 10:00:00:00, or 10:00:00;00 for drop frames."
+        )
+    return found
+
+
+def _dropped_a_minute(whole: int) -> int:
+    """Return the frame numbers dropped in every minute but each tenth: two of 30, four of 60."""
+    return whole // 15
+
+
+def _at(count: int, whole: int, drop: bool) -> Timecode:
+    """Return the timecode of a frame counted from midnight."""
+    if drop:
+        lost = _dropped_a_minute(whole)
+        minute = 60 * whole - lost
+        ten = _DROP_MINUTES * minute + lost
+        count %= 144 * ten
+        tens, rest = divmod(count, ten)
+        count += tens * (_DROP_MINUTES - 1) * lost
+        if rest >= 60 * whole:
+            count += lost * (1 + (rest - 60 * whole) // minute)
+    seconds, frames = divmod(count, whole)
+    minutes, seconds = divmod(seconds, 60)
+    hours, minutes = divmod(minutes, 60)
+    return Timecode(hours % 24, minutes, seconds, frames, drop)

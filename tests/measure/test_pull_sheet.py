@@ -1,0 +1,135 @@
+"""The pull sheet: a row for each key, its timecode, mark and limits, as a page and as a table."""
+
+import base64
+import csv
+import io
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from heatlens.commands.main import main
+from heatlens.documents.shot_file import read_shot, write_shot
+from heatlens.errors import InputError
+from heatlens.measure.sheet.page import SheetEntry, data_uri, sheet_html, write_sheet
+from heatlens.measure.sheet.rows import sheet_csv, sheet_frames, sheet_row
+from heatlens.model.coc import near_limit_m
+from heatlens.model.frames import FrameRange
+from heatlens.model.lens import Lens
+from heatlens.model.marks import DistanceMark, PointMark
+from heatlens.model.shot import LensParameter, Shot
+from heatlens.model.timecode import Timecode
+from heatlens.model.units import parse_distance_m
+from support.sequences import sequence_files
+
+FOCUS = LensParameter.FOCUS_DISTANCE
+FRAMES = FrameRange(1001, 1048)
+MARKS = [("Anna", 2.004), ("door <3", 4.0), ("far", 30.0)]
+
+
+@pytest.fixture
+def shot() -> Shot:
+    shot = Shot(Lens(50.0, 2.0, 3.0, 36.0), frames_per_second=24.0, frames=FRAMES)
+    keys = {1013: 2.0, 1037: 4.0, 1048: 9.0, 2000: 8.0}
+    for frame, distance_m in keys.items():
+        shot = shot.with_key(frame, FOCUS, distance_m)
+    return shot
+
+
+def rows_of(shot):
+    return [
+        sheet_row(shot, frame, FRAMES.first, MARKS, shot.timecode_at(int(frame)))
+        for frame in sheet_frames(shot, FRAMES)
+    ]
+
+
+def test_there_is_a_row_for_each_key_and_both_ends(shot):
+    rows = rows_of(replace(shot, start_timecode="10:00:00:00"))
+    assert [row.frame for row in rows] == ["1001", "1013", "1037", "1048"]
+    assert [row.mark for row in rows] == ["Anna", "Anna", "door <3", ""]
+    assert [row.timecode for row in rows][:3] == ["10:00:00:00", "10:00:00:12", "10:00:01:12"]
+    assert rows[1].seconds == "0.50" and rows[1].focus == "2 m"
+    assert parse_distance_m(rows[1].near) == pytest.approx(
+        near_limit_m(shot.lens_at(1013)), rel=1e-3
+    )
+
+
+def test_the_shots_start_wins_over_the_header_and_one_that_does_not_fit_is_none(shot):
+    told = Timecode(1, 0, 0, 12)
+    assert shot.timecode_at(1013) is None
+    assert shot.timecode_at(1013, told) == told
+    assert shot.timecode_at(1013, Timecode(1, 0, 0, 29)) is None
+    started = replace(shot, start_timecode="09:59:59:23")
+    assert str(started.timecode_at(1002, told)) == "10:00:00:00"
+    with pytest.raises(InputError, match="not a timecode"):
+        replace(shot, start_timecode="25:00:00:00")
+
+
+def test_the_start_is_kept_in_the_shot_file(shot, tmp_path):
+    for start in (None, "10:00:00;00"):
+        kept = replace(shot, start_timecode=start)
+        write_shot(tmp_path / "s.heatlens.json", kept)
+        assert read_shot(tmp_path / "s.heatlens.json") == kept
+
+
+def test_a_still_has_one_row(shot):
+    assert sheet_frames(replace(shot, curves=type(shot.curves)()), FrameRange(1, 1)) == [1.0]
+
+
+def test_the_page_escapes_names_and_the_table_holds_the_same(shot, tmp_path):
+    rows = rows_of(shot)
+    entries = [SheetEntry(row) for row in rows]
+    page = sheet_html("rack & <roll>", shot, entries)
+    assert "rack &amp; &lt;roll&gt;" in page and "door &lt;3" in page and "<3" not in page
+    read = list(csv.DictReader(io.StringIO(sheet_csv(rows))))
+    assert [entry["focus"] for entry in read] == [row.focus for row in rows]
+    table = write_sheet(tmp_path / "rack.html", "rack", shot, entries)
+    assert table == tmp_path / "rack.csv" and table.read_text() == sheet_csv(rows)
+
+
+def picture_in(uri: str) -> Image.Image:
+    return Image.open(io.BytesIO(base64.b64decode(uri.partition(",")[2])))
+
+
+def test_a_picture_is_small_and_keeps_its_shape():
+    picture = picture_in(data_uri(np.full((540, 960, 3), 0.5, np.float32)))
+    assert picture.size == (480, 270) and picture.getpixel((0, 0)) == (128, 128, 128)
+
+
+def test_the_command_writes_pictures_marks_and_timecode(tmp_path, capsys):
+    pattern = sequence_files(tmp_path, 1001, 1004)
+    shot = Shot(
+        Lens(50.0, 2.0, 3.0, 36.0),
+        source=pattern,
+        marks=(DistanceMark("Anna", 2.0), PointMark("ball", 60.0, 32.0)),
+        frames=FrameRange(1001, 1004),
+    ).with_key(1002, FOCUS, 2.0)
+    path = tmp_path / "rack.heatlens.json"
+    write_shot(path, shot.with_key(1004, FOCUS, 6.0))
+    words = ["shot", "sheet", str(path), "-o", str(tmp_path / "pull.html")]
+    assert main([*words, "--start-timecode", "10:00:00:00"]) == 0
+    page = (tmp_path / "pull.html").read_text()
+    pictures = [picture_in(uri) for uri in re.findall(r'src="(data:[^"]+)"', page)]
+    assert len(pictures) == 3
+    assert len({picture.tobytes() for picture in pictures}) == 3  # the focus moves
+    rows = list(csv.DictReader(io.StringIO((tmp_path / "pull.csv").read_text())))
+    assert [row["timecode"] for row in rows] == ["10:00:00:00", "10:00:00:01", "10:00:00:03"]
+    assert rows[1]["mark"] == "Anna" and rows[0]["mark"] == "Anna"
+    assert capsys.readouterr().out.split() == [words[-1], str(tmp_path / "pull.csv")]
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["-o", "pull.pdf"], "must end in .html"),
+        (["-o", "pull.html", "--start-timecode", "ten"], "not a timecode"),
+    ],
+)
+def test_what_cannot_be_written_is_refused_in_a_sentence(shot, tmp_path, capsys, words, said):
+    path = tmp_path / "s.heatlens.json"
+    write_shot(path, shot)
+    words = [str(tmp_path / word) if word.startswith("pull") else word for word in words]
+    assert main(["shot", "sheet", str(path), *words]) == 2
+    assert said in capsys.readouterr().err
