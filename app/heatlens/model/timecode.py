@@ -40,12 +40,12 @@ class Timecode:
 
         After midnight it starts at zero.
         """
-        whole = round(frames_per_second)
-        count = self._count(whole) + frames
-        return _at(count, whole, self.drop)
+        count = self.count(frames_per_second) + frames
+        return _at(count, round(frames_per_second), self.drop)
 
-    def _count(self, whole: int) -> int:
-        """Count the frames since midnight."""
+    def count(self, frames_per_second: float) -> int:
+        """Return how many frames it is since midnight."""
+        whole = round(frames_per_second)
         minutes = 60 * self.hours + self.minutes
         count = (60 * minutes + self.seconds) * whole + self.frames
         if self.drop:

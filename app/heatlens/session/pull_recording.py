@@ -2,10 +2,11 @@
 
 Armed, it waits for the shot to play. Then the focus that the hand gives at each frame is taken
 down. At the end the samples become keys within a tolerance, which can be changed as long as nothing
-else has changed the shot. All of that is one step of undo.
+else has changed the shot. All of that is one step of undo. Where a ring is followed, its samples
+lie on the frames of their timecode, and its iris and length become keys too.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from enum import Enum, auto
 
@@ -13,11 +14,12 @@ from heatlens.errors import HeatlensError
 from heatlens.model.coc import sharp_dioptres
 from heatlens.model.history import History
 from heatlens.model.key_reduction import Samples
-from heatlens.model.pull import performed
+from heatlens.model.pull import performed, recorded
 from heatlens.model.shot import LensParameter, Shot
 from heatlens.session.editing import Editing, Performance
 from heatlens.session.key_rows import RowChoice
 from heatlens.session.messages import Problem
+from heatlens.session.ring_take import RingTake, Track
 from heatlens.session.timeline import Timeline
 
 TOLERANCE_LEAST, TOLERANCE_MOST = 1e-4, 1.0  # dioptres
@@ -43,6 +45,7 @@ class Take:
     """What was recorded, and the shot before and after."""
 
     samples: Samples
+    others: Mapping[LensParameter, Track]  # what else the ring did: iris and length
     before: History
     after: Shot
     key_count: int
@@ -56,11 +59,13 @@ class PullRecording:
         editing: Editing,
         timeline: Timeline,
         rows: RowChoice,
+        ring: RingTake,
         say: Callable[[str], None],
     ) -> None:
         self._editing = editing
         self._timeline = timeline
         self._rows = rows
+        self._ring = ring
         self._say = say
         self._is_armed = False
         self._samples: dict[float, float] = {}  # distance in metres by frame
@@ -140,7 +145,7 @@ class PullRecording:
         """Make the keys anew, off by no more than so many dioptres."""
         self._chosen_tolerance = min(max(tolerance_dioptres, TOLERANCE_LEAST), TOLERANCE_MOST)
         if self._take is not None:
-            self._set_keys(self._take.before, self._take.samples)
+            self._set_keys(self._take.before, self._take.samples, self._take.others)
 
     # What happens by itself
 
@@ -156,6 +161,7 @@ class PullRecording:
 
     def _begin(self) -> None:
         self._is_armed, self._samples = False, {}
+        self._ring.begin()
         self._direction = self._timeline.playback.direction
         self._editing.settle()
         self._editing.performance = Performance()
@@ -163,6 +169,7 @@ class PullRecording:
     def _record(self, is_playing: bool) -> None:
         """Take a sample; end where the shot stops, or begins again from its other end."""
         frame, playback = self._editing.frame, self._timeline.playback
+        self._ring.poll()
         last = next(reversed(self._samples), None)
         has_turned = playback.direction not in (0, self._direction)
         if last is not None and (has_turned or (frame - last) * self._direction < 0):
@@ -179,21 +186,28 @@ class PullRecording:
         moved_m = None if performance is None else performance.focus_distance_m
         if performance is not None:  # a hand that goes on for a moment must set no more keys
             self._editing.performance = Performance(None, True, performance.moved_at)
-        if moved_m is None:
+        tracks = dict(self._ring.tracks(self._timeline.played))
+        focus = tracks.pop(LensParameter.FOCUS_DISTANCE, None)
+        if moved_m is None and not tracks:
             self._samples = {}
             self._say("The focus was not moved, so nothing was recorded.")
             return
-        self._set_keys(self._editing.history.at_rest(), sorted(self._samples.items()))
+        samples = self._samples if focus is None else focus
+        self._set_keys(self._editing.history.at_rest(), sorted(samples.items()), tracks)
 
-    def _set_keys(self, before: History, samples: Samples) -> None:
+    def _set_keys(
+        self, before: History, samples: Samples, others: Mapping[LensParameter, Track]
+    ) -> None:
         """Set the keys of a take as one step behind `before`."""
         try:
             after = performed(before.now, samples, self.tolerance_dioptres)
+            for parameter, track in others.items():
+                after = recorded(after, parameter, track)
         except HeatlensError as error:
             self._say(Problem(error))
             return
         first, last = samples[0][0], samples[-1][0]
         keys = after.curves.focus_distance_m.keys
         count = sum(1 for key in keys if first <= key.frame <= last)
-        self._take = Take(samples, before, after, count)
+        self._take = Take(samples, others, before, after, count)
         self._editing.history = before.changed(after).at_rest()

@@ -7,7 +7,7 @@ from typing import Any
 from heatlens.errors import LensError
 from heatlens.ring.lens_sample import LensSample
 from heatlens.ring.receiver import LensReceiver
-from heatlens.ring.sources import SILENT_AFTER_S, Heard
+from heatlens.ring.sources import SILENT_AFTER_S, Heard, Numbered
 from heatlens.session.editing import Editing
 from heatlens.session.messages import Problem
 
@@ -37,6 +37,12 @@ class RingHand:
     def heard(self) -> Heard | None:
         """What the source tells now; None where nothing is listened to."""
         return None if self.receiver is None else self.receiver.heard(self.source)
+
+    def since(self, version: int) -> tuple[Numbered, ...]:
+        """Return the samples of the source after a version of `heard`; none where it is let go."""
+        if self.receiver is None or not self.is_followed:
+            return ()
+        return self.receiver.since(version, self.source)
 
     def listen_to(self, source: str | None) -> None:
         """Follow another source; all of its values count as new."""

@@ -43,6 +43,7 @@ from heatlens.session.reference import Reference, ReferenceLoader
 from heatlens.session.render_scheduler import RenderScheduler
 from heatlens.session.rendered_pull import RenderedPull, store_of
 from heatlens.session.ring_hand import RingHand
+from heatlens.session.ring_take import RingTake
 from heatlens.session.scene_commands import SceneCommands
 from heatlens.session.scene_mark_tracks import SceneMarkTracks
 from heatlens.session.sent_lens import SentLens
@@ -132,7 +133,9 @@ class Session:
             wake,
         )
         self.player = FramePlayer(timeline, source, editing, self.pull, say)
-        self.recording = PullRecording(editing, timeline, rows, say)
+        self.recording = PullRecording(
+            editing, timeline, rows, RingTake(self.ring, source, editing), say
+        )
         self.scheduler = RenderScheduler(
             source, self.sides, self.pull, editing, view, self.speed, self.say_error
         )

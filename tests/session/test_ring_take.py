@@ -1,0 +1,137 @@
+"""What a ring does while the shot plays is on the frames of its timecode, and replays there."""
+
+from dataclasses import replace
+
+import pytest
+
+from heatlens.model.frames import FrameRange
+from heatlens.model.shot import LensParameter
+from heatlens.model.timecode import Timecode
+from heatlens.ring.lens_sample import LensSample
+from heatlens.ring.sources import RingSources
+from heatlens.session.playback import Ending
+from heatlens.session.ring_hand import RingHand
+from heatlens.session.ring_take import RingTake, by_timecode
+from support.evening import FIRST, LAST, begun, settled, write_plates
+
+FOCUS, IRIS = LensParameter.FOCUS_DISTANCE, LensParameter.F_STOP
+RATE = 24.0
+PLAYED = FrameRange(1001, 1100)
+
+
+def at(count: int) -> tuple[int, int, int, int]:
+    """Return so many frames from midnight as hours, minutes, seconds and frames."""
+    return count // 86400, count // 1440 % 60, count // 24 % 60, count % 24
+
+
+def frames_of(counts, seen, of_shot=None, played=PLAYED):
+    times = [None if count is None else at(count) for count in counts]
+    told = [(s, LensSample("A", timecode=t)) for s, t in zip(seen, times, strict=True)]
+    return [frame for frame, _ in by_timecode(told, played, RATE, of_shot)]
+
+
+def test_the_timecode_of_the_shot_decides():
+    of_shot = (1001, Timecode(10, 0, 0, 0))
+    ten = 10 * 3600 * 24
+    assert frames_of([ten, ten + 1, ten + 7], [1050] * 3, of_shot) == [1001, 1002, 1008]
+    assert frames_of([ten - 3, ten + 2], [1050] * 2, of_shot) == [1003]  # the lead is left out
+
+
+def test_a_count_from_midnight_is_that_of_the_frames():
+    assert frames_of([1010, 1012, 1200], [1050] * 3) == [1010, 1012]
+
+
+def test_a_foreign_timecode_begins_at_the_frame_that_was_seen():
+    assert frames_of([500_000, 500_001, 500_004], [1010, 1010, 1011]) == [1010, 1011, 1014]
+
+
+def test_without_timecode_the_frames_that_were_seen_count():
+    assert frames_of([None, 5], [1010, 1013]) == [1010, 1013]
+
+
+class Ring:
+    """A receiver that has heard what a test sends."""
+
+    def __init__(self) -> None:
+        self.sources = RingSources(lambda: 0.0)
+        self.heard, self.since = self.sources.heard, self.sources.since
+
+    def send(self, frame: int, **values: float) -> None:
+        self.sources.keep(LensSample("A", timecode=at(frame), **values))
+
+
+@pytest.fixture(scope="module")
+def opened(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("walls")
+    session = begun(folder / "preferences", write_plates(folder))
+    settled(session)
+    yield session
+    session.close()
+
+
+@pytest.fixture
+def session(opened):
+    """The window's session, which follows a ring."""
+    opened.recording.keep()
+    opened.timeline.playback.stop()
+    opened.timeline.playback.ending = Ending.LOOP
+    opened.editing.frame = FIRST
+    lens = replace(opened.lens_commands.begun_with.lens, f_stop=2.8)
+    opened.editing.begin(replace(opened.shot, lens=lens))
+    for parameter in (FOCUS, IRIS):
+        opened.editing.begin(opened.shot.without_keys(FIRST, parameter))
+    opened.recording.poll()
+    ring = RingHand(Ring(), opened.editing, opened.say)
+    opened.ring = ring
+    opened.recording._ring = RingTake(ring, opened.source, opened.editing)
+    return opened
+
+
+def pulled_m(frame: float) -> float:
+    return 1.0 / (0.25 + 0.25 * (frame - FIRST) / (LAST - FIRST))
+
+
+def perform(session, late: int, **more) -> None:
+    """Play while the ring sends two samples a frame, which the window sees `late` frames late."""
+    ring = session.ring.receiver
+    session.recording.arm()
+    session.timeline.play(1)
+    session.recording.poll()
+    for frame in range(FIRST, LAST + 1):
+        ring.send(frame, focus_distance_m=pulled_m(frame - 0.5))
+        ring.send(frame, focus_distance_m=pulled_m(frame), **{k: f(frame) for k, f in more.items()})
+        session.timeline.put(min(frame + late, LAST))
+        session.ring.poll()
+        session.recording.poll()
+    session.timeline.playback.stop()
+    session.recording.poll()
+
+
+@pytest.mark.parametrize("late", [0, 2])
+def test_a_recorded_take_replays_to_the_frame(session, late):
+    before = session.shot
+    perform(session, late)
+    keys = session.shot.curves.focus_distance_m.keys
+    assert 2 <= len(keys) <= 4
+    for frame in range(FIRST, LAST + 1):
+        off = 1 / session.shot.lens_at(frame).focus_distance_m - 1 / pulled_m(frame)
+        assert abs(off) <= session.recording.tolerance_dioptres * (1 + 1e-6)
+    session.editing.undo()
+    assert session.shot.curves == before.curves
+
+
+def test_the_iris_becomes_keys_where_it_was_turned(session):
+    perform(session, 0, f_stop=lambda frame: 2.8 + 0.1 * (frame - FIRST))
+    for frame in range(FIRST, LAST + 1):
+        assert session.shot.lens_at(frame).f_stop == pytest.approx(
+            2.8 + 0.1 * (frame - FIRST), rel=0.011
+        )
+    assert len(session.shot.curves.f_stop.keys) <= 4
+    assert not session.shot.curves.focal_length_mm.keys
+
+
+def test_a_ring_that_was_let_go_is_not_recorded(session):
+    session.ring.is_followed = False
+    before = session.shot
+    perform(session, 0)
+    assert session.shot == before
