@@ -2,7 +2,7 @@
 //
 // Input
 //   depth_tx          metres, or signed coc in pixels where `is_coc`
-//   color_tx          scene-linear light of the plate, for the edges of peaking
+//   color_tx          scene-linear light of any size, for the edges of peaking
 // Output
 //   out_overlay_img   display RGB with straight alpha
 
@@ -14,7 +14,10 @@ layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
 uniform sampler2D depth_tx;
 uniform sampler2D color_tx;
-uniform float peaking_contrast;    // of an edge that is coloured, as a part of its own light
+uniform float peaking_contrast;    // of an edge that is coloured, in stops
+uniform float peaking_px;          // a diameter up to this is coloured
+uniform vec3 peaking_rgb;
+uniform bool is_peaking_all;       // edges or none
 layout(rgba8) uniform writeonly image2D out_overlay_img;
 uniform bool is_coc;
 uniform float at_infinity_px;      // signed coc over dioptres: at_infinity + per_dioptre / depth
@@ -61,15 +64,20 @@ float light_at(ivec2 at) {
     return log2(max(dot(light, vec3(0.2126, 0.7152, 0.0722)), 0.0) + 0.002);
 }
 
-// Edges of the light and of the depth, on what is in focus.
-vec4 peaking_color(ivec2 at, float coc) {
+float light_edge(ivec2 at) {
     vec2 light = vec2(light_at(at + ivec2(1, 0)) - light_at(at - ivec2(1, 0)),
                       light_at(at + ivec2(0, 1)) - light_at(at - ivec2(0, 1)));
+    return smoothstep(peaking_contrast, 2.0 * peaking_contrast, length(light));
+}
+
+// Edges of the light and of the depth, on what is in focus; or all of that, more where it is sharper.
+vec4 peaking_color(ivec2 at, float coc) {
+    if (abs(coc) > peaking_px) return vec4(peaking_rgb, 0.0);
+    if (is_peaking_all) return vec4(peaking_rgb, mix(0.7, 0.3, abs(coc) / peaking_px));
     vec2 depth = vec2(coc_at(at + ivec2(1, 0)) - coc_at(at - ivec2(1, 0)),
                       coc_at(at + ivec2(0, 1)) - coc_at(at - ivec2(0, 1)));
-    float edge = smoothstep(peaking_contrast, 2.0 * peaking_contrast, length(light));
-    edge = max(edge, step(4.0 * sharp_px, length(depth)));
-    return vec4(OVERLAY_PEAKING, abs(coc) <= sharp_px ? edge : 0.0);
+    ivec2 in_color = at * textureSize(color_tx, 0) / textureSize(depth_tx, 0);
+    return vec4(peaking_rgb, max(light_edge(in_color), step(4.0 * sharp_px, length(depth))));
 }
 
 vec4 depth_color(ivec2 at, float coc) {

@@ -12,6 +12,7 @@ from heatlens.display.overlay_pass import OverlayPass
 from heatlens.gpu.textures import new_texture, upload
 from heatlens.model.coc import coc_line, coc_px, sharp_px
 from heatlens.model.lens import Lens
+from heatlens.model.peaking import PEAKING_COLORS, USUAL_PEAKING, Peaking, PeakingOn
 from heatlens.model.view import Overlay
 from heatlens.plate.plate import Plate
 from heatlens.render import optics_of
@@ -52,19 +53,21 @@ def drawn(
     plate: Plate,
     lens: Lens = LENS,
     limits: tuple[float, ...] = LIMITS,
-    stops: float = 0.5,
+    peaking: Peaking = USUAL_PEAKING,
+    light: np.ndarray | None = None,
 ) -> np.ndarray:
-    """(H, W, 4) bytes."""
+    """(H, W, 4) bytes; `light` in the place of the plate's."""
     values = plate.coc_px if plate.depth_m is None else plate.depth_m
     size = values.shape[::-1]
     depth, out = new_texture(ctx, size, 1), ctx.texture(size, 4)
     upload(depth, values)
     optics = optics_of(plate, bins_of_plate(plate).occupied, lens)
     sharp = sharp_px(lens, plate.display_window.width)
-    color = new_texture(ctx, size, 4)
-    rgba = np.dstack([plate.color[..., :3], np.ones(values.shape, np.float32)])
+    light = plate.color[..., :3] if light is None else light
+    color = new_texture(ctx, light.shape[1::-1], 4)
+    rgba = np.dstack([light, np.ones(light.shape[:2], np.float32)])
     upload(color, np.ascontiguousarray(rgba, np.float32))
-    overlays.run(overlay, depth, optics, sharp, limits, out, color, stops)
+    overlays.run(overlay, depth, optics, sharp, limits, out, color, peaking)
     color.release()
     found = np.frombuffer(out.read(), np.uint8).reshape(*values.shape, 4)
     depth.release()
@@ -233,7 +236,43 @@ def test_peaking_colours_contrasts_of_light_where_it_is_in_focus(ctx, overlays, 
     edge = np.hypot(across, padded[2:, 1:-1] - padded[:-2, 1:-1])
     part = np.clip(edge / stops - 1.0, 0.0, 1.0)
     expected = part * part * (3.0 - 2.0 * part)
-    found = drawn(overlays, ctx, Overlay.PEAKING, plate, LENS, stops=stops)
+    peaking = Peaking(stops=stops)
+    found = drawn(overlays, ctx, Overlay.PEAKING, plate, LENS, peaking=peaking)
     np.testing.assert_allclose(found[..., 3] / 255, expected, atol=0.01)
     blurred = replace(LENS, focus_distance_m=0.5)
-    assert not drawn(overlays, ctx, Overlay.PEAKING, plate, blurred, stops=stops)[..., 3].any()
+    assert not drawn(overlays, ctx, Overlay.PEAKING, plate, blurred, peaking=peaking)[..., 3].any()
+
+
+def test_peaking_by_distance_needs_no_edge_and_goes_as_far_as_its_blur(ctx, overlays):
+    depth = np.broadcast_to(np.linspace(1.5, 3.0, 40, dtype=np.float32), (5, 40))
+    plate = plate_of(np.full((5, 40, 3), 0.5, np.float32), depth)
+    coc, sharp = np.abs(coc_of(plate)), sharp_px(LENS, 40)
+    for blur in (0.5, 1.0, 3.0):
+        peaking = Peaking(PeakingOn.DEPTH, blur=blur)
+        found = drawn(overlays, ctx, Overlay.PEAKING, plate, peaking=peaking)[..., 3] / 255
+        far = np.abs(coc - blur * sharp) > 1e-4
+        np.testing.assert_array_equal((found > 0)[far], (coc < blur * sharp)[far])
+        inside = (coc < blur * sharp) & far
+        np.testing.assert_allclose(
+            found[inside], (0.7 - 0.4 * coc / (blur * sharp))[inside], atol=0.01
+        )
+    assert not drawn(overlays, ctx, Overlay.PEAKING, plate)[..., 3].any()  # there is no edge
+
+
+@pytest.mark.parametrize("name", PEAKING_COLORS)
+def test_peaking_has_the_colour_that_was_chosen(ctx, overlays, name):
+    found = drawn(overlays, ctx, Overlay.PEAKING, room_plate(), peaking=Peaking(color=name))
+    colors = found[found[..., 3] > 0][:, :3]
+    assert len(colors)
+    np.testing.assert_allclose(colors / 255, [PEAKING_COLORS[name]] * len(colors), atol=0.005)
+
+
+def test_peaking_finds_the_edges_of_the_picture_it_is_given(ctx, overlays):
+    """Also where that is smaller than the plate; where it is blurred there are none."""
+    plate = plate_of(np.full((32, 48, 3), 0.2, np.float32), np.full((32, 48), 2.0))
+    light = np.full((16, 24, 3), 0.1, np.float32)
+    light[:, 12:] = 0.8
+    found = drawn(overlays, ctx, Overlay.PEAKING, plate, light=light)[..., 3]
+    assert set(np.flatnonzero(found[10])) == {22, 23, 24, 25}
+    soft = np.broadcast_to(np.geomspace(0.1, 0.8, 24, dtype=np.float32)[None, :, None], (16, 24, 3))
+    assert not drawn(overlays, ctx, Overlay.PEAKING, plate, light=soft)[..., 3].any()

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from imgui_bundle import imgui
 
+from heatlens.model.peaking import Peaking, PeakingOn
 from heatlens.model.view import Overlay
 from heatlens.ui.status_bar import zoom_words
 from support.window_plates import BALL_M, HEIGHT, WIDTH
@@ -51,13 +52,23 @@ def test_peaking_colours_edges_in_focus_and_only_those(gui):
     gui.settled()
     colored = overlay_alpha(gui) > 0
     assert 0 < colored.mean() < 0.5
-    gui.session.view_commands.change(peaking_stops=3.0)
+    gui.session.view_commands.change(peaking=Peaking(stops=3.0))
     gui.frame(2)
     assert 0 < (overlay_alpha(gui) > 0).sum() <= colored.sum()  # silhouettes stay
     gui.session.lens_commands.focus(1e6)
     gui.rest()
     gui.frame(3)
     assert not np.any((overlay_alpha(gui) > 0) & colored)
+
+
+def test_peaking_changes_no_picture(gui):
+    gui.settled()
+    shown = gui.session.live.shown
+    for on in PeakingOn:
+        gui.session.view_commands.change(overlay=Overlay.PEAKING, peaking=Peaking(on))
+        gui.frame(3)
+        assert overlay_alpha(gui).any()
+        assert gui.session.live.shown is shown  # what is saved and exported is rendered without
 
 
 def overlay_alpha(gui) -> np.ndarray:
@@ -77,7 +88,7 @@ def test_the_panel_sets_matte_lines_and_peaking(gui):
     imgui.set_window_focus("Guides")
     gui.frame(3)
     gui.click(gui.middle("thirds"))
-    gui.click(gui.middle("colour the edges in focus"))
+    gui.click(gui.middle("colour what is in focus"))
     view = gui.session.view
     assert view.guides.thirds and view.overlay is Overlay.PEAKING
     gui.click(gui.middle("matte"))

@@ -4,6 +4,7 @@ import moderngl
 
 from heatlens.defocus.optics import Optics
 from heatlens.gpu.program import ComputeProgram, pixel_groups
+from heatlens.model.peaking import USUAL_PEAKING, Peaking, PeakingOn
 from heatlens.model.settings import LAYERS_MAX
 from heatlens.model.view import Overlay
 
@@ -33,13 +34,13 @@ class OverlayPass:
         layer_limits_px: tuple[float, ...],
         out: moderngl.Texture,
         color: moderngl.Texture | None = None,
-        peaking_stops: float = 0.5,
+        peaking: Peaking = USUAL_PEAKING,
     ) -> None:
         """Write `overlay`, straight alpha, to `out`, RGBA of 8 bits and the size of `depth`.
 
         `depth` is metres, or coc in pixels if `optics.line` is None. A coc up to `sharp_px` counts
         as in focus; `layer_limits_px` are the signed diameters between the layers. Peaking colours
-        edges of `color`, scene-linear light, whose contrast is at least `peaking_stops`.
+        edges of `color`, scene-linear light of any size, stretched over `depth`.
         """
         line = optics.line
         near, far = optics.nearest_px, optics.farthest_px
@@ -55,7 +56,10 @@ class OverlayPass:
                 "sharp_px": sharp_px,
                 "range_px": (near, far),
                 "layer_limits_px": limits,
-                "peaking_contrast": peaking_stops,
+                "peaking_contrast": peaking.stops,
+                "peaking_px": peaking.blur * sharp_px,
+                "peaking_rgb": peaking.rgb,
+                "is_peaking_all": peaking.on is PeakingOn.DEPTH,
             },
         )
 

@@ -179,19 +179,24 @@ class ScreenPictures:
             texture.build_mipmaps()
 
     def overlay(
-        self, plate: Pinhole, shot: Shot, frame: int, overlay: Overlay, peaking_stops: float = 0.5
+        self, plate: Pinhole, shot: Shot, frame: int, view: ViewState, shown: Shown
     ) -> moderngl.Texture:
-        """Return the overlay's colours, for the lens as it is now."""
-        lens = shot.lens_at(frame)
-        key: Key = (plate, lens, shot.defocus, overlay, peaking_stops, self.transform_version)
+        """Return the overlay's colours, for the lens as it is now.
+
+        Peaking finds its edges in the picture that is `shown`, once that is whole.
+        """
+        lens, is_peaking = shot.lens_at(frame), view.overlay is Overlay.PEAKING
+        light = shown.texture if is_peaking and shown.is_whole else plate.color
+        key: Key = (plate, lens, shot.defocus, view.overlay, self.transform_version)
+        key += (view.peaking, light, shown) if is_peaking else ()
         if self._overlay.needs(plate.depth.size, key):
-            assert self._overlay.texture is not None
+            out = self._overlay.texture
+            assert out is not None
             optics = optics_of(plate.plate, plate.occupied, lens)
             limits = layer_limits_px(optics, shot)
             sharp = sharp_px(lens, plate.plate.display_window.width)
-            out = self._overlay.texture
             self._overlays.run(
-                overlay, plate.depth, optics, sharp, limits, out, plate.color, peaking_stops
+                view.overlay, plate.depth, optics, sharp, limits, out, light, view.peaking
             )
         assert self._overlay.texture is not None
         return self._overlay.texture

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 from heatlens.model.guides import NO_GUIDES, Guides
+from heatlens.model.peaking import USUAL_PEAKING, Peaking
 from heatlens.model.settings import Method
 
 
@@ -61,7 +62,7 @@ class ViewState:
     input_space      name of the space that the pictures' light is in; "" as their header tells
     unit             distances in "m" or "ft"
     pixel_grid       lines between pixels where they are large
-    peaking_stops    contrast of an edge that peaking colours, in stops
+    peaking          how what is in focus is coloured
     guides           lines and mattes over the picture
     """
 
@@ -84,5 +85,5 @@ class ViewState:
     input_space: str = ""
     unit: str = "m"
     pixel_grid: bool = True
-    peaking_stops: float = 0.5
+    peaking: Peaking = USUAL_PEAKING
     guides: Guides = NO_GUIDES

@@ -115,7 +115,13 @@ class PictureWindow:
         sharp = sharp_px(session.lens, plate.display_window.width)
         limits = layer_limits_px(optics, session.editing.seen_shot)
         legend = entries(
-            session.view.overlay, optics, sharp, limits, plate.depth, session.view.unit
+            session.view.overlay,
+            optics,
+            sharp,
+            limits,
+            plate.depth,
+            session.view.unit,
+            session.view.peaking,
         )
         draw_legend(legend, session.picture_view.viewport)
 

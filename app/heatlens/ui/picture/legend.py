@@ -16,9 +16,9 @@ from heatlens.gpu.shader_constants import (
     OVERLAY_FOCUS_LINE,
     OVERLAY_LAYERS,
     OVERLAY_NEAR,
-    OVERLAY_PEAKING,
     Rgb,
 )
+from heatlens.model.peaking import USUAL_PEAKING, Peaking, PeakingOn
 from heatlens.model.units import format_distance
 from heatlens.model.view import Overlay
 from heatlens.model.view_geometry import Viewport
@@ -41,6 +41,7 @@ def entries(
     layer_limits_px: Sequence[float],
     depth: DepthReport,
     unit: str,
+    peaking: Peaking = USUAL_PEAKING,
 ) -> list[Entry]:
     """Return the legend of `overlay`; diameters are pixels of the whole picture."""
     near_px, far_px = optics.nearest_px, optics.farthest_px
@@ -51,7 +52,8 @@ def entries(
             Entry(OVERLAY_FAR, "behind"),
         ]
     if overlay is Overlay.PEAKING:
-        return [Entry(OVERLAY_PEAKING, f"edges in focus, up to {sharp_px:.1f} px")]
+        what = "edges in focus" if peaking.on is PeakingOn.PICTURE else "in focus"
+        return [Entry(peaking.rgb, f"{what}, up to {peaking.blur * sharp_px:.1f} px")]
     if overlay is Overlay.FOCUS_PLANE:
         return [Entry(OVERLAY_FOCUS_LINE, "cut by the plane in focus")]
     if overlay is Overlay.COC:

@@ -58,7 +58,7 @@ class SeenPictures:
             a,
             b,
             detail,
-            self._overlay(view),
+            self._overlay(view, seen),
             *windows,
             plate.pixel_aspect_ratio,
             is_proxy=a.size != (windows[0].width, windows[0].height),
@@ -78,13 +78,13 @@ class SeenPictures:
         look = look_called(self._session.shot, view.b_look) if is_look_b(view) else None
         return self._session.lens if look is None else look.lens
 
-    def _overlay(self, view: ViewState) -> moderngl.Texture | None:
+    def _overlay(self, view: ViewState, seen: Shown) -> moderngl.Texture | None:
         session = self._session
         if view.overlay is Overlay.NONE or not session.editing.has_lens:
             return None
         shot, frame = session.editing.seen_shot, session.editing.frame
         loaded = session.renderer.loaded
-        return self._screen.overlay(loaded, shot, frame, view.overlay, view.peaking_stops)
+        return self._screen.overlay(loaded, shot, frame, view, self._kept.uploaded(seen))
 
     def _tiles(self, view: ViewState, a: moderngl.Texture, width: int) -> tuple[Tile, ...]:
         """Return the pictures of the grid, where that is seen."""

@@ -1,0 +1,47 @@
+"""Focus peaking: what is in focus is coloured, as the screens of cameras do it."""
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+Rgb = tuple[float, float, float]
+
+# Display values by name; the first is one that scenes seldom have.
+PEAKING_COLORS: dict[str, Rgb] = {
+    "magenta": (1.0, 0.2, 0.75),
+    "red": (1.0, 0.15, 0.1),
+    "yellow": (1.0, 0.9, 0.1),
+    "green": (0.2, 1.0, 0.3),
+    "blue": (0.2, 0.55, 1.0),
+    "white": (1.0, 1.0, 1.0),
+}
+
+
+class PeakingOn(StrEnum):
+    """Where colour is laid."""
+
+    PICTURE = "edges of the picture"  # seen through the lens, and the silhouettes
+    DEPTH = "all at the distance"  # edges or none
+
+
+@dataclass(frozen=True, slots=True)
+class Peaking:
+    """How peaking is drawn.
+
+    on     edges alone, or all that is in focus
+    stops  contrast of an edge that is coloured, in stops of its light
+    blur   how large a blur still counts as in focus, in acceptable circles of confusion
+    color  name of the colour
+    """
+
+    on: PeakingOn = PeakingOn.PICTURE
+    stops: float = 0.5
+    blur: float = 1.0
+    color: str = next(iter(PEAKING_COLORS))
+
+    @property
+    def rgb(self) -> Rgb:
+        """Its colour as display values."""
+        return PEAKING_COLORS[self.color]
+
+
+USUAL_PEAKING = Peaking()
