@@ -1,17 +1,21 @@
 """What is at a pixel: raw scene-linear values, depth, circle of confusion, coordinates."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any, Literal
 
 import moderngl
 import numpy as np
+from numpy.typing import NDArray
 
 from heatlens.model.boxes import Box
-from heatlens.model.coc import coc_line, coc_px
+from heatlens.model.coc import coc_line, coc_px, far_limit_m, near_limit_m
 from heatlens.model.lens import Lens
 from heatlens.model.units import format_distance
 from heatlens.plate.plate import Plate
 from heatlens.preview.shown import Shown
+
+_FOCUS_LEAST = 1.02  # focal lengths: no lens is focused nearer
 
 Rgba = tuple[float, float, float, float]
 
@@ -26,6 +30,7 @@ class Probe:
     picture: Rgba  # the same through the lens
     depth_m: float | None  # None where the plate brings its coc
     coc_px: float  # signed diameter
+    sharp_m: tuple[float, float] | None = None  # what is sharp if the lens is focused here
 
 
 class PictureReader:
@@ -58,6 +63,18 @@ class PictureReader:
         return self._framebuffer[1]
 
 
+def read_texels(
+    ctx: moderngl.Context, texture: moderngl.Texture, box: Box, dtype: Literal["f1", "f4"]
+) -> NDArray[Any]:
+    """Return the texels in a box, (h, w, 4): bytes for "f1", float32 for "f4"."""
+    target = ctx.framebuffer([texture])
+    area = (box.x0, box.y0, box.width, box.height)
+    data = target.read(viewport=area, components=4, dtype=dtype)
+    target.release()
+    kind = np.uint8 if dtype == "f1" else np.float32
+    return np.frombuffer(data, kind).reshape(box.height, box.width, 4)
+
+
 def probe_at(
     pixel: tuple[int, int],
     plate: Plate,
@@ -84,7 +101,16 @@ def probe_at(
         reader.pixel(shown, version, texel),
         depth_m,
         _coc_at(plate, lens, row, column, depth_m),
+        _sharp_m(lens, depth_m),
     )
+
+
+def _sharp_m(lens: Lens, depth_m: float | None) -> tuple[float, float] | None:
+    """Return the depth of field with the focus there; None where the lens cannot have it."""
+    if depth_m is None or not depth_m > _FOCUS_LEAST * lens.focal_length_mm * 1e-3:
+        return None
+    focused = replace(lens, focus_distance_m=depth_m)
+    return near_limit_m(focused), far_limit_m(focused)
 
 
 def seen_depth_m(plate: Plate, pixel: tuple[int, int]) -> float | None:
@@ -111,9 +137,13 @@ def probe_text(probe: Probe, unit: str) -> str:
     if probe.data_px != probe.display_px:
         where += f"  (data window {probe.data_px[0]}, {probe.data_px[1]})"
     depth = "" if probe.depth_m is None else f"   depth {_depth(probe.depth_m, unit)}"
+    sharp = ""
+    if probe.sharp_m is not None:
+        near_m, far_m = probe.sharp_m
+        sharp = f"   focus here: {_depth(near_m, unit)} to {_depth(far_m, unit)}"
     return (
         f"{where}   picture {_rgb(probe.picture)}   plate {_rgb(probe.plate)}"
-        f"{depth}   coc {probe.coc_px:+.2f} px"
+        f"{depth}   coc {probe.coc_px:+.2f} px{sharp}"
     )
 
 

@@ -62,6 +62,7 @@ class ViewState:
     input_space      name of the space that the pictures' light is in; "" as their header tells
     unit             distances in "m" or "ft"
     pixel_grid       lines between pixels where they are large
+    pixel_values     the light of each pixel written into it where they are larger still
     peaking          how what is in focus is coloured
     guides           lines and mattes over the picture
     """
@@ -85,5 +86,6 @@ class ViewState:
     input_space: str = ""
     unit: str = "m"
     pixel_grid: bool = True
+    pixel_values: bool = True
     peaking: Peaking = USUAL_PEAKING
     guides: Guides = NO_GUIDES

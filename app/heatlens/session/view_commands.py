@@ -11,6 +11,7 @@ from heatlens.session.editing import Editing
 from heatlens.session.open_source import OpenSource
 from heatlens.session.picture_view import PictureView
 from heatlens.session.reference import ReferenceLoader
+from heatlens.session.ruler import Ruler
 
 _EXPOSURE_STEP = 0.25  # stops
 
@@ -31,6 +32,7 @@ class ViewCommands:
         self._editing = editing
         self._references = references
         self._say = say
+        self.ruler = Ruler(source, editing, view, say)
 
     def change(self, **changes: Any) -> None:
         """Change these fields of the ViewState."""
@@ -51,11 +53,19 @@ class ViewCommands:
         self.change(compare=Compare.OFF if is_on else compare)
 
     def leave(self) -> bool:
-        """Leave the grid of looks; return whether there was anything to leave."""
+        """Put the ruler away or leave the grid; return whether there was anything to leave."""
+        if self.ruler.leave():
+            return True
         is_grid = self._view.state.compare is Compare.GRID
         if is_grid:
             self.change(compare=Compare.OFF)
         return is_grid
+
+    def toggle_ruler(self) -> None:
+        """Take the ruler, or put it away; it measures in the picture alone, not in a grid."""
+        if self._view.state.compare is Compare.GRID:
+            self.change(compare=Compare.OFF)
+        self.ruler.toggle()
 
     def toggle_matte(self, aspect: float) -> None:
         """Darken what a picture of this aspect would cut off, or no more."""

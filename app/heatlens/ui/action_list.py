@@ -141,6 +141,14 @@ def _view(session: Session, scale: UiScale) -> list[Action]:
             "Pixel grid", "View", partial(view.toggle, "pixel_grid"), _K.g,
             is_on=lambda: session.view.pixel_grid,
         ),
+        Action(
+            "Values in pixels", "View", partial(view.toggle, "pixel_values"), _K.g | SHIFT,
+            is_on=lambda: session.view.pixel_values,
+        ),
+        Action(
+            "Ruler", "View", view.toggle_ruler, _K.r | SHIFT,
+            is_on=lambda: view.ruler.is_on, barred=lambda: view.ruler.why_not(),
+        ),
         Action("Brighter", "View", partial(view.expose, 1), _K.up_arrow | CTRL, repeats=True),
         Action("Darker", "View", partial(view.expose, -1), _K.down_arrow | CTRL, repeats=True),
         Action("Reset exposure and gamma", "View", view.reset_exposure_and_gamma, _K._0 | CTRL),

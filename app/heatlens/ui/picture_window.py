@@ -17,6 +17,7 @@ from heatlens.ui.picture.alt_held import AltHeld
 from heatlens.ui.picture.guides import draw_guides
 from heatlens.ui.picture.legend import draw_legend, entries
 from heatlens.ui.picture.pictures import Pictures
+from heatlens.ui.picture.ruler import draw_ruler
 from heatlens.ui.picture.seen_pictures import SeenPictures
 from heatlens.ui.picture.stream_notice import StreamNotice, draw_waiting
 from heatlens.ui.picture.viewport import ViewportPanel, ViewportResult
@@ -81,6 +82,7 @@ class PictureWindow:
             draw_guides(view.guides, pictures.shape, replace(place, viewport=cell, geometry=here))
         if not pictures.tiles:
             draw_point_marks(self._session)
+            draw_ruler(self._session, self.hovered)
             self._legend()
 
     def _begin(self) -> None:
@@ -135,10 +137,13 @@ class PictureWindow:
             self._answer_tile(result.tile)
         if result.focus_px is None:
             return
-        io = imgui.get_io()
-        if not (io.key_ctrl and io.key_shift):
+        io, ruler = imgui.get_io(), self._session.view_commands.ruler
+        is_clicked = imgui.is_mouse_clicked(imgui.MouseButton_.left)
+        if ruler.is_on:
+            (ruler.press if is_clicked else ruler.drag)(result.focus_px)
+        elif not (io.key_ctrl and io.key_shift):
             self._session.lens_commands.focus_at(result.focus_px)
-        elif imgui.is_mouse_clicked(imgui.MouseButton_.left):
+        elif is_clicked:
             self._session.marks.set_point(result.focus_px)
 
     def _answer_tile(self, index: int) -> None:

@@ -14,7 +14,6 @@ from heatlens.ui.panels.lens_panel import barred_methods
 _OVERLAYS = {
     Overlay.NONE: "off",
     Overlay.ZONES: "zones",
-    Overlay.PEAKING: "peaking",
     Overlay.FOCUS_PLANE: "plane",
     Overlay.COC: "coc",
     Overlay.DEPTH: "depth",

@@ -1,10 +1,11 @@
-"""Lines between the pixels of the picture, where these are large."""
+"""Lines between the pixels of the picture where these are large, and around the display window."""
 
 from imgui_bundle import ImVec2, imgui
 
 from heatlens.model.view_geometry import PictureShape
 from heatlens.session.picture_view import PictureView
 from heatlens.ui import theme
+from heatlens.ui.picture.pictures import Pictures
 
 _GRID_FROM = 8.0  # screen pixels a pixel
 
@@ -30,3 +31,12 @@ def draw_pixel_grid(place: PictureView, shape: PictureShape) -> None:
     for y in range(y0, y1 + 1):
         line = at((0, y))[1]
         draw.add_line(ImVec2(left, line), ImVec2(right, line), theme.PIXEL_GRID)
+
+
+def draw_display_window(place: PictureView, pictures: Pictures) -> None:
+    """Draw the outline of the display window, where the picture does not fill it exactly."""
+    if pictures.data_window == pictures.display_window:
+        return
+    window, at = pictures.display_window, place.geometry.window_at_picture
+    first, last = ImVec2(*at((0, 0))), ImVec2(*at((window.width, window.height)))
+    imgui.get_window_draw_list().add_rect(first, last, theme.WINDOW_LINE)

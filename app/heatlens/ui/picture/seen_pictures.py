@@ -54,6 +54,8 @@ class SeenPictures:
         if view.depth_of_field and view.compare is not Compare.DIFFERENCE and not is_kept:
             detail = screen.detail(shown, loaded, view)
         windows = self._kept.windows(seen) or session.source.windows(session.shot)
+        light = shown.texture if view.depth_of_field else loaded.color
+        whole = windows[0].width, windows[0].height
         return Pictures(
             a,
             b,
@@ -64,6 +66,9 @@ class SeenPictures:
             is_proxy=a.size != (windows[0].width, windows[0].height),
             is_b_proxy=of_method is not None and b.size != loaded.color.size,
             has_camera=session.scenes.scene is not None,
+            light_a=light if light.size == whole and not is_kept else None,
+            light_b=linear_b if linear_b.size == whole else None,
+            light_version=(sides.pictures, session.source.version),
             has_mipmaps=screen.with_mipmaps,
             tiles=self._tiles(plain, a, windows[0].width),
             names=(plain.a_look or "now", plain.b_look) if is_look_b(plain) else ("A", "B"),

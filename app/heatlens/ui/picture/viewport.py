@@ -23,10 +23,10 @@ from heatlens.model.view_geometry import (
 )
 from heatlens.session.picture_view import PictureView
 from heatlens.session.scene_commands import CameraDrag
-from heatlens.ui import theme
 from heatlens.ui.picture.grid import Tile, cell_at, cells, draw_tiles
 from heatlens.ui.picture.pictures import Pictures
-from heatlens.ui.picture.pixel_grid import draw_pixel_grid
+from heatlens.ui.picture.pixel_grid import draw_display_window, draw_pixel_grid
+from heatlens.ui.picture.pixel_values import PixelValues
 from heatlens.ui.picture.wipe_handle import draw_wipe_handle
 
 _WHEEL_FACTOR = 1.25  # a notch
@@ -55,6 +55,7 @@ class ViewportPanel:
         self._pass = PicturePass(ctx)
         self._placed: list[PlacedPicture] = []
         self._placed_in_frame = -1
+        self._values = PixelValues(ctx), PixelValues(ctx)  # of A and of B
         self._held: str | None = None
         self.cells: list[Viewport] = []  # of the grid; else the whole viewport alone
         self._cell_under: int | None = None  # of them, under the pointer
@@ -169,15 +170,38 @@ class ViewportPanel:
         if imgui.internal.get_current_window().skip_items:  # the window is hidden
             self._placed = []
         draw.push_clip_rect(corner, end, True)
-        self._draw_outlines(draw, pictures)
+        draw_display_window(self.place, pictures)
         if view.pixel_grid and not pictures.tiles:
             draw_pixel_grid(self.place, pictures.shape)
+        if view.pixel_values:
+            self._write_values(pictures, view)
         if view.compare is Compare.WIPE:
             x = self._wipe_x(view, pictures.shape, self.place.geometry)
             draw_wipe_handle(x, self.place.viewport, pictures.names)
         draw.pop_clip_rect()
         if pictures.tiles:
             draw_tiles(pictures.tiles, self.cells, self._cell_under)
+
+    def _write_values(self, pictures: Pictures, view: ViewState) -> None:
+        """Write into each pixel its light: of A, of B, or of each on its side of the wipe."""
+        (x, y), (width, height) = self.place.viewport.corner, self.place.viewport.size
+        line = x + width
+        if view.compare is Compare.WIPE:
+            line = self._wipe_x(view, pictures.shape, self.place.geometry)
+        elif view.compare is Compare.FLIP:
+            line = x
+        elif view.compare is not Compare.OFF:
+            return
+        sides = (
+            (pictures.light_a, pictures.a, x, line),
+            (pictures.light_b, pictures.b, line, x + width),
+        )
+        draw = imgui.get_window_draw_list()
+        for values, (light, shown, left, right) in zip(self._values, sides, strict=True):
+            if left < right:
+                draw.push_clip_rect(ImVec2(left, y), ImVec2(right, y + height), True)
+                values.draw(light, shown, pictures, self.place)
+                draw.pop_clip_rect()
 
     def _place_pictures(self, pictures: Pictures, view: ViewState) -> None:
         self._placed, self._placed_in_frame = [], imgui.get_frame_count()
@@ -259,15 +283,6 @@ class ViewportPanel:
             texture.filter = (moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR)
         else:
             texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
-
-    def _draw_outlines(self, draw: imgui.ImDrawList, pictures: Pictures) -> None:
-        """Draw the display window, where the picture does not fill it exactly."""
-        if pictures.data_window == pictures.display_window:
-            return
-        window = pictures.display_window
-        first = self.place.geometry.window_at_picture((0, 0))
-        last = self.place.geometry.window_at_picture((window.width, window.height))
-        draw.add_rect(ImVec2(*first), ImVec2(*last), theme.WINDOW_LINE)
 
 
 def _focus_notches() -> float:

@@ -1,0 +1,115 @@
+"""The light of each pixel written into it, where pixels are large: red, green and blue."""
+
+from dataclasses import dataclass
+
+import moderngl
+import numpy as np
+from imgui_bundle import ImVec2, ImVec4, imgui
+from numpy.typing import NDArray
+
+from heatlens.display.probe import read_texels
+from heatlens.model.boxes import Box
+from heatlens.session.picture_view import PictureView
+from heatlens.ui.picture.pictures import Pictures
+from heatlens.ui.picture.pixel_grid import seen_pixels
+
+VALUES_FROM_EM = 2.6  # side of a pixel: three lines can be read in it
+_LINES, _LETTERS = 3.9, 3.1  # of a pixel's height and width, in heights of the letters
+_MOST = 6000  # pixels: more are smaller than they can be read
+_LUMA = np.array([0.2126, 0.7152, 0.0722])
+_DARK_TEXT_FROM = 0.45  # of the light on the screen: above it, dark letters are read better
+
+
+@dataclass(frozen=True, eq=False)
+class _Texts:
+    """What is written into a block of pixels."""
+
+    key: object
+    words: list[list[str]]
+
+
+class PixelValues:
+    """Writes the values; they are read from the GPU only when picture or place changed."""
+
+    def __init__(self, ctx: moderngl.Context) -> None:
+        self._ctx = ctx
+        self._texts = _Texts(None, [])
+
+    def draw(
+        self,
+        light: moderngl.Texture | None,
+        shown: moderngl.Texture,
+        pictures: Pictures,
+        place: PictureView,
+    ) -> int:
+        """Write them over the picture, in the current window; return how many pixels have some.
+
+        `light` is one of those of `pictures`, `shown` the same in the colours of the screen.
+        """
+        em, per_px = imgui.get_font_size(), place.geometry.per_px
+        if light is None or min(per_px) < VALUES_FROM_EM * em:
+            return 0
+        box = _seen_box(pictures, place)
+        if box.is_empty or box.width * box.height > _MOST:
+            return 0
+        texts = self._texts_of(light, pictures.light_version, box)
+        colors = read_texels(self._ctx, shown, box, "f1").astype(np.float64) / 255
+        size = min(per_px[1] / _LINES, per_px[0] / _LETTERS)
+        _write(texts, colors[..., :3] @ _LUMA > _DARK_TEXT_FROM, box, pictures, place, size)
+        return box.width * box.height
+
+    def _texts_of(self, light: moderngl.Texture, version: object, box: Box) -> list[list[str]]:
+        key = (light, version, box)
+        if self._texts.key != key:
+            values = read_texels(self._ctx, light, box, "f4")
+            self._texts = _Texts(key, [[_words(pixel) for pixel in row] for row in values])
+        return self._texts.words
+
+
+def _seen_box(pictures: Pictures, place: PictureView) -> Box:
+    """Return the pixels of the data window that are seen, counted from its corner."""
+    data, display = pictures.data_window, pictures.display_window
+    x0, y0, x1, y1 = seen_pixels(place, pictures.shape)
+    aside, below = display.x0 - data.x0, display.y0 - data.y0
+    return Box(
+        max(x0 + aside, 0),
+        max(y0 + below, 0),
+        min(x1 + aside, data.width),
+        min(y1 + below, data.height),
+    )
+
+
+def _write(
+    texts: list[list[str]],
+    is_bright: NDArray[np.bool_],
+    box: Box,
+    pictures: Pictures,
+    place: PictureView,
+    size: float,
+) -> None:
+    draw, font = imgui.get_window_draw_list(), imgui.get_font()
+    dark = imgui.color_convert_float4_to_u32(ImVec4(0.0, 0.0, 0.0, 0.9))
+    light = imgui.color_convert_float4_to_u32(ImVec4(1.0, 1.0, 1.0, 0.9))
+    data, display, per_px = pictures.data_window, pictures.display_window, place.geometry.per_px
+    origin = place.geometry.window_at_picture(
+        (box.x0 + data.x0 - display.x0, box.y0 + data.y0 - display.y0)
+    )
+    inset = per_px[0] * 0.06, (per_px[1] - 3.0 * size) / 2
+    for row, words in enumerate(texts):
+        y = origin[1] + row * per_px[1] + inset[1]
+        for column, text in enumerate(words):
+            at = ImVec2(origin[0] + column * per_px[0] + inset[0], y)
+            draw.add_text(font, size, at, dark if is_bright[row, column] else light, text)
+
+
+def _words(pixel: NDArray[np.float32]) -> str:
+    """Return red, green and blue, each on its line."""
+    return "\n".join(value_words(float(value)) for value in pixel[:3])
+
+
+def value_words(value: float) -> str:
+    """Return a value in five letters or few more: "0.184", "12.50", "4e+03"."""
+    size = abs(value)
+    if size < 9.9995:
+        return f"{value:.3f}"
+    return f"{value:.2f}" if size < 99.995 else f"{value:.1f}" if size < 999.95 else f"{value:.0e}"

@@ -1,0 +1,66 @@
+"""The ruler over the picture: its ends, the line between them, and how long that is."""
+
+import math
+
+from imgui_bundle import ImVec2, imgui
+
+from heatlens.model.units import format_distance
+from heatlens.session.ruler import Pixel, Ruler
+from heatlens.session.session import Session
+from heatlens.ui import probe, theme
+
+_END_EM = 0.3
+_HINT = "Ruler: click two points, or drag from one to the other. Escape ends it."
+
+
+def draw_ruler(session: Session, hovered: Pixel | None) -> None:
+    """Draw it in the current window; with one end set it reaches to the pixel under the pointer."""
+    ruler = session.view_commands.ruler
+    if not ruler.is_on:
+        return
+    _draw_hint(session)
+    ends = _ends(ruler, hovered)
+    at = [
+        ImVec2(*session.picture_view.geometry.window_at_picture((x + 0.5, y + 0.5)))
+        for x, y in ends
+    ]
+    draw = imgui.get_window_draw_list()
+    if len(at) == 2:
+        draw.add_line(at[0], at[1], theme.SHADOW, 4.0)
+        draw.add_line(at[0], at[1], theme.ACCENT, 2.0)
+    for end in at:
+        draw.add_circle_filled(end, _END_EM * imgui.get_font_size(), theme.SHADOW)
+        draw.add_circle(end, _END_EM * imgui.get_font_size(), theme.ACCENT, 0, 2.0)
+    measured = ruler.measured(hovered) if len(at) == 2 else None
+    if measured is None:
+        return
+    unit = session.view.unit
+    is_far = math.isinf(measured.distance_m) or math.isnan(measured.distance_m)
+    words = "infinitely far" if is_far else format_distance(measured.distance_m, unit)
+    for end, depth_m in zip(at, measured.depths_m, strict=True):
+        _draw_label(end, f"at {format_distance(depth_m, unit)}", theme.HANDLE, 1.2)
+    _draw_label(ImVec2((at[0].x + at[1].x) / 2, (at[0].y + at[1].y) / 2), words, theme.ACCENT, -1.2)
+    probe.note_at(f"ruler {words}", (at[0].x, at[0].y, at[1].x, at[1].y))
+
+
+def _draw_hint(session: Session) -> None:
+    """Tell at the upper edge of the viewport what the mouse does now."""
+    place, em = session.picture_view.viewport, imgui.get_font_size()
+    (x, y), (width, _) = place.corner, place.size
+    _draw_label(ImVec2(x + width / 2, y + em), _HINT, theme.HANDLE, 0.3)
+
+
+def _ends(ruler: Ruler, hovered: Pixel | None) -> tuple[Pixel, ...]:
+    is_reaching = len(ruler.points) == 1 and hovered is not None
+    return (*ruler.points, hovered) if is_reaching and hovered is not None else ruler.points
+
+
+def _draw_label(at: ImVec2, words: str, color: int, below_em: float) -> None:
+    """Draw words with a dark ground, so many em below a point."""
+    em, wide = imgui.get_font_size(), imgui.calc_text_size(words)
+    corner = ImVec2(at.x - wide.x / 2, at.y + below_em * em - wide.y / 2)
+    draw = imgui.get_window_draw_list()
+    first = ImVec2(corner.x - 0.3 * em, corner.y - 0.1 * em)
+    last = ImVec2(corner.x + wide.x + 0.3 * em, corner.y + wide.y + 0.1 * em)
+    draw.add_rect_filled(first, last, theme.SHADOW, 3.0)
+    draw.add_text(corner, color, words)
