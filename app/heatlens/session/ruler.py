@@ -55,7 +55,7 @@ class Ruler:
         if self.leave():
             return
         self.is_on = True
-        if not (self._source.has_scene or self._told_mm):
+        if not self._told_mm:
             self._say(_ASSUMED)
 
     def leave(self) -> bool:
@@ -104,7 +104,7 @@ class Ruler:
 
     @property
     def _told_mm(self) -> tuple[float, float] | None:
-        """The focal length and the sensor's width that the plate was made with."""
+        """Focal length and sensor width of the camera that made the plate; a scene's tells both."""
         plate = self._source.plate
         camera = None if plate is None else plate.camera
         if camera is None or camera.focal_length_mm is None or camera.sensor_width_mm is None:
@@ -112,9 +112,7 @@ class Ruler:
         return camera.focal_length_mm, camera.sensor_width_mm
 
     def _camera(self, plate: Plate) -> Intrinsics:
-        """Return the camera of the picture: a plate's is that of its file, whatever lens is set."""
+        """Return the camera that made the picture; the lens that is set where none is told."""
         lens, told_mm = self._editing.lens, self._told_mm
         shape = shown_shape(self._view.state, self._source.picture_shape(self._editing.shot))
-        if told_mm is None or self._source.has_scene:
-            return Intrinsics(lens.focal_length_mm, lens.sensor_width_mm, shape)
-        return Intrinsics(*told_mm, shape)
+        return Intrinsics(*(told_mm or (lens.focal_length_mm, lens.sensor_width_mm)), shape)
