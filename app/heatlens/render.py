@@ -1,6 +1,7 @@
 """The only renderer: a shot and a frame in, a picture out. Window, commands and export call it."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import moderngl
 import numpy as np
@@ -17,12 +18,14 @@ from heatlens.gpu.context import check_plate_fits, check_texture_fits, check_wor
 from heatlens.gpu.stopwatch import Stopwatch
 from heatlens.gpu.textures import FloatArray, download
 from heatlens.model.aperture import DiscShape
+from heatlens.model.breathing import as_seen, plate_ratio
 from heatlens.model.coc import coc_line
 from heatlens.model.framing import Pose
 from heatlens.model.lens import Lens
 from heatlens.model.settings import Method
-from heatlens.model.shot import Shot
+from heatlens.model.shot import LensCurves, Shot
 from heatlens.model.value_bins import ValueBins
+from heatlens.plate.breathing_window import frame_centre_px, room_of
 from heatlens.plate.fragments import FragmentLists
 from heatlens.plate.plate import Plate
 from heatlens.scene.scene import Scene
@@ -138,7 +141,8 @@ class FrameRenderer:
         self, shot: Shot, frame: int, views: int | None = None, is_for_file: bool = False
     ) -> Steps[None]:
         """Do what `look` does in short steps; before the last of them everything is as it was."""
-        pinhole = yield from self._source.look(shot, frame, views, is_for_file)
+        seen = self._seen(shot, frame)
+        pinhole = yield from self._source.look(seen, frame, views, is_for_file)
         if pinhole is not self._loaded:
             self._take(pinhole)
 
@@ -147,7 +151,7 @@ class FrameRenderer:
 
         None for a hurried picture, and for a plate, which brings its own.
         """
-        peeled = drained(self._source.behind(shot, frame))
+        peeled = drained(self._source.behind(self._seen(shot, frame), frame))
         return None if peeled is None else peeled.read()
 
     def pose_at(self, shot: Shot, frame: float) -> Pose | None:
@@ -159,7 +163,7 @@ class FrameRenderer:
 
         Raises InputError outside the picture, and where no scene is loaded.
         """
-        return self._source.depth_m_at(shot, frame, x, y)
+        return self._source.depth_m_at(self._seen(shot, frame), frame, x, y)
 
     def _place(self, source: SourceOnGpu) -> None:
         """Put a source that is ready in the place of the one before."""
@@ -189,7 +193,30 @@ class FrameRenderer:
         self._check(shot)
         if self.stopwatch.on:  # its times are those of one picture, the latest
             self.stopwatch.times.clear()
-        return self.stopwatch.timed(self._steps(shot, frame, self._pipeline(slot)))
+        return self.stopwatch.timed(self._breathing(shot, frame, self._pipeline(slot)))
+
+    def _breathing(
+        self, shot: Shot, frame: int, pipeline: DefocusPipeline
+    ) -> Steps[moderngl.Texture]:
+        """Render; a plate shows as much of its frame as the lens at its focus."""
+        picture = yield from self._steps(self._seen(shot, frame), frame, pipeline)
+        if self.scene is not None:
+            return picture
+        plate = self.loaded.plate
+        ratio = plate_ratio(shot.lens_at(frame), room_of(plate))
+        if ratio == 1.0:
+            return picture
+        out = pipeline.scratch.texture("frame", picture.size, 4)
+        scale = picture.width / plate.data_window.width
+        self._passes.rescale.run(picture, frame_centre_px(plate, scale), ratio, out)
+        yield "rescale"
+        return out
+
+    def _seen(self, shot: Shot, frame: float) -> Shot:
+        """Return the shot as a scene is seen: with the lens at the frame, as it breathes."""
+        if self.scene is None or shot.lens.breathing == 1.0:
+            return shot
+        return replace(shot, lens=as_seen(shot.lens_at(frame)), curves=LensCurves())
 
     def _steps(self, shot: Shot, frame: int, pipeline: DefocusPipeline) -> Steps[moderngl.Texture]:
         yield from self.looking(shot, frame)
@@ -253,7 +280,8 @@ class FrameRenderer:
 
     def optics(self, shot: Shot, frame: int = 0) -> Optics:
         """Return the shot's lens at `frame` in front of what is loaded, in its full-size pixels."""
-        return optics_of(self.loaded.plate, self.loaded.occupied, shot.lens_at(frame))
+        lens = self._seen(shot, frame).lens_at(frame)
+        return optics_of(self.loaded.plate, self.loaded.occupied, lens)
 
     def _check(self, shot: Shot) -> None:
         """Refuse what is too large for this machine, and a method that this source cannot have."""

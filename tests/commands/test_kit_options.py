@@ -47,6 +47,18 @@ def test_what_the_kit_has_not_is_refused(made, options, told):
     assert told in said
 
 
+def test_breathing_is_that_of_the_lens_or_as_it_is_told(made):
+    shot, _ = made("--lens-kit", "vintage-primes:75", "--f-stop", "2.8")
+    assert shot.lens.breathing == 1.0
+    shot, said = made("--lens-kit", "vintage-primes:75", "--f-stop", "2.8", "--breathe")
+    assert shot.lens.breathing == 0.91 and "breathes" in said
+    told = ("--focal-length", "50", "--f-stop", "2.8", "--breathing", "0.9")
+    shot, _ = made(*told)
+    assert shot.lens.breathing == 0.9
+    assert made(*told[:4], "--breathe")[0] == 2
+    assert made(*told[:4], "--breathing", "3")[0] == 2
+
+
 def test_a_focus_that_is_too_near_is_refused(made):
     code, said = made(
         *("--lens-kit", "modern-primes:135", "--f-stop", "2", "--focus-distance", "1"),

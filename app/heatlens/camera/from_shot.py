@@ -7,6 +7,7 @@ from heatlens.camera.placement import Matrix, matrix_of
 from heatlens.camera.plate_camera import picture_aspect, placement_of
 from heatlens.camera.samples import CameraSamples, UpAxis
 from heatlens.errors import InputError
+from heatlens.model.breathing import as_seen
 from heatlens.model.filmback import FILMBACKS
 from heatlens.model.frames import FrameRange
 from heatlens.model.framing import Framing
@@ -96,9 +97,11 @@ def _scene_placement(shot: Shot, scene: Scene, framing: Framing, frame: int) -> 
 def _lens_camera(shot: Shot, name: str, frames: FrameRange) -> CameraSamples:
     """Return the lens of the shot at each frame, without placement and sensor height.
 
+    A lens that breathes has the length that it shows, and the f-stop that keeps its opening.
+
     Raises LensError where the keys of a frame describe no possible lens.
     """
-    lenses = [shot.lens_at(frame) for frame in frames]
+    lenses = [as_seen(shot.lens_at(frame)) for frame in frames]
     tracks: dict[str, Any] = {
         str(parameter): tuple(float(getattr(lens, parameter)) for lens in lenses)
         for parameter in LensParameter

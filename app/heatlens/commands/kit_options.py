@@ -28,6 +28,12 @@ def add_kit_option(group: "argparse._ArgumentGroup") -> None:
         help="a lens of a kit, such as vintage-primes:50: its length, its character, how far it "
         "opens and how near it focuses; `heatlens kits` lists them",
     )
+    group.add_argument(
+        "--breathe",
+        action="store_true",
+        help="let the view change with the focus as the lens of the kit does (default: it stays); "
+        "--breathing tells it of a lens without a kit",
+    )
 
 
 def kit_of(args: argparse.Namespace) -> LensKit | None:
@@ -41,16 +47,27 @@ def kit_values(args: argparse.Namespace) -> dict[str, Any]:
     Raises InputError for a length given twice.
     """
     if args.lens_kit is None:
+        if args.breathe:
+            raise InputError(
+                "--breathe lets the view change as the lens of a kit does: give --lens-kit, or "
+                "--breathing with a ratio."
+            )
         return {}
     kit, length_mm = kit_shelf().chosen(args.lens_kit)
+    values = kit.character.known | ({"breathing": _any_breathing(kit)} if args.breathe else {})
     if length_mm is None:
-        return kit.character.known
+        return values
     if args.focal_length not in (None, length_mm):
         raise InputError(
             f"--lens-kit {args.lens_kit} and {flag_of(Lens, 'focal_length_mm')} "
             f"{args.focal_length:g} are two lengths: give one."
         )
-    return {**kit.character.known, "focal_length_mm": length_mm}
+    return {**values, "focal_length_mm": length_mm}
+
+
+def _any_breathing(kit: LensKit) -> float:
+    """Return the breathing of some lens; the kit puts that of the mounted one in its place."""
+    return next((lens.breathing for lens in kit.lenses if lens.breathing != 1.0), 1.0)
 
 
 def lens_of_kit(args: argparse.Namespace, lens: Lens) -> Lens:
@@ -63,6 +80,8 @@ def lens_of_kit(args: argparse.Namespace, lens: Lens) -> Lens:
         return lens
     refusal = kit.refusal(lens)
     bounded = kit.followed(None, lens)
+    if args.breathing is not None:
+        bounded = replace(bounded, breathing=args.breathing)
     changed = [name for name in _BOUNDED if getattr(bounded, name) != getattr(lens, name)]
     if any(getattr(args, option, None) is not None for n in changed for option in _BOUNDED[n]):
         raise InputError(refusal)

@@ -16,7 +16,7 @@ from heatlens.plate.plate import Plate
 
 # Without these no lens can be made; what the plate's header tells need not be given.
 _NEEDED = ("focal_length_mm", "sensor_width_mm", "f_stop", "focus_distance_m")
-_OTHERS = ("squeeze", "model")
+_OTHERS = ("squeeze", "model", "breathing")
 _FLAGS = {name: flag_of(Lens, name) for name in (*_NEEDED, "model")}
 _GIVEN_WITH = {**_FLAGS, "focus_distance_m": f"{_FLAGS['focus_distance_m']} or --focus-at"}
 

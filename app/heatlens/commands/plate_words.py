@@ -4,10 +4,12 @@ from collections.abc import Iterable
 
 from heatlens.commands.say import say
 from heatlens.errors import InputError
+from heatlens.model.breathing import breathing_note
 from heatlens.model.lens import Lens
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.plausibility import doubts
 from heatlens.model.shot import Shot
+from heatlens.plate.breathing_window import room_of
 from heatlens.plate.overscan_need import OverscanNeed, overscan_need
 from heatlens.plate.plate import Plate, depth_span
 from heatlens.plate.read import read_plate
@@ -20,7 +22,15 @@ def say_plate(plate: Plate, lens: Lens, said_of_lens: str, options: PlateOptions
     Raises InputError for the first doubt where `options` are strict.
     """
     say_reading(plate, said_of_lens)
+    say_breathing(lens, plate)
     say_doubts(plate, lens, options)
+
+
+def say_breathing(lens: Lens, plate: Plate | None) -> None:
+    """Print what breathing does to the picture of a plate, or of a scene; nothing without any."""
+    note = breathing_note(lens, None if plate is None else room_of(plate))
+    if note:
+        say(note)
 
 
 def say_reading(plate: Plate, said_of_lens: str) -> None:
@@ -31,7 +41,11 @@ def say_reading(plate: Plate, said_of_lens: str) -> None:
 
 
 def say_doubts_of_shot(shot: Shot, plate: Plate | None) -> None:
-    """Print what is implausible about a shot's lens at any key, in front of its `first_plate`."""
+    """Print what is implausible about a shot's lens at any key, in front of its `first_plate`.
+
+    What breathing does is said too.
+    """
+    say_breathing(shot.lens, plate)
     if plate is None:
         return
     lenses = [shot.lens_at(frame) for frame in shot.key_frames] or [shot.lens]

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from heatlens.commands.kit_options import shot_with_kit
 from heatlens.commands.lens_options import lens_of
 from heatlens.commands.plate_options import plate_options
-from heatlens.commands.plate_words import say_plate
+from heatlens.commands.plate_words import say_breathing, say_plate
 from heatlens.commands.say import say
 from heatlens.commands.scene_options import load_scene
 from heatlens.defocus.quality import layers_for
@@ -55,6 +55,7 @@ def _load_scene(
 ) -> tuple[Shot, int]:
     shot, frame, notes = load_scene(args, renderer, settings)
     say(*notes)
+    say_breathing(shot.lens, None)
     return shot, frame
 
 

@@ -41,7 +41,14 @@ from heatlens.defocus.listed_fragments import FragmentBuffers, ListedFragments, 
 from heatlens.defocus.optics import Optics
 from heatlens.defocus.other_methods import OtherMethods
 from heatlens.defocus.pixel_list import list_bytes
-from heatlens.defocus.plate_passes import AlphaPass, CocPass, CropPass, ProxyPass, proxy_size
+from heatlens.defocus.plate_passes import (
+    AlphaPass,
+    CocPass,
+    CropPass,
+    ProxyPass,
+    RescalePass,
+    proxy_size,
+)
 from heatlens.defocus.quality import kernel_for, layers_for
 from heatlens.defocus.scratch import Scratch
 from heatlens.defocus.tile_mask import TileList, TileMask
@@ -59,6 +66,7 @@ class DefocusPasses:
 
     def __init__(self, ctx: moderngl.Context, solver: LineSolver) -> None:
         self.crop = CropPass(ctx)
+        self.rescale = RescalePass(ctx)
         self.proxy = ProxyPass(ctx)
         self.coc = CocPass(ctx)
         self.alpha = AlphaPass(ctx)

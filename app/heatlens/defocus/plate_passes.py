@@ -55,6 +55,32 @@ class CropPass:
         self._program.release()
 
 
+class RescalePass:
+    """A picture enlarged or made smaller about a point."""
+
+    def __init__(self, ctx: moderngl.Context) -> None:
+        self._program = ComputeProgram(ctx, "rescale.comp.glsl")
+
+    def run(
+        self,
+        picture: moderngl.Texture,
+        centre: tuple[float, float],
+        ratio: float,
+        out: moderngl.Texture,
+    ) -> None:
+        """Show in `out`, of the same size, what lies `ratio` times as far from `centre` (x, y)."""
+        self._program.dispatch(
+            pixel_groups(out.size),
+            textures={"from_tx": picture},
+            images={"out_img": out},
+            uniforms={"centre": centre, "ratio": ratio},
+        )
+
+    def release(self) -> None:
+        """Give the program back to OpenGL."""
+        self._program.release()
+
+
 class AlphaPass:
     """Alpha defocused as a picture of its own, beside the colour."""
 

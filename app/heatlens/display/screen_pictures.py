@@ -130,8 +130,8 @@ class ScreenPictures:
 
     def detail(self, shown: Shown, plate: Pinhole, view: ViewState) -> Detail | None:
         """Return the detail in focus that a preview lacks; None for a whole picture."""
-        if not _is_hurried(shown):
-            return None
+        if not _is_hurried(shown) or shown.shot.lens.breathing != 1.0:
+            return None  # what a lens that breathes shows has another size than the plate
         if self._detail_of is not plate:  # while a sequence plays, each plate is seen only once
             self._detail_of = plate
             return None

@@ -31,6 +31,7 @@ class Lens:
     close_focus_m      nearest focus that the ring of the real lens allows, None where unknown; a
                        nearer one is rendered all the same, and `pull.frames_too_close` finds it
     model              whose discs it makes: those of a real lens, or those of a CG renderer
+    breathing          width of the view at close focus over that at infinity; see `breathing`
 
     Raises LensError naming the value and what it may be.
     """
@@ -79,6 +80,17 @@ class Lens:
             "whose discs: those of a photographic lens, or those of the CG renderer that makes the "
             "final picture, which are smaller by (focus - focal length)/focus (default: renderer "
             "for a scene and for a plate whose header names a CG renderer, else photographic)",
+        ),
+    )
+
+    breathing: float = field(
+        default=1.0,
+        metadata=option(
+            "breathing",
+            "width of the view at close focus over that at infinity, as 0.95 (default 1: none)",
+            metavar="RATIO",
+            least=0.5,
+            most=1.5,
         ),
     )
 

@@ -191,6 +191,8 @@ def _bounded(lens: Lens, kit_lens: KitLens) -> Lens:
         "focus_distance_m": max(lens.focus_distance_m, kit_lens.close_focus_m),
         "close_focus_m": kit_lens.close_focus_m,
     }
+    if lens.breathing != 1.0:
+        changed["breathing"] = kit_lens.breathing
     if "widest_f_stop" in _LENS_FIELDS:
         changed["widest_f_stop"] = kit_lens.f_stop
     return replace(lens, **changed)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from heatlens.errors import InputError
 from heatlens.files.output_check import check_writable
 from heatlens.model.boxes import Box
+from heatlens.model.breathing import as_seen
 from heatlens.model.lens import Lens
 from heatlens.plate.display import srgb_encoded
 from heatlens.plate.exr_write import lens_attributes, write_exr
@@ -88,7 +89,7 @@ def lens_header(plate: Plate, lens: Lens) -> dict[str, Any]:
     """
     if plate.coc_px is not None:
         return {}
-    camera = plate.camera
+    camera, lens = plate.camera, as_seen(lens)
     height_mm = camera.sensor_height_mm if camera.sensor_width_mm == lens.sensor_width_mm else None
     if height_mm is None:
         window = plate.display_window

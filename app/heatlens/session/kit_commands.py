@@ -50,6 +50,12 @@ class KitCommands:
             return
         self._mount(kit, kit.nearest(self._editing.lens.focal_length_mm))
 
+    def breathe(self, is_on: bool) -> None:
+        """Let the view change with the focus as the mounted lens does, or no more."""
+        mounted, lens = self.mounted, self._editing.lens
+        ratio = mounted.breathing if is_on and mounted is not None else 1.0
+        self._editing.edit_lens(replace(lens, breathing=ratio))
+
     def mount(self, kit_lens: KitLens) -> None:
         """Put another lens of the kit on the camera."""
         kit = self._editing.shot.kit

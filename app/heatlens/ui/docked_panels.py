@@ -93,7 +93,7 @@ class DockedPanels:
             self._ring()
             with listening() as drawn:
                 session.editing.edit_lens(lens_panel(session.lens, facts, session.say))
-            kit_panel(session.shot.kit, kits)
+            kit_panel(session.shot.kit, session.lens, kits)
             session.editing.edit(
                 replace(session.shot, defocus=blur_panel(session.shot.defocus, session.has_scene))
             )

@@ -2,15 +2,17 @@
 
 from imgui_bundle import imgui
 
+from heatlens.model.lens import Lens
 from heatlens.model.lens_kit import LensKit
 from heatlens.printable import printable
 from heatlens.session.kit_commands import KitCommands
-from heatlens.ui import widgets
+from heatlens.ui import probe, widgets
 
+_BREATHING_TIP = "At close focus the lens shows {:.3g} % of the width that it shows at infinity."
 _NONE = "none: any lens"
 
 
-def kit_panel(kit: LensKit | None, commands: KitCommands) -> None:
+def kit_panel(kit: LensKit | None, lens: Lens, commands: KitCommands) -> None:
     """Draw the choice of the kit and of its lens, and what that lens can do."""
     imgui.separator_text("Lens kit")
     tip = "Lenses that belong together. They bound length, f-stop and focus."
@@ -27,3 +29,10 @@ def kit_panel(kit: LensKit | None, commands: KitCommands) -> None:
     if name != mounted.name:
         commands.mount(kit.lenses[names.index(name)])
     imgui.text_disabled(mounted.words)
+    if mounted.breathing != 1.0:
+        changed, is_on = imgui.checkbox("the view breathes", lens.breathing != 1.0)
+        probe.note("breathing")
+        if imgui.is_item_hovered():
+            imgui.set_tooltip(_BREATHING_TIP.format(100 * mounted.breathing))
+        if changed:
+            commands.breathe(is_on)

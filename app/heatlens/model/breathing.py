@@ -1,0 +1,68 @@
+"""Breathing: how the view of a lens changes as it is focused.
+
+A lens that is focused nearer mostly shows less. The width of the view goes evenly with the
+dioptres of the focus, from that at infinity to `Lens.breathing` times that at close focus. What is
+seen is that of a lens of another length with an opening of the same diameter.
+"""
+
+from dataclasses import replace
+
+from heatlens.model.lens import Lens
+
+USUAL_CLOSE_M = 0.5  # where nothing tells how near a lens focuses
+
+
+def view_ratio(lens: Lens) -> float:
+    """Return the width of the view over that at infinity; 1 for a lens that does not breathe.
+
+    Nearer than close focus the view stays.
+    """
+    if lens.breathing == 1.0:
+        return 1.0
+    close_m = USUAL_CLOSE_M if lens.close_focus_m is None else lens.close_focus_m
+    return 1.0 + (lens.breathing - 1.0) * min(1.0, close_m / lens.focus_distance_m)
+
+
+def as_seen(lens: Lens) -> Lens:
+    """Return the lens without breathing that shows the same: its length and its f-stop differ.
+
+    The diameter of the opening stays, and so do the discs in parts of what is seen.
+    """
+    ratio = view_ratio(lens)
+    if lens.breathing == 1.0:
+        return lens
+    return replace(
+        lens,
+        focal_length_mm=lens.focal_length_mm / ratio,
+        f_stop=lens.f_stop / ratio,
+        breathing=1.0,
+    )
+
+
+def plate_ratio(lens: Lens, room: float) -> float:
+    """Return the width of the frame that a picture of a plate shows.
+
+    `room` is the width that the plate has over that of its frame, 1 without overscan. A view that
+    would become wider than that is scaled by the same factor at every focus.
+    """
+    return view_ratio(lens) / max(1.0, lens.breathing / max(room, 1.0))
+
+
+def breathing_note(lens: Lens, room: float | None) -> str:
+    """Return in a sentence what breathing does to a picture; "" for a lens that does not breathe.
+
+    `room` is as in `plate_ratio`; None for a scene, which is drawn as the lens sees it.
+    """
+    if lens.breathing == 1.0:
+        return ""
+    change = f"{100 * abs(1 - lens.breathing):.3g} %"
+    how = "less" if lens.breathing < 1 else "more"
+    begin = f"The lens breathes: at close focus it shows {change} {how} than at infinity"
+    if room is None:
+        return f"{begin}."
+    if lens.breathing < 1:
+        return f"{begin}, which is cut from the plate."
+    if room >= lens.breathing:
+        return f"{begin}, which the overscan of the plate has."
+    scale = lens.breathing / max(room, 1.0)
+    return f"{begin}, and the plate has no overscan for that: every frame is enlarged {scale:.3g}x."

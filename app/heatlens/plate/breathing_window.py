@@ -1,0 +1,28 @@
+"""What a lens that breathes shows of the frame of a plate."""
+
+from heatlens.model.breathing import plate_ratio
+from heatlens.model.lens import Lens
+from heatlens.plate.overscan_need import overscan_px
+from heatlens.plate.plate import Plate
+
+
+def room_of(plate: Plate) -> float:
+    """Return the width that the plate has over that of its frame, alike on both sides."""
+    return 1.0 + 2.0 * overscan_px(plate) / plate.display_window.width
+
+
+def frame_centre_px(plate: Plate, scale: float = 1.0) -> tuple[float, float]:
+    """Return the middle of the frame, from the corner of the data window; `scale` is the proxy."""
+    data, shown = plate.data_window, plate.display_window
+    x, y = (shown.x0 + shown.x1) / 2 - data.x0, (shown.y0 + shown.y1) / 2 - data.y0
+    return x * scale, y * scale
+
+
+def plate_pixel(plate: Plate, lens: Lens, pixel: tuple[int, int]) -> tuple[int, int]:
+    """Return which pixel of the display window of a plate is seen at one of the picture."""
+    ratio = plate_ratio(lens, room_of(plate))
+    if ratio == 1.0:
+        return pixel
+    sides = plate.display_window.width, plate.display_window.height
+    x, y = (side / 2 + (at + 0.5 - side / 2) * ratio for at, side in zip(pixel, sides, strict=True))
+    return int(x // 1), int(y // 1)

@@ -1,0 +1,41 @@
+// A picture enlarged or made smaller about a point, by a cubic through its pixels.
+//
+// Input
+//   from_tx   the picture, as large as the output
+// Output
+//   out_img   each pixel shows what lies `ratio` times as far from `centre`, at most the border
+//
+// The cubic is Keys 1981 (a = -1/2). Its overshoot is kept within the pixels that it goes through,
+// so that no highlight rings and no colour becomes negative.
+
+layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
+
+uniform sampler2D from_tx;
+uniform vec2 centre;
+uniform float ratio;
+writeonly uniform image2D out_img;
+
+vec4 weights(float t) {
+    float t2 = t * t, t3 = t2 * t;
+    return 0.5 * vec4(-t3 + 2.0 * t2 - t, 3.0 * t3 - 5.0 * t2 + 2.0, -3.0 * t3 + 4.0 * t2 + t, t3 - t2);
+}
+
+void main() {
+    ivec2 at = ivec2(gl_GlobalInvocationID.xy), size = imageSize(out_img);
+    if (any(greaterThanEqual(at, size))) return;
+    vec2 place = centre + (vec2(at) + 0.5 - centre) * ratio - 0.5;
+    ivec2 first = ivec2(floor(place));
+    vec4 across = weights(place.x - float(first.x)), down = weights(place.y - float(first.y));
+    vec4 sum = vec4(0.0), low = vec4(0.0), high = vec4(0.0);
+    for (int j = 0; j < 4; ++j)
+        for (int i = 0; i < 4; ++i) {
+            vec4 value = texelFetch(from_tx, clamp(first + ivec2(i, j) - 1, ivec2(0), size - 1), 0);
+            sum += across[i] * down[j] * value;
+            if (i == 1 && j == 1) low = high = value;
+            if (i > 0 && i < 3 && j > 0 && j < 3) {
+                low = min(low, value);
+                high = max(high, value);
+            }
+        }
+    imageStore(out_img, at, clamp(sum, low, high));
+}
