@@ -9,7 +9,7 @@ from support.window_plates import QUICK, room_file
 @pytest.fixture(scope="module")
 def gui(session_context, tmp_path_factory):
     plate = room_file(tmp_path_factory.mktemp("kits") / "room.exr")
-    with gui_of(session_context, plate, size=(1280, 1100), defocus=QUICK) as made:
+    with gui_of(session_context, plate, size=(1280, 1400), defocus=QUICK) as made:
         made.opened()
         yield made
 
