@@ -1,5 +1,6 @@
 """An export is stopped in bounded time, whatever its process does with signals."""
 
+import signal
 import subprocess
 import sys
 import time
@@ -15,6 +16,36 @@ DEAF = (
     "for number in (signal.SIGINT, signal.SIGTERM): signal.signal(number, signal.SIG_IGN)\n"
     "print('{}', flush=True); time.sleep(60)"
 )
+
+# Says what it does with stop signals.
+ASKED = (
+    "import signal, sys\n"
+    "heard = [n.name for n in (signal.SIGINT, signal.SIGTERM) "
+    "if signal.getsignal(n) is not signal.SIG_IGN]\n"
+    "print(*heard, file=sys.stderr); sys.exit(1)"
+)
+
+
+def test_a_process_hears_signals_that_the_program_was_started_to_ignore(monkeypatch, tmp_path):
+    real = subprocess.Popen
+
+    def started(_line, **options):
+        return real([sys.executable, "-c", ASKED], **options)
+
+    monkeypatch.setattr(export_process.subprocess, "Popen", started)
+    run = ExportRun(lambda: None)
+    numbers = (signal.SIGINT, signal.SIGTERM)
+    before = [signal.signal(number, signal.SIG_IGN) for number in numbers]
+    try:
+        run.export(Shot(Lens(50.0, 2.0, 3.0, 36.0)), str(tmp_path / "a.####.exr"))
+        after = [signal.getsignal(number) for number in numbers]
+    finally:
+        for number, handler in zip(numbers, before, strict=True):
+            signal.signal(number, handler)
+    assert run._follower is not None
+    run._follower.join(60)
+    assert run.state is not None and run.state.said == "SIGINT SIGTERM"
+    assert after == [signal.SIG_IGN] * 2
 
 
 def test_a_process_that_ignores_signals_is_killed(monkeypatch, tmp_path):

@@ -5,7 +5,7 @@ import pytest
 from imgui_bundle import imgui
 
 from heatlens.ui.actions import pressed
-from heatlens.ui.fast_keys import FastKeys, events_wait
+from heatlens.ui.fast_keys import FastKeys, events_wait, imgui_key
 
 _GLFW = {
     imgui.Key.left_shift: glfw.KEY_LEFT_SHIFT,
@@ -14,11 +14,24 @@ _GLFW = {
     imgui.Key.left_ctrl: glfw.KEY_LEFT_CONTROL,
 }
 _MODS = {imgui.Key.left_shift: imgui.Key.mod_shift, imgui.Key.left_ctrl: imgui.Key.mod_ctrl}
+_BITS = {imgui.Key.left_shift: glfw.MOD_SHIFT, imgui.Key.left_ctrl: glfw.MOD_CONTROL}
 
 
-def typed(keys: FastKeys, key: imgui.Key, is_down: bool) -> None:
+class Hand:
+    """Sends the events of keys as GLFW does, with the modifiers that are held."""
+
+    def __init__(self) -> None:
+        self.keys, self.mods = FastKeys(), 0
+
+    def typed(self, key: imgui.Key, is_down: bool) -> None:
+        typed(self.keys, key, is_down, self.mods)
+        bit = _BITS.get(key, 0)
+        self.mods = self.mods | bit if is_down else self.mods & ~bit
+
+
+def typed(keys: FastKeys, key: imgui.Key, is_down: bool, mods: int = 0) -> None:
     """An event as ImGui's own callback takes it in behind ours: the modifier first."""
-    keys.before(_GLFW[key], glfw.PRESS if is_down else glfw.RELEASE)
+    keys.before(_GLFW[key], glfw.PRESS if is_down else glfw.RELEASE, mods)
     if key in _MODS:
         imgui.get_io().add_key_event(_MODS[key], is_down)
     imgui.get_io().add_key_event(key, is_down)
@@ -27,8 +40,8 @@ def typed(keys: FastKeys, key: imgui.Key, is_down: bool) -> None:
 @pytest.mark.parametrize("count", [1, 2, 10])
 def test_question_marks_between_two_frames(gui, count):
     """Shift is let go of before the key, as people and xdotool do."""
-    seen, last, keys = 0, gui.ui.shows_keys, FastKeys()
-    typed(keys, imgui.Key.left_shift, True)
+    seen, last, hand = 0, gui.ui.shows_keys, Hand()
+    hand.typed(imgui.Key.left_shift, True)
     gui.frame()
     for _ in range(count):
         for key, is_down in (
@@ -37,11 +50,11 @@ def test_question_marks_between_two_frames(gui, count):
             (imgui.Key.slash, False),
             (imgui.Key.left_shift, True),
         ):
-            typed(keys, key, is_down)
+            hand.typed(key, is_down)
     while events_wait():
         gui.frame()
         seen, last = seen + (gui.ui.shows_keys != last), gui.ui.shows_keys
-    typed(keys, imgui.Key.left_shift, False)
+    hand.typed(imgui.Key.left_shift, False)
     assert seen == count
     gui.ui.shows_keys = False
     gui.frame(2)
@@ -49,16 +62,40 @@ def test_question_marks_between_two_frames(gui, count):
 
 def test_a_modifier_that_comes_behind_a_key_is_not_held_with_it(gui):
     """S, then Ctrl, before the next frame: no Ctrl+S."""
-    keys, name = FastKeys(), next(a.name for a in gui.screen.actions if a.shortcut == "Ctrl+S")
+    hand, name = Hand(), next(a.name for a in gui.screen.actions if a.shortcut == "Ctrl+S")
     for key, is_down in (
         (imgui.Key.s, True),
         (imgui.Key.left_ctrl, True),
         (imgui.Key.s, False),
         (imgui.Key.left_ctrl, False),
     ):
-        typed(keys, key, is_down)
+        hand.typed(key, is_down)
     done = []
     while events_wait():
         gui.frame()
         done += [a.name for a in pressed(gui.screen.actions)]
     assert name not in done and not gui.ui.dialogs.browser.is_open
+
+
+def test_a_key_has_the_modifiers_of_its_own_event_where_glfw_left_out_their_press(gui):
+    """GLFW then says that Ctrl is not held, which ImGui's callback takes in before the key."""
+    keys, name = FastKeys(), next(a.name for a in gui.screen.actions if a.shortcut == "Ctrl+S")
+    done = []
+    for _ in range(3):
+        keys.before(glfw.KEY_S, glfw.PRESS, glfw.MOD_CONTROL)
+        gui.io.add_key_event(imgui.Key.mod_ctrl, False)
+        gui.io.add_key_event(imgui.Key.s, True)
+        keys.before(glfw.KEY_S, glfw.RELEASE, glfw.MOD_CONTROL)
+        gui.io.add_key_event(imgui.Key.s, False)
+    while events_wait():
+        imgui.backends.opengl3_new_frame()
+        imgui.new_frame()
+        done += [a.name for a in pressed(gui.screen.actions)]
+        imgui.end_frame()
+    assert done == [name] * 3
+
+
+def test_every_key_of_a_shortcut_is_known(gui):
+    shortcuts = {action.key for action in gui.screen.actions if action.key is not None}
+    known = {imgui_key(key) for key in range(glfw.KEY_SPACE, glfw.KEY_LAST + 1)}
+    assert shortcuts <= known

@@ -8,16 +8,18 @@ import signal
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from threading import Thread
+from threading import Thread, current_thread, main_thread
 
 from heatlens.documents.shot_file import SHOT_SUFFIX, write_shot
 from heatlens.model.shot import Shot
 
 _PATIENCE_S = 2.0  # until an export that was asked to stop is killed
 _KILLED_S = 1.0  # until the system has cleared away what was killed
+_STOPS = (signal.SIGINT, signal.SIGTERM)
 _STOPPED = (128 + signal.SIGTERM, -signal.SIGTERM, -signal.SIGKILL)
 
 
@@ -90,7 +92,8 @@ class ExportRun:
         line = [*program, *command.split(), str(path), "-o", output, *words]
         self.state = ExportState(f"{command.split()[-1]} to {output}", output=output)
         pipe = subprocess.PIPE
-        self._process = subprocess.Popen(line, stdout=pipe, stderr=pipe, text=True)
+        with _signals_heard_by_children():
+            self._process = subprocess.Popen(line, stdout=pipe, stderr=pipe, text=True)
         followed = (self._process, self.state, folder)
         self._follower = Thread(target=self._follow, args=followed, daemon=True)
         self._follower.start()
@@ -122,6 +125,26 @@ class ExportRun:
         assert process.stderr is not None
         for line in process.stderr:
             state.said = line.strip().removeprefix("heatlens: ")
+
+
+@contextmanager
+def _signals_heard_by_children() -> Iterator[None]:
+    """Start processes that answer stop signals, also where this one was started to ignore them.
+
+    What is ignored stays ignored in a child, as in that of `heatlens x &` in a script; a signal
+    that has a handler has its usual effect there. Only the main thread may set handlers.
+    """
+    if current_thread() is not main_thread():
+        yield
+        return
+    ignored = [number for number in _STOPS if signal.getsignal(number) is signal.SIG_IGN]
+    for number in ignored:
+        signal.signal(number, lambda *_: None)
+    try:
+        yield
+    finally:
+        for number in ignored:
+            signal.signal(number, signal.SIG_IGN)
 
 
 def _kill_late(process: "subprocess.Popen[str]") -> None:

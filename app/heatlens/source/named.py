@@ -8,8 +8,9 @@ from heatlens.model.framing import SceneTiming
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.shot import Shot
 from heatlens.sequence.names import NameForm
-from heatlens.sequence.sequence import Sequence, find_sequence
+from heatlens.sequence.sequence import Sequence
 from heatlens.source.kind import NO_FILES, SourceKind, kind_of
+from heatlens.source.one_size import sequence_of_one_size
 from heatlens.source.plate_source import PlateSource
 from heatlens.source.scene_source import SceneSource
 from heatlens.source.source import Source
@@ -43,7 +44,7 @@ def plates_named(text: str, options: PlateOptions) -> PlateSource:
     """
     if kind_of(text) is SourceKind.STREAM:
         raise InputError(f"{text}: {NO_FILES}")
-    return PlateSource(text, find_sequence(text), options)
+    return PlateSource(text, sequence_of_one_size(text), options)
 
 
 def single_source(path: Path, options: PlateOptions) -> Source:

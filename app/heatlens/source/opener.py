@@ -13,8 +13,9 @@ from heatlens.frame_cache.reader import SequenceReader
 from heatlens.model.framing import SceneTiming
 from heatlens.model.plate_options import PlateOptions
 from heatlens.scene.placing import Placing
-from heatlens.sequence.sequence import Sequence, find_sequence
+from heatlens.sequence.sequence import Sequence
 from heatlens.source.kind import SourceKind, kind_of
+from heatlens.source.one_size import sequence_of_one_size
 from heatlens.source.opened import News, Opened, OpenedPlates, OpenedStream, opened_scene
 from heatlens.source.plate_source import PlateSource
 from heatlens.source.stream_source import StreamSource
@@ -117,7 +118,7 @@ def _opened(
     if kind_of(text) is SourceKind.SCENE:
         with stop.heard():
             return opened_scene(text, options, timing, placing)
-    source = PlateSource(text, find_sequence(text), options)
+    source = PlateSource(text, sequence_of_one_size(text), options)
     first, news = _first_frame(source.sequence, text, frame), News(wake)
     # A fault of the program in one frame makes that frame damaged, and the others are shown.
     read = faults_told("A frame could not be read")(SequenceReader(options))

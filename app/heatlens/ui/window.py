@@ -274,8 +274,8 @@ class Loop:
             register(self._window, woken)
         glfw.set_drop_callback(self._window, self._dropped)  # type: ignore[arg-type]  # see stub
 
-    def _key_changed(self, _window: Any, key: int, _code: int, action: int, _mods: int) -> None:
-        self._keys.before(key, action)
+    def _key_changed(self, _window: Any, key: int, _code: int, action: int, mods: int) -> None:
+        self._keys.before(key, action, mods)
         self._woken()
 
     def _woken(self) -> None:
