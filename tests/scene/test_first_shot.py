@@ -7,8 +7,9 @@ import pytest
 
 from heatlens.commands.main import main
 from heatlens.documents.shot_file import read_shot
+from heatlens.model.coc import coc_line
 from heatlens.scene.first_shot import first_shot
-from heatlens.scene.scene_bounds import object_depth_m, track_of
+from heatlens.scene.scene_bounds import corners_m, framed, object_depth_m, track_of
 from support.command_line import picture, render
 from support.exports import exported
 from support.gltf_files import GltfWriter
@@ -105,3 +106,31 @@ def test_a_plate_without_a_lens_asks_for_none(capsys, bare, tmp_path):
         said = write(capsys, bare, tmp_path / name, *TINY, "--pinhole", "--float")
         assert "f/2 (assumed: a scene tells none)" in said
     np.testing.assert_array_equal(picture(tmp_path / "a.exr")[1], picture(tmp_path / "b.exr")[1])
+
+
+def street(folder, size_m: float):
+    """Ten squares of 1 m, one behind the other over `size_m`, and a floor."""
+    writer = GltfWriter()
+    mesh = writer.mesh()
+    for number in range(10):
+        at = [0.2 * number, 0.0, -size_m * number / 9]
+        writer.node(name=f"square {number}", mesh=mesh, translation=at)
+    writer.node(name="floor", mesh=mesh, scale=[size_m, 0.001, size_m])
+    return writer.write(folder / "street.glb")
+
+
+def test_a_large_scene_without_a_camera_is_seen_from_where_there_is_blur(tmp_path):
+    begun = first_shot(str(street(tmp_path, 15.0)))
+    shot, scene = begun.shot, begun.scene
+    pose = track_of(scene, shot.framing, shot.lens).pose_at(1)
+    near_m, far_m = (object_depth_m(scene, f"square {n}", pose, 1) for n in (0, 9))
+    assert shot.lens.focus_distance_m == pytest.approx(near_m)
+    line = coc_line(shot.lens, 1000)
+    assert abs(line.at_infinity_px + line.per_dioptre_px / far_m) > 3  # of 1000 pixels: seen whole it is 0.4
+
+
+def test_a_small_scene_without_a_camera_is_seen_whole(tmp_path):
+    begun = first_shot(str(street(tmp_path, 3.0)))
+    pose = track_of(begun.scene, begun.shot.framing, begun.shot.lens).pose_at(1)
+    whole = framed(corners_m(begun.scene, 1), begun.shot.lens, 1280 / 720)
+    assert pose == whole

@@ -18,7 +18,7 @@ from heatlens.model.linear_keys import linear_keys
 from heatlens.model.shot import LensParameter, Shot
 from heatlens.scene.placing import Placing, placed_first
 from heatlens.scene.scene import Scene, SceneCamera
-from heatlens.scene.scene_bounds import bounds_m, started_framing, track_of
+from heatlens.scene.scene_bounds import bounds_m, started_framing, subject_m, track_of
 from heatlens.scene.scene_name import is_demo, open_scene
 
 _ASSUMED = Lens(
@@ -181,10 +181,14 @@ def _with_given(begun: FirstShot, given: Mapping[str, Any]) -> FirstShot:
 
 
 def _middle_m(begun: FirstShot) -> float:
-    """Return the planar depth of the scene's middle, at least twice the focal length."""
+    """Return the planar depth of the middle, at least twice the focal length.
+
+    It is that of the scene, or of the object that a large one is seen around.
+    """
     scene, shot, frame = begun.scene, begun.shot, begun.frame
+    subject = None if scene.cameras else subject_m(scene)
     pose = track_of(scene, shot.framing or Framing(), shot.lens).pose_at(frame)
-    middle = bounds_m(scene, frame).mean(axis=0)
+    middle = bounds_m(scene, frame).mean(axis=0) if subject is None else subject.mean(axis=0)
     row = pose.world_to_camera[2]
     depth_m = -float(row[:3] @ middle + row[3])
     return max(depth_m, 2e-3 * shot.lens.focal_length_mm)

@@ -13,6 +13,9 @@ from heatlens.scene.scene import Array, Scene
 
 _MARGIN = 1.15  # room around what is looked at
 _CLOSEST = 1e-3  # of the size of the objects: the least distance of a camera from them
+_LARGE_M = 4.0  # from this size on, a scene that is seen whole is sharp everywhere
+_LEAST_PART, _MOST_PART = 0.05, 0.4  # of the scene: the size of an object that stands out in it
+_AROUND_SUBJECT = 1.6  # how much more than the subject is seen
 _FROM = (0.35, 0.25, 1.0)  # a little from the right and from above
 
 
@@ -100,7 +103,36 @@ def track_of(scene: Scene, framing: Framing, lens: Lens) -> CameraTrack:
         return scene.cameras[0].track
     first = scene.frames.first if scene.frames else 1
     aspect = framing.width_px / framing.height_px
-    return CameraTrack((PoseKey(first, framed(corners_m(scene, first), lens, aspect)),))
+    corners = corners_m(scene, first)
+    whole = framed(corners, lens, aspect)
+    subject = subject_m(scene)
+    if subject is None:
+        return CameraTrack((PoseKey(first, whole),))
+    middle = subject.mean(axis=0)
+    around = middle + _AROUND_SUBJECT * (subject - middle)
+    return CameraTrack((PoseKey(first, framed(around, lens, aspect, whole.turn)),))
+
+
+def subject_m(scene: Scene) -> Array | None:
+    """Return (8, 3) corners of the object to focus on first in a scene too large to see blur in.
+
+    From as far away as shows a large scene, everything is sharp: across a scene of a size L that
+    is seen whole, the discs are about 0.8 w / (N L) of the picture's width, for a film back of the
+    width w. Then the nearest object counts that is much smaller than the scene. Returns None where
+    the scene is small enough to be seen whole, or nothing in it stands out.
+    """
+    first = scene.frames.first if scene.frames else 1
+    corners = placed_corners(scene.boxes_at(first), scene.transforms_at(first)).reshape(-1, 8, 3)
+    if not len(corners):
+        return None
+    low, high = corners.min(axis=1), corners.max(axis=1)
+    whole, sizes = (high.max(axis=0) - low.min(axis=0)).max(), (high - low).max(axis=1)
+    stands_out = (sizes > _LEAST_PART * whole) & (sizes < _MOST_PART * whole)
+    if not (whole > _LARGE_M and stands_out.any()):
+        return None
+    towards = looking_at(_FROM, (0.0, 0.0, 0.0)).turn[:, 2]
+    near = np.where(stands_out, (low + high) @ towards, -np.inf)
+    return np.asarray(corners[int(near.argmax())])
 
 
 def started_framing(scene: Scene, size: tuple[int, int] | None = None) -> Framing:
