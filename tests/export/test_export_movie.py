@@ -19,6 +19,7 @@ from heatlens.plate.camera_header import lens_attributes
 from support.command_line import started
 from support.exports import (
     FRAMES,
+    WIDTH,
     exported,
     files_in,
     refused,
@@ -147,12 +148,14 @@ def test_odd_sizes_gain_a_row_or_a_column_like_the_last(capsys, tmp_path, suffix
     assert found.shape == (2, height, width, 3)
 
 
-def test_pixels_that_are_not_square_are_told(capsys, tmp_path):
-    source = write_plates(tmp_path / "plates", pixelAspectRatio=2.0)
-    write_shot(tmp_path / "s.heatlens.json", shot_of(source))
-    exported(capsys, tmp_path / "s.heatlens.json", tmp_path / "m.mov")
+@pytest.mark.parametrize(("words", "wider", "aspect"), [((), 1, 2), (("--desqueeze", "2"), 2, 1)])
+def test_pixels_that_are_not_square_are_told_or_made_so(capsys, tmp_path, words, wider, aspect):
+    source = write_plates(tmp_path / "plates", (1001, 1002), pixelAspectRatio=2.0)
+    write_shot(tmp_path / "s.heatlens.json", shot_of(source, (1001, 1002)))
+    exported(capsys, tmp_path / "s.heatlens.json", tmp_path / "m.mov", *words)
     with av.open(str(tmp_path / "m.mov")) as container:
-        assert container.streams.video[0].sample_aspect_ratio == 2
+        stream = container.streams.video[0]
+        assert (stream.width, stream.sample_aspect_ratio) == (wider * WIDTH, aspect)
 
 
 def test_burn_in_is_in_the_movie(capsys, shot_file, tmp_path):

@@ -14,6 +14,7 @@ from PIL import Image
 from heatlens.commands.main import main
 from heatlens.gpu.textures import download
 from heatlens.model.boxes import Box
+from heatlens.model.guides import Guides
 from heatlens.model.look_options import LookOptions
 from heatlens.model.settings import DefocusSettings, Quality
 from heatlens.paths import data_dir
@@ -157,6 +158,16 @@ def test_a_wish_is_words_for_the_command(tmp_path) -> None:
         *("--frames", "1-5", "--quality", "film", "--display=sRGB", "--view=ACES"),
         *("--exposure=0.5", "--burn-in"),
     ]
+    guides = Guides(aspect=2.39, thirds=True, desqueeze=2.0)
+    assert replace(look, with_guides=True).words(seen, guides) == [
+        *look.words(seen),
+        *("--matte=2.39", "--thirds", "--desqueeze=2.0"),
+    ]
+    assert look.words(seen, guides) == look.words(seen)
+    faint = Guides(opacity=0.5, centre=True)  # without a matte there is nothing faint
+    assert replace(look, with_guides=True).words(seen, faint)[-1] == "--centre-cross"
+    linear = ExportWish("/a", "b", with_guides=True)
+    assert linear.words(seen, guides) == []
 
 
 def test_news_of_the_process_are_taken_and_other_lines_left() -> None:

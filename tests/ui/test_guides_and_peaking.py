@@ -1,5 +1,7 @@
 """Mattes and lines over the picture, and the coloured edges of what is in focus."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from imgui_bundle import imgui
@@ -122,3 +124,15 @@ def test_a_desqueeze_widens_the_picture_and_the_pointer_follows(gui):
     assert gui.screen.picture.hovered == (20, 40)
     gui.wheel(at, 3)
     assert gui.at_picture(20.5, 40.5) == pytest.approx(at, abs=1.0)
+
+
+def test_the_squeeze_of_the_lens_is_offered_as_desqueeze(gui):
+    session = gui.session
+    session.editing.edit_lens(replace(session.lens, squeeze=1.75))
+    gui.rest()
+    imgui.set_window_focus("Guides")
+    gui.frame(3)
+    gui.click(gui.middle("desqueeze"))
+    gui.frame(2)
+    gui.click(gui.middle("desqueeze: as the lens: 1.75"))
+    assert session.view.guides.desqueeze == 1.75

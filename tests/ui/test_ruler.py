@@ -54,7 +54,7 @@ def at(gui, pixel):
 def test_two_clicks_measure_and_pull_no_focus_and_escape_ends_it(gui):
     session, ruler = gui.session, gui.session.view_commands.ruler
     focus_m = session.lens.focus_distance_m
-    gui.key(K.r, shift=True)
+    gui.key(K.n)
     assert ruler.is_on
     gui.click(at(gui, BALL))
     assert ruler.points == (BALL,)

@@ -146,7 +146,7 @@ def _view(session: Session, scale: UiScale) -> list[Action]:
             is_on=lambda: session.view.pixel_values,
         ),
         Action(
-            "Ruler", "View", view.toggle_ruler, _K.r | SHIFT,
+            "Ruler", "View", view.toggle_ruler, _K.n,
             is_on=lambda: view.ruler.is_on, barred=lambda: view.ruler.why_not(),
         ),
         Action("Brighter", "View", partial(view.expose, 1), _K.up_arrow | CTRL, repeats=True),

@@ -189,7 +189,8 @@ class DockedPanels:
 
     def _guides(self) -> None:
         if self._begin("Guides"):
-            self._session.view = guides_panel(self._session.view, self._session.say)
+            session = self._session
+            session.view = guides_panel(session.view, session.lens.squeeze, session.say)
         imgui.end()
 
     def _timeline(self) -> None:

@@ -17,14 +17,14 @@ _OWN_FIRST = 2.0  # width over height, until another is typed
 _LINES = (("safe_areas", "safe areas"), ("thirds", "thirds"), ("centre", "centre cross"))
 
 
-def guides_panel(view: ViewState, say: Callable[[str], None]) -> ViewState:
-    """Draw it; return the view as the user left it."""
+def guides_panel(view: ViewState, squeeze: float, say: Callable[[str], None]) -> ViewState:
+    """Draw it; return the view as the user left it. `squeeze` is that of the lens now."""
     imgui.separator_text("Matte and lines")
     guides = _matte(view.guides, say)
     for field, words in _LINES:
         guides = replace(guides, **{field: _check(words, bool(getattr(guides, field)))})
     imgui.separator_text("Anamorphic")
-    guides = _desqueeze(guides, say)
+    guides = _desqueeze(guides, squeeze, say)
     imgui.separator_text("Focus peaking")
     return _peaking(replace(view, guides=guides))
 
@@ -48,7 +48,7 @@ def _matte(guides: Guides, say: Callable[[str], None]) -> Guides:
     return replace(guides, opacity=opacity)
 
 
-def _desqueeze(guides: Guides, say: Callable[[str], None]) -> Guides:
+def _desqueeze(guides: Guides, squeeze: float, say: Callable[[str], None]) -> Guides:
     known = {value: name for name, value in SQUEEZES.items()}
     now = guides.desqueeze
     shown = _AS_FILE if now is None else _SQUARE if now == 1.0 else known.get(now, _OWN)
@@ -56,9 +56,11 @@ def _desqueeze(guides: Guides, say: Callable[[str], None]) -> Guides:
         "How wide pixels are shown for their height. It changes the view and exports with guides; "
         "the blur goes by the file."
     )
-    picked = widgets.choice("desqueeze", shown, [_AS_FILE, _SQUARE, *SQUEEZES, _OWN], tip)
+    as_lens = f"as the lens: {squeeze:.4g}"
+    lens = [as_lens] if squeeze != 1.0 else []
+    picked = widgets.choice("desqueeze", shown, [_AS_FILE, *lens, _SQUARE, *SQUEEZES, _OWN], tip)
     if picked != shown:
-        values = {_AS_FILE: None, _SQUARE: 1.0, _OWN: _OWN_SQUEEZE_FIRST}
+        values = {_AS_FILE: None, as_lens: squeeze, _SQUARE: 1.0, _OWN: _OWN_SQUEEZE_FIRST}
         return replace(guides, desqueeze=values.get(picked, SQUEEZES.get(picked)))
     if shown != _OWN or now is None:
         return guides
