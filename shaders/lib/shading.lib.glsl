@@ -47,6 +47,18 @@ float sun_share(vec3 position_m, vec3 normal) {
     return textureLod(shadow_tx, at, 0.0);
 }
 
+// What GGX with the visibility below mirrors more than once, as a factor of what it mirrors once: Turquin 2019.
+// The share that a white mirror loses is a fit to its integral, within 4 % of the factor.
+vec3 mirrored_again(vec3 facing, float roughness, float nv) {
+    const mat4x3 FIT = mat4x3(
+        1.898, -6.447, 4.905, -7.705, 32.084, -27.384, 9.531, -42.905, 40.383, -3.816, 18.48, -18.336
+    );
+    float square = roughness * roughness;
+    vec4 powers = vec4(roughness, square, square * roughness, square * square);
+    float lost = clamp(dot(vec3(1.0, sqrt(nv), nv), FIT * powers), 0.0, 0.7);
+    return 1.0 + facing * lost / (1.0 - lost);
+}
+
 // Lambert and GGX with the height-correlated visibility of Heitz 2014, times the cosine. `share` of all light
 // is mirrored towards the eye, the rest of it is left to be scattered.
 vec3 reflected(Surface s, vec3 to_eye, vec3 to_light, vec3 share) {
@@ -61,7 +73,8 @@ vec3 reflected(Surface s, vec3 to_eye, vec3 to_light, vec3 share) {
     vec3 facing = mix(vec3(0.04), s.base_color, s.metallic);
     vec3 fresnel = facing + (1.0 - facing) * pow(1.0 - vh, 5.0);
     vec3 diffuse = (1.0 - share) * (1.0 - s.metallic) * s.base_color / PI;
-    return nl * (diffuse + fresnel * (aa / (PI * spread * spread) * visible));
+    vec3 mirrored = fresnel * mirrored_again(facing, s.roughness, nv);
+    return nl * (diffuse + mirrored * (aa / (PI * spread * spread) * visible));
 }
 
 // The share of the light from all around that is mirrored: Karis 2014, fit to GGX's integral; and what is

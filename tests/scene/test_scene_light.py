@@ -216,3 +216,28 @@ def test_a_map_colours_a_surface_where_its_uv_says(raster: SceneRaster) -> None:
     np.testing.assert_allclose(picture[8, 14], (2.0, 0.0, 0.0))
     np.testing.assert_allclose(picture[24, 34], (0.0, 1.0, 0.0), atol=0.01)
     assert picture[8, 34].tolist() == list(BLACK)
+
+
+@pytest.mark.parametrize("roughness", [0.6, 0.8, 1.0])
+@pytest.mark.parametrize("eye", [(0.0, 1.0, 1e-3), (0.8, 0.6, 0.0)])
+def test_a_rough_white_metal_gives_back_all_the_light_it_gets(
+    raster: SceneRaster, roughness: float, eye: tuple
+) -> None:
+    """Lamps all around, each for as much of the cosine-weighted half-sphere, are a furnace."""
+    far_m, rows, columns = 1e3, 4, 8
+    up = np.sqrt((np.arange(rows) + 0.5) / rows)
+    turn = 2 * np.pi * (np.arange(columns) + 0.25) / columns
+    lights = [
+        PointLight(
+            (far_m * aside * np.cos(t), far_m * height, far_m * aside * np.sin(t)),
+            (far_m**2 * np.pi / (rows * columns) / height,) * 3,
+        )
+        for height, aside in zip(up, np.sqrt(1 - up * up), strict=True)
+        for t in turn
+    ]
+    metal = Material(base_color=(1.0, 1.0, 1.0), roughness=roughness, metallic=1.0)
+    scene = replace(
+        scene_of([plane(3.0, "y")], [(0, np.eye(4))], [metal], daylight=NIGHT), lights=tuple(lights)
+    )
+    picture = drawn(raster, scene, looking(eye))
+    assert picture[16, 24, 0] == pytest.approx(1.0, abs=0.06)
