@@ -3,6 +3,7 @@
 Each reader raises HeatlensError or returns arrays that must all be finite.
 """
 
+import struct
 from collections.abc import Callable, Iterable
 from dataclasses import astuple, dataclass
 from functools import partial
@@ -159,7 +160,7 @@ def _usd_cameras(folder: Path) -> list[Path]:
 
 
 def _ply(folder: Path) -> list[Path]:
-    """Damage polygons, strips of triangles and points."""
+    """Damage polygons, strips of triangles, points, and polygons of several sizes."""
     vertices = b"0 0 0 0 0 1\n1 0 0 0 0 1\n0 1 0 0 0 1\n1 1 0 0 0 1\n"
     head = b"ply\nformat ascii 1.0\nelement vertex 4\n" + b"".join(
         f"property float {name}\n".encode() for name in ("x", "y", "z", "nx", "ny", "nz")
@@ -168,7 +169,11 @@ def _ply(folder: Path) -> list[Path]:
     (folder / "a.ply").write_bytes(PLY)
     (folder / "b.ply").write_bytes(head + strips + vertices + b"8 0 1 2 3 -1 2 1 0\n")
     (folder / "c.ply").write_bytes(head + b"end_header\n" + vertices)
-    return [folder / f"{name}.ply" for name in "abc"]
+    polygons = b"element face 2\nproperty list uchar uint vertex_indices\nend_header\n"
+    data = np.zeros((4, 6), "<f4").tobytes() + struct.pack("<B4IB3I", 4, 0, 1, 2, 3, 3, 0, 1, 2)
+    binary = head.replace(b"ascii", b"binary_little_endian") + polygons + data
+    (folder / "d.ply").write_bytes(binary)
+    return [folder / f"{name}.ply" for name in "abcd"]
 
 
 def _camera(suffix: str) -> Callable[[Path], list[Path]]:

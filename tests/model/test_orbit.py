@@ -15,7 +15,6 @@ from heatlens.model.orbit import dollied, orbited, panned, pivot_of
 from heatlens.scene.scene import SceneCamera
 from heatlens.scene.scene_bounds import (
     bounds_m,
-    camera_lens,
     corners_m,
     framed,
     object_depth_m,
@@ -206,8 +205,6 @@ def test_a_camera_of_the_shot_goes_before_one_of_the_scene():
     with pytest.raises(InputError, match="three"):
         track_of(scene, Framing(camera="three"), LENS)
     assert started_framing(scene, (64, 36)) == Framing(64, 36, "one")
-    lens = camera_lens(scene, Framing(camera="two"), LENS)
-    assert (lens.focal_length_mm, lens.sensor_width_mm) == (85.0, 36.0)
 
 
 def test_without_a_camera_the_whole_scene_is_seen():

@@ -85,3 +85,27 @@ def test_points_that_lie_nowhere_are_left_out_and_said(tmp_path):
     (tmp_path / "a.ply").write_bytes(data.replace(b"0 0 0", b"nan 0 0", 1))
     scene = read_scene(tmp_path / "a.ply")
     assert scene.triangle_count == 32 * (len(rows) - 1) and "1 points lie nowhere" in scene.notes[0]
+
+
+@pytest.mark.parametrize("order", ["<", ">"])
+def test_polygons_of_several_sizes_are_cut_into_triangles(tmp_path, order):
+    """As Blender writes them, with a colour for each face behind its corners."""
+    words = {"<": "binary_little_endian", ">": "binary_big_endian"}[order]
+    more = ["element face 3", "property list uchar uint vertex_indices", "property uchar flags"]
+    data = b"".join(struct.pack(f"{order}3f", *place) for place in PLACES)
+    for polygon in ((0, 1, 3, 2), (2, 3, 4), (0, 1, 3, 4, 2)):
+        data += struct.pack(f"{order}B{len(polygon)}IB", len(polygon), *polygon, 7)
+    (tmp_path / "a.ply").write_bytes(header(words, 5, (), more) + data)
+    (mesh,) = read_scene(tmp_path / "a.ply").meshes
+    found = sorted(map(tuple, mesh.triangles.tolist()))
+    fans = [(0, 1, 3), (0, 3, 2), (2, 3, 4), (0, 1, 3), (0, 3, 4), (0, 4, 2)]
+    assert found == sorted(fans)
+
+
+def test_a_file_with_polygons_that_is_cut_short_is_told(tmp_path):
+    more = ["element face 2", "property list uchar uint vertex_indices"]
+    data = b"".join(struct.pack("<3f", *place) for place in PLACES)
+    data += struct.pack("<B4I", 4, 0, 1, 3, 2) + struct.pack("<B2I", 3, 2, 3)
+    (tmp_path / "a.ply").write_bytes(header("binary_little_endian", 5, (), more) + data)
+    with pytest.raises(InputError, match=r"a\.ply is damaged"):
+        read_scene(tmp_path / "a.ply")

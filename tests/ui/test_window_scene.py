@@ -170,6 +170,9 @@ def test_another_camera_brings_its_angle(scene_gui):
     scene_gui.frame(2)
     assert pose(scene_gui).position_m[0] == pytest.approx(1.5)
     assert scene_gui.session.lens.focal_length_mm > before
+    assert "Through side" in scene_gui.session.message
+    scene_gui.session.editing.undo()
+    assert scene_gui.session.lens.focal_length_mm == before
 
 
 def test_what_is_framed_comes_to_the_middle_and_other_scenes_names_are_told(scene_gui):

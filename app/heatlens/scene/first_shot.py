@@ -14,12 +14,12 @@ from typing import Any
 from heatlens.model.framing import Framing, SceneTiming
 from heatlens.model.lens import Lens
 from heatlens.model.lens_model import LensModel
-from heatlens.model.linear_keys import linear_keys
 from heatlens.model.shot import LensParameter, Shot
 from heatlens.scene.placing import Placing, placed_first
 from heatlens.scene.scene import Scene, SceneCamera
 from heatlens.scene.scene_bounds import bounds_m, started_framing, subject_m, track_of
 from heatlens.scene.scene_name import is_demo, open_scene
+from heatlens.scene.through_camera import ANGLE, OPENING, through_camera, told_lens
 
 _ASSUMED = Lens(
     focal_length_mm=SceneCamera.focal_length_mm,
@@ -28,8 +28,6 @@ _ASSUMED = Lens(
     sensor_width_mm=SceneCamera.sensor_width_mm,
     model=LensModel.RENDERER,
 )
-_ANGLE = ("focal_length_mm", "sensor_width_mm")
-_OPENING = ("f_stop", "focus_distance_m")
 _NOTHING: Mapping[str, Any] = MappingProxyType({})
 _UNTOLD = Placing()
 
@@ -86,7 +84,7 @@ def first_shot(
 def _demo(scene: Scene, text: str) -> FirstShot:
     from heatlens.scene.demo.demo import demo_shot  # the demo is built only when it is used
 
-    sources = dict.fromkeys((*_ANGLE, *_OPENING, "model"), "as the demo is shot")
+    sources = dict.fromkeys((*ANGLE, *OPENING, "model"), "as the demo is shot")
     return FirstShot(scene, replace(demo_shot(), source=text), sources, frozenset())
 
 
@@ -99,29 +97,22 @@ def _of_file(scene: Scene, text: str, framing: Framing) -> FirstShot:
         framing=framing,
     )
     sources = {
-        **dict.fromkeys(_ANGLE, "assumed: the scene has no camera"),
+        **dict.fromkeys(ANGLE, "assumed: the scene has no camera"),
         "f_stop": "assumed: a scene tells none",
         "focus_distance_m": "assumed: the middle of the scene",
         "model": "as for every 3D scene",
     }
-    begun = FirstShot(scene, shot, sources, frozenset((*_ANGLE, *_OPENING)))
+    begun = FirstShot(scene, shot, sources, frozenset((*ANGLE, *OPENING)))
     return begun if framing.camera is None else _through(begun, framing.camera)
 
 
 def _through(begun: FirstShot, name: str) -> FirstShot:
     """Return the shot with the lens of the scene's camera `name`, as far as the file tells it."""
     camera, shot = begun.scene.camera_named(name), begun.shot
-    told = {field: getattr(camera, field) for field in (*_ANGLE, *_OPENING)}
-    values = {field: value for field, value in told.items() if value is not None}
-    shot = replace(shot, lens=replace(shot.lens, **values))
-    for parameter in LensParameter:
-        curve, track = shot.curves.of(parameter), camera.lens_tracks.get(parameter)
-        keys = linear_keys(camera.lens_frames, track, curve.scale) if track else ()
-        if parameter in values:
-            shot = shot.with_curve(parameter, replace(curve, keys=keys))
+    values = told_lens(camera)
     return replace(
         begun,
-        shot=shot,
+        shot=through_camera(shot, camera),
         sources={**begun.sources, **_told_by(camera, values)},
         assumed=begun.assumed.difference(values),
     )
@@ -143,7 +134,6 @@ def _framed(begun: FirstShot, size: tuple[int, int] | None, camera: str | None) 
     if camera is None:
         return replace(begun, shot=replace(begun.shot, framing=framing))
     name = begun.scene.camera_named(camera).name
-    framing = replace(framing, camera=name, track=None)
     return _through(replace(begun, shot=replace(begun.shot, framing=framing)), name)
 
 

@@ -20,6 +20,7 @@ from heatlens.paths import file_bytes, unreadable
 from heatlens.scene.files_beside import FilesBeside
 from heatlens.scene.mesh_make import made_mesh, own_vertices, smooth_normals
 from heatlens.scene.picture_read import read_picture
+from heatlens.scene.ply_polygons import triangulated
 from heatlens.scene.ply_strips import point_normals, strip_triangles
 from heatlens.scene.point_cloud import POINTS_MOST, drawn_points
 from heatlens.scene.scene import Instance, Material, Mesh, Scene
@@ -180,6 +181,8 @@ def read_mesh(path: Path) -> Scene:
         raise unreadable(path, error) from error
     if not data:
         raise InputError(f"{path} is empty: there is no scene in it.")
+    if path.suffix.lower() == ".ply":
+        data = triangulated(data)
     reading = _Reading(path, FilesBeside(path))
     for name, geometry in _parts(trimesh, path, data, reading.folder):
         reading.add(name, geometry)

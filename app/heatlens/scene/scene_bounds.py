@@ -139,13 +139,3 @@ def started_framing(scene: Scene, size: tuple[int, int] | None = None) -> Framin
     """Return the first framing of a scene: the picture of its first camera."""
     framing = Framing() if size is None else Framing(*size)
     return replace(framing, camera=scene.cameras[0].name) if scene.cameras else framing
-
-
-def camera_lens(scene: Scene, framing: Framing, lens: Lens) -> Lens:
-    """Return `lens` with the angle of view of the scene's camera, if one is looked through."""
-    if framing.camera is None:
-        return lens
-    camera = scene.camera_named(framing.camera)
-    return replace(
-        lens, focal_length_mm=camera.focal_length_mm, sensor_width_mm=camera.sensor_width_mm
-    )

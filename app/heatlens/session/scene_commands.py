@@ -1,7 +1,7 @@
 """The hand on the scene's camera: round what is in focus, aside, nearer, through its cameras."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -10,18 +10,20 @@ import numpy as np
 from heatlens.errors import HeatlensError, InputError
 from heatlens.model.frames import FrameRange
 from heatlens.model.framing import Framing, Pose, Vector, WorldAxis
+from heatlens.model.lens import Lens
 from heatlens.model.marks import ObjectMark, PointMark, next_mark_name
 from heatlens.model.orbit import dollied, orbited, panned, pivot_of
 from heatlens.model.pull import followed
+from heatlens.model.units import format_distance
 from heatlens.scene.scene import Scene
 from heatlens.scene.scene_bounds import (
     bounds_m,
-    camera_lens,
     corners_m,
     framed,
     object_depth_m,
     object_names,
 )
+from heatlens.scene.through_camera import through_camera, told_lens
 from heatlens.session.editing import Editing
 from heatlens.session.messages import Problem
 from heatlens.session.open_source import OpenSource
@@ -149,15 +151,17 @@ class SceneCommands:
             self._say(Problem(error))
 
     def look_through(self, name: str) -> None:
-        """Look through one of the scene's cameras, with its angle of view.
+        """Look through one of the scene's cameras, with its lens as far as the file tells it.
 
-        The keys of the shot's own camera are removed.
+        The keys of the shot's own camera are removed, and those of what the file tells are replaced
+        by its own. All of it is one step of undo.
         """
         scene = self.scene
-        if scene is not None:
-            framing = replace(self.framing, camera=name, track=None)
-            lens = camera_lens(scene, framing, self._editing.shot.lens)
-            self._editing.do(replace(self._editing.shot, framing=framing, lens=lens))
+        if scene is None:
+            return
+        camera = scene.camera_named(name)
+        self._editing.do(through_camera(self._editing.shot, camera))
+        self._say(_told(name, self._editing.lens, told_lens(camera)))
 
     def place(self, up_axis: WorldAxis, meters_per_unit: float) -> None:
         """Say which axis of the file is up and how long its unit is; the whole scene is seen again.
@@ -222,3 +226,15 @@ class SceneCommands:
         box = bounds_m(scene, self._editing.frame)
         farthest = float(np.linalg.norm(np.abs(box - np.array(pose.position_m)).max(axis=0)))
         return pivot_of(pose, min(self._editing.lens.focus_distance_m, farthest))
+
+
+def _told(name: str, lens: Lens, told: Collection[str]) -> str:
+    """Return what of a lens came with a camera, and what stayed as it was."""
+    parts = {
+        "focal_length_mm": f"{lens.focal_length_mm:.4g} mm",
+        "f_stop": f"f/{lens.f_stop:.3g}",
+        "focus_distance_m": f"focus at {format_distance(lens.focus_distance_m)}",
+    }
+    came = ", ".join(words for field, words in parts.items() if field in told)
+    kept = " and ".join(words for field, words in parts.items() if field not in told)
+    return f"Through {name}: {came}." + f" Its file tells no more: {kept} stay." * bool(kept)

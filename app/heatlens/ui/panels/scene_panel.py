@@ -13,11 +13,12 @@ from heatlens.scene.scene_bounds import object_names
 from heatlens.session.messages import Problem
 from heatlens.session.session import Session
 from heatlens.ui import probe, widgets
+from heatlens.ui.status_bar import fitting
 
 _OWN = "moved by hand"
 _CAMERA_TIP = (
-    "Which camera is looked through. In the picture the right button turns it round what is in "
-    "focus, with Ctrl it goes aside, and Ctrl with the wheel goes nearer."
+    "Which camera is looked through; its lens comes with it. In the picture the right button turns "
+    "it round what is in focus, with Ctrl it goes aside, and Ctrl with the wheel goes nearer."
 )
 _LIST_EM = 9.0
 _UP_TIP = "Which axis of the file is up; the file does not say it."
@@ -39,8 +40,7 @@ def scene_panel(session: Session) -> None:
     size = ImVec2(-1, _LIST_EM * imgui.get_font_size())
     if imgui.begin_list_box("##objects", size):
         for index, name in enumerate(object_names(scene)):
-            shown = f"{printable(name)}##{index}"
-            clicked, _ = imgui.selectable(shown, name == session.scenes.selected)
+            clicked = _object(printable(name), index, name == session.scenes.selected)
             probe.note(f"object {name}")
             if clicked:
                 session.scenes.selected = name
@@ -58,6 +58,16 @@ def scene_panel(session: Session) -> None:
             _try(session, lambda: session.scenes.mark(session.scenes.selected or ""))
         probe.note("mark object")
     imgui.text_disabled(f"{scene.triangle_count:,} triangles, {len(scene.instances)} instances")
+
+
+def _object(name: str, index: int, is_selected: bool) -> bool:
+    """Draw the name of an object, cut where there is no room; return whether it was clicked."""
+    room = imgui.get_content_region_avail().x
+    shown = fitting(name, room, lambda text: float(imgui.calc_text_size(text).x))
+    clicked, _ = imgui.selectable(f"{shown}##{index}", is_selected)
+    if shown != name and imgui.is_item_hovered():
+        imgui.set_tooltip(name)
+    return bool(clicked)
 
 
 def _camera(session: Session) -> None:

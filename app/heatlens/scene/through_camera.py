@@ -1,0 +1,40 @@
+"""A shot seen through a camera of its scene, with as much of its lens as the file tells."""
+
+from dataclasses import replace
+from typing import Any
+
+from heatlens.model.framing import Framing
+from heatlens.model.linear_keys import linear_keys
+from heatlens.model.shot import LensParameter, Shot
+from heatlens.scene.scene import SceneCamera
+
+ANGLE = ("focal_length_mm", "sensor_width_mm")
+OPENING = ("f_stop", "focus_distance_m")
+
+
+def through_camera(shot: Shot, camera: SceneCamera) -> Shot:
+    """Return the shot through a camera: it stands and moves as that, and has its lens and keys.
+
+    Keys are replaced where the file tells the value. A camera that tells its angle of view alone
+    keeps it on the sensor of the shot.
+    """
+    framing = replace(shot.framing or Framing(), camera=camera.name, track=None)
+    values, tracks = told_lens(camera), dict(camera.lens_tracks)
+    if camera.is_width_assumed:
+        scale = shot.lens.sensor_width_mm / camera.sensor_width_mm
+        values["sensor_width_mm"] = shot.lens.sensor_width_mm
+        values["focal_length_mm"] = camera.focal_length_mm * scale
+        if "focal_length_mm" in tracks:
+            tracks["focal_length_mm"] = tuple(mm * scale for mm in tracks["focal_length_mm"])
+    shot = replace(shot, framing=framing, lens=replace(shot.lens, **values))
+    for parameter in set(LensParameter).intersection(values):
+        curve, track = shot.curves.of(parameter), tracks.get(parameter)
+        keys = linear_keys(camera.lens_frames, track, curve.scale) if track else ()
+        shot = shot.with_curve(parameter, replace(curve, keys=keys))
+    return shot
+
+
+def told_lens(camera: SceneCamera) -> dict[str, Any]:
+    """Return the fields of Lens that the file tells of a camera, at its first frame."""
+    told = {field: getattr(camera, field) for field in (*ANGLE, *OPENING)}
+    return {field: value for field, value in told.items() if value is not None}
