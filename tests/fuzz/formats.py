@@ -12,6 +12,7 @@ from pathlib import Path
 import charset_normalizer
 import numpy as np
 import OpenEXR
+import osc_packets
 import packed_formats
 import photo_formats
 import ring_packets
@@ -311,5 +312,6 @@ FORMATS = {
     "shot": Format(_shot, _lens_numbers),
     "ocio": Format(_ocio, _config),
     "tev": Format(_tev, _stream),
+    "osc": Format(osc_packets.datagrams, osc_packets.heard),
     "opentrackio": Format(ring_packets.packets, ring_packets.heard, ring_packets.with_checksums),
 }

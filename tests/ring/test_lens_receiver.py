@@ -133,7 +133,7 @@ def test_a_place_that_is_none_is_explained(place):
         parse_ring_address(f"opentrackio://{place}")
 
 
-@pytest.mark.parametrize("text", ["", "tev", "osc", "opentrackio:55555", "://127.0.0.1"])
+@pytest.mark.parametrize("text", ["", "tev", "midi", "opentrackio:55555", "://127.0.0.1"])
 def test_what_is_no_address_is_explained(text):
     with pytest.raises(InputError, match=r"opentrackio://HOST:PORT"):
         parse_ring_address(text)

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from heatlens.errors import InputError
 from heatlens.model.plate_options import PlateOptions
+from heatlens.ring.channel_map import ChannelMap, Ring
 from heatlens.session.playback import Ending
 from heatlens.session.preferences import FILE_NAME, Preferences, Remembered
 
@@ -37,6 +38,10 @@ REMEMBERED = st.builds(
     layout=st.text(),
     ending=st.sampled_from(Ending),
     every_frame=st.booleans(),
+    ring_maps=st.lists(
+        st.builds(ChannelMap, st.text(max_size=5), st.sampled_from(Ring), bend=st.floats(0.2, 5.0)),
+        max_size=3,
+    ).map(tuple),
 )
 FULL = Remembered(("/a/b.exr",), {"open": "/a"}, {"/a": PlateOptions(near_m=1.0)}, "D", "V", "ft")
 

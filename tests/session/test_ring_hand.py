@@ -6,6 +6,7 @@ import pytest
 
 from heatlens.model.lens import Lens
 from heatlens.model.shot import Shot
+from heatlens.ring.channel_map import Ring
 from heatlens.ring.lens_sample import LensSample
 from heatlens.ring.sources import Heard
 from heatlens.session.editing import Editing
@@ -104,6 +105,31 @@ def test_a_ring_that_is_not_followed_changes_nothing(hand, receiver, editing):
     receiver.hears(focus_distance_m=1.4)
     hand.poll()
     assert editing.shot == before
+
+
+def test_a_channel_is_learnt_and_turns_the_lens(hand, receiver, editing, said):
+    receiver.hears(channels={"/1/fader1": 0.2})
+    hand.learn(Ring.IRIS)
+    before = editing.lens
+    for turned in (0.2, 0.6, 1.0):
+        receiver.hears(channels={"/1/fader1": turned})
+        hand.poll()
+    assert editing.lens == before  # it waits while the control is learnt
+    hand.end_learning()
+    assert "turns the iris" in said[-1]
+    receiver.hears(channels={"/1/fader1": 1.0})
+    hand.poll()
+    assert editing.lens.f_stop == 22.0
+    hand.map(Ring.IRIS, None)
+    receiver.hears(channels={"/1/fader1": 0.2})
+    hand.poll()
+    assert editing.lens.f_stop == 22.0
+
+
+def test_where_nothing_was_turned_it_is_said(hand, receiver, said):
+    hand.learn(Ring.FOCUS)
+    hand.end_learning()
+    assert "nothing was learnt" in said[-1] and hand.maps == ()
 
 
 def test_without_a_ring_there_is_nothing_to_wait_for(editing, said):

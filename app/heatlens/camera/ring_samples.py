@@ -1,5 +1,7 @@
 """A camera's lens as the samples that it would send while it plays."""
 
+from typing import Any
+
 from heatlens.camera.samples import CameraSamples, finite_m
 from heatlens.ring.lens_sample import LensSample
 
@@ -15,7 +17,9 @@ def _sample(camera: CameraSamples, at: int) -> LensSample:
         "f_stop": camera.nominal_f_stop or camera.f_stop,
         "focal_length_mm": camera.focal_length_mm,
     }
-    values = {name: finite_m(track[at]) for name, track in tracks.items() if track is not None}
+    values: dict[str, Any] = {
+        name: finite_m(track[at]) for name, track in tracks.items() if track is not None
+    }
     time = _time_of(camera.frames[at], camera.frames_per_second)
     return LensSample(camera.name, **values, timecode=time)
 

@@ -65,7 +65,7 @@ def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
         "--lens-in",
         metavar="PROTOCOL[://HOST:PORT]",
         help="follow the lens of a camera as it is turned: opentrackio for what is sent to this "
-        "machine, opentrackio://239.135.1.1 for source 1 of a network",
+        "machine, opentrackio://239.135.1.1 for source 1 of a network; or a controller: osc://:9000",
     )
     parser.add_argument(
         "--ocio", metavar="CONFIG", help="OpenColorIO config (default: $OCIO, else a built-in one)"

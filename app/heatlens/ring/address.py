@@ -10,6 +10,7 @@ from heatlens.errors import InputError
 
 DEFAULT_HOST = "127.0.0.1"  # this machine alone: a camera on the network is asked for by name
 OPENTRACKIO_PORT = 55555
+OSC_PORT = 9000
 _RECEIVE_BYTES = 1 << 20  # 1,000 datagrams a second, while the program is busy elsewhere
 
 
@@ -17,6 +18,17 @@ class Protocol(StrEnum):
     """What is spoken there."""
 
     OPENTRACKIO = "opentrackio"
+    OSC = "osc"
+
+    @property
+    def port(self) -> int:
+        """The port where none is given."""
+        return {Protocol.OPENTRACKIO: OPENTRACKIO_PORT, Protocol.OSC: OSC_PORT}[self]
+
+    @property
+    def is_stream(self) -> bool:
+        """Return True where silence is loss: a camera sends all the time, a controller does not."""
+        return self is Protocol.OPENTRACKIO
 
 
 @dataclass(frozen=True)
@@ -37,7 +49,7 @@ class RingAddress:
 
 
 def parse_ring_address(text: str) -> RingAddress:
-    """Parse "opentrackio[://[HOST][:PORT]]"; without a host it is this machine.
+    """Parse "opentrackio[://[HOST][:PORT]]", or osc; without a host it is this machine.
 
     Raises InputError for anything else.
     """
@@ -45,7 +57,7 @@ def parse_ring_address(text: str) -> RingAddress:
     host, _, port = place.partition(":")
     try:
         protocol = Protocol(scheme.lower())
-        number = int(port) if port else OPENTRACKIO_PORT
+        number = int(port) if port else protocol.port
         host = DEFAULT_HOST if host in ("", "localhost") else str(ipaddress.IPv4Address(host))
     except ValueError as error:
         raise _not_an_address(text) from error
@@ -58,7 +70,7 @@ def _not_an_address(text: str) -> InputError:
     return InputError(
         f"{text!r} is not where a lens can be listened to: give opentrackio for this machine, or "
         f"opentrackio://HOST:PORT, such as opentrackio://239.135.1.1:{OPENTRACKIO_PORT} for source "
-        "1 of a network."
+        f"1 of a network, or osc://:{OSC_PORT} for a controller."
     )
 
 

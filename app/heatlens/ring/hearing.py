@@ -12,7 +12,7 @@ from heatlens.ring.assembly import Assembly, Sender
 from heatlens.ring.lens_sample import LensSample
 from heatlens.ring.opentrackio import sample_of
 from heatlens.ring.otrk_packet import RingPacketError, segment_of
-from heatlens.ring.sources import RingSources
+from heatlens.ring.sources import SILENT_AFTER_S, RingSources
 
 
 class Decoder(Protocol):
@@ -54,9 +54,14 @@ class Hearing:
     refused   datagrams that were not; `fault` says why the last of them was refused
     """
 
-    def __init__(self, decoder: Decoder, clock: Callable[[], float] = time.monotonic) -> None:
-        """Understand what `decoder` does; `clock` gives seconds."""
-        self.sources = RingSources(clock)
+    def __init__(
+        self,
+        decoder: Decoder,
+        clock: Callable[[], float] = time.monotonic,
+        silent_after_s: float = SILENT_AFTER_S,
+    ) -> None:
+        """Understand what `decoder` does; the rest is as in `RingSources`."""
+        self.sources = RingSources(clock, silent_after_s)
         self.taken = 0
         self.refused = 0
         self.fault: str | None = None

@@ -1,6 +1,9 @@
 """What a camera tells of its lens at one moment, whatever protocol it speaks."""
 
-from dataclasses import dataclass, fields
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
+
+CHANNELS_MOST = 256  # of one sender; more is noise, and what is new of it is left out
 
 
 @dataclass(frozen=True)
@@ -11,6 +14,7 @@ class LensSample:
     focus_distance_m, f_stop, t_stop, focal_length_mm   as the sender measures them
     focus_turn, iris_turn, zoom_turn   where the rings stand, 0 to 1 from end to end
     timecode         hours, minutes, seconds, frames
+    channels         of a controller: its values by the names that it gives them
     """
 
     source: str = ""
@@ -22,13 +26,16 @@ class LensSample:
     iris_turn: float | None = None
     zoom_turn: float | None = None
     timecode: tuple[int, int, int, int] | None = None
+    channels: Mapping[str, float] = field(default_factory=dict)
 
     def after(self, before: "LensSample") -> "LensSample":
         """Return this sample with the values of `before` where it is silent.
 
         Samples are partial: what is absent keeps the value that was sent last.
         """
-        names = [field.name for field in fields(self)]
-        now = {name: getattr(self, name) for name in names}
+        now = {field.name: getattr(self, field.name) for field in fields(self)}
         kept = {name: getattr(before, name) for name, value in now.items() if value in (None, "")}
-        return LensSample(**{**now, **kept})
+        channels = {**before.channels, **self.channels}
+        if len(channels) > CHANNELS_MOST:
+            channels = {n: v for n, v in channels.items() if n in before.channels}
+        return LensSample(**{**now, **kept, "channels": channels})

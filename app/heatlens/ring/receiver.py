@@ -1,5 +1,6 @@
 """Hears what cameras send of their lenses, on a thread of its own."""
 
+import math
 import selectors
 import socket
 import time
@@ -7,11 +8,16 @@ from collections.abc import Callable
 from threading import Thread
 
 from heatlens.closing import Closing
-from heatlens.ring.address import RingAddress, listening_socket
-from heatlens.ring.hearing import Hearing, OpenTrackIODecoder
-from heatlens.ring.sources import Heard, Numbered
+from heatlens.ring.address import Protocol, RingAddress, listening_socket
+from heatlens.ring.hearing import Decoder, Hearing, OpenTrackIODecoder
+from heatlens.ring.osc import OscDecoder
+from heatlens.ring.sources import SILENT_AFTER_S, Heard, Numbered
 
 _MAX_DATAGRAM = 65535
+_DECODERS: dict[Protocol, Callable[[], Decoder]] = {
+    Protocol.OPENTRACKIO: OpenTrackIODecoder,
+    Protocol.OSC: OscDecoder,
+}
 _AT_ONCE = 256  # datagrams, before it is looked whether the thread shall end
 
 
@@ -28,10 +34,11 @@ class LensReceiver(Closing):
 
         Raises InputError where the address cannot be used.
         """
+        decoder, is_stream = _DECODERS[address.protocol](), address.protocol.is_stream
+        self._hearing = Hearing(decoder, clock, SILENT_AFTER_S if is_stream else math.inf)
         self._socket = listening_socket(address)
         self.address = RingAddress(address.protocol, *self._socket.getsockname()[:2])
         self.on_news = on_news
-        self._hearing = Hearing(OpenTrackIODecoder(), clock)
         self._wake, self._waker = socket.socketpair()
         self._selector = selectors.DefaultSelector()
         self._selector.register(self._socket, selectors.EVENT_READ)

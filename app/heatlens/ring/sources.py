@@ -43,6 +43,7 @@ class Heard:
     sources   the names of all that send, in the order in which they were first heard
     rate_hz, age_s   how often its samples come, and how long ago the last one did
     version   goes up with every sample of any source
+    silent_after_s   after which age it has stopped; infinite for what sends only when it is turned
     """
 
     sample: LensSample | None
@@ -50,18 +51,22 @@ class Heard:
     rate_hz: float
     age_s: float
     version: int
+    silent_after_s: float = SILENT_AFTER_S
 
     @property
     def is_silent(self) -> bool:
         """Return True where the source has stopped sending."""
-        return self.sample is not None and self.age_s > SILENT_AFTER_S
+        return self.sample is not None and self.age_s > self.silent_after_s
 
 
 class RingSources:
     """Keeps the newest values of each sender, of few senders; any thread may ask."""
 
-    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
-        """Begin without a source; `clock` gives seconds."""
+    def __init__(
+        self, clock: Callable[[], float] = time.monotonic, silent_after_s: float = SILENT_AFTER_S
+    ) -> None:
+        """Begin without a source; `clock` gives seconds. See `Heard` for `silent_after_s`."""
+        self._silent_after_s = silent_after_s
         self.version = 0
         self._clock = clock
         self._sources: dict[str, RingSource] = {}
@@ -98,7 +103,9 @@ class RingSources:
             if chosen is None:
                 return Heard(None, names, 0.0, 0.0, self.version)
             age_s = self._clock() - chosen.heard_s
-            return Heard(chosen.sample, names, chosen.rate_hz, age_s, self.version)
+            return Heard(
+                *(chosen.sample, names, chosen.rate_hz, age_s, self.version, self._silent_after_s)
+            )
 
     def _chosen(self, source: str | None) -> RingSource | None:
         if source is None:

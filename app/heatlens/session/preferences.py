@@ -13,6 +13,7 @@ from heatlens.files.atomic_file import FOR_THE_USER, write_whole
 from heatlens.files.json_record import JsonEntry, read_json, record_to_json
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.view import ViewState
+from heatlens.ring.channel_map import ChannelMap
 from heatlens.session.playback import Ending
 from heatlens.session.ui_sizes import SCALES
 
@@ -43,6 +44,7 @@ class Remembered:
     every_frame    whether playing waits for each frame to be there; else it keeps time
     keep_frames    whether frames of a shot are rendered ahead while nothing else is to do
     memory_mb      for rendered frames, in millions of bytes; 0: a quarter of what is free
+    ring_maps      which channels of a controller turn the rings of the lens
     disk_mb        for rendered frames, in millions of bytes; 0: none are kept on disk
     """
 
@@ -63,6 +65,7 @@ class Remembered:
     keep_frames: bool = True
     memory_mb: int = 0
     disk_mb: int = 4000
+    ring_maps: tuple[ChannelMap, ...] = ()
 
 
 class Preferences:
@@ -167,6 +170,7 @@ def _entries(now: Remembered) -> dict[str, Any]:
     """Return the preferences as JSON has them."""
     plates = {folder: record_to_json(options) for folder, options in now.plates.items()}
     entries = {name: getattr(now, name) for name in _READERS}
+    entries["ring_maps"] = [record_to_json(found) for found in now.ring_maps]
     maps = {"folders": dict(now.folders), "ui_scales": dict(now.ui_scales)}
     return entries | {"plates": plates} | maps
 
@@ -228,6 +232,10 @@ def _window_size(entry: JsonEntry) -> tuple[int, int] | None:
     return sides[0], sides[1]
 
 
+def _ring_maps(entry: JsonEntry) -> tuple[ChannelMap, ...]:
+    return tuple(item.record(ChannelMap) for item in entry.items())
+
+
 def _flag(entry: JsonEntry) -> bool:
     if not isinstance(entry.value, bool):
         entry.refuse(f"{entry.value!r} should be true or false")
@@ -259,4 +267,5 @@ _READERS = {
     "keep_frames": _flag,
     "memory_mb": _megabytes,
     "disk_mb": _megabytes,
+    "ring_maps": _ring_maps,
 }

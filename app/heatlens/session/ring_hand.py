@@ -1,15 +1,18 @@
 """A hand on a ring that is far away: the lens follows what a camera or a controller sends."""
 
+import math
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
 from heatlens.errors import LensError
+from heatlens.ring.channel_map import ChannelMap, Learning, Ring, channels_of, mapped
 from heatlens.ring.lens_sample import LensSample
 from heatlens.ring.receiver import LensReceiver
-from heatlens.ring.sources import SILENT_AFTER_S, Heard, Numbered
+from heatlens.ring.sources import Heard, Numbered
 from heatlens.session.editing import Editing
 from heatlens.session.messages import Problem
+from heatlens.session.preferences import Preferences
 
 _FOLLOWED = ("focus_distance_m", "f_stop", "t_stop", "focal_length_mm")
 
@@ -22,12 +25,18 @@ class RingHand:
     """
 
     def __init__(
-        self, receiver: LensReceiver | None, editing: Editing, say: Callable[[str], None]
+        self,
+        receiver: LensReceiver | None,
+        editing: Editing,
+        say: Callable[[str], None],
+        preferences: Preferences | None = None,
     ) -> None:
-        """Follow `receiver`; None where nothing is listened to."""
+        """Follow `receiver`; None where nothing is listened to. Maps are kept in `preferences`."""
         self.receiver = receiver
         self.is_followed = True
         self.source: str | None = None  # None: the one that is heard first
+        self.learning: Learning | None = None  # while a control is turned to be learnt
+        self._preferences = preferences or Preferences()
         self._editing = editing
         self._say = say
         self._known: dict[str, float] = {}
@@ -37,6 +46,12 @@ class RingHand:
     def heard(self) -> Heard | None:
         """What the source tells now; None where nothing is listened to."""
         return None if self.receiver is None else self.receiver.heard(self.source)
+
+    @property
+    def is_stream(self) -> bool:
+        """Return True where samples come all the time, as a camera sends them."""
+        heard = self.heard
+        return heard is not None and heard.silent_after_s < math.inf
 
     def since(self, version: int) -> tuple[Numbered, ...]:
         """Return the samples of the source after a version of `heard`; none where it is let go."""
@@ -48,13 +63,44 @@ class RingHand:
         """Follow another source; all of its values count as new."""
         self.source, self._known, self._was_silent = source, {}, False
 
+    @property
+    def maps(self) -> tuple[ChannelMap, ...]:
+        """The channels that were chosen for the rings."""
+        return self._preferences.now.ring_maps
+
+    def map(self, ring: Ring, found: ChannelMap | None) -> None:
+        """Let a channel turn a ring, and remember it; None lets go."""
+        others = (one for one in self.maps if one.ring is not ring)
+        chosen = tuple(others) if found is None else (*others, found)
+        self._preferences.change(ring_maps=chosen)
+
+    def learn(self, ring: Ring) -> None:
+        """Begin to learn which channel turns a ring; the lens waits so long."""
+        self.learning = Learning(ring)
+        self._say(f"Turn the control for the {ring.words} from one end to the other.")
+
+    def end_learning(self) -> None:
+        """Take what was learnt; where nothing was turned, that is said."""
+        learning, self.learning = self.learning, None
+        if learning is None:
+            return
+        found = learning.learnt()
+        if found is None:
+            self._say(Problem("No control was turned, so nothing was learnt."))
+            return
+        self.map(learning.ring, found)
+        self._say(f"{found.channel} turns the {learning.ring.words}.")
+
     def poll(self) -> None:
         """Change the lens where the ring was turned; call this once a frame."""
         heard = self.heard
         if heard is None or heard.sample is None:
             return
         self._tell_silence(heard)
-        told = _values(heard.sample)
+        if self.learning is not None:
+            self.learning.hear(channels_of(heard.sample))
+            return
+        told = _values(heard.sample) | mapped(heard.sample, self.maps)
         changed: dict[str, Any] = {k: v for k, v in told.items() if self._known.get(k) != v}
         self._known |= told
         if changed and self.is_followed and not heard.is_silent:
@@ -76,7 +122,8 @@ class RingHand:
         heard = self.heard
         if heard is None or heard.sample is None or heard.is_silent:
             return None
-        return SILENT_AFTER_S - heard.age_s + 0.01
+        wait_s = heard.silent_after_s - heard.age_s + 0.01
+        return wait_s if wait_s < math.inf else None
 
 
 def _values(sample: LensSample) -> dict[str, float]:

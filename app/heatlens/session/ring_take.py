@@ -43,6 +43,8 @@ class RingTake:
 
     def tracks(self, played: FrameRange) -> dict[LensParameter, Track]:
         """Return what moved, at each frame of `played` for which a sample came."""
+        if not self._ring.is_stream:
+            return {}  # a controller tells only changes: the hand at the playhead is what it did
         placed = by_timecode(self._told, played, self._rate, self._timecode)
         tracks = {parameter: _track(placed, parameter) for parameter in _RECORDED}
         return {name: track for name, track in tracks.items() if len(set(track.values())) > 1}

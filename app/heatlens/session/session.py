@@ -92,7 +92,7 @@ class Session:
         self.references = ReferenceLoader(renderer.ctx, wake)
         self.lens_commands = LensCommands(self.source, self.editing, say)
         self.sent_lens = SentLens(self.source, self.editing, self.given, say)
-        self.ring = RingHand(start.lens_in, self.editing, say)
+        self.ring = RingHand(start.lens_in, self.editing, say, self.preferences)
         if start.lens_in is not None:
             start.lens_in.on_news = wake
         self.view_commands = ViewCommands(

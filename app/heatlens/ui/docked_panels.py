@@ -18,6 +18,7 @@ from heatlens.ui.panels.look_panel import look_panel
 from heatlens.ui.panels.looks_panel import LookStills, looks_panel
 from heatlens.ui.panels.marks_panel import marks_panel
 from heatlens.ui.panels.plate_panel import PlateFacts, plate_panel
+from heatlens.ui.panels.ring_map_panel import ring_map_panel
 from heatlens.ui.panels.ring_panel import RingFacts, RingState, ring_panel
 from heatlens.ui.panels.scene_panel import scene_panel
 from heatlens.ui.panels.speed_panel import speed_panel
@@ -110,6 +111,7 @@ class DockedPanels:
             str(receiver.address), ring.heard, receiver.refused, receiver.lost, receiver.fault
         )
         chosen = ring_panel(RingState(ring.is_followed, ring.source), facts)
+        ring_map_panel(ring, self._session.view.unit, self._session.say)
         ring.is_followed = chosen.is_followed
         if chosen.source != ring.source:
             ring.listen_to(chosen.source)

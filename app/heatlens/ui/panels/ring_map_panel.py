@@ -1,0 +1,87 @@
+"""Which channel of a controller turns which ring of the lens: chosen, or learnt by turning it."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+from imgui_bundle import imgui
+
+from heatlens.errors import InputError
+from heatlens.model.units import format_distance, parse_distance_m
+from heatlens.printable import printable
+from heatlens.ring.channel_map import ChannelMap, Ring, channels_of, maps_for, usual_map
+from heatlens.session.messages import Problem
+from heatlens.session.ring_hand import RingHand
+from heatlens.ui import probe, widgets
+
+Say = Callable[[str], None]
+
+_NONE = "nothing"
+_LEARN_EM, _END_EM = 4.0, 5.0
+_BEND_TIP = "Above 1 the ring turns slowly at its first end, below 1 slowly at its last."
+_ENDS_TIP = "The lens at the two ends of the control's way, with what it sends there."
+
+
+def ring_map_panel(hand: RingHand, unit: str, say: Say) -> None:
+    """Draw a row for each ring; nothing while no channel was heard."""
+    heard = hand.heard
+    channels = {} if heard is None or heard.sample is None else channels_of(heard.sample)
+    if heard is None or heard.sample is None or not channels:
+        return
+    imgui.text_disabled("What turns which ring")
+    by_ring = {found.ring: found for found in maps_for(heard.sample, hand.maps)}
+    for ring in Ring:
+        _row(hand, ring, by_ring.get(ring), channels)
+        if ring in by_ring and imgui.tree_node(f"{ring.words}: ends and curve"):
+            _way(hand, by_ring[ring], unit, say)
+            imgui.tree_pop()
+
+
+def _row(hand: RingHand, ring: Ring, found: ChannelMap | None, channels: dict[str, float]) -> None:
+    """Draw the channel of a ring, and the button that learns it."""
+    now = _NONE if found is None else found.channel
+    width = imgui.get_content_region_avail().x - (_LEARN_EM + 0.5) * imgui.get_font_size()
+    widgets.label(ring.words)
+    imgui.set_next_item_width(width - widgets.LABEL_EM * imgui.get_font_size())
+    names = [_NONE, *dict.fromkeys([*channels, now])]
+    if imgui.begin_combo(f"##channel of {ring.words}", printable(now)):
+        for index, name in enumerate(dict.fromkeys(names)):
+            told = f"  {channels[name]:.3g}" if name in channels else ""
+            if imgui.selectable(f"{printable(name)}{told}##{index}", name == now)[0]:
+                hand.map(ring, None if name == _NONE else usual_map(name, ring))
+        imgui.end_combo()
+    probe.note(f"channel of {ring.words}")
+    imgui.same_line()
+    is_learning = hand.learning is not None and hand.learning.ring is ring
+    if imgui.button(f"{'done' if is_learning else 'learn'}##{ring.words}"):
+        if is_learning:
+            hand.end_learning()
+        else:
+            hand.learn(ring)
+    probe.note(f"learn {ring.words}")
+
+
+def _way(hand: RingHand, found: ChannelMap, unit: str, say: Say) -> None:
+    """Draw the ends of a ring's way and how it bends."""
+    try:
+        at_low = _end(found, "first end", found.at_low, unit, say)
+        at_high = _end(found, "last end", found.at_high, unit, say)
+        name = f"bend of {found.ring.words}"
+        bend = widgets.slider(name, found.bend, 0.2, 5.0, "%.2f", _BEND_TIP)
+        changed = replace(found, at_low=at_low, at_high=at_high, bend=bend)
+    except InputError as error:
+        say(Problem(error))
+        return
+    if changed != found:
+        hand.map(found.ring, changed)
+
+
+def _end(found: ChannelMap, words: str, value: float, unit: str, say: Say) -> float:
+    told = found.low if words == "first end" else found.high
+    widgets.label(words, f"{_ENDS_TIP} Here it sends {told:.3g}.")
+    if found.ring is Ring.FOCUS:
+        shown = format_distance(value, unit)
+        return widgets.text_field(f"{words} of focus", shown, value, parse_distance_m, say)
+    parse: Callable[[str], float] = lambda text: widgets.parse_number(  # noqa: E731
+        text, 0.5, 2000.0, found.ring.words
+    )
+    return widgets.text_field(f"{words} of {found.ring.words}", f"{value:.4g}", value, parse, say)

@@ -1,0 +1,41 @@
+"""Datagrams of OSC for the fuzzers: messages and bundles, each file one datagram."""
+
+from collections.abc import Iterable
+from pathlib import Path
+
+import numpy as np
+from pythonosc.osc_bundle_builder import IMMEDIATELY, OscBundleBuilder
+from pythonosc.osc_message_builder import OscMessageBuilder
+
+from heatlens.errors import HeatlensError
+from heatlens.ring.hearing import Hearing
+from heatlens.ring.osc import OscDecoder
+
+
+def datagrams(folder: Path) -> list[Path]:
+    """Write a message of each kind of value, and a bundle within a bundle."""
+    messages = []
+    for number, value in enumerate((0.5, 3, "word", b"blob", True, [1, [2.0]])):
+        builder = OscMessageBuilder(f"/1/fader{number}")
+        builder.add_arg(value)
+        builder.add_arg(0.25)
+        messages.append(builder.build())
+    inner, outer = OscBundleBuilder(IMMEDIATELY), OscBundleBuilder(12.5)
+    for message in messages:
+        inner.add_content(message)
+    outer.add_content(inner.build())
+    outer.add_content(messages[0])
+    for number, found in enumerate([*messages, outer.build()]):
+        (folder / f"datagram{number}").write_bytes(found.dgram)
+    return sorted(folder.glob("datagram*"))
+
+
+def heard(path: Path) -> Iterable[np.ndarray]:
+    """Take a datagram as the receiver does; it is counted, and its values are finite."""
+    hearing = Hearing(OscDecoder())
+    hearing.take(path.read_bytes(), ("stranger", 1))
+    assert hearing.taken + hearing.refused == 1, "a datagram is not counted"
+    sample = hearing.sources.heard().sample
+    if sample is None:
+        raise HeatlensError(str(hearing.fault))
+    return [np.array(list(sample.channels.values()))]

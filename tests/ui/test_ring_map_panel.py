@@ -1,0 +1,56 @@
+"""A controller that sends OSC: its fader is learnt with the mouse, and then turns the focus."""
+
+import socket
+import time
+
+import pytest
+from pythonosc.osc_message_builder import OscMessageBuilder
+
+from heatlens.ring.address import Protocol, RingAddress
+from heatlens.ring.receiver import LensReceiver
+from support.gui import gui_of
+from support.window_plates import QUICK, room_file
+
+PATIENCE_S = 30.0
+
+
+@pytest.fixture(scope="module")
+def receiver():
+    with LensReceiver(RingAddress(Protocol.OSC, "127.0.0.1", 0)) as made:
+        yield made
+
+
+@pytest.fixture(scope="module")
+def gui(session_context, receiver, tmp_path_factory):
+    plate = room_file(tmp_path_factory.mktemp("osc") / "room.exr")
+    with gui_of(session_context, plate, defocus=QUICK, lens_in=receiver) as made:
+        yield made
+
+
+def turn(gui, receiver, value: float) -> None:
+    """Send the place of the fader, and draw until the window has heard it."""
+    version = receiver.heard().version
+    builder = OscMessageBuilder("/1/fader1")
+    builder.add_arg(value)
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as fader:
+        fader.sendto(builder.build().dgram, (receiver.address.host, receiver.address.port))
+    end = time.monotonic() + PATIENCE_S
+    while receiver.heard().version == version:
+        assert time.monotonic() < end
+        time.sleep(0.001)
+    gui.frame(2)
+
+
+def test_a_fader_is_learnt_and_turns_the_focus(gui, receiver):
+    assert "learn focus" not in gui.drawn
+    turn(gui, receiver, 0.25)
+    gui.click(gui.middle("learn focus"))
+    for value in (0.25, 0.5, 0.75):
+        turn(gui, receiver, value)
+    gui.click(gui.middle("learn focus"))
+    assert "/1/fader1 turns the focus" in gui.session.message
+    turn(gui, receiver, 0.5)
+    assert gui.session.lens.focus_distance_m == pytest.approx(1.0)  # half of two dioptres
+    turn(gui, receiver, 0.25)
+    assert gui.session.lens.focus_distance_m == 0.5
+    assert gui.session.preferences.now.ring_maps[0].channel == "/1/fader1"
