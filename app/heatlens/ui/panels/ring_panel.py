@@ -1,5 +1,6 @@
 """The ring that the lens follows: who sends, how often, and whether it is followed."""
 
+import math
 from dataclasses import dataclass
 
 from imgui_bundle import imgui
@@ -56,6 +57,8 @@ def _told(facts: RingFacts) -> None:
     elif heard.is_silent:
         text = f"Silent for {heard.age_s:.0f} s; the lens stays as it was sent last."
         widgets.colored_text(text, theme.BAD)
+    elif math.isinf(heard.silent_after_s):  # a controller, which has no rate while it rests
+        imgui.text(f"Turned {heard.age_s:.1f} s ago.")
     else:
         age_ms = 1e3 * heard.age_s
         imgui.text(f"{heard.rate_hz:.0f} samples a second, the last {age_ms:.0f} ms ago")
