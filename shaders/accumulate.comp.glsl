@@ -6,10 +6,18 @@
 //   count     views in the sum, this one included
 //   is_first  nothing is in the sum yet
 //   is_new    view_tx is not in the sum yet
+//   depth_tx  with SHAPED: planar metres in that view
+//   lens_at   with SHAPED: its point of the lens, in radii before the squeeze
+//   colors    with SHAPED: 1 for each colour that the view is for
 // In and out
-//   sum_img   rgba
+//   sum_img   rgba; with SHAPED each times its weight
+//   weight_img  with SHAPED: the weight of each
 // Output
 //   mean_img  rgba, half or float
+
+#ifdef SHAPED
+#include "lib/aperture.lib.glsl"
+#endif
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
@@ -20,13 +28,40 @@ uniform bool is_new;
 layout(rgba32f) uniform image2D sum_img;
 writeonly uniform image2D mean_img;
 
+#ifdef SHAPED
+#define LEAST_WEIGHT 1e-6   // where the barrel hides a view: it only counts until another is seen
+
+uniform sampler2D depth_tx;
+uniform float focus_dioptres;
+uniform vec2 lens_at;
+uniform vec4 colors;
+layout(rgba32f) uniform image2D weight_img;
+
+vec4 weight_of_view(ivec2 at) {
+    bool is_behind = texelFetch(depth_tx, at, 0).r * focus_dioptres > 1.0;
+    return max(aperture_weight(lens_at, vec2(at) + 0.5, is_behind), LEAST_WEIGHT) * colors;
+}
+#endif
+
 void main() {
     ivec2 at = ivec2(gl_GlobalInvocationID.xy);
     if (any(greaterThanEqual(at, imageSize(mean_img)))) return;
     vec4 sum = is_first ? vec4(0.0) : imageLoad(sum_img, at);
+#ifdef SHAPED
+    vec4 weights = is_first ? vec4(0.0) : imageLoad(weight_img, at);
+    if (is_new) {
+        vec4 weight = weight_of_view(at);
+        sum += weight * texelFetch(view_tx, at, 0);
+        weights += weight;
+        imageStore(sum_img, at, sum);
+        imageStore(weight_img, at, weights);
+    }
+    imageStore(mean_img, at, sum / max(weights, 1e-30));
+#else
     if (is_new) {
         sum += texelFetch(view_tx, at, 0);
         imageStore(sum_img, at, sum);
     }
     imageStore(mean_img, at, sum / count);
+#endif
 }

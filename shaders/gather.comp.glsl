@@ -9,7 +9,7 @@
 //   coc_tx       signed diameter in pixels
 // In and out
 //   sum_img      rgba so far times its weight; after the last rows the picture
-//   weight_img   the weight so far
+//   weight_img   the weight so far; with SHAPED that of each colour
 
 #include "lib/aperture.lib.glsl"
 
@@ -22,7 +22,11 @@ uniform ivec2 disc_rows;  // first and last, from the centre
 uniform bool is_first;
 uniform bool is_last;
 layout(rgba32f) uniform image2D sum_img;
+#ifdef SHAPED
+layout(rgba32f) uniform image2D weight_img;
+#else
 layout(r32f) uniform image2D weight_img;
+#endif
 
 #define BEHIND_PX 0.5 // coc farther by this is behind, not the same surface
 
@@ -35,22 +39,39 @@ void main() {
         return;
     }
     vec4 sum = is_first ? vec4(0.0) : imageLoad(sum_img, at);
-    float weight = is_first ? 0.0 : imageLoad(weight_img, at).r;
+#ifdef SHAPED
+    Cover weight = is_first ? Cover(0.0) : imageLoad(weight_img, at).rgb;
+#else
+    Cover weight = is_first ? 0.0 : imageLoad(weight_img, at).r;
+#endif
     ivec2 reach = ivec2(min(ceil(aperture_reach(radius, DISC_RAMP_PX)), vec2(size)));
     ivec2 first = max(ivec2(-reach.x, max(-reach.y, disc_rows.x)), -at);
     ivec2 last = min(ivec2(reach.x, min(reach.y, disc_rows.y)), size - 1 - at);
     for (int y = first.y; y <= last.y; ++y)
         for (int x = first.x; x <= last.x; ++x) {
             vec2 offset = -vec2(x, y);  // from the disc of the pixel there to this one
-            float inside = aperture_coverage(offset, radius, DISC_RAMP_PX);
-            if (inside <= 0.0) continue;
+            vec2 place = vec2(at + ivec2(x, y)) + 0.5;
+#ifdef SHAPED
             float there = texelFetch(coc_tx, at + ivec2(x, y), 0).r;
+            bool is_own = there < coc + BEHIND_PX;  // its disc, upright behind the focus, not that of this pixel
+            float seen_radius = is_own ? (there < 0.0 ? -1.0 : 1.0) * abs(radius) : radius;
+            Cover inside = aperture_coverage(offset, seen_radius, DISC_RAMP_PX, place);
+#else
+            Cover inside = aperture_coverage(offset, radius, DISC_RAMP_PX, place);
+            if (most_of(inside) <= 0.0) continue;
+            float there = texelFetch(coc_tx, at + ivec2(x, y), 0).r;
+#endif
             if (there < coc + BEHIND_PX)
-                inside = min(inside, aperture_coverage(offset, 0.5 * there, DISC_RAMP_PX));
-            sum += inside * texelFetch(color_tx, at + ivec2(x, y), 0);
+                inside = min(inside, aperture_coverage(offset, 0.5 * there, DISC_RAMP_PX, place));
+            sum += times(inside, texelFetch(color_tx, at + ivec2(x, y), 0));
             weight += inside;
         }
+#ifdef SHAPED
+    if (is_last) sum /= vec4(weight, weight.g);
+    imageStore(weight_img, at, vec4(weight, 0.0));
+#else
     if (is_last) sum /= weight;
-    imageStore(sum_img, at, sum);
     imageStore(weight_img, at, vec4(weight));
+#endif
+    imageStore(sum_img, at, sum);
 }

@@ -150,9 +150,9 @@ float seen_at(ivec2 at, float coc) {
 void main() {
     float coc = place.z, ramp = place.w;
     if (abs(coc) < 1e-3) coc = 1e-3;
-    float inside = aperture_coverage(gl_FragCoord.xy - place.xy, 0.5 * coc, ramp);
-    if (inside > 0.0) inside *= seen_at(ivec2(gl_FragCoord.xy), coc);
-    if (inside > 0.0) inside *= 1.0 - hidden_part(gl_FragCoord.xy, place.xy, coc);
-    if (inside == 0.0) discard;
+    Cover inside = aperture_coverage(gl_FragCoord.xy - place.xy, 0.5 * coc, ramp, place.xy);
+    if (most_of(inside) > 0.0) inside *= seen_at(ivec2(gl_FragCoord.xy), coc);
+    if (most_of(inside) > 0.0) inside *= 1.0 - hidden_part(gl_FragCoord.xy, place.xy, coc);
+    if (most_of(inside) == 0.0) discard;
     out_light = vec4(inside * light, 0.0);
 }

@@ -99,14 +99,14 @@ int brightest(ivec2 from, int side) {
     return best;
 }
 
-float pixels_covered(vec2 centre, float radius, float ramp) {
+Cover pixels_covered(vec2 centre, float radius, float ramp) {
     vec2 reach = aperture_reach(radius, ramp);
-    if (min(reach.x, reach.y) > NUMERIC_PX) return aperture_light(radius * radius, ramp);
-    float sum = 0.0;
+    if (aperture_least_reach(radius, ramp) > NUMERIC_PX) return aperture_light(radius, ramp, centre);
+    Cover sum = Cover(0.0);
     ivec2 first = ivec2(floor(centre - reach)), last = ivec2(floor(centre + reach));
     for (int y = first.y; y <= last.y; ++y)
         for (int x = first.x; x <= last.x; ++x)
-            sum += aperture_coverage(vec2(x, y) + 0.5 - centre, radius, ramp);
+            sum += aperture_coverage(vec2(x, y) + 0.5 - centre, radius, ramp, centre);
     return sum;
 }
 
@@ -133,7 +133,7 @@ Sprite merged(ivec2 from, int side, int best) {
     float variance = max(0.5 * (moment_2 / weight - dot(centre, centre)), 0.0);
     float ramp = sqrt(3.0 * (1.0 / 12.0 + variance));
     centre += vec2(corner);
-    float covered = pixels_covered(centre, 0.5 * coc[best], ramp);
+    Cover covered = pixels_covered(centre, 0.5 * coc[best], ramp);
     return Sprite(vec4(centre, coc[best], ramp), vec4(light / max(covered, 1e-6), 0.0));
 }
 

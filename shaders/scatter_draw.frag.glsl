@@ -4,15 +4,17 @@
 
 flat in vec2 centre;
 flat in float radius;
-flat in float share;
+flat in Cover share;
 flat in vec4 color;
 
 layout(location = 0) out vec4 out_light;
 layout(location = 1) out float out_cover;
 
 void main() {
-    float part = share < 0.0 ? 1.0 : share * aperture_coverage(gl_FragCoord.xy - centre, radius, DISC_RAMP_PX);
-    if (part == 0.0) discard;
-    out_light = part * color;
-    out_cover = part;
+    Cover part = Cover(1.0);
+    if (most_of(share) >= 0.0)
+        part = share * aperture_coverage(gl_FragCoord.xy - centre, radius, DISC_RAMP_PX, centre);
+    if (most_of(part) == 0.0) discard;
+    out_light = times(part, color);
+    out_cover = green_of(part);
 }

@@ -6,32 +6,56 @@ in uint in_pixel;  // y * width + x
 
 uniform sampler2D color_tx;
 uniform sampler2D coc_tx;
+#ifndef SHAPED
 uniform float disc_sums[SCATTER_DISC_SUMS];  // of the profile over pixels, for each eighth of a pixel of coc
+#endif
 
 flat out vec2 centre;
 flat out float radius;
-flat out float share;  // of its light in a pixel wholly inside; negative: all of it in its own pixel
+flat out Cover share;  // of its light in a pixel wholly inside; negative: all of it in its own pixel
 flat out vec4 color;
 
-// A small disc's coc is rounded to eighths, so that its sum is known exactly.
+#ifdef SHAPED
+#define SUMMED_PX 4.0  // discs up to this radius are summed pixel by pixel
+
+float rounded(float coc) { return coc; }
+
+Cover disc_sum(float coc) {
+    vec2 reach = aperture_reach(0.5 * coc, DISC_RAMP_PX);
+    if (max(reach.x, reach.y) > SUMMED_PX) return aperture_light(0.5 * coc, DISC_RAMP_PX, centre);
+    ivec2 last = ivec2(ceil(reach));
+    Cover sum = Cover(0.0);
+    for (int y = -last.y; y <= last.y; ++y)
+        for (int x = -last.x; x <= last.x; ++x)
+            sum += aperture_coverage(vec2(x, y), 0.5 * coc, DISC_RAMP_PX, centre);
+    return sum;
+}
+#else
+// A small disc's coc is rounded to eighths, so that its sum is known exactly. Its sign does not count.
 #define STEPS_A_PX float(SCATTER_STEPS_A_PX)
 
-float disc_sum(float coc) {
+float rounded(float coc) {
+    coc = abs(coc);
+    return int(round(coc * STEPS_A_PX)) < SCATTER_DISC_SUMS ? round(coc * STEPS_A_PX) / STEPS_A_PX : coc;
+}
+
+Cover disc_sum(float coc) {
     int step = int(round(coc * STEPS_A_PX));
     if (step < SCATTER_DISC_SUMS) return disc_sums[step];
-    return aperture_light(0.25 * coc * coc, DISC_RAMP_PX);
+    return aperture_light(0.5 * coc, DISC_RAMP_PX, centre);
 }
+#endif
 
 void main() {
     ivec2 size = textureSize(color_tx, 0);
     ivec2 at = ivec2(int(in_pixel) % size.x, int(in_pixel) / size.x);
-    float coc = abs(texelFetch(coc_tx, at, 0).r);
+    float coc = texelFetch(coc_tx, at, 0).r;
     bool sharp = is_one_pixel(0.5 * coc);
-    if (int(round(coc * STEPS_A_PX)) < SCATTER_DISC_SUMS) coc = round(coc * STEPS_A_PX) / STEPS_A_PX;
+    coc = rounded(coc);
     color = texelFetch(color_tx, at, 0);
     centre = vec2(at) + 0.5;
     radius = 0.5 * coc;
-    share = sharp ? -1.0 : 1.0 / disc_sum(coc);
+    share = sharp ? Cover(-1.0) : 1.0 / disc_sum(coc);
     vec2 corner = vec2(gl_VertexID % 2, gl_VertexID / 2) * 2.0 - 1.0;
     vec2 reach = sharp ? vec2(0.5) : aperture_reach(radius, DISC_RAMP_PX);
     gl_Position = vec4((centre + corner * reach) / vec2(size) * 2.0 - 1.0, 0.0, 1.0);

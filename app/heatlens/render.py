@@ -17,11 +17,12 @@ from heatlens.errors import InputError
 from heatlens.gpu.context import check_plate_fits, check_texture_fits, check_work_fits
 from heatlens.gpu.stopwatch import Stopwatch
 from heatlens.gpu.textures import FloatArray, download
-from heatlens.model.aperture import DiscShape
 from heatlens.model.breathing import as_seen, plate_ratio
-from heatlens.model.coc import coc_line
+from heatlens.model.coc import axial_px, coc_line
+from heatlens.model.disc_shape import DiscShape
 from heatlens.model.framing import Pose
 from heatlens.model.lens import Lens
+from heatlens.model.picture_field import PictureField
 from heatlens.model.settings import Method
 from heatlens.model.shot import LensCurves, Shot
 from heatlens.model.value_bins import ValueBins
@@ -261,8 +262,9 @@ class FrameRenderer:
         if peeled is not None:
             behind, places = peeled.fragments.part(part), scratch.texture("wide places", size, 4)
             crop.run(peeled.places, (part.x0, part.y0), places)
+        wide = optics.moved((margin, margin)).scaled(fine)
         picture = yield from pipeline.steps(
-            color, depth, optics.scaled(fine), shot.defocus, plate.has_alpha, behind, places
+            color, depth, wide, shot.defocus, plate.has_alpha, behind, places
         )
         out = scratch.texture("frame", self.loaded.color.size, 4)
         crop.run(picture, (fine * margin,) * 2, out, fine)
@@ -315,9 +317,12 @@ def drained(steps: Steps[Result], tell: Callable[[str], None] = lambda _: None) 
 
 def optics_of(plate: Plate, occupied: npt.NDArray[np.float64], lens: Lens) -> Optics:
     """Return the lens in front of this plate, in pixels of its display window."""
-    disc = DiscShape(lens.aperture, plate.pixel_aspect_ratio)
+    shown, aspect = plate.display_window, plate.pixel_aspect_ratio
+    aside = (shown.x0 - plate.data_window.x0, shown.y0 - plate.data_window.y0)
+    field = PictureField.of((shown.width, shown.height), aspect).moved(aside)
+    disc = DiscShape(lens.aperture, aspect, field, axial_px(lens, shown.width))
     if plate.coc_px is not None:
         return Optics(None, occupied, disc)
-    line = coc_line(lens, plate.display_window.width)
+    line = coc_line(lens, shown.width)
     coc = line.at_infinity_px + line.per_dioptre_px * occupied
     return Optics(line, coc[::-1], disc)  # more dioptres, less coc

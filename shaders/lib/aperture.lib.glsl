@@ -1,20 +1,25 @@
-// The opening of the lens: the one place on the GPU that knows its shape. model/aperture.py says the
-// same on the processor, where `DiscShape.uniforms` and `Pupil.uniforms` give the uniforms below.
+// The opening of the lens: the one place on the GPU that knows its shape. model/aperture.py says the same
+// on the processor; model/disc_shape.py and model/pupil.py give the uniforms below.
+// A circle or an ellipse is here; with SHAPED, every other shape is in lib/shaped_aperture.lib.glsl.
 //
 // A radius is half a signed circle of confusion, in pixels before squeeze and pixel aspect. An offset
-// runs from the centre of a disc to a pixel, x to the right and y down. In front of the focus, where
-// the radius is negative, the image of the opening stands on its head; both openings that there are
-// today, the circle and the ellipse, look the same that way.
+// runs from the centre of a disc, at `place` in the picture, to a pixel, x to the right and y down. In
+// front of the focus, where the radius is negative, the image of the opening stands on its head.
+// A Cover is how much light a pixel gets, of one colour or of three.
 
 #include "lib/pi.lib.glsl"
 
 uniform vec2 aperture_axes;  // half axes of the opening: of a disc of radius 1, or of the lens in metres
 
+#ifdef SHAPED
+#include "lib/shaped_aperture.lib.glsl"
+#else
+#define Cover float
 #define CENTRE_PX 1e-6  // the centre of a disc has no direction to its rim; nearer is the centre
 
 // How much of the pixel at an offset is covered, 0..1. `ramp` is half the width of the rim in pixels of
 // the picture. The distance to the rim is to first order: implicit function over length of gradient.
-float aperture_coverage(vec2 offset, float radius, float ramp) {
+Cover aperture_coverage(vec2 offset, float radius, float ramp, vec2 place) {
     vec2 unsqueezed = offset / aperture_axes;
     float from_centre = max(length(unsqueezed), CENTRE_PX);
     float gradient = length(unsqueezed / aperture_axes) / from_centre;
@@ -26,14 +31,15 @@ float aperture_coverage(vec2 offset, float radius, float ramp) {
 // Half the width and height of the box around a disc.
 vec2 aperture_reach(float radius, float ramp) { return abs(radius) * aperture_axes + ramp; }
 
-// The sum of the coverage over all pixels of a large disc; `radius_2` is the square of its radius.
-float aperture_light(float radius_2, float ramp) {
-    return PI * (radius_2 * aperture_axes.x * aperture_axes.y + ramp * ramp / 3.0);
+// The least distance from the centre to the box, of any colour.
+float aperture_least_reach(float radius, float ramp) {
+    vec2 reach = aperture_reach(radius, ramp);
+    return min(reach.x, reach.y);
 }
 
-// The variance of a disc along x and y, in pixels^2.
-vec2 aperture_variances(float radius) {
-    return radius * radius / 4.0 * aperture_axes * aperture_axes;
+// The sum of the coverage over all pixels of a large disc.
+Cover aperture_light(float radius, float ramp, vec2 place) {
+    return PI * (radius * radius * aperture_axes.x * aperture_axes.y + ramp * ramp / 3.0);
 }
 
 // A disc no wider than a pixel is that pixel and nothing else.
@@ -41,7 +47,18 @@ bool is_one_pixel(float radius) {
     return abs(radius) * max(aperture_axes.x, aperture_axes.y) <= 0.5;
 }
 
-// The point of the opening that belongs to a point of the unit square; equal areas become equal areas.
+vec4 times(Cover cover, vec4 color) { return cover * color; }
+float most_of(Cover cover) { return cover; }
+float green_of(Cover cover) { return cover; }
+#endif
+
+// The variance of a disc along x and y, in pixels^2, where the axes are those of an ellipse as wide as it.
+vec2 aperture_variances(float radius) {
+    return radius * radius / 4.0 * aperture_axes * aperture_axes;
+}
+
+// The point of the ellipse around the opening that belongs to a point of the unit square; equal areas
+// become equal areas.
 vec2 aperture_point(vec2 square) {
     float angle = 2.0 * PI * square.y;
     return aperture_axes * sqrt(square.x) * vec2(cos(angle), sin(angle));

@@ -5,27 +5,40 @@ from collections.abc import Iterator
 import moderngl
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
+from tests.support.apertures import apertures
 
 from heatlens.gpu.shader_source import assemble
-from heatlens.model.aperture import Aperture, DiscShape, Pupil
+from heatlens.model import opening
+from heatlens.model.aperture import Aperture
+from heatlens.model.disc_shape import DiscShape
+from heatlens.model.picture_field import PictureField
+from heatlens.model.pupil import Pupil
 from heatlens.paths import data_dir
 
 # What the library answers to one question (xy an offset or a point of the unit square, z the
-# radius, w the ramp): a numbers for each of its functions.
+# radius, w the ramp): a number for each of its functions.
 _QUESTIONS = """
 layout(local_size_x = 64) in;
 layout(std430, binding = 0) readonly buffer asked_block { vec4 asked[]; };
 layout(std430, binding = 1) writeonly buffer answer_block { vec4 answers[]; };
+uniform vec2 place;
 void main() {
     uint i = gl_GlobalInvocationID.x;
     if (i >= uint(asked.length())) return;
     vec4 q = asked[i];
-    answers[3u * i] = vec4(aperture_coverage(q.xy, q.z, q.w), aperture_light(q.z * q.z, q.w),
+    answers[3u * i] = vec4(green_of(aperture_coverage(q.xy, q.z, q.w, place)),
+                           green_of(aperture_light(q.z, q.w, place)),
                            float(is_one_pixel(q.z)), 0.0);
     answers[3u * i + 1u] = vec4(aperture_reach(q.z, q.w), aperture_variances(q.z));
     answers[3u * i + 2u] = vec4(aperture_point(q.xy), 0.0, 0.0);
+#ifdef SHAPED
+    Cover cover = aperture_coverage(q.xy, q.z, q.w, place), light = aperture_light(q.z, q.w, place);
+    answers[3u * i] = vec4(cover.rb, light.rb);
+    float weight = aperture_weight(q.xy / 200.0, place, q.z > 0.0);
+    answers[3u * i + 1u] = vec4(cover.g, light.g, weight, 0.0);
+#endif
 }
 """
 ROUNDS = 40
@@ -37,15 +50,23 @@ seeds = st.integers(0, 2**32 - 1)
 class ApertureOnGpu:
     """Asks lib/aperture.lib.glsl."""
 
-    def __init__(self, ctx: moderngl.Context) -> None:
+    def __init__(self, ctx: moderngl.Context, *defines: str) -> None:
         self._ctx = ctx
-        library = assemble(data_dir("shaders"), "lib/aperture.lib.glsl")
+        library = assemble(data_dir("shaders"), "lib/aperture.lib.glsl", dict.fromkeys(defines, 1))
         self._program = ctx.compute_shader(library.followed_by(_QUESTIONS).text)
 
-    def answers(self, shape: DiscShape | Pupil, questions: np.ndarray) -> np.ndarray:
+    def answers(
+        self,
+        shape: DiscShape | Pupil,
+        questions: np.ndarray,
+        place: tuple[float, float] = (0.0, 0.0),
+    ) -> np.ndarray:
         """(n, 3, 4) for (n, 4)."""
-        for name, value in shape.uniforms.items():
-            self._program[name] = value
+        is_pupil = isinstance(shape, Pupil)
+        uniforms = shape.uniforms((64, 64)) if is_pupil else shape.uniforms  # type: ignore[union-attr,operator]
+        for name, value in (uniforms | {"place": place}).items():
+            if name in self._program:
+                self._program[name] = value
         asked = self._ctx.buffer(questions.astype(np.float32).tobytes())
         told = self._ctx.buffer(reserve=48 * len(questions))
         asked.bind_to_storage_buffer(0)
@@ -66,6 +87,55 @@ def on_gpu(session_context: moderngl.Context) -> Iterator[ApertureOnGpu]:
     made = ApertureOnGpu(session_context)
     yield made
     made.release()
+
+
+@pytest.fixture(scope="module")
+def shaped_on_gpu(session_context: moderngl.Context) -> Iterator[ApertureOnGpu]:
+    made = ApertureOnGpu(session_context, "SHAPED")
+    yield made
+    made.release()
+
+
+@settings(max_examples=25)
+@given(apertures(), aspects, st.floats(-20, 20), seeds)
+def test_both_say_the_same_of_every_shape(
+    shaped_on_gpu: ApertureOnGpu, aperture: Aperture, aspect: float, axial_px: float, seed: int
+) -> None:
+    """Blades, barrel, rim and colours, anywhere in a picture and in discs of either side."""
+    rng, field = np.random.default_rng(seed), PictureField.of((200, 120), aspect).moved((10, 5))
+    disc = DiscShape(aperture, aspect, field, axial_px)
+    place = tuple(np.float32(rng.uniform(0, (220, 130))).astype(float).tolist())
+    radii = np.exp(rng.uniform(np.log(0.5), np.log(150.0), ROUNDS)) * rng.choice([-1, 1], ROUNDS)
+    ramps = rng.uniform(0.5, 3.0, ROUNDS)
+    offsets = 1.3 * rng.uniform(-1, 1, (ROUNDS, 2)) * np.abs(radii)[:, None]
+    offsets *= np.array(disc.half_extents)
+    questions = np.column_stack([offsets, radii, ramps]).astype(np.float32).astype(np.float64)
+    told = shaped_on_gpu.answers(disc, questions, place)
+    for (x, y, radius, ramp), (outer, green, _) in zip(questions, told, strict=True):
+        # A corner is where the gradient jumps: nearer than float32 tells, either will do.
+        for color, cover, light in ((-1, outer[0], outer[2]), (0, *green[:2]), (1, *outer[1::2])):
+            own = radius + color * axial_px / 2
+            if abs(own) < 0.1:
+                continue
+            assert cover == pytest.approx(float(disc.coverage(x, y, own, ramp, place)), abs=2e-3)
+            assert light == pytest.approx(disc.light(own, ramp, place), rel=1e-2, abs=1e-2)
+        barrel = field.barrel(aperture, place, 0.0, aspect)
+        expected = weight_at(aperture, barrel, x / 200, y / 200, radius > 0)
+        if expected is not None:
+            assert green[2] == pytest.approx(expected, abs=1e-4)
+
+
+def weight_at(
+    aperture: Aperture, barrel: opening.Barrel | None, x: float, y: float, is_behind: bool
+) -> float | None:
+    """Return by definition how much light passes a point; None where it is on the very rim."""
+    past = float(opening.past_blades(np.array(x), np.array(y), aperture.diaphragm)[0])
+    if barrel is not None:
+        past = max(past, float(opening.past_barrel(np.array(x), np.array(y), barrel)[0]))
+    if abs(past) < 1e-5:
+        return None
+    rim = aperture.rim if is_behind else -aperture.rim
+    return 0.0 if past > 0 else float(opening.profile(min(x * x + y * y, 1.0), rim))
 
 
 @given(squeezes, aspects, seeds)

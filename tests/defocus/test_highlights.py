@@ -18,9 +18,15 @@ from heatlens.defocus.highlight_pass import (
 from heatlens.defocus.line_solver import SweepSolver
 from heatlens.defocus.optics import Optics
 from heatlens.gpu.textures import FloatArray, download, new_array, new_texture, upload
-from heatlens.model.aperture import Aperture, DiscShape
+from heatlens.model.aperture import Aperture
+from heatlens.model.disc_shape import DiscShape
+from heatlens.model.picture_field import PictureField
 
 ROUND, SQUEEZED = DiscShape(), DiscShape(Aperture(2.0), 1.5)
+FIELD = PictureField.of((96, 96))
+BLADED = DiscShape(Aperture(blades=5, blade_rotation_deg=10.0, blade_curvature=0.3))
+CUT = DiscShape(Aperture(blades=9, cat_eye=1.0, rim=0.8), 1.0, FIELD)
+COLORED = DiscShape(Aperture(axial_colour_mm=1.0), 1.0, FIELD, axial_px=6.0)
 
 
 class Lamps:
@@ -76,7 +82,7 @@ def night(shape: tuple[int, int], lamps: dict[tuple[int, int], float]) -> FloatA
     return color
 
 
-@pytest.mark.parametrize("disc", [ROUND, SQUEEZED])
+@pytest.mark.parametrize("disc", [ROUND, SQUEEZED, BLADED, CUT, COLORED])
 @pytest.mark.parametrize("coc_px", [1.0, 3.0, 8.0, 15.0, -40.0])
 def test_light_is_kept(ctx: moderngl.Context, coc_px: float, disc: DiscShape) -> None:
     color = night((96, 96), {(48, 48): 100.0, (40, 60): 30.0})
@@ -109,6 +115,24 @@ def test_through_a_squeezed_lens_it_becomes_an_ellipse(ctx: moderngl.Context) ->
     np.testing.assert_allclose(drawn[from_centre < 0.85], plateau, rtol=1e-4)
     assert np.all(drawn[from_centre > 1.15] == 0.0)
     assert np.count_nonzero(drawn > plateau / 2) == pytest.approx(np.pi * 10 * 30, rel=0.02)
+
+
+@pytest.mark.parametrize("disc", [BLADED, CUT, COLORED])
+@pytest.mark.parametrize("coc_px", [40.0, -36.0])
+def test_a_lamp_has_the_shape_of_the_opening(
+    ctx: moderngl.Context, disc: DiscShape, coc_px: float
+) -> None:
+    """Pixel by pixel and in each colour, where the lamp stands in the picture."""
+    lamps = Lamps(
+        ctx, night((96, 96), {(30, 60): 200.0}), np.full((96, 96), coc_px, np.float32), disc
+    )
+    y, x = np.mgrid[:96, :96] + 0.5
+    place = 60.5, 30.5
+    for color in range(3):
+        radius = (coc_px + (color - 1) * disc.axial_px) / 2
+        expected = disc.coverage(x - place[0], y - place[1], radius, 0.5, place)
+        drawn = lamps.drawn[..., color]
+        np.testing.assert_allclose(drawn / drawn.sum(), expected / expected.sum(), atol=2e-5)
 
 
 FINE = 16  # points along a pixel's side

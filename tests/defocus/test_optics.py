@@ -3,8 +3,9 @@
 import numpy as np
 
 from heatlens.defocus.optics import Optics
-from heatlens.model.aperture import Aperture, DiscShape
+from heatlens.model.aperture import Aperture
 from heatlens.model.coc import CocLine
+from heatlens.model.disc_shape import DiscShape
 
 SQUEEZED = DiscShape(Aperture(2.0), 1.5)
 

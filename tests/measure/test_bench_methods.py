@@ -21,8 +21,8 @@ from heatlens.measure.bench.method_tables import time_table
 from heatlens.measure.bench.methods import MethodReport, MethodRow, measure_methods
 from heatlens.measure.bench.synthetic_plate import LENS, uniform_coc_plate
 from heatlens.measure.bench.synthetic_scene import uniform_coc_scene, wall_framing
-from heatlens.model.aperture import DiscShape
 from heatlens.model.coc import coc_line, coc_px
+from heatlens.model.disc_shape import DiscShape
 from heatlens.model.settings import DefocusSettings, Method
 
 SIZE = (64, 48)

@@ -8,7 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from heatlens.errors import LensError
-from heatlens.model.aperture import PINHOLE, Aperture, DiscShape, Pupil
+from heatlens.model.aperture import Aperture
+from heatlens.model.disc_shape import DiscShape
+from heatlens.model.pupil import PINHOLE, Pupil
 
 squeezes = st.floats(1.0, 2.0)
 aspects = st.floats(0.25, 4.0)
@@ -23,7 +25,7 @@ def even_grid(side: int) -> np.ndarray:
 
 @pytest.mark.parametrize("squeeze", [0.0, 0.99, 2.01, -1.0, math.nan, math.inf])
 def test_an_impossible_squeeze_is_refused(squeeze: float) -> None:
-    with pytest.raises(LensError, match=r"squeeze.*1 \(spherical\).*2 \(anamorphic\)"):
+    with pytest.raises(LensError, match="squeeze must be between 1 and 2"):
         Aperture(squeeze)
 
 

@@ -9,10 +9,12 @@ import numpy as np
 import pytest
 
 from heatlens.gpu.textures import download, new_texture
-from heatlens.model.coc import coc_line, coc_px
+from heatlens.model.coc import axial_px, coc_line, coc_px
+from heatlens.model.disc_shape import DiscShape
 from heatlens.model.framing import Pose
 from heatlens.model.lens import Lens
 from heatlens.model.lens_model import LensModel
+from heatlens.model.picture_field import PictureField
 from heatlens.scene.demo.shapes import moved, quads, scaled
 from heatlens.scene.scene import Daylight, Instance, Material, Scene
 from heatlens.scene.scene_view import SceneView, pupil_of, view_of
@@ -65,6 +67,12 @@ class Lab:
             key = (lens, self.raster.buffers.scene)
             steps = list(sums.steps(view_through(lens), pupil_of(lens), count, self.out, key))
             assert set(steps) <= {"view"}
+        return download(self.out)
+
+    def seen_in_colors(self, lens: Lens, views: int) -> np.ndarray:
+        """(H, W, 4) of so many points of the lens, each drawn as often as there are colours."""
+        sums = Accumulation(self.ctx, self.raster)
+        list(sums.steps(view_through(lens), pupil_of(lens), views, self.out, lens))
         return download(self.out)
 
 
@@ -189,3 +197,37 @@ def test_what_was_left_half_way_is_gone_on_with(ctx: moderngl.Context, lab: Lab)
     np.testing.assert_array_equal(so_far, lab.seen(LENS, 10))
     steps.close()
     np.testing.assert_array_equal(lab.seen(LENS, 32, sums=sums), lab.seen(LENS, 32))
+
+
+OPENINGS: dict[str, dict[str, float]] = {
+    "six blades": {"blades": 6, "blade_rotation_deg": 15.0},
+    "three curved blades": {"blades": 3, "blade_curvature": 0.5},
+    "cat's eye": {"cat_eye": 1.0},
+    "bright rim": {"rim": 1.0},
+    "five blades, squeezed": {"blades": 5, "squeeze": 2.0},
+    "colours": {"axial_colour_mm": 0.6},
+}
+
+
+@pytest.mark.parametrize("depth_m", [1.1, 6.0])
+@pytest.mark.parametrize("opening", OPENINGS.values(), ids=OPENINGS.keys())
+def test_a_lamp_becomes_the_disc_of_the_opening(
+    lab: Lab, opening: dict[str, float], depth_m: float
+) -> None:
+    """Middle and variance of both colours, against the shape on its own."""
+    lens = replace(LENS, f_stop=1.4, **opening)
+    lab.load(depth_m)
+    light = lab.seen_in_colors(lens, VIEWS)
+    radius = float(coc_px(depth_m, coc_line(lens, SIZE[0]))) / 2
+    place = SIZE[0] / 2 + AT_PX[0], SIZE[1] / 2 + AT_PX[1]
+    shape = DiscShape(lens.aperture, 1.0, PictureField.of(SIZE))
+    y, x = np.mgrid[: SIZE[1], : SIZE[0]] + 0.5
+    for color, own in ((0, radius - axial_px(lens, SIZE[0]) / 2), (1, radius)):
+        expected = shape.coverage(x - place[0], y - place[1], own, 0.5, place)
+        means, variances = spread(light[..., color].astype(np.float64))
+        expected_means, expected_variances = spread(expected)
+        np.testing.assert_allclose(means, expected_means, atol=0.15)
+        # The lamp has a size of its own, and the shape a ramp all around.
+        np.testing.assert_allclose(
+            np.sqrt(variances), np.sqrt(expected_variances + (QUAD_PX**2 + 1) / 12), atol=0.12
+        )

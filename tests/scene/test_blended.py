@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from heatlens.gpu.textures import download, new_texture
-from heatlens.model.aperture import PINHOLE
+from heatlens.model.pupil import PINHOLE
 from heatlens.scene.scene import MapPlace, Material
 from heatlens.scene.scene_view import SceneView
 from heatlens.scene_gpu.antialias import Antialias

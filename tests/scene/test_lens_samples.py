@@ -6,7 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import qmc
 
-from heatlens.model.aperture import Aperture, Pupil
+from heatlens.model.aperture import Aperture
+from heatlens.model.pupil import Pupil
 from heatlens.scene_gpu.lens_samples import _DIRECTIONS, _digits, _sobol, lens_samples
 
 UNIT, TALL = Pupil(Aperture(), 1.0), Pupil(Aperture(2.0), 0.02)
@@ -39,6 +40,24 @@ def test_a_prefix_stays_what_it_was(seed: int, first: int, more: int) -> None:
     )
     for all_of_it, *pieces in zip(whole, *parts, strict=True):
         np.testing.assert_array_equal(all_of_it, np.concatenate(pieces))
+
+
+@given(seeds, st.integers(0, 200), st.integers(0, 60), st.integers(3, 16), st.floats(0, 1))
+def test_between_blades_they_go_on_as_well(
+    seed: int, first: int, more: int, blades: int, curvature: float
+) -> None:
+    pupil = Pupil(Aperture(1.5, blades, 20.0, curvature), 0.3)
+    whole, _ = lens_samples(0, first + more, pupil, seed)
+    part, _ = lens_samples(first, first + more, pupil, seed)
+    np.testing.assert_array_equal(whole[first:], part)
+    assert np.all(pupil.aperture.covers(*(0.9999 * whole / 0.3).T))
+
+
+def test_they_fill_a_polygon_evenly() -> None:
+    offsets, _ = lens_samples(0, 1024, Pupil(Aperture(blades=5), 1.0))
+    np.testing.assert_allclose(offsets.mean(axis=0), 0, atol=1e-3)
+    variance = (2 + np.cos(2 * np.pi / 5)) / 12
+    np.testing.assert_allclose(np.cov(offsets.T, bias=True), variance * np.eye(2), atol=1e-3)
 
 
 def test_another_seed_gives_other_points() -> None:

@@ -9,8 +9,9 @@ import pytest
 from numpy.typing import NDArray
 
 from heatlens.gpu.textures import download, new_texture
-from heatlens.model.aperture import PINHOLE, Aperture, Pupil
+from heatlens.model.aperture import Aperture
 from heatlens.model.framing import looking_at
+from heatlens.model.pupil import PINHOLE, Pupil
 from heatlens.scene.scene import Material, Scene
 from heatlens.scene.scene_view import SceneView
 from heatlens.scene_gpu import ray_tracer

@@ -13,6 +13,7 @@ from heatlens.closing import Closing
 from heatlens.errors import InputError
 from heatlens.frame_cache.reader import SequenceReader
 from heatlens.gpu.textures import FloatArray
+from heatlens.model.aperture import APERTURE_FIELDS
 from heatlens.model.lens import Lens
 from heatlens.model.lens_model import LensModel
 from heatlens.model.settings import Bokeh, DefocusSettings, Method, Quality
@@ -41,9 +42,8 @@ class Source(Closing):
         f_stop: float | None = None,
         focus_distance_m: float | None = None,
         focus_at: tuple[int, int] | None = None,
-        squeeze: float | None = None,
         lens_model: str | None = None,
-        **blur: Any,
+        **more: Any,
     ) -> FloatArray:
         """Return the picture with the lens.
 
@@ -52,8 +52,9 @@ class Source(Closing):
         Give `lens`, or single values of it; values that are not given come from the shot file, the
         header or the scene's camera. `lens_model` is "photographic" or "renderer". `focus_at` is a
         pixel (x, y) of the picture to focus on. `frame` is that of a sequence, a shot or a scene
-        (default: the first). `blur` takes the fields of `DefocusSettings`: quality="draft", bokeh,
-        layers, proxy, method, views.
+        (default: the first). `more` takes the fields of `Aperture`: squeeze, blades,
+        blade_rotation_deg, blade_curvature, cat_eye, rim, axial_colour_mm; and those of
+        `DefocusSettings`: quality="draft", bokeh, layers, proxy, method, views.
 
         Raises HeatlensError for a lens value that is missing, a file that cannot be read, and a
         picture too large for this machine.
@@ -63,16 +64,17 @@ class Source(Closing):
             "sensor_width_mm": sensor_width_mm,
             "f_stop": f_stop,
             "focus_distance_m": focus_distance_m,
-            "squeeze": squeeze,
         }
+        opening = {name: more.pop(name) for name in APERTURE_FIELDS if name in more}
         given = {} if lens is None else _values_of(lens)
         given |= {name: float(value) for name, value in values.items() if value is not None}
+        given |= {name: value for name, value in opening.items() if value is not None}
         if lens_model is not None:
             given["model"] = _known(LensModel, "lens_model", lens_model)
         if focus_at is not None and focus_distance_m is not None:
             raise InputError("Give focus_distance_m or focus_at, not both.")
         shot, at = self._shot_on(ENGINE.renderer(), _Wish(frame, given, focus_at))
-        defocus = _settings(shot.defocus, blur)
+        defocus = _settings(shot.defocus, more)
         return ENGINE.renderer().pixels(replace(shot, defocus=defocus), at)
 
     @abstractmethod

@@ -7,6 +7,7 @@ from typing import Any
 from heatlens.commands.field_options import add_fields, attributes_of, flag_of, typed_fields
 from heatlens.commands.kit_options import add_kit_option, kit_values, lens_of_kit
 from heatlens.errors import InputError
+from heatlens.model.aperture import APERTURE_FIELDS
 from heatlens.model.filmback import filmback_named
 from heatlens.model.lens import Lens
 from heatlens.model.units import format_distance
@@ -16,7 +17,7 @@ from heatlens.plate.plate import Plate
 
 # Without these no lens can be made; what the plate's header tells need not be given.
 _NEEDED = ("focal_length_mm", "sensor_width_mm", "f_stop", "focus_distance_m")
-_OTHERS = ("squeeze", "model", "breathing")
+_OTHERS = (*APERTURE_FIELDS, "widest_f_stop", "model", "breathing")
 _FLAGS = {name: flag_of(Lens, name) for name in (*_NEEDED, "model")}
 _GIVEN_WITH = {**_FLAGS, "focus_distance_m": f"{_FLAGS['focus_distance_m']} or --focus-at"}
 
@@ -70,7 +71,7 @@ def lens_of(args: argparse.Namespace, plate: Plate) -> tuple[Lens, str]:
     """Return the lens of the options and the plate's header, and a sentence on each value."""
     values, sources = given_lens(args), sources_of(args)
     if plate.coc_px is not None:
-        return _lens_of_coc(args, plate, values.get("squeeze", 1.0))
+        return _lens_of_coc(args, plate, values)
     if args.focus_at is not None:
         values["focus_distance_m"] = depth_at_m(plate, *pixel_of(args.focus_at))
     try:
@@ -110,15 +111,17 @@ def lens_words(lens: Lens, sources: Mapping[str, str]) -> str:
     return ", ".join(f"{text} ({sources[field]})" for field, text in values.items())
 
 
-def _lens_of_coc(args: argparse.Namespace, plate: Plate, squeeze: float) -> tuple[Lens, str]:
-    """Return a lens of which only the squeeze counts: the plate brings its circle of confusion."""
+def _lens_of_coc(
+    args: argparse.Namespace, plate: Plate, values: Mapping[str, Any]
+) -> tuple[Lens, str]:
+    """Return a lens of which only the opening counts: the plate brings its circle of confusion."""
     if args.focus_at is not None:
         raise no_distances(plate)
     said = ["lens: none needed, the plate brings its circle of confusion"]
     ignored = (*attributes_of(Lens, (*_NEEDED, "model")), "filmback")
     given = [name for name in ignored if getattr(args, name) is not None]
     said += [f"--{name.replace('_', '-')} is not used" for name in given]
-    return plate_lens(plate, {"squeeze": squeeze}).lens, ", ".join(said)
+    return plate_lens(plate, values).lens, ", ".join(said)
 
 
 def pixel_of(text: str) -> tuple[int, int]:

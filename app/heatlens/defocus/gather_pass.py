@@ -8,6 +8,7 @@ import moderngl
 
 from heatlens.defocus.optics import Optics
 from heatlens.gpu.program import ComputeProgram, groups_for
+from heatlens.gpu.program_versions import ProgramVersions
 from heatlens.gpu.shader_constants import DISC_RAMP_PX, PIXEL_GROUP
 
 _SAMPLES_PER_STEP = 2**24  # a fifth of a second on a processor: a window answers in between
@@ -26,7 +27,7 @@ class GatherStep:
 
 def disc_reach_px(optics: Optics) -> tuple[int, int]:
     """Return half the box (x, y) that holds the widest disc of the plate with its rim."""
-    radius = max(abs(optics.nearest_px), abs(optics.farthest_px)) / 2
+    radius = (max(abs(optics.nearest_px), abs(optics.farthest_px)) + optics.disc.wider_px) / 2
     x, y = (math.ceil(radius * scale + DISC_RAMP_PX) for scale in optics.disc.half_extents)
     return x, y
 
@@ -56,7 +57,7 @@ class GatherPass:
     """
 
     def __init__(self, ctx: moderngl.Context) -> None:
-        self._program = ComputeProgram(ctx, "gather.comp.glsl")
+        self._programs = ProgramVersions(lambda on: ComputeProgram(ctx, "gather.comp.glsl", on))
 
     def steps(
         self,
@@ -66,12 +67,13 @@ class GatherPass:
         out_color: moderngl.Texture,
         weight: moderngl.Texture,
     ) -> Iterator[None]:
-        """Fill `out_color`, RGBA as `color`; `weight` is scratch."""
+        """Fill `out_color`, RGBA as `color`; `weight` is scratch, RGBA for shapes not plain."""
+        program = self._programs.with_(SHAPED=not optics.disc.is_plain)
         reach = disc_reach_px(optics)
         parts = gather_steps(color.size, reach)
         first, last = parts[0].disc_first, parts[-1].disc_last
         for part in parts:
-            self._program.dispatch(
+            program.dispatch(
                 (groups_for(color.size[0], PIXEL_GROUP), groups_for(part.band_rows, PIXEL_GROUP)),
                 textures={"color_tx": color, "coc_tx": coc},
                 images={"sum_img": out_color, "weight_img": weight},

@@ -17,6 +17,7 @@ from heatlens.defocus.listed_fragments import (
 from heatlens.defocus.optics import Optics
 from heatlens.gpu.draw_target import DrawTarget
 from heatlens.gpu.program import ComputeProgram, DrawProgram, VertexArray, groups_for, pixel_groups
+from heatlens.gpu.program_versions import ProgramVersions
 from heatlens.gpu.shader_constants import HIGHLIGHT_BLOCK, HIGHLIGHT_GROUP
 
 SPRITES_MAX = 4096
@@ -153,9 +154,10 @@ class HighlightListPass:
     """Merges highlights into a bounded list of discs, in the order of the picture."""
 
     def __init__(self, ctx: moderngl.Context) -> None:
-        self._count = ComputeProgram(ctx, "highlight_sprites.comp.glsl", {"COUNT": 1})
+        sprites = "highlight_sprites.comp.glsl"
+        self._count = ProgramVersions(lambda on: ComputeProgram(ctx, sprites, on), {"COUNT": 1})
         self._plan = ComputeProgram(ctx, "highlight_plan.comp.glsl")
-        self._write = ComputeProgram(ctx, "highlight_sprites.comp.glsl")
+        self._write = ProgramVersions(lambda on: ComputeProgram(ctx, sprites, on))
         self._restore = ListProgram(ctx, "highlight_restore.comp.glsl")
 
     def steps(
@@ -183,8 +185,11 @@ class HighlightListPass:
         high_tx = {"high_tx": high}
         read_tx = high_tx | {"places_tx": places or high}
         shape = optics.disc.uniforms | {"has_places": places is not None}
+        is_shaped = not optics.disc.is_plain
         restore_groups = pixel_groups(size)
-        self._count.dispatch(groups, textures=read_tx, buffers=bound, uniforms=shape)
+        self._count.with_(SHAPED=is_shaped).dispatch(
+            groups, textures=read_tx, buffers=bound, uniforms=shape
+        )
         yield
         self._plan.dispatch(
             (1, 1),
@@ -198,7 +203,9 @@ class HighlightListPass:
             },
         )
         yield
-        self._write.dispatch(groups, textures=read_tx, buffers=bound, uniforms=shape)
+        self._write.with_(SHAPED=is_shaped).dispatch(
+            groups, textures=read_tx, buffers=bound, uniforms=shape
+        )
         yield
         read = None if lists is None else lists.whole
         self._restore.version(lists is not None).dispatch_indirect(
@@ -217,9 +224,8 @@ class HighlightDrawPass:
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
-        self._flat = DrawProgram(ctx, "highlight_draw")
-        self._with_lists: DrawProgram | None = None  # compiled when the first lists come
-        self._quads: dict[bool, tuple[moderngl.Buffer, VertexArray]] = {}
+        self._programs = ProgramVersions(lambda on: DrawProgram(ctx, "highlight_draw", defines=on))
+        self._quads: dict[DrawProgram, tuple[moderngl.Buffer, VertexArray]] = {}
         self._target = DrawTarget(ctx)
 
     def steps(
@@ -248,8 +254,10 @@ class HighlightDrawPass:
         band: tuple[int, int, int, int],
     ) -> None:
         """Draw into `band` (x, y, width, height) alone, with all state set: others draw between."""
-        has_lists = picture.lists is not None
-        program, quads = self._program(has_lists), self._quads_of(buffers.sprite, has_lists)
+        program = self._programs.with_(
+            LISTS=picture.lists is not None, SHAPED=not optics.disc.is_plain
+        )
+        quads = self._quads_of(program, buffers.sprite)
         target = self._target.around(color)
         target.use()
         target.scissor = band
@@ -271,19 +279,12 @@ class HighlightDrawPass:
         self._ctx.disable(moderngl.BLEND)
         target.scissor = None  # type: ignore[assignment]  # missing in moderngl.pyi
 
-    def _program(self, has_lists: bool) -> DrawProgram:
-        if not has_lists:
-            return self._flat
-        if self._with_lists is None:
-            self._with_lists = DrawProgram(self._ctx, "highlight_draw", defines={"LISTS": 1})
-        return self._with_lists
-
-    def _quads_of(self, sprites: moderngl.Buffer, has_lists: bool) -> VertexArray:
-        held = self._quads.get(has_lists)
+    def _quads_of(self, program: DrawProgram, sprites: moderngl.Buffer) -> VertexArray:
+        held = self._quads.get(program)
         if held is None or held[0] is not sprites:
             if held is not None:
                 held[1].release()
             layout = [(sprites, "4f 4f/i", "in_place", "in_light")]
-            held = sprites, self._program(has_lists).vertex_array(layout)
-            self._quads[has_lists] = held
+            held = sprites, program.vertex_array(layout)
+            self._quads[program] = held
         return held[1]

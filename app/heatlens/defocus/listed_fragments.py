@@ -7,6 +7,7 @@ import moderngl
 
 from heatlens.defocus.optics import Optics
 from heatlens.gpu.program import ComputeProgram
+from heatlens.gpu.program_versions import ProgramVersions
 from heatlens.model.boxes import Box
 from heatlens.model.coc import CocLine
 
@@ -91,27 +92,16 @@ def listed_through(
 
 
 class ListProgram:
-    """A compute program in two versions: for flat pictures and for those with fragment lists.
-
-    The second one is compiled when the first picture with lists comes.
-    """
+    """A compute program in two versions: for flat pictures and for those with fragment lists."""
 
     def __init__(
         self, ctx: moderngl.Context, name: str, defines: Mapping[str, object] | None = None
     ) -> None:
-        self._ctx = ctx
-        self._name = name
-        self._defines = dict(defines or {})
-        self._flat = ComputeProgram(ctx, name, self._defines)
-        self._with_lists: ComputeProgram | None = None
+        self._versions = ProgramVersions(lambda all_: ComputeProgram(ctx, name, all_), defines)
 
     def version(self, with_lists: bool) -> ComputeProgram:
         """Return the program for pictures with lists, or for those without."""
-        if not with_lists:
-            return self._flat
-        if self._with_lists is None:
-            self._with_lists = ComputeProgram(self._ctx, self._name, self._defines | {"LISTS": 1})
-        return self._with_lists
+        return self._versions.with_(LISTS=with_lists)
 
 
 def list_buffers(lists: ListedFragments | None) -> dict[str, moderngl.Buffer]:

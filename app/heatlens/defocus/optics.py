@@ -6,8 +6,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import numpy.typing as npt
 
-from heatlens.model.aperture import DiscShape
 from heatlens.model.coc import CocLine
+from heatlens.model.disc_shape import DiscShape
 
 _UNCOVERED_MARGIN_PX = 8  # a kernel's tail, and the fill's own neighbourhood
 
@@ -57,4 +57,9 @@ class Optics:
         line = self.line and CocLine(
             self.line.at_infinity_px * proxy, self.line.per_dioptre_px * proxy
         )
-        return replace(self, line=line, occupied_px=self.occupied_px * proxy)
+        disc = self.disc.scaled(proxy)
+        return replace(self, line=line, occupied_px=self.occupied_px * proxy, disc=disc)
+
+    def moved(self, px: tuple[float, float]) -> "Optics":
+        """Return the optics for a picture whose first pixel lies so many pixels left and up."""
+        return replace(self, disc=self.disc.moved(px))

@@ -38,7 +38,10 @@ class OtherMethods:
         self, color: moderngl.Texture, coc: moderngl.Texture, optics: Optics, scratch: Scratch
     ) -> Iterator[None]:
         """Blur by `GatherPass`."""
-        weight = scratch.texture("gather weight", color.size, 1)
+        if optics.disc.is_plain:
+            weight = scratch.texture("gather weight", color.size, 1)
+        else:
+            weight = scratch.texture("gather weights", color.size, 4)
         out = scratch.texture("blurred", color.size, 4)
         return self._gather.steps(color, coc, optics, out, weight)
 

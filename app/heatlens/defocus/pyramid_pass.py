@@ -86,8 +86,8 @@ class PyramidPass:
             pixel_groups(color.size),
             textures={"color_tx": color, "pyramid_tx": pyramid, "coc_tx": coc},
             images={"out_color_img": out_color},
-            uniforms=optics.disc.uniforms
-            | {
+            uniforms={
+                "aperture_axes": optics.disc.spreads,
                 "places": places + [(0, 0, 1, 1)] * (PYRAMID_LEVELS_MAX - len(places)),
                 "levels": len(places),
             },

@@ -15,6 +15,7 @@ import numpy.typing as npt
 from heatlens.defocus.optics import Optics
 from heatlens.gpu.draw_target import DrawTarget
 from heatlens.gpu.program import ComputeProgram, DrawProgram, VertexArray, groups_for, pixel_groups
+from heatlens.gpu.program_versions import ProgramVersions
 from heatlens.gpu.shader_constants import (
     DISC_RAMP_PX,
     ROW_GROUP,
@@ -24,7 +25,7 @@ from heatlens.gpu.shader_constants import (
     SCATTER_MIDDLE,
     SCATTER_STEPS_A_PX,
 )
-from heatlens.model.aperture import DiscShape
+from heatlens.model.disc_shape import DiscShape
 
 _FRAGMENTS_PER_STEP = 2**23  # some tenths of a second on a processor: a window answers in between
 
@@ -84,7 +85,7 @@ def bin_coc_px(number: int, largest_px: float) -> float:
 
 def disc_fragments(coc_px: float, disc: DiscShape, size: tuple[int, int]) -> int:
     """Return how many pixels drawing a disc touches: its box, as far as it lies in the picture."""
-    sides = [coc_px * half + 2 * DISC_RAMP_PX + 1 for half in disc.half_extents]
+    sides = [(coc_px + disc.wider_px) * half + 2 * DISC_RAMP_PX + 1 for half in disc.half_extents]
     across, down = (min(side, most) for side, most in zip(sides, size, strict=True))
     return max(1, int(across * down))
 
@@ -96,9 +97,9 @@ class ScatterPass:
         self._ctx = ctx
         self._count = ComputeProgram(ctx, "scatter_sort.comp.glsl", {"COUNT": 1})
         self._sort = ComputeProgram(ctx, "scatter_sort.comp.glsl")
-        self._discs = DrawProgram(ctx, "scatter_draw")
+        self._discs = ProgramVersions(lambda on: DrawProgram(ctx, "scatter_draw", defines=on))
         self._over = ComputeProgram(ctx, "scatter_over.comp.glsl")
-        self._quads: tuple[moderngl.Buffer, VertexArray] | None = None
+        self._quads: dict[DrawProgram, tuple[moderngl.Buffer, VertexArray]] = {}
         self._target = DrawTarget(ctx)
         self._command = ctx.buffer(reserve=16)
 
@@ -113,7 +114,7 @@ class ScatterPass:
         totals = self._sorted(coc, targets)
         yield
         numbers = [int(n) for n in np.flatnonzero(totals)[::-1]]
-        sums = [float(s) for s in disc_sums(optics.disc)]
+        sums = [float(s) for s in disc_sums(optics.disc)] if optics.disc.is_plain else []
         largest_px = max(abs(optics.nearest_px), abs(optics.farthest_px))
         inputs = ({"color_tx": color, "coc_tx": coc}, optics.disc, sums)
         self._target.around(targets.light, targets.cover).clear()
@@ -150,9 +151,11 @@ class ScatterPass:
     ) -> None:
         """Add `count` discs from `first` on; whatever others drew in between is set anew."""
         textures, disc, sums = inputs
-        quads = self._quads_of(targets.pixel)
+        program = self._discs.with_(SHAPED=not disc.is_plain)
+        quads = self._quads_of(program, targets.pixel)
+        uniforms = disc.uniforms | ({"disc_sums": sums} if sums else {})
         self._target.around(targets.light, targets.cover).use()
-        self._discs.bind(textures=textures, uniforms=disc.uniforms | {"disc_sums": sums})
+        program.bind(textures=textures, uniforms=uniforms)
         self._command.write(np.array([4, count, 0, first], np.uint32).tobytes())
         self._ctx.enable_only(moderngl.BLEND)
         self._ctx.blend_func = moderngl.ONE, moderngl.ONE
@@ -171,10 +174,11 @@ class ScatterPass:
             uniforms={"is_farthest": is_farthest, "is_nearest": is_nearest},
         )
 
-    def _quads_of(self, pixel: moderngl.Buffer) -> VertexArray:
-        if self._quads is None or self._quads[0] is not pixel:
-            if self._quads is not None:
-                self._quads[1].release()
-            layout = [(pixel, "1u/i", "in_pixel")]
-            self._quads = (pixel, self._discs.vertex_array(layout))
-        return self._quads[1]
+    def _quads_of(self, program: DrawProgram, pixel: moderngl.Buffer) -> VertexArray:
+        held = self._quads.get(program)
+        if held is None or held[0] is not pixel:
+            if held is not None:
+                held[1].release()
+            held = pixel, program.vertex_array([(pixel, "1u/i", "in_pixel")])
+            self._quads[program] = held
+        return held[1]

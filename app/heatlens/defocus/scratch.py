@@ -106,6 +106,7 @@ LIFETIMES: dict[str, Lifetime] = {
     "poles": Lifetime("poles", "blur", "blur"),
     # The other methods.
     "gather weight": Lifetime("cover", "gather", "gather"),
+    "gather weights": Lifetime("layer", "gather", "gather", 1),
     "bin light": Lifetime("layer", "scatter", "scatter", 1),
     "bin cover": Lifetime("cover", "scatter", "scatter"),
     "scatter cover": Lifetime("scatter cover", "scatter", "scatter"),

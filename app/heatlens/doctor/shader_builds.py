@@ -23,6 +23,7 @@ _SWEEP, _PARTITION, _CYCLIC = (f"solve_{n}.comp.glsl" for n in ("sweep", "partit
 _STRATEGIES = (_SWEEP, _PARTITION, _CYCLIC)
 _STAGES = ("LOAD", "REDUCE", "SUBSTITUTE", "STORE")
 _COUNTED = ("highlight_sprites.comp.glsl", "peel_lists.comp.glsl", "scatter_sort.comp.glsl")
+_PLAIN = ("pyramid_read.comp.glsl",)  # asks for the width of the opening alone
 _OF_SMALLER_LAYERS = ("layer_split.comp.glsl", "composite.comp.glsl")
 # What a scene has decides which of these are defined; PEEL is for what lies behind others.
 _OF_SCENES = ("HOLES", "COLORS", "BUMPS", "PLACES", "PEEL")
@@ -56,6 +57,11 @@ def pass_builds() -> list[Build]:
         (name, defines | {"LISTS": 1})  # for pictures with fragment lists
         for name, defines in builds
         if "#ifdef LISTS" in (data_dir("shaders") / name).read_text()
+    ]
+    builds += [
+        (name, defines | {"SHAPED": 1})  # for openings that are no ellipses
+        for name, defines in builds
+        if "SHAPED" in _whole_text(name) and name not in _PLAIN
     ]
     builds += [(_OVERLAY, {"MODE": mode}) for mode in overlay_modes()]
     return builds + [

@@ -7,6 +7,7 @@ its text neither repeats the number nor passes it on.
 import re
 from collections.abc import Mapping
 
+from heatlens.model.opening import RIM_MOST, RIM_POWER, STRETCH_LEAST
 from heatlens.model.settings import LAYERS_MAX
 from heatlens.model.value_bins import BINS as DEPTH_BINS
 
@@ -60,9 +61,16 @@ def _glsl(value: object) -> str:
     return f"{kind}({', '.join(map(_glsl, value))})"
 
 
+_OF_THE_MODEL = {
+    "LAYERS_MAX": LAYERS_MAX,
+    "DEPTH_BINS": DEPTH_BINS,
+    "RIM_MOST": RIM_MOST,
+    "RIM_POWER": RIM_POWER,
+    "STRETCH_LEAST": STRETCH_LEAST,
+}
 SHADER_CONSTANTS: Mapping[str, str] = {
     name: _glsl(value)
-    for name, value in {**globals(), "LAYERS_MAX": LAYERS_MAX, "DEPTH_BINS": DEPTH_BINS}.items()
+    for name, value in {**globals(), **_OF_THE_MODEL}.items()
     if name.isupper() and isinstance(value, int | float | tuple)
 }
 

@@ -1,27 +1,30 @@
-"""The opening of the lens: the one place on the processor that knows its shape.
+"""The shape of the opening of the lens: the one place on the processor that knows it.
 
-An `Aperture` is the shape alone. Its coordinates are in radii of the round lens of the same f-stop:
-u to the right and v up, seen from behind the lens. A `Pupil` is an aperture of a size in metres,
-through which a scene is seen. A `DiscShape` is the image of an aperture in the pixels of a picture,
-which is what a point of light out of focus becomes. The file shaders/lib/aperture.lib.glsl says the
-same on the GPU; tests/defocus/test_aperture_on_gpu.py holds the two against each other.
+Coordinates are in radii of the round lens of the same f-stop: u to the right and v up, seen from
+behind the lens. `model/pupil.py` gives an opening a size, so that a scene is seen through it, and
+`model/disc_shape.py` is its image in a picture. Circles and ellipses are simple enough for these
+files and shaders/lib/aperture.lib.glsl; all else about a shape is in `model/opening.py` and
+shaders/lib/shaped_aperture.lib.glsl. tests/defocus/test_aperture_on_gpu.py holds both together.
 
-A new property of the opening is a field of `Aperture` and of `Lens`, a uniform in `_uniforms`, and
-its geometry here and in that file. Passes, renderers and samplers ask these values and need no
-change.
+A new property of the opening is a field of `Aperture`, from which `Lens` and the command line have
+it, a uniform in `shape_uniforms`, and its geometry in those two files. Passes, renderers and
+samplers ask these values and need no change.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field, fields
+from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from heatlens.errors import LensError
+from heatlens.model import opening
+from heatlens.model.opening import Blades
+from heatlens.model.option import option, options_of
 
-SQUEEZE_LEAST, SQUEEZE_MOST = 1.0, 2.0
-# The centre of a disc has no direction to its rim; nearer than this, in pixels, is the centre.
-_CENTRE_PX = 1e-6
+BLADES_LEAST, BLADES_MOST = 3, 16
 
 Array = NDArray[np.float64]
 Pair = tuple[float, float]
@@ -31,19 +34,121 @@ Pair = tuple[float, float]
 class Aperture:
     """The shape of the opening; without arguments a round one.
 
-    squeeze   1 spherical to 2 anamorphic: the opening is this many times as tall as wide
+    squeeze             1 spherical to 2 anamorphic: the opening is so many times as tall as wide
+    blades              of the diaphragm, 3 to 16, with corners on the circle; 0 for a round one
+    blade_rotation_deg  anticlockwise, seen from behind the lens; at 0 a corner points up
+    blade_curvature     0 straight blades to 1 round ones
+    cat_eye             shift of the barrel's circle at the corner of the picture, in radii of the
+                        widest opening, 0 to 1
+    rim                 brightness of a disc's rim behind the focus, -1 none to 1 a bright ring; in
+                        front of the focus it is the other way round
+    axial_colour_mm     how much farther behind the lens red comes to its focus than blue
+    stopped_down        diameter of the widest opening over that of this one, at least 1
 
     Raises LensError naming the value and what it may be.
     """
 
-    squeeze: float = 1.0
+    squeeze: float = field(
+        default=1.0,
+        metadata=option(
+            "squeeze",
+            "anamorphic lens, 1 to 2: discs become S times as tall as wide (default 1)",
+            metavar="S",
+            least=1.0,
+            most=2.0,
+        ),
+    )
+    blades: int = field(
+        default=0,
+        metadata=option(
+            "blades",
+            "blades of the diaphragm, 3 to 16, whose corners lie on the round opening; 0 (default) "
+            "for a round one",
+            metavar="N",
+            least=0,
+            most=BLADES_MOST,
+        ),
+    )
+    blade_rotation_deg: float = field(
+        default=0.0,
+        metadata=option(
+            "blade rotation",
+            "degrees anticlockwise, as a lamp behind the focus shows it; at 0 (default) a corner "
+            "points up",
+            metavar="DEGREES",
+            least=-360.0,
+            most=360.0,
+        ),
+    )
+    blade_curvature: float = field(
+        default=0.0,
+        metadata=option(
+            "blade curvature",
+            "0 (default) straight blades to 1 round ones",
+            metavar="C",
+            least=0.0,
+            most=1.0,
+        ),
+    )
+    cat_eye: float = field(
+        default=0.0,
+        metadata=option(
+            "cat eye",
+            "discs towards the corners are cut by the lens barrel, 0 (default) to 1; they close "
+            "up again as the lens is stopped down from --widest-f-stop",
+            metavar="C",
+            least=0.0,
+            most=1.0,
+        ),
+    )
+    rim: float = field(
+        default=0.0,
+        metadata=option(
+            "rim",
+            "rim of the discs behind the focus, -1 soft to 1 a bright ring (default 0, flat); in "
+            "front of the focus it is reversed",
+            metavar="R",
+            least=-1.0,
+            most=1.0,
+        ),
+    )
+    axial_colour_mm: float = field(
+        default=0.0,
+        metadata=option(
+            "axial colour",
+            "millimetres by which red comes to its focus farther behind the lens than blue, as a "
+            "test of a lens tells it (default 0)",
+            metavar="MM",
+            least=-5.0,
+            most=5.0,
+        ),
+    )
+    stopped_down: float = 1.0
 
     def __post_init__(self) -> None:
-        if not SQUEEZE_LEAST <= self.squeeze <= SQUEEZE_MOST:
+        for name, told in options_of(Aperture).items():
+            value = getattr(self, name)
+            if not told.allows(value):
+                raise LensError(
+                    f"The {told.words} must be between {told.least:g} and {told.most:g}, "
+                    f"got {value:g}."
+                )
+        if 0 < self.blades < BLADES_LEAST:
             raise LensError(
-                f"The squeeze must be between {SQUEEZE_LEAST:g} (spherical) and {SQUEEZE_MOST:g} "
-                f"(anamorphic), got {self.squeeze:g}."
+                f"The blades must be 0, which is a round opening, or {BLADES_LEAST} to "
+                f"{BLADES_MOST}, got {self.blades}."
             )
+
+    @property
+    def is_plain(self) -> bool:
+        """Return whether it is a circle or an ellipse, the same for all of the picture."""
+        return self == Aperture(self.squeeze, stopped_down=self.stopped_down)
+
+    @property
+    def diaphragm(self) -> Blades:
+        """The blades, as the functions of `model/opening.py` take them."""
+        turn = math.radians(90.0 + self.blade_rotation_deg)
+        return Blades(self.blades, turn, self.blade_curvature)
 
     @property
     def half_extents(self) -> Pair:
@@ -52,14 +157,33 @@ class Aperture:
 
     @property
     def area(self) -> float:
-        """Area in square radii; pi for a round opening."""
+        """Area in square radii at the middle of the picture; pi for a round opening."""
         across, up = self.half_extents
-        return math.pi * across * up
+        return self.round_area * across * up
+
+    @property
+    def round_area(self) -> float:
+        """Area in square radii before the squeeze; pi for a round opening."""
+        return math.pi if self.blades == 0 else _light(self.diaphragm, 0.0)
+
+    @property
+    def spreads(self) -> Pair:
+        """Standard deviation of a disc in front of the focus and behind it, over a round disc's."""
+        if self.is_plain:
+            return 1.0, 1.0
+        front, behind = (_variance(self.diaphragm, rim) for rim in (-self.rim, self.rim))
+        return math.sqrt(4 * front), math.sqrt(4 * behind)
 
     def covers(self, u: ArrayLike, v: ArrayLike) -> NDArray[np.bool_]:
-        """Return whether light passes at the points (u, v), of the shape of the arguments."""
+        """Return whether light passes at the points (u, v), of the shape of the arguments.
+
+        The middle of the picture is meant, where the barrel cuts nothing.
+        """
         across, up = self.half_extents
-        return np.asarray(np.hypot(np.divide(u, across), np.divide(v, up)) <= 1.0)
+        x, y = np.divide(u, across), np.divide(v, up)
+        if self.blades == 0:
+            return np.asarray(np.hypot(x, y) <= 1.0)
+        return np.asarray(opening.past_blades(x, y, self.diaphragm)[0] <= 0.0)
 
     def points(self, square: Array, radius: float = 1.0) -> Array:
         """Return the points (n, 2) of the opening that belong to `square` (n, 2) in [0, 1)^2.
@@ -67,99 +191,44 @@ class Aperture:
         Equal areas of the square become equal areas of the opening, so that even points stay even.
         `radius` is that of the lens and gives the points its unit. Neighbours stay neighbours,
         as quasi-random points need it: this is the concentric map of Shirley and Chiu 1997.
+        Barrel and rim are left to whoever weighs the points.
         """
         across, up = self.half_extents
-        return _concentric_disc(square) * (across * radius, up * radius)
+        points = _concentric_disc(square)
+        if self.blades:
+            points = opening.between_blades(points, self.diaphragm)
+        return points * (across * radius, up * radius)
 
 
-@dataclass(frozen=True, slots=True)
-class Pupil:
-    """An aperture of a size, as a scene is seen through it.
-
-    radius_m   radius of the round lens of the same f-stop in metres; 0 is a pinhole
-    """
-
-    aperture: Aperture
-    radius_m: float
-
-    @property
-    def half_extents_m(self) -> Pair:
-        """Half the width and height of the opening in metres."""
-        across, up = self.aperture.half_extents
-        return across * self.radius_m, up * self.radius_m
-
-    def points_m(self, square: Array) -> Array:
-        """Return points (n, 2) of the opening in metres; see `Aperture.points`."""
-        return self.aperture.points(square, self.radius_m)
-
-    @property
-    def uniforms(self) -> dict[str, object]:
-        """Uniforms of lib/aperture.lib.glsl; the unit of the shader is the metre."""
-        return _uniforms(self.half_extents_m)
+APERTURE_FIELDS = tuple(options_of(Aperture))  # those that a person sets
 
 
-PINHOLE = Pupil(Aperture(), 0.0)
+def of_aperture(name: str) -> Any:
+    """Return a field of `Lens` with the default and the words of that of `Aperture`."""
+    (found,) = (one for one in fields(Aperture) if one.name == name)
+    return field(default=found.default, metadata=found.metadata)
 
 
-@dataclass(frozen=True, slots=True)
-class DiscShape:
-    """The image of an aperture in a picture: the disc that a point of light becomes.
-
-    Offsets are in pixels from the centre of the disc, x to the right and y down. A radius is half a
-    signed circle of confusion: at radius r the point (u, v) of the aperture lights the offset
-    (r u, -r v pixel_aspect_ratio), so that in front of the focus the image stands on its head.
-
-    pixel_aspect_ratio   width of a pixel over its height: where pixels are wide, the same length
-                         covers more of them going down
-    """
-
-    aperture: Aperture = Aperture()
-    pixel_aspect_ratio: float = 1.0
-
-    @property
-    def half_extents(self) -> Pair:
-        """Half the width and height of the box around the disc for each pixel of radius."""
-        across, up = self.aperture.half_extents
-        return across, up * self.pixel_aspect_ratio
-
-    @property
-    def spreads(self) -> Pair:
-        """Standard deviations along x and y over those of a round disc of the same radius.
-
-        This is by how much a diffusion, which knows no shape, has to blur along each axis.
-        """
-        return self.half_extents
-
-    def light(self, radius_px: float, ramp_px: float) -> float:
-        """Return the sum of `coverage` over all pixels of a large disc, to a close approximation.
-
-        It is exact for a round disc, and for any other as long as the ramp is short beside it.
-        """
-        area = self.aperture.area * self.pixel_aspect_ratio
-        return radius_px**2 * area + math.pi * ramp_px**2 / 3
-
-    def coverage(self, x: ArrayLike, y: ArrayLike, radius_px: float, ramp_px: float) -> Array:
-        """Return how much of the pixels at the offsets (x, y) is covered, from 0 to 1.
-
-        The rim is a ramp of half width `ramp_px` all around. The distance to it is to first order:
-        the implicit function of the opening over the length of its gradient.
-        """
-        across, down = self.half_extents
-        u, v = np.divide(x, across), np.divide(y, down)
-        from_centre = np.maximum(np.hypot(u, v), _CENTRE_PX)
-        gradient = np.hypot(u / across, v / down) / from_centre
-        gradient = np.where(from_centre <= _CENTRE_PX, 1 / min(across, down), gradient)
-        to_rim = (abs(radius_px) - from_centre) / gradient
-        return np.asarray(np.clip((to_rim + ramp_px) / (2 * ramp_px), 0, 1))
-
-    @property
-    def uniforms(self) -> dict[str, object]:
-        """Uniforms of lib/aperture.lib.glsl; the unit of the shader is the pixel."""
-        return _uniforms(self.half_extents)
+def shape_uniforms(aperture: Aperture) -> dict[str, object]:
+    """Return what lib/shaped_aperture.lib.glsl needs to know of the shape alone."""
+    blades = aperture.diaphragm
+    return {
+        "aperture_blades": blades.number,
+        "aperture_turn": blades.turn,
+        "aperture_curvature": blades.curvature,
+        "aperture_rim": aperture.rim,
+        "aperture_lights": tuple(_light(blades, rim) for rim in (-aperture.rim, aperture.rim)),
+    }
 
 
-def _uniforms(half_axes: Pair) -> dict[str, object]:
-    return {"aperture_axes": half_axes}
+@lru_cache(maxsize=64)
+def _light(blades: Blades, rim: float) -> float:
+    return opening.light(blades, None, rim)
+
+
+@lru_cache(maxsize=64)
+def _variance(blades: Blades, rim: float) -> float:
+    return opening.variance(blades, rim)
 
 
 def _concentric_disc(square: Array) -> Array:

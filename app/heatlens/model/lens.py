@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from heatlens.errors import LensError
-from heatlens.model.aperture import Aperture
+from heatlens.model.aperture import APERTURE_FIELDS, Aperture, of_aperture
 from heatlens.model.lens_model import LensModel
 from heatlens.model.option import Option, option, options_of
 from heatlens.model.units import parse_distance_m
@@ -25,7 +25,9 @@ class Lens:
     f_stop             N of f/N: with the focal length it fixes the aperture, and so the blur
     focus_distance_m   from the entrance pupil to the plane in focus; infinite is allowed
     sensor_width_mm    width of the part of the sensor that the picture shows
-    squeeze            1 spherical to 2 anamorphic: a disc is so many times as tall as wide
+    squeeze to axial_colour_mm   as in `Aperture`
+    widest_f_stop      with the ring fully open; None where unknown: the barrel then cuts alike at
+                       every stop
     t_stop             exposure only, None where unknown; it never enters the blur
     acceptable_coc_mm  diameter that still counts as sharp, None for 1/1500 of the sensor's width
     close_focus_m      nearest focus that the ring of the real lens allows, None where unknown; a
@@ -58,12 +60,21 @@ class Lens:
             "sensor width", "of the film back, in millimetres", metavar="MM", unit="mm", **_HARDWARE
         )
     )
-    squeeze: float = field(
-        default=1.0,
+    squeeze: float = of_aperture("squeeze")
+    blades: int = of_aperture("blades")
+    blade_rotation_deg: float = of_aperture("blade_rotation_deg")
+    blade_curvature: float = of_aperture("blade_curvature")
+    cat_eye: float = of_aperture("cat_eye")
+    rim: float = of_aperture("rim")
+    axial_colour_mm: float = of_aperture("axial_colour_mm")
+    widest_f_stop: float | None = field(
+        default=None,
         metadata=option(
-            "squeeze",
-            "anamorphic lens, 1 to 2: discs become S times as tall as wide (default 1)",
-            metavar="S",
+            "widest f-stop",
+            "at which the barrel cuts the discs by --cat-eye (default: at every f-stop)",
+            metavar="N",
+            unit="f-stop",
+            **_HARDWARE,
         ),
     )
     t_stop: float | None = field(default=None, metadata=option("T-stop", **_HARDWARE))
@@ -98,14 +109,18 @@ class Lens:
         _ = self.aperture  # raises LensError for an opening that cannot be
         for name, told in options_of(Lens).items():
             value = getattr(self, name)
-            if value is not None and told.least is not None and not told.allows(value):
+            if name in APERTURE_FIELDS or value is None or told.least is None:
+                continue
+            if not told.allows(value):
                 raise LensError(_outside(told, value))
         _check_focus(self.focus_distance_m, self.focal_length_mm)
 
     @property
     def aperture(self) -> Aperture:
         """Shape of the opening."""
-        return Aperture(self.squeeze)
+        widest = self.f_stop if self.widest_f_stop is None else self.widest_f_stop
+        values: dict[str, Any] = {name: getattr(self, name) for name in APERTURE_FIELDS}
+        return Aperture(**values, stopped_down=max(1.0, self.f_stop / widest))
 
     @property
     def aperture_diameter_mm(self) -> float:

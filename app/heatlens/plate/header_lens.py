@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from heatlens.errors import InputError
+from heatlens.model.aperture import APERTURE_FIELDS
 from heatlens.model.lens import Lens
 from heatlens.plate.camera_header import lens_model_of
 from heatlens.plate.plate import Plate
@@ -44,7 +45,7 @@ def plate_lens(plate: Plate, given: Mapping[str, Any]) -> StartLens:
     of confusion needs no lens. Raises LensNotToldError, and LensError for values that make no lens.
     """
     if not plate.has_distances:
-        return StartLens(Lens(50.0, 2.8, math.inf, FULL_FRAME_WIDTH_MM, **_squeeze(given)), {})
+        return StartLens(Lens(50.0, 2.8, math.inf, FULL_FRAME_WIDTH_MM, **_opening(given)), {})
     values, sources = dict(given), dict.fromkeys(given, "given")
     for name in NEEDED:
         told = getattr(plate.camera, name)
@@ -62,8 +63,8 @@ def plate_lens(plate: Plate, given: Mapping[str, Any]) -> StartLens:
     return StartLens(Lens(**values), sources)
 
 
-def _squeeze(given: Mapping[str, Any]) -> dict[str, Any]:
-    return {"squeeze": given["squeeze"]} if "squeeze" in given else {}
+def _opening(given: Mapping[str, Any]) -> dict[str, Any]:
+    return {name: given[name] for name in APERTURE_FIELDS if name in given}
 
 
 def _listed(words: list[str]) -> str:

@@ -5,8 +5,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 
-from heatlens.model.aperture import DiscShape
 from heatlens.model.coc import coc_line
+from heatlens.model.disc_shape import DiscShape
 from heatlens.model.frames import FrameRange
 from heatlens.model.lens import Lens
 from heatlens.plate.plate import Plate

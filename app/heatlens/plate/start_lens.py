@@ -8,12 +8,14 @@ from typing import Any
 import numpy as np
 
 from heatlens.errors import LensError
+from heatlens.model.aperture import APERTURE_FIELDS
 from heatlens.model.lens import Lens
 from heatlens.model.lens_model import LensModel
 from heatlens.plate.camera_header import lens_model_of
 from heatlens.plate.plate import Plate
 
 # A normal lens on full frame, half open: nobody's wish, but everything can be seen to move.
+_OTHERS = (*APERTURE_FIELDS, "widest_f_stop", "close_focus_m")  # which no header tells
 _USUAL: dict[str, Any] = {"focal_length_mm": 50.0, "f_stop": 2.8, "sensor_width_mm": 36.0}
 
 
@@ -43,7 +45,7 @@ def start_lens(plate: Plate, given: Mapping[str, Any]) -> StartLens:
             values[name], sources[name] = usual, "assumed: the header does not tell"
     values["focus_distance_m"], sources["focus_distance_m"] = _focus(plate, given, values)
     values["model"], sources["model"] = _model(plate, given)
-    extra = {name: given[name] for name in ("squeeze", "close_focus_m") if name in given}
+    extra = {name: given[name] for name in _OTHERS if name in given}
     t_stop = plate.camera.t_stop if _can_be("t_stop", plate.camera.t_stop) else None
     return StartLens(Lens(**values, **extra, t_stop=t_stop), sources)
 

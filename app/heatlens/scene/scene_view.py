@@ -13,10 +13,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from heatlens.model.aperture import Pupil
-from heatlens.model.coc import lens_diameter_m
+from heatlens.model.coc import axial_dioptres, lens_diameter_m
 from heatlens.model.framing import Pose
 from heatlens.model.lens import Lens
+from heatlens.model.pupil import Pupil
 from heatlens.scene.corners import corners_of
 from heatlens.scene.scene import Array
 
@@ -90,4 +90,4 @@ def finer(view: SceneView, times: int) -> SceneView:
 
 def pupil_of(lens: Lens) -> Pupil:
     """Return the opening that a scene is seen through, at the depths of a pinhole's picture."""
-    return Pupil(lens.aperture, lens_diameter_m(lens) / 2)
+    return Pupil(lens.aperture, lens_diameter_m(lens) / 2, axial_dioptres(lens))

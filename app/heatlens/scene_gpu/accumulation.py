@@ -4,17 +4,23 @@ Haeberli and Akeley 1990. It blurs what a pinhole never saw, and is right where 
 its price is that the scene is drawn once for each point.
 """
 
+import math
 from collections.abc import Iterator
 from dataclasses import replace
 
 import moderngl
 
 from heatlens.gpu.program import ComputeProgram, pixel_groups
+from heatlens.gpu.program_versions import ProgramVersions
 from heatlens.gpu.textures import TexturePool
-from heatlens.model.aperture import Pupil
+from heatlens.model.pupil import Pupil
 from heatlens.scene.scene_view import SceneView
 from heatlens.scene_gpu.lens_samples import lens_samples
 from heatlens.scene_gpu.raster import SceneRaster
+
+Colors = tuple[float, float, float, float]  # red, green, blue, alpha: 1 where a view is for it
+_ALL_COLORS: Colors = (1.0, 1.0, 1.0, 1.0)
+_EACH_COLOR: tuple[Colors, ...] = ((1.0, 0, 0, 0), (0, 1.0, 0, 1.0), (0, 0, 1.0, 0))
 
 
 class Accumulation:
@@ -22,14 +28,15 @@ class Accumulation:
 
     def __init__(self, ctx: moderngl.Context, raster: SceneRaster) -> None:
         self._raster = raster
-        self._program = ComputeProgram(ctx, "accumulate.comp.glsl")
+        self._programs = ProgramVersions(lambda on: ComputeProgram(ctx, "accumulate.comp.glsl", on))
         self._pool = TexturePool(ctx)
         self._key: tuple[object, tuple[int, int]] | None = None
         self._count = 0
 
     def release(self) -> None:
         """Give everything back to OpenGL."""
-        self._program.release()
+        for program in self._programs.all:
+            program.release()
         self._pool.release()
 
     def steps(
@@ -47,34 +54,82 @@ class Accumulation:
         the scene, view and lens, and a sum for an equal key is continued. If fewer views are asked
         for than were summed, the sum starts again, so that the picture depends on their number
         alone. A pupil of radius 0 gives the antialiased picture of a pinhole.
+
+        Where the pupil is not plain, each pixel weighs the views by how much light they let through
+        to its place in the picture; where colours have a focus each, a view is drawn for each.
         """
         if self._key != (key, view.size) or self._count > views:
             self._key, self._count = (key, view.size), 0
         if self._count == views:
-            self._add(out, is_new=False)
+            self._add(out, _weighing(pupil, view, (0.0, 0.0), _ALL_COLORS), is_new=False)
             return
         offsets, jitters = lens_samples(self._count, views, pupil)
         for (u, v), (x, y) in zip(offsets.tolist(), jitters.tolist(), strict=True):
             number = self._count
             through = replace(view, offset_m=(u, v), jitter_px=(x, y), sample=number)
-            drawn, bands = (
-                self._pool.texture("view", view.size, 4),
-                self._raster.bands.of(view.size),
-            )
-            for band in bands:
-                self._raster.draw(through, drawn, band)
-                if band is not bands[-1]:
-                    yield "band"
-            self._add(out, is_new=True)
-            yield "view"
+            for colors, focused in _views_of_colors(pupil, through):
+                yield from self._draw(focused, not pupil.is_plain)
+                weighing = _weighing(pupil, focused, (u, v), colors)
+                is_last = colors[2] == 1.0
+                self._add(out, weighing, is_new=True, is_first=number == 0 and colors[0] == 1.0)
+                self._count += is_last
+                yield "view" if is_last else "band"
 
-    def _add(self, out: moderngl.Texture, is_new: bool) -> None:
+    def _draw(self, view: SceneView, has_depth: bool) -> Iterator[str]:
+        """Draw the texture "view", and "depth" where it is asked for, band by band."""
+        drawn, bands = self._pool.texture("view", view.size, 4), self._raster.bands.of(view.size)
+        for band in bands:
+            self._raster.draw(view, drawn, band)
+            if has_depth:
+                self._raster.depth(view, self._pool.texture("depth", view.size, 1), band)
+            if band is not bands[-1]:
+                yield "band"
+
+    def _add(
+        self,
+        out: moderngl.Texture,
+        weighing: dict[str, object] | None,
+        is_new: bool,
+        is_first: bool = False,
+    ) -> None:
         """Add the view that was drawn last, or only write the mean again."""
-        is_first = self._count == 0
-        self._count += is_new
-        self._program.dispatch(
+        textures = {"view_tx": self._pool.texture("view", out.size, 4)}
+        images = {"sum_img": self._pool.texture("sum", out.size, 4), "mean_img": out}
+        if weighing is not None:
+            textures["depth_tx"] = self._pool.texture("depth", out.size, 1)
+            images["weight_img"] = self._pool.texture("weight", out.size, 4)
+        self._programs.with_(SHAPED=weighing is not None).dispatch(
             pixel_groups(out.size),
-            textures={"view_tx": self._pool.texture("view", out.size, 4)},
-            images={"sum_img": self._pool.texture("sum", out.size, 4), "mean_img": out},
-            uniforms={"count": float(self._count), "is_first": is_first, "is_new": is_new},
+            textures=textures,
+            images=images,
+            uniforms={
+                "count": float(self._count + is_new),
+                "is_first": is_first,
+                "is_new": is_new,
+                **(weighing or {}),
+            },
         )
+
+
+def _views_of_colors(pupil: Pupil, view: SceneView) -> Iterator[tuple[Colors, SceneView]]:
+    """Yield the view for all colours, or one for each where they have a focus of their own."""
+    if pupil.axial_dioptres == 0.0:
+        yield _ALL_COLORS, view
+        return
+    for number, colors in enumerate(_EACH_COLOR):
+        dioptres = 1 / view.focus_m + (number - 1) * pupil.axial_dioptres
+        yield colors, replace(view, focus_m=1 / dioptres if dioptres else math.inf)
+
+
+def _weighing(
+    pupil: Pupil, view: SceneView, offset_m: tuple[float, float], colors: Colors
+) -> dict[str, object] | None:
+    """Return the uniforms by which a view is weighed; None where all weigh the same."""
+    if pupil.is_plain:
+        return None
+    across, up = pupil.half_extents_m
+    return pupil.uniforms(view.size) | {
+        "lens_at": (offset_m[0] / across, offset_m[1] / up),
+        "focus_dioptres": 1 / view.focus_m,
+        "colors": colors,
+    }

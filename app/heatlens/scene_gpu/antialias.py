@@ -11,8 +11,8 @@ import moderngl
 
 from heatlens.gpu.program import ComputeProgram, pixel_groups
 from heatlens.gpu.textures import Storage, TexturePool
-from heatlens.model.aperture import PINHOLE
 from heatlens.model.boxes import Box
+from heatlens.model.pupil import PINHOLE
 from heatlens.scene.scene_view import SceneView
 from heatlens.scene_gpu.lens_samples import lens_samples
 from heatlens.scene_gpu.raster import SceneRaster

@@ -8,7 +8,7 @@ where the one before it stopped goes on filling the gaps.
 import numpy as np
 from numpy.typing import NDArray
 
-from heatlens.model.aperture import Pupil
+from heatlens.model.pupil import Pupil
 
 Array = NDArray[np.float64]
 Words = NDArray[np.uint32]

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from heatlens.gpu.program import ComputeProgram, groups_for
 from heatlens.gpu.shader_constants import RAY_GROUP
 from heatlens.gpu.textures import TexturePool
-from heatlens.model.aperture import Pupil
+from heatlens.model.pupil import Pupil
 from heatlens.scene.scene_view import SceneView
 from heatlens.scene_gpu.bvh import NODE, MeshTrees, instance_tree, mesh_trees, refitted
 from heatlens.scene_gpu.raster import SceneRaster
@@ -59,6 +59,7 @@ class RayTracer:
         if self._key != wanted or self._count > rays:
             self._key, self._count = wanted, 0
             self._place()
+        self._fit_program(self._raster.buffers.defines, pupil)
         uniforms = self._uniforms(view, pupil) | {"seed": seed, "pixel_side_px": pixel_side_px}
         for count in range(min(self._count + 1, rays), rays + 1):
             for row in range(0, view.size[1], _band_rows(view.size[0])):
@@ -73,12 +74,13 @@ class RayTracer:
             if self._trees is not None:
                 self._trees.release()
             self._trees = SceneTrees(self._ctx, buffers)
-            self._fit_program(buffers.defines)
         self._trees.place(self._raster.frame)
 
-    def _fit_program(self, scene: dict[str, int]) -> None:
-        """Build the program with only those features that the scene uses."""
+    def _fit_program(self, scene: dict[str, int], pupil: Pupil) -> None:
+        """Build the program with only those features that scene and lens use."""
         defines = {name: value for name, value in scene.items() if name in _DEFINES}
+        if not pupil.is_plain:
+            defines["SHAPED"] = 1
         if defines != self._defines:
             fit = ComputeProgram(self._ctx, _SHADER, defines)
             self._program.release()
@@ -86,9 +88,11 @@ class RayTracer:
 
     def _uniforms(self, view: SceneView, pupil: Pupil) -> dict[str, object]:
         world_from_camera = np.linalg.inv(view.world_to_camera)
+        colors = {} if pupil.is_plain else {"axial_dioptres": pupil.axial_dioptres}
         return (
             self._raster.shading_uniforms()
-            | pupil.uniforms
+            | pupil.uniforms(view.size)
+            | colors
             | {
                 "world_from_camera": tuple(world_from_camera.T.ravel().tolist()),
                 "focal_px": view.focal_px,
@@ -103,10 +107,13 @@ class RayTracer:
         """Add one ray to each pixel of a band that does not have as many already."""
         assert self._trees is not None
         rows = min(_band_rows(out.width), out.height)
+        images = {"sum_img": self._pool.texture("sum", out.size, 4), "mean_img": out}
+        if "SHAPED" in self._defines:
+            images["weight_img"] = self._pool.texture("weight", out.size, 4)
         self._program.dispatch(
             (groups_for(out.width, RAY_GROUP), groups_for(rows, RAY_GROUP)),
             textures={"maps_tx": self._raster.buffers.maps, "shadow_tx": self._raster.shadow_map},
-            images={"sum_img": self._pool.texture("sum", out.size, 4), "mean_img": out},
+            images=images,
             buffers=self._trees.storage,
             uniforms=uniforms | {"top_root": self._trees.root, "is_first": self._count == 0},
         )

@@ -1,0 +1,29 @@
+"""Builds of one shader with other defines, each compiled when it is first asked for."""
+
+from collections.abc import Callable, Mapping
+from typing import Generic, TypeVar
+
+Built = TypeVar("Built")
+Defines = Mapping[str, object]
+
+
+class ProgramVersions(Generic[Built]):
+    """The builds of a program by the defines that are on."""
+
+    def __init__(self, build: Callable[[Defines], Built], defines: Defines | None = None) -> None:
+        """Build the version in which nothing but `defines` is on; it is the one most asked for."""
+        self._build = build
+        self._defines = dict(defines or {})
+        self._built = {frozenset[str](): build(self._defines)}
+
+    def with_(self, **wanted: bool) -> Built:
+        """Return the build in which those defines are 1 that are True: `with_(LISTS=True)`."""
+        on = frozenset(name for name, is_on in wanted.items() if is_on)
+        if on not in self._built:
+            self._built[on] = self._build(self._defines | dict.fromkeys(sorted(on), 1))
+        return self._built[on]
+
+    @property
+    def all(self) -> tuple[Built, ...]:
+        """Every build there is so far."""
+        return tuple(self._built.values())

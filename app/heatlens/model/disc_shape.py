@@ -1,0 +1,141 @@
+"""The image of an opening in a picture: the disc that a point of light out of focus becomes."""
+
+import math
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from heatlens.model import opening
+from heatlens.model.aperture import Aperture, shape_uniforms
+from heatlens.model.opening import Barrel
+from heatlens.model.picture_field import PictureField
+
+# The centre of a disc has no direction to its rim; nearer than this, in pixels, is the centre.
+_CENTRE_PX = 1e-6
+
+Array = NDArray[np.float64]
+Pair = tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class DiscShape:
+    """The image of an aperture in a picture: the disc that a point of light becomes.
+
+    Offsets are in pixels from the centre of the disc, x to the right and y down. A radius is half a
+    signed circle of confusion: at radius r the point (u, v) of the aperture lights the offset
+    (r u, -r v pixel_aspect_ratio), so that in front of the focus the image stands on its head.
+
+    pixel_aspect_ratio   width of a pixel over its height: where pixels are wide, the same length
+                         covers more of them going down
+    in_picture           where its middle and corners are, for a shape that changes towards these
+    axial_px             signed diameter of a disc in blue less that in green, and of green less red
+    """
+
+    aperture: Aperture = field(default_factory=Aperture)
+    pixel_aspect_ratio: float = 1.0
+    in_picture: PictureField = field(default_factory=PictureField)
+    axial_px: float = 0.0
+
+    @property
+    def is_plain(self) -> bool:
+        """Return whether discs are ellipses of even brightness."""
+        return self.aperture.is_plain
+
+    @property
+    def half_extents(self) -> Pair:
+        """Half the width and height of the box around the disc for each pixel of radius."""
+        across, up = self.aperture.half_extents
+        return across, up * self.pixel_aspect_ratio
+
+    @property
+    def wider_px(self) -> float:
+        """By how much the diameter of a disc in one of its colours is larger than in green."""
+        return abs(self.axial_px)
+
+    @property
+    def spreads(self) -> Pair:
+        """Standard deviations along x and y over those of a round disc of the same radius.
+
+        This is by how much a diffusion, which knows no shape, has to blur along each axis.
+        """
+        x, y = self.half_extents
+        spread = self.aperture.spreads[1]
+        return x * spread, y * spread
+
+    def light(self, radius_px: float, ramp_px: float, place_px: Pair = (0.0, 0.0)) -> float:
+        """Return the sum of `coverage` over all pixels of a large disc, to a close approximation.
+
+        It is exact for a round disc, and for any other as long as the ramp is short beside it.
+        """
+        across, down = self.half_extents
+        shape = math.pi if self.is_plain else self._light_of_shape(radius_px, place_px)
+        return radius_px**2 * shape * across * down + math.pi * ramp_px**2 / 3
+
+    def _light_of_shape(self, radius_px: float, place_px: Pair) -> float:
+        rim = math.copysign(1.0, radius_px) * self.aperture.rim
+        return opening.light(self.aperture.diaphragm, self._barrel(place_px, radius_px), rim)
+
+    def _barrel(self, place_px: Pair, radius_px: float) -> Barrel | None:
+        return self.in_picture.barrel(self.aperture, place_px, radius_px, self.pixel_aspect_ratio)
+
+    def coverage(
+        self,
+        x: ArrayLike,
+        y: ArrayLike,
+        radius_px: float,
+        ramp_px: float,
+        place_px: Pair = (0.0, 0.0),
+    ) -> Array:
+        """Return how much light the pixels at the offsets (x, y) get, 1 for a pixel wholly inside.
+
+        With a rim that is not flat, 1 is the mean over a round disc. The rim is a ramp of half
+        width `ramp_px` all around. The distance to it is to first order: the implicit function of
+        the opening over the length of its gradient. `place_px` is the centre of the disc; the axial
+        colour is not counted.
+        """
+        if not self.is_plain:
+            return self._shaped_coverage(x, y, radius_px, ramp_px, place_px)
+        across, down = self.half_extents
+        u, v = np.divide(x, across), np.divide(y, down)
+        from_centre = np.maximum(np.hypot(u, v), _CENTRE_PX)
+        gradient = np.hypot(u / across, v / down) / from_centre
+        gradient = np.where(from_centre <= _CENTRE_PX, 1 / min(across, down), gradient)
+        to_rim = (abs(radius_px) - from_centre) / gradient
+        return np.asarray(np.clip((to_rim + ramp_px) / (2 * ramp_px), 0, 1))
+
+    def _shaped_coverage(
+        self, x: ArrayLike, y: ArrayLike, radius_px: float, ramp_px: float, place_px: Pair
+    ) -> Array:
+        across, down = self.half_extents
+        u, v = np.divide(x, across * radius_px), -np.divide(y, down * radius_px)
+        rims = [opening.past_blades(u, v, self.aperture.diaphragm)]
+        barrel = self._barrel(place_px, radius_px)
+        if barrel is not None:
+            rims.append(opening.past_barrel(u, v, barrel))
+        to_rim = np.min(
+            [-past / np.maximum(np.hypot(a / across, b / down), 1e-6) for past, a, b in rims],
+            axis=0,
+        )
+        inside = np.clip((to_rim * abs(radius_px) + ramp_px) / (2 * ramp_px), 0, 1)
+        rim = math.copysign(1.0, radius_px) * self.aperture.rim
+        return np.asarray(inside * opening.profile(np.minimum(u**2 + v**2, 1.0), rim))
+
+    def scaled(self, scale: float) -> "DiscShape":
+        """Return that of the picture at another size."""
+        return replace(
+            self, in_picture=self.in_picture.scaled(scale), axial_px=self.axial_px * scale
+        )
+
+    def moved(self, px: Pair) -> "DiscShape":
+        """Return that of a picture whose first pixel lies so many pixels left and up."""
+        return replace(self, in_picture=self.in_picture.moved(px))
+
+    @property
+    def uniforms(self) -> dict[str, object]:
+        """Uniforms of lib/aperture.lib.glsl; the unit of the shader is the pixel."""
+        plain: dict[str, object] = {"aperture_axes": self.half_extents}
+        if self.is_plain:
+            return plain
+        shape = shape_uniforms(self.aperture) | {"aperture_axial_px": self.axial_px}
+        return plain | shape | self.in_picture.uniforms(self.aperture, self.pixel_aspect_ratio)

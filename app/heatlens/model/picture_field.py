@@ -1,0 +1,67 @@
+"""Where in a picture a place is, for what a lens does differently towards the corners."""
+
+import math
+from dataclasses import dataclass, replace
+
+from heatlens.model import opening
+from heatlens.model.aperture import Aperture
+from heatlens.model.opening import Barrel
+
+Pair = tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class PictureField:
+    """The middle and the corners of a picture.
+
+    middle_px         of the picture, from the first pixel's corner, x to the right and y down
+    half_diagonal_px  from there to a corner, in pixels across; infinite where no place counts
+    """
+
+    middle_px: Pair = (0.0, 0.0)
+    half_diagonal_px: float = math.inf
+
+    @staticmethod
+    def of(size: tuple[int, int], pixel_aspect_ratio: float = 1.0) -> "PictureField":
+        """Return that of a whole picture of width and height."""
+        width, height = size
+        return PictureField(
+            (width / 2, height / 2), math.hypot(width, height / pixel_aspect_ratio) / 2
+        )
+
+    def moved(self, px: Pair) -> "PictureField":
+        """Return that of a picture whose first pixel lies so many pixels left and up."""
+        return replace(self, middle_px=(self.middle_px[0] + px[0], self.middle_px[1] + px[1]))
+
+    def scaled(self, scale: float) -> "PictureField":
+        """Return that of the picture at another size."""
+        x, y = self.middle_px
+        return PictureField((x * scale, y * scale), self.half_diagonal_px * scale)
+
+    def uniforms(self, aperture: Aperture, pixel_aspect_ratio: float = 1.0) -> dict[str, object]:
+        """Return what lib/shaped_aperture.lib.glsl needs of it."""
+        per_px = aperture.cat_eye * aperture.stopped_down / self.half_diagonal_px
+        across, up = aperture.half_extents
+        return {
+            "aperture_middle_px": self.middle_px,
+            "aperture_shift_per_px": (per_px, -per_px / pixel_aspect_ratio),
+            "aperture_shift_most": aperture.cat_eye * aperture.stopped_down,
+            "aperture_stretch_per_px": (per_px * across, per_px * up),
+            "aperture_barrel": aperture.stopped_down if aperture.cat_eye else 0.0,
+        }
+
+    def barrel(
+        self, aperture: Aperture, place_px: Pair, radius_px: float, pixel_aspect_ratio: float = 1.0
+    ) -> Barrel | None:
+        """Return the barrel as a disc of a signed radius around a place sees it; None for none."""
+        if aperture.cat_eye == 0.0:
+            return None
+        per_px = aperture.cat_eye * aperture.stopped_down / self.half_diagonal_px
+        x = (place_px[0] - self.middle_px[0]) * per_px
+        y = (self.middle_px[1] - place_px[1]) * per_px / pixel_aspect_ratio
+        part = min(1.0, aperture.cat_eye * aperture.stopped_down / max(math.hypot(x, y), 1e-30))
+        across, up = (
+            max(1.0 + radius_px * per_px * half, opening.STRETCH_LEAST)
+            for half in aperture.half_extents
+        )
+        return Barrel((x * part, y * part), (across, up), aperture.stopped_down)

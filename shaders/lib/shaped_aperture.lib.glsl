@@ -1,0 +1,177 @@
+// An opening with blades, cut by the barrel of the lens, brighter or darker at its rim, or not the same
+// for every colour. model/opening.py is its twin and explains the formulas. Points p are in radii of the
+// round lens before the squeeze, x to the right and y up.
+//
+// What reads this gets a Cover of red, green and blue instead of one number.
+
+#define Cover vec3
+
+uniform int aperture_blades;           // 0: round
+uniform float aperture_turn;           // angle of the first corner, radians
+uniform float aperture_curvature;      // 0 straight blades, 1 round
+uniform float aperture_rim;            // behind the focus: 1 bright, -1 soft; the other way round in front
+uniform vec2 aperture_lights;          // integral over the opening in front of the focus, and behind it
+uniform float aperture_barrel;         // its radius; 0 for none
+uniform vec2 aperture_middle_px;       // of the picture
+uniform vec2 aperture_shift_per_px;    // of the barrel, for a place so far from there
+uniform float aperture_shift_most;
+uniform vec2 aperture_stretch_per_px;  // of the barrel, for a disc of such a radius
+uniform float aperture_axial_px;       // diameter in blue less that in green, in green less that in red
+
+#define TINY 1e-12
+#define ANGLES 64          // of the quadrature
+#define LEAST_RADIUS 1e-3  // a smaller disc has no shape
+
+struct Barrel {
+    vec2 shift;
+    vec2 stretch;
+};
+
+Barrel barrel_at(vec2 place, float radius) {
+    vec2 shift = (place - aperture_middle_px) * aperture_shift_per_px;
+    shift *= min(1.0, aperture_shift_most / max(length(shift), 1e-30));
+    return Barrel(shift, max(1.0 + radius * aperture_stretch_per_px, vec2(STRETCH_LEAST)));
+}
+
+float straightness(float half_angle) {
+    float bent = aperture_curvature * sin(half_angle);
+    return sqrt(1.0 - bent * bent);
+}
+
+// How far a point is outside, negative inside, in radii, and the gradient of that.
+vec3 past_blades(vec2 p) {
+    float from_middle = max(length(p), TINY);
+    vec3 past = vec3(from_middle - 1.0, p / from_middle);
+    for (int bladed = aperture_blades > 0 ? 1 : 0; bladed > 0; --bladed) {
+        float half_angle = PI / float(aperture_blades);
+        float sector = floor((atan(p.y, from_middle > TINY ? p.x : 1.0) - aperture_turn) / (2.0 * half_angle));
+        float middle = aperture_turn + (2.0 * sector + 1.0) * half_angle;
+        vec2 outwards = vec2(cos(middle), sin(middle));
+        float straight = straightness(half_angle), sine = sin(half_angle);
+        float across = dot(p, outwards) - cos(half_angle);
+        float along = outwards.x * p.y - outwards.y * p.x;
+        float bent = 0.5 * aperture_curvature * (across * across + along * along - sine * sine);
+        vec2 gradient = (aperture_curvature * across + straight) * outwards;
+        gradient += aperture_curvature * along * vec2(-outwards.y, outwards.x);
+        past = vec3(bent + straight * across, gradient);
+    }
+    return past;
+}
+
+vec3 past_barrel(vec2 p, Barrel barrel) {
+    vec2 seen = barrel.stretch * p + barrel.shift;
+    float from_middle = max(length(seen), TINY);
+    return vec3(from_middle - aperture_barrel, barrel.stretch * seen / from_middle);
+}
+
+// Brightness at the square of the distance from the middle; `rim` is that of this side of the focus.
+float profile(float square, float rim) {
+    float bright = rim > 0.0 ? square : 1.0 - square;
+    return 1.0 + RIM_MOST * abs(rim) * (float(RIM_POWER + 1) * pow(max(bright, 0.0), float(RIM_POWER)) - 1.0);
+}
+
+float to_rim(vec3 past, vec2 axes) { return -past.x / max(length(past.yz / axes), 1e-6); }
+
+float cover_of_color(vec2 offset, float radius, float ramp, vec2 place) {
+    if (abs(radius) < LEAST_RADIUS) radius = radius < 0.0 ? -LEAST_RADIUS : LEAST_RADIUS;
+    vec2 p = offset / (aperture_axes * radius) * vec2(1.0, -1.0);
+    float inside = to_rim(past_blades(p), aperture_axes);
+    for (int cut = aperture_barrel > 0.0 ? 1 : 0; cut > 0; --cut)
+        inside = min(inside, to_rim(past_barrel(p, barrel_at(place, radius)), aperture_axes));
+    inside = clamp((inside * abs(radius) + ramp) / (2.0 * ramp), 0.0, 1.0);
+    return inside * profile(min(dot(p, p), 1.0), radius < 0.0 ? -aperture_rim : aperture_rim);
+}
+
+// How far the opening reaches from its middle in a direction.
+float blade_radius(float angle) {
+    if (aperture_blades == 0) return 1.0;
+    float half_angle = PI / float(aperture_blades), sine = sin(half_angle), cosine = cos(half_angle);
+    float straight = straightness(half_angle);
+    float aside = mod(angle - aperture_turn, 2.0 * half_angle) - half_angle;
+    float linear = (straight - aperture_curvature * cosine) * cos(aside);
+    float constant = straight * cosine - 0.5 * aperture_curvature * (cosine * cosine - sine * sine);
+    return 2.0 * constant / (linear + sqrt(linear * linear + 2.0 * aperture_curvature * constant));
+}
+
+float barrel_radius(vec2 direction, Barrel barrel) {
+    vec2 seen = barrel.stretch * direction;
+    float square = dot(seen, seen), middle = dot(seen, barrel.shift);
+    float left = max(aperture_barrel * aperture_barrel - dot(barrel.shift, barrel.shift), 0.0);
+    return (sqrt(middle * middle + square * left) - middle) / square;
+}
+
+float light_to(float reach, float rim) {
+    float square = reach * reach;
+    float bright = rim < 0.0 ? 1.0 - pow(max(1.0 - square, 0.0), float(RIM_POWER + 1)) : pow(square, float(RIM_POWER + 1));
+    return mix(square, bright, RIM_MOST * abs(rim));
+}
+
+// Which part of the light through the diaphragm passes the barrel as well.
+float part_past_barrel(vec2 place, float radius, float rim) {
+    Barrel barrel = barrel_at(place, radius);
+    float all = 0.0, passed = 0.0;
+    for (int k = 0; k < ANGLES; ++k) {
+        float angle = (float(k) + 0.5) * 2.0 * PI / float(ANGLES), reach = blade_radius(angle);
+        all += light_to(reach, rim);
+        passed += light_to(min(reach, barrel_radius(vec2(cos(angle), sin(angle)), barrel)), rim);
+    }
+    return passed / all;
+}
+
+float light_of_color(float radius, float ramp, vec2 place) {
+    float light = radius < 0.0 ? aperture_lights.x : aperture_lights.y;
+    float rim = radius < 0.0 ? -aperture_rim : aperture_rim;
+    for (int cut = aperture_barrel > 0.0 ? 1 : 0; cut > 0; --cut) light *= part_past_barrel(place, radius, rim);
+    return radius * radius * light * aperture_axes.x * aperture_axes.y + PI * ramp * ramp / 3.0;
+}
+
+// Radii of red, green and blue.
+vec3 radii_of_colors(float radius) { return radius + 0.5 * aperture_axial_px * vec3(-1.0, 0.0, 1.0); }
+
+Cover aperture_coverage(vec2 offset, float radius, float ramp, vec2 place) {
+    vec3 radii = radii_of_colors(radius);
+    vec3 cover = vec3(cover_of_color(offset, radius, ramp, place));
+    for (int colored = aperture_axial_px != 0.0 ? 1 : 0; colored > 0; --colored) {
+        cover.r = cover_of_color(offset, radii.r, ramp, place);
+        cover.b = cover_of_color(offset, radii.b, ramp, place);
+    }
+    return cover;
+}
+
+Cover aperture_light(float radius, float ramp, vec2 place) {
+    vec3 radii = radii_of_colors(radius);
+    vec3 light = vec3(light_of_color(radius, ramp, place));
+    for (int colored = aperture_axial_px != 0.0 ? 1 : 0; colored > 0; --colored) {
+        light.r = light_of_color(radii.r, ramp, place);
+        light.b = light_of_color(radii.b, ramp, place);
+    }
+    return light;
+}
+
+// Half the width and height of the box around a disc in all its colours.
+vec2 aperture_reach(float radius, float ramp) {
+    return (abs(radius) + 0.5 * abs(aperture_axial_px)) * aperture_axes + ramp;
+}
+
+// The least distance from the centre to the box, of any colour.
+float aperture_least_reach(float radius, float ramp) {
+    return (abs(radius) - 0.5 * abs(aperture_axial_px)) * min(aperture_axes.x, aperture_axes.y) + ramp;
+}
+
+// A disc no wider than a pixel in any colour is that pixel and nothing else.
+bool is_one_pixel(float radius) {
+    return (abs(radius) + 0.5 * abs(aperture_axial_px)) * max(aperture_axes.x, aperture_axes.y) <= 0.5;
+}
+
+// How much light a point of the opening lets through to a place in the picture, from what lies behind the
+// focus or in front of it.
+float aperture_weight(vec2 p, vec2 place, bool is_behind) {
+    float past = past_blades(p).x;
+    for (int cut = aperture_barrel > 0.0 ? 1 : 0; cut > 0; --cut)
+        past = max(past, past_barrel(p, barrel_at(place, 0.0)).x);
+    return past > 0.0 ? 0.0 : profile(min(dot(p, p), 1.0), is_behind ? aperture_rim : -aperture_rim);
+}
+
+vec4 times(Cover cover, vec4 color) { return vec4(cover * color.rgb, cover.g * color.a); }
+float green_of(Cover cover) { return cover.g; }
+float most_of(Cover cover) { return max(cover.r, max(cover.g, cover.b)); }
