@@ -53,6 +53,12 @@ LENSES = st.builds(
     st.none() | st.floats(0.001, 1),
     st.none() | st.floats(0.1, 5),
     st.sampled_from(list(LensModel)),
+    blades=st.sampled_from((0, 3, 16)),
+    blade_rotation_deg=st.floats(-360, 360),
+    cat_eye=st.floats(0, 1),
+    rim=st.floats(-1, 1),
+    axial_colour_mm=st.floats(-5, 5),
+    widest_f_stop=st.none() | st.floats(0.5, 64),
 )
 MARK_NAMES = st.text(string.ascii_letters + "äß日", min_size=1, max_size=4)
 MARKS = st.builds(DistanceMark, MARK_NAMES, FOCUS_DISTANCES) | st.builds(

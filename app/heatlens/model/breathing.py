@@ -31,10 +31,12 @@ def as_seen(lens: Lens) -> Lens:
     ratio = view_ratio(lens)
     if lens.breathing == 1.0:
         return lens
+    widest = None if lens.widest_f_stop is None else lens.widest_f_stop / ratio
     return replace(
         lens,
         focal_length_mm=lens.focal_length_mm / ratio,
         f_stop=lens.f_stop / ratio,
+        widest_f_stop=widest,
         breathing=1.0,
     )
 

@@ -25,15 +25,16 @@ class Lens:
     f_stop             N of f/N: with the focal length it fixes the aperture, and so the blur
     focus_distance_m   from the entrance pupil to the plane in focus; infinite is allowed
     sensor_width_mm    width of the part of the sensor that the picture shows
-    squeeze to axial_colour_mm   as in `Aperture`
-    widest_f_stop      with the ring fully open; None where unknown: the barrel then cuts alike at
-                       every stop
+    squeeze            1 spherical to 2 anamorphic: a disc is so many times as tall as wide
     t_stop             exposure only, None where unknown; it never enters the blur
     acceptable_coc_mm  diameter that still counts as sharp, None for 1/1500 of the sensor's width
     close_focus_m      nearest focus that the ring of the real lens allows, None where unknown; a
                        nearer one is rendered all the same, and `pull.frames_too_close` finds it
     model              whose discs it makes: those of a real lens, or those of a CG renderer
     breathing          width of the view at close focus over that at infinity; see `breathing`
+    blades to axial_colour_mm  as in `Aperture`
+    widest_f_stop      with the ring fully open; None where unknown: the barrel then cuts alike at
+                       every stop
 
     Raises LensError naming the value and what it may be.
     """
@@ -61,22 +62,6 @@ class Lens:
         )
     )
     squeeze: float = of_aperture("squeeze")
-    blades: int = of_aperture("blades")
-    blade_rotation_deg: float = of_aperture("blade_rotation_deg")
-    blade_curvature: float = of_aperture("blade_curvature")
-    cat_eye: float = of_aperture("cat_eye")
-    rim: float = of_aperture("rim")
-    axial_colour_mm: float = of_aperture("axial_colour_mm")
-    widest_f_stop: float | None = field(
-        default=None,
-        metadata=option(
-            "widest f-stop",
-            "at which the barrel cuts the discs by --cat-eye (default: at every f-stop)",
-            metavar="N",
-            unit="f-stop",
-            **_HARDWARE,
-        ),
-    )
     t_stop: float | None = field(default=None, metadata=option("T-stop", **_HARDWARE))
     acceptable_coc_mm: float | None = field(
         default=None, metadata=option("acceptable circle of confusion", unit="mm", **_HARDWARE)
@@ -93,7 +78,6 @@ class Lens:
             "for a scene and for a plate whose header names a CG renderer, else photographic)",
         ),
     )
-
     breathing: float = field(
         default=1.0,
         metadata=option(
@@ -104,15 +88,31 @@ class Lens:
             most=1.5,
         ),
     )
+    blades: int = of_aperture("blades")
+    blade_rotation_deg: float = of_aperture("blade_rotation_deg")
+    blade_curvature: float = of_aperture("blade_curvature")
+    cat_eye: float = of_aperture("cat_eye")
+    rim: float = of_aperture("rim")
+    axial_colour_mm: float = of_aperture("axial_colour_mm")
+    widest_f_stop: float | None = field(
+        default=None,
+        metadata=option(
+            "widest f-stop",
+            "at which the barrel cuts the discs by --cat-eye (default: at every f-stop)",
+            metavar="N",
+            unit="f-stop",
+            **_HARDWARE,
+        ),
+    )
 
     def __post_init__(self) -> None:
-        _ = self.aperture  # raises LensError for an opening that cannot be
         for name, told in options_of(Lens).items():
             value = getattr(self, name)
             if name in APERTURE_FIELDS or value is None or told.least is None:
                 continue
             if not told.allows(value):
                 raise LensError(_outside(told, value))
+        _ = self.aperture  # raises LensError for an opening that cannot be
         _check_focus(self.focus_distance_m, self.focal_length_mm)
 
     @property

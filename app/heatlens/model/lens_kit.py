@@ -145,7 +145,9 @@ class LensKit:
 
     def mounted(self, lens: Lens, kit_lens: KitLens) -> Lens:
         """Return `lens` with a lens of the kit in its place, at the nearest length it has."""
-        return replace(_bounded(lens, kit_lens), **self.character.known)
+        return replace(
+            _bounded(lens, kit_lens), **self.character.known, widest_f_stop=kit_lens.f_stop
+        )
 
     def within(self, lens: Lens) -> Lens:
         """Return the lens of the kit that comes nearest to `lens`."""
