@@ -1,7 +1,7 @@
 """The folders of the user where heatlens keeps its own files: preferences, cache and reports.
 
 `platformdirs` knows the places of each system. An environment variable overrules each of them:
-HEATLENS_CONFIG_DIR, HEATLENS_CACHE_DIR and HEATLENS_LOG_DIR.
+HEATLENS_CONFIG_DIR, HEATLENS_CACHE_DIR, HEATLENS_RUNTIME_DIR and HEATLENS_LOG_DIR.
 """
 
 import os
@@ -42,6 +42,15 @@ def rendered_frames_dir(system: type[PlatformDirsABC] = PlatformDirs) -> Path:
     """
     dirs = system(_NAME, appauthor=False)
     return _chosen("HEATLENS_CACHE_DIR", lambda: dirs.user_cache_dir) / "frames"
+
+
+def runtime_dir(system: type[PlatformDirsABC] = PlatformDirs) -> Path:
+    """Return the folder for what counts while a window runs; on Linux `/run/user/UID/heatlens`.
+
+    `system` is the class that knows the folders of a system, for tests of the other ones.
+    """
+    dirs = system(_NAME, appauthor=False)
+    return _chosen("HEATLENS_RUNTIME_DIR", lambda: dirs.user_runtime_dir)
 
 
 def reports_dir(system: type[PlatformDirsABC] = PlatformDirs) -> Path:

@@ -75,6 +75,7 @@ class Window:
             "DISPLAY": screen.display,
             "HEATLENS_CONFIG_DIR": str(folder / "config"),
             "HEATLENS_CACHE_DIR": str(folder / "cache"),
+            "HEATLENS_RUNTIME_DIR": str(folder / "run"),
             **more_environment,
         }
         environment.pop("WAYLAND_DISPLAY", None)

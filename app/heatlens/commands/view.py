@@ -1,16 +1,18 @@
 """`heatlens view`: the window. `heatlens plate.exr` means the same."""
 
 import argparse
+import os
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
 from pathlib import Path
 
 from heatlens.commands.blur_options import add_blur_options, settings_of
-from heatlens.commands.given_options import refuse_given, refuse_unused
+from heatlens.commands.given_options import given, refuse_given, refuse_unused
 from heatlens.commands.kit_options import kit_of
 from heatlens.commands.lens_options import add_lens_options, given_lens
 from heatlens.commands.pipes import DASH, file_of_input
 from heatlens.commands.plate_options import add_plate_options, plate_options
+from heatlens.commands.say import say
 from heatlens.commands.scene_options import add_placing_options, placing_of
 from heatlens.commands.shot_camera import add_camera_option, checked_camera_of
 from heatlens.commands.timing_options import add_timing_options, timing_of
@@ -18,7 +20,8 @@ from heatlens.documents.shot_file import is_shot_file, read_shot
 from heatlens.errors import InputError, NoWindowError
 from heatlens.ring.address import parse_ring_address
 from heatlens.ring.receiver import LensReceiver
-from heatlens.scene.scene_name import DEMO
+from heatlens.scene.scene_name import DEMO, is_demo
+from heatlens.session.window_door import hand_over
 from heatlens.source.kind import kind_of
 from heatlens.source.named import source_named
 from heatlens.stream.address import DEFAULT_PORT, parse_address
@@ -51,6 +54,17 @@ def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
         "default: a start screen, to choose from what comes with heatlens and recent files",
     )
     parser.add_argument(
+        "--new-window",
+        action="store_true",
+        help="open another window; else one that is running opens what is named without options",
+    )
+    _add_options(parser)
+    parser.set_defaults(run=run)
+
+
+def _add_options(parser: argparse.ArgumentParser) -> None:
+    """Add all options that are for a window of their own."""
+    parser.add_argument(
         "--demo", action="store_true", help="open the scene that comes with heatlens"
     )
     parser.add_argument(
@@ -77,7 +91,6 @@ def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
     group = parser.add_argument_group("3D scene")
     add_timing_options(group)
     add_placing_options(group)
-    parser.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -86,6 +99,8 @@ def run(args: argparse.Namespace) -> int:
         with file_of_input(Path(DASH)) as plate:  # all of it, before the window opens
             args.plate = str(plate)
             return _open(args)
+    if _is_handed_over(args):
+        return 0
     if args.plate is not None or args.demo or args.listen is not None:
         return _open(args)
     try:
@@ -94,6 +109,29 @@ def run(args: argparse.Namespace) -> int:
         from heatlens.commands.first_pictures import make_first_pictures
 
         return make_first_pictures(error)
+
+
+def _is_handed_over(args: argparse.Namespace) -> bool:
+    """Have the running window open what is named; False where there is none, or options are given.
+
+    Raises InputError for what cannot be opened, as a window of its own would.
+    """
+    if not args.plate or args.new_window or given(args, _add_options):
+        return False
+    _require(args.plate)
+    name = args.plate if is_demo(args.plate) else os.path.abspath(os.path.expanduser(args.plate))
+    if not hand_over([name]):
+        return False
+    say(f"{args.plate} is open in the window that runs already; --new-window opens another.")
+    return True
+
+
+def _require(plate: str) -> None:
+    """Raise InputError where what is named is not there: a slip is answered without a window."""
+    if is_shot_file(plate):
+        read_shot(plate)
+    else:
+        source_named(plate).require()
 
 
 def _open(args: argparse.Namespace) -> int:
@@ -114,10 +152,10 @@ def _open(args: argparse.Namespace) -> int:
         raise InputError("The name of the plate is empty: leave it out to choose in the window.")
     plate = DEMO if args.demo else args.plate or ""  # nothing named: it is chosen in the window
     if is_shot_file(plate):
-        read_shot(plate)  # a slip of the keyboard is answered here, without a window
+        _require(plate)
         refuse_given(args, ("clip", "first_frame", "fps"), f"{plate} says how its scene is played")
     elif plate:
-        source_named(plate).require()
+        _require(plate)
         refuse_unused(args, plate, kind_of(plate))
     lens = given_lens(args)
     camera = checked_camera_of(args, lens)

@@ -3,6 +3,7 @@
 import ctypes
 import time
 from collections.abc import Callable
+from contextlib import closing
 from typing import Any
 
 from imgui_bundle import imgui  # before glfw: both then share one libglfw
@@ -19,6 +20,7 @@ from heatlens.session.preferences import WINDOW_LEAST, Preferences, Remembered
 from heatlens.session.session import Session
 from heatlens.session.start import Start
 from heatlens.session.ui_sizes import fitted_size
+from heatlens.session.window_door import WindowDoor
 from heatlens.ui import theme
 from heatlens.ui.clean_feed import CleanFeed, fill_screen
 from heatlens.ui.export_bar import export_title
@@ -48,8 +50,11 @@ def run_window(start: Start) -> None:
     window = _open_window(preferences.now)
     try:
         loop = Loop(window, start, preferences)
-        with StopSignals(glfw.post_empty_event) as stops:
-            loop.run(stops)
+        with (
+            closing(WindowDoor(glfw.post_empty_event)) as door,
+            StopSignals(glfw.post_empty_event) as stops,
+        ):
+            loop.run(stops, door)
         stops.raise_if_stopped()
     finally:
         glfw.terminate()
@@ -128,11 +133,12 @@ class Loop:
         self._seen_key: object = None
         self._title = ""
 
-    def run(self, stops: StopSignals) -> None:
+    def run(self, stops: StopSignals, door: WindowDoor) -> None:
         """Draw and work until the window is closed, or a signal asks for that."""
         session = self._session
         while not (self._ui.is_over or stops.number):
             self._wait()
+            self._open_named(door.take())
             if glfw.window_should_close(self._window):
                 glfw.set_window_should_close(self._window, False)
                 self._ui.quit()
@@ -282,6 +288,16 @@ class Loop:
         self._frames_due = _FRAMES_AFTER_EVENT
         self._event_at = time.perf_counter()
         self._session.pull.touched()
+
+    def _open_named(self, names: list[str]) -> None:
+        """Open what a later command line named, and come to the front."""
+        if names:
+            self._woken()
+            self._session.files.open_dropped(names)
+            if glfw.get_window_attrib(self._window, glfw.ICONIFIED):
+                glfw.restore_window(self._window)
+            glfw.focus_window(self._window)
+            glfw.request_window_attention(self._window)
 
     def _dropped(self, _window: Any, paths: Any) -> None:
         self._woken()
