@@ -1,10 +1,12 @@
 """The question after a crash: go on with the shot as it was not saved, or as it was?"""
 
-from imgui_bundle import ImVec2, imgui
+from imgui_bundle import imgui
 
 from heatlens.printable import printable
 from heatlens.session.shot_documents import ShotDocuments
+from heatlens.session.shot_store import Found
 from heatlens.ui import probe, topmost, widgets
+from heatlens.ui.files.question import question
 
 _TITLE = "Not saved###unsaved shot"
 _WIDTH_EM = 30.0
@@ -15,15 +17,12 @@ def shot_question(documents: ShotDocuments) -> None:
     offer = documents.offer
     if offer is None:
         return
-    if not imgui.is_popup_open(_TITLE):
-        imgui.open_popup(_TITLE)
-    em, screen = imgui.get_font_size(), imgui.get_main_viewport()
-    imgui.set_next_window_size(ImVec2(_WIDTH_EM * em, 0))
-    imgui.set_next_window_pos(screen.get_center(), imgui.Cond_.appearing, ImVec2(0.5, 0.5))
-    flags = imgui.WindowFlags_.no_saved_settings | imgui.WindowFlags_.no_resize
-    shown, _ = imgui.begin_popup_modal(_TITLE, None, flags)
-    if not shown:
-        return
+    with question(_TITLE, _WIDTH_EM) as shown:
+        if shown:
+            _answer(documents, offer)
+
+
+def _answer(documents: ShotDocuments, offer: Found) -> None:
     topmost.answers_keys_itself()
     if offer.saved is None:
         imgui.text_wrapped("There is a shot of this plate that was never saved to a file.")
@@ -39,4 +38,3 @@ def shot_question(documents: ShotDocuments) -> None:
         probe.note(f"unsaved {name}")
         imgui.same_line()
     imgui.new_line()
-    imgui.end_popup()
