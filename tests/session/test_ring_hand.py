@@ -22,6 +22,9 @@ class FakeReceiver:
     def heard(self, source: str | None = None) -> Heard:
         return self.now
 
+    def seconds_until_due(self) -> None:
+        return None
+
     def hears(self, age_s: float = 0.0, **values: float) -> None:
         before = self.now.sample or LensSample()
         sample = replace(before, source="A", **values)

@@ -18,8 +18,8 @@ from heatlens.commands.shot_camera import add_camera_option, checked_camera_of
 from heatlens.commands.timing_options import add_timing_options, timing_of
 from heatlens.documents.shot_file import is_shot_file, read_shot
 from heatlens.errors import InputError, NoWindowError
-from heatlens.ring.address import parse_ring_address
-from heatlens.ring.receiver import LensReceiver
+from heatlens.ring.opening import open_ring
+from heatlens.ring.ring_input import RingInput
 from heatlens.scene.scene_name import DEMO, is_demo
 from heatlens.session.window_door import hand_over
 from heatlens.source.kind import kind_of
@@ -79,7 +79,8 @@ def _add_options(parser: argparse.ArgumentParser) -> None:
         "--lens-in",
         metavar="PROTOCOL[://HOST:PORT]",
         help="follow the lens of a camera as it is turned: opentrackio for what is sent to this "
-        "machine, opentrackio://239.135.1.1 for source 1 of a network; or a controller: osc://:9000",
+        "machine, opentrackio://239.135.1.1 for source 1 of a network; or a controller: "
+        "osc://:9000, midi:NAME for a port of this machine, pad for a game pad or a jog wheel",
     )
     parser.add_argument(
         "--ocio", metavar="CONFIG", help="OpenColorIO config (default: $OCIO, else a built-in one)"
@@ -167,11 +168,11 @@ def _open(args: argparse.Namespace) -> int:
     return 0
 
 
-def _lens_in(args: argparse.Namespace) -> AbstractContextManager[LensReceiver | None]:
+def _lens_in(args: argparse.Namespace) -> AbstractContextManager[RingInput | None]:
     """Listen for the lens of a camera; the port is opened before the window."""
     if args.lens_in is None:
         return nullcontext()
-    return LensReceiver(parse_ring_address(args.lens_in))
+    return open_ring(args.lens_in)
 
 
 def _listen(args: argparse.Namespace) -> int:

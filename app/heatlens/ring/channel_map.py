@@ -36,6 +36,7 @@ _USUAL_ENDS = {
     Ring.IRIS: (1.4, 22.0),
     Ring.LENGTH: (24.0, 135.0),
 }
+_AXIS = "axis "  # how those of a game pad are called
 # Channels that are taken for a ring by their name, with values from 0 to 1.
 _USUAL_NAMES = {
     Ring.FOCUS: ("focus ring", "/focus", "/1/focus"),
@@ -84,8 +85,9 @@ class ChannelMap:
 
 
 def usual_map(channel: str, ring: Ring) -> ChannelMap:
-    """Return a map over the usual way of a ring, for a channel from 0 to 1."""
-    return ChannelMap(channel, ring, at_low=_USUAL_ENDS[ring][0], at_high=_USUAL_ENDS[ring][1])
+    """Return a map over the usual way of a ring, for a channel from 0 to 1, an axis from -1."""
+    low = -1.0 if channel.startswith(_AXIS) else 0.0
+    return ChannelMap(channel, ring, low, 1.0, *_USUAL_ENDS[ring])
 
 
 def channels_of(sample: LensSample) -> dict[str, float]:

@@ -7,10 +7,10 @@ import time
 from collections.abc import Callable
 from threading import Thread
 
-from heatlens.closing import Closing
 from heatlens.ring.address import Protocol, RingAddress, listening_socket
 from heatlens.ring.hearing import Decoder, Hearing, OpenTrackIODecoder
 from heatlens.ring.osc import OscDecoder
+from heatlens.ring.ring_input import RingInput
 from heatlens.ring.sources import SILENT_AFTER_S, Heard, Numbered
 
 _MAX_DATAGRAM = 65535
@@ -21,7 +21,7 @@ _DECODERS: dict[Protocol, Callable[[], Decoder]] = {
 _AT_ONCE = 256  # datagrams, before it is looked whether the thread shall end
 
 
-class LensReceiver(Closing):
+class LensReceiver(RingInput):
     """Listens until `close`; its methods may be called from any thread."""
 
     def __init__(
@@ -52,17 +52,17 @@ class LensReceiver(Closing):
         return self._hearing.taken
 
     @property
-    def refused(self) -> int:
+    def refused(self) -> int:  # type: ignore[override]  # a count that goes up
         """How many datagrams were no part of a sample."""
         return self._hearing.refused
 
     @property
-    def fault(self) -> str | None:
+    def fault(self) -> str | None:  # type: ignore[override]
         """Why the last of them was refused."""
         return self._hearing.fault
 
     @property
-    def lost(self) -> int:
+    def lost(self) -> int:  # type: ignore[override]
         """How many samples were never whole."""
         return self._hearing.lost
 

@@ -8,7 +8,7 @@ from typing import Any
 from heatlens.errors import LensError
 from heatlens.ring.channel_map import ChannelMap, Learning, Ring, channels_of, mapped
 from heatlens.ring.lens_sample import LensSample
-from heatlens.ring.receiver import LensReceiver
+from heatlens.ring.ring_input import RingInput
 from heatlens.ring.sources import Heard, Numbered
 from heatlens.session.editing import Editing
 from heatlens.session.messages import Problem
@@ -26,7 +26,7 @@ class RingHand:
 
     def __init__(
         self,
-        receiver: LensReceiver | None,
+        receiver: RingInput | None,
         editing: Editing,
         say: Callable[[str], None],
         preferences: Preferences | None = None,
@@ -119,9 +119,10 @@ class RingHand:
 
     def seconds_until_needed(self) -> float | None:
         """Return how long the loop may sleep before the ring counts as silent; None: for ever."""
-        heard = self.heard
+        due_s = None if self.receiver is None else self.receiver.seconds_until_due()
+        heard = None if due_s is not None else self.heard
         if heard is None or heard.sample is None or heard.is_silent:
-            return None
+            return due_s
         wait_s = heard.silent_after_s - heard.age_s + 0.01
         return wait_s if wait_s < math.inf else None
 

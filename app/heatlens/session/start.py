@@ -11,7 +11,7 @@ from heatlens.model.lens_kit import LensKit
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.settings import DefocusSettings
 from heatlens.model.view import ViewState
-from heatlens.ring.receiver import LensReceiver
+from heatlens.ring.ring_input import RingInput
 from heatlens.scene.placing import Placing
 from heatlens.source.stream_source import StreamSource
 
@@ -41,7 +41,7 @@ class Start:
     stream: StreamSource | None = None
     camera: CameraSamples | None = None
     timing: SceneTiming | None = None
-    lens_in: LensReceiver | None = None
+    lens_in: RingInput | None = None
     placing: Placing = field(default_factory=Placing)
     kit: LensKit | None = None
 

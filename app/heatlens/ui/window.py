@@ -16,6 +16,7 @@ from heatlens.folders import preferences_dir, rendered_frames_dir
 from heatlens.gpu.context import is_software
 from heatlens.printable import printable
 from heatlens.render import FrameRenderer
+from heatlens.ring.pad import PadInput
 from heatlens.session.preferences import WINDOW_LEAST, Preferences, Remembered
 from heatlens.session.session import Session
 from heatlens.session.start import Start
@@ -27,6 +28,7 @@ from heatlens.ui.export_bar import export_title
 from heatlens.ui.fast_keys import FastKeys, events_wait
 from heatlens.ui.layout import restore_layout
 from heatlens.ui.monitors import room_of, screen_name
+from heatlens.ui.pads import pad_axes
 from heatlens.ui.screen import Screen
 from heatlens.ui.stop_signals import StopSignals
 
@@ -122,6 +124,8 @@ class Loop:
             folder,
             is_software(self._ctx),
         )
+        if isinstance(start.lens_in, PadInput):
+            start.lens_in.read = pad_axes
         self._screen = Screen(self._session, glfw.post_empty_event)
         self._ui = self._screen.ui
         self._ui.scale.of_screen = glfw.get_window_content_scale(window)[0]

@@ -1,0 +1,61 @@
+"""MIDI: faders, knobs and wheels of a controller, read by `mido`."""
+
+import math
+import time
+from collections.abc import Callable
+from typing import Any
+
+from heatlens.errors import InputError
+from heatlens.ring.ring_input import Controls
+
+_CONTROL_MOST, _BEND_MOST = 127.0, 16383.0
+
+
+class MidiInput(Controls):
+    """Hears one port until `close`. The library calls it on a thread of its own."""
+
+    def __init__(self, name: str, clock: Callable[[], float] = time.monotonic) -> None:
+        """Open the port whose name holds `name`; "" opens the first one.
+
+        Raises InputError where there is no library or no such port.
+        """
+        super().__init__(f"midi:{name}", clock, math.inf)
+        mido = _library()
+        port = _port_named(mido, name)
+        self.address = f"midi:{port}"
+        try:
+            self._port = mido.open_input(port, callback=self.hear)
+        except Exception as error:  # each backend of the library has errors of its own
+            raise InputError(f"The MIDI port {port!r} cannot be opened ({error}).") from error
+
+    def hear(self, message: Any) -> None:
+        """Take a message of the port; others than controls and wheels tell nothing."""
+        if message.type == "control_change":
+            name = f"control {message.control} of channel {message.channel + 1}"
+            self.take("", {name: message.value / _CONTROL_MOST})
+        elif message.type == "pitchwheel":
+            name = f"wheel of channel {message.channel + 1}"
+            self.take("", {name: (message.pitch + 8192) / _BEND_MOST})
+
+    def close(self) -> None:
+        """Close the port; a second call does nothing."""
+        self._port.close()
+
+
+def _library() -> Any:
+    try:
+        import mido
+
+        mido.backend.load()  # what speaks to the system is a second package
+    except ImportError as error:
+        raise InputError("MIDI needs: pip install 'heatlens[midi]'") from error
+    return mido
+
+
+def _port_named(mido: Any, name: str) -> str:
+    ports = [str(port) for port in mido.get_input_names()]
+    found = next((port for port in ports if name.lower() in port.lower()), None)
+    if found is None:
+        there = f"there are {', '.join(ports)}" if ports else "there is none on this machine"
+        raise InputError(f"No MIDI port is called {name!r}; {there}.")
+    return found
