@@ -68,7 +68,7 @@ def test_without_the_backend_it_is_said_what_to_install(monkeypatch):
         raise ModuleNotFoundError("rtmidi")
 
     monkeypatch.setattr(mido.backend, "load", load)
-    with pytest.raises(InputError, match=r"heatlens\[midi\]"):
+    with pytest.raises(InputError, match="python-rtmidi"):
         open_ring("midi:fader")
 
 

@@ -46,9 +46,12 @@ def _library() -> Any:
     try:
         import mido
 
-        mido.backend.load()  # what speaks to the system is a second package
-    except ImportError as error:
-        raise InputError("MIDI needs: pip install 'heatlens[midi]'") from error
+        mido.backend.load()
+    except ImportError as error:  # what speaks to the system is a second package
+        raise InputError(
+            "MIDI needs: pip install 'heatlens[ring]' python-rtmidi, and the sound library of the "
+            f"system ({error})."
+        ) from error
     return mido
 
 
