@@ -56,6 +56,7 @@ class MarkCommands:
         self.pull_frames = self._wished_frames = PULL_FRAMES
         self.pull_ease_percent = EASE_PERCENT
         self.pull_shape = PullShape.EASE
+        self.pulls_made = 0  # since the program began
         self._wake = wake
         self._following: Following | None = None  # through a scene
         self._reader: Background[_Measured] = Background(wake)
@@ -185,6 +186,7 @@ class MarkCommands:
             frames, ease = self.pull_frames, self.pull_ease_percent
             shape, shot = self.pull_shape, self._editing.shot
             self._editing.do(shaped_pull(shot, from_m, to_m, start, frames, shape, ease))
+            self.pulls_made += 1
             if self.pull_past_end:
                 self._say(self.pull_past_end)
         except HeatlensError as error:

@@ -9,6 +9,7 @@ from heatlens.model.coc import sharp_px
 from heatlens.model.view import Compare, Overlay
 from heatlens.model.view_geometry import geometry
 from heatlens.session.kept_screen import KeptScreen
+from heatlens.session.lessons import Lessons
 from heatlens.session.session import Session
 from heatlens.ui import probe
 from heatlens.ui.layout import PICTURE, PICTURE_ALONE
@@ -16,6 +17,7 @@ from heatlens.ui.panels.marks_panel import draw_point_marks
 from heatlens.ui.picture.alt_held import AltHeld
 from heatlens.ui.picture.guides import draw_guides
 from heatlens.ui.picture.legend import draw_legend, entries
+from heatlens.ui.picture.lessons import draw_lessons
 from heatlens.ui.picture.pictures import Pictures
 from heatlens.ui.picture.ruler import draw_ruler
 from heatlens.ui.picture.seen_pictures import SeenPictures
@@ -39,6 +41,7 @@ class PictureWindow:
         ctx = session.renderer.ctx
         self._start = StartScreen(ctx)
         self._notice = StreamNotice()
+        self._lessons = Lessons(session.editing, session.marks)
         self.viewport = ViewportPanel(ctx, session.picture_view)
         self.hovered: tuple[int, int] | None = None  # pixel of the display window
         self.alt = AltHeld()
@@ -69,6 +72,8 @@ class PictureWindow:
             scale = imgui.get_io().display_framebuffer_scale.x or 1.0
             self._take(self.viewport.draw(pictures, self._session.view, scale))
             self._draw_over(pictures)
+            if not self._ui.is_bare:
+                draw_lessons(self._lessons, self._session.picture_view.viewport)
             if self._session.source.stream is not None and self._session.source.stream.is_shown:
                 self._notice.draw(self._session.source.stream, self._session.picture_view.viewport)
         probe.note("picture")

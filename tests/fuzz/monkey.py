@@ -1,0 +1,191 @@
+"""A monkey at the whole interface: keys, words, clicks, drags and wheels, without a window.
+
+    python tests/fuzz/monkey.py --actions 3000 --seed 7
+
+It plays with a small sequence, or with the demo (`--source demo`), and says which random
+numbers it has, so that what it finds can be found again. It ends at the first fault, and prints
+how much memory the process holds as it goes.
+"""
+
+import argparse
+import random
+import sys
+import tempfile
+from pathlib import Path
+
+from imgui_bundle import imgui
+
+if __name__ == "__main__":
+    sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+from heatlens.faults import FaultError
+from support.gui import Gui, gui_of
+from support.sequences import sequence_files
+from support.window_plates import QUICK
+
+K = imgui.Key
+_KEYS = (
+    *(imgui.Key(int(K.a) + n) for n in range(26)),
+    *(imgui.Key(int(K._0) + n) for n in range(10)),
+    *(K.space, K.enter, K.escape, K.tab, K.delete, K.backspace, K.home, K.end),
+    *(K.left_arrow, K.right_arrow, K.up_arrow, K.down_arrow, K.page_up, K.page_down),
+    *(K.left_bracket, K.right_bracket, K.equal, K.minus, K.comma, K.period, K.slash),
+    *(K.f1, K.f10, K.f11, K.f12),
+)
+_WORDS = (
+    "3.5",
+    "inf",
+    "1001",
+    "abc",
+    "-4",
+    "",
+    "2,8",
+    "10:00:00:00",
+    "é",
+    "1e400",
+    "f/1.4",
+    "6'3\"",
+)
+# What leaves the window, writes where the user's files lie, or starts processes of its own.
+_LEFT_OUT = ("Quit", "Copy picture", "Open the demo", "Clear rendered frames")
+_SETTLE_EVERY = 200
+
+
+class Monkey:
+    """Does one random thing at a time to a window."""
+
+    def __init__(self, gui: Gui, seed: int) -> None:
+        self.gui = gui
+        self.rng = random.Random(seed)
+        self.did: list[str] = []
+
+    def act(self) -> None:
+        """Do something; what it was is kept in `did`."""
+        ways = (
+            self._key,
+            self._click,
+            self._drag,
+            self._wheel,
+            self._type,
+            self._action,
+            self._rest,
+        )
+        way = self.rng.choices(ways, (6, 5, 4, 3, 2, 3, 1))[0]
+        self.did = [*self.did[-20:], way.__name__]
+        way()
+        self._stay()
+
+    def _stay(self) -> None:
+        """Undo what would end the play: a window that quits, an export, a file to be written."""
+        gui = self.gui
+        gui.ui.is_over = gui.ui.asks_to_quit = False
+        if gui.ui.dialogs.browser.is_open and self.rng.random() < 0.5:
+            gui.key(K.escape)
+        if gui.session.exports.run.is_busy:
+            gui.session.exports.run.cancel()
+
+    def _place(self) -> tuple[float, float]:
+        """Return a place of the screen, mostly one on a control."""
+        gui, rng = self.gui, self.rng
+        width, height = gui.size
+        if gui.drawn and rng.random() < 0.8:
+            name = rng.choice(sorted(gui.drawn))
+            if name not in _BARRED:
+                x0, y0, x1, y1 = gui.rect(name)
+                self.did[-1] += f" {name}"
+                return rng.uniform(x0, x1), rng.uniform(y0, y1)
+        return rng.uniform(0, width), rng.uniform(0, height)
+
+    def _key(self) -> None:
+        key = self.rng.choice(_KEYS)
+        ctrl, shift = self.rng.random() < 0.25, self.rng.random() < 0.25
+        if ctrl and key in (K.q, K.e, K.c):  # leaves, exports, needs a clipboard
+            ctrl = False
+        self.did[-1] += f" {key.name} {ctrl} {shift}"
+        self.gui.key(key, ctrl, shift)
+
+    def _click(self) -> None:
+        place, button = self._place(), self.rng.choice((0, 0, 0, 1, 2))
+        if self.rng.random() < 0.1:
+            self.gui.hold(K.mod_ctrl)
+            self.gui.hold(K.mod_shift)
+        self.gui.click(place, button)
+        self.gui.hold(K.mod_ctrl, False)
+        self.gui.hold(K.mod_shift, False)
+
+    def _drag(self) -> None:
+        self.gui.drag(self._place(), self._place(), self.rng.choice((0, 0, 0, 1, 2)), steps=3)
+
+    def _wheel(self) -> None:
+        self.gui.wheel(self._place(), self.rng.choice((-3.0, -1.0, 1.0, 3.0)))
+
+    def _type(self) -> None:
+        self.gui.type(self.rng.choice(_WORDS))
+        if self.rng.random() < 0.7:
+            self.gui.key(K.enter)
+
+    def _action(self) -> None:
+        action = self.rng.choice(self.gui.screen.actions)
+        if action.name not in _LEFT_OUT:
+            self.did[-1] += f" {action.name}"
+            action.do(self.gui.session.say)
+            self.gui.frame(2)
+
+    def _rest(self) -> None:
+        for _ in range(self.rng.randrange(10)):
+            self.gui.session.work()
+            self.gui.frame()
+        self.gui.later()
+
+
+_BARRED = ("Export", "Write camera", "open in browser", "window close")
+
+
+def rss_mb() -> float:
+    """Return how much memory this process holds, in millions of bytes."""
+    for line in Path("/proc/self/status").read_text().splitlines():
+        if line.startswith("VmRSS"):
+            return int(line.split()[1]) * 1024 / 1e6
+    return 0.0
+
+
+def play(gui: Gui, actions: int, seed: int, tell=print) -> None:
+    """Let a monkey do so many things. Raises AssertionError where a fault is said or raised."""
+    monkey, said = Monkey(gui, seed), []
+    faults = gui.session.say_error
+
+    def say_error(error):
+        if isinstance(error, FaultError):
+            said.append(error)
+        faults(error)
+
+    gui.session.say_error = say_error
+    gui.session.scheduler._say_error = say_error
+    tell(f"seed {seed}, 0 actions: {rss_mb():.0f} MB")
+    for number in range(1, actions + 1):
+        try:
+            monkey.act()
+        except Exception as error:
+            raise AssertionError(f"action {number} of seed {seed}: {monkey.did}") from error
+        assert not said, f"action {number} of seed {seed}: {said[0]} after {monkey.did}"
+        if number % 500 == 0:
+            tell(f"{number} actions: {rss_mb():.0f} MB")
+
+
+def main() -> None:
+    """Play as the command line says."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--actions", type=int, default=3000)
+    parser.add_argument("--seed", type=int, default=random.randrange(10**6))
+    parser.add_argument("--source", default="")
+    args = parser.parse_args()
+    from heatlens.gpu.context import headless_context
+
+    with tempfile.TemporaryDirectory() as folder:
+        source = args.source or sequence_files(Path(folder))
+        with gui_of(headless_context(), source, defocus=QUICK) as gui:
+            play(gui, args.actions, args.seed)
+
+
+if __name__ == "__main__":
+    main()
