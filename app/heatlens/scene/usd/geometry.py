@@ -73,13 +73,3 @@ def left_out(prims: Iterable[Any]) -> str:
     )
     told = ", ".join(f"{count} {kind}" for kind, count in sorted(kinds.items()))
     return f"Not drawn, of kinds that are not read: {told}." if told else ""
-
-
-def changes_shape(prims: Iterable[Any]) -> str:
-    """Return a sentence on prims whose shape changes over time, which is not followed."""
-    names = ("points", "radius", "height", "size")
-    attributes = [[prim.GetAttribute(name) for name in names] for prim in prims]
-    count = sum(any(a and a.ValueMightBeTimeVarying() for a in own) for own in attributes)
-    return f"{count} objects change their shape over time; they stay as they are first." * bool(
-        count
-    )

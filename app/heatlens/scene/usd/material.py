@@ -87,7 +87,6 @@ class UsdMaterials:
         file = sources[0].source.GetPrim().GetAttribute("inputs:file").Get()
         is_file = isinstance(file, usd_module("Sdf").AssetPath)
         if not is_file or name not in ("diffuseColor", "emissiveColor"):
-            self.notes["Of maps only those of colour and of light are read."] = None
             return default, None
         return default, self._picture(file.resolvedPath or file.path)
 

@@ -8,13 +8,12 @@ import numpy as np
 
 from heatlens.errors import InputError
 from heatlens.files.quiet import quiet_library
-from heatlens.files.usd_library import read_usd_apart, usd_failures_told, usd_module
+from heatlens.files.usd_library import read_usd_apart, usd_failures_told
 from heatlens.model.frames import FrameRange
 from heatlens.scene.scene import Array, Instance, Scene, check_instances
 from heatlens.scene.usd.cameras import changing_lens, is_camera, read_cameras
 from heatlens.scene.usd.geometry import (
     UsdGeometry,
-    changes_shape,
     has_surface,
     is_shown,
     left_out,
@@ -22,6 +21,7 @@ from heatlens.scene.usd.geometry import (
 from heatlens.scene.usd.instancer import Instancers, changing, is_instancer, is_within_instancer
 from heatlens.scene.usd.material import UsdMaterials
 from heatlens.scene.usd.stage import STILL_FRAME, UsdStage, open_stage
+from heatlens.scene.usd.unread import unread_notes
 
 _MATRICES_MOST = 20_000_000  # of all instances over all frames
 
@@ -111,12 +111,12 @@ def _scene(stage: UsdStage) -> Scene:
         notes=tuple(
             f"{stage.path}: {note}"
             for note in (
-                *_notes(stage),
                 *stage.notes,
                 *materials.notes,
                 *instancers.notes,
                 *geometry.subdivision.notes,
-                *filter(None, (changes_shape(prims), left_out(shown))),
+                *filter(None, (left_out(shown),)),
+                *unread_notes(stage, shown),
             )
         ),
     )
@@ -149,14 +149,3 @@ def _sampled(stage: UsdStage, prims: list[Any], frames: FrameRange | None) -> Ar
     if frames.count * len(prims) > _MATRICES_MOST:
         raise InputError(f"{stage.path}: too many objects move over {frames.count:,} frames.")
     return np.stack([stage.places(prims, frame) for frame in frames])
-
-
-def _notes(stage: UsdStage) -> list[str]:
-    """Return a note for each part of the stage that is not read."""
-    lux, skeleton = usd_module("UsdLux"), usd_module("UsdSkel")
-    kinds = (
-        ("Lights of USD are not read; the daylight shines.", lux.BoundableLightBase),
-        ("Distant and dome lights of USD are not read.", lux.NonboundableLightBase),
-        ("Skeletons are not read: a figure stands as it was modelled.", skeleton.Skeleton),
-    )
-    return [note for note, kind in kinds if any(prim.IsA(kind) for prim in stage.prims)]

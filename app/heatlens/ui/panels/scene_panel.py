@@ -20,7 +20,7 @@ _CAMERA_TIP = (
     "Which camera is looked through; its lens comes with it. In the picture the right button turns "
     "it round what is in focus, with Ctrl it goes aside, and Ctrl with the wheel goes nearer."
 )
-_LIST_EM = 9.0
+_LINES_LEAST, _LINES_MOST = 3, 7  # of the list of objects
 _UP_TIP = "Which axis of the file is up; the file does not say it."
 _UNIT_TIP = "How long one unit of the file is; the file does not say it. The focus scales with it."
 _UNITS_M = {"m": 1.0, "cm": 0.01, "mm": 0.001, "ft": 0.3048, "in": 0.0254}
@@ -37,9 +37,11 @@ def scene_panel(session: Session) -> None:
     if is_untold(scene):
         _placing(session)
     imgui.separator_text("Objects")
-    size = ImVec2(-1, _LIST_EM * imgui.get_font_size())
-    if imgui.begin_list_box("##objects", size):
-        for index, name in enumerate(object_names(scene)):
+    names = object_names(scene)
+    lines = min(max(len(names), _LINES_LEAST), _LINES_MOST)
+    height = lines * imgui.get_text_line_height_with_spacing() + imgui.get_style().frame_padding.y
+    if imgui.begin_list_box("##objects", ImVec2(-1, height)):
+        for index, name in enumerate(names):
             clicked = _object(printable(name), index, name == session.scenes.selected)
             probe.note(f"object {name}")
             if clicked:

@@ -1,0 +1,209 @@
+"""What a USD stage holds that is not drawn, or not as it is meant: each kind with its count."""
+
+import re
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from heatlens.files.usd_library import usd_module
+from heatlens.printable import printable
+from heatlens.scene.usd.stage import UsdStage, kind_of
+
+_LISTED_MOST = 8
+_PREVIEW = "UsdPreviewSurface"
+# Inputs of UsdPreviewSurface that are read, and those with the values that make no difference.
+_READ_INPUTS = (
+    *("diffuseColor", "emissiveColor", "opacity", "opacityThreshold", "metallic", "roughness"),
+    "opacityMode",
+)
+_HARMLESS_INPUTS: Mapping[str, object] = {
+    "useSpecularWorkflow": 0,
+    "specularColor": None,  # counts with the workflow alone
+    "clearcoat": 0.0,
+    "clearcoatRoughness": None,  # counts with clearcoat alone
+    "ior": 1.5,
+    "normal": (0.0, 0.0, 1.0),
+    "displacement": 0.0,
+    "occlusion": 1.0,
+}
+_COLOR_MAPS = ("diffuseColor", "emissiveColor")
+_PLAIN_READER: Mapping[str, object] = {
+    "scale": (1.0, 1.0, 1.0, 1.0),
+    "bias": (0.0, 0.0, 0.0, 0.0),
+    "wrapS": "repeat",
+    "wrapT": "repeat",
+}
+
+
+@dataclass(frozen=True)
+class _Loss:
+    """A value of prims that is left out: where it is, what is said, and when it matters."""
+
+    kind: str  # a schema of UsdGeom
+    attribute: str
+    words: str
+    matters: Callable[[Any], bool]
+
+
+def _varies(attribute: Any) -> bool:
+    return bool(attribute.ValueMightBeTimeVarying())
+
+
+def _is_told(attribute: Any) -> bool:
+    """Return whether there is a value, and not only zeros or ones."""
+    told = attribute.Get() if attribute.HasAuthoredValue() else None
+    return told is not None and told not in (0, 1) and any(v != 1 for v in _flat(told))
+
+
+def _flat(told: Any) -> list[Any]:
+    try:
+        return list(told)
+    except TypeError:
+        return [told]
+
+
+_SHAPES = (
+    *("points", "normals", "faceVertexIndices", "widths", "radius", "height", "size", "width"),
+    *("length", "radiusTop", "radiusBottom", "primvars:st", "primvars:displayColor"),
+)
+_CHANGES = "Objects that change their shape or colour over time stay as they are first"
+_SHIFTED = "Cameras whose film is shifted are seen through without the shift"
+_EDGES = "Subdivision surfaces with rules of their own for edges are smoothed by the usual ones"
+_LOSSES = (
+    *(_Loss("Gprim", name, _CHANGES, _varies) for name in _SHAPES),
+    _Loss("Gprim", "primvars:displayOpacity", "Opacities of objects are left out", _is_told),
+    _Loss("Camera", "horizontalApertureOffset", _SHIFTED, lambda a: bool(a.Get())),
+    _Loss("Camera", "verticalApertureOffset", _SHIFTED, lambda a: bool(a.Get())),
+    _Loss("Camera", "clippingPlanes", "Planes that cut a camera's view cut nothing", _is_told),
+    _Loss("Mesh", "interpolateBoundary", _EDGES, lambda a: a.Get() == "none"),
+    _Loss(
+        "Imageable",
+        "visibility",
+        "Objects that appear or vanish over time are as they are in the file's default",
+        _varies,
+    ),
+)
+
+
+def unread_notes(stage: UsdStage, shown: Iterable[Any]) -> list[str]:
+    """Return sentences on what of the stage is not drawn; `shown` are the prims that could be."""
+    prims = list(shown)
+    counted = _of_prims(stage.prims) + _of_materials(prims)
+    sentences = [f"{words} ({count})." for words, count in counted.items()]
+    lux, skeleton = usd_module("UsdLux"), usd_module("UsdSkel")
+    lights = [p for p in stage.prims if p.HasAPI(lux.LightAPI)]
+    told = (
+        (_kinds(lights), "Lights of USD are not read, and the daylight shines: {}."),
+        (
+            _kinds(
+                p for p in stage.prims if p.IsA(skeleton.Skeleton) or p.IsA(skeleton.BlendShape)
+            ),
+            "Figures stand as they were modelled, for these are not read: {}.",
+        ),
+        (_kinds(filter(_is_unknown, stage.prims)), "Not drawn, of kinds that nobody knows: {}."),
+        (_missing(stage), "What the stage takes from these files is not there: {}."),
+    )
+    return [*sentences, *(words.format(names) for names, words in told if names)]
+
+
+def _of_prims(prims: Iterable[Any]) -> Counter[str]:
+    geometry = usd_module("UsdGeom")
+    found: Counter[str] = Counter()
+    for prim in prims:
+        kinds = {loss.kind for loss in _LOSSES if prim.IsA(getattr(geometry, loss.kind))}
+        own = {
+            loss.words
+            for loss in _LOSSES
+            if loss.kind in kinds
+            and (attribute := prim.GetAttribute(loss.attribute))
+            and loss.matters(attribute)
+        }
+        is_stand_in = prim.IsA(geometry.Gprim) and geometry.Imageable(prim).ComputePurpose() in (
+            "guide",
+            "proxy",
+        )
+        if is_stand_in:
+            own.add("Guides and stand-ins, which are no part of a final picture, are not drawn")
+        found.update(sorted(own))
+    return found
+
+
+def _of_materials(prims: Iterable[Any]) -> Counter[str]:
+    """Count what of the materials of prims is left out; each material once."""
+    shade, geometry = usd_module("UsdShade"), usd_module("UsdGeom")
+    bound: dict[Any, Any] = {}
+    for prim in prims:
+        if prim.IsA(geometry.Gprim) or prim.IsA(geometry.Subset):
+            material, _ = shade.MaterialBindingAPI(prim).ComputeBoundMaterial()
+            surface = material.ComputeSurfaceSource()[0] if material else None
+            if surface:
+                bound.setdefault(material.GetPath(), surface)
+    found: Counter[str] = Counter()
+    for surface in bound.values():
+        found.update(sorted(set(_of_surface(surface))))
+    return found
+
+
+def _of_surface(surface: Any) -> Iterable[str]:
+    if surface.GetIdAttr().Get() != _PREVIEW:
+        name = printable(str(surface.GetIdAttr().Get()))[:60]
+        yield f"Materials other than {_PREVIEW} are read as far as they are like it: {name}"
+    for entry in surface.GetInputs():
+        name = printable(entry.GetBaseName())
+        sources = entry.GetConnectedSources()[0]
+        if entry.GetAttr().ValueMightBeTimeVarying():
+            yield "Materials that change over time stay as they are first"
+        if name in _HARMLESS_INPUTS:
+            if sources or not _is_like(entry.Get(), _HARMLESS_INPUTS[name]):
+                yield f"Of materials this is left out: {name}"
+        elif name not in _READ_INPUTS:
+            yield f"Of materials this is left out: {name[:60]}"
+        elif sources and name not in _COLOR_MAPS:
+            yield f"Pictures of this are left out, and its usual value stands: {name}"
+        elif sources:
+            yield from _of_reader(sources[0].source.GetPrim())
+
+
+def _of_reader(reader: Any) -> Iterable[str]:
+    """Yield what is left out of how a picture is read."""
+    shade = usd_module("UsdShade").Shader(reader)
+    for name, plain in _PLAIN_READER.items():
+        entry = shade.GetInput(name)
+        told = entry.Get() if entry else None
+        if told is not None and not _is_like(told, plain) and told != "useMetadata":
+            yield f"Pictures are laid and used without this: {name}"
+    place = shade.GetInput("st")
+    sources = place.GetConnectedSources()[0] if place else ()
+    if sources and "Transform2d" in str(
+        usd_module("UsdShade").Shader(sources[0].source.GetPrim()).GetIdAttr().Get()
+    ):
+        yield "Pictures that are moved, turned or scaled lie as they are"
+
+
+def _is_like(told: object, plain: object) -> bool:
+    if told is None or plain is None:
+        return True
+    return told == plain if not isinstance(plain, tuple) else tuple(_flat(told)) == plain
+
+
+def _is_unknown(prim: Any) -> bool:
+    return bool(prim.GetTypeName()) and not kind_of(prim)
+
+
+def _kinds(prims: Iterable[Any]) -> str:
+    """Return how many prims there are of each type, as words."""
+    counts = Counter(printable(str(prim.GetTypeName()))[:60] for prim in prims)
+    return _listed([f"{count} {kind}" for kind, count in sorted(counts.items())])
+
+
+def _missing(stage: UsdStage) -> str:
+    """Return the names of layers, references and payloads that could not be opened."""
+    said = map(str, stage.stage.GetCompositionErrors())
+    found = (re.search("@([^@]*)@", words) for words in said)
+    return _listed(list(dict.fromkeys(repr(printable(m[1])[:80]) for m in found if m)))
+
+
+def _listed(names: list[str]) -> str:
+    more = f" and {len(names) - _LISTED_MOST} more" if len(names) > _LISTED_MOST else ""
+    return ", ".join(names[:_LISTED_MOST]) + more
