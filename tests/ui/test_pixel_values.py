@@ -11,12 +11,14 @@ from heatlens.display.probe import probe_text, read_texels
 from heatlens.gpu.textures import download
 from heatlens.model.boxes import Box
 from heatlens.model.coc import coc_line, coc_px, sharp_px
+from heatlens.model.units import format_distance
+from heatlens.model.view import Overlay
 from heatlens.ui.picture.pixel_values import value_words
 from support.window_plates import BALL, BALL_M, SKY, WIDTH
 
 
 def texts(gui, side: int = 0) -> list[list[str]]:
-    return gui.screen.picture.viewport._values[side]._texts.words
+    return gui.screen.picture.viewport._values.sides[side]._texts.words
 
 
 def zoomed(gui, zoom: float) -> None:
@@ -27,9 +29,9 @@ def zoomed(gui, zoom: float) -> None:
 
 def test_each_pixel_that_is_seen_tells_its_light(gui):
     zoomed(gui, 20.0)
-    before = gui.screen.picture.viewport._values[0]._texts.key
+    before = gui.screen.picture.viewport._values.sides[0]._texts.key
     zoomed(gui, 64.0)
-    values = gui.screen.picture.viewport._values[0]._texts
+    values = gui.screen.picture.viewport._values.sides[0]._texts
     assert values.key != before and values.key is not None
     box, picture = values.key[2], download(gui.session.live.shown.texture)
     assert box.contains(*BALL) and box.width * box.height < 400
@@ -59,7 +61,7 @@ def test_both_sides_of_the_wipe_tell_their_own(gui):
     zoomed(gui, 64.0)
     light = gui.session.live.shown.texture, gui.session.renderer.loaded.color
     for side in (0, 1):
-        assert gui.screen.picture.viewport._values[side]._texts.key[0] is light[side]
+        assert gui.screen.picture.viewport._values.sides[side]._texts.key[0] is light[side]
     gui.do("Wipe")
 
 
@@ -97,3 +99,33 @@ def test_the_limits_under_the_pointer_are_where_the_blur_is_just_acceptable(gui,
     assert caught[0].depth_m == pytest.approx(BALL_M, rel=1e-3)
     near, far = coc_px(np.array(caught[0].sharp_m), line)
     assert (-near, far) == pytest.approx((sharp_px(lens, WIDTH),) * 2, rel=1e-6)
+
+
+def test_before_a_plate_a_lens_that_breathes_is_read_where_it_shows_the_frame(gui):
+    """Readout, ruler and overlay go by the part of the frame that is seen at a pixel."""
+    session = gui.session
+    breathing = replace(session.lens, breathing=0.6, close_focus_m=1.0, focus_distance_m=1.0)
+    session.editing.edit_lens(breathing)
+    session.view_commands.toggle_overlay(Overlay.ZONES)
+    gui.rest()
+    gui.settled()
+    source, place = session.source, session.picture_view
+    corner = source.frame_px(session.lens, (0, 0))
+    assert corner[0] == pytest.approx(WIDTH / 2 * 0.4, abs=1)
+    overlay = gui.screen.picture.viewport._placed[-1]
+    across = overlay.last[0] - overlay.first[0]
+    for pixel in (BALL, (10, 20)):
+        frame_px = source.frame_px(session.lens, pixel)
+        seen_x = overlay.first[0] + (frame_px[0] + 0.5) / WIDTH * across
+        expected = place.geometry.window_at_picture((pixel[0] + 0.5, pixel[1] + 0.5))[0]
+        assert seen_x == pytest.approx(expected, abs=place.zoom)
+        column, row = frame_px
+        depth_m = source.plate.depth_m[row, column]
+        ruler = session.view_commands.ruler
+        ruler.points = (pixel, BALL)
+        assert ruler.measured().depths_m[0] == pytest.approx(depth_m, rel=1e-3)
+        told = gui.screen.status.words(pixel)
+        assert f"depth {format_distance(float(depth_m), 'm')}" in told
+    ruler.leave()
+    edge = place.geometry.window_at_picture((WIDTH, 0))[0]
+    assert overlay.clip.x1 <= round(edge) + 1 < overlay.last[0]

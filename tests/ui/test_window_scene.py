@@ -228,3 +228,30 @@ def test_a_damaged_scene_leaves_what_is_open(scene_gui, tmp_path):
     scene_gui.until(lambda: session.message, "a sentence")
     assert "bad.glb" in session.message
     assert session.shot == shot and session.source.plate is plate
+
+
+def test_looks_of_other_lengths_draw_the_scene_for_themselves_and_leave_it_as_it_was(scene_gui):
+    gui, session = scene_gui, scene_gui.session
+    begun = session.lens
+    plate = download(session.renderer.loaded.color)
+    for length in (begun.focal_length_mm, 2 * begun.focal_length_mm):
+        session.editing.edit_lens(replace(begun, focal_length_mm=length))
+        gui.rest()
+        whole(gui)
+        session.looks.keep()
+    session.looks.go(0)
+    whole(gui)
+    seen = download(session.live.shown.texture)
+    session.looks.toggle_grid()
+    whole(gui)
+    own = FrameRenderer(gui.ctx)
+    own.load_scene(read_scene(Path(session.shot.source)))
+    for look in session.shot.looks:
+        shown = session.sides.looks.of(look.name)
+        found, expected = download(shown.texture), own.pixels(shown.shot, session.frame)
+        np.testing.assert_allclose(found, expected, rtol=4e-3, atol=4e-3)
+    own.let_go()
+    session.looks.toggle_grid()
+    whole(gui)
+    np.testing.assert_array_equal(download(session.live.shown.texture), seen)
+    np.testing.assert_array_equal(download(session.renderer.loaded.color), plate)

@@ -82,17 +82,22 @@ def probe_at(
     shown: Shown,
     version: object,
     reader: PictureReader,
+    frame_px: tuple[int, int] | None = None,
 ) -> Probe | None:
-    """Return the probe at a pixel of the display window; None outside the data window."""
+    """Return the probe at a pixel of the display window; None outside the data window.
+
+    `frame_px` is the pixel of the plate that is seen there, where that is another one.
+    """
     data, display = plate.data_window, plate.display_window
     at = pixel[0] + display.x0, pixel[1] + display.y0
-    if not data.contains(*at):
+    x, y = pixel if frame_px is None else frame_px
+    column, row = x + display.x0 - data.x0, y + display.y0 - data.y0
+    if not (data.contains(*at) and data.contains(column + data.x0, row + data.y0)):
         return None
-    column, row = at[0] - data.x0, at[1] - data.y0
     here = Box(column, row, column + 1, row + 1)
     depth_m = plate.pixels.depth_in(here).item() if plate.has_distances else None
     width, height = shown.texture.size
-    texel = column * width // data.width, row * height // data.height
+    texel = (at[0] - data.x0) * width // data.width, (at[1] - data.y0) * height // data.height
     red, green, blue, alpha = plate.pixels.color_in(here)[0, 0].tolist()
     return Probe(
         pixel,

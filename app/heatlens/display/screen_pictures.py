@@ -186,7 +186,8 @@ class ScreenPictures:
         Peaking finds its edges in the picture that is `shown`, once that is whole.
         """
         lens, is_peaking = shot.lens_at(frame), view.overlay is Overlay.PEAKING
-        light = shown.texture if is_peaking and shown.is_whole else plate.color
+        is_of_frame = shown.is_whole and lens.breathing == 1.0  # pixel for pixel
+        light = shown.texture if is_peaking and is_of_frame else plate.color
         key: Key = (plate, lens, shot.defocus, view.overlay, self.transform_version)
         key += (view.peaking, light, shown) if is_peaking else ()
         if self._overlay.needs(plate.depth.size, key):

@@ -5,6 +5,8 @@ from dataclasses import replace
 from math import ceil, log2
 from typing import Protocol
 
+from heatlens.model.breathing import as_seen
+from heatlens.model.lens import Lens
 from heatlens.model.look import Look
 from heatlens.model.settings import Method
 from heatlens.model.shot import Shot
@@ -118,12 +120,8 @@ class CompareSides:
             self.a.restart()
             self._is_elsewhere = False
         elif len(self.rendered) > 1 and self._renderer.has_many_views:
-            lens = shot.lens_at(frame)
-            self._is_elsewhere |= any(
-                look.lens.focal_length_mm * lens.sensor_width_mm
-                != lens.focal_length_mm * look.lens.sensor_width_mm
-                for look in shot.looks
-            )
+            here = _angle(shot.lens_at(frame))
+            self._is_elsewhere |= any(_angle(look.lens) != here for look in shot.looks)
 
     def _wish_beside(
         self, looks: Mapping[str, Shot], frame: int, budget_s: float, plate: PlateVersion
@@ -166,6 +164,11 @@ class CompareSides:
     def of_a(self, view: ViewState) -> Shown | None:
         """Return A's picture where A is a look, once it is there; else None."""
         return self.looks.of(view.a_look) if is_look_b(view) and view.a_look else None
+
+
+def _angle(lens: Lens) -> float:
+    """Return the focal length over the sensor's width, as the lens breathes."""
+    return as_seen(lens).focal_length_mm / lens.sensor_width_mm
 
 
 def is_look_b(view: ViewState) -> bool:

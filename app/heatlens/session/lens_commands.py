@@ -10,7 +10,6 @@ from heatlens.model.depth_histogram import DepthHistogram
 from heatlens.model.f_stops import stepped
 from heatlens.model.lens import Lens
 from heatlens.model.settings import Bokeh, Quality
-from heatlens.plate.breathing_window import plate_pixel
 from heatlens.plate.focus_pick import depth_at_m
 from heatlens.plate.plate import Plate
 from heatlens.plate.start_lens import StartLens
@@ -37,9 +36,8 @@ class LensCommands:
 
     def focus_at(self, pixel: tuple[int, int]) -> None:
         """Focus on what is seen at a pixel of the display window; beside the picture, nothing."""
-        plate, pixel = self._source.plate, self._source.plate_px(self._editing.shot, pixel)
-        if plate is not None and not self._source.has_scene:
-            pixel = plate_pixel(plate, self._editing.lens, pixel)
+        plate, pixel = self._source.plate, self._source.frame_px(self._editing.lens, pixel)
+        pixel = self._source.plate_px(self._editing.shot, pixel)
         if plate is None or not _is_inside(plate, pixel):
             return
         try:

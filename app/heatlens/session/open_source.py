@@ -5,9 +5,11 @@ from collections.abc import Callable
 from heatlens.model.boxes import Box
 from heatlens.model.depth_histogram import DepthHistogram
 from heatlens.model.framing import SceneTiming
+from heatlens.model.lens import Lens
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.shot import Shot
 from heatlens.model.view_geometry import PictureShape
+from heatlens.plate.breathing_window import plate_pixel
 from heatlens.plate.plate import Plate
 from heatlens.render import FrameRenderer
 from heatlens.scene.scene import Scene
@@ -191,6 +193,15 @@ class OpenSource:
     def plate_px(self, shot: Shot, pixel: tuple[int, int]) -> tuple[int, int]:
         """Return the pixel of the plate on the GPU under one of the display window."""
         return self.feed.plate_px(shot, pixel)
+
+    def frame_px(self, lens: Lens, pixel: tuple[int, int]) -> tuple[int, int]:
+        """Return the pixel of the frame that is seen at one of the picture.
+
+        Before a plate, a lens that breathes shows another part of the frame; a scene is drawn as
+        the lens sees it.
+        """
+        is_cut = self.plate is not None and not self.has_scene
+        return plate_pixel(self.plate, lens, pixel) if is_cut and self.plate else pixel
 
     def seconds_until_needed(self) -> float | None:
         """Return how long until `refine` has something to do; None where it has nothing."""

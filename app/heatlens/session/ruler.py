@@ -82,6 +82,7 @@ class Ruler:
         plate = self._source.plate
         if len(ends) != 2 or plate is None or not all(self._is_inside(end) for end in ends):
             return None
+        ends = tuple(self._source.frame_px(self._editing.lens, end) for end in ends)
         try:
             near_m, far_m = (self._depth_m(plate, end) for end in ends)
         except HeatlensError as error:
@@ -98,7 +99,8 @@ class Ruler:
         plate = self._source.plate
         if plate is None or not plate.has_distances:
             return False
-        x, y = self._source.plate_px(self._editing.shot, pixel)
+        frame_px = self._source.frame_px(self._editing.lens, pixel)
+        x, y = self._source.plate_px(self._editing.shot, frame_px)
         window = plate.display_window
         return plate.data_window.contains(x + window.x0, y + window.y0)
 

@@ -140,7 +140,8 @@ class DockedPanels:
         if is_open and plate is not None:
             hovered_m = None
             if hovered is not None:
-                hovered_m = seen_depth_m(plate, session.source.plate_px(session.shot, hovered))
+                frame_px = session.source.frame_px(session.lens, hovered)
+                hovered_m = seen_depth_m(plate, session.source.plate_px(session.shot, frame_px))
             reading, unit = session.files.reading, session.view.unit
             problem = window_words(reading.problem)
             facts = PlateFacts(

@@ -93,7 +93,8 @@ class StatusBar:
         self._kept.uploaded(shown)
         pixel = session.source.plate_px(session.shot, hovered)
         version = shown.key if isinstance(shown, KeptFrame) else shown
-        read = probe_at(pixel, plate, session.lens, shown, version, self._reader)
+        frame_px = session.source.frame_px(session.lens, pixel)
+        read = probe_at(pixel, plate, session.lens, shown, version, self._reader, frame_px)
         if read is None:
             return ""
         if session.has_scene:  # which may be drawn smaller than it is

@@ -9,7 +9,7 @@ from imgui_bundle import ImVec2, imgui
 from heatlens.model.view_geometry import Point, Viewport
 from heatlens.ui import probe, theme
 
-_GAP_EM = 0.15
+_GAP_EM, _FRAME_EM = 0.15, 0.13
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,6 +76,10 @@ def draw_tiles(tiles: Sequence[Tile], places: Sequence[Viewport], hovered: int |
         if tile.is_taken or index == hovered:
             color = theme.ACCENT if tile.is_taken else theme.HANDLE
             draw.add_rect(
-                ImVec2(low.x + 1, low.y + 1), ImVec2(high.x - 1, high.y - 1), color, 0.0, 2.0
+                ImVec2(low.x + 1, low.y + 1),
+                ImVec2(high.x - 1, high.y - 1),
+                color,
+                0.0,
+                _FRAME_EM * em,
             )
         draw.pop_clip_rect()

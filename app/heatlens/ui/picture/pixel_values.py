@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from heatlens.display.probe import read_texels
 from heatlens.model.boxes import Box
+from heatlens.model.view import Compare
 from heatlens.session.picture_view import PictureView
 from heatlens.ui.picture.pictures import Pictures
 from heatlens.ui.picture.pixel_grid import seen_pixels
@@ -64,6 +65,28 @@ class PixelValues:
             values = read_texels(self._ctx, light, box, "f4")
             self._texts = _Texts(key, [[_words(pixel) for pixel in row] for row in values])
         return self._texts.words
+
+
+class SideValues:
+    """Writes those of A, of B, or of each on its side of the wipe."""
+
+    def __init__(self, ctx: moderngl.Context) -> None:
+        self.sides = PixelValues(ctx), PixelValues(ctx)
+
+    def draw(self, pictures: Pictures, compare: Compare, line: float, place: PictureView) -> None:
+        """Write them in the current window; `line` is that of the wipe, in its units."""
+        (x, y), (width, height) = place.viewport.corner, place.viewport.size
+        ends = {Compare.OFF: x + width, Compare.WIPE: line, Compare.FLIP: x}
+        if compare not in ends:
+            return
+        end, draw = ends[compare], imgui.get_window_draw_list()
+        left = (pictures.light_a, pictures.a, x, end)
+        right = (pictures.light_b, pictures.b, end, x + width)
+        for values, (light, shown, x0, x1) in zip(self.sides, (left, right), strict=True):
+            if x0 < x1:
+                draw.push_clip_rect(ImVec2(x0, y), ImVec2(x1, y + height), True)
+                values.draw(light, shown, pictures, place)
+                draw.pop_clip_rect()
 
 
 def _seen_box(pictures: Pictures, place: PictureView) -> Box:

@@ -9,7 +9,7 @@ from heatlens.session.ruler import Pixel, Ruler
 from heatlens.session.session import Session
 from heatlens.ui import probe, theme
 
-_END_EM = 0.3
+_END_EM, _LINE_EM = 0.3, 0.13
 _HINT = "Ruler: click two points, or drag from one to the other. Escape ends it."
 
 
@@ -24,13 +24,13 @@ def draw_ruler(session: Session, hovered: Pixel | None) -> None:
         ImVec2(*session.picture_view.geometry.window_at_picture((x + 0.5, y + 0.5)))
         for x, y in ends
     ]
-    draw = imgui.get_window_draw_list()
+    draw, em = imgui.get_window_draw_list(), imgui.get_font_size()
     if len(at) == 2:
-        draw.add_line(at[0], at[1], theme.SHADOW, 4.0)
-        draw.add_line(at[0], at[1], theme.ACCENT, 2.0)
+        draw.add_line(at[0], at[1], theme.SHADOW, 2.0 * _LINE_EM * em)
+        draw.add_line(at[0], at[1], theme.ACCENT, _LINE_EM * em)
     for end in at:
-        draw.add_circle_filled(end, _END_EM * imgui.get_font_size(), theme.SHADOW)
-        draw.add_circle(end, _END_EM * imgui.get_font_size(), theme.ACCENT, 0, 2.0)
+        draw.add_circle_filled(end, _END_EM * em, theme.SHADOW)
+        draw.add_circle(end, _END_EM * em, theme.ACCENT, 0, _LINE_EM * em)
     measured = ruler.measured(hovered) if len(at) == 2 else None
     if measured is None:
         return

@@ -5,10 +5,13 @@ from dataclasses import replace
 import moderngl
 
 from heatlens.display.screen_pictures import MIPMAPS_UNDER, ScreenPictures, picture_of_b
+from heatlens.model.breathing import plate_ratio
 from heatlens.model.lens import Lens
 from heatlens.model.look import Look
 from heatlens.model.units import format_distance
 from heatlens.model.view import Compare, Overlay, ViewState
+from heatlens.plate.breathing_window import room_of
+from heatlens.plate.plate import Plate
 from heatlens.preview.shown import Shown
 from heatlens.printable import printable
 from heatlens.session.compare_sides import grid_names, is_look_b, look_called
@@ -66,6 +69,7 @@ class SeenPictures:
             is_proxy=a.size != (windows[0].width, windows[0].height),
             is_b_proxy=of_method is not None and b.size != loaded.color.size,
             has_camera=session.scenes.scene is not None,
+            frame_ratio=self._frame_ratio(plate),
             light_a=light if light.size == whole and not is_kept else None,
             light_b=linear_b if linear_b.size == whole else None,
             light_version=(sides.pictures, session.source.version),
@@ -90,6 +94,11 @@ class SeenPictures:
         shot, frame = session.editing.seen_shot, session.editing.frame
         loaded = session.renderer.loaded
         return self._screen.overlay(loaded, shot, frame, view, self._kept.uploaded(seen))
+
+    def _frame_ratio(self, plate: Plate) -> float:
+        """Return how much of a plate's frame is seen; a scene is drawn as the lens sees it."""
+        is_scene = self._session.scenes.scene is not None
+        return 1.0 if is_scene else plate_ratio(self._session.lens, room_of(plate))
 
     def _tiles(self, view: ViewState, a: moderngl.Texture, width: int) -> tuple[Tile, ...]:
         """Return the pictures of the grid, where that is seen."""

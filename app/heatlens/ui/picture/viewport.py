@@ -26,7 +26,7 @@ from heatlens.session.scene_commands import CameraDrag
 from heatlens.ui.picture.grid import Tile, cell_at, cells, draw_tiles
 from heatlens.ui.picture.pictures import Pictures
 from heatlens.ui.picture.pixel_grid import draw_display_window, draw_pixel_grid
-from heatlens.ui.picture.pixel_values import PixelValues
+from heatlens.ui.picture.pixel_values import SideValues
 from heatlens.ui.picture.wipe_handle import draw_wipe_handle
 
 _WHEEL_FACTOR = 1.25  # a notch
@@ -55,7 +55,7 @@ class ViewportPanel:
         self._pass = PicturePass(ctx)
         self._placed: list[PlacedPicture] = []
         self._placed_in_frame = -1
-        self._values = PixelValues(ctx), PixelValues(ctx)  # of A and of B
+        self._values = SideValues(ctx)
         self._held: str | None = None
         self.cells: list[Viewport] = []  # of the grid; else the whole viewport alone
         self._cell_under: int | None = None  # of them, under the pointer
@@ -174,34 +174,14 @@ class ViewportPanel:
         if view.pixel_grid and not pictures.tiles:
             draw_pixel_grid(self.place, pictures.shape)
         if view.pixel_values:
-            self._write_values(pictures, view)
+            line = self._wipe_x(view, pictures.shape, self.place.geometry)
+            self._values.draw(pictures, view.compare, line, self.place)
         if view.compare is Compare.WIPE:
             x = self._wipe_x(view, pictures.shape, self.place.geometry)
             draw_wipe_handle(x, self.place.viewport, pictures.names)
         draw.pop_clip_rect()
         if pictures.tiles:
             draw_tiles(pictures.tiles, self.cells, self._cell_under)
-
-    def _write_values(self, pictures: Pictures, view: ViewState) -> None:
-        """Write into each pixel its light: of A, of B, or of each on its side of the wipe."""
-        (x, y), (width, height) = self.place.viewport.corner, self.place.viewport.size
-        line = x + width
-        if view.compare is Compare.WIPE:
-            line = self._wipe_x(view, pictures.shape, self.place.geometry)
-        elif view.compare is Compare.FLIP:
-            line = x
-        elif view.compare is not Compare.OFF:
-            return
-        sides = (
-            (pictures.light_a, pictures.a, x, line),
-            (pictures.light_b, pictures.b, line, x + width),
-        )
-        draw = imgui.get_window_draw_list()
-        for values, (light, shown, left, right) in zip(self._values, sides, strict=True):
-            if left < right:
-                draw.push_clip_rect(ImVec2(left, y), ImVec2(right, y + height), True)
-                values.draw(light, shown, pictures, self.place)
-                draw.pop_clip_rect()
 
     def _place_pictures(self, pictures: Pictures, view: ViewState) -> None:
         self._placed, self._placed_in_frame = [], imgui.get_frame_count()
@@ -223,7 +203,7 @@ class ViewportPanel:
             self._place_a(pictures, near, clip)
         is_covered = view.compare in (Compare.FLIP, Compare.GRID)
         if pictures.overlay is not None and not is_covered:
-            self._place(pictures.overlay, pictures, True, clip, is_opaque=False)
+            self._place_overlay(pictures.overlay, pictures, clip)
 
     def _place_tiles(self, pictures: Pictures, view: ViewState, near: bool) -> None:
         """Place each picture of the grid in its cell, all of the same part of the frame."""
@@ -267,6 +247,19 @@ class ViewportPanel:
         self._placed.append(
             PlacedPicture(texture, first, last, clip, is_nearest, is_opaque, detail)
         )
+
+    def _place_overlay(self, overlay: moderngl.Texture, pictures: Pictures, clip: Box) -> None:
+        """Place an overlay, which is one of the plate's frame, where the lens shows that."""
+        self._place(overlay, pictures, True, clip, is_opaque=False)
+        if pictures.frame_ratio == 1.0:
+            return
+        whole, ratio = self._placed.pop(), pictures.frame_ratio
+        x, y = self._screen_at(pictures.shape.middle_px)
+        (x0, y0), (x1, y1) = whole.first, whole.last
+        first = x + (x0 - x) / ratio, y + (y0 - y) / ratio
+        last = x + (x1 - x) / ratio, y + (y1 - y) / ratio
+        clip = clip.intersection(Box(round(x0), round(y0), round(x1), round(y1)))
+        self._placed.append(replace(whole, first=first, last=last, clip=clip))
 
     def _screen_at(self, point: Point) -> Point:
         x, y = self.place.geometry.window_at_picture(point)
