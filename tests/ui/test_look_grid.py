@@ -35,7 +35,7 @@ def looks(gui):
 def rendered_alone(gui, look) -> np.ndarray:
     """Return the picture through a look by a renderer of its own, at the size of the grid's."""
     session = gui.session
-    shown = session.sides.looks.of(look.name)
+    shown = session.sides.of_look(look.name)
     own = FrameRenderer(gui.ctx)
     own.load(session.source.plate)
     pixels = download(own.render(shown.shot, session.frame))
@@ -51,7 +51,7 @@ def test_the_grid_shows_four_looks_as_the_renderer_makes_them(gui, looks):
     assert [tile.name for tile in tiles] == ["A", "B", "C", "D"]
     assert [tile.is_taken for tile in tiles] == [False, False, False, True]
     for look in looks:
-        shown = session.sides.looks.of(look.name)
+        shown = session.sides.of_look(look.name)
         assert shown.is_whole and shown.shot.lens == look.lens
         np.testing.assert_allclose(
             download(shown.texture), rendered_alone(gui, look), rtol=2e-3, atol=2e-3

@@ -247,7 +247,7 @@ def test_looks_of_other_lengths_draw_the_scene_for_themselves_and_leave_it_as_it
     own = FrameRenderer(gui.ctx)
     own.load_scene(read_scene(Path(session.shot.source)))
     for look in session.shot.looks:
-        shown = session.sides.looks.of(look.name)
+        shown = session.sides.of_look(look.name)
         found, expected = download(shown.texture), own.pixels(shown.shot, session.frame)
         np.testing.assert_allclose(found, expected, rtol=4e-3, atol=4e-3)
     own.let_go()

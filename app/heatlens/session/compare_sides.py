@@ -5,8 +5,6 @@ from dataclasses import replace
 from math import ceil, log2
 from typing import Protocol
 
-from heatlens.model.breathing import as_seen
-from heatlens.model.lens import Lens
 from heatlens.model.look import Look
 from heatlens.model.settings import Method
 from heatlens.model.shot import Shot
@@ -58,7 +56,7 @@ class CompareSides:
         self._b_wish: Shot | None = None  # B's, while it is rendered
         self._has_looks = False  # several looks are rendered
         self._is_turn_of_b = False
-        self._is_elsewhere = False  # a scene may have been drawn last as another length sees it
+        self._alike: frozenset[str] = frozenset()  # names of the looks that A shows
 
     @property
     def pictures(self) -> tuple[object, ...]:
@@ -100,12 +98,17 @@ class CompareSides:
 
         `zoom`: screen pixels for one of the picture, which decides how large a grid is rendered.
         """
-        several = looks_beside(view, shot)
-        wishes = {look.name: _through(shot, look, view, zoom) for look in several}
-        other = None if several else self._b_of(view, shot)
+        looks, now = looks_beside(view, shot), without_notes(shot)
+        alike = (look.name for look in looks if without_notes(shot.through(look)) == now)
+        self._alike = frozenset(alike)
+        wishes = {
+            look.name: _through(shot, look, view, zoom)
+            for look in looks
+            if look.name not in self._alike
+        }
+        other = self._b_of(view, shot)
         self._b_wish = None if other == shot else other
-        self._has_looks, spent_s = bool(several), 0.0
-        self._come_back(shot, frame)
+        self._has_looks, spent_s = bool(wishes), 0.0
         if self.a.wish(shot, frame, budget_s, plate):
             self.b.pause()
             self._is_turn_of_b = False
@@ -113,15 +116,6 @@ class CompareSides:
         left_s = max(budget_s - spent_s, _LEAST * budget_s)
         if self._wish_beside(wishes, frame, left_s, plate):
             self.a.pause()
-
-    def _come_back(self, shot: Shot, frame: int) -> None:
-        """Have A drawn anew after looks of other lengths, which draw a scene for themselves."""
-        if len(self.rendered) == 1 and self._is_elsewhere:
-            self.a.restart()
-            self._is_elsewhere = False
-        elif len(self.rendered) > 1 and self._renderer.has_many_views:
-            here = _angle(shot.lens_at(frame))
-            self._is_elsewhere |= any(_angle(look.lens) != here for look in shot.looks)
 
     def _wish_beside(
         self, looks: Mapping[str, Shot], frame: int, budget_s: float, plate: PlateVersion
@@ -133,10 +127,7 @@ class CompareSides:
         return has_rendered
 
     def _b_of(self, view: ViewState, shot: Shot) -> Shot | None:
-        """Return the shot that B shows; None where B is no picture through a lens."""
-        if is_look_b(view):
-            look = look_called(shot, view.b_look)
-            return None if look is None else shot.through(look)
+        """Return the shot that B shows by a method; None where B is something else."""
         method = method_of_b(view, self._renderer.has_many_views)
         return (
             None if method is None else replace(shot, defocus=replace(shot.defocus, method=method))
@@ -153,8 +144,7 @@ class CompareSides:
     def of_method(self, view: ViewState) -> Shown | None:
         """Return B's picture where B is a method or a look, once it is there; else None."""
         if is_look_b(view):
-            side = self.a if self._b_wish is None else self.b
-            return self.looks.of(view.b_look) if self._has_looks else side.shown
+            return self.of_look(view.b_look)
         method = method_of_b(view, self._renderer.has_many_views)
         for side in (self.a, self.b):
             if side.shown is not None and side.shown.shot.defocus.method is method:
@@ -163,12 +153,15 @@ class CompareSides:
 
     def of_a(self, view: ViewState) -> Shown | None:
         """Return A's picture where A is a look, once it is there; else None."""
-        return self.looks.of(view.a_look) if is_look_b(view) and view.a_look else None
+        return self.of_look(view.a_look) if is_look_b(view) and view.a_look else None
 
+    def of_look(self, name: str) -> Shown | None:
+        """Return the latest picture through a look that is seen; None before there is one."""
+        return self.a.shown if name in self._alike else self.looks.of(name)
 
-def _angle(lens: Lens) -> float:
-    """Return the focal length over the sensor's width, as the lens breathes."""
-    return as_seen(lens).focal_length_mm / lens.sensor_width_mm
+    def is_coming(self, name: str) -> bool:
+        """Return True while the whole picture through a look is not there yet."""
+        return name not in self._alike and self.looks.is_coming(name)
 
 
 def is_look_b(view: ViewState) -> bool:
@@ -199,11 +192,11 @@ def grid_names(view: ViewState, shot: Shot) -> tuple[str, ...]:
 
 
 def looks_beside(view: ViewState, shot: Shot) -> tuple[Look, ...]:
-    """Return the looks that are rendered beside A: those of the grid, or both under the wipe."""
+    """Return the looks that are seen: those of the grid, or those that are compared."""
     names: tuple[str, ...] = ()
     if view.compare is Compare.GRID:
         names = grid_names(view, shot)
-    elif is_look_b(view) and look_called(shot, view.a_look) is not None:
+    elif is_look_b(view):
         names = tuple({view.a_look: None, view.b_look: None})
     found = (look_called(shot, name) for name in names)
     return tuple(look for look in found if look is not None)

@@ -1,14 +1,25 @@
-"""The frame through several looks at once: rendered one after the other, each kept as a copy."""
+"""The frame through looks, one or several: rendered one after the other, each kept as a copy.
 
-from collections.abc import Mapping
+Plates are blurred with the renderer of the window. A scene may be seen at another angle through
+each lens, so that its looks are rendered by a renderer beside that one, in small steps.
+"""
+
+import time
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
+import moderngl
+
+from heatlens.defocus.pipeline import Steps
 from heatlens.errors import HeatlensError
 from heatlens.gpu.textures import new_texture
 from heatlens.model.shot import Shot
 from heatlens.preview.shown import PictureKey, Shown, whole_picture
 from heatlens.render import FrameRenderer
 from heatlens.session.live_picture import FIRST_PLATE, LivePicture, PlateVersion
+
+_REST_S = 0.08  # so long without a change is rest
+_GONE = -1  # number of a plate that is gone
 
 
 @dataclass
@@ -25,14 +36,24 @@ class _Tile:
 
 
 class LookPictures:
-    """Renders the wished looks in turns with one `LivePicture`; it is a side of the comparison."""
+    """Renders the looks that are wished for in turns; it is a side of the comparison."""
 
-    def __init__(self, renderer: FrameRenderer, live: LivePicture) -> None:
+    def __init__(
+        self,
+        renderer: FrameRenderer,
+        live: LivePicture,
+        clock: Callable[[], float] = time.perf_counter,
+    ) -> None:
+        """Take `live`, which renders plates, and nothing else while looks are wished for."""
         self._renderer = renderer
         self._live = live
+        self._clock = clock
         self._tiles: dict[str, _Tile] = {}
         self._plate = FIRST_PLATE
         self._budget_s = 0.0
+        self._changed_at = 0.0
+        self._beside: FrameRenderer | None = None  # renders looks of a scene
+        self._steps: tuple[PictureKey, Steps[moderngl.Texture]] | None = None  # of that
 
     @property
     def shown(self) -> tuple[Shown | None, ...]:
@@ -44,15 +65,17 @@ class LookPictures:
         tile = self._tiles.get(name)
         return None if tile is None else tile.shown
 
+    def is_coming(self, name: str) -> bool:
+        """Return True while the whole picture of a look is not there yet."""
+        tile = self._tiles.get(name)
+        return tile is not None and not tile.is_done
+
     def restart(self) -> None:
         """Begin anew: another plate lies on the GPU. What was made is shown until then."""
         self._live.restart()
+        self._steps = None
         for tile in self._tiles.values():
-            tile.key = replace(tile.key, plate=-1)
-
-    def pause(self) -> None:
-        """Give up what is half done: others use the renderer now."""
-        self._live.pause()
+            tile.key = replace(tile.key, plate=_GONE)
 
     def wish(
         self,
@@ -63,23 +86,28 @@ class LookPictures:
     ) -> bool:
         """Show these shots, by the names of their looks, at `frame`; return whether it rendered.
 
-        A change is answered at once with what fits `budget_s`.
+        A change before a plate is answered at once with what fits `budget_s`; a scene is rendered
+        when the hand rests.
         """
         for name in self._tiles.keys() - shots.keys():
             _release(self._tiles.pop(name).shown)
+        if not shots:
+            self._let_go()
         self._plate, self._budget_s = plate, budget_s / max(len(shots), 1)
-        changed = [
-            self._is_changed(name, whole_picture(shot, frame, plate.number))
-            for name, shot in shots.items()
-        ]
-        for name, is_changed in zip(shots, changed, strict=True):
-            if is_changed:
-                self._begin(self._tiles[name])
-        return any(changed)
+        number = 0 if self._renderer.has_many_views else plate.number  # a scene stays the same
+        keys = {name: whole_picture(shot, frame, number) for name, shot in shots.items()}
+        changed = [name for name, key in keys.items() if self._is_changed(name, key)]
+        if changed:
+            self._changed_at = self._clock()
+        if self._renderer.has_many_views:
+            return False
+        for name in changed:
+            self._begin(self._tiles[name])
+        return bool(changed)
 
     def _is_changed(self, name: str, key: PictureKey) -> bool:
         """Take the wish for a look; return whether it needs another picture at once."""
-        tile = self._tiles.setdefault(name, _Tile(replace(key, plate=-1)))
+        tile = self._tiles.setdefault(name, _Tile(replace(key, plate=_GONE)))
         before, tile.key = tile.key, key
         if before == key:
             return False
@@ -94,11 +122,10 @@ class LookPictures:
         except HeatlensError:
             tile.is_refused = True
             raise
-        self._keep(tile)
+        self._keep(tile, self._live.shown)
 
-    def _keep(self, tile: _Tile) -> None:
-        """Copy the picture that the renderer has now, where it is one of this look."""
-        made = self._live.shown
+    def _keep(self, tile: _Tile, made: Shown | None) -> None:
+        """Copy a picture that the renderer has made, where it is one of this look."""
         if made is None or replace(made.picture_key, settings=tile.key.settings) != tile.key:
             return
         texture = None if tile.shown is None else tile.shown.texture
@@ -125,7 +152,8 @@ class LookPictures:
 
     def seconds_to_rest(self) -> float:
         """Return how long until a whole picture may be begun; 0 where it may."""
-        return self._live.seconds_to_rest()
+        own_s = max(0.0, self._changed_at + _REST_S - self._clock())
+        return own_s if self._renderer.has_many_views else self._live.seconds_to_rest()
 
     def work(self, slice_s: float, is_plate_whole: bool = True) -> None:
         """Go on with the first look whose picture is not whole, for about `slice_s`."""
@@ -133,14 +161,48 @@ class LookPictures:
         if tile is None or not is_plate_whole:
             return
         try:
-            self._live.wish(tile.key.shot, tile.key.frame, self._budget_s, self._plate)
-            before = self._live.shown
-            self._live.work(slice_s, is_plate_whole)
+            if self._renderer.has_many_views:
+                self._draw(tile, slice_s)
+            else:
+                self._blur(tile, slice_s)
         except HeatlensError:
-            tile.is_refused = True
+            tile.is_refused, self._steps = True, None
             raise
+
+    def _blur(self, tile: _Tile, slice_s: float) -> None:
+        """Go on with a look of a plate."""
+        self._live.wish(tile.key.shot, tile.key.frame, self._budget_s, self._plate)
+        before = self._live.shown
+        self._live.work(slice_s)
         if self._live.shown is not before or not self._live.is_working:
-            self._keep(tile)
+            self._keep(tile, self._live.shown)
+
+    def _draw(self, tile: _Tile, slice_s: float) -> None:
+        """Go on with a look of a scene, which is drawn as its lens sees it."""
+        key, start = tile.key, self._clock()
+        if self._steps is None or self._steps[0] != key:
+            self._steps = key, self._ready_beside().steps(key.shot, key.frame)
+        try:
+            while self._clock() - start < slice_s:
+                next(self._steps[1])
+        except StopIteration as end:
+            self._steps = None
+            self._keep(tile, Shown(end.value, key.shot, key.frame, key.settings, 0.0, key.plate))
+
+    def _ready_beside(self) -> FrameRenderer:
+        """Return the renderer beside that of the window, with the same scene before its lens."""
+        if self._beside is None:
+            self._beside = self._renderer.beside()
+        if self._beside.scene is not self._renderer.scene:
+            self._beside.let_go()
+            self._beside.load_scene_of(self._renderer)
+        return self._beside
+
+    def _let_go(self) -> None:
+        """Give the GPU's memory to others while no look is seen."""
+        self._steps = None
+        if self._beside is not None and self._beside.scene is not None:
+            self._beside.let_go()
 
 
 def _release(shown: Shown | None) -> None:

@@ -97,8 +97,9 @@ class SeenPictures:
 
     def _frame_ratio(self, plate: Plate) -> float:
         """Return how much of a plate's frame is seen; a scene is drawn as the lens sees it."""
-        is_scene = self._session.scenes.scene is not None
-        return 1.0 if is_scene else plate_ratio(self._session.lens, room_of(plate))
+        if self._session.scenes.scene is not None:
+            return 1.0
+        return plate_ratio(self._session.lens, room_of(plate))
 
     def _tiles(self, view: ViewState, a: moderngl.Texture, width: int) -> tuple[Tile, ...]:
         """Return the pictures of the grid, where that is seen."""
@@ -117,13 +118,13 @@ class SeenPictures:
 
     def _tile(self, look: Look, view: ViewState, width: int) -> Tile:
         session = self._session
-        shown = session.sides.looks.of(look.name)
+        shown = session.sides.of_look(look.name)
         words = f"{look.name}   {self._words(look.lens)}"
         is_taken = session.lens == look.lens
+        if session.sides.is_coming(look.name) or shown is None:
+            words += "   rendering ..."
         if shown is None:
-            return Tile(look.name, printable(f"{words}   rendering ..."), None, False, is_taken)
-        if shown.frame != session.frame:
-            words += f"   (frame {shown.frame})"
+            return Tile(look.name, printable(words), None, False, is_taken)
         texture = self._screen.tile(look.name, shown, _exposed(view, look.lens))
         return Tile(look.name, printable(words), texture, texture.width != width, is_taken)
 
