@@ -95,7 +95,10 @@ PUBLISHED = {
 }
 _LENS = (24.305, 0.1, 0.2, 0.3)
 READ_AS = {
-    name: LensSample(_SOURCE, 10.0, 4.0, sample["lens"].get("tStop"), *_LENS, (1, 2, 3, 4))
+    name: LensSample(
+        *(_SOURCE, 10.0, 4.0, sample["lens"].get("tStop"), *_LENS, (1, 2, 3, 4)),
+        pupil_offset_mm=123.0,
+    )
     for name, sample in PUBLISHED.items()
 }
 

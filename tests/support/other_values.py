@@ -79,7 +79,7 @@ def _plain(hint: type, now: Any) -> Iterator[Any]:
     if hint is bool:
         yield not now
     elif hint is int:
-        yield from (now + 1, now - 1) if isinstance(now, int) else (2, 7)
+        yield from (now + 1, now - 1, 7) if isinstance(now, int) else (2, 7)
     elif hint is float:
         known = isinstance(now, float) and math.isfinite(now) and now != 0
         yield from (1.25 * now, 0.75 * now) if known else (1.5, 0.5, 60.0)

@@ -10,6 +10,7 @@ from heatlens.errors import InputError
 from heatlens.model.aperture import APERTURE_FIELDS
 from heatlens.model.filmback import filmback_named
 from heatlens.model.lens import Lens
+from heatlens.model.measured_from import MeasuredFrom
 from heatlens.model.units import format_distance
 from heatlens.plate.focus_pick import depth_at_m, no_distances
 from heatlens.plate.header_lens import LensNotToldError, plate_lens
@@ -17,7 +18,8 @@ from heatlens.plate.plate import Plate
 
 # Without these no lens can be made; what the plate's header tells need not be given.
 _NEEDED = ("focal_length_mm", "sensor_width_mm", "f_stop", "focus_distance_m")
-_OTHERS = (*APERTURE_FIELDS, "widest_f_stop", "model", "breathing")
+_MEASURED = ("measured_from", "pupil_offset_mm")
+_OTHERS = (*APERTURE_FIELDS, "widest_f_stop", "model", "breathing", *_MEASURED)
 _FLAGS = {name: flag_of(Lens, name) for name in (*_NEEDED, "model")}
 _GIVEN_WITH = {**_FLAGS, "focus_distance_m": f"{_FLAGS['focus_distance_m']} or --focus-at"}
 
@@ -63,8 +65,24 @@ def given_lens(args: argparse.Namespace) -> dict[str, Any]:
     Raises InputError for an invalid distance, an unknown film back or an unknown lens kit.
     """
     values = {**kit_values(args), **typed_fields(args, Lens, (*_NEEDED, *_OTHERS))}
+    _measure_from_pupil(values)
     width_mm = sensor_width_of(args)
     return values if width_mm is None else {**values, "sensor_width_mm": width_mm}
+
+
+def _measure_from_pupil(values: dict[str, Any]) -> None:
+    """Turn the focus that was given into one from the entrance pupil. Raises InputError."""
+    start = values.get("measured_from", MeasuredFrom.PUPIL)
+    if "pupil_offset_mm" in values and start is MeasuredFrom.PUPIL:
+        raise InputError("--pupil-offset counts where --distances-from film-plane is given.")
+    if "focus_distance_m" in values:
+        offset_m = start.offset_m(values.get("pupil_offset_mm", 0.0))
+        values["focus_distance_m"] -= offset_m
+        if offset_m and values["focus_distance_m"] <= 0:
+            raise InputError(
+                f"A focus at {values['focus_distance_m'] + offset_m:g} m from the film plane lies "
+                f"behind an entrance pupil {offset_m:g} m in front of it."
+            )
 
 
 def lens_of(args: argparse.Namespace, plate: Plate) -> tuple[Lens, str]:
@@ -105,10 +123,17 @@ def lens_words(lens: Lens, sources: Mapping[str, str]) -> str:
         "focal_length_mm": f"focal length {lens.focal_length_mm:g} mm",
         "sensor_width_mm": f"sensor width {lens.sensor_width_mm:g} mm",
         "f_stop": f"f/{lens.f_stop:g}",
-        "focus_distance_m": f"focus {format_distance(lens.focus_distance_m)}",
+        "focus_distance_m": _focus_words(lens),
         "model": f"discs of a {lens.model.facts.words}",
     }
     return ", ".join(f"{text} ({sources[field]})" for field, text in values.items())
+
+
+def _focus_words(lens: Lens) -> str:
+    """Return the focus as it is measured, and from where if that is not the pupil."""
+    told = format_distance(lens.focus_distance_m + lens.told_from_m)
+    is_usual = lens.measured_from is MeasuredFrom.PUPIL
+    return f"focus {told}" if is_usual else f"focus {told} from the {lens.measured_from.words}"
 
 
 def _lens_of_coc(

@@ -31,6 +31,7 @@ from heatlens.files.picture_formats import is_picture
 from heatlens.model.frames import FRAMES_PER_SECOND, FrameRange, parse_frame_range
 from heatlens.model.interpolation import Interpolation
 from heatlens.model.lens import Lens
+from heatlens.model.marks import DistanceMark, Mark
 from heatlens.model.pull import frames_too_close
 from heatlens.model.shot import FOCUS_SCALES, LensParameter, Shot
 from heatlens.model.units import format_distance, parse_distance_m
@@ -157,7 +158,7 @@ def _shot_of(args: argparse.Namespace) -> Shot:
     begun = _begun_in_scene if kind is SourceKind.SCENE else _begun_with_plates
     shot = _with_options(args, begun(given, camera))
     if camera is not None:
-        shot = with_camera(shot, camera, kept)
+        shot = with_camera(shot, _from_pupil(camera, shot.lens), kept)
         say(*camera.notes, said_of(camera, shot, args.camera, kept))
     shot = _with_keys(shot, keys)
     _say_outside(shot)
@@ -200,13 +201,16 @@ def _with_options(args: argparse.Namespace, shot: Shot) -> Shot:
     """Return the shot with what neither plate nor scene states."""
     if args.close_focus is not None:
         shot = replace(
-            shot, lens=replace(shot.lens, close_focus_m=parse_distance_m(args.close_focus))
+            shot,
+            lens=replace(
+                shot.lens, close_focus_m=parse_distance_m(args.close_focus) - shot.lens.told_from_m
+            ),
         )
     return replace(
         shot_with_kit(args, shot),
         defocus=settings_of(args),
         plate_options=plate_options(args),
-        marks=(*shot.marks, *(mark_of(text) for text in args.mark)),
+        marks=(*shot.marks, *(_mark_from_pupil(mark_of(text), shot.lens) for text in args.mark)),
         in_out=parse_frame_range(args.in_out) if args.in_out else None,
         start_timecode=args.start_timecode,
     ).with_focus_scale(FOCUS_SCALES[args.focus_interpolation])
@@ -215,10 +219,26 @@ def _with_options(args: argparse.Namespace, shot: Shot) -> Shot:
 def _with_keys(shot: Shot, keys: Keys) -> Shot:
     """Return the shot with its keys; each must make a possible lens."""
     for parameter, found in keys.items():
+        if parameter is LensParameter.FOCUS_DISTANCE:
+            found = [replace(key, value=key.value - shot.lens.told_from_m) for key in found]
         shot = shot.with_curve(parameter, replace(shot.curves.of(parameter), keys=tuple(found)))
     for frame in shot.key_frames:
         shot.lens_at(frame)
     return shot
+
+
+def _from_pupil(camera: CameraSamples, lens: Lens) -> CameraSamples:
+    """Return the camera with distances from the entrance pupil, where they were from elsewhere."""
+    if camera.focus_distance_m is None or not lens.told_from_m:
+        return camera
+    focus_m = tuple(distance_m - lens.told_from_m for distance_m in camera.focus_distance_m)
+    return replace(camera, focus_distance_m=focus_m)
+
+
+def _mark_from_pupil(mark: Mark, lens: Lens) -> Mark:
+    if not isinstance(mark, DistanceMark) or not lens.told_from_m:
+        return mark
+    return replace(mark, distance_m=mark.distance_m - lens.told_from_m)
 
 
 def _with_first_keys(args: argparse.Namespace, keys: Keys) -> argparse.Namespace:

@@ -7,6 +7,7 @@ from typing import Any
 from heatlens.errors import LensError
 from heatlens.model.aperture import APERTURE_FIELDS, Aperture, of_aperture
 from heatlens.model.lens_model import LensModel
+from heatlens.model.measured_from import MeasuredFrom
 from heatlens.model.option import Option, option, options_of
 from heatlens.model.units import parse_distance_m
 
@@ -35,6 +36,8 @@ class Lens:
     blades to axial_colour_mm  as in `Aperture`
     widest_f_stop      with the ring fully open; None where unknown: the barrel then cuts alike at
                        every stop
+    measured_from      where distances begin that people read; those here are from the pupil
+    pupil_offset_mm    from the film plane to the entrance pupil, below 0 where that is behind it
 
     Raises LensError naming the value and what it may be.
     """
@@ -105,6 +108,25 @@ class Lens:
         ),
     )
 
+    measured_from: MeasuredFrom = field(
+        default=MeasuredFrom.PUPIL,
+        metadata=option(
+            "distances from",
+            "where distances that are given begin: the entrance pupil, as the depth of a plate "
+            "does (default), or the film plane, as a tape and a lens scale do",
+        ),
+    )
+    pupil_offset_mm: float = field(
+        default=0.0,
+        metadata=option(
+            "pupil offset",
+            "millimetres from film plane to entrance pupil, for --distances-from film-plane",
+            metavar="MM",
+            least=-2000.0,
+            most=2000.0,
+        ),
+    )
+
     def __post_init__(self) -> None:
         for name, told in options_of(Lens).items():
             value = getattr(self, name)
@@ -126,6 +148,11 @@ class Lens:
     def aperture_diameter_mm(self) -> float:
         """Diameter of the entrance pupil."""
         return self.focal_length_mm / self.f_stop
+
+    @property
+    def told_from_m(self) -> float:
+        """By how much the distances that people read are longer than those from the pupil."""
+        return self.measured_from.offset_m(self.pupil_offset_mm)
 
     @property
     def transmission_stops(self) -> float:

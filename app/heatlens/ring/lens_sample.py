@@ -14,6 +14,7 @@ class LensSample:
     focus_distance_m, f_stop, t_stop, focal_length_mm   as the sender measures them
     focus_turn, iris_turn, zoom_turn   where the rings stand, 0 to 1 from end to end
     timecode         hours, minutes, seconds, frames
+    pupil_offset_mm  from the film plane to the entrance pupil
     channels         of a controller: its values by the names that it gives them
     """
 
@@ -27,6 +28,7 @@ class LensSample:
     zoom_turn: float | None = None
     timecode: tuple[int, int, int, int] | None = None
     channels: Mapping[str, float] = field(default_factory=dict)
+    pupil_offset_mm: float | None = None
 
     def after(self, before: "LensSample") -> "LensSample":
         """Return this sample with the values of `before` where it is silent.

@@ -23,6 +23,7 @@ _POSITIVE = {
 _TURNS = {"focus_turn": "focus", "iris_turn": "iris", "zoom_turn": "zoom"}
 _TIME = ("hours", "minutes", "seconds", "frames")
 _NAME_LETTERS = 80
+_OFFSET_MOST_M = 2.0
 _LEAST = math.ulp(0.0)  # of what must be above 0
 
 
@@ -38,6 +39,8 @@ def sample_of(text: bytes, encoding: Encoding) -> LensSample:
     values: dict[str, Any] = {name: _number(lens, key, _LEAST) for name, key in _POSITIVE.items()}
     turns = _below(lens, "encoders")
     values |= {name: _number(turns, key, 0.0, 1.0) for name, key in _TURNS.items()}
+    offset_m = _number(lens, "entrancePupilOffset", -_OFFSET_MOST_M, _OFFSET_MOST_M)
+    values["pupil_offset_mm"] = None if offset_m is None else 1e3 * offset_m
     return LensSample(_source(root), **values, timecode=_timecode(root))
 
 
@@ -46,6 +49,8 @@ def text_of(sample: LensSample, encoding: Encoding, frames_per_second: float) ->
     lens: dict[str, Any] = {
         key: getattr(sample, name) for name, key in _POSITIVE.items() if _is_told(sample, name)
     }
+    if _is_told(sample, "pupil_offset_mm"):
+        lens["entrancePupilOffset"] = 1e-3 * float(sample.pupil_offset_mm or 0.0)
     turns = {key: getattr(sample, name) for name, key in _TURNS.items() if _is_told(sample, name)}
     root: dict[str, Any] = {"protocol": {"name": "OpenTrackIO", "version": _VERSION}}
     root |= {"sourceId": sample.source} if sample.source else {}

@@ -6,6 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 from heatlens.errors import LensError
+from heatlens.model.measured_from import MeasuredFrom
 from heatlens.ring.channel_map import ChannelMap, Learning, Ring, channels_of, mapped
 from heatlens.ring.lens_sample import LensSample
 from heatlens.ring.ring_input import RingInput
@@ -14,7 +15,7 @@ from heatlens.session.editing import Editing
 from heatlens.session.messages import Problem
 from heatlens.session.preferences import Preferences
 
-_FOLLOWED = ("focus_distance_m", "f_stop", "t_stop", "focal_length_mm")
+_FOLLOWED = ("focus_distance_m", "f_stop", "t_stop", "focal_length_mm", "pupil_offset_mm")
 
 
 class RingHand:
@@ -57,7 +58,17 @@ class RingHand:
         """Return the samples of the source after a version of `heard`; none where it is let go."""
         if self.receiver is None or not self.is_followed:
             return ()
-        return self.receiver.since(version, self.source)
+        news = self.receiver.since(version, self.source)
+        return tuple((number, self._from_pupil(sample)) for number, sample in news)
+
+    def _from_pupil(self, sample: LensSample) -> LensSample:
+        """Return the sample with its focus from the entrance pupil, whichever the lens asks for."""
+        lens, focus_m = self._editing.lens, sample.focus_distance_m
+        if focus_m is None or lens.measured_from is MeasuredFrom.PUPIL:
+            return sample
+        offset_mm = sample.pupil_offset_mm
+        offset_m = lens.told_from_m if offset_mm is None else 1e-3 * offset_mm
+        return replace(sample, focus_distance_m=focus_m - offset_m)
 
     def listen_to(self, source: str | None) -> None:
         """Follow another source; all of its values count as new."""
@@ -100,7 +111,7 @@ class RingHand:
         if self.learning is not None:
             self.learning.hear(channels_of(heard.sample))
             return
-        told = _values(heard.sample) | mapped(heard.sample, self.maps)
+        told = _values(self._from_pupil(heard.sample)) | mapped(heard.sample, self.maps)
         changed: dict[str, Any] = {k: v for k, v in told.items() if self._known.get(k) != v}
         self._known |= told
         if changed and self.is_followed and not heard.is_silent:

@@ -14,6 +14,7 @@ from heatlens.model.filmback import FILMBACKS
 from heatlens.model.lens import Lens
 from heatlens.model.lens_kit import KitLens
 from heatlens.model.lens_model import LensModel
+from heatlens.model.measured_from import MeasuredFrom
 from heatlens.model.option import options_of
 from heatlens.model.plausibility import About, Doubt
 from heatlens.model.settings import (
@@ -76,13 +77,14 @@ def _focus(lens: Lens, facts: LensFacts, say: Say) -> Lens:
     lens = focus_bar(lens, facts.histogram, facts.unit)
     probe.note("focus bar")
     notches = widgets.wheel_over_last()
-    widgets.label("distance", "2.24, 190cm, 6'3\" or inf")
+    tip = f"2.24, 190cm, 6'3\" or inf, from the {lens.measured_from.words}"
+    widgets.label("distance", tip)
     with widgets.colored(theme.TRIED if LensParameter.FOCUS_DISTANCE in facts.tried else None):
         distance_m = widgets.text_field(
             "distance",
-            format_distance(lens.focus_distance_m, facts.unit),
+            format_distance(lens.focus_distance_m + lens.told_from_m, facts.unit),
             lens.focus_distance_m,
-            parse_distance_m,
+            lambda text: parse_distance_m(text) - lens.told_from_m,
             say,
         )
     notches += widgets.wheel_over_last()
@@ -183,6 +185,7 @@ def _hardware(lens: Lens, facts: LensFacts, say: Say) -> Lens:
         lens = replace(lens, focal_length_mm=focal)
     lens = _film_back(lens, say)
     lens = _model(lens)
+    lens = _measured(lens, say)
     squeeze = widgets.slider(
         "squeeze", lens.squeeze, 1.0, 2.0, "%.2f x", "Anamorphic: discs so many times as tall."
     )
@@ -209,6 +212,28 @@ def _model(lens: Lens) -> Lens:
     tip = "\n".join(f"{words}: {model.facts.meaning}" for words, model in by_words.items())
     picked = by_words[widgets.choice("discs as of a", lens.model.facts.words, list(by_words), tip)]
     return lens if picked is lens.model else replace(lens, model=picked)
+
+
+def _measured(lens: Lens, say: Say) -> Lens:
+    """Draw from where distances are measured, and how far the pupil is from the film plane."""
+    names = [start.words for start in MeasuredFrom]
+    tip = "The depth of a plate begins at the entrance pupil, a tape measure at the film plane."
+    picked = widgets.choice("distances from", lens.measured_from.words, names, tip)
+    start = next(start for start in MeasuredFrom if start.words == picked)
+    if start is not lens.measured_from:
+        lens = replace(lens, measured_from=start)
+    if start is MeasuredFrom.FILM:
+        tip = "From the film plane to the entrance pupil; a camera may tell it."
+        widgets.label("pupil offset", tip)
+        text = widgets.text_field(
+            "pupil offset", f"{lens.pupil_offset_mm:.4g} mm", lens.pupil_offset_mm, _parse_mm, say
+        )
+        lens = lens if text == lens.pupil_offset_mm else replace(lens, pupil_offset_mm=text)
+    return lens
+
+
+def _parse_mm(text: str) -> float:
+    return widgets.parse_number(text, -2000.0, 2000.0, "pupil offset")
 
 
 def _film_back(lens: Lens, say: Say) -> Lens:

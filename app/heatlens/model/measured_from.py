@@ -1,0 +1,24 @@
+"""From where distances are measured: the entrance pupil, as a picture does, or the film plane.
+
+A tape and the scale on a lens begin at the film plane; the depth of a plate begins at the point
+that the camera looks from, which is the entrance pupil. A shot keeps distances from the pupil;
+those that people read, type and send are from where its lens says.
+"""
+
+from enum import StrEnum
+
+
+class MeasuredFrom(StrEnum):
+    """Where the distances begin that people read and type."""
+
+    PUPIL = "entrance-pupil"
+    FILM = "film-plane"
+
+    @property
+    def words(self) -> str:
+        """Its name in a sentence."""
+        return str(self).replace("-", " ")
+
+    def offset_m(self, pupil_offset_mm: float) -> float:
+        """Return by how much a distance from here is longer than one from the pupil."""
+        return 1e-3 * pupil_offset_mm if self is MeasuredFrom.FILM else 0.0
