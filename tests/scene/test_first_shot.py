@@ -126,7 +126,7 @@ def test_a_large_scene_without_a_camera_is_seen_from_where_there_is_blur(tmp_pat
     near_m, far_m = (object_depth_m(scene, f"square {n}", pose, 1) for n in (0, 9))
     assert shot.lens.focus_distance_m == pytest.approx(near_m)
     line = coc_line(shot.lens, 1000)
-    assert abs(line.at_infinity_px + line.per_dioptre_px / far_m) > 3  # seen whole it is 0.3
+    assert abs(line.at_infinity_px + line.per_dioptre_px / far_m) > 6  # seen whole it is 0.3
 
 
 def test_a_small_scene_without_a_camera_is_seen_whole(tmp_path):

@@ -28,6 +28,7 @@ _ASSUMED = Lens(
     sensor_width_mm=SceneCamera.sensor_width_mm,
     model=LensModel.RENDERER,
 )
+_WIDE_F_STOP = 1.4  # for a large scene, of which there is less blur to be seen
 _NOTHING: Mapping[str, Any] = MappingProxyType({})
 _UNTOLD = Placing()
 
@@ -89,8 +90,9 @@ def _demo(scene: Scene, text: str) -> FirstShot:
 
 
 def _of_file(scene: Scene, text: str, framing: Framing) -> FirstShot:
+    is_large = not scene.cameras and subject_m(scene) is not None
     shot = Shot(
-        _ASSUMED,
+        replace(_ASSUMED, f_stop=_WIDE_F_STOP) if is_large else _ASSUMED,
         source=text,
         frames=scene.frames,
         frames_per_second=scene.frames_per_second,

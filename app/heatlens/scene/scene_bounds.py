@@ -15,7 +15,7 @@ _MARGIN = 1.15  # room around what is looked at
 _CLOSEST = 1e-3  # of the size of the objects: the least distance of a camera from them
 _LARGE_M = 4.0  # from this size on, a scene that is seen whole is sharp everywhere
 _LEAST_PART, _MOST_PART = 0.05, 0.4  # of the scene: the size of an object that stands out in it
-_AROUND_SUBJECT = 1.6  # how much more than the subject is seen
+_AROUND_SUBJECT = 1.0  # how much of the subject is seen at the least, before the margin
 _FROM = (0.35, 0.25, 1.0)  # a little from the right and from above
 
 
