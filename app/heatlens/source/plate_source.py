@@ -93,7 +93,13 @@ class PlateSource:
         assert held is not None  # a sequence that was found has a file
         return self._origin(held, is_black=missing == "black" and held != frame)
 
-    def loader(self, shot: Shot, origins: tuple[Origin, ...], renderer: Renderer) -> FrameLoader:
+    def loader(
+        self,
+        shot: Shot,
+        origins: tuple[Origin, ...],
+        renderer: Renderer,
+        is_for_file: bool = False,
+    ) -> FrameLoader:
         """See `Source`; the next plates are read while one is rendered."""
         needed = tuple(sorted({origin.frame for origin in origins}))
         read = SequenceReader(self.options, self.first_file)

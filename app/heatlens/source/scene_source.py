@@ -80,10 +80,16 @@ class SceneSource:
         """
         return () if self.files is None else files_of_scene(self.files)
 
-    def loader(self, shot: Shot, origins: tuple[Origin, ...], renderer: Renderer) -> FrameLoader:
+    def loader(
+        self,
+        shot: Shot,
+        origins: tuple[Origin, ...],
+        renderer: Renderer,
+        is_for_file: bool = False,
+    ) -> FrameLoader:
         """See `Source`; the scene is taken to the GPU once for all frames."""
         renderer.load_scene(placed(self.scene, shot.framing))
-        return _SceneLoader(shot, renderer)
+        return _SceneLoader(shot, renderer, is_for_file)
 
 
 @dataclass(frozen=True)
@@ -92,9 +98,10 @@ class _SceneLoader:
 
     shot: Shot
     renderer: Renderer
+    is_for_file: bool
 
     def load(self, origin: Origin) -> None:
-        self.renderer.look(self.shot, origin.frame)
+        self.renderer.look(self.shot, origin.frame, is_for_file=self.is_for_file)
 
     def close(self) -> None:
         """Do nothing, because nothing is read ahead."""

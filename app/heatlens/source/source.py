@@ -21,7 +21,9 @@ class Renderer(Protocol):
     def load_scene(self, scene: Scene) -> None:
         """Take a scene to the GPU."""
 
-    def look(self, shot: Shot, frame: int = 0, views: int | None = None) -> Pinhole:
+    def look(
+        self, shot: Shot, frame: int = 0, views: int | None = None, is_for_file: bool = False
+    ) -> Pinhole:
         """Draw the pinhole picture of `frame`; for a plate, return the one that is loaded."""
 
 
@@ -86,5 +88,14 @@ class Source(Protocol):
         Raises InputError where that fails.
         """
 
-    def loader(self, shot: Shot, origins: tuple[Origin, ...], renderer: Renderer) -> FrameLoader:
-        """Return a loader for these frames, to be asked for in this order."""
+    def loader(
+        self,
+        shot: Shot,
+        origins: tuple[Origin, ...],
+        renderer: Renderer,
+        is_for_file: bool = False,
+    ) -> FrameLoader:
+        """Return a loader for these frames, to be asked for in this order.
+
+        `is_for_file`: pinhole pictures are written as they are drawn.
+        """

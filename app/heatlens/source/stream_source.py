@@ -129,7 +129,13 @@ class StreamSource:
         """Raise InputError, see `frames_of`."""
         raise InputError(f"{self.text}: {NO_FILES}")
 
-    def loader(self, shot: Shot, origins: tuple[Origin, ...], renderer: Renderer) -> FrameLoader:
+    def loader(
+        self,
+        shot: Shot,
+        origins: tuple[Origin, ...],
+        renderer: Renderer,
+        is_for_file: bool = False,
+    ) -> FrameLoader:
         """Raise InputError, see `frames_of`."""
         raise InputError(f"{self.text}: {NO_FILES}")
 
