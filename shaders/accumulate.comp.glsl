@@ -33,13 +33,15 @@ writeonly uniform image2D mean_img;
 
 uniform sampler2D depth_tx;
 uniform float focus_dioptres;
+uniform float focal_px;
 uniform vec2 lens_at;
 uniform vec4 colors;
 layout(rgba32f) uniform image2D weight_img;
 
 vec4 weight_of_view(ivec2 at) {
-    bool is_behind = texelFetch(depth_tx, at, 0).r * focus_dioptres > 1.0;
-    return max(aperture_weight(lens_at, vec2(at) + 0.5, is_behind), LEAST_WEIGHT) * colors;
+    float dioptres = focus_dioptres - 1.0 / texelFetch(depth_tx, at, 0).r;
+    vec2 place = pinhole_place(vec2(at) + 0.5, lens_at, focal_px * dioptres, aperture_axes);
+    return max(aperture_weight(lens_at, place, dioptres > 0.0), LEAST_WEIGHT) * colors;
 }
 #endif
 

@@ -54,40 +54,41 @@ vec3 light_at(Hit hit, vec3 to_eye) {
     return shaded(surface_of(material, position_m, normal, tangent, uv, tint, to_eye), to_eye);
 }
 
-vec3 light_through(vec2 px, vec2 size, vec2 lens_m, float focus, out bool is_behind) {
+vec3 light_through(vec2 px, vec2 size, vec2 lens_m, float focus, out float dioptres) {
     vec2 slope = (px - 0.5 * size) / focal_px * vec2(1.0, -1.0) - lens_m * focus;
     vec3 along = mat3(world_from_camera) * vec3(slope, -1.0);
     vec3 start = (world_from_camera * vec4(lens_m, 0.0, 1.0)).xyz;
     Hit hit = first_hit(top_root, start, along, depths_m.x, depths_m.y);
-    is_behind = hit.instance < 0 || hit.distance * focus > 1.0;
+    dioptres = focus - (hit.instance < 0 ? 0.0 : 1.0 / hit.distance);
     vec3 direction = normalize(along);
     return hit.instance < 0 ? clamp(sky(direction), 0.0, MOST_LIGHT) : light_at(hit, -direction);
 }
 
 #ifdef SHAPED
 #define TRIES 16            // to meet the opening with a point of the ellipse around it
-#define LEAST_WEIGHT 1e-6   // of a ray that meets no opening: it only counts until one does
+#define LEAST_WEIGHT 1e-6   // of a ray that the barrel stops: it only counts until one does
 #define COLOR_WEIGHTS mat3(1.0)
 
-// A point of the opening as a place in the picture sees it, in metres.
-vec2 lens_point(uvec4 counts, vec2 first, vec2 place) {
+// A point between the blades, in metres.
+vec2 lens_point(uvec4 counts, vec2 first) {
     vec2 point = aperture_point(first);
-    for (uint k = 1u; k < uint(TRIES) && aperture_weight(point / aperture_axes, place, true) == 0.0; ++k)
+    for (uint k = 1u; k < uint(TRIES) && past_blades(point / aperture_axes).x > 0.0; ++k)
         point = aperture_point(random4(counts + uvec4(0u, 0u, 0u, k << 16u)).zw);
     return point;
 }
 
 // One ray for all colours, or one for each where they have not the same focus.
 void add_ray(ivec2 at, uvec4 counts, vec4 u, vec2 px, vec2 size, inout vec4 sum) {
-    vec2 place = vec2(at) + 0.5, point = lens_point(counts, u.zw, place);
+    vec2 point = lens_point(counts, u.zw), p = point / aperture_axes;
     int colors = axial_dioptres == 0.0 ? 1 : 3;
     vec3 weights = is_first ? vec3(0.0) : imageLoad(weight_img, at).rgb;
     for (int k = 0; k < colors; ++k) {
         float focus = focus_dioptres + (colors == 1 ? 0.0 : axial_dioptres * float(k - 1));
-        bool is_behind;
-        vec3 light = light_through(px, size, lens_middle_m + point, focus, is_behind);
+        float dioptres;
+        vec3 light = light_through(px, size, lens_middle_m + point, focus, dioptres);
+        vec2 place = pinhole_place(px, p, focal_px * dioptres, aperture_axes);
         vec3 counted = colors == 1 ? vec3(1.0) : COLOR_WEIGHTS[k];
-        counted *= max(aperture_weight(point / aperture_axes, place, is_behind), LEAST_WEIGHT);
+        counted *= max(aperture_weight(p, place, dioptres > 0.0), LEAST_WEIGHT);
         sum.rgb += counted * light;
         weights += counted;
     }
@@ -113,8 +114,8 @@ void main() {
     }
     else imageStore(mean_img, at, vec4(sum.rgb / imageLoad(weight_img, at).rgb, 1.0));
 #else
-        bool is_behind;
-        vec3 light = light_through(px, vec2(size), lens_middle_m + aperture_point(u.zw), focus_dioptres, is_behind);
+        float dioptres;
+        vec3 light = light_through(px, vec2(size), lens_middle_m + aperture_point(u.zw), focus_dioptres, dioptres);
         sum += vec4(light, 1.0);
         imageStore(sum_img, at, sum);
     }

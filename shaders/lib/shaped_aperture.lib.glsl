@@ -2,7 +2,9 @@
 // for every colour. model/opening.py is its twin and explains the formulas. Points p are in radii of the
 // round lens before the squeeze, x to the right and y up.
 //
-// What reads this gets a Cover of red, green and blue instead of one number.
+// What reads this gets a Cover of red, green and blue instead of one number; with COLORED these differ.
+// There is no loop in what is asked for each pixel of a disc: a software rasteriser counts the rounds of all
+// loops of an invocation, and stops at 65535.
 
 #define Cover vec3
 
@@ -15,22 +17,16 @@ uniform float aperture_barrel;         // its radius; 0 for none
 uniform vec2 aperture_middle_px;       // of the picture
 uniform vec2 aperture_shift_per_px;    // of the barrel, for a place so far from there
 uniform float aperture_shift_most;
-uniform vec2 aperture_stretch_per_px;  // of the barrel, for a disc of such a radius
 uniform float aperture_axial_px;       // diameter in blue less that in green, in green less that in red
 
 #define TINY 1e-12
 #define ANGLES 64          // of the quadrature
 #define LEAST_RADIUS 1e-3  // a smaller disc has no shape
 
-struct Barrel {
-    vec2 shift;
-    vec2 stretch;
-};
-
-Barrel barrel_at(vec2 place, float radius) {
+// By how much the circles at the ends of the barrel are shifted, one to each side, as a place sees them.
+vec2 barrel_shift(vec2 place) {
     vec2 shift = (place - aperture_middle_px) * aperture_shift_per_px;
-    shift *= min(1.0, aperture_shift_most / max(length(shift), 1e-30));
-    return Barrel(shift, max(1.0 + radius * aperture_stretch_per_px, vec2(STRETCH_LEAST)));
+    return shift * min(1.0, aperture_shift_most / max(length(shift), 1e-30));
 }
 
 float straightness(float half_angle) {
@@ -42,7 +38,7 @@ float straightness(float half_angle) {
 vec3 past_blades(vec2 p) {
     float from_middle = max(length(p), TINY);
     vec3 past = vec3(from_middle - 1.0, p / from_middle);
-    for (int bladed = aperture_blades > 0 ? 1 : 0; bladed > 0; --bladed) {
+    if (aperture_blades > 0) {
         float half_angle = PI / float(aperture_blades);
         float sector = floor((atan(p.y, from_middle > TINY ? p.x : 1.0) - aperture_turn) / (2.0 * half_angle));
         float middle = aperture_turn + (2.0 * sector + 1.0) * half_angle;
@@ -58,10 +54,10 @@ vec3 past_blades(vec2 p) {
     return past;
 }
 
-vec3 past_barrel(vec2 p, Barrel barrel) {
-    vec2 seen = barrel.stretch * p + barrel.shift;
+vec3 past_barrel(vec2 p, vec2 shift) {
+    vec2 seen = p + (dot(p, shift) < 0.0 ? -shift : shift);
     float from_middle = max(length(seen), TINY);
-    return vec3(from_middle - aperture_barrel, barrel.stretch * seen / from_middle);
+    return vec3(from_middle - aperture_barrel, seen / from_middle);
 }
 
 // Brightness at the square of the distance from the middle; `rim` is that of this side of the focus.
@@ -76,8 +72,8 @@ float cover_of_color(vec2 offset, float radius, float ramp, vec2 place) {
     if (abs(radius) < LEAST_RADIUS) radius = radius < 0.0 ? -LEAST_RADIUS : LEAST_RADIUS;
     vec2 p = offset / (aperture_axes * radius) * vec2(1.0, -1.0);
     float inside = to_rim(past_blades(p), aperture_axes);
-    for (int cut = aperture_barrel > 0.0 ? 1 : 0; cut > 0; --cut)
-        inside = min(inside, to_rim(past_barrel(p, barrel_at(place, radius)), aperture_axes));
+    if (aperture_barrel > 0.0)
+        inside = min(inside, to_rim(past_barrel(p, barrel_shift(place)), aperture_axes));
     inside = clamp((inside * abs(radius) + ramp) / (2.0 * ramp), 0.0, 1.0);
     return inside * profile(min(dot(p, p), 1.0), radius < 0.0 ? -aperture_rim : aperture_rim);
 }
@@ -93,11 +89,9 @@ float blade_radius(float angle) {
     return 2.0 * constant / (linear + sqrt(linear * linear + 2.0 * aperture_curvature * constant));
 }
 
-float barrel_radius(vec2 direction, Barrel barrel) {
-    vec2 seen = barrel.stretch * direction;
-    float square = dot(seen, seen), middle = dot(seen, barrel.shift);
-    float left = max(aperture_barrel * aperture_barrel - dot(barrel.shift, barrel.shift), 0.0);
-    return (sqrt(middle * middle + square * left) - middle) / square;
+float barrel_radius(vec2 direction, vec2 shift) {
+    float along = abs(dot(direction, shift));
+    return sqrt(along * along + aperture_barrel * aperture_barrel - dot(shift, shift)) - along;
 }
 
 float light_to(float reach, float rim) {
@@ -107,13 +101,13 @@ float light_to(float reach, float rim) {
 }
 
 // Which part of the light through the diaphragm passes the barrel as well.
-float part_past_barrel(vec2 place, float radius, float rim) {
-    Barrel barrel = barrel_at(place, radius);
+float part_past_barrel(vec2 place, float rim) {
+    vec2 shift = barrel_shift(place);
     float all = 0.0, passed = 0.0;
     for (int k = 0; k < ANGLES; ++k) {
         float angle = (float(k) + 0.5) * 2.0 * PI / float(ANGLES), reach = blade_radius(angle);
         all += light_to(reach, rim);
-        passed += light_to(min(reach, barrel_radius(vec2(cos(angle), sin(angle)), barrel)), rim);
+        passed += light_to(min(reach, barrel_radius(vec2(cos(angle), sin(angle)), shift)), rim);
     }
     return passed / all;
 }
@@ -121,7 +115,7 @@ float part_past_barrel(vec2 place, float radius, float rim) {
 float light_of_color(float radius, float ramp, vec2 place) {
     float light = radius < 0.0 ? aperture_lights.x : aperture_lights.y;
     float rim = radius < 0.0 ? -aperture_rim : aperture_rim;
-    for (int cut = aperture_barrel > 0.0 ? 1 : 0; cut > 0; --cut) light *= part_past_barrel(place, radius, rim);
+    if (aperture_barrel > 0.0) light *= part_past_barrel(place, rim);
     return radius * radius * light * aperture_axes.x * aperture_axes.y + PI * ramp * ramp / 3.0;
 }
 
@@ -129,22 +123,22 @@ float light_of_color(float radius, float ramp, vec2 place) {
 vec3 radii_of_colors(float radius) { return radius + 0.5 * aperture_axial_px * vec3(-1.0, 0.0, 1.0); }
 
 Cover aperture_coverage(vec2 offset, float radius, float ramp, vec2 place) {
-    vec3 radii = radii_of_colors(radius);
     vec3 cover = vec3(cover_of_color(offset, radius, ramp, place));
-    for (int colored = aperture_axial_px != 0.0 ? 1 : 0; colored > 0; --colored) {
-        cover.r = cover_of_color(offset, radii.r, ramp, place);
-        cover.b = cover_of_color(offset, radii.b, ramp, place);
-    }
+#ifdef COLORED
+    vec3 radii = radii_of_colors(radius);
+    cover.r = cover_of_color(offset, radii.r, ramp, place);
+    cover.b = cover_of_color(offset, radii.b, ramp, place);
+#endif
     return cover;
 }
 
 Cover aperture_light(float radius, float ramp, vec2 place) {
-    vec3 radii = radii_of_colors(radius);
     vec3 light = vec3(light_of_color(radius, ramp, place));
-    for (int colored = aperture_axial_px != 0.0 ? 1 : 0; colored > 0; --colored) {
-        light.r = light_of_color(radii.r, ramp, place);
-        light.b = light_of_color(radii.b, ramp, place);
-    }
+#ifdef COLORED
+    vec3 radii = radii_of_colors(radius);
+    light.r = light_of_color(radii.r, ramp, place);
+    light.b = light_of_color(radii.b, ramp, place);
+#endif
     return light;
 }
 
@@ -163,14 +157,18 @@ bool is_one_pixel(float radius) {
     return (abs(radius) + 0.5 * abs(aperture_axial_px)) * max(aperture_axes.x, aperture_axes.y) <= 0.5;
 }
 
-// How much light a point of the opening lets through to a place in the picture, from what lies behind the
-// focus or in front of it.
+// How much light a point of the opening lets through of what a pinhole sees at a place in the picture, behind
+// the focus or in front of it.
 float aperture_weight(vec2 p, vec2 place, bool is_behind) {
     float past = past_blades(p).x;
-    for (int cut = aperture_barrel > 0.0 ? 1 : 0; cut > 0; --cut)
-        past = max(past, past_barrel(p, barrel_at(place, 0.0)).x);
+    if (aperture_barrel > 0.0)
+        past = max(past, past_barrel(p, barrel_shift(place)).x);
     return past > 0.0 ? 0.0 : profile(min(dot(p, p), 1.0), is_behind ? aperture_rim : -aperture_rim);
 }
+
+// The place where a pinhole sees what is seen at `px` through a point of the opening, `radius` being that of
+// its disc.
+vec2 pinhole_place(vec2 px, vec2 p, float radius, vec2 axes) { return px - radius * axes * p * vec2(1.0, -1.0); }
 
 vec4 times(Cover cover, vec4 color) { return vec4(cover * color.rgb, cover.g * color.a); }
 float green_of(Cover cover) { return cover.g; }

@@ -91,7 +91,7 @@ def on_gpu(session_context: moderngl.Context) -> Iterator[ApertureOnGpu]:
 
 @pytest.fixture(scope="module")
 def shaped_on_gpu(session_context: moderngl.Context) -> Iterator[ApertureOnGpu]:
-    made = ApertureOnGpu(session_context, "SHAPED")
+    made = ApertureOnGpu(session_context, "SHAPED", "COLORED")
     yield made
     made.release()
 
@@ -119,7 +119,7 @@ def test_both_say_the_same_of_every_shape(
                 continue
             assert cover == pytest.approx(float(disc.coverage(x, y, own, ramp, place)), abs=2e-3)
             assert light == pytest.approx(disc.light(own, ramp, place), rel=1e-2, abs=1e-2)
-        barrel = field.barrel(aperture, place, 0.0, aspect)
+        barrel = field.barrel(aperture, place, aspect)
         expected = weight_at(aperture, barrel, x / 200, y / 200, radius > 0)
         if expected is not None:
             assert green[2] == pytest.approx(expected, abs=1e-4)

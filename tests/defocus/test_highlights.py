@@ -221,3 +221,13 @@ def test_wide_blurs_keep_their_lamps(ctx: moderngl.Context) -> None:
     places = {(int(128 + 60 * np.sin(i)), int(16 + 11.2 * i)): 60.0 for i in range(20)}
     lamps = Lamps(ctx, night((256, 256), places), np.full((256, 256), 64.0, np.float32))
     assert lamps.count == 20
+
+
+@pytest.mark.parametrize("disc", [CUT, COLORED])
+def test_a_block_full_of_lamps_keeps_its_light(ctx: moderngl.Context, disc: DiscShape) -> None:
+    """Each pixel of it is a disc whose light is summed: many rounds for one invocation."""
+    color = night((64, 64), {(y, x): 50.0 for y in range(24, 40) for x in range(24, 40)})
+    coc = np.full((64, 64), 12.0, np.float32) + 1.5 * np.random.default_rng(0).random((64, 64))
+    lamps = Lamps(ctx, color, coc.astype(np.float32), disc)
+    total = (download(lamps.low)[..., :3] + lamps.drawn).sum(axis=(0, 1), dtype=np.float64)
+    np.testing.assert_allclose(total, color.sum(axis=(0, 1), dtype=np.float64), rtol=4e-3)

@@ -68,7 +68,7 @@ class GatherPass:
         weight: moderngl.Texture,
     ) -> Iterator[None]:
         """Fill `out_color`, RGBA as `color`; `weight` is scratch, RGBA for shapes not plain."""
-        program = self._programs.with_(SHAPED=not optics.disc.is_plain)
+        program = self._programs.with_(**optics.disc.switches)
         reach = disc_reach_px(optics)
         parts = gather_steps(color.size, reach)
         first, last = parts[0].disc_first, parts[-1].disc_last

@@ -185,9 +185,9 @@ class HighlightListPass:
         high_tx = {"high_tx": high}
         read_tx = high_tx | {"places_tx": places or high}
         shape = optics.disc.uniforms | {"has_places": places is not None}
-        is_shaped = not optics.disc.is_plain
+        switches = optics.disc.switches
         restore_groups = pixel_groups(size)
-        self._count.with_(SHAPED=is_shaped).dispatch(
+        self._count.with_(**switches).dispatch(
             groups, textures=read_tx, buffers=bound, uniforms=shape
         )
         yield
@@ -203,7 +203,7 @@ class HighlightListPass:
             },
         )
         yield
-        self._write.with_(SHAPED=is_shaped).dispatch(
+        self._write.with_(**switches).dispatch(
             groups, textures=read_tx, buffers=bound, uniforms=shape
         )
         yield
@@ -254,9 +254,7 @@ class HighlightDrawPass:
         band: tuple[int, int, int, int],
     ) -> None:
         """Draw into `band` (x, y, width, height) alone, with all state set: others draw between."""
-        program = self._programs.with_(
-            LISTS=picture.lists is not None, SHAPED=not optics.disc.is_plain
-        )
+        program = self._programs.with_(LISTS=picture.lists is not None, **optics.disc.switches)
         quads = self._quads_of(program, buffers.sprite)
         target = self._target.around(color)
         target.use()

@@ -151,7 +151,7 @@ class ScatterPass:
     ) -> None:
         """Add `count` discs from `first` on; whatever others drew in between is set anew."""
         textures, disc, sums = inputs
-        program = self._discs.with_(SHAPED=not disc.is_plain)
+        program = self._discs.with_(**disc.switches)
         quads = self._quads_of(program, targets.pixel)
         uniforms = disc.uniforms | ({"disc_sums": sums} if sums else {})
         self._target.around(targets.light, targets.cover).use()

@@ -23,6 +23,7 @@ _SWEEP, _PARTITION, _CYCLIC = (f"solve_{n}.comp.glsl" for n in ("sweep", "partit
 _STRATEGIES = (_SWEEP, _PARTITION, _CYCLIC)
 _STAGES = ("LOAD", "REDUCE", "SUBSTITUTE", "STORE")
 _COUNTED = ("highlight_sprites.comp.glsl", "peel_lists.comp.glsl", "scatter_sort.comp.glsl")
+_SHAPES = ({"SHAPED": 1}, {"SHAPED": 1, "COLORED": 1})  # of openings that are no ellipses
 _PLAIN = ("pyramid_read.comp.glsl",)  # asks for the width of the opening alone
 _OF_SMALLER_LAYERS = ("layer_split.comp.glsl", "composite.comp.glsl")
 # What a scene has decides which of these are defined; PEEL is for what lies behind others.
@@ -59,9 +60,10 @@ def pass_builds() -> list[Build]:
         if "#ifdef LISTS" in (data_dir("shaders") / name).read_text()
     ]
     builds += [
-        (name, defines | {"SHAPED": 1})  # for openings that are no ellipses
+        (name, defines | shape)
         for name, defines in builds
-        if "SHAPED" in _whole_text(name) and name not in _PLAIN
+        for shape in _SHAPES
+        if all(word in _whole_text(name) for word in shape) and name not in _PLAIN
     ]
     builds += [(_OVERLAY, {"MODE": mode}) for mode in overlay_modes()]
     return builds + [

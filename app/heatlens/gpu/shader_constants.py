@@ -7,7 +7,7 @@ its text neither repeats the number nor passes it on.
 import re
 from collections.abc import Mapping
 
-from heatlens.model.opening import RIM_MOST, RIM_POWER, STRETCH_LEAST
+from heatlens.model.opening import RIM_MOST, RIM_POWER
 from heatlens.model.settings import LAYERS_MAX
 from heatlens.model.value_bins import BINS as DEPTH_BINS
 
@@ -66,7 +66,6 @@ _OF_THE_MODEL = {
     "DEPTH_BINS": DEPTH_BINS,
     "RIM_MOST": RIM_MOST,
     "RIM_POWER": RIM_POWER,
-    "STRETCH_LEAST": STRETCH_LEAST,
 }
 SHADER_CONSTANTS: Mapping[str, str] = {
     name: _glsl(value)

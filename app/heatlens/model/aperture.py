@@ -38,8 +38,8 @@ class Aperture:
     blades              of the diaphragm, 3 to 16, with corners on the circle; 0 for a round one
     blade_rotation_deg  anticlockwise, seen from behind the lens; at 0 a corner points up
     blade_curvature     0 straight blades to 1 round ones
-    cat_eye             shift of the barrel's circle at the corner of the picture, in radii of the
-                        widest opening, 0 to 1
+    cat_eye             distance of the two circles of the barrel, as the corner of the picture sees
+                        them, in radii of the widest opening, 0 to 1
     rim                 brightness of a disc's rim behind the focus, -1 none to 1 a bright ring; in
                         front of the focus it is the other way round
     axial_colour_mm     how much farther behind the lens red comes to its focus than blue

@@ -40,7 +40,12 @@ class DiscShape:
     @property
     def is_plain(self) -> bool:
         """Return whether discs are ellipses of even brightness."""
-        return self.aperture.is_plain
+        return self.aperture.is_plain and self.axial_px == 0.0
+
+    @property
+    def switches(self) -> dict[str, bool]:
+        """What of lib/aperture.lib.glsl a build has to define for this disc."""
+        return {"SHAPED": not self.is_plain, "COLORED": self.axial_px != 0.0}
 
     @property
     def half_extents(self) -> Pair:
@@ -74,10 +79,10 @@ class DiscShape:
 
     def _light_of_shape(self, radius_px: float, place_px: Pair) -> float:
         rim = math.copysign(1.0, radius_px) * self.aperture.rim
-        return opening.light(self.aperture.diaphragm, self._barrel(place_px, radius_px), rim)
+        return opening.light(self.aperture.diaphragm, self._barrel(place_px), rim)
 
-    def _barrel(self, place_px: Pair, radius_px: float) -> Barrel | None:
-        return self.in_picture.barrel(self.aperture, place_px, radius_px, self.pixel_aspect_ratio)
+    def _barrel(self, place_px: Pair) -> Barrel | None:
+        return self.in_picture.barrel(self.aperture, place_px, self.pixel_aspect_ratio)
 
     def coverage(
         self,
@@ -110,7 +115,7 @@ class DiscShape:
         across, down = self.half_extents
         u, v = np.divide(x, across * radius_px), -np.divide(y, down * radius_px)
         rims = [opening.past_blades(u, v, self.aperture.diaphragm)]
-        barrel = self._barrel(place_px, radius_px)
+        barrel = self._barrel(place_px)
         if barrel is not None:
             rims.append(opening.past_barrel(u, v, barrel))
         to_rim = np.min(

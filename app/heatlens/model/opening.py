@@ -12,10 +12,9 @@ Blades are arcs between corners on the unit circle. With the half angle h = pi /
 
 which is a straight line for c = 0 and the unit circle for c = 1. The gradient has length 1 there.
 
-The barrel of the lens is a circle, which is seen shifted from a place in the picture that is away
-from the middle. Light that passes both makes the disc, which so becomes a cat's eye. What passes is
-decided where a ray meets the picture; across a disc that is another place than its middle, and a
-stretch accounts for the difference.
+The barrel of the lens ends in a circle in front and in one behind. From a place in the picture away
+from the middle they are seen shifted to opposite sides. What both let through makes the disc, which
+so becomes a cat's eye whose middle stays where the disc's was.
 """
 
 import math
@@ -31,8 +30,6 @@ Pair = tuple[float, float]
 # The power of the profile of a bright or soft rim; see `profile`.
 RIM_POWER = 2
 RIM_MOST = 0.98  # some light is left at every point, so that every pixel gets some
-# Far in front of the focus a disc may be wider than the picture: no barrel is seen inside out.
-STRETCH_LEAST = 0.05
 _TINY = 1e-12
 _TABLE = 257  # angles of a blade in a table
 _ANGLES = 720  # of the quadrature; corners make its error second order
@@ -47,13 +44,12 @@ class Blades(NamedTuple):
 
 
 class Barrel(NamedTuple):
-    """The circle that the barrel leaves at a place of the picture.
+    """The circles that the barrel leaves at a place of the picture.
 
-    |stretch p + shift| <= radius for a point p that lets light through.
+    |p + shift| and |p - shift| are at most the radius for a point p that lets light through.
     """
 
     shift: Pair
-    stretch: Pair
     radius: float
 
 
@@ -80,11 +76,10 @@ def past_blades(x: Array, y: Array, blades: Blades) -> tuple[Array, Array, Array
 
 def past_barrel(x: Array, y: Array, barrel: Barrel) -> tuple[Array, Array, Array]:
     """Return the same for the barrel as `past_blades` for the diaphragm."""
-    across = barrel.stretch[0] * x + barrel.shift[0]
-    up = barrel.stretch[1] * y + barrel.shift[1]
+    side = np.where(x * barrel.shift[0] + y * barrel.shift[1] < 0, -1.0, 1.0)
+    across, up = x + side * barrel.shift[0], y + side * barrel.shift[1]
     from_middle = np.maximum(np.hypot(across, up), _TINY)
-    gradient_x = barrel.stretch[0] * across / from_middle
-    return from_middle - barrel.radius, gradient_x, barrel.stretch[1] * up / from_middle
+    return from_middle - barrel.radius, across / from_middle, up / from_middle
 
 
 def profile(square: ArrayLike, rim: float) -> Array:
@@ -173,8 +168,6 @@ def _blade_radius(angle: Array, blades: Blades) -> Array:
 
 
 def _barrel_radius(angle: Array, barrel: Barrel) -> Array:
-    across, up = barrel.stretch[0] * np.cos(angle), barrel.stretch[1] * np.sin(angle)
-    square = across**2 + up**2
-    half = across * barrel.shift[0] + up * barrel.shift[1]
-    left = max(barrel.radius**2 - barrel.shift[0] ** 2 - barrel.shift[1] ** 2, 0.0)
-    return (np.sqrt(half**2 + square * left) - half) / square
+    along = np.abs(np.cos(angle) * barrel.shift[0] + np.sin(angle) * barrel.shift[1])
+    left = barrel.radius**2 - barrel.shift[0] ** 2 - barrel.shift[1] ** 2
+    return np.asarray(np.sqrt(along**2 + left) - along)

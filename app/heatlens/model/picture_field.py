@@ -3,7 +3,6 @@
 import math
 from dataclasses import dataclass, replace
 
-from heatlens.model import opening
 from heatlens.model.aperture import Aperture
 from heatlens.model.opening import Barrel
 
@@ -40,28 +39,28 @@ class PictureField:
 
     def uniforms(self, aperture: Aperture, pixel_aspect_ratio: float = 1.0) -> dict[str, object]:
         """Return what lib/shaped_aperture.lib.glsl needs of it."""
-        per_px = aperture.cat_eye * aperture.stopped_down / self.half_diagonal_px
-        across, up = aperture.half_extents
+        most = _shift_most(aperture)
+        per_px = most / self.half_diagonal_px
         return {
             "aperture_middle_px": self.middle_px,
             "aperture_shift_per_px": (per_px, -per_px / pixel_aspect_ratio),
-            "aperture_shift_most": aperture.cat_eye * aperture.stopped_down,
-            "aperture_stretch_per_px": (per_px * across, per_px * up),
+            "aperture_shift_most": most,
             "aperture_barrel": aperture.stopped_down if aperture.cat_eye else 0.0,
         }
 
     def barrel(
-        self, aperture: Aperture, place_px: Pair, radius_px: float, pixel_aspect_ratio: float = 1.0
+        self, aperture: Aperture, place_px: Pair, pixel_aspect_ratio: float = 1.0
     ) -> Barrel | None:
-        """Return the barrel as a disc of a signed radius around a place sees it; None for none."""
+        """Return the barrel as it is seen from a place; None where it cuts nowhere."""
         if aperture.cat_eye == 0.0:
             return None
-        per_px = aperture.cat_eye * aperture.stopped_down / self.half_diagonal_px
-        x = (place_px[0] - self.middle_px[0]) * per_px
-        y = (self.middle_px[1] - place_px[1]) * per_px / pixel_aspect_ratio
-        part = min(1.0, aperture.cat_eye * aperture.stopped_down / max(math.hypot(x, y), 1e-30))
-        across, up = (
-            max(1.0 + radius_px * per_px * half, opening.STRETCH_LEAST)
-            for half in aperture.half_extents
-        )
-        return Barrel((x * part, y * part), (across, up), aperture.stopped_down)
+        most = _shift_most(aperture)
+        x = (place_px[0] - self.middle_px[0]) * most / self.half_diagonal_px
+        y = (self.middle_px[1] - place_px[1]) * most / self.half_diagonal_px / pixel_aspect_ratio
+        part = min(1.0, most / max(math.hypot(x, y), 1e-30))  # beyond the corner it stays
+        return Barrel((x * part, y * part), aperture.stopped_down)
+
+
+def _shift_most(aperture: Aperture) -> float:
+    """Return how far each circle of the barrel is shifted at a corner, in radii of the opening."""
+    return aperture.cat_eye / 2 * aperture.stopped_down

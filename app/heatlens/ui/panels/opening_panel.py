@@ -1,0 +1,142 @@
+"""The opening of the lens: its blades, barrel, rim and colours, drawn as a lamp would show it."""
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from imgui_bundle import ImVec2, ImVec4, imgui
+from numpy.typing import NDArray
+
+from heatlens.model import opening
+from heatlens.model.aperture import BLADES_LEAST, BLADES_MOST, Aperture
+from heatlens.model.lens import Lens
+from heatlens.model.picture_field import PictureField
+from heatlens.ui import probe, theme, widgets
+
+_SIDE_EM = 5.5  # of a drawing
+_CORNERS = 96  # of its outline
+_RINGS = 14  # of even brightness, from outside in
+_BRIGHTEST = 2.2  # mean light of a disc over this is drawn white
+_SHAPE = (1600, 900)  # of the picture whose corner is drawn
+_AXIAL_MOST_MM = 1.0
+_LIMITS = {"cat_eye": (0.0, 1.0), "rim": (-1.0, 1.0), "blade_curvature": (0.0, 1.0)}
+
+Points = NDArray[np.float64]
+Say = Callable[[str], None]
+
+
+def opening_controls(lens: Lens, say: Say) -> Lens:
+    """Draw the shape of the opening; return the lens as the user left it."""
+    flags = 0 if lens.aperture.is_plain else imgui.TreeNodeFlags_.default_open
+    is_open = imgui.collapsing_header("Opening", flags)
+    probe.note("opening")
+    if not is_open:
+        return lens
+    _drawings(lens.aperture)
+    lens = _blades(lens)
+    for name, words, tip in (
+        ("cat_eye", "cat's eye", "How far the barrel cuts the discs in the corners."),
+        ("rim", "rim", "Behind the focus: 1 a bright ring, -1 a soft one. In front the reverse."),
+    ):
+        lens = _slid(lens, name, words, *_LIMITS[name], "%.2f", tip)
+    tip = "How much farther behind the lens red comes to its focus than blue."
+    lens = _slid(lens, "axial_colour_mm", "axial colour", -1.0, _AXIAL_MOST_MM, "%.2f mm", tip)
+    return _widest(lens, say)
+
+
+def _blades(lens: Lens) -> Lens:
+    words = ["round", *(str(n) for n in range(BLADES_LEAST, BLADES_MOST + 1))]
+    picked = widgets.choice("blades", str(lens.blades or "round"), words)
+    number = 0 if picked == "round" else int(picked)
+    if number != lens.blades:
+        lens = replace(lens, blades=number)
+    with widgets.disabled(lens.blades == 0):
+        tip = "Anticlockwise, as lamps behind the focus show it. At 0 a corner points up."
+        lens = _slid(lens, "blade_rotation_deg", "rotation", -90.0, 90.0, "%.0f°", tip)
+        limits = _LIMITS["blade_curvature"]
+        return _slid(lens, "blade_curvature", "curvature", *limits, "%.2f", "0 straight, 1 round.")
+
+
+def _slid(
+    lens: Lens, name: str, words: str, low: float, high: float, format_: str, tip: str
+) -> Lens:
+    value = getattr(lens, name)
+    new = widgets.slider(words, value, low, high, format_, tip)
+    changed: dict[str, Any] = {name: new}
+    return lens if new == value else replace(lens, **changed)
+
+
+def _widest(lens: Lens, say: Say) -> Lens:
+    """Draw from which f-stop on the barrel cuts less."""
+    if lens.cat_eye == 0.0:
+        return lens
+    widgets.label("at f-stop", "The widest of the lens: stopped down, the barrel cuts less.")
+    shown = "" if lens.widest_f_stop is None else f"f/{lens.widest_f_stop:.4g}"
+    widest = widgets.text_field(
+        "at f-stop", shown, lens.widest_f_stop, _parse_f_stop, say, "every f-stop"
+    )
+    return lens if widest == lens.widest_f_stop else replace(lens, widest_f_stop=widest)
+
+
+def _parse_f_stop(text: str) -> float | None:
+    return widgets.parse_number(text, 0.1, 128.0, "f-stop") if text.strip() else None
+
+
+def _drawings(aperture: Aperture) -> None:
+    """Draw the disc at the middle of the picture, and beside it that at its upper right corner."""
+    side = _SIDE_EM * imgui.get_font_size()
+    places = {"middle": (_SHAPE[0] / 2, _SHAPE[1] / 2)}
+    if aperture.cat_eye:
+        places["corner, upper right"] = (float(_SHAPE[0]), 0.0)
+    for words, place in places.items():
+        imgui.begin_group()
+        at = imgui.get_cursor_screen_pos()
+        imgui.dummy(ImVec2(side, side))
+        _disc(aperture, place, (at.x + side / 2, at.y + side / 2), side / 2)
+        imgui.text_disabled(words)
+        imgui.end_group()
+        imgui.same_line()
+    imgui.new_line()
+
+
+def disc_outline(aperture: Aperture, place: tuple[float, float], within: float = 1.0) -> Points:
+    """Return (n, 2): the rim of a disc behind the focus, x to the right and y down, in radii.
+
+    `place` is in a picture of `_SHAPE`; the disc is small beside it. `within` takes the part of it
+    that is so near to its middle.
+    """
+    angle = np.linspace(0.0, 2 * math.pi, _CORNERS, endpoint=False)
+    blades = aperture.diaphragm
+    if blades.number:  # the corners are among the points
+        corners = blades.turn + 2 * math.pi * np.arange(blades.number) / blades.number
+        angle = np.sort(np.concatenate([angle, np.mod(corners, 2 * math.pi)]))
+    barrel = PictureField.of(_SHAPE).barrel(aperture, place)
+    reach = np.minimum(opening.rim_radius(angle, blades, barrel), within)
+    across, up = aperture.half_extents
+    return np.stack([across * reach * np.cos(angle), -up * reach * np.sin(angle)], axis=1)
+
+
+def _disc(
+    aperture: Aperture, place: tuple[float, float], centre: tuple[float, float], radius_px: float
+) -> None:
+    """Draw rings of the brightness that the rim gives them, and in colours where these differ."""
+    draw = imgui.get_window_draw_list()
+    for part in np.linspace(1.0, 1 / _RINGS, _RINGS):
+        shown = float(opening.profile((part - 0.5 / _RINGS) ** 2, aperture.rim))
+        grey = min(shown / _BRIGHTEST, 1.0) ** (1 / 2.2)
+        color = imgui.get_color_u32(ImVec4(grey, grey, grey, 1.0))
+        ring = disc_outline(aperture, place, part)
+        draw.add_convex_poly_filled(_on_screen(ring, centre, radius_px), color)
+    if aperture.axial_colour_mm:
+        wider, narrower = (theme.FRINGE_BLUE, theme.FRINGE_RED)
+        if aperture.axial_colour_mm < 0:
+            wider, narrower = narrower, wider
+        for scale, line in ((0.97, narrower), (1.0, wider)):
+            points = _on_screen(scale * disc_outline(aperture, place), centre, radius_px)
+            draw.add_polyline(points, line, 1.5, imgui.ImDrawFlags_.closed)
+
+
+def _on_screen(points: Points, centre: tuple[float, float], radius_px: float) -> list[Any]:
+    return [ImVec2(centre[0] + radius_px * x, centre[1] + radius_px * y) for x, y in points]
