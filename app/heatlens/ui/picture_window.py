@@ -72,7 +72,7 @@ class PictureWindow:
             scale = imgui.get_io().display_framebuffer_scale.x or 1.0
             self._take(self.viewport.draw(pictures, self._session.view, scale))
             self._draw_over(pictures)
-            if not self._ui.is_bare:
+            if not (self._ui.is_bare or pictures.tiles):
                 draw_lessons(self._lessons, self._session.picture_view.viewport)
             if self._session.source.stream is not None and self._session.source.stream.is_shown:
                 self._notice.draw(self._session.source.stream, self._session.picture_view.viewport)

@@ -16,7 +16,7 @@ from heatlens.ui.picture.pixel_grid import seen_pixels
 
 VALUES_FROM_EM = 2.6  # side of a pixel: three lines can be read in it
 _LINES, _LETTERS = 3.9, 3.1  # of a pixel's height and width, in heights of the letters
-_MOST = 6000  # pixels: more are smaller than they can be read
+_MOST = 2000  # pixels: more would make the window slow
 _LUMA = np.array([0.2126, 0.7152, 0.0722])
 _DARK_TEXT_FROM = 0.45  # of the light on the screen: above it, dark letters are read better
 
