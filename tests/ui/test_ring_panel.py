@@ -52,6 +52,7 @@ def test_the_lens_and_the_picture_follow(followed, ring):
         until(followed, lambda at=distance_m: followed.session.lens.focus_distance_m == at)
     until(followed, lambda: followed.session.seen is not before)
     assert followed.session.lens.f_stop == 2.0
+    until(followed, lambda: followed.session.ring.to_picture_s is not None)
 
 
 def test_the_hand_lets_go_of_the_ring(followed, ring, receiver):

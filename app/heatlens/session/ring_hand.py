@@ -1,11 +1,15 @@
 """A hand on a ring that is far away: the lens follows what a camera or a controller sends."""
 
 import math
+import time
+from collections import deque
 from collections.abc import Callable
 from dataclasses import replace
+from statistics import median
 from typing import Any
 
 from heatlens.errors import LensError
+from heatlens.model.lens import Lens
 from heatlens.model.measured_from import MeasuredFrom
 from heatlens.ring.channel_map import ChannelMap, Learning, Ring, channels_of, mapped
 from heatlens.ring.lens_sample import LensSample
@@ -15,6 +19,7 @@ from heatlens.session.editing import Editing
 from heatlens.session.messages import Problem
 from heatlens.session.preferences import Preferences
 
+_LATENCIES = 50  # that the median is of
 _FOLLOWED = ("focus_distance_m", "f_stop", "t_stop", "focal_length_mm", "pupil_offset_mm")
 
 
@@ -31,8 +36,13 @@ class RingHand:
         editing: Editing,
         say: Callable[[str], None],
         preferences: Preferences | None = None,
+        clock: Callable[[], float] = time.monotonic,
     ) -> None:
         """Follow `receiver`; None where nothing is listened to. Maps are kept in `preferences`."""
+        self.on_turn: Callable[[], None] = lambda: None  # called when the ring has turned the lens
+        self._clock = clock
+        self._heard_s: float | None = None  # when the turn came whose picture is not seen yet
+        self._to_picture_s: deque[float] = deque(maxlen=_LATENCIES)
         self.receiver = receiver
         self.is_followed = True
         self.source: str | None = None  # None: the one that is heard first
@@ -115,7 +125,21 @@ class RingHand:
         changed: dict[str, Any] = {k: v for k, v in told.items() if self._known.get(k) != v}
         self._known |= told
         if changed and self.is_followed and not heard.is_silent:
+            if self._heard_s is None:
+                self._heard_s = self._clock() - heard.age_s
             self._turn(changed)
+            self.on_turn()
+
+    def seen(self, lens: Lens | None) -> None:
+        """Note through which lens the picture is that is on the screen from now on."""
+        if self._heard_s is not None and lens is not None and lens == self._editing.lens:
+            self._to_picture_s.append(self._clock() - self._heard_s)
+            self._heard_s = None
+
+    @property
+    def to_picture_s(self) -> float | None:
+        """Return the median time from a turn of the ring to its picture; None before the first."""
+        return median(self._to_picture_s) if self._to_picture_s else None
 
     def _turn(self, changed: dict[str, Any]) -> None:
         try:

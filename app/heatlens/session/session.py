@@ -132,6 +132,7 @@ class Session:
             lambda: self.scene_tracks.is_due,
             wake,
         )
+        self.ring.on_turn = self.pull.touched  # nothing is rendered ahead while it turns
         self.player = FramePlayer(timeline, source, editing, self.pull, say)
         self.recording = PullRecording(
             editing, timeline, rows, RingTake(self.ring, source, editing), say

@@ -108,7 +108,8 @@ class DockedPanels:
             return
         receiver = ring.receiver
         facts = RingFacts(
-            str(receiver.address), ring.heard, receiver.refused, receiver.lost, receiver.fault
+            *(str(receiver.address), ring.heard, receiver.refused, receiver.lost),
+            *(ring.to_picture_s, receiver.fault),
         )
         chosen = ring_panel(RingState(ring.is_followed, ring.source), facts)
         ring_map_panel(ring, self._session.view.unit, self._session.say)

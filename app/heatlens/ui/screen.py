@@ -80,6 +80,8 @@ class Screen:
         self.picture.draw(hears)
         session.editing.rest(is_held=imgui.is_any_item_active())
         session.color.apply(session.view, self._pictures)
+        seen = session.seen
+        session.ring.seen(None if seen is None else seen.shot.lens_at(seen.frame))
 
     def _do_actions(self) -> None:
         session, ui = self._session, self.ui

@@ -28,6 +28,7 @@ class RingFacts:
     heard: Heard
     refused: int
     lost: int
+    to_picture_s: float | None = None  # from a turn of the ring to its picture
     fault: str | None = None  # why the last datagram was refused
 
 
@@ -62,6 +63,8 @@ def _told(facts: RingFacts) -> None:
     else:
         age_ms = 1e3 * heard.age_s
         imgui.text(f"{heard.rate_hz:.0f} samples a second, the last {age_ms:.0f} ms ago")
+    if facts.to_picture_s is not None:
+        imgui.text(f"{1e3 * facts.to_picture_s:.0f} ms from the ring to the picture")
     if facts.refused or facts.lost:
         imgui.text_disabled(f"{facts.refused} datagrams refused, {facts.lost} samples incomplete")
         if facts.fault and imgui.is_item_hovered():
