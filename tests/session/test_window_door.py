@@ -12,7 +12,11 @@ import pytest
 from heatlens.commands.main import main
 from heatlens.session import window_door
 from heatlens.session.window_door import WindowDoor, door_path, hand_over
-from support.window_plates import room_file
+from support.exr_files import distances, rgb, write_file
+
+
+def plate_file(folder: Path) -> Path:
+    return write_file(folder / "room.exr", rgb() | {"Z": distances()})
 
 
 @pytest.fixture
@@ -87,7 +91,7 @@ def test_windows_with_other_preferences_do_not_know_of_each_other(door, monkeypa
 
 
 def test_the_command_hands_over_what_is_named_without_options(door, monkeypatch, tmp_path, capsys):
-    room_file(tmp_path / "room.exr")
+    plate_file(tmp_path)
     monkeypatch.chdir(tmp_path)
     assert main(["room.exr"]) == 0
     assert door.take() == [str(tmp_path / "room.exr")]
@@ -100,7 +104,7 @@ def test_the_command_hands_over_what_is_named_without_options(door, monkeypatch,
 def test_with_options_a_window_of_its_own_opens(door, monkeypatch, tmp_path, words):
     seen: list[Path] = []
     monkeypatch.setattr("heatlens.commands.view._open", lambda args: seen.append(args.plate) or 0)
-    assert main([str(room_file(tmp_path / "room.exr")), *words]) == 0
+    assert main([str(plate_file(tmp_path)), *words]) == 0
     assert door.take() == [] and len(seen) == 1
 
 
