@@ -7,7 +7,7 @@ import random
 import re
 import struct
 from collections.abc import Iterable, Iterator
-from dataclasses import astuple
+from dataclasses import astuple, replace
 from pathlib import Path
 
 import numpy as np
@@ -96,9 +96,12 @@ def _told(hearing: Hearing) -> Iterator[np.ndarray]:
     for name in hearing.sources.heard().sources:
         sample = hearing.sources.heard(name).sample
         assert isinstance(sample, LensSample)
-        values = [value for value in astuple(sample) if isinstance(value, float)]
+        offset_mm = sample.pupil_offset_mm or 0.0  # which may lie behind the film plane
+        assert abs(offset_mm) <= 2000.0
+        told = astuple(replace(sample, pupil_offset_mm=None))
+        values = [value for value in told if isinstance(value, float)]
         assert all(value >= 0.0 for value in values)
-        yield np.array(values)
+        yield np.array([*values, offset_mm])
 
 
 def hostile_datagrams(count: int, seed: int) -> Iterator[bytes]:

@@ -78,6 +78,7 @@ class MarkCommands:
         plate = self._source.plate
         if plate is None:
             return
+        pixel = self._source.frame_px(self._editing.lens, pixel)
         try:
             depth_at_m(plate, *self._source.plate_px(self._editing.shot, pixel))
         except HeatlensError as error:
