@@ -68,7 +68,7 @@ def examples() -> list[str]:
     """Command lines of the README, in its blocks and in its text, and of every help."""
     text = (ROOT / "README.md").read_text()
     lines = [line for line in code_lines() if line.startswith("heatlens ")]
-    lines += re.findall(r"`(?:\S*/)?(heatlens (?:\w+ )?\S*[-.]\S*[^`\n]*)`", text)
+    lines += re.findall(r"`(?:\S*/)?(heatlens (?:\w+ )?[^\s`]*[-.][^\s`]*[^`\n]*)`", text)
     for parser in parsers(build_parser()):
         whole = (parser.epilog or "").replace("\\\n", " ")
         lines += [line.strip() for line in whole.splitlines() if line.startswith("  heatlens ")]
