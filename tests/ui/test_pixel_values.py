@@ -102,7 +102,7 @@ def test_the_limits_under_the_pointer_are_where_the_blur_is_just_acceptable(gui,
 
 
 def test_before_a_plate_a_lens_that_breathes_is_read_where_it_shows_the_frame(gui):
-    """Readout, ruler and overlay go by the part of the frame that is seen at a pixel."""
+    """Readout, ruler, marks and overlay go by the part of the frame that is seen at a pixel."""
     session = gui.session
     breathing = replace(session.lens, breathing=0.6, close_focus_m=1.0, focus_distance_m=1.0)
     session.editing.edit_lens(breathing)
@@ -126,6 +126,12 @@ def test_before_a_plate_a_lens_that_breathes_is_read_where_it_shows_the_frame(gu
         assert ruler.measured().depths_m[0] == pytest.approx(depth_m, rel=1e-3)
         told = gui.screen.status.words(pixel)
         assert f"depth {format_distance(float(depth_m), 'm')}" in told
+        session.marks.set_point(pixel)
+        gui.frame()
+        mark = session.shot.marks[-1]
+        assert session.marks.distance_m(mark) == pytest.approx(depth_m, rel=1e-3)
+        clicked = place.geometry.window_at_picture((pixel[0] + 0.5, pixel[1] + 0.5))
+        assert gui.rect(f"point {mark.name}")[:2] == pytest.approx(clicked, abs=2 * place.zoom)
     ruler.leave()
     edge = place.geometry.window_at_picture((WIDTH, 0))[0]
     assert overlay.clip.x1 <= round(edge) + 1 < overlay.last[0]

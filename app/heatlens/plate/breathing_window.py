@@ -26,3 +26,10 @@ def plate_pixel(plate: Plate, lens: Lens, pixel: tuple[int, int]) -> tuple[int, 
     sides = plate.display_window.width, plate.display_window.height
     x, y = (side / 2 + (at + 0.5 - side / 2) * ratio for at, side in zip(pixel, sides, strict=True))
     return int(x // 1), int(y // 1)
+
+
+def picture_point(plate: Plate, lens: Lens, point: tuple[float, float]) -> tuple[float, float]:
+    """Return where a point of the display window of a plate is seen in the picture."""
+    ratio = plate_ratio(lens, room_of(plate))
+    middle_x, middle_y = plate.display_window.width / 2, plate.display_window.height / 2
+    return middle_x + (point[0] - middle_x) / ratio, middle_y + (point[1] - middle_y) / ratio

@@ -9,7 +9,7 @@ from heatlens.model.lens import Lens
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.shot import Shot
 from heatlens.model.view_geometry import PictureShape
-from heatlens.plate.breathing_window import plate_pixel
+from heatlens.plate.breathing_window import picture_point, plate_pixel
 from heatlens.plate.plate import Plate
 from heatlens.render import FrameRenderer
 from heatlens.scene.scene import Scene
@@ -202,6 +202,11 @@ class OpenSource:
         """
         is_cut = self.plate is not None and not self.has_scene
         return plate_pixel(self.plate, lens, pixel) if is_cut and self.plate else pixel
+
+    def picture_point(self, lens: Lens, point: tuple[float, float]) -> tuple[float, float]:
+        """Return where a point of the frame is seen in the picture; see `frame_px`."""
+        is_cut = self.plate is not None and not self.has_scene
+        return picture_point(self.plate, lens, point) if is_cut and self.plate else point
 
     def seconds_until_needed(self) -> float | None:
         """Return how long until `refine` has something to do; None where it has nothing."""

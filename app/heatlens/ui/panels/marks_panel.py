@@ -177,7 +177,9 @@ def draw_point_marks(session: Session) -> None:
     for mark in session.shot.marks:
         if not isinstance(mark, PointMark):
             continue
-        x, y = session.picture_view.geometry.window_at_picture((mark.x_px + 0.5, mark.y_px + 0.5))
+        middle = mark.x_px + 0.5, mark.y_px + 0.5
+        at_px = session.source.picture_point(session.lens, middle)
+        x, y = session.picture_view.geometry.window_at_picture(at_px)
         probe.note_at(f"point {mark.name}", (x, y, x, y))
         draw.add_circle(ImVec2(x, y), _RADIUS, theme.SHADOW, 0, 3.0)
         draw.add_circle(ImVec2(x, y), _RADIUS, theme.MARK, 0, 1.5)
