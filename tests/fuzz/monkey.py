@@ -48,7 +48,6 @@ _WORDS = (
 )
 # What leaves the window, writes where the user's files lie, or starts processes of its own.
 _LEFT_OUT = ("Quit", "Copy picture", "Open the demo", "Clear rendered frames")
-_SETTLE_EVERY = 200
 
 
 class Monkey:
@@ -57,6 +56,7 @@ class Monkey:
     def __init__(self, gui: Gui, seed: int) -> None:
         self.gui = gui
         self.rng = random.Random(seed)
+        self.source = gui.session.given.start.source
         self.did: list[str] = []
 
     def act(self) -> None:
@@ -83,6 +83,10 @@ class Monkey:
             gui.key(K.escape)
         if gui.session.exports.run.is_busy:
             gui.session.exports.run.cancel()
+        opening, opened = gui.session.source.opener.opening, gui.session.source.opened
+        now = opening or (opened.text if opened is not None else self.source)
+        if now != self.source:  # the demo takes minutes for a picture without a GPU
+            gui.session.files.open(self.source)
 
     def _place(self) -> tuple[float, float]:
         """Return a place of the screen, mostly one on a control."""
@@ -138,6 +142,7 @@ class Monkey:
         self.gui.later()
 
 
+_SIZE = 960, 600
 _BARRED = ("Export", "Write camera", "open in browser", "window close")
 
 
@@ -168,7 +173,7 @@ def play(gui: Gui, actions: int, seed: int, tell=print) -> None:
         except Exception as error:
             raise AssertionError(f"action {number} of seed {seed}: {monkey.did}") from error
         assert not said, f"action {number} of seed {seed}: {said[0]} after {monkey.did}"
-        if number % 500 == 0:
+        if number % 250 == 0:
             tell(f"{number} actions: {rss_mb():.0f} MB")
 
 
@@ -183,7 +188,7 @@ def main() -> None:
 
     with tempfile.TemporaryDirectory() as folder:
         source = args.source or sequence_files(Path(folder))
-        with gui_of(headless_context(), source, defocus=QUICK) as gui:
+        with gui_of(headless_context(), source, defocus=QUICK, size=_SIZE) as gui:
             play(gui, args.actions, args.seed)
 
 

@@ -20,6 +20,7 @@ from heatlens.model.shot import Shot
 _PATIENCE_S = 2.0  # until an export that was asked to stop is killed
 _KILLED_S = 1.0  # until the system has cleared away what was killed
 _STOPS = (signal.SIGINT, signal.SIGTERM)
+_TITLES = {"shot sheet": "pull sheet"}
 _STOPPED = (128 + signal.SIGTERM, -signal.SIGTERM, -signal.SIGKILL)
 
 
@@ -90,7 +91,7 @@ class ExportRun:
         # -P: a file in the current folder that is called like one of Python's must not be run.
         program = [sys.executable, "-P", "-m", "heatlens"]
         line = [*program, *command.split(), str(path), "-o", output, *words]
-        self.state = ExportState(f"{command.split()[-1]} to {output}", output=output)
+        self.state = ExportState(f"{_TITLES.get(command, command)} to {output}", output=output)
         pipe = subprocess.PIPE
         with _signals_heard_by_children():
             self._process = subprocess.Popen(line, stdout=pipe, stderr=pipe, text=True)
