@@ -2,31 +2,37 @@
 // so little that more of them would change nothing that can be seen.
 //
 // Input
-//   sum_tx        see antialias_add
+//   spread_tx     see antialias_mean
 // Output
-//   out_done_img  `views` where a pixel is done, else 0
-
-#include "lib/antialias.lib.glsl"
+//   out_done_img  1 where a pixel is done, else 0
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
-uniform sampler2D sum_tx;
-uniform float views;    // samples in each pixel
-uniform float most;     // deviation of the mean that may stay, as a part of the light
-uniform float darkest;  // what is added to the light for that, for the eye does not see in the dark
+uniform sampler2D spread_tx;
+uniform float most;  // deviation that may stay, as a part of the light
+uniform int reach;   // pixels around
 layout(r16f) uniform writeonly image2D out_done_img;
 
+#define STEP 2.0  // deviations: what steps by more from a pixel to the next has an edge about there
+
+vec2 spread_at(ivec2 at) {
+    return texelFetch(spread_tx, clamp(at, ivec2(0), textureSize(spread_tx, 0) - 1), 0).rg;
+}
+
+// An edge between two pixels shows in neither of them.
 bool is_noisy(ivec2 at) {
-    vec4 sum = texelFetch(sum_tx, at, 0) / views;
-    float mean = luminance(sum.rgb), variance = max(sum.a - mean * mean, 0.0);
-    return sqrt(variance / views) > most * (mean + darkest);
+    vec2 here = spread_at(at);
+    float right = spread_at(at + ivec2(1, 0)).r, below = spread_at(at + ivec2(0, 1)).r;
+    float limit = STEP * most * min(here.r, min(right, below));
+    return here.g > most * here.r || max(abs(right - here.r), abs(below - here.r)) > limit;
 }
 
 void main() {
     ivec2 at = ivec2(gl_GlobalInvocationID.xy), size = imageSize(out_done_img);
     if (any(greaterThanEqual(at, size))) return;
     bool noisy = false;
-    for (int i = 0; i < 9 && !noisy; ++i)
-        noisy = is_noisy(clamp(at + ivec2(i % 3, i / 3) - 1, ivec2(0), size - 1));
-    imageStore(out_done_img, at, vec4(noisy ? 0.0 : views));
+    for (int y = -reach; y <= reach && !noisy; ++y)
+        for (int x = -reach; x <= reach; ++x)
+            noisy = noisy || is_noisy(at + ivec2(x, y));
+    imageStore(out_done_img, at, vec4(noisy ? 0.0 : 1.0));
 }

@@ -1,22 +1,37 @@
-// The mean of the samples of each pixel.
+// The mean of the samples of each pixel of a band, and how much they differ.
 //
 // Inputs
-//   sum_tx, done_tx, has_done   see antialias_add
-//   views                       samples in each pixel that is not done
-// Output
-//   mean_img   rgb, alpha 1
+//   samples_tx      rgb, `across` x `across` samples a pixel
+//   first_row       of the band
+//   end_row         behind its last
+// Outputs
+//   mean_img        rgb, alpha 1
+//   out_spread_img  r luminance with `darkest` more, g its standard deviation
+
+#include "lib/antialias.lib.glsl"
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
-uniform sampler2D sum_tx;
-uniform sampler2D done_tx;
-uniform float views;
-uniform bool has_done;
+uniform sampler2D samples_tx;
+uniform int across;
+uniform int first_row;
+uniform int end_row;
+uniform float darkest;  // what is added to the light for that, for the eye does not see in the dark
 writeonly uniform image2D mean_img;
+layout(rg16f) uniform writeonly image2D out_spread_img;
 
 void main() {
-    ivec2 at = ivec2(gl_GlobalInvocationID.xy);
-    if (any(greaterThanEqual(at, imageSize(mean_img)))) return;
-    float done = has_done ? texelFetch(done_tx, at, 0).r : 0.0;
-    imageStore(mean_img, at, vec4(texelFetch(sum_tx, at, 0).rgb / (done > 0.0 ? done : views), 1.0));
+    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy), at = pixel + ivec2(0, first_row);
+    if (at.x >= imageSize(mean_img).x || at.y >= end_row) return;
+    vec3 sum = vec3(0.0);
+    float squares = 0.0, count = float(across * across);
+    for (int i = 0; i < across * across; ++i) {
+        vec3 light = texelFetch(samples_tx, across * pixel + ivec2(i % across, i / across), 0).rgb;
+        sum += light;
+        squares += luminance(light) * luminance(light);
+    }
+    vec3 mean = sum / count;
+    float level = luminance(mean), variance = max(squares / count - level * level, 0.0);
+    imageStore(mean_img, at, vec4(mean, 1.0));
+    imageStore(out_spread_img, at, vec4(level + darkest, sqrt(variance), 0.0, 0.0));
 }

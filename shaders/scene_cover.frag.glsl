@@ -47,7 +47,7 @@ bool is_behind() {
 
 void main() {
 #ifdef HOLES
-    float threshold = threshold_of(uvec2(gl_FragCoord.xy), material, uint(gl_PrimitiveID));
+    float threshold = threshold_of(material, uint(gl_PrimitiveID));
     if (is_hole(material, uv, tint.a, threshold)) discard;
 #endif
 #ifdef PEEL

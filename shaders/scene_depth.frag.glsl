@@ -14,7 +14,7 @@ out float depth_m;
 
 void main() {
 #ifdef HOLES
-    float threshold = threshold_of(uvec2(gl_FragCoord.xy), material, uint(gl_PrimitiveID));
+    float threshold = threshold_of(material, uint(gl_PrimitiveID));
     if (is_hole(material, uv, tint.a, threshold)) discard;
 #endif
     depth_m = 1.0 / gl_FragCoord.w;

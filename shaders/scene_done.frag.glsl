@@ -1,7 +1,9 @@
 // Lies in front of pixels that need no further samples, so that nothing is shaded there.
 
+#include "lib/samples.lib.glsl"
+
 uniform sampler2D done_tx;  // 0 where a pixel is not done
 
 void main() {
-    if (texelFetch(done_tx, ivec2(gl_FragCoord.xy), 0).r == 0.0) discard;
+    if (texelFetch(done_tx, pixel_of(sample_place()), 0).r == 0.0) discard;
 }

@@ -27,7 +27,6 @@ from heatlens.model.settings import Method
 from heatlens.model.shot import LensCurves, Shot
 from heatlens.model.value_bins import ValueBins
 from heatlens.plate.breathing_window import frame_centre_px, room_of
-from heatlens.plate.fragments import FragmentLists
 from heatlens.plate.plate import Plate
 from heatlens.scene.scene import Scene
 from heatlens.scene_gpu.overscan import Overscan
@@ -147,14 +146,6 @@ class FrameRenderer:
         if pinhole is not self._loaded:
             self._take(pinhole)
 
-    def behind(self, shot: Shot, frame: int = 0) -> FragmentLists | None:
-        """Return what a scene has behind the picture that `look` made last, overscan included.
-
-        None for a hurried picture, and for a plate, which brings its own.
-        """
-        peeled = drained(self._source.behind(self._seen(shot, frame), frame))
-        return None if peeled is None else peeled.read()
-
     def pose_at(self, shot: Shot, frame: float) -> Pose | None:
         """Return where the camera stands in the scene; None for a plate."""
         return self._source.pose_at(shot, frame)
@@ -247,8 +238,9 @@ class FrameRenderer:
         """Blur the picture with as much around it as reaches the frame, and return the frame."""
         plate, peeled = self.loaded.plate, None
         if layers_for(shot.defocus) > 1:
-            peeled = yield from self._source.behind(shot, frame)
-        bins = overscan.bins if peeled is None else peeled.bins
+            peeled = self.loaded.peeled
+        seen = overscan if peeled is None else peeled
+        bins = seen.bins
         optics = optics_of(plate, bins.occupied, shot.lens_at(frame))
         margin, fine = overscan.used_px(optics), overscan.fine
         part, scratch, crop = overscan.part(margin), pipeline.scratch, self._passes.crop
@@ -256,7 +248,7 @@ class FrameRenderer:
         self._check_fits(size)
         color = scratch.texture("wide colour", size, 4)
         depth = scratch.texture("wide depth", size, 1)
-        for whole, out in ((overscan.color, color), (overscan.depth, depth)):
+        for whole, out in ((overscan.color, color), (seen.depth, depth)):
             crop.run(whole, (part.x0, part.y0), out)
         behind = places = None
         if peeled is not None:

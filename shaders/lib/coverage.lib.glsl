@@ -6,9 +6,11 @@
 // scrambled as Burley 2020 does ("Practical hash-based Owen scrambling").
 // After lib/random.lib.glsl.
 
+#include "lib/samples.lib.glsl"
+
 #define HALF 0.49999  // where there is one sample only, as for a depth, the nearer half counts
 
-uniform int sample_number;  // -1 for HALF
+uniform int sample_number;  // of the draw; -1 for HALF
 
 // Each bit depends on those below it alone.
 uint scrambled(uint x, uint seed) {
@@ -20,10 +22,12 @@ uint scrambled(uint x, uint seed) {
     return x;
 }
 
-float threshold_of(uvec2 pixel, uint material, uint triangle) {
+float threshold_of(uint material, uint triangle) {
     if (sample_number < 0) return HALF;
-    uvec4 seeds = hashed(uvec4(pixel, material, triangle));
+    ivec2 place = sample_place();
+    uint number = uint(sample_number * samples_across * samples_across + number_of(place));
+    uvec4 seeds = hashed(uvec4(pixel_of(place), material, triangle));
     // The order of the samples is shuffled too, or else two surfaces would cover the same ones.
-    uint turn = bitfieldReverse(scrambled(bitfieldReverse(uint(sample_number)), seeds.x));
+    uint turn = bitfieldReverse(scrambled(bitfieldReverse(number), seeds.x));
     return float(bitfieldReverse(scrambled(turn, seeds.y)) >> 8u) * (1.0 / 16777216.0);
 }

@@ -2,23 +2,44 @@
 // surfaces behind. Samples whose distances differ by less than SAME_GROUP are one surface.
 //
 // Inputs
-//   front_tx     FRONT_SIDE x FRONT_SIDE samples a pixel: rgb, a dioptres
-//   first_tx     BEHIND_SIDE x BEHIND_SIDE samples a pixel: r metres of what is seen
+//   front_tx     front_side x front_side samples a pixel, of DRAWS draws below each other: rgb, a dioptres
+//   done_tx      1 where all that is seen in a pixel is one surface, and front_tx has no samples
+//   first_tx     behind_side x behind_side samples a pixel: r metres of what is seen
 //   behind_tx, last_tx   rgb, a dioptres of the next surface and the one after it
 
 uniform sampler2D front_tx;
+uniform sampler2D done_tx;
 uniform sampler2D first_tx;
 uniform sampler2D behind_tx;
 uniform sampler2D last_tx;
 
+#define DRAWS 4
 #define SAME_GROUP 1.03    // of the distance
 #define GROUPS_MOST 6      // the last one takes all that is left
 #define LEAST_COVER 0.004  // less than the smallest part that samples can tell
-#define FRONT_COUNT (front_side * front_side)
 #define BEHIND_COUNT (behind_side * behind_side)
 
 uniform int front_side;
 uniform int behind_side;
+
+// Of the pixel that this invocation looks at.
+bool is_done;
+int front_count;     // samples: 1 where it is done
+float own_dioptres;  // where it is done
+
+void begin_pixel(ivec2 at, float depth_m) {
+    is_done = texelFetch(done_tx, at, 0).r > 0.0;
+    front_count = is_done ? 1 : DRAWS * front_side * front_side;
+    own_dioptres = 1.0 / depth_m;
+}
+
+// One sample of what is seen; of a pixel that is done without its colour.
+vec4 front_sample(ivec2 pixel, int i) {
+    if (is_done) return vec4(vec3(0.0), own_dioptres);
+    int draw = i % DRAWS, number = i / DRAWS, height = textureSize(front_tx, 0).y / DRAWS;
+    ivec2 at = front_side * pixel + ivec2(number % front_side, number / front_side);
+    return texelFetch(front_tx, at + ivec2(0, draw * height), 0);
+}
 
 struct Group {
     vec3 color;
@@ -38,8 +59,8 @@ vec4 behind_sample(ivec2 at, bool is_last) {
 // Dioptres of the nearest sample that is farther than `limit`; -1 for none.
 float nearest_beyond(ivec2 pixel, float limit) {
     float nearest = -1.0;
-    for (int i = 0; i < FRONT_COUNT; ++i) {
-        float d = texelFetch(front_tx, front_side * pixel + ivec2(i % front_side, i / front_side), 0).a;
+    for (int i = 0; i < front_count; ++i) {
+        float d = front_sample(pixel, i).a;
         if (d < limit) nearest = max(nearest, d);
     }
     for (int i = 0; i < 2 * BEHIND_COUNT; ++i) {
@@ -56,8 +77,8 @@ float nearest_beyond(ivec2 pixel, float limit) {
 Group group_within(ivec2 pixel, float low, float high, inout int left) {
     vec4 seen = vec4(0.0), hidden = vec4(0.0);
     int seen_count = 0, hidden_count = 0;
-    for (int i = 0; i < FRONT_COUNT; ++i) {
-        vec4 x = texelFetch(front_tx, front_side * pixel + ivec2(i % front_side, i / front_side), 0);
+    for (int i = 0; i < front_count; ++i) {
+        vec4 x = front_sample(pixel, i);
         if (x.a < low || x.a >= high) continue;
         seen += x;
         ++seen_count;
@@ -77,7 +98,7 @@ Group group_within(ivec2 pixel, float low, float high, inout int left) {
         return Group(seen.rgb, cover, seen.a, true);
     }
     // It lies behind those samples alone that something nearer covers.
-    float behind = 1.0 - float(left) / float(FRONT_COUNT);
+    float behind = 1.0 - float(left) / float(front_count);
     float cover = behind * min(float(hidden_count) / float(BEHIND_COUNT), 1.0);
     hidden /= float(max(hidden_count, 1));
     return Group(hidden.rgb, cover, hidden.a, false);

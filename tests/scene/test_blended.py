@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from heatlens.defocus.plate_passes import CropPass
 from heatlens.gpu.textures import download, new_texture
 from heatlens.model.pupil import PINHOLE
 from heatlens.scene.scene import MapPlace, Material
@@ -32,11 +33,16 @@ def both(session_context):
     ctx = session_context
     raster = SceneRaster(ctx)
     antialias, rays = Antialias(ctx, raster), RayTracer(ctx, raster)
+    crop = CropPass(ctx)
+
+    def many_samples(out):
+        yield from antialias.steps(VIEW, 8, 1, object())
+        crop.run(antialias.picture(VIEW.size).mean, (0, 0), out)
 
     def pictures(scene):
         found = []
         for method in (
-            lambda out: antialias.steps(VIEW, 64, out, object()),
+            many_samples,
             lambda out: rays.steps(VIEW, PINHOLE, 64, out, object()),
         ):
             raster.load(scene)
@@ -49,7 +55,7 @@ def both(session_context):
         return found
 
     yield pictures
-    for held in (rays, antialias, raster):
+    for held in (crop, rays, antialias, raster):
         held.release()
 
 

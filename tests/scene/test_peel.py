@@ -12,9 +12,9 @@ from heatlens.model.lens import Lens
 from heatlens.model.settings import DefocusSettings, Method, Quality
 from heatlens.model.shot import Shot
 from heatlens.plate.fragments import FragmentLists
-from heatlens.render import FrameRenderer, drained
+from heatlens.render import FrameRenderer
 from heatlens.scene.scene import Array, Mesh, Scene, SceneCamera
-from heatlens.scene_gpu import peel
+from heatlens.scene_gpu import bands, peel
 from heatlens.scene_gpu.closed_meshes import (
     BACK_BY_NORMAL,
     BACK_CLOCKWISE,
@@ -25,7 +25,7 @@ from heatlens.scene_gpu.closed_meshes import (
     is_closed,
 )
 from heatlens.scene_gpu.peel import Peeled
-from heatlens.scene_gpu.scene_renderer import SceneRenderer
+from heatlens.scene_gpu.scene_renderer import drawing_steps
 from support.scenes import NIGHT, box, lamp, moved, plane, scene_of, sphere
 
 SIZE = (48, 32)
@@ -47,8 +47,7 @@ def scene_with(meshes: Sequence[Mesh], places: Sequence[tuple[int, Array]]) -> S
 def peeled(renderer: FrameRenderer, scene: Scene) -> tuple[Peeled, int]:
     """The lists, and the number of the pixel in the middle of the picture."""
     renderer.load_scene(scene)
-    renderer.look(SHOT)
-    lists = drained(renderer._source.behind(SHOT, 0))
+    lists = renderer.look(SHOT).peeled
     assert lists is not None
     width, height = lists.fragments.size
     return lists, width * (height // 2) + width // 2
@@ -104,7 +103,7 @@ def test_lists_that_begin_with_what_is_seen_flatten_to_the_picture(renderer):
     found, _ = peeled(renderer, scene_with((plane(0.3), plane(3.0, material=1)), places))
     lists, overscan = found.read(), renderer.loaded.overscan
     assert overscan is not None
-    color, depth_m = download(overscan.color), download(overscan.depth)
+    color, depth_m = download(overscan.color), download(found.depth)
     edges = np.flatnonzero(lists.starts[:-1] & 1)
     assert len(edges) > 20
     for pixel in edges:
@@ -122,7 +121,7 @@ def test_bands_make_the_same_lists(renderer, monkeypatch):
     places = [(0, moved(0.1, 0.05, z=-2)), (1, moved(z=-4))]
     scene = scene_with((sphere(0.3), plane(3.0, material=1)), places)
     whole = peeled(renderer, scene)[0].read()
-    monkeypatch.setattr(peel, "_SAMPLES_MOST", 5000)
+    monkeypatch.setattr(bands, "_SAMPLES_MOST", 5000)
     banded = peeled(renderer, scene)[0].read()
     np.testing.assert_array_equal(whole.starts, banded.starts)
     np.testing.assert_allclose(whole.dioptres, banded.dioptres, rtol=1e-4)
@@ -150,13 +149,14 @@ def test_bins_count_what_is_hidden(renderer):
     assert occupied[0] == 0  # the sky behind the wall
 
 
-def test_a_second_frame_takes_the_memory_of_the_first(renderer):
+def test_a_third_frame_takes_the_memory_of_the_first(renderer):
     places = [(0, moved(z=-2)), (1, moved(z=-4))]
     found, _ = peeled(renderer, scene_with((plane(0.3), plane(3.0, material=1)), places))
     first = found.fragments
-    renderer.look(replace(SHOT, lens=replace(SHOT.lens, focal_length_mm=60.0)))
-    again = drained(renderer._source.behind(SHOT, 0))
-    assert again is not None and again is not found
+    for focal_length_mm in (60.0, 70.0):  # two banks: one is held while the other is drawn
+        lens = replace(SHOT.lens, focal_length_mm=focal_length_mm)
+        again = renderer.look(replace(SHOT, lens=lens)).peeled
+        assert again is not None and again is not found
     assert (again.fragments.starts, again.fragments.words) == (first.starts, first.words)
 
 
@@ -174,11 +174,8 @@ def test_what_is_known_is_nearer_to_the_truth_than_what_is_guessed(renderer, mon
     many = replace(shot, defocus=replace(shot.defocus, method=Method.ACCUMULATION, views=128))
     truth = renderer.pixels(many)[..., :3]
     known = np.abs(renderer.pixels(shot)[..., :3] - truth).mean()
-
-    def nothing(*_: object) -> object:
-        yield from ()
-
-    monkeypatch.setattr(SceneRenderer, "behind", nothing)
+    monkeypatch.setattr(renderer, "_loaded", replace(renderer.loaded, peeled=None))
+    monkeypatch.setattr(renderer, "looking", lambda *_: iter(()))
     guessed = np.abs(renderer.pixels(shot)[..., :3] - truth).mean()
     assert known < 0.7 * guessed
 
@@ -208,3 +205,10 @@ def test_a_mirrored_mesh_is_told_the_other_way_and_a_room_from_inside_not_at_all
     to_object = np.linalg.inv(to_world).transpose(0, 2, 1)
     rules = closed.rules(np.zeros(3, np.int64), to_world, to_object, np.zeros(3))
     assert rules.tolist() == [BACK_COUNTERCLOCKWISE, BACK_CLOCKWISE, BACK_NONE]
+
+
+def test_as_many_steps_are_taken_as_are_told(renderer):
+    places = [(0, moved(z=-2)), (1, moved(z=-4))]
+    renderer.load_scene(scene_with((sphere(0.3), plane(3.0, material=1)), places))
+    told = drawing_steps(renderer.ctx, renderer.scene.triangle_count, SIZE)
+    assert len(list(renderer.looking(SHOT, 0))) == told

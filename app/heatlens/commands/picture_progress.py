@@ -24,7 +24,7 @@ _VIEWS = ("view", "rays")  # steps that are each a whole picture from one point 
 _BEFORE, _BEHIND = 1.5, 0.3
 _DONE_AT = {"layer split": 0.0, "hidden fill": 0.15, "coc fill": 0.35, "blur": 0.5}
 _DONE_AT |= {"composite": 1.0, "highlights drawn": 1.0}
-_DRAWING = "pinhole"  # a step of drawing a scene, which comes before all others
+_DRAWING = ("pinhole", "behind")  # steps of drawing a scene, which come before all others
 _FINDING = ("coc", "highlights found", "highlights listed", "fragments")
 
 
@@ -74,12 +74,12 @@ class PictureCount:
 
     def take(self, name: str, seconds: float) -> None:
         """Count the step `name`, which is done now, `seconds` after the start."""
-        if name == _DRAWING:
+        if name in _DRAWING:
             self.drawn, self.drawn_s = self.drawn + 1, seconds
 
     def text(self, name: str, seconds: float) -> str:
         """Return what is worked on after the step `name`, and the time left where it is known."""
-        if name == _DRAWING and self.drawn <= self.drawings:
+        if name in _DRAWING and self.drawn <= self.drawings:
             left_s = seconds / self.drawn * (self.drawings - self.drawn)
             return f"drawing the scene, about {time_text(left_s)} left"
         share = self.layers.share(name)
@@ -125,18 +125,13 @@ def picture_progress(
 
 
 def _drawings(renderer: FrameRenderer, shot: Shot) -> int:
-    """Return the steps of drawing the scene.
-
-    Each band of rows several times, and once for depth.
-    """
+    """Return the steps of drawing the scene; 0 for a plate."""
     if renderer.scene is None:
         return 0
-    from heatlens.scene_gpu.bands import Bands  # plates do without
-    from heatlens.scene_gpu.scene_renderer import PINHOLE_VIEWS
+    from heatlens.scene_gpu.scene_renderer import drawing_steps  # plates do without
 
     size = (shot.framing or Framing()).size
-    bands = Bands(renderer.ctx, renderer.scene.triangle_count).of(size)
-    return (PINHOLE_VIEWS + 1) * len(bands)
+    return drawing_steps(renderer.ctx, renderer.scene.triangle_count, size)
 
 
 @contextmanager

@@ -78,7 +78,7 @@ def pinhole_plate(
     if not args.deep:
         return with_overscan(loaded, margin_px)
     check_deep_fits(args.output, width, height)
-    plate = with_overscan(loaded, margin_px, renderer.behind(shot, frame))
+    plate = with_overscan(loaded, margin_px, loaded.peeled)
     count = 0 if plate.fragments is None else plate.fragments.count
     say(f"deep: {1 + count / math.prod((width, height)):.2f} surfaces a pixel")
     return plate

@@ -36,6 +36,9 @@ class SceneView:
     jitter_px        (x, y), to the right and down: the sample's offset from the pixel's middle
     sample           which of the samples of a pixel this is, so that what covers a share of a pixel
                      covers some of them; None for a single one
+    across           how many of the view's pixels are samples of one pixel of a picture, each way
+    first_row        of that picture
+    rows_above       in the texture that is drawn into, which are those of other draws
     """
 
     world_to_camera: Array
@@ -47,6 +50,9 @@ class SceneView:
     offset_m: tuple[float, float] = (0.0, 0.0)
     jitter_px: tuple[float, float] = (0.0, 0.0)
     sample: int | None = None
+    across: int = 1
+    first_row: int = 0
+    rows_above: int = 0
 
     @property
     def clip_from_world(self) -> Array:

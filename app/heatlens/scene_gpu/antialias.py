@@ -1,115 +1,98 @@
-"""A pinhole picture antialiased: many samples where surfaces meet, few where nothing changes.
+"""A pinhole picture by several samples a pixel, and where these are not enough.
 
-All pixels get some samples. Those in which, and around which, these hardly differ are done; the
-others go on until there are as many as wished.
+All samples of a band of rows are drawn at once, as the pixels of a larger picture. Where they
+hardly differ, in a pixel and around it, more of them would change nothing that can be seen.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import moderngl
 
 from heatlens.gpu.program import ComputeProgram, pixel_groups
-from heatlens.gpu.textures import Storage, TexturePool
-from heatlens.model.boxes import Box
-from heatlens.model.pupil import PINHOLE
+from heatlens.gpu.textures import TexturePool
 from heatlens.scene.scene_view import SceneView
-from heatlens.scene_gpu.lens_samples import lens_samples
+from heatlens.scene_gpu.bands import samples_of
 from heatlens.scene_gpu.raster import SceneRaster
 
-_FOR_ALL = 16  # views of every pixel, after which some are done
-# A standard deviation of the mean that is not visible, relative to the light and to what counts as
-# black: one percent of the light is about a step of 8 bits.
-_MOST, _DARKEST = 0.01, 0.01
+# A standard deviation of the samples that leaves nothing to be seen in their mean, relative to the
+# light and to what counts as black.
+_MOST, _DARKEST = 0.04, 0.01
+LARGER = 2  # bands than those of one sample a pixel: each of them draws all triangles once more
 
 
-@dataclass
-class _Progress:
-    """How far a picture is done."""
+@dataclass(frozen=True)
+class Antialiased:
+    """The picture.
 
-    key: object
-    size: tuple[int, int]
-    views: int = 0  # that all bands have
-    bands: int = 0  # that have one more
-    has_done: bool = False  # it is known which pixels are done
+    mean  RGBA float32
+    done  R, 1 where it needs no more samples
+    """
+
+    mean: moderngl.Texture
+    done: moderngl.Texture
 
 
 class Antialias:
-    """Keeps the sum of the samples so far, so that more samples cost only the new ones."""
+    """Draws pictures one after the other, each in the same memory."""
 
     def __init__(self, ctx: moderngl.Context, raster: SceneRaster) -> None:
         self._raster = raster
-        self._add_program = ComputeProgram(ctx, "antialias_add.comp.glsl")
-        self._done_program = ComputeProgram(ctx, "antialias_done.comp.glsl")
         self._mean_program = ComputeProgram(ctx, "antialias_mean.comp.glsl")
+        self._done_program = ComputeProgram(ctx, "antialias_done.comp.glsl")
         self._pool = TexturePool(ctx)
-        self._progress = _Progress(None, (0, 0))
+        self._most_px = int(ctx.info["GL_MAX_TEXTURE_SIZE"])
+        self._key: object = None  # of the picture that is there
 
     def release(self) -> None:
         """Give everything back to OpenGL."""
-        for program in (self._add_program, self._done_program, self._mean_program):
-            program.release()
+        self._mean_program.release()
+        self._done_program.release()
         self._pool.release()
 
-    def steps(
-        self, view: SceneView, views: int, out: moderngl.Texture, key: object
-    ) -> Iterator[str]:
-        """Render the mean of at most `views` samples a pixel into `out`, RGBA of the view's size.
+    def steps(self, view: SceneView, across: int, fine: int, key: object) -> Iterator[str]:
+        """Draw `across` x `across` samples a pixel, or fewer if they do not fit into a texture.
 
-        Equal keys promise equal light from the scene and view, and a sum for an equal key is
-        continued, even if its steps were abandoned. If fewer views are asked for than were summed,
-        the sum starts again, so that the picture depends on their number alone. A step draws one
-        band of one view.
+        Each step draws a band; `picture` has all of it at the end. `fine` pixels of the view make
+        one of what will be seen, each way. Equal keys promise equal light from the scene and the
+        view: a picture that is there is not drawn again.
         """
-        now = self._progress
-        if (now.key, now.size) != (key, view.size) or now.views + (now.bands > 0) > views:
-            now = self._progress = _Progress(key, view.size)
-        _, jitters = lens_samples(0, views, PINHOLE)
-        bands = self._raster.bands.of(view.size)
-        while now.views < views:
-            self._look(now)
-            x, y = jitters[now.views].tolist()
-            sample = replace(view, jitter_px=(x, y), sample=now.views)
-            self._sample(sample, bands[now.bands])
-            now.bands += 1
-            if now.bands == len(bands):
-                now.views, now.bands = now.views + 1, 0
-            yield "view"
-        self._mean(out)
-        yield "mean"
-
-    def _texture(self, name: str, components: int) -> moderngl.Texture:
-        storage: Storage = "f4" if components == 4 else "f2"
-        return self._pool.texture(name, self._progress.size, components, storage)
-
-    def _look(self, now: _Progress) -> None:
-        """Find the finished pixels once all of them have had their views."""
-        if now.has_done or now.views < _FOR_ALL:
+        across = max(1, min(across, self._most_px // view.size[0]))
+        key = key, view.size, across
+        if key == self._key:
             return
-        now.has_done = True
+        self._key = None
+        for rows in self._raster.bands.of_samples(view.size, across, LARGER):
+            self._draw(samples_of(view, rows, across), view.size, rows)
+            yield "view"
+        picture = self.picture(view.size)
         self._done_program.dispatch(
-            pixel_groups(now.size),
-            textures={"sum_tx": self._texture("sum", 4)},
-            images={"out_done_img": self._texture("done", 1)},
-            uniforms={"views": float(now.views), "most": _MOST, "darkest": _DARKEST},
+            pixel_groups(view.size),
+            textures={"spread_tx": self._pool.texture("spread", view.size, 2, "f2")},
+            images={"out_done_img": picture.done},
+            uniforms={"most": _MOST, "reach": fine},
         )
+        self._key = key
 
-    def _sample(self, view: SceneView, band: Box) -> None:
-        """Draw one more view of a band for the pixels that are not finished."""
-        now, drawn, done = self._progress, self._texture("view", 4), self._texture("done", 1)
-        self._raster.draw(view, drawn, band, done if now.has_done else None)
-        self._add_program.dispatch(
-            pixel_groups((band.width, band.height)),
-            textures={"view_tx": drawn, "done_tx": done},
-            images={"sum_img": self._texture("sum", 4)},
-            uniforms={"first_row": band.y0, "is_first": now.views == 0, "has_done": now.has_done},
-        )
+    def picture(self, size: tuple[int, int]) -> Antialiased:
+        """Return the picture that the last steps have drawn, which is of this size."""
+        mean = self._pool.texture("mean", size, 4)
+        return Antialiased(mean, self._pool.texture("done", size, 1, "f2"))
 
-    def _mean(self, out: moderngl.Texture) -> None:
-        now = self._progress
+    def _draw(self, samples: SceneView, size: tuple[int, int], rows: tuple[int, int]) -> None:
+        drawn = self._pool.texture("samples", samples.size, 4)
+        self._raster.draw(samples, drawn)
         self._mean_program.dispatch(
-            pixel_groups(now.size),
-            textures={"sum_tx": self._texture("sum", 4), "done_tx": self._texture("done", 1)},
-            images={"mean_img": out},
-            uniforms={"views": float(now.views), "has_done": now.has_done},
+            pixel_groups((size[0], samples.size[1] // samples.across)),
+            textures={"samples_tx": drawn},
+            images={
+                "mean_img": self._pool.texture("mean", size, 4),
+                "out_spread_img": self._pool.texture("spread", size, 2, "f2"),
+            },
+            uniforms={
+                "across": samples.across,
+                "first_row": rows[0],
+                "end_row": min(rows[1], size[1]),
+                "darkest": _DARKEST,
+            },
         )

@@ -1,8 +1,10 @@
 """What lies behind the picture of a scene, as the fragment lists that deep files are read into.
 
-The scene is drawn in bands at several samples a pixel, and behind what is seen the next two
-surfaces. A pass makes a list of each pixel: surfaces near to far with the part of the pixel that
-they cover. Scratch is bounded by the size of a band; nothing is read back but a count.
+The scene is drawn in bands, at many samples a pixel where few are not enough (antialias.py), and
+behind what is seen the next two surfaces. A pass makes a list of each pixel: surfaces near to far
+with the part of the pixel that they cover. Where there are many samples the picture becomes their
+mean, so that picture and lists agree. Scratch is bounded by the size of a band; nothing is read
+back but a count.
 """
 
 from collections.abc import Callable, Generator
@@ -17,14 +19,21 @@ from heatlens.gpu.textures import TexturePool
 from heatlens.model.value_bins import ValueBins
 from heatlens.plate.fragments import FragmentLists
 from heatlens.scene.scene_view import SceneView
+from heatlens.scene_gpu.bands import Rows, samples_of
 from heatlens.scene_gpu.depth_survey import DepthSurvey
 from heatlens.scene_gpu.overscan import Overscan
 from heatlens.scene_gpu.raster import SceneRaster
 from heatlens.scene_gpu.surface_raster import SurfaceRaster
 
-_FRONT_SIDE, _BEHIND_SIDE = 4, 2  # samples across a pixel of what is seen, and of what is behind,
-_BEHIND_SIDE_FINE = 1  # where pixels are finer than those of the picture
-_SAMPLES_MOST = 1 << 21  # of a band
+# Samples across a pixel of the picture: of what is seen in each of several draws, and of what is
+# behind.
+FRONT_SIDE, _BEHIND_SIDE = 4, 2
+# How far the samples of each draw are shifted, in their distances: no two draws share a row or a
+# column, so that an edge along one is told as finely as any other.
+_SHIFTS = ((-0.375, -0.125), (-0.125, 0.375), (0.125, -0.375), (0.375, 0.125))
+STEPS_OF_BAND = len(_SHIFTS) + 3
+SAMPLES = len(_SHIFTS) * FRONT_SIDE**2  # of a pixel that is not done with fewer
+LARGER = 16  # bands than others on a processor: most of their pixels are done
 _A_PIXEL = 2.0  # fragments that there is room for, on average
 _FRAGMENT_BYTES = 12
 
@@ -34,12 +43,14 @@ class Peeled:
     """The lists of a picture.
 
     fragments   of all of its pixels
+    depth       R, metres of the picture, but of the nearest surface where a list begins with it
     places      RGBA: where in each pixel its light stands, see peel_lists.comp.glsl
     bins        dioptres of what is seen and of what is behind it
     count       fragments that were found, and `capacity`, that there is room for
     """
 
     fragments: FragmentBuffers
+    depth: moderngl.Texture
     places: moderngl.Texture
     bins: ValueBins
     count: int
@@ -54,8 +65,19 @@ class Peeled:
         return FragmentLists(starts[: pixels + 1], words.reshape(-1, 3), is_measured=True)
 
 
+@dataclass(frozen=True)
+class _Room:
+    """Memory for lists."""
+
+    starts: moderngl.Buffer
+    words: moderngl.Buffer
+    depth: moderngl.Texture
+    places: moderngl.Texture
+    capacity: int
+
+
 class ScenePeel:
-    """Makes the lists of one picture after the other, each in the same memory."""
+    """Makes the lists of one picture after the other, in the same two banks of memory."""
 
     def __init__(self, ctx: moderngl.Context, raster: SceneRaster, survey: DepthSurvey) -> None:
         self._ctx = ctx
@@ -71,87 +93,108 @@ class ScenePeel:
         self,
         view: SceneView,
         picture: Overscan,
+        done: moderngl.Texture,
         place: Callable[[], None],
+        bank: int,
     ) -> Generator[str, None, Peeled]:
         """Make the lists of a picture in steps; return them at the end.
 
-        `view` is that of the picture, whose depth becomes that of the nearest fragment where
-        several are seen in a pixel. `place` puts the scene in its place, where others may have
-        moved it between two steps.
+        `view` is that of the picture. Where `done` is 0 its colour becomes the mean of the samples
+        that are drawn. `place` puts the scene in its place, where others may have moved it between
+        two steps. Lists of another `bank` stay as they are.
         """
-        width, height = view.size
-        color, depth, nearest = picture.color, picture.depth, float(picture.bins.high)
-        behind_side = _BEHIND_SIDE if picture.fine == 1 else _BEHIND_SIDE_FINE
-        side = max(1, min(_FRONT_SIDE, int(self._ctx.info["GL_MAX_TEXTURE_SIZE"]) // width))
-        rows = max(1, min(height, _SAMPLES_MOST // (side * side * width)))
-        starts = self._pool.buffer("starts", 4 * (width * height + 1))
-        limit = int(self._ctx.info["GL_MAX_SHADER_STORAGE_BLOCK_SIZE"]) // _FRAGMENT_BYTES
-        capacity = min(int(_A_PIXEL * width * height), limit)
-        words = self._pool.buffer("words", _FRAGMENT_BYTES * capacity)
-        places = self._pool.texture("places", view.size, 4, "f2")
+        out = self._room(view.size, bank)
+        sides = self._sides(view.size[0], picture.fine)
         self._total.write(np.zeros(1, np.uint32))
-        for first in range(0, height, rows):
-            place()
-            samples = self._samples(view, first, rows, (side, behind_side))
-            band = first, min(first + rows, height)
-            self._list(
-                samples, band, (side, behind_side), (color, depth, places), starts, words, capacity
-            )
+        for rows in self._raster.bands.of_samples(view.size, sides[0], LARGER):
+            samples = yield from self._samples(view, rows, sides, done, place)
+            self._list(samples, rows, sides, picture, out)
             yield "behind"
         count = int(np.frombuffer(self._total.read(), np.uint32)[0])
-        bins = self._survey.with_fragments(depth, words, min(count, capacity), nearest)
-        fragments = FragmentBuffers(starts, words, view.size, False, is_exact=True)
-        return Peeled(fragments, places, bins, count, capacity)
+        nearest, most = float(picture.bins.high), min(count, out.capacity)
+        bins = self._survey.with_fragments(out.depth, out.words, most, nearest)
+        fragments = FragmentBuffers(out.starts, out.words, view.size, False, is_exact=True)
+        return Peeled(fragments, out.depth, out.places, bins, count, out.capacity)
+
+    def _room(self, size: tuple[int, int], bank: int) -> _Room:
+        pixels = size[0] * size[1]
+        limit = int(self._ctx.info["GL_MAX_SHADER_STORAGE_BLOCK_SIZE"]) // _FRAGMENT_BYTES
+        capacity = min(int(_A_PIXEL * pixels), limit)
+        return _Room(
+            self._pool.buffer(f"starts {bank}", 4 * (pixels + 1)),
+            self._pool.buffer(f"words {bank}", _FRAGMENT_BYTES * capacity),
+            self._pool.texture(f"depth {bank}", size, 1),
+            self._pool.texture(f"places {bank}", size, 4, "f2"),
+            capacity,
+        )
+
+    def _sides(self, width: int, fine: int) -> tuple[int, int]:
+        """Return how many samples across are drawn of what is seen, and of what is behind."""
+        most = max(1, int(self._ctx.info["GL_MAX_TEXTURE_SIZE"]) // width)
+        return min(FRONT_SIDE // fine, most), min(_BEHIND_SIDE // fine, most)
 
     def _samples(
-        self, view: SceneView, first: int, rows: int, sides: tuple[int, int]
-    ) -> dict[str, moderngl.Texture]:
+        self,
+        view: SceneView,
+        rows: Rows,
+        sides: tuple[int, int],
+        done: moderngl.Texture,
+        place: Callable[[], None],
+    ) -> Generator[str, None, dict[str, moderngl.Texture]]:
         """Draw a band, and return the textures by the names of lib/surface_groups.lib.glsl."""
-        seen, behind = (_band_view(view, first, rows, side) for side in sides)
-        drawn = {
-            "front_tx": self._pool.texture("front", seen.size, 4),
-            "first_tx": self._pool.texture("first", behind.size, 1),
-            "behind_tx": self._pool.texture("behind", behind.size, 4),
-            "last_tx": self._pool.texture("last", behind.size, 4),
-        }
-        self._surfaces.front(seen, drawn["front_tx"])
-        self._raster.depth(behind, drawn["first_tx"])
-        self._surfaces.behind(behind, drawn["first_tx"], drawn["behind_tx"])
-        self._surfaces.behind(behind, drawn["behind_tx"], drawn["last_tx"])
+        seen, behind = (samples_of(view, rows, side) for side in sides)
+        width, height = seen.size
+        front = self._pool.texture("front", (width, height * len(_SHIFTS)), 4)
+        first = self._pool.texture("first", behind.size, 1)
+        for number, shift in enumerate(_SHIFTS):
+            place()
+            self._surfaces.front(_shifted(seen, number, shift), front, done)
+            yield "behind"
+        place()
+        self._raster.depth(behind, first)
+        drawn, before = {"front_tx": front, "first_tx": first, "done_tx": done}, first
+        for name in ("behind", "last"):
+            drawn[f"{name}_tx"] = self._pool.texture(name, behind.size, 4)
+            self._surfaces.behind(behind, before, drawn[f"{name}_tx"])
+            before = drawn[f"{name}_tx"]
+            yield "behind"
+            place()
         return drawn
 
     def _list(
         self,
         samples: dict[str, moderngl.Texture],
-        band: tuple[int, int],
+        rows: Rows,
         sides: tuple[int, int],
-        picture: tuple[moderngl.Texture, moderngl.Texture, moderngl.Texture],
-        starts: moderngl.Buffer,
-        words: moderngl.Buffer,
-        capacity: int,
+        picture: Overscan,
+        out: _Room,
     ) -> None:
         """Count, place and write the lists of the rows of a band."""
-        (first, end), (color, depth, places) = band, picture
-        groups = pixel_groups((color.width, end - first))
-        textures = samples | {"color_tx": color}
+        (width, height), first = picture.color.size, rows[0]
+        end = min(rows[1], height)
+        groups = pixel_groups((width, end - first))
         uniforms = {"first_row": first, "end_row": end}
-        uniforms |= {"front_side": sides[0], "behind_side": sides[1]}
-        kept = {"start_block": starts}
-        self._count.dispatch(groups, textures=textures, buffers=kept, uniforms=uniforms)
+        uniforms |= {"front_side": sides[0], "behind_side": sides[1], "shifts": _SHIFTS}
+        kept, read = {"start_block": out.starts}, samples | {"depth_tx": picture.depth}
+        self._count.dispatch(groups, textures=read, buffers=kept, uniforms=uniforms)
         self._starts.dispatch(
             (1, 1),
             buffers=kept | {"total_block": self._total},
             uniforms={
-                "first_pixel": first * color.width,
-                "pixel_count": (end - first) * color.width,
-                "capacity": capacity,
+                "first_pixel": first * width,
+                "pixel_count": (end - first) * width,
+                "capacity": out.capacity,
             },
         )
         self._write.dispatch(
             groups,
-            textures=textures,
-            images={"out_depth_img": depth, "out_place_img": places},
-            buffers=kept | {"fragment_block": words},
+            textures=read,
+            images={
+                "out_color_img": picture.color,
+                "out_depth_img": out.depth,
+                "out_place_img": out.places,
+            },
+            buffers=kept | {"fragment_block": out.words},
             uniforms=uniforms,
         )
 
@@ -162,14 +205,8 @@ class ScenePeel:
             held.release()
 
 
-def _band_view(view: SceneView, first: int, rows: int, side: int) -> SceneView:
-    """Return the view of some rows of a picture, `side` times as large."""
-    width, height = view.size
-    below_px = first + rows / 2 - height / 2
-    return replace(
-        view,
-        size=(side * width, side * rows),
-        focal_px=side * view.focal_px,
-        jitter_px=(0.0, side * below_px),
-        sample=0,  # the pixels of this view are the samples, and differ by their places
-    )
+def _shifted(view: SceneView, number: int, shift: tuple[float, float]) -> SceneView:
+    """Return the view of one of several draws into one texture, below those before it."""
+    (right, down), (x, y) = view.jitter_px, shift
+    moved = replace(view, jitter_px=(right + x, down + y), sample=number)
+    return replace(moved, rows_above=number * view.size[1])

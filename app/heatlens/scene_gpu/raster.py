@@ -108,17 +108,13 @@ class SceneRaster:
         view: SceneView,
         color: moderngl.Texture,
         band: Box | None = None,
-        done: moderngl.Texture | None = None,
     ) -> None:
         """Draw one sample a pixel, at the view's jitter, into RGBA `color` with an alpha of 1.
 
-        With `band` only these rows are drawn, and with `done`, R, only pixels where it is 0: the
-        values in the other pixels of the band are undefined.
+        With `band` only these rows are drawn.
         """
         with self._within(self._targets.of(color), band) as target:
             target.clear()
-            if done is not None:
-                self._hide(target, done)
             self.draw_into(target, view, self._draws["cover"], self._draws["surface"], self._sky)
 
     def depth(self, view: SceneView, depth: moderngl.Texture, band: Box | None = None) -> None:
@@ -142,12 +138,15 @@ class SceneRaster:
         finally:
             target.scissor = None  # type: ignore[assignment]  # its stub does not know that
 
-    def _hide(self, target: moderngl.Framebuffer, done: moderngl.Texture) -> None:
-        """Cover finished pixels with a depth nearer than everything else."""
+    def hide(self, target: moderngl.Framebuffer, view: SceneView, done: moderngl.Texture) -> None:
+        """Cover the pixels where `done`, R, is not 0 with a depth nearer than everything else.
+
+        `done` is of the picture whose samples the view's pixels are. `target` is bound.
+        """
         self._ctx.enable_only(moderngl.DEPTH_TEST)
         self._ctx.depth_func = _ALWAYS
         target.color_mask = (False,) * 4
-        self._done.bind(textures={"done_tx": done})
+        self._done.bind(textures={"done_tx": done}, uniforms=sample_uniforms(view))
         self._done_array.render(moderngl.TRIANGLES, 3)
         target.color_mask = (True,) * 4
         self._ctx.depth_func = "<"
@@ -267,7 +266,22 @@ def mesh_uniforms(view: SceneView) -> dict[str, object]:
 
 def cover_uniforms(view: SceneView) -> dict[str, object]:
     """Return the uniforms of scene_cover and scene_depth for a view."""
-    return mesh_uniforms(view) | {"sample_number": -1 if view.sample is None else view.sample}
+    return (
+        mesh_uniforms(view)
+        | {
+            "sample_number": -1 if view.sample is None else view.sample,
+        }
+        | sample_uniforms(view)
+    )
+
+
+def sample_uniforms(view: SceneView) -> dict[str, object]:
+    """Return the uniforms of lib/samples.lib.glsl for a view."""
+    return {
+        "samples_across": view.across,
+        "first_row": view.first_row,
+        "rows_above": view.rows_above,
+    }
 
 
 def eye_uniforms(view: SceneView) -> dict[str, object]:

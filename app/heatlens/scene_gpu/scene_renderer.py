@@ -1,5 +1,6 @@
 """A scene in front of the lens: its pinhole picture, and what a real lens would make of it."""
 
+import math
 from collections.abc import Generator, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -19,20 +20,23 @@ from heatlens.scene.nearest_seen import nearest_seen_m, with_near_plane
 from heatlens.scene.scene import Scene
 from heatlens.scene.scene_bounds import box_around, box_corners_m, track_of
 from heatlens.scene.scene_view import SceneView, finer, pupil_of, view_of
+from heatlens.scene_gpu import antialias, peel
 from heatlens.scene_gpu.accumulation import Accumulation
 from heatlens.scene_gpu.antialias import Antialias
+from heatlens.scene_gpu.bands import Bands
 from heatlens.scene_gpu.depth_survey import DepthSurvey
 from heatlens.scene_gpu.overscan import Overscan, RingSurvey, fineness, margin_px, widened
-from heatlens.scene_gpu.peel import Peeled, ScenePeel
+from heatlens.scene_gpu.peel import FRONT_SIDE, SAMPLES, STEPS_OF_BAND, Peeled, ScenePeel
 from heatlens.scene_gpu.raster import SceneRaster
 from heatlens.scene_gpu.ray_tracer import RayTracer
 from heatlens.scene_gpu.scene_plate import DrawnPixels, plate_of_scene
 
 Drawn = tuple[moderngl.Texture, moderngl.Texture]  # colour and depth
 
-# Views of one sample a pixel each, spread evenly over it. With fewer, lamps smaller than a pixel
-# would be dimmer or brighter than they are, and a blur would spread the error.
-PINHOLE_VIEWS = 64
+# Samples of a pixel, spread evenly over it. With fewer, lamps smaller than a pixel would be dimmer
+# or brighter than they are, and a blur would spread the error.
+PINHOLE_VIEWS = SAMPLES
+_FEW_ACROSS = 4  # that all pixels get, after which some are done
 _OVERSCAN_FROM_VIEWS = 16  # with fewer something moves, and nobody looks at the border
 
 
@@ -46,6 +50,23 @@ class Look:
     depth: moderngl.Texture
     dioptres: ValueBins
     overscan: Overscan | None  # not of a hurried picture
+    peeled: Peeled | None  # what is behind, of a whole picture
+
+
+@dataclass(frozen=True)
+class _Wish:
+    """What is drawn next; `bank` of textures holds it."""
+
+    shot: Shot
+    frame: float
+    views: int
+    bank: int
+    is_for_file: bool
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height of the frame."""
+        return (self.shot.framing or Framing()).size
 
 
 class SceneRenderer:
@@ -66,7 +87,6 @@ class SceneRenderer:
         self._ctx = ctx
         self._pool = TexturePool(ctx)
         self._held: tuple[object, Look] | None = None
-        self._peeled: Peeled | None = None  # behind it
         self._views = 0  # in it
         self._bank = 0  # of two sets of textures: one is held while the other is drawn
         self._pinhole = Antialias(ctx, self._raster)
@@ -101,36 +121,81 @@ class SceneRenderer:
         steps are abandoned, `held` stays what it was. `is_for_file`: the overscan has the pixels of
         the picture, and no finer ones.
         """
-        size = (shot.framing or Framing()).size
         key = self._pinhole_key(shot, frame), is_for_file
         if self._held is not None and self._held[0] == key and self._views >= (views or 0):
             return
         views, bank = views or PINHOLE_VIEWS, 1 - self._bank
-        is_hurried = views < _OVERSCAN_FROM_VIEWS
-        fine = 1 if is_hurried or is_for_file else fineness(self._ctx, size)
-        margin = 0 if is_hurried else margin_px(self._ctx, size)
-        color, depth = yield from self._drawn(shot, frame, views, bank, margin, fine)
-        overscan = None if is_hurried else self._overscan(color, depth, margin, fine)
-        if overscan is not None:
-            color, depth = yield from self._framed(shot, frame, overscan, bank)
-        surveyed, pixels = self._survey.of(depth), DrawnPixels(color, depth, self._raster.read)
-        seen = self.pose_at(shot, frame), shot.lens_at(frame), size
-        plate = plate_of_scene(self.scene.path, pixels, surveyed, seen)
+        drawn = self._hurried if views < _OVERSCAN_FROM_VIEWS else self._whole
+        look = yield from drawn(_Wish(shot, frame, views, bank, is_for_file), key)
         self._let_go()
         self._bank, self._views = bank, views
-        self._held = key, Look(plate, pixels, color, depth, surveyed.dioptres, overscan)
+        self._held = key, look
 
-    def _drawn(
-        self, shot: Shot, frame: float, views: int, bank: int, margin: int, fine: int
-    ) -> Generator[str, None, Drawn]:
-        """Draw colour and depth with a margin on every side, and return both."""
-        view = finer(self._view(shot, frame, (shot.framing or Framing()).size, margin), fine)
-        name = "pinhole" if views < _OVERSCAN_FROM_VIEWS else "wide"
-        color = self._pool.texture(f"{name} colour {bank}", view.size, 4, "f2")
-        depth = self._pool.texture(f"{name} depth {bank}", view.size, 1)
-        yield from self._colored(shot, frame, max(views // fine**2, 1), view, color)
-        yield from self._deep(view, frame, depth)
-        return color, depth
+    def _hurried(self, wish: "_Wish", key: object) -> Generator[str, None, Look]:
+        """Draw the frame alone, by few samples a pixel; a single one is at its middle."""
+        view = self._view(wish.shot, wish.frame, wish.size)
+        color, depth = self._textures("pinhole", wish.bank, wish.size)
+        yield from self._colored(view, math.isqrt(wish.views), 1, key, color, wish.frame)
+        yield from self._deep(view, wish.frame, depth)
+        return self._looked(wish, color, depth)
+
+    def _whole(self, wish: "_Wish", key: object) -> Generator[str, None, Look]:
+        """Draw the picture with a margin on every side, and of many samples what is behind it."""
+        fine = 1 if wish.is_for_file else fineness(self._ctx, wish.size)
+        margin = margin_px(self._ctx, wish.size)
+        view = finer(self._view(wish.shot, wish.frame, wish.size, margin), fine)
+        color, depth = self._textures("wide", wish.bank, view.size)
+        yield from self._colored(view, _FEW_ACROSS // fine, fine, key, color, wish.frame)
+        yield from self._deep(view, wish.frame, depth)
+        rings_m, bins = self._rings.of(depth, fine * margin), self._survey.of(depth).dioptres
+        overscan, peeled = Overscan(color, depth, margin, rings_m, bins, fine), None
+        if wish.views >= PINHOLE_VIEWS:
+            done = self._pinhole.picture(view.size).done
+            peeled = yield from self._peel.steps(
+                view, overscan, done, lambda: self._raster.place(wish.frame), wish.bank
+            )
+        color, depth = yield from self._framed(wish, overscan)
+        return self._looked(wish, color, depth, overscan, peeled)
+
+    def _textures(self, name: str, bank: int, size: tuple[int, int]) -> Drawn:
+        """Return textures for colour and depth."""
+        color = self._pool.texture(f"{name} colour {bank}", size, 4, "f2")
+        return color, self._pool.texture(f"{name} depth {bank}", size, 1)
+
+    def _looked(
+        self,
+        wish: "_Wish",
+        color: moderngl.Texture,
+        depth: moderngl.Texture,
+        overscan: Overscan | None = None,
+        peeled: Peeled | None = None,
+    ) -> Look:
+        surveyed, pixels = self._survey.of(depth), DrawnPixels(color, depth, self._raster.read)
+        seen = self.pose_at(wish.shot, wish.frame), wish.shot.lens_at(wish.frame), wish.size
+        plate = plate_of_scene(self.scene.path, pixels, surveyed, seen)
+        return Look(plate, pixels, color, depth, surveyed.dioptres, overscan, peeled)
+
+    def _colored(
+        self,
+        view: SceneView,
+        across: int,
+        fine: int,
+        key: object,
+        color: moderngl.Texture,
+        frame: float,
+    ) -> Iterator[str]:
+        """Draw `across` x `across` samples a pixel."""
+        self._raster.place(frame)
+        if across == 1 and fine == 1:
+            for band in self._raster.bands.of(color.size):
+                self._raster.draw(view, color, band)
+                yield "pinhole"
+                self._raster.place(frame)
+            return
+        for _ in self._pinhole.steps(view, across, fine, key):
+            yield "pinhole"
+            self._raster.place(frame)  # others may have drawn another frame in between
+        self._crop.run(self._pinhole.picture(view.size).mean, (0, 0), color)
 
     def _deep(self, view: SceneView, frame: float, depth: moderngl.Texture) -> Iterator[str]:
         """Draw depth at the middle of each pixel."""
@@ -145,58 +210,22 @@ class SceneRenderer:
         rings_m, bins = self._rings.of(depth, fine * margin), self._survey.of(depth).dioptres
         return Overscan(color, depth, margin, rings_m, bins, fine)
 
-    def _framed(
-        self, shot: Shot, frame: float, overscan: Overscan, bank: int
-    ) -> Generator[str, None, Drawn]:
+    def _framed(self, wish: "_Wish", overscan: Overscan) -> Generator[str, None, Drawn]:
         """Return colour and depth of the frame alone, in its own pixels."""
-        size, fine = (shot.framing or Framing()).size, overscan.fine
-        color = self._pool.texture(f"pinhole colour {bank}", size, 4, "f2")
-        depth = self._pool.texture(f"pinhole depth {bank}", size, 1)
-        begin = (fine * overscan.margin_px,) * 2
+        fine, begin = overscan.fine, (overscan.fine * overscan.margin_px,) * 2
+        color, depth = self._textures("pinhole", wish.bank, wish.size)
         self._crop.run(overscan.color, begin, color, fine)
         if fine == 1:
             self._crop.run(overscan.depth, begin, depth)
         else:  # a mean of depths would be a surface that is not there
-            yield from self._deep(self._view(shot, frame, size), frame, depth)
+            yield from self._deep(self._view(wish.shot, wish.frame, wish.size), wish.frame, depth)
         return color, depth
-
-    def behind(self, shot: Shot, frame: float) -> Generator[str, None, Peeled | None]:
-        """Return in steps what lies behind the latest pinhole picture, which is of this frame.
-
-        None for a hurried picture.
-        """
-        look = self.held
-        if look.overscan is None or self._views < PINHOLE_VIEWS:
-            return None
-        if self._peeled is None:
-            wide, size = look.overscan, (shot.framing or Framing()).size
-            view = finer(self._view(shot, frame, size, wide.margin_px), wide.fine)
-            self._peeled = yield from self._peel.steps(
-                view, wide, lambda: self._raster.place(frame)
-            )
-        return self._peeled
 
     def _pinhole_key(self, shot: Shot, frame: float) -> object:
         """Return a key that is equal where the pinhole picture is."""
         lens, size = shot.lens_at(frame), (shot.framing or Framing()).size
         pose = self.pose_at(shot, frame)
         return pose, lens.focal_length_mm, lens.sensor_width_mm, size, self._moment(frame)
-
-    def _colored(
-        self, shot: Shot, frame: float, views: int, view: SceneView, color: moderngl.Texture
-    ) -> Iterator[str]:
-        """Draw at most `views` samples a pixel, spread over it; a single one is at its middle."""
-        self._raster.place(frame)
-        if views == 1:
-            for band in self._raster.bands.of(color.size):
-                self._raster.draw(view, color, band)
-                yield "pinhole"
-                self._raster.place(frame)
-            return
-        key = self._pinhole_key(shot, frame)
-        for _ in self._pinhole.steps(view, views, color, key):
-            yield "pinhole"
-            self._raster.place(frame)  # others may have drawn another frame in between
 
     @property
     def held(self) -> Look:
@@ -244,7 +273,7 @@ class SceneRenderer:
     def _let_go(self) -> None:
         if self._held is not None:
             self._held[1].pixels.let_go()
-            self._held = self._peeled = None
+            self._held = None
 
     def release(self) -> None:
         """Release what is on the GPU."""
@@ -280,3 +309,14 @@ class SceneRenderer:
         view = view_of(pose, lens, size, box_around(corners))
         view = replace(view, size=widened(size, margin))
         return with_near_plane(view, nearest_seen_m(view, corners, lens_radius_m))
+
+
+def drawing_steps(ctx: moderngl.Context, triangle_count: int, size: tuple[int, int]) -> int:
+    """Return how many steps the whole pinhole picture of a scene of so many triangles takes."""
+    bands, fine = Bands(ctx, triangle_count), fineness(ctx, size)
+    width, height = widened(size, margin_px(ctx, size))
+    drawn = fine * width, fine * height
+    few = len(bands.of_samples(drawn, _FEW_ACROSS // fine, antialias.LARGER))
+    many = len(bands.of_samples(drawn, FRONT_SIDE // fine, peel.LARGER)) * STEPS_OF_BAND
+    deep = len(bands.of(drawn)) + (len(bands.of(size)) if fine > 1 else 0)
+    return few + many + deep

@@ -36,7 +36,8 @@ class ShadowPass:
         self._target.use()
         self._target.clear()
         self._ctx.enable_only(moderngl.DEPTH_TEST)
-        cover({"clip_from_world": tuple(clip.T.ravel()), "sample_number": -1})
+        one_sample = {"sample_number": -1, "samples_across": 1, "first_row": 0, "rows_above": 0}
+        cover({"clip_from_world": tuple(clip.T.ravel()), **one_sample})
         self._ctx.enable_only(moderngl.NOTHING)
 
     def release(self) -> None:

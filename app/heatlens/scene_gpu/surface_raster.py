@@ -18,12 +18,19 @@ class SurfaceRaster:
         self._surface = MeshDraw(ctx, raster.buffers, "scene_surface", _PEEL)
         self._sky = SkyDraw(ctx, _PEEL)
 
-    def front(self, view: SceneView, out: moderngl.Texture) -> None:
-        """Draw what is seen."""
+    def front(self, view: SceneView, out: moderngl.Texture, done: moderngl.Texture) -> None:
+        """Draw what is seen, but nothing in the pixels where `done`, R, is not 0.
+
+        The view takes its rows of `out`, which is cleared before the first of them.
+        """
         target = self._raster.target_of(out)
+        if view.rows_above == 0:
+            target.clear()
+        target.viewport = 0, view.rows_above, *view.size
         target.use()
-        target.clear()
+        self._raster.hide(target, view, done)
         self._raster.draw_into(target, view, self._raster.cover, self._surface, self._sky)
+        target.viewport = 0, 0, *out.size
 
     def behind(self, view: SceneView, before: moderngl.Texture, out: moderngl.Texture) -> None:
         """Draw the next surface behind `before`, which `front` or this drew, or metres (R).

@@ -9,7 +9,6 @@ from heatlens.model.framing import Pose
 from heatlens.model.settings import Method
 from heatlens.model.shot import Shot
 from heatlens.scene.scene import Scene
-from heatlens.scene_gpu.peel import Peeled
 from heatlens.source.pinhole import Pinhole
 
 
@@ -40,9 +39,6 @@ class SourceOnGpu(Protocol):
         pixels, while small pictures are blurred in finer ones. Steps that are not taken to their
         end leave the one before.
         """
-
-    def behind(self, shot: Shot, frame: int) -> Steps[Peeled | None]:
-        """Find what a scene has behind the picture that `look` made; None for a plate."""
 
     def through_lens(
         self, shot: Shot, frame: int, size: tuple[int, int], out: moderngl.Texture

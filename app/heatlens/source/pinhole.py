@@ -10,6 +10,7 @@ from heatlens.defocus.listed_fragments import FragmentBuffers
 from heatlens.model.value_bins import ValueBins, bins_of
 from heatlens.plate.plate import Plate
 from heatlens.scene_gpu.overscan import Overscan
+from heatlens.scene_gpu.peel import Peeled
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,6 +22,7 @@ class Pinhole:
     bins   where its surfaces lie, see `bins_of_plate`
     fragments  what is known behind the picture; None where nothing is
     overscan   of a scene: the same picture with a margin; plates have theirs in their data window
+    peeled     of a scene: what is known behind all of that; None for a hurried picture
     """
 
     plate: Plate
@@ -29,6 +31,7 @@ class Pinhole:
     bins: ValueBins
     fragments: FragmentBuffers | None = None
     overscan: Overscan | None = None
+    peeled: Peeled | None = None
 
     @property
     def occupied(self) -> npt.NDArray[np.float64]:

@@ -101,10 +101,6 @@ class PlateOnGpu:
         yield from ()
         return self.held
 
-    def behind(self, shot: Shot, frame: int) -> Steps[None]:
-        """Return None: what is known behind a plate came with it."""
-        yield from ()
-
     def through_lens(
         self, shot: Shot, frame: int, size: tuple[int, int], out: moderngl.Texture
     ) -> Steps[None]:

@@ -10,7 +10,6 @@ from heatlens.model.settings import Method
 from heatlens.model.shot import Shot
 from heatlens.plate.focus_pick import area_at, middle_m
 from heatlens.scene.scene import Scene
-from heatlens.scene_gpu.peel import Peeled
 from heatlens.scene_gpu.scene_renderer import SceneRenderer
 from heatlens.source.pinhole import Pinhole
 
@@ -46,13 +45,14 @@ class SceneOnGpu:
         drawn = self._drawer.held
         if self._held is None or self._held.plate is not drawn.plate:
             self._held = Pinhole(
-                drawn.plate, drawn.color, drawn.depth, drawn.dioptres, overscan=drawn.overscan
+                drawn.plate,
+                drawn.color,
+                drawn.depth,
+                drawn.dioptres,
+                overscan=drawn.overscan,
+                peeled=drawn.peeled,
             )
         return self._held
-
-    def behind(self, shot: Shot, frame: int) -> Steps[Peeled | None]:
-        """See `SourceOnGpu`."""
-        return (yield from self._drawer.behind(shot, frame))
 
     def through_lens(
         self, shot: Shot, frame: int, size: tuple[int, int], out: moderngl.Texture

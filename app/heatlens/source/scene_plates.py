@@ -9,13 +9,15 @@ from heatlens.gpu.textures import download
 from heatlens.model.boxes import Box
 from heatlens.plate.fragments import FragmentLists
 from heatlens.plate.plate import Plate, ReadPixels
+from heatlens.scene_gpu.peel import Peeled
 from heatlens.source.pinhole import Pinhole
 
 
-def with_overscan(pinhole: Pinhole, margin_px: int, lists: FragmentLists | None = None) -> Plate:
-    """Return a scene's picture in memory, with a margin on every side and the lists that it has.
+def with_overscan(pinhole: Pinhole, margin_px: int, peeled: Peeled | None = None) -> Plate:
+    """Return a scene's picture in memory, with a margin on every side.
 
-    `lists` are those of all that was drawn. Raises InputError for a margin wider than that.
+    `peeled` is what is known behind all that was drawn. Raises InputError for a margin that is
+    wider than that.
     """
     overscan, plate = pinhole.overscan, pinhole.plate
     most = 0 if overscan is None else overscan.margin_px
@@ -27,8 +29,10 @@ def with_overscan(pinhole: Pinhole, margin_px: int, lists: FragmentLists | None 
         )
     part, frame = overscan.part(margin_px), plate.display_window
     rows, columns = slice(part.y0, part.y1), slice(part.x0, part.x1)
-    color, depth_m = (download(it)[rows, columns] for it in (overscan.color, overscan.depth))
-    cut = None if lists is None else _cut(lists, part, overscan.color.width)
+    color, depth_m = (
+        download(it)[rows, columns] for it in (overscan.color, (peeled or overscan).depth)
+    )
+    cut = None if peeled is None else _cut(peeled.read(), part, overscan.color.width)
     window = Box(-margin_px, -margin_px, frame.width + margin_px, frame.height + margin_px)
     pixels = ReadPixels(np.ascontiguousarray(color), np.ascontiguousarray(depth_m))
     return replace(plate, pixels=pixels, data_window=window, fragments=cut)
