@@ -131,8 +131,8 @@ class FrameRenderer:
         """Return the pinhole picture of `frame`, which is `loaded` from now on.
 
         For plates that is the one that is loaded. For a scene, `views` None takes a picture that is
-        there already, of however few views it was made. `is_for_file`: what is around and behind
-        the picture is drawn in its own pixels, to be written.
+        there already, of however few views it was made. `is_for_file`: what is behind the picture
+        is told in its own pixels, to be written.
         """
         drained(self.looking(shot, frame, views, is_for_file))
         return self.loaded

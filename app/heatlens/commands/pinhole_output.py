@@ -66,7 +66,7 @@ def pinhole_plate(
     args: argparse.Namespace, renderer: FrameRenderer, shot: Shot, frame: int
 ) -> Plate:
     """Return the scene's picture as the options wish it, with overscan and what lies behind it."""
-    loaded = renderer.look(shot, frame, PINHOLE_VIEWS, is_for_file=True)
+    loaded = renderer.look(shot, frame, PINHOLE_VIEWS, is_for_file=args.deep)
     if args.overscan is None and not args.deep:
         return loaded.plate
     margin_px = args.overscan or 0

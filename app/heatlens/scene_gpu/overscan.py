@@ -60,6 +60,7 @@ class Overscan:
                textures around the frame, from inside
     bins       dioptres of all of it
     fine       pixels of the textures across each pixel of the picture
+    own        colour and depth in the picture's own pixels, if those are not
     """
 
     color: moderngl.Texture
@@ -68,6 +69,7 @@ class Overscan:
     ring_m: NDArray[np.float32]
     bins: ValueBins
     fine: int = 1
+    own: tuple[moderngl.Texture, moderngl.Texture] | None = None
 
     def needed_px(self, optics: Optics) -> int:
         """Return how many pixels on every side blur into the frame through a lens."""
@@ -86,9 +88,14 @@ class Overscan:
         return next(px for px in (round(p * self.margin_px) for p in _PARTS) if px >= needed)
 
     def part(self, margin_px: int) -> Box:
-        """Return the frame with a smaller margin, in the pixels of the textures."""
+        """Return the frame with a smaller margin, in the pixels of `color`."""
         cut = self.fine * (self.margin_px - margin_px)
         return Box(cut, cut, self.color.width - cut, self.color.height - cut)
+
+    @property
+    def in_own_pixels(self) -> tuple[moderngl.Texture, moderngl.Texture]:
+        """Colour and depth, a pixel for each of the picture."""
+        return self.own or (self.color, self.depth)
 
 
 class RingSurvey:

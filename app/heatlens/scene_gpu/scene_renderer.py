@@ -118,8 +118,8 @@ class SceneRenderer:
         """Draw the pinhole picture of `frame`, unless it exists; `held` has it at the end.
 
         A picture with fewer than `views` samples is continued; None accepts any number. If the
-        steps are abandoned, `held` stays what it was. `is_for_file`: the overscan has the pixels of
-        the picture, and no finer ones.
+        steps are abandoned, `held` stays what it was. `is_for_file`: what is behind it is told in
+        the pixels of the picture, and no finer ones.
         """
         key = self._pinhole_key(shot, frame), is_for_file
         if self._held is not None and self._held[0] == key and self._views >= (views or 0):
@@ -154,7 +154,8 @@ class SceneRenderer:
             peeled = yield from self._peel.steps(
                 view, overscan, done, lambda: self._raster.place(wish.frame), wish.bank
             )
-        color, depth = yield from self._framed(wish, overscan)
+        overscan = yield from self._in_own_pixels(wish, overscan)
+        color, depth = self._framed(wish, overscan)
         return self._looked(wish, color, depth, overscan, peeled)
 
     def _textures(self, name: str, bank: int, size: tuple[int, int]) -> Drawn:
@@ -210,16 +211,23 @@ class SceneRenderer:
         rings_m, bins = self._rings.of(depth, fine * margin), self._survey.of(depth).dioptres
         return Overscan(color, depth, margin, rings_m, bins, fine)
 
-    def _framed(self, wish: "_Wish", overscan: Overscan) -> Generator[str, None, Drawn]:
-        """Return colour and depth of the frame alone, in its own pixels."""
-        fine, begin = overscan.fine, (overscan.fine * overscan.margin_px,) * 2
-        color, depth = self._textures("pinhole", wish.bank, wish.size)
-        self._crop.run(overscan.color, begin, color, fine)
-        if fine == 1:
-            self._crop.run(overscan.depth, begin, depth)
-        else:  # a mean of depths would be a surface that is not there
-            yield from self._deep(self._view(wish.shot, wish.frame, wish.size), wish.frame, depth)
-        return color, depth
+    def _in_own_pixels(self, wish: "_Wish", overscan: Overscan) -> Generator[str, None, Overscan]:
+        """Return the overscan with colour and depth in the pixels of the frame too."""
+        if overscan.fine == 1:
+            return overscan
+        view = self._view(wish.shot, wish.frame, wish.size, overscan.margin_px)
+        own = color, depth = self._textures("own", wish.bank, view.size)
+        self._crop.run(overscan.color, (0, 0), color, overscan.fine)
+        # A mean of depths would be a surface that is not there.
+        yield from self._deep(view, wish.frame, depth)
+        return replace(overscan, own=own)
+
+    def _framed(self, wish: "_Wish", overscan: Overscan) -> Drawn:
+        """Return colour and depth of the frame alone."""
+        framed = self._textures("pinhole", wish.bank, wish.size)
+        for whole, out in zip(overscan.in_own_pixels, framed, strict=True):
+            self._crop.run(whole, (overscan.margin_px,) * 2, out)
+        return framed
 
     def _pinhole_key(self, shot: Shot, frame: float) -> object:
         """Return a key that is equal where the pinhole picture is."""
@@ -318,5 +326,5 @@ def drawing_steps(ctx: moderngl.Context, triangle_count: int, size: tuple[int, i
     drawn = fine * width, fine * height
     few = len(bands.of_samples(drawn, _FEW_ACROSS // fine, antialias.LARGER))
     many = len(bands.of_samples(drawn, FRONT_SIDE // fine, peel.LARGER)) * STEPS_OF_BAND
-    deep = len(bands.of(drawn)) + (len(bands.of(size)) if fine > 1 else 0)
+    deep = len(bands.of(drawn)) + (len(bands.of((width, height))) if fine > 1 else 0)
     return few + many + deep

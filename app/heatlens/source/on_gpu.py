@@ -35,8 +35,8 @@ class SourceOnGpu(Protocol):
         """Make the pinhole picture of `frame` in short steps, and return it.
 
         `views` is the number of samples a pixel of a scene; None takes a picture that is there
-        already, of however few. `is_for_file`: what is around and behind it is drawn in its own
-        pixels, while small pictures are blurred in finer ones. Steps that are not taken to their
+        already, of however few. `is_for_file`: what is behind it is told in its own pixels, while
+        small pictures are blurred in finer ones. Steps that are not taken to their
         end leave the one before.
         """
 

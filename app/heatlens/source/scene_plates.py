@@ -16,8 +16,8 @@ from heatlens.source.pinhole import Pinhole
 def with_overscan(pinhole: Pinhole, margin_px: int, peeled: Peeled | None = None) -> Plate:
     """Return a scene's picture in memory, with a margin on every side.
 
-    `peeled` is what is known behind all that was drawn. Raises InputError for a margin that is
-    wider than that.
+    `peeled` is what is known behind all that was drawn, pixel by pixel. Raises InputError for a
+    margin that is wider than what was drawn.
     """
     overscan, plate = pinhole.overscan, pinhole.plate
     most = 0 if overscan is None else overscan.margin_px
@@ -27,15 +27,16 @@ def with_overscan(pinhole: Pinhole, margin_px: int, peeled: Peeled | None = None
             f"{plate.path}: {margin_px} pixels of overscan are more than are drawn around a "
             f"picture of {frame.width}x{frame.height}: {most} are the most."
         )
-    part, frame = overscan.part(margin_px), plate.display_window
+    frame, (color_tx, depth_tx) = plate.display_window, overscan.in_own_pixels
+    cut, width = most - margin_px, color_tx.width
+    part = Box(cut, cut, width - cut, color_tx.height - cut)
     rows, columns = slice(part.y0, part.y1), slice(part.x0, part.x1)
-    color, depth_m = (
-        download(it)[rows, columns] for it in (overscan.color, (peeled or overscan).depth)
-    )
-    cut = None if peeled is None else _cut(peeled.read(), part, overscan.color.width)
+    color = download(color_tx)[rows, columns]
+    depth_m = download(depth_tx if peeled is None else peeled.depth)[rows, columns]
+    lists = None if peeled is None else _cut(peeled.read(), part, width)
     window = Box(-margin_px, -margin_px, frame.width + margin_px, frame.height + margin_px)
     pixels = ReadPixels(np.ascontiguousarray(color), np.ascontiguousarray(depth_m))
-    return replace(plate, pixels=pixels, data_window=window, fragments=cut)
+    return replace(plate, pixels=pixels, data_window=window, fragments=lists)
 
 
 def _cut(lists: FragmentLists, part: Box, stride: int) -> FragmentLists:
