@@ -295,3 +295,37 @@ def test_the_camera_of_a_scene_without_one_sees_all_of_it(square):
     pose = track_of(open_scene(str(square)), Framing(32, 32), shot.lens).pose_at(1)
     assert camera.frames == (1,)
     assert np.allclose(camera.world_to_camera[0], pose.world_to_camera)
+
+
+# What lies around and behind
+
+
+def test_an_exported_plate_is_the_rendered_one_with_overscan_and_what_lies_behind(capsys, tmp_path):
+    words = (SMALL, "--pinhole", "--overscan=4", "--f-stop=2", "--focus-distance=3")
+    for deep in ((), ("--deep",)):
+        one, many = tmp_path / f"one{len(deep)}.exr", tmp_path / f"many{len(deep)}.####.exr"
+        assert main(["render", "demo", "-o", str(one), "--frame=74", "--quiet", *words, *deep]) == 0
+        capsys.readouterr()
+        exported(capsys, "demo", many, "--frames=74", *words, *deep)
+        written = tmp_path / f"many{len(deep)}.0074.exr"
+        rendered, plate = read_plate(one), read_plate(written)
+        assert plate.data_window == rendered.data_window != plate.display_window
+        assert np.array_equal(plate.color, rendered.color)
+        assert np.array_equal(plate.depth_m, rendered.depth_m)
+        assert (plate.fragments is None) == (not deep)
+        assert "1 were finished before" in exported(
+            capsys, "demo", many, "--frames=74", *words, *deep
+        )
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("--deep",), "Give --pinhole too"),
+        (("--pinhole", "--overscan=auto"), "Give --f-stop and --focus-distance"),
+        (("--pinhole", "--deep", "--compression=piz"), "always compressed as zips"),
+    ],
+)
+def test_plates_that_cannot_be_are_refused(capsys, tmp_path, words, said):
+    assert main(["export", "demo", "-o", str(tmp_path / "n.exr"), "--frames=74", *words]) == 2
+    assert said in " ".join(capsys.readouterr().err.split())

@@ -12,6 +12,11 @@ from heatlens.commands.kept_option import add_keep_option, kept_names
 from heatlens.commands.kit_options import shot_with_kit
 from heatlens.commands.lens_options import add_lens_options, lens_of
 from heatlens.commands.look_options import add_look_options, color_header, look_of, transform_of
+from heatlens.commands.pinhole_output import (
+    add_pinhole_options,
+    check_pinhole_options,
+    pinhole_options,
+)
 from heatlens.commands.plate_options import add_plate_options, plate_options
 from heatlens.commands.plate_words import say_plate
 from heatlens.commands.say import say
@@ -38,6 +43,8 @@ from heatlens.plate.read import read_plate
 from heatlens.sequence.sequence import find_sequence
 from heatlens.source.kind import SourceKind, kind_of
 from heatlens.source.named import source_of
+
+_USUAL_COMPRESSION = "zip"
 
 
 def add_export_options(parser: argparse.ArgumentParser) -> None:
@@ -79,11 +86,7 @@ def _add_frame_options(parser: argparse.ArgumentParser) -> None:
 
 def _add_scene_options(parser: argparse.ArgumentParser) -> None:
     add_framing_options(parser, has_rate=True)
-    parser.add_argument(
-        "--pinhole",
-        action="store_true",
-        help="of a scene: its frames without a lens, EXR with Z, to be plates elsewhere",
-    )
+    add_pinhole_options(parser)
 
 
 def _add_farm_options(parser: argparse.ArgumentParser) -> None:
@@ -101,7 +104,9 @@ def _add_farm_options(parser: argparse.ArgumentParser) -> None:
 def _add_exr_options(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("EXR")
     group.add_argument("--float", action="store_true", help="32 bits a channel (default: half)")
-    group.add_argument("--compression", choices=COMPRESSIONS, default="zip", help="default zip")
+    group.add_argument(
+        "--compression", choices=COMPRESSIONS, default=_USUAL_COMPRESSION, help="default zip"
+    )
     group.add_argument("--with-depth", action="store_true", help="Z in metres beside the colour")
     group.add_argument(
         "--with-coc", action="store_true", help="circle of confusion in pixels beside the colour"
@@ -127,6 +132,7 @@ def job_of(args: argparse.Namespace) -> ExportJob:
     output = parse_output(args.output)
     _check_kind(args, output)
     read = _shot_in_file(args) if is_shot_file(args.shot) else None
+    check_pinhole_options(args, output.is_exr, read is not None, usual=_USUAL_COMPRESSION)
     _refuse_unused(args, read)
     shot = _with_overrides(args, read or _shot_of_options(args))
     exr = ExrOptions(
@@ -145,6 +151,7 @@ def job_of(args: argparse.Namespace) -> ExportJob:
         _look(args, shot),
         args.force,
         args.pinhole,
+        pinhole_options(args),
     )
 
 

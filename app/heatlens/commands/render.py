@@ -22,7 +22,7 @@ from heatlens.commands.picture_progress import picture_progress
 from heatlens.commands.pinhole_output import (
     add_pinhole_options,
     check_pinhole_options,
-    pinhole_plate,
+    rendered_plate,
 )
 from heatlens.commands.pipes import DASH, file_for_output, file_of_input
 from heatlens.commands.plate_options import plate_options
@@ -171,7 +171,7 @@ def _picture(
 ) -> tuple[Plate, FloatArray]:
     """Return the plate and the pixels that are written."""
     if args.pinhole:
-        plate = pinhole_plate(args, renderer, shot, frame)
+        plate = rendered_plate(args, renderer, shot, frame)
         return plate, plate.color
     pixels = download(drained(renderer.steps(shot, frame), tell))
     return renderer.loaded.plate, pixels

@@ -11,6 +11,7 @@ from typing import Any
 
 from heatlens import __version__
 from heatlens.export.job import ExportJob
+from heatlens.export.pinhole_plate import PinholeOptions
 from heatlens.files.json_record import plain
 from heatlens.model.framing import Framing
 from heatlens.model.guides import NO_GUIDES
@@ -33,6 +34,7 @@ def fingerprint_of(job: ExportJob, frame: int, lens: Lens, origin: Origin) -> st
             "lens": plain(without_advice(lens)),
             "framing": plain(job.shot.framing or Framing()),
             "defocus": None if job.pinhole else plain(job.shot.defocus),
+            **({"around_and_behind": plain(job.beside)} if job.beside != PinholeOptions() else {}),
             "output": _output_facts(job),
             **({"timecode": job.shot.start_timecode} if job.shot.start_timecode else {}),
         }

@@ -14,9 +14,10 @@ from heatlens.export.plan import PlannedFrame
 from heatlens.files.atomic_file import write_whole
 from heatlens.model.coc import coc_line, coc_px
 from heatlens.model.timecode import Timecode
+from heatlens.plate.deep_write import write_deep
 from heatlens.plate.exr_write import JOB_ATTRIBUTE
 from heatlens.plate.kept_channels import kept_channels
-from heatlens.plate.picture_write import write_picture
+from heatlens.plate.picture_write import lens_header, write_picture
 from heatlens.plate.plate import FloatImage, Plate
 from heatlens.plate.png_write import encoded_picture, picture_format
 from heatlens.plate.timecode import exr_timecode, timecode_of
@@ -40,7 +41,9 @@ class RenderedFrame:
 
 def write_frame(job: ExportJob, frame: RenderedFrame) -> None:
     """Write one numbered file. Raises InputError where that fails; what stood there stays."""
-    if job.output.is_exr:
+    if job.pinhole and job.beside.deep:
+        _write_deep(job, frame)
+    elif job.output.is_exr:
         _write_exr(job, frame)
     else:
         _write_shown(frame)
@@ -65,6 +68,16 @@ def _write_exr(job: ExportJob, frame: RenderedFrame) -> None:
         },
         kept_channels=kept,
     )
+
+
+def _write_deep(job: ExportJob, frame: RenderedFrame) -> None:
+    plate, planned = frame.plate, frame.planned
+    attributes = {
+        **plate.attributes,
+        **lens_header(plate, planned.lens),
+        JOB_ATTRIBUTE: planned.fingerprint,
+    }
+    write_deep(planned.path, plate, attributes, half=job.exr.half)
 
 
 def _kept(job: ExportJob, frame: RenderedFrame) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from heatlens.color.view_transform import ViewTransform, srgb_transform
 from heatlens.errors import InputError
 from heatlens.export.output import Output
+from heatlens.export.pinhole_plate import PinholeOptions
 from heatlens.model.guides import NO_GUIDES, Guides
 from heatlens.model.shot import Shot
 from heatlens.sequence.sequence import MissingPolicy
@@ -58,6 +59,7 @@ class ExportJob:
     missing  what stands in for a frame without a plate
     force    render also what is there already
     pinhole  the frames themselves, without a lens: a scene's, to be plates elsewhere
+    beside   what those have beside the picture
 
     Raises InputError for no frame, and a shot of no plate.
     """
@@ -70,6 +72,7 @@ class ExportJob:
     look: Look = field(default_factory=Look)
     force: bool = False
     pinhole: bool = False
+    beside: PinholeOptions = field(default_factory=PinholeOptions)
 
     def __post_init__(self) -> None:
         checked_source(self.shot)

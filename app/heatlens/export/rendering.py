@@ -5,6 +5,7 @@ import moderngl
 from heatlens.export.burn_in import burn_in_text, burned_in
 from heatlens.export.drawn_guides import with_guides
 from heatlens.export.frame_files import RenderedFrame, frame_timecode
+from heatlens.export.pinhole_plate import pinhole_plate
 from heatlens.export.plan import ExportPlan, PlannedFrame
 from heatlens.export.shown import ShownPictures
 from heatlens.gpu.textures import download
@@ -28,7 +29,15 @@ class FrameRendering:
     def rendered(self, frame: PlannedFrame) -> RenderedFrame:
         """Render `frame`. Raises InputError where its plate is damaged or gone."""
         self._loader.load(frame.origin)
+        if self._job.pinhole and self._job.output.is_exr and self._renderer.scene is not None:
+            plate = self._pinhole(frame)
+            return RenderedFrame(frame, plate, plate.color)
         return RenderedFrame(frame, self._plate(), self._pixels(frame))
+
+    def _pinhole(self, frame: PlannedFrame) -> Plate:
+        """Return a scene's picture without a lens, in memory: it is written on another thread."""
+        shot, beside = self._job.shot, self._job.beside
+        return pinhole_plate(self._renderer, shot, frame.frame, beside, frame.path).in_memory()
 
     def close(self) -> None:
         """Stop reading; give what was used of OpenGL back."""
