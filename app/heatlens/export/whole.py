@@ -36,19 +36,27 @@ def is_whole(path: Path, suffix: str = "") -> bool:
 
 
 def _is_whole_exr(file: BinaryIO, size: int) -> bool:
-    """Return True where the chunks of one part in scanlines lie one behind the other."""
+    """Return True where the chunks of one part in scanlines, flat or deep, follow each other."""
     (header,) = scanned_headers(file)
     _, first_row, _, last_row = struct.unpack("<4i", header["dataWindow"])
     lines = _LINES_OF_CHUNK[header["compression"][0]]
     count = -(-(last_row - first_row + 1) // lines)
     offsets = struct.unpack(f"<{count}Q", file.read(8 * count))
-    end = file.tell()
+    end, is_deep = file.tell(), header.get("type") == b"deepscanline"
     for offset in sorted(offsets):
         if offset != end:
             return False
         file.seek(offset + 4)
-        end = offset + 8 + int(struct.unpack("<I", file.read(4))[0])
+        end = file.tell() + _bytes_of_chunk(file, is_deep)
     return end == size
+
+
+def _bytes_of_chunk(file: BinaryIO, is_deep: bool) -> int:
+    """Return the length of a chunk behind its row: its own sizes, and what they announce."""
+    if not is_deep:
+        return 4 + int(struct.unpack("<I", file.read(4))[0])
+    table, samples, _ = struct.unpack("<3Q", file.read(24))  # packed, and unpacked
+    return 24 + int(table) + int(samples)
 
 
 def _is_whole_png(file: BinaryIO, size: int) -> bool:
