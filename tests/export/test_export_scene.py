@@ -97,7 +97,7 @@ def test_a_pinhole_frame_is_a_plate_of_which_the_lens_makes_the_same(capsys, ren
     path = tmp_path / "pin.exr"
     exported(capsys, "demo", path, "--frames=74", "--pinhole", SMALL)
     renderer.load_scene(demo_scene())
-    drawn = renderer.look(SHOT, 74, is_for_file=True).plate.in_memory()
+    drawn = renderer.look(SHOT, 74).plate.in_memory()
     renderer.load(drawn)
     wanted = renderer.pixels(SHOT, 74)
     assert not np.array_equal(wanted[..., :3], light(path))

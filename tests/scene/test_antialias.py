@@ -11,7 +11,6 @@ from heatlens.gpu.textures import download, new_texture
 from heatlens.measure.compare.metrics import score
 from heatlens.model.framing import Framing
 from heatlens.model.lens import Lens
-from heatlens.model.pupil import PINHOLE
 from heatlens.model.shot import Shot
 from heatlens.scene.scene_bounds import bounds_m, track_of
 from heatlens.scene.scene_view import SceneView, view_of

@@ -22,7 +22,7 @@ class FrameRendering:
         self._job = plan.job
         self._renderer = renderer
         origins = tuple(frame.origin for frame in frames)
-        self._loader = plan.source.loader(plan.job.shot, origins, renderer, plan.job.pinhole)
+        self._loader = plan.source.loader(plan.job.shot, origins, renderer, plan.job.beside.deep)
         is_exr = plan.job.output.is_exr
         self._shown = None if is_exr else ShownPictures(renderer.ctx, plan.job.look)
 

@@ -97,5 +97,5 @@ class Source(Protocol):
     ) -> FrameLoader:
         """Return a loader for these frames, to be asked for in this order.
 
-        `is_for_file`: pinhole pictures are written as they are drawn.
+        `is_for_file`: what is behind a pinhole picture is written, see `FrameRenderer.look`.
         """
