@@ -6,11 +6,12 @@ lines from frame to frame, so that a value between two frames lies between their
 infinity: that focus is INFINITE_M away.
 """
 
+import math
 import pprint
 from typing import Any
 
 from heatlens.camera.placement import camera_to_world, euler_deg
-from heatlens.camera.samples import CameraSamples, finite_m
+from heatlens.camera.samples import OPENING_TRACKS, CameraSamples, finite_m
 
 _PROPERTIES = {
     "focal_length_mm": "lens",
@@ -19,7 +20,11 @@ _PROPERTIES = {
     "f_stop": "dof.aperture_fstop",
     "nominal_f_stop": '["nominal_f_stop"]',  # a property of our own, beside Blender's
     "squeeze": "dof.aperture_ratio",  # Cycles divides the width of the lens by it
+    # Blender has no such things; they are kept beside it.
+    **{name: f'["{name}"]' for name in OPENING_TRACKS if not name.startswith("blade")},
+    "blade_curvature": '["blade_curvature"]',
 }
+_BLADES, _ROTATION = "dof.aperture_blades", "dof.aperture_rotation"
 _ROTATION_ORDER = "XYZ"  # Blender's own
 _SCRIPT = '''\
 """A lens of heatlens for Blender: run it in the text editor, or blender SCENE --python THIS_FILE.
@@ -138,6 +143,7 @@ def blender_text(camera: CameraSamples) -> str:
     """Return the Python script, which needs nothing but Blender."""
     tracks = camera.lens_tracks
     lens = {path: _values(tracks[name]) for name, path in _PROPERTIES.items() if name in tracks}
+    lens |= _diaphragm(camera)
     focus = camera.focus_distance_m
     location, rotation = _placement(camera)
     fps, fps_base = _rate(camera.frames_per_second)
@@ -151,6 +157,23 @@ def blender_text(camera: CameraSamples) -> str:
         location=_literal(location),
         rotation=_literal(rotation),
     )
+
+
+def _diaphragm(camera: CameraSamples) -> dict[str, Any]:
+    """Return Blender's blades and their rotation in radians.
+
+    Both have corners on the circle. At rotation 0 Blender has the middle of a blade at the right,
+    and ours a corner on top; both turn anticlockwise.
+    """
+    if camera.blades is None:
+        return {}
+    number = [round(value) for value in camera.blades]
+    rotation = camera.blade_rotation_deg or (0.0,) * len(number)
+    turns = [
+        math.remainder(math.pi / 2 + math.radians(deg) - math.pi / n, 2 * math.pi / n) if n else 0.0
+        for n, deg in zip(number, rotation, strict=True)
+    ]
+    return {_BLADES: _values(number), _ROTATION: _values(turns)}
 
 
 def _rate(frames_per_second: float) -> tuple[int, float]:

@@ -5,12 +5,13 @@ from typing import Any
 
 from heatlens.camera.placement import Matrix, matrix_of
 from heatlens.camera.plate_camera import picture_aspect, placement_of
-from heatlens.camera.samples import CameraSamples, UpAxis
+from heatlens.camera.samples import OPENING_TRACKS, CameraSamples, UpAxis
 from heatlens.errors import InputError
 from heatlens.model.breathing import as_seen
 from heatlens.model.filmback import FILMBACKS
 from heatlens.model.frames import FrameRange
 from heatlens.model.framing import Framing
+from heatlens.model.lens import Lens
 from heatlens.model.shot import LensParameter, Shot
 from heatlens.plate.header_read import read_headers
 from heatlens.scene.scene import Scene
@@ -106,6 +107,11 @@ def _lens_camera(shot: Shot, name: str, frames: FrameRange) -> CameraSamples:
         str(parameter): tuple(float(getattr(lens, parameter)) for lens in lenses)
         for parameter in LensParameter
     }
+    unsaid = Lens(50.0, 1.0, 1.0, 36.0)
+    for field in OPENING_TRACKS:
+        values = [getattr(lens, field) for lens in lenses]
+        if any(value != getattr(unsaid, field) for value in values):
+            tracks[field] = tuple(float(value) for value in values)
     return CameraSamples(
         name,
         tuple(frames),

@@ -40,6 +40,8 @@ def first_values(camera: CameraSamples, kept: Collection[str] = ()) -> dict[str,
     Raises InputError for a sensor width that changes.
     """
     values: dict[str, Any] = {name: track[0] for name, track in lens_tracks(camera, kept).items()}
+    if "blades" in values:
+        values["blades"] = round(values["blades"])
     if camera.lens_model is not None and "model" not in kept:
         values["model"] = camera.lens_model
     return values

@@ -6,7 +6,7 @@ Camera2 is read by every Nuke from 6 on. Nuke has no infinity: that focus is INF
 from collections.abc import Iterator, Sequence
 
 from heatlens.camera.placement import camera_to_world, euler_deg
-from heatlens.camera.samples import CameraSamples, finite_m
+from heatlens.camera.samples import LENS_TRACKS, OPENING_TRACKS, CameraSamples, finite_m
 
 _KNOBS = {
     "focal_length_mm": "focal",
@@ -14,7 +14,7 @@ _KNOBS = {
     "sensor_height_mm": "vaperture",
     "f_stop": "fstop",
 }
-_NOMINAL = "nominal_f_stop"  # a knob of our own, which Nuke shows on a tab called heatlens
+_NOMINAL = "nominal_f_stop"  # as those of the opening, a knob of our own on a tab called heatlens
 _ROTATION_ORDER = "ZXY"  # Nuke's own
 
 
@@ -33,10 +33,12 @@ def _lens(camera: CameraSamples, meters_per_unit: float) -> Iterator[str]:
     if "focus_distance_m" in tracks:
         distances = [finite_m(value) / meters_per_unit for value in tracks["focus_distance_m"]]
         yield f"focal_point {_knob_value(camera, distances)}"
-    if "nominal_f_stop" in tracks:
+    own = [name for name in (_NOMINAL, *OPENING_TRACKS) if name in tracks]
+    if own:
         yield "addUserKnob {20 heatlens}"
-        yield f'addUserKnob {{7 {_NOMINAL} l "nominal f-stop"}}'
-        yield f"{_NOMINAL} {_knob_value(camera, tracks['nominal_f_stop'])}"
+    for name in own:
+        yield f'addUserKnob {{7 {name} l "{LENS_TRACKS[name]}"}}'
+        yield f"{name} {_knob_value(camera, tracks[name])}"
 
 
 def _placement(camera: CameraSamples, meters_per_unit: float) -> Iterator[str]:

@@ -8,7 +8,7 @@ import numpy as np
 
 from heatlens.camera.float32 import shortest
 from heatlens.camera.placement import Array, Matrix, from_exr, is_rigid, matrix_of
-from heatlens.camera.samples import LENS_TRACKS, CameraSamples, Track, UpAxis
+from heatlens.camera.samples import LENS_TRACKS, OPENING_TRACKS, CameraSamples, Track, UpAxis
 from heatlens.errors import InputError
 from heatlens.model.frames import FRAMES_PER_SECOND
 from heatlens.plate.camera_header import camera_at_header, lens_model_of
@@ -20,7 +20,7 @@ from heatlens.sequence.names import frames_text
 from heatlens.sequence.sequence import find_sequence
 
 _PLACEMENT = "worldToCamera"
-_UNTOLD = ("sensor_height_mm", "squeeze", "nominal_f_stop")
+_UNTOLD = ("sensor_height_mm", "squeeze", "nominal_f_stop", *OPENING_TRACKS)
 _TOLD_BY_HEADERS = [name for name in LENS_TRACKS if name not in _UNTOLD]
 
 

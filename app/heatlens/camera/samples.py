@@ -24,6 +24,16 @@ UpAxis = Literal["y", "z"]
 # exact enough in float32 even in millimetres.
 INFINITE_M = 1e9
 
+# What of the opening is beside the squeeze, by its field of `Lens`, and its names for people.
+OPENING_TRACKS = {
+    "blades": "blades",
+    "blade_rotation_deg": "blade rotation",
+    "blade_curvature": "blade curvature",
+    "cat_eye": "cat eye",
+    "rim": "rim",
+    "axial_colour_mm": "axial colour",
+    "widest_f_stop": "widest f-stop",
+}
 # The tracks of a lens and their names for people.
 LENS_TRACKS = {
     "focal_length_mm": "focal length",
@@ -33,6 +43,7 @@ LENS_TRACKS = {
     "sensor_width_mm": "sensor width",
     "sensor_height_mm": "sensor height",
     "squeeze": "squeeze",
+    **OPENING_TRACKS,
 }
 
 
@@ -51,6 +62,7 @@ class CameraSamples:
                        up, and looks along -z
     up_axis            the axis of the world that points up
     notes              sentences for the user
+    blades and others  as in `Lens`; None where they are as without being told
 
     Raises InputError naming the frame where a value is impossible for a camera.
     """
@@ -69,6 +81,13 @@ class CameraSamples:
     up_axis: UpAxis = "y"
     frames_per_second: float = FRAMES_PER_SECOND
     notes: tuple[str, ...] = field(default=(), compare=False)
+    blades: Track | None = None
+    blade_rotation_deg: Track | None = None
+    blade_curvature: Track | None = None
+    cat_eye: Track | None = None
+    rim: Track | None = None
+    axial_colour_mm: Track | None = None
+    widest_f_stop: Track | None = None
 
     def __post_init__(self) -> None:
         _check_frames(self.frames)
@@ -127,7 +146,8 @@ def _check_length(name: str, count: int, frames: tuple[int, ...]) -> None:
 def _check_track(name: str, track: Track, frames: tuple[int, ...]) -> None:
     _check_length(LENS_TRACKS[name], len(track), frames)
     for frame, value in zip(frames, track, strict=True):
-        if not value > 0 or (value == math.inf and name != "focus_distance_m"):
+        is_positive = value > 0 or name in OPENING_TRACKS
+        if not is_positive or (not math.isfinite(value) and name != "focus_distance_m"):
             raise InputError(
                 f"Frame {frame}: the {LENS_TRACKS[name]} of a camera cannot be {value:g}."
             )

@@ -16,6 +16,7 @@ from heatlens.camera.usd_write import (
     LENS_MODEL,
     MM_ATTRIBUTES,
     NOMINAL_F_STOP,
+    OPENING,
     SQUEEZE,
     units_per_mm,
 )
@@ -28,7 +29,14 @@ from heatlens.model.lens_model import LensModel
 USD_SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
 
 _AND_PRIM = re.compile(r"(.+\.usd[acz]?):(/.*)", re.IGNORECASE | re.DOTALL)
-_ATTRIBUTES = (*MM_ATTRIBUTES.values(), "focusDistance", "fStop", SQUEEZE, NOMINAL_F_STOP)
+_ATTRIBUTES = (
+    *MM_ATTRIBUTES.values(),
+    "focusDistance",
+    "fStop",
+    SQUEEZE,
+    NOMINAL_F_STOP,
+    *OPENING.values(),
+)
 _STILL_FRAME = 1
 _LISTED = 5
 _FAR = 0.999  # of INFINITE_M, after a conversion to float32 and another unit
@@ -147,6 +155,7 @@ def _lens(opened: _Stage, frames: tuple[int, ...]) -> dict[str, Track | None]:
         "f_stop": _unless_zero(_track(opened, "fStop", frames)),
         "focus_distance_m": _unless_zero(tuple(map(_infinite_if_far, focus))),
         "squeeze": _own_track(opened, SQUEEZE, frames),
+        **{name: _own_track(opened, own, frames) for name, own in OPENING.items()},
         "nominal_f_stop": _own_track(opened, NOMINAL_F_STOP, frames),
     }
 

@@ -17,6 +17,15 @@ METERS_PER_UNIT = 0.01  # USD's default, with which focal lengths and apertures 
 SQUEEZE = "heatlens:squeeze"
 NOMINAL_F_STOP = "heatlens:nominalFStop"
 LENS_MODEL = "heatlens:lensModel"
+OPENING = {
+    "blades": "heatlens:blades",
+    "blade_rotation_deg": "heatlens:bladeRotation",
+    "blade_curvature": "heatlens:bladeCurvature",
+    "cat_eye": "heatlens:catEye",
+    "rim": "heatlens:rim",
+    "axial_colour_mm": "heatlens:axialColour",
+    "widest_f_stop": "heatlens:widestFStop",
+}
 
 # What nearer and farther cameras of common viewers leave out: 1 cm and 10 km, which USD's default
 # of 1 to 1e6 units is in centimetres. In metres that default would cut off what is nearer than 1 m.
@@ -81,6 +90,9 @@ def _author_lens(prim: Any, camera: CameraSamples, meters_per_unit: float) -> No
         _author_own(prim, SQUEEZE, camera, tracks["squeeze"])
     if "nominal_f_stop" in tracks:
         _author_own(prim, NOMINAL_F_STOP, camera, tracks["nominal_f_stop"])
+    for name, attribute in OPENING.items():
+        if name in tracks:
+            _author_own(prim, attribute, camera, tracks[name])
     if camera.lens_model is not None:
         token = usd_module("Sdf").ValueTypeNames.Token
         prim.GetPrim().CreateAttribute(LENS_MODEL, token).Set(str(camera.lens_model))

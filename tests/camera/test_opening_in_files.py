@@ -1,0 +1,54 @@
+"""The opening of a lens in camera files: written, read again, and as a shot has it afterwards."""
+
+from pathlib import Path
+
+import pytest
+
+from heatlens.camera.blender_write import blender_text
+from heatlens.camera.camera_file import read_camera, write_camera
+from heatlens.camera.from_shot import camera_before_plates
+from heatlens.camera.into_shot import with_camera
+from heatlens.camera.nuke_write import nuke_text
+from heatlens.model.frames import FrameRange
+from heatlens.model.lens import Lens
+from heatlens.model.shot import Shot
+
+LENS = Lens(
+    50.0,
+    2.0,
+    2.0,
+    36.0,
+    blades=6,
+    blade_rotation_deg=15.0,
+    blade_curvature=0.25,
+    cat_eye=0.5,
+    rim=-0.5,
+    axial_colour_mm=0.25,
+    widest_f_stop=1.0,
+)
+SHOT = Shot(LENS, frames=FrameRange(1, 2))
+
+
+@pytest.mark.parametrize("suffix", [".json", ".csv", ".usda"])
+def test_it_comes_back(tmp_path: Path, suffix: str) -> None:
+    path = tmp_path / f"cam{suffix}"
+    write_camera(path, camera_before_plates(SHOT, "cam"))
+    bare = Shot(Lens(35.0, 4.0, 9.0, 24.0), frames=SHOT.frames)
+    assert with_camera(bare, read_camera(str(path))).lens == LENS
+
+
+def test_a_round_lens_says_nothing_of_it() -> None:
+    camera = camera_before_plates(Shot(Lens(50.0, 2.0, 2.0, 36.0), frames=SHOT.frames), "cam")
+    assert camera.blades is None and "blade" not in nuke_text(camera)
+    assert "aperture_blades" not in blender_text(camera)
+
+
+def test_programs_get_what_they_have() -> None:
+    camera = camera_before_plates(SHOT, "cam")
+    script = blender_text(camera)
+    assert "'dof.aperture_blades': 6" in script
+    # A corner at 90 + 15 degrees; Blender's first is half a blade, 30 degrees, from its rotation.
+    assert "'dof.aperture_rotation': 0.2617" in script
+    assert "'[\"cat_eye\"]': 0.5" in script
+    node = nuke_text(camera)
+    assert "blades 6.0" in node and "rim -0.5" in node
