@@ -128,12 +128,24 @@ def test_bands_make_the_same_lists(renderer, monkeypatch):
     np.testing.assert_allclose(whole.coverage, banded.coverage, atol=1e-3)
 
 
-def test_lists_that_do_not_fit_are_left_out_whole(renderer, monkeypatch):
+def test_a_scene_with_more_surfaces_gets_more_room(renderer, monkeypatch):
+    places = [(0, moved(z=-2)), (1, moved(z=-4))]
+    scene = scene_with((plane(2.0), plane(3.0, material=1)), places)
+    expected = peeled(renderer, scene)[0].read()
     monkeypatch.setattr(peel, "_A_PIXEL", 0.5)
+    found, _ = peeled(renderer, scene)
+    assert found.count <= found.capacity and found.notes == ()
+    np.testing.assert_array_equal(found.read().starts, expected.starts)
+    np.testing.assert_array_equal(found.read().words, expected.words)
+
+
+def test_lists_that_do_not_fit_are_left_out_whole_and_that_is_said(renderer, monkeypatch):
+    monkeypatch.setattr(peel, "_FRAGMENTS_MOST", 2000)
     places = [(0, moved(z=-2)), (1, moved(z=-4))]
     found, _ = peeled(renderer, scene_with((plane(2.0), plane(3.0, material=1)), places))
     lists = found.read()
     assert found.count > found.capacity >= lists.count
+    assert f"{found.count - 2000} of {found.count} surfaces" in renderer.loaded.plate.notes[0]
     assert (lists.starts >> 1).max() == found.capacity
     assert (np.diff((lists.starts >> 1).astype(int)) >= 0).all()
     assert np.isfinite(renderer.pixels(SHOT)).all()

@@ -130,6 +130,8 @@ def _render(args: argparse.Namespace) -> None:
     read_done = time.perf_counter()
     with picture_progress(renderer, shot) as tell:
         plate, pixels = _picture(args, renderer, shot, frame, tell)
+    if renderer.scene is not None:
+        say(*renderer.loaded.plate.notes)
     render_done = time.perf_counter()
     depth = {"Z": plate.depth_m} if args.pinhole and plate.depth_m is not None else {}
     kept, kept_attributes = kept_channels(plate, plate_options(args), wanted)

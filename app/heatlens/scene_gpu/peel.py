@@ -34,7 +34,9 @@ _SHIFTS = ((-0.375, -0.125), (-0.125, 0.375), (0.125, -0.375), (0.375, 0.125))
 STEPS_OF_BAND = len(_SHIFTS) + 3
 SAMPLES = len(_SHIFTS) * FRONT_SIDE**2  # of a pixel that is not done with fewer
 LARGER = 16  # bands than others on a processor: most of their pixels are done
-_A_PIXEL = 2.0  # fragments that there is room for, on average
+_A_PIXEL = 2.0  # fragments that there is room for, on average, until a scene has more
+_ROOM = 1.1  # more than a picture had, for those that follow
+_FRAGMENTS_MOST = 1 << 26  # of a picture: 800 MB
 _FRAGMENT_BYTES = 12
 
 
@@ -55,6 +57,18 @@ class Peeled:
     bins: ValueBins
     count: int
     capacity: int
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What the user should know of the lists."""
+        left_out = self.count - self.capacity
+        if left_out <= 0:
+            return ()
+        return (
+            f"{left_out} of {self.count} surfaces behind the picture were left out, because there "
+            "is no room for them: towards the picture's end what is behind is guessed. A smaller "
+            "--size has room.",
+        )
 
     def read(self) -> FragmentLists:
         """Return the lists from the GPU."""
@@ -88,6 +102,7 @@ class ScenePeel:
         self._write = ComputeProgram(ctx, "peel_lists.comp.glsl")
         self._total = ctx.buffer(reserve=4)
         self._pool = TexturePool(ctx)
+        self._a_pixel = _A_PIXEL
 
     def steps(
         self,
@@ -111,15 +126,26 @@ class ScenePeel:
             self._list(samples, rows, sides, picture, out)
             yield "behind"
         count = int(np.frombuffer(self._total.read(), np.uint32)[0])
+        if count > out.capacity and self._makes_room(count, view.size):
+            return (yield from self.steps(view, picture, done, place, bank))
         nearest, most = float(picture.bins.high), min(count, out.capacity)
         bins = self._survey.with_fragments(out.depth, out.words, most, nearest)
         fragments = FragmentBuffers(out.starts, out.words, view.size, False, is_exact=True)
         return Peeled(fragments, out.depth, out.places, bins, count, out.capacity)
 
+    def _makes_room(self, count: int, size: tuple[int, int]) -> bool:
+        """Have room for so many fragments from now on; return False where no more is to be had."""
+        before = self._capacity(size)
+        self._a_pixel = _ROOM * count / (size[0] * size[1])
+        return self._capacity(size) > before
+
+    def _capacity(self, size: tuple[int, int]) -> int:
+        block = int(self._ctx.info["GL_MAX_SHADER_STORAGE_BLOCK_SIZE"]) // _FRAGMENT_BYTES
+        return min(int(self._a_pixel * size[0] * size[1]) + 1, block, _FRAGMENTS_MOST)
+
     def _room(self, size: tuple[int, int], bank: int) -> _Room:
         pixels = size[0] * size[1]
-        limit = int(self._ctx.info["GL_MAX_SHADER_STORAGE_BLOCK_SIZE"]) // _FRAGMENT_BYTES
-        capacity = min(int(_A_PIXEL * pixels), limit)
+        capacity = self._capacity(size)
         return _Room(
             self._pool.buffer(f"starts {bank}", 4 * (pixels + 1)),
             self._pool.buffer(f"words {bank}", _FRAGMENT_BYTES * capacity),
