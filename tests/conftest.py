@@ -39,6 +39,7 @@ def pytest_configure() -> None:
     os.environ["HEATLENS_CONFIG_DIR"] = str(folder / "preferences")
     os.environ["HEATLENS_LOG_DIR"] = str(folder / "reports")
     os.environ["HEATLENS_CACHE_DIR"] = str(folder / "cache")
+    os.environ["HEATLENS_RUNTIME_DIR"] = str(folder / "run")
     # gpu.program: an input of a shader that is never given is an error.
     os.environ["HEATLENS_STRICT_SHADERS"] = "1"
     # What a shell starts in the background ignores Ctrl-C, and hands that on to what it starts.

@@ -6,6 +6,7 @@ HEATLENS_CONFIG_DIR, HEATLENS_CACHE_DIR, HEATLENS_RUNTIME_DIR and HEATLENS_LOG_D
 
 import os
 import sys
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 
@@ -50,7 +51,13 @@ def runtime_dir(system: type[PlatformDirsABC] = PlatformDirs) -> Path:
     `system` is the class that knows the folders of a system, for tests of the other ones.
     """
     dirs = system(_NAME, appauthor=False)
-    return _chosen("HEATLENS_RUNTIME_DIR", lambda: dirs.user_runtime_dir)
+
+    def usual() -> str:
+        with warnings.catch_warnings():  # a login without such a folder has one of its own in /tmp
+            warnings.simplefilter("ignore")
+            return dirs.user_runtime_dir
+
+    return _chosen("HEATLENS_RUNTIME_DIR", usual)
 
 
 def reports_dir(system: type[PlatformDirsABC] = PlatformDirs) -> Path:

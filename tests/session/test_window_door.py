@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from heatlens.commands.main import main
+from heatlens.folders import runtime_dir
 from heatlens.session import window_door
 from heatlens.session.window_door import WindowDoor, door_path, hand_over
 from support.exr_files import distances, rgb, write_file
@@ -114,3 +115,9 @@ def test_a_folder_that_cannot_be_made_is_done_without(monkeypatch, tmp_path):
     assert opened.take() == []
     opened.close()
     assert window_door._read_door(tmp_path / "file" / "window.json") is None
+
+
+def test_a_login_without_a_runtime_folder_has_one_all_the_same(monkeypatch):
+    monkeypatch.delenv("HEATLENS_RUNTIME_DIR", raising=False)
+    monkeypatch.delenv("XDG_RUNTIME_DIR", raising=False)
+    assert runtime_dir().is_absolute()
