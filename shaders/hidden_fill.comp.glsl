@@ -1,6 +1,8 @@
 // Guesses hidden pixels: along each direction the line between its two ends, directions weighed by
 // how alike the ends are (over a small neighbourhood, so that one pixel does not decide) and how near.
-// An end that is blurred anyway stands for a stretch of what is seen behind it.
+// An end that is blurred anyway stands for a stretch of what is seen behind it. Where the ends of no direction are
+// alike there is no structure to draw on, and stripes would be wrong and would flicker in a pull: there all ends
+// count alike, each for a longer stretch, and the guess is dull.
 //
 // Inputs
 //   cost_tx           hidden_cost.comp.glsl, -1 for what is seen
@@ -34,6 +36,8 @@ layout(rg32f) uniform image2D state_img;
 #define ALIKE_VARIANCE 0.04    // of compressed colour: ends that differ by 0.2 count much less
 #define LEAST_LIKENESS 1e-4    // if no direction has alike ends the nearest decide
 #define DISTANCE_POWER 2.0
+#define ALIKE_TO 0.1           // likeness of the best direction from which on the guess follows structure
+#define DULL_REACH 0.5         // of the way to an end: how far behind it counts where the guess is dull
 #define ONE_END_WEIGHT 0.02    // an end without a partner: colour without structure
 #define BEHIND_REACH 0.26      // of an end's diameter: how far behind it counts, ever less
 #define BEHIND_TAPS 6          // 1, 2, 4 ... 32 pixels behind, each for all that is as far as it
@@ -74,10 +78,11 @@ void add(inout Content sum, inout float weights, float weight, Content c) {
 }
 
 // The mean of an end and of what is seen behind it, as far as its own blur mixes the two anyway: one
-// pixel of a texture is not to stand for all that is hidden. `onward` leads away from the hidden.
-Content end_at(ivec2 end, ivec2 onward, float step_px, ivec2 size) {
+// pixel of a texture is not to stand for all that is hidden; at least as far as `dull_px`. `onward` leads away
+// from the hidden.
+Content end_at(ivec2 end, ivec2 onward, float step_px, float dull_px, ivec2 size) {
     Content sum = content_at(end);
-    float weights = 1.0, reach = max(BEHIND_REACH * sum.diameter / step_px, 1e-3);
+    float weights = 1.0, reach = max(max(BEHIND_REACH * sum.diameter, dull_px) / step_px, 1e-3);
     for (int tap = 0; tap < BEHIND_TAPS && float(1 << tap) < reach; ++tap) {
         int steps = 1 << tap;
         ivec2 p = end + steps * onward;
@@ -106,6 +111,8 @@ vec3 match_at(ivec2 block) {
 }
 #endif
 
+float likeness_of(float cost) { return exp(-cost / (2.0 * ALIKE_VARIANCE)); }
+
 struct Guess {
     float away_px;   // to the nearest pixel that is seen
     vec4 layer;      // rgb times coverage, a coverage
@@ -121,13 +128,21 @@ float nearest_of(ivec2 ends[HIDDEN_DIRECTIONS]) {
     return nearest;
 }
 
+// 0 where the two ends of some direction are alike, 1 where those of none are.
+float difference_of(ivec2 ends[HIDDEN_DIRECTIONS], vec4 cost) {
+    float most_alike = 0.0;
+    for (int k = 0; k < HIDDEN_DIRECTIONS; ++k)
+        if (min(ends[k].x, ends[k].y) > 0) most_alike = max(most_alike, likeness_of(cost[k]));
+    return 1.0 - smoothstep(0.0, ALIKE_TO, most_alike);
+}
+
 void make_guess(ivec2 at, ivec2 size, out Guess guess) {
     ivec2 ends[HIDDEN_DIRECTIONS];
     for (int k = 0; k < HIDDEN_DIRECTIONS; ++k) ends[k] = ends_of(k, at, size);
     bool beyond = is_beyond_reach(ends);
     vec4 cost = mean_cost(at >> 1, beyond ? -1 : REACH);
     Content sum = Content(vec4(0.0), 0.0);
-    float weights = 0.0;
+    float weights = 0.0, differ = difference_of(ends, cost), by_likeness = 1.0 - differ;
     int directions = beyond ? 0 : HIDDEN_DIRECTIONS;
     for (int k = 0; k < directions; ++k) {
         int ahead = ends[k].x, back = ends[k].y;
@@ -135,15 +150,16 @@ void make_guess(ivec2 at, ivec2 size, out Guess guess) {
         float length_px = float(ahead + back) * STEP_LENGTH[k];
         if (ahead == 0 || back == 0) {
             ivec2 onward = ahead > 0 ? DIRECTION[k] : -DIRECTION[k];
-            Content end = end_at(at + (ahead + back) * onward, onward, STEP_LENGTH[k], size);
-            add(sum, weights, ONE_END_WEIGHT / pow(2.0 * length_px, DISTANCE_POWER), end);
+            Content end = end_at(at + (ahead + back) * onward, onward, STEP_LENGTH[k], 0.0, size);
+            add(sum, weights, pow(ONE_END_WEIGHT, by_likeness) / pow(2.0 * length_px, DISTANCE_POWER), end);
             continue;
         }
-        float likeness = exp(-cost[k] / (2.0 * ALIKE_VARIANCE)) + LEAST_LIKENESS;
-        float weight = likeness / pow(length_px, DISTANCE_POWER);
+        float likeness = likeness_of(cost[k]) + LEAST_LIKENESS;
+        float weight = pow(likeness, by_likeness) / pow(length_px, DISTANCE_POWER);
         float to_back = float(ahead) / float(ahead + back);
-        Content end_ahead = end_at(at + ahead * DIRECTION[k], DIRECTION[k], STEP_LENGTH[k], size);
-        Content end_back = end_at(at - back * DIRECTION[k], -DIRECTION[k], STEP_LENGTH[k], size);
+        float step_px = STEP_LENGTH[k], dull_px = DULL_REACH * differ * step_px;
+        Content end_ahead = end_at(at + ahead * DIRECTION[k], DIRECTION[k], step_px, dull_px * float(ahead), size);
+        Content end_back = end_at(at - back * DIRECTION[k], -DIRECTION[k], step_px, dull_px * float(back), size);
         add(sum, weights, weight * (1.0 - to_back), end_ahead);
         add(sum, weights, weight * to_back, end_back);
     }

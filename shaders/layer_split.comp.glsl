@@ -51,7 +51,7 @@ struct Content {
 
 Content whole_of(vec3 x, float coc, float visible) {
     float own = membership(coc);
-    return Content(x, abs(coc), own / visible, solidity(own));
+    return Content(x, abs(coc), coverage(own / visible), solidity(own));
 }
 
 // The two fragments of a far rim pixel: in one layer they are the pixel, else each its own colour.
@@ -59,8 +59,8 @@ Content far_rim_of(vec3 x, float coc, vec4 far, vec4 near, float visible) {
     float own = membership(coc), own_near = membership(near.a);
     float solid = solidity(own), solid_near = solidity(own_near), only_near = solid_near * (1.0 - solid);
     vec3 color = mix(mix(far.rgb, x, solid_near), near.rgb, only_near);
-    float cover = own / visible;
-    cover = mix(cover, max(cover, far.a * own_near), 1.0 - solid);
+    float cover = coverage(own / visible);
+    cover = mix(cover, max(cover, far.a * coverage(own_near)), 1.0 - solid);
     float diameter = mix(abs(coc), abs(near.a), only_near);
     return Content(color, diameter, cover, max(solid, solidity(far.a * own_near)));
 }
@@ -119,7 +119,7 @@ void add_list(inout Sum sum, List list, float front_coc, float seen, float unkno
         float in_view = visibility(fragment.coc);
         Content content = whole_of(fragment.color, fragment.coc, max(in_view, THIN));
         float cover = is_farthest ? 1.0 : clamp(content.cover, 0.0, 1.0);
-        float part = fragment.cover * solidity(in_view);
+        float part = fragment.cover * knowledge(in_view);
         float known = unknown * part, solid = known * content.solid;
         float listed = known - min(seen * part, known);
         sum.layer += known * cover * vec4(content.color, 1.0);
@@ -155,7 +155,7 @@ void add_pixel(inout Sum sum, ivec2 at) {
         has_near = kind == FAR_RIM && far.a * membership(near.a) > THIN ? 1.0 : 0.0;
     }
     float cover = is_farthest ? 1.0 : clamp(content.cover, 0.0, 1.0);
-    float known = max(solidity(seen), has_near), solid = known * content.solid;
+    float known = max(knowledge(seen), has_near), solid = known * content.solid;
     sum.layer += known * cover * vec4(content.color, 1.0);
     sum.diameter += (solid + 1e-6 * known) * content.diameter;
     sum.solid += solid;
