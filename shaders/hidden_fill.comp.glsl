@@ -36,8 +36,8 @@ layout(rg32f) uniform image2D state_img;
 #define ALIKE_VARIANCE 0.04    // of compressed colour: ends that differ by 0.2 count much less
 #define LEAST_LIKENESS 1e-4    // if no direction has alike ends the nearest decide
 #define DISTANCE_POWER 2.0
-#define ALIKE_TO 0.1           // likeness of the best direction from which on the guess follows structure
-#define DULL_REACH 0.5         // of the way to an end: how far behind it counts where the guess is dull
+#define ALIKE_TO 0.4           // likeness of the best direction from which on the guess follows structure
+#define DULL_REACH 0.8         // of the way to an end: how far behind it counts where the guess is dull
 #define ONE_END_WEIGHT 0.02    // an end without a partner: colour without structure
 #define BEHIND_REACH 0.26      // of an end's diameter: how far behind it counts, ever less
 #define BEHIND_TAPS 6          // 1, 2, 4 ... 32 pixels behind, each for all that is as far as it
