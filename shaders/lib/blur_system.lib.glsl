@@ -48,9 +48,37 @@ uniform Num sum_weights[POLES];  // m_b
 layout(rgba32f) uniform writeonly image2D out_color_img;
 #endif
 
+#ifdef SHAPED
+// An opening that is no ellipse is diffused as a disc of its variance, which is another one in front of the
+// focus than behind it, and towards the corners of the picture.
+uniform vec2 side_variances;   // in front of the focus and behind it, over that of a round disc
+uniform vec2 field_middle_px;
+uniform vec2 field_per_px;     // 1 over the way from there to a corner, in pixels across and down
+uniform vec2 field_variances[FIELD_STEPS];  // along that way and across it, in even steps, over the middle's
+
+float shape_variance(ivec2 at, float coc) {
+    vec2 field = (vec2(at) + 0.5 - field_middle_px) * field_per_px;
+    float step = min(length(field), 1.0) * float(FIELD_STEPS - 1);
+    int low = min(int(step), FIELD_STEPS - 2);
+    vec2 here = mix(field_variances[low], field_variances[low + 1], step - float(low));
+    vec2 outwards = field * field / max(dot(field, field), 1e-12);
+#ifdef ROWS
+    float part = outwards.x;
+#else
+    float part = outwards.y;
+#endif
+    return mix(here.y, here.x, part) * (coc < 0.0 ? side_variances.x : side_variances.y);
+}
+#endif
+
 float diameter_2_at(ivec2 at) {
-    float diameter = max(abs(texelFetch(coc_tx, at, 0).r), least_px) * axis_scale;
+    float coc = texelFetch(coc_tx, at, 0).r;
+    float diameter = max(abs(coc), least_px) * axis_scale;
+#ifdef SHAPED
+    return max(diameter * diameter * shape_variance(at, coc) - resampled_px_2, 0.0);
+#else
     return max(diameter * diameter - resampled_px_2, 0.0);
+#endif
 }
 
 // Half storage halves what moves between rows and columns. Rounded here, because drivers differ (Mesa

@@ -157,3 +157,14 @@ def test_a_corner_points_up_and_turns_anticlockwise() -> None:
     assert up == pytest.approx(90, abs=1) and down == pytest.approx(45, abs=1)
     turned = Aperture(blades=3, blade_rotation_deg=90.0)
     assert reach_px(turned, -1, 0) == pytest.approx(90, abs=1)
+
+
+def test_a_barrel_leaves_a_disc_that_is_narrower_towards_the_corner() -> None:
+    """Against the variance of even points of the two circles."""
+    np.testing.assert_allclose(opening.variances(Barrel((0.0, 0.0), 1.0)), 0.25, rtol=1e-6)
+    for shift in (0.2, 0.5):
+        y, x = GRID
+        lit = (np.abs(x) + shift) ** 2 + y**2 <= 1
+        expected = np.var(x[lit]), np.var(y[lit])
+        found = opening.variances(Barrel((shift, 0.0), 1.0))
+        np.testing.assert_allclose(found, expected, rtol=0.02)

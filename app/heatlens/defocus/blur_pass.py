@@ -11,6 +11,7 @@ from heatlens.defocus.kernels import Kernel
 from heatlens.defocus.line_solver import Axis, Bindings, LineSolver, LineSystem
 from heatlens.defocus.tile_mask import TileMask
 from heatlens.gpu.textures import Storage
+from heatlens.model.disc_shape import DiscShape
 
 PACKED: Storage = "u4"  # eight halves of a pole's image in the four words of a texel
 
@@ -33,6 +34,7 @@ class Diffusion:
     axis_scales    diameter along x and y over `coc`
     least_px       a coc under this counts as this
     resampled_px_2 square of the diameter that the picture is blurred by already
+    shape          the discs, in pixels of the picture, where their width is not the same everywhere
     """
 
     color: moderngl.Texture
@@ -41,6 +43,14 @@ class Diffusion:
     axis_scales: tuple[float, float]
     least_px: float = 0.0
     resampled_px_2: float = 0.0
+    shape: DiscShape | None = None
+
+    @property
+    def shape_uniforms(self) -> dict[str, object]:
+        """The uniforms of a shape that is no ellipse; none for others."""
+        if self.shape is None or self.shape.is_plain:
+            return {}
+        return self.shape.diffusion_uniforms
 
 
 def pole_layers(kernel: Kernel, storage: Storage = PACKED) -> int:
@@ -71,13 +81,17 @@ class BlurPass:
             "lib/blur_system.lib.glsl",
             poles=len(kernel.poles),
             is_complex=kernel.is_complex,
-            defines=(("HALF_POLES", 1),) if targets.poles.dtype == PACKED else (),
+            defines=_defines(targets.poles.dtype == PACKED, bool(what.shape_uniforms)),
         )
         source = what.color
         for _ in range(kernel.steps):
             for axis, bound in _both_axes(what, source, targets):
                 yield from self._solver.steps(system, axis, what.color.size, bound, mask)
             source = targets.out_color
+
+
+def _defines(is_packed: bool, is_shaped: bool) -> tuple[tuple[str, object], ...]:
+    return (("HALF_POLES", 1),) * is_packed + (("SHAPED", 1),) * is_shaped
 
 
 def _both_axes(
@@ -92,6 +106,7 @@ def _both_axes(
         "compact_c": kernel.compact,
         "least_px": what.least_px,
         "resampled_px_2": what.resampled_px_2,
+        **what.shape_uniforms,
     }
     yield (
         "rows",

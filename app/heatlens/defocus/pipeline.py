@@ -161,7 +161,8 @@ class DefocusPipeline:
             case Method.PYRAMID:
                 yield from self._named("pyramid", others.pyramid(*work))
             case Method.DIFFUSION | Method.HEAT:
-                what = Diffusion(color, coc, kernel_for(settings), optics.disc.spreads)
+                disc = optics.disc
+                what = Diffusion(color, coc, kernel_for(settings), disc.half_extents, shape=disc)
                 targets = BlurTargets(self._poles("poles", color.size, what.kernel), blurred)
                 yield from self._named("blur", self._passes.blur.steps(what, targets))
             case Method.ACCUMULATION | Method.RAYTRACED:
@@ -209,8 +210,9 @@ class DefocusPipeline:
                 layer.color,
                 layer_coc,
                 kernel,
-                optics.disc.spreads,
+                optics.disc.half_extents,
                 resampled_px_2=plan.resampled_px_2,
+                shape=optics.disc.scaled(1 / plan.reduction),
             )
             targets = BlurTargets(self._poles("poles", picture.coc.size, kernel), layer.color)
             yield from self._named("blur", self._passes.blur.steps(what, targets, layer.mask))

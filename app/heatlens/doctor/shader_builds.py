@@ -15,6 +15,7 @@ _SYSTEMS = [  # the blur of every kernel, and the fill
         LineSystem("lib/blur_system.lib.glsl", poles, poles > 1, (("HALF_POLES", 1),))
         for poles in (1, 2, 3, 4, 5)
     ),
+    LineSystem("lib/blur_system.lib.glsl", 4, True, (("HALF_POLES", 1), ("SHAPED", 1))),
     LineSystem("lib/fill_system.lib.glsl"),
 ]
 _AXES: tuple[Axis, ...] = ("rows", "columns")

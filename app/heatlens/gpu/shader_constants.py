@@ -7,7 +7,7 @@ its text neither repeats the number nor passes it on.
 import re
 from collections.abc import Mapping
 
-from heatlens.model.opening import RIM_MOST, RIM_POWER
+from heatlens.model.opening import FIELD_STEPS, RIM_MOST, RIM_POWER
 from heatlens.model.settings import LAYERS_MAX
 from heatlens.model.value_bins import BINS as DEPTH_BINS
 
@@ -64,6 +64,7 @@ def _glsl(value: object) -> str:
 _OF_THE_MODEL = {
     "LAYERS_MAX": LAYERS_MAX,
     "DEPTH_BINS": DEPTH_BINS,
+    "FIELD_STEPS": FIELD_STEPS,
     "RIM_MOST": RIM_MOST,
     "RIM_POWER": RIM_POWER,
 }

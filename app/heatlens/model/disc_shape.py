@@ -62,11 +62,16 @@ class DiscShape:
     def spreads(self) -> Pair:
         """Standard deviations along x and y over those of a round disc of the same radius.
 
-        This is by how much a diffusion, which knows no shape, has to blur along each axis.
+        On the side of the focus where it is less, and in the middle of the picture.
         """
         x, y = self.half_extents
-        spread = self.aperture.spreads[1]
+        spread = min(self.aperture.spreads)
         return x * spread, y * spread
+
+    @property
+    def diffusion_uniforms(self) -> dict[str, object]:
+        """Uniforms of lib/blur_system.lib.glsl for a disc that is not plain."""
+        return self.in_picture.diffusion_uniforms(self.aperture, self.pixel_aspect_ratio)
 
     def light(self, radius_px: float, ramp_px: float, place_px: Pair = (0.0, 0.0)) -> float:
         """Return the sum of `coverage` over all pixels of a large disc, to a close approximation.

@@ -30,6 +30,7 @@ Pair = tuple[float, float]
 # The power of the profile of a bright or soft rim; see `profile`.
 RIM_POWER = 2
 RIM_MOST = 0.98  # some light is left at every point, so that every pixel gets some
+FIELD_STEPS = 9  # from the middle of a picture to its corner, at which variances are tabulated
 _TINY = 1e-12
 _TABLE = 257  # angles of a blade in a table
 _ANGLES = 720  # of the quadrature; corners make its error second order
@@ -143,6 +144,17 @@ def variance(blades: Blades, rim: float) -> float:
     part = square[:, None] * (nodes + 1) / 2
     moment = np.sum(part * profile(part, rim) * weights, axis=1) * square / 4
     return float(np.sum(moment) * step / 2 / light(blades, None, rim))
+
+
+def variances(barrel: Barrel) -> Pair:
+    """Return the variance of a round disc that a barrel cuts along x, its shift, and along y."""
+    angle, _ = _angles()
+    reach = rim_radius(angle, Blades(0, 0.0, 0.0), barrel)
+    area = np.sum(reach**2) / 2
+    along, across = (
+        float(np.sum(reach**4 * part**2) / 4 / area) for part in (np.cos(angle), np.sin(angle))
+    )
+    return along, across
 
 
 def _angles() -> tuple[Array, float]:

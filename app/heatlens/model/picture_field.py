@@ -2,9 +2,10 @@
 
 import math
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 from heatlens.model.aperture import Aperture
-from heatlens.model.opening import Barrel
+from heatlens.model.opening import FIELD_STEPS, Barrel, variances
 
 Pair = tuple[float, float]
 
@@ -48,6 +49,18 @@ class PictureField:
             "aperture_barrel": aperture.stopped_down if aperture.cat_eye else 0.0,
         }
 
+    def diffusion_uniforms(
+        self, aperture: Aperture, pixel_aspect_ratio: float = 1.0
+    ) -> dict[str, object]:
+        """Return what lib/blur_system.lib.glsl needs to diffuse discs of the same variance."""
+        per_px = 1 / self.half_diagonal_px
+        return {
+            "side_variances": tuple(spread**2 for spread in aperture.spreads),
+            "field_middle_px": self.middle_px,
+            "field_per_px": (per_px, per_px / pixel_aspect_ratio),
+            "field_variances": field_variances(_shift_most(aperture), aperture.stopped_down),
+        }
+
     def barrel(
         self, aperture: Aperture, place_px: Pair, pixel_aspect_ratio: float = 1.0
     ) -> Barrel | None:
@@ -59,6 +72,19 @@ class PictureField:
         y = (self.middle_px[1] - place_px[1]) * most / self.half_diagonal_px / pixel_aspect_ratio
         part = min(1.0, most / max(math.hypot(x, y), 1e-30))  # beyond the corner it stays
         return Barrel((x * part, y * part), aperture.stopped_down)
+
+
+@lru_cache(maxsize=64)
+def field_variances(shift: float, radius: float) -> tuple[Pair, ...]:
+    """Return variances towards the corner and across that, over a round disc's, in even steps.
+
+    `shift` is that of the barrel's circles at the corner, `radius` theirs.
+    """
+    found = []
+    for step in range(FIELD_STEPS):
+        along, across = variances(Barrel((shift * step / (FIELD_STEPS - 1), 0.0), radius))
+        found.append((4 * along, 4 * across))
+    return tuple(found)
 
 
 def _shift_most(aperture: Aperture) -> float:
