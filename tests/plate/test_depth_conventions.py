@@ -21,7 +21,7 @@ from heatlens.plate.inspection import inspect
 from heatlens.plate.read import read_plate
 from support.exr_files import rgb, write_file
 
-README = Path(__file__).resolve().parents[2] / "README.md"
+MANUAL = Path(__file__).resolve().parents[2] / "app" / "MANUAL.md"
 RAMP = np.linspace(0.25, 0.75, 24, dtype=np.float32).reshape(4, 6)
 ENDS = {"near_m": 1.0, "far_m": 5.0}
 CHOSEN = [c for c in DepthConvention if c is not DepthConvention.AUTO]
@@ -123,8 +123,8 @@ def test_programs_may_write_it_as_a_word_and_hear_which_there_are():
         replace(options, depth_convention="log")
 
 
-def test_the_readme_has_its_table():
-    rows = re.findall(r"^\| `([a-z-]+)` \| (.*) \| (.*) \| (.*) \|$", README.read_text(), re.M)
+def test_the_manual_has_its_table():
+    rows = re.findall(r"^\| `([a-z-]+)` \| (.*) \| (.*) \| (.*) \|$", MANUAL.read_text(), re.M)
     told = {name: (meaning, ends, unit) for name, meaning, ends, unit in rows}
     for convention in DepthConvention:
         meaning, ends, unit = told[str(convention)]

@@ -1,4 +1,4 @@
-"""The README's commands are the ones that are run, and every example is one that can be typed."""
+"""The README's commands are the ones that are run; every example, of the manual too, can be typed."""
 
 import argparse
 import re
@@ -13,6 +13,7 @@ from heatlens.commands.main import _with_command, build_parser, main
 from heatlens.ui import window
 
 ROOT = Path(__file__).resolve().parents[2]
+MANUAL = ROOT / "app" / "MANUAL.md"
 
 
 def blocks() -> list[str]:
@@ -65,8 +66,8 @@ def parsers(parser: argparse.ArgumentParser) -> Iterator[argparse.ArgumentParser
 
 
 def examples() -> list[str]:
-    """Command lines of the README, in its blocks and in its text, and of every help."""
-    text = (ROOT / "README.md").read_text()
+    """Command lines of README and manual, in their blocks and their text, and of every help."""
+    text = (ROOT / "README.md").read_text() + MANUAL.read_text()
     lines = [line for line in code_lines() if line.startswith("heatlens ")]
     lines += re.findall(r"`(?:\S*/)?(heatlens (?:\w+ )?[^\s`]*[-.][^\s`]*[^`\n]*)`", text)
     for parser in parsers(build_parser()):
@@ -114,6 +115,6 @@ def test_the_commands_run_from_top_to_bottom(tmp_path, monkeypatch, capsys):
 
 
 def test_the_exit_codes_are_all_told():
-    text = (ROOT / "README.md").read_text().partition("- Exit codes: ")[2]
+    text = MANUAL.read_text().partition("- Exit codes: ")[2]
     line = text.partition("\n\n")[0]
     assert {int(code) for code in re.findall(r"\b\d+\b", line)} == {0, 1, 2, 70, 130, 141, 143}
