@@ -160,8 +160,8 @@ def test_a_wish_is_words_for_the_command(tmp_path) -> None:
     ]
     guides = Guides(aspect=2.39, thirds=True, desqueeze=2.0)
     assert replace(look, with_guides=True).words(seen, guides) == [
-        *look.words(seen),
-        *("--matte=2.39", "--thirds", "--desqueeze=2.0"),
+        *look.words(seen)[:-1],
+        *("--matte=2.39", "--thirds", "--desqueeze=2.0", "--burn-in"),
     ]
     assert look.words(seen, guides) == look.words(seen)
     faint = Guides(opacity=0.5, centre=True)  # without a matte there is nothing faint
