@@ -27,6 +27,8 @@ MAY_ASK_THE_KIND = {
 # Modules that may ask whether there is a 3D scene: they draw or do what only scenes have.
 MAY_ASK_FOR_A_SCENE = {
     "commands.picture_progress": "counts the steps in which a scene is drawn",
+    "commands.render": "tells what drawing a scene has left out",
+    "export.rendering": "a scene leaves as it is drawn, with overscan and what is behind",
     "render": "a lens that breathes cuts a plate, and sees a scene at another angle",
     "session.look_pictures": "looks of a scene are drawn by a renderer of their own",
     "session.mark_commands": "points of a scene are measured by drawing them",

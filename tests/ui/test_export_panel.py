@@ -165,7 +165,10 @@ def test_a_wish_is_words_for_the_command(tmp_path) -> None:
     ]
     assert look.words(seen, guides) == look.words(seen)
     faint = Guides(opacity=0.5, centre=True)  # without a matte there is nothing faint
-    assert replace(look, with_guides=True).words(seen, faint)[-1] == "--centre-cross"
+    assert replace(look, with_guides=True).words(seen, faint)[-2:] == [
+        "--centre-cross",
+        "--burn-in",
+    ]
     linear = ExportWish("/a", "b", with_guides=True)
     assert linear.words(seen, guides) == []
 
