@@ -22,6 +22,7 @@ from heatlens.model.shot import LensParameter, Shot
 from heatlens.plate.camera_header import lens_attributes
 from heatlens.ring.address import parse_ring_address
 from heatlens.ring.receiver import LensReceiver
+from heatlens.ring.sources import RingSources
 from support.cameras import FRAMES, SHOTS, moving_camera
 from support.command_line import folder_of
 from support.exr_files import rgb, write_file
@@ -87,7 +88,7 @@ def test_a_renderer_is_told_the_f_stop_of_the_same_discs(capsys):
 def test_the_lens_is_sent_as_a_camera_would(capsys, monkeypatch, encoding):
     """The f-stop on the ring, each frame with its time; whoever listens follows."""
     heard = []
-    monkeypatch.setattr(LensReceiver, "_keep", lambda self, sample: heard.append(sample))
+    monkeypatch.setattr(RingSources, "keep", lambda self, sample: heard.append(sample))
     with LensReceiver(parse_ring_address("opentrackio://:0")) as receiver:
         words = ("--send", str(receiver.address), "--encoding", encoding)
         assert main(["camera", "s.heatlens.json", *words]) == 0

@@ -176,7 +176,7 @@ def test_a_shot_that_is_there_is_only_replaced_when_asked(capsys, folder):
             (*LENS, *PULL, "--key", "f-stop@1001=nan"),
             "f-stop must be between 0.001 and 1,000,000, got nan",
         ),
-        ((*LENS, *PULL, "--key", "squeeze@5=3"), "squeeze must be between 1 and 2"),
+        ((*LENS, *PULL, "--key", "squeeze@5=3"), "squeeze must be 1 to 2"),
         ((*LENS, *PULL, "--mark", "A"), "--mark takes NAME=DISTANCE or NAME@X,Y; got 'A'"),
         ((*LENS, *PULL, "--mark", "A@5"), "--mark takes a pixel as NAME@X,Y; got 'A@5'"),
         ((*LENS, *PULL, "--mark", "A=1", "--mark", "A=2"), "Two marks are called A."),

@@ -14,4 +14,4 @@ def test_proxy_scales_everything_but_the_shape() -> None:
     optics = Optics(CocLine(12.0, -30.0), np.array([-20.0, 12.0]), SQUEEZED).scaled(0.25)
     assert optics.line == CocLine(3.0, -7.5)
     assert (optics.nearest_px, optics.farthest_px, optics.at_infinity_px) == (-5.0, 3.0, 3.0)
-    assert optics.disc is SQUEEZED
+    assert optics.disc == SQUEEZED

@@ -1,4 +1,4 @@
-"""The README's commands are the ones that are run; every example, of the manual too, can be typed."""
+"""The README's commands are those that run; every example, the manual's too, can be typed."""
 
 import argparse
 import re

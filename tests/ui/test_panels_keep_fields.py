@@ -24,6 +24,7 @@ from heatlens.session.export_wish import ExportWish
 from heatlens.ui.panels.export_panel import export_panel
 from heatlens.ui.panels.lens_panel import LensFacts, blur_panel, lens_panel
 from heatlens.ui.panels.look_panel import look_panel
+from heatlens.ui.panels.opening_panel import opening_panel
 from heatlens.ui.panels.plate_panel import PlateFacts, plate_panel
 from support.gui import Gui, gui_of
 from support.other_values import with_all_fields_other, with_other_fields
@@ -94,6 +95,7 @@ def test_the_blur(screen, has_scene, settings):
 def test_the_lens(screen, facts):
     lens_facts = LensFacts(facts.histogram, "m", {})
     kept_fields(lambda value: lens_panel(value, lens_facts, unheard), LENS)
+    kept_fields(lambda value: opening_panel(value, unheard), LENS)
     without_distances = LensFacts(None, "ft", {})
     kept_fields(lambda value: lens_panel(value, without_distances, unheard), LENS)
 

@@ -17,6 +17,7 @@ from heatlens.ui.panels.lens_panel import LensFacts, blur_panel, lens_panel
 from heatlens.ui.panels.look_panel import look_panel
 from heatlens.ui.panels.looks_panel import LookStills, looks_panel
 from heatlens.ui.panels.marks_panel import marks_panel
+from heatlens.ui.panels.opening_panel import opening_panel
 from heatlens.ui.panels.plate_panel import PlateFacts, plate_panel
 from heatlens.ui.panels.ring_map_panel import ring_map_panel
 from heatlens.ui.panels.ring_panel import RingFacts, RingState, ring_panel
@@ -95,6 +96,7 @@ class DockedPanels:
             with listening() as drawn:
                 session.editing.edit_lens(lens_panel(session.lens, facts, session.say))
             kit_panel(session.shot.kit, session.lens, kits)
+            session.editing.edit_lens(opening_panel(session.lens, session.say))
             session.editing.edit(
                 replace(session.shot, defocus=blur_panel(session.shot.defocus, session.has_scene))
             )

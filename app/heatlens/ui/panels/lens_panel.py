@@ -29,7 +29,6 @@ from heatlens.session.lens_commands import nudged
 from heatlens.session.messages import Problem, window_words
 from heatlens.ui import probe, theme, widgets
 from heatlens.ui.panels.focus_bar import focus_bar
-from heatlens.ui.panels.opening_panel import opening_controls
 
 _CUSTOM = "custom"
 _NO_T_STOP = "as the f-stop"
@@ -192,7 +191,6 @@ def _hardware(lens: Lens, facts: LensFacts, say: Say) -> Lens:
     )
     if squeeze != lens.squeeze:
         lens = replace(lens, squeeze=squeeze)
-    lens = opening_controls(lens, say)
     limit_um = widgets.drag(
         "sharp up to",
         1e3 * lens.coc_limit_mm,

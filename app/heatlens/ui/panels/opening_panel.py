@@ -9,10 +9,12 @@ import numpy as np
 from imgui_bundle import ImVec2, ImVec4, imgui
 from numpy.typing import NDArray
 
+from heatlens.errors import LensError
 from heatlens.model import opening
 from heatlens.model.aperture import BLADES_LEAST, BLADES_MOST, Aperture
 from heatlens.model.lens import Lens
 from heatlens.model.picture_field import PictureField
+from heatlens.session.messages import Problem
 from heatlens.ui import probe, theme, widgets
 
 _SIDE_EM = 5.5  # of a drawing
@@ -27,8 +29,16 @@ Points = NDArray[np.float64]
 Say = Callable[[str], None]
 
 
-def opening_controls(lens: Lens, say: Say) -> Lens:
+def opening_panel(lens: Lens, say: Say) -> Lens:
     """Draw the shape of the opening; return the lens as the user left it."""
+    try:
+        return _opening(lens, say)
+    except LensError as error:  # two values that do not go together: the step is not taken
+        say(Problem(error))
+        return lens
+
+
+def _opening(lens: Lens, say: Say) -> Lens:
     flags = 0 if lens.aperture.is_plain else imgui.TreeNodeFlags_.default_open
     is_open = imgui.collapsing_header("Opening", flags)
     probe.note("opening")
