@@ -58,8 +58,8 @@ def test_a_directors_desk(desk: Screen, tmp_path: Path) -> None:
     for key, scale in (("equal", 1.1), ("equal", 1.25), ("minus", 1.1), ("equal", 1.25)):
         desk.hand("key", "--delay", 0, f"ctrl+{key}")
         window.until(partial(scale_is, kept, scale), f"the scale {scale}")
-    # The same modifier again within a millisecond, of which GLFW tells only the first press.
-    desk.hand("key", "--delay", 0, *["ctrl+minus", "w"] * 2, "ctrl+equal")
+    # One after the other, but not the same key twice in a millisecond: GLFW tells one of the two.
+    desk.hand("key", "--delay", 5, *["ctrl+minus", "w"] * 2, "ctrl+equal")
     window.until(partial(scale_is, kept, 1.1), "the scale after five keys at once")
     desk.hand("key", "--delay", 0, "ctrl+equal")
     window.until(partial(scale_is, kept, 1.25), "the scale 1.25")
