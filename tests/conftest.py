@@ -138,11 +138,14 @@ def command_context(session_context: "moderngl.Context") -> Iterator["moderngl.C
 
     A context of their own would become the current one, and calls for this one would go there.
     """
+    from heatlens import commands
+    from heatlens.api import engine
+
     with pytest.MonkeyPatch.context() as patch:
-        for command in ("bench", "doctor", "export", "render", "study"):
-            name = f"heatlens.commands.{command}.headless_context"
-            patch.setattr(name, lambda: session_context)
-        patch.setattr("heatlens.api.engine.headless_context", lambda: session_context)
+        for path in [*Path(commands.__file__).parent.glob("*.py"), Path(engine.__file__)]:
+            if "import headless_context" in path.read_text(encoding="utf-8"):
+                name = f"heatlens.{path.parent.name}.{path.stem}.headless_context"
+                patch.setattr(name, lambda: session_context)
         yield session_context
 
 

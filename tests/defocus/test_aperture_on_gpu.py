@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from tests.support.apertures import apertures
 
 from heatlens.gpu.shader_source import assemble
 from heatlens.model import opening
@@ -16,6 +15,7 @@ from heatlens.model.disc_shape import DiscShape
 from heatlens.model.picture_field import PictureField
 from heatlens.model.pupil import Pupil
 from heatlens.paths import data_dir
+from support.apertures import apertures
 
 # What the library answers to one question (xy an offset or a point of the unit square, z the
 # radius, w the ramp): a number for each of its functions.

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from tests.support.apertures import apertures
 
 from heatlens.errors import LensError
 from heatlens.model import opening
@@ -14,6 +13,7 @@ from heatlens.model.aperture import Aperture
 from heatlens.model.disc_shape import DiscShape
 from heatlens.model.opening import Barrel, Blades
 from heatlens.model.picture_field import PictureField
+from support.apertures import apertures
 
 GRID = (np.indices((200, 200)) + 0.5) / 100 - 1
 curvatures = st.floats(0.0, 1.0)

@@ -6,7 +6,6 @@ from dataclasses import replace
 import moderngl
 import numpy as np
 import pytest
-from tests.support.scenes import NIGHT, lamp, moved, scene_of, sphere
 
 from heatlens.gpu.textures import FloatArray, download, new_texture
 from heatlens.model.framing import Pose
@@ -15,6 +14,7 @@ from heatlens.scene.scene_view import pupil_of, view_of
 from heatlens.scene_gpu.accumulation import Accumulation
 from heatlens.scene_gpu.raster import SceneRaster
 from heatlens.scene_gpu.ray_tracer import RayTracer
+from support.scenes import NIGHT, lamp, moved, scene_of, sphere
 
 SIZE = (24, 16)
 LENS = Lens(100.0, 1.4, 2.0, 36.0)
