@@ -27,7 +27,7 @@ class Held:
 
     @property
     def size_bytes(self) -> int:
-        """Colour, depth and what lies behind; a sentence counts for nothing."""
+        """Bytes of colour, depth and what lies behind; notes are too small to count."""
         return plate_bytes(self.content) if isinstance(self.content, Plate) else 0
 
 

@@ -60,7 +60,7 @@ class Peeled:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What the user should know of the lists."""
+        """Sentences for the user about lists that were cut short."""
         left_out = self.count - self.capacity
         if left_out <= 0:
             return ()
@@ -134,7 +134,7 @@ class ScenePeel:
         return Peeled(fragments, out.depth, out.places, bins, count, out.capacity)
 
     def _makes_room(self, count: int, size: tuple[int, int]) -> bool:
-        """Have room for so many fragments from now on; return False where no more is to be had."""
+        """Make room for more fragments; return False where the limit is reached."""
         before = self._capacity(size)
         self._a_pixel = _ROOM * count / (size[0] * size[1])
         return self._capacity(size) > before

@@ -56,7 +56,7 @@ def stretched(shot: Shot, chosen: Chosen, ends: Ends) -> tuple[Shot, Chosen]:
 
 
 def _places(chosen: Chosen, before: Ends, ends: Ends, factor: float) -> dict[float, float]:
-    """Return the new frame of each old one, whole numbers where no two become one."""
+    """Map each old frame to its new one, rounded unless two keys would meet on one frame."""
     frames = sorted({key.frame for key in chosen})
     exact = {frame: ends.first + (frame - before.first) * factor for frame in frames}
     exact |= {before.first: ends.first, before.last: ends.last}
