@@ -7,7 +7,10 @@
 //   out_overlay_img   display RGB with straight alpha
 
 #ifndef MODE
-#define MODE zones_color  // or peaking_color, focus_plane_color, coc_color, depth_color, ...
+#define MODE zones_color  // or no_color, focus_plane_color, coc_color, depth_color, layers_color
+#endif
+#ifndef PEAKING
+#define PEAKING 0  // 1: what is in focus is coloured over that
 #endif
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
@@ -32,6 +35,8 @@ float coc_at(ivec2 at) {
     float depth = texelFetch(depth_tx, clamp(at, ivec2(0), textureSize(depth_tx, 0) - 1), 0).r;
     return is_coc ? depth : at_infinity_px + per_dioptre_px / depth;
 }
+
+vec4 no_color(ivec2 at, float coc) { return vec4(0.0); }
 
 vec4 zones_color(ivec2 at, float coc) {
     vec3 color = abs(coc) <= sharp_px ? OVERLAY_FOCUS : coc < 0.0 ? OVERLAY_NEAR : OVERLAY_FAR;
@@ -71,7 +76,7 @@ float light_edge(ivec2 at) {
 }
 
 // Edges of the light and of the depth, on what is in focus; or all of that, more where it is sharper.
-vec4 peaking_color(ivec2 at, float coc) {
+vec4 peaking_color(float coc, ivec2 at) {
     if (abs(coc) > peaking_px) return vec4(peaking_rgb, 0.0);
     if (is_peaking_all) return vec4(peaking_rgb, mix(0.7, 0.3, abs(coc) / peaking_px));
     vec2 depth = vec2(coc_at(at + ivec2(1, 0)) - coc_at(at - ivec2(1, 0)),
@@ -92,8 +97,20 @@ vec4 layers_color(ivec2 at, float coc) {
     return vec4(TINTS[layer], 0.55);
 }
 
+// Straight alpha in, straight alpha out.
+vec4 over(vec4 front, vec4 back) {
+    float alpha = front.a + back.a * (1.0 - front.a);
+    vec3 light = front.rgb * front.a + back.rgb * back.a * (1.0 - front.a);
+    return vec4(alpha > 0.0 ? light / alpha : front.rgb, alpha);
+}
+
 void main() {
     ivec2 at = ivec2(gl_GlobalInvocationID.xy);
     if (any(greaterThanEqual(at, textureSize(depth_tx, 0)))) return;
-    imageStore(out_overlay_img, at, MODE(at, coc_at(at)));
+    float coc = coc_at(at);
+    vec4 color = MODE(at, coc);
+#if PEAKING
+    color = over(peaking_color(coc, at), color);
+#endif
+    imageStore(out_overlay_img, at, color);
 }

@@ -53,7 +53,7 @@ def drawn(
     plate: Plate,
     lens: Lens = LENS,
     limits: tuple[float, ...] = LIMITS,
-    peaking: Peaking = USUAL_PEAKING,
+    peaking: Peaking | None = None,
     light: np.ndarray | None = None,
 ) -> np.ndarray:
     """(H, W, 4) bytes; `light` in the place of the plate's."""
@@ -216,9 +216,7 @@ def test_no_line_where_two_surfaces_meet_in_front_of_and_behind_the_plane(ctx, o
 
 
 @pytest.mark.parametrize("size", [(1, 1), (1, 200), (301, 7)])
-@pytest.mark.parametrize(
-    "overlay", [o for o in Overlay if o not in (Overlay.NONE, Overlay.PEAKING)]
-)
+@pytest.mark.parametrize("overlay", [o for o in Overlay if o is not Overlay.NONE])
 def test_every_size_is_covered_to_its_last_pixel(ctx, overlays, size, overlay):
     plate = plate_of(np.zeros((size[1], size[0], 3), np.float32), np.full(size[::-1], 2.0))
     found = drawn(overlays, ctx, overlay, plate)
@@ -237,10 +235,10 @@ def test_peaking_colours_contrasts_of_light_where_it_is_in_focus(ctx, overlays, 
     part = np.clip(edge / stops - 1.0, 0.0, 1.0)
     expected = part * part * (3.0 - 2.0 * part)
     peaking = Peaking(stops=stops)
-    found = drawn(overlays, ctx, Overlay.PEAKING, plate, LENS, peaking=peaking)
+    found = drawn(overlays, ctx, Overlay.NONE, plate, LENS, peaking=peaking)
     np.testing.assert_allclose(found[..., 3] / 255, expected, atol=0.01)
     blurred = replace(LENS, focus_distance_m=0.5)
-    assert not drawn(overlays, ctx, Overlay.PEAKING, plate, blurred, peaking=peaking)[..., 3].any()
+    assert not drawn(overlays, ctx, Overlay.NONE, plate, blurred, peaking=peaking)[..., 3].any()
 
 
 def test_peaking_by_distance_needs_no_edge_and_goes_as_far_as_its_blur(ctx, overlays):
@@ -249,19 +247,21 @@ def test_peaking_by_distance_needs_no_edge_and_goes_as_far_as_its_blur(ctx, over
     coc, sharp = np.abs(coc_of(plate)), sharp_px(LENS, 40)
     for blur in (0.5, 1.0, 3.0):
         peaking = Peaking(PeakingOn.DEPTH, blur=blur)
-        found = drawn(overlays, ctx, Overlay.PEAKING, plate, peaking=peaking)[..., 3] / 255
+        found = drawn(overlays, ctx, Overlay.NONE, plate, peaking=peaking)[..., 3] / 255
         far = np.abs(coc - blur * sharp) > 1e-4
         np.testing.assert_array_equal((found > 0)[far], (coc < blur * sharp)[far])
         inside = (coc < blur * sharp) & far
         np.testing.assert_allclose(
             found[inside], (0.7 - 0.4 * coc / (blur * sharp))[inside], atol=0.01
         )
-    assert not drawn(overlays, ctx, Overlay.PEAKING, plate)[..., 3].any()  # there is no edge
+    assert not drawn(overlays, ctx, Overlay.NONE, plate, peaking=USUAL_PEAKING)[
+        ..., 3
+    ].any()  # there is no edge
 
 
 @pytest.mark.parametrize("name", PEAKING_COLORS)
 def test_peaking_has_the_colour_that_was_chosen(ctx, overlays, name):
-    found = drawn(overlays, ctx, Overlay.PEAKING, room_plate(), peaking=Peaking(color=name))
+    found = drawn(overlays, ctx, Overlay.NONE, room_plate(), peaking=Peaking(color=name))
     colors = found[found[..., 3] > 0][:, :3]
     assert len(colors)
     np.testing.assert_allclose(colors / 255, [PEAKING_COLORS[name]] * len(colors), atol=0.005)
@@ -272,7 +272,28 @@ def test_peaking_finds_the_edges_of_the_picture_it_is_given(ctx, overlays):
     plate = plate_of(np.full((32, 48, 3), 0.2, np.float32), np.full((32, 48), 2.0))
     light = np.full((16, 24, 3), 0.1, np.float32)
     light[:, 12:] = 0.8
-    found = drawn(overlays, ctx, Overlay.PEAKING, plate, light=light)[..., 3]
+    found = drawn(overlays, ctx, Overlay.NONE, plate, peaking=USUAL_PEAKING, light=light)[..., 3]
     assert set(np.flatnonzero(found[10])) == {22, 23, 24, 25}
     soft = np.broadcast_to(np.geomspace(0.1, 0.8, 24, dtype=np.float32)[None, :, None], (16, 24, 3))
-    assert not drawn(overlays, ctx, Overlay.PEAKING, plate, light=soft)[..., 3].any()
+    assert not drawn(overlays, ctx, Overlay.NONE, plate, peaking=USUAL_PEAKING, light=soft)[
+        ..., 3
+    ].any()
+
+
+@PLATES
+@pytest.mark.parametrize("overlay", list(Overlay))
+def test_peaking_lies_over_any_overlay(ctx, overlays, make, overlay):
+    """Both laid over a grey picture one after the other are what they are together."""
+    plate, grey = make(), np.full(3, 100.0)
+    peaking = Peaking(PeakingOn.DEPTH, blur=2.0)
+    base, peaks, both = (
+        drawn(overlays, ctx, *of[:1], plate, peaking=of[1]).astype(float)
+        for of in ((overlay, None), (Overlay.NONE, peaking), (overlay, peaking))
+    )
+    assert (peaks[..., 3] > 0).any() and (peaks[..., 3] == 0).any()
+
+    def over(picture: np.ndarray, colors: np.ndarray) -> np.ndarray:
+        alpha = colors[..., 3:] / 255
+        return picture * (1 - alpha) + colors[..., :3] * alpha
+
+    np.testing.assert_allclose(over(grey, both), over(over(grey, base), peaks), atol=1.6)

@@ -50,7 +50,7 @@ def test_peaking_colours_edges_in_focus_and_only_those(gui):
     gui.session.lens_commands.focus(BALL_M)
     gui.rest()
     gui.key(K.p, shift=True)
-    assert gui.session.view.overlay is Overlay.PEAKING
+    assert gui.session.view.is_peaking
     gui.settled()
     colored = overlay_alpha(gui) > 0
     assert 0 < colored.mean() < 0.5
@@ -67,10 +67,29 @@ def test_peaking_changes_no_picture(gui):
     gui.settled()
     shown = gui.session.live.shown
     for on in PeakingOn:
-        gui.session.view_commands.change(overlay=Overlay.PEAKING, peaking=Peaking(on))
+        gui.session.view_commands.change(is_peaking=True, peaking=Peaking(on))
         gui.frame(3)
         assert overlay_alpha(gui).any()
         assert gui.session.live.shown is shown  # what is saved and exported is rendered without
+
+
+def test_zones_and_peaking_are_seen_together_and_left_one_by_one(gui):
+    gui.session.lens_commands.focus(BALL_M)
+    gui.rest()
+    gui.key(K.p, shift=True)
+    gui.settled()
+    edges = overlay_alpha(gui)
+    gui.key(K.z)
+    gui.frame(2)
+    view, both = gui.session.view, overlay_alpha(gui)
+    assert view.is_peaking and view.overlay is Overlay.ZONES
+    assert (both > 0).all() and (both[edges > 200] >= edges[edges > 200]).all()
+    gui.key(K.p, shift=True)
+    gui.frame(2)
+    assert gui.session.view.overlay is Overlay.ZONES and (overlay_alpha(gui) == both.min()).all()
+    gui.key(K.z)
+    gui.frame(2)
+    assert gui.screen.picture.pictures.overlay is None
 
 
 def overlay_alpha(gui) -> np.ndarray:
@@ -92,7 +111,7 @@ def test_the_panel_sets_matte_lines_and_peaking(gui):
     gui.click(gui.middle("thirds"))
     gui.click(gui.middle("colour what is in focus"))
     view = gui.session.view
-    assert view.guides.thirds and view.overlay is Overlay.PEAKING
+    assert view.guides.thirds and view.is_peaking
     gui.click(gui.middle("matte"))
     gui.frame(2)
     gui.click(gui.middle("matte: own"))

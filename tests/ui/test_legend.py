@@ -6,6 +6,7 @@ import pytest
 from heatlens.defocus.optics import Optics
 from heatlens.display.overlay_pass import OverlayPass
 from heatlens.gpu.textures import new_texture, upload
+from heatlens.model.peaking import USUAL_PEAKING
 from heatlens.model.plate_options import DepthConvention, DepthKind
 from heatlens.model.view import Overlay
 from heatlens.plate.plate import DepthReport
@@ -50,3 +51,10 @@ def test_numbers_are_those_of_lens_and_plate():
     assert words[Overlay.DEPTH] == ["1'7.7\"", "infinity"]
     assert words[Overlay.LAYERS] == ["up to -10 px", "-10 to -1 px", "-1 to +10 px", "from +10 px"]
     assert words[Overlay.NONE] == []
+
+
+def test_peaking_stands_under_the_overlay_that_it_lies_over():
+    both = entries(Overlay.ZONES, OPTICS, 1.25, LIMITS, DEPTH, "m", USUAL_PEAKING)
+    alone = entries(Overlay.NONE, OPTICS, 1.25, LIMITS, DEPTH, "m", USUAL_PEAKING)
+    assert len(both) == 4 and both[-1] == alone[0]
+    assert alone[0].color == USUAL_PEAKING.rgb and alone[0].words == "edges in focus, up to 1.2 px"

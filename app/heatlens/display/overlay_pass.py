@@ -1,4 +1,4 @@
-"""What is drawn over the picture: zones, the plane in focus, coc, depth and layers as colours."""
+"""What is drawn over the picture: zones, plane in focus, coc, depth or layers, with peaking."""
 
 import moderngl
 
@@ -9,8 +9,8 @@ from heatlens.model.settings import LAYERS_MAX
 from heatlens.model.view import Overlay
 
 _MODES = {
+    Overlay.NONE: "no_color",
     Overlay.ZONES: "zones_color",
-    Overlay.PEAKING: "peaking_color",
     Overlay.FOCUS_PLANE: "focus_plane_color",
     Overlay.COC: "coc_color",
     Overlay.DEPTH: "depth_color",
@@ -23,7 +23,7 @@ class OverlayPass:
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
-        self._programs: dict[Overlay, ComputeProgram] = {}
+        self._programs: dict[tuple[Overlay, bool], ComputeProgram] = {}
 
     def run(
         self,
@@ -34,18 +34,20 @@ class OverlayPass:
         layer_limits_px: tuple[float, ...],
         out: moderngl.Texture,
         color: moderngl.Texture | None = None,
-        peaking: Peaking = USUAL_PEAKING,
+        peaking: Peaking | None = None,
     ) -> None:
         """Write `overlay`, straight alpha, to `out`, RGBA of 8 bits and the size of `depth`.
 
         `depth` is metres, or coc in pixels if `optics.line` is None. A coc up to `sharp_px` counts
-        as in focus; `layer_limits_px` are the signed diameters between the layers. Peaking colours
-        edges of `color`, scene-linear light of any size, stretched over `depth`.
+        as in focus; `layer_limits_px` are the signed diameters between the layers. `peaking` is
+        laid over the overlay; its edges are those of `color`, scene-linear light of any size,
+        stretched over `depth`.
         """
         line = optics.line
         near, far = optics.nearest_px, optics.farthest_px
         limits = (*layer_limits_px, *[1e30] * LAYERS_MAX)[:LAYERS_MAX]
-        self._program(overlay).dispatch(
+        program, peaking = self._program(overlay, peaking is not None), peaking or USUAL_PEAKING
+        program.dispatch(
             pixel_groups(out.size),
             textures={"depth_tx": depth, "color_tx": color or depth},
             images={"out_overlay_img": out},
@@ -63,8 +65,9 @@ class OverlayPass:
             },
         )
 
-    def _program(self, overlay: Overlay) -> ComputeProgram:
-        if overlay not in self._programs:
-            defines = {"MODE": _MODES[overlay]}
-            self._programs[overlay] = ComputeProgram(self._ctx, "overlay.comp.glsl", defines)
-        return self._programs[overlay]
+    def _program(self, overlay: Overlay, is_peaking: bool) -> ComputeProgram:
+        key = overlay, is_peaking
+        if key not in self._programs:
+            defines = {"MODE": _MODES[overlay], "PEAKING": "1" if is_peaking else "0"}
+            self._programs[key] = ComputeProgram(self._ctx, "overlay.comp.glsl", defines)
+        return self._programs[key]

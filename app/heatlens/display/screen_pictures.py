@@ -15,7 +15,7 @@ from heatlens.display.picture_pass import Detail
 from heatlens.gpu.textures import TexturePool
 from heatlens.model.coc import sharp_px
 from heatlens.model.shot import Shot
-from heatlens.model.view import Against, Compare, Overlay, ViewState
+from heatlens.model.view import Against, Compare, ViewState
 from heatlens.preview.shown import Shown
 from heatlens.render import optics_of
 from heatlens.source.pinhole import Pinhole
@@ -181,15 +181,16 @@ class ScreenPictures:
     def overlay(
         self, plate: Pinhole, shot: Shot, frame: int, view: ViewState, shown: Shown
     ) -> moderngl.Texture:
-        """Return the overlay's colours, for the lens as it is now.
+        """Return the colours of overlay and peaking, for the lens as it is now.
 
         Peaking finds its edges in the picture that is `shown`, once that is whole.
         """
-        lens, is_peaking = shot.lens_at(frame), view.overlay is Overlay.PEAKING
+        lens, is_peaking = shot.lens_at(frame), view.is_peaking
         is_of_frame = shown.is_whole and lens.breathing == 1.0  # pixel for pixel
         light = shown.texture if is_peaking and is_of_frame else plate.color
         key: Key = (plate, lens, shot.defocus, view.overlay, self.transform_version)
-        key += (view.peaking, light, shown) if is_peaking else ()
+        peaking = view.peaking if is_peaking else None
+        key += (peaking, light, shown) if is_peaking else ()
         if self._overlay.needs(plate.depth.size, key):
             out = self._overlay.texture
             assert out is not None
@@ -197,7 +198,7 @@ class ScreenPictures:
             limits = layer_limits_px(optics, shot)
             sharp = sharp_px(lens, plate.plate.display_window.width)
             self._overlays.run(
-                view.overlay, plate.depth, optics, sharp, limits, out, light, view.peaking
+                view.overlay, plate.depth, optics, sharp, limits, out, light, peaking
             )
         assert self._overlay.texture is not None
         return self._overlay.texture

@@ -66,7 +66,10 @@ def pass_builds() -> list[Build]:
         for shape in _SHAPES
         if all(word in _whole_text(name) for word in shape) and name not in _PLAIN
     ]
-    builds += [(_OVERLAY, {"MODE": mode}) for mode in overlay_modes()]
+    builds += [
+        (_OVERLAY, {"MODE": mode, "PEAKING": peaking})
+        for mode, peaking in itertools.product(overlay_modes(), (0, 1))
+    ]
     return builds + [
         (name, dict.fromkeys(chosen, 1))
         for name, _ in builds

@@ -9,6 +9,8 @@ from dataclasses import MISSING, dataclass, fields
 from functools import cache
 from typing import Any
 
+from heatlens.errors import InputError
+
 _KEY = "option"
 
 
@@ -50,6 +52,12 @@ def option(words: str, help: str = "", **more: Any) -> Mapping[str, Option]:
     """Return the metadata of a field that a person can set; see `Option`."""
     flag = more.pop("flag", words.lower().replace(" ", "-"))
     return {_KEY: Option(words, help, flag, **more)}
+
+
+def check_range(what: str, value: float | None, least: float, most: float) -> None:
+    """Raise InputError where a number lies outside its range or is NaN; None is no number."""
+    if value is not None and not least <= value <= most:
+        raise InputError(f"The {what} should be {least:g} to {most:g}, got {value:g}.")
 
 
 @cache

@@ -3,6 +3,9 @@
 from dataclasses import dataclass
 from enum import StrEnum
 
+from heatlens.errors import InputError
+from heatlens.model.option import check_range
+
 Rgb = tuple[float, float, float]
 
 # Display values by name; the first is one that scenes seldom have.
@@ -14,6 +17,10 @@ PEAKING_COLORS: dict[str, Rgb] = {
     "blue": (0.2, 0.55, 1.0),
     "white": (1.0, 1.0, 1.0),
 }
+
+
+STOPS_RANGE = 0.05, 3.0  # contrast of an edge, in stops
+BLUR_RANGE = 0.1, 4.0  # in acceptable circles of confusion
 
 
 class PeakingOn(StrEnum):
@@ -31,12 +38,22 @@ class Peaking:
     stops  contrast of an edge that is coloured, in stops of its light
     blur   how large a blur still counts as in focus, in acceptable circles of confusion
     color  name of the colour
+
+    Raises InputError for numbers out of range and for colours that there are not.
     """
 
     on: PeakingOn = PeakingOn.PICTURE
     stops: float = 0.5
     blur: float = 1.0
     color: str = next(iter(PEAKING_COLORS))
+
+    def __post_init__(self) -> None:
+        """Check the numbers and the name of the colour."""
+        check_range("stops", self.stops, *STOPS_RANGE)
+        check_range("blur", self.blur, *BLUR_RANGE)
+        if self.color not in PEAKING_COLORS:
+            known = ", ".join(PEAKING_COLORS)
+            raise InputError(f"{self.color!r} is no colour of peaking; known are {known}.")
 
     @property
     def rgb(self) -> Rgb:

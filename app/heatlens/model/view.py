@@ -13,7 +13,6 @@ class Overlay(StrEnum):
 
     NONE = "none"
     ZONES = "zones"  # in front orange, in focus yellow, behind blue
-    PEAKING = "peaking"  # edges of what is in focus
     FOCUS_PLANE = "focus plane"  # a line of light on what the plane in focus cuts
     COC = "coc"  # diameter of the blur as colour
     DEPTH = "depth"  # distance as grey, near white
@@ -63,6 +62,7 @@ class ViewState:
     unit             distances in "m" or "ft"
     pixel_grid       lines between pixels where they are large
     pixel_values     the light of each pixel written into it where they are larger still
+    is_peaking       colour what is in focus, over any overlay
     peaking          how what is in focus is coloured
     guides           lines and mattes over the picture
     """
@@ -87,5 +87,11 @@ class ViewState:
     unit: str = "m"
     pixel_grid: bool = True
     pixel_values: bool = True
+    is_peaking: bool = False
     peaking: Peaking = USUAL_PEAKING
     guides: Guides = NO_GUIDES
+
+    @property
+    def has_overlay(self) -> bool:
+        """Return True where colours are laid over the picture: an overlay, peaking or both."""
+        return self.overlay is not Overlay.NONE or self.is_peaking

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field
 
-from heatlens.model.view import Compare, Overlay, ViewState
+from heatlens.model.view import Compare, ViewState
 from heatlens.model.view_geometry import ViewGeometry, Viewport
 
 
@@ -34,5 +34,5 @@ class PictureView:
     @property
     def is_lens_alone(self) -> bool:
         """Return True while the picture through the lens is seen with nothing beside or over it."""
-        is_bare = self.state.compare is Compare.OFF and self.state.overlay is Overlay.NONE
+        is_bare = self.state.compare is Compare.OFF and not self.state.has_overlay
         return is_bare and self.state.depth_of_field and not self.is_lens_held_off

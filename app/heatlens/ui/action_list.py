@@ -162,7 +162,6 @@ def _view(session: Session, scale: UiScale) -> list[Action]:
 def _overlays(session: Session) -> list[Action]:
     keyed = (
         (Overlay.ZONES, "Near, in focus, far", _K.z),
-        (Overlay.PEAKING, "Focus peaking", _K.p | SHIFT),
         (Overlay.FOCUS_PLANE, "Plane in focus", _K.p),
         (Overlay.COC, "Circle of confusion", _K.c),
         (Overlay.DEPTH, "Depth", _K.v),
@@ -175,7 +174,12 @@ def _overlays(session: Session) -> list[Action]:
             is_on=lambda: session.view.overlay is overlay,
         )  # fmt: skip
 
-    return [*(toggle(*row) for row in keyed), *_guides(session)]
+    peaking = Action(
+        "Focus peaking", "View", partial(session.view_commands.toggle, "is_peaking"), _K.p | SHIFT,
+        is_on=lambda: session.view.is_peaking,
+    )  # fmt: skip
+    zones, *others = (toggle(*row) for row in keyed)
+    return [zones, peaking, *others, *_guides(session)]
 
 
 def _guides(session: Session) -> list[Action]:

@@ -6,7 +6,7 @@ from imgui_bundle import ImVec2, imgui
 
 from heatlens.display.screen_pictures import ScreenPictures, layer_limits_px
 from heatlens.model.coc import sharp_px
-from heatlens.model.view import Compare, Overlay
+from heatlens.model.view import Compare
 from heatlens.model.view_geometry import geometry
 from heatlens.session.kept_screen import KeptScreen
 from heatlens.session.lessons import Lessons
@@ -113,7 +113,7 @@ class PictureWindow:
 
     def _legend(self) -> None:
         session = self._session
-        if session.view.overlay is Overlay.NONE or session.view.compare is Compare.FLIP:
+        if not session.view.has_overlay or session.view.compare is Compare.FLIP:
             return
         if not session.editing.has_lens:
             return
@@ -128,7 +128,7 @@ class PictureWindow:
             limits,
             plate.depth,
             session.view.unit,
-            session.view.peaking,
+            session.view.peaking if session.view.is_peaking else None,
         )
         draw_legend(legend, session.picture_view.viewport)
 

@@ -83,7 +83,8 @@ def slider(name: str, value: float, low: float, high: float, format_: str, tip: 
     """Draw a slider between two ends, its number beside it, where the grab does not hide it."""
     label(name, tip)
     imgui.set_next_item_width(imgui.get_content_region_avail().x - VALUE_EM * imgui.get_font_size())
-    changed, new = imgui.slider_float(f"##{name}", value, low, high, "")
+    flags = imgui.SliderFlags_.always_clamp  # also what is typed after Ctrl+click
+    changed, new = imgui.slider_float(f"##{name}", value, low, high, "", flags)
     probe.note(name)
     imgui.same_line()
     imgui.text(format_ % value)

@@ -6,8 +6,8 @@ from dataclasses import replace
 from imgui_bundle import imgui
 
 from heatlens.model.guides import MATTES, SQUEEZES, Guides, parse_aspect, parse_desqueeze
-from heatlens.model.peaking import PEAKING_COLORS, Peaking, PeakingOn
-from heatlens.model.view import Overlay, ViewState
+from heatlens.model.peaking import BLUR_RANGE, PEAKING_COLORS, STOPS_RANGE, Peaking, PeakingOn
+from heatlens.model.view import ViewState
 from heatlens.ui import probe, widgets
 
 _NO_MATTE, _OWN = "none", "own"
@@ -70,18 +70,17 @@ def _desqueeze(guides: Guides, squeeze: float, say: Callable[[str], None]) -> Gu
 
 
 def _peaking(view: ViewState) -> ViewState:
-    is_on, peaking = view.overlay is Overlay.PEAKING, view.peaking
-    if _check("colour what is in focus", is_on) is not is_on:
-        view = replace(view, overlay=Overlay.NONE if is_on else Overlay.PEAKING)
+    peaking = view.peaking
+    view = replace(view, is_peaking=_check("colour what is in focus", view.is_peaking))
     tip = "The edges of what is in focus as the picture shows them, or all of it by its distance."
     on = PeakingOn(widgets.choice("colours", peaking.on, [str(it) for it in PeakingOn], tip))
     color = widgets.choice("in", peaking.color, list(PEAKING_COLORS))
     stops = peaking.stops
     if on is PeakingOn.PICTURE:
         tip = "Edges of at least this contrast are coloured: less finds more of them."
-        stops = widgets.slider("contrast", stops, 0.05, 3.0, "%.2f stops", tip)
+        stops = widgets.slider("contrast", stops, *STOPS_RANGE, "%.2f stops", tip)
     tip = "How large a blur still counts as in focus, in acceptable circles of confusion."
-    blur = widgets.slider("blur up to", peaking.blur, 0.1, 4.0, "%.2f", tip)
+    blur = widgets.slider("blur up to", peaking.blur, *BLUR_RANGE, "%.2f", tip)
     return replace(view, peaking=Peaking(on, stops, blur, color))
 
 

@@ -18,7 +18,7 @@ from heatlens.gpu.shader_constants import (
     OVERLAY_NEAR,
     Rgb,
 )
-from heatlens.model.peaking import USUAL_PEAKING, Peaking, PeakingOn
+from heatlens.model.peaking import Peaking, PeakingOn
 from heatlens.model.units import format_distance
 from heatlens.model.view import Overlay
 from heatlens.model.view_geometry import Viewport
@@ -41,9 +41,24 @@ def entries(
     layer_limits_px: Sequence[float],
     depth: DepthReport,
     unit: str,
-    peaking: Peaking = USUAL_PEAKING,
+    peaking: Peaking | None = None,
 ) -> list[Entry]:
-    """Return the legend of `overlay`; diameters are pixels of the whole picture."""
+    """Return the legend of overlay and peaking; diameters are pixels of the whole picture."""
+    legend = _of_overlay(overlay, optics, sharp_px, layer_limits_px, depth, unit)
+    if peaking is not None:
+        what = "edges in focus" if peaking.on is PeakingOn.PICTURE else "peaking, in focus"
+        legend.append(Entry(peaking.rgb, f"{what}, up to {peaking.blur * sharp_px:.1f} px"))
+    return legend
+
+
+def _of_overlay(
+    overlay: Overlay,
+    optics: Optics,
+    sharp_px: float,
+    layer_limits_px: Sequence[float],
+    depth: DepthReport,
+    unit: str,
+) -> list[Entry]:
     near_px, far_px = optics.nearest_px, optics.farthest_px
     if overlay is Overlay.ZONES:
         return [
@@ -51,9 +66,6 @@ def entries(
             Entry(OVERLAY_FOCUS, f"in focus, up to {sharp_px:.1f} px"),
             Entry(OVERLAY_FAR, "behind"),
         ]
-    if overlay is Overlay.PEAKING:
-        what = "edges in focus" if peaking.on is PeakingOn.PICTURE else "in focus"
-        return [Entry(peaking.rgb, f"{what}, up to {peaking.blur * sharp_px:.1f} px")]
     if overlay is Overlay.FOCUS_PLANE:
         return [Entry(OVERLAY_FOCUS_LINE, "cut by the plane in focus")]
     if overlay is Overlay.COC:

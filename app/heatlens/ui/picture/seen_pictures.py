@@ -9,7 +9,7 @@ from heatlens.model.breathing import plate_ratio
 from heatlens.model.lens import Lens
 from heatlens.model.look import Look
 from heatlens.model.units import format_distance
-from heatlens.model.view import Compare, Overlay, ViewState
+from heatlens.model.view import Compare, ViewState
 from heatlens.plate.breathing_window import room_of
 from heatlens.plate.plate import Plate
 from heatlens.preview.shown import Shown
@@ -89,7 +89,7 @@ class SeenPictures:
 
     def _overlay(self, view: ViewState, seen: Shown) -> moderngl.Texture | None:
         session = self._session
-        if view.overlay is Overlay.NONE or not session.editing.has_lens:
+        if not view.has_overlay or not session.editing.has_lens:
             return None
         shot, frame = session.editing.seen_shot, session.editing.frame
         loaded = session.renderer.loaded
