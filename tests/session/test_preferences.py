@@ -9,6 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from heatlens.errors import InputError
+from heatlens.model.guides import Guides
+from heatlens.model.peaking import PEAKING_COLORS, Peaking, PeakingOn
 from heatlens.model.plate_options import PlateOptions
 from heatlens.ring.channel_map import ChannelMap, Ring
 from heatlens.session.playback import Ending
@@ -32,6 +34,21 @@ REMEMBERED = st.builds(
     display=st.text(max_size=9),
     view=st.text(max_size=9),
     unit=st.sampled_from(["m", "ft"]),
+    guides=st.builds(
+        Guides,
+        aspect=st.none() | st.floats(0.1, 10),
+        opacity=st.floats(0, 1),
+        safe_areas=st.booleans(),
+        thirds=st.booleans(),
+        centre=st.booleans(),
+    ),
+    peaking=st.builds(
+        Peaking,
+        st.sampled_from(PeakingOn),
+        stops=st.floats(0.05, 3),
+        blur=st.floats(0.1, 4),
+        color=st.sampled_from(list(PEAKING_COLORS)),
+    ),
     window_size=st.none() | st.tuples(st.integers(200, 9999), st.integers(200, 9999)),
     is_maximized=st.booleans(),
     hidden_panels=st.lists(st.text(), max_size=2).map(tuple),
@@ -124,6 +141,15 @@ WRONG = [
     {"is_maximized": 1},
     {"layout": None},
     {"ending": "explode"},
+    {"guides": {"aspect": 0}},
+    {"guides": {"opacity": 1.5}},
+    {"guides": {"thirds": 1}},
+    {"guides": "thirds"},
+    {"guides": {"desqueeze": "inf"}},
+    {"peaking": {"color": "puce"}},
+    {"peaking": {"stops": -1}},
+    {"peaking": {"blur": 1e9}},
+    {"peaking": {"on": "everything"}},
     {"every_frame": "no"},
 ]
 
@@ -142,7 +168,7 @@ def test_one_wrong_entry_costs_no_other(tmp_path, wrong):
 
 def test_entries_of_another_version_are_passed_over(tmp_path):
     path = saved(tmp_path, FULL)
-    path.write_text(json.dumps(json.loads(path.read_text()) | {"theme": "light"}))
+    path.write_text(json.dumps(json.loads(path.read_text()) | {"phase of the moon": "full"}))
     loaded = Preferences.load(tmp_path)
     assert (loaded.now, loaded.problem) == (FULL, "")
 

@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 from heatlens.errors import InputError
+from heatlens.model.guides import Guides
+from heatlens.model.peaking import Peaking
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.view import ViewState
 from heatlens.plate.read import read_plate
@@ -62,6 +64,19 @@ def test_looks_and_panels_come_back(ctx, plate):
         assert (gui.session.view.display, gui.session.view.view) == (display, view)
         assert gui.session.view.unit == "ft"
         assert [name for name, shown in gui.ui.panels.items() if not shown] == ["Speed"]
+
+
+def test_guides_and_peaking_come_back_but_no_desqueeze(ctx, plate, tmp_path):
+    preferences = Preferences.load(tmp_path / "config")
+    guides, peaking = Guides(aspect=2.39, thirds=True, desqueeze=2.0), Peaking(color="green")
+    with gui_of(ctx, plate, preferences, defocus=QUICK) as gui:
+        gui.session.view_commands.change(guides=guides, peaking=peaking)
+        gui.session.remember()
+    again = Preferences.load(tmp_path / "config")
+    with gui_of(ctx, plate, again, defocus=QUICK) as gui:
+        view = gui.session.view
+        assert (view.guides, view.peaking) == (replace(guides, desqueeze=None), peaking)
+        assert not view.is_peaking
 
 
 def test_how_it_plays_comes_back(ctx, tmp_path):

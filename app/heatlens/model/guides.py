@@ -7,7 +7,7 @@ write it into their pixels.
 from dataclasses import dataclass, field
 
 from heatlens.errors import InputError
-from heatlens.model.option import option
+from heatlens.model.option import check_range, option
 
 # Width over height, by the name that people use.
 MATTES = {"2.39": 2.39, "1.85": 1.85, "16:9": 16 / 9, "4:3": 4 / 3, "1:1": 1.0, "9:16": 9 / 16}
@@ -49,6 +49,8 @@ def _parsed(text: str, least: float, most: float, what: str) -> float:
 class Guides:
     """What is drawn over the picture, and how wide its pixels are shown.
 
+    Raises InputError for numbers beyond what the options take.
+
     aspect      width over height of what the matte leaves, None for no matte
     opacity     of the matte: 1 is black
     safe_areas  frames of what is safe for action and for titles
@@ -88,6 +90,12 @@ class Guides:
             parse=parse_desqueeze,
         ),
     )
+
+    def __post_init__(self) -> None:
+        """Check the ranges of the numbers."""
+        check_range("aspect", self.aspect, _ASPECT_LEAST, _ASPECT_MOST)
+        check_range("opacity", self.opacity, 0.0, 1.0)
+        check_range("desqueeze", self.desqueeze, _PIXEL_LEAST, _PIXEL_MOST)
 
 
 NO_GUIDES = Guides()

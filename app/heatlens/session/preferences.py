@@ -11,6 +11,8 @@ from typing import Any
 from heatlens.errors import InputError
 from heatlens.files.atomic_file import FOR_THE_USER, write_whole
 from heatlens.files.json_record import JsonEntry, read_json, record_to_json
+from heatlens.model.guides import NO_GUIDES, Guides
+from heatlens.model.peaking import USUAL_PEAKING, Peaking
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.view import ViewState
 from heatlens.ring.channel_map import ChannelMap
@@ -34,6 +36,8 @@ class Remembered:
     plates         how the plates of a folder are read, by the folder, the latest choice last
     display, view  names in the colour config; "" its defaults
     unit           distances in "m" or "ft"
+    guides         lines and mattes over the picture; how wide pixels are is told by each file
+    peaking        how what is in focus is coloured, once that is asked for
     window_size    in screen units, None: not known
     is_maximized   whether the window filled the screen
     hidden_panels  panels that were closed
@@ -54,6 +58,8 @@ class Remembered:
     display: str = ""
     view: str = ""
     unit: str = "m"
+    guides: Guides = NO_GUIDES
+    peaking: Peaking = USUAL_PEAKING
     window_size: tuple[int, int] | None = None
     is_maximized: bool = False
     hidden_panels: tuple[str, ...] = ()
@@ -112,7 +118,10 @@ class Preferences:
         """Return `given`, and where it says nothing what is remembered."""
         if not given.display and not given.view:
             given = replace(given, display=self.now.display, view=self.now.view)
-        return replace(given, unit=self.now.unit) if given.unit == ViewState().unit else given
+        usual, now = ViewState(), self.now
+        remembered: dict[str, Any] = dict(unit=now.unit, guides=now.guides, peaking=now.peaking)
+        left = {n: v for n, v in remembered.items() if getattr(given, n) == getattr(usual, n)}
+        return replace(given, **left)
 
     def change(self, **changes: Any) -> None:
         """Remember other values of these fields."""
@@ -171,6 +180,7 @@ def _entries(now: Remembered) -> dict[str, Any]:
     plates = {folder: record_to_json(options) for folder, options in now.plates.items()}
     entries = {name: getattr(now, name) for name in _READERS}
     entries["ring_maps"] = [record_to_json(found) for found in now.ring_maps]
+    entries["guides"], entries["peaking"] = record_to_json(now.guides), record_to_json(now.peaking)
     maps = {"folders": dict(now.folders), "ui_scales": dict(now.ui_scales)}
     return entries | {"plates": plates} | maps
 
@@ -256,6 +266,8 @@ _READERS = {
     "display": JsonEntry.text,
     "view": JsonEntry.text,
     "unit": lambda entry: entry.choice(("m", "ft")),
+    "guides": lambda entry: entry.record(Guides),
+    "peaking": lambda entry: entry.record(Peaking),
     "window_size": _window_size,
     "is_maximized": _flag,
     "hidden_panels": _texts,

@@ -376,6 +376,8 @@ class Session:
             display=view.display,
             view=self.color.chosen_view(view),
             unit=view.unit,
+            guides=replace(view.guides, desqueeze=None),  # which is of what is open
+            peaking=view.peaking,
             ending=playback.ending,
             every_frame=playback.is_every_frame,
             **window,
