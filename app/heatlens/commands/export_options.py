@@ -76,6 +76,13 @@ def _add_frame_options(parser: argparse.ArgumentParser) -> None:
         "--fps", type=number, metavar="N", help="of a movie, and of a glTF; default: the shot's"
     )
     group.add_argument(
+        "--start-timecode",
+        metavar="HH:MM:SS:FF",
+        help="of the first frame of the shot, plates or scene, in EXR headers, movies and the "
+        "burn-in; HH:MM:SS;FF drops frame numbers at 29.97 and 59.94 (default: the shot's, else "
+        "what the headers of the plates tell)",
+    )
+    group.add_argument(
         "--progress",
         choices=("terminal", "json", "openjd"),
         default="terminal",
@@ -135,6 +142,8 @@ def job_of(args: argparse.Namespace) -> ExportJob:
     check_pinhole_options(args, output.is_exr, read is not None, usual=_USUAL_COMPRESSION)
     _refuse_unused(args, read)
     shot = _with_overrides(args, read or _shot_of_options(args))
+    frames = _frames(args, shot)
+    shot = _started(args, shot)
     exr = ExrOptions(
         not args.float,
         args.compression,
@@ -144,7 +153,7 @@ def job_of(args: argparse.Namespace) -> ExportJob:
     )
     return ExportJob(
         shot,
-        _frames(args, shot),
+        frames,
         output,
         args.missing or "stop",
         exr,
@@ -176,6 +185,12 @@ def _check_kind(args: argparse.Namespace, output: Output) -> None:
         )
     if args.matte_opacity is not None and args.matte is None:
         raise InputError("--matte-opacity is how dark --matte is. Give both.")
+    has_place = output.is_exr or output.is_movie or args.burn_in
+    if args.start_timecode is not None and not has_place:
+        raise InputError(
+            f"--start-timecode: {output.suffix} has no place for a timecode but the picture. Give "
+            "--burn-in beside it."
+        )
     if args.unit is not None and not args.burn_in:
         raise InputError("--unit is the unit of the distance that --burn-in writes. Give both.")
 
@@ -236,6 +251,24 @@ def _refuse_unused(args: argparse.Namespace, read: Shot | None) -> None:
     source = args.plate or (args.shot if read is None else read.source)
     method = settings_of(args, read.defocus if read else DefocusSettings()).method
     refuse_unused(args, source or "", None if source is None else kind_of(source), method)
+
+
+def _started(args: argparse.Namespace, shot: Shot) -> Shot:
+    """Return the shot with the timecode that was given for its first frame.
+
+    Plates without a shot begin with their first file, whichever frames are asked for: the parts of
+    an export then count on from one another.
+    """
+    if args.start_timecode is None:
+        return shot
+    if shot.span is None:
+        shot = replace(shot, frames=source_of(shot).frames)
+    if shot.span is None and args.submit is not None:
+        raise InputError(
+            "--start-timecode: a still has no first frame, and each task of a farm would count "
+            "from its own. Make a shot with its frames: heatlens shot new --frames 1-48."
+        )
+    return shot.started_at(args.start_timecode)
 
 
 def _frames(args: argparse.Namespace, shot: Shot) -> tuple[int, ...]:

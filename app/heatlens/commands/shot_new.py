@@ -206,14 +206,14 @@ def _with_options(args: argparse.Namespace, shot: Shot) -> Shot:
                 shot.lens, close_focus_m=parse_distance_m(args.close_focus) - shot.lens.told_from_m
             ),
         )
-    return replace(
+    made = replace(
         shot_with_kit(args, shot),
         defocus=settings_of(args),
         plate_options=plate_options(args),
         marks=(*shot.marks, *(_mark_from_pupil(mark_of(text), shot.lens) for text in args.mark)),
         in_out=parse_frame_range(args.in_out) if args.in_out else None,
-        start_timecode=args.start_timecode,
     ).with_focus_scale(FOCUS_SCALES[args.focus_interpolation])
+    return made if args.start_timecode is None else made.started_at(args.start_timecode)
 
 
 def _with_keys(shot: Shot, keys: Keys) -> Shot:

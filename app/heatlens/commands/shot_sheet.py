@@ -3,7 +3,6 @@
 import argparse
 import json
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 
 from heatlens.commands.look_options import add_look_options, color_header, look_of, transform_of
@@ -20,7 +19,6 @@ from heatlens.measure.sheet.page import PURPOSE, write_sheet
 from heatlens.measure.sheet.rows import sheet_frames
 from heatlens.model.frames import FrameRange, parse_frame_range
 from heatlens.model.shot import Shot
-from heatlens.model.timecode import parse_timecode
 from heatlens.render import FrameRenderer
 from heatlens.source.named import source_of
 
@@ -96,7 +94,7 @@ def _shot_of(args: argparse.Namespace) -> Shot:
     shot = read_shot(args.shot)
     if args.start_timecode is None:
         return shot
-    return replace(shot, start_timecode=str(parse_timecode(args.start_timecode)))
+    return shot.started_at(args.start_timecode)
 
 
 def _frames_of(args: argparse.Namespace, shot: Shot) -> FrameRange:

@@ -36,9 +36,15 @@ def fingerprint_of(job: ExportJob, frame: int, lens: Lens, origin: Origin) -> st
             "defocus": None if job.pinhole else plain(job.shot.defocus),
             **({"around_and_behind": plain(job.beside)} if job.beside != PinholeOptions() else {}),
             "output": _output_facts(job),
-            **({"timecode": job.shot.start_timecode} if job.shot.start_timecode else {}),
+            **({"timecode": _start_of(job)} if job.shot.start_timecode else {}),
         }
     )
+
+
+def _start_of(job: ExportJob) -> str:
+    """Return from where timecode is counted; frames of a still are counted from the first asked."""
+    start = str(job.shot.start_timecode)
+    return start if job.shot.span is not None else f"{start} at {min(job.frames)}"
 
 
 def fingerprint_of_movie(frames: Iterable[str], frames_per_second: float) -> str:

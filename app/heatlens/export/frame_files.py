@@ -93,7 +93,7 @@ def frame_timecode(job: ExportJob, planned: PlannedFrame, plate: Plate) -> Timec
     none, or one that does not fit the rate.
     """
     shot, frame = job.shot, planned.frame
-    told = shot.timecode_at(frame, timecode_of(plate.attributes))
+    told = shot.timecode_at(frame, timecode_of(plate.attributes), min(job.frames))
     if told is None or shot.start_timecode is not None:
         return told
     return told.later(frame - planned.origin.frame, shot.frames_per_second)

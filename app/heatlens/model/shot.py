@@ -128,13 +128,27 @@ class Shot:
             return self.frames
         return FrameRange(floor(keyed[0]), ceil(keyed[-1]))
 
-    def timecode_at(self, frame: int, told: Timecode | None = None) -> Timecode | None:
+    def started_at(self, text: str) -> "Shot":
+        """Return the shot with the timecode of its first frame.
+
+        Raises InputError for what is no timecode, and for one that no frame of its rate has.
+        """
+        timecode = parse_timecode(text)
+        why = timecode.why_not(self.frames_per_second)
+        if why:
+            raise InputError(why)
+        return replace(self, start_timecode=str(timecode))
+
+    def timecode_at(
+        self, frame: int, told: Timecode | None = None, first: int | None = None
+    ) -> Timecode | None:
         """Return the timecode of a frame; `told` is that in the header of the frame's plate.
 
-        Returns None where there is none, or one that does not fit the rate.
+        `first` is the first frame where the shot does not know it: a still plate is there at any
+        frame. Returns None where there is none, or one that does not fit the rate.
         """
         if self.start_timecode is not None:
-            first = frame if self.span is None else self.span.first
+            first = self.span.first if self.span is not None else frame if first is None else first
             started = parse_timecode(self.start_timecode)
             return _fitting(started, frame - first, self.frames_per_second)
         return None if told is None else _fitting(told, 0, self.frames_per_second)

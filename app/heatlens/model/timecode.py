@@ -1,11 +1,12 @@
 """Timecode: counted on and written as SMPTE ST 12-1 shows it."""
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from heatlens.errors import InputError
 
 _TEXT = re.compile(r"(\d{1,2}):(\d{2}):(\d{2})([:;.])(\d{2})")
+_DROPPING = 30, 60  # whole numbers of frames a second that drop numbers
 _DROP_MINUTES = 10  # of which the first drops no numbers
 
 
@@ -32,8 +33,22 @@ class Timecode:
 
     def fits(self, frames_per_second: float) -> bool:
         """Return whether a second of this rate has such a frame, and drops numbers likewise."""
-        whole = round(frames_per_second)
-        return self.frames < whole and (not self.drop or whole in (30, 60))
+        return not self.why_not(frames_per_second)
+
+    def why_not(self, frames_per_second: float) -> str:
+        """Return a sentence that says why no frame of this rate has this timecode; "" if one has.
+
+        Source: SMPTE ST 12-1, which drops numbers at 30 and 60 frames a second over 1.001 alone.
+        """
+        rate, whole = f"{frames_per_second:.5g} frames a second", round(frames_per_second)
+        if self.frames >= whole:
+            return f"{self} is no timecode at {rate}: its frames go from 00 to {whole - 1:02}."
+        if self.drop and whole not in _DROPPING:
+            return (
+                f"{self} drops frame numbers, as only 29.97 and 59.94 frames a second do, and not "
+                f"{rate}: write {replace(self, drop=False)}."
+            )
+        return ""
 
     def later(self, frames: int, frames_per_second: float) -> "Timecode":
         """Return the timecode so many frames later, or earlier.

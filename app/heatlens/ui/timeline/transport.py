@@ -147,8 +147,9 @@ def _start_of(shot: Shot, frame: int, text: str) -> str:
     if not text.strip():
         return ""
     rate, found = shot.frames_per_second, parse_timecode(text)
-    if not found.fits(rate):
-        raise InputError(f"{found} is no timecode at {rate:.5g} frames a second.")
+    why = found.why_not(rate)
+    if why:
+        raise InputError(why)
     first = frame if shot.span is None else shot.span.first
     return str(found.later(first - frame, rate))
 
