@@ -14,7 +14,7 @@ from heatlens.model.shot import LensParameter
 from heatlens.model.view import DIFFERENCE_GAINS, Against, Compare, Overlay
 from heatlens.session.key_rows import CAMERA, RowChoice
 from heatlens.session.lens_commands import focused_at
-from heatlens.session.messages import SHOWN_S, Messages
+from heatlens.session.messages import SHOWN_S, Messages, Problem
 from heatlens.session.session import Session
 from heatlens.session.start import GivenOptions, Start
 from support.fake_renderer import FakeRenderer
@@ -39,6 +39,20 @@ def test_a_sentence_stays_as_long_as_it_takes_to_read_it():
     now[0] = SHOWN_S + 0.1
     messages.fade()
     assert not messages.text and messages.seconds_until_needed() is None
+
+
+def test_a_problem_stays_where_it_is_kept_and_good_news_do_not():
+    now = [0.0]
+    messages = Messages(lambda: now[0])
+    for sentence, stays in ((Problem("It cannot be read."), True), ("It is saved.", False)):
+        messages.say(sentence)
+        now[0] += SHOWN_S + 0.1
+        messages.fade(keeps_problem=True)
+        assert bool(messages.text) is stays and messages.seconds_until_needed() is None
+    messages.say(Problem("It cannot be read."))
+    now[0] += SHOWN_S + 0.1
+    messages.fade(keeps_problem=False)
+    assert not messages.text
 
 
 @given(st.floats(4.0, 300.0), st.floats(0.0, 300.0))

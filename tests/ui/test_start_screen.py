@@ -150,7 +150,11 @@ def test_what_cannot_be_opened_is_said_and_another_choice_can_be_made(begun, tmp
     choose(gui, "digit", 3)
     gui.until(lambda: "broken.exr" in gui.session.message, "the refusal")
     assert gui.session.start_choices.is_wanted
+    gui.session.messages._said_at -= 3600.0  # an hour later it is still there to be read
+    gui.frame(2)
+    assert "broken.exr" in gui.session.message
     choose(gui, "digit", 4)
+    assert not gui.session.message
     gui.opened()
     assert gui.session.shot.source == str(plate)
 

@@ -110,6 +110,7 @@ class FileCommands:
 
     def open(self, text: str, options: PlateOptions | None = None) -> None:
         """Open a file, a pattern, a folder or a shot; what is open stays until it has a picture."""
+        self._say("")  # why another file was refused is no news any more
         if not self._documents.opens(text):
             found = options or self.options_for(text)
             self._source.open(text, found, timing=self._given.timing_of(text))

@@ -23,6 +23,7 @@ class Messages:
         self.is_problem = False
         self._clock = clock
         self._said_at = 0.0
+        self._stays = False  # until something else is said, or it is cleared
 
     def say(self, sentence: str) -> None:
         """Show a sentence in the place of the one before."""
@@ -33,14 +34,18 @@ class Messages:
         """Show nothing."""
         self.text = ""
 
-    def fade(self) -> None:
-        """Clear a sentence that has been shown long enough; call this once a frame."""
-        if self.text and self._clock() - self._said_at > SHOWN_S:
+    def fade(self, keeps_problem: bool = False) -> None:
+        """Clear a sentence that has been shown long enough; call this once a frame.
+
+        `keeps_problem`: one that says what went wrong stays, however long it has been shown.
+        """
+        self._stays = keeps_problem and self.is_problem
+        if self.text and not self._stays and self._clock() - self._said_at > SHOWN_S:
             self.text = ""
 
     def seconds_until_needed(self) -> float | None:
         """Return how long the loop may sleep before `fade`; None: there is nothing to clear."""
-        return SHOWN_S if self.text else None
+        return SHOWN_S if self.text and not self._stays else None
 
 
 def window_words(sentence: str) -> str:

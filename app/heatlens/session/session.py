@@ -278,7 +278,9 @@ class Session:
             self.start_choices.refused()
         if self.source.plate is None:
             self.sides.restart()  # what was under way read from the plate that left the GPU
-        self.messages.fade()
+        # Why a file was refused is all that the start screen has to tell: it stays until the user
+        # opens something else or goes back.
+        self.messages.fade(keeps_problem=self.start_choices.is_wanted)
 
     def _reload_shaders(self) -> None:
         """Draw with shaders whose files have changed; a mistake in them is only said."""
