@@ -18,6 +18,7 @@ from heatlens.model.view import ViewState
 from heatlens.model.view_geometry import PictureShape
 from heatlens.preview.shown import Shown
 from heatlens.render import FrameRenderer
+from heatlens.session.clip_choice import ClipChoice
 from heatlens.session.color_choice import ColorChoice
 from heatlens.session.compare_sides import CompareSides
 from heatlens.session.editing import Editing
@@ -114,6 +115,7 @@ class Session:
         editing.has_time = lambda: timeline.has_time
         timeline.playback.ending, timeline.playback.is_every_frame = now.ending, now.every_frame
         self.scenes = SceneCommands(source, editing, say)
+        self.clips = ClipChoice(source, editing)
         rows = RowChoice(lambda: source.has_scene)
         self.keys = KeyCommands(editing, rows, self.scenes.set_key, say)
         self.marks = MarkCommands(source, editing, timeline, self.scenes, say, wake)
@@ -300,7 +302,7 @@ class Session:
             self.say(f"B is {self.reference.path.name}." if self.reference else "")
         for poll in (
             *(self.recent.poll, self.files.poll, self.exports.poll, self.pictures.poll),
-            *(self.documents.poll, self.marks.poll, self.scene_tracks.poll),
+            *(self.documents.poll, self.marks.poll, self.scene_tracks.poll, self.clips.poll),
             *(self.player.poll, self.sent_lens.poll, self.ring.poll, self.recording.poll),
             self.pull.poll,
         ):
@@ -326,6 +328,8 @@ class Session:
             self._begin_shot(opened, start_lens.lens)
         elif opened.cache is not None:  # its files were read again, perhaps in another way
             self.editing.edit(replace(self.shot, plate_options=opened.options))
+        else:
+            self.clips.arrived()
         self._say_all(*opened.notes, self._color_note(opened))
         self.files.arrived(opened)
 

@@ -20,6 +20,10 @@ _CAMERA_TIP = (
     "Which camera is looked through; its lens comes with it. In the picture the right button turns "
     "it round what is in focus, with Ctrl it goes aside, and Ctrl with the wheel goes nearer."
 )
+_CLIP_TIP = (
+    "Which animation of the file is played; the frames of the shot become those in which something "
+    "moves. The file is read again for it."
+)
 _LINES_LEAST, _LINES_MOST = 3, 7  # of the list of objects
 _UP_TIP = "Which axis of the file is up; the file does not say it."
 _UNIT_TIP = "How long one unit of the file is; the file does not say it. The focus scales with it."
@@ -32,6 +36,7 @@ def scene_panel(session: Session) -> None:
     scene = session.scenes.scene
     assert scene is not None
     _camera(session)
+    _clip(session)
     _keys(session)
     _size(session)
     if is_untold(scene):
@@ -81,6 +86,16 @@ def _camera(session: Session) -> None:
     chosen = widgets.choice("camera", now, [*own, *names], _CAMERA_TIP)
     if chosen not in (now, _OWN):
         session.scenes.look_through(chosen)
+
+
+def _clip(session: Session) -> None:
+    """Draw the choice of an animation, where the file has several."""
+    clips = session.clips
+    if not clips.names:
+        return
+    chosen = widgets.choice("clip", clips.now, list(clips.names), _CLIP_TIP)
+    if chosen != clips.now:
+        clips.choose(chosen)
 
 
 def _keys(session: Session) -> None:

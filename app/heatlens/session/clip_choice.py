@@ -1,0 +1,99 @@
+"""Which animation of a scene's file is played: another one means that the file is read again."""
+
+from dataclasses import replace
+
+from heatlens.model.framing import Framing, SceneTiming
+from heatlens.session.editing import Editing
+from heatlens.session.open_source import OpenSource
+from heatlens.source.scene_source import SceneSource
+
+ALL_CLIPS = "all at once"
+
+
+class ClipChoice:
+    """Chooses a clip, and has the scene read again where the shot wants another one.
+
+    The choice is part of the shot, so undo, redo and shot files that are opened can want another
+    clip than the one that was read.
+    """
+
+    def __init__(self, source: OpenSource, editing: Editing) -> None:
+        self._source = source
+        self._editing = editing
+        self._chosen: SceneTiming | None = None  # by hand, while it is being read
+        self._asked: SceneTiming | None = None  # what the shot wanted when it was read last
+
+    @property
+    def names(self) -> dict[str, str | None]:
+        """What can be chosen, and what `SceneTiming.clip` is for it; empty without a choice.
+
+        A name that several clips have is told apart by its number.
+        """
+        scene = self._source.scene
+        clips = () if scene is None else scene.clips
+        if len(clips) < 2:
+            return {}
+        named: dict[str, str | None] = {ALL_CLIPS: None}
+        for number, name in enumerate(clips, 1):
+            is_alone = clips.count(name) == 1 and name not in named
+            named[name if is_alone else f"{name} ({number})"] = name if is_alone else str(number)
+        return named
+
+    @property
+    def now(self) -> str:
+        """The one that the shot plays, by its name among `names`."""
+        clip, names = self._shot_timing.clip, self.names
+        if clip is not None and clip.isdecimal() and clip not in names:
+            clips = list(names)
+            return clips[int(clip)] if 0 < int(clip) < len(clips) else clip
+        return next((name for name, value in names.items() if value == clip), clip or ALL_CLIPS)
+
+    @property
+    def _shot_timing(self) -> SceneTiming:
+        framing = self._editing.shot.framing
+        timing = None if framing is None else framing.timing
+        return timing or SceneTiming()
+
+    def choose(self, name: str) -> None:
+        """Play the clip called `name` among `names`, once the file was read with it."""
+        timing = replace(self._shot_timing, clip=self.names[name])
+        if timing != self._shot_timing:
+            self._chosen = timing
+            self._read(timing)
+
+    def poll(self) -> None:
+        """Read the scene again where the shot wants another clip; call this once a frame."""
+        opened = self._source.opened
+        if opened is None or not isinstance(opened.source, SceneSource):
+            return
+        if self._source.opener.opening is not None or self._editing.shot.source != opened.text:
+            return
+        self._chosen = None  # what was being read arrived, or was refused
+        wanted, read = self._shot_timing, opened.source.timing or SceneTiming()
+        if wanted == read:
+            self._asked = None
+        elif wanted != self._asked:  # what was refused is not tried again and again
+            self._asked = wanted
+            self._read(wanted)
+
+    def _read(self, timing: SceneTiming) -> None:
+        opened = self._source.opened
+        assert opened is not None  # there is a scene
+        usual = timing == SceneTiming()
+        frame = self._editing.frame
+        self._source.open(opened.text, opened.options, frame, None if usual else timing)
+
+    def arrived(self) -> None:
+        """Take a clip that was chosen by hand into the shot, in one step of undo with its frames.
+
+        To be called when a scene was opened that the shot is of.
+        """
+        opened, chosen = self._source.opened, self._chosen
+        self._chosen = None
+        if opened is None or chosen is None or not isinstance(opened.source, SceneSource):
+            return
+        if (opened.source.timing or SceneTiming()) != chosen:
+            return
+        shot, timing = self._editing.shot, opened.source.timing
+        framing = replace(shot.framing or Framing(), timing=timing)
+        self._editing.do(replace(shot, framing=framing, frames=opened.frames))

@@ -1,0 +1,91 @@
+"""The clip of a scene: chosen in its tab, undone, and kept in the shot file."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import moderngl
+import pytest
+from imgui_bundle import imgui
+
+from heatlens.documents.shot_file import read_shot, write_shot
+from heatlens.model.frames import FrameRange
+from heatlens.model.framing import SceneTiming
+from heatlens.session.clip_choice import ALL_CLIPS
+from support.gltf_files import GltfWriter
+from support.gui import Gui, gui_of
+from support.window_plates import QUICK
+
+
+def clips_file(path: Path, names: tuple[str, ...] = ("walk", "run", "run")) -> Path:
+    """Write a square that moves farther and longer in each clip."""
+    writer = GltfWriter()
+    node = writer.node(name="square", mesh=writer.mesh())
+    for index, name in enumerate(names):
+        writer.animate(node, "translation", [0, index + 1], [[0, 0, 0], [0.1 * index, 0, 0]])
+        writer.json["animations"][-1]["name"] = name
+    return writer.write(path)
+
+
+@pytest.fixture
+def gui(ctx: moderngl.Context, tmp_path) -> Iterator[Gui]:
+    scene = clips_file(tmp_path / "clips.glb")
+    timing = SceneTiming("walk", 10.0)
+    with gui_of(ctx, scene, defocus=QUICK, timing=timing) as gui:
+        imgui.set_window_focus("Scene")
+        gui.frame(3)
+        yield gui
+
+
+def played(gui: Gui) -> tuple[str | None, FrameRange | None, float]:
+    """Return clip and frames of the shot, and how far the square of the scene goes."""
+    scene, shot = gui.session.scenes.scene, gui.session.shot
+    return shot.framing.timing.clip, shot.frames, scene.transforms_at(scene.frames.last)[0, 0, 3]
+
+
+def choose(gui: Gui, name: str) -> None:
+    gui.click(gui.middle("clip"))
+    gui.frame(2)
+    gui.click(gui.middle(f"clip: {name}"))
+
+
+def test_a_clip_is_chosen_undone_and_done_again(gui):
+    assert played(gui) == ("walk", FrameRange(1, 11), 0.0)
+    choose(gui, "run (2)")
+    gui.until(lambda: played(gui)[0] == "2", "the other clip")
+    assert played(gui) == ("2", FrameRange(1, 21), pytest.approx(0.1))
+    assert gui.session.clips.now == "run (2)"
+    gui.key(imgui.Key.z, ctrl=True)
+    gui.until(lambda: gui.session.scenes.scene.frames.last == 11, "the clip before")
+    assert played(gui) == ("walk", FrameRange(1, 11), 0.0)
+    gui.key(imgui.Key.z, ctrl=True, shift=True)
+    gui.until(lambda: gui.session.scenes.scene.frames.last == 21, "the clip again")
+    assert played(gui) == ("2", FrameRange(1, 21), pytest.approx(0.1))
+
+
+def test_the_clip_is_in_the_shot_file_and_the_rate_stays(gui, tmp_path):
+    choose(gui, ALL_CLIPS)
+    gui.until(lambda: played(gui)[0] is None, "all clips")
+    assert gui.session.shot.framing.timing == SceneTiming(None, 10.0)
+    write_shot(tmp_path / "s.heatlens.json", gui.session.shot)
+    kept = read_shot(tmp_path / "s.heatlens.json")
+    assert (kept.framing, kept.frames) == (
+        gui.session.shot.framing,
+        FrameRange(1, 11),
+    )  # of two that move one thing the first is played
+
+
+def test_a_file_with_one_clip_offers_no_choice(ctx, tmp_path):
+    scene = clips_file(tmp_path / "one.glb", ("walk",))
+    with gui_of(ctx, scene, defocus=QUICK) as gui:
+        imgui.set_window_focus("Scene")
+        gui.frame(3)
+        assert "camera" in gui.drawn and "clip" not in gui.drawn
+
+
+def test_a_clip_that_the_file_has_no_more_is_said_once_and_the_scene_stays(gui, tmp_path):
+    before = played(gui)
+    clips_file(tmp_path / "clips.glb", ("walk",))
+    choose(gui, "run (3)")
+    gui.until(lambda: "no clip '3'" in gui.session.message, "the refusal")
+    gui.frame(5)
+    assert played(gui) == before and gui.session.source.opener.opening is None
