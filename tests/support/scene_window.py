@@ -43,6 +43,7 @@ def whole(gui: Gui) -> None:
     gui.until(
         lambda: session.live.shown is not None and not session.scheduler.is_rendering,
         "the whole picture",
+        120.0,
     )
     gui.frame(2)
 

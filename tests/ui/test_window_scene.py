@@ -1,5 +1,6 @@
 """A scene in the window: the hand on its camera, its keys, its objects, and the true pictures."""
 
+import time
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -228,6 +229,38 @@ def test_a_damaged_scene_leaves_what_is_open(scene_gui, tmp_path):
     scene_gui.until(lambda: session.message, "a sentence")
     assert "bad.glb" in session.message
     assert session.shot == shot and session.source.plate is plate
+
+
+def test_looks_of_a_scene_are_seen_at_once_in_a_quick_picture_that_says_so(scene_gui):
+    """By a method that takes long too: both looks quickly first, then each as it is rendered."""
+    gui, session = scene_gui, scene_gui.session
+    begun = session.lens
+    traced = replace(session.shot.defocus, method=Method.RAYTRACED, views=4)
+    session.editing.do(replace(session.shot, defocus=traced))
+    for f_stop in (2.0, 4.0):
+        session.editing.edit_lens(replace(begun, f_stop=f_stop))
+        gui.rest()
+        session.looks.keep()
+    session.editing.edit_lens(replace(begun, f_stop=22.0))
+    gui.rest()
+    whole(gui)
+    session.looks.toggle_grid()
+    widths, words, end = [], {}, time.monotonic() + 60.0
+    gui.frame()
+    while any(session.sides.is_coming(name) for name in "AB") and time.monotonic() < end:
+        session.work()  # makes one picture at most
+        gui.frame()
+        tiles = gui.screen.picture.pictures.tiles[:2]
+        widths.append(tuple(0 if it.texture is None else it.texture.width for it in tiles))
+        words |= {width: it.words for it, width in zip(tiles, widths[-1], strict=True)}
+    order = [(0, 0), (24, 0), (24, 24), (96, 24), (96, 96)]
+    assert [pair for pair in order if pair in widths] == list(dict.fromkeys(widths))
+    assert {(24, 24), (96, 24), (96, 96)} <= set(widths)
+    assert "preview, rendering" in words[24]
+    gui.frame(2)
+    assert not any("rendering" in tile.words for tile in gui.screen.picture.pictures.tiles)
+    session.looks.toggle_grid()
+    whole(gui)
 
 
 def test_looks_of_other_lengths_draw_the_scene_for_themselves_and_leave_it_as_it_was(scene_gui):

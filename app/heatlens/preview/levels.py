@@ -54,6 +54,12 @@ def _fewer_views(wished: DefocusSettings) -> list[DefocusSettings]:
     return levels
 
 
+def quickest(wished: DefocusSettings) -> DefocusSettings:
+    """Return the blur of a whole picture that is there at once, for one that is small already."""
+    method = Method.DIFFUSION if wished.method.needs_scene else wished.method
+    return replace(cheaper(replace(wished, method=method))[-1], proxy=1.0)
+
+
 def on_the_way(wished: DefocusSettings) -> list[DefocusSettings]:
     """Return what may be shown before the wished picture while nobody drags, the fastest first."""
     return _fewer_views(wished)[:0:-1] if wished.method.needs_scene else [between(wished)]

@@ -1,7 +1,8 @@
 """The frame through looks, one or several: rendered one after the other, each kept as a copy.
 
 Plates are blurred with the renderer of the window. A scene may be seen at another angle through
-each lens, so that its looks are rendered by a renderer beside that one, in small steps.
+each lens, so that its looks are rendered by a renderer beside that one, in small steps: each look
+first as a small picture with a quick blur, and when all of them are seen, each as a whole one.
 """
 
 import time
@@ -13,13 +14,17 @@ import moderngl
 from heatlens.defocus.pipeline import Steps
 from heatlens.errors import HeatlensError
 from heatlens.gpu.textures import new_texture
+from heatlens.model.framing import Framing
 from heatlens.model.shot import Shot
+from heatlens.preview.levels import quickest
 from heatlens.preview.shown import PictureKey, Shown, whole_picture
 from heatlens.render import FrameRenderer
 from heatlens.session.live_picture import FIRST_PLATE, LivePicture, PlateVersion
 
 _REST_S = 0.08  # so long without a change is rest
 _GONE = -1  # number of a plate that is gone
+_QUICK = -2  # number in the place of a plate's, of a quick picture of a scene
+_QUICK_SCALE = 0.25  # of its sides
 
 
 @dataclass
@@ -33,6 +38,21 @@ class _Tile:
     @property
     def is_done(self) -> bool:
         return self.is_refused or (self.shown is not None and self.shown.picture_key == self.key)
+
+    @property
+    def quick_key(self) -> PictureKey:
+        """What the quick picture of a scene is made of, which stands in for the whole one."""
+        framing = self.key.shot.framing or Framing()
+        width, height = (max(1, round(side * _QUICK_SCALE)) for side in framing.size)
+        small = replace(framing, width_px=width, height_px=height)
+        settings = quickest(self.key.settings)
+        shot = replace(self.key.shot, framing=small, defocus=settings)
+        return PictureKey(_QUICK, self.key.frame, shot, settings)
+
+    @property
+    def has_quick(self) -> bool:
+        """Return True where a picture of this wish is there, however quick."""
+        return self.is_done or (self.shown is not None and self.shown.picture_key == self.quick_key)
 
 
 class LookPictures:
@@ -125,9 +145,12 @@ class LookPictures:
         self._keep(tile, self._live.shown)
 
     def _keep(self, tile: _Tile, made: Shown | None) -> None:
-        """Copy a picture that the renderer has made, where it is one of this look."""
-        if made is None or replace(made.picture_key, settings=tile.key.settings) != tile.key:
-            return
+        """Take a picture that the renderer has made, where it is one of this look."""
+        if made is not None and replace(made.picture_key, settings=tile.key.settings) == tile.key:
+            self._copy(tile, made)
+
+    def _copy(self, tile: _Tile, made: Shown) -> None:
+        """Keep a copy of a picture: the renderer draws over its own."""
         texture = None if tile.shown is None else tile.shown.texture
         if texture is None or texture.size != made.texture.size:
             _release(tile.shown)
@@ -144,7 +167,11 @@ class LookPictures:
 
     @property
     def _next(self) -> _Tile | None:
-        return next((tile for tile in self._tiles.values() if not tile.is_done), None)
+        """The look to go on with: each has a quick picture of a scene before one is finished."""
+        left = [tile for tile in self._tiles.values() if not tile.is_done]
+        bare = [tile for tile in left if not tile.has_quick]
+        is_scene = self._renderer.has_many_views
+        return next(iter(bare if is_scene and bare else left), None)
 
     def wants_work(self, is_plate_whole: bool = True) -> bool:
         """Return True where there is a picture to go on with; none before the plate is whole."""
@@ -179,7 +206,7 @@ class LookPictures:
 
     def _draw(self, tile: _Tile, slice_s: float) -> None:
         """Go on with a look of a scene, which is drawn as its lens sees it."""
-        key, start = tile.key, self._clock()
+        key, start = (tile.key if tile.has_quick else tile.quick_key), self._clock()
         if self._steps is None or self._steps[0] != key:
             self._steps = key, self._ready_beside().steps(key.shot, key.frame)
         try:
@@ -187,7 +214,7 @@ class LookPictures:
                 next(self._steps[1])
         except StopIteration as end:
             self._steps = None
-            self._keep(tile, Shown(end.value, key.shot, key.frame, key.settings, 0.0, key.plate))
+            self._copy(tile, Shown(end.value, key.shot, key.frame, key.settings, 0.0, key.plate))
 
     def _ready_beside(self) -> FrameRenderer:
         """Return the renderer beside that of the window, with the same scene before its lens."""

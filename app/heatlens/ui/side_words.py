@@ -29,8 +29,13 @@ def words(view: ViewState, sides: CompareSides, reference: str | None, shown: Sh
     if view.compare is Compare.GRID:
         return "looks beside each other"
     if view.a_look and sides.of_a(view) is not None:
-        a = f"look {view.a_look}"
-    return f"A: {a}    B: {_b_words(view, sides.of_method(view), reference)}"
+        a = _look_words(view.a_look, sides)
+    return f"A: {a}    B: {_b_words(view, sides, reference)}"
+
+
+def _look_words(name: str, sides: CompareSides) -> str:
+    """Return which look is seen, and whether that is not the whole picture yet."""
+    return f"look {name}, preview" if sides.is_coming(name) else f"look {name}"
 
 
 def side_words(shown: Shown) -> str:
@@ -41,9 +46,10 @@ def side_words(shown: Shown) -> str:
     return str(wished.method) if shown.is_whole else f"{wished.method}, preview"
 
 
-def _b_words(view: ViewState, of_method: Shown | None, reference: str | None) -> str:
+def _b_words(view: ViewState, sides: CompareSides, reference: str | None) -> str:
+    of_method = sides.of_method(view)
     if view.against is Against.LOOK and of_method is not None:
-        return f"look {view.b_look}"
+        return _look_words(view.b_look, sides)
     if of_method is not None:
         return side_words(of_method)
     if view.against is Against.REFERENCE and reference is not None:

@@ -121,8 +121,10 @@ class SeenPictures:
         shown = session.sides.of_look(look.name)
         words = f"{look.name}   {self._words(look.lens)}"
         is_taken = session.lens == look.lens
-        if session.sides.is_coming(look.name) or shown is None:
+        if shown is None:
             words += "   rendering ..."
+        elif session.sides.is_coming(look.name):
+            words += "   preview, rendering ..."
         if shown is None:
             return Tile(look.name, printable(words), None, False, is_taken)
         texture = self._screen.tile(look.name, shown, _exposed(view, look.lens))
