@@ -11,7 +11,13 @@ from heatlens.gpu.textures import Storage, download, new_array, new_texture, upl
 from support import oracle
 
 KERNELS = ["heat", "disc_2", "disc_3", "disc_4", "disc_5"]
-SIZES = [(1, 1), (1, 7), (2, 3), (3, 2), (7, 5), (64, 9), (300, 6), (1920, 2), (2, 1080), (4096, 1)]
+FEW_SIZES = [(1, 1), (7, 5), (300, 6)]
+SIZES = [*FEW_SIZES, (1, 7), (2, 3), (3, 2), (64, 9), (1920, 2), (2, 1080), (4096, 1)]
+# Every size with an even and an odd number of poles: nothing else in a kernel depends on the size.
+CASES = [(name, size) for name in ("disc_3", "disc_4") for size in SIZES]
+CASES += [
+    (name, size) for name in KERNELS if name not in ("disc_3", "disc_4") for size in FEW_SIZES
+]
 
 
 @pytest.fixture(scope="module", params=list(SOLVERS))
@@ -57,8 +63,7 @@ def random_plate(
     return x, np.copysign(coc, rng.standard_normal((height, width))).astype(np.float32)
 
 
-@pytest.mark.parametrize("size", SIZES, ids=lambda s: f"{s[0]}x{s[1]}")
-@pytest.mark.parametrize("name", KERNELS)
+@pytest.mark.parametrize(("name", "size"), CASES, ids=str)
 def test_agrees_with_float64(
     ctx: moderngl.Context, solver: LineSolver, rng: np.random.Generator, name: str, size
 ) -> None:
