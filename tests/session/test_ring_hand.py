@@ -161,3 +161,30 @@ def test_without_a_ring_there_is_nothing_to_wait_for(editing, said):
     hand = RingHand(None, editing, said.append)
     hand.poll()
     assert hand.heard is None and hand.seconds_until_needed() is None
+
+
+def test_the_thread_that_hears_the_ring_wakes_the_window_for_a_turn(receiver, editing, said):
+    woken: list[int] = []
+    hand = RingHand(receiver, editing, said.append, wake=lambda: woken.append(1))
+    receiver.hears(focus_distance_m=1.4)
+    receiver.on_news()
+    assert woken == [1] and hand.news.is_due
+    hand.poll()
+    assert not hand.news.is_due
+    receiver.hears(focus_distance_m=1.4)  # the same again, as a camera sends it all the time
+    receiver.on_news()
+    assert woken == [1]
+
+
+def test_a_ring_is_turning_for_a_moment_after_each_turn(receiver, editing, said):
+    now = [10.0]
+    hand = RingHand(receiver, editing, said.append, clock=lambda: now[0])
+    assert not hand.is_turning
+    receiver.hears(focus_distance_m=1.4)
+    hand.poll()
+    now[0] += 0.1
+    hand.poll()
+    assert hand.is_turning
+    now[0] += 1.0
+    hand.poll()
+    assert not hand.is_turning

@@ -71,6 +71,7 @@ class Gui:
             self.screen.draw()
             imgui.render()
             self._paint(self._corner)
+            self.session.drawn()
 
     def _paint(self, target: moderngl.Framebuffer) -> None:
         target.use()

@@ -18,8 +18,10 @@ from heatlens.ring.sources import Heard, Numbered
 from heatlens.session.editing import Editing
 from heatlens.session.messages import Problem
 from heatlens.session.preferences import Preferences
+from heatlens.session.ring_news import RingNews
 
 _LATENCIES = 50  # that the median is of
+_TURNING_S = 0.3  # so long after a change the ring counts as being turned
 _FOLLOWED = ("focus_distance_m", "f_stop", "t_stop", "focal_length_mm", "pupil_offset_mm")
 
 
@@ -37,10 +39,16 @@ class RingHand:
         say: Callable[[str], None],
         preferences: Preferences | None = None,
         clock: Callable[[], float] = time.monotonic,
+        wake: Callable[[], None] = lambda: None,
     ) -> None:
-        """Follow `receiver`; None where nothing is listened to. Maps are kept in `preferences`."""
+        """Follow `receiver`; None where nothing is listened to. Maps are kept in `preferences`.
+
+        `wake`, called on the receiver's thread, makes the window draw.
+        """
+        self.news = RingNews(wake)
         self.on_turn: Callable[[], None] = lambda: None  # called when the ring has turned the lens
         self._clock = clock
+        self._turned_s = -math.inf  # when the ring has turned the lens last
         self._heard_s: float | None = None  # when the turn came whose picture is not seen yet
         self._to_picture_s: deque[float] = deque(maxlen=_LATENCIES)
         self.receiver = receiver
@@ -52,6 +60,18 @@ class RingHand:
         self._say = say
         self._known: dict[str, float] = {}
         self._was_silent = False
+        if receiver is not None:
+            receiver.on_news = self._hear
+
+    def _hear(self) -> None:
+        """Look for news on the thread of the receiver."""
+        heard = self.heard
+        self.news.hear(None if heard is None else heard.sample)
+
+    @property
+    def is_turning(self) -> bool:
+        """Return True while the ring is being turned."""
+        return self._clock() - self._turned_s < _TURNING_S
 
     @property
     def heard(self) -> Heard | None:
@@ -114,6 +134,7 @@ class RingHand:
 
     def poll(self) -> None:
         """Change the lens where the ring was turned; call this once a frame."""
+        self.news.take()
         heard = self.heard
         if heard is None or heard.sample is None:
             return
@@ -125,8 +146,9 @@ class RingHand:
         changed: dict[str, Any] = {k: v for k, v in told.items() if self._known.get(k) != v}
         self._known |= told
         if changed and self.is_followed and not heard.is_silent:
+            self._turned_s = self._clock()
             if self._heard_s is None:
-                self._heard_s = self._clock() - heard.age_s
+                self._heard_s = self._turned_s - heard.age_s
             self._turn(changed)
             self.on_turn()
 

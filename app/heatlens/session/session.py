@@ -93,9 +93,7 @@ class Session:
         self.references = ReferenceLoader(renderer.ctx, wake)
         self.lens_commands = LensCommands(self.source, self.editing, say)
         self.sent_lens = SentLens(self.source, self.editing, self.given, say)
-        self.ring = RingHand(start.lens_in, self.editing, say, self.preferences)
-        if start.lens_in is not None:
-            start.lens_in.on_news = wake
+        self.ring = RingHand(start.lens_in, self.editing, say, self.preferences, wake=wake)
         self.view_commands = ViewCommands(
             self.picture_view, self.source, self.editing, self.references, say
         )
@@ -283,6 +281,12 @@ class Session:
         # Why a file was refused is all that the start screen has to tell: it stays until the user
         # opens something else or goes back.
         self.messages.fade(keeps_problem=self.start_choices.is_wanted)
+        self.speed.is_for_ring = self.ring.is_turning
+
+    def drawn(self) -> None:
+        """Take note that what was drawn is on the screen now."""
+        seen = self.seen
+        self.ring.seen(None if seen is None else seen.shot.lens_at(seen.frame))
 
     def _reload_shaders(self) -> None:
         """Draw with shaders whose files have changed; a mistake in them is only said."""

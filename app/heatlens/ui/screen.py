@@ -76,12 +76,11 @@ class Screen:
         if is_new_layout:
             for name in ("Lens", "Look"):  # in front of those that share a place with them
                 imgui.set_window_focus(name)
+        session.ring.poll()  # again, for what came while the panels were drawn: the picture is of now
         session.scheduler.update()
         self.picture.draw(hears)
         session.editing.rest(is_held=imgui.is_any_item_active())
         session.color.apply(session.view, self._pictures)
-        seen = session.seen
-        session.ring.seen(None if seen is None else seen.shot.lens_at(seen.frame))
 
     def _do_actions(self) -> None:
         session, ui = self._session, self.ui

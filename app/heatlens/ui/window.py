@@ -147,7 +147,7 @@ class Loop:
                 glfw.set_window_should_close(self._window, False)
                 self._ui.quit()
                 self._woken()
-            if session.player.is_due or self._is_pulse_due():
+            if session.player.is_due or session.ring.news.is_due or self._is_pulse_due():
                 self._frames_due = max(self._frames_due, 1)
             if self._frames_due > 0:
                 self._frames_due -= 1
@@ -182,7 +182,8 @@ class Loop:
         if wait_s == 0.0:
             glfw.poll_events()
             return
-        self._remember()
+        if not self._session.ring.is_turning:  # it waits for the next turn alone
+            self._remember()
         if wait_s is None:
             glfw.wait_events()
         else:
@@ -234,13 +235,15 @@ class Loop:
         self._screen.picture.viewport.paint(self._ctx.screen, (width, height))
         imgui.backends.opengl3_render_draw_data(imgui.get_draw_data())
         glfw.swap_buffers(self._window)
+        session.drawn()
         picture = self._screen.picture
         self._ui.has_feed = self._feed.draw(self._ui.has_feed, picture.pictures, session.view)
         self._tell_title()
         seconds = time.perf_counter() - start
         shown = session.live.shown if session.live.shown is not before else None
         session.speed.frame(seconds, shown.seconds if shown else 0.0, _is_held())
-        if shown or events_wait():
+        # Panels tell of a new picture one frame later. While a ring turns, the next turn comes first.
+        if (shown and not session.ring.is_turning) or events_wait():
             self._frames_due = max(self._frames_due, 1)
         self._seen_key = session.scheduler.seen_key
 
