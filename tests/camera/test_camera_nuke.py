@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from heatlens.camera.camera_file import write_camera
+from heatlens.camera.nuke_defocus import left_out
 from heatlens.camera.nuke_write import nuke_text
 from heatlens.camera.samples import INFINITE_M
 from heatlens.source.shot_camera import camera_of_shot
@@ -18,7 +19,7 @@ from support.cameras import EYE, FRAMES, SHOTS, TARGET, dolly, moving_camera, wo
 def words_of(text: str) -> list:
     """Words of Tcl; one in braces is the list of those in it."""
     stack: list[list] = [[]]
-    for token in re.findall(r"[{}]|[^\s{}]+", text):
+    for token in re.findall(r'"(?:\\.|[^"\\])*"|[{}]|[^\s{}]+', text):
         if token == "{":
             stack.append([])
         elif token == "}":
@@ -30,10 +31,19 @@ def words_of(text: str) -> list:
 
 
 def knobs_of(text: str) -> dict:
-    """The knobs of the one node."""
-    kind, body = words_of(text)
+    """The knobs of the camera, which is the first node."""
+    kind, body, *_ = words_of(text)
     assert kind == "Camera2"
     return dict(zip(body[::2], body[1::2], strict=True))
+
+
+def nodes_of(text: str) -> dict[str, dict]:
+    """The knobs of each node by its class."""
+    words = words_of(text)
+    return {
+        kind: dict(zip(body[::2], body[1::2], strict=True))
+        for kind, body in zip(words[2::2], words[3::2], strict=True)
+    }
 
 
 def element_at(element: list | str, frame: int) -> float:
@@ -127,3 +137,39 @@ def test_a_camera_that_stands_still_has_no_curves():
         world_to_camera=(still,) * 8, focal_length_mm=(50.0,) * 8, focus_distance_m=(2.0,) * 8
     )
     assert "curve" not in nuke_text(camera)
+
+
+def shaped(**opening: float):
+    """A moving camera whose opening has a shape, its tracks constant."""
+    return moving_camera(**{name: (value,) * FRAMES.count for name, value in opening.items()})
+
+
+def test_the_nodes_that_defocus_have_the_lens_and_its_opening():
+    camera = shaped(blades=5.0, blade_rotation_deg=15.0, blade_curvature=0.25, squeeze=2.0)
+    nodes = nodes_of(nuke_text(camera, 0.01))
+    assert list(nodes) == ["ZDefocus2", "Bokeh"]
+    bokeh, zdefocus = nodes["Bokeh"], nodes["ZDefocus2"]
+    assert bokeh["kernelType"] == '"Aperture Blades"' and zdefocus["filter_type"] == "bladed"
+    told = [float(bokeh[name]) for name in ("kNumSides", "kRotation", "kCurvature", "kAspectRatio")]
+    assert told == [5.0, 15.0, 0.25, 0.5]
+    told = [float(zdefocus[name]) for name in ("blades", "rotation", "roundness", "aspect")]
+    assert told == [5.0, 15.0, 0.25, 0.5]
+    assert (bokeh["worldScale"], float(bokeh["worldScaleMultiplier"])) == ("m", 0.01)
+    for index, frame in enumerate(FRAMES):
+        focus = min(camera.focus_distance_m[index], INFINITE_M) / 0.01
+        assert at(bokeh["focalPlane"], frame) == at(zdefocus["center"], frame) == focus
+        assert at(bokeh["focalLength"], frame) == camera.focal_length_mm[index]
+
+
+def test_a_round_opening_needs_no_node_of_its_own():
+    assert nodes_of(nuke_text(shaped(squeeze=1.0))) == {}
+
+
+def test_what_the_nodes_cannot_hold_is_said_in_them_and_to_the_user():
+    camera = shaped(cat_eye=0.5, rim=-0.5, squeeze=1.0)
+    said = left_out(camera)
+    assert "cat eye and rim" in said
+    for node in nodes_of(nuke_text(camera)).values():
+        assert "cat eye and rim" in node["label"]
+    assert left_out(shaped(blades=6.0)) == ""
+    assert nodes_of(nuke_text(camera))["Bokeh"]["kernelType"] == '"Circular"'

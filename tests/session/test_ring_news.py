@@ -1,4 +1,4 @@
-"""A ring that is turned wakes the window at once; one that rests, however often it sends, does not."""
+"""A ring that is turned wakes the window at once; one that rests hardly ever does."""
 
 from hypothesis import given
 from hypothesis import strategies as st

@@ -7,6 +7,7 @@ from pathlib import Path
 from heatlens.camera.blender_write import blender_text
 from heatlens.camera.csv_camera import csv_text, read_csv_camera
 from heatlens.camera.json_camera import json_text, read_json_camera
+from heatlens.camera.nuke_defocus import left_out
 from heatlens.camera.nuke_write import nuke_text
 from heatlens.camera.plate_camera import read_plate_camera
 from heatlens.camera.samples import CameraSamples, UpAxis
@@ -43,6 +44,12 @@ def write_camera(
         _check_unit(path, meters_per_unit)
     data = _encoded(suffix, camera, meters_per_unit)
     write_whole(path, data)
+
+
+def left_out_of(path: str | os.PathLike[str], camera: CameraSamples) -> tuple[str, ...]:
+    """Return sentences on what a program cannot do of the camera in its file."""
+    told = left_out(camera) if Path(path).suffix.lower() == ".nk" else ""
+    return (told,) if told else ()
 
 
 def read_camera(text: str, scene_unit_m: float = 1.0, up_axis: UpAxis = "y") -> CameraSamples:

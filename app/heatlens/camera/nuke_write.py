@@ -1,10 +1,13 @@
-"""A camera as the text of a Nuke node, to be pasted or read as a script.
+"""A camera as the text of Nuke nodes, to be pasted or read as a script.
 
-Camera2 is read by every Nuke from 6 on. Nuke has no infinity: that focus is INFINITE_M away.
+Camera2 is read by every Nuke from 6 on. Nuke has no infinity: that focus is INFINITE_M away. Where
+the opening of the lens is not round, the nodes that defocus follow, see `nuke_defocus`.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
+from heatlens.camera.nuke_defocus import defocus_text
+from heatlens.camera.nuke_knobs import curve_or_number, knob_value
 from heatlens.camera.placement import camera_to_world, euler_deg
 from heatlens.camera.samples import LENS_TRACKS, OPENING_TRACKS, CameraSamples, finite_m
 
@@ -19,26 +22,27 @@ _ROTATION_ORDER = "ZXY"  # Nuke's own
 
 
 def nuke_text(camera: CameraSamples, meters_per_unit: float = 1.0) -> str:
-    """Return the text of the node for a scene whose unit is `meters_per_unit` metres."""
+    """Return the text of the nodes for a scene whose unit is `meters_per_unit` metres."""
     knobs = [*_placement(camera, meters_per_unit), *_lens(camera, meters_per_unit)]
     lines = ["inputs 0", *knobs, f"name {camera.identifier}"]
-    return "Camera2 {\n" + "".join(f" {line}\n" for line in lines) + "}\n"
+    node = "Camera2 {\n" + "".join(f" {line}\n" for line in lines) + "}\n"
+    return node + defocus_text(camera, meters_per_unit)
 
 
 def _lens(camera: CameraSamples, meters_per_unit: float) -> Iterator[str]:
     tracks = camera.lens_tracks
     for name, knob in _KNOBS.items():
         if name in tracks:
-            yield f"{knob} {_knob_value(camera, tracks[name])}"
+            yield f"{knob} {knob_value(camera, tracks[name])}"
     if "focus_distance_m" in tracks:
         distances = [finite_m(value) / meters_per_unit for value in tracks["focus_distance_m"]]
-        yield f"focal_point {_knob_value(camera, distances)}"
+        yield f"focal_point {knob_value(camera, distances)}"
     own = [name for name in (_NOMINAL, *OPENING_TRACKS) if name in tracks]
     if own:
         yield "addUserKnob {20 heatlens}"
     for name in own:
         yield f'addUserKnob {{7 {name} l "{LENS_TRACKS[name]}"}}'
-        yield f"{name} {_knob_value(camera, tracks[name])}"
+        yield f"{name} {knob_value(camera, tracks[name])}"
 
 
 def _placement(camera: CameraSamples, meters_per_unit: float) -> Iterator[str]:
@@ -50,18 +54,4 @@ def _placement(camera: CameraSamples, meters_per_unit: float) -> Iterator[str]:
     rotate = euler_deg(placed[:, :3, :3], _ROTATION_ORDER)
     yield f"rot_order {_ROTATION_ORDER}"
     for knob, values in (("translate", translate), ("rotate", rotate)):
-        yield f"{knob} {{{' '.join(_element(camera, axis.tolist()) for axis in values.T)}}}"
-
-
-def _knob_value(camera: CameraSamples, values: Sequence[float]) -> str:
-    """Return a number, or a list of the one curve that animates the knob."""
-    element = _element(camera, values)
-    return f"{{{element}}}" if element.startswith("{") else element
-
-
-def _element(camera: CameraSamples, values: Sequence[float]) -> str:
-    """Return one value of a knob: a number if it is constant, else a curve with all keys."""
-    if min(values) == max(values):
-        return repr(values[0])
-    keys = (f"x{frame} {value!r}" for frame, value in zip(camera.frames, values, strict=True))
-    return f"{{curve {' '.join(keys)}}}"
+        yield f"{knob} {{{' '.join(curve_or_number(camera, axis.tolist()) for axis in values.T)}}}"

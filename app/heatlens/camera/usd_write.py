@@ -1,5 +1,9 @@
 """A camera as USD: UsdGeomCamera with a time sample at each frame of what moves.
 
+UsdGeomCamera knows no opening, so that is in attributes of our own. The draft "Physical Cameras for
+USD" of the OpenUSD proposals names two of its values, blades and squeeze; it has no names for the
+others, and no prefix yet. These two are custom data of the prim under the classes of that draft.
+
 Focus at infinity, for which renderers have no common sign, is INFINITE_M away.
 """
 
@@ -30,6 +34,12 @@ OPENING = {
 # What nearer and farther cameras of common viewers leave out: 1 cm and 10 km, which USD's default
 # of 1 to 1e6 units is in centimetres. In metres that default would cut off what is nearer than 1 m.
 CLIPPING_M = (0.01, 1e4)
+
+# Class and name of the draft proposal for each value that it has.
+PROPOSED = {
+    "blades": "PhysicalCameraLens:shutter_blades",
+    "squeeze": "PhysicalCameraLensModelPinhole:squeeze",
+}
 
 MM_ATTRIBUTES = {
     "focal_length_mm": "focalLength",
@@ -93,9 +103,20 @@ def _author_lens(prim: Any, camera: CameraSamples, meters_per_unit: float) -> No
     for name, attribute in OPENING.items():
         if name in tracks:
             _author_own(prim, attribute, camera, tracks[name])
+    _author_proposed(prim, camera)
     if camera.lens_model is not None:
         token = usd_module("Sdf").ValueTypeNames.Token
         prim.GetPrim().CreateAttribute(LENS_MODEL, token).Set(str(camera.lens_model))
+
+
+def _author_proposed(prim: Any, camera: CameraSamples) -> None:
+    """Write what the draft proposal has names for, unless it is as without being told."""
+    tracks = camera.lens_tracks
+    for name, key in PROPOSED.items():
+        value = tracks[name][0] if name in tracks else 1.0
+        if value > 1.0:
+            proposed = round(value) if name == "blades" else value
+            prim.GetPrim().SetCustomDataByKey(key, proposed)
 
 
 def _author_own(prim: Any, name: str, camera: CameraSamples, values: Sequence[float]) -> None:

@@ -6,7 +6,7 @@ from dataclasses import replace
 from itertools import cycle
 from pathlib import Path
 
-from heatlens.camera.camera_file import WRITTEN, read_camera, write_camera
+from heatlens.camera.camera_file import WRITTEN, left_out_of, read_camera, write_camera
 from heatlens.camera.ring_samples import ring_samples
 from heatlens.camera.same_discs import with_nominal_f_stop, with_renderer_f_stop
 from heatlens.camera.samples import CameraSamples
@@ -174,7 +174,7 @@ def _write(args: argparse.Namespace, camera: CameraSamples) -> None:
         camera = with_renderer_f_stop(camera)
     unit = args.meters_per_unit
     write_camera(args.output, camera, None if unit is None else parse_scene_unit_m(unit))
-    say(*camera.notes)
+    say(*camera.notes, *left_out_of(args.output, camera))
     tell(str(args.output))
 
 

@@ -8,8 +8,8 @@ _GPU_S = 0.012  # keeps up with the screen
 # A software rasteriser draws the window with the same processor: above twelve pictures a second,
 # also where one takes somewhat longer than was expected.
 _FRAME_SOFTWARE_S, _LEAST_S = 0.068, 0.012
-# A ring is turned with the eyes on the picture, and its turns come over a network: they are answered
-# sooner, by a coarser picture where it has to be.
+# A ring is turned with the eyes on the picture, and its turns come over a network: they are
+# answered sooner, by a coarser picture where it has to be.
 _FRAME_RING_S = 0.04
 _NEWEST = 0.2  # weight of the newest frame in a running mean
 

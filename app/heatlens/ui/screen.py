@@ -76,7 +76,7 @@ class Screen:
         if is_new_layout:
             for name in ("Lens", "Look"):  # in front of those that share a place with them
                 imgui.set_window_focus(name)
-        session.ring.poll()  # again, for what came while the panels were drawn: the picture is of now
+        session.ring.poll()  # again, for turns that came while the panels were drawn
         session.scheduler.update()
         self.picture.draw(hears)
         session.editing.rest(is_held=imgui.is_any_item_active())

@@ -242,7 +242,7 @@ class Loop:
         seconds = time.perf_counter() - start
         shown = session.live.shown if session.live.shown is not before else None
         session.speed.frame(seconds, shown.seconds if shown else 0.0, _is_held())
-        # Panels tell of a new picture one frame later. While a ring turns, the next turn comes first.
+        # Panels tell of a new picture one frame later. While a ring turns, its next turn is first.
         if (shown and not session.ring.is_turning) or events_wait():
             self._frames_due = max(self._frames_due, 1)
         self._seen_key = session.scheduler.seen_key

@@ -1,0 +1,119 @@
+"""The nodes of Nuke that defocus, with the opening of a lens as far as they can hold it.
+
+Bokeh is told the whole lens, and computes the amount of blur from it. ZDefocus is told the plane in
+focus and the shape; how much it blurs is its own `size`, which no lens gives. The names of the
+knobs are those of Foundry's reference guide and of Nuke 17.0v3. Foundry does not say where the
+rotation of the blades begins and by which measure blades are curved, so both are taken to be as
+here, and the note in the file asks to compare.
+"""
+
+from collections.abc import Iterator, Mapping
+
+from heatlens.camera.nuke_knobs import knob_value, quoted
+from heatlens.camera.samples import LENS_TRACKS, OPENING_TRACKS, CameraSamples, finite_m
+
+_BOKEH_SHAPE = {"blades": "kNumSides", "blade_rotation_deg": "kRotation"}
+_ZDEFOCUS_SHAPE = {"blades": "blades", "blade_rotation_deg": "rotation"}
+_BOKEH_LENS = {
+    "focal_length_mm": "focalLength",
+    "sensor_width_mm": "apertureWidth",
+    "sensor_height_mm": "apertureHeight",
+}
+_LEFT_OUT = ("cat_eye", "rim", "axial_colour_mm")
+_COMPARE = "Foundry does not say where rotation begins and how curvature counts: compare by eye"
+
+
+def has_shape(camera: CameraSamples) -> bool:
+    """Return whether the opening is another than a round one."""
+    tracks = camera.lens_tracks
+    is_oval = set(tracks.get("squeeze", (1.0,))) != {1.0}
+    return is_oval or any(name in tracks for name in OPENING_TRACKS)
+
+
+def defocus_text(camera: CameraSamples, meters_per_unit: float) -> str:
+    """Return the text of both nodes; "" for a round opening, which every node makes by itself.
+
+    Bokeh comes last, for a Nuke before 14 has no such node and stops reading there.
+    """
+    if not has_shape(camera):
+        return ""
+    zdefocus = _node("ZDefocus2", camera, _zdefocus(camera, meters_per_unit))
+    return zdefocus + _node("Bokeh", camera, _bokeh(camera, meters_per_unit))
+
+
+def left_out(camera: CameraSamples) -> str:
+    """Return in a sentence what the nodes cannot hold of the opening; "" where they hold all."""
+    tracks = camera.lens_tracks
+    names = [LENS_TRACKS[name] for name in _LEFT_OUT if name in tracks]
+    if not names:
+        return ""
+    words = " and ".join((", ".join(names[:-1]), names[-1])) if names[1:] else names[0]
+    return (
+        f"Nuke's ZDefocus and Bokeh cannot hold {words} as heatlens means it; the camera keeps it "
+        "on its tab called heatlens."
+    )
+
+
+def _node(kind: str, camera: CameraSamples, knobs: Iterator[str]) -> str:
+    note = ". ".join(part for part in (left_out(camera).rstrip("."), _COMPARE) if part)
+    lines = ("inputs 0", *knobs, f"label {quoted(note + '.')}", f"name {camera.identifier}_{kind}")
+    return f"{kind} {{\n" + "".join(f" {line}\n" for line in lines) + "}\n"
+
+
+def _bokeh(camera: CameraSamples, meters_per_unit: float) -> Iterator[str]:
+    tracks = camera.lens_tracks
+    yield "depthStyle Real"
+    if "focus_distance_m" in tracks:
+        yield f"focalPlane {_focus(camera, meters_per_unit)}"
+    yield "realWorldLens true"
+    yield from _told(camera, _BOKEH_LENS)
+    f_stops = tracks.get("nominal_f_stop", tracks.get("f_stop"))  # a real lens is what it asks for
+    if f_stops is not None:
+        yield f"fStop {knob_value(camera, f_stops)}"
+    yield "worldScale m"
+    yield f"worldScaleMultiplier {meters_per_unit!r}"
+    yield "filmFormat Custom"
+    yield f"kernelType {quoted('Aperture Blades' if _has_blades(tracks) else 'Circular')}"
+    yield from _told(camera, _BOKEH_SHAPE)
+    yield f"kCurvature {_curvature(camera)}"
+    yield f"kAspectRatio {_aspect(camera)}"
+    yield "kSoftness 0.0"
+
+
+def _zdefocus(camera: CameraSamples, meters_per_unit: float) -> Iterator[str]:
+    yield "math depth"
+    if "focus_distance_m" in camera.lens_tracks:
+        yield f"center {_focus(camera, meters_per_unit)}"
+    yield f"filter_type {'bladed' if _has_blades(camera.lens_tracks) else 'disc'}"
+    yield from _told(camera, _ZDEFOCUS_SHAPE)
+    yield f"roundness {_curvature(camera)}"
+    yield f"aspect {_aspect(camera)}"
+    yield "inner_brightness 1.0"  # an even disc; Nuke's own has a darker middle
+
+
+def _has_blades(tracks: Mapping[str, tuple[float, ...]]) -> bool:
+    return max(tracks.get("blades", (0.0,))) > 0
+
+
+def _told(camera: CameraSamples, names: Mapping[str, str]) -> Iterator[str]:
+    """Yield the knobs that take a track as it is; without blades Nuke's own number stays."""
+    tracks = camera.lens_tracks
+    for name, knob in names.items():
+        if name in tracks and (name != "blades" or _has_blades(tracks)):
+            yield f"{knob} {knob_value(camera, tracks[name])}"
+
+
+def _focus(camera: CameraSamples, meters_per_unit: float) -> str:
+    focus_m = camera.lens_tracks["focus_distance_m"]
+    return knob_value(camera, [finite_m(value) / meters_per_unit for value in focus_m])
+
+
+def _curvature(camera: CameraSamples) -> str:
+    still = (0.0,) * len(camera.frames)  # Nuke's own blades are a little round
+    return knob_value(camera, camera.lens_tracks.get("blade_curvature", still))
+
+
+def _aspect(camera: CameraSamples) -> str:
+    """Return the width of the opening over its height."""
+    squeeze = camera.lens_tracks.get("squeeze", (1.0,) * len(camera.frames))
+    return knob_value(camera, [1.0 / value for value in squeeze])
