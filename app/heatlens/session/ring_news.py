@@ -19,7 +19,7 @@ class RingNews:
     def __init__(
         self, wake: Callable[[], None] = lambda: None, clock: Callable[[], float] = time.monotonic
     ) -> None:
-        """`wake` makes the window draw; it is called on the thread that calls `hear`."""
+        """Begin with no news; `wake`, which is called within `hear`, makes the window draw."""
         self.is_due = False
         self._wake = wake
         self._clock = clock
