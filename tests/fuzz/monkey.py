@@ -4,7 +4,8 @@
 
 It plays with a small sequence, or with the demo (`--source demo`), and says which random
 numbers it has, so that what it finds can be found again. It ends at the first fault, and prints
-how much memory the process holds as it goes.
+how much memory the process holds as it goes. Every program, texture and font has been made once
+in the first half of a long play; memory that grows by more than a twentieth after that is a fault.
 """
 
 import argparse
@@ -12,6 +13,7 @@ import random
 import sys
 import tempfile
 from pathlib import Path
+from statistics import median
 
 from imgui_bundle import imgui
 
@@ -144,6 +146,9 @@ class Monkey:
 
 _SIZE = 960, 600
 _BARRED = ("Export", "Write camera", "open in browser", "window close")
+_BETWEEN = 250  # actions between two looks at the memory
+_LONG = 3000  # actions of a play that has seen everything in its first half
+_FLAT = 0.05  # growth that is none
 
 
 def rss_mb() -> float:
@@ -154,9 +159,12 @@ def rss_mb() -> float:
     return 0.0
 
 
-def play(gui: Gui, actions: int, seed: int, tell=print) -> None:
-    """Let a monkey do so many things. Raises AssertionError where a fault is said or raised."""
-    monkey, said = Monkey(gui, seed), []
+def play(gui: Gui, actions: int, seed: int, tell=print) -> list[float]:
+    """Let a monkey do so many things; return the memory in megabytes after each 250 of them.
+
+    Raises AssertionError where a fault is said or raised.
+    """
+    monkey, said, held_mb = Monkey(gui, seed), [], []
     faults = gui.session.say_error
 
     def say_error(error):
@@ -173,8 +181,16 @@ def play(gui: Gui, actions: int, seed: int, tell=print) -> None:
         except Exception as error:
             raise AssertionError(f"action {number} of seed {seed}: {monkey.did}") from error
         assert not said, f"action {number} of seed {seed}: {said[0]} after {monkey.did}"
-        if number % 250 == 0:
-            tell(f"{number} actions: {rss_mb():.0f} MB")
+        if number % _BETWEEN == 0:
+            held_mb.append(rss_mb())
+            tell(f"{number} actions: {held_mb[-1]:.0f} MB")
+    return held_mb
+
+
+def growth(held_mb: list[float]) -> float:
+    """Return by which part the memory grew from the third quarter of a play to the fourth."""
+    quarter = len(held_mb) // 4
+    return median(held_mb[-quarter:]) / median(held_mb[-2 * quarter : -quarter]) - 1.0
 
 
 def main() -> None:
@@ -189,7 +205,11 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         source = args.source or sequence_files(Path(folder))
         with gui_of(headless_context(), source, defocus=QUICK, size=_SIZE) as gui:
-            play(gui, args.actions, args.seed)
+            held_mb = play(gui, args.actions, args.seed)
+    if args.actions >= _LONG:
+        grown = growth(held_mb)
+        print(f"growth from the third quarter to the fourth: {grown:+.1%}")
+        assert grown <= _FLAT, "memory grows"
 
 
 if __name__ == "__main__":

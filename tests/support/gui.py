@@ -71,6 +71,8 @@ class Gui:
             self.screen.draw()
             imgui.render()
             self._paint(self._corner)
+            # As a window does when it swaps: what waits to be drawn takes memory in llvmpipe.
+            self.ctx.finish()
             self.session.drawn()
 
     def _paint(self, target: moderngl.Framebuffer) -> None:
