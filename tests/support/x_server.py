@@ -13,6 +13,7 @@ from support.command_line import ENVIRONMENT, started
 
 SCREEN = (1700, 1000)
 WAIT_S = 60.0  # a bound for what must come, not a measurement
+REST_S = 0.3  # asleep and without a change of the picture
 STEP_S = 0.25  # between what the hand does: the window takes it in frame by frame
 
 
@@ -57,6 +58,16 @@ class Screen:
 def _cpu_seconds(process: str) -> float:
     fields = Path(f"{process}/stat").read_text().rpartition(")")[2].split()
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+def _children(process: int) -> list[int]:
+    return [int(it) for it in Path(f"/proc/{process}/task/{process}/children").read_text().split()]
+
+
+def _is_awake(process: int) -> bool:
+    """Return whether a thread of a process computes, or would if there were a processor for it."""
+    threads = Path(f"/proc/{process}/task").glob("*/stat")
+    return any(stat.read_text().rpartition(")")[2].split()[0] in "RD" for stat in threads)
 
 
 class Window:
@@ -122,15 +133,51 @@ class Window:
         self.screen.hand("mouseup", 1)
         time.sleep(STEP_S)
 
+    def seen(self) -> bytes:
+        """Return the pixels of the screen."""
+        return self.screen.picture().tobytes()
+
+    def rest(self) -> bytes:
+        """Wait until it sleeps and nothing on the screen changes any more; return the pixels.
+
+        A thread that waits for a processor on a busy machine does not count as asleep.
+        """
+        last, since = self.seen(), time.monotonic()
+
+        def is_at_rest() -> bool:
+            nonlocal last, since
+            if any(map(_is_awake, self.processes())):
+                since = time.monotonic()
+            elif time.monotonic() - since > REST_S:
+                before, last, since = last, self.seen(), time.monotonic()
+                return last == before
+            return False
+
+        self.until(is_at_rest, "rest")
+        return last
+
+    def activate(self) -> None:
+        """Bring it to the front under a window manager, and let it come to rest there."""
+        self.screen.hand("windowactivate", "--sync", self.id)
+        self.until(lambda: self.screen.hand("getwindowfocus") == self.id, "the focus of keys")
+        self.rest()
+
+    def processes(self) -> list[int]:
+        """Return the numbers of the process and of all that it has started, and those in turn."""
+        found, last = [self.process.pid], [self.process.pid]
+        while last:
+            last = [child for parent in last for child in _children(parent)]
+            found += last
+        return found
+
     def title(self) -> str:
         return self.screen.hand("getwindowname", self.id)
 
     def cpu_seconds(self) -> float:
         """Return the processor time of the process and of those that it started, all threads."""
-        own = f"/proc/{self.process.pid}"
-        children = Path(f"{own}/task/{self.process.pid}/children").read_text().split()
+        own, *children = (f"/proc/{number}" for number in self.processes())
         assert children, "the window runs in a process of its own"
-        return sum(map(_cpu_seconds, (own, *(f"/proc/{child}" for child in children))))
+        return sum(map(_cpu_seconds, (own, *children)))
 
     def quit(self) -> None:
         """Press Ctrl+Q until it works: without a window manager, focus may come a moment later."""

@@ -164,3 +164,13 @@ def test_frames_too_near_for_the_lens_are_warned_of(gui):
     seen = track.too_close(replace(shot, lens=lens), gui.session.timeline.frames)
     expected = [n for n in range(FIRST, LAST + 1) if shot.lens_at(n).focus_distance_m < 1.8]
     assert list(seen) == expected and expected
+
+
+def test_the_names_of_lines_are_not_cut_off_at_the_top(gui):
+    """The farthest one begins at the upper edge, where there is no room above it."""
+    gui.session.editing.begin(gui.session.shot)
+    gui.session.marks.set_point(BALL)
+    gui.until(lambda: bool(gui.session.mark_tracks()), "the line of the mark")
+    gui.frame(2)
+    top = gui.rect("timeline ruler")[3]
+    assert gui.rect("name A on the curve")[1] >= top

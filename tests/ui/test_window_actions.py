@@ -6,6 +6,7 @@ from imgui_bundle import imgui
 
 from heatlens.gpu.textures import download
 from heatlens.model.view import Overlay
+from heatlens.ui.action_list import GROUPS, MENUS
 from heatlens.ui.actions import CTRL, SHIFT, Action
 from heatlens.ui.palette import matches
 from support.actions import listed_actions
@@ -304,3 +305,10 @@ def test_the_palette_finds_settings_too(gui):
     assert str(gui.session.shot.defocus.quality) == "film"
     gui.key(K.z, ctrl=True)
     assert gui.session.shot == before
+
+
+def test_groups_of_the_menus_begin_with_an_action_inside_one(gui):
+    names = {action.name: action.menu for action in gui.screen.actions}
+    assert names.keys() >= GROUPS
+    first = {next(a.name for a in gui.screen.actions if a.menu == menu) for menu in MENUS}
+    assert not GROUPS & first

@@ -19,6 +19,7 @@ from heatlens.model.view import Against, Compare
 from heatlens.render import FrameRenderer
 from heatlens.scene.scene_read import read_scene
 from heatlens.ui.side_words import mouse_words
+from support.gltf_files import GltfWriter
 from support.gui import Gui, gui_of
 from support.scene_window import as_opened, middle, whole, write_scene
 from support.window_plates import QUICK
@@ -288,3 +289,19 @@ def test_looks_of_other_lengths_draw_the_scene_for_themselves_and_leave_it_as_it
     whole(gui)
     np.testing.assert_array_equal(download(session.live.shown.texture), seen)
     np.testing.assert_array_equal(download(session.renderer.loaded.color), plate)
+
+
+def test_the_buttons_under_the_objects_are_seen_however_many_there_are(ctx, tmp_path):
+    writer = GltfWriter()
+    mesh = writer.mesh()
+    for number in range(40):
+        writer.node(name=f"object {number}", mesh=mesh, translation=[0.1 * number, 0.0, -3.0])
+    with gui_of(ctx, writer.write(tmp_path / "many.glb"), defocus=QUICK) as gui:
+        for name in ("Look", "Plate", "Export", "Speed"):
+            gui.ui.panels[name] = False
+        gui.frame(4)
+        panel = imgui.internal.find_window_by_name("Scene")
+        assert panel.scroll_max.y == 0.0
+        assert gui.rect("mark object")[3] <= panel.inner_rect.max.y
+        x0, y0, x1, y1 = gui.rect("object object 0")
+        assert (gui.rect("mark object")[1] - y0) / (y1 - y0) > 5  # lines that are seen

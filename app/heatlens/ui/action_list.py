@@ -19,6 +19,18 @@ from heatlens.ui.ui_scale import UiScale
 _K = imgui.Key
 _DIGITS = (_K._1, _K._2, _K._3, _K._4, _K._5, _K._6, _K._7, _K._8, _K._9)
 MENUS = ("File", "Edit", "Lens", "Play", "Animate", "View", "Compare", "Window", "Help")
+GROUPS = frozenset(  # the actions with which a group begins in its menu: a line is drawn above
+    {
+        *("Open shot...", "Save picture...", "Quit"),
+        *("Focus at infinity", "Keep this look", "Next quality"),
+        *("Next key", "Set in point", "Clear rendered frames"),
+        *("Set mark here", "Auto key", "Interpolate hold after key", "Show curve"),
+        *("Fit", "Pixel grid", "Brighter", "Metres or feet", "Near, in focus, far"),
+        *("Matte 2.39", "Safe areas"),
+        *("More gain", "B is the reference", "Compare with pinhole"),
+        *("Lens", "Reset layout"),
+    }
+)
 
 
 def actions(session: Session, ui: UiState) -> tuple[Action, ...]:
@@ -26,13 +38,8 @@ def actions(session: Session, ui: UiState) -> tuple[Action, ...]:
     return (
         *(*_file(session, ui), *_edit(session), *_lens(session)),
         *(*play_actions(session, ui.timeline.open_frames), *key_actions(session, ui.open_pull)),
-        *(
-            *_scene(session),
-            *_view(session, ui.scale),
-            *_overlays(session),
-            *_compare(session),
-            *_window(ui),
-        ),
+        *(*_view(session, ui.scale), *_overlays(session), *_scene(session)),
+        *(*_compare(session), *_window(ui)),
     )
 
 

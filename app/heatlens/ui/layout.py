@@ -10,7 +10,7 @@ from heatlens.printable import printable
 from heatlens.session.session import Session
 from heatlens.session.ui_sizes import scaled_layout
 from heatlens.ui import probe, topmost, widgets
-from heatlens.ui.action_list import MENUS
+from heatlens.ui.action_list import GROUPS, MENUS
 from heatlens.ui.actions import Action
 from heatlens.ui.state import UiState
 
@@ -35,6 +35,8 @@ def menu_bar(session: Session, ui: UiState, actions: Sequence[Action]) -> Action
         if imgui.begin_menu(menu):
             ui.menu_to_open = _beside(menu)
             for action in (a for a in actions if a.menu == menu):
+                if action.name in GROUPS:
+                    imgui.separator()
                 is_on = bool(action.is_on is not None and action.is_on())
                 why = action.why_not()
                 shown = f"{printable(action.shown)}###{action.name}"

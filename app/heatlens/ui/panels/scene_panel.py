@@ -24,7 +24,7 @@ _CLIP_TIP = (
     "Which animation of the file is played; the frames of the shot become those in which something "
     "moves. The file is read again for it."
 )
-_LINES_LEAST, _LINES_MOST = 3, 7  # of the list of objects
+_LINES_LEAST = 3  # of the list of objects
 _UP_TIP = "Which axis of the file is up; the file does not say it."
 _UNIT_TIP = "How long one unit of the file is; the file does not say it. The focus scales with it."
 _UNITS_M = {"m": 1.0, "cm": 0.01, "mm": 0.001, "ft": 0.3048, "in": 0.0254}
@@ -43,9 +43,7 @@ def scene_panel(session: Session) -> None:
         _placing(session)
     imgui.separator_text("Objects")
     names = object_names(scene)
-    lines = min(max(len(names), _LINES_LEAST), _LINES_MOST)
-    height = lines * imgui.get_text_line_height_with_spacing() + imgui.get_style().frame_padding.y
-    if imgui.begin_list_box("##objects", ImVec2(-1, height)):
+    if imgui.begin_list_box("##objects", ImVec2(-1, _list_height(len(names)))):
         for index, name in enumerate(names):
             clicked = _object(printable(name), index, name == session.scenes.selected)
             probe.note(f"object {name}")
@@ -65,6 +63,15 @@ def scene_panel(session: Session) -> None:
             _try(session, lambda: session.scenes.mark(session.scenes.selected or ""))
         probe.note("mark object")
     imgui.text_disabled(f"{scene.triangle_count:,} triangles, {len(scene.instances)} instances")
+
+
+def _list_height(count: int) -> float:
+    """Return the height of the list: all objects, as far as there is room above the buttons."""
+    line, style = imgui.get_text_line_height_with_spacing(), imgui.get_style()
+    below = imgui.get_frame_height_with_spacing() + line + style.item_spacing.y
+    room = (imgui.get_content_region_avail().y - below) / line
+    lines = max(min(count, room), _LINES_LEAST)
+    return float(lines * line + style.frame_padding.y)
 
 
 def _object(name: str, index: int, is_selected: bool) -> bool:

@@ -17,7 +17,7 @@ from heatlens.session.key_choice import Chosen, KeyId, moved
 from heatlens.session.key_drag import Places
 from heatlens.session.pull_recording import RecordingState
 from heatlens.session.session import Session
-from heatlens.ui import theme
+from heatlens.ui import probe, theme
 from heatlens.ui.timeline.curve_axis import AXES, CurveAxis, raised
 from heatlens.ui.timeline.curve_handles import Heights, curve_handles
 from heatlens.ui.timeline.dope_sheet import draw_keys, hold_keys
@@ -168,12 +168,20 @@ def _draw_marks(session: Session, scale: TimeScale, heights: Heights) -> None:
         if isinstance(mark, DistanceMark):
             y = heights.y_at(1.0 / mark.distance_m)
             draw.add_line(ImVec2(scale.x, y), ImVec2(end.x, y), theme.QUEUED, 1.0)
-            at = ImVec2(scale.x + 4, y - imgui.get_font_size())
-            draw.add_text(at, theme.TEXT_DIM, printable(mark.name))
+            _draw_name(mark.name, scale.x + 4, y, corner.y, theme.TEXT_DIM)
     for track in session.mark_tracks():
         for line in track.lines:
             draw.add_polyline(_points(scale, heights, line), theme.MARK, 1.5, 0)
             x, y = scale.x_at(line[0][0]), heights.y_at(line[0][1])
-            at = ImVec2(max(x, scale.x) + 3, y - imgui.get_font_size())
-            draw.add_text(at, theme.MARK, printable(track.name))
+            _draw_name(track.name, max(x, scale.x) + 3, y, corner.y, theme.MARK)
     draw.pop_clip_rect()
+
+
+def _draw_name(name: str, x: float, y: float, top: float, color: int) -> None:
+    """Draw the name of a line above it, or under it where that would be cut off at the top."""
+    em = imgui.get_font_size()
+    above = y - em
+    at = ImVec2(x, above if above >= top else y + 0.1 * em)
+    imgui.get_window_draw_list().add_text(at, color, printable(name))
+    width = imgui.calc_text_size(printable(name)).x
+    probe.note_at(f"name {name} on the curve", (at.x, at.y, at.x + width, at.y + em))
