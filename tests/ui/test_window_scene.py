@@ -303,5 +303,5 @@ def test_the_buttons_under_the_objects_are_seen_however_many_there_are(ctx, tmp_
         panel = imgui.internal.find_window_by_name("Scene")
         assert panel.scroll_max.y == 0.0
         assert gui.rect("mark object")[3] <= panel.inner_rect.max.y
-        x0, y0, x1, y1 = gui.rect("object object 0")
+        _, y0, _, y1 = gui.rect("object object 0")
         assert (gui.rect("mark object")[1] - y0) / (y1 - y0) > 5  # lines that are seen
