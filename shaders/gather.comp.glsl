@@ -28,6 +28,7 @@ layout(rgba32f) uniform image2D weight_img;
 layout(r32f) uniform image2D weight_img;
 #endif
 
+#define LEAST_WEIGHT 1e-6
 #define BEHIND_PX 0.5 // coc farther by this is behind, not the same surface
 
 void main() {
@@ -67,6 +68,13 @@ void main() {
             weight += inside;
         }
 #ifdef SHAPED
+#ifdef IMAGED  // an opening can be dark in its middle, so that a pixel beside others sees nothing
+    if (is_last && most_of(weight) < LEAST_WEIGHT) {
+        weight = Cover(1.0);
+        sum = texelFetch(color_tx, at, 0);
+    }
+    weight = max(weight, LEAST_WEIGHT);
+#endif
     if (is_last) sum /= vec4(weight, weight.g);
     imageStore(weight_img, at, vec4(weight, 0.0));
 #else

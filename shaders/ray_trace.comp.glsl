@@ -69,13 +69,17 @@ vec3 light_through(vec2 px, vec2 size, vec2 lens_m, float focus, out float diopt
 #define LEAST_WEIGHT 1e-6   // of a ray that the barrel stops: it only counts until one does
 #define COLOR_WEIGHTS mat3(1.0)
 
-// A point between the blades, in metres.
+// A point between the blades, or of the image, in metres.
+#ifdef IMAGED
+vec2 lens_point(uvec4 counts, vec2 first) { return aperture_axes * image_point(first); }
+#else
 vec2 lens_point(uvec4 counts, vec2 first) {
     vec2 point = aperture_point(first);
     for (uint k = 1u; k < uint(TRIES) && past_blades(point / aperture_axes).x > 0.0; ++k)
         point = aperture_point(random4(counts + uvec4(0u, 0u, 0u, k << 16u)).zw);
     return point;
 }
+#endif
 
 // One ray for all colours, or one for each where they have not the same focus.
 void add_ray(ivec2 at, uvec4 counts, vec4 u, vec2 px, vec2 size, inout vec4 sum) {

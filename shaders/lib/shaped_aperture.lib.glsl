@@ -2,6 +2,8 @@
 // for every colour. model/opening.py is its twin and explains the formulas. Points p are in radii of the
 // round lens before the squeeze, x to the right and y up.
 //
+// With IMAGED a picture is in the place of the blades, see lib/opening_image.lib.glsl.
+//
 // What reads this gets a Cover of red, green and blue instead of one number; with COLORED these differ.
 // There is no loop in what is asked for each pixel of a disc: a software rasteriser counts the rounds of all
 // loops of an invocation, and stops at 65535.
@@ -18,6 +20,10 @@ uniform vec2 aperture_middle_px;       // of the picture
 uniform vec2 aperture_shift_per_px;    // of the barrel, for a place so far from there
 uniform float aperture_shift_most;
 uniform float aperture_axial_px;       // diameter in blue less that in green, in green less that in red
+
+#ifdef IMAGED
+#include "lib/opening_image.lib.glsl"
+#endif
 
 #define TINY 1e-12
 #define ANGLES 64          // of the quadrature
@@ -71,10 +77,18 @@ float to_rim(vec3 past, vec2 axes) { return -past.x / max(length(past.yz / axes)
 float cover_of_color(vec2 offset, float radius, float ramp, vec2 place) {
     if (abs(radius) < LEAST_RADIUS) radius = radius < 0.0 ? -LEAST_RADIUS : LEAST_RADIUS;
     vec2 p = offset / (aperture_axes * radius) * vec2(1.0, -1.0);
+#ifdef IMAGED
+    float inside = image_light(p, ramp / (aperture_axes * abs(radius)));
+    if (aperture_barrel > 0.0) {
+        float to_barrel = to_rim(past_barrel(p, barrel_shift(place)), aperture_axes);
+        inside *= clamp((to_barrel * abs(radius) + ramp) / (2.0 * ramp), 0.0, 1.0);
+    }
+#else
     float inside = to_rim(past_blades(p), aperture_axes);
     if (aperture_barrel > 0.0)
         inside = min(inside, to_rim(past_barrel(p, barrel_shift(place)), aperture_axes));
     inside = clamp((inside * abs(radius) + ramp) / (2.0 * ramp), 0.0, 1.0);
+#endif
     return inside * profile(min(dot(p, p), 1.0), radius < 0.0 ? -aperture_rim : aperture_rim);
 }
 
@@ -114,9 +128,14 @@ float part_past_barrel(vec2 place, float rim) {
 
 float light_of_color(float radius, float ramp, vec2 place) {
     float light = radius < 0.0 ? aperture_lights.x : aperture_lights.y;
+#ifdef IMAGED  // whose mean over boxes keeps the light
+    if (aperture_barrel > 0.0) light *= image_past_barrel(barrel_shift(place), radius >= 0.0);
+    return max(radius * radius, LEAST_RADIUS * LEAST_RADIUS) * light * aperture_axes.x * aperture_axes.y;
+#else
     float rim = radius < 0.0 ? -aperture_rim : aperture_rim;
     if (aperture_barrel > 0.0) light *= part_past_barrel(place, rim);
     return radius * radius * light * aperture_axes.x * aperture_axes.y + PI * ramp * ramp / 3.0;
+#endif
 }
 
 // Radii of red, green and blue.
@@ -158,9 +177,13 @@ bool is_one_pixel(float radius) {
 }
 
 // How much light a point of the opening lets through of what a pinhole sees at a place in the picture, behind
-// the focus or in front of it.
+// the focus or in front of it. With an image the points themselves are denser where it is brighter.
 float aperture_weight(vec2 p, vec2 place, bool is_behind) {
+#ifdef IMAGED
+    float past = -1.0;
+#else
     float past = past_blades(p).x;
+#endif
     if (aperture_barrel > 0.0)
         past = max(past, past_barrel(p, barrel_shift(place)).x);
     return past > 0.0 ? 0.0 : profile(min(dot(p, p), 1.0), is_behind ? aperture_rim : -aperture_rim);

@@ -1,5 +1,6 @@
 """Plates and scenes in front of a lens, rendered to arrays."""
 
+import os
 from abc import abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
@@ -20,6 +21,7 @@ from heatlens.model.settings import Bokeh, DefocusSettings, Method, Quality
 from heatlens.model.shot import LensCurves, Shot
 from heatlens.plate.focus_pick import depth_at_m
 from heatlens.plate.header_lens import plate_lens
+from heatlens.plate.opening_picture import read_opening_image
 from heatlens.plate.plate import Plate
 from heatlens.render import FrameRenderer
 from heatlens.scene.first_shot import FirstShot
@@ -53,8 +55,8 @@ class Source(Closing):
         header or the scene's camera. `lens_model` is "photographic" or "renderer". `focus_at` is a
         pixel (x, y) of the picture to focus on. `frame` is that of a sequence, a shot or a scene
         (default: the first). `more` takes the fields of `Aperture`: squeeze, blades,
-        blade_rotation_deg, blade_curvature, cat_eye, rim, axial_colour_mm; and those of
-        `DefocusSettings`: quality="draft", bokeh, layers, proxy, method, views.
+        blade_rotation_deg, blade_curvature, cat_eye, rim, axial_colour_mm, aperture_image (a
+        path); and those of `DefocusSettings`: quality="draft", bokeh, layers, proxy, method, views.
 
         Raises HeatlensError for a lens value that is missing, a file that cannot be read, and a
         picture too large for this machine.
@@ -66,6 +68,8 @@ class Source(Closing):
             "focus_distance_m": focus_distance_m,
         }
         opening = {name: more.pop(name) for name in APERTURE_FIELDS if name in more}
+        if isinstance(opening.get("aperture_image"), str | os.PathLike):
+            opening["aperture_image"] = read_opening_image(opening["aperture_image"])
         given = {} if lens is None else _values_of(lens)
         given |= {name: float(value) for name, value in values.items() if value is not None}
         given |= {name: value for name, value in opening.items() if value is not None}

@@ -144,6 +144,8 @@ def blender_text(camera: CameraSamples) -> str:
     tracks = camera.lens_tracks
     lens = {path: _values(tracks[name]) for name, path in _PROPERTIES.items() if name in tracks}
     lens |= _diaphragm(camera)
+    if camera.aperture_image is not None:
+        lens['["aperture_image"]'] = camera.aperture_image.path
     focus = camera.focus_distance_m
     location, rotation = _placement(camera)
     fps, fps_base = _rate(camera.frames_per_second)

@@ -2,6 +2,7 @@
 
 import os
 import re
+from dataclasses import replace
 from pathlib import Path
 
 from heatlens.camera.blender_write import blender_text
@@ -14,12 +15,16 @@ from heatlens.camera.samples import CameraSamples, UpAxis
 from heatlens.camera.shoot_table import is_shoot_table, read_shoot_table, table_columns
 from heatlens.camera.usd_read import USD_SUFFIXES, read_usd_camera, split_prim
 from heatlens.camera.usd_write import METERS_PER_UNIT, usd_bytes
+from heatlens.documents.opening_images import image_beside, named_beside
 from heatlens.documents.shot_file import SHOT_SUFFIX
 from heatlens.errors import InputError
 from heatlens.files.atomic_file import write_whole
 
 WRITTEN = (".usda", ".usd", ".usdc", ".nk", ".json", ".csv", ".py")
 
+# Read again by heatlens, with the path of an aperture image relative to the file; of the others it
+# is absolute, for they are pasted anywhere.
+_MOVED_WITH_FILES = (*USD_SUFFIXES, ".json", ".csv")
 _AT_FRAME = re.compile(r"(.+\.csv)@(-?[0-9]{1,9})", re.IGNORECASE)
 _WITH_UNIT = (".usda", ".usd", ".usdc", ".nk")
 _UNIT_LEAST, _UNIT_MOST = 1e-6, 1e6  # metres; beyond them float32 cannot hold a lens and infinity
@@ -42,6 +47,9 @@ def write_camera(
         raise InputError(f"{path}: the name of a camera must end in {', '.join(WRITTEN)}.")
     if meters_per_unit is not None:
         _check_unit(path, meters_per_unit)
+    image = camera.aperture_image
+    if image is not None and suffix in _MOVED_WITH_FILES:
+        camera = replace(camera, aperture_image=named_beside(image, path.parent))
     data = _encoded(suffix, camera, meters_per_unit)
     write_whole(path, data)
 
@@ -60,10 +68,24 @@ def read_camera(text: str, scene_unit_m: float = 1.0, up_axis: UpAxis = "y") -> 
     `take.csv@1001` puts the first row of a shoot at frame 1001.
 
     Headers alone do not tell the unit of their world, which is `scene_unit_m` metres, and which
-    axis points up in it, which is `up_axis`. Raises InputError where there is no camera or the file
-    is damaged.
+    axis points up in it, which is `up_axis`.
+
+    Raises InputError where there is no camera, the file is damaged, or an aperture image that it
+    names cannot be read.
     """
     path, _ = split_prim(text)
+    camera = _camera_named(text, path, scene_unit_m, up_axis)
+    if camera.aperture_image is None:
+        return camera
+    try:
+        image = image_beside(camera.aperture_image, path.parent)
+    except InputError as error:
+        raise InputError(f"{path}: the aperture image that it names: {error}") from None
+    return replace(camera, aperture_image=image)
+
+
+def _camera_named(text: str, path: Path, scene_unit_m: float, up_axis: UpAxis) -> CameraSamples:
+    """Return the camera of `text`, whose file is `path`; an image that it names is not read."""
     suffix = path.suffix.lower()
     if suffix in USD_SUFFIXES:
         return read_usd_camera(text)

@@ -13,12 +13,14 @@ from heatlens.camera.rows import FRAME, PLACEMENT, Row, camera_of_rows, rows_of
 from heatlens.camera.samples import LENS_TRACKS, CameraSamples
 from heatlens.errors import InputError
 from heatlens.model.lens_model import LensModel
+from heatlens.model.opening_image import OpeningImage
 from heatlens.paths import file_bytes, unreadable
 
 _RATE = "frames_per_second"
 _UP = "up_axis"
 _MODEL = "lens_model"
-_WORDS = (_UP, _MODEL)  # columns that hold no number
+_IMAGE = "aperture_image"
+_WORDS = (_UP, _MODEL, _IMAGE)  # columns that hold no number
 # Row by row, acting on columns in metres.
 _CELLS = tuple(f"{PLACEMENT}_{row}{column}" for row in range(4) for column in range(4))
 _COLUMNS = (FRAME, *LENS_TRACKS, _RATE, *_WORDS, *_CELLS)
@@ -54,6 +56,8 @@ def read_csv_camera(path: Path) -> CameraSamples:
     others = {name: rows[0][name] for name in (_RATE, *_WORDS) if name in rows[0]}
     if _MODEL in others:
         others[_MODEL] = _model(path, others[_MODEL])
+    if _IMAGE in others:
+        others[_IMAGE] = OpeningImage(others[_IMAGE])
     try:
         return camera_of_rows(rows, name=path.stem, **others)
     except InputError as error:
@@ -65,6 +69,8 @@ def _written(camera: CameraSamples, row: Row) -> dict[str, Any]:
     cells |= {_RATE: camera.frames_per_second, _UP: camera.up_axis}
     if camera.lens_model is not None:
         cells[_MODEL] = camera.lens_model
+    if camera.aperture_image is not None:
+        cells[_IMAGE] = camera.aperture_image.path
     if PLACEMENT in row:
         numbers = (number for line in row[PLACEMENT] for number in line)
         cells |= dict(zip(_CELLS, numbers, strict=True))

@@ -58,7 +58,7 @@ def camera_before_plates(
         sensor_height_mm=(height_mm,) * frames.count,
         world_to_camera=placement,
         up_axis=up_axis,
-        notes=(*notes, height_note, *placement_notes),
+        notes=(*notes, height_note, *placement_notes, *_image_notes(shot.lens)),
     )
 
 
@@ -86,7 +86,11 @@ def camera_in_scene(
         _lens_camera(shot, name, frames),
         sensor_height_mm=(height_mm,) * frames.count,
         world_to_camera=tuple(_scene_placement(shot, scene, framing, frame) for frame in frames),
-        notes=(f"sensor height {height_mm:.4g} mm, {why}.", f"placement as in {scene.path}."),
+        notes=(
+            f"sensor height {height_mm:.4g} mm, {why}.",
+            f"placement as in {scene.path}.",
+            *_image_notes(shot.lens),
+        ),
     )
 
 
@@ -118,7 +122,19 @@ def _lens_camera(shot: Shot, name: str, frames: FrameRange) -> CameraSamples:
         **tracks,
         sensor_width_mm=(shot.lens.sensor_width_mm,) * frames.count,
         lens_model=shot.lens.model,
+        aperture_image=shot.lens.aperture_image,
         frames_per_second=shot.frames_per_second,
+    )
+
+
+def _image_notes(lens: Lens) -> tuple[str, ...]:
+    """Return what is to be said of an image, which no other program takes from a camera."""
+    image = lens.aperture_image
+    if image is None:
+        return ()
+    return (
+        f"the aperture image {image.path} is named beside the lens; heatlens reads it back, and "
+        "other programs do not render with it.",
     )
 
 

@@ -44,6 +44,8 @@ def first_values(camera: CameraSamples, kept: Collection[str] = ()) -> dict[str,
         values["blades"] = round(values["blades"])
     if camera.lens_model is not None and "model" not in kept:
         values["model"] = camera.lens_model
+    if camera.aperture_image is not None and "aperture_image" not in kept:
+        values["aperture_image"] = camera.aperture_image
     return values
 
 

@@ -9,6 +9,7 @@ from heatlens.camera.rows import FRAME, PLACEMENT, Row, camera_of_rows, rows_of
 from heatlens.camera.samples import LENS_TRACKS, CameraSamples
 from heatlens.files.json_record import JsonEntry, plain, read_json
 from heatlens.model.lens_model import LensModel
+from heatlens.model.opening_image import OpeningImage
 
 CAMERA_VERSION = 1
 
@@ -18,7 +19,8 @@ _CONVENTIONS = (
     "camera has x to the right, y up and looks along -z"
 )
 _MODEL = "lens_model"
-_TOP = (_VERSION, "conventions", "name", "frames_per_second", "up_axis", _MODEL, "samples")
+_IMAGE = "aperture_image"
+_TOP = (_VERSION, "conventions", "name", "frames_per_second", "up_axis", _MODEL, _IMAGE, "samples")
 
 
 def json_text(camera: CameraSamples) -> str:
@@ -30,6 +32,7 @@ def json_text(camera: CameraSamples) -> str:
         "frames_per_second": plain(camera.frames_per_second),
         "up_axis": camera.up_axis,
         **({} if camera.lens_model is None else {_MODEL: camera.lens_model}),
+        **({} if camera.aperture_image is None else {_IMAGE: camera.aperture_image.path}),
     }
     lines = [f"  {json.dumps(name)}: {json.dumps(value)}," for name, value in top.items()]
     samples = (
@@ -56,6 +59,8 @@ def read_json_camera(path: Path) -> CameraSamples:
         others["up_axis"] = entries["up_axis"].choice(("y", "z"))
     if _MODEL in entries:
         others[_MODEL] = entries[_MODEL].of_type(LensModel)
+    if _IMAGE in entries:
+        others[_IMAGE] = entries[_IMAGE].of_type(OpeningImage)
     return top.built(camera_of_rows, others)
 
 

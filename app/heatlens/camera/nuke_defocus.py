@@ -27,7 +27,8 @@ def has_shape(camera: CameraSamples) -> bool:
     """Return whether the opening is another than a round one."""
     tracks = camera.lens_tracks
     is_oval = set(tracks.get("squeeze", (1.0,))) != {1.0}
-    return is_oval or any(name in tracks for name in OPENING_TRACKS)
+    is_shaped = is_oval or any(name in tracks for name in OPENING_TRACKS)
+    return is_shaped or camera.aperture_image is not None
 
 
 def defocus_text(camera: CameraSamples, meters_per_unit: float) -> str:
@@ -45,6 +46,7 @@ def left_out(camera: CameraSamples) -> str:
     """Return in a sentence what the nodes cannot hold of the opening; "" where they hold all."""
     tracks = camera.lens_tracks
     names = [LENS_TRACKS[name] for name in _LEFT_OUT if name in tracks]
+    names += [] if camera.aperture_image is None else ["aperture image"]
     if not names:
         return ""
     words = " and ".join((", ".join(names[:-1]), names[-1])) if names[1:] else names[0]

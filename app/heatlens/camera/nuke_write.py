@@ -7,7 +7,7 @@ the opening of the lens is not round, the nodes that defocus follow, see `nuke_d
 from collections.abc import Iterator
 
 from heatlens.camera.nuke_defocus import defocus_text
-from heatlens.camera.nuke_knobs import curve_or_number, knob_value
+from heatlens.camera.nuke_knobs import curve_or_number, knob_value, quoted
 from heatlens.camera.placement import camera_to_world, euler_deg
 from heatlens.camera.samples import LENS_TRACKS, OPENING_TRACKS, CameraSamples, finite_m
 
@@ -38,11 +38,15 @@ def _lens(camera: CameraSamples, meters_per_unit: float) -> Iterator[str]:
         distances = [finite_m(value) / meters_per_unit for value in tracks["focus_distance_m"]]
         yield f"focal_point {knob_value(camera, distances)}"
     own = [name for name in (_NOMINAL, *OPENING_TRACKS) if name in tracks]
-    if own:
+    image = camera.aperture_image
+    if own or image is not None:
         yield "addUserKnob {20 heatlens}"
     for name in own:
         yield f'addUserKnob {{7 {name} l "{LENS_TRACKS[name]}"}}'
         yield f"{name} {knob_value(camera, tracks[name])}"
+    if image is not None:
+        yield 'addUserKnob {2 aperture_image l "aperture image"}'
+        yield f"aperture_image {quoted(image.path)}"
 
 
 def _placement(camera: CameraSamples, meters_per_unit: float) -> Iterator[str]:

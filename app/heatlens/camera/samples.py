@@ -16,6 +16,7 @@ from heatlens.model.frames import (
     check_frames_per_second,
 )
 from heatlens.model.lens_model import LensModel
+from heatlens.model.opening_image import OpeningImage
 
 Track = tuple[float, ...]  # a value at each frame
 UpAxis = Literal["y", "z"]
@@ -63,6 +64,7 @@ class CameraSamples:
     up_axis            the axis of the world that points up
     notes              sentences for the user
     blades and others  as in `Lens`; None where they are as without being told
+    aperture_image     as in `Lens`; one that a file names is read by `camera_file.read_camera`
 
     Raises InputError naming the frame where a value is impossible for a camera.
     """
@@ -88,6 +90,7 @@ class CameraSamples:
     rim: Track | None = None
     axial_colour_mm: Track | None = None
     widest_f_stop: Track | None = None
+    aperture_image: OpeningImage | None = None
 
     def __post_init__(self) -> None:
         _check_frames(self.frames)

@@ -13,6 +13,7 @@ from heatlens.camera.float32 import shortest
 from heatlens.camera.placement import Matrix, are_rigid, matrix_of
 from heatlens.camera.samples import INFINITE_M, CameraSamples, Track, UpAxis
 from heatlens.camera.usd_write import (
+    APERTURE_IMAGE,
     LENS_MODEL,
     MM_ATTRIBUTES,
     NOMINAL_F_STOP,
@@ -25,6 +26,7 @@ from heatlens.files.quiet import quiet_library
 from heatlens.files.usd_library import open_usd, read_usd_apart, usd_failures_told, usd_module
 from heatlens.model.frames import FrameRange, check_frame
 from heatlens.model.lens_model import LensModel
+from heatlens.model.opening_image import OpeningImage
 
 USD_SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
 
@@ -85,6 +87,7 @@ def usd_camera(text: str) -> CameraSamples:
                 frames=frames,
                 **_lens(opened, frames),
                 lens_model=_lens_model(opened),
+                aperture_image=_aperture_image(opened),
                 world_to_camera=placement,
                 up_axis=_up_axis(opened),
                 frames_per_second=opened.stage.GetTimeCodesPerSecond(),
@@ -170,6 +173,13 @@ def _lens_model(opened: _Stage) -> LensModel | None:
     told = opened.prim.GetAttribute(LENS_MODEL)
     name = told.Get() if told else None
     return LensModel(name) if name in list(LensModel) else None
+
+
+def _aperture_image(opened: _Stage) -> OpeningImage | None:
+    """Return the image that heatlens has named, unread; None where none is told."""
+    told = opened.prim.GetAttribute(APERTURE_IMAGE)
+    path = told.Get() if told else None
+    return OpeningImage(path) if isinstance(path, str) and path else None
 
 
 def _track(opened: _Stage, name: str, frames: tuple[int, ...], unit: float = 1.0) -> Track:

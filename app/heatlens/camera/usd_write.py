@@ -21,6 +21,7 @@ METERS_PER_UNIT = 0.01  # USD's default, with which focal lengths and apertures 
 SQUEEZE = "heatlens:squeeze"
 NOMINAL_F_STOP = "heatlens:nominalFStop"
 LENS_MODEL = "heatlens:lensModel"
+APERTURE_IMAGE = "heatlens:apertureImage"
 OPENING = {
     "blades": "heatlens:blades",
     "blade_rotation_deg": "heatlens:bladeRotation",
@@ -104,6 +105,9 @@ def _author_lens(prim: Any, camera: CameraSamples, meters_per_unit: float) -> No
         if name in tracks:
             _author_own(prim, attribute, camera, tracks[name])
     _author_proposed(prim, camera)
+    if camera.aperture_image is not None:
+        text = usd_module("Sdf").ValueTypeNames.String
+        prim.GetPrim().CreateAttribute(APERTURE_IMAGE, text).Set(camera.aperture_image.path)
     if camera.lens_model is not None:
         token = usd_module("Sdf").ValueTypeNames.Token
         prim.GetPrim().CreateAttribute(LENS_MODEL, token).Set(str(camera.lens_model))

@@ -6,6 +6,7 @@ from typing import Any
 
 from heatlens.commands.field_options import add_fields, attributes_of, flag_of, typed_fields
 from heatlens.commands.kit_options import add_kit_option, kit_values, lens_of_kit
+from heatlens.commands.say import say
 from heatlens.errors import InputError
 from heatlens.model.aperture import APERTURE_FIELDS
 from heatlens.model.filmback import filmback_named
@@ -14,6 +15,7 @@ from heatlens.model.measured_from import MeasuredFrom
 from heatlens.model.units import format_distance
 from heatlens.plate.focus_pick import depth_at_m, no_distances
 from heatlens.plate.header_lens import LensNotToldError, plate_lens
+from heatlens.plate.opening_picture import read_opening_image
 from heatlens.plate.plate import Plate
 
 # Without these no lens can be made; what the plate's header tells need not be given.
@@ -62,12 +64,25 @@ def sensor_width_of(args: argparse.Namespace) -> float | None:
 def given_lens(args: argparse.Namespace) -> dict[str, Any]:
     """Return the fields of Lens that the options give, except what --focus-at finds.
 
-    Raises InputError for an invalid distance, an unknown film back or an unknown lens kit.
+    Raises InputError for an invalid distance, an unknown film back, an unknown lens kit or an
+    aperture image that cannot be read.
     """
+    _read_image(args)
     values = {**kit_values(args), **typed_fields(args, Lens, (*_NEEDED, *_OTHERS))}
     _measure_from_pupil(values)
     width_mm = sensor_width_of(args)
     return values if width_mm is None else {**values, "sensor_width_mm": width_mm}
+
+
+def _read_image(args: argparse.Namespace) -> None:
+    """Put the picture of --aperture-image in the place of its path, once. Raises InputError."""
+    if not isinstance(args.aperture_image, str):
+        return
+    if args.blades or args.blade_curvature:
+        say("The aperture image takes the place of the blades, which do not count.")
+    args.aperture_image = read_opening_image(args.aperture_image)
+    for note in args.aperture_image.notes:
+        say(note)
 
 
 def _measure_from_pupil(values: dict[str, Any]) -> None:

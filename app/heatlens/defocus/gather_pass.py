@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import moderngl
 
 from heatlens.defocus.optics import Optics
+from heatlens.gpu.opening_textures import OpeningTextures
 from heatlens.gpu.program import ComputeProgram, groups_for
 from heatlens.gpu.program_versions import ProgramVersions
 from heatlens.gpu.shader_constants import DISC_RAMP_PX, PIXEL_GROUP
@@ -58,6 +59,7 @@ class GatherPass:
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._programs = ProgramVersions(lambda on: ComputeProgram(ctx, "gather.comp.glsl", on))
+        self._openings = OpeningTextures(ctx)
 
     def steps(
         self,
@@ -69,13 +71,14 @@ class GatherPass:
     ) -> Iterator[None]:
         """Fill `out_color`, RGBA as `color`; `weight` is scratch, RGBA for shapes not plain."""
         program = self._programs.with_(**optics.disc.switches)
+        textures = {"color_tx": color, "coc_tx": coc} | self._openings.of(optics.disc.aperture)
         reach = disc_reach_px(optics)
         parts = gather_steps(color.size, reach)
         first, last = parts[0].disc_first, parts[-1].disc_last
         for part in parts:
             program.dispatch(
                 (groups_for(color.size[0], PIXEL_GROUP), groups_for(part.band_rows, PIXEL_GROUP)),
-                textures={"color_tx": color, "coc_tx": coc},
+                textures=textures,
                 images={"sum_img": out_color, "weight_img": weight},
                 uniforms=optics.disc.uniforms
                 | {

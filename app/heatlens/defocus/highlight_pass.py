@@ -16,6 +16,7 @@ from heatlens.defocus.listed_fragments import (
 )
 from heatlens.defocus.optics import Optics
 from heatlens.gpu.draw_target import DrawTarget
+from heatlens.gpu.opening_textures import OpeningTextures
 from heatlens.gpu.program import ComputeProgram, DrawProgram, VertexArray, groups_for, pixel_groups
 from heatlens.gpu.program_versions import ProgramVersions
 from heatlens.gpu.shader_constants import HIGHLIGHT_BLOCK, HIGHLIGHT_GROUP
@@ -159,6 +160,7 @@ class HighlightListPass:
         self._plan = ComputeProgram(ctx, "highlight_plan.comp.glsl")
         self._write = ProgramVersions(lambda on: ComputeProgram(ctx, sprites, on))
         self._restore = ListProgram(ctx, "highlight_restore.comp.glsl")
+        self._openings = OpeningTextures(ctx)
 
     def steps(
         self,
@@ -183,7 +185,7 @@ class HighlightListPass:
         blocks = (groups_for(size[0], HIGHLIGHT_BLOCK), groups_for(size[1], HIGHLIGHT_BLOCK))
         groups = (groups_for(blocks[0], HIGHLIGHT_GROUP), groups_for(blocks[1], HIGHLIGHT_GROUP))
         high_tx = {"high_tx": high}
-        read_tx = high_tx | {"places_tx": places or high}
+        read_tx = high_tx | {"places_tx": places or high} | self._openings.of(optics.disc.aperture)
         shape = optics.disc.uniforms | {"has_places": places is not None}
         switches = optics.disc.switches
         restore_groups = pixel_groups(size)
@@ -227,6 +229,7 @@ class HighlightDrawPass:
         self._programs = ProgramVersions(lambda on: DrawProgram(ctx, "highlight_draw", defines=on))
         self._quads: dict[DrawProgram, tuple[moderngl.Buffer, VertexArray]] = {}
         self._target = DrawTarget(ctx)
+        self._openings = OpeningTextures(ctx)
 
     def steps(
         self,
@@ -265,7 +268,8 @@ class HighlightDrawPass:
                 "kind_tx": picture.kind,
                 "far_tx": picture.far,
                 "near_tx": picture.near,
-            },
+            }
+            | self._openings.of(optics.disc.aperture),
             uniforms=optics.disc.uniforms
             | {"picture_size": color.size, "nearest_px": optics.nearest_px}
             | list_uniforms(picture.lists),

@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from heatlens.defocus.optics import Optics
 from heatlens.gpu.draw_target import DrawTarget
+from heatlens.gpu.opening_textures import OpeningTextures
 from heatlens.gpu.program import ComputeProgram, DrawProgram, VertexArray, groups_for, pixel_groups
 from heatlens.gpu.program_versions import ProgramVersions
 from heatlens.gpu.shader_constants import (
@@ -101,6 +102,7 @@ class ScatterPass:
         self._over = ComputeProgram(ctx, "scatter_over.comp.glsl")
         self._quads: dict[DrawProgram, tuple[moderngl.Buffer, VertexArray]] = {}
         self._target = DrawTarget(ctx)
+        self._openings = OpeningTextures(ctx)
         self._command = ctx.buffer(reserve=16)
 
     def steps(
@@ -116,7 +118,8 @@ class ScatterPass:
         numbers = [int(n) for n in np.flatnonzero(totals)[::-1]]
         sums = [float(s) for s in disc_sums(optics.disc)] if optics.disc.is_plain else []
         largest_px = max(abs(optics.nearest_px), abs(optics.farthest_px))
-        inputs = ({"color_tx": color, "coc_tx": coc}, optics.disc, sums)
+        textures = {"color_tx": color, "coc_tx": coc} | self._openings.of(optics.disc.aperture)
+        inputs = (textures, optics.disc, sums)
         self._target.around(targets.light, targets.cover).clear()
         first = 0
         for number in numbers:

@@ -24,7 +24,12 @@ _SWEEP, _PARTITION, _CYCLIC = (f"solve_{n}.comp.glsl" for n in ("sweep", "partit
 _STRATEGIES = (_SWEEP, _PARTITION, _CYCLIC)
 _STAGES = ("LOAD", "REDUCE", "SUBSTITUTE", "STORE")
 _COUNTED = ("highlight_sprites.comp.glsl", "peel_lists.comp.glsl", "scatter_sort.comp.glsl")
-_SHAPES = ({"SHAPED": 1}, {"SHAPED": 1, "COLORED": 1})  # of openings that are no ellipses
+_SHAPES = (  # of openings that are no ellipses
+    {"SHAPED": 1},
+    {"SHAPED": 1, "COLORED": 1},
+    {"SHAPED": 1, "IMAGED": 1},
+    {"SHAPED": 1, "COLORED": 1, "IMAGED": 1},
+)
 _PLAIN = ("pyramid_read.comp.glsl",)  # asks for the width of the opening alone
 _OF_SMALLER_LAYERS = ("layer_split.comp.glsl", "composite.comp.glsl")
 # What a scene has decides which of these are defined; PEEL is for what lies behind others.

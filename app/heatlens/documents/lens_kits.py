@@ -1,12 +1,14 @@
 """Lens kits as files: those that come with heatlens, and the user's own beside the preferences.
 
-A file holds one kit, in the fields of `LensKit`, `KitLens` and `LensCharacter`.
+A file holds one kit, in the fields of `LensKit`, `KitLens` and `LensCharacter`; the path of an
+aperture image is relative to it.
 """
 
 import json
 from dataclasses import dataclass
 from pathlib import Path
 
+from heatlens.documents.opening_images import image_beside, kit_with_image
 from heatlens.errors import InputError
 from heatlens.files.json_record import read_json, record_to_json
 from heatlens.folders import kits_dir
@@ -76,7 +78,11 @@ def read_kit(path: Path) -> LensKit:
     for name in ("name", "words", "lenses"):
         if name not in entries:
             top.refuse(f"the entry {name!r} is missing")
-    return top.built(LensKit, {n: e.of_type(_FIELDS[n]) for n, e in entries.items()})
+    kit: LensKit = top.built(LensKit, {n: e.of_type(_FIELDS[n]) for n, e in entries.items()})
+    try:
+        return kit_with_image(kit, lambda image: image_beside(image, path.parent))
+    except InputError as error:
+        top.refuse(f"the aperture image that it names: {error}")
 
 
 def kit_text(kit: LensKit) -> str:

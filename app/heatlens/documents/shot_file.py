@@ -1,7 +1,7 @@
 """name.heatlens.json: a shot as a file that people can read, and compare line by line.
 
 Distances, lengths and frames carry their units in the names of the entries. The path of the plate
-is relative to the file, so that a shot moves together with its plate.
+is relative to the file, so that a shot moves together with its plate and its aperture image.
 """
 
 import json
@@ -12,7 +12,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from heatlens.documents.opening_images import image_beside, named_beside, shot_with_images
+from heatlens.errors import InputError
 from heatlens.files.atomic_file import write_whole
+from heatlens.files.beside import path_beside, path_from
 from heatlens.files.json_record import JsonEntry, plain, read_json, record_to_json
 from heatlens.model.curve import Curve, Key
 from heatlens.model.frames import FrameRange
@@ -52,7 +55,8 @@ def read_shot(path: str | os.PathLike[str]) -> Shot:
     """Read the shot of a file; its source becomes an absolute path.
 
     Raises InputError that names the file and the place in it where it is damaged, impossible, or of
-    an unknown version.
+    an unknown version, and where an aperture image is not there or cannot be read: without it other
+    discs would be drawn.
     """
     path = Path(path)
     top = read_json(path)
@@ -75,7 +79,10 @@ def read_shot(path: str | os.PathLike[str]) -> Shot:
         values["marks"] = tuple(_mark(entry) for entry in entries["marks"].items())
     shot = top.built(Shot, values | {"curves": _curves(entries)})
     _check_keys(top, shot)
-    return shot
+    try:
+        return shot_with_images(shot, lambda image: image_beside(image, path.parent))
+    except InputError as error:
+        top.refuse(f"the aperture image that it names: {error}")
 
 
 def is_shot_file(text: str) -> bool:
@@ -122,6 +129,7 @@ def shot_to_json(shot: Shot, folder: str | os.PathLike[str]) -> dict[str, Any]:
     """Return the entries of the file, for one that lies in `folder`."""
     options = _with_files_beside(shot.plate_options, lambda text: _relative(text, folder))
     shot = replace(shot, plate_options=options)
+    shot = shot_with_images(shot, lambda image: named_beside(image, folder))
     fields = {
         name: plain(value)
         for name, (field, _) in _FIELDS.items()
@@ -220,19 +228,12 @@ def _relative(source: str, folder: str | os.PathLike[str]) -> str:
     """Return the path relative to the folder of the file, or absolute where they share none."""
     if source in _NAMES and not os.path.exists(source):
         return source
-    absolute = os.path.abspath(source)
-    try:
-        shared = os.path.commonpath([absolute, os.path.abspath(folder)])
-    except ValueError:  # on two drives
-        return absolute
-    if shared == os.path.dirname(shared):
-        return absolute
-    return Path(os.path.relpath(absolute, folder)).as_posix()
+    return path_beside(source, folder)
 
 
 def _absolute(source: str, path: Path) -> str:
     """Return a path of the file as an absolute one, from the folder of the file at `path`."""
     if not source or "\0" in source:  # no path, which Shot says better
         return source
-    absolute = os.path.abspath(os.path.join(path.parent, source))
+    absolute = path_from(source, path.parent)
     return source if source in _NAMES and not os.path.exists(absolute) else absolute

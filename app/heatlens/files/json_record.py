@@ -15,6 +15,7 @@ from types import NoneType
 from typing import Any, Literal, NoReturn, TypeVar, get_args, get_origin, get_type_hints
 
 from heatlens.errors import HeatlensError, InputError
+from heatlens.model.opening_image import OpeningImage
 from heatlens.paths import file_bytes, unreadable
 
 T = TypeVar("T")
@@ -32,7 +33,9 @@ def record_to_json(record: Any) -> dict[str, Any]:
 
 
 def plain(value: Any) -> Any:
-    """Return the JSON value of a number, a text, a choice or a dataclass."""
+    """Return the JSON value of a number, a text, a choice, an image by its path or a dataclass."""
+    if isinstance(value, OpeningImage):
+        return value.path
     if is_dataclass(value):
         return record_to_json(value)
     if isinstance(value, Enum):
@@ -128,6 +131,8 @@ class JsonEntry:
             return self.row(get_args(hint))
         if get_origin(hint) is Literal:
             return self.choice(get_args(hint))
+        if hint is OpeningImage:
+            return OpeningImage(self.text())  # whoever knows the folder reads it
         if is_dataclass(hint):
             return self.record(hint)  # type: ignore[arg-type]
         if issubclass(hint, Enum):

@@ -8,6 +8,7 @@ import re
 from collections.abc import Mapping
 
 from heatlens.model.opening import FIELD_STEPS, RIM_MOST, RIM_POWER
+from heatlens.model.opening_image import BARREL_STEPS, IMAGE_SIDE
 from heatlens.model.settings import LAYERS_MAX
 from heatlens.model.value_bins import BINS as DEPTH_BINS
 
@@ -67,6 +68,8 @@ _OF_THE_MODEL = {
     "FIELD_STEPS": FIELD_STEPS,
     "RIM_MOST": RIM_MOST,
     "RIM_POWER": RIM_POWER,
+    "BARREL_STEPS": BARREL_STEPS,
+    "IMAGE_SIDE": IMAGE_SIDE,
 }
 SHADER_CONSTANTS: Mapping[str, str] = {
     name: _glsl(value)

@@ -5,6 +5,7 @@ behind the lens. `model/pupil.py` gives an opening a size, so that a scene is se
 `model/disc_shape.py` is its image in a picture. Circles and ellipses are simple enough for these
 files and shaders/lib/aperture.lib.glsl; all else about a shape is in `model/opening.py` and
 shaders/lib/shaped_aperture.lib.glsl. tests/defocus/test_aperture_on_gpu.py holds both together.
+A picture in the place of the diaphragm is in `model/opening_image.py`.
 
 A new property of the opening is a field of `Aperture`, from which `Lens` and the command line have
 it, a uniform in `shape_uniforms`, and its geometry in those two files. Passes, renderers and
@@ -22,6 +23,7 @@ from numpy.typing import ArrayLike, NDArray
 from heatlens.errors import LensError
 from heatlens.model import opening
 from heatlens.model.opening import Blades
+from heatlens.model.opening_image import ImageGrid, OpeningImage
 from heatlens.model.option import option, options_of
 
 BLADES_LEAST, BLADES_MOST = 3, 16
@@ -43,6 +45,8 @@ class Aperture:
     rim                 brightness of a disc's rim behind the focus, -1 none to 1 a bright ring; in
                         front of the focus it is the other way round
     axial_colour_mm     how much farther behind the lens red comes to its focus than blue
+    aperture_image      a picture of the light that the opening lets through; blades do not count
+                        then, but their rotation turns the picture
     stopped_down        diameter of the widest opening over that of this one, at least 1
 
     Raises LensError naming the value and what it may be.
@@ -74,7 +78,7 @@ class Aperture:
         metadata=option(
             "blade rotation",
             "degrees anticlockwise, as a lamp behind the focus shows it; at 0 (default) a corner "
-            "points up",
+            "points up, and an aperture image stands upright",
             metavar="DEGREES",
             least=-360.0,
             most=360.0,
@@ -123,12 +127,22 @@ class Aperture:
             most=5.0,
         ),
     )
+    aperture_image: OpeningImage | None = field(
+        default=None,
+        metadata=option(
+            "aperture image",
+            "a picture (PNG, JPEG, EXR, TIFF) in the place of the blades: white lets light through "
+            "and black none; its square is the box around the round opening, and lamps behind the "
+            "focus show it upright, those in front of it on its head",
+            metavar="FILE",
+        ),
+    )
     stopped_down: float = 1.0
 
     def __post_init__(self) -> None:
         for name, told in options_of(Aperture).items():
             value = getattr(self, name)
-            if not told.allows(value):
+            if told.least is not None and not told.allows(value):
                 raise LensError(
                     f"The {told.words} must be between {told.least:g} and {told.most:g}, "
                     f"got {value:g}."
@@ -146,9 +160,19 @@ class Aperture:
 
     @property
     def diaphragm(self) -> Blades:
-        """The blades, as the functions of `model/opening.py` take them."""
+        """The blades, as the functions of `model/opening.py` take them; none with an image."""
         turn = math.radians(90.0 + self.blade_rotation_deg)
-        return Blades(self.blades, turn, self.blade_curvature)
+        blades = self.blades if self.aperture_image is None else 0
+        return Blades(blades, turn, self.blade_curvature)
+
+    @property
+    def grid(self) -> ImageGrid | None:
+        """The light of the image, turned as it stands in the lens; None without an image.
+
+        Raises LensError where the file of the image was not read.
+        """
+        image = self.aperture_image
+        return None if image is None else image.grid(self.blade_rotation_deg)
 
     @property
     def half_extents(self) -> Pair:
@@ -164,15 +188,26 @@ class Aperture:
     @property
     def round_area(self) -> float:
         """Area in square radii before the squeeze; pi for a round opening."""
-        return math.pi if self.blades == 0 else _light(self.diaphragm, 0.0)
+        return math.pi if self.diaphragm.number == 0 else _light(self.diaphragm, 0.0)
 
     @property
     def spreads(self) -> Pair:
         """Standard deviation of a disc in front of the focus and behind it, over a round disc's."""
         if self.is_plain:
             return 1.0, 1.0
-        front, behind = (_variance(self.diaphragm, rim) for rim in (-self.rim, self.rim))
+        front, behind = (self._variance(rim) for rim in (-self.rim, self.rim))
         return math.sqrt(4 * front), math.sqrt(4 * behind)
+
+    def _variance(self, rim: float) -> float:
+        if self.aperture_image is not None:
+            return _image_variance(self.aperture_image, rim)
+        return _variance(self.diaphragm, rim)
+
+    def light(self, rim: float) -> float:
+        """Return the light of a disc with a rim, in square radii before the squeeze."""
+        if self.aperture_image is not None:
+            return _image_light(self.aperture_image, rim)
+        return _light(self.diaphragm, rim)
 
     def covers(self, u: ArrayLike, v: ArrayLike) -> NDArray[np.bool_]:
         """Return whether light passes at the points (u, v), of the shape of the arguments.
@@ -181,6 +216,9 @@ class Aperture:
         """
         across, up = self.half_extents
         x, y = np.divide(u, across), np.divide(v, up)
+        grid = self.grid
+        if grid is not None:
+            return np.asarray(grid.cover(x, y, (0.0, 0.0)) > 0.0)
         if self.blades == 0:
             return np.asarray(np.hypot(x, y) <= 1.0)
         return np.asarray(opening.past_blades(x, y, self.diaphragm)[0] <= 0.0)
@@ -190,10 +228,14 @@ class Aperture:
 
         Equal areas of the square become equal areas of the opening, so that even points stay even.
         `radius` is that of the lens and gives the points its unit. Neighbours stay neighbours,
-        as quasi-random points need it: this is the concentric map of Shirley and Chiu 1997.
-        Barrel and rim are left to whoever weighs the points.
+        as quasi-random points need it: this is the concentric map of Shirley and Chiu 1997. With
+        an image equal areas become equal light. Barrel and rim are left to whoever weighs the
+        points.
         """
         across, up = self.half_extents
+        grid = self.grid
+        if grid is not None:
+            return grid.points(square) * (across * radius, up * radius)
         points = _concentric_disc(square)
         if self.blades:
             points = opening.between_blades(points, self.diaphragm)
@@ -211,13 +253,14 @@ def of_aperture(name: str) -> Any:
 
 def shape_uniforms(aperture: Aperture) -> dict[str, object]:
     """Return what lib/shaped_aperture.lib.glsl needs to know of the shape alone."""
-    blades = aperture.diaphragm
+    blades, grid = aperture.diaphragm, aperture.grid
     return {
         "aperture_blades": blades.number,
         "aperture_turn": blades.turn,
         "aperture_curvature": blades.curvature,
         "aperture_rim": aperture.rim,
-        "aperture_lights": tuple(_light(blades, rim) for rim in (-aperture.rim, aperture.rim)),
+        "aperture_lights": tuple(aperture.light(rim) for rim in (-aperture.rim, aperture.rim)),
+        **({} if grid is None else {"aperture_image_scale": grid.scale}),
     }
 
 
@@ -229,6 +272,19 @@ def _light(blades: Blades, rim: float) -> float:
 @lru_cache(maxsize=64)
 def _variance(blades: Blades, rim: float) -> float:
     return opening.variance(blades, rim)
+
+
+# Neither light nor variance is another one where the image is turned.
+
+
+@lru_cache(maxsize=64)
+def _image_light(image: OpeningImage, rim: float) -> float:
+    return image.grid().light(None, rim)
+
+
+@lru_cache(maxsize=64)
+def _image_variance(image: OpeningImage, rim: float) -> float:
+    return image.grid().variance(rim)
 
 
 def _concentric_disc(square: Array) -> Array:

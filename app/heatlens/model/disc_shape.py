@@ -45,7 +45,11 @@ class DiscShape:
     @property
     def switches(self) -> dict[str, bool]:
         """What of lib/aperture.lib.glsl a build has to define for this disc."""
-        return {"SHAPED": not self.is_plain, "COLORED": self.axial_px != 0.0}
+        return {
+            "SHAPED": not self.is_plain,
+            "COLORED": self.axial_px != 0.0,
+            "IMAGED": self.aperture.aperture_image is not None,
+        }
 
     @property
     def half_extents(self) -> Pair:
@@ -80,10 +84,15 @@ class DiscShape:
         """
         across, down = self.half_extents
         shape = math.pi if self.is_plain else self._light_of_shape(radius_px, place_px)
-        return radius_px**2 * shape * across * down + math.pi * ramp_px**2 / 3
+        # The ramp of an image is a mean over boxes, which keeps the light.
+        widened = 0.0 if self.aperture.aperture_image is not None else math.pi * ramp_px**2 / 3
+        return radius_px**2 * shape * across * down + widened
 
     def _light_of_shape(self, radius_px: float, place_px: Pair) -> float:
         rim = math.copysign(1.0, radius_px) * self.aperture.rim
+        grid = self.aperture.grid
+        if grid is not None:
+            return grid.light(self._barrel(place_px), rim)
         return opening.light(self.aperture.diaphragm, self._barrel(place_px), rim)
 
     def _barrel(self, place_px: Pair) -> Barrel | None:
@@ -119,15 +128,16 @@ class DiscShape:
     ) -> Array:
         across, down = self.half_extents
         u, v = np.divide(x, across * radius_px), -np.divide(y, down * radius_px)
-        rims = [opening.past_blades(u, v, self.aperture.diaphragm)]
-        barrel = self._barrel(place_px)
+        grid, barrel = self.aperture.grid, self._barrel(place_px)
+        rims = [] if grid is not None else [opening.past_blades(u, v, self.aperture.diaphragm)]
         if barrel is not None:
             rims.append(opening.past_barrel(u, v, barrel))
-        to_rim = np.min(
-            [-past / np.maximum(np.hypot(a / across, b / down), 1e-6) for past, a, b in rims],
-            axis=0,
-        )
+        to_rims = [-past / np.maximum(np.hypot(a / across, b / down), 1e-6) for past, a, b in rims]
+        to_rim = np.min(to_rims, axis=0) if to_rims else np.inf
         inside = np.clip((to_rim * abs(radius_px) + ramp_px) / (2 * ramp_px), 0, 1)
+        if grid is not None:
+            half_sides = ramp_px / (across * abs(radius_px)), ramp_px / (down * abs(radius_px))
+            inside = inside * grid.cover(u, v, half_sides)
         rim = math.copysign(1.0, radius_px) * self.aperture.rim
         return np.asarray(inside * opening.profile(np.minimum(u**2 + v**2, 1.0), rim))
 

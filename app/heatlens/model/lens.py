@@ -8,6 +8,7 @@ from heatlens.errors import LensError
 from heatlens.model.aperture import APERTURE_FIELDS, Aperture, of_aperture
 from heatlens.model.lens_model import LensModel
 from heatlens.model.measured_from import MeasuredFrom
+from heatlens.model.opening_image import OpeningImage
 from heatlens.model.option import Option, option, options_of
 from heatlens.model.units import parse_distance_m
 
@@ -33,7 +34,7 @@ class Lens:
                        nearer one is rendered all the same, and `pull.frames_too_close` finds it
     model              whose discs it makes: those of a real lens, or those of a CG renderer
     breathing          width of the view at close focus over that at infinity; see `breathing`
-    blades to axial_colour_mm  as in `Aperture`
+    blades to aperture_image  as in `Aperture`
     widest_f_stop      with the ring fully open; None where unknown: the barrel then cuts alike at
                        every stop
     measured_from      where distances begin that people read; those here are from the pupil
@@ -97,6 +98,9 @@ class Lens:
     cat_eye: float = of_aperture("cat_eye")
     rim: float = of_aperture("rim")
     axial_colour_mm: float = of_aperture("axial_colour_mm")
+    aperture_image: OpeningImage | None = field(
+        default=None, metadata=of_aperture("aperture_image").metadata
+    )
     widest_f_stop: float | None = field(
         default=None,
         metadata=option(

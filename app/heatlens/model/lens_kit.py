@@ -10,6 +10,7 @@ from typing import Any
 
 from heatlens.errors import InputError, LensError
 from heatlens.model.lens import Lens
+from heatlens.model.opening_image import OpeningImage
 
 _LENGTHS_MM = (1.0, 5000.0)
 _STOPS = (0.5, 64.0)
@@ -90,6 +91,7 @@ class LensCharacter:
     cat_eye: float = 0.0
     rim: float = 0.0
     axial_colour_mm: float = 0.0
+    aperture_image: OpeningImage | None = None
 
     def __post_init__(self) -> None:
         probe = Lens(50.0, 2.8, 2.0, 36.0)

@@ -6,6 +6,7 @@ from functools import lru_cache
 
 from heatlens.model.aperture import Aperture
 from heatlens.model.opening import FIELD_STEPS, Barrel, variances
+from heatlens.model.opening_image import BARREL_STEPS
 
 Pair = tuple[float, float]
 
@@ -42,7 +43,9 @@ class PictureField:
         """Return what lib/shaped_aperture.lib.glsl needs of it."""
         most = _shift_most(aperture)
         per_px = most / self.half_diagonal_px
+        image = aperture.aperture_image
         return {
+            **({} if image is None else {"aperture_image_passed": _parts_past_barrel(aperture)}),
             "aperture_middle_px": self.middle_px,
             "aperture_shift_per_px": (per_px, -per_px / pixel_aspect_ratio),
             "aperture_shift_most": most,
@@ -85,6 +88,19 @@ def field_variances(shift: float, radius: float) -> tuple[Pair, ...]:
         along, across = variances(Barrel((shift * step / (FIELD_STEPS - 1), 0.0), radius))
         found.append((4 * along, 4 * across))
     return tuple(found)
+
+
+@lru_cache(maxsize=64)
+def _parts_past_barrel(aperture: Aperture) -> list[Pair]:
+    """Return what `ImageGrid.parts_past_barrel` does, in front of the focus and behind it."""
+    grid = aperture.grid
+    if grid is None or aperture.cat_eye == 0.0:
+        return [(1.0, 1.0)] * (BARREL_STEPS + 1) * (2 * BARREL_STEPS + 1)
+    most, radius = _shift_most(aperture), aperture.stopped_down
+    rims = dict.fromkeys((-aperture.rim, aperture.rim))  # one where it is flat
+    sides = [grid.parts_past_barrel(most, radius, rim).ravel().tolist() for rim in rims]
+    front, behind = sides[0], sides[-1]
+    return list(zip(front, behind, strict=True))
 
 
 def _shift_most(aperture: Aperture) -> float:

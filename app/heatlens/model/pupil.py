@@ -35,6 +35,12 @@ class Pupil:
         """Return whether every point of its ellipse lets the same light through."""
         return self.aperture.is_plain
 
+    @property
+    def switches(self) -> dict[str, bool]:
+        """What of lib/aperture.lib.glsl a build has to define for this pupil."""
+        is_image = self.aperture.aperture_image is not None
+        return {"SHAPED": not self.is_plain, "IMAGED": is_image}
+
     def points_m(self, square: Array) -> Array:
         """Return points (n, 2) of the opening in metres; see `Aperture.points`."""
         return self.aperture.points(square, self.radius_m)

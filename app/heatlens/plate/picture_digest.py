@@ -18,5 +18,10 @@ def digest(facts: Mapping[str, Any]) -> str:
 
 
 def without_advice(lens: Lens) -> Lens:
-    """Return the lens without the values that warn and measure, but leave every pixel as it is."""
-    return replace(lens, acceptable_coc_mm=None, close_focus_m=None)
+    """Return the lens without the values that warn and measure, but leave every pixel as it is.
+
+    An aperture image is known by the digest of its light, and not by the path of its file.
+    """
+    image = lens.aperture_image
+    named = None if image is None else replace(image, path=image.digest)
+    return replace(lens, acceptable_coc_mm=None, close_focus_m=None, aperture_image=named)

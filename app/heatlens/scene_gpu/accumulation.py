@@ -61,7 +61,8 @@ class Accumulation:
         if self._key != (key, view.size) or self._count > views:
             self._key, self._count = (key, view.size), 0
         if self._count == views:
-            self._add(out, _weighing(pupil, view, (0.0, 0.0), _ALL_COLORS), is_new=False)
+            weighing = _weighing(pupil, view, (0.0, 0.0), _ALL_COLORS)
+            self._add(out, pupil, weighing, is_new=False)
             return
         offsets, jitters = lens_samples(self._count, views, pupil)
         for (u, v), (x, y) in zip(offsets.tolist(), jitters.tolist(), strict=True):
@@ -71,7 +72,8 @@ class Accumulation:
                 yield from self._draw(focused, not pupil.is_plain)
                 weighing = _weighing(pupil, focused, (u, v), colors)
                 is_last = colors[2] == 1.0
-                self._add(out, weighing, is_new=True, is_first=number == 0 and colors[0] == 1.0)
+                is_first = number == 0 and colors[0] == 1.0
+                self._add(out, pupil, weighing, is_new=True, is_first=is_first)
                 self._count += is_last
                 yield "view" if is_last else "band"
 
@@ -88,6 +90,7 @@ class Accumulation:
     def _add(
         self,
         out: moderngl.Texture,
+        pupil: Pupil,
         weighing: dict[str, object] | None,
         is_new: bool,
         is_first: bool = False,
@@ -98,7 +101,7 @@ class Accumulation:
         if weighing is not None:
             textures["depth_tx"] = self._pool.texture("depth", out.size, 1)
             images["weight_img"] = self._pool.texture("weight", out.size, 4)
-        self._programs.with_(SHAPED=weighing is not None).dispatch(
+        self._programs.with_(**pupil.switches).dispatch(
             pixel_groups(out.size),
             textures=textures,
             images=images,

@@ -10,6 +10,7 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
+from heatlens.gpu.opening_textures import OpeningTextures
 from heatlens.gpu.program import ComputeProgram, groups_for
 from heatlens.gpu.shader_constants import RAY_GROUP
 from heatlens.gpu.textures import TexturePool
@@ -33,6 +34,7 @@ class RayTracer:
         self._defines: dict[str, int] = {}
         self._program = ComputeProgram(ctx, _SHADER)
         self._pool = TexturePool(ctx)
+        self._openings = OpeningTextures(ctx)
         self._trees: SceneTrees | None = None
         self._key: object = None
         self._count = 0
@@ -60,10 +62,11 @@ class RayTracer:
             self._key, self._count = wanted, 0
             self._place()
         self._fit_program(self._raster.buffers.defines, pupil)
+        opening = self._openings.of(pupil.aperture)
         uniforms = self._uniforms(view, pupil) | {"seed": seed, "pixel_side_px": pixel_side_px}
         for count in range(min(self._count + 1, rays), rays + 1):
             for row in range(0, view.size[1], _band_rows(view.size[0])):
-                self._add(out, uniforms | {"rays": count, "band_start": row})
+                self._add(out, opening, uniforms | {"rays": count, "band_start": row})
                 yield "rays"
             self._count = count
 
@@ -79,8 +82,7 @@ class RayTracer:
     def _fit_program(self, scene: dict[str, int], pupil: Pupil) -> None:
         """Build the program with only those features that scene and lens use."""
         defines = {name: value for name, value in scene.items() if name in _DEFINES}
-        if not pupil.is_plain:
-            defines["SHAPED"] = 1
+        defines |= {name: 1 for name, is_on in pupil.switches.items() if is_on}
         if defines != self._defines:
             fit = ComputeProgram(self._ctx, _SHADER, defines)
             self._program.release()
@@ -103,7 +105,12 @@ class RayTracer:
             }
         )
 
-    def _add(self, out: moderngl.Texture, uniforms: dict[str, object]) -> None:
+    def _add(
+        self,
+        out: moderngl.Texture,
+        opening: dict[str, moderngl.Texture],
+        uniforms: dict[str, object],
+    ) -> None:
         """Add one ray to each pixel of a band that does not have as many already."""
         assert self._trees is not None
         rows = min(_band_rows(out.width), out.height)
@@ -112,7 +119,11 @@ class RayTracer:
             images["weight_img"] = self._pool.texture("weight", out.size, 4)
         self._program.dispatch(
             (groups_for(out.width, RAY_GROUP), groups_for(rows, RAY_GROUP)),
-            textures={"maps_tx": self._raster.buffers.maps, "shadow_tx": self._raster.shadow_map},
+            textures={
+                "maps_tx": self._raster.buffers.maps,
+                "shadow_tx": self._raster.shadow_map,
+                **opening,
+            },
             images=images,
             buffers=self._trees.storage,
             uniforms=uniforms | {"top_root": self._trees.root, "is_first": self._count == 0},
@@ -123,6 +134,7 @@ class RayTracer:
         if self._trees is not None:
             self._trees.release()
         self._program.release()
+        self._openings.release()
         self._pool.release()
 
 

@@ -14,6 +14,7 @@ from heatlens.sequence.depth_files import picture_and_depth
 from heatlens.session.camera_import import CameraImport
 from heatlens.session.editing import Editing
 from heatlens.session.folder_walk import Chosen, Purpose
+from heatlens.session.image_import import OpeningImageImport
 from heatlens.session.open_source import OpenSource
 from heatlens.session.picture_commands import PictureCommands
 from heatlens.session.plate_reading import PlateReading
@@ -56,6 +57,13 @@ PURPOSES = {
             "Import",
             (".usd", ".usda", ".usdc", ".usdz", ".json", ".csv"),
             "Focal length, f-stop, focus and film back, with keys for what moves.",
+        ),
+        Purpose(
+            "opening",
+            "Take a picture as the opening of the lens",
+            "Take",
+            (".exr", *PICTURES_READ),
+            "White lets light through, black none.   Lamps behind the focus show it upright.",
         ),
         Purpose(
             "sheet",
@@ -103,6 +111,7 @@ class FileCommands:
         self._say = say
         self.reading = PlateReading(source, editing, preferences)
         self.cameras = CameraImport(editing, say, wake)
+        self.openings = OpeningImageImport(editing, say, wake)
         # set by the session: takes the path and the title
         self.write_sheet: Callable[[Path, str], None] = lambda _path, _title: None
 
@@ -205,6 +214,10 @@ class FileCommands:
             self.reading.add_behind(chosen.entry, chosen.path)
         elif key == "camera":
             self.cameras.begin(chosen.path)
+        elif key == "opening":
+            self.openings.begin(
+                chosen.entry.file_at(self._editing.frame) if chosen.entry else chosen.path
+            )
         elif key == "save shot":
             self._documents.save_as(chosen.path.absolute())
         elif key == "sheet":
@@ -229,6 +242,7 @@ class FileCommands:
         self.reading.follow()
         self._follow_stream()
         self.cameras.poll()
+        self.openings.poll()
 
     def _follow_stream(self) -> None:
         """Read a stream's frames as the Plate panel wishes, or as the shot does after an undo.

@@ -96,7 +96,8 @@ class DockedPanels:
             with listening() as drawn:
                 session.editing.edit_lens(lens_panel(session.lens, facts, session.say))
             kit_panel(session.shot.kit, session.lens, kits)
-            session.editing.edit_lens(opening_panel(session.lens, session.say))
+            ask_image = partial(self._ui.dialogs.ask, "opening")
+            session.editing.edit_lens(opening_panel(session.lens, session.say, ask_image))
             session.editing.edit(
                 replace(session.shot, defocus=blur_panel(session.shot.defocus, session.has_scene))
             )

@@ -1,8 +1,11 @@
 """The opening of the lens: its blades, barrel, rim and colours, drawn as a lamp would show it."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import lru_cache
+from itertools import pairwise
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,8 +15,10 @@ from numpy.typing import NDArray
 from heatlens.errors import LensError
 from heatlens.model import opening
 from heatlens.model.aperture import BLADES_LEAST, BLADES_MOST, Aperture
+from heatlens.model.disc_shape import DiscShape
 from heatlens.model.lens import Lens
 from heatlens.model.picture_field import PictureField
+from heatlens.printable import printable
 from heatlens.session.messages import Problem
 from heatlens.ui import probe, theme, widgets
 
@@ -23,29 +28,34 @@ _RINGS = 14  # of even brightness, from outside in
 _BRIGHTEST = 2.2  # mean light of a disc over this is drawn white
 _SHAPE = (1600, 900)  # of the picture whose corner is drawn
 _AXIAL_MOST_MM = 1.0
+_CELLS = 64  # of the drawing of an image, each way
+_GREYS = 32
 _LIMITS = {"cat_eye": (0.0, 1.0), "rim": (-1.0, 1.0), "blade_curvature": (0.0, 1.0)}
 
 Points = NDArray[np.float64]
 Say = Callable[[str], None]
 
 
-def opening_panel(lens: Lens, say: Say) -> Lens:
-    """Draw the shape of the opening; return the lens as the user left it."""
+def opening_panel(lens: Lens, say: Say, ask_image: Callable[[], None]) -> Lens:
+    """Draw the shape of the opening; return the lens as the user left it.
+
+    `ask_image` asks for a picture in the place of the blades.
+    """
     try:
-        return _opening(lens, say)
+        return _opening(lens, say, ask_image)
     except LensError as error:  # two values that do not go together: the step is not taken
         say(Problem(error))
         return lens
 
 
-def _opening(lens: Lens, say: Say) -> Lens:
+def _opening(lens: Lens, say: Say, ask_image: Callable[[], None]) -> Lens:
     flags = 0 if lens.aperture.is_plain else imgui.TreeNodeFlags_.default_open
     is_open = imgui.collapsing_header("Opening", flags)
     probe.note("opening")
     if not is_open:
         return lens
     _drawings(lens.aperture)
-    lens = _blades(lens)
+    lens = _blades(_image(lens, ask_image))
     for name, words, tip in (
         ("cat_eye", "cat's eye", "How far the barrel cuts the discs in the corners."),
         ("rim", "rim", "Behind the focus: 1 a bright ring, -1 a soft one. In front the reverse."),
@@ -56,15 +66,40 @@ def _opening(lens: Lens, say: Say) -> Lens:
     return _widest(lens, say)
 
 
+def _image(lens: Lens, ask: Callable[[], None]) -> Lens:
+    """Draw the picture's name and the way to another one, or to none."""
+    image = lens.aperture_image
+    widgets.label("image", "A picture in the place of the blades: white lets light through.")
+    is_taken_off = False
+    if image is not None:
+        is_taken_off = imgui.small_button("x##no aperture image")
+        _tip("Take the image off; the blades are back.")
+        probe.note("no aperture image")
+        imgui.same_line()
+    if imgui.button("Choose..." if image is None else f"{printable(Path(image.path).name)}##image"):
+        ask()
+    _tip("Choose a picture." if image is None else printable(image.path))
+    probe.note("aperture image")
+    return replace(lens, aperture_image=None) if is_taken_off else lens
+
+
+def _tip(text: str) -> None:
+    if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
+        imgui.set_tooltip(text)
+
+
 def _blades(lens: Lens) -> Lens:
+    has_image = lens.aperture_image is not None
     words = ["round", *(str(n) for n in range(BLADES_LEAST, BLADES_MOST + 1))]
-    picked = widgets.choice("blades", str(lens.blades or "round"), words)
+    with widgets.disabled(has_image):
+        picked = widgets.choice("blades", str(lens.blades or "round"), words)
     number = 0 if picked == "round" else int(picked)
     if number != lens.blades:
         lens = replace(lens, blades=number)
-    with widgets.disabled(lens.blades == 0):
+    with widgets.disabled(lens.blades == 0 and not has_image):
         tip = "Anticlockwise, as lamps behind the focus show it. At 0 a corner points up."
         lens = _slid(lens, "blade_rotation_deg", "rotation", -90.0, 90.0, "%.0f°", tip)
+    with widgets.disabled(lens.blades == 0 or has_image):
         limits = _LIMITS["blade_curvature"]
         return _slid(lens, "blade_curvature", "curvature", *limits, "%.2f", "0 straight, 1 round.")
 
@@ -132,6 +167,9 @@ def _disc(
     aperture: Aperture, place: tuple[float, float], centre: tuple[float, float], radius_px: float
 ) -> None:
     """Draw rings of the brightness that the rim gives them, and in colours where these differ."""
+    if aperture.aperture_image is not None:
+        _image_disc(aperture, place, centre, radius_px)
+        return
     draw = imgui.get_window_draw_list()
     for part in np.linspace(1.0, 1 / _RINGS, _RINGS):
         shown = float(opening.profile((part - 0.5 / _RINGS) ** 2, aperture.rim))
@@ -146,6 +184,44 @@ def _disc(
         for scale, line in ((0.97, narrower), (1.0, wider)):
             points = _on_screen(scale * disc_outline(aperture, place), centre, radius_px)
             draw.add_polyline(points, line, 1.5, imgui.ImDrawFlags_.closed)
+
+
+def _image_disc(
+    aperture: Aperture, place: tuple[float, float], centre: tuple[float, float], radius_px: float
+) -> None:
+    """Draw the light of an image in small squares, the brightest white."""
+    draw, step = imgui.get_window_draw_list(), 2 * radius_px / _CELLS
+    left, top = centre[0] - radius_px, centre[1] - radius_px
+    draw.add_rect_filled(
+        ImVec2(left, top), ImVec2(left + 2 * radius_px, top + 2 * radius_px), theme.GROOVE
+    )
+    for row, line in enumerate(image_cells(aperture, place)):
+        for first, last, grey in line:
+            color = imgui.get_color_u32(ImVec4(grey, grey, grey, 1.0))
+            corner = ImVec2(left + first * step, top + row * step)
+            draw.add_rect_filled(corner, ImVec2(left + last * step, top + (row + 1) * step), color)
+
+
+@lru_cache(maxsize=8)
+def image_cells(
+    aperture: Aperture, place: tuple[float, float]
+) -> tuple[tuple[tuple[int, int, float], ...], ...]:
+    """Return the rows of a disc behind the focus, as runs of cells: first, after the last, grey.
+
+    There are `_CELLS` cells each way in the box around a round disc; dark runs are left out.
+    """
+    disc = DiscShape(aperture, 1.0, PictureField.of(_SHAPE))
+    y, x = np.mgrid[0:_CELLS, 0:_CELLS] + 0.5 - _CELLS / 2
+    shown = disc.coverage(x, y, _CELLS / 2, 0.5, place)
+    greys = np.round(_GREYS * (shown / shown.max()) ** (1 / 2.2)).astype(int)
+    return tuple(tuple(_runs(row)) for row in greys)
+
+
+def _runs(row: NDArray[np.int_]) -> Iterator[tuple[int, int, float]]:
+    ends = [0, *(np.flatnonzero(np.diff(row)) + 1).tolist(), len(row)]
+    for first, last in pairwise(ends):
+        if row[first]:
+            yield first, last, float(row[first]) / _GREYS
 
 
 def _on_screen(points: Points, centre: tuple[float, float], radius_px: float) -> list[Any]:

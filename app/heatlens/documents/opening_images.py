@@ -1,0 +1,48 @@
+"""The images of openings that a shot or a kit names: read where it is read, and told beside it."""
+
+import os
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+from heatlens.files.beside import path_beside, path_from
+from heatlens.model.lens import Lens
+from heatlens.model.lens_kit import LensKit
+from heatlens.model.opening_image import OpeningImage
+from heatlens.model.shot import Shot
+from heatlens.plate.opening_picture import read_opening_image
+
+Turned = Callable[[OpeningImage], OpeningImage]
+
+
+def image_beside(image: OpeningImage, folder: str | os.PathLike[str]) -> OpeningImage:
+    """Read an image whose path is relative to `folder`.
+
+    Raises InputError that names the file where it cannot be read, or is no opening.
+    """
+    return read_opening_image(Path(path_from(image.path, folder)))
+
+
+def named_beside(image: OpeningImage, folder: str | os.PathLike[str]) -> OpeningImage:
+    """Return an image whose path is told relative to `folder`."""
+    return replace(image, path=path_beside(image.path, folder))
+
+
+def shot_with_images(shot: Shot, turned: Turned) -> Shot:
+    """Return the shot with every image of its lens, its looks and its kit told otherwise."""
+    looks = tuple(replace(look, lens=_lens_with_image(look.lens, turned)) for look in shot.looks)
+    kit = None if shot.kit is None else kit_with_image(shot.kit, turned)
+    return replace(shot, lens=_lens_with_image(shot.lens, turned), looks=looks, kit=kit)
+
+
+def kit_with_image(kit: LensKit, turned: Turned) -> LensKit:
+    """Return the kit with the image of its character told otherwise."""
+    image = kit.character.aperture_image
+    if image is None:
+        return kit
+    return replace(kit, character=replace(kit.character, aperture_image=turned(image)))
+
+
+def _lens_with_image(lens: Lens, turned: Turned) -> Lens:
+    image = lens.aperture_image
+    return lens if image is None else replace(lens, aperture_image=turned(image))

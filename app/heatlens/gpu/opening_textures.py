@@ -1,0 +1,42 @@
+"""The images of openings on the GPU, each taken there once and not once a picture."""
+
+import moderngl
+import numpy as np
+
+from heatlens.gpu.textures import new_texture
+from heatlens.model.aperture import Aperture
+
+_KEPT = 4  # looks beside each other
+
+
+class OpeningTextures:
+    """What lib/opening_image.lib.glsl reads, for the openings that were asked for last."""
+
+    def __init__(self, ctx: moderngl.Context) -> None:
+        self._ctx = ctx
+        self._held: dict[object, moderngl.Texture] = {}
+
+    def of(self, aperture: Aperture) -> dict[str, moderngl.Texture]:
+        """Return the textures by their names in the shader; none for an opening without an image.
+
+        Raises LensError where the file of the image was not read.
+        """
+        grid = aperture.grid
+        if grid is None:
+            return {}
+        key = (aperture.aperture_image, aperture.blade_rotation_deg)
+        texture = self._held.pop(key, None)
+        if texture is None:
+            side = len(grid.sums)
+            texture = new_texture(self._ctx, (side, side), 1, "u4", "opening")
+            texture.write(np.ascontiguousarray(grid.sums, np.uint32).tobytes())
+        self._held[key] = texture  # the latest is last
+        while len(self._held) > _KEPT:
+            self._held.pop(next(iter(self._held))).release()
+        return {"aperture_image_tx": texture}
+
+    def release(self) -> None:
+        """Give everything back to OpenGL."""
+        for texture in self._held.values():
+            texture.release()
+        self._held.clear()

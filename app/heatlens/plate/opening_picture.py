@@ -1,0 +1,84 @@
+"""A picture from a file as the opening of a lens."""
+
+import hashlib
+import os
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+from heatlens.errors import InputError
+from heatlens.model.opening_image import IMAGE_SIDE, OpeningImage, seen_light
+from heatlens.model.plate_options import PlateOptions
+from heatlens.paths import unreadable
+from heatlens.plate.channel_choice import choose_color
+from heatlens.plate.channels import pixels_of
+from heatlens.plate.file_parts import color_file_parts
+
+_RED, _GREEN, _BLUE = 0.2126, 0.7152, 0.0722  # of the luminance of Rec. 709
+_COLORED = 0.02  # of the brightest: JPEG leaves grey a little coloured
+_DIGEST_BYTES = 16
+
+
+def read_opening_image(path: str | os.PathLike[str]) -> OpeningImage:
+    """Read the light that an opening lets through; `path` becomes absolute.
+
+    The picture is put in the middle of a square and made IMAGE_SIDE cells wide and high. Of colours
+    it is the luminance, and what is transparent is dark. A file that has not changed since it was
+    read is not read again.
+
+    Raises InputError that names the file where it cannot be read, holds no numbers, or lets no
+    light through.
+    """
+    path = Path(os.path.abspath(path))
+    try:
+        found = path.stat()
+    except OSError as error:
+        raise unreadable(path, error) from error
+    return _read(path, (found.st_mtime_ns, found.st_size))
+
+
+@lru_cache(maxsize=8)
+def _read(path: Path, stamp: tuple[int, int]) -> OpeningImage:
+    """Read a file that has this time and size."""
+    luminance, notes = _luminance(path)
+    if not np.isfinite(luminance).all():
+        raise InputError(
+            f"{path} cannot be an aperture image: some of its pixels are no finite numbers (NaN or "
+            "infinity)."
+        )
+    light = _in_square(np.maximum(luminance, 0.0))
+    if seen_light(light).max() <= 0.0:
+        raise InputError(
+            f"{path} cannot be an aperture image: it is black within the circle of the lens, so "
+            "that no light passes; bright parts of the picture are the opening."
+        )
+    light /= light.max()
+    digest = hashlib.blake2b(light.tobytes(), digest_size=_DIGEST_BYTES).hexdigest()
+    return OpeningImage(str(path), digest, light, notes)
+
+
+def _luminance(path: Path) -> tuple[NDArray[np.float32], tuple[str, ...]]:
+    """Return the light (H, W) of a picture, and what is to be said of it."""
+    parts = color_file_parts(path, PlateOptions())
+    chosen = choose_color(path, [header for header, _ in parts], None)
+    red, green, blue = (pixels_of(parts, ref).astype(np.float32) for ref in chosen.rgb)
+    with np.errstate(invalid="ignore", over="ignore"):  # of what is no number, which is told
+        luminance = _RED * red + _GREEN * green + _BLUE * blue
+        spread = np.maximum(abs(red - green), abs(blue - green)).max()
+        is_colored = bool(spread > _COLORED * np.maximum(np.max(luminance), 1e-30))
+    said = f"{path}: the aperture image is coloured; its luminance is the light that passes."
+    return np.asarray(luminance, np.float32), (said,) if is_colored else ()
+
+
+def _in_square(light: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return the picture in the middle of a square of IMAGE_SIDE cells, which keep its means."""
+    height, width = light.shape
+    side = max(height, width)
+    top, left = (side - height) // 2, (side - width) // 2
+    square = np.zeros((side, side), np.float32)
+    square[top : top + height, left : left + width] = light / max(float(light.max()), 1e-30)
+    way = Image.Resampling.BOX if side >= IMAGE_SIDE else Image.Resampling.BILINEAR
+    return np.array(Image.fromarray(square).resize((IMAGE_SIDE, IMAGE_SIDE), way), np.float32)

@@ -1,0 +1,71 @@
+// A picture in the place of the diaphragm. model/opening_image.py is its twin and explains the table.
+
+uniform usampler2D aperture_image_tx;  // (IMAGE_SIDE + 1)^2: the light of all cells above and to the left
+uniform float aperture_image_scale;    // what turns a cell's number into light whose mean over the circle is 1
+// Which part of the light the barrel lets pass in front of the focus and behind it, by the shift of its
+// circles: rows along y from the most below 0 on, columns along x from 0 on.
+uniform vec2 aperture_image_passed[(2 * BARREL_STEPS + 1) * (BARREL_STEPS + 1)];
+
+#define BELOW_ONE 0.999999
+
+uint image_sum(int column, int row) {
+    return texelFetch(aperture_image_tx, min(ivec2(column, row), IMAGE_SIDE), 0).r;
+}
+
+// The light in three strips of columns, in one row of the table: from the first corner to the next, on to
+// the corner before the end, and from there to the next one. Differences of whole numbers are exact.
+ivec3 strips(ivec2 from_to, int row) {
+    uint first = image_sum(from_to.x, row), second = image_sum(from_to.x + 1, row);
+    uint third = image_sum(from_to.y, row), fourth = image_sum(from_to.y + 1, row);
+    return ivec3(int(second - first), int(third - second), int(fourth - third));
+}
+
+// The mean light in a box around a point; `half_sides` in radii. A box is at least as large as a cell, so
+// that large discs show no steps.
+float image_light(vec2 p, vec2 half_sides) {
+    vec2 halves = max(half_sides * float(IMAGE_SIDE) * 0.5, 0.5);
+    vec2 at = (p * vec2(0.5, -0.5) + 0.5) * float(IMAGE_SIDE);
+    vec2 low = clamp(at - halves, 0.0, float(IMAGE_SIDE)), high = clamp(at + halves, 0.0, float(IMAGE_SIDE));
+    ivec2 first = ivec2(low), last = ivec2(high);
+    vec2 before = 1.0 - fract(low), after = fract(high);
+    ivec2 columns = ivec2(first.x, last.x);
+    ivec3 top = strips(columns, first.y), upper = strips(columns, first.y + 1);
+    ivec3 lower = strips(columns, last.y), bottom = strips(columns, last.y + 1);
+    vec3 across = vec3(before.x, 1.0, after.x);
+    float sum = before.y * dot(vec3(upper - top), across) + dot(vec3(lower - upper), across)
+              + after.y * dot(vec3(bottom - lower), across);
+    return max(sum, 0.0) * aperture_image_scale / (4.0 * halves.x * halves.y);
+}
+
+// Which part of the light the barrel lets pass.
+float image_past_barrel(vec2 shift, bool is_behind) {
+    if (shift.x < 0.0) shift = -shift;  // the circles change places
+    vec2 at = clamp(shift / aperture_shift_most, vec2(0.0, -1.0), vec2(1.0)) + vec2(0.0, 1.0);
+    at *= float(BARREL_STEPS);
+    ivec2 low = min(ivec2(at), ivec2(BARREL_STEPS - 1, 2 * BARREL_STEPS - 1));
+    vec2 part = at - vec2(low);
+    int corner = low.y * (BARREL_STEPS + 1) + low.x;
+    vec2 above = mix(aperture_image_passed[corner], aperture_image_passed[corner + 1], part.x);
+    corner += BARREL_STEPS + 1;
+    vec2 below = mix(aperture_image_passed[corner], aperture_image_passed[corner + 1], part.x);
+    vec2 passed = mix(above, below, part.y);
+    return is_behind ? passed.y : passed.x;
+}
+
+// The point that belongs to a point of the unit square; equal areas become equal light.
+vec2 image_point(vec2 square) {
+    vec2 wanted = min(square, BELOW_ONE);
+    float level = wanted.y * float(image_sum(IMAGE_SIDE, IMAGE_SIDE));
+    int row = 0, column = 0;
+    for (int step = IMAGE_SIDE / 2; step > 0; step /= 2)
+        if (float(image_sum(IMAGE_SIDE, row + step)) <= level) row += step;
+    float above = float(image_sum(IMAGE_SIDE, row)), below = float(image_sum(IMAGE_SIDE, row + 1));
+    float part_y = (level - above) / max(below - above, 1.0);
+    level = wanted.x * float(image_sum(IMAGE_SIDE, row + 1) - image_sum(IMAGE_SIDE, row));
+    for (int step = IMAGE_SIDE / 2; step > 0; step /= 2)
+        if (float(image_sum(column + step, row + 1) - image_sum(column + step, row)) <= level) column += step;
+    float left = float(image_sum(column, row + 1) - image_sum(column, row));
+    float right = float(image_sum(column + 1, row + 1) - image_sum(column + 1, row));
+    vec2 at = vec2(column, row) + vec2((level - left) / max(right - left, 1.0), part_y);
+    return (at * (2.0 / float(IMAGE_SIDE)) - 1.0) * vec2(1.0, -1.0);
+}

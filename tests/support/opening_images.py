@@ -1,0 +1,70 @@
+"""Pictures of openings: one that looks different from every side, a heart, and open ones.
+
+`python -m support.opening_images` in the folder `tests` writes assets/aperture_heart.png anew.
+"""
+
+from pathlib import Path
+
+import numpy as np
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from PIL import Image
+
+from heatlens.model.opening_image import IMAGE_SIDE, OpeningImage
+from heatlens.paths import data_dir
+
+HEART_SIDE = 192
+_FINER = 4  # samples of a pixel, each way
+
+
+def image_of(light: NDArray[np.float32], name: str = "made") -> OpeningImage:
+    """Return an image of light in whole blocks: its side must divide that of the grid."""
+    times = IMAGE_SIDE // len(light)
+    cells = np.kron(np.asarray(light, np.float32), np.ones((times, times), np.float32))
+    return OpeningImage(name, f"{name} {hash(cells.tobytes())}", cells)
+
+
+def letter() -> OpeningImage:
+    """Return an F: mirrored, turned and upright ones are four pictures."""
+    rows = [
+        "........",
+        "..####..",
+        "..#.....",
+        "..###...",
+        "..#.....",
+        "..#.....",
+        *["........"] * 2,
+    ]
+    return image_of(np.array([[c == "#" for c in row] for row in rows], np.float32), "letter")
+
+
+def opening_images() -> st.SearchStrategy[OpeningImage]:
+    """Return a strategy of pictures that let light through somewhere, some mostly dark."""
+
+    def made(drawn: tuple[int, int, float]) -> OpeningImage:
+        seed, side, dark = drawn
+        rng = np.random.default_rng(seed)
+        light = rng.random((side, side)) * (rng.random((side, side)) > dark)
+        light[side // 2, side // 2] = 1.0
+        return image_of(light.astype(np.float32), f"random {seed} {dark}")
+
+    sides, darks = st.sampled_from((2, 8, 64, 256)), st.sampled_from((0.0, 0.5, 0.95))
+    return st.tuples(st.integers(0, 2**32 - 1), sides, darks).map(made)
+
+
+def heart() -> NDArray[np.uint8]:
+    """Return the heart of assets/aperture_heart.png, where (x^2 + y^2 - 1)^3 < x^2 y^3."""
+    at = (np.arange(HEART_SIDE * _FINER) + 0.5) / (HEART_SIDE * _FINER) * 2 - 1
+    x, y = 1.22 * at[None, :], 0.1 - 1.22 * at[:, None]
+    inside = ((x**2 + y**2 - 1) ** 3 < x**2 * y**3).astype(np.float64)
+    blocks = inside.reshape(HEART_SIDE, _FINER, HEART_SIDE, _FINER).mean(axis=(1, 3))
+    return np.asarray(np.rint(blocks * 255), np.uint8)
+
+
+def heart_path() -> Path:
+    """Return the path of the heart that comes with the program."""
+    return data_dir("assets") / "aperture_heart.png"
+
+
+if __name__ == "__main__":
+    Image.fromarray(heart()).save(heart_path(), optimize=True)
