@@ -1,5 +1,6 @@
 """The opening of a lens in camera files: written, read again, and as a shot has it afterwards."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -9,9 +10,13 @@ from heatlens.camera.camera_file import read_camera, write_camera
 from heatlens.camera.from_shot import camera_before_plates
 from heatlens.camera.into_shot import with_camera
 from heatlens.camera.nuke_write import nuke_text
+from heatlens.errors import InputError
 from heatlens.model.frames import FrameRange
 from heatlens.model.lens import Lens
+from heatlens.model.opening_image import OpeningImage
 from heatlens.model.shot import Shot
+from heatlens.plate.opening_picture import read_opening_image
+from support.opening_images import heart_path
 
 LENS = Lens(
     50.0,
@@ -41,6 +46,29 @@ def test_a_round_lens_says_nothing_of_it() -> None:
     camera = camera_before_plates(Shot(Lens(50.0, 2.0, 2.0, 36.0), frames=SHOT.frames), "cam")
     assert camera.blades is None and "blade" not in nuke_text(camera)
     assert "aperture_blades" not in blender_text(camera)
+
+
+@pytest.mark.parametrize("suffix", [".json", ".csv", ".usda"])
+def test_an_image_moves_with_the_file(tmp_path: Path, suffix: str) -> None:
+    (tmp_path / "heart.png").write_bytes(heart_path().read_bytes())
+    lens = replace(LENS, aperture_image=read_opening_image(tmp_path / "heart.png"))
+    path = tmp_path / f"cam{suffix}"
+    camera = camera_before_plates(replace(SHOT, lens=lens), "cam")
+    assert any("heart.png" in note for note in camera.notes)
+    write_camera(path, camera)
+    assert str(tmp_path) not in path.read_text() and "heart.png" in path.read_text()
+    bare = Shot(Lens(35.0, 4.0, 9.0, 24.0), frames=SHOT.frames)
+    assert with_camera(bare, read_camera(str(path))).lens == lens
+    (tmp_path / "heart.png").unlink()
+    with pytest.raises(InputError, match=r"cam.*heart.png is not there"):
+        read_camera(str(path))
+
+
+def test_scripts_name_an_image_where_it_lies() -> None:
+    lens = replace(LENS, aperture_image=OpeningImage('/a "b"/[$h].png'))
+    camera = camera_before_plates(replace(SHOT, lens=lens), "cam")
+    assert repr('/a "b"/[$h].png') in blender_text(camera)
+    assert r'aperture_image "/a \"b\"/\[\$h\].png"' in nuke_text(camera)
 
 
 def test_programs_get_what_they_have() -> None:

@@ -19,6 +19,7 @@ from heatlens.commands.field_options import (
 from heatlens.errors import HeatlensError, InputError
 from heatlens.model.lens import Lens
 from heatlens.model.look_options import LookOptions
+from heatlens.model.opening_image import OpeningImage
 from heatlens.model.option import options_of, words_of
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.settings import DefocusSettings, Method
@@ -45,6 +46,8 @@ def parsed(kind: type, *words: str) -> dict[str, Any]:
 
 
 def typed(value: Any) -> str:
+    if isinstance(value, OpeningImage):
+        return value.path
     return f"{value:.17g}" if isinstance(value, float) else str(value)
 
 

@@ -21,11 +21,13 @@ from heatlens.gpu.textures import FloatArray, download, new_array, new_texture, 
 from heatlens.model.aperture import Aperture
 from heatlens.model.disc_shape import DiscShape
 from heatlens.model.picture_field import PictureField
+from support.opening_images import letter
 
 ROUND, SQUEEZED = DiscShape(), DiscShape(Aperture(2.0), 1.5)
 FIELD = PictureField.of((96, 96))
 BLADED = DiscShape(Aperture(blades=5, blade_rotation_deg=10.0, blade_curvature=0.3))
 CUT = DiscShape(Aperture(blades=9, cat_eye=1.0, rim=0.8), 1.0, FIELD)
+IMAGED = DiscShape(Aperture(rim=0.4, cat_eye=0.6, aperture_image=letter()), 1.0, FIELD)
 COLORED = DiscShape(Aperture(axial_colour_mm=1.0), 1.0, FIELD, axial_px=6.0)
 
 
@@ -93,6 +95,11 @@ def test_light_is_kept(ctx: moderngl.Context, coc_px: float, disc: DiscShape) ->
     np.testing.assert_allclose(total, color.sum(axis=(0, 1), dtype=np.float64), rtol=2e-3)
 
 
+@pytest.mark.parametrize("coc_px", [3.0, -40.0])
+def test_an_image_keeps_light(ctx: moderngl.Context, coc_px: float) -> None:
+    test_light_is_kept(ctx, coc_px, IMAGED)
+
+
 def test_a_lamp_becomes_a_disc_of_its_coc(ctx: moderngl.Context) -> None:
     lamps = Lamps(ctx, night((80, 80), {(40, 40): 200.0}), np.full((80, 80), 30.0, np.float32))
     drawn = lamps.drawn[..., 0]
@@ -117,7 +124,7 @@ def test_through_a_squeezed_lens_it_becomes_an_ellipse(ctx: moderngl.Context) ->
     assert np.count_nonzero(drawn > plateau / 2) == pytest.approx(np.pi * 10 * 30, rel=0.02)
 
 
-@pytest.mark.parametrize("disc", [BLADED, CUT, COLORED])
+@pytest.mark.parametrize("disc", [BLADED, CUT, COLORED, IMAGED])
 @pytest.mark.parametrize("coc_px", [40.0, -36.0])
 def test_a_lamp_has_the_shape_of_the_opening(
     ctx: moderngl.Context, disc: DiscShape, coc_px: float

@@ -2,18 +2,22 @@
 
 from collections.abc import Iterator
 from dataclasses import replace
+from typing import Any
 
 import moderngl
 import numpy as np
 import pytest
 
 from heatlens.gpu.textures import FloatArray, download, new_texture
+from heatlens.model.coc import coc_line
+from heatlens.model.disc_shape import DiscShape
 from heatlens.model.framing import Pose
 from heatlens.model.lens import Lens
 from heatlens.scene.scene_view import pupil_of, view_of
 from heatlens.scene_gpu.accumulation import Accumulation
 from heatlens.scene_gpu.raster import SceneRaster
 from heatlens.scene_gpu.ray_tracer import RayTracer
+from support.opening_images import letter
 from support.scenes import NIGHT, lamp, moved, scene_of, sphere
 
 SIZE = (24, 16)
@@ -38,10 +42,11 @@ def raster(session_context: moderngl.Context) -> Iterator[SceneRaster]:
         {"blades": 5, "squeeze": 2.0},
         {"cat_eye": 1.0, "rim": -0.8},
         {"axial_colour_mm": 0.6},
+        {"aperture_image": letter(), "cat_eye": 0.8, "axial_colour_mm": 0.3},
     ],
 )
 def test_rays_agree_with_views(
-    session_context: moderngl.Context, raster: SceneRaster, opening: dict[str, float]
+    session_context: moderngl.Context, raster: SceneRaster, opening: dict[str, Any]
 ) -> None:
     lens, rays = replace(LENS, **opening), 256
     view = view_of(Pose(), lens, SIZE, np.array([(-9, -9, -9.0), (9, 9, -0.1)]))
@@ -56,6 +61,33 @@ def test_rays_agree_with_views(
     # Noise of independent rays: a few percent of the light of a lamp that half of them meet.
     assert np.abs(smoothed(traced - views)).max() < 0.35
     np.testing.assert_allclose(traced.mean(axis=(0, 1)), views.mean(axis=(0, 1)), rtol=0.03)
+
+
+@pytest.mark.parametrize("depth_m", [5.0, 1.25])
+def test_views_show_an_image_as_its_discs_are_drawn(
+    session_context: moderngl.Context, depth_m: float
+) -> None:
+    """Upright behind the focus, on its head in front of it, and never mirrored."""
+    lens, size = replace(LENS, f_stop=0.2, aperture_image=letter()), (48, 32)
+    held = SceneRaster(session_context)
+    lamps = [sphere(0.012 * depth_m, 3)], [(0, moved(0, 0, -depth_m))], [lamp((8.0, 8.0, 8.0))]
+    held.load(scene_of(*lamps, daylight=NIGHT))
+    held.place(1)
+    view = view_of(Pose(), lens, size, np.array([(-9, -9, -9.0), (9, 9, -0.1)]))
+    out = new_texture(session_context, size, 4)
+    views = Accumulation(session_context, held)
+    list(views.steps(view, pupil_of(lens), 128, out, "key"))
+    shown = download(out)[..., 1]
+    for owned in (views, held):
+        owned.release()
+    line = coc_line(lens, size[0])
+    radius_px = (line.at_infinity_px + line.per_dioptre_px / depth_m) / 2
+    y, x = np.mgrid[: size[1], : size[0]] + 0.5
+    disc = DiscShape(lens.aperture)
+    expected = disc.coverage(x - 24, y - 16, radius_px, 1.2)
+    assert abs(radius_px) > 9 and np.corrcoef(shown.ravel(), expected.ravel())[0, 1] > 0.93
+    for other in (expected[::-1, ::-1], expected[:, ::-1], expected[::-1]):
+        assert np.corrcoef(shown.ravel(), other.ravel())[0, 1] < 0.8
 
 
 def smoothed(picture: FloatArray) -> FloatArray:

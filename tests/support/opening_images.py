@@ -26,15 +26,8 @@ def image_of(light: NDArray[np.float32], name: str = "made") -> OpeningImage:
 
 def letter() -> OpeningImage:
     """Return an F: mirrored, turned and upright ones are four pictures."""
-    rows = [
-        "........",
-        "..####..",
-        "..#.....",
-        "..###...",
-        "..#.....",
-        "..#.....",
-        *["........"] * 2,
-    ]
+    dark = "........"
+    rows = [dark, "..####..", "..#.....", "..###...", "..#.....", "..#.....", dark, dark]
     return image_of(np.array([[c == "#" for c in row] for row in rows], np.float32), "letter")
 
 

@@ -11,6 +11,9 @@ from enum import Enum
 from typing import Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
 
 from heatlens.errors import HeatlensError
+from heatlens.model.opening_image import OpeningImage
+from heatlens.plate.opening_picture import read_opening_image
+from support.opening_images import heart_path
 
 Value = TypeVar("Value")
 
@@ -67,6 +70,8 @@ def candidates(hint: Any, now: Any) -> Iterator[Any]:
         yield from get_args(hint)
     elif get_origin(hint) is tuple:
         yield from _other_tuples(get_args(hint), now)
+    elif hint is OpeningImage:
+        yield read_opening_image(heart_path())
     elif is_dataclass(hint):
         yield from _other_records(hint, now)
     elif issubclass(hint, Enum):

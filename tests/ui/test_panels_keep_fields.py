@@ -95,7 +95,7 @@ def test_the_blur(screen, has_scene, settings):
 def test_the_lens(screen, facts):
     lens_facts = LensFacts(facts.histogram, "m", {})
     kept_fields(lambda value: lens_panel(value, lens_facts, unheard), LENS)
-    kept_fields(lambda value: opening_panel(value, unheard), LENS)
+    kept_fields(lambda value: opening_panel(value, unheard, lambda: None), LENS)
     without_distances = LensFacts(None, "ft", {})
     kept_fields(lambda value: lens_panel(value, without_distances, unheard), LENS)
 

@@ -3,6 +3,7 @@
 import re
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -36,7 +37,7 @@ def read_plate_camera(text: str, scene_unit_m: float = 1.0, up_axis: UpAxis = "y
         sequence.path_at(frame): read_headers(sequence.path_at(frame)) for frame in sequence.present
     }
     cameras = {path: camera_at_header(found) for path, found in headers.items()}
-    tracks = {name: _track(name, cameras) for name in _TOLD_BY_HEADERS}
+    tracks: dict[str, Any] = {name: _track(name, cameras) for name in _TOLD_BY_HEADERS}
     placement, notes = placement_of(list(headers.values()), sequence.present, scene_unit_m)
     width_mm = tracks["sensor_width_mm"]
     if width_mm is not None:

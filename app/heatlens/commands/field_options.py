@@ -11,8 +11,10 @@ from typing import Any, Union, get_args, get_origin, get_type_hints
 
 from heatlens.commands.value_types import f_number, finite, millimetres, number, whole, with_point
 from heatlens.errors import InputError
+from heatlens.model.opening_image import OpeningImage
 from heatlens.model.option import Option, options_of
 from heatlens.model.settings import DefocusSettings, Method
+from heatlens.plate.opening_picture import read_opening_image
 
 _NUMBERS: dict[str, Callable[[str], float]] = {
     "": number,
@@ -92,6 +94,8 @@ def _keywords(kind: Any, told: Option) -> dict[str, Any]:
 def _value(typed: Any, kind: Any, told: Option) -> Any:
     if get_origin(kind) is tuple:
         return tuple(_value(one, get_args(kind)[0], told) for one in typed)
+    if kind is OpeningImage:
+        return typed if isinstance(typed, OpeningImage) else read_opening_image(typed)
     if told.parse is not None:
         return told.parse(with_point(typed) if kind is float else typed)
     if issubclass(kind, StrEnum):

@@ -208,7 +208,7 @@ def _cell_means(fine: NDArray[np.float32]) -> NDArray[np.float32]:
 def _inside(barrel: Barrel, side: int) -> Array:
     """Return which part of each of `side` x `side` cells a barrel lets through."""
     x, y = _middles(side)
-    past = past_barrel(*np.broadcast_arrays(x, y), barrel)[0]
+    past = past_barrel(x, y, barrel)[0]
     return np.asarray(np.clip(0.5 - past * side / 2, 0.0, 1.0))
 
 
