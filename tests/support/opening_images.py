@@ -48,7 +48,8 @@ def opening_images() -> st.SearchStrategy[OpeningImage]:
 def heart() -> NDArray[np.uint8]:
     """Return the heart of assets/aperture_heart.png, where (x^2 + y^2 - 1)^3 < x^2 y^3."""
     at = (np.arange(HEART_SIDE * _FINER) + 0.5) / (HEART_SIDE * _FINER) * 2 - 1
-    x, y = 1.22 * at[None, :], 0.1 - 1.22 * at[:, None]
+    # Its light is in balance about the axis, and it just touches the circle of the lens.
+    x, y = 1.29 * at[None, :], 0.2935 - 1.29 * at[:, None]
     inside = ((x**2 + y**2 - 1) ** 3 < x**2 * y**3).astype(np.float64)
     blocks = inside.reshape(HEART_SIDE, _FINER, HEART_SIDE, _FINER).mean(axis=(1, 3))
     return np.asarray(np.rint(blocks * 255), np.uint8)
