@@ -46,13 +46,13 @@ def free(monkeypatch, count: int) -> None:
 def test_a_folder_that_is_barred_is_said_before_opengl_is_begun(capsys, monkeypatch, plate, barred):
     monkeypatch.setattr(render_command, "headless_context", lambda: pytest.fail("too late"))
     for name in ("o.exr", "o.png"):
-        assert "nothing may be written" in refused(capsys, plate, barred / name)
+        assert "is not writable" in refused(capsys, plate, barred / name)
 
 
 def test_an_export_into_a_barred_folder_renders_nothing(capsys, monkeypatch, shot_file, barred):
     monkeypatch.setattr("heatlens.commands.export.headless_context", lambda: pytest.fail("late"))
     said = export_refused(capsys, shot_file, barred / "n.####.exr")
-    assert "nothing may be written" in said
+    assert "is not writable" in said
 
 
 def test_a_disk_without_room_for_the_picture(capsys, monkeypatch, plate, tmp_path):

@@ -207,7 +207,7 @@ def test_a_picture_to_a_disk_that_cannot_be_written_is_a_sentence(tmp_path, shot
     assert process.returncode == 2
     (sentence,) = said.splitlines()
     assert sentence.startswith(f"heatlens: {folder}/n.")
-    assert sentence.endswith(f"nothing may be written in {folder}. Choose another folder.")
+    assert sentence.endswith(f"{folder} is not writable. Choose another folder.")
 
 
 def test_a_jpeg_of_the_window_and_of_the_export_is_no_stump(tmp_path):

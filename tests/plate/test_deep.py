@@ -120,9 +120,9 @@ def test_samples_that_cannot_be_are_told(tmp_path):
     ]
     plate = read_plate(write_deep(tmp_path / "deep.exr", pixels, (2, 2)))
     said = " ".join(plate.notes)
-    assert "3 of 7 samples are at no distance" in said
-    assert "1 of 7 samples have a colour or coverage" in said
-    assert "2 of 7 samples were not in the order" in said
+    assert "3 of 7 samples have an impossible distance" in said
+    assert "1 of 7 samples have an impossible colour or coverage" in said
+    assert "2 of 7 samples were not sorted" in said
     assert np.isfinite(plate.color).all() and list(plate.depth_m.ravel()) == [2, 3, 4, np.inf]
 
 

@@ -91,14 +91,14 @@ def patched(path, at, form, *values):
 
 
 DAMAGE = {
-    "counts that sink": (28, "<2i", (5, 1), "less than no samples"),
-    "counts that are too high": (24 + 4 * SIZE[1], "<i", (900,), "900 samples are counted"),
+    "counts that sink": (28, "<2i", (5, 1), "negative number of samples"),
+    "counts that are too high": (24 + 4 * SIZE[1], "<i", (900,), "count 900 samples"),
     "huge counts": (24 + 4 * SIZE[1], "<i", (2_000_000_000,), "more than 100,000,000 samples"),
     "a row outside": (0, "<i", (77,), "outside the picture"),
-    "a row twice": (0, "<i", (1,), "there twice"),
+    "a row twice": (0, "<i", (1,), "stored twice"),
     "a huge table": (4, "<Q", (1 << 60,), "table of counts is longer than it can be"),
-    "huge samples": (12, "<Q", (1 << 60,), "longer than they can be"),
-    "too many bytes told": (20, "<Q", (1 << 60,), "bytes are told"),
+    "huge samples": (12, "<Q", (1 << 60,), "longer than unpacked ones"),
+    "too many bytes claimed": (20, "<Q", (1 << 60,), "give their size"),
 }
 
 

@@ -145,7 +145,7 @@ def test_a_folder_that_cannot_be_looked_into_takes_nothing_away(shot, tmp_path_f
         before = cache.wait(1001, 1, 0)
         elsewhere = shot.rename(tmp_path_factory.mktemp("away") / "shot")
         refreshed(cache, news, lambda: cache.problem is not None)
-        assert "cannot be looked into" in cache.problem and cache.get(1001) is before
+        assert "cannot be listed" in cache.problem and cache.get(1001) is before
         elsewhere.rename(shot)
         refreshed(cache, news, lambda: cache.problem is None)
         assert cache.get(1001) is before

@@ -184,7 +184,7 @@ def test_a_map_without_a_word_is_asked_about(photo, tmp_path, capsys):
     assert "is it disparity" in stderr_of_run(capsys, 0, *words)
     assert "is it disparity" in stderr_of_run(capsys, 2, *words, "--strict")
     words += ["--depth-convention", "disparity"]
-    assert "Say --near and --far" in stderr_of_run(capsys, 2, *words, "--strict")
+    assert "Give --near and --far" in stderr_of_run(capsys, 2, *words, "--strict")
     ends = ["--near", 1, "--far", 10]
     assert "?" not in stderr_of_run(capsys, 0, *words, "--strict", *ends)
 

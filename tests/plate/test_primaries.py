@@ -13,7 +13,7 @@ from heatlens.color.input_space import input_space_of
 from heatlens.color.rgb_matrix import to_rec709
 from heatlens.color.view_transform import srgb_transform, view_transform
 from heatlens.commands.main import main
-from heatlens.plate.primaries import KNOWN, REC709, TOLERANCE, Primaries, told_primaries
+from heatlens.plate.primaries import KNOWN, REC709, TOLERANCE, Primaries, header_primaries
 from heatlens.plate.read import read_plate
 from support.exr_files import distances, rgb, write_file
 
@@ -70,7 +70,7 @@ def test_to_rec709_is_opencolorios_matrix(built_in, primaries):
 
 def test_an_aces_container_holds_aces_and_nothing_else(built_in):
     assert input_space_of(built_in, {"acesImageContainerFlag": 1}).name == "ACES2065-1"
-    assert told_primaries({"acesImageContainerFlag": 0}) is None
+    assert header_primaries({"acesImageContainerFlag": 0}) is None
 
 
 @given(
@@ -78,7 +78,7 @@ def test_an_aces_container_holds_aces_and_nothing_else(built_in):
     st.lists(st.floats(-0.9 * TOLERANCE, 0.9 * TOLERANCE), min_size=8, max_size=8),
 )
 def test_rounding_hides_no_space(primaries, errors):
-    told = told_primaries({"chromaticities": tuple(np.add(primaries.chromaticities, errors))})
+    told = header_primaries({"chromaticities": tuple(np.add(primaries.chromaticities, errors))})
     assert told is not None and told.known == primaries
 
 
@@ -86,7 +86,7 @@ def test_rounding_hides_no_space(primaries, errors):
 def test_what_is_further_off_is_not_taken_for_it(primaries: Primaries, at: int, side: int):
     values = list(primaries.chromaticities)
     values[at] += side * 1.5 * TOLERANCE
-    told = told_primaries({"chromaticities": tuple(values)})
+    told = header_primaries({"chromaticities": tuple(values)})
     assert told is not None and told.known is None
 
 

@@ -256,5 +256,5 @@ def test_a_growing_sequence_grows_and_does_not_shrink(shot):
     assert emptied.frames == grown.frames and emptied.present == ()
     assert emptied.resolve(1001) is None
     shot.rmdir()
-    with pytest.raises(InputError, match="cannot be looked into"):
+    with pytest.raises(InputError, match="cannot be listed"):
         rescanned(grown)

@@ -36,8 +36,8 @@ def test_a_focus_is_in_metres(name, value, metres):
 
 def test_the_unit_may_stand_in_an_entry_of_its_own():
     lens = shoot_lens({"LensFocusDistance": 10, "LensDistanceUnit": "Feet"})
-    assert (lens.focus_distance_m, lens.is_unit_told) == (pytest.approx(3.048), True)
-    assert not shoot_lens({"LensFocusDistance": 10}).is_unit_told
+    assert (lens.focus_distance_m, lens.has_unit) == (pytest.approx(3.048), True)
+    assert not shoot_lens({"LensFocusDistance": 10}).has_unit
 
 
 @pytest.mark.parametrize(

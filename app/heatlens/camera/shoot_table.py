@@ -55,7 +55,7 @@ def read_shoot_table(path: Path, first_frame: int | None = None) -> CameraSample
     unit_m = 1e-3 if _OF_RED <= set(rows[0]) else None
     lenses = [shoot_lens(row, unit_m) for row in rows]
     tracks: dict[str, Any] = {name: _track(path, name, lenses) for name in _READ}
-    notes = [] if all(lens.is_unit_told for lens in lenses) else [_METRES]
+    notes = [] if all(lens.has_unit for lens in lenses) else [_METRES]
     if tracks["f_stop"] is None and (t_stops := _track(path, "t_stop", lenses)) is not None:
         tracks["f_stop"] = t_stops
         notes.append(_T_AS_F)

@@ -16,9 +16,9 @@ from heatlens.plate.primaries import (
     REC709,
     REC2020,
     XYZ,
+    HeaderPrimaries,
     Primaries,
-    ToldPrimaries,
-    told_primaries,
+    header_primaries,
 )
 
 # What configs call them: ACES since 2.0, ACES 1, Blender; the identifier is asked for before.
@@ -56,7 +56,7 @@ def input_space_of(
     """
     if chosen:
         return InputSpace(chosen, "chosen")
-    told = told_primaries(attributes)
+    told = header_primaries(attributes)
     found = None if told is None else _found(config, told)
     if told is not None and found is not None:
         return InputSpace(found, f"header, {told.attribute}")
@@ -71,7 +71,7 @@ def input_space_of(
     return InputSpace(usual, f"no other for {told.attribute}", _note(config, told, usual))
 
 
-def _found(config: ColorConfig | None, told: ToldPrimaries) -> str | None:
+def _found(config: ColorConfig | None, told: HeaderPrimaries) -> str | None:
     """Return the name of the space that the header states, where the config has it."""
     if config is None:
         return None if told.known is None else told.known.name
@@ -81,7 +81,7 @@ def _found(config: ColorConfig | None, told: ToldPrimaries) -> str | None:
     return config.space_called(told.known.interop_id, *_NAMES[told.known])
 
 
-def _note(config: ColorConfig | None, told: ToldPrimaries, usual: str) -> str:
+def _note(config: ColorConfig | None, told: HeaderPrimaries, usual: str) -> str:
     """Return a sentence on a header that cannot be followed."""
     if told.known is not None and config is not None:
         problem = f"{config.source} has no {told.known.name}, as is the header's"

@@ -14,7 +14,7 @@ from heatlens.model.lens import Lens
 from heatlens.model.measured_from import MeasuredFrom
 from heatlens.model.units import format_distance
 from heatlens.plate.focus_pick import depth_at_m, no_distances
-from heatlens.plate.header_lens import LensNotToldError, plate_lens
+from heatlens.plate.header_lens import MissingLensError, plate_lens
 from heatlens.plate.opening_picture import read_opening_image
 from heatlens.plate.plate import Plate
 
@@ -109,8 +109,8 @@ def lens_of(args: argparse.Namespace, plate: Plate) -> tuple[Lens, str]:
         values["focus_distance_m"] = depth_at_m(plate, *pixel_of(args.focus_at))
     try:
         found = plate_lens(plate, values)
-    except LensNotToldError as error:
-        raise InputError(error.told(_GIVEN_WITH)) from None
+    except MissingLensError as error:
+        raise InputError(error.sentence(_GIVEN_WITH)) from None
     changed = {"assumed full frame": f"assumed full frame; {_FLAGS['sensor_width_mm']} changes it"}
     told = {field: changed.get(source, source) for field, source in found.sources.items()}
     lens = lens_of_kit(args, found.lens)

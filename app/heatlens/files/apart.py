@@ -1,8 +1,8 @@
-"""A call in a process of its own, for libraries that a damaged file brings to an end.
+"""Call a function in a separate process, for libraries that crash on damaged files.
 
-Run as a module it calls the function that its arguments name, and writes what became of it to its
-standard output for the process that asked. `limits` bounds its time and its memory: a few thousand
-bytes can describe a scene of a billion things. It never outlives the process that asked.
+Run as a module, this calls the function that its arguments name, and writes the pickled result to
+standard output for the calling process. `limits` bounds its time and memory, because a few
+thousand bytes can describe a scene of a billion objects. It never outlives the calling process.
 """
 
 import atexit
@@ -25,29 +25,29 @@ from heatlens.stopping import end_with
 
 Result = TypeVar("Result")
 
-_FAILED = 1  # Python's code for an error that nobody has caught
-_NO_MEMORY = 71  # as sysexits.h calls an error of the system
+_FAILED = 1  # exit code of Python for an uncaught error
+_NO_MEMORY = 71  # EX_OSERR of sysexits.h, a system error
 
 _running: set["subprocess.Popen[bytes]"] = set()
-_of_thread = local()  # its `stop`, where it has one
+_of_thread = local()  # holds `stop` in threads that can be stopped
 
 
 class Stop:
-    """Ends what another thread reads in processes of their own, now and from then on."""
+    """Stops the reading processes of another thread, both running ones and later ones."""
 
     def __init__(self) -> None:
         self._is_asked = False
         self._processes: set[subprocess.Popen[bytes]] = set()
 
     def ask(self) -> None:
-        """End them; a second call does nothing."""
+        """Kill the running processes, and let later ones end at once."""
         self._is_asked = True
         for process in tuple(self._processes):
             process.kill()
 
     @contextmanager
     def heard(self) -> Iterator[None]:
-        """Let what this thread reads within the block be ended."""
+        """Let this object stop the processes that this thread starts within the block."""
         _of_thread.stop = self
         try:
             yield
@@ -55,20 +55,21 @@ class Stop:
             del _of_thread.stop
 
     def add(self, process: "subprocess.Popen[bytes]") -> None:
-        """End `process` when it is asked for, or at once where it was."""
+        """Kill `process` when a stop is asked for, or at once if it already was."""
         self._processes.add(process)
         if self._is_asked:
             process.kill()
 
 
 def called_apart(read: Callable[[str], Result], text: str, what: str) -> Result:
-    """Return `read(text)`, a function of a module of this package; its result must be picklable.
+    """Return `read(text)`, computed in another process.
 
-    Raises the HeatlensError that it raises, and an InputError that begins with `what`, the name of
-    the file, where its process ends, or exceeds its bounds on time or memory.
+    `read` must be a function of a module in this package, with a picklable result. Raises the
+    HeatlensError that it raises, and an InputError that begins with `what`, the name of the file,
+    if the process crashes or exceeds its limits on time or memory.
     """
     names = (__spec__.name, str(os.getpid()), read.__module__, read.__name__, text)
-    # -P: a file beside the user's that is called like one of Python's must not be run.
+    # -P: a file in the working folder that has the name of a Python module must not be run.
     process = subprocess.Popen(
         [sys.executable, "-P", "-m", *names],
         stdin=subprocess.DEVNULL,
@@ -93,13 +94,13 @@ def called_apart(read: Callable[[str], Result], text: str, what: str) -> Result:
 
 @atexit.register
 def end_all() -> None:
-    """End what is still being read: nobody waits for it where the program closes."""
+    """Kill the processes that still read, because the program closes."""
     for process in tuple(_running):
         process.kill()
 
 
 def _check_end(code: int, said: bytes, what: str) -> None:
-    """Raise what is to be said of a process that ended with a `code` other than 0."""
+    """Raise an error for a process that ended with a `code` other than 0."""
     gigabytes = f"{limits.gigabytes_most():g} GB of memory"
     if code == _FAILED:
         raise told_error(RuntimeError(said.decode(errors="replace")), f"{what}: not read")
@@ -107,24 +108,24 @@ def _check_end(code: int, said: bytes, what: str) -> None:
         raise InputError(
             f"{what} cannot be read within {limits.seconds_most():g} s of a processor and "
             f"{limits.SECONDS_A_MEGABYTE:g} s for each megabyte: it is damaged, or made of too "
-            f"many things. {limits.SECONDS} allows more."
+            f"many things. The variable {limits.SECONDS} allows more."
         )
     if code == _NO_MEMORY:
         raise InputError(
             f"{what} cannot be read within {gigabytes}: it is damaged, or made of too many "
-            f"things. {limits.GIGABYTES} allows more."
+            f"things. The variable {limits.GIGABYTES} allows more."
         )
     if code:
         raise InputError(
             f"{what} cannot be read: it is damaged in a way that crashes OpenUSD, or needs more "
-            f"than {gigabytes} ({limits.GIGABYTES} allows more)."
+            f"than {gigabytes} (the variable {limits.GIGABYTES} allows more)."
         )
 
 
 def _environment() -> dict[str, str]:
-    """Return the environment of this process, with the path to this very package.
+    """Return the environment of this process, with the path to this package.
 
-    Each thread of OpenUSD sets memory aside: with one for each of many cores, none would be left.
+    Each thread of OpenUSD reserves memory; one thread for each of many cores would use all of it.
     """
     paths = [str(Path(heatlens.__file__).parents[1]), os.environ.get("PYTHONPATH", "")]
     threads = {"PXR_WORK_THREAD_LIMIT": "4"}
@@ -132,7 +133,7 @@ def _environment() -> dict[str, str]:
 
 
 def _outcome(module: str, name: str, text: str) -> object:
-    """Return what the function gives, or the HeatlensError that it raises or that is to be told."""
+    """Return the result of the function, or the HeatlensError that it raises or that reports it."""
     try:
         return getattr(importlib.import_module(module), name)(text)
     except MemoryError:

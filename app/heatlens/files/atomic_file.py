@@ -1,4 +1,4 @@
-"""Files appear whole or not at all: written beside the target, then renamed over it."""
+"""Write files completely or not at all: beside the target, then renamed over it."""
 
 import os
 import platform
@@ -15,30 +15,30 @@ from heatlens.stopping import unfinished
 
 
 def _machine() -> str:
-    """Return eight digits for this machine; on Linux, containers number their own processes."""
+    """Return eight digits that identify this machine or, on Linux, this container."""
     where = platform.node()
     with suppress(OSError):
         where += os.readlink("/proc/self/ns/pid")
     return f"{zlib.crc32(where.encode()):08x}"
 
 
-_MACHINE = _machine()  # folders are shared, and everybody counts processes from 1
+_MACHINE = _machine()  # folders may be shared between machines, which reuse process numbers
 _PART = re.compile(r"\.heatlens-[0-9a-f]{16}\.([0-9a-f]{8})\.([0-9]+)\.part")
-_FORGOTTEN_S = 24 * 60 * 60.0  # nobody writes one file for so long without a change to it
+_FORGOTTEN_S = 24 * 60 * 60.0  # a file that is being written changes more often than this
 _FOR_ALL, FOR_THE_USER = 0o666, 0o600
 _NEW_FILE = os.O_CREAT | os.O_EXCL | os.O_RDWR
 _NEW_FILE |= getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0)
 
 
 def write_whole(path: str | os.PathLike[str], data: bytes, mode: int = _FOR_ALL) -> None:
-    """Write `data` to `path`, or leave what stood there as it was.
+    """Write `data` to `path`, or leave an existing file there unchanged.
 
-    `mode` is who may read and write it, less what the user's own mask takes away. Raises InputError
-    where nothing can be written there, or not all of it arrives on the disk.
+    `mode` holds the permission bits of a new file, before the user's umask. Raises InputError if
+    the file cannot be written completely.
     """
     with replacing(path, mode) as beside, open(beside, "wb", buffering=0) as file:
         left = memoryview(data)
-        while left:  # a disk that fills up may take a part and say so only at the next write
+        while left:  # a full disk may accept a part, and fail only at the next write
             left = left[file.write(left) :]
         os.fsync(file.fileno())
         arrived = os.fstat(file.fileno()).st_size
@@ -50,9 +50,9 @@ def write_whole(path: str | os.PathLike[str], data: bytes, mode: int = _FOR_ALL)
 def replacing(path: str | os.PathLike[str], mode: int = _FOR_ALL) -> Iterator[Path]:
     """Yield a path to write to; it replaces `path` when the block ends without an error.
 
-    The old file stays until then, and after an error. A link keeps its target. The file to write to
-    exists already, empty, under a short name that nobody can foresee; `write_whole` is for those
-    who have all bytes at hand. Raises InputError where nothing can be written there.
+    The old file stays until then, and after an error. The target of a link is replaced, not the
+    link. The yielded path is an empty file with a short random name. Use `write_whole` if all bytes
+    are in memory. Raises InputError if the file cannot be written.
     """
     target = Path(os.path.realpath(path))
     _check_target(target)
@@ -64,20 +64,20 @@ def replacing(path: str | os.PathLike[str], mode: int = _FOR_ALL) -> Iterator[Pa
             _to_disk(beside)
             os.replace(beside, target)
     except (OSError, RuntimeError) as error:  # RuntimeError is what OpenEXR raises
-        told = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
-        # The name that is written to for now means nothing to anybody.
-        why = told.replace(str(beside), str(target)).rstrip(".")
+        words = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
+        # The temporary name would mean nothing to the user.
+        why = words.replace(str(beside), str(target)).rstrip(".")
         raise InputError(f"{target} could not be written: {why}.") from error
     finally:
-        with suppress(OSError):  # a disk that refuses this, too, has refused something before
+        with suppress(OSError):  # if this fails, an earlier step has failed and was reported
             beside.unlink(missing_ok=True)
 
 
 def remove_leftovers(folder: Path) -> None:
-    """Delete what killed processes left in a folder while they wrote files there.
+    """Delete unfinished files that killed processes left in a folder.
 
-    What a process of this machine that is alive writes stays, and of another machine what has
-    changed within a day. What cannot be deleted stays too: it is in nobody's way.
+    Files of living processes on this machine stay, and files of other machines that have changed
+    within a day. Files that cannot be deleted stay too: they do no harm.
     """
     with suppress(OSError):
         for name in os.listdir(folder):
@@ -87,19 +87,19 @@ def remove_leftovers(folder: Path) -> None:
 
 
 def _is_dead(part: Path, machine: str, process: int) -> bool:
-    if machine != _MACHINE or os.name == "nt":  # where signal 0 ends the process that is asked
+    if machine != _MACHINE or os.name == "nt":  # on Windows, signal 0 would end the process
         return time.time() - part.stat().st_mtime > _FORGOTTEN_S
     try:
         os.kill(process, 0)
     except (ProcessLookupError, OverflowError):
         return True
-    except PermissionError:  # somebody else's, and alive
+    except PermissionError:  # alive, and owned by another user
         return False
     return _has_ended(process)
 
 
 def _has_ended(process: int) -> bool:
-    """Return whether only the entry of a process is left, because nobody has waited for it yet."""
+    """Return whether the process is a zombie: it has ended, but its parent has not waited."""
     with suppress(OSError, IndexError):
         status = Path(f"/proc/{process}/stat").read_text()
         return status.rpartition(")")[2].split()[0] in ("Z", "X")
@@ -107,9 +107,9 @@ def _has_ended(process: int) -> bool:
 
 
 def _to_disk(path: Path) -> None:
-    """Flush the file to the disk: a power cut could leave the new name without its content.
+    """Flush the file to the disk, so that a power cut cannot leave the new name without content.
 
-    Empty files are skipped.
+    Raises OSError if the file is empty.
     """
     with open(path, "rb+") as file:
         os.fsync(file.fileno())
@@ -118,7 +118,7 @@ def _to_disk(path: Path) -> None:
 
 
 def _check_target(target: Path) -> None:
-    """Refuse what a rename would fail on, or destroy: folders and devices."""
+    """Refuse folders and devices, on which a rename would fail or which it would destroy."""
     if not os.path.isdir(target.parent):
         raise InputError(f"{target} cannot be written: the folder {target.parent} does not exist.")
     if os.path.exists(target) and not os.path.isfile(target):

@@ -1,7 +1,7 @@
-"""Values of the model as JSON objects, and back: a mistake is told with its place in the file.
+"""Convert values of the model to JSON and back; errors name the place in the file.
 
-A dataclass becomes an object with its fields as entries; what is None is left out. Infinity, for
-which JSON has no number, is the text "inf".
+A dataclass becomes an object with its fields as entries; fields that are None are left out.
+Infinity, for which JSON has no number, is written as the text "inf".
 """
 
 import json
@@ -20,20 +20,20 @@ from heatlens.paths import file_bytes, unreadable
 
 T = TypeVar("T")
 
-_WHOLE_MOST = 2**53  # up to here a float that is whole is written without its ".0", exactly
+_WHOLE_MOST = 2**53  # integral floats below this are exact, and are written without ".0"
 
 
 def record_to_json(record: Any) -> dict[str, Any]:
-    """Return the entries of a dataclass.
+    """Return a dataclass as a JSON object.
 
-    Its fields are numbers, texts, choices, such dataclasses or tuples of these.
+    Its fields must be numbers, texts, enums, such dataclasses or tuples of these.
     """
     values = {field.name: getattr(record, field.name) for field in fields(record)}
     return {name: plain(value) for name, value in values.items() if value is not None}
 
 
 def plain(value: Any) -> Any:
-    """Return the JSON value of a number, a text, a choice, an image by its path or a dataclass."""
+    """Return the JSON value of a number, a text, an enum, an image (by its path), a tuple or a dataclass."""
     if isinstance(value, OpeningImage):
         return value.path
     if is_dataclass(value):
@@ -51,9 +51,9 @@ def plain(value: Any) -> Any:
 
 @dataclass(frozen=True, slots=True)
 class JsonEntry:
-    """A value of a JSON file and its place there, such as `keys.focus_distance_m[2]`.
+    """A value in a JSON file and its place there, such as `keys.focus_distance_m[2]`.
 
-    Every method raises InputError with file and place where the value is not what it should be.
+    Every method raises InputError with the file and the place if the value is not as expected.
     """
 
     path: Path
@@ -61,12 +61,15 @@ class JsonEntry:
     value: Any
 
     def refuse(self, sentence: str) -> NoReturn:
-        """Raise InputError: the file, the place, what is wrong."""
+        """Raise InputError that names the file and the place, and says `sentence`."""
         place = f" {self.place}:" if self.place else ""
         raise InputError(f"{self.path}:{place} {sentence}")
 
     def check_version(self, entry: str, version: int, what: str) -> None:
-        """Refuse what is no `what` of heatlens, or one of another version than `version`."""
+        """Refuse a file that is no `what` of heatlens or has another version than `version`.
+
+        `entry` is the name of the entry that holds the version.
+        """
         if not isinstance(self.value, dict) or entry not in self.value:
             self.refuse(f"this is no {what} of heatlens: it has no entry {entry!r}")
         found = JsonEntry(self.path, entry, self.value[entry])
@@ -77,7 +80,7 @@ class JsonEntry:
             )
 
     def members(self, known: Collection[str]) -> dict[str, "JsonEntry"]:
-        """Return the entries of an object, all of which must be among `known`."""
+        """Return the entries of an object by name; all must be among `known`."""
         if not isinstance(self.value, dict):
             self.refuse(f"{_shown(self.value)} should be an object in braces")
         for name in self.value:
@@ -100,10 +103,7 @@ class JsonEntry:
         ]
 
     def record(self, kind: type[T]) -> T:
-        """Return the dataclass `kind` with this object's entries.
-
-        The others keep their defaults.
-        """
+        """Return this object as a dataclass `kind`; missing entries take their defaults."""
         hints = get_type_hints(kind)
         own: tuple[Any, ...] = fields(kind)  # type: ignore[arg-type]
         entries = self.members([field.name for field in own])
@@ -114,14 +114,14 @@ class JsonEntry:
         return self.built(kind, {n: entry.of_type(hints[n]) for n, entry in entries.items()})
 
     def built(self, kind: Callable[..., T], values: Mapping[str, Any]) -> T:
-        """Build `kind` from these values; its error is raised with the place in the file."""
+        """Build `kind` from `values`; its HeatlensError becomes an InputError with the place."""
         try:
             return kind(**values)
         except HeatlensError as error:
             self.refuse(str(error))
 
     def of_type(self, hint: Any) -> Any:
-        """Return the value as a field of that type takes it."""
+        """Return the value converted for a field with the type `hint`."""
         if NoneType in get_args(hint):
             (hint,) = (kind for kind in get_args(hint) if kind is not NoneType)
             return None if self.value is None else self.of_type(hint)
@@ -141,7 +141,7 @@ class JsonEntry:
         return read[hint]()
 
     def row(self, hints: tuple[Any, ...]) -> tuple[Any, ...]:
-        """Return a list of so many values, or of any number where `hints` ends in `...`."""
+        """Return a list as a tuple with these types; `...` at the end allows any length."""
         items = self.items()
         if hints[-1] is Ellipsis:
             hints = (hints[0],) * len(items)
@@ -160,7 +160,7 @@ class JsonEntry:
         return float(self.value)
 
     def whole(self) -> int:
-        """Return a number without a fraction."""
+        """Return an integer."""
         number = self.number()
         if not number.is_integer():
             self.refuse(f"{_shown(self.value)} should be a whole number")
@@ -186,9 +186,9 @@ class JsonEntry:
 
 
 def read_json(path: Path) -> JsonEntry:
-    """Read a whole JSON file. Raises InputError where it cannot be read or is damaged."""
+    """Read a whole JSON file. Raises InputError if it cannot be read or is damaged."""
     try:
-        text = file_bytes(path).decode("utf-8-sig")  # editors on Windows put a mark before it
+        text = file_bytes(path).decode("utf-8-sig")  # some editors write a byte order mark
         value = json.loads(text, object_pairs_hook=_object, parse_constant=_constant)
     except OSError as error:
         raise unreadable(path, error) from error
@@ -208,12 +208,12 @@ def read_json(path: Path) -> JsonEntry:
 
 
 def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    """Return an object; refuse one with an entry that stands twice, of which one would be lost."""
+    """Return an object; refuse an entry that occurs twice, because one of them would be lost."""
     found = dict(pairs)
     if len(found) != len(pairs):
         names = [name for name, _ in pairs]
         twice = next(name for name in found if names.count(name) > 1)
-        raise ValueError(f"the entry {twice!r} stands twice in one place")
+        raise ValueError(f"the entry {twice!r} occurs twice in the same place")
     return found
 
 
@@ -223,6 +223,6 @@ def _constant(name: str) -> NoReturn:
 
 
 def _shown(value: Any) -> str:
-    """Return a value as it stands in the file, cut where it is long."""
+    """Return a value as JSON text, shortened to 40 characters."""
     text = json.dumps(value)
     return text if len(text) <= 40 else f"{text[:37]}..."

@@ -1,9 +1,9 @@
-"""How much time and memory a process may take that reads a file which may be damaged.
+"""Limit the time and memory of a process that reads a file which may be damaged.
 
-The system counts and ends the process: a library that never returns cannot count for itself. Time
-is that of processors, so that an honest file is read on a busy machine too, and it grows with the
-files that are read. A process that does not work at all, because it waits for a pipe or a disk
-that never answers, has a longer bound by the clock.
+The operating system enforces the limits, because a library that never returns cannot do so itself.
+They count processor time, so that a valid file can be read on a busy machine too, and grow with
+the size of the files. A process that only waits, for a pipe or a disk that never answers, has a
+longer limit of elapsed time.
 """
 
 import contextlib
@@ -13,30 +13,30 @@ import signal
 from pathlib import Path
 
 SECONDS, GIGABYTES = "HEATLENS_USD_SECONDS", "HEATLENS_USD_GIGABYTES"
-# OpenUSD itself takes nearly one of them.
+# OpenUSD itself takes nearly a gigabyte.
 SECONDS_MOST, GIGABYTES_MOST = 10.0, 3.0
-SECONDS_A_MEGABYTE = 10.0  # of what is read: honest files of many small things take one or two
-_CLOCK = 30.0  # by the clock that is so many times more: a busy machine gives little of a processor
+SECONDS_A_MEGABYTE = 10.0  # valid files of many small objects take one or two
+_CLOCK = 30.0  # elapsed time may be this many times the processor time, on a busy machine
 
 TIME_SIGNALS = tuple(
     getattr(signal, name) for name in ("SIGXCPU", "SIGALRM") if hasattr(signal, name)
 )
 
-_allowed: dict[str, float] = {}  # seconds for each file; the key "" is what there is without any
+_allowed: dict[str, float] = {}  # seconds for each file; the key "" holds the basic allowance
 
 
 def seconds_most() -> float:
-    """Return the seconds of a processor that reading may take; each megabyte may take more."""
-    return _told(SECONDS, SECONDS_MOST)
+    """Return the processor time in seconds that reading may take, besides that per megabyte."""
+    return _from_environment(SECONDS, SECONDS_MOST)
 
 
 def gigabytes_most() -> float:
-    """Return the addresses in memory that reading may take, in 1e9 bytes."""
-    return _told(GIGABYTES, GIGABYTES_MOST)
+    """Return the address space that reading may take, in units of 1e9 bytes."""
+    return _from_environment(GIGABYTES, GIGABYTES_MOST)
 
 
 def bound_this_process() -> None:
-    """Have the system end this process where it takes more; Windows has no such bounds."""
+    """Let the system end this process if it exceeds the limits; Windows has no such limits."""
     if os.name != "posix":
         return
     import resource
@@ -48,11 +48,11 @@ def bound_this_process() -> None:
 
 
 def allow_for(path: str | os.PathLike[str]) -> None:
-    """Give a bounded process the time that the file at `path` may take; once for each file."""
+    """Raise the time limit of a bounded process for the file at `path`, once for each file."""
     name = os.path.realpath(path)
     if not _allowed or name in _allowed:
         return
-    with contextlib.suppress(OSError):  # who opens it says so
+    with contextlib.suppress(OSError):  # the code that opens the file reports the error
         _allowed[name] = Path(name).stat().st_size / 1e6 * SECONDS_A_MEGABYTE
         _bound_time()
 
@@ -66,7 +66,7 @@ def _bound_time() -> None:
 
 
 def _lower(kind: int, most: int) -> None:
-    """Set a limit of the system, unless the user's own is lower."""
+    """Set a resource limit, unless the user's own is lower."""
     import resource
 
     _, hard = resource.getrlimit(kind)
@@ -74,10 +74,10 @@ def _lower(kind: int, most: int) -> None:
     resource.setrlimit(kind, (least, hard))
 
 
-def _told(name: str, most: float) -> float:
-    """Return what the environment says where that is a number above 0, else `most`."""
+def _from_environment(name: str, most: float) -> float:
+    """Return the number in an environment variable if it is finite and above 0, else `most`."""
     try:
-        told = float(os.environ.get(name, most))
+        value = float(os.environ.get(name, most))
     except ValueError:
         return most
-    return told if 0 < told < math.inf else most
+    return value if 0 < value < math.inf else most

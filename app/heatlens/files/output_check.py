@@ -1,4 +1,4 @@
-"""Whether an output can be written, asked before the work and not after it."""
+"""Check before the work begins whether an output can be written."""
 
 import os
 import shutil
@@ -8,16 +8,16 @@ from heatlens.errors import InputError
 
 
 def check_writable(path: Path) -> None:
-    """Raise InputError where no file may be made in the folder of `path`, which is there."""
+    """Raise InputError if no file can be created in the folder of `path`, which must exist."""
     folder = path.parent
     if not os.access(folder, os.W_OK | os.X_OK):
-        raise InputError(f"{path}: nothing may be written in {folder}. Choose another folder.")
+        raise InputError(f"{path}: {folder} is not writable. Choose another folder.")
 
 
 def check_space(folder: Path, need_bytes: float, what: str) -> None:
-    """Raise InputError where the disk of `folder` has less room than `what` will need.
+    """Raise InputError if the disk of `folder` has less free space than `what` will need.
 
-    Where nobody says how much is free, nothing is refused.
+    Nothing is refused if the free space is unknown.
     """
     try:
         free = shutil.disk_usage(folder).free

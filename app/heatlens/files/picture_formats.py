@@ -1,4 +1,4 @@
-"""Which files are pictures that are read here besides EXR, by the ends of their names."""
+"""The file extensions of the pictures that can be read besides EXR."""
 
 from pathlib import Path
 
@@ -9,5 +9,5 @@ PICTURES_READ = (
 
 
 def is_picture(path: Path) -> bool:
-    """Return whether a name is that of a readable picture other than an EXR."""
+    """Return whether the extension is that of a readable picture other than EXR."""
     return path.suffix.lower() in PICTURES_READ

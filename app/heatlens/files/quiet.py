@@ -1,4 +1,4 @@
-"""Keep the OpenEXR library's own words off the terminal: each failure has one sentence, ours."""
+"""Keep messages of the OpenEXR library off the terminal, because heatlens reports errors itself."""
 
 import contextlib
 import ctypes
@@ -12,17 +12,17 @@ from typing import Any, TextIO
 
 
 class _Depth(threading.local):
-    """How many quiet blocks the present thread is in."""
+    """The number of quiet blocks that the current thread is in."""
 
     blocks = 0
 
 
 class _WithoutQuietThreads:
-    """A stream that drops what threads inside a quiet block write and passes on the rest."""
+    """A stream that drops output of threads in a quiet block, and passes on all other output."""
 
     def __init__(self, stream: TextIO | None):
         self.replaces = stream
-        self._stream = _beside(stream) or io.StringIO()  # None in a program without a terminal
+        self._stream = _copy_of(stream) or io.StringIO()  # None in a program without a terminal
 
     def __del__(self) -> None:
         """Close the copy when another stream has replaced the one that it was made for."""
@@ -31,22 +31,22 @@ class _WithoutQuietThreads:
             stream.close()
 
     def write(self, text: str) -> int:
-        """Write text; called by `print`."""
+        """Write text, or drop it in a quiet block; `print` calls this."""
         return len(text) if _depth.blocks else self._stream.write(text)
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._stream, name)
 
 
-def _beside(stream: TextIO | None) -> TextIO | None:
-    """Return a stream to the target of `stream`, for the time the process's descriptor is muted."""
+def _copy_of(stream: TextIO | None) -> TextIO | None:
+    """Return a stream to the same target that works while the process's descriptor is muted."""
     if stream is None or not _is_process_stream(stream, 1):
         return stream
     return open(os.dup(1), "w", 1, stream.encoding, stream.errors)
 
 
 _depth = _Depth()
-# The last one stays: `print` in another thread may be using it without a reference of its own.
+# Keeps the last stream alive: `print` in another thread may use it without a reference.
 _last_quiet: list[_WithoutQuietThreads] = []
 _lock = threading.Lock()
 _undo = ExitStack()
@@ -55,11 +55,12 @@ _threads_inside = 0
 
 @contextlib.contextmanager
 def quiet_library() -> Iterator[None]:
-    """Drop what this thread prints to stdout inside the block, and what C writes anywhere.
+    """Drop what this thread prints to stdout inside the block, and all output of C code.
 
-    The library warns of damaged pixels on Python's stdout, where results belong, and its C core
-    writes to the process's stdout and stderr. Several threads may be inside at once, and what
-    others print gets through; what C code writes is lost for all of them: keep the block short.
+    The library prints warnings about damaged pixels to Python's stdout, where results belong, and
+    its C core writes to the process's stdout and stderr. Several threads may be inside at once, and
+    prints of other threads get through. The output of C code is lost for all threads, so keep the
+    block short.
     """
     _enter()
     _depth.blocks += 1
@@ -71,7 +72,10 @@ def quiet_library() -> Iterator[None]:
 
 
 def _enter() -> None:
-    """Mute for the first thread: each thread alone would restore what another had put there."""
+    """Mute the process when the first thread enters.
+
+    If each thread did so, one could restore the muted streams of another.
+    """
     global _threads_inside
     with _lock:
         if _threads_inside == 0:
@@ -80,7 +84,7 @@ def _enter() -> None:
 
 
 def _leave() -> None:
-    """Restore everything after the last thread."""
+    """Restore the streams when the last thread leaves."""
     global _threads_inside
     with _lock:
         _threads_inside -= 1
@@ -90,9 +94,9 @@ def _leave() -> None:
 
 @contextlib.contextmanager
 def _muted_process() -> Iterator[None]:
-    """Mute both streams for the block."""
+    """Mute stdout and stderr of the process for the block."""
     stdout: Any = _quiet_stdout()
-    with contextlib.suppress(OSError, ValueError):  # whoever prints next will be told of it
+    with contextlib.suppress(OSError, ValueError):  # the next print reports such an error
         if sys.stdout is not None:
             sys.stdout.flush()
     with contextlib.redirect_stdout(stdout), _muted_descriptor(1), _muted_stderr():
@@ -101,9 +105,9 @@ def _muted_process() -> Iterator[None]:
 
 @contextlib.contextmanager
 def _muted_descriptor(number: int) -> Iterator[int | None]:
-    """Point a descriptor of the process nowhere for the block; gives another one to where it was.
+    """Point a descriptor of the process to nowhere for the block; yield a copy of the old one.
 
-    None in a program without it, as under pythonw: there is nothing to mute.
+    Yields None if the process does not have the descriptor, as under pythonw.
     """
     try:
         saved = os.dup(number)
@@ -122,15 +126,15 @@ def _muted_descriptor(number: int) -> Iterator[int | None]:
 
 
 def _flush_c() -> None:
-    """Have C write what it keeps of its own stdout: it would come out when the program ends."""
+    """Flush C's own buffer of stdout, which would otherwise be printed when the program ends."""
     if os.name == "posix":
         ctypes.CDLL(None).fflush(None)
 
 
 def _quiet_stdout() -> _WithoutQuietThreads:
-    """Return one stream for as long as stdout is the same, so that it is never freed while in use.
+    """Return the same stream as long as stdout does not change, so it is never freed while in use.
 
-    Before Python 3.14, `print` only borrows what it finds in sys.stdout.
+    Before Python 3.14, `print` holds no reference of its own to sys.stdout.
     """
     if not _last_quiet or _last_quiet[0].replaces is not sys.stdout:
         _last_quiet[:] = [_WithoutQuietThreads(sys.stdout)]
@@ -139,7 +143,7 @@ def _quiet_stdout() -> _WithoutQuietThreads:
 
 @contextlib.contextmanager
 def _muted_stderr() -> Iterator[None]:
-    """Point the process's stderr nowhere for the block, but let Python's own go on as before."""
+    """Point the process's stderr to nowhere for the block, but keep Python's own working."""
     goes_through = _is_process_stream(sys.stderr, 2)
     with _muted_descriptor(2) as saved:
         if saved is None or not goes_through:
@@ -151,7 +155,7 @@ def _muted_stderr() -> Iterator[None]:
 
 @contextlib.contextmanager
 def _python_stderr_to(descriptor: int) -> Iterator[None]:
-    """Let Python, which writes its stderr to the process's, write to `descriptor` instead."""
+    """Redirect Python's stderr to `descriptor` for the block."""
     encoding = sys.stderr.encoding
     with (
         open(descriptor, "w", 1, encoding, "backslashreplace", closefd=False) as stream,
@@ -161,9 +165,9 @@ def _python_stderr_to(descriptor: int) -> Iterator[None]:
 
 
 def _is_process_stream(stream: TextIO | None, number: int) -> bool:
-    """Return True for a stream on that descriptor.
+    """Return True if `stream` writes to the descriptor `number`.
 
-    A test or a window may have put another there.
+    Tests and windows may replace the standard streams.
     """
     try:
         return stream is not None and stream.fileno() == number

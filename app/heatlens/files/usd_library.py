@@ -1,4 +1,4 @@
-"""OpenUSD, imported when first asked for: everything else works without it."""
+"""Load OpenUSD on first use, and open its stages safely; the rest of heatlens works without it."""
 
 import importlib
 import re
@@ -14,14 +14,14 @@ from heatlens.paths import unreadable
 
 Result = TypeVar("Result")
 
-# Of a type of C++ that Python does not know: only a file can bring one up.
+# Errors about a C++ type that Python does not know: only the content of a file can cause them.
 _STRANGE_VALUE = re.compile(r"C\+\+ (type|object)|to_python")
 
 
 def usd_module(name: str) -> Any:
-    """Return the module `name` of OpenUSD, as Usd or UsdGeom.
+    """Return a module of OpenUSD such as Usd or UsdGeom.
 
-    Raises InputError with what to install.
+    Raises InputError that says what to install if it cannot be loaded.
     """
     try:
         return importlib.import_module(f"pxr.{name}")
@@ -33,10 +33,10 @@ def usd_module(name: str) -> Any:
 
 @contextmanager
 def usd_failures_told(path: Path | str) -> Iterator[None]:
-    """Raise InputError for whatever OpenUSD says of a damaged file, wherever it says it.
+    """Turn the errors that OpenUSD raises for a damaged file into InputErrors.
 
-    Other errors pass: they are mistakes of heatlens. `usd_values` refuses a value of another kind
-    than its name promises.
+    Other errors pass, because they are faults of heatlens. `usd_values` refuses attributes whose
+    values have the wrong type.
     """
     errors = usd_module("Tf")
     try:
@@ -48,13 +48,13 @@ def usd_failures_told(path: Path | str) -> Iterator[None]:
         if isinstance(error, TypeError) and not _STRANGE_VALUE.search(str(error)):
             raise
         words = " ".join(str(error).split())
-        reason = re.search(r" : '(.*)'$", words)  # behind the place in OpenUSD's own source
+        reason = re.search(r" : '(.*)'$", words)  # follows the position in OpenUSD's source
         said = (reason[1] if reason else words)[:120]
         raise InputError(f"{path} is damaged: OpenUSD cannot parse it ({said}).") from error
 
 
 def open_usd(path: Path) -> Any:
-    """Open the stage at `path`. Raises InputError for what is no stage, is damaged or not there."""
+    """Open the stage at `path`. Raises InputError if it is missing, damaged or no stage."""
     usd, errors = usd_module("Usd"), usd_module("Tf")
     if not path.is_file():
         raise unreadable(path)
@@ -63,34 +63,34 @@ def open_usd(path: Path) -> Any:
         stage = usd.Stage.Open(str(path))
     except errors.ErrorException as error:
         raise InputError(f"{path} cannot be read: it is damaged or not a USD file.") from error
-    del layers  # the stage holds those that it is made of
+    del layers  # the stage now holds the layers that it needs
     return stage
 
 
 def _layers(path: Path) -> list[Any]:
-    """Open every layer that the file is made of; each adds to the time allowed for all.
+    """Open every layer of the file; each one extends the time limit of this process.
 
-    Raises InputError where one is a pipe or a device, which may never end.
+    Raises InputError if a layer is a pipe or a device, which may never end.
     """
     sdf, errors, resolver = usd_module("Sdf"), usd_module("Tf"), usd_module("Ar").GetResolver()
     allow_for(path)
     found = [sdf.Layer.FindOrOpen(str(path))]
     known = {str(path)}
-    for layer in found:  # which grows meanwhile
+    for layer in found:  # the list grows in the loop
         for asset in layer.GetCompositionAssetDependencies() if layer else ():
             name = sdf.ComputeAssetPathRelativeToLayer(layer, asset) if asset else ""
             if name and name not in known:
                 known.add(name)
                 check_asset(path, resolver.Resolve(name).GetPathString())
-                with suppress(errors.ErrorException):  # what is built of them tells it
+                with suppress(errors.ErrorException):  # composing the stage reports it
                     found.append(sdf.Layer.FindOrOpen(name))
     return found
 
 
 def check_asset(stage: Path, path: str) -> None:
-    """Allow time for a file that a stage names. Raises InputError where it is not a plain one."""
+    """Allow time for a file that a stage names. Raises InputError if it is not a regular file."""
     if not path:
-        return  # it is not there, which is told where it is missed
+        return  # it is missing, which is reported when it is needed
     file = Path(usd_module("Ar").SplitPackageRelativePathOuter(path)[0])
     if file.exists() and not file.is_file():  # a pipe or a device never ends
         raise InputError(f"{stage}: {path[:80]!r}, which it names, is not a file.")
@@ -98,8 +98,8 @@ def check_asset(stage: Path, path: str) -> None:
 
 
 def read_usd_apart(read: Callable[[str], Result], text: str, path: Path | str) -> Result:
-    """Call `read(text)` for the file at `path`, in a process that a damaged file may end.
+    """Call `read(text)` for the file at `path` in another process, which it may crash.
 
-    Raises InputError where it cannot be read within its bounds on time and memory.
+    Raises InputError if it crashes, or exceeds its limits on time and memory.
     """
     return called_apart(read, text, str(path))

@@ -1,4 +1,4 @@
-"""Values of a USD file, checked: an attribute may hold anything under any name."""
+"""Check the types of values in a USD file, whose attributes may hold anything."""
 
 import math
 from typing import Any
@@ -10,9 +10,9 @@ from heatlens.errors import InputError
 
 
 def numbers(value: Any, width: int, what: str) -> NDArray[np.float32]:
-    """Return (N, width) of an array of numbers or of tuples; (0, width) of None.
+    """Return an array of numbers or of tuples as (N, width) float32; None gives (0, width).
 
-    Raises InputError, which begins with `what`, for anything else. Numbers too large for float32
+    Raises InputError that begins with `what` for anything else. Numbers too large for float32
     become infinite.
     """
     with np.errstate(over="ignore"):
@@ -20,7 +20,7 @@ def numbers(value: Any, width: int, what: str) -> NDArray[np.float32]:
 
 
 def whole_numbers(value: Any, what: str) -> NDArray[np.int64]:
-    """Return (N,) of an array of whole numbers. Raises InputError as `numbers` does."""
+    """Return an array of integers as (N,) int64. Raises InputError as `numbers` does."""
     found = _array(value, 1, what)[:, 0]
     if found.dtype.kind not in "iu" and found.size:
         raise _refusal(value, what)

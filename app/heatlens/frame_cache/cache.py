@@ -1,4 +1,4 @@
-"""The frames of a sequence in memory: those about to be shown are read ahead, on threads."""
+"""Keep the frames of a sequence in memory, and read those that are shown next on threads."""
 
 import threading
 from collections.abc import Callable, Iterator, Mapping
@@ -16,23 +16,24 @@ from heatlens.sequence.sequence import Sequence, rescanned, stamp_of
 
 __all__ = ["Damaged", "Direction", "FrameCache", "FrameState", "plate_bytes"]
 
-# absent: on disk alone; queued: wanted, not begun; missing: no file.
+# absent: only on disk; queued: wanted, but not begun; missing: has no file.
 FrameState = Literal["absent", "queued", "reading", "ready", "damaged", "missing"]
 
 
 class FrameCache(Closing):
-    """Plates of `sequence`, as `read` makes them, within `budget_bytes` of colour and depth.
+    """Plates of `sequence`, made by `read`, within `budget_bytes` of colour and depth.
 
-    `want` says where the playhead is; `get` answers at once with what there is. `read` runs on up
-    to `workers` threads at a time; the memory it takes while it works is not counted. A
-    HeatlensError makes the frame Damaged until its file changes. Any other exception is a fault of
-    the program: reading stops and every later `want`, `get`, `wait` and `refresh` raises it.
-    `on_ready`, called without arguments on one of the threads whenever there is news, should only
-    wake a loop. A frame larger than the budget is held while the playhead is on it, alone.
+    `want` sets the playhead; `get` returns at once with whatever is in memory. `read` runs on up to
+    `workers` threads at a time; the memory it needs while working is not counted. A HeatlensError
+    makes the frame Damaged until its file changes. Any other exception is a fault of the program:
+    reading stops, and every later `want`, `get`, `wait` and `refresh` raises it. `on_ready` is
+    called without arguments on one of the threads whenever a state changes, and should only wake a
+    loop. A frame larger than the budget is held alone while the playhead is on it.
 
-    `keeps_seen` False: frames go as soon as they are not wanted any more, for who never comes back.
+    If `keeps_seen` is False, frames are dropped as soon as they are no longer wanted, for a single
+    pass over the sequence.
 
-    One lock guards every field that changes; no file is touched and nobody called under it.
+    One lock guards all changing fields; no file is accessed and no callback called under it.
     """
 
     def __init__(
@@ -53,38 +54,38 @@ class FrameCache(Closing):
         self._changed = threading.Condition(threading.Lock())
         self._sequence = sequence
         self._unread_states = _unread_states(sequence)
-        # Before the first `want` not even the playhead is wanted.
+        # Before the first `want`, nothing is wanted, not even the playhead.
         self._order = PlayOrder.at(sequence.frames, sequence.first, 1, window=-1)
         self._shelf = PlateShelf(budget_bytes)
         self._is_looking = False
         self._problem: str | None = None
         self._failure: BaseException | None = None
         self._closed = False
-        # One thread more than reads at a time: a look at the folder waits for none of them.
+        # One thread more than concurrent reads, so that scanning the folder never waits for them.
         self._threads = ThreadPoolExecutor(workers + 1, thread_name_prefix="frame-cache")
 
     @property
     def sequence(self) -> Sequence:
-        """The frames as they were at the last look at the disk."""
+        """The sequence as it was at the last scan of the disk."""
         with self._changed:
             return self._sequence
 
     @property
     def problem(self) -> str | None:
-        """Why the last look at the disk found nothing, in a sentence; what was known then stays."""
+        """A sentence on why the last scan of the disk failed, or None; known frames stay."""
         with self._changed:
             return self._problem
 
     @property
     def bytes_in_use(self) -> int:
-        """Pixels held, and room set aside for those being read."""
+        """Bytes of the pixels held, and of the space reserved for frames that are being read."""
         with self._changed:
             return self._shelf.bytes_in_use
 
     def want(self, frame: int, direction: Direction = 1, window: int = 24) -> None:
-        """Put the playhead on `frame`, to be read first, then `window` frames in `direction`.
+        """Put the playhead on `frame`: read it first, then `window` frames in `direction`.
 
-        After the last frame comes the first, as in a player that loops.
+        The first frame follows the last, as in a looping player.
         """
         self._raise_failure()
         with self._changed:
@@ -96,7 +97,7 @@ class FrameCache(Closing):
             self._changed.notify_all()
 
     def get(self, frame: int) -> Plate | Damaged | None:
-        """Return what is in memory of `frame`, without waiting; None for nothing yet."""
+        """Return `frame` if it is in memory, without waiting; None if it is not yet there."""
         self._raise_failure()
         with self._changed:
             held = self._shelf.held.get(frame)
@@ -116,7 +117,7 @@ class FrameCache(Closing):
         return self.get(frame)
 
     def states(self) -> dict[int, FrameState]:
-        """Return the state of every frame of the sequence, in order, for a timeline."""
+        """Return the state of every frame of the sequence, in order, for the timeline."""
         with self._changed:
             states = self._unread_states.copy()
             for frame in self._order.wanted():
@@ -128,9 +129,10 @@ class FrameCache(Closing):
         return states
 
     def refresh(self) -> None:
-        """Have a thread look at the disk for frames that came, went or were written again.
+        """Let a thread scan the disk for frames that were added, removed or written again.
 
-        Returns at once. A frame whose file changed is read anew, one that came if it is wanted.
+        Returns at once. Frames whose files have changed are read again, and so are new ones if they
+        are wanted.
         """
         self._raise_failure()
         with self._changed:
@@ -140,14 +142,14 @@ class FrameCache(Closing):
                 self._threads.submit(self._look, self._sequence, stamps)
 
     def close(self) -> None:
-        """Read no more; returns when the reads that have begun are over."""
+        """Stop reading, and return when the reads that have begun are finished."""
         with self._changed:
             self._closed = True
             self._changed.notify_all()
         self._threads.shutdown(wait=True, cancel_futures=True)
 
     def _raise_failure(self) -> None:
-        """Raise in the caller's thread what went wrong in one of ours."""
+        """Raise in the caller's thread the exception that stopped a worker thread."""
         with self._changed:
             failure = self._failure
         if failure is not None:
@@ -165,7 +167,7 @@ class FrameCache(Closing):
         return frame in self._shelf.reserved or self._is_unread(frame)
 
     def _begin_reads(self) -> None:
-        """Give idle threads the frames most wanted that there is room for; the lock is held."""
+        """Start reading the most wanted frames that fit into memory; the lock is held."""
         if self._closed or self._failure:
             return
         for frame in filter(self._is_unread, self._order.wanted()):
@@ -178,13 +180,13 @@ class FrameCache(Closing):
     def _read_frame(self, frame: int, path: Path) -> None:
         """Read `path` and put it on the shelf; runs on a thread."""
         with self._failures_kept():
-            stamps = self._stamps(path)  # before the pixels: a file written meanwhile is new
+            stamps = self._stamps(path)  # before reading, so that a later write is noticed
             held = Held(self._plate_or_damage(path), stamps)
             with self._changed:
                 self._shelf.put(frame, held, self._order)
-                del held  # should the shelf give it up, its memory is free for the next
+                del held  # if the shelf drops the frame, its memory is free for the next one
                 if not self._sequence.has(frame):
-                    self._shelf.forget(frame)  # gone since the read began
+                    self._shelf.forget(frame)  # the file was removed since the read began
                 self._begin_reads()
                 self._changed.notify_all()
             self._on_ready()
@@ -204,7 +206,7 @@ class FrameCache(Closing):
         return tuple(f for f, stamps in read.items() if self._stamps(sequence.path_at(f)) != stamps)
 
     def _look(self, sequence: Sequence, read: Mapping[int, Stamps]) -> None:
-        """Find out what became of `sequence` and of the files that were read; on a thread."""
+        """Scan `sequence` and the files that were read for changes; runs on a thread."""
         with self._failures_kept():
             try:
                 found, stale, problem = rescanned(sequence), self._stale(sequence, read), None
@@ -219,7 +221,7 @@ class FrameCache(Closing):
                 self._on_ready()
 
     def _take_over(self, sequence: Sequence, stale: tuple[int, ...]) -> None:
-        """Go on with `sequence`, without what is `stale`; the lock is held."""
+        """Use `sequence` from now on, and forget the `stale` frames; the lock is held."""
         self._sequence, self._unread_states = sequence, _unread_states(sequence)
         order = self._order
         self._order = PlayOrder.at(sequence.frames, order.playhead, order.direction, order.window)
@@ -229,7 +231,7 @@ class FrameCache(Closing):
 
     @contextmanager
     def _failures_kept(self) -> Iterator[None]:
-        """Keep what is raised in the block for the callers of this object, and wake them."""
+        """Keep an exception raised in the block for the callers of this object, and wake them."""
         try:
             yield
         except BaseException as error:

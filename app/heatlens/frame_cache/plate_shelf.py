@@ -1,4 +1,4 @@
-"""Plates in memory, never more of them than a budget of bytes allows."""
+"""Keep plates in memory within a budget of bytes."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,7 +12,7 @@ Stamps = tuple[Stamp | None, ...]  # of the files that one plate is read from
 
 @dataclass(frozen=True)
 class Damaged:
-    """A frame whose file cannot be read: why, in a sentence."""
+    """A frame whose file cannot be read, and a sentence that says why."""
 
     path: Path
     sentence: str
@@ -27,41 +27,41 @@ class Held:
 
     @property
     def size_bytes(self) -> int:
-        """Bytes of colour, depth and what lies behind; notes are too small to count."""
+        """Bytes of the colour, depth and fragment lists; notes are too small to count."""
         return plate_bytes(self.content) if isinstance(self.content, Plate) else 0
 
 
 def plate_bytes(plate: Plate) -> int:
-    """Return the memory that the pixels of `plate` take, and what is known behind them."""
+    """Return the bytes of memory that the pixels and the fragment lists of `plate` take."""
     depth = plate.depth_m if plate.depth_m is not None else plate.coc_px
     lists = 0 if plate.fragments is None else plate.fragments.nbytes
     return plate.color.nbytes + (0 if depth is None else depth.nbytes) + lists
 
 
 class PlateShelf:
-    """Plates by frame, and room reserved for those that are being read.
+    """Plates by frame, and space reserved for those that are being read.
 
-    The frame at the playhead may be larger than the whole budget: it is then held alone, because it
-    must be seen. Not safe for several threads at once: the caller locks.
+    If the frame at the playhead is larger than the whole budget, it is held alone, because it must
+    be shown. Not thread-safe: the caller holds a lock.
     """
 
     def __init__(self, budget_bytes: int):
         self.budget_bytes = budget_bytes
         self.held: dict[int, Held] = {}
         self.reserved: dict[int, int] = {}
-        self._known_bytes: dict[int, int] = {}  # of frames read before, as they were then
-        self._usual_bytes = budget_bytes  # nothing read yet: the first frame is read alone
+        self._known_bytes: dict[int, int] = {}  # sizes of frames when they were last read
+        self._usual_bytes = budget_bytes  # until a size is known, the first frame is read alone
 
     @property
     def bytes_in_use(self) -> int:
-        """Pixels held, and room set aside."""
+        """Bytes of the pixels held, and of the reserved space."""
         held_bytes = sum(held.size_bytes for held in self.held.values())
         return held_bytes + sum(self.reserved.values())
 
     def reserve(self, frame: int, order: PlayOrder) -> bool:
-        """Set room aside for `frame`, at the cost of frames worth less; False where they free none.
+        """Reserve space for `frame`, dropping less wanted frames; return False if it cannot fit.
 
-        Its size is taken to be what it was before, else that of the last frame read.
+        Its size is assumed to be that of its last read, else that of the last frame read.
         """
         size_bytes = self._known_bytes.get(frame, self._usual_bytes)
         victims = [f for f in self._by_rank(order) if order.rank(f) > order.rank(frame)]
@@ -75,10 +75,7 @@ class PlateShelf:
         return True
 
     def put(self, frame: int, held: Held, order: PlayOrder) -> None:
-        """Put `held` into the room reserved for `frame`.
-
-        Correct a reservation that was too small.
-        """
+        """Put `held` into the space reserved for `frame`, and drop others if it is larger."""
         del self.reserved[frame]
         self.held[frame] = held
         if held.size_bytes:
@@ -86,21 +83,21 @@ class PlateShelf:
         self.trim(order)
 
     def trim(self, order: PlayOrder) -> None:
-        """Give up what is worth least until the rest fits, but never the frame at the playhead."""
+        """Drop the least wanted frames until the rest fits, but never that at the playhead."""
         victims = [frame for frame in self._by_rank(order) if frame != order.playhead]
         while victims and self.bytes_in_use > self.budget_bytes:
             del self.held[victims.pop()]
 
     def keep_only(self, frames: set[int]) -> None:
-        """Let the pixels of all others go."""
+        """Drop the pixels of all other frames."""
         for frame in self.held.keys() - frames:
             del self.held[frame]
 
     def forget(self, frame: int) -> None:
-        """Drop what is held of `frame`, for its file is another now."""
+        """Drop `frame` and its known size, because its file has changed."""
         self.held.pop(frame, None)
         self._known_bytes.pop(frame, None)
 
     def _by_rank(self, order: PlayOrder) -> list[int]:
-        """Return the frames that hold pixels, the most wanted first."""
+        """Return the frames with pixels in memory, the most wanted first."""
         return sorted((f for f, held in self.held.items() if held.size_bytes), key=order.rank)

@@ -1,4 +1,4 @@
-"""Which frames a player will want next, and which it can do without first."""
+"""Decide which frames a player needs next, and which it can drop first."""
 
 from bisect import bisect_left, bisect_right
 from collections.abc import Iterator
@@ -10,9 +10,9 @@ Direction = Literal[1, -1]
 
 @dataclass(frozen=True)
 class PlayOrder:
-    """A playhead on sorted `frames` that moves in `direction` and looks `window` frames ahead.
+    """A playhead on sorted `frames` that moves in `direction` and reads `window` frames ahead.
 
-    Players loop, so the first frame follows the last.
+    Playback loops, so the first frame follows the last.
     """
 
     frames: tuple[int, ...]
@@ -22,20 +22,20 @@ class PlayOrder:
 
     @staticmethod
     def at(frames: tuple[int, ...], frame: int, direction: Direction, window: int) -> "PlayOrder":
-        """Return the order for a playhead on `frame`, the nearest earlier frame, or the first."""
+        """Return the order for a playhead on `frame`, else on the nearest earlier or first one."""
         playhead = frames[max(bisect_right(frames, frame) - 1, 0)]
         return PlayOrder(frames, playhead, direction, window)
 
     def wanted(self) -> Iterator[int]:
-        """Yield the playhead and the frames it looks ahead to, in the order they will be shown."""
+        """Yield the playhead and the frames ahead of it, in the order of playback."""
         start, count = self._index(self.playhead), len(self.frames)
         for steps in range(min(self.window + 1, count)):
             yield self.frames[(start + steps * self.direction) % count]
 
     def rank(self, frame: int) -> tuple[int, int]:
-        """Return a low rank for what to keep.
+        """Return a sort key; frames with a low rank are kept longest.
 
-        Frames ahead in order, then those behind, nearest first.
+        Frames ahead come first, in order of playback, then those behind, the nearest first.
         """
         steps = self.direction * (self._index(frame) - self._index(self.playhead))
         ahead = steps % len(self.frames)

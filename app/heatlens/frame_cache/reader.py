@@ -1,4 +1,4 @@
-"""The frames of one sequence, all read in the way that its first frame was."""
+"""Read all frames of a sequence in the same way as its first frame."""
 
 import threading
 from dataclasses import replace
@@ -11,11 +11,11 @@ from heatlens.plate.read import read_plate
 
 
 class SequenceReader:
-    """Reads plates; what nobody said about their depth is found out once, and then kept.
+    """Reads plates; if their depth convention is not given, it is guessed once and then kept.
 
-    A guess is made from the values of a frame, and those of the next may look different: a
-    sequence must not change its mind in the middle. `first` is the frame that decides, the first
-    one read where it is None or cannot be read. May be called from several threads.
+    A guess depends on the values of a frame, and a sequence must not change its convention from one
+    frame to the next. `first` is the frame that decides; if it is None or cannot be read, the
+    first frame that is read decides. May be called from several threads.
     """
 
     def __init__(self, options: PlateOptions, first: Path | None = None) -> None:
@@ -24,8 +24,8 @@ class SequenceReader:
         self._lock = threading.Lock()
 
     def __call__(self, path: Path) -> Plate:
-        """Read the plate at `path`. Raises InputError as `read_plate`."""
-        with self._lock:  # held while the frame that decides is read: the others depend on it
+        """Read the plate at `path`. Raises InputError as `read_plate` does."""
+        with self._lock:  # held while the deciding frame is read, because the others wait for it
             options = self._options
             is_open = len(options.behind_conventions) < len(options.behind)
             if options.depth_convention is DepthConvention.AUTO or is_open:
@@ -33,11 +33,11 @@ class SequenceReader:
         return read_plate(path, options)
 
     def _decided(self, path: Path) -> Plate:
-        """Read the plate at `path` once it is settled how the frames are read."""
+        """Read the plate at `path` after the deciding frame has settled the options."""
         if self._first is not None and self._first != path:
             try:
                 self._settle(read_plate(self._first, self._options))
-            except InputError:  # it will be told when its turn comes; another one decides
+            except InputError:  # reported when that frame is shown; another one decides
                 self._first = None
         plate = read_plate(path, self._options)
         self._settle(plate)
@@ -48,7 +48,7 @@ class SequenceReader:
 
 
 def settled_options(options: PlateOptions, plate: Plate) -> PlateOptions:
-    """Return `options` with the conventions that `plate` and those behind were found to follow."""
+    """Return `options` with the conventions that were used for `plate` and the pictures behind."""
     of_behind = {report.name: report.convention for report in plate.behind}
     return replace(
         options,

@@ -40,7 +40,7 @@ def layer_options(options: PlateOptions, layer: str) -> PlateOptions:
 
 
 def file_options(options: PlateOptions, number: int) -> PlateOptions:
-    """Return how to read the file behind of that number; its channels are found by their names."""
+    """Return how to read the file behind with this index; its channels are found by their names."""
     own = replace(
         layer_options(options, ""), color_layer=None, depth_convention=_convention(options, number)
     )
@@ -50,7 +50,7 @@ def file_options(options: PlateOptions, number: int) -> PlateOptions:
 
 
 def deep_options(options: PlateOptions) -> PlateOptions:
-    """Return how to read a deep file behind: what is said of flat depths is not about it."""
+    """Return how to read a deep file behind: options about flat depth channels do not apply."""
     return replace(
         options,
         depth_convention=DepthConvention.AUTO,
@@ -61,23 +61,26 @@ def deep_options(options: PlateOptions) -> PlateOptions:
 
 
 def _convention(options: PlateOptions, number: int) -> DepthConvention:
-    """Return the convention of a file behind; what was said of a depth file is about that alone."""
+    """Return the depth convention of a file behind.
+
+    A convention that was given together with a separate depth file applies to that file only.
+    """
     if options.behind_conventions:
         return options.behind_conventions[number]
     return options.depth_convention if options.depth_source is None else DepthConvention.AUTO
 
 
 def behind_paths(path: Path, options: PlateOptions) -> tuple[Path, ...]:
-    """Return the files behind the plate at `path`: of a pattern, the frame of the same number."""
+    """Return the files behind the plate at `path`; a pattern gives its frame of the same number."""
     return tuple(beside_path(path, text, "--behind", "picture behind") for text in options.behind)
 
 
 def with_behind(plate: Plate, behind: Sequence[Plate], names: Sequence[str] = ()) -> Plate:
     """Return the plate with what other plates show behind it, or in front of it.
 
-    `names` are what reports call them; their paths unless given. Each pixel is sorted by depth.
-    Data windows may differ; what lies outside the plate's own is left out. Raises InputError for
-    other display windows, and for plates of circles of confusion.
+    `names` are used in the reports; the default is the path of each plate. Each pixel is sorted by
+    depth. Data windows may differ; pixels outside the plate's own data window are left out. Raises
+    InputError where the display windows differ, and for plates that hold circles of confusion.
     """
     if not behind:
         return plate
@@ -95,9 +98,9 @@ def with_behind(plate: Plate, behind: Sequence[Plate], names: Sequence[str] = ()
 
 
 def _without_twins(other: Surface, front: Surface) -> Surface:
-    """Return what another picture adds: what it shows of the plate's own surface is left out.
+    """Return `other` without the pixels in which it shows the same surface as the plate.
 
-    A clean plate has the same distances beside the actor, and never quite the same colours.
+    A clean plate has the same distances beside the actor, but never exactly the same colours.
     """
     with np.errstate(invalid="ignore"):  # the sky in front of the sky
         is_close = np.abs(other.depth_m - front.depth_m) <= SAME_DEPTH * front.depth_m
@@ -112,7 +115,7 @@ def _without_twins(other: Surface, front: Surface) -> Surface:
 def _is_measured(
     plate: Plate, front: Surface, behind: Sequence[Plate], others: Sequence[Surface]
 ) -> bool:
-    """Return True where the coverage of all that is seen was measured: by samples or by alpha."""
+    """Return True if the coverage of every visible surface was measured, by samples or by alpha."""
     if plate.fragments is None or not plate.fragments.is_measured:
         return False
     return all(
@@ -128,7 +131,7 @@ def _report(
     front: Surface,
     nearest_m: FloatImage,
 ) -> BehindReport:
-    """Return how much of the picture `added` lies behind, and how much in front of the plate."""
+    """Return which share of the pixels `added` covers behind the plate, and in front of it."""
     is_hidden = _is_there(added) & (farthest_m(added) > (1 + SAME_DEPTH) * nearest_m)
     is_seen = _is_seen(added, front)
     return BehindReport(name, float(is_hidden.mean()), float(is_seen.mean()), convention)
@@ -145,7 +148,7 @@ def _is_there(surface: Surface) -> NDArray[np.bool_]:
 
 
 def _restacked(plate: Plate, made: Stacked, reports: tuple[BehindReport, ...]) -> Plate:
-    """Return the plate with the picture of all surfaces; it keeps an alpha only if it had one."""
+    """Return the plate with the composite of all surfaces; it has alpha only if it had before."""
     has_alpha = plate.has_alpha and bool((made.color[..., 3] < 1.0).any())
     if not has_alpha:
         made.color[..., 3] = 1.0
@@ -179,7 +182,7 @@ def _depth_of(plate: Plate) -> FloatImage:
 
 
 def _surface(plate: Plate, window: Box) -> Surface:
-    """Return the plate's pixels over `window`; without coverage where it has none."""
+    """Return the plate's pixels over `window`; their coverage is 0 where the plate has none."""
     depth_m, lists = _depth_of(plate), plate.fragments
     if plate.data_window == window:
         return Surface(plate.color, depth_m, lists)

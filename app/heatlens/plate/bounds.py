@@ -1,15 +1,16 @@
-"""How near, how blurred and how bright a plate may be: beyond, no picture can tell, and sums end.
+"""Limits on how near, how blurred and how bright the pixels of a plate may be.
 
-A damaged file, a wrong unit or a program's mark for "nothing" brings values that no camera has.
-They are settled where a plate is read, and that is said once.
+A damaged file, a wrong unit or a program's marker for "nothing here" gives values that no camera
+records. Beyond these limits, sums over a picture would overflow. Values are clamped when a plate
+is read, and one note tells the user.
 """
 
 import numpy as np
 
 from heatlens.plate.plate import FloatImage
 
-# A thousandth of a millimetre in front of the lens. What is nearer is no surface, and is mended as
-# a missing depth is: its blur would be wider than numbers on a GPU can hold.
+# A thousandth of a millimetre in front of the lens. Anything nearer is treated as a missing depth
+# and repaired: its blur would be wider than numbers on a GPU can hold.
 DEPTH_LEAST_M = 1e-6
 # Sixty times the width of the largest plate.
 COC_MOST_PX = 1e6
@@ -18,26 +19,27 @@ LIGHT_MOST = 1e14
 
 
 def bound_coc(coc_px: FloatImage, what: str) -> tuple[str, ...]:
-    """Bring diameters (H, W) of the circle of confusion into bounds, in place, and return notes.
+    """Clamp diameters (H, W) of the circle of confusion in place, and return notes about it.
 
-    There are no notes where all were within bounds. `what` names file and channel.
+    The notes are empty if nothing had to be clamped. `what` names the file and the channel.
     """
     count = int(np.count_nonzero(np.abs(coc_px) > COC_MOST_PX))
     np.clip(coc_px, -COC_MOST_PX, COC_MOST_PX, out=coc_px)
     words = f"a circle of confusion of more than {COC_MOST_PX:,.0f} px"
-    return _said(what, words, count, coc_px.size)
+    return _clamped_note(what, words, count, coc_px.size)
 
 
 def bound_color(color: FloatImage, what: str) -> tuple[str, ...]:
-    """Bring finite light (H, W, C) into bounds, in place, and return notes, as `bound_coc`."""
+    """Clamp finite colours (H, W, C) in place, and return notes, as `bound_coc` does."""
     if -LIGHT_MOST <= color.min() and color.max() <= LIGHT_MOST:
         return ()
     count = int(np.count_nonzero((np.abs(color) > LIGHT_MOST).any(axis=2)))
     np.clip(color, -LIGHT_MOST, LIGHT_MOST, out=color)
-    return _said(what, f"light beyond {LIGHT_MOST:g}", count, color.shape[0] * color.shape[1])
+    words = f"light beyond {LIGHT_MOST:g}"
+    return _clamped_note(what, words, count, color.shape[0] * color.shape[1])
 
 
-def _said(what: str, words: str, count: int, size: int) -> tuple[str, ...]:
+def _clamped_note(what: str, words: str, count: int, size: int) -> tuple[str, ...]:
     if not count:
         return ()
-    return (f"{what} holds {words} in {count} of {size} pixels: they were set to that.",)
+    return (f"{what} holds {words} in {count} of {size} pixels: they were set to this limit.",)

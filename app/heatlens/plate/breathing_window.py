@@ -1,4 +1,4 @@
-"""What a lens that breathes shows of the frame of a plate."""
+"""Which part of a plate's frame is seen through a lens that breathes."""
 
 from heatlens.model.breathing import plate_ratio
 from heatlens.model.lens import Lens
@@ -7,19 +7,22 @@ from heatlens.plate.plate import Plate
 
 
 def room_of(plate: Plate) -> float:
-    """Return the width that the plate has over that of its frame, alike on both sides."""
+    """Return the width of the plate with its symmetric overscan, divided by that of its frame."""
     return 1.0 + 2.0 * overscan_px(plate) / plate.display_window.width
 
 
 def frame_centre_px(plate: Plate, scale: float = 1.0) -> tuple[float, float]:
-    """Return the middle of the frame, from the corner of the data window; `scale` is the proxy."""
+    """Return the centre (x, y) of the frame in pixels from the corner of the data window.
+
+    `scale` is the proxy scale by which the result is multiplied.
+    """
     data, shown = plate.data_window, plate.display_window
     x, y = (shown.x0 + shown.x1) / 2 - data.x0, (shown.y0 + shown.y1) / 2 - data.y0
     return x * scale, y * scale
 
 
 def plate_pixel(plate: Plate, lens: Lens, pixel: tuple[int, int]) -> tuple[int, int]:
-    """Return which pixel of the display window of a plate is seen at one of the picture."""
+    """Return the pixel of the plate's display window that is seen at `pixel` of the picture."""
     ratio = plate_ratio(lens, room_of(plate))
     if ratio == 1.0:
         return pixel
@@ -29,7 +32,7 @@ def plate_pixel(plate: Plate, lens: Lens, pixel: tuple[int, int]) -> tuple[int, 
 
 
 def picture_point(plate: Plate, lens: Lens, point: tuple[float, float]) -> tuple[float, float]:
-    """Return where a point of the display window of a plate is seen in the picture."""
+    """Return where `point` of the plate's display window appears in the picture."""
     ratio = plate_ratio(lens, room_of(plate))
     middle_x, middle_y = plate.display_window.width / 2, plate.display_window.height / 2
     return middle_x + (point[0] - middle_x) / ratio, middle_y + (point[1] - middle_y) / ratio

@@ -1,6 +1,6 @@
-"""The lens in an EXR header, in and out: standard attributes, focus in metres, the rest in mm.
+"""Read and write the lens in an EXR header, by the OpenEXR list of standard attributes.
 
-Names and units: the OpenEXR list of standard attributes.
+The focus distance is in metres; focal length and sensor size are in millimetres.
 """
 
 import math
@@ -16,7 +16,7 @@ from heatlens.plate.written_by import rendered_by
 
 Header = dict[str, Any]
 
-# Field of CameraHeader -> attributes that give it, the one meant for pinhole cameras first.
+# Each field of CameraHeader and the attributes that give it, most specific to pinholes first.
 _ATTRIBUTES = {
     "focus_distance_m": ("focus",),
     "f_stop": ("aperture",),
@@ -54,13 +54,13 @@ def camera_at_header(headers: Sequence[Header]) -> CameraHeader:
 def _add_lens_of_shoot(
     headers: Sequence[Header], values: dict[str, Any], sources: dict[str, str]
 ) -> None:
-    """Add what only the names of a camera on a set tell; a T-stop stands for a missing f-stop."""
-    told = {n: v for header in reversed(headers) for n, v in header.items() if is_of_shoot(n)}
-    lens = shoot_lens(told) if told else ShootLens()
+    """Add values from the metadata of cameras on set; a T-stop stands in for a missing f-stop."""
+    entries = {n: v for header in reversed(headers) for n, v in header.items() if is_of_shoot(n)}
+    lens = shoot_lens(entries) if entries else ShootLens()
     for name in _ATTRIBUTES:
         value = getattr(lens, name)
         if value is not None and name not in values:
-            unit = "" if name != "focus_distance_m" or lens.is_unit_told else ", taken for metres"
+            unit = "" if name != "focus_distance_m" or lens.has_unit else ", taken for metres"
             values[name], sources[name] = value, f"{lens.sources[name]}{unit}"
     if "f_stop" not in values and lens.t_stop is not None:
         values["f_stop"] = lens.t_stop
@@ -68,14 +68,14 @@ def _add_lens_of_shoot(
 
 
 def lens_model_of(camera: CameraHeader) -> tuple[LensModel, str]:
-    """Return the lens model for a plate with such a header, and in words what decides it."""
+    """Return the lens model for a plate with this header, and a few words on what decides it."""
     if camera.model is None:
         return LensModel.PHOTOGRAPHIC, "the header names no CG renderer"
     return camera.model, camera.sources.get("model", "header")
 
 
 def _model_at(headers: Sequence[Header]) -> tuple[LensModel, str] | None:
-    """Return the lens model that the headers tell and what tells it, heatlens' own entry first."""
+    """Return the lens model that the headers give and its source; our own entry comes first."""
     for header in headers:
         if header.get(_MODEL) in list(LensModel):
             return LensModel(header[_MODEL]), f"header, {_MODEL}"

@@ -1,17 +1,17 @@
-"""Which entries of a header go on to the output."""
+"""Choose the entries of an input header that are copied to the output."""
 
 from typing import Any
 
 from heatlens.plate.channels import Header
 from heatlens.plate.exr_write import JOB_ATTRIBUTE
-from heatlens.plate.picture_parts import TOLD
+from heatlens.plate.picture_parts import PICTURE_FACTS
 
-# Written by the writer itself, or about parts, channels and layouts the output does not have.
+# The writer writes these itself, or they describe parts, channels and layouts of the input alone.
 _NOT_CARRIED = {
     *("channels", "compression", "dataWindow", "displayWindow", "lineOrder", "pixelAspectRatio"),
     *("type", "tiles", "chunkCount", "name", "version", "preview", "maxSamplesPerPixel"),
     *("multiView", "view", "dwaCompressionLevel", "zipCompressionLevel", "idManifest"),
-    *("deepImageState", JOB_ATTRIBUTE, TOLD),
+    *("deepImageState", JOB_ATTRIBUTE, PICTURE_FACTS),
 }
 
 

@@ -1,4 +1,4 @@
-"""Which channels of a file are the colour and the depth: found by name, in a ranked order."""
+"""Choose the channels of a file that hold colour and depth, by a ranking of their names."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -42,12 +42,15 @@ _LETTERS |= {"a": "a", "alpha": "a"}
 
 
 class NoDepthError(InputError):
-    """A picture has no channel that its name tells to be a depth."""
+    """A picture has no channel whose name says that it is a depth."""
 
 
 @dataclass(frozen=True)
 class ColorChoice:
-    """Red, green, blue (thrice the same for luminance) and alpha, with how they were chosen."""
+    """The channels for red, green, blue and alpha; luminance fills all three colours.
+
+    `notes` tell the user how they were chosen where that is not obvious.
+    """
 
     layer: str
     rgb: tuple[ChannelRef, ChannelRef, ChannelRef]
@@ -56,7 +59,7 @@ class ColorChoice:
 
     @property
     def view(self) -> str:
-        """The view it belongs to, "" where the file has one alone."""
+        """The stereo view it belongs to, "" where the file has only one."""
         return self.rgb[0].view
 
 
@@ -67,10 +70,10 @@ def choose_color(
     eye: str | None = None,
     among: Sequence[ChannelRef] | None = None,
 ) -> ColorChoice:
-    """Choose the colour channels of `layer`, or of the likeliest layer where it is None.
+    """Choose the colour channels of `layer`, or of the most likely layer if that is None.
 
-    They are chosen from `among`; None: from those that are not deep. In a stereo file they are
-    those of the view `eye`; where that is None, those of the first view, and a note says so. Raises
+    They are chosen from `among`, or from all flat channels if that is None. In a stereo file they
+    belong to the view `eye`; if that is None, to the first view, and a note says so. Raises
     InputError that names what was looked for and what the file has.
     """
     views = views_of(headers)
@@ -98,7 +101,7 @@ def color_layers_among(names: Iterable[str]) -> tuple[str, ...]:
 
 
 def depth_channels_first(names: Iterable[str]) -> tuple[str, ...]:
-    """Sort full channel names so that those that name a depth come first."""
+    """Sort full channel names so that the most likely depth channels come first."""
     refs = [ChannelRef(0, name, name) for name in names]
     words = (*DEPTH_WORDS, *_COC_WORDS)
     ranks = {ref.full_name: _depth_rank(ref, refs, words, "") for ref in refs}
@@ -108,11 +111,12 @@ def depth_channels_first(names: Iterable[str]) -> tuple[str, ...]:
 def choose_depth(
     path: Path, headers: Sequence[Header], name: str | None, color: ColorChoice | None, coc: bool
 ) -> ChannelRef:
-    """Choose the depth channel: `name`, or the likeliest one where it is None.
+    """Choose the depth channel: `name`, or the most likely one if that is None.
 
-    `coc`: look for a circle of confusion before a depth. A depth of another view than the colour's
-    is never taken; among equally good names the one nearest to the colour wins (same layer tree,
-    then same part). Raises InputError that names what was looked for and what the file has.
+    With `coc`, a circle of confusion is preferred over a depth. The depth of another view than the
+    colour's is never chosen; among equally good names the one closest to the colour wins (same
+    layer tree, then same part). Raises InputError that names what was looked for and what the file
+    has.
     """
     usable = flat_channels(headers)
     if name is not None:
@@ -135,7 +139,7 @@ def choose_depth(
 
 
 def _view_called(path: Path, views: Sequence[str], eye: str | None) -> str | None:
-    """Return the view named `eye`, in upper or lower case; raise InputError where there is none."""
+    """Return the view named `eye`, ignoring case; raise InputError if there is none."""
     if eye is None:
         return None
     wanted = next((view for view in views if view.lower() == eye.lower()), None)
@@ -182,7 +186,7 @@ def _color_layers(usable: Sequence[ChannelRef]) -> dict[str, ColorChoice]:
 
 
 def _color_rank(choice: ColorChoice, many_parts: bool) -> tuple[int, int]:
-    """Lower is likelier to be the finished picture; ties keep the order of the file."""
+    """Return a sort key: the lowest is most likely the finished picture; ties keep file order."""
     leaf = _last(choice.rgb[0].plain_layer)
     if leaf in _COLOR_LAYERS:
         return _COLOR_LAYERS.index(leaf), choice.rgb[0].part
@@ -194,7 +198,7 @@ def _color_rank(choice: ColorChoice, many_parts: bool) -> tuple[int, int]:
 def _depth_rank(
     ref: ChannelRef, usable: Sequence[ChannelRef], words: Sequence[str], color_layer: str
 ) -> int | None:
-    """Lower is likelier to be depth; None when the name does not say depth at all."""
+    """Return a rank: the lowest is most likely a depth; None if the name does not suggest one."""
     layer, leaf = _last(ref.plain_layer), ref.leaf.lower()
     if layer in _DATA_LAYERS:
         return None
@@ -210,7 +214,10 @@ def _depth_rank(
 
 
 def _named(path: Path, usable: Sequence[ChannelRef], name: str) -> ChannelRef:
-    """Find the channel the user asked for: full name, name in its part, or layer of one channel."""
+    """Find the channel that the user named.
+
+    The name may be a full name, a name within a part, or a layer that holds a single channel.
+    """
     for ref in usable:
         if name in (ref.full_name, ref.key):
             return ref
@@ -233,12 +240,12 @@ def _last(layer: str) -> str:
 
 
 def _squashed(name: str) -> str:
-    """Remove capitals and punctuation: Z_Depth, z-depth and zDepth are one word."""
+    """Return the name in lower case without punctuation: Z_Depth, z-depth and zDepth are equal."""
     return "".join(letter for letter in name.lower() if letter.isalnum())
 
 
 def _with_guess_noted(chosen: ColorChoice, layers: Mapping[str, ColorChoice]) -> ColorChoice:
-    """Return `chosen` with a note where its name does not say that it is the finished picture."""
+    """Return `chosen`, with a note if its name does not say that it is the finished picture."""
     if _last(chosen.rgb[0].plain_layer) in _COLOR_LAYERS or len(layers) == 1:
         return chosen
     note = (

@@ -1,7 +1,7 @@
-"""The channels of a file, each by its full name and with the view that it belongs to.
+"""List the channels of a file, each with its full name and the view that it belongs to.
 
-A channel is known by its full name, `layer.leaf`. In a file of several parts the part's name is the
-layer of channels that name none, so `depth` / `Z` in a part of its own is `depth.Z`.
+The full name of a channel is `layer.leaf`. In a file of several parts, the name of the part serves
+as the layer of channels that name none: `Z` in a part called `depth` is `depth.Z`.
 """
 
 from collections.abc import Iterable, Sequence
@@ -29,7 +29,7 @@ class ChannelRef:
 
     @property
     def layer(self) -> str:
-        """All of the full name but the leaf; "" for none."""
+        """The full name without its last component; "" for none."""
         return self.full_name.rpartition(".")[0]
 
     @property
@@ -49,7 +49,7 @@ def type_name(header: Header) -> str:
 
 
 def compression_name(header: Header) -> str:
-    """Return the compression by its name in `--compression`: none, zip, piz, dwaa ..."""
+    """Return the name of the compression as `--compression` takes it: none, zip, piz, dwaa ..."""
     name = str(header["compression"]).rpartition(".")[2].removesuffix("_COMPRESSION").lower()
     return "none" if name == "no" else name
 
@@ -88,7 +88,7 @@ def pixels_of(parts: Sequence[Part], ref: ChannelRef) -> NDArray[Any]:
 
 
 def listed(names: Iterable[str]) -> str:
-    """Join the first twenty names in one line."""
+    """Return the first twenty names joined in one line."""
     all_names = [name or "(no name)" for name in names]
     left = len(all_names) - _NAMES_LISTED
     more = f" and {left} more" if left > 0 else ""
@@ -96,7 +96,7 @@ def listed(names: Iterable[str]) -> str:
 
 
 def unusable_sentence(headers: Sequence[Header]) -> str:
-    """Return a sentence on deep or subsampled channels, "" where there are none."""
+    """Return a sentence about deep or subsampled channels, "" if there are none."""
     if any(is_deep(header) for header in headers):
         return " It holds deep samples, which heatlens reads as a plate alone: flatten it first."
     if any(c.xSampling != 1 or c.ySampling != 1 for h in headers for c in h["channels"]):
@@ -105,7 +105,7 @@ def unusable_sentence(headers: Sequence[Header]) -> str:
 
 
 def _full_name(header: Header, key: str, many_parts: bool) -> str:
-    """Return `layer.leaf`; the part's name stands for a layer that the channel does not name."""
+    """Return `layer.leaf`; the part's name serves as the layer of a channel that names none."""
     part_name = str(header.get("name", ""))
     if not many_parts or not part_name or key.lower().startswith(f"{part_name.lower()}."):
         return key

@@ -1,8 +1,8 @@
-"""The samples of a deep EXR part as they lie in the file, unpacked some rows at a time.
+"""Read the samples of a deep EXR part from the bytes of the file, a few rows at a time.
 
-OpenEXR for Python makes an object of every pixel, and OpenImageIO a call of every value: 3 GB, or
-twice the time of all the rest, for a frame in high definition. Source: OpenEXR, "File Layout" and
-"Interpreting OpenEXR Deep Pixels".
+OpenEXR for Python makes an object for every pixel, and OpenImageIO needs a call for every value:
+for a frame in high definition that takes 3 GB of memory, or twice the time of all other work.
+Source: OpenEXR, "File Layout" and "Interpreting OpenEXR Deep Pixels".
 """
 
 import struct
@@ -20,21 +20,21 @@ from heatlens.model.boxes import Box
 from heatlens.paths import unreadable
 from heatlens.plate.exr_scan import CutError, RawChannel, RawHeader, channels_of, scanned_headers
 
-SAMPLES_MOST = 100_000_000  # of a part
-_BAND_SAMPLES = 1 << 19  # unpacked at once, or one row or row of tiles where that has more
-_BAND_MOST = 12_000_000  # of such a row
-_SMALLER_MOST = 1100  # times, by which any compression of deep pixels makes black ones smaller
+SAMPLES_MOST = 100_000_000  # in a part
+_BAND_SAMPLES = 1 << 19  # unpacked at once; a single row, or row of tiles, may have more
+_BAND_MOST = 12_000_000  # samples in such a row
+_SMALLER_MOST = 1100  # the greatest ratio by which a compression shrinks black deep pixels
 _NONE, _RLE, _ZIPS = 0, 1, 2
 _ONE_LEVEL_MASK = 0xF
 
 
 @dataclass(frozen=True, eq=False)
 class DeepBand:
-    """The samples of some rows, those of one pixel after those of the pixel before.
+    """The samples of some rows, pixel after pixel.
 
     first_row  counted from the top of the data window
-    counts     (rows * W,) samples of each pixel
-    values     the values of each channel (N,) by its number, float32
+    counts     (rows * W,) number of samples in each pixel
+    values     (N,) float32 values of each channel, by the channel's number in the header
     """
 
     first_row: int
@@ -44,9 +44,10 @@ class DeepBand:
 
 @dataclass(frozen=True, eq=False)
 class _Chunk:
-    """A row, or a tile: where it is, and where its samples are in the file.
+    """A row or a tile: its position in the picture, and that of its samples in the file.
 
-    counts  (h, w) samples of each of its pixels
+    counts  (h, w) number of samples in each pixel
+    place   offset in bytes of the packed samples
     """
 
     x: int
@@ -57,12 +58,12 @@ class _Chunk:
 
 
 class DeepPart:
-    """One deep part of a file, whose counts have been read and whose samples are to be."""
+    """One deep part of a file; making it reads the sample counts, `bands` reads the samples."""
 
     def __init__(self, path: Path, part: int) -> None:
-        """Read where the samples of part number `part` are, and how many each pixel has.
+        """Find the samples of part number `part`, and count those of each pixel.
 
-        Raises InputError for a damaged file and for more samples than are taken.
+        Raises InputError for a damaged file and for one with more than SAMPLES_MOST samples.
         """
         self._path = path
         try:
@@ -89,11 +90,11 @@ class DeepPart:
 
     @property
     def count(self) -> int:
-        """How many samples there are."""
+        """Number of samples in the part."""
         return sum(int(chunk.counts.sum()) for chunk in self._chunks)
 
     def bands(self, channels: Sequence[int]) -> Iterator[DeepBand]:
-        """Yield the samples from the top to the bottom; `channels` are numbers in the header.
+        """Yield the samples from top to bottom; `channels` are numbers as in `numbers`.
 
         Raises InputError for damaged samples.
         """
@@ -162,7 +163,7 @@ class DeepPart:
         return sorted(found, key=lambda chunk: (chunk.y, chunk.x))
 
     def _chunk_box(self, file: BinaryIO) -> Box | None:
-        """Return the pixels of the chunk at which the file is; None for one of a smaller level."""
+        """Return the pixels of the chunk at the file's position; None in a smaller mipmap level."""
         height, width = self.shape
         if self._tile is None:
             (row,) = struct.unpack("<i", file.read(4))
@@ -190,35 +191,35 @@ class DeepPart:
         so_far = table.view("<i4").reshape(box.height, box.width).astype(np.int64)
         counts = np.diff(so_far, axis=1, prepend=0)
         if counts.min() < 0:
-            raise CutError("a pixel has less than no samples")
+            raise CutError("a pixel has a negative number of samples")
         if counts.sum() > SAMPLES_MOST:
             self._refuse_many()
         if counts.sum() * self._sample_bytes != data_bytes:
             raise CutError(
-                f"{counts.sum():,} samples are counted in the rows from {box.y0} on, and "
-                f"{data_bytes:,} bytes are told for them"
+                f"the rows from {box.y0} on count {counts.sum():,} samples, but give their size "
+                f"as {data_bytes:,} bytes"
             )
         if packed_bytes > data_bytes:
-            raise CutError("samples are longer than they can be")
+            raise CutError("packed samples are longer than unpacked ones")
         return _Chunk(box.x0, box.y0, counts, file.tell(), packed_bytes)
 
     def _check_covered(self) -> None:
-        """Refuse a part of whose pixels some have no chunk, or two."""
+        """Refuse a part in which a pixel has no chunk, or two of them."""
         seen = np.zeros(self.shape, bool)
         for chunk in self._chunks:
             height, width = chunk.counts.shape
             at = seen[chunk.y : chunk.y + height, chunk.x : chunk.x + width]
             if at.any():
-                raise self._damaged("pixels are there twice")
+                raise self._damaged("some pixels are stored twice")
             at[:] = True
         if not seen.all():
             missing = int((~seen.all(axis=1)).sum())
-            raise self._damaged(f"{missing} of its {len(seen)} rows are not there")
+            raise self._damaged(f"{missing} of its {len(seen)} rows are missing")
 
     # The samples
 
     def _grouped(self) -> Iterator[list[_Chunk]]:
-        """Yield chunks of whole rows, or rows of tiles, for one band at a time."""
+        """Yield the chunks of one band at a time: whole rows, or whole rows of tiles."""
         band: list[_Chunk] = []
         held = 0
         for chunk in self._chunks:
@@ -257,7 +258,7 @@ class DeepPart:
     def _rows_of(
         self, file: BinaryIO, chunk: _Chunk, channels: Sequence[int]
     ) -> Iterator[tuple[NDArray[Any], ...]]:
-        """Yield for each row of a chunk the samples of the channels."""
+        """Yield the samples of the channels, an array each, for every row of a chunk."""
         row_counts = chunk.counts.sum(axis=1)
         size = int(row_counts.sum()) * self._sample_bytes
         file.seek(chunk.place)
@@ -288,7 +289,7 @@ class DeepPart:
 
 
 def _unpacked(packed: bytes, size: int, compression: int) -> NDArray[np.uint8]:
-    """Return `size` bytes; what would not get smaller is stored as it is."""
+    """Return the `size` unpacked bytes; data that would not shrink is stored unpacked."""
     if len(packed) == size:
         return np.frombuffer(packed, np.uint8)
     if compression == _RLE:
@@ -298,12 +299,12 @@ def _unpacked(packed: bytes, size: int, compression: int) -> NDArray[np.uint8]:
     else:
         raw = packed
     if len(raw) != size:
-        raise CutError(f"{len(raw):,} bytes are where {size:,} should be")
+        raise CutError(f"{len(raw):,} bytes were found instead of {size:,}")
     return _from_differences(np.frombuffer(raw, np.uint8))
 
 
 def _from_differences(stored: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Undo what makes bytes easier to pack: differences, and every other byte at the end."""
+    """Undo the predictor of EXR: sum up differences, then interleave the two halves."""
     sums = np.cumsum(stored, dtype=np.uint8)
     sums[1::2] ^= 0x80  # each difference is stored with 128 added
     out = np.empty_like(sums)
@@ -313,7 +314,10 @@ def _from_differences(stored: NDArray[np.uint8]) -> NDArray[np.uint8]:
 
 
 def _without_runs(packed: bytes, size: int) -> bytes:
-    """Undo run lengths: a count below 0 is before so many bytes, another before one to repeat."""
+    """Undo run-length coding.
+
+    A negative count precedes that many literal bytes, another one a byte to repeat count + 1 times.
+    """
     out, at = bytearray(), 0
     while at + 1 < len(packed) and len(out) <= size:
         count = packed[at]

@@ -1,4 +1,4 @@
-"""Deep EXR files: whether a file is one, and which of its channels are the picture."""
+"""Recognise deep EXR files, and choose the channels of their picture."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ _PICTURE = ("r", "g", "b", "a")
 class DeepChannels:
     """The channels of a deep picture: colour, alpha, and where samples begin and end.
 
-    back  None where the file has no ZBack, and samples have no thickness
+    back  None if the file has no ZBack, so that its samples have no thickness
     """
 
     color: ColorChoice
@@ -26,7 +26,7 @@ class DeepChannels:
 
     @property
     def part(self) -> int:
-        """The part of the file that they are in."""
+        """Number of the part of the file that holds them."""
         return self.z.part
 
     @property
@@ -41,12 +41,12 @@ def is_deep_file(path: Path) -> bool:
 
     Bit 11 of the second word says so. Source: "OpenEXR File Layout".
     """
-    if not path.is_file():  # to open a pipe is to wait for whoever writes to it
+    if not path.is_file():  # opening a pipe would wait for its writer
         return False
     try:
         with path.open("rb") as file:
             start = file.read(8)
-    except OSError:  # whoever reads the file says it better
+    except OSError:  # the code that reads the file reports this with more detail
         return False
     is_exr = start[:4] == b"\x76\x2f\x31\x01" and len(start) == 8
     return is_exr and bool(int.from_bytes(start[4:], "little") & _HOLDS_DEEP)
@@ -85,7 +85,7 @@ def _siblings(deep: Sequence[ChannelRef], ref: ChannelRef) -> list[ChannelRef]:
 
 
 def _depth_of(deep: Sequence[ChannelRef], ref: ChannelRef, leaf: str) -> ChannelRef | None:
-    """Return Z or ZBack of the layer, or of the part where that has one for all layers."""
+    """Return Z or ZBack of the layer, or the one that all layers of the part share."""
     own = [other for other in _siblings(deep, ref) if other.leaf.lower() == leaf]
     shared = [other for other in deep if other.part == ref.part and other.key.lower() == leaf]
     return next(iter((*own, *shared)), None)

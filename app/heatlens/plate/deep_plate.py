@@ -1,4 +1,4 @@
-"""Deep EXR to a plate: samples are mended, sorted, merged to what a lens tells, and flattened."""
+"""Read a deep EXR as a plate: repair, sort, merge and flatten its samples."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -29,10 +29,10 @@ from heatlens.plate.windows import box_at_header, pixel_aspect_of
 
 
 def read_deep_plate(path: Path, options: PlateOptions) -> Plate:
-    """Read the picture that a deep file holds, with all that it tells behind it.
+    """Read the flattened picture of a deep file, with the surfaces behind it as fragment lists.
 
-    Distances are Z; what lets light through and is thick is cut into slices between Z and ZBack.
-    Raises InputError for a damaged file, and for options that a deep file cannot follow.
+    Distances are Z; a transparent sample with a thickness is cut into slices between Z and ZBack.
+    Raises InputError for a damaged file, and for options that do not apply to a deep file.
     """
     _check_options(path, options)
     headers = read_headers(path)
@@ -70,9 +70,9 @@ def read_deep_plate(path: Path, options: PlateOptions) -> Plate:
 
 
 def flattened_part(path: Path) -> Part:
-    """Return the header and the channels R, G, B, A and Z of what a deep file shows.
+    """Return the header and the flattened channels R, G, B, A and Z of a deep file.
 
-    Raises InputError as `read_deep_plate`.
+    Raises InputError as `read_deep_plate` does.
     """
     headers = read_headers(path)
     channels = deep_channels(path, headers, None, None)
@@ -104,10 +104,10 @@ def _depth_report(channels: DeepChannels, made: Stacked) -> DepthReport:
 
 
 def _report(made: Stacked) -> BehindReport:
-    """Return where the samples tell what is behind the nearest surface."""
+    """Return in which share of the pixels the samples show something behind the nearest surface."""
     assert made.lists is not None
     counts = np.diff(made.lists.starts >> 1)
-    return BehindReport("What deep samples tell", float((counts > 0).mean()), 0.0)
+    return BehindReport("What the deep samples hold", float((counts > 0).mean()), 0.0)
 
 
 def _surfaces_sentence(path: Path, made: Stacked) -> str:
@@ -140,7 +140,7 @@ def _check_options(path: Path, options: PlateOptions) -> None:
 
 
 def _read(part: DeepPart, channels: DeepChannels, unit_m: float) -> tuple[Stacked, "_Faults"]:
-    """Return the picture with its lists, and what was wrong with samples."""
+    """Return the picture with its fragment lists, and counts of faulty samples."""
     (height, width), numbers = part.shape, [part.numbers[name] for name in channels.names]
     made, faults, has_cover = ListBuilder(height, width, SAME_SURFACE), _Faults(), False
     for band in part.bands(numbers):
@@ -160,7 +160,7 @@ def _read(part: DeepPart, channels: DeepChannels, unit_m: float) -> tuple[Stacke
 
 @dataclass
 class _Faults:
-    """Counts samples that are not as they should be."""
+    """Counts of samples that had to be repaired, sorted or sliced."""
 
     size: int = 0
     nowhere: int = 0
@@ -169,18 +169,18 @@ class _Faults:
     cut: int = 0
 
     def sentences(self, path: Path) -> tuple[str, ...]:
-        """Return a sentence for each kind that there is."""
-        told = (
-            (self.nowhere, "are at no distance that can be, and were left out"),
-            (self.beyond, "have a colour or coverage that cannot be, and were brought into bounds"),
-            (self.unsorted, "were not in the order of their distance"),
+        """Return a sentence for each kind of fault that occurred."""
+        kinds = (
+            (self.nowhere, "have an impossible distance and were left out"),
+            (self.beyond, "have an impossible colour or coverage and were clamped"),
+            (self.unsorted, "were not sorted by distance"),
             (self.cut, "are thick and let light through, and were cut into slices"),
         )
-        return tuple(f"{path}: {n} of {self.size} samples {said}." for n, said in told if n)
+        return tuple(f"{path}: {n} of {self.size} samples {words}." for n, words in kinds if n)
 
 
 def _mended(samples: DeepSamples, unit_m: float, faults: _Faults) -> Fragments:
-    """Return samples that are surfaces, in order and in metres; `faults` counts the others."""
+    """Return the valid samples, sorted and in metres; count the others in `faults`."""
     color, alpha = samples.color, samples.alpha
     is_good = np.isfinite(color).all(axis=1) & (alpha >= 0) & (alpha <= 1 + 1e-3)
     is_good &= np.abs(color).max(axis=1, initial=0.0) <= LIGHT_MOST
@@ -203,9 +203,10 @@ def _mended(samples: DeepSamples, unit_m: float, faults: _Faults) -> Fragments:
 
 
 def _settle_distances(samples: DeepSamples, unit_m: float) -> NDArray[np.bool_]:
-    """Turn both ends into metres, infinite where nothing was hit.
+    """Convert both ends of the samples to metres in place, infinite where nothing was hit.
 
-    Return which samples have a distance at all. What begins behind the camera begins at the lens.
+    Return a mask of the samples that have a valid distance. A sample that begins behind the camera
+    is cut off at the lens.
     """
     z, back = samples.z, samples.back
     with np.errstate(invalid="ignore"):

@@ -1,4 +1,4 @@
-"""Deep samples that are thick: smoke and fog, cut into slices that each have one distance."""
+"""Cut thick deep samples, which are smoke and fog, into slices that have one distance each."""
 
 from dataclasses import dataclass
 
@@ -7,14 +7,15 @@ from numpy.typing import NDArray
 
 from heatlens.plate.fragment_merge import Fragments
 
-_SLICE = 0.15  # of its distance: how thick a slice may be
-_SLICES_MOST = 16  # of a sample
-_NEAREST = 1 / 16  # of its far end: where the slices of what begins at the lens begin
+_SLICE = 0.15  # greatest thickness of a slice, as a part of its distance
+_SLICES_MOST = 16  # for each sample
+# Where the slices of a sample that begins at the lens begin, as a part of its far end.
+_NEAREST = 1 / 16
 
 
 @dataclass(frozen=True, eq=False)
 class DeepSamples:
-    """Samples of many pixels, as in `Fragments`; `z` and `back` are metres of both ends."""
+    """Samples of many pixels, as in `Fragments`; `z` and `back` are the near and far end in m."""
 
     pixel: NDArray[np.int64]
     color: NDArray[np.float32]
@@ -23,7 +24,7 @@ class DeepSamples:
     back: NDArray[np.float32]
 
     def where(self, chosen: NDArray[np.bool_]) -> "DeepSamples":
-        """Return some of them."""
+        """Return the chosen samples."""
         return DeepSamples(
             self.pixel[chosen],
             self.color[chosen],
@@ -34,10 +35,10 @@ class DeepSamples:
 
 
 def without_volumes(samples: DeepSamples) -> tuple[Fragments, int]:
-    """Return each sample in the middle of its ends, and how many were cut into slices before.
+    """Return fragments at the middle of each sample, and how many samples were cut into slices.
 
-    A volume is taken as equally dense throughout, so what passes through a slice is a power of
-    what passes through all of it. Source: "Interpreting OpenEXR Deep Pixels".
+    A volume is taken as equally dense throughout, so the transmission of a slice is a power of the
+    transmission of the whole. Source: "Interpreting OpenEXR Deep Pixels".
     """
     with np.errstate(invalid="ignore"):
         thickness = samples.back - samples.z  # not a number where nothing was hit
@@ -56,7 +57,7 @@ def without_volumes(samples: DeepSamples) -> tuple[Fragments, int]:
 
 
 def _slices(samples: DeepSamples) -> Fragments:
-    """Cut each sample where distances grow by the same factor."""
+    """Cut each sample into slices whose distances grow by a constant factor."""
     begin = np.maximum(samples.z, _NEAREST * samples.back)
     ratio = samples.back / begin
     counts = np.ceil(np.log(ratio) / np.log1p(_SLICE)).clip(1, _SLICES_MOST).astype(np.int64)

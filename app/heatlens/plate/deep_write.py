@@ -1,4 +1,4 @@
-"""A plate with what lies behind it to a deep EXR file, whole or not at all."""
+"""Write a plate and the surfaces behind it to a deep EXR file, completely or not at all."""
 
 import io
 import os
@@ -17,7 +17,7 @@ from heatlens.plate.fragments import FragmentLists
 from heatlens.plate.plate import Plate
 from heatlens.plate.windows import header_at_box
 
-# The library takes an array for each channel of each pixel.
+# The library needs an array object for each channel of each pixel.
 _BYTES_A_PIXEL = 1500
 _MOST_BYTES = 6_000_000_000
 _CHANNELS = ("R", "G", "B", "A", "Z")
@@ -28,8 +28,8 @@ def write_deep(
 ) -> None:
     """Write the plate with its fragment lists: R, G, B (times coverage), A, and Z in metres.
 
-    Z stays 32 bits. Raises InputError, and leaves what stood at `path`, for a plate that is too
-    large for that and when it cannot be written.
+    Z always has 32 bits. Raises InputError, and leaves an existing file at `path` unchanged, if the
+    plate is too large for this or the file cannot be written.
     """
     check_deep_fits(path, plate.data_window.width, plate.data_window.height)
     counts, samples = deep_samples(plate)
@@ -67,9 +67,9 @@ def check_deep_fits(path: str | os.PathLike[str], width: int, height: int) -> No
 
 
 def deep_samples(plate: Plate) -> tuple[NDArray[np.int64], NDArray[np.float32]]:
-    """Return how many samples each pixel has, and (N, 5) of them: R, G, B, A times A, and Z.
+    """Return the number of samples of each pixel, and (N, 5) samples: premultiplied RGBA, and Z.
 
-    What a pixel shows comes first, where its list does not begin with that.
+    The visible surface of a pixel comes first; it is added where the list does not begin with it.
     """
     assert plate.depth_m is not None
     pixels = plate.depth_m.size
@@ -95,7 +95,7 @@ def deep_samples(plate: Plate) -> tuple[NDArray[np.int64], NDArray[np.float32]]:
 
 
 def _by_pixel(values: NDArray[Any], counts: NDArray[np.int64]) -> NDArray[np.object_]:
-    """Return (P,) arrays, each a pixel's part of `values`."""
+    """Split `values` into an array of P arrays, one for each pixel."""
     found = np.empty(len(counts), object)
     end = np.cumsum(counts)
     for i, (first, last) in enumerate(zip((end - counts).tolist(), end.tolist(), strict=True)):

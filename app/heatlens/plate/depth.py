@@ -1,4 +1,4 @@
-"""A depth channel, in whatever convention, to planar metres: every infinity is settled here."""
+"""Convert a depth channel of any convention to metres, with one notation for infinity."""
 
 import math
 from dataclasses import dataclass
@@ -23,11 +23,11 @@ from heatlens.plate.depth_guess import (
 from heatlens.plate.plate import DepthReport, FloatImage
 from heatlens.plate.repair import repair_depth
 
-# Few values of the wrong sign are filtering at edges; this many mean it is no depth channel.
+# A few values of the wrong sign come from filtering at edges; more mean it is no depth channel.
 MAX_WRONG_SIGN_FRACTION = 0.25
-# NaN in a larger part of the frame is a sky, not scattered faults.
+# NaN in a larger part of the frame marks a sky; in a smaller part they are scattered faults.
 NAN_SKY_FRACTION = 0.05
-# 1/z at or below this is what a distance of 1e10 or more becomes.
+# A distance of 1e10 or more, which means infinity, becomes a 1/z at or below this.
 INVERSE_INFINITE_UP_TO = 1e-10
 
 _Mask = NDArray[np.bool_]
@@ -35,7 +35,7 @@ _Mask = NDArray[np.bool_]
 
 @dataclass(frozen=True, eq=False)
 class DepthResult:
-    """Metres (not yet planar where the kind is radial), or CoC diameters in pixels."""
+    """Depths (H, W) in metres, radial if the report says so, or CoC diameters in pixels."""
 
     values: FloatImage
     report: DepthReport
@@ -44,7 +44,7 @@ class DepthResult:
 
 @dataclass(frozen=True, eq=False)
 class _Converted:
-    """Values in metres or pixels, and the pixels where they are infinite or worthless."""
+    """Values in metres or pixels, and masks of the pixels that are infinite or unusable."""
 
     values: FloatImage
     infinite: _Mask
@@ -59,10 +59,11 @@ def read_depth(
     options: PlateOptions,
     origin: DepthOrigin | None = None,
 ) -> DepthResult:
-    """Convert the raw `values` (H, W) to depth in metres; `what` starts every sentence about them.
+    """Convert raw `values` (H, W) to depth in metres; `what` begins each sentence about them.
 
-    `origin` is what is known of them besides their name. Raises InputError where the channel is
-    empty, ambiguous or no depth at all; with `options.strict` also where a question is left open.
+    `origin` is what is known about them besides the name of the channel. Raises InputError if the
+    channel is empty, ambiguous or no depth at all; with `options.strict`, also if its convention
+    can only be settled by asking the user.
     """
     origin = origin or DepthOrigin()
     raw = looked_at(values, what, channel, origin)
@@ -84,7 +85,7 @@ def read_depth(
         repaired = repair_depth(depth, converted.bad | (depth < DEPTH_LEAST_M), what)
     kind = origin.kind if options.depth_kind is DepthKind.AUTO else options.depth_kind
     kind = DepthKind.PLANAR if convention.facts.is_coc else kind
-    infinite_count = int(np.count_nonzero(np.isinf(depth)))  # with those that repair copied
+    infinite_count = int(np.count_nonzero(np.isinf(depth)))  # the repair may have copied some
     near, far = finite_range(depth, infinite_count)
     if convention.facts.is_coc:
         near = far = math.nan
@@ -106,7 +107,7 @@ def finite_range(depth: FloatImage, infinite_count: int) -> tuple[float, float]:
 
 
 def _convert(raw: RawDepth, convention: DepthConvention, options: PlateOptions) -> _Converted:
-    """Return the values in metres or pixels, as `convention` says; it has been guessed before."""
+    """Return the values in metres or pixels; `convention` must not be AUTO."""
     match convention:
         case DepthConvention.COC:
             none = np.zeros(raw.values.shape, dtype=np.bool_)
@@ -122,7 +123,7 @@ def _convert(raw: RawDepth, convention: DepthConvention, options: PlateOptions) 
         case DepthConvention.NORMALIZED_INVERTED:
             return _from_normalized(in_full_scale(raw), True, options)
         case DepthConvention.AUTO:
-            raise ValueError("The convention has to be guessed before depths are converted.")
+            raise ValueError("The convention must be known before depths are converted.")
         case _:
             assert_never(convention)
 
@@ -137,10 +138,11 @@ def _from_distance(raw: RawDepth, scene_unit_m: float) -> _Converted:
 
 
 def _nothing_hit(raw: RawDepth) -> tuple[_Mask, tuple[str, ...]]:
-    """Return the pixels whose distance says that no surface was hit, and notes about them.
+    """Return a mask of the pixels where no surface was hit, and notes about them.
 
-    No surface is at distance 0. Where the file has no other mark of infinity, 0 is one; where it
-    has, a 0 is a fault. With neither, NaN over much of the frame is one; a few NaN are faults.
+    No surface is at distance 0. If the file has no other mark of infinity, 0 is one; if it has, a 0
+    is a fault. If it has neither, NaN over a large part of the frame marks infinity; a few NaN are
+    faults.
     """
     if raw.infinite_count:
         return raw.infinite, ()
@@ -158,7 +160,7 @@ def _nothing_hit(raw: RawDepth) -> tuple[_Mask, tuple[str, ...]]:
 
 
 def _from_inverse(raw: RawDepth, scene_unit_m: float) -> _Converted:
-    """Convert 1/z, in one over scene units, to metres; 0 is infinitely far."""
+    """Convert 1/z, z in scene units, to metres; 0 is infinitely far."""
     sign, notes = _viewing_sign(raw)
     inverse = raw.values * np.float32(sign)
     infinite = np.abs(inverse) <= INVERSE_INFINITE_UP_TO
@@ -168,21 +170,21 @@ def _from_inverse(raw: RawDepth, scene_unit_m: float) -> _Converted:
 
 
 def _from_normalized(raw: RawDepth, inverted: bool, options: PlateOptions) -> _Converted:
-    """Convert 0..1 between near and far to metres; the far end and beyond is infinitely far."""
+    """Convert 0..1 between near and far to metres; the far end and beyond become infinity."""
     near, far = checked_ends(raw, options)
     fraction = 1 - raw.values if inverted else raw.values
     infinite = (fraction >= 1) | raw.infinite
     below = int(np.count_nonzero(fraction < 0)) if (raw.low < 0 or raw.high > 1) else 0
     depth = np.float32(near) + np.maximum(fraction, 0) * np.float32(far - near)
-    notes = (f"{raw.what} passes its near end in {below} pixels: set to --near.",) if below else ()
+    notes = (f"{raw.what} is nearer than --near in {below} pixels: set to it.",) if below else ()
     return _Converted(depth, infinite, ~(depth > 0) & ~infinite, notes)
 
 
 def _from_disparity(raw: RawDepth, options: PlateOptions) -> _Converted:
-    """Convert 0..1 that is linear in 1/z to metres, from far to near, as phones and networks write.
+    """Convert 0..1 that is linear in 1/z, with 0 for far and 1 for near, to metres.
 
-    Values outside 0..1 have a scale of their own: the least and the greatest value are then the
-    ends.
+    Phones and neural networks write it. Values outside 0..1 have a scale of their own: the least
+    and the greatest value are then the ends.
     """
     near, far = checked_ends(raw, options)
     values = raw.values
@@ -190,8 +192,8 @@ def _from_disparity(raw: RawDepth, options: PlateOptions) -> _Converted:
     if raw.low < 0 or raw.high > NORMALIZED_UP_TO:
         values = (values - np.float32(raw.low)) / np.float32(max(raw.high - raw.low, 1e-30))
         notes = (
-            f"{raw.what} runs from {raw.low:g} to {raw.high:g}: these are taken for --far and "
-            "--near, in every frame anew.",
+            f"{raw.what} runs from {raw.low:g} to {raw.high:g}: these are taken as --far and "
+            "--near, separately in every frame.",
         )
     dioptres = 1 / far + np.clip(values, 0.0, 1.0) * (1 / near - 1 / far)
     infinite = dioptres <= INVERSE_INFINITE_UP_TO
@@ -200,9 +202,9 @@ def _from_disparity(raw: RawDepth, options: PlateOptions) -> _Converted:
 
 
 def _viewing_sign(raw: RawDepth) -> tuple[float, tuple[str, ...]]:
-    """Return -1 with a note for a camera that looks along -z, else 1.
+    """Return the sign of visible distances: -1 with a note for a camera looking along -z, else 1.
 
-    Raise InputError for both signs.
+    Raises InputError where both signs occur too often.
     """
     positive = raw.values.size - raw.infinite_count - raw.zero_count - raw.nan_count
     positive -= raw.negative_count
@@ -219,7 +221,7 @@ def _viewing_sign(raw: RawDepth) -> tuple[float, tuple[str, ...]]:
 
 
 def _notes(raw: RawDepth, report: DepthReport, guess: Guess) -> tuple[str, ...]:
-    """Return what the user should know about this channel."""
+    """Return the notes for the user about this channel."""
     notes = []
     if guess.question:
         notes.append(f"{guess.question} Taken as {guess.convention} for now. {guess.why}")

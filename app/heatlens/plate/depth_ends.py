@@ -1,4 +1,4 @@
-"""The two ends of a depth that is only relative: metres that its file does not tell."""
+"""The near and far end, in metres, of a depth that is only relative in its file."""
 
 import math
 from dataclasses import replace
@@ -12,9 +12,9 @@ _USUAL_NEAR_M, _USUAL_FAR_M = 1.0, 10.0
 
 
 def checked_ends(raw: RawDepth, options: PlateOptions) -> tuple[float, float]:
-    """Return near and far in metres. Raises InputError where they are missing or impossible.
+    """Return near and far in metres. Raises InputError if they are missing or impossible.
 
-    The far end of a disparity may be infinite; a disparity has no end at 0.
+    The far end of a disparity may be infinite; its near end cannot be 0.
     """
     near, far = options.near_m, options.far_m
     if near is None or far is None:
@@ -33,10 +33,10 @@ def checked_ends(raw: RawDepth, options: PlateOptions) -> tuple[float, float]:
 
 
 def with_ends(raw: RawDepth, options: PlateOptions, guess: Guess) -> tuple[PlateOptions, Guess]:
-    """Return options with ends for a disparity: the usual ones where none are given.
+    """Return options with both ends of a disparity, assuming the usual ones if none are given.
 
-    Assumed ends become part of the question to the user. Raises InputError where no question may be
-    left open.
+    The guess then asks the user for the assumed ends. Raises InputError in that case if the options
+    are strict, because nothing may be assumed then.
     """
     options = replace(options, depth_convention=DepthConvention.DISPARITY)
     if options.near_m is not None and options.far_m is not None:
@@ -46,8 +46,8 @@ def with_ends(raw: RawDepth, options: PlateOptions, guess: Guess) -> tuple[Plate
     if options.near_m is None and far <= near:
         near = far / 10
     asked = (
-        f"{raw.what} tells what is nearer, but no metres: how far away are its nearest and its "
-        "farthest point? Say --near and --far."
+        f"{raw.what} says what is nearer, but not in metres: how far away are its nearest and its "
+        "farthest point? Give --near and --far."
     )
     if options.strict:
         raise InputError(asked)

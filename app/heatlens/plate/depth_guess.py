@@ -1,8 +1,8 @@
-"""Which convention a depth channel follows, when nobody says: guessed from its name and values.
+"""Guess which convention a depth channel follows from its name and values.
 
-Where the values fit several conventions and none is likelier, the guess is refused, not made: a
-wrong one would blur the wrong things and look almost right. Where one is likelier, it is taken, and
-the question is asked aloud.
+If the values fit several conventions equally well, no guess is made and an error asks the user: a
+wrong guess would blur the wrong things and look almost right. If one convention is more likely, it
+is used, and a question is shown to the user.
 """
 
 from dataclasses import dataclass, replace
@@ -13,22 +13,22 @@ from numpy.typing import NDArray
 from heatlens.errors import InputError
 from heatlens.model.plate_options import DepthConvention, DepthKind, PlateOptions
 from heatlens.plate.depth_shape import FlatVotes, flat_votes
-from heatlens.plate.picture_parts import ToldOfPicture
+from heatlens.plate.picture_parts import PictureFacts
 from heatlens.plate.plate import FloatImage
 
-# At and beyond this renderers mean "nothing hit": 1e10 (Blender, MoonRay), FLT_MAX, 1e30, inf.
+# Values from here on mean "nothing hit": 1e10 (Blender, MoonRay), FLT_MAX, 1e30, inf.
 INFINITE_FROM = 1e10
-# Exact values that mean the same: Mantra's far plane and the largest half.
+# Exact values that mean the same: the far plane of Mantra and the largest half float.
 INFINITE_EXACTLY = (1e6, 65504.0)
 
-# Filtering carries a normalised depth a little past its ends.
+# Filtering takes a normalised depth a little past its ends.
 NORMALIZED_UP_TO = 1.5
 
-# A 1/z beyond this would be nearer than 5 cm in metres; in smaller units it is smaller still.
+# A greater 1/z would be nearer than 5 cm, if the unit is metres; in smaller units 1/z is smaller.
 INVERSE_MOST = 20.0
-# And in a picture whose least 1/z is greater, all of it would be nearer than one unit.
+# If the least 1/z of a picture were greater, everything in it would be nearer than one unit.
 INVERSE_LOW_MOST = 1.0
-# Distances of a whole picture seldom lie so near, and never mostly at the near end.
+# Distances of a whole picture seldom lie so near, and hardly ever mostly at the near end.
 _NEAR_TOP, _NEAR_LOW, _DENSE_PART = 4.0, 0.5, 0.25
 
 _Mask = NDArray[np.bool_]
@@ -36,9 +36,12 @@ _Mask = NDArray[np.bool_]
 
 @dataclass(frozen=True)
 class Guess:
-    """A convention, one sentence saying why, and whether it needs no saying aloud.
+    """A convention with the reason for it, and what to show to the user.
 
-    `question`: where the values fit another convention nearly as well, both, with their options.
+    why       one sentence
+    certain   False if a note has to tell the user about the guess
+    question  asks the user to choose, and names the options, where another convention fits nearly
+              as well; else ""
     """
 
     convention: DepthConvention  # never AUTO
@@ -49,21 +52,21 @@ class Guess:
 
 @dataclass(frozen=True)
 class DepthOrigin:
-    """The source of a depth, as far as it is known besides the channel's name.
+    """What is known about the source of a depth besides the channel's name.
 
-    program  the program that wrote the file, "" for unknown
-    kind     what the depth is likely measured along
-    told     what an ordinary picture says about its depth; None for a channel of an EXR
+    program  the program that wrote the file, "" if unknown
+    kind     what the depth is most likely measured along
+    facts     what a PNG, JPEG, TIFF or HEIC says about its depth; None for a channel of an EXR
     """
 
     program: str = ""
     kind: DepthKind = DepthKind.PLANAR
-    told: ToldOfPicture | None = None
+    facts: PictureFacts | None = None
 
 
 @dataclass(frozen=True, eq=False)
 class RawDepth:
-    """A depth channel as stored, (H, W) float32, and what its values are like."""
+    """A depth channel as stored, (H, W) float32, with statistics of its values."""
 
     values: FloatImage
     what: str  # "shot.exr: depth channel 'Z'", the start of every sentence about it
@@ -88,13 +91,13 @@ class RawDepth:
 
     @property
     def bottom(self) -> float:
-        """Least magnitude of them, where all have one sign."""
+        """Least magnitude of the values that are no mark of infinity, if all have one sign."""
         return min(abs(self.low), abs(self.high))
 
 
 def in_full_scale(raw: RawDepth) -> RawDepth:
-    """Return whole numbers as parts of white, and floating point values unchanged."""
-    white = None if raw.origin.told is None else raw.origin.told.full_scale
+    """Scale integer values so that white is 1; return floating-point values unchanged."""
+    white = None if raw.origin.facts is None else raw.origin.facts.full_scale
     if white is None:
         return raw
     values = raw.values / np.float32(white)
@@ -102,10 +105,10 @@ def in_full_scale(raw: RawDepth) -> RawDepth:
 
 
 def looked_at(values: FloatImage, what: str, channel: str, origin: DepthOrigin) -> RawDepth:
-    """Count what is in the channel. Raises InputError when it is empty: all zero or all NaN."""
+    """Gather statistics of the channel. Raises InputError if every value is zero or NaN."""
     magnitude = np.abs(values)
     infinite = magnitude >= INFINITE_FROM
-    is_whole = origin.told is not None and origin.told.full_scale is not None
+    is_whole = origin.facts is not None and origin.facts.full_scale is not None
     for mark in () if is_whole else INFINITE_EXACTLY:
         infinite |= magnitude == mark
     plain = values[~infinite]
@@ -129,16 +132,16 @@ def looked_at(values: FloatImage, what: str, channel: str, origin: DepthOrigin) 
 def guess_convention(raw: RawDepth, options: PlateOptions) -> Guess:
     """Guess the convention of `raw`, with the reason.
 
-    Raises InputError where its values fit several, with the options that decide, and where --near
-    or --far was given in vain.
+    Raises InputError if its values fit several conventions, naming the options that decide, and if
+    only one of --near and --far is given with distances.
     """
     guess = _guessed(raw, options)
     ends = {"--near": options.near_m, "--far": options.far_m}
     given = [name for name, value in ends.items() if value is not None]
     if guess.convention is DepthConvention.DISTANCE and len(given) == 1:
         raise InputError(
-            f"{raw.what} is taken as distances, and {given[0]} is an end of a normalized depth: "
-            f"leave {given[0]} out, or say --depth-convention."
+            f"{raw.what} is taken as distances, but {given[0]} is an end of a normalized depth: "
+            f"leave {given[0]} out, or give --depth-convention."
         )
     return guess
 
@@ -146,8 +149,8 @@ def guess_convention(raw: RawDepth, options: PlateOptions) -> Guess:
 def _guessed(raw: RawDepth, options: PlateOptions) -> Guess:
     if options.depth_convention is not DepthConvention.AUTO:
         return Guess(options.depth_convention, "Given with --depth-convention.")
-    if raw.origin.told is not None:
-        return guess_of_picture(raw, raw.origin.told, options)
+    if raw.origin.facts is not None:
+        return guess_of_picture(raw, raw.origin.facts, options)
     by_name = _guess_by_name(raw.channel)
     if by_name:
         return by_name
@@ -192,7 +195,7 @@ def _guess_beyond_one(raw: RawDepth, has_ends: bool) -> Guess:
 
 
 def _inverse_by_surfaces(raw: RawDepth, votes: FlatVotes) -> Guess:
-    """Guess 1/z because flat surfaces say so; it is certain where the program says so as well."""
+    """Guess 1/z from the flat surfaces; ask the user unless the program writes 1/z as well."""
     why = (
         f"Flat surfaces in it run as 1/z does, in {votes.inverse} places against "
         f"{votes.distance} that run as distances do"
@@ -203,12 +206,12 @@ def _inverse_by_surfaces(raw: RawDepth, votes: FlatVotes) -> Guess:
 
 
 def _is_of_nuke(raw: RawDepth) -> bool:
-    """Return whether it is the layer that Nuke's own renderer writes: depth.Z, which holds 1/z."""
+    """Return True for the layer depth.Z of Nuke's own renderer, which holds 1/z."""
     return raw.origin.program == "Nuke" and raw.channel.lower() == "depth.z"
 
 
 def _is_dense_near_zero(raw: RawDepth) -> bool:
-    """Return whether most values are much smaller than the largest, which is a few.
+    """Return True if most values are much smaller than the largest, which is no more than a few.
 
     Such values are 1/z of a scene, or distances on a table.
     """
@@ -221,14 +224,14 @@ def _is_dense_near_zero(raw: RawDepth) -> bool:
 def _asked(raw: RawDepth, taken: DepthConvention, why: str) -> Guess:
     """Take the likelier of distance and 1/z, and add the question that only a person can answer."""
     question = (
-        f"{raw.what} runs from {raw.low:g} to {raw.high:g}: are these distances, or 1/z? Say "
+        f"{raw.what} runs from {raw.low:g} to {raw.high:g}: are these distances, or 1/z? Give "
         "--depth-convention distance or --depth-convention inverse."
     )
     return Guess(taken, why, certain=False, question=question)
 
 
 def _guess_by_name(channel: str) -> Guess | None:
-    """Guess from the channel's name; return None where it says nothing."""
+    """Guess from the channel's name; return None if it gives no hint."""
     name = channel.lower()
     if "coc" in name or "circleofconfusion" in name:
         return Guess(DepthConvention.COC, "Its name says circle of confusion.")
@@ -281,17 +284,17 @@ def _guess_within_one(raw: RawDepth) -> Guess:
     )
 
 
-def guess_of_picture(raw: RawDepth, told: ToldOfPicture, options: PlateOptions) -> Guess:
+def guess_of_picture(raw: RawDepth, facts: PictureFacts, options: PlateOptions) -> Guess:
     """Guess the convention of a depth in a PNG, JPEG, TIFF, PFM or HEIC, which rarely states it."""
-    if told.convention is not None:
-        return Guess(told.convention, told.why, certain=False)
+    if facts.convention is not None:
+        return Guess(facts.convention, facts.why, certain=False)
     if options.scene_unit_m != 1.0:
         return Guess(
             DepthConvention.DISTANCE, "A unit is given with --scene-unit, as distances have."
         )
-    votes = flat_votes(raw.values, raw.infinite, 1.0 if told.full_scale else 0.0)
+    votes = flat_votes(raw.values, raw.infinite, 1.0 if facts.full_scale else 0.0)
     span = f"{raw.low:g} to {raw.high:g}"
-    if told.full_scale is None and not votes.says_inverse:
+    if facts.full_scale is None and not votes.says_inverse:
         why = f"Floating point from {span}"
         question = _question_of_picture(raw, span)
         if votes.says_distance:

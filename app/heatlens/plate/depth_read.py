@@ -1,4 +1,4 @@
-"""From the parts of a file to the depth that belongs to its colour: planar and in its window."""
+"""Read the depth that belongs to a colour layer: planar, over the data window of the colour."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -17,7 +17,7 @@ from heatlens.plate.channels import ChannelRef, Header, Part, flat_channels, pix
 from heatlens.plate.depth import DepthResult, finite_range, read_depth
 from heatlens.plate.depth_guess import DepthOrigin
 from heatlens.plate.file_parts import depth_file_parts
-from heatlens.plate.picture_parts import told_of
+from heatlens.plate.picture_parts import picture_facts
 from heatlens.plate.plate import CameraHeader, FloatImage
 from heatlens.plate.position import depth_of_positions, position_channels
 from heatlens.plate.radial import checked_lens_mm, planar_depth_m
@@ -32,7 +32,7 @@ from heatlens.sequence.depth_files import depth_path_for
 
 # The leaf of Mitsuba's `depth` integrator: the parameter t of the ray that hits.
 _ALONG_RAY = "t"
-_SAME_ASPECT = 0.02  # sizes of one shape may differ by their rounding
+_SAME_ASPECT = 0.02  # rounding of the sizes may change the aspect ratio by this part
 
 
 def read_depth_of(
@@ -40,8 +40,8 @@ def read_depth_of(
 ) -> DepthResult:
     """Read the depth that belongs to `color`, planar, over the colour's data window.
 
-    Without a colour it covers its own window. Where `options` name a file for the depth it comes
-    from there. Raises InputError that names file, channel and option.
+    Without a colour it covers its own data window. If `options` name a depth file, it is read from
+    there. Raises InputError that names the file, the channel and the option that helps.
     """
     headers = [header for header, _ in parts]
     target = headers[color.rgb[0].part] if color else None
@@ -60,7 +60,7 @@ def read_depth_of(
 
 @dataclass(frozen=True, eq=False)
 class _Source:
-    """Values (H, W) as stored, the channel they are in, and how they became depths, if they did."""
+    """Stored values (H, W), their channel, and how they were computed from positions, if so."""
 
     ref: ChannelRef
     values: FloatImage
@@ -77,7 +77,7 @@ def _depth_channel(
 ) -> _Source:
     """Find the depth channel, or compute a depth from positions.
 
-    Positions are used where there is no depth channel or where they are asked for.
+    Positions are used if there is no depth channel, or if the options name them.
     """
     headers = [header for header, _ in parts]
     name, view = options.depth_channel, color.view if color else ""
@@ -98,9 +98,10 @@ def _depth_channel(
 def _in_depth_file(
     path: Path, headers: Sequence[Header], color: ColorChoice | None, options: PlateOptions
 ) -> ChannelRef:
-    """Find the depth channel of a file that holds nothing else, whatever its name.
+    """Find the depth channel of a separate depth file; its only channel may have any name.
 
-    Of a depth that was written as grey the red channel is taken. Raises InputError for several.
+    The red channel is used where the depth was written as grey in R, G and B. Raises InputError if
+    several channels could be the depth.
     """
     is_coc = options.depth_convention.facts.is_coc
     view = color.view if color else ""
@@ -128,7 +129,7 @@ def _read(
     ref, values = source.ref, source.values
     headers = [header for header, _ in parts]
     header = headers[ref.part]
-    told = told_of(header)
+    facts = picture_facts(header)
     size_notes: tuple[str, ...] = ()
     if target is None:
         target = header
@@ -136,10 +137,10 @@ def _read(
         values, header, size_notes = _at_size_of(path, values, header, target)
     _check_same_display(path, ref.full_name, header, target)
     what = f"{path}: depth channel {ref.full_name!r}"
-    if told is not None:
+    if facts is not None:
         what = f"{path}: the depth"
     kind, kind_notes = _likely_kind(ref, what, options)
-    origin = DepthOrigin(written_by(headers), kind, told)
+    origin = DepthOrigin(written_by(headers), kind, facts)
     if source.why:
         options = replace(
             options, depth_convention=DepthConvention.DISTANCE, depth_kind=DepthKind.PLANAR
@@ -157,9 +158,10 @@ def _read(
 def _at_size_of(
     path: Path, values: FloatImage, own: Header, target: Header
 ) -> tuple[FloatImage, Header, tuple[str, ...]]:
-    """Scale a whole picture of another size to that of the colour.
+    """Resize the depth of a full frame to the size of the colour; return others unchanged.
 
-    Return anything else unchanged.
+    Returns the values, their header and notes. Only a depth without overscan and with the same
+    aspect ratio is resized.
     """
     window = box_at_header(own, "dataWindow")
     wanted = box_at_header(target, "displayWindow")
@@ -178,7 +180,7 @@ def _at_size_of(
 def _likely_kind(
     ref: ChannelRef, what: str, options: PlateOptions
 ) -> tuple[DepthKind, tuple[str, ...]]:
-    """Return what the channel's name says it is measured along; note it where not the axis."""
+    """Return the kind of depth that the channel's name suggests, with a note if it is radial."""
     if ref.leaf.lower() != _ALONG_RAY or options.depth_kind is not DepthKind.AUTO:
         return DepthKind.PLANAR, ()
     note = (
@@ -189,7 +191,7 @@ def _likely_kind(
 
 
 def _check_same_display(path: Path, channel: str, own: Header, target: Header) -> None:
-    """Raise InputError where nothing says how the pixels of two parts correspond."""
+    """Raise InputError if the display windows differ, so that pixels cannot be matched."""
     if box_at_header(own, "displayWindow") != box_at_header(target, "displayWindow"):
         raise InputError(
             f"{path}: depth channel {channel!r} and the colour have different display windows, so "
@@ -200,7 +202,10 @@ def _check_same_display(path: Path, channel: str, own: Header, target: Header) -
 def _made_planar(
     path: Path, radial_m: FloatImage, header: Header, camera: CameraHeader, options: PlateOptions
 ) -> FloatImage:
-    """Convert distances along the rays to depth along the axis; a lens in the options wins."""
+    """Convert distances along the rays to depth along the axis.
+
+    Focal length and sensor width of the options take precedence over those of the header.
+    """
     focal_length_mm, sensor_width_mm = checked_lens_mm(
         path,
         options.focal_length_mm or camera.focal_length_mm,
@@ -214,14 +219,11 @@ def _made_planar(
         focal_length_mm,
         sensor_width_mm,
     )
-    return np.maximum(planar_m, np.float32(DEPTH_LEAST_M))  # at the rim of a view of 180 degrees
+    return np.maximum(planar_m, np.float32(DEPTH_LEAST_M))  # views of nearly 180 degrees reach 0
 
 
 def _aligned(path: Path, result: DepthResult, own: Header, target: Header) -> DepthResult:
-    """Return `result` over the data window of the colour's part.
-
-    Infinity where it is not covered.
-    """
+    """Return `result` over the data window of the colour, infinite where it has no depth."""
     source, window = box_at_header(own, "dataWindow"), box_at_header(target, "dataWindow")
     if source == window:
         return result
@@ -238,7 +240,7 @@ def _aligned(path: Path, result: DepthResult, own: Header, target: Header) -> De
 
 
 def _with_values(result: DepthResult, values: FloatImage) -> DepthResult:
-    """Return `result` with other values and a report of their range."""
+    """Return `result` with other values, and with a report of the range of these."""
     if result.report.convention.facts.is_coc:
         return replace(result, values=values)
     infinite_count = int(np.count_nonzero(np.isinf(values)))

@@ -1,10 +1,10 @@
-"""Whether a depth channel holds distances or their inverse, read off the flat surfaces in it.
+"""Tell from the flat surfaces of a depth channel whether it holds distances or their inverse.
 
-A plane seen through a pinhole has a 1/z that runs in a straight line over the picture: of three
-pixels in a row, equally far apart, the middle one holds the arithmetic mean of the outer two where
-the channel is 1/z, and their harmonic mean where it is z. Walls, floors and the facets of meshes
-vote; a surface seen straight on, and one that is curved, says nothing either way. Nor does a
-channel that is one ramp from edge to edge, as people paint them to try a lens.
+For a plane seen through a pinhole, 1/z is a linear function of the pixel. Of three pixels in a
+row at equal distances, the middle one holds the arithmetic mean of the outer two if the channel is
+1/z, and their harmonic mean if it is z. Walls, floors and the facets of meshes vote. A surface that
+faces the camera or is curved casts no vote, and neither does a channel that is a single ramp from
+edge to edge, which people paint to test a lens.
 """
 
 from collections.abc import Iterator
@@ -15,17 +15,18 @@ from numpy.typing import NDArray
 
 from heatlens.plate.plate import FloatImage
 
-# Pixels between those compared: near slopes are steep, far ones need a longer way.
+# Distances in pixels between compared pixels: near surfaces are steep, far ones need more.
 _STRIDES = (4, 16, 48)
-_SAMPLES_MOST = 200_000  # of each stride and direction
+_SAMPLES_MOST = 200_000  # for each stride and direction
 # Beyond this ratio two pixels lie on different surfaces more often than on one.
 _RATIO_MOST = 3.0
 # A vote counts within this part of the way from the harmonic to the arithmetic mean.
 _TOLERANCE = 0.1
-_HALF_STEP, _FLOAT_STEP = 2.0**-11, 2.0**-18  # relative, of the channel's values
-_STEPS_APART = 20.0  # the two means are told apart where they differ by so many steps
+_HALF_STEP, _FLOAT_STEP = 2.0**-11, 2.0**-18  # relative rounding steps of stored values
+_STEPS_APART = 20.0  # the two means can be distinguished if they differ by so many steps
 _LEAST_VOTES = 100
-_RAMP_SAMPLES, _RAMP_PART = 16, 0.01  # along each side; farthest from a plane, of the range
+# Samples along each side; the greatest deviation from a plane, as a part of the range of values.
+_RAMP_SAMPLES, _RAMP_PART = 16, 0.01
 _LEAST_SHARE, _LEAST_LEAD = 0.02, 5.0
 
 _Mask = NDArray[np.bool_]
@@ -33,7 +34,7 @@ _Mask = NDArray[np.bool_]
 
 @dataclass(frozen=True)
 class FlatVotes:
-    """How many places of a channel run as a plane does, read one way or the other."""
+    """How many places of a channel fit a plane if read as distances, and if read as 1/z."""
 
     distance: int
     inverse: int
@@ -41,12 +42,12 @@ class FlatVotes:
 
     @property
     def says_distance(self) -> bool:
-        """Far more planes are there when the values are taken for distances."""
+        """True if far more places fit a plane when the values are read as distances."""
         return self._wins(self.distance, self.inverse)
 
     @property
     def says_inverse(self) -> bool:
-        """Far more planes are there when the values are taken for 1/z."""
+        """True if far more places fit a plane when the values are read as 1/z."""
         return self._wins(self.inverse, self.distance)
 
     def _wins(self, own: int, other: int) -> bool:
@@ -57,9 +58,9 @@ class FlatVotes:
 def flat_votes(
     values: FloatImage, infinite: NDArray[np.bool_], whole_step: float = 0.0
 ) -> FlatVotes:
-    """Count the votes of the surfaces in `values` (H, W); pixels marked `infinite` are no surface.
+    """Count the votes of the surfaces in `values` (H, W); `infinite` marks pixels without surface.
 
-    `whole_step`: the values were rounded to multiples of it, as those of 8 bits are.
+    `whole_step` is the rounding step of integer values, 0 for floating point.
     """
     magnitude = np.where(infinite | ~np.isfinite(values), 0.0, np.abs(values))
     step = _HALF_STEP if _is_half(magnitude) else _FLOAT_STEP
@@ -75,14 +76,14 @@ def flat_votes(
 
 
 def _is_half(magnitude: FloatImage) -> bool:
-    """Return True where the values have no more digits than 16 bits hold."""
+    """Return True if the values fit in half floats without loss."""
     row = magnitude[magnitude.shape[0] // 2]
     with np.errstate(over="ignore"):
         return bool(np.array_equal(row, row.astype(np.float16).astype(row.dtype)))
 
 
 def _is_one_ramp(magnitude: FloatImage) -> bool:
-    """Return True where a single plane over the picture explains all values."""
+    """Return True if all values lie on a single linear function of the pixel."""
     rows = np.linspace(0, magnitude.shape[0] - 1, _RAMP_SAMPLES).astype(int)
     columns = np.linspace(0, magnitude.shape[1] - 1, _RAMP_SAMPLES).astype(int)
     y, x = (grid.ravel() for grid in np.meshgrid(rows, columns, indexing="ij"))
@@ -95,9 +96,9 @@ def _is_one_ramp(magnitude: FloatImage) -> bool:
 def _triples(
     values: NDArray[np.float64],
 ) -> Iterator[tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]]:
-    """Yield pixels in a row, along x and along y, at every stride.
+    """Yield triples of pixels in a row, along x and along y, for every stride.
 
-    Few enough to be examined quickly.
+    Rows are left out so that at most about _SAMPLES_MOST triples are examined each time.
     """
     for plane in (values, values.T):
         for stride in _STRIDES:
@@ -114,9 +115,9 @@ def _way_to_arithmetic(
     step: float,
     whole_step: float,
 ) -> tuple[NDArray[np.float64], _Mask]:
-    """Return where the middle lies, and where that can be decided.
+    """Return where the middle value lies between the two means, and a mask where this is certain.
 
-    0 means on the harmonic mean, 1 on the arithmetic one.
+    0 means on the harmonic mean, 1 on the arithmetic mean.
     """
     is_surface = (first > 0) & (middle > 0) & (last > 0)
     total = np.where(is_surface, first + last, 1.0)

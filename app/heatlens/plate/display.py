@@ -1,4 +1,4 @@
-"""Scene-linear light to display values."""
+"""The sRGB curve, from scene-linear light to display values and back."""
 
 import numpy as np
 from numpy.typing import ArrayLike

@@ -1,4 +1,4 @@
-"""What an EXR file may claim: looked at in its headers, before memory is set aside for it."""
+"""Check the sizes in EXR headers before a library allocates memory for them."""
 
 import os
 import struct
@@ -10,21 +10,21 @@ from heatlens.plate.exr_scan import MAGIC, CutError, RawHeader, channels_of, sca
 
 # No GPU takes a larger texture; a damaged header can claim any size.
 MAX_SIDE_PX = 16384
-MAX_CHANNELS = 4096  # of all parts; the library takes minutes for many more
-MAX_BYTES = 16_000_000_000  # of all pixels in memory
-_TILE_LEAST_PX = 4096  # small pictures, too, come in tiles of the usual sizes
-_DEEP_PIXEL_BYTES = 32  # without any samples: their count, and what the pixel shows
-# How many times smaller each compression makes a picture at the most, by its number: what was
-# measured on black pictures, a tenth or more added. Those that are not here have no such bound.
+MAX_CHANNELS = 4096  # in all parts; the library takes minutes for many more
+MAX_BYTES = 16_000_000_000  # for all pixels in memory
+_TILE_LEAST_PX = 4096  # even small pictures may be stored in tiles of the usual sizes
+_DEEP_PIXEL_BYTES = 32  # for a pixel without samples: its count, colour and depth
+# The greatest ratio of each compression, by its number in the file: measured on black pictures,
+# with a tenth or more added. Compressions that are not listed have no such bound.
 _SMALLER_MOST = {0: 1, 1: 70, 2: 1100, 3: 1100, 4: 1100, 5: 1500, 6: 4, 7: 16}
 
 
 def check_exr(path: Path) -> None:
-    """Raise InputError for what is no EXR file, or claims what cannot be read or cannot be there.
+    """Raise InputError for a file that is no EXR, or whose header claims an impossible size.
 
-    Its name, what was found, and the limit are told.
+    The error names the file, what was found and the limit.
     """
-    if not os.path.isfile(path):  # to open a pipe is to wait for whoever writes to it
+    if not os.path.isfile(path):  # opening a pipe would wait for its writer
         raise unreadable(path)
     try:
         with path.open("rb") as file:
@@ -44,7 +44,7 @@ def _check_magic(path: Path, magic: bytes) -> None:
     if magic != MAGIC:
         found = "is empty" if not magic else "is not an OpenEXR file"
         raise InputError(
-            f"{path} {found}. heatlens reads EXR files, and by the ends of their names PNG, JPEG, "
+            f"{path} {found}. heatlens reads EXR files and, by their file extensions, PNG, JPEG, "
             "TIFF and others."
         )
 
@@ -90,7 +90,7 @@ def _size_of(path: Path, header: RawHeader) -> tuple[int, int]:
 
 
 def _check_tiles(path: Path, header: RawHeader) -> None:
-    """Refuse huge tiles: the library keeps all pixels of a tile, also those outside the picture."""
+    """Refuse huge tiles, because the library keeps whole tiles, even outside the picture."""
     if "tiles" not in header:
         return
     width, height = struct.unpack_from("<II", header["tiles"])
@@ -103,7 +103,7 @@ def _check_tiles(path: Path, header: RawHeader) -> None:
 
 
 def _bytes_of(path: Path, header: RawHeader) -> int:
-    """Return the bytes that the pixels of a part take in memory."""
+    """Return how many bytes the pixels of a part take in memory."""
     width, height = _size_of(path, header)
     channels = channels_of(header)
     if header.get("type", b"").startswith(b"deep"):

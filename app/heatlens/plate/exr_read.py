@@ -1,4 +1,4 @@
-"""EXR files to plates. Every way the library has of failing ends in an InputError here."""
+"""Read the parts of EXR files, and turn every failure of the library into an InputError."""
 
 import os
 from pathlib import Path
@@ -11,21 +11,21 @@ from heatlens.plate.channels import Part
 from heatlens.plate.deep_file import is_deep_file
 from heatlens.plate.exr_limits import check_exr
 
-# The library decompresses on one thread unless told; more than four gain nothing on a frame.
+# The library decompresses on one thread by default; more than four gain nothing on a frame.
 OpenEXR.set_global_thread_count(min(4, os.cpu_count() or 1))
 
 
 def read_parts(path: str | os.PathLike[str]) -> list[Part]:
-    """Read header and channels, by their names in the part, of every part of the file.
+    """Read the header and the channels, by their names in the part, of every part of a file.
 
-    Raises InputError for what is no EXR file, is damaged, cut short or larger than a GPU takes.
+    Raises InputError if it is no EXR file, damaged, cut short or too large for a GPU.
     """
     path = Path(path)
     check_exr(path)
     try:
         with quiet_library():
             headers = [part.header for part in OpenEXR.File(str(path), header_only=True).parts]
-            # Of damaged pixels the library only warns, in print, and drops the part.
+            # The library only prints a warning for damaged pixels, and drops the part.
             parts = OpenEXR.File(str(path), separate_channels=True).parts
         read = [(p.header, {n: c.pixels for n, c in p.channels.items()}) for p in parts]
     except (RuntimeError, ValueError, KeyError, TypeError, OSError, MemoryError) as error:
@@ -44,7 +44,7 @@ def read_parts(path: str | os.PathLike[str]) -> list[Part]:
 
 
 def _check_is_flat(path: Path) -> None:
-    """Raise InputError for a deep file, which the library may not even open."""
+    """Raise InputError for a deep file, which the library may be unable to open."""
     if is_deep_file(path):
         raise InputError(
             f"{path} holds deep samples, which heatlens reads as a plate alone: flatten it first."

@@ -1,7 +1,7 @@
-"""The headers of an EXR file as their bytes lie there, read before any library is given the file.
+"""Parse the headers of an EXR file from its bytes, before any library opens it.
 
-A few flipped bits make a header claim a million channels or tiles of gigabytes, for which a library
-sets memory aside before it looks at the pixels. Source: OpenEXR, "File Layout".
+A few flipped bits can make a header claim a million channels or tiles of gigabytes, for which a
+library allocates memory before it looks at the pixels. Source: OpenEXR, "File Layout".
 """
 
 import struct
@@ -12,14 +12,14 @@ MAGIC = b"\x76\x2f\x31\x01"
 _MANY_PARTS = 0x1000
 _PARTS_MOST = 1000
 _NAME_MOST = 256  # the format allows 255
-_BYTES_MOST = 1 << 26  # of all headers: manifests of Cryptomatte are the largest thing in them
-_TYPES = {0: "<u4", 1: "<f2", 2: "<f4"}  # NumPy's name by the number of a type
+_BYTES_MOST = 1 << 26  # in all headers; Cryptomatte manifests are the largest entries
+_TYPES = {0: "<u4", 1: "<f2", 2: "<f4"}  # pixel type number -> NumPy type
 
 RawHeader = dict[str, bytes]
 
 
 class CutError(ValueError):
-    """The headers end before they should, or are none."""
+    """The headers are cut off, or are not valid headers at all."""
 
 
 @dataclass(frozen=True)
@@ -33,17 +33,17 @@ class RawChannel:
 
     @property
     def bytes_each(self) -> int:
-        """The bytes of one value."""
+        """Size of one value in bytes."""
         return int(self.numpy_type[-1])
 
 
 def scanned_headers(file: BinaryIO) -> list[RawHeader]:
-    """Return the attributes of each part by name, as they are stored; the file stands behind them.
+    """Return the raw attributes of each part by name; the file's position is then behind them.
 
-    Raises CutError where they are not whole.
+    Raises CutError if they are incomplete.
     """
     if file.read(4) != MAGIC:
-        raise CutError("no EXR")
+        raise CutError("not an EXR file")
     (flags,) = _numbers(file, "<I")
     if not flags & _MANY_PARTS:
         return [_header(file)]
@@ -56,7 +56,7 @@ def scanned_headers(file: BinaryIO) -> list[RawHeader]:
 
 
 def channels_of(header: RawHeader) -> list[RawChannel]:
-    """Return the channels of one part. Raises CutError where the list is not whole."""
+    """Return the channels of one part. Raises CutError if the list is incomplete."""
     stored, at, found = header.get("channels", b""), 0, []
     while at < len(stored) and stored[at]:
         end = stored.find(b"\0", at)
@@ -64,7 +64,7 @@ def channels_of(header: RawHeader) -> list[RawChannel]:
             raise CutError("the list of channels is cut off")
         kind, _, x, y = struct.unpack_from("<i4sii", stored, end + 1)
         if kind not in _TYPES:
-            raise CutError("a channel has a type that is not known")
+            raise CutError("a channel has an unknown type")
         found.append(RawChannel(stored[at:end], _TYPES[kind], max(x, 1), max(y, 1)))
         at = end + 17
     return found
@@ -94,5 +94,5 @@ def _name(file: BinaryIO) -> str:
 def _numbers(file: BinaryIO, form: str) -> tuple[int, ...]:
     data = file.read(struct.calcsize(form))
     if len(data) < struct.calcsize(form):
-        raise CutError("it ends within a number")
+        raise CutError("it ends in the middle of a number")
     return struct.unpack(form, data)

@@ -1,4 +1,4 @@
-"""Channels to an EXR file, whole or not at all."""
+"""Write channels to an EXR file, completely or not at all."""
 
 import io
 import os
@@ -17,14 +17,15 @@ from heatlens.plate.windows import header_at_box
 
 __all__ = ["COMPRESSIONS", "JOB_ATTRIBUTE", "lens_attributes", "write_exr"]
 
-# All lossless but the last two, which lose on half only. Those that other programs read.
+# Compressions that other programs read. All are lossless except the last two, which are lossy
+# for half floats only.
 COMPRESSIONS = ("none", "rle", "zips", "zip", "piz", "dwaa", "dwab")
 
-# Of an export: what this one file was made of, and so never true of another made from it.
+# Header entry of an exported frame: what it was made of. It must not be copied to other files.
 JOB_ATTRIBUTE = "heatlens:job"
 
 _HALF_MAX = 65504.0
-_MEASURES = ("z", "depth", "coc")  # half has no digits to spare for these
+_MEASURES = ("z", "depth", "coc")  # these need more digits than a half float has
 
 
 def write_exr(
@@ -38,13 +39,14 @@ def write_exr(
     compression: str = "zip",
     kept: Mapping[str, np.ndarray[Any, Any]] | None = None,
 ) -> None:
-    """Write `channels`, each (H, W) over `data_window`, by name; Z, depth and coc stay float.
+    """Write `channels` by name, each (H, W) over `data_window`; Z, depth and coc stay float.
 
-    `kept` are channels that are written with the bits that they have: half, float or whole numbers.
+    The channels of `kept` are written unchanged in their own type: half, float or integers.
 
     Half values are clamped to +-65504, so that nothing bright becomes infinite. Attributes that
-    the library cannot write (bytes, and rationals in older ones) are left out. Raises InputError,
-    and leaves what stood at `path`, when it cannot be written or a channel has another size.
+    the library cannot write (bytes, and in older versions rationals) are left out. Raises
+    InputError, and leaves an existing file at `path` unchanged, if the file cannot be written or a
+    channel has another size.
     """
     header = writable_attributes(attributes or {}) | {
         "compression": _compression(compression),
@@ -60,7 +62,7 @@ def write_exr(
         for name, values in (kept or {}).items()
         if name not in stored
     }
-    encoded = io.BytesIO()  # on a full disk the library ends a file short without a word
+    encoded = io.BytesIO()  # on a full disk the library would silently write an incomplete file
     try:
         with quiet_library():
             OpenEXR.File(header, stored).write(encoded)
@@ -87,23 +89,22 @@ def _stored(
 
 
 def _compression(name: str) -> Any:
-    """Return the library's value for one of COMPRESSIONS."""
+    """Return the library's constant for one of COMPRESSIONS."""
     if name not in COMPRESSIONS:
         raise InputError(f"No EXR compression {name!r}: choose one of {', '.join(COMPRESSIONS)}.")
     return getattr(OpenEXR, f"{'NO' if name == 'none' else name.upper()}_COMPRESSION")
 
 
 def writable_attributes(attributes: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the attributes that the library can write, each tried in a file of one pixel.
+    """Return the attributes that the library can write, testing each in a file of one pixel.
 
-    The library has no list of the types it can write, and one it cannot write spoils the whole
-    file.
+    The library has no list of the types it can write, and a single bad attribute spoils the file.
     """
     return {name: value for name, value in attributes.items() if _can_write(name, value)}
 
 
 def _can_write(name: str, value: Any) -> bool:
-    """Return True when a file with this attribute alone can be written."""
+    """Return True if a file with only this attribute can be written."""
     header = {"compression": OpenEXR.NO_COMPRESSION, "type": OpenEXR.scanlineimage, name: value}
     try:
         with quiet_library():

@@ -1,4 +1,4 @@
-"""The parts of any file that is read, an EXR or a picture for the eye."""
+"""Read the parts of any supported file: a flat or deep EXR, a photo or another picture."""
 
 from pathlib import Path
 
@@ -8,13 +8,13 @@ from heatlens.plate.channels import Header, Part
 from heatlens.plate.deep_file import is_deep_file
 from heatlens.plate.deep_plate import flattened_part
 from heatlens.plate.exr_read import read_parts
-from heatlens.plate.picture_parts import color_parts, depth_parts, told_of
+from heatlens.plate.picture_parts import color_parts, depth_parts, picture_facts
 
 
 def color_file_parts(path: Path, options: PlateOptions) -> list[Part]:
-    """Read header and channels of every part, colours scene-linear. Raises as `read_parts`.
+    """Read the header and channels of every part, with scene-linear colours.
 
-    Of a deep file it is one part: what the file shows.
+    A deep file gives one part, its flattened picture. Raises InputError as `read_parts` does.
     """
     if is_picture(path):
         return color_parts(path, options.picture_curve)
@@ -22,13 +22,13 @@ def color_file_parts(path: Path, options: PlateOptions) -> list[Part]:
 
 
 def depth_file_parts(path: Path) -> list[Part]:
-    """Read the parts of a file that holds a depth, whose values are not converted."""
+    """Read the parts of a depth file; the values stay as they are stored."""
     if is_picture(path):
         return depth_parts(path)
     return [flattened_part(path)] if is_deep_file(path) else read_parts(path)
 
 
 def notes_of(header: Header) -> tuple[str, ...]:
-    """Return what to say about the colours of a picture; nothing for an EXR."""
-    told = told_of(header)
-    return () if told is None else told.notes
+    """Return notes about the colours of a photo or picture; none for an EXR."""
+    facts = picture_facts(header)
+    return () if facts is None else facts.notes

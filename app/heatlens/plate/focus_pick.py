@@ -1,4 +1,4 @@
-"""The distance of what is seen at a pixel: what a click to focus asks for."""
+"""Find the distance of the surface at a pixel, for focusing with a click."""
 
 import math
 
@@ -8,11 +8,11 @@ from heatlens.errors import InputError
 from heatlens.model.boxes import Box
 from heatlens.plate.plate import FloatImage, Plate
 
-_RADIUS_PX = 2  # the median of 5 x 5 pixels: one noisy pixel does not decide
+_RADIUS_PX = 2  # take the median of 5 x 5 pixels, so that a noisy pixel does not matter
 
 
 def depth_at_m(plate: Plate, x: int, y: int) -> float:
-    """Return the median depth around a pixel, counted from the display window's corner.
+    """Return the median depth around pixel (x, y) of the display window.
 
     Raises InputError outside the picture, and for a plate without distances.
     """
@@ -22,9 +22,10 @@ def depth_at_m(plate: Plate, x: int, y: int) -> float:
 
 
 def area_at(x: int, y: int, data: Box, display: Box) -> Box:
-    """Return the pixels around one that decide its depth, counted from the data window's corner.
+    """Return the area around pixel (x, y) of the display window that decides its depth.
 
-    Raises InputError outside the picture.
+    The area counts pixels from the corner of the data window. Raises InputError outside the
+    picture.
     """
     column, row = x + display.x0 - data.x0, y + display.y0 - data.y0
     whole = Box(0, 0, data.width, data.height)
@@ -47,7 +48,7 @@ def middle_m(depth_m: FloatImage) -> float:
 
 
 def no_distances(plate: Plate) -> InputError:
-    """Return the error for a distance that is asked of a plate with a circle of confusion."""
+    """Return the error for focusing on a plate that has a circle of confusion, not distances."""
     return InputError(
         f"{plate.path}: its depth channel is a circle of confusion, which has no distances to "
         "focus on."

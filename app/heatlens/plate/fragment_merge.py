@@ -1,4 +1,4 @@
-"""Fragments of pixels: put in order, and merged where no lens can tell them apart."""
+"""Sort the fragments of pixels, and merge those that no lens can distinguish."""
 
 from dataclasses import dataclass
 
@@ -7,15 +7,15 @@ from numpy.typing import NDArray
 
 from heatlens.plate.fragments import OPAQUE
 
-FRAGMENTS_MOST = 16  # of a pixel; more are merged by likeness of their blur
-_CUTS = (256, 128, 64, 32, FRAGMENTS_MOST)  # of the dioptres of a pixel with too many
+FRAGMENTS_MOST = 16  # for each pixel; if there are more, those of the most similar blur are merged
+_CUTS = (256, 128, 64, 32, FRAGMENTS_MOST)  # bins of dioptres tried for a pixel with too many
 
 
 @dataclass(frozen=True, eq=False)
 class Fragments:
     """Fragments of many pixels.
 
-    pixel    (N,) its number
+    pixel    (N,) number of the pixel that each belongs to
     color    (N, 3) float32, premultiplied
     alpha    (N,) float32, the part of the pixel that it covers, 0..1
     depth_m  (N,) float32, planar metres; +inf where nothing was hit
@@ -30,14 +30,14 @@ class Fragments:
         return len(self.pixel)
 
     def where(self, chosen: NDArray[np.bool_] | NDArray[np.intp]) -> "Fragments":
-        """Return some of them."""
+        """Return the chosen fragments."""
         return Fragments(
             self.pixel[chosen], self.color[chosen], self.alpha[chosen], self.depth_m[chosen]
         )
 
 
 def joined(parts: list[Fragments]) -> Fragments:
-    """Return the fragments of several together."""
+    """Concatenate several sets of fragments."""
     if len(parts) == 1:
         return parts[0]
     return Fragments(
@@ -49,12 +49,12 @@ def joined(parts: list[Fragments]) -> Fragments:
 
 
 def in_order(fragments: Fragments) -> Fragments:
-    """Return the fragments sorted by pixel, and near to far.
+    """Return the fragments sorted by pixel, and within a pixel from near to far.
 
-    What lies at one distance is sorted by its coverage and colour, so that the order in which
-    fragments came does not matter.
+    Fragments at the same distance are sorted by coverage and colour, so that the result does not
+    depend on the order of the input.
     """
-    # The bits of a float that is not negative are in the order of its value.
+    # Floats that are not negative sort in the same order as their bits.
     key = (fragments.pixel.astype(np.uint64) << np.uint64(32)) | fragments.depth_m.view(np.uint32)
     if (key[1:] > key[:-1]).all():
         return fragments
@@ -70,16 +70,16 @@ def in_order(fragments: Fragments) -> Fragments:
 
 
 def merged(fragments: Fragments, tolerance: float) -> Fragments:
-    """Return one fragment for those of a pixel that are within `tolerance` of their distance.
+    """Merge the fragments of a pixel that are closer than `tolerance`, relative to their distance.
 
-    `fragments` are in order.
+    `fragments` are sorted as by `in_order`.
     """
     pixel, depth = fragments.pixel, fragments.depth_m
     is_close = (pixel[1:] == pixel[:-1]) & (depth[1:] <= depth[:-1] * np.float32(1 + tolerance))
     if not is_close.any():
         return fragments
     begins = np.append(True, ~is_close)
-    # A long row of close ones is cut into pieces of the tolerance, from its nearest one on.
+    # A long run of close fragments is cut into pieces of the tolerance, beginning at the nearest.
     with np.errstate(invalid="ignore"):  # infinity over infinity
         ratio = depth / depth[begins][np.cumsum(begins) - 1]
     is_far = ratio > 1 + tolerance
@@ -91,11 +91,11 @@ def merged(fragments: Fragments, tolerance: float) -> Fragments:
 
 
 def shortened(fragments: Fragments, counts: NDArray[np.int64]) -> Fragments:
-    """Return at most FRAGMENTS_MOST fragments for each pixel, merged by likeness of their blur.
+    """Merge fragments of similar blur until no pixel has more than FRAGMENTS_MOST.
 
-    A circle of confusion is a straight line over dioptres, whatever the lens: the dioptres of a
-    pixel are cut evenly, as finely as leaves few enough. `fragments` are in order; `counts` has how
-    many each pixel has.
+    A circle of confusion is linear in dioptres, whatever the lens. The range of dioptres of a pixel
+    is therefore cut into equal bins, as many as leave few enough fragments. `fragments` are sorted
+    as by `in_order`; `counts` holds the number of fragments of each pixel.
     """
     is_long = (counts > FRAGMENTS_MOST)[fragments.pixel]
     if not is_long.any():
@@ -120,9 +120,9 @@ def shortened(fragments: Fragments, counts: NDArray[np.int64]) -> Fragments:
 
 
 def _one_of_each(fragments: Fragments, begins: NDArray[np.bool_]) -> Fragments:
-    """Composite each group of neighbours to one fragment; `begins` is where a group begins.
+    """Composite each group of neighbours into one fragment; `begins` marks the first of a group.
 
-    Its distance is the mean of the dioptres by what is seen of each.
+    The dioptres of the result are the mean of those of the group, weighted by visible coverage.
     """
     first = np.flatnonzero(begins)
     size = np.diff(np.append(first, len(begins)))

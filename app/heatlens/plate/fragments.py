@@ -74,7 +74,7 @@ def packed_lists(
 
 
 def packed_starts(counts: NDArray[np.int64], has_front: NDArray[np.bool_]) -> NDArray[np.uint32]:
-    """Return `FragmentLists.starts` of how many fragments each pixel has."""
+    """Return `FragmentLists.starts` for the number of fragments of each pixel."""
     starts = np.zeros(counts.size + 1, np.uint32)
     starts[1:] = 2 * np.cumsum(counts)
     starts[:-1] += has_front
@@ -82,7 +82,7 @@ def packed_starts(counts: NDArray[np.int64], has_front: NDArray[np.bool_]) -> ND
 
 
 def packed_words(rgba: NDArray[np.float32], depth_m: NDArray[np.float32]) -> NDArray[np.uint32]:
-    """Return `FragmentLists.words` of straight colours with coverage, and metres."""
+    """Return `FragmentLists.words` for straight colours with coverage, and depths in metres."""
     words = np.empty((len(depth_m), 3), np.uint32)
     words[:, :2] = np.clip(rgba, -_HALF_MAX, _HALF_MAX).astype(np.float16).view(np.uint32)
     words[:, 2] = (np.float32(1.0) / depth_m).view(np.uint32)

@@ -1,4 +1,4 @@
-"""The lens in front of a plate where nothing may be made up: what is given, then the header."""
+"""The lens for a plate from given values and the header, where nothing may be assumed."""
 
 import math
 from collections.abc import Mapping
@@ -12,7 +12,7 @@ from heatlens.plate.plate import Plate
 from heatlens.plate.start_lens import StartLens
 
 FULL_FRAME_WIDTH_MM = 36.0
-# Values without which there is no blur, in the words of the field.
+# The values that blur depends on, and their names for people.
 NEEDED = {
     "focal_length_mm": "focal length",
     "sensor_width_mm": "sensor width",
@@ -21,36 +21,37 @@ NEEDED = {
 }
 
 
-class LensNotToldError(InputError):
-    """Nobody tells some values of the lens: neither the caller nor the header."""
+class MissingLensError(InputError):
+    """Some values of the lens are given neither by the caller nor by the header."""
 
     def __init__(self, plate: Plate, fields: tuple[str, ...]) -> None:
-        """Keep the missing `fields` of Lens, all of them."""
+        """Keep the names of all missing fields of Lens."""
         self.plate = plate
         self.fields = fields
-        super().__init__(self.told({name: name for name in fields}))
+        super().__init__(self.sentence({name: name for name in fields}))
 
-    def told(self, how: Mapping[str, str]) -> str:
-        """Return the sentence; `how` says for each field of Lens what gives it."""
+    def sentence(self, how: Mapping[str, str]) -> str:
+        """Return the message; `how` names for each field of Lens the option that gives it."""
         what = _listed([NEEDED[name] for name in self.fields])
         them = "it" if len(self.fields) == 1 else "them"
         given = _listed([how[name] for name in self.fields])
-        return f"{self.plate.path}: the header tells no {what}; give {them} with {given}."
+        return f"{self.plate.path}: the header has no {what}; give {them} with {given}."
 
 
 def plate_lens(plate: Plate, given: Mapping[str, Any]) -> StartLens:
-    """Return the lens of `given` fields and the plate's header, and the origin of each value.
+    """Return the lens of `given` fields and the plate's header, and the source of each value.
 
-    Only the sensor is assumed, to be full frame, and a note says so. A plate that brings its circle
-    of confusion needs no lens. Raises LensNotToldError, and LensError for values that make no lens.
+    Only the sensor may be assumed, as full frame; its source then says so. A plate with a circle of
+    confusion needs no lens values. Raises MissingLensError if values are missing, and LensError if
+    they are impossible.
     """
     if not plate.has_distances:
         return StartLens(Lens(50.0, 2.8, math.inf, FULL_FRAME_WIDTH_MM, **_opening(given)), {})
     values, sources = dict(given), dict.fromkeys(given, "given")
     for name in NEEDED:
-        told = getattr(plate.camera, name)
-        if name not in values and told is not None:
-            values[name] = told
+        value = getattr(plate.camera, name)
+        if name not in values and value is not None:
+            values[name] = value
             sources[name] = f"header, {plate.camera.sources.get(name, 'camera')}"
     if "sensor_width_mm" not in values:
         values["sensor_width_mm"] = FULL_FRAME_WIDTH_MM
@@ -59,7 +60,7 @@ def plate_lens(plate: Plate, given: Mapping[str, Any]) -> StartLens:
         values["model"], sources["model"] = lens_model_of(plate.camera)
     missing = tuple(name for name in NEEDED if name not in values)
     if missing:
-        raise LensNotToldError(plate, missing)
+        raise MissingLensError(plate, missing)
     return StartLens(Lens(**values), sources)
 
 
@@ -68,5 +69,5 @@ def _opening(given: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _listed(words: list[str]) -> str:
-    """Join words as "a, b and c"."""
+    """Return the words joined as "a, b and c"."""
     return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"

@@ -1,4 +1,4 @@
-"""The headers of an EXR file without its pixels: a tenth of a millisecond a file."""
+"""Read the headers of a file without its pixels, in about a tenth of a millisecond."""
 
 import os
 from pathlib import Path
@@ -20,7 +20,7 @@ def read_color_header(
 ) -> Header:
     """Read the header of the part that holds the colours; `layer` and `eye` as in `choose_color`.
 
-    Raises InputError for a file that is missing, damaged, no EXR, or has no such colours.
+    Raises InputError if the file is missing, damaged or no EXR, or does not have these colours.
     """
     if is_picture(Path(path)):
         return picture_header(Path(path))
@@ -33,7 +33,7 @@ def read_color_header(
 def read_headers(path: str | os.PathLike[str]) -> list[Header]:
     """Read the header of every part.
 
-    Raises InputError for a file that is missing, damaged or no EXR.
+    Raises InputError if the file is missing, damaged or no EXR.
     """
     check_exr(Path(path))
     try:

@@ -1,7 +1,7 @@
-"""The depth map that a phone's portrait carries inside: Google's in JPEG, Apple's in HEIC.
+"""Read the depth map inside a phone's portrait photo: Google's in JPEG, Apple's in HEIC.
 
 Sources: "Depthmap Metadata" (GDepth, in XMP), "Dynamic Depth" 1.0 (a map after the picture), and
-the depth representation of HEVC (ISO/IEC 23008-2, annex G) as libheif tells it.
+the depth representation of HEVC (ISO/IEC 23008-2, annex G) as libheif passes it on.
 """
 
 import base64
@@ -23,7 +23,7 @@ from heatlens.printable import one_line
 
 _XMP = b"http://ns.adobe.com/xap/1.0/\0"
 _EXTENSION = b"http://ns.adobe.com/xmp/extension/\0"
-_EXTENSION_HEAD = 32 + 4 + 4  # a digest of the whole, its length, and where this piece begins
+_EXTENSION_HEAD = 32 + 4 + 4  # bytes: digest of the whole, its length, offset of this piece
 # Entries of GDepth and of Dynamic Depth, as attributes or as elements.
 _ENTRY = r'(?:GDepth|DepthMap):{name}(?:="([^"]*)"|>([^<]*)<)'
 _ITEM_LENGTH = re.compile(r'Item:Length(?:="(\d+)"|>(\d+)<)')
@@ -33,7 +33,12 @@ _EVEN_OVER_INVERSE_Z = (_UNIFORM_INVERSE_Z, _UNIFORM_DISPARITY)
 
 @dataclass(frozen=True, eq=False)
 class InnerDepth:
-    """Values (H, W), what they are, how that is known, and what to say of them."""
+    """The depth map (H, W) of a photo, with the convention of its values.
+
+    why         one sentence on how the convention is known
+    full_scale  white of integer values, None for floating point
+    notes       sentences for the user
+    """
 
     values: FloatImage
     convention: DepthConvention
@@ -43,9 +48,9 @@ class InnerDepth:
 
 
 def inner_depth(path: Path, info: dict[str, Any]) -> InnerDepth | None:
-    """Return the depth map inside the picture at `path`, or None where it has none.
+    """Return the depth map inside the picture at `path`, or None if it has none.
 
-    `info` is the metadata beside the pixels. Raises InputError for a map that is damaged.
+    `info` is the metadata of the picture. Raises InputError if the map is damaged.
     """
     if info.get("depth_images"):
         return _of_heic(path, info["depth_images"][0])
@@ -56,7 +61,7 @@ def inner_depth(path: Path, info: dict[str, Any]) -> InnerDepth | None:
 
 
 def _of_google(path: Path, xmp: str) -> InnerDepth | None:
-    """Convert a map of 0 to 1 to distances in metres between the ends in the XMP."""
+    """Convert a map of 0 to 1 to distances in metres, between the ends given in the XMP."""
     near_m, far_m = _number(xmp, "Near"), _number(xmp, "Far")
     encoded = _map_of_google(path, xmp)
     if encoded is None:
@@ -69,20 +74,17 @@ def _of_google(path: Path, xmp: str) -> InnerDepth | None:
         depth = near_m + fraction * (far_m - near_m)
     else:
         depth = near_m * far_m / (far_m - fraction * (far_m - near_m))
-    why = f"The photo carries it inside, as {form} from {near_m:g} to {far_m:g} m."
+    why = f"The photo holds it, as {form} from {near_m:g} to {far_m:g} m."
     return InnerDepth(depth.astype(np.float32), DepthConvention.DISTANCE, why)
 
 
 def _map_of_google(path: Path, xmp: str) -> bytes | None:
-    """Return the encoded map: from the XMP itself, or after the picture.
-
-    None where there is none.
-    """
+    """Return the encoded map from the XMP or from behind the picture; None if there is none."""
     data = _text(xmp, "Data")
     if data:
         try:
             return base64.b64decode("".join(data.split()) + "==")
-        except ValueError as error:  # binascii.Error is one of them
+        except ValueError as error:  # includes binascii.Error
             raise InputError(f"{path}: its depth map is damaged ({error}).") from error
     lengths = [int(a or b) for a, b in _ITEM_LENGTH.findall(xmp)]
     after = _items_after(path, [length for length in lengths if length])
@@ -90,7 +92,7 @@ def _map_of_google(path: Path, xmp: str) -> bytes | None:
 
 
 def _items_after(path: Path, lengths: list[int]) -> Iterator[bytes]:
-    """Yield the files appended to the picture, whose lengths are given in their order."""
+    """Yield the files that are appended to the picture, with the given lengths in order."""
     data = path.read_bytes()
     start = len(data) - sum(lengths)
     if start < 0:  # the first length is the picture's own
@@ -101,16 +103,16 @@ def _items_after(path: Path, lengths: list[int]) -> Iterator[bytes]:
 
 
 def _is_grey(data: bytes) -> bool:
-    """Return True for a picture of one channel."""
+    """Return True if the bytes are a picture with one channel."""
     try:
         return Image.open(BytesIO(data)).mode in ("L", "I;16", "I", "F")
-    except Exception:  # Pillow lets through whatever damaged bytes bring about
+    except Exception:  # for damaged bytes, Pillow can raise anything
         return False
 
 
 def _grey(path: Path, data: bytes) -> FloatImage:
     """Decode a picture to values of 0 to 1."""
-    with _told_of_the_map(path):
+    with _refusing_damaged_map(path):
         image = Image.open(BytesIO(data))
         values = np.asarray(image if image.mode in ("L", "I;16") else image.convert("L"))
     fraction: FloatImage = values.astype(np.float32) / np.float32(np.iinfo(values.dtype).max)
@@ -118,7 +120,7 @@ def _grey(path: Path, data: bytes) -> FloatImage:
 
 
 @contextmanager
-def _told_of_the_map(path: Path) -> Iterator[None]:
+def _refusing_damaged_map(path: Path) -> Iterator[None]:
     """Turn every way in which Pillow fails into an InputError."""
     try:
         yield
@@ -127,32 +129,32 @@ def _told_of_the_map(path: Path) -> Iterator[None]:
 
 
 def _of_heic(path: Path, found: Any) -> InnerDepth:
-    """Return disparity as Apple writes it; in metres where its ends are given."""
-    with _told_of_the_map(path):
+    """Return disparity as Apple writes it, converted to dioptres if its ends are given."""
+    with _refusing_damaged_map(path):
         values = np.asarray(found.to_pillow()).astype(np.float32)
     values = values[:, :, 0] if values.ndim == 3 else values
     full_scale = 255.0 if values.max(initial=0) <= 255 else 65535.0
     low, high = _ends_in_dioptres(found.info.get("metadata") or {})
     if low is not None and high is not None and 0 <= low < high:
         dioptres = (low + values / full_scale * (high - low)).astype(np.float32)
-        why = f"The photo carries it inside, as disparity from {low:g} to {high:g} dioptres."
+        why = f"The photo holds it, as disparity from {low:g} to {high:g} dioptres."
         return InnerDepth(dioptres, DepthConvention.INVERSE, why)
-    why = "The photo carries it inside, as disparity, white near."
+    why = "The photo holds it, as disparity, white near."
     return InnerDepth(values, DepthConvention.DISPARITY, why, full_scale)
 
 
-def _ends_in_dioptres(told: dict[str, Any]) -> tuple[float | None, float | None]:
-    """Return 1/z of black and of white where the file gives them; phones count disparity in 1/m."""
-    if told.get("representation_type", _UNIFORM_INVERSE_Z) not in _EVEN_OVER_INVERSE_Z:
+def _ends_in_dioptres(metadata: dict[str, Any]) -> tuple[float | None, float | None]:
+    """Return 1/z of black and of white if the file gives them; phones give disparity in 1/m."""
+    if metadata.get("representation_type", _UNIFORM_INVERSE_Z) not in _EVEN_OVER_INVERSE_Z:
         return None, None
-    near_m, far_m = told.get("z_near"), told.get("z_far")
+    near_m, far_m = metadata.get("z_near"), metadata.get("z_far")
     if near_m and far_m:
         return 1 / far_m, 1 / near_m
-    return told.get("d_min"), told.get("d_max")
+    return metadata.get("d_min"), metadata.get("d_max")
 
 
 def _xmp_of(segments: Any) -> str:
-    """Return the XMP of a JPEG with its extension, which comes in pieces."""
+    """Return the XMP of a JPEG, joined with the pieces of its extension."""
     plain, pieces = b"", {}
     for name, data in segments:
         if name != "APP1":

@@ -1,4 +1,4 @@
-"""What is in a file and how it would be read, as plain values ready for JSON."""
+"""Describe what is in a file and how it would be read, as values that JSON can hold."""
 
 import math
 from collections.abc import Sequence
@@ -22,7 +22,7 @@ from heatlens.plate.depth_read import read_depth_of
 from heatlens.plate.file_parts import color_file_parts, notes_of
 from heatlens.plate.picture_parts import FOR_THE_EYE
 from heatlens.plate.plate import CameraHeader, Plate, depth_span
-from heatlens.plate.primaries import ToldPrimaries, told_primaries
+from heatlens.plate.primaries import HeaderPrimaries, header_primaries
 from heatlens.plate.read import read_color, read_plate
 from heatlens.plate.views import views_of
 from heatlens.plate.windows import box_at_header, pixel_aspect_of
@@ -33,10 +33,10 @@ Facts = dict[str, Any]
 def inspect(path: Path, options: PlateOptions) -> Facts:
     """Return size, parts, camera, colour and depth of the file at `path`.
 
-    Lengths are metres or millimetres as their names say; windows are [x0, y0, x1, y1], half-open.
-    Where no colour or depth can be read, its entry is {"problem": sentence}. Infinity and NaN
-    become "infinity" and None, because JSON has neither. Raises InputError only when the file
-    cannot be read.
+    Lengths are in metres or millimetres as their names say; windows are [x0, y0, x1, y1],
+    half-open. If no colour or no depth can be read, its entry is {"problem": sentence}. Infinity
+    becomes "infinity" and NaN becomes None, because JSON has neither. Raises InputError only if the
+    file itself cannot be read.
     """
     if is_deep_file(path):
         return _deep_facts(read_plate(path, options), options)
@@ -46,7 +46,7 @@ def inspect(path: Path, options: PlateOptions) -> Facts:
     choice, color = _color_facts(path, parts, options)
     header = headers[choice.rgb[0].part if choice else 0]
     window = box_at_header(header, "dataWindow")
-    told = told_primaries(header)
+    stated = header_primaries(header)
     camera = camera_at_header([header, *headers])
     depth, depth_notes = _depth_facts(path, parts, choice, options, camera)
     aspect, aspect_notes = pixel_aspect_of(path, header)
@@ -61,7 +61,7 @@ def inspect(path: Path, options: PlateOptions) -> Facts:
         "parts": [_part_facts(part) for part in all_parts],
         "behind": _behind_facts(path, options, bool(behind_layers(all_parts))),
         "camera": {name: _json_value(value) for name, value in asdict(camera).items()},
-        "primaries": None if told is None else _primaries_facts(told),
+        "primaries": None if stated is None else _primaries_facts(stated),
         "is_for_the_eye": bool(header.get(FOR_THE_EYE)),
         "color": color,
         "depth": depth,
@@ -70,11 +70,11 @@ def inspect(path: Path, options: PlateOptions) -> Facts:
 
 
 def _deep_facts(plate: Plate, options: PlateOptions) -> Facts:
-    """Return the facts of a deep file: those of the picture that it shows, and its surfaces."""
+    """Return the facts of a deep file: those of its flattened picture and of its surfaces."""
     window, rgb = plate.data_window, plate.color[..., :3]
     depth = {name: _json_value(value) for name, value in asdict(plate.depth).items()}
     span = depth_span(plate, options.scene_unit_m)
-    told = told_primaries(plate.attributes)
+    stated = header_primaries(plate.attributes)
     return {
         "path": str(plate.path),
         "width_px": window.width,
@@ -87,7 +87,7 @@ def _deep_facts(plate: Plate, options: PlateOptions) -> Facts:
         "parts": [],
         "behind": _reports(plate),
         "camera": {name: _json_value(value) for name, value in asdict(plate.camera).items()},
-        "primaries": None if told is None else _primaries_facts(told),
+        "primaries": None if stated is None else _primaries_facts(stated),
         "color": {
             "layer": "",
             "view": "",
@@ -103,7 +103,7 @@ def _deep_facts(plate: Plate, options: PlateOptions) -> Facts:
 
 
 def _behind_facts(path: Path, options: PlateOptions, has_layers: bool) -> list[Facts]:
-    """Return what each picture behind adds. Raises InputError for a file that cannot be added."""
+    """Return what each picture behind adds. Raises InputError if a given file cannot be added."""
     if not (has_layers or options.behind):
         return []
     try:
@@ -119,21 +119,21 @@ def _reports(plate: Plate) -> list[Facts]:
     return [asdict(it) | {"problem": "", "words": it.words} for it in plate.behind]
 
 
-def _primaries_facts(told: ToldPrimaries) -> Facts:
-    """Return the attribute, its value, and the space that this is, None for an unknown one.
+def _primaries_facts(stated: HeaderPrimaries) -> Facts:
+    """Return the attribute, its value, and the colour space that it names, None if unknown.
 
-    `by_matrix`: the space has no name, but its numbers turn it into linear Rec. 709.
+    `by_matrix` is True if a matrix from the primaries can convert an unknown space to Rec. 709.
     """
     return {
-        "attribute": told.attribute,
-        "value": told.value,
-        "space": None if told.known is None else told.known.name,
-        "by_matrix": told.primaries is not None,
+        "attribute": stated.attribute,
+        "value": stated.value,
+        "space": None if stated.known is None else stated.known.name,
+        "by_matrix": stated.primaries is not None,
     }
 
 
 def _part_facts(part: Part) -> Facts:
-    """Name, layout and channels with their types of one part."""
+    """Return the name, layout and channels of one part, with the types of the channels."""
     header, channels = part
     return {
         "name": str(header.get("name", "")),
@@ -147,14 +147,14 @@ def _part_facts(part: Part) -> Facts:
 
 
 def _pixel_type(pixels: np.ndarray[Any, Any]) -> str:
-    """Return half, float or uint; deep where a pixel holds a list."""
+    """Return half, float or uint, or deep where each pixel holds a list."""
     return {"f2": "half", "f4": "float", "u4": "uint"}.get(pixels.dtype.str[1:], "deep")
 
 
 def _color_facts(
     path: Path, parts: Sequence[Part], options: PlateOptions
 ) -> tuple[ColorChoice | None, Facts]:
-    """Return the chosen colour and its range over red, green and blue before any repair."""
+    """Return the chosen colour, and facts such as its range over R, G and B before any repair."""
     try:
         headers = [header for header, _ in parts]
         choice = choose_color(path, headers, options.color_layer, options.eye)
@@ -201,7 +201,7 @@ def _depth_facts(
 
 
 def _doubts(camera: CameraHeader, span: DepthSpan) -> tuple[Doubt, ...]:
-    """Return doubts about the depths, and about the header's lens where it is complete."""
+    """Return doubts about the depths, and about the lens in the header if it is complete."""
     focal_mm, f_stop = camera.focal_length_mm, camera.f_stop
     focus_m, sensor_mm = camera.focus_distance_m, camera.sensor_width_mm
     if focal_mm is None or f_stop is None or focus_m is None or sensor_mm is None:
@@ -210,7 +210,7 @@ def _doubts(camera: CameraHeader, span: DepthSpan) -> tuple[Doubt, ...]:
         model, _ = lens_model_of(camera)
         return doubts(Lens(focal_mm, f_stop, focus_m, sensor_mm, model=model), span)
     except LensError as error:
-        return (Doubt("lens", f"The header tells a lens that cannot be. {error}"),)
+        return (Doubt("lens", f"The header describes an impossible lens. {error}"),)
 
 
 def _corners(box: Box) -> list[int]:
@@ -219,7 +219,7 @@ def _corners(box: Box) -> list[int]:
 
 
 def _json_value(value: Any) -> Any:
-    """Return `value`, with a word or None for a float that JSON cannot express."""
+    """Return `value`, but a word or None for a float that JSON cannot express."""
     if isinstance(value, float) and not math.isfinite(value):
         return "infinity" if value == math.inf else None
     return value

@@ -1,4 +1,4 @@
-"""Channels of a plate that go to the output as they are: AOVs, identities, the depth itself."""
+"""Channels of a plate that are copied unchanged to the output: AOVs, ID mattes, the depth."""
 
 from collections.abc import Sequence
 from difflib import get_close_matches
@@ -27,8 +27,8 @@ def kept_channels(
 ) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
     """Return pixels (H, W) by full name over the plate's data window, and attributes they need.
 
-    `wanted` are layers or channels, or "all". The colour itself is never among them: it is what is
-    rendered. Raises InputError for a name that the file does not have.
+    `wanted` are names of layers or channels, or "all". The colour is never included, because it is
+    what is rendered. Raises InputError for a name that the file does not have.
     """
     if not wanted:
         return {}, {}
@@ -42,11 +42,11 @@ def kept_channels(
         if source != plate.data_window:
             pixels = moved_to_window(pixels, source, plate.data_window, 0.0)
         kept[ref.full_name] = pixels
-    return kept, _explanations(headers) if kept else {}
+    return kept, _id_attributes(headers) if kept else {}
 
 
 def check_kept(path: Path, options: PlateOptions, wanted: Sequence[str]) -> None:
-    """Raise InputError for what `kept_channels` would refuse; no pixel is read."""
+    """Raise InputError for anything that `kept_channels` would refuse, without reading pixels."""
     if is_picture(path):
         raise InputError(f"{path} is not an EXR file: it has no other channels to keep.")
     if is_deep_file(path):
@@ -82,8 +82,8 @@ def _is_called(ref: ChannelRef, name: str) -> bool:
     return name in (ref.full_name.lower(), ref.key.lower(), layer) or layer.startswith(f"{name}.")
 
 
-def _explanations(headers: Sequence[Header]) -> dict[str, Any]:
-    """Return the attributes that name the objects of kept ID channels."""
+def _id_attributes(headers: Sequence[Header]) -> dict[str, Any]:
+    """Return the Cryptomatte attributes, which name the objects in ID channels."""
     return {
         name: value
         for header in headers

@@ -1,4 +1,4 @@
-"""A plate from arrays, as notebooks and renderers in memory have them."""
+"""Make a plate from arrays in memory, for notebooks and renderers."""
 
 from pathlib import Path
 
@@ -10,19 +10,20 @@ from heatlens.model.boxes import Box
 from heatlens.model.plate_options import DepthConvention, DepthKind
 from heatlens.plate.plate import CameraHeader, DepthReport, FloatImage, Plate, read_pixels
 
-_NAME = Path("array")  # what errors call it
+_NAME = Path("array")  # appears in error messages instead of a file name
 
 
 def plate_of_arrays(
     color: ArrayLike, depth_m: ArrayLike | None = None, coc_px: ArrayLike | None = None
 ) -> Plate:
-    """Make a plate of `color` (H, W, 3 or 4), premultiplied, and (H, W) metres or pixels of coc.
+    """Make a plate of `color` (H, W, 3 or 4), premultiplied, and a depth or CoC of shape (H, W).
 
-    Raises InputError for other shapes, for values that are no light, and for depths that are not
+    Exactly one of `depth_m`, planar metres, and `coc_px`, signed diameters in pixels, is given.
+    Raises InputError for other shapes, for colours that are not finite and for depths that are not
     above 0; infinite depths mean that nothing was hit.
     """
     if (depth_m is None) == (coc_px is None):
-        raise InputError("An array of colours needs depth_m or coc_px beside it, one of them.")
+        raise InputError("An array of colours needs either depth_m or coc_px beside it.")
     rgba = _rgba(color)
     height, width = rgba.shape[:2]
     is_coc = coc_px is not None

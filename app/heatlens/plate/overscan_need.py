@@ -1,4 +1,4 @@
-"""How far outside the frame light lies that a lens blurs into it, and how far a plate reaches."""
+"""How much overscan the blur of a lens needs around the frame, and how much a plate has."""
 
 import math
 from collections.abc import Mapping
@@ -11,7 +11,7 @@ from heatlens.model.frames import FrameRange
 from heatlens.model.lens import Lens
 from heatlens.plate.plate import Plate
 
-_STEP_PX = 8  # a width to ask a renderer for
+_STEP_PX = 8  # the suggested overscan is rounded up to a multiple of this
 
 
 @dataclass(frozen=True)
@@ -19,9 +19,9 @@ class OverscanNeed:
     """The overscan that a shot needs.
 
     needed_px   the radius of the widest disc, the larger of its width and height
-    at_frame    where it is that wide
-    has_px      what the plate has outside its display window, on the side with the least
-    short       runs of frames that need more than that
+    at_frame    the frame with this widest disc
+    has_px      overscan of the plate outside its display window, on the side with the least
+    short       ranges of frames that need more than that
     """
 
     needed_px: float
@@ -31,7 +31,7 @@ class OverscanNeed:
 
     @property
     def sentence(self) -> str:
-        """What to render, for the person at the keyboard."""
+        """How much overscan is needed, and what to render if the plate has too little."""
         at = f"what lies up to {self.needed_px:.0f} px outside the frame blurs into it"
         most = f"Overscan: {at}, most at frame {self.at_frame}; "
         if not self.short:
@@ -45,9 +45,9 @@ class OverscanNeed:
 
 
 def overscan_need(plate: Plate, lenses: Mapping[int, Lens]) -> OverscanNeed | None:
-    """Return what lenses, by frame, need around the frame of a plate with these depths.
+    """Return the overscan that a plate with these depths needs for `lenses`, by frame number.
 
-    None without lenses, and where the plate has no distances.
+    Returns None without lenses, and if the plate has no distances.
     """
     if not lenses or not plate.has_distances:
         return None
@@ -59,7 +59,7 @@ def overscan_need(plate: Plate, lenses: Mapping[int, Lens]) -> OverscanNeed | No
 
 
 def overscan_px(plate: Plate) -> int:
-    """Return how many pixels a plate has outside its display window, on the side with the least."""
+    """Return the overscan of a plate in pixels, on the side with the least of it."""
     data, shown = plate.data_window, plate.display_window
     sides = (shown.x0 - data.x0, shown.y0 - data.y0, data.x1 - shown.x1, data.y1 - shown.y1)
     return max(0, min(sides))
@@ -76,7 +76,7 @@ def _reach_px(plate: Plate, lens: Lens) -> float:
 
 
 def _runs(frames: list[int]) -> tuple[FrameRange, ...]:
-    """Return frames, in order, as ranges without gaps."""
+    """Return sorted frame numbers as ranges without gaps."""
     if not frames:
         return ()
     ends = [a for a, b in pairwise(frames) if b != a + 1] + [frames[-1]]

@@ -1,4 +1,4 @@
-"""Digests by which a rendered picture is known again, in an export as in the window's playback."""
+"""Digests that identify a rendered picture, for exports and for playback in the window."""
 
 import hashlib
 import json
@@ -12,15 +12,15 @@ _DIGEST_BYTES = 16
 
 
 def digest(facts: Mapping[str, Any]) -> str:
-    """Return 32 hexadecimal digits, the same for the same facts; facts are what JSON has."""
+    """Return 32 hexadecimal digits that are equal for equal facts; facts must fit into JSON."""
     text = json.dumps(facts, sort_keys=True)
     return hashlib.blake2b(text.encode(), digest_size=_DIGEST_BYTES).hexdigest()
 
 
 def without_advice(lens: Lens) -> Lens:
-    """Return the lens without the values that warn and measure, but leave every pixel as it is.
+    """Return the lens without the values that only warn or measure and change no pixel.
 
-    An aperture image is known by the digest of its light, and not by the path of its file.
+    An aperture image is identified by the digest of its light, not by the path of its file.
     """
     image = lens.aperture_image
     named = None if image is None else replace(image, path=image.digest)

@@ -1,7 +1,7 @@
-"""Pictures that are no EXR as they lie in the file: PNG, JPEG, TIFF, HEIC, PFM, NumPy arrays.
+"""Read the stored values of pictures other than EXR: PNG, JPEG, TIFF, HEIC, PFM, NumPy arrays.
 
-Pillow reads what has 8 bits a channel, and one channel of 16 or 32. What it would silently cut to
-8 bits goes through OpenImageIO, which is an extra, as is HEIC.
+Pillow reads pictures with 8 bits a channel, and single channels of 16 or 32 bits. Pictures that it
+would silently reduce to 8 bits are read by OpenImageIO. That is an optional extra, and so is HEIC.
 """
 
 import contextlib
@@ -28,7 +28,7 @@ _HEIC = (".heic", ".heif")
 
 @dataclass(frozen=True, eq=False)
 class RawPicture:
-    """Values (H, W, C) of 8, 16 or 32 bits, C of 1 to 4, as in the file, and what is told of them.
+    """Stored values (H, W, C) of 8, 16 or 32 bits, with 1 to 4 channels, and their metadata.
 
     `info` is what Pillow found beside the pixels: profile, EXIF, segments, depth images.
     """
@@ -38,13 +38,13 @@ class RawPicture:
 
     @property
     def full_scale(self) -> float | None:
-        """White of whole numbers; None for floating point."""
+        """The value of white for integers; None for floating point."""
         kind = self.values.dtype
         return float(np.iinfo(kind).max) if kind.kind in "ui" else None
 
 
 def open_picture(path: Path) -> RawPicture:
-    """Read a whole picture. Raises InputError that names the file where it cannot be read."""
+    """Read a whole picture. Raises InputError that names the file if it cannot be read."""
     if path.suffix.lower() == ".npy":
         return RawPicture(_array(path))
     with refusals(path), _opened(path) as image:
@@ -58,12 +58,12 @@ def open_picture(path: Path) -> RawPicture:
 
 
 def picture_info(path: Path) -> tuple[tuple[int, int], dict[str, Any]]:
-    """Read width, height and metadata without the pixels."""
+    """Read (width, height) and the metadata without decoding the pixels, where possible."""
     if path.suffix.lower() == ".npy":
         height, width = _array(path).shape[:2]
         return (width, height), {}
     with refusals(path), _opened(path) as image:
-        if image is None:  # floating point, for all others are known to Pillow
+        if image is None:  # floating point: Pillow knows all other kinds
             height, width = _by_openimageio(path).shape[:2]
             return (width, height), {"is_light": True}
         return image.size, _info(image) | {"is_light": image.mode == "F"}
@@ -71,12 +71,12 @@ def picture_info(path: Path) -> tuple[tuple[int, int], dict[str, Any]]:
 
 @contextlib.contextmanager
 def _opened(path: Path) -> Iterator[Image.Image | None]:
-    """Open the file with its pixels unread; yield None for a kind that Pillow does not know."""
+    """Open the file without decoding its pixels; yield None if Pillow does not know the format."""
     if path.suffix.lower() in _HEIC:
         _with_heic(path)
-    if not path.is_file():  # to open a pipe is to wait for whoever writes to it
+    if not path.is_file():  # opening a pipe would wait for its writer
         raise unreadable(path)
-    with path.open("rb"):  # what cannot be opened is told by the name of the reason
+    with path.open("rb"):  # raises an OSError that says why the file cannot be opened
         pass
     try:
         image = Image.open(path)
@@ -90,13 +90,13 @@ def _opened(path: Path) -> Iterator[Image.Image | None]:
 
 @contextlib.contextmanager
 def refusals(path: Path) -> Iterator[None]:
-    """Turn every way in which the libraries fail into an InputError of one line.
+    """Turn every failure of the libraries into an InputError of one line.
 
-    They let through whatever a damaged file brings about, of any kind: keep the block to them.
+    For a damaged file they can raise anything, so the block must contain nothing but their calls.
     """
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # of damage, which comes to an error or to nothing
+            warnings.simplefilter("ignore")  # damage either leads to an error or does not matter
             yield
     except InputError:
         raise
@@ -113,13 +113,13 @@ def refusals(path: Path) -> Iterator[None]:
 
 
 def _is_cut_by_pillow(image: Image.Image) -> bool:
-    """Return True for what Pillow would reduce from 16 bits to 8."""
+    """Return True if Pillow would reduce the picture from 16 bits to 8."""
     is_color = image.mode in ("RGB", "RGBA", "LA", "RGBX")
     return is_color and any(";16" in str(tile[-1]) for tile in getattr(image, "tile", ()))
 
 
 def _by_openimageio(path: Path) -> NDArray[Any]:
-    """Read values (H, W, C) in the file's own type."""
+    """Read values (H, W, C) in the type that the file has."""
     if importlib.util.find_spec("OpenImageIO") is None:
         raise InputError(
             f"{path} has more than 8 bits a channel, or is of a kind that needs OpenImageIO: "
@@ -146,7 +146,7 @@ def _read_by(library: Any, path: Path) -> NDArray[Any]:
 
 
 def _array(path: Path) -> NDArray[Any]:
-    """Read values (H, W, C) of a NumPy file that holds numbers alone."""
+    """Read values (H, W, C) of a NumPy file that holds only numbers."""
     with refusals(path):
         values = np.load(path, allow_pickle=False)
         values = values.squeeze() if values.ndim > 2 and 1 in values.shape else values
@@ -161,7 +161,7 @@ def _array(path: Path) -> NDArray[Any]:
 
 
 def _with_heic(path: Path) -> None:
-    """Teach Pillow to read HEIC."""
+    """Register the HEIC reader with Pillow."""
     if importlib.util.find_spec("pillow_heif") is None:
         raise InputError(f"{path}: HEIC needs pip install 'heatlens[heic]'.")
     importlib.import_module("pillow_heif").register_heif_opener()
@@ -171,10 +171,10 @@ def _info(image: Image.Image | None) -> dict[str, Any]:
     """Return the metadata of a picture."""
     if image is None:
         return {}
-    told: dict[str, Any] = {str(name): value for name, value in image.info.items()}
-    told["exif_tags"] = {**image.getexif(), **image.getexif().get_ifd(0x8769)}
-    told["segments"] = list(getattr(image, "applist", ()))
-    return told
+    info: dict[str, Any] = {str(name): value for name, value in image.info.items()}
+    info["exif_tags"] = {**image.getexif(), **image.getexif().get_ifd(0x8769)}
+    info["segments"] = list(getattr(image, "applist", ()))
+    return info
 
 
 def _check_size(path: Path, size: tuple[int, int]) -> None:

@@ -1,7 +1,7 @@
-"""Photos and frames for the eye as the parts of a file, as an EXR has them: light, or depth.
+"""Present photos and other pictures as parts of a file, in the form in which EXR files are read.
 
-Colour becomes scene-linear and premultiplied. What the file tells of its camera and its primaries
-stands in the header under the names of EXR; what it tells of a depth, under `TOLD`.
+Colour becomes scene-linear and premultiplied. Facts about the camera and the primaries are put
+into the header under their EXR names; facts about a depth, under `PICTURE_FACTS`.
 """
 
 from dataclasses import dataclass
@@ -26,26 +26,28 @@ from heatlens.plate.plate import FloatImage
 from heatlens.plate.primaries import P3_D65
 from heatlens.plate.windows import header_at_box, resized_nearest
 
-# Of a header: 1 where the picture was made to be looked at, and is no light of a scene. It goes on
-# into what is rendered from it, which is then looked at in the same way.
+# Header entry that is 1 for a display-referred picture, whose values are no light of a scene. It is
+# copied to renders of that picture, so that they are viewed in the same way.
 FOR_THE_EYE = "heatlens:forTheEye"
-TOLD = "heatlens:told"  # of a header: what `ToldOfPicture` holds; never written to a file
+PICTURE_FACTS = (
+    "heatlens:pictureFacts"  # header entry that holds a `PictureFacts`; never written to a file
+)
 _FULL_FRAME_MM = (36.0, 24.0)
 _EXIF_FOCAL_35MM = 0xA405
-_SHARE_COLORED = 0.02  # of the range: JPEG leaves grey a little coloured
+# Channels of a grey picture may differ by this part of the range: JPEG adds a little colour.
+_SHARE_COLORED = 0.02
 
 Kind = Literal["color", "depth"]
 
 
 @dataclass(frozen=True)
-class ToldOfPicture:
-    """The facts about a picture besides its pixels.
+class PictureFacts:
+    """Facts about a picture besides its pixels.
 
     notes       sentences about the colour
-    full_scale  white of a depth in whole numbers, None for floating point
-    convention  of the depth, where the file states it; None where it does not
-    why         one sentence on how it is known
-    is_for_the_eye  True for a picture to be looked at, whose values are no light
+    full_scale  value of white of a depth in integers, None for floating point
+    convention  convention of the depth if the file states it, else None
+    why         one sentence on how the convention is known
     """
 
     notes: tuple[str, ...] = ()
@@ -54,14 +56,14 @@ class ToldOfPicture:
     why: str = ""
 
 
-def told_of(header: Header) -> ToldOfPicture | None:
+def picture_facts(header: Header) -> PictureFacts | None:
     """Return the facts about a picture; None for a part of an EXR."""
-    told = header.get(TOLD)
-    return told if isinstance(told, ToldOfPicture) else None
+    facts = header.get(PICTURE_FACTS)
+    return facts if isinstance(facts, PictureFacts) else None
 
 
 def color_parts(path: Path, curve: PictureCurve) -> list[Part]:
-    """Read R, G, B and A of a picture, linear, and Z where the picture holds a depth."""
+    """Read R, G, B and A of a picture as linear light, and Z if the picture holds a depth."""
     raw = open_picture(path)
     straight, notes = _linear(path, raw, curve)
     if straight.shape[2] in (2, 4):
@@ -70,48 +72,48 @@ def color_parts(path: Path, curve: PictureCurve) -> list[Part]:
     channels = {name: np.ascontiguousarray(straight[:, :, i]) for i, name in enumerate(names)}
     found = inner_depth(path, raw.info)
     if found is None:
-        return [_part(channels, raw, ToldOfPicture(notes))]
+        return [_part(channels, raw, PictureFacts(notes))]
     channels["Z"] = resized_nearest(_upright(found.values, straight, raw), straight.shape[:2])
-    told = ToldOfPicture((*notes, *found.notes), found.full_scale, found.convention, found.why)
-    return [_part(channels, raw, told)]
+    facts = PictureFacts((*notes, *found.notes), found.full_scale, found.convention, found.why)
+    return [_part(channels, raw, facts)]
 
 
 def depth_parts(path: Path) -> list[Part]:
-    """Read Z of a picture that is a depth, with its values as they are in the file.
+    """Read a depth picture as Z, with the values that are stored in the file.
 
-    Raises InputError for a picture with colours: the colours of a colour map have no order.
+    Raises InputError for a coloured picture, because the colours of a colour map have no order.
     """
     raw = open_picture(path)
     values = raw.values[:, :, : 3 if raw.values.shape[2] >= 3 else 1].astype(np.float32)
     spread = float((values.max(axis=2) - values.min(axis=2)).max())
     if spread > _SHARE_COLORED * (raw.full_scale or max(float(np.ptp(values)), 1e-30)):
         raise InputError(
-            f"{path} is coloured, so it is not a depth, or one painted with a colour map: export "
+            f"{path} is coloured, so it is not a depth, or a depth shown with a colour map: export "
             "it in grey, best with 16 bits."
         )
-    told = ToldOfPicture(full_scale=raw.full_scale)
-    return [_part({"Z": np.ascontiguousarray(values[:, :, 0])}, raw, told)]
+    facts = PictureFacts(full_scale=raw.full_scale)
+    return [_part({"Z": np.ascontiguousarray(values[:, :, 0])}, raw, facts)]
 
 
 def picture_header(path: Path) -> Header:
-    """Read the header of `color_parts` without the pixels."""
+    """Read the header that `color_parts` would give, without the pixels."""
     size, info = picture_info(path)
-    return _header((), size, info, ToldOfPicture()) | _for_the_eye(not info.get("is_light"))
+    return _header((), size, info, PictureFacts()) | _for_the_eye(not info.get("is_light"))
 
 
 def _for_the_eye(is_so: bool) -> Header:
-    """Whole numbers are made for the eye; floating point is light."""
+    """Return the header entry that marks a display-referred picture, if it `is_so`."""
     return {FOR_THE_EYE: 1} if is_so else {}
 
 
-def _part(channels: dict[str, FloatImage], raw: RawPicture, told: ToldOfPicture) -> Part:
+def _part(channels: dict[str, FloatImage], raw: RawPicture, facts: PictureFacts) -> Part:
     height, width = raw.values.shape[:2]
-    header = _header(tuple(channels), (width, height), raw.info, told)
+    header = _header(tuple(channels), (width, height), raw.info, facts)
     return header | _for_the_eye(raw.full_scale is not None), dict(channels)
 
 
 def _header(
-    channels: tuple[str, ...], size: tuple[int, int], info: dict[str, Any], told: ToldOfPicture
+    channels: tuple[str, ...], size: tuple[int, int], info: dict[str, Any], facts: PictureFacts
 ) -> Header:
     window = header_at_box(Box(0, 0, *size))
     header: Header = {
@@ -119,7 +121,7 @@ def _header(
         "compression": "NO_COMPRESSION",
         "dataWindow": window,
         "displayWindow": window,
-        TOLD: told,
+        PICTURE_FACTS: facts,
     }
     if "display p3" in _profile_name(info).lower():
         header["chromaticities"] = P3_D65.chromaticities
@@ -127,9 +129,9 @@ def _header(
 
 
 def _camera(info: dict[str, Any]) -> dict[str, Any]:
-    """Return the focal length as on full frame, which is how a photo is looked at, from EXIF.
+    """Return header entries with the 35 mm equivalent focal length from EXIF, on full frame.
 
-    The f-stop is left out: on a larger sensor the same f-stop blurs more.
+    The f-stop is left out, because on a larger sensor the same f-stop gives more blur.
     """
     tags = info.get("exif_tags", {})
     try:
@@ -143,7 +145,7 @@ def _camera(info: dict[str, Any]) -> dict[str, Any]:
 
 
 def _linear(path: Path, raw: RawPicture, curve: PictureCurve) -> tuple[FloatImage, tuple[str, ...]]:
-    """Light (H, W, C) of the values, alpha as it is, and how that was decided."""
+    """Return linear light (H, W, C) with unchanged alpha, and notes on how it was decided."""
     values, profile_notes = _in_known_primaries(path, raw)
     if raw.full_scale is not None:
         values = values.astype(np.float32) / np.float32(raw.full_scale)
@@ -155,17 +157,18 @@ def _linear(path: Path, raw: RawPicture, curve: PictureCurve) -> tuple[FloatImag
     if curve is not PictureCurve.AUTO:
         return values, profile_notes
     bits = raw.values.dtype.itemsize * 8
-    said = (
-        f"{path}: {bits} bits for the eye, taken as sRGB and turned into light; "
+    note = (
+        f"{path}: {bits} bits, taken as sRGB and converted to linear light; "
         "--picture-curve linear takes them as light."
         if is_srgb
-        else f"{path}: floating point, taken as scene-linear light; --picture-curve srgb turns it."
+        else f"{path}: floating point, taken as scene-linear light; --picture-curve srgb converts "
+        "it from sRGB."
     )
-    return values, (said, *profile_notes)
+    return values, (note, *profile_notes)
 
 
 def _is_srgb(curve: PictureCurve, raw: RawPicture) -> bool:
-    """Return whether the values are sRGB; unless told otherwise, whole numbers are."""
+    """Return whether the values are sRGB; with AUTO, integers are and floats are not."""
     match curve:
         case PictureCurve.AUTO:
             return raw.full_scale is not None
@@ -184,22 +187,22 @@ def _in_known_primaries(path: Path, raw: RawPicture) -> tuple[NDArray[Any], tupl
     if not name or "srgb" in lower or raw.values.shape[2] < 3:
         return raw.values, ()
     if "display p3" in lower:
-        return raw.values, (f"{path}: its profile is {name}, whose primaries are followed.",)
+        return raw.values, (f"{path}: its profile is {name}, whose primaries are used.",)
     if raw.values.dtype != np.uint8:
-        return raw.values, (f"{path}: its profile {name} is not followed; taken as sRGB.",)
+        return raw.values, (f"{path}: its profile {name} is not used; taken as sRGB.",)
     colors = Image.fromarray(np.ascontiguousarray(raw.values[:, :, :3]))
     try:
         profile = ImageCms.ImageCmsProfile(BytesIO(raw.info["icc_profile"]))
         turned = ImageCms.profileToProfile(colors, profile, ImageCms.createProfile("sRGB"))
     except (ImageCms.PyCMSError, OSError):
-        return raw.values, (f"{path}: its profile {name} cannot be followed; taken as sRGB.",)
+        return raw.values, (f"{path}: its profile {name} cannot be used; taken as sRGB.",)
     values = raw.values.copy()
     values[:, :, :3] = np.asarray(turned)
-    return values, (f"{path}: turned from its profile {name} into sRGB.",)
+    return values, (f"{path}: converted from its profile {name} to sRGB.",)
 
 
 def _profile_name(info: dict[str, Any]) -> str:
-    """Return the name in the colour profile; "" for none, or one that cannot be read."""
+    """Return the name of the colour profile; "" if there is none or it cannot be read."""
     data = info.get("icc_profile")
     if not data:
         return ""
@@ -210,12 +213,12 @@ def _profile_name(info: dict[str, Any]) -> str:
 
 
 def _upright(depth: FloatImage, color: FloatImage, raw: RawPicture) -> FloatImage:
-    """Turn the depth as EXIF turned the colour."""
+    """Rotate the depth as EXIF says the colour is rotated."""
     turn = raw.info.get("exif_tags", {}).get(0x0112, 1)
     if turn in (5, 6, 7, 8) and (depth.shape[0] > depth.shape[1]) == (
         color.shape[0] > color.shape[1]
     ):
-        return depth  # it was stored upright already
+        return depth  # it is stored upright already
     image = Image.fromarray(depth)
     methods = {2: 0, 3: 3, 4: 1, 5: 5, 6: 4, 7: 6, 8: 2}
     turned = image.transpose(Image.Transpose(methods[turn])) if turn in methods else image

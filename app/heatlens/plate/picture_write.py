@@ -1,4 +1,4 @@
-"""The picture through the lens to a file: the window and the command line write the same one."""
+"""Write a picture seen through the lens to a file, for the window and the command line alike."""
 
 import os
 from collections.abc import Callable, Mapping
@@ -35,12 +35,12 @@ def write_picture(
     more_attributes: Mapping[str, Any] | None = None,
     kept_channels: Mapping[str, NDArray[Any]] | None = None,
 ) -> None:
-    """Write `pixels`, (H, W, 4) premultiplied at `proxy` size, as the suffix of `path` asks.
+    """Write `pixels`, (H, W, 4) premultiplied at `proxy` scale, in the format of the suffix.
 
-    EXR: scene-linear, over the plate's windows, its metadata and `lens` in the header; 16 bits a
-    channel where `half`, `more_channels` of the same size beside the colour and `more_attributes`
-    in the header, `kept_channels` bit for bit. Pictures for the eye: through `encode`. Raises
-    InputError when it cannot be written.
+    An EXR is scene-linear, over the plate's windows, with the plate's metadata and `lens` in its
+    header and 16 bits a channel if `half`. `more_channels` of the same size and `more_attributes`
+    are added; `kept_channels` are written bit for bit. Other formats are converted by `encode`.
+    Raises InputError if the file cannot be written.
     """
     if path.suffix.lower() in EYE_SUFFIXES:
         write_png(path, pixels if plate.has_alpha else pixels[..., :3], encode=encode)
@@ -60,9 +60,9 @@ def write_picture(
 
 
 def check_output(path: Path, plate: Path, *beside: Path) -> None:
-    """Refuse, in an InputError, what would only fail after the rendering, or destroy the plate.
+    """Raise InputError for an output that would fail only after rendering or destroy an input.
 
-    `beside` are files that are read with it, there or not.
+    `beside` are other input files, which need not exist.
     """
     if path.suffix.lower() not in PICTURE_SUFFIXES:
         raise InputError(f"{path}: the output must end in {', '.join(PICTURE_SUFFIXES)}.")
@@ -82,10 +82,10 @@ def _is_same(path: Path, other: Path) -> bool:
 
 
 def lens_header(plate: Plate, lens: Lens) -> dict[str, Any]:
-    """Return the lens as header attributes; none where the plate brought its circle of confusion.
+    """Return the lens as header attributes; none if the plate holds circles of confusion.
 
-    The height of the sensor is the header's for the width given there, else as the picture is
-    shaped.
+    The height of the sensor comes from the header if the header has the same width; else it follows
+    from the aspect ratio of the picture.
     """
     if plate.coc_px is not None:
         return {}
@@ -106,7 +106,7 @@ def lens_header(plate: Plate, lens: Lens) -> dict[str, Any]:
 
 
 def scaled_window(box: Box, scale: float, size: tuple[int, ...] | None = None) -> Box:
-    """Return a window at proxy size; the size of the data window is that of the picture."""
+    """Return the window `box` at proxy scale; `size` (width, height) overrides the rounded size."""
     x0, y0 = round(box.x0 * scale), round(box.y0 * scale)
     width, height = size or (max(1, round(box.width * scale)), max(1, round(box.height * scale)))
     return Box(x0, y0, x0 + width, y0 + height)

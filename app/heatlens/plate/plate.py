@@ -1,4 +1,4 @@
-"""What the rest of the program knows of an input picture, whatever the file looked like."""
+"""The plate: an input picture with its depth, independent of the format of its file."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -19,7 +19,7 @@ FloatImage = NDArray[np.float32]
 
 @dataclass(frozen=True)
 class CameraHeader:
-    """The lens as the header tells it; None where it does not."""
+    """The lens values in a header; None for those that it does not have."""
 
     focus_distance_m: float | None = None  # may be infinite
     f_stop: float | None = None
@@ -27,33 +27,33 @@ class CameraHeader:
     sensor_width_mm: float | None = None
     sensor_height_mm: float | None = None
     t_stop: float | None = None
-    model: LensModel | None = None  # None: no CG renderer is named
-    sources: Mapping[str, str] = field(default_factory=dict)  # field name -> what tells it
+    model: LensModel | None = None  # None: the header names no CG renderer
+    sources: Mapping[str, str] = field(default_factory=dict)  # field name -> its header entry
 
 
 @dataclass(frozen=True)
 class DepthReport:
-    """How the depth channel was read, for the person who has to trust it."""
+    """How the depth channel was read, for the user who has to rely on it."""
 
     channel: str
     convention: DepthConvention  # never AUTO: what was used
     kind: DepthKind
     why: str  # one sentence: why this convention
-    near_m: float  # nearest finite depth; infinite where nothing was hit at all, NaN for CoC
-    far_m: float  # farthest finite depth; likewise
+    near_m: float  # nearest finite depth; infinity if nothing was hit at all, NaN for CoC
+    far_m: float  # farthest finite depth; infinity and NaN as for near_m
     infinite_count: int  # pixels where nothing was hit
-    repaired_count: int  # pixels that held no depth and took a neighbour's
-    question: str = ""  # what only a person can answer where another convention fits as well
+    repaired_count: int  # pixels without a valid depth, which took that of a neighbour
+    question: str = ""  # asks the user to choose if another convention fits nearly as well
 
 
 @dataclass(frozen=True)
 class BehindReport:
-    """What one picture adds to a plate, for the person who chose it.
+    """What one picture behind adds to a plate.
 
-    name         the file or pattern as it was given, or the part or layer of the plate's own file
-    hidden_part  where it lies behind what is seen, 0..1 of the plate's pixels
-    seen_part    where it is seen itself, in front of the plate or where that is empty, likewise
-    convention   what the values of its depth were taken for
+    name         the file or pattern as it was given, or a layer of the plate's own file
+    hidden_part  share of the plate's pixels in which it lies behind the visible surface, 0..1
+    seen_part    share in which it is visible, in front of the plate or where that is empty, 0..1
+    convention   how the values of its depth were interpreted
     """
 
     name: str
@@ -63,12 +63,12 @@ class BehindReport:
 
     @property
     def sentence(self) -> str:
-        """What it adds, with its name."""
+        """A full sentence on what it adds, beginning with its name."""
         return f"{self.name} {self.words}."
 
     @property
     def words(self) -> str:
-        """What it adds, as the end of a sentence."""
+        """What it adds, as the predicate of a sentence."""
         hidden, seen = (f"{100 * part:.3g} %" for part in (self.hidden_part, self.seen_part))
         if not (self.hidden_part or self.seen_part):
             return (
@@ -83,12 +83,12 @@ class BehindReport:
 
 
 class Pixels(Protocol):
-    """A plate's pixels, over its data window: in memory, or fetched when they are asked for.
+    """The pixels of a plate over its data window, in memory or fetched from the GPU on access.
 
-    `color` is (H, W, 4) float32, scene-linear, premultiplied, C-contiguous; alpha is 1 where the
-    file has none. Exactly one of `depth_m` and `coc_px`, both (H, W) float32, is there: planar
-    metres with +inf where nothing was hit, or signed diameters of the circle of confusion in
-    pixels, negative in front of the focus.
+    `color` is (H, W, 4) float32, scene-linear, premultiplied, C-contiguous; alpha is 1 if the file
+    has none. Exactly one of `depth_m` and `coc_px`, both (H, W) float32, is not None: planar metres
+    with +inf where nothing was hit, or signed diameters of the circle of confusion in pixels,
+    negative in front of the focus.
     """
 
     @property
@@ -99,10 +99,10 @@ class Pixels(Protocol):
     def coc_px(self) -> FloatImage | None: ...
 
     def color_in(self, area: Box) -> FloatImage:
-        """Return the colours of an area that lies inside, counted from the first pixel."""
+        """Return the colours of an area inside the picture; (0, 0) is the first pixel."""
 
     def depth_in(self, area: Box) -> FloatImage:
-        """Return the metres of an area that lies inside; the plate must have distances."""
+        """Return the depths in metres of an area inside; the plate must have distances."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,7 +124,7 @@ class ReadPixels:
 
 
 def read_pixels(color: FloatImage, depth: FloatImage, is_coc: bool) -> ReadPixels:
-    """Return the pixels of a file, whose depth is a circle of confusion or metres."""
+    """Return pixels in memory; `depth` (H, W) is a circle of confusion if `is_coc`, else metres."""
     return ReadPixels(color, coc_px=depth) if is_coc else ReadPixels(color, depth)
 
 
@@ -132,8 +132,8 @@ def read_pixels(color: FloatImage, depth: FloatImage, is_coc: bool) -> ReadPixel
 class Plate:
     """One pinhole picture with its depth, over the data window.
 
-    Whoever needs few pixels, often, takes them from `pixels`: those of a scene lie on the GPU, and
-    `color` and `depth_m` bring all of them.
+    Code that often needs a few pixels should use `pixels`: those of a scene are on the GPU, and
+    `color` and `depth_m` download all of them.
     """
 
     path: Path
@@ -145,42 +145,42 @@ class Plate:
     camera: CameraHeader
     depth: DepthReport
     aovs: tuple[str, ...]  # every channel of the file, by its full name
-    attributes: dict[str, Any]  # header entries to carry to the output
-    notes: tuple[str, ...]  # sentences to say aloud: repairs, guesses, warnings
-    compression: str = ""  # of the file, as the writer names it; "" where it has none of these
-    views: tuple[str, ...] = ()  # of a stereo file, the first one first
-    fragments: FragmentLists | None = None  # what is known behind the picture; None: nothing
-    behind: tuple[BehindReport, ...] = ()  # the pictures that this is known from, in any order
+    attributes: dict[str, Any]  # header entries to copy to the output
+    notes: tuple[str, ...]  # sentences to show to the user: repairs, guesses, warnings
+    compression: str = ""  # compression of the file, as `--compression` names it; "" for others
+    views: tuple[str, ...] = ()  # views of a stereo file, the default view first
+    fragments: FragmentLists | None = None  # the surfaces behind the picture, if known
+    behind: tuple[BehindReport, ...] = ()  # the sources of `fragments`, in any order
 
     @property
     def color(self) -> FloatImage:
-        """All of `Pixels.color`."""
+        """The colours of all pixels, see `Pixels.color`."""
         return self.pixels.color
 
     @property
     def depth_m(self) -> FloatImage | None:
-        """All of `Pixels.depth_m`."""
+        """The depths of all pixels, see `Pixels.depth_m`."""
         return self.pixels.depth_m
 
     @property
     def coc_px(self) -> FloatImage | None:
-        """All of `Pixels.coc_px`."""
+        """The circles of confusion of all pixels, see `Pixels.coc_px`."""
         return self.pixels.coc_px
 
     def in_memory(self) -> "Plate":
-        """Return the plate with all of its pixels fetched, for other threads."""
+        """Return the plate with its pixels in memory, which other threads may read."""
         return replace(self, pixels=ReadPixels(self.color, self.depth_m, self.coc_px))
 
     @property
     def has_distances(self) -> bool:
-        """True for a plate with metres rather than a circle of confusion.
+        """True for a plate with distances, False for one with circles of confusion.
 
-        Asking fetches nothing.
+        Reading this property fetches no pixels.
         """
         return self.pixels.coc_px is None
 
 
 def depth_span(plate: Plate, scene_unit_m: float) -> DepthSpan:
-    """Return the depths of a plate that was read with this unit, to check a lens against."""
+    """Return the range of depths of a plate that was read with this scene unit."""
     report = plate.depth
     return DepthSpan(report.near_m, report.far_m, report.infinite_count > 0, scene_unit_m)

@@ -1,4 +1,4 @@
-"""Pictures for the eye: scene-linear colour to 8-bit sRGB, as PNG, JPEG or TIFF."""
+"""Write scene-linear colour as 8-bit display values: PNG, JPEG or TIFF."""
 
 import io
 import os
@@ -31,9 +31,9 @@ def write_png(
 ) -> None:
     """Write scene-linear `rgba`, (H, W, 3) or premultiplied (H, W, 4), `exposure_stops` brighter.
 
-    `encode` turns light (H, W, 3) into display values, which are clamped to 0..1. PNG and TIFF
-    hold alpha, un-premultiplied, where any pixel is not opaque; JPEG shows it over black. Raises
-    InputError when the file cannot be written.
+    `encode` converts light (H, W, 3) to display values, which are clamped to 0..1. If any pixel is
+    not opaque, PNG and TIFF hold alpha with unpremultiplied colour, and JPEG shows the picture over
+    black. Raises InputError if the file cannot be written.
     """
     kind = picture_format(path)
     light = _straight(rgba, exposure_stops, keep_alpha=kind != "JPEG")
@@ -43,7 +43,7 @@ def write_png(
 
 
 def picture_format(path: str | os.PathLike[str]) -> str:
-    """Return the format that the end of a name asks for: PNG, JPEG or TIFF; else InputError."""
+    """Return PNG, JPEG or TIFF for the suffix of a name. Raises InputError for another suffix."""
     kind = _FORMATS.get(Path(path).suffix.lower())
     if kind is None:
         raise InputError(f"{path}: pictures are written as {', '.join(_FORMATS)}.")
@@ -51,9 +51,9 @@ def picture_format(path: str | os.PathLike[str]) -> str:
 
 
 def encoded_picture(image: Image.Image, kind: str, **options: Any) -> bytes:
-    """Return the bytes of a file of the format `kind`; `options` of Pillow beside the usual ones.
+    """Return the bytes of a file of the format `kind`; `options` are passed on to Pillow.
 
-    In memory: what Pillow writes to a full disk in C is cut short without a word.
+    The file is encoded in memory, because Pillow silently cuts it short on a full disk.
     """
     encoded = io.BytesIO()
     image.save(encoded, format=kind, **_OPTIONS.get(kind, {}), **options)
@@ -61,7 +61,7 @@ def encoded_picture(image: Image.Image, kind: str, **options: Any) -> bytes:
 
 
 def _straight(rgba: FloatImage, exposure_stops: float, keep_alpha: bool) -> FloatImage:
-    """Light (H, W, 3), or where alpha is kept and counts (H, W, 4) not premultiplied."""
+    """Return light (H, W, 3), or unpremultiplied (H, W, 4) if alpha is kept and not all opaque."""
     rgb = rgba[:, :, :3] * np.float32(2.0**exposure_stops)
     if not keep_alpha or rgba.shape[2] == 3 or not (rgba[:, :, 3] < 1).any():
         return rgb
@@ -71,5 +71,5 @@ def _straight(rgba: FloatImage, exposure_stops: float, keep_alpha: bool) -> Floa
 
 
 def _bytes(display: FloatImage) -> NDArray[np.uint8]:
-    """Convert 0..1 to 0..255, rounded; a view may leave values outside."""
+    """Convert 0..1 to rounded 0..255; values outside, which a view may give, are clamped."""
     return (np.clip(np.nan_to_num(display, nan=0.0), 0.0, 1.0) * 255 + 0.5).astype(np.uint8)

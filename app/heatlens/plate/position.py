@@ -1,8 +1,8 @@
-"""Depth from a channel of positions: the point that each pixel sees, in the world or the camera.
+"""Compute depth from a channel of positions, which holds the visible point of each pixel.
 
-In the camera's coordinates x/z and y/z run evenly over the picture, whatever the lens; in the
-world's they do not. So it is found out which they are, and whether the header's `worldToCamera`
-belongs to them. That matrix is of single floats for points as rows; some write it for columns.
+In camera space x/z and y/z are linear functions of the pixel, whatever the lens; in world space
+they are not. This tells which space the positions are in, and whether the header's `worldToCamera`
+belongs to them. That matrix is made for points as rows; some programs write it for columns.
 """
 
 from collections.abc import Iterator, Sequence
@@ -25,7 +25,8 @@ _MATRIX = "worldToCamera"
 _INFINITE_FROM = 1e10
 _SAMPLES = 64  # along each side of the picture
 _LEAST_HITS = 32
-_EVEN_WITHIN = 2e-3  # of the range that x/z and y/z have in the picture; 16 bits give no more
+# Deviation from linear, as a part of the range of x/z and y/z; half floats are no more precise.
+_EVEN_WITHIN = 2e-3
 
 Matrix = NDArray[np.float64]
 
@@ -33,9 +34,9 @@ Matrix = NDArray[np.float64]
 def position_channels(
     headers: Sequence[Header], name: str | None, view: str
 ) -> tuple[ChannelRef, ChannelRef, ChannelRef] | None:
-    """Return x, y and z of a layer of positions, or None where there is none.
+    """Return the channels x, y and z of a layer of positions, or None if there is none.
 
-    `name` is the layer, or one of its channels; another channel gives None.
+    `name` is that of the layer or one of its channels; any other name gives None.
     """
     usable = [ref for ref in flat_channels(headers) if not view or ref.view in ("", view)]
     layers: dict[tuple[int, str], dict[str, ChannelRef]] = {}
@@ -53,10 +54,10 @@ def position_channels(
 def depth_of_positions(
     path: Path, points: FloatImage, layer: str, headers: Sequence[Header]
 ) -> tuple[FloatImage, str]:
-    """Return depth (H, W) along the axis of points (H, W, 3), and how it was found.
+    """Return the planar depth (H, W) of points (H, W, 3), and a sentence on how it was found.
 
-    It is in the unit of the points, and infinite where nothing was hit. Raises InputError where no
-    known camera sees them so.
+    The depth has the unit of the points, and is infinite where nothing was hit. Raises InputError
+    if the points fit neither camera space nor the camera in the header.
     """
     is_hit = np.isfinite(points).all(axis=2) & (np.abs(points) < _INFINITE_FROM).all(axis=2)
     is_hit &= (points != 0).any(axis=2)
@@ -86,11 +87,11 @@ def _names_of(ref: ChannelRef) -> tuple[str, str]:
 
 
 def _cameras(headers: Sequence[Header]) -> Iterator[tuple[Matrix, str]]:
-    """Yield the matrices to try, for points as rows, and the words for each."""
+    """Yield the matrices to try, for points as rows, each with the sentence for the report."""
     yield np.eye(4), "The positions are in camera space: their depth is along its axis."
     matrix = _matrix_of(headers)
     if matrix is not None:
-        why = f"From positions in the world, seen by the camera that {_MATRIX} tells."
+        why = f"From positions in the world, seen by the camera in {_MATRIX}."
         yield matrix, why
         yield matrix.T, why
 
@@ -104,7 +105,7 @@ def _matrix_of(headers: Sequence[Header]) -> Matrix | None:
 
 
 def _is_seen_evenly(points: Matrix, is_hit: NDArray[np.bool_]) -> bool:
-    """Return True where x/z and y/z of most points are each a linear function of the pixel."""
+    """Return True if x/z and y/z of most points are linear functions of the pixel."""
     height, width = is_hit.shape
     rows = np.unique(np.linspace(0, height - 1, _SAMPLES).astype(int))
     columns = np.unique(np.linspace(0, width - 1, _SAMPLES).astype(int))
@@ -119,7 +120,7 @@ def _is_seen_evenly(points: Matrix, is_hit: NDArray[np.bool_]) -> bool:
 
 
 def _is_linear(values: Matrix, design: Matrix) -> bool:
-    """Return True where most values follow a plane; edges may hold means of two points."""
+    """Return True if most values lie on a plane; pixels at edges may mix two points."""
     keep = np.ones(len(values), dtype=bool)
     for _ in range(3):
         plane = design @ np.linalg.lstsq(design[keep], values[keep], rcond=None)[0]

@@ -1,8 +1,8 @@
-"""What an EXR header tells of the colours' meaning: its primaries, and the name of their space.
+"""Find the colour space of an EXR file from the primaries or the name in its header.
 
-Names of the attributes: the OpenEXR list of standard attributes, where `chromaticities` holds CIE
-x and y of red, green, blue and white. Identifiers: the texture names of the Color Interop Forum.
-A header that tells nothing means Rec. 709, says OpenEXR.
+The attributes come from the OpenEXR list of standard attributes, where `chromaticities` holds CIE
+x and y of red, green, blue and white; the identifiers are those of the Color Interop Forum. By the
+OpenEXR documentation, a header without such an attribute means Rec. 709.
 """
 
 from collections.abc import Mapping
@@ -14,9 +14,9 @@ import numpy as np
 _D65 = (0.3127, 0.3290)
 _ACES_WHITE = (0.32168, 0.33767)
 
-# Writers round to three or four digits. Any two of KNOWN differ by 0.03 somewhere.
+# Writers round to three or four digits. Any two of KNOWN differ by at least 0.03 in one number.
 TOLERANCE = 0.002
-_LEAST_AREA = 1e-3  # of the triangle of primaries; Rec. 709's is 0.22 in the same measure
+_LEAST_AREA = 1e-3  # twice the area of the triangle of primaries; that of Rec. 709 is 0.22
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ P3_D65 = Primaries(
 ADOBE_RGB = Primaries(
     "linear AdobeRGB", "lin_adobergb_scene", (0.64, 0.33, 0.21, 0.71, 0.15, 0.06, *_D65)
 )
-# Tristimulus values as they are: equal ones are no white to be seen, only that of the coordinates.
+# Plain tristimulus values: equal values are only the white of the coordinates, not a visible white.
 XYZ = Primaries("CIE XYZ", "lin_ciexyzd65_scene", (1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1 / 3, 1 / 3))
 KNOWN = (REC709, AP0, AP1, REC2020, P3_D65, ADOBE_RGB, XYZ)
 
@@ -54,52 +54,52 @@ _TELLS_NOTHING = ("", "unknown", "data")
 
 
 @dataclass(frozen=True)
-class ToldPrimaries:
+class HeaderPrimaries:
     """The primaries that a header states, and by which attribute.
 
-    `known` is None where they are none of KNOWN.
+    `known` is None if they are none of KNOWN.
     """
 
     attribute: str
-    value: str  # as it stands there, for reading
+    value: str  # the value of the attribute as text for people
     known: Primaries | None
-    primaries: Primaries | None = None  # as the numbers say, where they can be light's
+    primaries: Primaries | None = None  # unknown but valid primaries, from their numbers
 
 
-def told_primaries(attributes: Mapping[str, Any]) -> ToldPrimaries | None:
-    """Return what `attributes` of a part state; None where they state nothing.
+def header_primaries(attributes: Mapping[str, Any]) -> HeaderPrimaries | None:
+    """Return the primaries that `attributes` of a part state; None if they state none.
 
-    A name wins over numbers: a file can keep the chromaticities of what it was made from.
+    A name takes precedence over numbers, because a file may keep the chromaticities of its source.
     """
     return _by_name(attributes) or _by_numbers(attributes) or _by_container(attributes)
 
 
-def _by_name(attributes: Mapping[str, Any]) -> ToldPrimaries | None:
+def _by_name(attributes: Mapping[str, Any]) -> HeaderPrimaries | None:
     name = attributes.get("colorInteropID")
     if not isinstance(name, str) or name.strip() in _TELLS_NOTHING:
         return None
     found = next((known for known in KNOWN if known.interop_id == name.strip()), None)
-    return ToldPrimaries("colorInteropID", name.strip(), found)
+    return HeaderPrimaries("colorInteropID", name.strip(), found)
 
 
-def _by_numbers(attributes: Mapping[str, Any]) -> ToldPrimaries | None:
+def _by_numbers(attributes: Mapping[str, Any]) -> HeaderPrimaries | None:
     values = np.asarray(attributes.get("chromaticities", ()))
     if values.shape != (8,) or values.dtype.kind not in "if":
         return None
-    said = ", ".join(
+    text = ", ".join(
         f"{name} {x:.4g} {y:.4g}"
         for name, (x, y) in zip(
             ("red", "green", "blue", "white"), values.reshape(4, 2), strict=True
         )
     )
     found = next((known for known in KNOWN if _are_near(values, known)), None)
-    if found is not None or not _can_be(values):
-        return ToldPrimaries("chromaticities", said, found)
+    if found is not None or not _are_valid(values):
+        return HeaderPrimaries("chromaticities", text, found)
     own = Primaries("the header's primaries", "", tuple(float(value) for value in values))
-    return ToldPrimaries("chromaticities", said, None, own)
+    return HeaderPrimaries("chromaticities", text, None, own)
 
 
-def _can_be(values: np.ndarray[Any, Any]) -> bool:
+def _are_valid(values: np.ndarray[Any, Any]) -> bool:
     """Return True for three primaries that span an area, and a white inside it."""
     red, green, blue, white = values.reshape(4, 2).astype(np.float64)
     if not np.isfinite(values).all() or white[1] <= 0:
@@ -111,11 +111,11 @@ def _can_be(values: np.ndarray[Any, Any]) -> bool:
     return bool((shares > 0).all())
 
 
-def _by_container(attributes: Mapping[str, Any]) -> ToldPrimaries | None:
+def _by_container(attributes: Mapping[str, Any]) -> HeaderPrimaries | None:
     """Recognise SMPTE ST 2065-4: files with this flag hold ACES2065-1 and nothing else."""
     if attributes.get("acesImageContainerFlag") != 1:
         return None
-    return ToldPrimaries("acesImageContainerFlag", "1", AP0)
+    return HeaderPrimaries("acesImageContainerFlag", "1", AP0)
 
 
 def _are_near(values: np.ndarray[Any, Any], known: Primaries) -> bool:

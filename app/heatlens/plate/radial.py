@@ -1,4 +1,4 @@
-"""Distance along the ray to depth along the optical axis, for a pinhole camera."""
+"""Convert distances along the rays of a pinhole camera to depth along its optical axis."""
 
 import numpy as np
 
@@ -34,7 +34,7 @@ def planar_depth_m(
 def checked_lens_mm(
     path: object, focal_length_mm: float | None, sensor_width_mm: float | None
 ) -> tuple[float, float]:
-    """Return both lengths, or raise an InputError with the option that gives the missing one."""
+    """Return both lengths; raise InputError that names the option for a missing one."""
     if focal_length_mm is None or sensor_width_mm is None:
         missing = "--focal-length" if focal_length_mm is None else "--sensor-width"
         raise InputError(

@@ -1,4 +1,4 @@
-"""Files to plates: the picture with the depth that belongs to it."""
+"""Read files as plates: a picture with the depth that belongs to it."""
 
 import os
 from collections.abc import Sequence
@@ -34,7 +34,7 @@ from heatlens.plate.windows import box_at_header, pixel_aspect_of
 
 
 def read_plate(path: str | os.PathLike[str], options: PlateOptions | None = None) -> Plate:
-    """Read a picture with its depth, clean of NaN, over the data window of its colour.
+    """Read a picture with its depth, free of NaN, over the data window of its colour.
 
     Raises InputError that names the file, what was found and which option would help.
     """
@@ -58,7 +58,7 @@ def _read_behind(path: Path, options: PlateOptions) -> Plate:
 
 
 def _file_read(path: Path, options: PlateOptions) -> tuple[Plate, dict[str, Plate]]:
-    """Return what the file at `path` shows, and its own layers of what lies behind, by name."""
+    """Return the plate of the file at `path`, and plates of its layers behind it, by name."""
     if is_deep_file(path):
         return read_deep_plate(path, options), {}
     parts = color_file_parts(path, options)
@@ -71,7 +71,7 @@ def _file_read(path: Path, options: PlateOptions) -> tuple[Plate, dict[str, Plat
 
 
 def _plate_of(path: Path, parts: Sequence[Part], options: PlateOptions) -> Plate:
-    """Return what one layer of the file shows, with the depth that belongs to it."""
+    """Return the plate of one layer of the file, with the depth that belongs to it."""
     headers = [header for header, _ in parts]
     choice = choose_color(path, headers, options.color_layer, options.eye)
     color, color_notes = read_color(path, parts, choice)
@@ -100,7 +100,7 @@ def _plate_of(path: Path, parts: Sequence[Part], options: PlateOptions) -> Plate
 def read_color(
     path: Path, parts: Sequence[Part], choice: ColorChoice
 ) -> tuple[FloatImage, tuple[str, ...]]:
-    """Return RGBA (H, W, 4) of the chosen channels, NaN and infinity repaired, and notes."""
+    """Return RGBA (H, W, 4) of the chosen channels with NaN and infinity repaired, and notes."""
     red = pixels_of(parts, choice.rgb[0])
     color = np.empty((*red.shape, 4), dtype=np.float32)
     for index, ref in enumerate(choice.rgb):
@@ -119,6 +119,6 @@ def read_color(
 
 
 def _compression(header: Header) -> str:
-    """Return the compression of the part with the colours, where the writer knows it."""
+    """Return the compression of the colour part, or "" if `write_exr` does not offer it."""
     name = compression_name(header)
     return name if name in COMPRESSIONS else ""

@@ -1,4 +1,4 @@
-"""Pixels that hold no number: filled from neighbours, so that diffusion never spreads them."""
+"""Replace NaN and infinity by neighbouring values, so that diffusion never spreads them."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -6,9 +6,9 @@ from numpy.typing import NDArray
 from heatlens.errors import InputError
 from heatlens.plate.plate import FloatImage
 
-# More than this and the fill would be invention, not repair.
+# With more bad pixels than this, most of the picture would be invented.
 MAX_BAD_FRACTION = 0.5
-# Pixels gathered at once: bounds the memory of a picture with many bad ones to about 50 MB.
+# Pixels filled at once; this limits the memory for many bad pixels to about 50 MB.
 _BATCH = 1 << 17
 
 _Mask = NDArray[np.bool_]
@@ -20,20 +20,20 @@ def check_mostly_good(bad_count: int, size: int, what: str) -> None:
     if bad_count > MAX_BAD_FRACTION * size:
         raise InputError(
             f"{what} has no usable value in {bad_count} of {size} pixels (NaN, infinite, of the "
-            "wrong sign or nearer than a micrometre): too many to mend. Render the frame again or "
-            "choose another channel."
+            "wrong sign or nearer than a micrometre): too many to repair. Render the frame again "
+            "or choose another channel."
         )
 
 
 def repair_color(color: FloatImage, what: str) -> int:
-    """Replace, in place, the pixels of `color` (H, W, C) that hold NaN or infinity; their count.
+    """Replace pixels of `color` (H, W, C) with NaN or infinity in place; return their count.
 
-    Each takes the median of its good neighbours, 3x3 then 5x5, so that one lamp beside it does not
-    decide; inside a larger hole, of those filled before it. Negative values are light like any
-    other and stay. Raises InputError when more than half are bad.
+    Each takes the median of its good neighbours, in 3x3 or else 5x5 pixels, so that a single lamp
+    nearby does not matter. Larger holes are filled from their rim inwards. Negative values are
+    valid and stay. Raises InputError if more than half of the pixels are bad.
     """
     with np.errstate(over="ignore", invalid="ignore"):
-        if np.isfinite(color.sum()):  # NaN and infinity survive a sum: one pass for good pictures
+        if np.isfinite(color.sum()):  # a bad pixel makes the sum bad: quick for good pictures
             return 0
     bad = ~np.isfinite(color).all(axis=2)
     rows, columns = np.nonzero(bad)
@@ -53,9 +53,9 @@ def repair_color(color: FloatImage, what: str) -> int:
 
 
 def _filled(padded: FloatImage, rows: NDArray[np.intp], columns: NDArray[np.intp]) -> FloatImage:
-    """Return new colours (N, C) for the pixels at `rows`, `columns` of the picture in `padded`.
+    """Return new colours (N, C) for the pixels at `rows` and `columns` of the unpadded picture.
 
-    A colour is NaN where no neighbour is good yet.
+    A colour is NaN if the pixel has no good neighbour yet.
     """
     colors = _neighbour_median(padded, rows, columns, 1)
     lonely = np.isnan(colors[:, 0])
@@ -66,7 +66,7 @@ def _filled(padded: FloatImage, rows: NDArray[np.intp], columns: NDArray[np.intp
 def _neighbour_median(
     padded: FloatImage, rows: NDArray[np.intp], columns: NDArray[np.intp], radius: int
 ) -> FloatImage:
-    """Lower median (N, C) of the good pixels within `radius`; NaN where there are none."""
+    """Return the lower median (N, C) of the good pixels within `radius`; NaN if there are none."""
     reach = range(2 - radius, 3 + radius)
     stack = np.stack([padded[rows + dy, columns + dx] for dy in reach for dx in reach])
     stack.sort(axis=0)  # NaN sorts last
@@ -76,10 +76,10 @@ def _neighbour_median(
 
 
 def repair_depth(depth: FloatImage, bad: _Mask, what: str) -> int:
-    """Give, in place, every `bad` pixel of `depth` (H, W) its nearest good neighbour's value.
+    """Replace every `bad` pixel of `depth` (H, W) by its nearest good neighbour, in place.
 
-    A value is copied, never averaged: a depth between two surfaces belongs to neither.
-    Returns the count; raises InputError when more than half are bad.
+    Values are copied, never averaged, because a depth between two surfaces belongs to neither.
+    Returns the number of bad pixels; raises InputError if they are more than half.
     """
     rows, columns = np.nonzero(bad)
     count = int(rows.size)
@@ -89,7 +89,7 @@ def repair_depth(depth: FloatImage, bad: _Mask, what: str) -> int:
     good = np.pad(~bad, 1)
     values = np.pad(depth, 1)
     rows, columns = rows + 1, columns + 1
-    while rows.size:  # one ring of each hole a round; over half are good, so each round gains
+    while rows.size:  # each round fills the rim of every hole; good pixels exist, so it ends
         found = _nearest_step(good, rows, columns)
         has = found >= 0
         steps = np.array(_STEPS)[found[has]]
@@ -104,7 +104,7 @@ def repair_depth(depth: FloatImage, bad: _Mask, what: str) -> int:
 def _nearest_step(
     good: _Mask, rows: NDArray[np.intp], columns: NDArray[np.intp]
 ) -> NDArray[np.intp]:
-    """Return the index into _STEPS of the first good neighbour of each pixel; -1 for none."""
+    """Return for each pixel the index into _STEPS of its first good neighbour, or -1."""
     found = np.full(rows.size, -1, dtype=np.intp)
     for index, (dy, dx) in reversed(list(enumerate(_STEPS))):
         found[good[rows + dy, columns + dx]] = index

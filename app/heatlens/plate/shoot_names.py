@@ -1,9 +1,9 @@
-"""How cameras and lenses call focus, iris and length: in headers of EXR files and in tables.
+"""Read lens metadata of cameras on set, from the headers of EXR files and from tables.
 
-Known are the names of ARRI (Meta Extract, and `com.arri.camera.` in headers), of Cooke /i and Zeiss
-eXtended Data as cameras pass them on, of RED and of Sony. A name is compared without its path, its
-unit, its case and its signs, so that "Lens Focus Distance", "lens_focus_distance_m" and
-"com.arri.camera.LensFocusDistance" are one.
+The known names are those of ARRI (Meta Extract, and `com.arri.camera.` in headers), of Cooke /i and
+Zeiss eXtended Data as cameras pass them on, of RED and of Sony. Names are compared without path,
+unit, case and punctuation, so that "Lens Focus Distance", "lens_focus_distance_m" and
+"com.arri.camera.LensFocusDistance" are the same.
 """
 
 import math
@@ -21,7 +21,7 @@ _T_STOP = (
     *("lenststop", "tstop", "tnumber", "lensiris", "iris", "lensaperture", "aperture"),
     *("aperturevalue", "lenststopnumber"),
 )
-_LINEAR_IRIS = ("lenslineariris",)  # of ARRI: thousandths of a stop, 1,000 is T1
+_LINEAR_IRIS = ("lenslineariris",)  # ARRI: thousandths of a stop, 1000 is T1
 _SQUEEZE = ("lenssqueeze", "lenssqueezefactor", "anamorphicsqueeze", "squeeze")
 _DISTANCE_UNIT = ("lensdistanceunit", "distanceunit", "lensunit")
 _UNITS_M = {
@@ -36,15 +36,15 @@ _VENDOR = re.compile(r"arri|cooke|zeiss|sony|red\b", re.IGNORECASE)
 _NUMBER = r"[0-9]+(?:\.[0-9]+)?"
 _STOP_AND_TENTHS = re.compile(rf"[tf]?/?\s*({_NUMBER})\s*\+\s*([0-9])/10")  # 1.4 + 7/10
 _STOPS_FROM_ONE = re.compile(r"[tf]\s+([0-9]{1,2})(?:\s+([0-9])/10)?")  # T 2 3/10
-_NOT_TOLD = ("", "-", "--", "n.a.", "n/a", "none", "unknown")
+_MISSING = ("", "-", "--", "n.a.", "n/a", "none", "unknown")
 
 
 @dataclass(frozen=True)
 class ShootLens:
-    """What was told of a lens at a frame; None where nothing was.
+    """The values of a lens in the metadata of one frame; None for missing ones.
 
-    sources   field -> the name that told it
-    is_unit_told   False where a distance stood without a unit, and metres were taken
+    sources       field -> the name of the entry that gave it
+    has_unit  False if the distance had no unit and metres were assumed
     """
 
     focus_distance_m: float | None = None
@@ -53,23 +53,23 @@ class ShootLens:
     t_stop: float | None = None
     squeeze: float | None = None
     sources: Mapping[str, str] = field(default_factory=dict)
-    is_unit_told: bool = True
+    has_unit: bool = True
 
 
-def shoot_lens(told: Mapping[str, Any], unit_m: float | None = None) -> ShootLens:
-    """Return the lens that entries of a header or cells of a row tell.
+def shoot_lens(entries: Mapping[str, Any], unit_m: float | None = None) -> ShootLens:
+    """Return the lens values in the entries of a header or the cells of a table row.
 
-    `unit_m` is the unit of distances in metres where neither the name nor another entry tells one.
-    Values that no lens has count as not told.
+    `unit_m` is the length in metres of the unit of distances, for metadata that does not name one.
+    Impossible values count as missing.
     """
-    names = {_plain(name): name for name in told}
+    names = {_plain(name): name for name in entries}
     values: dict[str, float] = {}
     sources: dict[str, str] = {}
 
     def take(target: str, known: tuple[str, ...], parse: Any) -> str | None:
         for plain in known:
             name = names.get(plain)
-            value = None if name is None else parse(told[name])
+            value = None if name is None else parse(entries[name])
             if name is not None and value is not None and 0 < value:
                 values[target], sources[target] = value, name
                 return name
@@ -80,20 +80,20 @@ def shoot_lens(told: Mapping[str, Any], unit_m: float | None = None) -> ShootLen
     take("f_stop", _F_STOP, _stop)
     take("t_stop", _LINEAR_IRIS, _linear_iris) or take("t_stop", _T_STOP, _stop)
     take("squeeze", _SQUEEZE, _squeeze)
-    known_m = unit_m if focus is None else _unit_of(focus, names, told) or unit_m
+    known_m = unit_m if focus is None else _unit_of(focus, names, entries) or unit_m
     if focus is not None:
         values["focus_distance_m"] *= known_m or 1.0
-    return ShootLens(**values, sources=sources, is_unit_told=focus is None or known_m is not None)
+    return ShootLens(**values, sources=sources, has_unit=focus is None or known_m is not None)
 
 
 def is_of_shoot(name: str) -> bool:
-    """Return whether an entry of a header is one of a camera on a set, not of a CG renderer."""
+    """Return True for a header entry of a camera on set, False for one of a CG renderer."""
     plain = _plain(name)
     return plain.startswith("lens") or bool(_VENDOR.search(name))
 
 
 def _plain(name: str) -> str:
-    """Return the last part of a name in small letters and digits alone, without its unit."""
+    """Return the last component of a name, without unit, as lower-case letters and digits."""
     last = re.split(r"[/:]|\.(?=[A-Za-z])", name.strip())[-1]
     words = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", last).lower()
     return re.sub(r"[^a-z0-9]", "", _UNIT_AT_END.sub(_without_unit, words))
@@ -104,17 +104,19 @@ def _without_unit(match: re.Match[str]) -> str:
     return "" if unit in _UNITS_M else match[0]
 
 
-def _unit_of(name: str, names: Mapping[str, str], told: Mapping[str, Any]) -> float | None:
+def _unit_of(name: str, names: Mapping[str, str], entries: Mapping[str, Any]) -> float | None:
     match = _UNIT_AT_END.search(re.sub(r"(?<=[a-z])(?=[A-Z])", " ", name).lower())
     unit = None if match is None else match[1] or match[2]
     if unit in _UNITS_M:
         return _UNITS_M[unit]
-    units = (str(told[names[plain]]).strip().lower() for plain in _DISTANCE_UNIT if plain in names)
+    units = (
+        str(entries[names[plain]]).strip().lower() for plain in _DISTANCE_UNIT if plain in names
+    )
     return next((_UNITS_M[unit] for unit in units if unit in _UNITS_M), None)
 
 
 def _number(value: Any) -> float | None:
-    """Return a number, infinity too; None for anything else."""
+    """Return a number, which may be infinite; None for anything else."""
     if isinstance(value, bool):
         return None
     if isinstance(value, int | float):
@@ -144,13 +146,13 @@ def _linear_iris(value: Any) -> float | None:
 
 
 def _stop(value: Any) -> float | None:
-    """Return a stop: a number, "T2.8", ARRI's "1.4 + 7/10" or Sony's "T 2 3/10"."""
+    """Return the f- or T-number of a number, "T2.8", ARRI's "1.4 + 7/10" or Sony's "T 2 3/10"."""
     text = str(value).strip().lower()
     stop: float | None = None
     if match := _STOP_AND_TENTHS.fullmatch(text):
         stop = float(match[1]) * 2.0 ** (int(match[2]) / 20.0)
     elif match := _STOPS_FROM_ONE.fullmatch(text):
         stop = float(2.0 ** ((int(match[1]) + int(match[2] or 0) / 10.0) / 2.0))
-    elif text not in _NOT_TOLD:
+    elif text not in _MISSING:
         stop = _finite(text.removeprefix("t").removeprefix("f").removeprefix("/"))
     return stop if stop is not None and 0.3 <= stop <= 128.0 else None

@@ -1,4 +1,4 @@
-"""Surfaces behind each other as one picture with a list for each pixel."""
+"""Combine surfaces behind each other into one picture with a fragment list for each pixel."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -25,15 +25,16 @@ from heatlens.plate.fragments import (
     packed_words,
 )
 
-SAME_SURFACE = 0.01  # of the distance: measured samples of a pixel within this are one surface
-_BAND_PIXELS = 1 << 17  # at once
+# Samples of a pixel closer than this, relative to their distance, belong to one surface.
+SAME_SURFACE = 0.01
+_BAND_PIXELS = 1 << 17  # processed at once
 
 
 @dataclass(frozen=True, eq=False)
 class Surface:
-    """One picture of a stack: premultiplied RGBA (H, W, 4) and metres (H, W).
+    """One picture of a stack: premultiplied RGBA (H, W, 4) and depths (H, W) in metres.
 
-    lists  what is known behind it, or None
+    lists  the known surfaces behind it, or None
     """
 
     color: FloatImage
@@ -43,14 +44,14 @@ class Surface:
 
 @dataclass(frozen=True, eq=False)
 class Stacked:
-    """Several surfaces as one plate.
+    """Several surfaces combined into one picture.
 
-    color      (H, W, 4) premultiplied, what the pinhole shows
-    depth_m    (H, W) of the nearest fragment
-    lists      None where no pixel has a second surface
-    count      how many surfaces there are, those that are seen included
-    most       surfaces of the pixel that has most of them
-    shortened  pixels of which some surfaces were merged, for they had too many
+    color      (H, W, 4) premultiplied composite, as a pinhole sees it
+    depth_m    (H, W) depth of the nearest fragment
+    lists      None if no pixel has a second surface
+    count      number of all surfaces, including the visible ones
+    most       largest number of surfaces in one pixel
+    shortened  number of pixels that had too many surfaces, so that some were merged
     """
 
     color: FloatImage
@@ -62,10 +63,10 @@ class Stacked:
 
 
 def stacked(surfaces: Sequence[Surface], is_measured: bool = False) -> Stacked:
-    """Put surfaces of one size behind each other, each pixel by its own depths.
+    """Combine surfaces of the same size, sorting each pixel by depth; their order does not matter.
 
-    Their order does not matter. Where an opaque surface is in front, the list holds what is behind
-    it; where the first one covers a part of the pixel only, the list holds all of them.
+    If the nearest surface of a pixel is opaque, the list holds the others; if it covers only a part
+    of the pixel, the list holds all of them.
     """
     height, width = surfaces[0].depth_m.shape
     has_lists = any(surface.lists is not None for surface in surfaces)
@@ -79,10 +80,10 @@ def stacked(surfaces: Sequence[Surface], is_measured: bool = False) -> Stacked:
 
 
 class ListBuilder:
-    """Makes the picture and its lists from fragments that come band by band."""
+    """Builds the picture and its lists from fragments that are added band by band."""
 
     def __init__(self, height: int, width: int, tolerance: float) -> None:
-        """Make room for a picture; fragments within `tolerance` of their distance are one."""
+        """Allocate a picture; fragments closer than `tolerance` of their distance are merged."""
         self._width = width
         self._tolerance = tolerance
         self._color = np.zeros((height, width, 4), np.float32)
@@ -93,9 +94,9 @@ class ListBuilder:
         self._count = self._most = self._shortened = 0
 
     def add(self, first: int, last: int, fragments: Fragments) -> None:
-        """Take the fragments of the rows from `first` to before `last`, in order.
+        """Add the sorted fragments of the rows from `first` up to, not including, `last`.
 
-        Their pixels are counted from the first of these rows.
+        Their pixel numbers count from the beginning of row `first`.
         """
         size = (last - first) * self._width
         fragments = merged(fragments, self._tolerance)
@@ -122,7 +123,7 @@ class ListBuilder:
         counts: NDArray[np.int64],
         starts: NDArray[np.int64],
     ) -> None:
-        """Keep what is behind opaque fragments, and all fragments where the first is not."""
+        """Keep the fragments behind an opaque one, or all of them if the nearest is not opaque."""
         is_many = counts > 1
         has_front = is_many.copy()
         has_front[is_many] = fragments.alpha[starts[is_many]] < OPAQUE
@@ -137,7 +138,7 @@ class ListBuilder:
         self._words.append(packed_words(rgba, listed.depth_m))
 
     def stacked(self, is_measured: bool) -> Stacked:
-        """Return the whole; `is_measured` is that of `FragmentLists`."""
+        """Return the finished picture; `is_measured` as in `FragmentLists`."""
         lists = None
         if self._counts.any():
             starts = packed_starts(self._counts, self._has_front)
@@ -148,7 +149,7 @@ class ListBuilder:
 def _shown(
     fragments: Fragments, counts: NDArray[np.int64], starts: NDArray[np.int64]
 ) -> NDArray[np.float32]:
-    """Return premultiplied RGBA (P, 4) of the fragments of each pixel over each other."""
+    """Return the composite, premultiplied RGBA (P, 4), of the fragments of each pixel."""
     color = np.zeros((counts.size, 4), np.float32)
     pixel = np.flatnonzero(counts > 0)
     color[pixel, :3] = fragments.color[starts[pixel]]
@@ -164,7 +165,7 @@ def _shown(
 
 
 def fragments_of(surface: Surface, first: int, last: int) -> Fragments:
-    """Return the fragments of the rows from `first` to before `last`, with what is behind."""
+    """Return all fragments, visible and listed, of the rows from `first` to `last` - 1."""
     rgba, width = surface.color[first:last].reshape(-1, 4), surface.color.shape[1]
     depth = surface.depth_m[first:last].ravel()
     is_there = rgba[:, 3] > LEAST_COVERAGE
@@ -193,7 +194,7 @@ def _of_picture(rgba: FloatImage, depth_m: FloatImage, is_there: NDArray[np.bool
 
 
 def lists_over(lists: FragmentLists, window: Box, target: Box) -> FragmentLists:
-    """Return the lists of the pixels of `target`; none where `window` does not reach."""
+    """Return the lists moved from `window` to `target`; pixels outside `window` get none."""
     if window == target:
         return lists
     rows = np.arange(target.y0, target.y1)[:, None] - window.y0
@@ -209,7 +210,7 @@ def lists_over(lists: FragmentLists, window: Box, target: Box) -> FragmentLists:
 
 
 def farthest_m(surface: Surface) -> FloatImage:
-    """Return the metres (H, W) of the farthest fragment that is known at each pixel."""
+    """Return the depth (H, W) in metres of the farthest known fragment of each pixel."""
     if surface.lists is None:
         return surface.depth_m
     numbers = (surface.lists.starts >> 1).astype(np.int64)

@@ -1,4 +1,4 @@
-"""The lens to begin with: what is given wins, then the plate's header, then what is usual."""
+"""The lens to start with: from given values, else from the plate's header, else usual values."""
 
 import math
 from collections.abc import Mapping
@@ -14,24 +14,24 @@ from heatlens.model.lens_model import LensModel
 from heatlens.plate.camera_header import lens_model_of
 from heatlens.plate.plate import Plate
 
-# A normal lens on full frame, half open: nobody's wish, but everything can be seen to move.
-_OTHERS = (*APERTURE_FIELDS, "widest_f_stop", "close_focus_m")  # which no header tells
+_OTHERS = (*APERTURE_FIELDS, "widest_f_stop", "close_focus_m")  # headers do not have these
+# A normal lens on full frame at a medium stop, with which every change of a control is visible.
 _USUAL: dict[str, Any] = {"focal_length_mm": 50.0, "f_stop": 2.8, "sensor_width_mm": 36.0}
 
 
 @dataclass(frozen=True)
 class StartLens:
-    """A lens and, by field, where its values are from."""
+    """A lens, and the source of each of its values by field name."""
 
     lens: Lens
     sources: Mapping[str, str]
 
 
 def start_lens(plate: Plate, given: Mapping[str, Any]) -> StartLens:
-    """Return the lens to begin with; `given` holds fields of Lens.
+    """Return the lens to start with; `given` holds fields of Lens.
 
-    Without a focus distance the focus is on the middle of the picture. Raises LensError where the
-    given values make no lens.
+    Without a focus distance, the focus is on the middle of the picture. Raises LensError if the
+    given values are impossible.
     """
     values: dict[str, Any] = {}
     sources: dict[str, str] = {}
@@ -39,14 +39,14 @@ def start_lens(plate: Plate, given: Mapping[str, Any]) -> StartLens:
         header = getattr(plate.camera, name)
         if name in given:
             values[name], sources[name] = given[name], "given"
-        elif _can_be(name, header):
+        elif _is_possible(name, header):
             values[name], sources[name] = header, f"header, {plate.camera.sources.get(name)}"
         else:
-            values[name], sources[name] = usual, "assumed: the header does not tell"
+            values[name], sources[name] = usual, "assumed: not in the header"
     values["focus_distance_m"], sources["focus_distance_m"] = _focus(plate, given, values)
     values["model"], sources["model"] = _model(plate, given)
     extra = {name: given[name] for name in _OTHERS if name in given}
-    t_stop = plate.camera.t_stop if _can_be("t_stop", plate.camera.t_stop) else None
+    t_stop = plate.camera.t_stop if _is_possible("t_stop", plate.camera.t_stop) else None
     return StartLens(Lens(**values, **extra, t_stop=t_stop), sources)
 
 
@@ -54,8 +54,8 @@ def _model(plate: Plate, given: Mapping[str, Any]) -> tuple[LensModel, str]:
     return (given["model"], "given") if "model" in given else lens_model_of(plate.camera)
 
 
-def _can_be(name: str, value: float | None) -> bool:
-    """Return whether a lens can have the header's value; an absurd one must not bar the plate."""
+def _is_possible(name: str, value: float | None) -> bool:
+    """Return whether a lens can have this value; an absurd header must not block the plate."""
     if value is None:
         return False
     try:
@@ -74,7 +74,7 @@ def _focus(plate: Plate, given: Mapping[str, Any], values: Mapping[str, Any]) ->
     middle = _middle_depth_m(plate)
     if middle * 1e3 > values["focal_length_mm"]:
         return middle, "what is in the middle of the picture"
-    return math.inf, "infinity: nothing tells"
+    return math.inf, "infinity: no other distance is known"
 
 
 def _middle_depth_m(plate: Plate) -> float:

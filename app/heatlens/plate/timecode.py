@@ -1,4 +1,4 @@
-"""Timecode in the header of a plate: read there, and written as EXR has it."""
+"""Read the timecode in the header of a plate, and convert it to the attribute of EXR."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -7,7 +7,7 @@ import OpenEXR
 
 from heatlens.model.timecode import Timecode, timecode_in
 
-# The standard entry of EXR first, then those in which programs pass on what a clip had.
+# The standard entry of EXR first, then those in which programs pass on the timecode of a clip.
 _ENTRIES = (
     "timeCode",
     "nuke/input/timecode",
@@ -19,7 +19,7 @@ _EXR_FRAMES_MOST = 29
 
 
 def timecode_of(attributes: Mapping[str, Any]) -> Timecode | None:
-    """Return the timecode of a plate's header; None where there is none that is possible."""
+    """Return the timecode in the header of a plate; None if it has no valid one."""
     for entry in _ENTRIES:
         value = attributes.get(entry)
         found = timecode_in(value) if isinstance(value, str) else _of_exr(value)
@@ -29,7 +29,10 @@ def timecode_of(attributes: Mapping[str, Any]) -> Timecode | None:
 
 
 def exr_timecode(timecode: Timecode) -> Any | None:
-    """Return the value of EXR's entry `timeCode`; None for frames beyond 29, which do not fit."""
+    """Return the value of the EXR attribute `timeCode`; None for frames above 29, which do not fit.
+
+    The attribute has no room for the frame numbers of higher rates.
+    """
     if timecode.frames > _EXR_FRAMES_MOST:
         return None
     value = OpenEXR.TimeCode()

@@ -1,9 +1,10 @@
-"""The views of a stereo picture: which eye each channel belongs to.
+"""Find the views of a stereo picture, and the view that each channel belongs to.
 
-A part of its own names its view in the attribute `view`; where one part holds several, `multiView`
-lists them, the view stands before the last component of a channel's name, and what has no layer
-belongs to the first. Some programs only write left and right into the names. Source: the OpenEXR
-documents "Storing Multi-View Images in OpenEXR Files" and "Standard Attributes".
+A part with a single view names it in the attribute `view`. A part with several lists them in
+`multiView`; the view then stands before the last component of a channel's name, and channels
+without a layer belong to the first view. Some programs only write left and right into the names.
+Source: the OpenEXR documents "Storing Multi-View Images in OpenEXR Files" and "Standard
+Attributes".
 """
 
 import re
@@ -15,7 +16,7 @@ _SEPARATORS = re.compile(r"[-._ ]")
 
 
 def views_of(headers: Sequence[Mapping[str, Any]]) -> tuple[str, ...]:
-    """Return the views that the headers list, or that their parts name; the default view first."""
+    """Return the views that the headers name, the default view first; () for fewer than two."""
     listed = [name for header in headers for name in _listed_views(header)]
     own = [str(header["view"]) for header in headers if header.get("view")]
     found = list(dict.fromkeys(listed or own))
@@ -27,7 +28,7 @@ def views_of(headers: Sequence[Mapping[str, Any]]) -> tuple[str, ...]:
 
 
 def view_of(header: Mapping[str, Any], full_name: str, views: Sequence[str]) -> str:
-    """Return the view of a channel; "" for one of all views, or where there are none."""
+    """Return the view of a channel; "" if it belongs to all views or there are none."""
     own = str(header.get("view", ""))
     listed = _listed_views(header)
     if own in views and len(listed) < 2:
@@ -55,7 +56,7 @@ def _listed_views(header: Mapping[str, Any]) -> list[str]:
 
 
 def _eyes_in_names(headers: Sequence[Mapping[str, Any]]) -> list[str]:
-    """Return left and right, where the names of parts or channels hold both."""
+    """Return left and right if the names of parts or channels contain both."""
     names = [str(header.get("name", "")) for header in headers]
     names += [channel.name for header in headers for channel in header.get("channels", ())]
     words = {word.lower() for name in names for word in _SEPARATORS.split(name)}

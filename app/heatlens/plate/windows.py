@@ -1,6 +1,6 @@
-"""Data and display windows: closed intervals in the file, half-open boxes in memory.
+"""Convert data and display windows between closed intervals in files and half-open boxes.
 
-The two meet here and nowhere else.
+Only this module knows the closed intervals of the file.
 """
 
 import math
@@ -34,10 +34,7 @@ def header_at_box(box: Box) -> HeaderWindow:
 def moved_to_window(
     values: NDArray[Number], source: Box, target: Box, outside: float
 ) -> NDArray[Number]:
-    """Move `values` (H, W) from window `source` to `target`.
-
-    `outside` fills what is not covered.
-    """
+    """Return `values` (H, W) moved from window `source` to `target`, elsewhere `outside`."""
     moved: NDArray[Number] = np.full((target.height, target.width), outside, dtype=values.dtype)
     shared = source.intersection(target)
     if not shared.is_empty:
@@ -46,7 +43,7 @@ def moved_to_window(
 
 
 def resized_nearest(values: FloatImage, shape: tuple[int, ...]) -> FloatImage:
-    """Resize `values` (H, W) by the nearest pixel, because the mean of two depths is no surface."""
+    """Resize `values` (H, W) to the nearest pixel: the mean of two depths lies on no surface."""
     rows = ((np.arange(shape[0]) + 0.5) * values.shape[0] / shape[0]).astype(np.intp)
     columns = ((np.arange(shape[1]) + 0.5) * values.shape[1] / shape[1]).astype(np.intp)
     resized: FloatImage = np.ascontiguousarray(values[rows[:, None], columns[None, :]])
@@ -54,14 +51,16 @@ def resized_nearest(values: FloatImage, shape: tuple[int, ...]) -> FloatImage:
 
 
 def _rows_columns(box: Box, window: Box) -> tuple[slice, slice]:
-    """Return where `box` lies in an array over `window`."""
+    """Return the slices of rows and columns of `box` in an array over `window`."""
     rows = slice(box.y0 - window.y0, box.y1 - window.y0)
     return rows, slice(box.x0 - window.x0, box.x1 - window.x0)
 
 
 def pixel_aspect_of(path: Path, header: dict[str, Any]) -> tuple[float, tuple[str, ...]]:
-    """Return width over height of a pixel; 1, with a note, where the header has no valid value."""
+    """Return the aspect ratio of a pixel; 1 with a note if the header has no valid value."""
     aspect = float(header.get("pixelAspectRatio", 1.0))
     if 0 < aspect < math.inf:
         return aspect, ()
-    return 1.0, (f"{path} says its pixels have the aspect {aspect:g}: taken as square.",)
+    return 1.0, (
+        f"{path} has an invalid pixel aspect ratio of {aspect:g}: its pixels are taken as square.",
+    )

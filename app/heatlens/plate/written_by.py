@@ -1,12 +1,12 @@
-"""Which program wrote an EXR file, by the entries that it leaves in the header.
+"""Find which program wrote an EXR file, from the entries in its header.
 
-pbrt leaves no name but two entries of its own; Octane, Karma and others tell theirs in `Software`.
+pbrt leaves no name, only two entries of its own; Octane, Karma and others put theirs in `Software`.
 """
 
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-# How the names of entries begin that nobody else writes, in lower case.
+# Beginnings, in lower case, of entry names that only one program writes.
 _PREFIXES = {
     "nuke/": "Nuke",
     "cycles.": "Blender",
@@ -21,7 +21,7 @@ _PREFIXES = {
     "rmanversion": "RenderMan",
     "rendertimeseconds": "pbrt",
 }
-# Entries in which programs tell their name, and the words by which they are known.
+# Entries in which programs write their name, and the words that identify them.
 _ENTRIES = ("software", "generatedby", "generator", "writer", "creator", "renderer")
 _WORDS = {
     "nuke": "Nuke",
@@ -43,23 +43,23 @@ _WORDS = {
     "moonray": "MoonRay",
     "corona": "Corona",
 }
-# Programs that pass the pictures of others on.
+# Programs that pass on the pictures of other programs.
 _COMPOSITING = {"Nuke"}
 
 
 def written_by(headers: Sequence[Mapping[str, Any]]) -> str:
-    """Return the name of the program that wrote a file, or "" for an unknown one.
+    """Return the name of the program that wrote a file, or "" if it is unknown.
 
-    A compositing program that passed a render on is named before the renderer.
+    If a compositing program passed on a render, it is returned instead of the renderer.
     """
     found = _programs_in(headers)
     return min(found & _COMPOSITING or found, default="")
 
 
 def rendered_by(headers: Sequence[Mapping[str, Any]]) -> str:
-    """Return the name of the CG renderer whose picture it is, or "" where none is named.
+    """Return the name of the CG renderer that made the picture, or "" if none is named.
 
-    What a compositing program has passed on still names its renderer.
+    A picture that a compositing program passed on still names its renderer.
     """
     return min(_programs_in(headers) - _COMPOSITING, default="")
 
@@ -75,6 +75,6 @@ def _programs_of(header: Mapping[str, Any]) -> set[str]:
         entry = name.lower()
         found |= {program for prefix, program in _PREFIXES.items() if entry.startswith(prefix)}
         if entry in _ENTRIES and isinstance(value, str):
-            said = value.lower()
-            found |= {program for word, program in _WORDS.items() if word in said}
+            text = value.lower()
+            found |= {program for word, program in _WORDS.items() if word in text}
     return found

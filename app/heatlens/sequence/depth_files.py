@@ -1,4 +1,4 @@
-"""Depth in a file of its own: which file belongs to a picture, and its pixels on the picture's."""
+"""Find the separate files that belong to a picture: its depth, and pictures behind it."""
 
 import re
 from collections.abc import Sequence as Items
@@ -20,10 +20,11 @@ def depth_path_for(path: Path, source: str) -> Path:
 
 
 def beside_path(path: Path, source: str, option: str, what: str) -> Path:
-    """Return the file that belongs to the picture at `path`: `source`, or the frame of a pattern.
+    """Return the file that belongs to the picture at `path`.
 
-    Raises InputError where a pattern has no such frame, or the picture no number, naming `option`
-    and `what` the file holds.
+    This is `source`, or its frame of the same number if it is a pattern. Raises InputError if a
+    pattern has no such frame or the picture has no number. The error names `option` and `what` the
+    file holds.
     """
     found = Path(source).expanduser()
     if found.exists() or parse_pattern(found.name) is None:
@@ -42,21 +43,20 @@ def beside_path(path: Path, source: str, option: str, what: str) -> Path:
 
 
 class PlateFiles:
-    """Names the files that a plate is read from: the picture, and what lies in files beside it.
+    """Lists the files that a plate is read from: the picture, its depth and pictures behind it.
 
-    The folder of a pattern is looked into once; after that names are only put together. May be
-    called from several threads.
+    The folder of a pattern is scanned only once. May be called from several threads.
     """
 
     def __init__(self, sources: Items[str]) -> None:
-        """Take the files or patterns of the depth and of pictures behind, if any."""
+        """Keep the files or patterns of the depth and of pictures behind, if any."""
         self._sources = tuple(sources)
         self._frames: dict[str, Sequence] = {}
 
     def __call__(self, path: Path) -> tuple[Path, ...]:
-        """Return the picture at `path` first, then the files beside it, there or not.
+        """Return the picture at `path`, then the files beside it, whether they exist or not.
 
-        A pattern that has no file yet, or a picture without a number, adds none.
+        A pattern adds nothing if it has no file yet or the picture has no number.
         """
         return (path, *(found for it in self._sources for found in self._beside(path, it)))
 
@@ -67,16 +67,15 @@ class PlateFiles:
         try:
             frames = self._frames.get(source) or find_sequence(source)
             self._frames[source] = frames
-        except InputError:  # no file is there yet
+        except InputError:  # the pattern has no file yet
             return ()
         return () if frame is None else (frames.path_at(frame),)
 
 
 def picture_and_depth(names: Items[str]) -> tuple[str, str] | None:
-    """Return a picture and its depth, where two files are that by their names; else None.
+    """Return (picture, depth) if the names of two files say that they belong together; else None.
 
-    A depth with a number in its name stands for the sequence that it is a frame of, if the picture
-    has a number too.
+    A depth with a number in its name stands for its whole sequence if the picture has a number too.
     """
     if len(names) != 2 or not all(_is_plate_file(name) for name in names):
         return None
@@ -98,7 +97,7 @@ def _is_called_depth(name: str) -> bool:
 
 
 def _with_its_frames(picture: str, depth: str) -> str:
-    """Return the pattern of the depth's sequence where both are frames of one, else the file."""
+    """Return the pattern of the depth's sequence if both files are frames, else the file."""
     if form_of(Path(picture).name)[1] is None or form_of(Path(depth).name)[1] is None:
         return depth
     sequence = find_sequence(depth)

@@ -1,4 +1,4 @@
-"""What a folder holds for a person who looks for pictures: folders, files, sequences as one."""
+"""List a folder for choosing pictures: its folders, files and numbered sequences."""
 
 import os
 import re
@@ -10,7 +10,7 @@ from heatlens.sequence.names import NameForm, are_frames, sequences_among
 from heatlens.sequence.sequence import Sequence
 
 _DIGITS = re.compile(r"(\d+)")
-_NO_FRAMES = (".json",)  # numbers in the names of texts count versions
+_NO_FRAMES = (".json",)  # numbers in names of text files are versions, not frames
 
 
 @dataclass(frozen=True)
@@ -24,7 +24,7 @@ class Entry:
 
     @property
     def frames_text(self) -> str:
-        """First and last frame, and how many between them have no file; "" for one file."""
+        """First and last frame, and how many frames are missing; "" for a single file."""
         if self.sequence is None:
             return ""
         first, last = self.sequence.present[0], self.sequence.present[-1]
@@ -32,7 +32,7 @@ class Entry:
         return f"{first}-{last}" + (f", {missing} missing" if missing else "")
 
     def file_at(self, frame: int) -> Path:
-        """Return one of its files: that of `frame`, else the nearest before it, else the first."""
+        """Return the file of `frame`, else that of the nearest earlier frame, else the first."""
         if self.sequence is None:
             return self.path
         return self.sequence.resolve(frame) or self.path
@@ -40,7 +40,7 @@ class Entry:
 
 @dataclass(frozen=True)
 class FolderList:
-    """Names of the folders in a folder and its pictures, both as people sort them."""
+    """The names of the folders in a folder, and its pictures, both in natural order."""
 
     folder: Path
     folders: tuple[str, ...]
@@ -48,10 +48,10 @@ class FolderList:
 
 
 def list_folder(folder: Path, suffixes: tuple[str, ...], is_single: bool = False) -> FolderList:
-    """List the folders in `folder` and the files that end in one of `suffixes`; nothing hidden.
+    """List the folders in `folder` and its files with one of `suffixes`, but no hidden ones.
 
-    `is_single` lists each file of a sequence by itself. Raises InputError where the folder cannot
-    be read.
+    With `is_single`, each file of a sequence is listed separately. Raises InputError if the folder
+    cannot be read.
     """
     try:
         with os.scandir(folder) as scan:
@@ -70,7 +70,7 @@ def list_folder(folder: Path, suffixes: tuple[str, ...], is_single: bool = False
 
 
 def natural(name: str) -> list[str | int]:
-    """Return a key that sorts shot9 before shot10, and capitals among small letters."""
+    """Return a sort key for natural order: shot9 before shot10, ignoring case."""
     return [int(p) if p.isdecimal() else p for p in _DIGITS.split(name.casefold())]
 
 
@@ -92,7 +92,7 @@ def _entries(folder: Path, names: list[str], is_single: bool) -> list[Entry]:
 
 
 def _single(folder: Path, form: NameForm, frame: int) -> Entry:
-    """Return one file of a sequence, which a pattern with its frame alone opens."""
+    """Return the entry of one file of a sequence; its path opens only this frame."""
     name, path = form.name_at(frame), folder / form.name_at(frame)
     if form.is_notation:
         path = folder / f"{form.prefix}{frame}-{frame}{'#' * form.padding}{form.suffix}"
@@ -100,7 +100,7 @@ def _single(folder: Path, form: NameForm, frame: int) -> Entry:
 
 
 def _written_s(path: Path) -> float:
-    """Return the time of the last change; 0 for a file that is gone, or a link to nothing."""
+    """Return the time of the last change; 0 for a file that is gone or a broken link."""
     try:
         return path.stat().st_mtime
     except OSError:

@@ -1,6 +1,6 @@
-"""File names of a sequence: what is the frame number in them, and what stands around it.
+"""Parse file names of a sequence into the frame number and the text around it.
 
-Notations are parsed by fileseq, one name at a time, so that a folder may be called anything.
+Notations are parsed by fileseq one name at a time, without folders, which may have any name.
 """
 
 import re
@@ -13,20 +13,24 @@ from fileseq.frameset import FrameSet
 
 from heatlens.errors import InputError
 
-_LEAST_PART = 0.1  # of the frames from first to last, where the name leaves a doubt
-MAX_FRAMES = 1_000_000  # twelve hours; more is a date or a hash read as a frame number
+# Share of the frames from first to last that must exist if the name alone does not decide.
+_LEAST_PART = 0.1
+MAX_FRAMES = 1_000_000  # about twelve hours; more comes from a date or a hash in the name
 
 # The first number that only words, versions and the extension follow: sh010.comp1001.left.v2.exr.
 _NUMBERED = re.compile(
     r"(.*?)(-?[0-9]+)((?:\.[^.]*[A-Za-z]|\.[vV][0-9]+)*\.[^.]*[A-Za-z][^.]*)", re.ASCII | re.DOTALL
 )
 _NUMBER = re.compile(r"-?[0-9]+", re.ASCII)
-_VERSION = re.compile(r".*(^|[^A-Za-z])[vV]", re.DOTALL)  # what comes before the 02 of shot_v02.exr
+_VERSION = re.compile(r".*(^|[^A-Za-z])[vV]", re.DOTALL)  # matches the shot_v of shot_v02.exr
 
 
 @dataclass(frozen=True)
 class NameForm:
-    """`prefix`, the frame number in `padding` digits or more, `suffix`; padding 0 is no number."""
+    """The parts of a name: `prefix`, a frame number of at least `padding` digits, `suffix`.
+
+    A padding of 0 means a name without a number.
+    """
 
     prefix: str
     padding: int
@@ -38,7 +42,7 @@ class NameForm:
         return f"{self.prefix}{number}{self.suffix}"
 
     def number_in(self, name: str) -> str | None:
-        """Return the digits of `name`, whatever their padding; None where it is of another form."""
+        """Return the digits of `name`, with any padding; None if `name` has another form."""
         if not (name.startswith(self.prefix) and name.endswith(self.suffix)):
             return None
         digits = name[len(self.prefix) : len(name) - len(self.suffix)]
@@ -47,26 +51,26 @@ class NameForm:
         return digits
 
     def frames_in(self, names: Iterable[str]) -> tuple[int, ...]:
-        """Return the frames, sorted, that `names` hold in this form with exactly this padding."""
+        """Return the sorted frames of `names` that have this form and exactly this padding."""
         numbers = (self.number_in(name) for name in names)
         frames = ((int(number), number) for number in numbers if number is not None)
         return tuple(sorted(f for f, text in frames if str(f).zfill(self.padding) == text))
 
     @property
     def text(self) -> str:
-        """The name with # for each digit."""
+        """The name with one # for each digit of the padding."""
         return f"{self.prefix}{'#' * self.padding}{self.suffix}"
 
     @property
     def is_notation(self) -> bool:
-        """True where `text` reads as this form: the name itself holds no marks of a notation."""
+        """True if `text` parses to this form, so the name itself contains no notation marks."""
         return parse_pattern(self.text) == (self, None)
 
 
 def form_of(name: str) -> tuple[NameForm, int | None]:
-    """Return the form of `name`, with the padding of its number, and the number.
+    """Return the form of `name`, and its frame number or None.
 
-    A version (`shot_v02.exr`) is no frame, and a minus after a letter or digit is a hyphen.
+    A version (`shot_v02.exr`) is no frame number, and a minus after a letter or digit is a hyphen.
     """
     match = _NUMBERED.fullmatch(name)
     if not match or _VERSION.fullmatch(match[1]):
@@ -78,13 +82,13 @@ def form_of(name: str) -> tuple[NameForm, int | None]:
 
 
 def parse_pattern(name: str) -> tuple[NameForm, str | None] | None:
-    """Parse a notation such as `shot.1001-1100x2####.exr`: the form, and its frames, if any.
+    """Parse a notation such as `shot.1001-1100x2####.exr` into its form and its frames, if any.
 
-    A lone number after a letter belongs to the name, so that `take2####.exr` is take 2. Returns
-    None for what is no notation.
+    A single number after a letter belongs to the name, so `take2####.exr` is take 2. Returns None
+    if `name` is no notation.
     """
     try:
-        # The default style takes one # for four digits.
+        # In the default style of fileseq, one # stands for four digits.
         parsed = FileSequence(name, pad_style=PAD_STYLE_HASH1)
     except ValueError:
         return None
@@ -101,30 +105,35 @@ def parse_pattern(name: str) -> tuple[NameForm, str | None] | None:
 
 
 def parse_frames(text: str) -> tuple[int, ...]:
-    """Parse `1001-1100x2` or `1001,1005,1010-1020` to sorted frames. Raises InputError."""
+    """Parse `1001-1100x2` or `1001,1005,1010-1020` into sorted frames.
+
+    Raises InputError if the text cannot be parsed or gives too many frames.
+    """
     try:
         if re.search(r"\d\s+\d", text):
             raise ValueError("fileseq would join the two numbers")
         read = tuple(FrameSet(text))
-    except ValueError as error:  # what fileseq raises derives from it
+    except ValueError as error:  # the base of the errors of fileseq
         raise InputError(_no_frames(text)) from error
     frames = tuple(sorted(frame for frame in read if isinstance(frame, int)))
     if not frames or len(frames) < len(read):
         raise InputError(_no_frames(text))
     if len(frames) > MAX_FRAMES:
-        raise InputError(f"Frames {text!r} are {len(frames)}: heatlens takes up to {MAX_FRAMES}.")
+        raise InputError(
+            f"Frames {text!r} are {len(frames):,} frames: heatlens takes up to {MAX_FRAMES:,}."
+        )
     return frames
 
 
 def frames_text(frames: Iterable[int]) -> str:
-    """Format `frames` as ranges, 1001-1100x2,1200, as `parse_frames` reads them."""
+    """Return `frames` as ranges such as 1001-1100x2,1200, which `parse_frames` can read."""
     return str(FrameSet.framesToFrameRange(frames, sort=True))
 
 
 def padding_of(form: NameForm, names: Iterable[str]) -> tuple[int, ...]:
-    """Return the paddings that the numbers of `names` have in `form`, usually one.
+    """Return the paddings of the numbers of `names` in `form`, which is usually a single one.
 
-    Numbers with leading zeros decide; without any, the shortest number does.
+    Numbers with leading zeros decide; if there are none, the shortest number does.
     """
     numbers = {number for name in names if (number := form.number_in(name)) is not None}
     padded = {len(number) for number in numbers if number.lstrip("-")[0] == "0" and number != "0"}
@@ -133,10 +142,10 @@ def padding_of(form: NameForm, names: Iterable[str]) -> tuple[int, ...]:
 
 
 def are_frames(form: NameForm, frames: Sequence[int]) -> bool:
-    """Return whether sorted numbers of `form` count frames, and not sizes or versions.
+    """Return whether sorted numbers of `form` are frame numbers, and not sizes or versions.
 
-    A separator before the number (shot.1001.exr) or leading zeros say so. Right after a letter, as
-    in hero720.exr and hero1080.exr, a tenth of the frames from first to last must be there.
+    They are after a separator (shot.1001.exr) or with leading zeros. Directly after a letter, as in
+    hero720.exr and hero1080.exr, a tenth of the frames from first to last must exist.
     """
     if not form.padding or len(frames) < 2:
         return False
@@ -147,9 +156,9 @@ def are_frames(form: NameForm, frames: Sequence[int]) -> bool:
 
 
 def sequences_among(names: Iterable[str]) -> dict[NameForm, tuple[int, ...]]:
-    """Return every form among `names` with its frames; none for a picture without a number.
+    """Return every form among `names` with its frames, which are () for a name without a number.
 
-    Hidden files are left out: systems and programs put their own beside ours.
+    Hidden files are left out, because operating systems and programs add their own.
     """
     groups: dict[NameForm, list[str]] = {}
     for name in names:
@@ -171,7 +180,7 @@ def _takes_sign(prefix: str) -> bool:
 
 
 def _is_foreign(padding: str) -> bool:
-    """Return True for notations of fileseq that number no whole frames: tiles, sub-frames."""
+    """Return True for notations of fileseq that are not frame numbers: tiles and sub-frames."""
     return "UDIM" in padding or "." in padding
 
 

@@ -1,4 +1,4 @@
-"""plate.####.exr and its frames: found on disk, with the gaps, and looked at again as it grows."""
+"""Find the frames of a sequence such as plate.####.exr on disk, with gaps, and scan it again."""
 
 import os
 from bisect import bisect_left, bisect_right
@@ -23,22 +23,22 @@ from heatlens.sequence.names import (
     sequences_among,
 )
 
-# What stands in for a frame without a file: the nearest earlier one (else the nearest later),
-# nothing, or an error.
+# What to show for a frame without a file: the nearest earlier one (else the first), black, or
+# stop with an error.
 MissingPolicy = Literal["hold", "black", "stop"]
 Stamp = tuple[int, int]  # time of the last change in nanoseconds, size in bytes
 
-_STILL_FRAME = 1  # the number of a picture that has none in its name
+_STILL_FRAME = 1  # frame number of a picture without a number in its name
 _NOTATIONS = "shot.####.exr, shot.%04d.exr, shot.@@@@.exr or shot.$F4.exr"
 _NEAR_NAMES = 3  # how many an error lists
 
 
 @dataclass(frozen=True)
 class Sequence:
-    """The frames that are wanted of one numbered picture, and those that had a file when looked.
+    """The wanted frames of a numbered picture, and those that had a file at the last scan.
 
-    `frames` and `present` are sorted, `present` is part of `frames`. `frame_range` is what was
-    asked for, as text; None for every frame there is, and then a growing sequence grows.
+    `frames` and `present` are sorted, and `present` is a subset of `frames`. `frame_range` is the
+    text with which frames were chosen; None means all frames, including those that appear later.
     """
 
     folder: Path
@@ -49,29 +49,29 @@ class Sequence:
 
     @property
     def first(self) -> int:
-        """The lowest frame wanted."""
+        """The first wanted frame."""
         return self.frames[0]
 
     @property
     def last(self) -> int:
-        """The highest frame wanted."""
+        """The last wanted frame."""
         return self.frames[-1]
 
     @property
     def is_single(self) -> bool:
-        """True for one frame alone."""
+        """True for a single frame."""
         return len(self.frames) == 1
 
     @cached_property
     def missing(self) -> tuple[int, ...]:
-        """The frames wanted that had no file."""
+        """The wanted frames that had no file."""
         return tuple(sorted(set(self.frames) - set(self.present)))
 
     @property
     def pattern(self) -> str:
-        """Text that finds it again, together with `frame_range`: shot.####.exr in its folder.
+        """The path that `find_sequence` finds again, together with `frame_range`: shot.####.exr.
 
-        Where the name holds such marks itself, one of the files stands for all.
+        If the name itself contains notation marks, it is the path of one of the files instead.
         """
         is_notation = self.form.padding and self.form.is_notation
         first = self.form.name_at((self.present or self.frames)[0])
@@ -82,20 +82,20 @@ class Sequence:
         return self.folder / self.form.name_at(frame)
 
     def frame_at(self, path: str | os.PathLike[str]) -> int | None:
-        """Return the frame whose file is `path`; None where it is none of these."""
+        """Return the frame whose file is `path`; None if it is none of the wanted ones."""
         name = Path(path).name
         found = self.form.frames_in([name]) if self.form.padding else (_STILL_FRAME,)
         return next((f for f in found if f in self.frames and self.path_at(f).name == name), None)
 
     def has(self, frame: int) -> bool:
-        """Return True where `frame` is wanted and had a file."""
+        """Return True if `frame` is wanted and had a file."""
         at = bisect_left(self.present, frame)
         return self.present[at : at + 1] == (frame,)
 
     def shown_frame(self, frame: int, policy: MissingPolicy = "hold") -> int | None:
-        """Return `frame`, or the one that stands in for it; None for black.
+        """Return `frame`, or the frame that is shown in its place; None for black.
 
-        Raises InputError under `stop` where `frame` has no file.
+        Raises InputError if `frame` has no file and the policy is `stop`.
         """
         if self.has(frame):
             return frame
@@ -108,9 +108,9 @@ class Sequence:
         return self.present[max(bisect_right(self.present, frame) - 1, 0)]
 
     def resolve(self, frame: int, policy: MissingPolicy = "hold") -> Path | None:
-        """Return the file to show for `frame`.
+        """Return the file to show for `frame`, or None for black.
 
-        None for black. Raises InputError as `shown_frame`.
+        Raises InputError as `shown_frame` does.
         """
         shown = self.shown_frame(frame, policy)
         return None if shown is None else self.path_at(shown)
@@ -119,16 +119,14 @@ class Sequence:
 def find_sequence(
     text: str | os.PathLike[str], frames: str | None = None, *, whole: bool = True
 ) -> Sequence:
-    """Return the sequence that `text` means.
-
-    A pattern, a folder that holds one, or one of its files.
+    """Find the sequence for `text`: a pattern, a folder with one sequence, or one of its files.
 
     Patterns are shot.####.exr, shot.%04d.exr, shot.@@@@.exr, shot.$F4.exr, also with a range before
-    the digits (shot.1001-1100x2####.exr); a lone # takes any padding. `frames`, such as
-    1001-1100x2, wins over a range in the pattern; with neither, all from the first file to the last
-    are wanted. `whole` False: a file stands for its frame alone. A file without a number is a
-    sequence of one frame. Raises InputError that names what was looked for and what there is
-    instead.
+    the digits (shot.1001-1100x2####.exr); a single # matches any padding. `frames`, such as
+    1001-1100x2, takes precedence over a range in the pattern; with neither, all frames from the
+    first file to the last are wanted. If `whole` is False, a file stands only for its own frame. A
+    file without a number is a sequence of one frame. Raises InputError that names what was looked
+    for and what was found instead.
     """
     path = Path(os.path.expanduser(text))
     if os.path.isdir(path):
@@ -145,10 +143,10 @@ def find_sequence(
 
 
 def rescanned(sequence: Sequence) -> Sequence:
-    """Return `sequence` as it is on disk now, after one look into its folder.
+    """Scan the folder of `sequence` again, and return the sequence as it is on disk now.
 
-    Without a `frame_range` it grows with its files; it never shrinks, for keys may be set on frames
-    that are being rendered again. Raises InputError when the folder cannot be read.
+    Without a `frame_range` it grows with its files. It never shrinks, because keys may be set on
+    frames that are being rendered again. Raises InputError if the folder cannot be read.
     """
     names = _names_in(sequence.folder)
     on_disk = _frames_among(sequence.form, names)
@@ -160,7 +158,7 @@ def rescanned(sequence: Sequence) -> Sequence:
 
 
 def stamp_of(path: Path) -> Stamp | None:
-    """Return a value that changes with the file; None where there is no file."""
+    """Return a value that changes when the file does; None if there is no file."""
     try:
         status = path.stat()
     except OSError:
@@ -169,7 +167,7 @@ def stamp_of(path: Path) -> Stamp | None:
 
 
 def _form_of_file(path: Path, names: list[str], whole: bool) -> tuple[NameForm, str | None]:
-    """Return the form of the file at `path` among its neighbours, and its frame if not `whole`."""
+    """Return the form of the file at `path`, and its own frame range if it stands for itself."""
     form, frame = form_of(path.name)
     if frame is None:
         return form, None
@@ -180,7 +178,7 @@ def _form_of_file(path: Path, names: list[str], whole: bool) -> tuple[NameForm, 
 
 
 def _sequence_of(folder: Path, names: list[str], form: NameForm, frames: str | None) -> Sequence:
-    """Return the frames of `form` among the `names` in `folder`: those in `frames`, or all."""
+    """Return the sequence of `form` among the `names` in `folder`, limited to `frames` if given."""
     on_disk = _frames_among(form, names)
     if not on_disk:
         raise InputError(f"No file is called {folder / form.text}. {_near(form, names)}")
@@ -196,9 +194,9 @@ def _sequence_of(folder: Path, names: list[str], form: NameForm, frames: str | N
 
 
 def _form_of_folder(folder: Path, names: list[str]) -> NameForm:
-    """Return the form of the one sequence in `folder`; stills may lie beside it.
+    """Return the form of the only sequence in `folder`, beside which there may be stills.
 
-    EXR wins over other formats. Raises InputError for several sequences or none.
+    EXR files take precedence over other formats. Raises InputError for several sequences or none.
     """
     suffixes = (".exr",) if any(name.lower().endswith(".exr") for name in names) else PICTURES_READ
     found = sequences_among(name for name in names if name.lower().endswith(suffixes))
@@ -236,11 +234,11 @@ def _names_in(folder: Path) -> list[str]:
         with os.scandir(folder) as entries:
             return [entry.name for entry in entries if entry.is_file()]
     except OSError as error:
-        raise InputError(f"{folder} cannot be looked into: {error.strerror or error}.") from error
+        raise InputError(f"{folder} cannot be listed: {error.strerror or error}.") from error
 
 
 def _frames_among(form: NameForm, names: list[str]) -> tuple[int, ...]:
-    """Return the frames of `form` that `names` has, sorted."""
+    """Return the sorted frames of `form` among `names`."""
     if form.padding:
         return form.frames_in(names)
     return (_STILL_FRAME,) if form.prefix in names else ()
@@ -257,13 +255,13 @@ def _span(folder: Path, first: int, last: int) -> tuple[int, ...]:
 
 
 def _shared(frames: tuple[int, ...], wanted: tuple[int, ...]) -> tuple[int, ...]:
-    """Return those of `frames`, in order, that are wanted."""
+    """Return those of `frames` that are wanted, in order."""
     among = set(wanted)
     return tuple(frame for frame in frames if frame in among)
 
 
 def _near(form: NameForm, names: list[str]) -> str:
-    """Return what the folder has instead of `form`: the most similar names, else any EXR files."""
+    """Return a sentence on the most similar names in the folder, or else on any EXR files."""
     found = sequences_among(names)
     by_text = {f"{f.prefix}{f.suffix}": f for f in found}
     near = get_close_matches(f"{form.prefix}{form.suffix}", by_text, _NEAR_NAMES)
@@ -274,6 +272,6 @@ def _near(form: NameForm, names: list[str]) -> str:
 
 
 def _listed(found: Mapping[NameForm, tuple[int, ...]]) -> str:
-    """Return names of sequences with their frames, for a sentence."""
+    """Return the names of sequences with their frames, as text for a sentence."""
     texts = (f"{f.text} ({frames_text(at)})" if at else f.text for f, at in found.items())
     return ", ".join(sorted(texts))
