@@ -167,7 +167,7 @@ def test_a_network_in_floating_point_has_a_scale_of_its_own(photo, tmp_path):
     np.save(path, (300 + 5000 * disparity(metres(), NEAR_M, FAR_M)).astype(np.float32))
     plate = plate_of(photo, path, depth_convention="disparity", near_m=NEAR_M, far_m=FAR_M)
     np.testing.assert_allclose(plate.depth_m, metres(), rtol=1e-4)
-    assert any("in every frame anew" in note for note in plate.notes)
+    assert any("separately in every frame" in note for note in plate.notes)
 
 
 def test_a_map_without_a_word_is_asked_about(photo, tmp_path, capsys):

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from heatlens.errors import InputError
-from heatlens.stream.asked_file import asked_file
+from heatlens.stream.requested_file import requested_file
 from support.exr_files import distances, rgb, write_file
 from support.tev_peers import client_of, picture, serving, settle, show
 
@@ -68,18 +68,18 @@ def test_what_is_no_picture_is_refused_in_a_sentence(server):
 )
 def test_names_that_are_refused(name, why):
     with pytest.raises(InputError, match=why) as told:
-        asked_file(name, True)
+        requested_file(name, True)
     assert str(told.value).isprintable() and len(str(told.value)) < 400
 
 
 def test_another_machine_is_refused(tmp_path):
     path = write_file(tmp_path / "a.exr", rgb())
     with pytest.raises(InputError, match="only for clients on this machine"):
-        asked_file(str(path), False)
+        requested_file(str(path), False)
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="has no pipes in its folders")
 def test_a_pipe_is_refused(tmp_path):
     os.mkfifo(tmp_path / "a.exr")
     with pytest.raises(InputError, match="no such file"):
-        asked_file(str(tmp_path / "a.exr"), True)
+        requested_file(str(tmp_path / "a.exr"), True)

@@ -68,7 +68,7 @@ def test_a_client_waits_while_no_file_handle_is_free(server):
             wait_until(lambda: server.fault is not None)
         finally:
             resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
-        assert "could not be taken" in server.fault
+        assert "could not be accepted" in server.fault
         wait_until(lambda: server._clients)
     show(server, "a", picture())
     assert_shows(server.snapshot(), picture())

@@ -1,7 +1,7 @@
-"""Lens kits as files: those that come with heatlens, and the user's own beside the preferences.
+"""Read lens kits from files: those that come with heatlens, and the user's own.
 
-A file holds one kit, in the fields of `LensKit`, `KitLens` and `LensCharacter`; the path of an
-aperture image is relative to it.
+A file holds one kit with the fields of `LensKit`, `KitLens` and `LensCharacter`; the path of an
+aperture image is relative to the file. The user's own kits are stored beside the preferences.
 """
 
 import json
@@ -27,12 +27,12 @@ _FIELDS = {
 
 @dataclass(frozen=True)
 class KitShelf:
-    """The kits that there are.
+    """All available kits.
 
-    kits      by their names; an own kit stands in the place of a shipped one of its name
-    own       the names of the user's own
-    problems  a sentence for each own file that holds no kit
-    folder    where own kits lie
+    kits      by name; a user's kit replaces a shipped one of the same name
+    own       the names of the user's own kits
+    problems  a sentence for each of the user's files that holds no valid kit
+    folder    the folder of the user's kits
     """
 
     kits: dict[str, LensKit]
@@ -41,23 +41,23 @@ class KitShelf:
     folder: Path
 
     def chosen(self, text: str) -> tuple[LensKit, float | None]:
-        """Return the kit of "NAME[:LENGTH]" and the length in mm, None where none is told.
+        """Return the kit for "NAME[:LENGTH]" and the focal length in mm, None if not given.
 
-        Raises InputError for a name or a length that there is not.
+        Raises InputError if there is no such kit, or it has no lens of this length.
         """
         name, _, length = text.partition(":")
         kit = self.kits.get(name.strip())
         if kit is None:
             damaged = f" {self.problems[0]}" if self.problems else ""
             raise InputError(
-                f"There is no lens kit {name.strip()!r}, only {', '.join(self.kits)}; own kits lie "
-                f"in {self.folder}.{damaged}"
+                f"There is no lens kit {name.strip()!r}, only {', '.join(self.kits)}; put your own "
+                f"kits into {self.folder}.{damaged}"
             )
         return kit, None if not length else _length(kit, length)
 
 
 def kit_shelf(folder: Path | None = None) -> KitShelf:
-    """Read all kits; `folder` is that of the user's own, in place of the usual one."""
+    """Read all kits; `folder` holds the user's own kits, and has a default."""
     folder = kits_dir() if folder is None else folder
     shipped = [read_kit(path) for path in sorted(_SHIPPED.glob("*.json"))]
     own, problems = [], []
@@ -71,7 +71,7 @@ def kit_shelf(folder: Path | None = None) -> KitShelf:
 
 
 def read_kit(path: Path) -> LensKit:
-    """Read a kit. Raises InputError that names the file and the place where it is damaged."""
+    """Read a kit. Raises InputError that names the file and the damaged place in it."""
     top = read_json(path)
     top.check_version(_VERSION, KIT_VERSION, "lens kit")
     entries = {n: e for n, e in top.members([_VERSION, *_FIELDS]).items() if n != _VERSION}
@@ -86,13 +86,13 @@ def read_kit(path: Path) -> LensKit:
 
 
 def kit_text(kit: LensKit) -> str:
-    """Return a kit as the text of a file that `read_kit` reads."""
+    """Return a kit as the text of a file that `read_kit` can read."""
     entries = {_VERSION: KIT_VERSION, **record_to_json(kit)}
     return json.dumps(entries, indent=2, ensure_ascii=False)
 
 
 def _length(kit: LensKit, text: str) -> float:
-    """Return the length in mm, which a lens of the kit must have."""
+    """Parse a focal length in mm, which a lens of the kit must have."""
     try:
         asked = float(text.strip().lower().removesuffix("mm").replace(",", "."))
     except ValueError:

@@ -1,7 +1,7 @@
-"""name.heatlens.json: a shot as a file that people can read, and compare line by line.
+"""Read and write shot files, name.heatlens.json, which people can read and compare line by line.
 
-Distances, lengths and frames carry their units in the names of the entries. The path of the plate
-is relative to the file, so that a shot moves together with its plate and its aperture image.
+The names of the entries contain their units. The path of the plate is relative to the file, so that
+a shot can be moved together with its plate and its aperture image.
 """
 
 import json
@@ -33,7 +33,7 @@ SHOT_SUFFIX = ".heatlens.json"
 SHOT_VERSION = 1
 
 _VERSION = "heatlens_shot"
-# Entries that hold a field of Shot as it is: its name and its type.
+# Entries that hold an unchanged field of Shot -> the name of the field, and its type.
 _FIELDS: dict[str, tuple[str, Any]] = {
     "plate": ("plate_options", PlateOptions),
     "frames": ("frames", FrameRange),
@@ -46,17 +46,17 @@ _FIELDS: dict[str, tuple[str, Any]] = {
     "lens_kit": ("kit", LensKit),
     "start_timecode": ("start_timecode", str),
 }
-# Sources that are a name and no path, as long as no file is called so: the scene of the program.
+# Sources that are names and not paths, unless a file has that name: the built-in scene.
 _NAMES = ("demo",)
 _OTHERS = ("source", "focus_interpolation", "keys", "marks")
 
 
 def read_shot(path: str | os.PathLike[str]) -> Shot:
-    """Read the shot of a file; its source becomes an absolute path.
+    """Read a shot file; the source of the shot becomes an absolute path.
 
-    Raises InputError that names the file and the place in it where it is damaged, impossible, or of
-    an unknown version, and where an aperture image is not there or cannot be read: without it other
-    discs would be drawn.
+    Raises InputError that names the file and the place in it if it is damaged, holds impossible
+    values or has an unknown version, and if an aperture image is missing or cannot be read, because
+    the discs would be wrong without it.
     """
     path = Path(path)
     top = read_json(path)
@@ -86,37 +86,37 @@ def read_shot(path: str | os.PathLike[str]) -> Shot:
 
 
 def is_shot_file(text: str) -> bool:
-    """Return whether a name is that of a shot, saved or unsaved.
+    """Return whether a name is that of a shot file or its autosave.
 
-    No plate, scene or camera has it.
+    Plates, scenes and cameras never have such a name.
     """
     name = Path(text).name.lower()
     return name.endswith((SHOT_SUFFIX, f"{SHOT_SUFFIX}.autosave"))
 
 
 def write_shot(path: str | os.PathLike[str], shot: Shot) -> None:
-    """Write a shot; until it is whole, what stood there stays. An autosave beside it goes.
+    """Write a shot completely or not at all, then delete the autosave beside it.
 
-    Raises InputError where nothing can be written.
+    Raises InputError if the file cannot be written.
     """
     _write(Path(path), shot)
-    with suppress(OSError):  # one that stays is older than the file, and is not offered again
+    with suppress(OSError):  # a remaining one is older than the file, and is not offered again
         autosave_path(path).unlink(missing_ok=True)
 
 
 def autosave_path(path: str | os.PathLike[str]) -> Path:
-    """Return the path of the unsaved state of a shot file: hidden, beside it."""
+    """Return the path of the autosave of a shot file: a hidden file beside it."""
     path = Path(path)
     return path.with_name(f".{path.name}.autosave")
 
 
 def write_autosave(path: str | os.PathLike[str], shot: Shot) -> None:
-    """Keep the unsaved state of the shot file `path`; `read_shot` reads it."""
+    """Write the unsaved state of the shot file `path` to its autosave, for `read_shot`."""
     _write(autosave_path(path), shot)
 
 
 def newer_autosave(path: str | os.PathLike[str]) -> Path | None:
-    """Return the autosave of `path` where it is later than the file, or the file is gone."""
+    """Return the autosave of `path` if it is newer than the file, or the file is gone."""
     autosave = autosave_path(path)
     if not autosave.is_file():
         return None
@@ -126,7 +126,7 @@ def newer_autosave(path: str | os.PathLike[str]) -> Path | None:
 
 
 def shot_to_json(shot: Shot, folder: str | os.PathLike[str]) -> dict[str, Any]:
-    """Return the entries of the file, for one that lies in `folder`."""
+    """Return the entries of the file for `shot`, with paths relative to `folder`."""
     options = _with_files_beside(shot.plate_options, lambda text: _relative(text, folder))
     shot = replace(shot, plate_options=options)
     shot = shot_with_images(shot, lambda image: named_beside(image, folder))
@@ -149,13 +149,13 @@ def shot_to_json(shot: Shot, folder: str | os.PathLike[str]) -> dict[str, Any]:
 
 def _write(path: Path, shot: Shot) -> None:
     text = _lines(shot_to_json(shot, path.parent)) + "\n"
-    # A name that is no Unicode has no UTF-8: its escape is what JSON reads back.
+    # File names that are not valid Unicode cannot be written as UTF-8; JSON reads their escapes.
     data = text.encode("utf-8", "backslashreplace")
     write_whole(path, data)
 
 
 def _lines(value: Any, indent: str = "") -> str:
-    """Format JSON with one entry or list item a line, and each item whole on its line."""
+    """Format JSON with one entry or list item on each line; list items are not broken up."""
     inner = f"{indent}  "
     if isinstance(value, dict) and value:
         rows = [f"{json.dumps(name)}: {_lines(entry, inner)}" for name, entry in value.items()]
@@ -168,14 +168,14 @@ def _lines(value: Any, indent: str = "") -> str:
 
 
 def _check_keys(top: JsonEntry, shot: Shot) -> None:
-    """Check that every key leaves a possible lens."""
+    """Raise InputError if a key leads to an impossible lens."""
     keys = JsonEntry(top.path, "keys", None)
     for frame in shot.key_frames:
         keys.built(shot.lens_at, {"frame": frame})
 
 
 def _curves(entries: Mapping[str, JsonEntry]) -> LensCurves:
-    """Return the keys of each parameter, focus on the scale that the file states."""
+    """Return the keys of each parameter; the file states the interpolation scale of the focus."""
     curves = LensCurves()
     if "focus_interpolation" in entries:
         scale = FOCUS_SCALES[entries["focus_interpolation"].choice(FOCUS_SCALES)]
@@ -202,7 +202,7 @@ def _key_json(key: Key) -> dict[str, Any]:
 
 
 def _mark(entry: JsonEntry) -> Mark:
-    """Return a mark on a distance, an object, or a point of the picture."""
+    """Return the mark of an entry: on a distance, an object, or a point of the picture."""
     if isinstance(entry.value, dict) and "distance_m" in entry.value:
         return entry.record(DistanceMark)
     if isinstance(entry.value, dict) and "object_name" in entry.value:
@@ -211,7 +211,7 @@ def _mark(entry: JsonEntry) -> Mark:
 
 
 def _with_files_beside(options: PlateOptions, turned: Callable[[str], str]) -> PlateOptions:
-    """Return the options with the paths of the files beside the picture told otherwise."""
+    """Return the options with `turned` applied to the paths of the files beside the picture."""
     depth = options.depth_source
     return replace(
         options,
@@ -225,15 +225,15 @@ def _focus_word(scale: Scale) -> str:
 
 
 def _relative(source: str, folder: str | os.PathLike[str]) -> str:
-    """Return the path relative to the folder of the file, or absolute where they share none."""
+    """Return the path relative to the folder of the file, or absolute on another drive."""
     if source in _NAMES and not os.path.exists(source):
         return source
     return path_beside(source, folder)
 
 
 def _absolute(source: str, path: Path) -> str:
-    """Return a path of the file as an absolute one, from the folder of the file at `path`."""
-    if not source or "\0" in source:  # no path, which Shot says better
+    """Return the absolute path of `source`, which is relative to the folder of the file `path`."""
+    if not source or "\0" in source:  # invalid: Shot refuses it with a better message
         return source
     absolute = path_from(source, path.parent)
     return source if source in _NAMES and not os.path.exists(absolute) else absolute

@@ -1,6 +1,6 @@
-"""Looks now and then whether frames were added, removed or written again, beside the loop.
+"""Check regularly on a thread whether frames were added, removed or written again.
 
-A cache reports only what has changed, so that an idle window is not drawn for nothing.
+The cache reports only changes, so that an idle window is not redrawn needlessly.
 """
 
 from contextlib import suppress
@@ -9,11 +9,11 @@ from threading import Event, Thread
 from heatlens.frame_cache.cache import FrameCache
 
 _EVERY_S = 2.0
-_FRAMES_A_SECOND = 2000  # a folder with more files is looked at less often
+_FRAMES_A_SECOND = 2000  # a folder with more files is scanned less often
 
 
 class DiskWatch:
-    """A thread that asks `cache` to look at the disk."""
+    """A thread that makes `cache` scan the disk."""
 
     def __init__(self) -> None:
         self.cache: FrameCache | None = None
@@ -22,7 +22,7 @@ class DiskWatch:
 
     def _watch(self) -> None:
         while not self._is_over.wait(self._pause_s()):
-            with suppress(Exception):  # the cache raises it again where the loop asks for a frame
+            with suppress(Exception):  # the cache raises it again when the loop asks for a frame
                 if self.cache is not None:
                     self.cache.refresh()
 
@@ -31,5 +31,5 @@ class DiskWatch:
         return max(_EVERY_S, frames / _FRAMES_A_SECOND)
 
     def close(self) -> None:
-        """Stop looking."""
+        """Stop the thread."""
         self._is_over.set()

@@ -1,4 +1,4 @@
-"""What kind of source a name means, as far as the name tells; nothing is opened."""
+"""Tell the kind of a source from its name alone, without opening it."""
 
 from enum import StrEnum
 
@@ -19,7 +19,7 @@ class SourceKind(StrEnum):
 
 
 def kind_of(text: str) -> SourceKind:
-    """Return the kind that `text` names, as a shot file or a command line gives it."""
+    """Return the kind of the source `text`, which stands in a shot file or a command line."""
     if names_scene(text):
         return SourceKind.SCENE
     return SourceKind.STREAM if text.startswith(STREAM_PREFIX) else SourceKind.PLATES

@@ -1,4 +1,4 @@
-"""From the name in a shot file or on a command line to the source that it means."""
+"""Find the source for a name in a shot file or on a command line."""
 
 from pathlib import Path
 from typing import assert_never
@@ -15,8 +15,8 @@ from heatlens.source.plate_source import PlateSource
 from heatlens.source.scene_source import SceneSource
 from heatlens.source.source import Source
 
-_STILL_FRAME = 1  # the number of a picture that has none in its name
-# A shot keeps how its plates are read; who asks for a source alone lets the files tell.
+_STILL_FRAME = 1  # frame number of a picture without a number in its name
+# A shot keeps the options for its plates; without a shot, they are found from the files.
 _AS_FOUND = PlateOptions()
 
 
@@ -25,8 +25,8 @@ def source_named(
 ) -> Source:
     """Return the source called `text`; plates are read with `options`, scenes with `timing`.
 
-    A scene is not looked for before it is needed. Raises InputError where no plates are found, and
-    for a stream, which only the window shows.
+    A scene is not opened before it is needed. Raises InputError if no plates are found, and for a
+    stream, which only the window can show.
     """
     match kind_of(text):
         case SourceKind.SCENE:
@@ -40,7 +40,7 @@ def source_named(
 def plates_named(text: str, options: PlateOptions) -> PlateSource:
     """Return the plates called `text`, a file, a pattern or a folder, to be read with `options`.
 
-    Raises InputError where there are none, and for a stream, which only the window shows.
+    Raises InputError if there are none, and for a stream, which only the window can show.
     """
     if kind_of(text) is SourceKind.STREAM:
         raise InputError(f"{text}: {NO_FILES}")
@@ -48,9 +48,9 @@ def plates_named(text: str, options: PlateOptions) -> PlateSource:
 
 
 def single_source(path: Path, options: PlateOptions) -> Source:
-    """Return the source that one file is, also where it is a frame of a sequence.
+    """Return the source for one file alone, even if it is a frame of a sequence.
 
-    Nothing is looked up: whether the file is there is told when it is read.
+    The disk is not accessed; a missing file is reported when it is read.
     """
     if kind_of(str(path)) is SourceKind.SCENE:
         return SceneSource(str(path))
@@ -59,13 +59,13 @@ def single_source(path: Path, options: PlateOptions) -> Source:
 
 
 def source_of(shot: Shot) -> Source:
-    """Return the source of a shot. Raises InputError where it names none, or it is not found."""
+    """Return the source of a shot. Raises InputError if it names none, or it is not found."""
     timing = None if shot.framing is None else shot.framing.timing
     return source_named(checked_source(shot), shot.plate_options, timing)
 
 
 def checked_source(shot: Shot) -> str:
-    """Return the name of a shot's source. Raises InputError where it names none."""
+    """Return the name of a shot's source. Raises InputError if it has none."""
     if shot.source is None:
         raise InputError("The shot names no plate. Give its files with --plate.")
     return shot.source

@@ -1,4 +1,4 @@
-"""What the renderer asks of a source that lies on the GPU, whatever kind it is."""
+"""The protocol of a source on the GPU, through which the renderer uses every kind of source."""
 
 from typing import Protocol
 
@@ -17,14 +17,14 @@ class SourceOnGpu(Protocol):
 
     @property
     def scene(self) -> Scene | None:
-        """The 3D scene; None where there is none."""
+        """The 3D scene; None for plates and streams."""
 
     @property
     def has_many_views(self) -> bool:
-        """True where it can be seen from many points of the lens, by accumulation or rays."""
+        """True if it can be seen from many points of the lens, by accumulation or ray tracing."""
 
     def size(self, shot: Shot) -> tuple[int, int]:
-        """Return width and height of its picture in pixels. Raises InputError without a picture."""
+        """Return width and height of its picture in pixels. Raises InputError if it has none."""
 
     def check_method(self, method: Method) -> None:
         """Raise InputError for a method that needs more than this source has."""
@@ -46,19 +46,19 @@ class SourceOnGpu(Protocol):
         """Draw `frame` from many points of the lens at `size` into `out`, RGBA float32."""
 
     def pose_at(self, shot: Shot, frame: float) -> Pose | None:
-        """Return where the camera stands; None where only a picture is known."""
+        """Return the position and direction of the camera; None if only a picture is known."""
 
     def depth_m_at(self, shot: Shot, frame: float, x: int, y: int) -> float:
-        """Return the distance at a pixel of the picture, at any frame, as a click finds it.
+        """Return the distance in metres at a pixel of any frame, as a click to focus finds it.
 
-        Raises InputError outside the picture, and where only the loaded frame is known.
+        Raises InputError outside the picture, and if only the loaded frame is known.
         """
 
     def beside(self) -> "SourceOnGpu":
-        """Return another look at the same content, for other frames, as long as this one holds it.
+        """Return a source for other frames that shares the content on the GPU with this one.
 
-        Raises InputError where there is nothing to share.
+        It is valid until this one is released. Raises InputError if there is nothing to share.
         """
 
     def release(self) -> None:
-        """Give back the memory of the GPU."""
+        """Free the memory on the GPU."""

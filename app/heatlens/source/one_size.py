@@ -1,7 +1,7 @@
-"""Files whose names count are one sequence only where their pictures have one size.
+"""Treat numbered files as a sequence only if their pictures have the same size.
 
-hero.0720.exr and hero.1080.exr may be two sizes of one picture. The names alone do not tell, so the
-headers of a few neighbours are asked: that takes a tenth of a millisecond a file.
+hero.0720.exr and hero.1080.exr may be two sizes of the same picture. The names alone cannot decide,
+so the headers of a few neighbours are read, in about a tenth of a millisecond each.
 """
 
 import os
@@ -17,9 +17,9 @@ Size = tuple[int, int]
 
 
 def sequence_of_one_size(text: str) -> Sequence:
-    """Return the sequence that `text` means; a file among others of another size stands alone.
+    """Find the sequence for `text`; a file whose neighbours have another size stands alone.
 
-    A pattern or a folder means all of its files. Raises what `find_sequence` raises.
+    A pattern or a folder means all of its files. Raises InputError as `find_sequence` does.
     """
     found = find_sequence(text)
     path = Path(os.path.expanduser(text))
@@ -34,7 +34,7 @@ def sequence_of_one_size(text: str) -> Sequence:
 
 
 def _neighbours(sequence: Sequence, frame: int | None) -> set[int]:
-    """Return the first and the last frame, and those beside `frame`, that have a file."""
+    """Return the first and last present frame, and the present ones next to `frame`."""
     present = sequence.present
     at = present.index(frame) if frame in present else 0
     return {
@@ -46,11 +46,11 @@ def _neighbours(sequence: Sequence, frame: int | None) -> set[int]:
 
 
 def _size_of(path: Path) -> Size | None:
-    """Return width and height of the display window; None where the header cannot be read."""
+    """Return width and height of the display window; None if the header cannot be read."""
     try:
         if is_picture(path):
             return picture_info(path)[0]
         (x0, y0), (x1, y1) = read_headers(path)[0]["displayWindow"]
-    except (InputError, KeyError):  # it is told where the file is opened
+    except (InputError, KeyError):  # reported when the file is opened
         return None
     return int(x1 - x0) + 1, int(y1 - y0) + 1

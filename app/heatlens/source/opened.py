@@ -1,4 +1,4 @@
-"""A source that has been opened: how a shot of it begins, and what it tells while it is open."""
+"""A source that has been opened, with its first picture and the shot to start with."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -30,16 +30,16 @@ from heatlens.source.stream_source import StreamSource
 
 
 class Opened(Protocol):
-    """A source with its first picture at hand.
+    """An opened source whose first picture has been read.
 
-    source   what has been opened
-    options  how its plates are read, as it was asked for
+    source   the source itself
+    options  the options with which its plates were requested
     frame    the frame to show first
     """
 
     @property
     def kind(self) -> SourceKind:
-        """The kind of the source; the window shows other panels for each."""
+        """The kind of the source, which decides which panels the window shows."""
 
     @property
     def source(self) -> Source: ...
@@ -50,62 +50,62 @@ class Opened(Protocol):
 
     @property
     def text(self) -> str:
-        """The name that finds the source again."""
+        """The name by which a shot file refers to the source."""
 
     @property
     def settled(self) -> PlateOptions:
-        """How every plate is read: as the first one was found to be."""
+        """The options with which every plate is read, settled by the first plate."""
 
     @property
     def frames(self) -> FrameRange | None:
-        """The frames as they are now; None for a still and a stream."""
+        """The current range of frames; None for a still and a stream."""
 
     @property
     def news(self) -> int:
-        """Counts what has become known of the frames."""
+        """A counter that increases whenever the state of a frame changes."""
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Sentences to tell the user: repairs, guesses, warnings."""
+        """Sentences to show to the user: repairs, guesses, warnings."""
 
     @property
     def attributes(self) -> Mapping[str, Any]:
-        """The header entries of the first plate, which tell what its colours mean."""
+        """The header entries of the first plate, which describe its colour space."""
 
     @property
     def cache(self) -> FrameCache | None:
-        """The plates in memory; None where none are read from files."""
+        """The cache of plates; None if no plates are read from files."""
 
     @property
     def scene(self) -> Scene | None:
-        """The 3D scene; None where there is none."""
+        """The 3D scene; None for plates and streams."""
 
     @property
     def stamps(self) -> tuple[Stamp | None, ...]:
-        """The stamps of the files that all frames are made of, from before they were read."""
+        """The stamps, from before reading, of the files that all frames are made of."""
 
     def files_at(self, frame: int, missing: MissingPolicy) -> tuple[Path, ...]:
-        """Return the files that `frame` alone is made of; none for a black or a missing frame."""
+        """Return the files that only `frame` is made of; none for a black or a missing frame."""
 
     def lens(self, given: Mapping[str, Any]) -> StartLens:
-        """Return the lens to begin with; `given` holds fields of Lens. Raises LensError."""
+        """Return the lens to start with; `given` holds fields of Lens. Raises LensError."""
 
     def shot(self, lens: Lens, defocus: DefocusSettings) -> Shot:
-        """Return the shot to begin with."""
+        """Return the shot to start with."""
 
     def close(self) -> None:
         """Stop reading."""
 
 
 class News:
-    """Counts the news of a frame cache, and passes them on."""
+    """Counts the state changes of a frame cache, and wakes the loop for each."""
 
     def __init__(self, wake: Any) -> None:
         self.count = 0
         self._wake = wake
 
     def tell(self) -> None:
-        """Count; called on the threads of the cache."""
+        """Count a change and wake the loop; called on the threads of the cache."""
         self.count += 1
         self._wake()
 
@@ -141,7 +141,7 @@ class OpenedPlates:
 
     @property
     def frames(self) -> FrameRange | None:
-        """See `Opened`; a sequence grows while it is being rendered."""
+        """See `Opened`; a sequence grows while a renderer writes it."""
         sequence = self.cache.sequence
         return None if sequence.is_single else FrameRange(sequence.first, sequence.last)
 
@@ -169,11 +169,11 @@ class OpenedPlates:
         return () if path is None else self.source.files_of(path)
 
     def lens(self, given: Mapping[str, Any]) -> StartLens:
-        """See `Opened`; what is not given is that of the header."""
+        """See `Opened`; other values come from the header."""
         return start_lens(self.plate, given)
 
     def shot(self, lens: Lens, defocus: DefocusSettings) -> Shot:
-        """See `Opened`; the frame rate is that of the header."""
+        """See `Opened`; the frame rate comes from the header."""
         return Shot(
             lens,
             defocus,
@@ -190,7 +190,7 @@ class OpenedPlates:
 
 @dataclass(frozen=True, eq=False)
 class OpenedScene:
-    """A 3D scene, and the shot that looks at it first. See `Opened`."""
+    """A 3D scene with its first shot. See `Opened`."""
 
     source: SceneSource
     options: PlateOptions
@@ -209,7 +209,7 @@ class OpenedScene:
 
     @property
     def settled(self) -> PlateOptions:
-        """See `Opened`; a scene has no plates that could be read in another way."""
+        """See `Opened`; a scene has no plates, so there is nothing to settle."""
         return self.options
 
     @property
@@ -237,11 +237,11 @@ class OpenedScene:
         return ()
 
     def lens(self, given: Mapping[str, Any]) -> StartLens:
-        """See `Opened`; what is not given is that of the scene's camera, or assumed."""
+        """See `Opened`; other values come from the scene's camera, or are assumed."""
         return StartLens(lens_with(self.first, given), dict.fromkeys(given, "given"))
 
     def shot(self, lens: Lens, defocus: DefocusSettings) -> Shot:
-        """See `Opened`; a value that was given replaces the keys of the scene's camera."""
+        """See `Opened`; a given value replaces the keys of the scene's camera."""
         shot = replace(self.first.shot, lens=lens, defocus=defocus)
         for parameter in LensParameter:
             if getattr(lens, parameter) != getattr(self.first.shot.lens, parameter):
@@ -250,12 +250,12 @@ class OpenedScene:
         return shot
 
     def close(self) -> None:
-        """See `Opened`; nothing is being read."""
+        """See `Opened`; there is nothing to stop."""
 
 
 @dataclass(frozen=True, eq=False)
 class OpenedStream:
-    """A running renderer of which the first frame has come. See `Opened`."""
+    """A running renderer whose first frame has arrived. See `Opened`."""
 
     source: StreamSource
     plate: Plate
@@ -302,7 +302,7 @@ class OpenedStream:
         return Shot(lens, defocus, self.text, self.options)
 
     def close(self) -> None:
-        """See `Opened`; the renderer may be listened to again later."""
+        """See `Opened`; the source keeps listening, because it may be shown again."""
 
 
 def opened_scene(
@@ -311,9 +311,9 @@ def opened_scene(
     timing: SceneTiming | None = None,
     placing: Placing = Placing(),  # noqa: B008
 ) -> OpenedScene:
-    """Read a scene; `placing` says of its unit and direction what its file does not.
+    """Read a scene; `placing` gives the unit and the up axis if its file does not.
 
-    Raises InputError naming the file where that fails.
+    Raises InputError that names the file if that fails.
     """
     source = SceneSource(text, timing)
     stamps = tuple(file.stamp for file in stamped(source.all_files))  # before it is read
@@ -322,6 +322,6 @@ def opened_scene(
 
 
 def _frame_rate(plate: Plate) -> float:
-    """Return the rate in the header; OpenEXR says which one holds without a plausible one."""
+    """Return the frame rate in the header, or the default of OpenEXR if it is not plausible."""
     rate = float(plate.attributes.get("framesPerSecond", FRAMES_PER_SECOND))
     return rate if 1.0 <= rate <= 1000.0 else FRAMES_PER_SECOND

@@ -1,4 +1,4 @@
-"""From a name to pictures in memory: opening happens on a thread, and the loop only asks."""
+"""Open sources on a thread, so that the loop of the window never waits."""
 
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -36,17 +36,17 @@ class SourceOpener:
     """Opens one source at a time; the caller keeps the one before until the new one arrives."""
 
     def __init__(self, wake: Callable[[], None], stream: StreamSource | None = None) -> None:
-        """Take `wake`, which is called on a thread when a source has arrived.
+        """Set `wake`, which is called on a thread when a source has been opened.
 
-        `stream` is a renderer that may send frames.
+        `stream` is a running renderer that may send frames.
         """
         self._wake = wake
         self._stream = stream
         self._thread = ThreadPoolExecutor(1, thread_name_prefix="open")
         self._coming: Future[Opened] | None = None
         self._stop = Stop()
-        self.opening: str | None = None  # what is being opened
-        self.refused: Refused | None = None  # until something else is opened
+        self.opening: str | None = None  # the name of the source that is being opened
+        self.refused: Refused | None = None  # the last failure, until another source is opened
         self._options = PlateOptions()
         # What the user said of a scene whose file does not say its unit and which way is up.
         self.placing_of: Callable[[str], Placing] = lambda text: Placing()
@@ -58,9 +58,9 @@ class SourceOpener:
         frame: int | None = None,
         timing: SceneTiming | None = None,
     ) -> None:
-        """Begin to open a file, a pattern, a folder, a scene or the stream, at `frame` first.
+        """Begin to open a file, a pattern, a folder, a scene or the stream, showing `frame` first.
 
-        `timing` puts the seconds of a scene into frames.
+        `timing` converts the seconds of a scene to frames.
         """
         self.cancel()
         if self._stream is not None and text == self._stream.text:
@@ -75,14 +75,14 @@ class SourceOpener:
         self._coming.add_done_callback(lambda _: self._wake())
 
     def cancel(self) -> None:
-        """Forget what is being opened, and end the process that reads it."""
+        """Cancel the opening, and end the process that reads the file."""
         if self._coming is not None:
             self._stop.ask()
             self._coming.add_done_callback(_close_unused)
             self._coming = self.opening = None
 
     def poll(self) -> Opened | None:
-        """Return what has been opened since, once. Raises HeatlensError where that failed."""
+        """Return a source once when it has been opened. Raises HeatlensError if that failed."""
         coming = self._coming
         if coming is None or not coming.done():
             return self._first_of_stream()
@@ -94,13 +94,13 @@ class SourceOpener:
             raise
 
     def _first_of_stream(self) -> OpenedStream | None:
-        """Return the stream with its first frame, while it is waited for."""
+        """Return the stream when its first frame arrives; None if that is not awaited."""
         stream = self._stream
         plate = None if stream is None or stream.is_shown else stream.poll()
         return None if stream is None or plate is None else OpenedStream(stream, plate)
 
     def close(self) -> None:
-        """Open no more."""
+        """Cancel the opening and end the thread."""
         self.cancel()
         self._thread.shutdown(wait=True, cancel_futures=True)
 
@@ -120,7 +120,7 @@ def _opened(
             return opened_scene(text, options, timing, placing)
     source = PlateSource(text, sequence_of_one_size(text), options)
     first, news = _first_frame(source.sequence, text, frame), News(wake)
-    # A fault of the program in one frame makes that frame damaged, and the others are shown.
+    # A fault of the program in one frame makes that frame damaged; the others are still shown.
     read = faults_told("A frame could not be read")(SequenceReader(options))
     cache = FrameCache(
         source.sequence, read, _BUDGET_BYTES, on_ready=news.tell, files_of=source.files_of
@@ -137,10 +137,10 @@ def _opened(
     return OpenedPlates(source, cache, first, found, news)
 
 
-def _first_frame(sequence: Sequence, text: str, wished: int | None) -> int:
-    """Return the wished frame where there is one, else the file that was named, else the first."""
-    if wished is not None and sequence.has(wished):
-        return wished
+def _first_frame(sequence: Sequence, text: str, wanted: int | None) -> int:
+    """Return the wanted frame if it exists, else that of the named file, else the first."""
+    if wanted is not None and sequence.has(wanted):
+        return wanted
     named = sequence.frame_at(Path(text))
     return named if named is not None and sequence.has(named) else sequence.present[0]
 

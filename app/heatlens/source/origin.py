@@ -1,4 +1,4 @@
-"""The files that one frame is made of, and the state in which they were when it was planned."""
+"""Record the files that a frame is made of, and their state when it was planned."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -9,14 +9,14 @@ from heatlens.sequence.sequence import Stamp, stamp_of
 
 @dataclass(frozen=True)
 class StampedFile:
-    """A file and its stamp before it was read; the stamp of a missing file is None."""
+    """A file and its stamp from before it was read; None for a missing file."""
 
     path: Path
     stamp: Stamp | None
 
 
 def stamped(paths: Iterable[Path]) -> tuple[StampedFile, ...]:
-    """Return the files with their stamps as they are on disk now."""
+    """Return the files with their current stamps."""
     return tuple(StampedFile(path, stamp_of(path)) for path in paths)
 
 
@@ -25,9 +25,9 @@ class Origin:
     """The files that one frame of a shot is made of.
 
     frame     number of the plate that is read for it; for a scene, the frame itself
-    is_black  True where only the size of that plate is used, and its pixels are replaced by black
-    files     the file that is read, then the files that it names or that lie beside it;
-              empty for the scene that comes with the program
+    is_black  True if only the size of that plate is used, and its pixels become black
+    files     the file that is read, then the files that it names or that belong to it;
+              empty for the built-in scene
     """
 
     frame: int

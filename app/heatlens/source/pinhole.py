@@ -1,4 +1,4 @@
-"""A pinhole picture on the GPU: the plate of a file or a stream, or a scene as it was drawn."""
+"""The pinhole picture on the GPU: a plate of a file or a stream, or a drawn scene."""
 
 from dataclasses import dataclass
 
@@ -18,8 +18,8 @@ class Pinhole:
     """One frame without a lens, as the defocus passes read it.
 
     color  RGBA, premultiplied
-    depth  metres, or the signed circle of confusion in pixels where the plate brings that
-    bins   where its surfaces lie, see `bins_of_plate`
+    depth  metres, or the signed circle of confusion in pixels if the plate holds that
+    bins   the distribution of its depths, see `bins_of_plate`
     fragments  what is known behind the picture; None where nothing is
     overscan   of a scene: the same picture with a margin; plates have theirs in their data window
     peeled     of a scene: what is known behind all of that; None for a hurried picture
@@ -40,9 +40,9 @@ class Pinhole:
 
 
 def bins_of_plate(plate: Plate) -> ValueBins:
-    """Return where the plate's surfaces lie, those behind included.
+    """Return the distribution of the plate's surfaces, including those behind it.
 
-    The bins are of dioptres, or of pixels where the plate brings its own CoC.
+    The bins are in dioptres, or in pixels if the plate holds circles of confusion.
     """
     if plate.coc_px is not None:
         return bins_of(plate.coc_px)

@@ -1,4 +1,4 @@
-"""Plates on the GPU: one at a time, in textures that the next plate of the same size takes over."""
+"""Hold one plate on the GPU, in textures that the next plate of the same size uses again."""
 
 import moderngl
 import numpy as np
@@ -17,7 +17,7 @@ from heatlens.source.pinhole import Pinhole
 
 
 class PlateOnGpu:
-    """Holds the plate that was loaded last, or none. It implements `SourceOnGpu`."""
+    """Holds the plate that was loaded last, or none. Implements `SourceOnGpu`."""
 
     scene = None
     has_many_views = False
@@ -28,15 +28,15 @@ class PlateOnGpu:
 
     @property
     def held(self) -> Pinhole:
-        """The plate. Raises InputError while there is none."""
+        """The loaded plate. Raises InputError while there is none."""
         if self._held is None:
             raise InputError("No plate is loaded.")
         return self._held
 
     def loading(self, plate: Plate, bins: ValueBins) -> Steps[Pinhole]:
-        """Take a plate with its `bins_of_plate` to the GPU in short steps.
+        """Upload a plate with its `bins_of_plate` to the GPU in short steps.
 
-        Steps that are not taken to their end leave nothing loaded.
+        If the steps are not completed, nothing is loaded.
         """
         color, depth = self._textures((plate.data_window.width, plate.data_window.height))
         self._release_fragments()
@@ -54,7 +54,7 @@ class PlateOnGpu:
         return self._held
 
     def _fragments_of(self, plate: Plate) -> FragmentBuffers | None:
-        """Return the plate's fragment lists on the GPU. Raises GpuError where they do not fit."""
+        """Upload the plate's fragment lists to the GPU. Raises GpuError if they do not fit."""
         lists, window = plate.fragments, plate.data_window
         if lists is None:
             return None
@@ -73,7 +73,7 @@ class PlateOnGpu:
             self._held.fragments.release()
 
     def _textures(self, size: tuple[int, int]) -> tuple[moderngl.Texture, moderngl.Texture]:
-        """Return those of the plate before where they fit, else new ones in their place."""
+        """Return the textures of the previous plate if their size fits, else new ones."""
         if self._held is not None and self._held.color.size == size:
             return self._held.color, self._held.depth
         self.release()
@@ -87,7 +87,7 @@ class PlateOnGpu:
         return self.held.color.size
 
     def check_method(self, method: Method) -> None:
-        """Raise InputError for a method that looks from many points of the lens."""
+        """Raise InputError for a method that needs views from many points of the lens."""
         if method.needs_scene:
             raise InputError(
                 f"The method {method} looks at a 3D scene from many points of the "
@@ -97,27 +97,27 @@ class PlateOnGpu:
     def look(
         self, shot: Shot, frame: int, views: int | None, is_for_file: bool = False
     ) -> Steps[Pinhole]:
-        """Return the loaded plate, whatever the frame: whoever reads plates loads the right one."""
+        """Return the loaded plate; the caller has loaded that of `frame`."""
         yield from ()
         return self.held
 
     def through_lens(
         self, shot: Shot, frame: int, size: tuple[int, int], out: moderngl.Texture
     ) -> Steps[None]:
-        """Raise InputError: a plate is a picture from one point."""
+        """Raise InputError, because a plate is a picture from a single point."""
         yield from ()
         self.check_method(shot.defocus.method)
 
     def pose_at(self, shot: Shot, frame: float) -> Pose | None:
-        """Return None: a plate has no world around it."""
+        """Return None, because the camera of a plate is unknown."""
         return None
 
     def depth_m_at(self, shot: Shot, frame: float, x: int, y: int) -> float:
-        """Raise InputError: of other frames than the loaded one nothing is known here."""
+        """Raise InputError, because only the loaded frame is known."""
         raise InputError("No scene is loaded.")
 
     def beside(self) -> "PlateOnGpu":
-        """Raise InputError: plates are not shared."""
+        """Raise InputError, because plates are not shared."""
         raise InputError("No scene is loaded.")
 
     def release(self) -> None:

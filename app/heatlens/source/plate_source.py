@@ -21,14 +21,14 @@ from heatlens.sequence.sequence import MissingPolicy, Sequence
 from heatlens.source.origin import Origin, stamped
 from heatlens.source.source import FrameLoader, Renderer
 
-_AHEAD = 2  # plates read while one is rendered
-# Six plates of 4K, four bytes for each of RGBA and depth; a larger one is read when it is its turn.
+_AHEAD = 2  # plates that are read while one is rendered
+# Six plates of 4K with float32 RGBA and depth; a larger plate is read only when it is needed.
 _PLATES_BYTES = 1 << 30
 
 
 @dataclass(frozen=True)
 class PlateSource:
-    """The files of a sequence, read with `options`. It implements `Source`."""
+    """The files of a sequence, read with `options`. Implements `Source`."""
 
     text: str
     sequence: Sequence
@@ -44,7 +44,7 @@ class PlateSource:
 
     @cached_property
     def files_of(self) -> PlateFiles:
-        """Name the files that the plate at a path is read from, its own first."""
+        """Return a function that lists the files of the plate at a path, its own file first."""
         return PlateFiles(self.options.files_beside)
 
     @property
@@ -59,14 +59,14 @@ class PlateSource:
         return self.sequence.path_at(self.sequence.present[0])
 
     def require(self) -> None:
-        """See `Source`: a sequence that was found has files."""
+        """See `Source`; a sequence that was found has files."""
 
     def span(self, shot: Shot) -> FrameRange | None:
-        """See `Source`; `check` tells which frames are missing, and others may stand in."""
+        """See `Source`; `check` reports missing frames, which others may replace."""
         return None
 
     def frames_of(self, shot: Shot) -> tuple[int, ...]:
-        """See `Source`; where the pattern names frames, only these count."""
+        """See `Source`; if the pattern names frames, only these are used."""
         if shot.played is None:
             return self.sequence.frames
         if self.sequence.frame_range is None:
@@ -81,12 +81,12 @@ class PlateSource:
         if gaps:
             raise InputError(
                 f"{self.sequence.pattern} has no file for {len(gaps)} of {len(frames)} frames: "
-                f"{frames_text(gaps)}. --missing hold puts the frame before in their place, "
-                "--missing black a black picture."
+                f"{frames_text(gaps)}. --missing hold replaces them by the previous frame, "
+                "--missing black by a black picture."
             )
 
     def origin(self, shot: Shot, frame: int, missing: MissingPolicy) -> Origin:
-        """See `Source`; a missing frame is made of the plate that stands in for it."""
+        """See `Source`; a missing frame is made of the plate that replaces it."""
         if self._is_still(shot):
             return self._origin(self.sequence.first, is_black=False)
         held = self.sequence.shown_frame(frame, "hold")
@@ -100,13 +100,13 @@ class PlateSource:
         renderer: Renderer,
         is_for_file: bool = False,
     ) -> FrameLoader:
-        """See `Source`; the next plates are read while one is rendered."""
+        """See `Source`; the next plates are read while a frame is rendered."""
         needed = tuple(sorted({origin.frame for origin in origins}))
         read = SequenceReader(self.options, self.first_file)
         return _PlateLoader(replace(self.sequence, frames=needed, present=needed), read, renderer)
 
     def _is_still(self, shot: Shot) -> bool:
-        """Return True for one file that is there at every frame."""
+        """Return True for a single file that is shown at every frame."""
         sequence = self.sequence
         return not sequence.form.padding or (sequence.is_single and shot.frames is None)
 
@@ -139,17 +139,17 @@ class _PlateLoader:
     def _plate_at(self, frame: int) -> Plate:
         needed = self._sequence.frames
         left = len(needed) - 1 - needed.index(frame)
-        # The cache goes on with the first frame after the last, as players do: do not let it.
+        # After the last frame the cache would continue with the first, as players do: prevent it.
         plate = self._cache.wait(frame, window=min(_AHEAD, left))
         if isinstance(plate, Plate):
             return plate
         if isinstance(plate, Damaged):
             raise InputError(plate.sentence)
-        raise InputError(f"{self._sequence.path_at(frame)} is not there any more.")
+        raise InputError(f"{self._sequence.path_at(frame)} has disappeared.")
 
 
 def black_plate(plate: Plate) -> Plate:
-    """Return a plate of the same size without any light or surface, also behind what it shows."""
+    """Return a plate of the same size without any light, and without surfaces at any depth."""
     plate = replace(plate, fragments=None, behind=())
     color = np.zeros_like(plate.color)
     if not plate.has_alpha:

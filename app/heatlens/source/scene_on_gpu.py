@@ -1,4 +1,4 @@
-"""A 3D scene on the GPU, which draws its pictures as they are asked for."""
+"""A 3D scene on the GPU, whose pictures are drawn on request."""
 
 import moderngl
 
@@ -15,7 +15,7 @@ from heatlens.source.pinhole import Pinhole
 
 
 class SceneOnGpu:
-    """Holds one scene. It implements `SourceOnGpu`."""
+    """Holds one scene. Implements `SourceOnGpu`."""
 
     has_many_views = True
 
@@ -34,12 +34,12 @@ class SceneOnGpu:
         return (shot.framing or Framing()).size
 
     def check_method(self, method: Method) -> None:
-        """Accept every method: a scene can be rendered by all of them."""
+        """Accept every method, because scenes can be rendered by all of them."""
 
     def look(
         self, shot: Shot, frame: int, views: int | None, is_for_file: bool = False
     ) -> Steps[Pinhole]:
-        """See `SourceOnGpu`; the same picture is the same object."""
+        """See `SourceOnGpu`; an unchanged picture is returned as the same object."""
         check_plate_fits(self._ctx, *self.size(shot))
         yield from self._drawer.look(shot, frame, views, is_for_file)
         drawn = self._drawer.held
@@ -80,5 +80,5 @@ class SceneOnGpu:
 
 
 def scene_on_gpu(ctx: moderngl.Context, scene: Scene) -> SceneOnGpu:
-    """Take a scene to the GPU."""
+    """Upload a scene to the GPU."""
     return SceneOnGpu(ctx, SceneRenderer(ctx, scene))

@@ -1,4 +1,4 @@
-"""A 3D scene as a source: it has every frame, and is drawn as it is asked for."""
+"""A 3D scene as a source: every frame exists, and is drawn on request."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -22,11 +22,9 @@ _STILL_FRAME = 1  # the frame of a scene in which nothing moves
 
 @dataclass(frozen=True)
 class SceneSource:
-    """The scene called `text`, which is read when that cannot be put off any longer.
+    """The scene called `text`, which is read on first use. Implements `Source`.
 
-    `timing` puts its seconds into frames; None for the usual way.
-
-    It implements `Source`.
+    `timing` converts its seconds to frames; None uses the default.
     """
 
     text: str
@@ -43,12 +41,12 @@ class SceneSource:
 
     @cached_property
     def scene(self) -> Scene:
-        """The scene itself. Raises InputError where it cannot be read."""
+        """The scene itself. Raises InputError if it cannot be read."""
         return open_scene(self.text, self.timing)
 
     @property
     def frames(self) -> FrameRange | None:
-        """See `Source`. Raises InputError where the scene cannot be read."""
+        """See `Source`. Raises InputError if the scene cannot be read."""
         return self.scene.frames
 
     def require(self) -> None:
@@ -57,26 +55,26 @@ class SceneSource:
             raise unreadable(self.files)
 
     def span(self, shot: Shot) -> FrameRange | None:
-        """See `Source`: the frames of the shot, else those in which something moves."""
+        """See `Source`; the frames of the shot, else those in which something moves."""
         return shot.frames or self.scene.frames
 
     def frames_of(self, shot: Shot) -> tuple[int, ...]:
-        """See `Source`; without in and out, those in which something moves."""
+        """See `Source`; without an in and out point, the frames in which something moves."""
         return tuple(shot.played or self.scene.frames or (_STILL_FRAME,))
 
     def check(self, shot: Shot, frames: tuple[int, ...], missing: MissingPolicy) -> None:
-        """Raise InputError where the file is missing; a scene that is there has every frame."""
+        """Raise InputError if the file is missing; a scene has every frame."""
         self.require()
 
     def origin(self, shot: Shot, frame: int, missing: MissingPolicy) -> Origin:
-        """See `Source`; every frame is made of all the files that the scene names."""
+        """See `Source`; every frame is made of all files of the scene."""
         return Origin(frame, files=stamped(self.all_files))
 
     @cached_property
     def all_files(self) -> tuple[Path, ...]:
-        """The scene's file and those that it names, there or not.
+        """The scene's file and those that it names, whether they exist or not.
 
-        Raises InputError where a file that names others cannot be read.
+        Raises InputError if a file that names others cannot be read.
         """
         return () if self.files is None else files_of_scene(self.files)
 
@@ -87,7 +85,7 @@ class SceneSource:
         renderer: Renderer,
         is_for_file: bool = False,
     ) -> FrameLoader:
-        """See `Source`; the scene is taken to the GPU once for all frames."""
+        """See `Source`; the scene is uploaded to the GPU once for all frames."""
         renderer.load_scene(placed(self.scene, shot.framing))
         return _SceneLoader(shot, renderer, is_for_file)
 

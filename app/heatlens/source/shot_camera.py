@@ -1,4 +1,4 @@
-"""The lens of a shot as a camera, whatever stands before it."""
+"""Get the camera of a shot, whether its source is a scene or plates."""
 
 from heatlens.camera.from_shot import camera_before_plates, camera_in_scene
 from heatlens.camera.samples import CameraSamples, UpAxis
@@ -17,11 +17,11 @@ def camera_of_shot(
     scene_unit_m: float | None = None,
     up_axis: UpAxis = "y",
 ) -> CameraSamples:
-    """Return the lens of `shot` over `frames`, else over those that are played.
+    """Return the camera of `shot` over `frames`; None means the frames that are played.
 
-    In a 3D scene size and placement are known, in metres and y up, whatever `scene_unit_m` and
-    `up_axis` say; for plates see `camera_before_plates`. Raises InputError where no frames are
-    known or the scene cannot be read, LensError where keys make no lens.
+    In a 3D scene, size and placement are known, in metres and with y up, and `scene_unit_m` and
+    `up_axis` are ignored; for plates see `camera_before_plates`. Raises InputError if no frames are
+    known or the scene cannot be read, and LensError if keys lead to an impossible lens.
     """
     if shot.source is not None and kind_of(shot.source) is SourceKind.SCENE:
         timing = None if shot.framing is None else shot.framing.timing

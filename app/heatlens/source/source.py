@@ -1,4 +1,4 @@
-"""What stands before the lens, as one protocol for renderer, export, commands and window."""
+"""The protocol of a source: the content in front of the lens, whether plates, scene or stream."""
 
 from pathlib import Path
 from typing import Protocol
@@ -13,27 +13,27 @@ from heatlens.source.pinhole import Pinhole
 
 
 class Renderer(Protocol):
-    """The renderer as a source sees it: it takes pictures to the GPU."""
+    """The part of the renderer that a source uses: it uploads pictures to the GPU."""
 
     def load(self, plate: Plate) -> None:
-        """Take a plate to the GPU."""
+        """Upload a plate to the GPU."""
 
     def load_scene(self, scene: Scene) -> None:
-        """Take a scene to the GPU."""
+        """Upload a scene to the GPU."""
 
     def look(
         self, shot: Shot, frame: int = 0, views: int | None = None, is_for_file: bool = False
     ) -> Pinhole:
-        """Draw the pinhole picture of `frame`; for a plate, return the one that is loaded."""
+        """Draw the pinhole picture of `frame`; for plates, return the loaded one."""
 
 
 class FrameLoader(Protocol):
-    """Prepares the renderer for one frame after the other."""
+    """Loads one frame after the other into the renderer."""
 
     def load(self, origin: Origin) -> None:
-        """Have the pinhole picture of this frame on the GPU.
+        """Load the pinhole picture of this frame to the GPU.
 
-        Raises InputError where a file is damaged or has been deleted.
+        Raises InputError if a file is damaged or has been deleted.
         """
 
     def close(self) -> None:
@@ -45,47 +45,47 @@ class Source(Protocol):
 
     @property
     def text(self) -> str:
-        """The name that finds it again, as a shot file keeps it."""
+        """The name by which a shot file refers to the source."""
 
     @property
     def files(self) -> Path | None:
-        """The file or the pattern; None for what does not come from files."""
+        """The file or the pattern; None if the source does not come from files."""
 
     @property
     def frames(self) -> FrameRange | None:
-        """The frames from the first to the last; None for a still."""
+        """The range from the first to the last frame; None for a still."""
 
     @property
     def first_file(self) -> Path | None:
-        """The file of the first plate that is there; None where no plate is read from a file."""
+        """The file of the first plate that exists; None if no plates are read from files."""
 
     @property
     def has_many_views(self) -> bool:
-        """True where it can be seen from many points of the lens, by accumulation or rays."""
+        """True if it can be seen from many points of the lens, by accumulation or ray tracing."""
 
     @property
     def is_repeatable(self) -> bool:
-        """True where the same frame can be rendered again later; False for a stream."""
+        """True if the same frame can be rendered again later; False for a stream."""
 
     def require(self) -> None:
-        """Raise InputError where its files are missing; nothing is read."""
+        """Raise InputError if its files are missing, without reading them."""
 
     def span(self, shot: Shot) -> FrameRange | None:
-        """Return the frames outside of which nothing can be asked for; None where anything can."""
+        """Return the range of frames that can be rendered; None if there is no limit."""
 
     def frames_of(self, shot: Shot) -> tuple[int, ...]:
-        """Return the frames from in to out, else all that there are.
+        """Return the frames between the in and out point, else all frames.
 
-        Raises InputError where they cannot be told.
+        Raises InputError if they are unknown.
         """
 
     def check(self, shot: Shot, frames: tuple[int, ...], missing: MissingPolicy) -> None:
-        """Raise InputError naming those of `frames` that are missing and may not be replaced."""
+        """Raise InputError that names those of `frames` that are missing and not replaceable."""
 
     def origin(self, shot: Shot, frame: int, missing: MissingPolicy) -> Origin:
-        """Return what `frame` is made of. Only files that name other files are read.
+        """Return what `frame` is made of; only files that name other files are read for this.
 
-        Raises InputError where that fails.
+        Raises InputError if that fails.
         """
 
     def loader(
@@ -95,7 +95,7 @@ class Source(Protocol):
         renderer: Renderer,
         is_for_file: bool = False,
     ) -> FrameLoader:
-        """Return a loader for these frames, to be asked for in this order.
+        """Return a loader for these frames, which must be loaded in this order.
 
         `is_for_file`: what is behind a pinhole picture is written, see `FrameRenderer.look`.
         """

@@ -1,4 +1,4 @@
-"""A running renderer as a source: it sends frames, and plates are made of them beside the loop."""
+"""A running renderer as a source: it sends frames, and a thread makes plates of them."""
 
 import time
 from collections.abc import Callable
@@ -19,12 +19,12 @@ from heatlens.source.origin import Origin
 from heatlens.source.source import FrameLoader, Renderer
 from heatlens.stream.server import TevServer
 
-_PAUSE_S = 0.1  # at least, between two plates: the window has other things to do
+_PAUSE_S = 0.1  # shortest pause between two plates, so that the window can do other work
 
 
 @dataclass(frozen=True, eq=False)
 class _Made:
-    """A plate, or why there is none, and what it was made of."""
+    """A plate, or the reason why there is none, and what it was made of."""
 
     of: tuple[int, PlateOptions]  # version of the server's images, and how they were read
     plate: Plate | None
@@ -32,7 +32,7 @@ class _Made:
 
 
 class StreamSource:
-    """Listens from the start until `close`; the loop asks `poll` and never waits. See `Source`."""
+    """Listens from the start until `close`; the loop calls `poll` and never waits. See `Source`."""
 
     files: ClassVar = None
     frames: ClassVar = None
@@ -43,13 +43,13 @@ class StreamSource:
     def __init__(self, host: str, port: int) -> None:
         """Listen at the address.
 
-        Raises InputError where it is in use, or not one of this machine.
+        Raises InputError if it is in use, or does not belong to this machine.
         """
-        self.wake: Callable[[], None] = lambda: None  # called on threads when it is worth asking
+        self.wake: Callable[[], None] = lambda: None  # called on threads when `poll` has news
         self.options = PlateOptions()  # how frames are read
-        self.is_wanted = False  # what comes is to be shown
-        self.is_shown = False  # and its first frame has come
-        self.problem = ""  # why what came last is not shown, in a sentence
+        self.is_wanted = False  # arriving frames should be shown
+        self.is_shown = False  # the first of them has arrived
+        self.problem = ""  # a sentence on why the newest frame is not shown
         self._made_of: tuple[int, PlateOptions] | None = None
         self._due_s = 0.0
         self._maker: Background[_Made] = Background(self._tell)
@@ -59,15 +59,15 @@ class StreamSource:
         self.text = f"{STREAM_PREFIX}{self.address}"
 
     def begin(self, options: PlateOptions) -> None:
-        """Show what is there, and what comes from now on, read with `options`."""
+        """Show the current and all later frames, read with `options`."""
         self.options, self.is_wanted, self._made_of = options, True, None
 
     def show(self, is_shown: bool) -> None:
-        """Tell that its frames are what is shown, or that something else is."""
+        """Set whether the frames of this stream are shown, or those of another source."""
         self.is_wanted = self.is_shown = is_shown
 
     def poll(self) -> Plate | None:
-        """Return the newest frame, once; begin the next one where the renderer has sent more."""
+        """Return the newest frame once; begin with the next one if the renderer has sent more."""
         made = self._maker.poll()
         if made is not None:
             self._made_of, self.problem = made.of, made.problem
@@ -79,7 +79,7 @@ class StreamSource:
         return made.plate if made is not None and self.is_wanted else None
 
     def _make(self, options: PlateOptions, due_s: float) -> _Made:
-        """Copy what has come and read it; this runs on a thread."""
+        """Copy the image that has arrived and read it as a plate; runs on a thread."""
         time.sleep(max(0.0, due_s - time.monotonic()))
         of = self._server.version, options
         try:
@@ -91,17 +91,17 @@ class StreamSource:
 
     @property
     def words(self) -> str:
-        """Return that it listens, and what came and could not be used."""
+        """Return a sentence on where it listens, and on anything that could not be used."""
         return " ".join(part for part in (f"Listening on {self.address} ...", self.refusal) if part)
 
     @property
     def refusal(self) -> str:
-        """Return what came and could not be used; "" where everything could."""
+        """Return sentences on what could not be used; "" if everything could."""
         return " ".join(part for part in (self.problem, self.losses) if part)
 
     @property
     def losses(self) -> str:
-        """Return how many packets were not taken, and why the last was not; "" without any."""
+        """Return how many packets were rejected, and why the last one was; "" for none."""
         dropped, refused = self._server.dropped, self._server.refused
         if not (dropped or refused):
             return ""
@@ -111,14 +111,14 @@ class StreamSource:
         self.wake()
 
     def require(self) -> None:
-        """See `Source`: whoever listens waits for what comes."""
+        """See `Source`; a stream needs no files."""
 
     def span(self, shot: Shot) -> FrameRange | None:
         """See `Source`."""
         return None
 
     def frames_of(self, shot: Shot) -> tuple[int, ...]:
-        """Raise InputError: frames that were sent cannot be asked for again."""
+        """Raise InputError, because frames that were sent cannot be requested again."""
         raise InputError(f"{self.text}: {NO_FILES}")
 
     def check(self, shot: Shot, frames: tuple[int, ...], missing: MissingPolicy) -> None:

@@ -1,15 +1,15 @@
-"""Where a stream is listened for: the text of an address, and the socket that waits there."""
+"""Parse the address on which a stream is received, and open its listening socket."""
 
 import socket
 
 from heatlens.errors import InputError
 
-DEFAULT_HOST = "127.0.0.1"  # this machine alone, because the protocol has no password
+DEFAULT_HOST = "127.0.0.1"  # only this machine, because the protocol has no password
 DEFAULT_PORT = 14158
 
 
 def parse_address(text: str) -> tuple[str, int]:
-    """Parse "[HOST:]PORT"; without a host it is this machine.
+    """Parse "[HOST:]PORT"; the default host is this machine.
 
     An IPv6 host stands in brackets. Port 0 takes a free one. Raises InputError for anything else.
     """
@@ -17,7 +17,7 @@ def parse_address(text: str) -> tuple[str, int]:
     if host.startswith("[") and host.endswith("]"):
         host = host[1:-1]
     elif ":" in host:
-        host, colon = "", ":"  # an IPv6 address without brackets: its end is no port
+        host, colon = "", ":"  # an IPv6 address without brackets, which ends in no port
     if (colon and not host) or not (port.isascii() and port.isdigit() and int(port) < 65536):
         raise InputError(
             f"{text!r} is not an address to listen on: give PORT or HOST:PORT, such as "
@@ -35,7 +35,7 @@ def listening_socket(host: str, port: int) -> socket.socket:
         reason = getattr(error, "strerror", None) or error
         raise InputError(
             f"Cannot listen on {host}:{port} ({reason}): give another port or the address of this "
-            "machine; tev itself, or another heatlens, may be there already."
+            "machine; tev itself, or another heatlens, may be listening there already."
         ) from error
     listener.setblocking(False)
     return listener

@@ -1,4 +1,4 @@
-"""Which of the images that a renderer has sent make the picture, and which one holds its depth.
+"""Choose the image that is the picture from those a renderer has sent, and the one with its depth.
 
 Renderers send colour and depth in one image, or as two images of one size. Some name the depth by
 the channel (`Z`), others by the image (`depth`, with any single channel or the same grey thrice).
@@ -26,11 +26,11 @@ _ALONG_RAY = re.compile(r"(^|\.)T$")
 
 @dataclass(frozen=True)
 class ChosenImage:
-    """A copy of what a plate needs of an image.
+    """A copy of the channels of an image that a plate needs.
 
-    image        with the channels of colour, alpha and depth alone
+    image        holds only the channels of colour, alpha and depth
     aovs         all channels of the image as it was sent, and of the one with its depth
-    passed_over  why a newer image is not the picture, in a sentence; "" where there is none
+    passed_over  a sentence on why a newer image is not the picture; "" if there is none
     """
 
     image: TevImage
@@ -39,7 +39,7 @@ class ChosenImage:
 
 
 def chosen_image(images: Sequence[TevImage], options: PlateOptions) -> ChosenImage:
-    """Return the first of `images`, the newest first, that has colour and depth.
+    """Return the first of `images`, sorted from new to old, that has colour and depth.
 
     Raises InputError, about the first one, where none has both.
     """
@@ -60,7 +60,7 @@ def chosen_image(images: Sequence[TevImage], options: PlateOptions) -> ChosenIma
 
 
 def chosen_channels(image: TevImage, options: PlateOptions) -> TevImage:
-    """Copy `image` with nothing but the channels that a plate is made of.
+    """Copy `image` with only the channels that a plate needs.
 
     Where `options` name a file for the depth, none of its channels is needed. Raises InputError
     where it has no colour or no depth.
@@ -95,14 +95,14 @@ class _DepthBeside:
 
 
 def _joined(image: TevImage, depth: _DepthBeside) -> TevImage:
-    """Return `image` with the channel of a depth that lies in another one."""
+    """Return `image` with the depth channel of another image added."""
     return replace(image, planes={**image.planes, depth.name: depth.image.planes[depth.key]})
 
 
 def _depth_beside(
     image: TevImage, images: Sequence[TevImage], options: PlateOptions
 ) -> _DepthBeside | None:
-    """Return the depth of another image of the same size, where `image` has none of its own."""
+    """Return the depth in another image of the same size, or None if `image` has its own."""
     is_coc, name = options.depth_convention.facts.is_coc, options.depth_channel
     if options.depth_source is not None or _own_depth(image, name, is_coc) is not None:
         return None
@@ -116,14 +116,14 @@ def _depth_beside(
 
 
 def _depth_of(image: TevImage, name: str | None, is_coc: bool) -> _DepthBeside | None:
-    """Return what is the depth of an image that is sent for its depth, if it is one."""
+    """Return the depth channel of an image that was sent as a depth; None for other images."""
     if name is not None and (image.name == name or name.startswith(f"{image.name}.")):
         key = next((k for k in image.planes if f"{image.name}.{k}" == name), "")
         return _DepthBeside(image, key or next(iter(image.planes)), name)
     ref = _own_depth(image, name, is_coc)
     word = next(filter(DEPTH_WORDS.__contains__, _words(image.name)), "")
     if ref is not None and not word and _has_color(image):
-        return None  # a picture of its own, whose depth may be that of another moment
+        return None  # a separate picture, whose depth may belong to another moment
     if ref is not None:
         return _DepthBeside(image, ref.key, f"{word or 'depth'}.{ref.leaf}")
     if name is None and word and not {"r", "g", "b"} - {key.lower() for key in image.planes}:
@@ -149,7 +149,7 @@ def _has_color(image: TevImage) -> bool:
 
 
 def _words(name: str) -> list[str]:
-    """Return the words of an image's name, and the whole of it, without capitals and signs."""
+    """Return the words of an image's name, and all of them joined, in lower case."""
     stem = re.sub(r"\.(exr|pfm|hdr)$", "", name.lower())
     words = re.split(r"[^a-z]+", stem)
     return ["".join(words), *words]

@@ -1,4 +1,4 @@
-"""The images that clients of the tev protocol build: planes of named channels, within bounds."""
+"""Images that clients of the tev protocol build: planes of named channels, with size limits."""
 
 from dataclasses import dataclass
 
@@ -17,7 +17,7 @@ from heatlens.stream.protocol import (
 MAX_IMAGES = 16
 MAX_VALUES = 1 << 28  # float32 in all images together: 1 GiB, or 8K with eight channels
 
-# A NaN that no arithmetic yields marks a pixel for which no client has sent a value.
+# A NaN that no arithmetic produces marks a pixel for which no client has sent a value.
 _NOT_SENT = 0x7FC0_7E7F
 
 
@@ -32,7 +32,7 @@ class TevImage:
 
 
 class TevImages:
-    """The images that the messages so far have made; when there are too many, the oldest goes."""
+    """The images made by the messages so far; if there are too many, the oldest is dropped."""
 
     def __init__(self, max_images: int = MAX_IMAGES, max_values: int = MAX_VALUES) -> None:
         self._max_images, self._max_values = max_images, max_values
@@ -40,22 +40,22 @@ class TevImages:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The images there are, the one created last in front."""
+        """The names of the images, the newest first."""
         return tuple(reversed(self._images))
 
     @property
     def value_count(self) -> int:
-        """float32 values held."""
+        """Number of float32 values in memory."""
         return sum(map(_value_count, self._images.values()))
 
     def get(self, name: str) -> TevImage | None:
-        """Return the image of that name, live: its planes change with the next message."""
+        """Return the image called `name`; the next message may change its planes."""
         return self._images.get(name)
 
     def apply(self, message: Message) -> bool:
-        """Do what `message` says; return whether an image changed.
+        """Apply `message`, and return whether an image has changed.
 
-        Raises TevPacketError, with all images left as they were, where it cannot be done.
+        Raises TevPacketError, and leaves all images unchanged, if the message cannot be applied.
         """
         if isinstance(message, CreateImage):
             return self._create(message)
@@ -93,7 +93,7 @@ class TevImages:
 
 
 def not_sent(plane: FloatImage) -> NDArray[np.bool_]:
-    """Return True where no client has sent a value for `plane` yet."""
+    """Return a mask of the pixels of `plane` for which no client has sent a value yet."""
     mask: NDArray[np.bool_] = plane.view(np.uint32) == _NOT_SENT
     return mask
 

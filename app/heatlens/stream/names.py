@@ -1,14 +1,14 @@
-"""What an image of a client is called where a plate has the path of its file."""
+"""Give an image that a client sends a path, as plates have, although it has no file."""
 
 from pathlib import Path
 
-_NAME_LETTERS = 100  # of a plate's path: file systems take 255 bytes
+_NAME_LETTERS = 100  # longest path of a plate: file systems allow 255 bytes
 
 
 def plate_path(name: str) -> Path:
-    """Return the path that stands for the image `name`; no file is there.
+    """Return a path for the image `name`, at which there is no file.
 
-    A client chooses the name, so nothing in it may lead out of a folder.
+    A client chooses the name, so the path must not lead out of a folder.
     """
     plain = "".join(c if c.isprintable() and c not in '/\\:*?"<>|' else "_" for c in name)
     return Path(plain[-_NAME_LETTERS:].strip(". ") or "tev")

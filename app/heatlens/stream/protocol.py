@@ -1,9 +1,9 @@
-"""The network protocol of the image viewer tev: bytes to messages, and nothing done about them.
+"""Parse the network protocol of the image viewer tev from bytes into messages.
 
-A packet is its length in bytes (uint32, itself counted), the number of an operation (a byte) and
-what the operation takes: little-endian integers, strings that end in a zero byte and float32
-pixels. Source: README.md of tev, "Over the Network", and its client for Python, tevclient.
-Renderers speak it to show a picture while it grows.
+A packet consists of its length in bytes (uint32, which counts itself), the number of an operation
+(a byte) and the arguments of the operation: little-endian integers, strings that end in a zero byte
+and float32 pixels. Renderers use it to show a picture while it is rendered. Source: README.md of
+tev, "Over the Network", and its Python client, tevclient.
 """
 
 import struct
@@ -14,7 +14,7 @@ import numpy as np
 from heatlens.plate.exr_limits import MAX_SIDE_PX
 from heatlens.plate.plate import FloatImage
 
-# Text, as the first bytes of an HTTP request, reads as a greater length and ends the connection.
+# The text of an HTTP request reads as a greater length, and ends the connection.
 MAX_PACKET_BYTES = 1 << 28
 MAX_NAME_BYTES = 1024
 MAX_CHANNELS = 64
@@ -24,16 +24,16 @@ _OPEN, _RELOAD, _CLOSE, _UPDATE, _CREATE, _UPDATE_2, _UPDATE_3, _OPEN_2, _GRAPHI
 
 
 class TevStreamError(Exception):
-    """The start of the next packet cannot be found; the connection is of no more use."""
+    """The start of the next packet cannot be found, so the connection is unusable."""
 
 
 class TevPacketError(Exception):
-    """One packet is invalid; those after it may be valid."""
+    """A packet is invalid; later ones may be valid."""
 
 
 @dataclass(frozen=True)
 class CreateImage:
-    """Create a blank image in place of one of the same name."""
+    """Create a blank image; it replaces one of the same name."""
 
     name: str
     width: int
@@ -60,14 +60,14 @@ class CloseImage:
 
 @dataclass(frozen=True)
 class ReadFile:
-    """Open or read again a file on the disk of the listener."""
+    """Open, or read again, a file on the disk of the listener."""
 
     name: str
 
 
 @dataclass(frozen=True)
 class Graphics:
-    """Draw lines over an image, which a plate has no use for."""
+    """Draw lines over an image; plates ignore this."""
 
 
 Message = CreateImage | UpdateImage | CloseImage | ReadFile | Graphics
@@ -79,16 +79,16 @@ class PacketStream:
     def __init__(self, max_bytes: int = MAX_PACKET_BYTES) -> None:
         self._max_bytes = max_bytes
         self._bytes = bytearray()
-        self._length = _LENGTH_BYTES  # of what comes next: the length, then the whole packet
+        self._length = _LENGTH_BYTES  # bytes expected next: the length, then the whole packet
 
     @property
     def held(self) -> int:
-        """Bytes of a packet that is not whole yet."""
+        """Number of bytes in memory of an unfinished packet."""
         return len(self._bytes)
 
     @property
     def wanted(self) -> int:
-        """Bytes, at least 1, that `feed` takes at most."""
+        """The most bytes that `feed` takes now, at least 1."""
         return self._length - len(self._bytes)
 
     def feed(self, chunk: bytes) -> bytearray | None:
@@ -109,8 +109,8 @@ class PacketStream:
         if _LENGTH_BYTES <= length <= self._max_bytes:
             return length
         raise TevStreamError(
-            f"it says that it has {length} bytes, and {_LENGTH_BYTES} to {self._max_bytes} are "
-            "taken; a large picture comes in tiles"
+            f"it says that it has {length} bytes, but {_LENGTH_BYTES} to {self._max_bytes} are "
+            "accepted; send a large picture in tiles"
         )
 
 
@@ -119,7 +119,7 @@ def message_of(packet: bytes | bytearray) -> Message:
     fields = _Fields(packet)
     operation = fields.byte()
     if operation in (_OPEN, _OPEN_2, _RELOAD):
-        fields.byte()  # whether the image is to be brought to the front, here and below
+        fields.byte()  # whether to bring the image to the front, here and below
         return ReadFile(fields.text())
     if operation == _CLOSE:
         return CloseImage(fields.text())
@@ -133,7 +133,7 @@ def message_of(packet: bytes | bytearray) -> Message:
 
 
 class _Fields:
-    """Reads one packet from front to back; past its end it raises TevPacketError."""
+    """Reads the fields of a packet in order; raises TevPacketError past its end."""
 
     def __init__(self, packet: bytes | bytearray) -> None:
         self._packet = packet
@@ -193,8 +193,8 @@ def _create_image(fields: _Fields) -> CreateImage:
 def _update_image(fields: _Fields, operation: int) -> UpdateImage:
     """Parse an update of pixels in one of its three versions.
 
-    The first version knows one channel, the second one plane after the other, the third any offset
-    and stride, both counted in values.
+    The first version has one channel; the second has several planes, one after the other; the third
+    gives an offset and a stride for each channel, both counted in values.
     """
     fields.byte()
     name = fields.text()
@@ -222,7 +222,7 @@ def _check_size(name: str, width: int, height: int) -> None:
 
 
 def _tile(values: FloatImage, offset: int, stride: int, width: int, height: int) -> FloatImage:
-    """Return every `stride`-th of `values` from `offset` on, as (height, width), without a copy."""
+    """Return every `stride`-th of `values` from `offset` on as (height, width), without a copy."""
     last = offset + (width * height - 1) * stride
     if offset < 0 or stride < 1 or last >= values.size:
         raise TevPacketError(

@@ -1,6 +1,6 @@
-"""An image that a renderer is still sending, as a plate: read as a file with its channels would be.
+"""Make a plate of an image that a renderer is still sending, like one of a file with its channels.
 
-A pixel that has not come yet is black, without alpha, and infinitely far.
+A pixel that has not arrived yet is black, transparent and infinitely far.
 """
 
 import math
@@ -29,9 +29,9 @@ from heatlens.stream.names import plate_path
 
 
 def plate_of_image(chosen: ChosenImage, options: PlateOptions, lens: Mapping[str, Any]) -> Plate:
-    """Make the plate of an image; `lens` are the entries of a header that tell its lens.
+    """Make the plate of an image; `lens` holds header entries that describe its lens.
 
-    Raises InputError where the channels make no plate, or no depth has arrived yet.
+    Raises InputError if the channels are not enough for a plate, or no depth has arrived yet.
     """
     image = chosen.image
     path = plate_path(image.name)
@@ -60,7 +60,7 @@ def plate_of_image(chosen: ChosenImage, options: PlateOptions, lens: Mapping[str
 
 
 def _camera(header: Header) -> CameraHeader:
-    """Return the lens that is told; who sends a picture while it is rendered is a renderer."""
+    """Return the lens of the header; the default lens model is that of a CG renderer."""
     camera = camera_at_header([header])
     if camera.model is not None:
         return camera
@@ -71,7 +71,7 @@ def _camera(header: Header) -> CameraHeader:
 def _depth_key(
     path: Path, header: Header, choice: ColorChoice, options: PlateOptions
 ) -> str | None:
-    """Return the channel of the depth; None where the depth comes from a file."""
+    """Return the channel of the depth; None if the depth comes from a file."""
     if options.depth_source is not None:
         return None
     is_coc = options.depth_convention.facts.is_coc
@@ -79,10 +79,10 @@ def _depth_key(
 
 
 def _missing_in(path: Path, image: TevImage, depth_key: str | None) -> NDArray[np.bool_]:
-    """Return where there is no depth yet, and fill all that is missing with neutral values.
+    """Return a mask of missing depth, and fill all missing pixels with neutral values in place.
 
-    The missing depth repeats the values that have arrived, so that the depth convention is guessed
-    from those alone.
+    Missing depth repeats values that have arrived, so that it does not influence the guess of the
+    depth convention.
     """
     missing_depth = np.zeros((image.height, image.width), bool)
     for key, plane in image.planes.items():

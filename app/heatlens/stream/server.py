@@ -1,8 +1,8 @@
-"""Frames from a running renderer: listens as the viewer tev does, and keeps the images it is sent.
+"""Receive frames from a running renderer: listen like the viewer tev, and keep the images.
 
-One thread does it all. Whoever connects is a stranger: nothing it sends can raise here or take more
-memory than the bounds say. A picture file is read at the wish of a client only where the client
-runs on this machine, and so could read it by itself.
+One thread does all the work. Clients are not trusted: nothing that they send can raise an error
+here or take more memory than the limits allow. A picture file is read at the request of a client
+only if the client runs on this machine, and so could read it itself.
 """
 
 import selectors
@@ -20,7 +20,6 @@ from heatlens.model.plate_options import PlateOptions
 from heatlens.plate.plate import Plate
 from heatlens.plate.read import read_plate
 from heatlens.stream.address import DEFAULT_HOST, DEFAULT_PORT, listening_socket
-from heatlens.stream.asked_file import asked_file, is_of_this_machine
 from heatlens.stream.chosen_image import ChosenImage, chosen_image
 from heatlens.stream.images import TevImages
 from heatlens.stream.lens_image import LENS_IMAGE, lens_header, with_sent_lens
@@ -36,9 +35,10 @@ from heatlens.stream.protocol import (
     message_of,
 )
 from heatlens.stream.received_plate import plate_of_image
+from heatlens.stream.requested_file import is_of_this_machine, requested_file
 
 MAX_CLIENTS = 16
-MAX_HELD_BYTES = 1 << 29  # of packets not yet whole, of all clients together
+MAX_HELD_BYTES = 1 << 29  # for the unfinished packets of all clients together
 NEWS_A_SECOND = 20  # at most; a renderer may send thousands of tiles
 
 _READ_BYTES = 1 << 18
@@ -70,15 +70,15 @@ class TevServer(Closing):
         """
         self._listener = listening_socket(host, port)
         self.address: tuple[str, int] = self._listener.getsockname()[:2]
-        self.version = 0  # goes up when images changed
+        self.version = 0  # increases when images change
         self.dropped = 0  # packets that were invalid or did not fit
-        self.refused = 0  # packets that asked to read a file that is not to be read
-        self.fault: str | None = None  # why the last of them was dropped or refused, a sentence
+        self.refused = 0  # requests for a file that must not be read
+        self.fault: str | None = None  # a sentence on the last packet that was dropped or refused
         self._on_news = on_news
         self._images = TevImages() if images is None else images
         self._lens = TevImages(max_images=1, max_values=MAX_CHANNELS)
-        self._file: Path | None = None  # a client has asked for it, and for nothing else since
-        self._lock = Lock()  # over the images, the lens and the file
+        self._file: Path | None = None  # the file of the last request, if a file was requested
+        self._lock = Lock()  # guards the images, the lens and the file
         self._snapshot_problem: str | None = None
         self._clients: list[_Client] = []
         self._changed = self._has_news = False
@@ -92,13 +92,13 @@ class TevServer(Closing):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The images there are, the one created last in front."""
+        """The names of the images, the newest first."""
         with self._lock:
             return self._images.names
 
     @property
     def problem(self) -> str | None:
-        """Why what came last is not shown, or why nothing can be yet, in a sentence; else None."""
+        """A sentence on why the newest image, or any at all, cannot be shown; else None."""
         if not self.names and self._file is None:
             host, port = self.address
             said = f" {self.fault}" if self.fault else ""
@@ -108,10 +108,10 @@ class TevServer(Closing):
     def snapshot(
         self, name: str | None = None, options: PlateOptions | None = None
     ) -> Plate | None:
-        """Return a plate of the image `name` as it is now; None where it makes none.
+        """Return a plate of the current image `name`; None if no plate can be made of it.
 
-        Without a name it is the file that a client has asked for last, or the image created last
-        that has colour and depth. `problem` then says why it is not the newest.
+        Without a name, use the file that a client requested last, or the newest image that has
+        colour and depth. If that is not the newest image, `problem` says why.
         """
         self._snapshot_problem = None
         options = options or PlateOptions()
@@ -142,9 +142,9 @@ class TevServer(Closing):
     def _chosen(
         self, name: str | None, options: PlateOptions
     ) -> tuple[ChosenImage, Mapping[str, Any]]:
-        """Copy what a plate needs, and the entries of a header that tell its lens.
+        """Copy the channels that a plate needs, and the header entries of its lens.
 
-        Raises InputError where no image has the channels for one.
+        Raises InputError if no image has the channels for a plate.
         """
         with self._lock:
             names = self._images.names if name is None else (name,)
@@ -165,7 +165,7 @@ class TevServer(Closing):
             self._wake.close()
 
     def _serve_once(self) -> bool:
-        """Wait for the next event and handle it; return False when the server is to end."""
+        """Wait for the next event and handle it; return False if the server should end."""
         for key, _ in self._selector.select(self._pause_s()):
             if key.fileobj is self._wake:
                 return False
@@ -176,11 +176,11 @@ class TevServer(Closing):
         return True
 
     def _accept(self) -> None:
-        """Accept a client; the one silent for the longest time makes room."""
+        """Accept a client; if there are too many, disconnect the one silent for longest."""
         try:
             connection, _ = self._listener.accept()
-        except OSError as error:  # the client left again, or no file handle is free
-            self._say(f"A connection could not be taken ({error.strerror}).")
+        except OSError as error:  # the client has left already, or no file handle is free
+            self._say(f"A connection could not be accepted ({error.strerror}).")
             time.sleep(1 / NEWS_A_SECOND)  # the client may still be waiting; do not spin
             return
         if len(self._clients) >= MAX_CLIENTS:
@@ -228,7 +228,7 @@ class TevServer(Closing):
             self._drop("this machine has no memory for its image")
 
     def _apply(self, message: Message) -> bool:
-        """Do what `message` says; return whether what is shown may have changed."""
+        """Apply `message`; return whether the shown picture may have changed."""
         if getattr(message, "name", "") == LENS_IMAGE:
             return self._lens.apply(message)
         if isinstance(message, CreateImage):
@@ -239,9 +239,9 @@ class TevServer(Closing):
         return self._images.apply(message)
 
     def _take_file(self, name: str, client: _Client) -> None:
-        """Show the file that a client asks for, if the client may see it too."""
+        """Show the file that a client asks for, if the client itself could read it."""
         try:
-            found = asked_file(name, is_of_this_machine(client.socket))
+            found = requested_file(name, is_of_this_machine(client.socket))
         except InputError as error:
             self.refused += 1
             self._say(str(error))
@@ -258,7 +258,7 @@ class TevServer(Closing):
         self._has_news = True
 
     def _pause_s(self) -> float | None:
-        """Return the seconds until delayed news are due; None without any."""
+        """Return the seconds until a delayed notification is due; None if there is none."""
         if not (self._changed or self._has_news):
             return None
         return max(0.0, self._told_s + 1 / NEWS_A_SECOND - time.monotonic())

@@ -1,4 +1,4 @@
-"""Files that a client asks to be opened: which of them are read, and for whom."""
+"""Decide whether a file that a client asks to open may be read."""
 
 import ipaddress
 import socket
@@ -11,8 +11,8 @@ from heatlens.printable import printable
 _LETTERS_SAID = 200
 
 
-def asked_file(name: str, is_of_this_machine: bool) -> Path:
-    """Return the picture file that a client asks to be opened.
+def requested_file(name: str, is_of_this_machine: bool) -> Path:
+    """Return the path of a picture file that a client asks to open.
 
     Raises InputError where the client is on another machine, which could not read the file by
     itself, and where `name` is not the full path of an EXR or a picture that is there.
