@@ -72,7 +72,7 @@ def test_the_camera_of_a_scene_is_that_of_its_first_shot(capsys, scene, tmp_path
     out = tmp_path / "c.csv"
     assert main(["camera", str(scene), "-o", str(out)]) == 0
     said = capsys.readouterr().err
-    assert "camera main of the scene" in said and "assumed: a scene tells none" in said
+    assert "camera main of the scene" in said and "assumed: the scene has none" in said
     row = next(csv.DictReader(line for line in out.read_text().splitlines() if line[0] != "#"))
     opened = first_shot(str(scene))
     assert float(row["focal_length_mm"]) == pytest.approx(opened.shot.lens.focal_length_mm)

@@ -91,7 +91,7 @@ def test_things_have_a_number(tmp_path, monkeypatch):
     monkeypatch.setattr("heatlens.scene.scene.INSTANCES_MOST", 7)
     nodes = [{"mesh": 0} for _ in range(8)]
     assert len(read_scene(gltf(tmp_path, nodes=nodes[:7], scenes=[])).instances) == 7
-    with pytest.raises(InputError, match="8 things or more; 7 are the most"):
+    with pytest.raises(InputError, match="8 objects or more; heatlens draws 7"):
         read_scene(gltf(tmp_path, nodes=nodes, scenes=[]))
 
 

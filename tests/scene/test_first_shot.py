@@ -104,7 +104,7 @@ def test_focus_on_what_is_seen(capsys, bare, filmed, tmp_path):
 def test_a_plate_without_a_lens_asks_for_none(capsys, bare, tmp_path):
     for write, name in ((render, "a.exr"), (exported, "b.exr")):
         said = write(capsys, bare, tmp_path / name, *TINY, "--pinhole", "--float")
-        assert "f/2 (assumed: a scene tells none)" in said
+        assert "f/2 (assumed: the scene has none)" in said
     np.testing.assert_array_equal(picture(tmp_path / "a.exr")[1], picture(tmp_path / "b.exr")[1])
 
 

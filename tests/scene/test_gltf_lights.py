@@ -80,7 +80,7 @@ def test_light_that_a_picture_can_hold_is_left_alone(tmp_path, intensity):
 
 def test_lamps_beyond_those_that_shine_are_named(tmp_path):
     scene = lit(tmp_path, *[{"type": "point"}] * 33, generator="")
-    assert any("33 lamps the 32 brightest" in note for note in scene.notes)
+    assert any("32 brightest of 33 lamps" in note for note in scene.notes)
 
 
 def test_a_file_without_lights_has_the_daylight_of_any_scene(tmp_path):

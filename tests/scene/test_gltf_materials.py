@@ -126,7 +126,7 @@ def test_what_is_left_out_is_named_once_with_its_count(tmp_path):
     assert [note.split(": ", 1)[1] for note in notes] == [
         "Of materials these are left out: clearcoat (3 materials), sheen (1 material).",
         "These extensions of the file are not read: VENDOR_fog.",
-        "Of its 2 scenes the one it shows first is read.",
+        "Only the default one of its 2 scenes is read.",
     ]
 
 

@@ -92,7 +92,7 @@ def test_one_number_that_is_none_costs_no_scene(tmp_path, name, odd):
     for values in (mesh.normals, mesh.tangents, mesh.uvs):
         assert np.isfinite(values).all()
     np.testing.assert_allclose(mesh.normals, NORMALS, atol=1e-6)
-    assert "are no numbers" in scene.notes[0]
+    assert "are NaN" in scene.notes[0]
 
 
 @pytest.mark.parametrize("scale", [1e300, -1e300])

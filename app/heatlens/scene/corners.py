@@ -1,4 +1,4 @@
-"""The corners of boxes, where they were made and where they are placed."""
+"""Compute the corners of boxes, in their own axes and in the world."""
 
 import numpy as np
 
@@ -16,7 +16,7 @@ def corners_of(boxes_m: Array) -> Array:
 def placed_corners(boxes_m: Array, to_world: Array) -> Array:
     """Return the corners (N, 8, 3) of boxes (N, 2, 3) in the world.
 
-    Each box lies in the axes of one of `to_world` (N, 4, 4).
+    The matrices `to_world` (N, 4, 4) transform each box from its own axes.
     """
     turned = corners_of(boxes_m) @ to_world[:, :3, :3].transpose(0, 2, 1)
     return np.asarray(turned + to_world[:, None, :3, 3])

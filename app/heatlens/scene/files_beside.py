@@ -1,4 +1,4 @@
-"""The files beside a scene that it names: found in its folder or under it, and nowhere else."""
+"""Find the files that a scene names; only files in its folder or below it are read."""
 
 from pathlib import Path
 
@@ -6,9 +6,9 @@ from heatlens.paths import file_bytes
 
 
 class FilesBeside:
-    """The files beside a scene's file, as trimesh asks for them.
+    """Reads the files beside a scene's file for trimesh.
 
-    `missing` lists the names for which there was no file.
+    `missing` lists the names for which no file was found.
     """
 
     def __init__(self, path: Path) -> None:

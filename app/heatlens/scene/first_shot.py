@@ -1,9 +1,8 @@
-"""The shot that a scene begins with: the window, and every command that takes a scene, asks here.
+"""Make the first shot of a scene, for the window and for every command that takes a scene.
 
-What is given wins, then the lens of the camera that is looked through, with keys for what changes.
-Few files tell the opening of a lens or its focus, so these are assumed where nobody gives them, and
-known as such.
-The demo comes with all of its lens, as it moves.
+Given values take precedence, then those of the scene's camera, with keys for values that change.
+Few files contain the f-stop and the focus of a camera, so these are assumed if they are not given,
+and marked as assumed. The demo scene comes with a complete, animated lens.
 """
 
 from collections.abc import Iterable, Mapping
@@ -28,7 +27,7 @@ _ASSUMED = Lens(
     sensor_width_mm=SceneCamera.sensor_width_mm,
     model=LensModel.RENDERER,
 )
-_WIDE_F_STOP = 1.4  # for a large scene, of which there is less blur to be seen
+_WIDE_F_STOP = 1.4  # for a large scene, which shows less blur
 _NOTHING: Mapping[str, Any] = MappingProxyType({})
 _UNTOLD = Placing()
 
@@ -37,8 +36,8 @@ _UNTOLD = Placing()
 class FirstShot:
     """A scene and the shot that shows it first.
 
-    sources  by field of Lens, for the fields that are always reported, where the value is from
-    assumed  the fields for which a value had to be assumed
+    sources  the origin of the value, by field of Lens, for the fields that are always reported
+    assumed  the fields whose values had to be assumed
     """
 
     scene: Scene
@@ -48,7 +47,7 @@ class FirstShot:
 
     @property
     def frame(self) -> int:
-        """The first one; 1 where nothing moves."""
+        """The first frame; 1 if nothing moves."""
         return 1 if self.shot.played is None else self.shot.played.first
 
 
@@ -62,10 +61,10 @@ def first_shot(
 ) -> FirstShot:
     """Return the first shot of the scene `text`, in `size` pixels, seen through `camera`.
 
-    `given` holds fields of Lens, which replace at every frame whatever keys the demo has; `timing`
-    puts the seconds of a file into frames, and `placing` says of its unit and direction what the
-    file does not. Raises InputError where the scene cannot be read or has no such camera, and
-    LensError where the values describe no possible lens.
+    `given` holds fields of Lens, which replace any keys at every frame; `timing` converts the
+    seconds of a file to frames; `placing` gives the unit and the up axis if the file does not.
+    Raises InputError if the scene cannot be read or has no such camera, and LensError if the values
+    are impossible.
     """
     scene = open_scene(text, timing)
     scene, framing = placed_first(scene, started_framing(scene), placing)
@@ -100,7 +99,7 @@ def _of_file(scene: Scene, text: str, framing: Framing) -> FirstShot:
     )
     sources = {
         **dict.fromkeys(ANGLE, "assumed: the scene has no camera"),
-        "f_stop": "assumed: a scene tells none",
+        "f_stop": "assumed: the scene has none",
         "focus_distance_m": "assumed: the middle of the scene",
         "model": "as for every 3D scene",
     }
@@ -109,7 +108,7 @@ def _of_file(scene: Scene, text: str, framing: Framing) -> FirstShot:
 
 
 def _through(begun: FirstShot, name: str) -> FirstShot:
-    """Return the shot with the lens of the scene's camera `name`, as far as the file tells it."""
+    """Return the shot with the lens of the scene's camera `name`, as far as the file has it."""
     camera, shot = begun.scene.camera_named(name), begun.shot
     values = told_lens(camera)
     return replace(
@@ -121,10 +120,10 @@ def _through(begun: FirstShot, name: str) -> FirstShot:
 
 
 def _told_by(camera: SceneCamera, fields: Iterable[str]) -> dict[str, str]:
-    """Return where the fields of a camera are from."""
+    """Return the origins of the fields of a camera."""
     found = dict.fromkeys(fields, f"camera {camera.name} of the scene")
     if camera.is_width_assumed:
-        found["sensor_width_mm"] = f"assumed: camera {camera.name} tells its angle of view alone"
+        found["sensor_width_mm"] = f"assumed: camera {camera.name} has only an angle of view"
         found["focal_length_mm"] = f"camera {camera.name} of the scene, for that sensor"
     return found
 
@@ -140,9 +139,9 @@ def _framed(begun: FirstShot, size: tuple[int, int] | None, camera: str | None) 
 
 
 def lens_with(begun: FirstShot, given: Mapping[str, Any]) -> Lens:
-    """Return the lens of the shot with the fields that were given.
+    """Return the lens of the shot with the given fields.
 
-    A camera that tells its angle of view alone keeps it on a sensor of another width.
+    A camera of which only the angle of view is known keeps it on a sensor of another width.
     """
     shot, angle = begun.shot, _angle_alone(begun)
     width_mm = given.get("sensor_width_mm")
@@ -153,7 +152,7 @@ def lens_with(begun: FirstShot, given: Mapping[str, Any]) -> Lens:
 
 
 def _angle_alone(begun: FirstShot) -> SceneCamera | None:
-    """Return the camera that is looked through, if its file tells an angle and no sensor."""
+    """Return the camera of the shot if its file has an angle of view but no sensor, else None."""
     name = None if begun.shot.framing is None else begun.shot.framing.camera
     camera = None if name is None else begun.scene.camera_named(name)
     return camera if camera is not None and camera.is_width_assumed else None
@@ -173,9 +172,9 @@ def _with_given(begun: FirstShot, given: Mapping[str, Any]) -> FirstShot:
 
 
 def _middle_m(begun: FirstShot) -> float:
-    """Return the planar depth of the middle, at least twice the focal length.
+    """Return the planar depth of the middle of the scene, at least twice the focal length.
 
-    It is that of the scene, or of the object that a large one is seen around.
+    For a large scene, it is the middle of the object that is in view.
     """
     scene, shot, frame = begun.scene, begun.shot, begun.frame
     subject = None if scene.cameras else subject_m(scene)

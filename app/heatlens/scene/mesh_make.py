@@ -1,4 +1,4 @@
-"""Triangles that can be drawn, out of what a file tells of them."""
+"""Make drawable meshes from the positions, triangles and attributes of a file."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,10 +9,10 @@ from heatlens.scene.scene import Mesh
 Floats = NDArray[np.float32]
 Triangles = NDArray[np.uint32]
 
-# Cameras have the same limit; float32 resolves a kilometre there.
+# Cameras have the same limit, where float32 resolves about a kilometre.
 _FAR_MOST_M = 1e9
-_UV_MOST = 1e4  # repeats; beyond that float32 cannot tell the pixels of a picture apart
-_UP = np.array([0.0, 1.0, 0.0])  # of a triangle without area, which is not visible
+_UV_MOST = 1e4  # repeats; beyond that float32 cannot distinguish the pixels of a picture
+_UP = np.array([0.0, 1.0, 0.0])  # normal of a triangle without area, which is invisible
 
 
 def made_mesh(
@@ -24,7 +24,7 @@ def made_mesh(
     material: int = 0,
     colors: Floats | None = None,
 ) -> Mesh:
-    """Make a mesh of (V, 3) positions and (T, 3) indices, flat if it has no normals.
+    """Make a mesh of (V, 3) positions and (T, 3) indices, flat-shaded if there are no normals.
 
     Colours (V, 3) or (V, 4) are linear and are clipped to 0..1. Raises InputError, beginning with
     `what`, for positions that are not finite and indices without a position.
@@ -33,7 +33,7 @@ def made_mesh(
     uvs = np.zeros((len(positions_m), 2), np.float32) if uvs is None else _uvs(uvs)
     colors = None if colors is None else _shares(colors)
     if normals is None:
-        # Each triangle has vertices of its own, so that each can face its own way.
+        # Each triangle gets its own vertices, so that each can have its own normal.
         apart, triangles = triangles.reshape(-1), own_vertices(len(triangles))
         positions_m, uvs = positions_m[apart], uvs[apart]
         colors = None if colors is None else colors[apart]
@@ -52,18 +52,18 @@ def made_mesh(
 
 
 def _shares(colors: Floats) -> Floats | None:
-    """Clip colours to 0..1; return None where all are white, as many exporters write."""
+    """Clip colours to 0..1; return None if all are white, as many exporters write them."""
     found = np.clip(np.nan_to_num(colors, nan=1.0), 0.0, 1.0)
     return None if (found == 1).all() else found
 
 
 def own_vertices(count: int) -> Triangles:
-    """Return (count, 3) triangles none of which shares a vertex with another."""
+    """Return (count, 3) triangles that share no vertices."""
     return np.arange(3 * count, dtype=np.uint32).reshape(-1, 3)
 
 
 def smooth_normals(positions: Floats, triangles: Triangles) -> Floats:
-    """Return (V, 3), the mean of the triangles around each vertex, weighted by area."""
+    """Return normals (V, 3): the mean of the triangles around each vertex, weighted by area."""
     corners = positions[triangles].astype(np.float64)
     across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     sums = np.zeros((len(positions), 3))
@@ -91,7 +91,7 @@ def _uvs(uvs: Floats) -> Floats:
 
 
 def _unit(normals: Floats, positions: Floats, triangles: Triangles) -> Floats:
-    """Scale to length 1; a vector of length 0 becomes that of the triangles around it."""
+    """Normalise normals; one of length 0 becomes that of the triangles around its vertex."""
     lengths = np.linalg.norm(normals.astype(np.float64), axis=1)
     if (np.isfinite(lengths) & (lengths > 1e-6)).all():
         return np.asarray(normals / lengths[:, None], np.float32)

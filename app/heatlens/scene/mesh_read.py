@@ -1,7 +1,7 @@
-"""OBJ, PLY and STL files as scenes, by trimesh: triangles, and what materials they tell.
+"""Read OBJ, PLY and STL files as scenes, with trimesh: triangles, points and simple materials.
 
-OBJ and PLY have v upwards, and none of them has a unit: their numbers are taken as metres. Nor
-does any say what its colours of vertices are; they are taken as sRGB, as most programs write them.
+OBJ and PLY have v upwards. None of the formats has a unit, so numbers are taken as metres. None
+defines the encoding of vertex colours, so they are taken as sRGB, which most programs write.
 """
 
 import importlib
@@ -26,7 +26,7 @@ from heatlens.scene.point_cloud import POINTS_MOST, drawn_points
 from heatlens.scene.scene import Instance, Material, Mesh, Scene
 
 _CUTOFF = 0.5
-_FAR_MOST = 1e9  # beyond it nothing can be drawn
+_FAR_MOST = 1e9  # nothing can be drawn beyond this distance
 
 
 @dataclass
@@ -61,7 +61,7 @@ class _Reading:
         colors = None if material.base_color_map is not None else _colors(geometry)
         if colors is not None:
             material = replace(material, base_color=(1.0, 1.0, 1.0))
-        if geometry.visual.kind == "face":  # a colour a triangle, so that none shares a vertex
+        if geometry.visual.kind == "face":  # each triangle has a colour, so none share vertices
             apart, triangles = triangles.reshape(-1), own_vertices(len(triangles))
             found, normals = found[apart], None if normals is None else normals[apart]
         self.names.append(name)
@@ -70,7 +70,7 @@ class _Reading:
         self.meshes.append(made_mesh(what, found, triangles, normals, uvs, number, colors))
 
     def _of_strips(self, geometry: Any) -> Any:
-        """Return a geometry with the triangles of its strips, where it has any."""
+        """Return a geometry with its triangle strips converted to triangles, if it has any."""
         if not hasattr(geometry, "faces") and hasattr(geometry, "metadata"):
             faces = strip_triangles(geometry)
             if faces is not None and len(faces) and len(geometry.vertices):
@@ -84,21 +84,23 @@ class _Reading:
         return geometry
 
     def _add_points(self, name: str, geometry: Any) -> None:
-        """Add points without faces, as a scanner writes them; lines are only said."""
+        """Add points without faces, as scanners write them; for lines, add only a note."""
         if getattr(geometry, "entities", None) is not None or not len(geometry.vertices):
             self.notes["Lines are not drawn; only triangles and points are."] = None
             return
         positions = self._rows("points", geometry.vertices, 3).astype(np.float64)
         is_seen = (np.abs(positions) < _FAR_MOST).all(axis=1)
         if not is_seen.all():
-            self.notes[f"{np.count_nonzero(~is_seen):,} points lie nowhere: left out."] = None
+            self.notes[f"{np.count_nonzero(~is_seen):,} points have no valid place: left out."] = (
+                None
+            )
         if not is_seen.any():
             return
         normals, colors = point_normals(geometry), _point_colors(geometry)
         facing = None if normals is None else normals[is_seen]
         drawn = drawn_points(positions[is_seen], None, facing)
         if np.count_nonzero(is_seen) > POINTS_MOST:
-            self.notes[f"Of very many points only {POINTS_MOST:,} are drawn, larger."] = None
+            self.notes[f"There are very many points: {POINTS_MOST:,} are drawn, but larger."] = None
         tint = None if colors is None else colors[is_seen][drawn.point]
         material = Material() if tint is None else Material(base_color=(1.0, 1.0, 1.0))
         what, number = f"{self.path}: {name}", len(self.meshes)
@@ -108,7 +110,7 @@ class _Reading:
         self.meshes.append(made_mesh(what, found, drawn.triangles, turned, None, number, tint))
 
     def _rows(self, what: str, told: Any, width: int, count: int | None = None) -> NDArray[Any]:
-        """Return (N, `width`) of the file; raise InputError where a row is too short or missing.
+        """Return rows of the file as (N, `width`); raise InputError for short or missing rows.
 
         A third texture coordinate, which few programs write, is left out.
         """
@@ -128,8 +130,8 @@ class _Reading:
     def _normals(
         self, geometry: Any, positions: NDArray[np.float32], triangles: NDArray[np.uint32]
     ) -> NDArray[np.float32] | None:
-        """Return the file's normals; without them a PLY, which is a scan, becomes smooth."""
-        # trimesh makes up normals when it is asked; only its cache tells whether the file had them.
+        """Return the file's normals; if a PLY has none, it is taken as a scan and made smooth."""
+        # trimesh computes missing normals; only its cache shows whether the file had any.
         if self.path.suffix.lower() != ".stl" and "vertex_normals" in geometry._cache:
             told = geometry.vertex_normals
             return _floats(self._rows("normals", told, 3, len(positions)))
@@ -150,7 +152,7 @@ class _Reading:
             name=str(material.name),
             base_color=(red, green, blue),
             base_alpha=alpha,
-            # Walter et al. 2007: the exponent of Blinn and Phong as a roughness; alpha is its root.
+            # Walter et al. 2007 converts a Blinn-Phong exponent to a roughness; alpha is its root.
             roughness=(2 / (shininess + 2)) ** 0.25,
             emission=(glow[0], glow[1], glow[2]),
             alpha_cutoff=_CUTOFF if alpha < 1 or "map_d" in told else 0.0,
@@ -158,7 +160,7 @@ class _Reading:
         )
 
     def _picture(self, material: Any) -> int | None:
-        """Return the place of a material's colour map among the images, or None."""
+        """Return the index of a material's colour map among the images, or None."""
         name = getattr(material.image, "info", {}).get("file_path")
         if name is None:
             return None
@@ -172,7 +174,7 @@ class _Reading:
 def read_mesh(path: Path) -> Scene:
     """Read an OBJ, PLY or STL file.
 
-    Raises InputError where it is damaged, or trimesh is not installed.
+    Raises InputError if it is damaged or trimesh is not installed.
     """
     trimesh = _trimesh()
     try:
@@ -180,19 +182,19 @@ def read_mesh(path: Path) -> Scene:
     except OSError as error:
         raise unreadable(path, error) from error
     if not data:
-        raise InputError(f"{path} is empty: there is no scene in it.")
+        raise InputError(f"{path} is empty: it holds no scene.")
     if path.suffix.lower() == ".ply":
         data = triangulated(data)
     reading = _Reading(path, FilesBeside(path))
     for name, geometry in _parts(trimesh, path, data, reading.folder):
         reading.add(name, geometry)
-    # A binary one that was cut is no longer told from text, in which there are no triangles.
+    # A truncated binary STL looks like text without triangles.
     if path.suffix.lower() == ".stl" and not reading.meshes:
         raise InputError(
             f"{path} is cut short or not in the format STL: no triangle can be read. Export it "
             "again."
         )
-    missing = [f"{name} is not there, and is done without." for name in reading.folder.missing]
+    missing = [f"{name} is missing, and is left out." for name in reading.folder.missing]
     return Scene(
         path,
         tuple(reading.meshes),
@@ -217,13 +219,13 @@ def _parts(trimesh: Any, path: Path, data: bytes, folder: FilesBeside) -> Iterat
     kind = path.suffix.lower().removeprefix(".")
     try:
         with warnings.catch_warnings(), np.errstate(all="ignore"):
-            warnings.simplefilter("ignore")  # of numbers in damaged files, and of old calls
+            warnings.simplefilter("ignore")  # about damaged numbers and deprecated calls
             scene = trimesh.load_scene(
                 io.BytesIO(data), file_type=kind, resolver=folder, process=False
             )
-            # This is where trimesh reads what it reads lazily.
+            # Here trimesh reads what it has deferred.
             parts = [(str(name), part) for name, part in scene.geometry.items()]
-    except ImportError as error:  # of what trimesh loads only once a file needs it
+    except ImportError as error:  # trimesh imports some libraries only when a file needs them
         raise InputError(
             f"{path} needs more than is installed ({error}). Install it with: "
             "pip install 'heatlens[scene]'"
@@ -237,12 +239,12 @@ def _parts(trimesh: Any, path: Path, data: bytes, folder: FilesBeside) -> Iterat
 
 
 def _floats(values: Any) -> NDArray[np.float32]:
-    with np.errstate(over="ignore"):  # infinite ones are refused later
+    with np.errstate(over="ignore"):  # infinite values are refused later
         return np.asarray(values).astype(np.float32)
 
 
 def _row(told: dict[str, Any], name: str, default: tuple[float, ...]) -> tuple[float, ...]:
-    """Return the numbers of a material, which are at least 0, or the default for anything else."""
+    """Return the numbers of a material entry, all at least 0, or the default if it is invalid."""
     value = told.get(name, default)
     try:
         found = [float(item) for item in (value if isinstance(value, list | tuple) else [value])]
@@ -253,16 +255,16 @@ def _row(told: dict[str, Any], name: str, default: tuple[float, ...]) -> tuple[f
 
 
 def _colors(geometry: Any) -> NDArray[np.float32] | None:
-    """Return (V, 3) linear colours, or (3 T, 3) where triangles share no vertices.
+    """Return linear colours (V, 3), or (3 T, 3) if triangles share no vertices.
 
     The formats do not define the encoding of colours; sRGB is the usual one. Alpha is left out,
-    because scanners fill it with anything.
+    because scanners fill it with arbitrary values.
     """
     kind = geometry.visual.kind
     if kind in ("vertex", "face"):
         told = getattr(geometry.visual, f"{kind}_colors")[:, :3] / 255
     else:
-        told = geometry.vertex_attributes.get("color")  # where it has materials too
+        told = geometry.vertex_attributes.get("color")  # used if it has materials too
     items = geometry.faces if kind == "face" else geometry.vertices
     if told is None or np.shape(told) != (len(items), 3):
         return None

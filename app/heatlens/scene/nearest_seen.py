@@ -1,4 +1,4 @@
-"""How near the camera anything can be seen, so that depth is not spent on what is nearer still."""
+"""Find the nearest visible depth, so that the depth buffer is not wasted on nearer distances."""
 
 from dataclasses import replace
 from itertools import combinations
@@ -16,16 +16,16 @@ _EDGES = np.array([(a, b) for a, b in combinations(range(8), 2) if (a ^ b) in (1
 
 
 def with_near_plane(view: SceneView, nearest_m: float) -> SceneView:
-    """Return the view with its near plane just in front of what is nearest, if that is farther."""
+    """Return the view with its near plane moved back to just in front of `nearest_m`."""
     near_m = min(_JUST_BEFORE * nearest_m, view.far_m / 2)
     return view if near_m <= view.near_m else replace(view, near_m=near_m)
 
 
 def nearest_seen_m(view: SceneView, corners_m: Array, lens_radius_m: float) -> float:
-    """Return a planar depth in metres; nothing in boxes of `corners_m` (N, 8, 3) is seen nearer.
+    """Return a planar depth in metres; nothing in the boxes `corners_m` (N, 8, 3) is seen nearer.
 
-    They lie in the world and are seen from every point of a lens of this radius, 0 for a pinhole.
-    The depth is not above 0 where the camera stands in a box, and infinite where nothing is seen.
+    The boxes are in world space, seen from every point of a lens of this radius, 0 for a pinhole.
+    The depth is 0 or less if the camera is inside a box, and infinite if nothing is visible.
     """
     turn, place = view.world_to_camera[:3, :3], view.world_to_camera[:3, 3]
     corners = np.asarray(corners_m, np.float64) @ turn.T + place
@@ -37,10 +37,10 @@ def nearest_seen_m(view: SceneView, corners_m: Array, lens_radius_m: float) -> f
 
 
 def _clipped(view: SceneView, corners: Array, lens_radius_m: float) -> float:
-    """Return the least depth that the sides of the picture leave of boxes (N, 8, 3).
+    """Return a lower bound of the depth of boxes (N, 8, 3) clipped by the sides of the picture.
 
-    The boxes are in the camera's axes. A side of the picture is a plane. What is seen of a box is
-    on the inner side of each of them, and so no nearer than the least depth that any one leaves.
+    The boxes are in the camera's axes. Each side of the picture is a plane. The visible part of a
+    box is inside all four planes, so it is no nearer than the part inside any one of them.
     """
     if not len(corners):
         return np.inf
@@ -57,7 +57,8 @@ def _clipped(view: SceneView, corners: Array, lens_radius_m: float) -> float:
 def _least_inside(depths: Array, inside: Array) -> Array:
     """Return (N,) the least depth of the part of each box where `inside` is at least 0.
 
-    Both are (N, 8), at the corners, and straight in between. Infinite where no part is inside.
+    Both arguments are values (N, 8) at the corners, linear in between. The result is infinite if no
+    part is inside.
     """
     a, b = _EDGES.T
     from_a = inside[:, a] - inside[:, b]

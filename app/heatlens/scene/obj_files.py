@@ -1,6 +1,6 @@
-"""The materials and pictures that an OBJ names, without reading its triangles.
+"""Find the files of materials and pictures that an OBJ names, without reading its triangles.
 
-As trimesh reads them: the first `mtllib` is followed, and in that file each `map_Kd`.
+Like trimesh, this follows the first `mtllib`, and each `map_Kd` in that file.
 """
 
 import mmap
@@ -15,10 +15,10 @@ _LIBRARY, _PICTURE = b"mtllib", "map_kd"
 
 
 def files_of_obj(path: Path) -> tuple[Path, ...]:
-    """Return the files of materials and pictures in their order, whether they exist or not.
+    """Return the files of materials and pictures in order, whether they exist or not.
 
-    Files outside the folder of the OBJ are left out because they are not read. Raises InputError
-    where the OBJ cannot be opened.
+    Files outside the folder of the OBJ are left out, because they are never read. Raises InputError
+    if the OBJ cannot be opened.
     """
     beside = FilesBeside(path)
     found: dict[Path, None] = {}
@@ -35,7 +35,7 @@ def files_of_obj(path: Path) -> tuple[Path, ...]:
 
 
 def _library_of(path: Path) -> str | None:
-    """Return the name after the first `mtllib`, over lines that end in a backslash."""
+    """Return the name after the first `mtllib`; a backslash continues a line."""
     try:
         with path.open("rb") as file:
             if not path.stat().st_size:
@@ -60,14 +60,14 @@ def _lines(data: mmap.mmap) -> Iterator[bytes]:
 
 
 def _pictures_of(library: Path) -> Iterator[str]:
-    """Yield the name after each `map_Kd`; raise OSError where the file cannot be read."""
+    """Yield the name after each `map_Kd`; raise OSError if the file cannot be read."""
     for line in _text(file_bytes(library)).splitlines():
         if len(words := line.split()) > 1 and words[0].lower() == _PICTURE:
             yield line[line.lower().index(_PICTURE) + len(_PICTURE) :]
 
 
 def _text(data: bytes) -> str:
-    """Decode UTF-8, or Latin-1 as older programs write it."""
+    """Decode UTF-8, or else Latin-1, which older programs write."""
     try:
         return data.decode("utf-8").strip()
     except UnicodeDecodeError:

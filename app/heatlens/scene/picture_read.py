@@ -1,4 +1,4 @@
-"""The pictures that colour surfaces: 8-bit RGBA out of the bytes of a PNG, JPEG or WebP."""
+"""Read the pictures of materials as 8-bit RGBA from the bytes of a PNG, JPEG or WebP."""
 
 import io
 import warnings
@@ -11,7 +11,7 @@ from PIL import Image, UnidentifiedImageError
 from heatlens.errors import InputError
 
 _FORMATS = ("PNG", "JPEG", "WEBP")
-# The limit of a GPU for each side; a damaged header can claim any size.
+# GPUs allow no larger textures; a damaged header can claim any size.
 _SIDE_MOST_PX = 16384
 _PIXELS_MOST = 1 << 27
 _TOGETHER_MOST = 1 << 29
@@ -20,9 +20,9 @@ _TOGETHER_MOST = 1 << 29
 def read_picture(
     data: bytes, what: str, before: Sequence[NDArray[np.uint8]] = ()
 ) -> NDArray[np.uint8]:
-    """Read a picture as (H, W, 4) with row 0 on top; errors call it `what`.
+    """Read a picture as (H, W, 4) with row 0 on top; `what` names it in errors.
 
-    Raises InputError for a picture that is damaged, of an unknown format or too large, alone or
+    Raises InputError if the picture is damaged, has an unknown format or is too large, alone or
     together with the pictures of its scene that were read `before`.
     """
     held = sum(picture.size // 4 for picture in before)
@@ -43,8 +43,8 @@ def read_picture(
 
 
 def pixels_of_image(image: Image.Image) -> NDArray[np.uint8]:
-    """Return (H, W, 4) with row 0 on top of a picture in any mode."""
-    if image.mode.startswith("I"):  # 16 bits of grey, which Pillow would clip
+    """Convert a picture in any mode to RGBA (H, W, 4) with row 0 on top."""
+    if image.mode.startswith("I"):  # 16-bit grey, which Pillow would clip
         grey = np.asarray(image).astype(np.uint32) >> 8
         image = Image.fromarray(np.minimum(grey, 255).astype(np.uint8))
     return np.array(image.convert("RGBA"))

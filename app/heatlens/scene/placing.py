@@ -1,7 +1,7 @@
-"""Which way is up in a scene and how long its unit is, where its file does not say.
+"""Set the up axis and the unit of a scene whose file does not define them.
 
-PLY, STL and OBJ are numbers without a unit or a direction. A shot says for its scene what they mean
-(`Framing.up_axis`, `Framing.meters_per_unit`); a first shot guesses it, and says so.
+PLY, STL and OBJ have no unit and no up axis. A shot holds them for its scene (`Framing.up_axis`,
+`Framing.meters_per_unit`); a first shot guesses them and adds a note.
 """
 
 from dataclasses import dataclass, replace
@@ -15,15 +15,15 @@ from heatlens.scene.scene import Array, Motion, Scene
 from heatlens.scene.scene_bounds import bounds_m
 
 UNTOLD_SUFFIXES = (".obj", ".ply", ".stl")
-_HEAD_BYTES = 400  # hold the first lines of any of them
-# By format: above these sizes of a whole file, in its own unit, it is taken for that unit.
+_HEAD_BYTES = 400  # enough for the first lines of these formats
+# By format: if a whole scene is larger than this number, its unit is guessed as the one beside it.
 _UNITS = {
     ".stl": ((5.0, 1e-3),),
     ".obj": ((5000.0, 1e-3), (100.0, 1e-2)),
     ".ply": ((100.0, 1e-3),),
 }
 _NAMES = {1.0: "metres", 1e-2: "centimetres", 1e-3: "millimetres"}
-# Columns: where x, y and z of a file go, so that its axis is up and the rest a rotation.
+# The columns are the images of x, y and z of a file, a rotation that turns its up axis upwards.
 _TURNS = {
     WorldAxis.X: ((0, -1, 0), (1, 0, 0), (0, 0, 1)),
     WorldAxis.Y: ((1, 0, 0), (0, 1, 0), (0, 0, 1)),
@@ -33,26 +33,26 @@ _TURNS = {
 
 @dataclass(frozen=True)
 class Placing:
-    """What somebody says of a file that does not say it; None where it is to be guessed."""
+    """The up axis and the unit chosen for a file that has none; None means to guess."""
 
     up_axis: WorldAxis | None = None
     meters_per_unit: float | None = None
 
 
 def is_untold(scene: Scene) -> bool:
-    """Return True for a scene whose file says neither its unit nor which way is up."""
+    """Return True for a scene whose file defines neither a unit nor an up axis."""
     return scene.path.suffix.lower() in UNTOLD_SUFFIXES
 
 
 def placed_first(scene: Scene, framing: Framing, told: Placing) -> tuple[Scene, Framing]:
-    """Return the scene and the framing with what was told, and guesses for the rest, with a note.
+    """Return the scene and the framing with the chosen values, and noted guesses for the rest.
 
-    Raises InputError where something was told of a file that says it itself.
+    Raises InputError if values are given for a file that defines them itself.
     """
     if not is_untold(scene):
         if told != Placing():
             raise InputError(
-                f"{scene.path} says its unit and which way is up: leave --up-axis and "
+                f"{scene.path} defines its own unit and up axis: leave --up-axis and "
                 "--meters-per-unit out."
             )
         return scene, framing
@@ -65,7 +65,7 @@ def placed_first(scene: Scene, framing: Framing, told: Placing) -> tuple[Scene, 
 
 
 def placed(scene: Scene, framing: Framing | None) -> Scene:
-    """Return the scene with the axis of the framing upwards, in metres by the framing's unit."""
+    """Return the scene turned to the framing's up axis, and scaled to metres by its unit."""
     wanted = framing or Framing()
     now = (scene.up_axis, scene.meters_per_unit)
     if not is_untold(scene) or now == (wanted.up_axis, wanted.meters_per_unit):
@@ -93,7 +93,7 @@ def _moved(motion: Motion, change: Array) -> Motion:
 
 
 def _likely_axis(path: Path) -> WorldAxis:
-    """Return z for STL, which is of CAD and printing, and for a PLY that Blender wrote; else y."""
+    """Return z for STL, used in CAD and 3D printing, and for a PLY of Blender; else y."""
     suffix = path.suffix.lower()
     is_z_up = suffix == ".stl" or (suffix == ".ply" and _is_of_blender(path))
     return WorldAxis.Z if is_z_up else WorldAxis.Y
@@ -106,7 +106,7 @@ def _is_of_blender(path: Path) -> bool:
 
 
 def _likely_unit_m(path: Path, size: float) -> float:
-    """Return the unit with which things of this size, in the unit, have a likely size."""
+    """Return the unit in metres in which a scene of this `size` has a plausible size."""
     if _is_of_blender(path):
         return 1.0
     return next((unit_m for least, unit_m in _UNITS[path.suffix.lower()] if size > least), 1.0)
@@ -115,11 +115,11 @@ def _likely_unit_m(path: Path, size: float) -> float:
 def _guesses(path: Path, framing: Framing, told: Placing, size: float) -> list[str]:
     found = []
     if told.up_axis is None:
-        found.append(f"{framing.up_axis} is taken as up; --up-axis says otherwise")
+        found.append(f"{framing.up_axis} is taken as up; --up-axis changes it")
     if told.meters_per_unit is None:
         unit_m = framing.meters_per_unit
         found.append(
             f"its unit is taken as {_NAMES[unit_m]}, so that it is {size * unit_m:.3g} m large; "
-            "--meters-per-unit says otherwise"
+            "--meters-per-unit changes it"
         )
-    return [f"{path}: the file does not say it: {', and '.join(found)}."] if found else []
+    return [f"{path} has no unit and no up axis: {', and '.join(found)}."] if found else []

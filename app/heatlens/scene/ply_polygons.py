@@ -1,6 +1,7 @@
-"""Polygons of several sizes in a binary PLY, as Blender writes them: cut into triangles.
+"""Cut the polygons of a binary PLY into triangles if they have different numbers of corners.
 
-trimesh reads a binary PLY whose polygons all have as many corners as the first.
+Blender writes such files, but trimesh can only read a binary PLY whose polygons all have the same
+number of corners.
 """
 
 import struct
@@ -49,7 +50,7 @@ class _Element:
         return all(len(kinds) == 1 for _, kinds in self.properties)
 
     def dtype(self, corners: int = 0) -> np.dtype[np.void]:
-        """Return its record in the file, with so many numbers in each of its lists."""
+        """Return the NumPy type of a record whose lists all have `corners` numbers."""
         fields: list[tuple[str, str, tuple[int, ...]]] = []
         for name, kinds in self.properties:
             if len(kinds) > 1:
@@ -59,7 +60,7 @@ class _Element:
 
 
 def triangulated(data: bytes) -> bytes:
-    """Return a PLY whose polygons of several sizes are triangles; any other file as it is."""
+    """Return a PLY with mixed polygons as one with triangles; return any other file unchanged."""
     head, end, body = data.partition(_END)
     elements = _elements(head)
     names = [element.line.split()[1] for element in elements]
@@ -83,7 +84,7 @@ def triangulated(data: bytes) -> bytes:
 
 
 def _elements(head: bytes) -> list[_Element]:
-    """Return the elements of a binary header; none where there is a word that is not known."""
+    """Return the elements of a binary header; none if it contains an unknown word."""
     found: list[_Element] = []
     order = ""
     for line in head.splitlines():
@@ -104,9 +105,9 @@ def _elements(head: bytes) -> list[_Element]:
 
 
 def _cut(body: bytes, start: int, face: _Element, name: str) -> tuple[NDArray[np.void], int] | None:
-    """Return the records of triangles, and where the polygons end in the body.
+    """Return the records of triangles, and the offset in the body where the polygons end.
 
-    None where all have as many corners, or the file is cut short.
+    Returns None if all polygons have the same number of corners, or the file is cut short.
     """
     told, kinds = face.dtype(), dict(face.properties)[name]
     if kinds[0][1] == "f":
@@ -132,7 +133,7 @@ def _cut(body: bytes, start: int, face: _Element, name: str) -> tuple[NDArray[np
 def _triangles(
     body: Bytes, places: NDArray[np.int64], sizes: NDArray[np.int64], face: _Element, name: str
 ) -> NDArray[np.void]:
-    """Return the records of fans of triangles, polygons of one size after the other."""
+    """Return the records of triangle fans, sorted by the number of corners of the polygons."""
     made = []
     for size in np.unique(sizes[sizes >= 3]).tolist():
         record, own = face.dtype(size), places[sizes == size]

@@ -1,6 +1,6 @@
-"""What a PLY holds besides polygons: strips of triangles, as scans of old are stored, and normals.
+"""Read the triangle strips of a PLY, in which old scans are stored, and the normals of points.
 
-trimesh reads such a file as points; it keeps everything else that it has read of it.
+trimesh reads such a file as points, but keeps its other elements as raw data.
 """
 
 from typing import Any
@@ -12,9 +12,9 @@ _NORMAL = ("nx", "ny", "nz")
 
 
 def strip_triangles(cloud: Any) -> NDArray[np.int64] | None:
-    """Return (T, 3) the triangles of the strips in a PLY; None where it has no strips.
+    """Return the triangles (T, 3) of the strips in a PLY; None if it has no strips.
 
-    In a strip every vertex makes a triangle with the two before it, turned the other way each time;
+    In a strip, each vertex forms a triangle with the two before it, with alternating orientation;
     -1 ends a strip. Indices are not checked.
     """
     told = _element(cloud, "tristrips")
@@ -25,7 +25,7 @@ def strip_triangles(cloud: Any) -> NDArray[np.int64] | None:
 
 
 def point_normals(cloud: Any) -> NDArray[np.float64] | None:
-    """Return (V, 3) normals that a PLY has for its points, or None."""
+    """Return the normals (V, 3) of the points in a PLY, or None."""
     told, count = _element(cloud, "vertex"), len(cloud.vertices)
     columns = [_numbers(_column(told, name)) for name in _NORMAL]
     if any(len(column) != count for column in columns):
@@ -34,10 +34,10 @@ def point_normals(cloud: Any) -> NDArray[np.float64] | None:
 
 
 def _numbers(told: Any) -> NDArray[np.float64]:
-    """Return (N,) finite numbers; none where there are others, or no numbers."""
+    """Return finite numbers (N,); none if any value is not finite or no number."""
     try:
         found = np.asarray(() if told is None else told, np.float64).reshape(-1)
-    except (TypeError, ValueError):  # of lists of several lengths, or of words
+    except (TypeError, ValueError):  # lists of different lengths, or words
         return np.zeros(0)
     return found if np.isfinite(found).all() else np.zeros(0)
 
@@ -62,7 +62,7 @@ def _element(cloud: Any, name: str) -> Any:
 
 
 def _lists(told: Any) -> list[Any]:
-    """Return the lists of an element, which text and binary files have in other shapes."""
+    """Return the lists of an element, which have different types for text and binary files."""
     if isinstance(told, dict):
         return list(next(iter(told.values()), []))
     names = told.dtype.names or ()

@@ -1,4 +1,4 @@
-"""Points without faces, as scanners write them: each is drawn as a small solid, or a small disc."""
+"""Draw points without faces, as scanners write them, as small solids or small discs."""
 
 from dataclasses import dataclass
 
@@ -7,19 +7,24 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-POINTS_MOST = 500_000  # drawn; of more, evenly many are left out and the others are larger
-_SAMPLES = 96  # points whose distance to the next one is measured
-_OF_SPACING = 0.7  # the radius, so that the points of a surface just close it
-_ROUND_MOST = 4_000  # points that are drawn as balls; of more, each is a tetrahedron
+POINTS_MOST = 500_000  # if there are more, some are left out evenly and the others are larger
+_SAMPLES = 96  # points whose distance to the nearest other point is measured
+_OF_SPACING = 0.7  # radius as a part of the spacing, so that points of a surface just close it
+_ROUND_MOST = 4_000  # up to this many points are drawn as balls, more as tetrahedra
 _SOLID = np.array([(1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1)]) / np.sqrt(3)
 _SOLID_FACES = np.array([(0, 1, 2), (0, 3, 1), (0, 2, 3), (1, 3, 2)])
-_DISC = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)]) * np.sqrt(np.pi) / 2  # of a disc's area
+_DISC = (
+    np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)]) * np.sqrt(np.pi) / 2
+)  # has the area of a disc
 _DISC_FACES = np.array([(0, 1, 2), (0, 2, 3)])
 
 
 @dataclass(frozen=True, eq=False)
 class DrawnPoints:
-    """What stands for points: (V, 3), (V, 3), (T, 3), and which point each vertex is of (V,)."""
+    """The solids drawn for points.
+
+    Positions (V, 3), normals (V, 3), triangles (T, 3), and the index of each vertex's point (V,).
+    """
 
     positions: Array
     normals: Array
@@ -30,9 +35,9 @@ class DrawnPoints:
 def drawn_points(
     positions: Array, radii: Array | None = None, normals: Array | None = None
 ) -> DrawnPoints:
-    """Return solids of the radii (P,) at positions (P, 3), or discs that face their normals (P, 3).
+    """Return solids with radii (P,) at positions (P, 3), or discs if there are normals (P, 3).
 
-    Without radii they have the one that just closes a surface of such points.
+    The default radius just closes a surface of such points.
     """
     kept = _kept(len(positions))
     at = positions[kept]
@@ -58,7 +63,7 @@ def drawn_points(
 
 
 def _ball() -> tuple[Array, NDArray[np.int64]]:
-    """Return corners (V, 3) of an octahedron whose sides were cut into four, and triangles."""
+    """Return corners (V, 3) and triangles of an octahedron whose sides are divided into four."""
     signs = np.array(np.meshgrid((1, -1), (1, -1), (1, -1), indexing="ij")).reshape(3, 8).T
     corners = signs[:, :, None] * np.eye(3)  # of each of the eight sides
     flips = signs.prod(axis=1) < 0
@@ -73,9 +78,9 @@ def _ball() -> tuple[Array, NDArray[np.int64]]:
 
 
 def closing_radius(positions: Array) -> float:
-    """Return the radius with which points of a surface just close it, by their distances.
+    """Return the radius with which the points of a surface just close it.
 
-    It is measured from some of them to the nearest other point.
+    It is derived from the distances between some points and their nearest neighbours.
     """
     if len(positions) < 2:
         return 0.01
@@ -87,21 +92,21 @@ def closing_radius(positions: Array) -> float:
 
 
 def _nearest(positions: Array, place: int) -> float:
-    """Return the distance to the nearest point that is somewhere else; 0 where none is."""
+    """Return the distance to the nearest point at another position; 0 if there is none."""
     squares = ((positions - positions[place]) ** 2).sum(axis=1)
     apart = squares[squares > 0]
     return float(np.sqrt(apart.min())) if len(apart) else 0.0
 
 
 def _kept(count: int) -> NDArray[np.int64]:
-    """Return which points are drawn, evenly among all."""
+    """Return the indices of the points to draw, evenly spread among all."""
     if count <= POINTS_MOST:
         return np.arange(count)
     return np.linspace(0, count - 1, POINTS_MOST).astype(np.int64)
 
 
 def _frame(normals: Array) -> tuple[Array, Array, Array]:
-    """Return two unit vectors across each normal, and the normal itself with length 1."""
+    """Return two unit vectors perpendicular to each normal, and the normalised normal."""
     lengths = np.linalg.norm(normals, axis=1, keepdims=True)
     is_one = np.isfinite(lengths) & (lengths > 1e-12)
     unit = np.where(is_one, normals / np.where(is_one, lengths, 1.0), (0.0, 1.0, 0.0))

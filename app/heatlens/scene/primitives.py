@@ -1,7 +1,7 @@
-"""Shapes that a file names instead of listing their triangles: sphere, cube, cylinder and so on.
+"""Make the triangles of shapes that a file only names: sphere, cube, cylinder and so on.
 
-A shape that is round about its axis is a profile turned about z. Each has texture coordinates that
-go once around and once along it.
+A shape of revolution is a profile rotated about z. The texture coordinates of each shape run once
+around it and once along it.
 """
 
 from collections.abc import Sequence
@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float32]
 
-AROUND = 48  # sides of what is round
-_CAP_RINGS = 12  # from the rim of a half sphere to its pole
-# By axis: which of the shape's own x, y and z become x, y and z.
+AROUND = 48  # number of sides of round shapes
+_CAP_RINGS = 12  # number of rings from the rim of a hemisphere to its pole
+# By axis: which axes of the shape become x, y and z.
 _TURNS = {"X": (2, 0, 1), "Y": (1, 2, 0), "Z": (0, 1, 2)}
 
 
@@ -41,7 +41,7 @@ def sphere(radius: float) -> Shape:
 
 
 def capsule(height: float, bottom: float, top: float) -> Shape:
-    """Return a cylinder of `height` between two half spheres of the radii `bottom` and `top`."""
+    """Return a cylinder of `height` between two hemispheres with the radii `bottom` and `top`."""
     half = 0.5 * height
     tilt = np.linspace(0, np.pi / 2, _CAP_RINGS + 1)
     up = np.stack([np.cos(tilt), np.sin(tilt)], axis=1)
@@ -51,7 +51,7 @@ def capsule(height: float, bottom: float, top: float) -> Shape:
 
 
 def cylinder(height: float, bottom: float, top: float) -> Shape:
-    """Return a closed cylinder, which is a cone where `top` is 0."""
+    """Return a closed cylinder, which is a cone if `top` is 0."""
     half = 0.5 * height
     side = np.array([(bottom, -half), (top, half)])
     facing = np.array([height, bottom - top]) / max(float(np.hypot(height, bottom - top)), 1e-30)
@@ -63,7 +63,7 @@ def cylinder(height: float, bottom: float, top: float) -> Shape:
 
 
 def cube(size: float) -> Shape:
-    """Return a cube about the origin with sides of the length `size`."""
+    """Return a cube centred on the origin with edges of the length `size`."""
     square = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)], np.float32)
     positions, normals = [], []
     for axis in range(3):
@@ -87,7 +87,7 @@ def plane(width: float, length: float) -> Shape:
 def _of_quads(
     positions: NDArray[np.floating], normals: NDArray[np.floating], uvs: NDArray[np.floating]
 ) -> Shape:
-    """Return a shape of rectangles, each of four vertices of its own."""
+    """Return a shape of rectangles, each with its own four vertices."""
     first = 4 * np.arange(len(positions) // 4, dtype=np.uint32)[:, None]
     halves = [first + np.array(half, np.uint32) for half in ((0, 1, 2), (0, 2, 3))]
     triangles = np.vstack(halves)
@@ -97,9 +97,9 @@ def _of_quads(
 def _turned(
     bands: Sequence[tuple[NDArray[np.floating], NDArray[np.floating]]], around: int = AROUND
 ) -> Shape:
-    """Turn profiles of (radius, z), with the slopes of their normals, about z.
+    """Rotate profiles of (radius, z), with (radius, z) of their normals, about z.
 
-    Profiles run from the bottom up on the outside, and each has edges of its own.
+    Profiles run from the bottom up on the outside, and do not share vertices.
     """
     angles = 2 * np.pi * np.arange(around + 1) / around
     circle = np.stack([np.cos(angles), np.sin(angles)], axis=1)
@@ -116,7 +116,7 @@ def _turned(
 
 
 def _around(rows: NDArray[np.floating], circle: NDArray[np.floating]) -> NDArray[np.floating]:
-    """Return (R * C, 3) of rows (R, 2) of a radius and a height, and points (C, 2) of a circle."""
+    """Return points (R * C, 3) for rows (R, 2) of radius and height, and a circle (C, 2)."""
     flat = rows[:, None, :1] * circle
     heights = np.broadcast_to(rows[:, None, 1:], (*flat.shape[:2], 1))
     return np.concatenate([flat, heights], axis=2).reshape(-1, 3)
@@ -131,7 +131,7 @@ def _strips(rows: int, columns: int) -> NDArray[np.uint32]:
 
 
 def _without_slivers(shape: Shape) -> Shape:
-    """Leave out triangles that have two corners in one place, as at a pole."""
+    """Return the shape without triangles whose corners coincide, as at a pole."""
     corners = shape.positions[shape.triangles].astype(np.float64)
     across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     area = np.linalg.norm(across, axis=1)
@@ -140,5 +140,5 @@ def _without_slivers(shape: Shape) -> Shape:
 
 
 def _f32(values: NDArray[np.floating]) -> Floats:
-    with np.errstate(over="ignore"):  # infinite ones are refused where a mesh is made
+    with np.errstate(over="ignore"):  # infinite values are refused when a mesh is made
         return np.ascontiguousarray(values, np.float32)

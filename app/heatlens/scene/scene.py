@@ -1,4 +1,4 @@
-"""A 3D scene as plain values: what a file told, or a program made. Nothing here draws.
+"""A 3D scene as plain values, read from a file or made by a program; nothing here draws.
 
 The world is right-handed with y up, in metres; matrices act on columns. Colours are scene-linear
 with Rec.709 primaries; pictures that colour a surface are 8-bit sRGB, as files keep them.
@@ -20,11 +20,11 @@ from heatlens.model.framing import CameraTrack, WorldAxis
 Array = NDArray[np.float64]
 Color = tuple[float, float, float]
 INSTANCES_MOST = 200_000
-# frame -> (instances, 4, 4): where each of the scene's instances is
+# frame -> (instances, 4, 4): the object-to-world matrix of each instance
 Motion = Callable[[float], Array]
-# frame -> a mesh in its shape there, with the triangles that it always has
+# frame -> the deformed mesh, always with the same triangles
 Deform = Callable[[float], "Mesh"]
-# frame -> all the lights of the scene, of which some move
+# frame -> all lights of the scene, some of which move
 LightMotion = Callable[[float], "Lighting"]
 
 
@@ -41,8 +41,8 @@ class Mesh:
                  by them; None for white
     tangents     (V, 4) float32: the direction of u, unit or zero, and the sign of the bitangent
                  against v; None for a mesh without a normal map, which has no effect without them
-    more_uvs     (V, 2) float32: the second set of texture coordinates, which a `MapPlace` may name
-    sources      (V,) uint32: the vertex of the file that each was made of; None for the same order
+    more_uvs     (V, 2) float32: the second set of texture coordinates, which a `MapPlace` may use
+    sources      (V,) uint32: the vertex of the file that each was made of; None for same order
     """
 
     positions_m: NDArray[np.float32]
@@ -57,10 +57,10 @@ class Mesh:
 
     @cached_property
     def box_m(self) -> Array:
-        """(2, 3): least and greatest corner of its triangles; zeros where it has none."""
+        """(2, 3): least and greatest corner of its triangles; zeros if it has none."""
         if not len(self.triangles):
             return np.zeros((2, 3))
-        # Parts of one object often share a list of vertices, of which each uses a few.
+        # Parts of an object often share a list of vertices, of which each uses only some.
         is_used = np.zeros(len(self.positions_m), bool)
         is_used[self.triangles] = True
         used = self.positions_m[is_used]
@@ -68,7 +68,7 @@ class Mesh:
 
 
 class Wrap(IntEnum):
-    """How a picture goes on beyond its borders; the numbers are those of the shaders."""
+    """How a picture continues beyond its borders; the shaders use the same numbers."""
 
     REPEAT = 0
     CLAMP = 1
@@ -77,11 +77,11 @@ class Wrap(IntEnum):
 
 @dataclass(frozen=True)
 class MapPlace:
-    """Where a map lies on a surface.
+    """How a map is placed on a surface.
 
-    (u, v) of texture coordinates becomes matrix @ (u, v) + offset, where matrix is two rows.
-    `coordinates` is the number of their set: 0 for a mesh's `uvs`, 1 for its `more_uvs`. Beyond its
-    borders a picture goes on along u and v as `wraps` says.
+    Texture coordinates (u, v) become matrix @ (u, v) + offset, where matrix is two rows.
+    `coordinates` is the number of their set: 0 for a mesh's `uvs`, 1 for its `more_uvs`. `wraps`
+    says how the picture continues beyond its borders along u and v.
     """
 
     coordinates: int = 0
@@ -91,7 +91,7 @@ class MapPlace:
 
     @property
     def is_wrapped(self) -> bool:
-        """Return whether it goes on beyond its borders otherwise than as if it were repeated."""
+        """Return whether the picture is not simply repeated beyond its borders."""
         return self.wraps != (Wrap.REPEAT, Wrap.REPEAT)
 
     def placed(self, uvs: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -106,14 +106,14 @@ class Material:
 
     base_color     scene-linear RGB, multiplied by the map
     emission       scene-linear radiance, far above 1 for a lamp, multiplied by the map
-    alpha_cutoff   there is a hole where the base colour's alpha is lower; 0 for no holes
+    alpha_cutoff   the surface has holes where the base colour's alpha is lower; 0 for no holes
     is_blended     alpha is the share of the surface that covers what is behind it
-    is_lit         False for a surface that has its base colour whatever light falls on it
+    is_lit         False for a surface that shows its base colour in any light
     *_map          index into the scene's images, None for none; metallic is in the blue channel,
                    roughness in the green one; a normal map is as in glTF, y against v
     normal_scale   steepness of the bumps in the normal map; 0 for none
-    occlusion      how much of the sky's light the red channel of its map can take away, 0 to 1
-    map_places     where the five maps lie, in the order of `maps`; None for all as the uvs are
+    occlusion      how much of the sky's light the red channel of its map can remove, 0 to 1
+    map_places     placement of the five maps in the order of `maps`; None for plain uvs
     """
 
     name: str = ""
@@ -136,7 +136,7 @@ class Material:
 
     @property
     def maps(self) -> tuple[int | None, ...]:
-        """Base colour, metal and roughness, emission, normals, occlusion."""
+        """The maps of base colour, metal and roughness, emission, normals, and occlusion."""
         shine = self.metallic_roughness_map
         return (
             *(self.base_color_map, shine, self.emission_map),
@@ -146,7 +146,7 @@ class Material:
 
 @dataclass(frozen=True, eq=False)
 class Instance:
-    """One thing in the scene: a mesh at a place. Things with one name are one object to people."""
+    """A mesh at a place in the scene. Instances of the same name are one object for the user."""
 
     name: str
     mesh: int
@@ -157,11 +157,11 @@ class Instance:
 class SceneCamera:
     """A camera of the scene over its frames.
 
-    is_width_assumed  the file tells an angle of view alone, for which a sensor was assumed
-    f_stop            None where the file tells none, as glTF never does
-    focus_distance_m  likewise; may be infinite
-    lens_frames       frames at which `lens_tracks` tell the lens
-    lens_tracks       by field of Lens, its value at each of the frames, for what changes
+    is_width_assumed  the file has only an angle of view, for which a sensor was assumed
+    f_stop            None if the file has none, as always with glTF
+    focus_distance_m  may be infinite; None if the file has none
+    lens_frames       frames at which `lens_tracks` give the lens
+    lens_tracks       values at each of the frames, by field of Lens, for fields that change
     """
 
     name: str
@@ -177,12 +177,12 @@ class SceneCamera:
 
 @dataclass(frozen=True)
 class PointLight:
-    """A light without a shadow, as in KHR_lights_punctual.
+    """A light without shadows, as in KHR_lights_punctual.
 
     intensity     candela-like: radiance of a white surface facing it at 1 m is intensity / pi
-    direction     axis of a spot; None shines to all sides
+    direction     axis of a spot; None for a light that shines in all directions
     cone_cosines  cosines of a spot's inner and outer half angle
-    is_smooth     between the two a spot fades as in Cycles, else as in glTF, which is sharper
+    is_smooth     a spot fades between the two as in Cycles, else as in glTF, which is sharper
     """
 
     position_m: tuple[float, float, float]
@@ -194,12 +194,12 @@ class PointLight:
 
 @dataclass(frozen=True)
 class Daylight:
-    """The sun, the only light with a shadow, and a sky between two colours.
+    """The sun, which is the only light with shadows, and a sky gradient.
 
     to_sun         direction towards the sun, of any length
     sun            irradiance of a surface that faces it; black for none
     zenith         radiance of the sky straight above
-    horizon        radiance at the height of the eye
+    horizon        radiance of the sky at the horizon
     ground         radiance from below
     """
 
@@ -212,7 +212,7 @@ class Daylight:
 
 @dataclass(frozen=True)
 class Lighting:
-    """All that lights a scene at one time."""
+    """All lights of a scene at one frame."""
 
     lights: tuple[PointLight, ...]
     daylight: Daylight
@@ -220,18 +220,18 @@ class Lighting:
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """A scene with everything that can be seen in it.
+    """A scene with everything that is visible in it.
 
     path      path of the file, or a name for a scene that comes from no file
-    motion    places of the instances at each frame; None where they never move
+    motion    matrices of the instances at each frame; None if they never move
     frames    frames in which something moves, None for a still scene
-    deforms   of each mesh that changes its shape, by its index, the mesh at each frame
-    light_motion  the lights at each frame, as many as `lights`; None where none of them moves
+    deforms   the mesh at each frame, by index, for each mesh that changes its shape
+    light_motion  the lights at each frame, as many as `lights`; None if none of them moves
     clips     names of the animations that the file has
     notes     sentences for the user
-    up_axis, meters_per_unit  what a file that does not say them was taken for, see `placing`
+    up_axis, meters_per_unit  chosen or guessed for a file that lacks them, see `placing`
 
-    Raises InputError where there is nothing to see.
+    Raises InputError if there is nothing to see.
     """
 
     path: Path
@@ -260,27 +260,27 @@ class Scene:
 
     @property
     def triangle_count(self) -> int:
-        """Of all instances together."""
+        """Number of triangles of all instances together."""
         return sum(len(self.meshes[instance.mesh].triangles) for instance in self.instances)
 
     @cached_property
     def boxes_m(self) -> Array:
-        """(instances, 2, 3): the box of each one's mesh, where that was made."""
+        """(instances, 2, 3): the bounding box of each instance's mesh, in its own axes."""
         return np.array([self.meshes[instance.mesh].box_m for instance in self.instances])
 
     @property
     def is_moving(self) -> bool:
-        """Return whether frames differ: something moves, lights too, or changes its shape."""
+        """Return whether objects or lights move, or meshes change their shape."""
         return self.motion is not None or bool(self.deforms) or self.light_motion is not None
 
     def lighting_at(self, frame: float) -> Lighting:
-        """Return what lights the scene at a frame."""
+        """Return the lights of the scene at a frame."""
         if self.light_motion is not None:
             return self.light_motion(frame)
         return Lighting(self.lights, self.daylight)
 
     def boxes_at(self, frame: float) -> Array:
-        """Return (instances, 2, 3): the box of each one's mesh at a frame, in its own axes."""
+        """Return (instances, 2, 3): the box of each instance's mesh at a frame, in its own axes."""
         if not self.deforms:
             return self.boxes_m
         boxes = [mesh.box_m for mesh in self.meshes]
@@ -289,9 +289,9 @@ class Scene:
         return np.array([boxes[instance.mesh] for instance in self.instances])
 
     def shapes_at(self, frame: float) -> Mapping[int, Mesh]:
-        """Return the meshes that change their shape, by their index, as they are at a frame.
+        """Return the meshes that change their shape, by index, deformed for a frame.
 
-        Those of the latest frame are kept, because placing and drawing both ask for them.
+        Those of the last frame are cached, because placing and drawing both need them.
         """
         latest = self._latest_shapes
         if latest and latest[0][0] == frame:
@@ -307,7 +307,7 @@ class Scene:
         return np.stack([instance.to_world for instance in self.instances])
 
     def camera_named(self, name: str) -> SceneCamera:
-        """Return a camera; raise InputError listing the names where there is no such camera."""
+        """Return a camera; raise InputError that lists the names if there is no such camera."""
         for camera in self.cameras:
             if camera.name == name:
                 return camera
@@ -316,8 +316,8 @@ class Scene:
 
 
 def check_instances(path: Path, count: int) -> None:
-    """Raise InputError where a file has more instances than can be drawn."""
+    """Raise InputError if a file has more instances than can be drawn."""
     if count > INSTANCES_MOST:
         raise InputError(
-            f"{path} has {count:,} things or more; {INSTANCES_MOST:,} are the most. Join some."
+            f"{path} has {count:,} objects or more; heatlens draws {INSTANCES_MOST:,}. Join some."
         )

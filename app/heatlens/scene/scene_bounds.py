@@ -1,4 +1,4 @@
-"""How large a scene and its objects are, and where to stand to see them."""
+"""Measure a scene and its objects, and place a camera to see them."""
 
 import math
 from dataclasses import replace
@@ -11,18 +11,18 @@ from heatlens.model.lens import Lens
 from heatlens.scene.corners import placed_corners
 from heatlens.scene.scene import Array, Scene
 
-_MARGIN = 1.15  # room around what is looked at
-_CLOSEST = 1e-3  # of the size of the objects: the least distance of a camera from them
-_LARGE_M = 4.0  # from this size on, a scene that is seen whole is sharp everywhere
-_LEAST_PART, _MOST_PART = 0.05, 0.4  # of the scene: the size of an object that stands out in it
-_AROUND_SUBJECT = 1.0  # how much of the subject is seen at the least, before the margin
-_FROM = (0.35, 0.25, 1.0)  # a little from the right and from above
+_MARGIN = 1.15  # factor for the space around the framed points
+_CLOSEST = 1e-3  # least distance of a camera from objects, as a part of their size
+_LARGE_M = 4.0  # a larger scene that is seen as a whole is sharp everywhere
+_LEAST_PART, _MOST_PART = 0.05, 0.4  # size of a subject, as a part of the scene
+_AROUND_SUBJECT = 1.0  # least part of the subject that is in view, before the margin
+_FROM = (0.35, 0.25, 1.0)  # view direction: a little from the right and from above
 
 
 def bounds_m(scene: Scene, frame: float, name: str | None = None) -> Array:
     """Return (2, 3), the least and greatest corner of the scene at a frame.
 
-    With `name` it is that of the objects of this name, NaN where no object has it.
+    With `name`, return those of the objects of this name, NaN if there are none.
     """
     points = corners_m(scene, frame, name)
     return box_around(points) if len(points) else np.full((2, 3), np.nan)
@@ -69,10 +69,10 @@ def object_depth_m(scene: Scene, name: str, pose: Pose, frame: float) -> float:
 
 
 def framed(points_m: Array, lens: Lens, aspect: float, turn: Array | None = None) -> Pose:
-    """Return the nearest pose from which the picture holds all points (N, 3) with a margin.
+    """Return the nearest pose from which all points (N, 3) are in the picture, with a margin.
 
-    The camera looks along -z of `turn`, without one a little down and to the left, at the middle of
-    the box around the points.
+    The camera looks along -z of `turn` at the middle of the box around the points. The default
+    looks a little down and to the left.
     """
     if turn is None:
         turn = looking_at(_FROM, (0.0, 0.0, 0.0)).turn
@@ -85,16 +85,16 @@ def framed(points_m: Array, lens: Lens, aspect: float, turn: Array | None = None
 
 
 def _distance_m(points: Array, lens: Lens, aspect: float) -> float:
-    """Return the distance back along z that shows all points (N, 3) in the camera's axes."""
-    across = lens.sensor_width_mm / (2 * lens.focal_length_mm)  # half of what is seen at 1 m
+    """Return the distance along z from which all points (N, 3), in camera axes, are visible."""
+    across = lens.sensor_width_mm / (2 * lens.focal_length_mm)  # half the visible width at 1 m
     away = _MARGIN / across * (np.abs(points[:, :2]) * (1.0, aspect)).max(axis=1)
-    # Points seen end-on have no width that would keep the camera away from them.
+    # Points on the axis have no width that would keep the camera away from them.
     least = max(_CLOSEST * float(np.ptp(points, axis=0).max()), 1e-6)
     return float((points[:, 2] + np.maximum(away, least)).max())
 
 
 def track_of(scene: Scene, framing: Framing, lens: Lens) -> CameraTrack:
-    """Return the camera that a framing means; raise InputError for an unknown name."""
+    """Return the camera of a framing; raise InputError for an unknown name."""
     if framing.track is not None:
         return framing.track
     if framing.camera is not None:
@@ -114,12 +114,12 @@ def track_of(scene: Scene, framing: Framing, lens: Lens) -> CameraTrack:
 
 
 def subject_m(scene: Scene) -> Array | None:
-    """Return (8, 3) corners of the object to focus on first in a scene too large to see blur in.
+    """Return corners (8, 3) of the object to show first in a scene too large to show any blur.
 
-    From as far away as shows a large scene, everything is sharp: across a scene of a size L that
-    is seen whole, the discs are about 0.8 w / (N L) of the picture's width, for a film back of the
-    width w. Then the nearest object counts that is much smaller than the scene. Returns None where
-    the scene is small enough to be seen whole, or nothing in it stands out.
+    From a distance that shows a whole large scene, everything is sharp: the discs are about
+    0.8 w / (N L) of the picture's width for a scene of size L and a film back of width w. In that
+    case the subject is the nearest object that is much smaller than the scene. Returns None if the
+    scene is small enough to be seen as a whole, or no object is suitable.
     """
     first = scene.frames.first if scene.frames else 1
     corners = placed_corners(scene.boxes_at(first), scene.transforms_at(first)).reshape(-1, 8, 3)

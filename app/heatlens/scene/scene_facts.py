@@ -1,4 +1,4 @@
-"""What is in a scene, as plain values ready for JSON."""
+"""Describe the content of a scene as values that JSON can hold."""
 
 from typing import Any
 

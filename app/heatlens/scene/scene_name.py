@@ -1,4 +1,4 @@
-"""From the name of a scene, in a shot file or on a command line, to the scene."""
+"""Open a scene by its name in a shot file or on a command line."""
 
 import os
 from pathlib import Path
@@ -12,20 +12,20 @@ DEMO = "demo"  # the scene that comes with the program, unless a file has that n
 
 
 def names_scene(text: str) -> bool:
-    """Return True where `text` names a scene rather than plates."""
+    """Return True if `text` names a scene rather than plates."""
     return is_demo(text) or is_scene_file(text)
 
 
 def is_demo(text: str) -> bool:
-    """Return True where `text` means the scene that comes with the program."""
+    """Return True if `text` means the scene that comes with the program."""
     return text == DEMO and not os.path.exists(text)
 
 
 def open_scene(text: str, timing: SceneTiming | None = None) -> Scene:
-    """Return the scene, with its seconds put into frames; the demo is built only where asked for.
+    """Return the scene, with its seconds converted to frames; the demo is built only if needed.
 
-    Raises InputError naming the file where it cannot be read, or tells its frames itself and is
-    given a timing.
+    Raises InputError that names the file if it cannot be read, or if a timing is given for a file
+    that defines its frames itself.
     """
     if is_demo(text):
         if timing is not None:

@@ -1,4 +1,4 @@
-"""Files of 3D scenes, by their endings."""
+"""Read 3D scene files with the reader for their extension."""
 
 import os
 from pathlib import Path
@@ -39,14 +39,14 @@ SCENE_SUFFIXES = tuple(_READERS)
 
 
 def is_scene_file(text: str | os.PathLike[str]) -> bool:
-    """Return whether a path has the suffix of a scene; nothing is opened."""
+    """Return whether a path has the suffix of a scene, without opening it."""
     return Path(text).suffix.lower() in _READERS
 
 
 def files_of_scene(path: Path) -> tuple[Path, ...]:
-    """Return the scene's file and after it the files that it names.
+    """Return the scene's file, then the files that it names.
 
-    PLY and STL files name no others. Raises InputError where a file that may name others cannot be
+    PLY and STL files name no others. Raises InputError if a file that may name others cannot be
     read.
     """
     names = _NAMING.get(path.suffix.lower())
@@ -54,11 +54,11 @@ def files_of_scene(path: Path) -> tuple[Path, ...]:
 
 
 def read_scene(path: str | os.PathLike[str], timing: SceneTiming | None = None) -> Scene:
-    """Read meshes, materials, cameras, lights and motion, which `timing` puts into frames.
+    """Read meshes, materials, cameras, lights and motion, which `timing` converts to frames.
 
-    Raises InputError naming the file where it is missing, damaged, empty or of an unknown kind, or
-    tells its frames itself and is given a timing. Where a library is missing the error says what to
-    install.
+    Raises InputError that names the file if it is missing, damaged, empty or of an unknown kind,
+    or if a timing is given for a file that defines its frames itself. If a library is missing, the
+    error says what to install.
     """
     path = Path(path)
     reader = _READERS.get(path.suffix.lower())
@@ -71,7 +71,7 @@ def read_scene(path: str | os.PathLike[str], timing: SceneTiming | None = None) 
         return reader(path)
     if reader is not read_gltf:
         raise InputError(
-            f"{path}: clips, frame rate and first frame can be chosen for glTF alone; other scenes "
-            "tell their frames or do not move."
+            f"{path}: clips, frame rate and first frame can be chosen only for glTF; other scenes "
+            "define their frames or do not move."
         )
     return read_gltf(path, timing)

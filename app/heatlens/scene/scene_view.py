@@ -1,4 +1,4 @@
-"""One look at a scene through one point of the lens, as a matrix from the world to the picture.
+"""The view of a scene through one point of the lens, as a matrix from the world to the picture.
 
 A point at planar depth z and at (x, y) in the camera's axes, metres, is seen at the pixel
 
@@ -20,7 +20,7 @@ from heatlens.model.pupil import Pupil
 from heatlens.scene.corners import corners_of
 from heatlens.scene.scene import Array
 
-_NEAREST = 1e-4  # of the far plane: as near as 24 bits of depth allow
+_NEAREST = 1e-4  # nearest near plane as a part of the far plane, for 24 bits of depth
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -34,11 +34,11 @@ class SceneView:
     near_m, far_m    planar depths between which things are drawn
     offset_m         (u, v): the point of the lens in the camera's x and y
     jitter_px        (x, y), to the right and down: the sample's offset from the pixel's middle
-    sample           which of the samples of a pixel this is, so that what covers a share of a pixel
-                     covers some of them; None for a single one
-    across           how many of the view's pixels are samples of one pixel of a picture, each way
-    first_row        of that picture
-    rows_above       in the texture that is drawn into, which are those of other draws
+    sample           number of the sample within its pixel, so that partial coverage can cover
+                     some of them; None for a single sample
+    across           how many pixels of the view are samples of one picture pixel, along each axis
+    first_row        first row of the picture that is drawn
+    rows_above       rows above it in the texture, which belong to other draws
     """
 
     world_to_camera: Array
@@ -56,9 +56,9 @@ class SceneView:
 
     @property
     def clip_from_world(self) -> Array:
-        """(4, 4) for columns; y of the clip space runs down, so that row 0 of a texture is on top.
+        """(4, 4) for columns; y of clip space runs down, so that row 0 of a texture is on top.
 
-        After the division z runs from -1 at `near_m` to 1 at `far_m`.
+        After the perspective division, z runs from -1 at `near_m` to 1 at `far_m`.
         """
         width, height = self.size
         x, y = 2 * self.focal_px / width, 2 * self.focal_px / height
@@ -74,12 +74,12 @@ class SceneView:
 
     @property
     def eye_m(self) -> Array:
-        """(3,) the point of the lens, in the world."""
+        """(3,) the point of the lens in world space."""
         return np.asarray(np.linalg.inv(self.world_to_camera) @ (*self.offset_m, 0.0, 1.0))[:3]
 
 
 def view_of(pose: Pose, lens: Lens, size: tuple[int, int], box_m: Array) -> SceneView:
-    """Return the pinhole's view of a scene whose bounds are `box_m` (2, 3)."""
+    """Return the pinhole view of a scene whose bounds are `box_m` (2, 3)."""
     world_to_camera = pose.world_to_camera
     depths = -(corners_of(box_m) @ world_to_camera[2, :3] + world_to_camera[2, 3])
     far = max(1.01 * float(depths.max()), 1e-3)
@@ -89,11 +89,11 @@ def view_of(pose: Pose, lens: Lens, size: tuple[int, int], box_m: Array) -> Scen
 
 
 def finer(view: SceneView, times: int) -> SceneView:
-    """Return the same view in a picture of `times` as many pixels each way."""
+    """Return the same view with `times` as many pixels along each axis."""
     width, height = view.size
     return replace(view, size=(times * width, times * height), focal_px=times * view.focal_px)
 
 
 def pupil_of(lens: Lens) -> Pupil:
-    """Return the opening that a scene is seen through, at the depths of a pinhole's picture."""
+    """Return the lens opening through which a scene is seen, at pinhole depths."""
     return Pupil(lens.aperture, lens_diameter_m(lens) / 2, axial_dioptres(lens))

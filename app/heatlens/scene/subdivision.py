@@ -1,10 +1,10 @@
-"""Catmull-Clark subdivision of polygons, for all vertices at once.
+"""Catmull-Clark subdivision of polygons, vectorised over all vertices.
 
 The rules are those of Catmull and Clark 1978 for smooth surfaces, and of DeRose, Kass and Truong
-1998 for creases: an edge of sharpness s stays sharp for s levels. Edges at the rim of a surface
-and edges of more than two faces are sharp, and a vertex of a single face stays where it is, as the
-default of USD says. Values at the corners of faces, such as texture coordinates, are interpolated
-linearly within each face, so that their seams stay.
+1998 for creases: an edge of sharpness s stays sharp for s levels. Edges at the boundary of a
+surface and edges of more than two faces are sharp, and a vertex of a single face stays in place,
+which is the default of USD. Values at the corners of faces, such as texture coordinates, are
+interpolated linearly within each face, so that their seams are kept.
 """
 
 from collections.abc import Mapping
@@ -16,12 +16,12 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-_SPREAD_ROUNDS = 64  # more than the faces round any reasonable vertex
+_SPREAD_ROUNDS = 64  # more than the number of faces around any reasonable vertex
 
 
 @dataclass(frozen=True, eq=False)
 class Polygons:
-    """Faces of any number of corners.
+    """Faces with any number of corners.
 
     points        (V, 3)
     counts        (F,) corners of each face
@@ -29,7 +29,7 @@ class Polygons:
     values        (C, n) arrays of values at the corners, by name
     faces         (F,) the face of the file that each face comes from
     creases       (E, 2) vertices of creased edges, in any order, and their (E,) sharpness
-    sharp_points  (P,) vertices that stay where they are, for their (P,) sharpness in levels
+    sharp_points  (P,) vertices that stay in place, and their (P,) sharpness in levels
     """
 
     points: Array
@@ -50,7 +50,7 @@ class _Edges:
     of_corner  (C,) the edge from each corner to the next one of its face
     ends       (E, 2) vertices
     faces      (E,) how many faces each has
-    sharpness  (E,) infinite at the rim of a surface
+    sharpness  (E,) infinite at the boundary of a surface
     """
 
     of_corner: Indices
@@ -96,10 +96,9 @@ def subdivided(mesh: Polygons) -> Polygons:
 
 
 def corner_normals(mesh: Polygons) -> NDArray[np.float32]:
-    """Return (C, 3) unit normals, smooth but across creases.
+    """Return unit normals (C, 3), smooth except across creases.
 
-    Faces that meet at a vertex share its normal as far as one comes from one to the other over
-    smooth edges.
+    Faces at a vertex share its normal if they are connected by smooth edges.
     """
     face_of = np.repeat(np.arange(len(mesh.counts)), mesh.counts)
     following, _ = neighbours(mesh.counts)
@@ -150,7 +149,7 @@ def _edge_points(mesh: Polygons, edges: _Edges, face_points: Array, face_of: Ind
 
 
 def _vertex_points(mesh: Polygons, edges: _Edges, face_points: Array, face_of: Indices) -> Array:
-    """Return (V, 3): smooth, on a crease, or where they were, by the sharp edges of each."""
+    """Return (V, 3): smooth, on a crease or unmoved, depending on each vertex's sharp edges."""
     points, count = mesh.points, len(mesh.points)
     valence = np.bincount(edges.ends.reshape(-1), minlength=count)
     faces = np.bincount(mesh.corners, minlength=count)
@@ -180,14 +179,14 @@ def _vertex_points(mesh: Polygons, edges: _Edges, face_points: Array, face_of: I
 def _corner_values(
     told: Array, following: Indices, before: Indices, face_of: Indices, counts: Indices
 ) -> Array:
-    """Return (4 C, n): for each corner its own value, and those at the rest of its quad."""
+    """Return (4 C, n): the values at the four corners of the quad of each corner."""
     middle = _means(told, face_of, counts)[face_of]
     ahead, behind = (told + told[following]) / 2, (told + told[before]) / 2
     return np.stack([told, ahead, middle, behind], axis=1).reshape(-1, told.shape[1])
 
 
 def _split_creases(edges: _Edges, vertices: int) -> tuple[Indices, Array]:
-    """Return the halves of edges that stay sharp; what is at a rim is found again by itself."""
+    """Return the halves of edges that stay sharp; boundaries are always found again."""
     kept = np.flatnonzero((edges.sharpness > 1) & np.isfinite(edges.sharpness))
     middles = vertices + kept
     halves = [np.stack([edges.ends[kept, end], middles], axis=1) for end in (0, 1)]
@@ -195,7 +194,7 @@ def _split_creases(edges: _Edges, vertices: int) -> tuple[Indices, Array]:
 
 
 def _smooth_groups(mesh: Polygons, edges: _Edges, following: Indices) -> Indices:
-    """Return (C,) a number for each corner; corners of one number share a normal."""
+    """Return (C,) a group number for each corner; corners of a group share a normal."""
     inner = (edges.sharpness > 0) & (edges.faces == 2)
     if not inner.any():
         return np.unique(mesh.corners, return_inverse=True)[1].reshape(-1)

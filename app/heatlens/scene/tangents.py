@@ -1,8 +1,8 @@
-"""Along what on a surface the pictures of its normals lie: (x, y, z) and a sign at each vertex.
+"""Compute tangents for normal maps: (x, y, z) and a sign at each vertex.
 
-x goes with u, y is the normal cross x times the sign, against v, as glTF 2.0 has it (section
-3.7.2.1). Where a file tells nothing they are found as Mikkelsen 2008 ("Simulation of wrinkled
-surfaces revisited") does, except that vertices are shared as the file shares them.
+The tangent follows u, and the bitangent, cross(normal, tangent) * sign, points against v, as in
+glTF 2.0 (section 3.7.2.1). Missing tangents are computed as in Mikkelsen 2008 ("Simulation of
+wrinkled surfaces revisited"), except that vertices are shared as in the file.
 """
 
 from dataclasses import replace
@@ -12,12 +12,13 @@ from numpy.typing import NDArray
 
 from heatlens.scene.scene import Array, Mesh
 
-_FLAT = 1e-6  # of the product of two edges: a triangle, or its place in the picture, without area
-_SIDES = np.array([(1, 2), (2, 0), (0, 1)])  # the two other corners of each
+# Area of a triangle, or of its texture coordinates, relative to two edges, that counts as none.
+_FLAT = 1e-6
+_SIDES = np.array([(1, 2), (2, 0), (0, 1)])  # the two other corners of each corner
 
 
 def told_tangents(values: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Return tangents (V, 4) of a file with length 1 or 0 and a sign of 1 or -1."""
+    """Normalise tangents (V, 4) of a file: length 1 or 0, and a sign of 1 or -1."""
     along = _unit(values[:, :3].astype(np.float64))
     signs = np.where(values[:, 3:] < 0, -1.0, 1.0)
     return np.concatenate([along, signs], axis=1).astype(np.float32)
@@ -26,8 +27,8 @@ def told_tangents(values: NDArray[np.float32]) -> NDArray[np.float32]:
 def with_tangents(mesh: Mesh) -> Mesh:
     """Return the mesh with tangents.
 
-    A vertex between two orientations of the picture is split in two. Tangents are zero where the
-    texture coordinates define no direction.
+    A vertex between mirrored and other texture coordinates is split in two. Tangents are zero where
+    the texture coordinates define no direction.
     """
     if mesh.tangents is not None:
         return mesh
@@ -37,7 +38,7 @@ def with_tangents(mesh: Mesh) -> Mesh:
     angles, sums = _angles(mesh), np.zeros((len(normals), 3))
     for corner in range(3):
         at = triangles[:, corner]
-        # Of length 1 in the plane of the vertex, so that sloped triangles weigh as much as others.
+        # Normalise in the tangent plane of the vertex, so that sloped triangles weigh the same.
         leaning = along - normals[at] * np.sum(along * normals[at], axis=1, keepdims=True)
         heavy = _unit(leaning) * angles[:, corner, None]
         for axis in range(3):
@@ -49,7 +50,7 @@ def with_tangents(mesh: Mesh) -> Mesh:
 
 
 def _across_triangles(mesh: Mesh) -> tuple[Array, NDArray[np.bool_]]:
-    """Return (T, 3) directions of u, zero for none, and (T,) where uvs are mirrored."""
+    """Return directions (T, 3) of u, zero for none, and a mask (T,) of mirrored uvs."""
     corners = mesh.positions_m[mesh.triangles].astype(np.float64)
     places = mesh.uvs[mesh.triangles].astype(np.float64)
     a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
@@ -61,7 +62,7 @@ def _across_triangles(mesh: Mesh) -> tuple[Array, NDArray[np.bool_]]:
     is_flat |= np.linalg.norm(facing, axis=1) <= _FLAT * np.linalg.norm(a, axis=1) * (
         np.linalg.norm(b, axis=1)
     )
-    # Corners may run the other way round than the normals say; v runs down.
+    # The order of the corners may contradict the normals; v runs down.
     outside = np.sum(facing * mesh.normals[mesh.triangles].sum(axis=1), axis=1)
     is_mirrored = (area > 0) == (outside >= 0)
     return np.where(is_flat[:, None], 0.0, _unit(along)), is_mirrored & ~is_flat
@@ -92,7 +93,7 @@ def _parted(mesh: Mesh, is_mirrored: NDArray[np.bool_]) -> Mesh:
 
 
 def _angles(mesh: Mesh) -> Array:
-    """Return (T, 3) angles of the corners in radians."""
+    """Return the angles (T, 3) at the corners in radians."""
     corners = mesh.positions_m[mesh.triangles].astype(np.float64)
     sides = corners[:, _SIDES] - corners[:, :, None]
     cosines = np.sum(_unit(sides[:, :, 0]) * _unit(sides[:, :, 1]), axis=-1)
@@ -100,7 +101,7 @@ def _angles(mesh: Mesh) -> Array:
 
 
 def _unit(vectors: Array) -> Array:
-    """Return (..., 3) of length 1; zero stays zero."""
+    """Return vectors (..., 3) scaled to length 1; zero stays zero."""
     lengths = np.linalg.norm(vectors, axis=-1, keepdims=True)
     safe = lengths > 1e-30
     return np.where(safe, vectors / np.where(safe, lengths, 1.0), 0.0)

@@ -1,4 +1,4 @@
-"""A shot seen through a camera of its scene, with as much of its lens as the file tells."""
+"""View a shot through a camera of its scene, with the lens values that the file has."""
 
 from dataclasses import replace
 from typing import Any
@@ -13,10 +13,10 @@ OPENING = ("f_stop", "focus_distance_m")
 
 
 def through_camera(shot: Shot, camera: SceneCamera) -> Shot:
-    """Return the shot through a camera: it stands and moves as that, and has its lens and keys.
+    """Return the shot with the position, motion, lens and keys of a camera.
 
-    Keys are replaced where the file tells the value. A camera that tells its angle of view alone
-    keeps it on the sensor of the shot.
+    Keys are replaced for values that the file has. A camera of which only the angle of view is
+    known keeps it on the sensor of the shot.
     """
     framing = replace(shot.framing or Framing(), camera=camera.name, track=None)
     values, tracks = told_lens(camera), dict(camera.lens_tracks)
@@ -35,6 +35,6 @@ def through_camera(shot: Shot, camera: SceneCamera) -> Shot:
 
 
 def told_lens(camera: SceneCamera) -> dict[str, Any]:
-    """Return the fields of Lens that the file tells of a camera, at its first frame."""
+    """Return the fields of Lens that the file has for a camera, at its first frame."""
     told = {field: getattr(camera, field) for field in (*ANGLE, *OPENING)}
     return {field: value for field, value in told.items() if value is not None}

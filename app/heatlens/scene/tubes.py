@@ -1,4 +1,4 @@
-"""Thin tubes along curves, as triangles: hair, wires, grass."""
+"""Make thin tubes of triangles along curves: hair, wires, grass."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,8 +12,8 @@ def tubes(
 ) -> tuple[Array, Array, NDArray[np.uint32], Indices]:
     """Return positions (V, 3), normals (V, 3), triangles (T, 3), and the point of each vertex (V,).
 
-    `points` (P, 3) are those of one curve after the other, `counts` (C,) how many each has;
-    `radii` (P,). Curves of fewer than two points have no tube. The ends are open.
+    `points` (P, 3) and `radii` (P,) hold one curve after the other, `counts` (C,) the number of
+    points of each. Curves of fewer than two points have no tube. The ends are open.
     """
     curve = np.repeat(np.arange(len(counts)), counts)
     side, up = _across(points, curve, len(counts))
@@ -33,10 +33,10 @@ def tubes(
 
 
 def _across(points: Array, curve: Indices, count: int) -> tuple[Array, Array]:
-    """Return two unit vectors (P, 3) across the curve at each point.
+    """Return two unit vectors (P, 3) perpendicular to the curve at each point.
 
-    They lean towards the axis that is farthest from the curve's directions, so that tubes twist
-    only where a curve turns towards it.
+    The first leans towards the axis that is farthest from the curve's directions, so that tubes
+    twist only where a curve turns towards it.
     """
     tangents = _tangents(points, curve)
     along = np.stack([np.bincount(curve, np.abs(column), count) for column in tangents.T], axis=1)
@@ -46,7 +46,7 @@ def _across(points: Array, curve: Indices, count: int) -> tuple[Array, Array]:
 
 
 def _tangents(points: Array, curve: Indices) -> Array:
-    """Return (P, 3) the direction of the curve at each point, from the points beside it."""
+    """Return the direction (P, 3) of the curve at each point, from its neighbours."""
     steps = np.where((curve[:-1] == curve[1:])[:, None], np.diff(points, axis=0), 0.0)
     none = np.zeros((1, 3))
     return _unit(np.vstack([none, steps]) + np.vstack([steps, none]))

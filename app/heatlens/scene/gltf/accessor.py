@@ -1,4 +1,4 @@
-"""Numbers out of the buffers of a glTF file, as its accessors describe them.
+"""Read numbers from the buffers of a glTF file through its accessors.
 
 Source: Khronos, glTF 2.0 specification, section 3.6.2.
 """
@@ -16,15 +16,15 @@ _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
 
 
 def read_floats(gltf: GltfFile, index: int, width: int) -> NDArray[np.float32]:
-    """Return (count, width) finite numbers; `normalized` integers are shares of 1.
+    """Return finite numbers (count, width); `normalized` integers become fractions of 1.
 
-    Raises InputError for another width, for NaN and infinity, and where bytes are missing.
+    Raises InputError for another width, for NaN and infinity, and if bytes are missing.
     """
     return _finite(_accessor(gltf, index), read_numbers(gltf, index, width))
 
 
 def read_numbers(gltf: GltfFile, index: int, width: int) -> NDArray[np.float32]:
-    """Return what `read_floats` does, of which some may be NaN or infinite."""
+    """Return numbers as `read_floats` does, but allow NaN and infinity."""
     record = _accessor(gltf, index)
     raw = _values(gltf, record, width)
     found = as_shares(raw) if record.entry.value.get("normalized") is True else raw
@@ -32,9 +32,9 @@ def read_numbers(gltf: GltfFile, index: int, width: int) -> NDArray[np.float32]:
 
 
 def read_colors(gltf: GltfFile, index: int) -> NDArray[np.float32]:
-    """Return (count, 3) or (count, 4) numbers; integers are always shares of 1.
+    """Return numbers (count, 3) or (count, 4); integers always become fractions of 1.
 
-    Some may be NaN or infinite. Raises InputError where bytes are missing.
+    Some may be NaN or infinite. Raises InputError if bytes are missing.
     """
     record = _accessor(gltf, index)
     width = 4 if record.text("type") == "VEC4" else 3
@@ -48,7 +48,7 @@ def _finite(record: Record, values: NDArray[np.float32]) -> NDArray[np.float32]:
 
 
 def read_indices(gltf: GltfFile, index: int, below: int) -> NDArray[np.uint32]:
-    """Return (count,) whole numbers less than `below`; raise InputError for others."""
+    """Return integers (count,) less than `below`; raise InputError for others."""
     record = _accessor(gltf, index)
     raw = _values(gltf, record, 1)[:, 0]
     if raw.dtype.kind != "u":
@@ -106,7 +106,7 @@ def _elements(
 
 
 def _with_sparse(gltf: GltfFile, record: Record, values: NDArray[Any]) -> NDArray[Any]:
-    """Return the values with those replaced that the sparse part lists."""
+    """Return the values after applying the replacements in the sparse part."""
     sparse = record.inside("sparse")
     count = sparse.whole("count")
     if count > len(values):
@@ -120,7 +120,7 @@ def _with_sparse(gltf: GltfFile, record: Record, values: NDArray[Any]) -> NDArra
 
 
 def as_shares(values: NDArray[Any]) -> NDArray[Any]:
-    """Return integers as the shares of 1 that they stand for; other numbers stay."""
+    """Convert normalised integers to fractions of 1; return floats unchanged."""
     if values.dtype.kind == "f":
         return values
     return np.maximum(values / np.iinfo(values.dtype).max, -1.0)

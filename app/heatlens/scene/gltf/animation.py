@@ -1,4 +1,4 @@
-"""What moves in a glTF file: all its animations at once, or the one that is chosen.
+"""Read the animations of a glTF file: all of them at once, or the chosen one.
 
 Source: Khronos, glTF 2.0 specification, section 3.11 and appendix C.
 """
@@ -24,10 +24,10 @@ from heatlens.scene.scene import Array
 Indices = NDArray[np.intp]
 
 _FIRST_FRAME = 1
-# Over an hour; a camera gets a key for each of them.
+# More than an hour; a camera gets a key for each frame.
 _FRAMES_MOST = 100_000
-_A_HAIR = 1e-3  # of a frame, by which a time in float32 may miss a whole one
-_TWICE = "Animations move the same thing at once; the first is played, or the one that --clip names"
+_A_HAIR = 1e-3  # tolerance in frames for times that are rounded to float32
+_TWICE = "Animations move the same node at once; the first is played, or the one that --clip names"
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +37,7 @@ class ValueTrack:
     times_s  (K,) in ascending order
     values   (K, n); (K, 3, n) for a cubic: tangent in, value, tangent out
     kind     LINEAR, STEP or CUBICSPLINE
-    is_told  whether an animation tells it; a node at rest has a track that nobody told
+    is_told  True if an animation has it; False for the default track of a node at rest
     """
 
     times_s: Array
@@ -111,11 +111,11 @@ _BETWEEN: Mapping[str, Callable[[ValueTrack, Indices, Indices, Array, Array], Ar
 
 @dataclass(frozen=True, eq=False)
 class Animation:
-    """What moves.
+    """The animated values of a file.
 
-    tracks   of each node that moves, one for each of RESTS, even if it has a single key
-    weights  of each node whose shapes blend, their weights
-    angles   of each camera of the file whose angle of view changes, its vertical angle
+    tracks   by moving node, one for each of RESTS, even if it has a single key
+    weights  by node, the weights of its morph targets
+    angles   by camera of the file, its vertical angle of view
     clips    the names of all animations of the file
     """
 
@@ -129,7 +129,7 @@ class Animation:
 
     @cached_property
     def _span_s(self) -> tuple[float, float] | None:
-        """Return the times of the first and the last key, None where nothing moves."""
+        """Return the times of the first and the last key, None if nothing moves."""
         moving = [t for node in self.tracks.values() for t in node.values() if t.is_told]
         moving += [*self.weights.values(), *self.angles.values()]
         if not moving:
@@ -139,18 +139,18 @@ class Animation:
 
     @property
     def first_frame(self) -> int:
-        """The first frame, also where nothing moves."""
+        """The first frame, even if nothing moves."""
         return _FIRST_FRAME if self.timing.first_frame is None else self.timing.first_frame
 
     @property
     def _start_s(self) -> float:
-        """The second of the first frame."""
+        """The time of the first frame in seconds."""
         is_told = self.timing.first_frame is not None and self._span_s is not None
         return self._span_s[0] if is_told and self._span_s is not None else 0.0
 
     @property
     def frames(self) -> FrameRange | None:
-        """From the first frame to the last key; None where nothing moves."""
+        """The range from the first frame to the last key; None if nothing moves."""
         if self._span_s is None:
             return None
         length_s = self._span_s[1] - self._start_s
@@ -158,15 +158,15 @@ class Animation:
         return FrameRange(self.first_frame, self.first_frame + max(count, 0))
 
     def times_s(self, frames: Array) -> Array:
-        """Return the seconds of frames."""
+        """Return the times of frames in seconds."""
         return (frames - self.first_frame) / self.timing.frames_per_second + self._start_s
 
     def weights_of(self, node: int, frame: float) -> Array:
-        """Return the weights of the shapes of a node that are animated."""
+        """Return the animated weights of a node's morph targets at a frame."""
         return np.asarray(self.weights[node].at(self.times_s(np.array([frame])))[0])
 
     def locals_of(self, node: int, frames: Array) -> Array:
-        """Return (F, 4, 4) of one node within its parent over that many frames."""
+        """Return the matrices (F, 4, 4) from a node to its parent at F frames."""
         tracks = self.tracks.get(node)
         if tracks is None:
             return np.broadcast_to(self.tree.locals[node], (len(frames), 4, 4))
@@ -174,7 +174,7 @@ class Animation:
         return matrices(*(tracks[name].at(times_s) for name in RESTS))
 
     def worlds(self, frame: float) -> Array:
-        """Return (N, 4, 4) of all nodes to the world."""
+        """Return the matrices (N, 4, 4) from all nodes to the world at a frame."""
         at_frame = frame if self.tracks else 0.0
         for held, worlds in self._latest:
             if held == at_frame:
@@ -196,7 +196,7 @@ class Animation:
 
     @np.errstate(over="ignore", invalid="ignore")  # the caller checks the result
     def track_of(self, node: int, frames: Array) -> Array:
-        """Return (F, 4, 4) of one node to the world."""
+        """Return the matrices (F, 4, 4) from one node to the world at F frames."""
         found = np.broadcast_to(np.eye(4), (len(frames), 4, 4))
         for above in self.tree.chain(node):
             found = self.locals_of(above, frames) @ found
@@ -206,7 +206,7 @@ class Animation:
 def read_animation(gltf: GltfFile, tree: NodeTree, timing: SceneTiming) -> Animation:
     """Read the animations of a file, or the one that `timing` chooses.
 
-    Raises InputError where they are damaged or longer than an hour, or there is no such clip.
+    Raises InputError if they are damaged or longer than an hour, or there is no such clip.
     """
     records = gltf.listed("animations")
     names = tuple(record.text("name") or f"clip {i + 1}" for i, record in enumerate(records))
@@ -246,7 +246,7 @@ def _still(value: tuple[float, ...]) -> ValueTrack:
 def _add(
     gltf: GltfFile, found: Animation, seen: set[int], samplers: list[Record], channel: Record
 ) -> None:
-    """Add a channel if it moves a node of the scene, blends its shapes, or turns a lens."""
+    """Add a channel if it moves a node of the scene, or changes its shape or a camera's angle."""
     target = target_of(gltf, channel)
     if target is None or (target.path != ANGLE and target.number not in seen):
         return

@@ -14,9 +14,9 @@ from heatlens.scene.gltf.file import GltfFile
 from heatlens.scene.gltf.json_values import Record
 from heatlens.scene.scene import Array, SceneCamera
 
-SENSOR_WIDTH_MM = 36.0  # glTF has an angle but no sensor; this is the full frame of a still camera
-_ASPECT = 16 / 9  # of a camera without one
-_CUT_OFF = "Cameras cut off what is nearer or farther than their planes; all of it is drawn"
+SENSOR_WIDTH_MM = 36.0  # full frame: glTF has an angle of view but no sensor
+_ASPECT = 16 / 9  # for a camera without an aspect ratio
+_CUT_OFF = "The clipping planes of cameras are ignored: everything is drawn"
 _FOCAL_LEAST_MM, _FOCAL_MOST_MM = 0.1, 1e5
 
 
@@ -46,7 +46,7 @@ class GltfCameras:
         camera = self.gltf.listed("cameras")[number]
         name = on_node.text("name") or camera.text("name") or f"camera {len(self.cameras) + 1}"
         if camera.text("type") != "perspective":
-            note = f"The camera {name!r} has no perspective, so no lens: it is left out."
+            note = f"The camera {name!r} is orthographic and has no lens: it is left out."
             self.notes[note] = None
             return
         frames = self.animation.frames
@@ -73,7 +73,7 @@ class GltfCameras:
         self._planes.append((found, camera.inside("perspective")))
 
     def _focal_lengths_mm(self, number: int, perspective: Record) -> tuple[float, ...]:
-        """Return the focal length at each frame, or the only one where the angle stays."""
+        """Return the focal length at each frame, or a single one if the angle is constant."""
         track, frames = self.animation.angles.get(number), self.animation.frames
         if track is None or frames is None:
             angle = perspective.number("yfov", math.nan, least=1e-6)
@@ -82,9 +82,9 @@ class GltfCameras:
         return tuple(_focal_length_mm(perspective, angle) for angle in angles.tolist())
 
     def cut_off(self, boxes_m: Array) -> None:
-        """Note cameras that would not show all of the boxes (N, 2, 3) that stand in the world.
+        """Add a note for cameras whose clipping planes cut the boxes (N, 2, 3) of the world.
 
-        heatlens shows what is nearer than a camera's `znear` and farther than its `zfar` too.
+        heatlens also shows what is nearer than a camera's `znear` or farther than its `zfar`.
         """
         corners = np.stack([boxes_m[:, [i, j, k], [0, 1, 2]] for i, j, k in np.ndindex(2, 2, 2)])
         for camera, told in self._planes:
@@ -106,7 +106,7 @@ def _focal_length_mm(perspective: Record, angle: float) -> float:
 
 
 def _pose(on_node: Record, matrix: Array) -> Pose:
-    """Return the pose of a node without its ancestors' scale, upright where they mirror it."""
+    """Return the pose of a node without the scale and mirroring of its ancestors."""
     back, up = matrix[:3, 2], matrix[:3, 1]
     side = np.cross(up, back)
     if not np.linalg.norm(side) > 1e-12 or not np.abs(matrix[:3, 3]).max() <= 1e9:

@@ -1,4 +1,4 @@
-"""What a channel of an animation changes: a node, the weights of its shapes, or a camera's angle.
+"""Find what an animation channel changes: a node, its morph weights, or a camera's angle.
 
 Sources: Khronos, glTF 2.0 specification, section 3.11; KHR_animation_pointer, which names what is
 changed by its place in the JSON.
@@ -15,13 +15,13 @@ WEIGHTS, ANGLE = "weights", "yfov"
 _POINTER = "KHR_animation_pointer"
 _OF_NODE = re.compile(r"/nodes/(\d{1,9})/(translation|rotation|scale|weights)")
 _OF_CAMERA = re.compile(r"/cameras/(\d{1,9})/perspective/(yfov)")
-_NOT_FOLLOWED = "Animations of what is neither a node nor a camera's angle are left out"
-_NO_SHAPES = "Animations of weights on nodes without shapes to blend change nothing"
+_NOT_FOLLOWED = "Animations of anything but nodes and cameras' angles are left out"
+_NO_SHAPES = "Animated weights on nodes without morph targets change nothing"
 
 
 @dataclass(frozen=True)
 class Target:
-    """What is changed: one of RESTS or WEIGHTS of a node, or ANGLE of a camera, by its number."""
+    """The animated property: one of RESTS or WEIGHTS of a node, or ANGLE of a camera."""
 
     path: str
     number: int

@@ -1,4 +1,4 @@
-"""Meshes that change their shape: skins that hang on bones, and shapes that blend (morph targets).
+"""Deform meshes by skins (bones) and morph targets (blend shapes).
 
 Sources: Khronos, glTF 2.0 specification, section 3.7.2.2 (morph targets) and 3.7.3 (skins).
 """
@@ -20,13 +20,13 @@ from heatlens.scene.scene import Array, Mesh
 Floats = NDArray[np.float32]
 
 _FAR_MOST_M = 1e9
-_UNBOUND = "Meshes with bones but without a weight for each stay as they were modelled"
-_MOST = 1e30  # beyond which the products of float32 are no numbers
+_UNBOUND = "Meshes with bones but without weights keep their modelled shape"
+_MOST = 1e30  # beyond this, products overflow float32
 
 
 @dataclass(frozen=True, eq=False)
 class Skin:
-    """Bones: the node of each, and what brings the mesh from its own axes into those of the bone.
+    """Bones: the node of each, and the matrices from the mesh's own axes to those of the bone.
 
     inverse_binds  (J, 4, 4)
     """
@@ -48,7 +48,7 @@ class Skin:
 
 @dataclass(frozen=True, eq=False)
 class Binding:
-    """How the vertices hang on the bones of a skin: numbers and weights (V, K) of their bones."""
+    """The skinning of vertices: indices (V, K) and weights (V, K) of their bones."""
 
     skin: Skin
     joints: NDArray[np.intp]
@@ -72,7 +72,7 @@ class Binding:
 
 @dataclass(frozen=True, eq=False)
 class Targets:
-    """Shapes (S, V, 3) that are added to a mesh, each by its weight; None for no change."""
+    """Morph targets (S, V, 3) that are added to a mesh with weights; None for no change."""
 
     weights: Callable[[float], Array]
     positions: Floats
@@ -80,7 +80,7 @@ class Targets:
     tangents: Floats | None
 
     def applied(self, mesh: Mesh, frame: float) -> Mesh:
-        """Return the mesh with its shapes added as they are at a frame."""
+        """Return the mesh with its morph targets applied at a frame."""
         weights = np.clip(self.weights(frame), -_MOST, _MOST).astype(np.float32)
         used = np.flatnonzero(weights)
         if not len(used):
@@ -100,10 +100,10 @@ class Targets:
 
 @dataclass(frozen=True, eq=False)
 class Deformed:
-    """A mesh as it is at each frame.
+    """A mesh that changes from frame to frame.
 
-    mesh        as it was modelled
-    is_faceted  each triangle has vertices of its own and faces its own way, whatever its shape
+    mesh        the undeformed mesh
+    is_faceted  flat shading: each triangle has its own vertices and one normal
     """
 
     mesh: Mesh
@@ -126,7 +126,7 @@ class Deformed:
 
 
 def _unit(vectors: Floats) -> Floats:
-    """Return (V, 3) of length 1; what has no direction points upwards."""
+    """Normalise vectors (V, 3); those without a direction point upwards."""
     finite = np.nan_to_num(vectors, nan=0.0, posinf=0.0, neginf=0.0)
     lengths = np.linalg.norm(finite, axis=1, keepdims=True)
     safe = (lengths > 1e-20) & np.isfinite(lengths)
@@ -135,7 +135,7 @@ def _unit(vectors: Floats) -> Floats:
 
 
 def read_skin(gltf: GltfFile, animation: Animation, index: int) -> Skin:
-    """Read a skin; raise InputError where it is damaged."""
+    """Read a skin; raise InputError if it is damaged."""
     record = gltf.listed("skins")[index]
     joints = record.indices("joints", len(gltf.listed("nodes")))
     accessor = record.index("inverseBindMatrices", len(gltf.listed("accessors")))
@@ -151,7 +151,7 @@ def read_skin(gltf: GltfFile, animation: Animation, index: int) -> Skin:
 
 
 def read_binding(vertices: Vertices, mesh: Mesh, skin: Skin) -> Binding | None:
-    """Return how a mesh hangs on its bones; None where the file does not tell."""
+    """Return the skinning of a mesh; None if the file has none."""
     joints, weights = [], []
     number = 0
     while (found := vertices.floats(f"JOINTS_{number}", 4)) is not None:
@@ -162,10 +162,12 @@ def read_binding(vertices: Vertices, mesh: Mesh, skin: Skin) -> Binding | None:
         vertices.gltf.lose(_UNBOUND, vertices.primitive)
         return None
     shares = np.concatenate([part for part in weights if part is not None], axis=1)
-    bones = np.where(shares == 0, 0, np.concatenate(joints, axis=1))  # without weight, any number
+    bones = np.where(
+        shares == 0, 0, np.concatenate(joints, axis=1)
+    )  # indices without weight are arbitrary
     if bones.size and not (0 <= bones.min() and bones.max() < len(skin.joints)):
         vertices.primitive.refuse(
-            f"a vertex hangs on bone {int(bones.max())} of {len(skin.joints)}"
+            f"a vertex refers to bone {int(bones.max())} of {len(skin.joints)}"
         )
     sums = shares.sum(axis=1, keepdims=True)
     shares = np.asarray(shares / np.where(np.abs(sums) > 1e-6, sums, 1.0), np.float32)
@@ -177,12 +179,10 @@ def read_binding(vertices: Vertices, mesh: Mesh, skin: Skin) -> Binding | None:
 def read_targets(
     vertices: Vertices, mesh: Mesh, weights: Callable[[float], Array], count: int
 ) -> Targets | None:
-    """Return the shapes that blend into a mesh, `count` of which have weights."""
+    """Return the morph targets of a mesh, `count` of which have weights."""
     records = vertices.primitive.records("targets")[:count]
     if count > len(vertices.primitive.records("targets")):
-        vertices.gltf.lose(
-            "Weights of shapes that a mesh does not have change nothing", vertices.primitive
-        )
+        vertices.gltf.lose("Weights of missing morph targets change nothing", vertices.primitive)
     if not records:
         return None
     positions, normals, tangents = (

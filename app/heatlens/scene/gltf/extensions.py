@@ -1,4 +1,4 @@
-"""The extensions of glTF that are read, and those that a file may require all the same."""
+"""The glTF extensions that are read, and unread ones that a file may still require."""
 
 from heatlens.scene.gltf.json_values import Record
 
@@ -12,12 +12,12 @@ READ_EXTENSIONS = frozenset(
         *("KHR_animation_pointer", "KHR_node_visibility"),
     }
 )
-# A file may require these, which affect only gloss or nothing that is seen.
+# A file may require these: they affect only gloss, or nothing visible.
 _HARMLESS = ("KHR_materials_", "KHR_xmp")
 
 
 def check_required(root: Record) -> None:
-    """Raise InputError naming an extension that the file requires and that is not read."""
+    """Raise InputError that names an extension which the file requires but is not read."""
     required = root.at("extensionsRequired").items() if root.has("extensionsRequired") else []
     for name in (item.text() for item in required):
         if name not in READ_EXTENSIONS and not name.startswith(_HARMLESS):

@@ -1,9 +1,8 @@
-"""The container of a glTF 2.0 file: its JSON and the bytes that go with it.
+"""Read the container of a glTF 2.0 file: its JSON and its buffers.
 
-`.glb` holds both in one file, `.gltf` names its bytes: within itself as base64, or as files beside
-it. The JSON and its accessors are read here without a library: trimesh leaves out lights,
-animations and all cameras but one, and pygltflib leaves the accessors, the checks of a damaged
-file and its many ways of failing to whoever calls it.
+`.glb` holds both in one file; `.gltf` holds its buffers as base64, or names files beside it. No
+library is used: trimesh leaves out lights, animations and all cameras but one, and pygltflib leaves
+the accessors, and all checks for damaged files, to the caller.
 
 Sources: Khronos, glTF 2.0 specification, sections 3.6 (buffers) and 4 (GLB).
 """
@@ -27,8 +26,8 @@ from heatlens.scene.gltf.json_values import Record
 
 _MAGIC = b"glTF"
 _JSON, _BIN = 0x4E4F534A, 0x004E4942
-_HEAD_BYTES = 20  # of a .glb: its own head and that of its JSON, which comes first
-# Budgets of one file, because meshes may share their bytes but take memory each.
+_HEAD_BYTES = 20  # header of a .glb and of its first chunk, which is the JSON
+# Limits for one file: meshes may share their bytes, but each takes its own memory.
 _BUFFERS_MOST = 4_000_000_000
 _NUMBERS_MOST = 200_000_000
 _EMPTY_MOST = 4_000_000
@@ -41,28 +40,30 @@ class GltfFile:
 
     path: Path
     root: Record
-    binary: bytes | None  # of a .glb
+    binary: bytes | None  # the binary chunk of a .glb
     _buffers: dict[int, bytes] = field(default_factory=dict)
     _lists: dict[str, list[Record]] = field(default_factory=dict)
     _spent: dict[str, int] = field(default_factory=dict)
-    _views: dict[int, bytes] = field(default_factory=dict)  # that were unpacked
-    losses: dict[str, set[str]] = field(default_factory=dict)  # what is lost: the places where
+    _views: dict[int, bytes] = field(default_factory=dict)  # unpacked buffer views
+    losses: dict[str, set[str]] = field(
+        default_factory=dict
+    )  # sentence -> the places it applies to
 
     def lose(self, words: str, record: Record) -> None:
-        """Note a kind of thing that is not drawn as the file says, and one place where it is so.
+        """Record a feature that is not drawn as in the file, and one place where it occurs.
 
-        Each kind is told once, with the number of its places.
+        Each feature is reported once, with the number of its places.
         """
         self.losses.setdefault(words, set()).add(record.entry.place)
 
     def listed(self, name: str) -> list[Record]:
-        """Return the objects of a list of the file, such as its `nodes`."""
+        """Return the objects of a top-level list of the file, such as its `nodes`."""
         if name not in self._lists:
             self._lists[name] = self.root.records(name)
         return self._lists[name]
 
     def buffer(self, index: int) -> bytes:
-        """Return the bytes of a buffer; raise InputError where they are missing or too few."""
+        """Return the bytes of a buffer; raise InputError if some are missing."""
         if index not in self._buffers:
             self._buffers[index] = self._read_buffer(index)
         return self._buffers[index]
@@ -84,10 +85,10 @@ class GltfFile:
         return data[:length]
 
     def spend(self, record: Record, numbers: int, is_empty: bool) -> None:
-        """Count the numbers that an accessor reads; raise InputError where the sum is too large.
+        """Count the numbers that an accessor reads; raise InputError if the sum is too large.
 
-        `is_empty` marks an accessor without bytes of its own, with which a few letters could claim
-        any amount of memory.
+        `is_empty` marks an accessor without bytes, with which a tiny file could claim any amount of
+        memory.
         """
         name, most = ("empty", _EMPTY_MOST) if is_empty else ("filled", _NUMBERS_MOST)
         self._spent[name] = self._spent.get(name, 0) + numbers
@@ -96,7 +97,7 @@ class GltfFile:
             record.refuse(f"it claims {numbers:,} numbers {what}{most:,} are the most in one file")
 
     def view(self, index: int) -> memoryview:
-        """Return the bytes of a buffer view; raise InputError where they end beyond the buffer."""
+        """Return the bytes of a buffer view; raise InputError if it exceeds its buffer."""
         record = self.listed("bufferViews")[index]
         packed = next((name for name in _PACKED if record.inside("extensions").has(name)), None)
         if packed is None:
@@ -117,7 +118,7 @@ class GltfFile:
         return memoryview(data)[start : start + length]
 
     def uri_bytes(self, record: Record) -> bytes:
-        """Return the bytes that a `uri` names: base64 in it, or a file in this file's folder."""
+        """Return the bytes of a `uri`: base64 data, or a file in the folder of this file."""
         path = self.uri_path(record)
         if path is None:
             return _base64(record, record.text("uri"))
@@ -129,13 +130,13 @@ class GltfFile:
     def uri_path(self, record: Record) -> Path | None:
         """Return the file that a `uri` names, whether it exists or not; None for base64.
 
-        Raises InputError where it does not lie in the folder of this file or under it.
+        Raises InputError if it is not in or below the folder of this file.
         """
         uri = record.text("uri")
         if uri.startswith("data:"):
             return None
         if "://" in uri or uri.startswith(("//", "http:", "https:", "file:")):
-            record.refuse(f"{uri[:80]!r} is somewhere else; put the file beside this one")
+            record.refuse(f"{uri[:80]!r} is not a local file; put the file beside this one")
         folder = self.path.parent.resolve()
         try:
             path = (folder / unquote(uri)).resolve()
@@ -154,8 +155,8 @@ def _unreadable(record: Record, error: Exception) -> NoReturn:
 def named_files(path: Path) -> tuple[Path, ...]:
     """Return the files of buffers and pictures that a .gltf or .glb names.
 
-    They are in the order of the file and need not exist. Names that reading would refuse are left
-    out. Only the JSON is read. Raises InputError where that is not possible.
+    They are in the order of the file and need not exist. Invalid names are left out. Only the JSON
+    is read. Raises InputError if that is not possible.
     """
     file = GltfFile(path, _json(path, _text_of(path)), None)
     found: dict[Path, None] = {}
@@ -167,7 +168,7 @@ def named_files(path: Path) -> tuple[Path, ...]:
 
 
 def _text_of(path: Path) -> bytes:
-    """Return the JSON of a .gltf or .glb without the bytes behind it."""
+    """Return the JSON of a .gltf or .glb without its buffers."""
     try:
         with path.open("rb") as file:
             head = file.read(_HEAD_BYTES)
@@ -183,15 +184,14 @@ def _text_of(path: Path) -> bytes:
 def open_gltf(path: Path) -> GltfFile:
     """Open a file.
 
-    Raises InputError where it is not glTF 2.0, is damaged, or requires an extension that is not
-    supported.
+    Raises InputError if it is not glTF 2.0, damaged, or requires an unsupported extension.
     """
     try:
         data = file_bytes(path)
     except OSError as error:
         raise unreadable(path, error) from error
     if not data:
-        raise InputError(f"{path} is empty: there is no scene in it.")
+        raise InputError(f"{path} is empty: it holds no scene.")
     text, binary = _chunks(path, data) if data.startswith(_MAGIC) else (data, None)
     file = GltfFile(path, _json(path, text), binary)
     _check_version(file.root)
@@ -200,7 +200,7 @@ def open_gltf(path: Path) -> GltfFile:
 
 
 def _chunks(path: Path, data: bytes) -> tuple[bytes, bytes | None]:
-    """Return the JSON of a .glb, and its bytes if it has some."""
+    """Return the JSON of a .glb, and its binary chunk if it has one."""
     if len(data) < _HEAD_BYTES:
         _cut_short(path)
     version, length = struct.unpack_from("<II", data, 4)

@@ -1,4 +1,4 @@
-"""Glass as a thin pane: a share of it covers, the rest lets all light through.
+"""Draw glass as a thin pane: a part of it is opaque, and the rest transmits light.
 
 Source: Khronos, KHR_materials_transmission.
 """
@@ -12,18 +12,18 @@ from heatlens.scene.gltf.json_values import Record
 from heatlens.scene.gltf.textures import GltfTextures
 from heatlens.scene.scene import Material
 
-# Of light that comes straight through clear glass; the rest is mirrored at its two sides.
+# Share of light that passes straight through clear glass; its two sides reflect the rest.
 _CLEAREST = 0.9
 _HOLED = "Glass with holes is opaque around them"
-_BY_MEAN = "Pictures of transmission that lie otherwise than those of colour count by their mean"
+_BY_MEAN = "Transmission maps placed unlike the colour map are replaced by their mean"
 
 
 def see_through(
     textures: GltfTextures, record: Record, material: Material, of_base: Record
 ) -> tuple[Material, Record]:
-    """Return the material with its transmission, and what tells where its base colour lies.
+    """Return the material with its transmission, and the record that places its base colour map.
 
-    A picture of the transmission goes into the alpha of the picture of the base colour.
+    A transmission map is merged into the alpha of the base colour map.
     """
     told = record.inside("extensions", "KHR_materials_transmission")
     through = min(told.number("transmissionFactor", 0.0, least=0.0), 1.0)
@@ -46,7 +46,7 @@ def see_through(
 
 
 def _clear_picture(textures: GltfTextures, base: int | None, through: int, clear: float) -> int:
-    """Add the picture `base` whose alpha is less where light comes through; return its number."""
+    """Add the picture `base` with alpha reduced by the transmission map; return its index."""
     pictures = [None if base is None else textures.images[base], textures.images[through]]
     size = common_size([picture for picture in pictures if picture is not None])
     color, share = (resized(picture, size) for picture in pictures)

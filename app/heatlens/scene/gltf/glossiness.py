@@ -1,7 +1,7 @@
-"""Materials with specular colour and glossiness, turned into metal and roughness.
+"""Convert materials with specular colour and glossiness to metalness and roughness.
 
-Both models describe a diffuse colour and a reflection straight on. A reflection that is stronger
-than that of glass or paint can only be that of a metal, so its share of metal follows. Source:
+Both models describe a diffuse colour and a reflection at normal incidence. A reflection that is
+stronger than that of glass or paint must come from a metal, which determines the metalness. Source:
 Khronos, KHR_materials_pbrSpecularGlossiness and the conversion that its authors published with it.
 """
 
@@ -11,7 +11,7 @@ from PIL import Image
 
 from heatlens.scene.scene import Array
 
-_DIELECTRIC = 0.04  # reflection straight on of what is no metal
+_DIELECTRIC = 0.04  # reflectance of non-metals at normal incidence
 _LEAST = 1e-6
 _LUMA = np.array([0.299, 0.587, 0.114])
 _SIDE_MOST_PX = 2048
@@ -76,7 +76,7 @@ def resized(picture: Pixels | None, size: tuple[int, int]) -> Pixels:
 
 
 def _linear(picture: Pixels) -> Array:
-    """Return linear colours and alpha as it is, from 0 to 1 (IEC 61966-2-1)."""
+    """Return linear colours with unchanged alpha, from 0 to 1 (IEC 61966-2-1)."""
     shares = picture / 255.0
     colors = shares[..., :3]
     shares[..., :3] = np.where(colors <= 0.04045, colors / 12.92, ((colors + 0.055) / 1.055) ** 2.4)

@@ -1,4 +1,4 @@
-"""The objects of a glTF file's JSON: what is asked of them is there as it should be, or refused."""
+"""Read the objects of a glTF file's JSON, and refuse entries of the wrong type or range."""
 
 import math
 from collections.abc import Sequence
@@ -12,9 +12,9 @@ _MOST = 1e300  # leaves room for arithmetic below infinity
 
 @dataclass(frozen=True, slots=True)
 class Record:
-    """A JSON object of which some entries are understood.
+    """A JSON object with methods that read its entries.
 
-    Every method raises InputError with the file and the place where an entry is of the wrong kind.
+    Every method raises InputError with the file and the place if an entry has the wrong type.
     """
 
     entry: JsonEntry
@@ -39,7 +39,7 @@ class Record:
         return JsonEntry(self.entry.path, place, self.entry.value[name])
 
     def inside(self, *names: str) -> "Record":
-        """Return the object at a path of names, or an empty one where there is none."""
+        """Return the object at a path of names, or an empty one if there is none."""
         found = self
         for name in names:
             missing = JsonEntry(self.entry.path, f"{found.entry.place}.{name}", {})
@@ -47,7 +47,7 @@ class Record:
         return found
 
     def records(self, name: str) -> list["Record"]:
-        """Return the objects of a list, none where it is missing."""
+        """Return the objects of a list; none if it is missing."""
         return [Record(item) for item in self.at(name).items()] if self.has(name) else []
 
     def number(self, name: str, default: float, least: float = -math.inf) -> float:
@@ -55,7 +55,7 @@ class Record:
         return _finite(self.at(name), least) if self.has(name) else default
 
     def whole(self, name: str, default: int | None = None) -> int:
-        """Return a number from 0 on without a fraction; without a default it must exist."""
+        """Return an integer that is not negative; without a default, it must exist."""
         if default is not None and not self.has(name):
             return default
         found = _finite(self.at(name), 0)
@@ -64,7 +64,7 @@ class Record:
         return int(found)
 
     def index(self, name: str, count: int) -> int | None:
-        """Return a place in a list of `count`; None where there is no such entry."""
+        """Return an index into a list of length `count`; None if there is no such entry."""
         if not self.has(name):
             return None
         found = self.whole(name)
@@ -73,7 +73,7 @@ class Record:
         return found
 
     def indices(self, name: str, count: int) -> list[int]:
-        """Return a list of such places, empty where there is no such entry."""
+        """Return a list of indices as `index` does; empty if there is no such entry."""
         if not self.has(name):
             return []
         items = {str(i): item.value for i, item in enumerate(self.at(name).items())}
@@ -90,7 +90,7 @@ class Record:
         return tuple(_finite(item, -math.inf) for item in items)
 
     def numbers(self, name: str) -> list[float]:
-        """Return a list of finite numbers, empty where there is no such entry."""
+        """Return a list of finite numbers; empty if there is no such entry."""
         return (
             [_finite(item, -math.inf) for item in self.at(name).items()] if self.has(name) else []
         )

@@ -1,7 +1,7 @@
-"""The lights of a glTF file, and how bright they are taken.
+"""Read the lights of a glTF file, and scale them to a suitable exposure.
 
-Source: Khronos, KHR_lights_punctual. Its units are candela and lux, so that daylight is a hundred
-thousand times as bright as what a picture should hold: see `exposed`.
+Source: Khronos, KHR_lights_punctual. Its units are candela and lux, in which daylight is a hundred
+thousand times too bright for a picture: see `exposed`.
 """
 
 import math
@@ -14,10 +14,10 @@ from heatlens.scene.gltf.file import GltfFile
 from heatlens.scene.gltf.json_values import Record
 from heatlens.scene.scene import Array, Color, Daylight, Lighting, PointLight
 
-# Blender writes lux and candela as 683 times its watts: the lumens of a watt of green light.
+# Blender multiplies its watts by 683, the lumens of a watt of green light, for lux and candela.
 _LUMENS_OF_WATT = 683.0
 _BLENDER = "Khronos glTF Blender I/O"
-# Irradiance that a picture is exposed for, and above which light cannot be meant as it is.
+# The irradiance that a picture is exposed for, and the one above which lights are scaled to it.
 _EXPOSED_FOR, _FOR_THE_EYE = 3.0, 30.0
 _MOST_SHINE = 32
 _FAR_MOST_M = 1e9
@@ -26,11 +26,11 @@ _NIGHT = (0.0, 0.0, 0.0)
 
 @dataclass(frozen=True, eq=False)
 class MovingLights:
-    """Lights that hang on nodes, of which some move.
+    """Lights on nodes, some of which move.
 
-    lighting  what they are at the first frame
+    lighting  the lights at the first frame
     nodes     the node of each lamp
-    sun_node  the node of the sun, None for the sun of a scene without one of its own
+    sun_node  the node of the sun, None for the default sun of a scene without one
     """
 
     animation: Animation
@@ -39,7 +39,7 @@ class MovingLights:
     sun_node: int | None
 
     def __call__(self, frame: float) -> Lighting:
-        """Return the lights at a frame; one that has no direction there keeps its own."""
+        """Return the lights at a frame; one without a direction there keeps its first one."""
         worlds = self.animation.worlds(frame)
         pairs = zip(self.lighting.lights, self.nodes, strict=True)
         lamps = tuple(_moved(lamp, worlds[node]) for lamp, node in pairs)
@@ -52,9 +52,9 @@ class MovingLights:
 
 @dataclass
 class GltfLights:
-    """The lights that hang on the nodes of the scene, as bright as the file says.
+    """The lights on the nodes of the scene, with the intensities of the file.
 
-    Raises InputError for a light whose place or values are impossible.
+    Raises InputError for a light with an impossible place or values.
     """
 
     gltf: GltfFile
@@ -104,7 +104,7 @@ class GltfLights:
         inner = min(spot.number("innerConeAngle", 0.0, least=0.0), outer)
         cosines = math.cos(inner), math.cos(outer)
         if self.is_blender:
-            # Blender tells its blend as a part of the angle, but Cycles blends over the cosine.
+            # Blender writes its blend as a part of the angle, but Cycles blends over the cosine.
             cosines = cosines[1] + (1 - cosines[1]) * (1 - inner / outer), cosines[1]
         return replace(lamp, direction=axis, cone_cosines=cosines, is_smooth=self.is_blender)
 
@@ -113,7 +113,7 @@ class GltfLights:
         self._suns += 1
         if self._suns > 1:
             self.gltf.lose(
-                "Suns beside the brightest do not shine", self.animation.tree.records[node]
+                "Suns except the brightest are left out", self.animation.tree.records[node]
             )
         if self._suns == 1 or sum(irradiance) > sum(self.daylight.sun):
             self._sun_node = node
@@ -121,7 +121,7 @@ class GltfLights:
 
     @property
     def motion(self) -> MovingLights | None:
-        """The lights at each frame, as bright as they are now; None where none of them moves."""
+        """The lights at each frame, with their current exposure; None if none of them moves."""
         hung = [*self._nodes, *([] if self._sun_node is None else [self._sun_node])]
         if not any(self.animation.moves(node) for node in hung):
             return None
@@ -129,17 +129,18 @@ class GltfLights:
         return MovingLights(self.animation, lighting, tuple(self._nodes), self._sun_node)
 
     def exposed(self, places_m: Array) -> None:
-        """Bring the lights to the brightness of a picture; `places_m` (N, 3) is what they light.
+        """Scale the lights to a suitable exposure; they light the places `places_m` (N, 3).
 
-        Blender's lights become its watts again, under a black sky, which is the picture of Cycles
-        for a black world. Light of other programs that is much too bright for a picture is taken as
-        photometric, and scaled so that the middle one of the places has the daylight of a scene
-        without lights.
+        Blender's lights are converted back to watts under a black sky, as Cycles renders them with
+        a black world. Lights of other programs that are much too bright are taken as photometric,
+        and scaled so that the median of the places gets the daylight of a scene without lights.
         """
         if not self.lights and not self._suns:
             return
         if len(self.lights) > _MOST_SHINE:
-            self.notes[f"Of {len(self.lights)} lamps the {_MOST_SHINE} brightest shine."] = None
+            self.notes[
+                f"Only the {_MOST_SHINE} brightest of {len(self.lights)} lamps are used."
+            ] = None
         typical = float(np.median(self._irradiance(places_m)))
         factor = 1.0
         if self.is_blender and self._brightest() >= _FOR_THE_EYE:
@@ -162,7 +163,7 @@ class GltfLights:
         return max([*lamps, max(self.daylight.sun)])
 
     def _irradiance(self, places_m: Array) -> Array:
-        """Return (N,) what faces all the lights at once gets at each place."""
+        """Return the irradiance (N,) of a surface that faces all lights, at each place."""
         found = np.full(len(places_m), max(self.daylight.sun) if self._suns else 0.0)
         least = 1e-4 * max(float(np.sum(np.ptp(places_m, axis=0) ** 2)), 1e-4)
         for light in self.lights:
@@ -185,7 +186,7 @@ def _times(color: Color, factor: float) -> Color:
 
 
 def _axis(world: Array) -> tuple[float, float, float] | None:
-    """Return the direction in which a light shines, its node's -z; None where that has none."""
+    """Return the direction of a light, which is its node's -z; None if that has no length."""
     length = float(np.linalg.norm(world[:3, 2]))
     if not 1e-12 < length < 1e12:
         return None
@@ -194,7 +195,7 @@ def _axis(world: Array) -> tuple[float, float, float] | None:
 
 
 def _moved(lamp: PointLight, world: Array) -> PointLight:
-    """Return a lamp on a node that is now at `world` (4, 4)."""
+    """Return a lamp moved with its node to `world` (4, 4)."""
     x, y, z = map(float, np.clip(np.nan_to_num(world[:3, 3]), -_FAR_MOST_M, _FAR_MOST_M))
     axis = None if lamp.direction is None else _axis(world) or lamp.direction
     return replace(lamp, position_m=(x, y, z), direction=axis)

@@ -16,18 +16,18 @@ from heatlens.scene.gltf.textures import GltfTextures
 from heatlens.scene.scene import Color, MapPlace, Material
 
 _STEEPEST = 1e3
-_APART = "Pictures of gloss that lie otherwise than those of colour are laid as these"
+_APART = "Gloss maps placed unlike the colour map are placed like it"
 _GLOSSY = "KHR_materials_pbrSpecularGlossiness"
 _SETS_MOST = 2
-_SETS_TOLD = "Materials that use more than two sets of texture coordinates use two"
+_TOO_MANY_SETS = "Materials with more than two sets of texture coordinates use only two"
 
 
 @dataclass(frozen=True)
 class MapLayout:
-    """How the texture coordinates of a mesh become those of a material's maps.
+    """How the texture coordinates of a mesh are converted for a material's maps.
 
     sets    the sets of the file that are used, at most two
-    shared  the place that all maps have in common; the identity where each has its own
+    shared  the placement that all maps share; the identity if each has its own
     """
 
     sets: tuple[int, ...] = (0,)
@@ -36,9 +36,9 @@ class MapLayout:
 
 @dataclass
 class GltfMaterials:
-    """The materials of a file in its order, and at the end that of meshes without one.
+    """The materials of a file in order, then the default material for meshes without one.
 
-    Raises InputError where a material is damaged.
+    Raises InputError if a material is damaged.
     """
 
     gltf: GltfFile
@@ -78,7 +78,7 @@ class GltfMaterials:
         self._lay(material, list(map(self.textures.place, infos)), record)
 
     def _metallic(self, record: Record) -> tuple[Material, tuple[Record, Record]]:
-        """Return what pbrMetallicRoughness tells, and the two places of its maps."""
+        """Return the material of pbrMetallicRoughness, and the records that place its two maps."""
         shine = record.inside("pbrMetallicRoughness")
         factor = shine.row("baseColorFactor", (1, 1, 1, 1))
         names = ("baseColorTexture", "metallicRoughnessTexture")
@@ -94,7 +94,7 @@ class GltfMaterials:
         return material, (shine.inside(names[0]), shine.inside(names[1]))
 
     def _glossy(self, record: Record) -> tuple[Material, tuple[Record, Record]]:
-        """Return what KHR_materials_pbrSpecularGlossiness tells, as metal and roughness."""
+        """Return the material of KHR_materials_pbrSpecularGlossiness, and its maps' records."""
         told = record.inside("extensions", _GLOSSY)
         names = ("diffuseTexture", "specularGlossinessTexture")
         diffuse = np.clip(told.row("diffuseFactor", (1, 1, 1, 1)), 0, 1)
@@ -118,7 +118,7 @@ class GltfMaterials:
         return material, (found, found)
 
     def _lay(self, material: Material, places: list[MapPlace | None], record: Record) -> None:
-        """Keep a material whose maps lie at `places`, in the order of `Material.maps`."""
+        """Keep a material with the placements of its maps, in the order of `Material.maps`."""
         used = list(dict.fromkeys(place for place in places if place is not None))
         sets = tuple(sorted({place.coordinates for place in used})) or (0,)
         if len(used) <= 1 and not any(place.is_wrapped for place in used):
@@ -127,7 +127,7 @@ class GltfMaterials:
             self.materials.append(material)
             return
         if len(sets) > _SETS_MOST:
-            self.gltf.lose(_SETS_TOLD, record)
+            self.gltf.lose(_TOO_MANY_SETS, record)
             sets = sets[:_SETS_MOST]
         numbered = [MapPlace() if place is None else _renumbered(place, sets) for place in places]
         self.layouts.append(MapLayout(sets))
@@ -140,7 +140,7 @@ def _renumbered(place: MapPlace, sets: tuple[int, ...]) -> MapPlace:
 
 
 def _with_alpha(record: Record, material: Material) -> Material:
-    """Return the material with what its alpha mode says of holes and of what shows through."""
+    """Return the material with the cutoff or blending of its alpha mode."""
     mode = record.text("alphaMode", "OPAQUE")
     if mode == "OPAQUE":
         return replace(material, base_alpha=1.0)
@@ -152,7 +152,7 @@ def _with_alpha(record: Record, material: Material) -> Material:
 
 
 def _steepness(bumps: Record) -> float:
-    """Limit a normal map's scale to what float32 can represent."""
+    """Return the scale of a normal map, limited to a safe range."""
     return min(max(bumps.number("scale", 1.0), -_STEEPEST), _STEEPEST)
 
 
@@ -164,7 +164,7 @@ def _emission(record: Record) -> Color:
 
 
 def _color(values: tuple[float, ...]) -> Color:
-    """Return the colour without alpha, and not less than black."""
+    """Return the colour without alpha, clamped to 0 or more."""
     red, green, blue = (max(float(value), 0.0) for value in values[:3])
     return red, green, blue
 

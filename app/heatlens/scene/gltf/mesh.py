@@ -1,4 +1,4 @@
-"""The triangles, lines and points of a glTF file: one mesh of the scene for each primitive.
+"""Read triangles, lines and points of a glTF file: one mesh of the scene for each primitive.
 
 Source: Khronos, glTF 2.0 specification, section 3.7.
 """
@@ -23,20 +23,20 @@ from heatlens.scene.tubes import tubes
 
 _POINTS, _LINES, _LOOP, _TRIANGLES, _STRIP, _FAN = 0, 1, 2, 4, 5, 6
 _THIN = "Points and lines are drawn thin"
-_FLAT = "Surfaces without the texture coordinates for their pictures have one colour each"
-_THINNESS = 1 / 600  # the radius of a line or a point, as a part of the size of its mesh
+_FLAT = "Surfaces without texture coordinates for their pictures have a single colour"
+_THINNESS = 1 / 600  # radius of a line or a point, as a part of the size of its mesh
 _LINE_SIDES = 4
-_NORMALS = 3  # the place of the map of normals among the maps of a material
+_NORMALS = 3  # index of the normal map among the maps of a material
 
 
 @dataclass
 class GltfMeshes:
     """Reads each mesh of a file once, when a node first uses it.
 
-    A mesh that hangs on bones, or whose shapes blend on one node alone, is read for that node.
+    A skinned mesh, or one with morph weights of its own on a node, is read for that node.
 
     deforms   the meshes of the scene that change their shape
-    in_world  those that bones put into the world, wherever their node is
+    in_world  skinned meshes, whose bones place them in the world regardless of their node
     """
 
     gltf: GltfFile
@@ -50,7 +50,7 @@ class GltfMeshes:
     def of(self, index: int, node: int) -> list[int]:
         """Return the scene's meshes for a mesh of the file on a node.
 
-        Raises InputError where it is damaged.
+        Raises InputError if it is damaged.
         """
         record, on_it = self.gltf.listed("meshes")[index], self.animation.tree.records[node]
         skin = on_it.index("skin", len(self.gltf.listed("skins")))
@@ -79,7 +79,7 @@ class GltfMeshes:
         return self._kept(change.of(vertices, mesh, is_thin=mode < _TRIANGLES), mesh, change.moves)
 
     def _kept(self, deformed: Deformed | None, mesh: Mesh, moves: bool) -> int:
-        """Keep a mesh in its shape at the first frame, and how it changes; return its index."""
+        """Keep a mesh in its shape at the first frame, and its deformation; return its index."""
         place = len(self.meshes)
         self.meshes.append(mesh if deformed is None else deformed(self.animation.first_frame))
         if deformed is not None and deformed.binding is not None:
@@ -148,7 +148,7 @@ class GltfMeshes:
 
 
 def _along_map(mesh: Mesh, place: MapPlace) -> Mesh:
-    """Return the mesh with tangents along the texture coordinates of its map of normals."""
+    """Return the mesh with tangents along the texture coordinates of its normal map."""
     second = mesh.uvs if mesh.more_uvs is None else mesh.more_uvs
     uvs = place.placed(second if place.coordinates else mesh.uvs)
     numbers = np.arange(len(uvs), dtype=np.uint32)
@@ -161,7 +161,7 @@ def _along_map(mesh: Mesh, place: MapPlace) -> Mesh:
 
 
 def _triangles(corners: NDArray[np.uint32], mode: int) -> NDArray[np.uint32]:
-    """Return (T, 3) of a list of triangles, a strip or a fan, without incomplete triangles."""
+    """Return the triangles (T, 3) of a list, strip or fan, without incomplete ones."""
     if mode == _TRIANGLES:
         return corners[: len(corners) // 3 * 3].reshape(-1, 3)
     if len(corners) < 3:
@@ -175,7 +175,7 @@ def _triangles(corners: NDArray[np.uint32], mode: int) -> NDArray[np.uint32]:
 
 
 def _curves(corners: NDArray[np.uint32], mode: int) -> tuple[NDArray[np.uint32], NDArray[np.int64]]:
-    """Return the points of lines one after the other, and how many points each line has."""
+    """Return the points of all lines in order, and the number of points of each line."""
     if mode == _LINES:
         corners = corners[: len(corners) // 2 * 2]
         return corners, np.full(len(corners) // 2, 2)

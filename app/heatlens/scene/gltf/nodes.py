@@ -1,4 +1,4 @@
-"""The tree of nodes of a glTF file: where each of them is, at one time or at many.
+"""Read the node tree of a glTF file, and compute the transforms of the nodes.
 
 Sources: Khronos, glTF 2.0 specification, section 3.5; KHR_node_visibility.
 """
@@ -16,17 +16,17 @@ from heatlens.scene.scene import Array
 RESTS = {"translation": (0, 0, 0), "rotation": (0, 0, 0, 1), "scale": (1, 1, 1)}
 _FAR_MOST = 1e9
 _ROOT = -1
-_LEVELS_MOST = 256  # levels of nodes; scenes that people make have about ten
+_LEVELS_MOST = 256  # levels of nodes; usual scenes have about ten
 
 
 @dataclass(frozen=True, eq=False)
 class NodeTree:
     """The nodes of the scene.
 
-    locals   (N, 4, 4) each within its parent, at rest
+    locals   (N, 4, 4) matrices from each node to its parent, at rest
     parents  (N,) with -1 for none
     levels   nodes by their depth in the tree, the roots first; nodes in no level are not visible
-    hidden   those that the file says are not to be seen, and all below them
+    hidden   the nodes that the file hides, and their descendants
     """
 
     locals: Array
@@ -42,7 +42,7 @@ class NodeTree:
 
     @np.errstate(over="ignore", invalid="ignore")  # the caller checks the result
     def worlds(self, moved: Mapping[int, Array] | None = None) -> Array:
-        """Return (N, 4, 4) to the world; `moved` has (4, 4) of the nodes that are not at rest."""
+        """Return matrices (N, 4, 4) to the world; `moved` has the (4, 4) of nodes not at rest."""
         worlds = self.locals.copy()
         for node, local in (moved or {}).items():
             worlds[node] = local
@@ -60,7 +60,7 @@ class NodeTree:
 
 
 def read_tree(gltf: GltfFile) -> NodeTree:
-    """Read the nodes; raise InputError where they form no tree or a transform is invalid."""
+    """Read the nodes; raise InputError if they form no tree or a transform is invalid."""
     records = tuple(gltf.listed("nodes"))
     parents = [_ROOT] * len(records)
     levels: list[tuple[int, ...]] = []
@@ -84,7 +84,7 @@ def read_tree(gltf: GltfFile) -> NodeTree:
 def _hidden(
     records: tuple[Record, ...], parents: list[int], levels: list[tuple[int, ...]]
 ) -> frozenset[int]:
-    """Return the nodes that KHR_node_visibility hides."""
+    """Return the nodes that KHR_node_visibility hides, and their descendants."""
     found: set[int] = set()
     for node in (node for level in levels for node in level):
         told = records[node].inside("extensions", "KHR_node_visibility")
@@ -95,13 +95,13 @@ def _hidden(
 
 
 def _raise_twice(gltf: GltfFile, level: list[int], seen: set[int]) -> None:
-    """Raise InputError naming a node that has two places in the tree."""
+    """Raise InputError that names a node with two places in the tree."""
     twice = next(node for node in level if node in seen or level.count(node) > 1)
     gltf.listed("nodes")[twice].refuse("it has two parents; nodes must form a tree")
 
 
 def _roots(gltf: GltfFile, records: tuple[Record, ...]) -> list[int]:
-    """Return the roots of the default scene, or those of all nodes where there is no scene."""
+    """Return the roots of the default scene, or of all nodes if there is no scene."""
     scenes = gltf.listed("scenes")
     if scenes:
         return scenes[gltf.root.index("scene", len(scenes)) or 0].indices("nodes", len(records))
@@ -132,7 +132,7 @@ def _local(record: Record) -> Array:
 
 
 def matrices(translations: Array, rotations: Array, scales: Array) -> Array:
-    """Return (K, 4, 4) of K translations, quaternions (x, y, z, w) and scales.
+    """Return matrices (K, 4, 4) of K translations, quaternions (x, y, z, w) and scales.
 
     A quaternion of length 0 does not rotate.
     """

@@ -1,6 +1,6 @@
-"""glTF 2.0 files, .glb and .gltf, as scenes.
+"""Read glTF 2.0 files, .glb and .gltf, as scenes.
 
-Units, axes and colours are those of a scene. Lights are brought to the brightness of a picture.
+glTF has the units, axes and colours of `Scene`. Lights are scaled to a suitable exposure.
 """
 
 from dataclasses import dataclass
@@ -24,14 +24,14 @@ from heatlens.scene.scene import Array, Instance, Scene, check_instances
 
 _FAR_MOST_M = 1e9
 _SPREAD = "EXT_mesh_gpu_instancing"
-_WORLD = -1  # the place of the world itself behind all nodes
+_WORLD = -1  # index of the identity, which is appended to the matrices of the nodes
 
 
 @dataclass(frozen=True, eq=False)
 class _Hanging:
-    """Meshes on nodes: the node of each instance, and its place (4, 4) within the node.
+    """Meshes on nodes: the node of each instance, and its matrix (4, 4) to the node.
 
-    A mesh that hangs on bones is in the world already: its node is `_WORLD`.
+    A skinned mesh is in world space already: its node is `_WORLD`.
     """
 
     animation: Animation
@@ -39,7 +39,7 @@ class _Hanging:
     offsets: Array
 
     def __call__(self, frame: float) -> Array:
-        """Return (instances, 4, 4) to the world."""
+        """Return the matrices (instances, 4, 4) to the world at a frame."""
         with np.errstate(over="ignore", invalid="ignore"):
             worlds = np.concatenate([self.animation.worlds(frame), np.eye(4)[None]])
             places = worlds[list(self.nodes)] @ self.offsets
@@ -48,10 +48,10 @@ class _Hanging:
 
 @np.errstate(over="ignore", invalid="ignore")  # places are checked once they are known
 def read_gltf(path: Path, timing: SceneTiming | None = None) -> Scene:
-    """Read the scene that the file shows first; `timing` says what is played, and when.
+    """Read the default scene of a file; `timing` chooses the clip, frame rate and first frame.
 
-    Raises InputError naming the file and the place in it where it is damaged, refers to what does
-    not exist, or has nothing visible.
+    Raises InputError that names the file and the place in it if it is damaged, refers to missing
+    objects, or has nothing visible.
     """
     gltf = open_gltf(path)
     animation = read_animation(gltf, read_tree(gltf), timing or SceneTiming())
@@ -127,13 +127,13 @@ def _instances(animation: Animation, meshes: GltfMeshes) -> tuple[tuple[Instance
 def _check_places(gltf: GltfFile, places: Array) -> None:
     if not np.abs(places).max() <= _FAR_MOST_M:
         raise InputError(
-            f"{gltf.path}: a mesh stands beyond {_FAR_MOST_M:g} m or is as much too large, where "
-            "nothing can be drawn."
+            f"{gltf.path}: a mesh is farther away or larger than {_FAR_MOST_M:g} m, where nothing "
+            "can be drawn."
         )
 
 
 def _spread(gltf: GltfFile, record: Record) -> Array:
-    """Return (K, 4, 4) places of a node's mesh within the node, one or as many as are listed."""
+    """Return the matrices (K, 4, 4) of the copies of a node's mesh, a single one by default."""
     attributes = record.inside("extensions", _SPREAD, "attributes")
     found = {
         name: read_floats(gltf, index, len(rest)).astype(float)

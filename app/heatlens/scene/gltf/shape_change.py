@@ -1,4 +1,4 @@
-"""Which bones and which blended shapes change a mesh of a glTF file on one of its nodes."""
+"""Find the bones and morph targets that change a mesh of a glTF file on one of its nodes."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -12,15 +12,15 @@ from heatlens.scene.gltf.json_values import Record
 from heatlens.scene.gltf.vertices import Vertices
 from heatlens.scene.scene import Array, Mesh
 
-_BONELESS = "Meshes with weights for bones, but on a node without a skeleton, stay as they are"
+_BONELESS = "Skinned meshes on nodes without a skeleton keep their modelled shape"
 
 
 @dataclass(eq=False)
 class ShapeChange:
     """How the primitives of one mesh change their shape on a node.
 
-    skin    number of its bones, None for none
-    blends  the node whose weights blend its shapes, None for those of the mesh
+    skin    index of the skin, None for none
+    blends  the node whose morph weights are used, None for those of the mesh
     """
 
     gltf: GltfFile
@@ -30,7 +30,7 @@ class ShapeChange:
     mesh: Record
 
     def of(self, vertices: Vertices, mesh: Mesh, is_thin: bool) -> Deformed | None:
-        """Return the mesh as it changes; None where neither bones nor shapes change it."""
+        """Return the deformed mesh; None if neither bones nor morph targets change it."""
         binding = None if self.bones is None else read_binding(vertices, mesh, self.bones)
         if self.bones is None and vertices.has("JOINTS_0"):
             self.gltf.lose(_BONELESS, vertices.primitive)
@@ -42,7 +42,7 @@ class ShapeChange:
 
     @cached_property
     def bones(self) -> Skin | None:
-        """The bones that the mesh hangs on."""
+        """The skin of the mesh, if any."""
         return None if self.skin is None else read_skin(self.gltf, self.animation, self.skin)
 
     @property
@@ -52,7 +52,7 @@ class ShapeChange:
         return is_blending or (self.bones is not None and self.bones.moves)
 
     def weights(self, frame: float) -> Array:
-        """Return the weights of the shapes at a frame, none where nobody tells them."""
+        """Return the morph weights at a frame; none if the file has none."""
         if self.blends is not None and self.blends in self.animation.weights:
             return self.animation.weights_of(self.blends, frame)
         return self._still_weights

@@ -1,7 +1,7 @@
-"""Pictures of a glTF file, and how they lie on its surfaces.
+"""Read the pictures of a glTF file, and their placement on surfaces.
 
-A picture that is missing or damaged is done without, and said to be. Sources: Khronos, glTF 2.0
-specification, section 3.8; EXT_texture_webp; KHR_texture_basisu; KHR_texture_transform.
+A missing or damaged picture is left out with a note. Sources: Khronos, glTF 2.0 specification,
+section 3.8; EXT_texture_webp; KHR_texture_basisu; KHR_texture_transform.
 """
 
 from dataclasses import dataclass, field
@@ -31,8 +31,8 @@ _WRAP_KINDS = {_REPEAT: Wrap.REPEAT, 33071: Wrap.CLAMP, 33648: Wrap.MIRROR}
 class GltfTextures:
     """Reads each picture of a file once, when a material first uses it.
 
-    images   those that were read, (H, W, 4)
-    without  what was said of each picture that could not be read
+    images   the pictures that were read, (H, W, 4)
+    without  the error for each picture that could not be read
     """
 
     gltf: GltfFile
@@ -47,7 +47,7 @@ class GltfTextures:
         return None if number is None else self._image(textures[number])
 
     def place(self, info: Record) -> MapPlace | None:
-        """Return where the picture of a texture lies on a surface; None for no picture."""
+        """Return the placement of a texture's picture on a surface; None for no picture."""
         textures = self.gltf.listed("textures")
         number = info.index("index", len(textures))
         if number is None:
@@ -64,7 +64,7 @@ class GltfTextures:
         sources = [record.index("source", len(images)) for record in (*named, texture)]
         source = next((found for found in sources if found is not None), None)
         if source is None:
-            self.without[-1] = "a texture names no picture that is known here"
+            self.without[-1] = "a texture names no picture of a known kind"
         if source is None or source in self.without:
             return None
         if source not in self._found:
@@ -86,13 +86,13 @@ class GltfTextures:
 
     @property
     def notes(self) -> dict[str, None]:
-        """One sentence on all the pictures that are done without."""
+        """A sentence on all pictures that are left out, if any."""
         if not self.without:
             return {}
         said = list(self.without.values())
         more = f"; and {len(said) - _NAMED_MOST} more" if len(said) > _NAMED_MOST else ""
         count = "1 picture is" if len(said) == 1 else f"{len(said)} pictures are"
-        return {f"{count} done without: {'; '.join(said[:_NAMED_MOST])}{more}.": None}
+        return {f"{count} left out: {'; '.join(said[:_NAMED_MOST])}{more}.": None}
 
 
 def _picture(gltf: GltfFile, record: Record, before: list[Pixels]) -> Pixels:
@@ -105,7 +105,7 @@ def _picture(gltf: GltfFile, record: Record, before: list[Pixels]) -> Pixels:
 
 
 def _map_place(info: Record, wraps: tuple[Wrap, Wrap]) -> MapPlace:
-    """Return the place; KHR_texture_transform turns clockwise as its v axis runs down."""
+    """Return the placement; KHR_texture_transform rotates clockwise, as its v axis runs down."""
     moved = info.inside("extensions", "KHR_texture_transform")
     coordinates = moved.whole("texCoord", info.whole("texCoord", 0))
     angle = moved.number("rotation", 0.0)

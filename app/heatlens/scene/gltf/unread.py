@@ -1,4 +1,4 @@
-"""What a glTF file holds that is not drawn, or not as it is meant, said once, with its count."""
+"""Report the features of a glTF file that are not drawn, or not as intended, with counts."""
 
 from collections import Counter
 from collections.abc import Iterator
@@ -16,7 +16,7 @@ _LEVELS_MOST = 32
 
 
 def unread_notes(gltf: GltfFile) -> dict[str, None]:
-    """Return sentences on what is left out, and on what stands for another thing."""
+    """Return sentences on features that are left out or replaced."""
     found = _Found()
     found.walk(gltf.root.entry.value, "file")
     notes = [f"{words} ({len(places)})." for words, places in gltf.losses.items()]
@@ -25,11 +25,11 @@ def unread_notes(gltf: GltfFile) -> dict[str, None]:
     if glass:
         notes.append(f"Glass is drawn as thin panes, which bend no light ({_of(glass)}).")
     if found.extensions.pop(_VARIANTS, 0):
-        notes.append("Of the variants of its materials the first look is shown.")
+        notes.append("The default of its material variants is shown.")
     notes += _unread(gltf, found)
     scenes = gltf.listed("scenes")
     if len(scenes) > 1:
-        notes.append(f"Of its {len(scenes)} scenes the one it shows first is read.")
+        notes.append(f"Only the default one of its {len(scenes)} scenes is read.")
     return dict.fromkeys(notes)
 
 
@@ -47,15 +47,15 @@ def _unread(gltf: GltfFile, found: "_Found") -> Iterator[str]:
         yield f"These extensions of the file are not read: {_listed(others)}."
     if found.unknown:
         told = (f"{name[:60]!r} ({count})" for name, count in found.unknown.items())
-        yield f"These are no words of glTF 2.0, and not read: {_listed(list(told))}."
+        yield f"These properties are unknown in glTF 2.0 and not read: {_listed(list(told))}."
 
 
 class _Found:
-    """Counts what a file holds that is not read.
+    """Counts of the parts of a file that are not read.
 
-    extensions  every extension, by its name
-    lost        sentences on properties that are known and left out
-    unknown     properties that nobody knows, by the kind of object and their name
+    extensions  every extension, by name
+    lost        sentences on known properties that are left out
+    unknown     unknown properties, by the kind of object and their name
     """
 
     def __init__(self) -> None:
@@ -64,8 +64,8 @@ class _Found:
         self.unknown: Counter[str] = Counter()
 
     def walk(self, value: object, name: str, level: int = 0) -> None:
-        """Count all that is within an object, a list of objects, or neither."""
-        if level == _LEVELS_MOST:  # of extensions within extensions, which nobody writes
+        """Count the properties in an object or a list of objects; ignore other values."""
+        if level == _LEVELS_MOST:  # deeply nested extensions, which no program writes
             return
         for item in value if isinstance(value, list) else [value]:
             if isinstance(item, dict):

@@ -1,4 +1,4 @@
-"""What a glTF primitive tells of its vertices, whether its bytes are plain or packed by Draco.
+"""Read the vertices of a glTF primitive, whether its bytes are plain or packed by Draco.
 
 Source: Khronos, glTF 2.0 specification, section 3.7; KHR_draco_mesh_compression.
 """
@@ -23,14 +23,14 @@ from heatlens.scene.gltf.json_values import Record
 Floats = NDArray[np.float32]
 
 _DRACO = "KHR_draco_mesh_compression"
-_NAN = "Normals, colours or texture coordinates that are no numbers: others take their place"
+_NAN = "Normals, colours or texture coordinates that are NaN are replaced"
 
 
 @dataclass(eq=False)
 class Vertices:
     """The attributes and the corners of a primitive.
 
-    Every method raises InputError where the file is damaged.
+    Every method raises InputError if the file is damaged.
     """
 
     gltf: GltfFile
@@ -43,11 +43,11 @@ class Vertices:
         if packed is not None:
             found = packed.astype(np.float32)
             if found.shape[1:] != (3,) or not np.isfinite(found).all():
-                self.primitive.refuse("its packed positions are no places")
+                self.primitive.refuse("its packed positions are invalid")
             return found
         accessor = self._accessor("POSITION")
         if accessor is None:
-            self.primitive.refuse("it has no POSITION, so its vertices have no place")
+            self.primitive.refuse("it has no POSITION for its vertices")
         return read_floats(self.gltf, accessor, 3)
 
     def has(self, name: str) -> bool:
@@ -55,7 +55,7 @@ class Vertices:
         return self.primitive.inside("attributes").has(name)
 
     def floats(self, name: str, width: int) -> Floats | None:
-        """Return (V, width) of an attribute, None where there is none; NaN becomes 0."""
+        """Return the values (V, width) of an attribute, None if it is missing; NaN becomes 0."""
         accessor, packed = self._accessor(name), self._packed(name)
         if accessor is None:
             return None
@@ -70,7 +70,7 @@ class Vertices:
         return np.nan_to_num(found, nan=0.0, posinf=0.0, neginf=0.0)
 
     def colors(self) -> Floats | None:
-        """Return (V, 3) or (V, 4) of the first set of colours; some may be NaN."""
+        """Return the first set of colours, (V, 3) or (V, 4); some may be NaN."""
         accessor, packed = self._accessor("COLOR_0"), self._packed("COLOR_0")
         if accessor is None:
             return None
@@ -95,14 +95,14 @@ class Vertices:
 
     @property
     def is_packed(self) -> bool:
-        """Return whether Draco packed the primitive; its corners are those of triangles then."""
+        """Return whether Draco packed the primitive; then its corners always form triangles."""
         return self._unpacked is not None
 
     @cached_property
     def _unpacked(self) -> tuple[NDArray[np.uint32], dict[int, NDArray[np.generic]]] | None:
-        """What Draco packed, or None where it packed nothing.
+        """The data that Draco packed, or None if there is none.
 
-        Plain data beside it are used where Draco is not installed.
+        If Draco is not installed, plain data beside it is used.
         """
         told = self.primitive.inside("extensions", _DRACO)
         view = told.index("bufferView", len(self.gltf.listed("bufferViews")))
@@ -122,7 +122,7 @@ class Vertices:
         return accessor is not None and self.gltf.listed("accessors")[accessor].has("bufferView")
 
     def _packed(self, name: str) -> NDArray[np.generic] | None:
-        """Return (V, width) of an attribute that Draco packed; None for a plain one."""
+        """Return the values (V, width) of an attribute that Draco packed; None for a plain one."""
         if self._unpacked is None:
             return None
         numbers = self.primitive.inside("extensions", _DRACO, "attributes")
@@ -138,7 +138,7 @@ class Vertices:
         return attributes.index(name, len(self.gltf.listed("accessors")))
 
     def _checked(self, name: str, found: Floats) -> Floats:
-        """Note what is not a number; raise InputError where there is not one for each vertex."""
+        """Note NaN values; raise InputError unless there is one value for each vertex."""
         if len(found) != len(self.positions):
             self.primitive.inside("attributes").refuse(
                 f"there are {len(self.positions)} positions, but {len(found)} of {name}"

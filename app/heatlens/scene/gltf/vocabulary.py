@@ -1,7 +1,7 @@
-"""Every property of glTF 2.0 and of the extensions that are read, and what becomes of it.
+"""List every property of glTF 2.0 and of the supported extensions, and how it is treated.
 
 Sources: Khronos, glTF 2.0 specification, section 5 (properties reference), and the extensions that
-`extensions` lists. What is in none of these lists is told to the user by its name.
+`extensions` lists. Properties in none of these lists are reported to the user by name.
 """
 
 from collections.abc import Callable, Mapping
@@ -9,19 +9,19 @@ from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
 from typing import Any
 
-# Extensions of which nothing could be seen.
+# Extensions without a visible effect.
 UNSEEN_EXTENSIONS = ("KHR_xmp*", "EXT_structural_metadata", "EXT_mesh_features", "KHR_node_select*")
 _ANYWHERE = ("name", "extras", "extensions")
-_NEAREST = 9728  # a filter of pictures that are seen from near
+_NEAREST = 9728  # the magnification filter NEAREST
 
 
 @dataclass(frozen=True)
 class Kind:
     """A kind of object of the JSON.
 
-    read    its properties that are read, or without which a picture is the same, as patterns
-    within  its properties that hold objects, or lists of them, and the kind of these
-    lost    what is said of its properties that are left out, where the value makes a difference
+    read    patterns of properties that are read or have no visible effect
+    within  properties that hold objects or lists of objects, and the kind of these
+    lost    sentences on properties that are left out, if their value has an effect
     """
 
     read: tuple[str, ...] = ()
@@ -29,7 +29,7 @@ class Kind:
     lost: Mapping[str, tuple[str, Callable[[Any], bool]]] = field(default_factory=dict)
 
     def knows(self, name: str) -> bool:
-        """Return whether a property is read or makes no difference."""
+        """Return whether a property is read or has no effect."""
         return any(fnmatchcase(name, pattern) for pattern in (*_ANYWHERE, *self.read))
 
 
@@ -45,10 +45,10 @@ def _among(words: str, values: tuple[int, ...]) -> tuple[str, Callable[[Any], bo
     return words, lambda value: value in values
 
 
-_HARD = _among("Pictures that ask for hard pixels are smoothed", (_NEAREST,))
-_ENDLESS = _always("Lights with a range shine beyond it")
+_HARD = _among("Pictures with nearest-pixel filtering are smoothed", (_NEAREST,))
+_ENDLESS = _always("The range of lights is ignored")
 _MORE_COLORS = _always("Sets of vertex colours after the first are left out")
-_OTHER_SHAPES = _always("Shapes that blend colours or texture coordinates keep those of the mesh")
+_OTHER_SHAPES = _always("Morph targets of colours and texture coordinates are left out")
 
 KINDS = {
     "file": _kind(
@@ -69,7 +69,7 @@ KINDS = {
         textures="texture",
     ),
     "asset": _kind("version minVersion generator copyright"),
-    # What an accessor says of its least and greatest values follows from its bytes.
+    # The minimum and maximum of an accessor follow from its bytes.
     "accessor": _kind(
         "bufferView byteOffset normalized componentType count type max min", sparse="sparse"
     ),
@@ -84,7 +84,7 @@ KINDS = {
     "camera": _kind("type orthographic", perspective="perspective"),
     "perspective": _kind("yfov aspectRatio znear zfar"),
     "image": _kind("uri mimeType bufferView"),
-    # Every surface is seen from both of its sides, as by renderers.
+    # Every surface is visible from both sides, as in renderers.
     "material": _kind(
         "alphaMode alphaCutoff emissiveFactor doubleSided",
         pbrMetallicRoughness="metal",
@@ -100,7 +100,7 @@ KINDS = {
     "map": _kind("index texCoord scale strength"),
     "mesh": _kind("weights", primitives="primitive"),
     "primitive": _kind("indices material mode", attributes="attributes", targets="shape"),
-    # Applications keep numbers of their own under names that begin with a stroke.
+    # Applications store their own attributes under names that begin with an underscore.
     "attributes": _kind(
         "POSITION NORMAL TANGENT TEXCOORD_* COLOR_0 JOINTS_* WEIGHTS_* _*",
         {"COLOR_*": _MORE_COLORS},
@@ -113,7 +113,7 @@ KINDS = {
     "scene": _kind("nodes"),
     "skin": _kind("inverseBindMatrices joints skeleton"),
     "texture": _kind("sampler source"),
-    # Extensions; those that are both of the file and of a node have the properties of both.
+    # Extensions; one that belongs to both the file and a node has the properties of both.
     "EXT_mesh_gpu_instancing": _kind(attributes="instances"),
     "instances": _kind("TRANSLATION ROTATION SCALE _*"),
     "EXT_meshopt_compression": _kind(
