@@ -120,7 +120,7 @@ def test_a_scene_does_not_wait_for_a_pipe(tmp_path, pipe):
         read_scene(gltf(tmp_path, buffers=buffers))
     obj = tmp_path / "a.obj"
     obj.write_text("mtllib pipe\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
-    assert "pipe is not there" in read_scene(obj).notes[0]
+    assert "pipe is missing" in read_scene(obj).notes[0]
     assert pipe in files_of_scene(obj)
 
 

@@ -191,7 +191,7 @@ def test_a_plate_that_was_written_again_is_not_taken_for_the_one_before(filler, 
     path = room_file(tmp_path / "room.exr")
     job = job_of(path)
     room_file(path, 80, 48)
-    with pytest.raises(InputError, match=r"room\.exr was written again"):
+    with pytest.raises(InputError, match=r"room\.exr has changed"):
         filled(filler, job)
 
 

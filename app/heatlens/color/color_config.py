@@ -1,7 +1,7 @@
-"""The OpenColorIO config in use: which one, its displays and views, what the plates' colours mean.
+"""Load the OpenColorIO config: its displays and views, and the default input space for plates.
 
-Plates are scene-linear. Renderers write Rec.709 (sRGB) primaries unless they are told otherwise, so
-that space is the input where the config knows it.
+Plates are scene-linear. Renderers write Rec.709 (sRGB) primaries by default, so that space is the
+default input if the config has it.
 """
 
 import importlib
@@ -17,11 +17,11 @@ from heatlens.errors import InputError
 from heatlens.paths import file_bytes, unreadable
 from heatlens.plate.picture_parts import FOR_THE_EYE
 
-# Named in full, because `ocio://default` is another config in another version of the library, which
-# would change every picture. This one (ACES 2.0) is in OpenColorIO 2.5, the VFX Platform's of 2026.
+# The full name, because `ocio://default` differs between versions of the library, which would
+# change every picture. This config (ACES 2.0) comes with OpenColorIO 2.5, of VFX Platform 2026.
 BUILT_IN = "cg-config-v4.0.0_aces-v2.0_ocio-v2.5"
 
-# What configs call linear Rec.709: ACES since 2.0, the Color Interop Forum, ACES 1, Blender.
+# Names of linear Rec.709 in configs of ACES 2, the Color Interop Forum, ACES 1, and Blender.
 PLAIN_OCIO_VIEW = "Un-tone-mapped"
 LINEAR_REC709 = (
     "Linear Rec.709 (sRGB)",
@@ -37,7 +37,7 @@ _SAID_ALREADY = re.compile(r"^Error: Loading the OCIO profile '.*?' failed\. ")
 
 
 def ocio() -> ModuleType:
-    """Import PyOpenColorIO, which pictures can be seen without.
+    """Import PyOpenColorIO, without which pictures can still be shown with the sRGB curve.
 
     Raises InputError that says what to install.
     """
@@ -51,7 +51,7 @@ def ocio() -> ModuleType:
 
 @dataclass(frozen=True, eq=False)
 class ColorConfig:
-    """An OpenColorIO config that was read and found whole."""
+    """An OpenColorIO config that was read and validated."""
 
     source: str  # where the config came from, for messages
     config: Any  # PyOpenColorIO.Config
@@ -77,21 +77,21 @@ class ColorConfig:
     def default_view(self) -> str:
         """The view that the config puts first for its default display.
 
-        The config's word stands: a studio's config shows what its grade starts from, and the
-        built-in one rolls highlights off as film does, where the plain curve would cut every
-        bright disc to one flat white. Who compares with a renderer's own window, which shows that
-        plain curve, chooses "Un-tone-mapped".
+        A studio's config shows the starting point of its grade, and the built-in one rolls off
+        highlights as film does, while the plain curve would clip every bright disc to flat white.
+        To compare with a renderer's own window, which uses that plain curve, choose
+        "Un-tone-mapped".
         """
         return str(self.config.getDefaultView(self.default_display))
 
     @property
     def default_input_space(self) -> str:
-        """Linear Rec.709 where the config has it, else its role scene_linear."""
+        """Linear Rec.709 if the config has it, else its role scene_linear."""
         return self._default_input()[0]
 
     @property
     def default_input_why(self) -> str:
-        """One sentence: why plates are taken to be in `default_input_space`."""
+        """One sentence on why plates are assumed to be in `default_input_space`."""
         return self._default_input()[1]
 
     def _default_input(self) -> tuple[str, str]:
@@ -99,7 +99,7 @@ class ColorConfig:
             space = self.config.getColorSpace(name)
             if space is not None:
                 found = str(space.getName())
-                return found, f"{found}: the primaries that renderers write if not told otherwise."
+                return found, f"{found}: the primaries that renderers write by default."
         space = self.config.getColorSpace("scene_linear")
         if space is None:
             raise InputError(
@@ -129,10 +129,10 @@ class ColorConfig:
         return None
 
     def input_spaces(self) -> tuple[str, ...]:
-        """Return the spaces a scene-linear picture may be in, the default first.
+        """Return the spaces that a scene-linear picture may have, the default first.
 
-        They are those marked scene-linear; where the config marks none, as before OpenColorIO 2,
-        every space that is not data.
+        These are the spaces marked as scene-linear; if the config marks none, as before
+        OpenColorIO 2, every space that is not data.
         """
         spaces = list(self.config.getColorSpaces())
         linear = [s for s in spaces if s.getEncoding() == "scene-linear"]
@@ -154,21 +154,21 @@ def load_color_config(path: str | None) -> ColorConfig:
 
 
 def _read(address: str, source: str) -> Any:
-    """Read the config; an error in one of its views shows when that view is used, not here."""
+    """Read the config; an error in one of its views appears only when that view is used."""
     library = ocio()
     if not address.isprintable():  # bytes of another encoding arrive as surrogates
         raise InputError(f"{source!a}: OpenColorIO takes paths in Unicode only. Rename the file.")
     _check_file(Path(address), source)
     try:
         config = library.Config.CreateFromFile(address)
-    except UnicodeDecodeError as error:  # the library cut its message within a letter
+    except UnicodeDecodeError as error:  # the library cut its message inside a character
         raise InputError(f"{source} is not a usable OpenColorIO config: it is damaged.") from error
     except (library.Exception, library.ExceptionMissingFile) as error:
         raise InputError(
             f"{source} is not a usable OpenColorIO config: {one_line(error)}"
         ) from error
     if not config.getDisplays():
-        raise InputError(f"{source} has no display, so no picture can be shown with it.")
+        raise InputError(f"{source} defines no display, so it cannot show a picture.")
     return config
 
 
@@ -200,10 +200,10 @@ def check_known(what: str, name: str, known: tuple[str, ...]) -> None:
 
 
 def default_view(config: ColorConfig, display: str, attributes: Mapping[str, Any]) -> str:
-    """Return the view that a display begins with for a plate whose header has `attributes`.
+    """Return the initial view of a display for a plate whose header has `attributes`.
 
-    It is the config's first; a photo was made for the eye already, and keeps its look with the view
-    that does no tone mapping, where there is one.
+    This is the first view of the config. A photo is display-referred already, so it keeps its look
+    with the view without tone mapping, if there is one.
     """
     views = config.views(display)
     if attributes.get(FOR_THE_EYE) and PLAIN_OCIO_VIEW in views:

@@ -1,6 +1,6 @@
-"""Which space a plate's light is in: what the user chose, else what its header tells.
+"""Find the colour space of a plate: the user's choice, else the one in its header.
 
-Window, `render` and `export` ask here, so that one plate means the same to all of them.
+The window, `render` and `export` all use this, so that they treat a plate in the same way.
 """
 
 from collections.abc import Mapping
@@ -21,7 +21,7 @@ from heatlens.plate.primaries import (
     header_primaries,
 )
 
-# What configs call them: ACES since 2.0, ACES 1, Blender; the identifier is asked for before.
+# Names of the spaces in configs of ACES 2, ACES 1 and Blender; the identifier is tried first.
 _NAMES: Mapping[Primaries, tuple[str, ...]] = {
     REC709: LINEAR_REC709,
     AP0: ("ACES2065-1", "lin_ap0", "ACES - ACES2065-1"),
@@ -35,24 +35,24 @@ _NAMES: Mapping[Primaries, tuple[str, ...]] = {
 
 @dataclass(frozen=True)
 class InputSpace:
-    """A space of the config, why it was chosen, and a note if a header cannot be followed.
+    """A space of the config, why it was chosen, and a note if the header's space is unknown.
 
-    Light in primaries that no space of the config has is turned into linear Rec. 709 by a matrix.
+    Light in primaries that no space of the config has is converted to linear Rec. 709 by a matrix.
     """
 
     name: str
     why: str
     note: str = ""
-    turned_from: Primaries | None = None  # the light's own, to be turned into `name` by a matrix
+    turned_from: Primaries | None = None  # the plate's primaries, if a matrix converts to `name`
 
 
 def input_space_of(
     config: ColorConfig | None, attributes: Mapping[str, Any], chosen: str = ""
 ) -> InputSpace:
-    """Return the colour space of a picture whose header has `attributes`; `chosen` wins.
+    """Return the colour space of a picture whose header has `attributes`, or `chosen` if given.
 
-    `config` None: the plain sRGB curve, which knows the primaries of `plate.primaries` by name.
-    Raises InputError for a config that has no space to fall back on.
+    If `config` is None, the plain sRGB curve is used, which knows the primaries of
+    `plate.primaries` by name. Raises InputError if the config has no default space.
     """
     if chosen:
         return InputSpace(chosen, "chosen")
@@ -67,24 +67,24 @@ def input_space_of(
             return InputSpace(rec709, why, turned_from=told.primaries)
     usual = REC709.name if config is None else config.default_input_space
     if told is None:
-        return InputSpace(usual, "the header tells no other")
+        return InputSpace(usual, "the header names no other")
     return InputSpace(usual, f"no other for {told.attribute}", _note(config, told, usual))
 
 
 def _found(config: ColorConfig | None, told: HeaderPrimaries) -> str | None:
-    """Return the name of the space that the header states, where the config has it."""
+    """Return the name in the config of the space that the header states, or None."""
     if config is None:
         return None if told.known is None else told.known.name
     if told.known is None:
-        # A studio's config may have names of its own; chromaticities are not a name.
+        # A studio's config may have its own names; chromaticities are not a name.
         return config.space_called(told.value) if told.attribute == "colorInteropID" else None
     return config.space_called(told.known.interop_id, *_NAMES[told.known])
 
 
 def _note(config: ColorConfig | None, told: HeaderPrimaries, usual: str) -> str:
-    """Return a sentence on a header that cannot be followed."""
+    """Return a sentence on a header whose space is not in the config."""
     if told.known is not None and config is not None:
-        problem = f"{config.source} has no {told.known.name}, as is the header's"
+        problem = f"{config.source} has no {told.known.name}, which is the header's"
     else:
         problem = "No space that heatlens knows has the header's"
     return (

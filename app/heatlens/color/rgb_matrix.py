@@ -1,7 +1,7 @@
-"""From light in one set of primaries to another: matrices of CIE colorimetry.
+"""Compute the matrix from any RGB primaries to linear Rec.709.
 
-RGB to XYZ as SMPTE RP 177 derives it; white points adapted by the Bradford transform, as
-OpenColorIO's configs do (Lam 1985; ICC.1:2022, annex E).
+RGB to XYZ is derived as in SMPTE RP 177; white points are adapted by the Bradford transform, as in
+the configs of OpenColorIO (Lam 1985; ICC.1:2022, annex E).
 """
 
 from typing import Any

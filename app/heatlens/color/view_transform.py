@@ -1,6 +1,7 @@
-"""From scene-linear light to display values, as a value: GLSL and tables for the GPU, a CPU path.
+"""The view transform from scene-linear light to display values, for the GPU and the CPU.
 
-On both paths: light times 2^exposure_stops, the transform, then display^(1/gamma).
+On the GPU it is GLSL with tables. On both, light is multiplied by 2^exposure_stops and transformed,
+and the result is raised to the power 1/gamma.
 """
 
 from collections.abc import Callable
@@ -18,7 +19,7 @@ from heatlens.plate.display import srgb_encoded
 from heatlens.plate.plate import FloatImage
 from heatlens.plate.primaries import KNOWN, REC709, Primaries
 
-# Largest light that is shown, either sign: the largest half float. Infinity would become NaN.
+# Light is clamped to the largest half float, of either sign: infinity would become NaN.
 LIGHT_MAX = 65504.0
 _FUNCTION = "view_transform"
 
@@ -29,12 +30,12 @@ class Lut:
 
     sampler: str  # its name in the GLSL, ends in _tx
     values: FloatImage  # (H, W) or (H, W, 3), or (N, N, N, 3) with red fastest
-    is_linear: bool  # sampled between the entries; otherwise nearest
+    is_linear: bool  # True for linear interpolation, False for the nearest entry
 
 
 @dataclass(frozen=True)
 class ViewTransform:
-    """One view on one display of pictures in one input space. Equal ones draw the same."""
+    """A view on a display for pictures in an input space. Equal transforms draw the same."""
 
     display: str
     view: str
@@ -82,7 +83,7 @@ def srgb_transform(
 
 
 def _in_rec709(glsl: str, matrix: Matrix) -> str:
-    """Return the same GLSL after a matrix. GLSL counts the columns of a matrix first."""
+    """Return the same GLSL with a matrix applied first. GLSL matrices are column-major."""
     values = ", ".join(f"{value:.9g}" for value in matrix.T.flat)
     return (
         glsl.replace(_FUNCTION, "srgb_view")

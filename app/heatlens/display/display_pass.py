@@ -1,4 +1,4 @@
-"""What the screen shows of a scene-linear picture: exposure, view transform, gamma."""
+"""Convert a scene-linear picture to display values: exposure, view transform, gamma."""
 
 from collections import OrderedDict
 
@@ -10,17 +10,17 @@ from heatlens.gpu.program import ComputeProgram, Image, pixel_groups
 
 _PICTURE = "display.comp.glsl"
 _DIFFERENCE = "display_difference.comp.glsl"
-_KEPT = 6  # transforms whose programs stay compiled, so that switching back costs nothing
+_KEPT = 6  # number of transforms whose programs stay compiled, for switching back quickly
 
 
 class _Built:
-    """A transform on the GPU: its tables, and a program for each shader that was asked for."""
+    """A transform on the GPU: its tables, and a program for each shader that was used."""
 
     def __init__(self, ctx: moderngl.Context, transform: ViewTransform) -> None:
         self._ctx = ctx
         self._functions = transform.glsl
         self._programs: dict[str, ComputeProgram] = {}
-        self.program(_PICTURE)  # now, so that GLSL which the driver refuses is refused at once
+        self.program(_PICTURE)  # compile now, so that GLSL errors are raised at once
         self.luts: dict[str, Image] = {lut.sampler: _texture(ctx, lut) for lut in transform.luts}
 
     def program(self, name: str) -> ComputeProgram:
@@ -34,9 +34,10 @@ class _Built:
 
 
 class DisplayPass:
-    """Scene-linear premultiplied RGBA to display values over black.
+    """Converts scene-linear premultiplied RGBA to display values over black.
 
-    Starts with the plain sRGB curve. Exposure and gamma are live; only another transform compiles.
+    It starts with the plain sRGB curve. Exposure and gamma are uniforms; only a new transform has
+    to be compiled.
     """
 
     def __init__(self, ctx: moderngl.Context) -> None:
@@ -45,7 +46,7 @@ class DisplayPass:
         self.set_transform(srgb_transform())
 
     def set_transform(self, transform: ViewTransform) -> None:
-        """Draw with `transform` from now on; ShaderError where the driver refuses it."""
+        """Draw with `transform` from now on. Raises ShaderError if the driver rejects it."""
         if transform.key not in self._built:
             self._built[transform.key] = _Built(self._ctx, transform)
         self._built.move_to_end(transform.key)
@@ -73,9 +74,9 @@ class DisplayPass:
         gamma: float = 1.0,
         gain: float = 1.0,
     ) -> None:
-        """Write |a - b| `gain`, taken between light, to `out` of the size of `a`.
+        """Write |a - b| * gain, computed in scene-linear light, to `out` of the size of `a`.
 
-        `b` of another size is stretched over `a`.
+        If `b` has another size, it is stretched over `a`.
         """
         textures: dict[str, Image] = {"a_tx": a, "b_tx": b}
         uniforms = _view_uniforms(exposure_stops, gamma) | {"gain": gain}
@@ -96,7 +97,7 @@ class DisplayPass:
         )
 
     def release(self) -> None:
-        """Give every program and table back to OpenGL."""
+        """Delete all programs and tables."""
         while self._built:
             self._built.popitem()[1].release()
 

@@ -1,4 +1,4 @@
-"""A small picture made ready to be drawn large without more softness than it must have."""
+"""Sharpen a small picture before it is drawn enlarged, to compensate for bilinear filtering."""
 
 import moderngl
 
@@ -6,7 +6,7 @@ from heatlens.gpu.program import ComputeProgram, pixel_groups
 
 
 class EnlargePass:
-    """Adds beforehand what bilinear enlarging takes away."""
+    """Compensates in advance for the softness of bilinear enlargement."""
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._program = ComputeProgram(ctx, "enlarge_ready.comp.glsl")

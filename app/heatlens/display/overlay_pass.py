@@ -1,4 +1,4 @@
-"""What is drawn over the picture: zones, plane in focus, coc, depth or layers, with peaking."""
+"""Draw the overlays: focus zones, plane in focus, coc, depth or layers, and focus peaking."""
 
 import moderngl
 
@@ -19,7 +19,7 @@ _MODES = {
 
 
 class OverlayPass:
-    """Depth to colours with alpha, to be laid over the picture; programs are built when asked."""
+    """Converts depth to colours with alpha over the picture; programs are built on first use."""
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
@@ -40,8 +40,8 @@ class OverlayPass:
 
         `depth` is metres, or coc in pixels if `optics.line` is None. A coc up to `sharp_px` counts
         as in focus; `layer_limits_px` are the signed diameters between the layers. `peaking` is
-        laid over the overlay; its edges are those of `color`, scene-linear light of any size,
-        stretched over `depth`.
+        drawn over the overlay; its edges come from `color`, scene-linear light of any size, which
+        is stretched over `depth`.
         """
         line = optics.line
         near, far = optics.nearest_px, optics.farthest_px

@@ -1,6 +1,6 @@
-"""Pictures placed on the screen, every texel where it belongs.
+"""Draw pictures on the screen at exact positions.
 
-ImGui's own OpenGL backend would do it with a sampler that smears large pixels and has no mipmaps.
+ImGui's own OpenGL backend uses a sampler that blurs enlarged pixels and has no mipmaps.
 """
 
 from collections.abc import Iterable
@@ -13,7 +13,7 @@ from heatlens.model.boxes import Box
 from heatlens.model.coc import CocLine
 from heatlens.model.view_geometry import Point
 
-# Straight alpha over what lies below; the screen stays opaque, or the desktop would shine through.
+# Straight alpha over the content below; the screen stays opaque, so the desktop never shows.
 _OVER = (moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA, moderngl.ZERO, moderngl.ONE)
 
 
@@ -25,7 +25,7 @@ class Detail:
     coarse   the plate at the preview's size, display values
     depth    of the plate: metres, or signed coc in pixels where `line` is None
     line     signed coc over dioptres, in pixels of `depth`
-    texel_px side of a pixel of the preview, in pixels of `depth`
+    texel_px size of a pixel of the preview, in pixels of `depth`
     """
 
     plate: moderngl.Texture
@@ -37,14 +37,14 @@ class Detail:
 
 @dataclass(frozen=True, eq=False)
 class PlacedPicture:
-    """A picture and where it lies, in pixels of the screen, y down.
+    """A picture and its position, in pixels of the screen, y down.
 
     texture      display values, straight alpha
     first, last  its corners
-    clip         nothing is drawn outside
-    is_nearest   texels are squares; else the texture's filter counts
+    clip         nothing is drawn outside of this rectangle
+    is_nearest   texels are drawn as squares; else the texture's filter is used
     is_opaque    its alpha is 1
-    detail       is added where the picture is in focus; such a picture is opaque
+    detail       added where the picture is in focus; such a picture is opaque
     """
 
     texture: moderngl.Texture

@@ -1,4 +1,4 @@
-"""What is at a pixel: raw scene-linear values, depth, circle of confusion, coordinates."""
+"""Read the values at a pixel: scene-linear colours, depth, circle of confusion, coordinates."""
 
 import math
 from dataclasses import dataclass, replace
@@ -15,7 +15,7 @@ from heatlens.model.units import format_distance
 from heatlens.plate.plate import Plate
 from heatlens.preview.shown import Shown
 
-_FOCUS_LEAST = 1.02  # focal lengths: no lens is focused nearer
+_FOCUS_LEAST = 1.02  # nearest focus distance in focal lengths
 
 Rgba = tuple[float, float, float, float]
 
@@ -25,16 +25,16 @@ class Probe:
     """A pixel of the plate and of the picture through the lens."""
 
     display_px: tuple[int, int]  # counted from the display window's corner
-    data_px: tuple[int, int]  # as the file counts, data window coordinates
+    data_px: tuple[int, int]  # coordinates in the file
     plate: Rgba  # scene-linear, premultiplied, as in the file
-    picture: Rgba  # the same through the lens
-    depth_m: float | None  # None where the plate brings its coc
+    picture: Rgba  # the same pixel seen through the lens
+    depth_m: float | None  # None if the plate holds circles of confusion
     coc_px: float  # signed diameter
-    sharp_m: tuple[float, float] | None = None  # what is sharp if the lens is focused here
+    sharp_m: tuple[float, float] | None = None  # depth of field if the lens is focused here
 
 
 class PictureReader:
-    """Reads single pixels of a texture, again only when pixel or picture changed."""
+    """Reads single pixels of a texture, and only when the pixel or the picture has changed."""
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
@@ -86,7 +86,7 @@ def probe_at(
 ) -> Probe | None:
     """Return the probe at a pixel of the display window; None outside the data window.
 
-    `frame_px` is the pixel of the plate that is seen there, where that is another one.
+    `frame_px` is the pixel of the plate that is visible there, if it differs from `pixel`.
     """
     data, display = plate.data_window, plate.display_window
     at = pixel[0] + display.x0, pixel[1] + display.y0
@@ -111,7 +111,7 @@ def probe_at(
 
 
 def _sharp_m(lens: Lens, depth_m: float | None) -> tuple[float, float] | None:
-    """Return the depth of field with the focus there; None where the lens cannot have it."""
+    """Return the depth of field if focused at `depth_m`; None if that is impossible."""
     if depth_m is None or not depth_m > _FOCUS_LEAST * lens.focal_length_mm * 1e-3:
         return None
     focused = replace(lens, focus_distance_m=depth_m)
@@ -119,7 +119,7 @@ def _sharp_m(lens: Lens, depth_m: float | None) -> tuple[float, float] | None:
 
 
 def seen_depth_m(plate: Plate, pixel: tuple[int, int]) -> float | None:
-    """Return the distance at a pixel of the display window; None where there is none."""
+    """Return the distance at a pixel of the display window; None if there is none."""
     data, display = plate.data_window, plate.display_window
     at = pixel[0] + display.x0, pixel[1] + display.y0
     if not (plate.has_distances and data.contains(*at)):

@@ -1,7 +1,7 @@
-"""Rendered frames in the colours of the screen, so that a frame played again is drawn no more.
+"""Keep rendered frames as display values, so that playback need not transform them again.
 
-For software rasterisers, where the view transform of one frame takes longer than a frame of the
-film; a GPU does it in less than a millisecond.
+This is for software rasterisers, on which the view transform of a frame takes longer than the frame
+lasts; a GPU does it in less than a millisecond.
 """
 
 from collections.abc import Callable, Collection
@@ -22,7 +22,7 @@ class _Frame:
 
 
 class ScreenFrames:
-    """Textures by the key of their frame, within a bound of bytes."""
+    """Textures by the key of their frame, within a limit of bytes."""
 
     def __init__(self, ctx: moderngl.Context, most_bytes: int = MOST_BYTES) -> None:
         self._ctx = ctx
@@ -31,11 +31,11 @@ class ScreenFrames:
         self.bytes_in_use = 0
 
     def holds(self, key: str, look: Look) -> bool:
-        """Return True where the frame is there in these colours."""
+        """Return True if the frame is kept with this look."""
         return key in self._held and self._held[key].look == look
 
     def has_room(self, key: str, size: tuple[int, int], wanted: Collection[str]) -> bool:
-        """Return True where a frame of this size fits, after the removal of unwanted ones."""
+        """Return True if a frame of this size fits after removing unwanted ones."""
         if key in self._held:
             return True
         kept = sum(_bytes(self._held[it].texture.size) for it in self._held if it in wanted)
@@ -44,9 +44,9 @@ class ScreenFrames:
     def texture(
         self, key: str, look: Look, size: tuple[int, int], wanted: Collection[str], draw: Draw
     ) -> moderngl.Texture | None:
-        """Return the frame, drawn by `draw` where it is missing; None without room for it.
+        """Return the frame, drawn by `draw` if it is missing; None if it does not fit.
 
-        Frames that are not `wanted` are removed for it.
+        Frames that are not `wanted` are removed to make room.
         """
         if key in self._held and self._held[key].texture.size != size:
             self._drop(key)
@@ -63,7 +63,7 @@ class ScreenFrames:
         return frame.texture
 
     def clear(self) -> None:
-        """Let go of every frame."""
+        """Remove all frames."""
         for key in tuple(self._held):
             self._drop(key)
 
@@ -75,7 +75,7 @@ class ScreenFrames:
 
     def _new(self, size: tuple[int, int]) -> moderngl.Texture:
         texture = self._ctx.texture(size, 4)
-        texture.build_mipmaps()  # without all levels a texture that asks for them is black
+        texture.build_mipmaps()  # a texture with missing levels would be black
         texture.repeat_x = texture.repeat_y = False
         texture.label = "frame on the screen"
         return texture
@@ -87,5 +87,5 @@ class ScreenFrames:
 
 
 def _bytes(size: tuple[int, int]) -> int:
-    """Return the bytes of four a pixel, and a third more for the mipmaps."""
+    """Return the bytes of an RGBA8 texture, with a third more for the mipmaps."""
     return size[0] * size[1] * 16 // 3

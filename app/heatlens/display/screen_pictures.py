@@ -1,4 +1,4 @@
-"""The textures that ImGui draws: A, B and the overlay, each drawn again only when it changed."""
+"""The textures that ImGui draws: A, B and the overlay, each updated only when it has changed."""
 
 from collections.abc import Collection
 
@@ -20,14 +20,14 @@ from heatlens.preview.shown import Shown
 from heatlens.render import optics_of
 from heatlens.source.pinhole import Pinhole
 
-MIPMAPS_UNDER = 0.6  # screen pixels a texel; below, a picture would shimmer without them
+MIPMAPS_UNDER = 0.6  # screen pixels per texel below which a picture without mipmaps would alias
 
 Key = tuple[object, ...]
 Look = tuple[float, float, int, bool]  # exposure, gamma, version of the transform, mipmaps
 
 
 class _Target:
-    """An 8-bit texture that knows what it holds."""
+    """An 8-bit texture with a key that identifies its content."""
 
     def __init__(self, ctx: moderngl.Context, label: str) -> None:
         self._ctx = ctx
@@ -36,7 +36,7 @@ class _Target:
         self.texture: moderngl.Texture | None = None
 
     def needs(self, size: tuple[int, int], key: Key) -> bool:
-        """Take `size`; True where what the texture holds is not `key`."""
+        """Resize to `size`, and return True if the content is not that of `key`."""
         if self.texture is None or self.texture.size != size:
             if self.texture is not None:
                 self.texture.release()
@@ -50,7 +50,7 @@ class _Target:
 
 
 class ScreenPictures:
-    """Linear pictures in, display pictures out."""
+    """Converts scene-linear pictures to textures for the screen."""
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
@@ -59,7 +59,7 @@ class ScreenPictures:
         self._proxy = ProxyPass(ctx)
         self._enlarge = EnlargePass(ctx)
         self._pool = TexturePool(ctx)
-        self._detail_of: Pinhole | None = None  # the plate of the hurried picture before
+        self._detail_of: Pinhole | None = None  # the plate of the previous preview
         self._a = _Target(ctx, "A on the screen")
         self._b = _Target(ctx, "B on the screen")
         self._pinhole = _Target(ctx, "plate on the screen")
@@ -67,8 +67,8 @@ class ScreenPictures:
         self._coarse = _Target(ctx, "plate at the preview's size")
         self._overlay = _Target(ctx, "overlay")
         self._tiles: dict[str, _Target] = {}  # pictures of looks by name
-        self.transform_version = 0  # whoever sets another view transform counts it up
-        self.with_mipmaps = False  # pictures are seen so small that they would shimmer without
+        self.transform_version = 0  # increased by the caller with each new view transform
+        self.with_mipmaps = False  # True if pictures are so small that they would alias
 
     def a(
         self,
@@ -111,7 +111,7 @@ class ScreenPictures:
         return target.texture
 
     def tile(self, name: str, shown: Shown, view: ViewState) -> moderngl.Texture:
-        """Return the picture of a look, which is one of several that are seen."""
+        """Return the picture of a look, for showing several looks at once."""
         target = self._tiles.setdefault(name, _Target(self._ctx, "a look on the screen"))
         look = self._look(view)
         if target.needs(shown.texture.size, (shown, look)):
@@ -122,7 +122,7 @@ class ScreenPictures:
         return target.texture
 
     def keep_tiles(self, names: Collection[str]) -> None:
-        """Give back the memory of pictures of looks that are not among these."""
+        """Free the pictures of all other looks."""
         for name in [name for name in self._tiles if name not in names]:
             texture = self._tiles.pop(name).texture
             if texture is not None:
@@ -131,8 +131,8 @@ class ScreenPictures:
     def detail(self, shown: Shown, plate: Pinhole, view: ViewState) -> Detail | None:
         """Return the detail in focus that a preview lacks; None for a whole picture."""
         if not _is_hurried(shown) or shown.shot.lens.breathing != 1.0:
-            return None  # what a lens that breathes shows has another size than the plate
-        if self._detail_of is not plate:  # while a sequence plays, each plate is seen only once
+            return None  # with breathing, the picture has another scale than the plate
+        if self._detail_of is not plate:  # in playback, each plate is shown only once
             self._detail_of = plate
             return None
         proxy, lens = shown.settings.proxy, shown.shot.lens_at(shown.frame)
@@ -148,7 +148,7 @@ class ScreenPictures:
     def _small_plate(
         self, target: _Target, plate: Pinhole, proxy: float, view: ViewState, is_enlarged: bool
     ) -> moderngl.Texture:
-        """Return the plate at a preview's size, as a preview with all in focus would look."""
+        """Return the plate at a preview's size, like a preview with everything in focus."""
         size, look = proxy_size(plate.color.size, proxy), self._look(view)
         if target.needs(size, (plate, look)):
             color = self._pool.texture("small plate", size, 4)
@@ -163,7 +163,7 @@ class ScreenPictures:
     def _display(
         self, source: moderngl.Texture, out: moderngl.Texture, look: Look, is_enlarged: bool
     ) -> None:
-        """Write display values; of a picture that is drawn larger, ready for that."""
+        """Write display values, sharpened in advance if the picture will be enlarged."""
         if not is_enlarged:
             self.display.run(source, out, *look[:2])
             return
@@ -181,9 +181,9 @@ class ScreenPictures:
     def overlay(
         self, plate: Pinhole, shot: Shot, frame: int, view: ViewState, shown: Shown
     ) -> moderngl.Texture:
-        """Return the colours of overlay and peaking, for the lens as it is now.
+        """Return the colours of the overlay and the peaking for the current lens.
 
-        Peaking finds its edges in the picture that is `shown`, once that is whole.
+        Peaking finds its edges in the picture that is `shown`, if that is no preview.
         """
         lens, is_peaking = shot.lens_at(frame), view.is_peaking
         is_of_frame = shown.is_whole and lens.breathing == 1.0  # pixel for pixel
@@ -205,7 +205,7 @@ class ScreenPictures:
 
 
 def _is_hurried(shown: Shown) -> bool:
-    """Return True for a picture that is smaller than it will be."""
+    """Return True for a preview that is smaller than the final picture."""
     return shown.settings.proxy < shown.shot.defocus.proxy
 
 
@@ -221,7 +221,7 @@ def picture_of_b(
     reference: moderngl.Texture | None,
     of_method: Shown | None,
 ) -> moderngl.Texture:
-    """Return the picture of B; the pinhole picture where nothing else is chosen or there."""
+    """Return the picture of side B: the chosen one if available, else the pinhole picture."""
     if of_method is not None:
         return of_method.texture
     if view.against is Against.REFERENCE and reference is not None:

@@ -1,4 +1,4 @@
-"""A headless OpenGL 4.3 context: EGL, no display, a GPU or Mesa's software rasteriser."""
+"""Make a headless OpenGL 4.3 context with EGL, and check the limits of the machine."""
 
 import math
 import os
@@ -30,7 +30,7 @@ def headless_context() -> moderngl.Context:
 
 
 def _help(why: str) -> str:
-    """Return what to install; nothing where a driver was found and asked."""
+    """Return what to install, or what to try if the installed driver is too old."""
     return _TOO_OLD if "eglCreateContext" in why else _INSTALL
 
 
@@ -43,7 +43,7 @@ def is_software(ctx: moderngl.Context) -> bool:
     return any(name in renderer for name in ("llvmpipe", "softpipe", "swrast", "swiftshader"))
 
 
-# Measured on a 1920x1080 film render: textures, the plate on both sides, what is read back.
+# Measured for a 1920x1080 film render: textures, the plate in both memories, the downloaded result.
 BYTES_PER_PIXEL = 300
 
 
@@ -64,13 +64,13 @@ def check_texture_fits(
     limit = int(ctx.info["GL_MAX_TEXTURE_SIZE"])
     if max(needed) > limit:
         raise GpuError(
-            f"To blur a picture of {picture[0]}x{picture[1]} takes a texture of {needed[0]}x"
+            f"To blur a picture of {picture[0]}x{picture[1]} needs a texture of {needed[0]}x"
             f"{needed[1]}; this OpenGL takes {limit} pixels a side. A smaller --proxy fits."
         )
 
 
 def check_work_fits(ctx: moderngl.Context, width: int, height: int) -> None:
-    """Refuse to work on a picture beyond OpenGL's storage blocks or the machine's memory."""
+    """Refuse a picture that does not fit OpenGL's storage blocks or the machine's memory."""
     list_limit = int(ctx.info["GL_MAX_SHADER_STORAGE_BLOCK_SIZE"]) // 4 - 4  # a word a pixel
     if width * height > list_limit:
         raise GpuError(
@@ -96,7 +96,7 @@ def check_storage_fits(ctx: moderngl.Context, size_bytes: int, what: str) -> Non
 
 
 def _free_memory_bytes() -> float:
-    """Return what Linux could give without swapping; infinite where it is unknown."""
+    """Return the memory that Linux could give without swapping; infinite if unknown."""
     try:
         lines = Path("/proc/meminfo").read_text().splitlines()
     except OSError:

@@ -1,8 +1,8 @@
-"""The inputs that a shader's text declares, so that a misspelt name is an error.
+"""Find the inputs that a shader's text declares, so that a misspelt name is an error.
 
-OpenGL itself cannot tell a misspelt name from one that the compiler removed as unused: both are
-missing from the linked program. The text can. Declarations count whatever `#if` they stand under,
-so that the builds of one shader take the same names. Text only: testable without OpenGL.
+OpenGL itself cannot distinguish a misspelt name from one that the compiler removed as unused: both
+are missing from the linked program. Declarations inside any `#if` are included, so that all builds
+of a shader accept the same names. This handles only text, and is testable without OpenGL.
 """
 
 import re

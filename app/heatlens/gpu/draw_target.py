@@ -1,10 +1,10 @@
-"""The framebuffer around the textures that a pass draws into."""
+"""Keep the framebuffer of the textures that a pass draws into."""
 
 import moderngl
 
 
 class DrawTarget:
-    """Keeps one framebuffer, and makes another when the textures change."""
+    """Keeps one framebuffer, and makes a new one when the textures change."""
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx

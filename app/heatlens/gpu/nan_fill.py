@@ -1,7 +1,7 @@
-"""New textures and buffers filled with NaN, to find what reads before it writes.
+"""Fill new textures and buffers with NaN, to find passes that read before they write.
 
-Mesa's llvmpipe hands out zeros, other drivers whatever lay in that memory. With
-HEATLENS_FILL_NAN=1 in the environment such a mistake shows in every picture and test.
+Mesa's llvmpipe returns zeroed memory, other drivers old contents. With HEATLENS_FILL_NAN=1 in the
+environment, such a mistake is visible in every picture and test.
 """
 
 from collections.abc import Callable
@@ -17,7 +17,7 @@ _Texture = moderngl.Texture | moderngl.TextureArray | moderngl.Texture3D
 
 
 def fill_new_with_nan(ctx: moderngl.Context) -> None:
-    """Have everything that `ctx` makes from now on without content begin as NaN."""
+    """Make `ctx` fill all textures and buffers that it creates without content with NaN."""
     made: Any = ctx  # its methods are replaced for this one context
     for name in ("texture", "texture_array", "texture3d"):
         setattr(made, name, _filled(getattr(ctx, name), fill_texture))
@@ -36,7 +36,7 @@ def _filled(make: Callable[..., Any], fill: Callable[[Any], None]) -> Callable[.
 
 
 def fill_texture(texture: _Texture) -> None:
-    """Write NaN into every texel; the largest number where these are unsigned integers."""
+    """Write NaN into every texel, or the largest number if these are unsigned integers."""
     texels = 1
     for side in texture.size:
         texels *= side
@@ -49,7 +49,7 @@ def fill_buffer(buffer: moderngl.Buffer) -> None:
 
 
 def _fill_buffer_always(buffer: Any) -> None:
-    """Fill a buffer now, and whenever it is given a new size, which forgets what was in it."""
+    """Fill a buffer now, and whenever it is resized, which discards its content."""
     fill_buffer(buffer)
     orphan = buffer.orphan
 

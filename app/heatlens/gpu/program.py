@@ -1,8 +1,8 @@
-"""Shader programs whose inputs are given by name, all of them in one call.
+"""Shader programs that take all inputs by name, in one call.
 
-A name that the shader's text does not declare is a ShaderError; a name that is declared, but that
-the compiler removed as unused, is ignored. With HEATLENS_STRICT_SHADERS=1 in the environment, as in
-the tests, an input that the compiler kept and that was never given is a ShaderError too.
+A name that the shader's text does not declare is a ShaderError. A name that is declared, but that
+the compiler removed as unused, is ignored. With HEATLENS_STRICT_SHADERS=1 in the environment, which
+the tests set, an input that the compiler kept and that was never given is a ShaderError too.
 """
 
 import os
@@ -26,10 +26,10 @@ _WITH_UNITS: tuple[Kind, ...] = ("sampler", "image", "storage block")
 
 
 class _Inputs:
-    """The inputs of a linked program: which there are, and how each is given.
+    """The inputs of a linked program, and the binding units of each.
 
-    Samplers, images and storage blocks get their units here, once; numbers in the shader's text
-    do not count.
+    Samplers, images and storage blocks get their units here, once; binding numbers in the shader's
+    text are ignored.
     """
 
     def __init__(self, linked: _Linked, sources: Sequence[ShaderSource]) -> None:
@@ -60,7 +60,7 @@ class _Inputs:
         buffers: Mapping[str, moderngl.Buffer] | None,
         uniforms: Mapping[str, object] | None,
     ) -> None:
-        """Give the program what its next run reads and writes."""
+        """Bind the inputs and outputs of the program's next run."""
         textures, images, buffers = textures or {}, images or {}, buffers or {}
         for name, texture in textures.items():
             self._declared.check(name, "sampler")
@@ -86,7 +86,7 @@ class _Inputs:
                 self._unset.discard(name)
 
     def _check_all_given(self, bound: set[str]) -> None:
-        """Check that every input with a unit is given: units are shared by all programs."""
+        """Check that every input with a unit is given, because all programs share the units."""
         missing = sorted((self._units.keys() - bound) | self._unset)
         if missing:
             names = ", ".join(missing)
@@ -121,13 +121,13 @@ class _Program:
         return self._files
 
     def rebuild(self) -> None:
-        """Take the files as they are now; raise ShaderError and stay as it was where they fail."""
+        """Build from the current files; raise ShaderError and keep the old build on failure."""
         before = self._program
         self._take_built()
         before.release()
 
     def release(self) -> None:
-        """Give the program back to OpenGL."""
+        """Delete the program."""
         shader_reload.forget(self)
         self._program.release()
 
@@ -146,8 +146,8 @@ class ComputeProgram(_Program):
     ) -> None:
         """Compile the shader file `name`.
 
-        `functions` is GLSL made elsewhere: what the file declares and leaves undefined. Raises
-        ShaderError with the driver's log, its places as file and line.
+        `functions` is generated GLSL that defines functions which the file only declares. Raises
+        ShaderError with the driver's log, in which positions are given as file and line.
         """
         self.name = name
         self._defines, self._functions = defines, functions
@@ -184,7 +184,7 @@ class ComputeProgram(_Program):
         buffers: Mapping[str, moderngl.Buffer] | None = None,
         uniforms: Mapping[str, object] | None = None,
     ) -> None:
-        """Run on as many workgroups as three words of `groups` say, `offset` bytes in."""
+        """Run on the number of workgroups in three words of `groups`, at `offset` bytes."""
         self._inputs.bind(textures, images, buffers, uniforms)
         self._program.run_indirect(groups, offset)
         self._ctx.memory_barrier()
@@ -202,9 +202,9 @@ class DrawProgram(_Program):
         fragment: str | None = None,
         defines: Mapping[str, object] | None = None,
     ) -> None:
-        """Link `name`.vert.glsl with `fragment`.frag.glsl, which is called `name` too if None.
+        """Link `name`.vert.glsl with `fragment`.frag.glsl; `fragment` defaults to `name`.
 
-        Raises ShaderError with the driver's log, its places as file and line.
+        Raises ShaderError with the driver's log, in which positions are given as file and line.
         """
         self._names = f"{name}.vert.glsl", f"{fragment or name}.frag.glsl"
         self._defines = defines
@@ -223,7 +223,7 @@ class DrawProgram(_Program):
         layout: Sequence[tuple[moderngl.Buffer, str, *tuple[str, ...]]],
         index: moderngl.Buffer | None = None,
     ) -> "VertexArray":
-        """Return what is drawn: buffers and the attributes they hold, without the unused ones."""
+        """Return a vertex array of buffers and their attributes, without the unused ones."""
         return VertexArray(self, lambda linked: self._array_for(linked, layout, index))
 
     def _array_for(
@@ -236,7 +236,7 @@ class DrawProgram(_Program):
 
     @property
     def linked(self) -> moderngl.Program:
-        """The program as OpenGL has it now; another one after `rebuild`."""
+        """The current program of OpenGL; `rebuild` replaces it."""
         return self._program
 
     def bind(
@@ -246,12 +246,12 @@ class DrawProgram(_Program):
         uniforms: Mapping[str, object] | None = None,
         buffers: Mapping[str, moderngl.Buffer] | None = None,
     ) -> None:
-        """Set what the next draw reads; raise ShaderError for a name that is not declared."""
+        """Bind the inputs of the next draw; raise ShaderError for a name that is not declared."""
         self._inputs.bind(textures, None, buffers, uniforms)
 
 
 class VertexArray:
-    """Buffers laid out for a draw program, laid out again when the program is another."""
+    """The vertex array of a draw program, which is made again when the program is rebuilt."""
 
     def __init__(
         self, program: DrawProgram, make: Callable[[moderngl.Program], moderngl.VertexArray]
@@ -273,11 +273,11 @@ class VertexArray:
         self._array.render(mode, vertices)
 
     def render_indirect(self, commands: moderngl.Buffer, mode: int, count: int) -> None:
-        """Draw what `count` records of `commands` say."""
+        """Draw with `count` indirect commands in the buffer `commands`."""
         self._array.render_indirect(commands, mode, count)
 
     def release(self) -> None:
-        """Give the layout back to OpenGL; the buffers are another's."""
+        """Delete the vertex array, but not the buffers, which belong to the caller."""
         self._made.release()
 
 

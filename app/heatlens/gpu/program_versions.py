@@ -1,4 +1,4 @@
-"""Builds of one shader with other defines, each compiled when it is first asked for."""
+"""Keep the builds of a shader with different defines, each compiled on first use."""
 
 from collections.abc import Callable, Mapping
 from typing import Generic, TypeVar
@@ -8,16 +8,16 @@ Defines = Mapping[str, object]
 
 
 class ProgramVersions(Generic[Built]):
-    """The builds of a program by the defines that are on."""
+    """The builds of a program, by the defines that are on."""
 
     def __init__(self, build: Callable[[Defines], Built], defines: Defines | None = None) -> None:
-        """Build the version in which nothing but `defines` is on; it is the one most asked for."""
+        """Build the version with only `defines`, which is used most."""
         self._build = build
         self._defines = dict(defines or {})
         self._built = {frozenset[str](): build(self._defines)}
 
     def with_(self, **wanted: bool) -> Built:
-        """Return the build in which those defines are 1 that are True: `with_(LISTS=True)`."""
+        """Return the build in which the defines given as True are 1: `with_(LISTS=True)`."""
         on = frozenset(name for name, is_on in wanted.items() if is_on)
         if on not in self._built:
             self._built[on] = self._build(self._defines | dict.fromkeys(sorted(on), 1))
@@ -25,5 +25,5 @@ class ProgramVersions(Generic[Built]):
 
     @property
     def all(self) -> tuple[Built, ...]:
-        """Every build there is so far."""
+        """All builds made so far."""
         return tuple(self._built.values())

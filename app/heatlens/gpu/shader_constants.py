@@ -1,7 +1,7 @@
-"""Constants that Python and the shaders share, each written down here alone.
+"""Constants that Python and the shaders share; each is defined only here.
 
 A shader that mentions one of these names gets it as a `#define` (`gpu.shader_source.assemble`), so
-its text neither repeats the number nor passes it on.
+its text does not repeat the number.
 """
 
 import re

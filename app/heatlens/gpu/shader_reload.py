@@ -1,9 +1,8 @@
-"""Changed shader files, taken into the running program: for whoever writes shaders.
+"""Reload changed shader files into the running program, for development of shaders.
 
-With HEATLENS_RELOAD_SHADERS=1 in the environment, every program is known here from its making, and
-`ShaderReload.poll` builds those again whose files have changed. A program that cannot be built
-stays as it was, so that a mistake never takes the picture away. Without the variable nothing of
-this costs anything.
+With HEATLENS_RELOAD_SHADERS=1 in the environment, every program is registered here, and
+`ShaderReload.poll` rebuilds those whose files have changed. If a build fails, the old program is
+kept, so that a mistake never removes the picture. Without the variable, this costs nothing.
 """
 
 import os
@@ -18,7 +17,7 @@ from heatlens.errors import ShaderError
 from heatlens.paths import data_dir
 
 VARIABLE = "HEATLENS_RELOAD_SHADERS"
-EVERY_S = 0.5  # between two looks at the files
+EVERY_S = 0.5  # interval between two checks of the files
 
 
 class Rebuildable(Protocol):
@@ -29,7 +28,7 @@ class Rebuildable(Protocol):
         """The files that its text came from, relative to the folder of shaders."""
 
     def rebuild(self) -> None:
-        """Take the files as they are now; raise ShaderError and stay as it was where they fail."""
+        """Build from the current files; raise ShaderError and keep the old build on failure."""
 
 
 _watched: "weakref.WeakSet[Rebuildable]" = weakref.WeakSet()
@@ -41,26 +40,26 @@ def is_on() -> bool:
 
 
 def watch(program: Rebuildable) -> None:
-    """Have `program` rebuilt when its files change; it is forgotten when nobody holds it."""
+    """Rebuild `program` when its files change; only a weak reference to it is kept."""
     if is_on():
         _watched.add(program)
 
 
 def forget(program: Rebuildable) -> None:
-    """Leave a program alone that was given back to OpenGL."""
+    """Stop watching a program that has been released."""
     _watched.discard(program)
 
 
 @dataclass(frozen=True)
 class Reloaded:
-    """The result of changed files: how many programs are new, and a sentence about it."""
+    """The result of a reload: how many programs were rebuilt, and a sentence about it."""
 
     programs: int
     sentence: str
 
 
 class ShaderReload:
-    """Looks at the times of the shader files, at most twice a second."""
+    """Checks the modification times of the shader files, at most twice a second."""
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
         self._clock = clock
@@ -68,7 +67,7 @@ class ShaderReload:
         self._times = _file_times(data_dir("shaders"))
 
     def poll(self) -> Reloaded | None:
-        """Rebuild the programs of changed files; None where nothing changed that is used."""
+        """Rebuild the programs of changed files; return None if no used file has changed."""
         if self._clock() - self._looked_at < EVERY_S:
             return None
         self._looked_at, before = self._clock(), self._times
@@ -79,7 +78,7 @@ class ShaderReload:
 
 
 def _rebuilt(programs: Iterable[Rebuildable], changed: list[str]) -> Reloaded:
-    """Build what can be built; the first mistake that is found is told, the others have it too."""
+    """Rebuild programs, and report the first mistake, which the others probably share."""
     count, mistake = 0, ""
     for program in programs:
         try:
@@ -93,7 +92,7 @@ def _rebuilt(programs: Iterable[Rebuildable], changed: list[str]) -> Reloaded:
 
 
 def _file_times(folder: Path) -> dict[str, int]:
-    """Return the time of each shader file in nanoseconds, without one that is being replaced."""
+    """Return the modification time of each shader file in ns; skip files being replaced."""
     times: dict[str, int] = {}
     for path in folder.rglob("*.glsl"):
         try:

@@ -1,9 +1,9 @@
-"""Shader files to GLSL text: `#include "lib/x.lib.glsl"`, defines, and error lines mapped back.
+"""Assemble GLSL from shader files: `#include "lib/x.lib.glsl"`, defines, and error positions.
 
 `#include NAME` without quotes includes the file that the define NAME gives.
 
-Each file gets its own range of line numbers through `#line`, because Mesa reports lines faithfully
-but not the file number. Text only: testable without OpenGL.
+Each file gets its own range of line numbers through `#line`, because Mesa reports line numbers
+correctly but not file numbers. This handles only text, and is testable without OpenGL.
 """
 
 import re
@@ -36,7 +36,7 @@ class ShaderSource:
         return _LINE_IN_LOG.sub(place, log)
 
     def followed_by(self, functions: str) -> "ShaderSource":
-        """Append GLSL that comes from no file, in a line range of its own."""
+        """Append generated GLSL, in its own range of line numbers."""
         line = len(self.files) * LINES_PER_FILE + 1
         text = f"{self.text}#line {line}\n{functions}\n"
         return ShaderSource(text, (*self.files, "generated GLSL"))

@@ -1,7 +1,7 @@
-"""The time of each pass, by name.
+"""Measure the time of each pass, by name.
 
-A GPU is timed by timer queries. On a software rasteriser, whose queries return garbage, it is the
-wall clock.
+GPUs are measured by timer queries. Software rasterisers, whose queries return garbage, are measured
+by the clock.
 """
 
 import time
@@ -19,7 +19,7 @@ Result = TypeVar("Result")
 
 @dataclass(slots=True)
 class PassTime:
-    """Seconds of all runs of one pass."""
+    """The total time in seconds, and the number of runs, of one pass."""
 
     seconds: float = 0.0
     runs: int = 0
@@ -27,7 +27,7 @@ class PassTime:
 
 @dataclass
 class Stopwatch:
-    """Adds up pass times; off, it costs nothing and lets the GPU run ahead."""
+    """Adds up the times of passes; when off, it costs nothing and the GPU can run ahead."""
 
     ctx: moderngl.Context
     on: bool = False
@@ -67,7 +67,7 @@ class Stopwatch:
 
     @contextmanager
     def _clock(self) -> Iterator[list[float]]:
-        """Yield a list that holds, after the block, the seconds of the GPU's work issued inside."""
+        """Yield a list that holds, after the block, the GPU time in seconds of the work inside."""
         seconds = [0.0]
         if is_software(self.ctx):
             self.ctx.finish()

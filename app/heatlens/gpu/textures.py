@@ -1,4 +1,4 @@
-"""Textures as the passes need them: nearest, clamped, labelled; NumPy in and out."""
+"""Make the textures of passes (nearest, clamped, labelled), and move NumPy data in and out."""
 
 from collections.abc import Iterator
 from typing import Literal
@@ -11,11 +11,11 @@ from heatlens.errors import GpuError
 
 Storage = Literal["f2", "f4", "u4"]
 FloatArray = npt.NDArray[np.float32]
-_BAND_BYTES = 16 << 20  # taken to the GPU at a time: some milliseconds
+_BAND_BYTES = 16 << 20  # uploaded at a time, which takes a few milliseconds
 
 
 def _check_memory(ctx: moderngl.Context, what: str) -> None:
-    """Ask OpenGL for its error: moderngl returns textures that OpenGL refused."""
+    """Raise GpuError if OpenGL reports an error, because moderngl ignores failed allocations."""
     error = ctx.error
     if error != "GL_NO_ERROR":
         raise GpuError(
@@ -46,7 +46,7 @@ def new_array(
     components: int,
     storage: Storage = "f4",
 ) -> moderngl.TextureArray:
-    """Make `layers` images of `size` behind one sampler."""
+    """Make an array texture of `layers` images of `size`."""
     array = ctx.texture_array((*size, layers), components, dtype=storage)
     _check_memory(ctx, f"{layers} layers of {size[0]}x{size[1]}")
     array.filter = (moderngl.NEAREST, moderngl.NEAREST)
@@ -80,7 +80,7 @@ def download(texture: moderngl.Texture) -> FloatArray:
 
 
 class TexturePool:
-    """Textures by name, made when first asked for and again only when size or kind changes."""
+    """Textures by name, made on first use and again only if their size or type changes."""
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
@@ -141,7 +141,7 @@ class TexturePool:
         return self._buffers[name]
 
     def release(self) -> None:
-        """Give everything back to OpenGL."""
+        """Delete all textures and buffers."""
         for _, target in self._targets.values():
             target.release()
         for _, texture in self._held.values():

@@ -1,8 +1,8 @@
-"""Ctrl-C held back while a library is in the middle of something.
+"""Delay Ctrl-C while a library must not be interrupted.
 
-moderngl builds programs in C and calls Python from there. A KeyboardInterrupt that is raised in
-such a call is not looked for, and the process ends in a crash. Commands do not hear Ctrl-C at all
-(`commands.launch`); this is for notebooks and programs that import heatlens.
+moderngl builds programs in C and calls Python from there. It does not check for a KeyboardInterrupt
+raised in such a call, and the process crashes. This is for notebooks and programs that import
+heatlens; commands handle Ctrl-C in another way (`commands.launch`).
 """
 
 import signal
@@ -14,9 +14,9 @@ from types import FrameType
 
 @contextmanager
 def uninterrupted() -> Iterator[None]:
-    """Answer Ctrl-C after the block instead of inside it."""
+    """Handle Ctrl-C after the block instead of inside it."""
     before = signal.getsignal(signal.SIGINT)
-    # Only the main thread answers signals. None stands for a handler that Python did not set.
+    # Only the main thread handles signals. None means a handler that was not set by Python.
     if threading.current_thread() is not threading.main_thread() or before is None:
         yield
         return

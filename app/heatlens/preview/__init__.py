@@ -1,1 +1,1 @@
-"""Quicker pictures in the place of the wished one, and what each of them costs."""
+"""Faster preview pictures, and their cost."""

@@ -1,4 +1,4 @@
-"""What a picture will cost on this machine, learnt from the pictures that were made before it."""
+"""Predict the render time of a picture on this machine from the pictures rendered before."""
 
 import math
 from dataclasses import dataclass, field
@@ -7,22 +7,22 @@ from heatlens.defocus.quality import kernel_for, layers_for
 from heatlens.model.settings import Bokeh, DefocusSettings, Method, Quality
 
 Kind = tuple[Method, Bokeh, Quality, int]
-Sized = tuple[Kind, float]  # and its size against the plate: small pictures cost more by the pixel
+Sized = tuple[Kind, float]  # with the scale: small pictures cost more for each pixel
 
 _NEWEST = 0.4  # weight of the newest picture in the running mean of its kind
 
 
 @dataclass
 class CostModel:
-    """Seconds a pixel by kind of picture and size; others are guessed from those that were met.
+    """Seconds per pixel by kind of picture and scale; unknown kinds are estimated from known ones.
 
-    Of a scene through many points of the lens: seconds a pixel and point.
+    For scenes seen from many points of the lens, seconds per pixel and point.
     """
 
     seconds_per_px: dict[Sized, float] = field(default_factory=dict)
 
     def learn(self, settings: DefocusSettings, pixels: int, seconds: float) -> None:
-        """Learn the seconds of a picture of so many pixels; scale all other predictions by it."""
+        """Learn the time of a picture of `pixels` pixels, and scale all predictions by it."""
         sized, new = _sized(settings), seconds / pixels / _times(settings)
         old = self.seconds_per_px.get(sized, new)
         pace = 1.0 + _NEWEST * (new / old - 1.0)
@@ -31,9 +31,9 @@ class CostModel:
             self.seconds_per_px[other] *= pace
 
     def predicted(self, settings: DefocusSettings, pixels: int) -> float:
-        """Return the seconds for a picture of so many pixels; infinite where nothing is known."""
+        """Return the predicted seconds for a picture of `pixels` pixels; infinite if unknown."""
         kind, known = _kind(settings), self._alike(settings)
-        # What the next picture costs is not known where the work depends on how large its blur is.
+        # The cost cannot be predicted if it depends on how large the blur is.
         if settings.method.facts.grows_with_blur or not known:
             return float("inf")
         sizes = [size for other, size in known if other == kind]
@@ -47,7 +47,7 @@ class CostModel:
         return max(guesses) * pixels
 
     def _alike(self, settings: DefocusSettings) -> list[Sized]:
-        """Return what is known of the same sort of work: drawing scenes, or blurring plates."""
+        """Return the known entries for the same sort of work: drawing scenes or blurring plates."""
         is_of_scene = settings.method.needs_scene
         return [it for it in self.seconds_per_px if it[0][0].needs_scene is is_of_scene]
 
@@ -72,10 +72,10 @@ def _kind_weight(kind: Kind) -> float:
 
 
 def _weight(settings: DefocusSettings) -> float:
-    """Return the work for one pixel, in passes over memory; only ratios count.
+    """Return the relative work for one pixel, in passes over memory.
 
-    A complex pole weighs about as much as reading and writing the picture; a layer brings its
-    split, its fill and its composite besides its blur.
+    A complex pole costs about as much as reading and writing the picture once. A layer adds its
+    split, its fill and its composite to its blur.
     """
     kernel, layers = kernel_for(settings), layers_for(settings)
     blur = 1.5 + kernel.steps * len(kernel.poles)

@@ -1,6 +1,6 @@
-"""Which preview level to render: pure functions of what is wished, what is shown and what it costs.
+"""Choose the preview level to render, with pure functions of the settings and predicted times.
 
-They ask a prediction for seconds and know no renderer: the same answers for the same numbers.
+They know nothing of the renderer, and give the same answers for the same numbers.
 """
 
 from collections.abc import Callable
@@ -11,17 +11,22 @@ from heatlens.preview.levels import cheaper, is_better, on_the_way
 
 Predict = Callable[[DefocusSettings], float]  # seconds that a picture takes
 
-_KEEP = 0.7, 1.3  # hysteresis: a better level below so much of the time, a cheaper one above
-_LEAST_WIDTH_PX = 160  # of a preview
-_PATIENCE_S = 3.0  # the whole picture follows directly where it takes no longer than this,
-_SOON_S = 0.25  # no longer than this where the plate itself will soon be finer,
-_FAST_ENOUGH = 3.0  # or where a preview between them is not so many times as quick
+# Hysteresis, as parts of the time budget: change to a better level below the first number, and to
+# a cheaper one above the second.
+_KEEP = 0.7, 1.3
+_LEAST_WIDTH_PX = 160  # least width of a preview
+# The whole picture follows directly if it takes no longer than this,
+_PATIENCE_S = 3.0
+# or than this if the plate itself will soon be refined,
+_SOON_S = 0.25
+# or if an intermediate preview is less than this many times faster.
+_FAST_ENOUGH = 3.0
 
 
 def recognisable(wished: DefocusSettings, size: tuple[int, int]) -> list[DefocusSettings]:
-    """Return the levels of a plate of this size that are large enough to tell anything.
+    """Return the preview levels that are large enough to be useful for a plate of this size.
 
-    Of a plate that is small itself these are the largest ones.
+    For a plate that is small itself, return the levels of the largest size.
     """
     levels = cheaper(wished)
     large = [it for it in levels if proxy_size(size, it.proxy)[0] >= _LEAST_WIDTH_PX]
@@ -34,10 +39,10 @@ def level_while_moving(
     budget_s: float,
     predict: Predict,
 ) -> DefocusSettings:
-    """Return the best of `levels`, the best one first, that fits the time.
+    """Return the best of `levels`, which are sorted from best to fastest, that fits the budget.
 
-    `held`, the one before, is kept while it about fits, so that the picture does not flicker
-    between two levels.
+    The previous level `held` is kept while it fits approximately, so that the picture does not
+    flicker between two levels.
     """
     fitting = [level for level in levels if predict(level) <= budget_s]
     best = fitting[0] if fitting else levels[-1]
@@ -54,9 +59,9 @@ def level_at_rest(
     is_plate_whole: bool,
     predict: Predict,
 ) -> DefocusSettings | None:
-    """Return what follows the preview that is shown: the whole picture, or a better one before it.
+    """Return the settings to render after the shown preview: the whole picture or a better preview.
 
-    Of a plate that will soon be finer only what comes soon is rendered, which may be nothing.
+    If the plate will soon be refined, return only settings that are fast to render, or None.
     """
     whole_s = predict(wished)
     patience_s = _PATIENCE_S if is_plate_whole else _SOON_S

@@ -1,6 +1,6 @@
-"""The ladder of preview levels: the wished picture, and quicker ones that stand in for it.
+"""The ladder of preview levels: the requested picture, and faster substitutes for it.
 
-The window goes down the ladder while something moves; `heatlens bench --drag` measures each level.
+The window uses lower levels while something moves; `heatlens bench --drag` measures each level.
 """
 
 from dataclasses import replace
@@ -8,9 +8,9 @@ from dataclasses import replace
 from heatlens.defocus.quality import layers_for
 from heatlens.model.settings import PROXY_MIN, DefocusSettings, Method, Quality
 
-# Each picture is quicker than the one before it: the best quality that it may have, which sets the
-# number of poles of a disc, and its size against the wished one. Nothing else differs, so that the
-# hand sees the same lens at every level.
+# From slow to fast: the best quality of each level, which sets the number of poles of a disc, and
+# its scale relative to the requested picture. Nothing else differs, so that the lens looks the same
+# at every level.
 _CHEAPER: tuple[tuple[Quality, float], ...] = (
     (Quality.PREVIEW, 1.0),
     (Quality.PREVIEW, 1 / 2),
@@ -21,16 +21,16 @@ _CHEAPER: tuple[tuple[Quality, float], ...] = (
     (Quality.DRAFT, 1 / 6),
     (Quality.DRAFT, 1 / 8),
 )
-# The picture that is shown on the way from a hurried one to a whole one that takes long.
+# The picture shown between a fast preview and a whole picture that takes long.
 _BETWEEN = (Quality.PREVIEW, 0.5)
-# Of a scene through many points of the lens, dearest first; at full size each goes on from the next
-# one below it.
+# Levels of a scene seen from many points of the lens, slowest first; at full size, each continues
+# from the next lower one.
 _FULL_VIEWS = (16384, 4096, 1024, 256, 66, 16)
-_FEW_VIEWS = ((16, 1 / 2), (16, 1 / 4), (4, 1 / 4), (4, 1 / 8))  # how many, at which size
+_FEW_VIEWS = ((16, 1 / 2), (16, 1 / 4), (4, 1 / 4), (4, 1 / 8))  # number of views, and scale
 
 
 def cheaper(wished: DefocusSettings) -> list[DefocusSettings]:
-    """Return the wished picture, then faster and faster ones with the same amount of blur."""
+    """Return the requested settings, then faster and faster ones with the same amount of blur."""
     if wished.method.needs_scene:
         return _fewer_views(wished)
     levels = [wished]
@@ -61,13 +61,13 @@ def quickest(wished: DefocusSettings) -> DefocusSettings:
 
 
 def on_the_way(wished: DefocusSettings) -> list[DefocusSettings]:
-    """Return what may be shown before the wished picture while nobody drags, the fastest first."""
+    """Return the settings to show before the whole picture at rest, the fastest first."""
     return _fewer_views(wished)[:0:-1] if wished.method.needs_scene else [between(wished)]
 
 
 def is_better(one: DefocusSettings, other: DefocusSettings, wished: DefocusSettings) -> bool:
-    """Return whether level `one` comes closer to the wished picture than `other` does."""
-    if wished.method.needs_scene:  # any number of views may be seen already
+    """Return whether level `one` is closer to the requested picture than `other`."""
+    if wished.method.needs_scene:  # any number of views may have been rendered already
         return (one.proxy, one.views) > (other.proxy, other.views)
     levels = cheaper(wished)
     ranks = [levels.index(it) if it in levels else len(levels) for it in (one, other)]
@@ -75,12 +75,12 @@ def is_better(one: DefocusSettings, other: DefocusSettings, wished: DefocusSetti
 
 
 def between(wished: DefocusSettings) -> DefocusSettings:
-    """Return a smaller picture that is ready sooner than the wished one."""
+    """Return the settings of a smaller picture that is ready sooner."""
     return _level(wished, *_BETWEEN)
 
 
 def _level(wished: DefocusSettings, best: Quality, scale: float) -> DefocusSettings:
-    """Return the wished picture smaller, at most as good as `best`, with the same layers."""
+    """Return the settings scaled down, with at most the quality `best` and the same layers."""
     quality = min(best, wished.quality, key=list(Quality).index)
     method = wished.method if wished.method is Method.HEAT else Method.DIFFUSION
     layers = layers_for(replace(wished, method=method))

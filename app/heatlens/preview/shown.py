@@ -1,4 +1,4 @@
-"""A finished picture through the lens, and what it was made of."""
+"""A finished picture seen through the lens, and the key of what it was made of."""
 
 from dataclasses import dataclass, replace
 
@@ -10,12 +10,12 @@ from heatlens.model.shot import Shot
 
 @dataclass(frozen=True)
 class PictureKey:
-    """What a picture is made of: two pictures with equal keys are the same picture.
+    """Everything that a picture is made of: pictures with equal keys are the same.
 
-    plate     the number of the plate, another whenever another one lies on the GPU
+    plate     a number that changes whenever another plate is loaded to the GPU
     frame     the frame of the shot
     shot      the shot, which names the source
-    settings  those it is made with: the shot's own for the whole picture
+    settings  the settings used for rendering: the shot's own for the whole picture
     """
 
     plate: int
@@ -25,7 +25,7 @@ class PictureKey:
 
 
 def without_notes(shot: Shot) -> Shot:
-    """Return the shot without what changes no picture of a frame: marks, looks, in and out."""
+    """Return the shot without marks, looks and in and out points, which change no picture."""
     return replace(shot, marks=(), looks=(), in_out=None)
 
 
@@ -38,10 +38,10 @@ def whole_picture(shot: Shot, frame: int, plate: int) -> PictureKey:
 class Shown:
     """A picture on the GPU.
 
-    texture   its light, scene-linear
-    shot      the shot that was wished for, at `frame`
-    settings  those it was made with: cheaper ones while something moves
-    seconds   of rendering
+    texture   scene-linear light
+    shot      the requested shot, at `frame`
+    settings  the settings used for rendering: cheaper ones while something moves
+    seconds   render time
     plate     the number of the plate that it was made of
     """
 
@@ -54,10 +54,10 @@ class Shown:
 
     @property
     def picture_key(self) -> PictureKey:
-        """What it was made of."""
+        """The key of what it was made of."""
         return PictureKey(self.plate, self.frame, self.shot, self.settings)
 
     @property
     def is_whole(self) -> bool:
-        """Return True where it is as `heatlens render` would make it."""
+        """Return True if it equals the picture of `heatlens render`, and is no preview."""
         return self.settings == self.shot.defocus

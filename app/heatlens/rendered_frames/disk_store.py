@@ -1,7 +1,7 @@
-"""Pictures in a folder within a bound; the files that were not used longest go first.
+"""Keep pictures in a folder within a size limit; the least recently used files are deleted first.
 
-Several windows may share the folder: a file appears whole or not at all, and one that another
-window deleted, or that is damaged, counts as not there.
+Several windows may share the folder: files are written completely or not at all, and a file that is
+damaged or was deleted by another window counts as missing.
 """
 
 import os
@@ -23,14 +23,14 @@ class DiskStore:
     """Files by key, for any thread; methods that take a key wait for the disk, except `keys`."""
 
     def __init__(self, folder: Path, limit_bytes: int = DEFAULT_BYTES) -> None:
-        """Make a store; `folder` is made with the first picture, and `look` reads what is in it."""
+        """Make a store; `folder` is created with the first picture, and `look` lists its files."""
         self.folder = folder
         self._lock = threading.Lock()
         self._sizes: dict[str, int] = {}
         self._limit = limit_bytes
 
     def look(self) -> None:
-        """Find out which pictures there are; what is beyond the bound goes."""
+        """List the pictures in the folder, and delete those beyond the limit."""
         remove_leftovers(self.folder)
         self._trim(0)
 
@@ -41,22 +41,22 @@ class DiskStore:
 
     @property
     def bytes_in_use(self) -> int:
-        """Return the bytes of all files, as they were when the folder was looked at last."""
+        """Return the bytes of all files at the last listing of the folder."""
         with self._lock:
             return sum(self._sizes.values())
 
     def keys(self) -> frozenset[str]:
-        """Return the keys of all files, as they were when the folder was looked at last."""
+        """Return the keys of all files at the last listing of the folder."""
         with self._lock:
             return frozenset(self._sizes)
 
     def resize(self, limit_bytes: int) -> None:
-        """Set another bound; what is beyond it goes at once."""
+        """Set another limit, and delete files beyond it at once."""
         self._limit = limit_bytes
         self._trim(0)
 
     def load(self, key: str) -> KeptPicture | None:
-        """Return the picture, whose file counts as used; a damaged file goes, and is None."""
+        """Return the picture and mark its file as used; delete a damaged file and return None."""
         path = self._path(key)
         try:
             picture = decoded(path.read_bytes(), key)
@@ -70,9 +70,9 @@ class DiskStore:
         return picture
 
     def save(self, key: str, picture: KeptPicture) -> None:
-        """Write a picture; one larger than the bound is not written.
+        """Write a picture, unless it is larger than the limit.
 
-        Raises InputError where nothing can be written.
+        Raises InputError if the file cannot be written.
         """
         data = encoded(picture, key)
         if len(data) > self._limit:
@@ -103,7 +103,7 @@ class DiskStore:
             self._sizes.pop(key, None)
 
     def _trim(self, room: int) -> None:
-        """Delete the oldest files until `room` bytes more are within the bound."""
+        """Delete the oldest files until `room` more bytes fit into the limit."""
         listed = self._listed()
         with self._lock:
             self._sizes = {key: size for key, (_, size) in listed.items()}
@@ -115,13 +115,13 @@ class DiskStore:
             total -= listed[key][1]
 
     def _listed(self) -> Mapping[str, tuple[int, int]]:
-        """Time of use in nanoseconds and size of every file, by key."""
+        """Return the time of last use in nanoseconds and the size of every file, by key."""
         found: dict[str, tuple[int, int]] = {}
         with suppress(OSError), os.scandir(self.folder) as entries:
             for entry in entries:
                 match = _NAME.fullmatch(entry.name)
                 if match:
-                    with suppress(OSError):  # deleted by another window meanwhile
+                    with suppress(OSError):  # another window has deleted it
                         status = entry.stat()
                         found[match[1]] = status.st_mtime_ns, status.st_size
         return found

@@ -1,4 +1,4 @@
-"""Renders frames one after the other in short slices, while nobody needs the time."""
+"""Render frames one after the other in short time slices while the window is idle."""
 
 import time
 from collections.abc import Callable
@@ -25,9 +25,9 @@ _WAITING = "waiting for a plate"
 
 @dataclass(frozen=True)
 class PlateFile:
-    """A plate as it was when the key of its frame was made.
+    """A plate in its state when the key of its frame was made.
 
-    files  that of the picture first, then that of its depth where it lies apart
+    files  the file of the picture, then that of a separate depth
     """
 
     files: tuple[StampedFile, ...]
@@ -43,9 +43,9 @@ class PlateFile:
 class FrameJob:
     """A frame to be rendered.
 
-    key    under which its picture is kept
-    shot   at the size of the picture that is kept
-    frame  its number
+    key    the key under which its picture is kept
+    shot   the shot at the size of the kept picture
+    frame  the frame number
     plate  the file that it is rendered from, None for a scene
     """
 
@@ -62,7 +62,7 @@ class _Read:
 
 
 class FrameFiller:
-    """Works on one job at a time; the plate of the next one is read meanwhile."""
+    """Works on one job at a time, and reads the plate of the next one meanwhile."""
 
     def __init__(
         self,
@@ -70,9 +70,9 @@ class FrameFiller:
         wake: Callable[[], None] = lambda: None,
         clock: Callable[[], float] = time.perf_counter,
     ) -> None:
-        """Take a `renderer` that serves nobody else.
+        """Keep a `renderer` that is used for nothing else.
 
-        `wake` is called on a thread after a plate is read.
+        `wake` is called on a thread after a plate has been read.
         """
         self.renderer = renderer
         self._clock = clock
@@ -86,10 +86,10 @@ class FrameFiller:
     def work(
         self, job: FrameJob, following: FrameJob | None, slice_s: float
     ) -> RenderedPicture | None:
-        """Go on with `job` for about `slice_s`, one step at least; return its picture at the end.
+        """Continue with `job` for about `slice_s`, at least one step; return its finished picture.
 
-        A job with another key than before begins anew. Raises HeatlensError where it cannot be
-        rendered.
+        A job with another key than before starts from the beginning. Raises HeatlensError if it
+        cannot be rendered.
         """
         if self._job is None or job.key != self._job.key or self._steps is None:
             self.stop()
@@ -108,26 +108,26 @@ class FrameFiller:
         return None
 
     def stop(self) -> None:
-        """Give up what is half done."""
+        """Abandon the unfinished job."""
         if self._steps is not None:
             self._steps.close()
         self._steps = self._job = None
 
     @property
     def is_reading(self) -> bool:
-        """The plate of the job is being read: until then there is nothing to do."""
+        """True while the plate of the job is being read, so that there is nothing to render."""
         file = None if self._job is None else self._job.plate
         return file in self._reads and not self._reads[file].done()
 
     def let_go(self) -> None:
-        """Give back the memory that only work needs."""
+        """Free the memory that is needed only for rendering."""
         self.stop()
         self._reads.clear()
         self.renderer.let_go()
         self._loaded = None
 
     def close(self) -> None:
-        """Read no more."""
+        """Stop reading plates."""
         self.stop()
         self._reader.shutdown(wait=True, cancel_futures=True)
 
@@ -152,7 +152,7 @@ class FrameFiller:
         )
 
     def _read_ahead(self, job: FrameJob, following: FrameJob | None) -> None:
-        """Hold the plates of both jobs, and no others."""
+        """Keep the plates of both jobs, and drop all others."""
         wanted = [it.plate for it in (job, following) if it is not None and it.plate is not None]
         self._reads = {file: read for file, read in self._reads.items() if file in wanted}
         for file in wanted:
@@ -169,6 +169,6 @@ def _read(file: PlateFile) -> _Read:
     """Read the plate and its depth range; runs on a thread."""
     for part in file.files:
         if stamp_of(part.path) != part.stamp:
-            raise InputError(f"{part.path} was written again meanwhile.")
+            raise InputError(f"{part.path} has changed in the meantime.")
     plate = read_plate(file.path, file.options)
     return _Read(plate, bins_of_plate(plate))

@@ -1,4 +1,4 @@
-"""By what a rendered frame is known again: all that decides its pixels, and nothing else."""
+"""Make the key of a rendered frame from everything that decides its pixels, and nothing else."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -21,10 +21,10 @@ from heatlens.sequence.sequence import Stamp
 
 @dataclass(frozen=True)
 class KeySource:
-    """The source before the lens, as a part of a key.
+    """The source in front of the lens, as a part of a key.
 
     name    the file's path, or the name of the scene
-    stamps  of the file and of those that it names; None where there is none
+    stamps  those of the file and of the files that it names; None for missing files
     """
 
     name: str
@@ -33,11 +33,11 @@ class KeySource:
 
 @dataclass(frozen=True)
 class SceneSight:
-    """How a scene is looked at in one frame.
+    """The view of a scene in one frame.
 
-    pose    where the camera stands
-    moment  the frame, where something moves; None where nothing does
-    size    of the picture, (width, height)
+    pose    the pose of the camera
+    moment  the frame if something moves, else None
+    size    (width, height) of the picture
     """
 
     pose: Pose
@@ -46,26 +46,25 @@ class SceneSight:
 
 
 def maker_of(renderer: FrameRenderer) -> tuple[str, ...]:
-    """Return what renders: the program, the graphics driver and the solver."""
+    """Return what identifies the renderer: the program, the graphics driver and the solver."""
     info = renderer.ctx.info
     driver = str(info["GL_RENDERER"]), str(info["GL_VERSION"])
     return (__version__, program_digest(), *driver, renderer.solver.name)
 
 
 def shot_key(maker: Sequence[str], options: PlateOptions, defocus: DefocusSettings) -> str:
-    """Return a digest of what all frames of a shot have in common.
+    """Return a digest of everything that all frames of a shot have in common.
 
-    `options` say how a plate is read; `defocus` has the proxy of the pictures that are kept.
+    `options` are those for reading plates; `defocus` has the proxy scale of the kept pictures.
     """
     facts = {"maker": list(maker), "options": plain(options), "defocus": plain(defocus)}
     return digest(facts)
 
 
 def frame_key(shot: str, source: KeySource, lens: Lens, sight: SceneSight | None = None) -> str:
-    """Return 32 hexadecimal digits: equal where the renderer makes the same picture.
+    """Return 32 hexadecimal digits that are equal if the renderer makes the same picture.
 
-    `shot` is the shot's key. The number of the frame does not count: frames at which nothing
-    differs share one picture.
+    `shot` is the shot's key. The frame number is not included: identical frames share a picture.
     """
     seen = replace(without_advice(lens), t_stop=None)  # exposure is for the display
     facts: dict[str, Any] = {"shot": shot, "source": plain(source), "lens": plain(seen)}
@@ -76,10 +75,7 @@ def frame_key(shot: str, source: KeySource, lens: Lens, sight: SceneSight | None
 
 @cache
 def program_digest() -> str:
-    """Return a digest of the program's files as they are on disk.
-
-    Whoever changes a shader sees pictures by the new one.
-    """
+    """Return a digest of the program's files on disk, so that a changed shader has an effect."""
     package = Path(heatlens.__file__).parent
     files = [*package.rglob("*.py"), *package.rglob("*.json"), *data_dir("shaders").rglob("*.glsl")]
     stamps = {str(path): [s.st_mtime_ns, s.st_size] for path in files for s in (path.stat(),)}

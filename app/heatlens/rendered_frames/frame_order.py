@@ -1,13 +1,13 @@
-"""In which order the frames of a shot are rendered and read ahead."""
+"""The order in which the frames of a shot are rendered and read ahead."""
 
 from heatlens.model.frames import FrameRange
 
 
 def frames_from(playhead: int, direction: int, played: FrameRange, most: int) -> tuple[int, ...]:
-    """Return up to `most` of the played frames, from the playhead on in the direction of play.
+    """Return up to `most` of the played frames, from the playhead on in the direction of playback.
 
-    After the last one comes the first, as in a player that loops. A playhead outside of what is
-    played counts as its beginning.
+    Playback loops, so the first frame follows the last. A playhead outside the played range counts
+    as its beginning.
     """
     step = 1 if direction >= 0 else -1
     begin = playhead if playhead in played else (played.first if step > 0 else played.last)

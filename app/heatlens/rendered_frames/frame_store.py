@@ -1,4 +1,4 @@
-"""Pictures in memory, and behind these on disk: the disk is read and written on threads."""
+"""Keep pictures in memory and on disk; the disk is read and written on threads."""
 
 import threading
 from collections.abc import Callable, Iterable
@@ -10,17 +10,17 @@ from heatlens.rendered_frames.kept_picture import KeptPicture, RenderedPicture
 from heatlens.rendered_frames.memory_store import MemoryStore, default_memory_bytes
 
 MEGABYTE = 10**6
-_WAITING_MOST = 3  # pictures that wait to be kept; more would be memory that nobody counts
-_FILE_EXTRA_BYTES = 4096  # at most, of a file beside its pixels
+_WAITING_MOST = 3  # pictures that wait to be stored, whose memory is not counted
+_FILE_EXTRA_BYTES = 4096  # the most bytes of a file besides its pixels
 
 
 def memory_bytes_of(megabytes: int) -> int:
-    """Return the bound for memory as a user set it; 0 is a quarter of what is free."""
+    """Return the memory limit that the user set; 0 means a quarter of the free memory."""
     return megabytes * MEGABYTE or default_memory_bytes()
 
 
 class FrameStore:
-    """Answers at once what is there; `version` counts whenever that may have changed."""
+    """Answers queries at once; `version` increases whenever the content may have changed."""
 
     def __init__(
         self,
@@ -31,38 +31,38 @@ class FrameStore:
         """Keep frames in memory and on `disk`, unless that is None; `wake` is called on threads."""
         self.memory = memory
         self.disk = disk
-        self.problem = ""  # why nothing is written any more, in a sentence
+        self.problem = ""  # a sentence on why writing to disk has stopped
         self.version = 0
         self._wake = wake
         self._lock = threading.Lock()
         self._writing: set[str] = set()
         self._loading: set[str] = set()
         self._has_looked = disk is None
-        self._generation = 0  # counts how often all was cleared: what was under way then is void
+        self._generation = 0  # increased by `clear`, which invalidates pending work
         self._writer = ThreadPoolExecutor(1, thread_name_prefix="frames-write")
         self._loader = ThreadPoolExecutor(1, thread_name_prefix="frames-read")
         if disk is not None:
             self._writer.submit(self._look, disk)
 
     def known(self) -> frozenset[str]:
-        """Return the keys of all pictures, wherever they lie."""
+        """Return the keys of all pictures, in memory and on disk."""
         on_disk = frozenset() if self.disk is None else self.disk.keys()
         with self._lock:
             return self.memory.keys() | on_disk | self._writing
 
     def get(self, key: str) -> KeptPicture | None:
-        """Return the picture where it lies in memory."""
+        """Return the picture if it is in memory, else None."""
         return self.memory.get(key)
 
     @property
     def has_room(self) -> bool:
-        """Few pictures wait to be kept, and it is known what lies on disk."""
+        """True if few pictures wait to be stored, and the disk has been listed."""
         with self._lock:
             return self._has_looked and len(self._writing) < _WAITING_MOST
 
     @property
     def is_busy(self) -> bool:
-        """Something is being read or written."""
+        """True while something is being read or written."""
         with self._lock:
             return bool(self._writing or self._loading)
 
@@ -74,14 +74,14 @@ class FrameStore:
         return max(limits)
 
     def put(self, key: str, picture: RenderedPicture) -> None:
-        """Keep a picture: soon in memory, then on disk."""
+        """Store a picture on a thread, first in memory, then on disk."""
         with self._lock:
             self._writing.add(key)
         self._writer.submit(self._keep, key, picture, self._generation)
         self._changed()
 
     def fetch(self, keys: Iterable[str]) -> None:
-        """Have those of `keys` that lie on disk alone read into memory, in this order."""
+        """Read those of `keys` that are only on disk into memory, in this order, on a thread."""
         if self.disk is None:
             return
         held, on_disk = self.memory.keys(), self.disk.keys()
@@ -93,7 +93,7 @@ class FrameStore:
             self._loader.submit(self._load, self.disk, key, self._generation)
 
     def clear(self) -> None:
-        """Let go of every picture, in memory and on disk."""
+        """Remove all pictures from memory and disk."""
         self._generation += 1
         self.memory.clear()
         if self.disk is not None:
@@ -101,19 +101,19 @@ class FrameStore:
         self._changed()
 
     def resize(self, memory_bytes: int, disk_bytes: int) -> None:
-        """Set other bounds."""
+        """Set other limits."""
         self.memory.resize(memory_bytes)
         if self.disk is not None:
             self._writer.submit(self._resize, self.disk, disk_bytes)
         self._changed()
 
     def wait(self) -> None:
-        """Return when all that was asked for so far has been read and written."""
+        """Wait until everything requested so far has been read and written."""
         for thread in (self._writer, self._loader):
             thread.submit(lambda: None).result()
 
     def close(self) -> None:
-        """Write what waits, and end the threads."""
+        """Write waiting pictures, and end the threads."""
         self._loader.shutdown(wait=True, cancel_futures=True)
         self._writer.shutdown(wait=True)
 
@@ -128,13 +128,13 @@ class FrameStore:
         self._changed()
 
     def _save(self, key: str, picture: KeptPicture) -> None:
-        """Save to the disk as well, unless that has failed before."""
+        """Save a picture to the disk too, unless that has failed before."""
         if self.disk is None or self.problem:
             return
         try:
             self.disk.save(key, picture)
         except InputError as error:
-            self.problem = f"Rendered frames are kept in memory alone: {error}"
+            self.problem = f"Rendered frames are kept only in memory: {error}"
 
     def _load(self, disk: DiskStore, key: str, generation: int) -> None:
         picture = disk.load(key)

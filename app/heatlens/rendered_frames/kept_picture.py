@@ -1,4 +1,4 @@
-"""A rendered picture as it is kept: half floats, where it lies, and as bytes of a file."""
+"""A rendered picture in half floats with its windows, and its file format."""
 
 import json
 import struct
@@ -14,9 +14,9 @@ from heatlens.model.boxes import Box
 
 HalfImage = npt.NDArray[np.float16]
 
-_HALF_MOST = 65504.0  # the largest half float; more would be infinite
+_HALF_MOST = 65504.0  # the largest half float; larger values would become infinite
 _MAGIC = b"HLframe1"
-_HEAD = struct.Struct("<8sII")  # magic, CRC-32 of all that follows, bytes of the description
+_HEAD = struct.Struct("<8sII")  # magic, CRC-32 of the rest, length of the description
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,7 +29,7 @@ class RenderedPicture:
     pixel_aspect: float = 1.0
 
     def kept(self) -> "KeptPicture":
-        """Return it in half floats, which takes a while."""
+        """Return the picture in half floats; this takes a while."""
         half = half_of(self.pixels)
         return KeptPicture(half, self.data_window, self.display_window, self.pixel_aspect)
 
@@ -39,9 +39,9 @@ class KeptPicture:
     """One frame.
 
     pixels          (H, W, 4) half floats, scene-linear, premultiplied
-    data_window     of the plate that it was rendered from, in pixels of the plate
-    display_window  of the same plate
-    pixel_aspect    width of a pixel for its height
+    data_window     that of the plate it was rendered from, in pixels of the plate
+    display_window  that of the same plate
+    pixel_aspect    width of a pixel divided by its height
     """
 
     pixels: HalfImage
@@ -51,12 +51,12 @@ class KeptPicture:
 
     @property
     def nbytes(self) -> int:
-        """Return the memory that its pixels take."""
+        """Return the bytes of memory that its pixels take."""
         return self.pixels.nbytes
 
 
 def half_of(pixels: FloatArray) -> HalfImage:
-    """Round float32 pixels to half floats; what is brighter than these reach becomes the most."""
+    """Round float32 pixels to half floats, clamped to the largest half float."""
     return np.clip(pixels, -_HALF_MOST, _HALF_MOST).astype(np.float16)
 
 
@@ -72,7 +72,7 @@ def encoded(picture: KeptPicture, key: str) -> bytes:
 
 
 def decoded(data: bytes, key: str) -> KeptPicture | None:
-    """Return the picture that `encoded` wrote under `key`; None for anything else, or damage."""
+    """Return the picture that `encoded` wrote under `key`; None for other or damaged data."""
     if len(data) < _HEAD.size:
         return None
     magic, check, count = _HEAD.unpack_from(data)
@@ -81,7 +81,7 @@ def decoded(data: bytes, key: str) -> KeptPicture | None:
     try:
         facts = json.loads(data[_HEAD.size : _HEAD.size + count])
         return _picture(facts, data, _HEAD.size + count) if facts["key"] == key else None
-    except (ValueError, KeyError, TypeError):  # whole, but written by somebody else
+    except (ValueError, KeyError, TypeError):  # intact, but written by another program
         return None
 
 

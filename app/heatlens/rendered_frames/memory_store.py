@@ -1,12 +1,12 @@
-"""Pictures in memory within a bound; those that were not asked for longest go first."""
+"""Keep pictures in memory within a limit; the least recently used are dropped first."""
 
 import threading
 from collections import OrderedDict
 
 from heatlens.rendered_frames.kept_picture import KeptPicture
 
-_FREE_SHARE = 4  # by default a quarter of what is free
-_UNKNOWN_FREE = 4 << 30  # bytes, where the system does not say
+_FREE_SHARE = 4  # the default limit is a quarter of the free memory
+_UNKNOWN_FREE = 4 << 30  # bytes, if the free memory is unknown
 
 
 class MemoryStore:
@@ -25,30 +25,30 @@ class MemoryStore:
 
     @property
     def bytes_in_use(self) -> int:
-        """Return what the pictures take; never more than the bound."""
+        """Return the bytes of all pictures, never more than the limit."""
         with self._lock:
             return self._bytes
 
     def resize(self, limit_bytes: int) -> None:
-        """Set another bound; what is beyond it goes at once."""
+        """Set another limit, and drop pictures beyond it at once."""
         with self._lock:
             self._limit = limit_bytes
             self._trim(limit_bytes)
 
     def keys(self) -> frozenset[str]:
-        """Return the keys of all pictures that are held."""
+        """Return the keys of all pictures in memory."""
         with self._lock:
             return frozenset(self._held)
 
     def get(self, key: str) -> KeptPicture | None:
-        """Return the picture, which counts as asked for; None where it is not held."""
+        """Return the picture and mark it as used; None if it is not in memory."""
         with self._lock:
             if key in self._held:
                 self._held.move_to_end(key)
             return self._held.get(key)
 
     def put(self, key: str, picture: KeptPicture) -> None:
-        """Hold a picture; one that is larger than the bound is not held."""
+        """Keep a picture, unless it is larger than the limit."""
         with self._lock:
             self._drop(key)
             if picture.nbytes <= self._limit:
@@ -57,7 +57,7 @@ class MemoryStore:
                 self._bytes += picture.nbytes
 
     def clear(self) -> None:
-        """Let go of everything."""
+        """Drop all pictures."""
         with self._lock:
             self._held.clear()
             self._bytes = 0
@@ -72,7 +72,7 @@ class MemoryStore:
 
 
 def default_memory_bytes() -> int:
-    """Return a quarter of the memory that is free now."""
+    """Return a quarter of the currently free memory in bytes."""
     return _free_bytes() // _FREE_SHARE
 
 
@@ -81,5 +81,5 @@ def _free_bytes() -> int:
         with open("/proc/meminfo", encoding="ascii") as lines:
             facts = dict(line.split(":", 1) for line in lines)
         return int(facts["MemAvailable"].split()[0]) * 1024
-    except (OSError, KeyError, ValueError):  # another system than Linux, or an old one
+    except (OSError, KeyError, ValueError):  # not Linux, or an old version of it
         return _UNKNOWN_FREE

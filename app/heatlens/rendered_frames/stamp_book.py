@@ -1,4 +1,4 @@
-"""Stamps of many files, looked up on a thread: a folder on a network may answer slowly."""
+"""Look up the stamps of many files on a thread, because network folders may be slow."""
 
 from collections.abc import Callable, Iterable
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -10,10 +10,10 @@ Stamps = dict[Path, Stamp | None]
 
 
 class StampBook:
-    """Knows the files as they were at the last look; `version` counts whenever that differs."""
+    """The stamps of files at the last look-up; `version` increases whenever they change."""
 
     def __init__(self, wake: Callable[[], None] = lambda: None) -> None:
-        """Take `wake`, which is called on the thread when the files have changed."""
+        """Set `wake`, which is called on the thread when the files have changed."""
         self.version = 0
         self._wake = wake
         self._stamps: Stamps = {}
@@ -21,7 +21,7 @@ class StampBook:
         self._looking: Future[Stamps] | None = None
 
     def look(self, paths: Iterable[Path]) -> None:
-        """Begin to look at these files, and forget others; one look at a time."""
+        """Begin to look up these files and forget others, unless a look-up is running."""
         self._take()
         if self._looking is None:
             self._looking = self._thread.submit(self._looked, tuple(paths), self._stamps)
@@ -32,16 +32,16 @@ class StampBook:
         return path in self._stamps
 
     def stamp(self, path: Path) -> Stamp | None:
-        """Return the file's stamp; None where it was not there, or was never looked at."""
+        """Return the file's stamp; None if it was missing or never looked up."""
         self._take()
         return self._stamps.get(path)
 
     def close(self) -> None:
-        """Look no more."""
+        """End the thread."""
         self._thread.shutdown(wait=True, cancel_futures=True)
 
     def _take(self) -> None:
-        """Take over what the thread has found."""
+        """Take over the results of the thread."""
         if self._looking is None or not self._looking.done():
             return
         found, self._looking = self._looking.result(), None
