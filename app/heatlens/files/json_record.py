@@ -33,7 +33,7 @@ def record_to_json(record: Any) -> dict[str, Any]:
 
 
 def plain(value: Any) -> Any:
-    """Return the JSON value of a number, a text, an enum, an image (by its path), a tuple or a dataclass."""
+    """Return the JSON value of a number, text, enum, image (its path), tuple or dataclass."""
     if isinstance(value, OpeningImage):
         return value.path
     if is_dataclass(value):
