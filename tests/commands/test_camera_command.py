@@ -149,7 +149,7 @@ def test_headers_can_stand_in_the_place_of_a_shot(capsys):
     [
         (("s.heatlens.json",), "Give a file to write with -o, or an address to send to"),
         (("s.heatlens.json", "--send", "udp://x"), "'udp://x' is not where a lens can be"),
-        (("s.heatlens.json", "-o", "c.nk", "--repeat"), "are for what is sent with --send"),
+        (("s.heatlens.json", "-o", "c.nk", "--repeat"), "--encoding need --send"),
         (("s.heatlens.json", "--send", "opentrackio", "--f-stop", "nominal"), "written with -o"),
         (("s.heatlens.json", "-o", "c.fbx"), "the name of a camera must end in .usda"),
         (("s.heatlens.json", "-o", "t.heatlens.json"), "the name of a camera must end in"),
@@ -163,7 +163,7 @@ def test_headers_can_stand_in_the_place_of_a_shot(capsys):
         ),
         (("none.heatlens.json", "-o", "c.nk"), "is not there"),
         (("still.heatlens.json", "-o", "c.nk"), "Give them with --frames"),
-        (("c.csv", "-o", "c.csv"), "is the camera that is read: give another name"),
+        (("c.csv", "-o", "c.csv"), "is the input camera: give another name"),
         (("c.csv", "-o", "d.nk", "--frames", "1-2"), "--frames is for shots; c.csv is a camera"),
         (("c.csv", "-o", "d.nk", "--sensor-height", "9"), "--sensor-height is for shots"),
         (("none.usda", "-o", "c.nk"), "none.usda is not there"),

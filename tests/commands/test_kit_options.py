@@ -37,7 +37,7 @@ def test_an_option_overrules_the_character_of_the_kit(made):
         (("anamorphic-2x:50", "--f-stop", "1.4"), "opens to f/1.8, not to f/1.4"),
         (("anamorphic-2x:51", "--f-stop", "2"), "has no 51 mm"),
         (("anamorphic-2x", "--f-stop", "2", "--focal-length", "55"), "has no 55 mm"),
-        (("anamorphic-2x:50", "--f-stop", "2", "--focal-length", "60"), "two lengths"),
+        (("anamorphic-2x:50", "--f-stop", "2", "--focal-length", "60"), "two focal lengths"),
         (("anamorphic", "--f-stop", "2"), "There is no lens kit"),
     ],
 )

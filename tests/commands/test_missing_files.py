@@ -51,7 +51,7 @@ def test_a_sequence_where_one_frame_is_wanted(capsys, tmp_path, monkeypatch, com
     for frame in (1, 2):
         write_file(tmp_path / f"seq.{frame:04}.exr", channels(), **CAMERA)
     said = refused(capsys, command, name, "-o", tmp_path / "o.exr")
-    assert "`heatlens export` renders the frames" in said and "name one of them" in said
+    assert "use `heatlens export` to render the frames" in said and "name one frame" in said
     assert ("is a folder" if name == "." else "is a sequence") in said
 
 

@@ -66,7 +66,7 @@ def test_auto_is_what_the_lens_needs(tmp_path):
         (("--pinhole", "--overscan=auto"), "Give --f-stop and --focus-distance"),
         (("--pinhole", "--deep", "--compression=piz"), "always compressed as zips"),
         (("--pinhole", "--overscan=99", "--size=64x40"), "8 are the most"),
-        (("--pinhole", "--overscan=x"), "not a number of pixels"),
+        (("--pinhole", "--overscan=x"), "neither a number of pixels"),
         (("--pinhole", "--deep", "-o", "out.png"), "not an EXR"),
     ],
 )

@@ -178,7 +178,7 @@ def test_a_plate_of_coc_needs_no_lens_and_its_result_tells_none(capsys, tmp_path
     plate = write_file(tmp_path / "p.exr", rgb(HEIGHT, WIDTH) | {"coc": coc})
     words = ("--depth-convention", "coc")
     said = render(capsys, plate, tmp_path / "out.exr", *words, "--f-stop", "2")
-    assert "brings its circle of confusion, --f-stop is not used" in said
+    assert "holds circles of confusion, --f-stop is not used" in said
     assert camera_at_header([picture(tmp_path / "out.exr")[0]]) == CameraHeader()
     said = refused(capsys, plate, tmp_path / "no.exr", *words, "--focus-at", "1,1")
     assert "no distances" in said

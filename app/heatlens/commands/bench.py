@@ -1,4 +1,4 @@
-"""`heatlens bench`: how long a frame takes on this machine, and where the time goes."""
+"""`heatlens bench`: measure how long a frame takes on this machine, and which pass takes it."""
 
 import argparse
 import json
@@ -42,10 +42,10 @@ _TRUTH_VIEWS = 1024
 _TRUTH_SIZE = (480, 270)
 
 _DESCRIPTION = """\
-Renders a scene made in memory again and again and says what each pass takes: milliseconds, the
-bytes it moves and the least it could move, and how close it comes to the rate of a plain copy.
-With --drag: how fast and how good the pictures are that the window shows while the hand moves.
-How long it will take is said before and meanwhile.
+Renders a generated scene repeatedly and prints for each pass the milliseconds, the bytes that it
+moves and the least that it could move, and how close it comes to the speed of a plain copy.
+With --drag: how fast and how good the pictures are that the window shows while you drag a control.
+The time left is estimated before and during the measurement.
 """
 _EPILOG = """\
 examples:
@@ -53,7 +53,7 @@ examples:
   heatlens bench --bokeh heat --layers 1 --bare
   heatlens bench --quality draft --runs 3 --sweep-coc
   heatlens bench --size 960x540 --methods --plot methods.svg
-  heatlens bench --size 960x540 --methods --truth-views 0    # times alone
+  heatlens bench --size 960x540 --methods --truth-views 0    # only times
   heatlens bench --size 960x540 --methods --truth-size 960x540 --truth-views 4096 --json
   heatlens bench --solver partition --json > partition.json
   heatlens bench --drag --size 1280x720
@@ -87,26 +87,26 @@ def _add_measure_options(parser: argparse.ArgumentParser) -> None:
         "--solver",
         choices=("auto", *map(str, SOLVERS)),
         default="auto",
-        help="how the lines are solved: sweep suits processors, partition GPUs, cyclic is the 2006 "
-        "memo's, for comparison; auto (default) takes what `render` would take here",
+        help="how the lines are solved: sweep suits processors, partition suits GPUs, cyclic is "
+        "that of the 2006 memo, for comparison; auto (default) is what `render` uses here",
     )
     group.add_argument(
         "--runs",
         type=whole,
         default=5,
         metavar="N",
-        help="frames to take each median of, after a warm-up (default 5)",
+        help="number of frames for each median, after a warm-up (default 5)",
     )
     group.add_argument(
         "--sweep-coc",
         action="store_true",
-        help="also a frame's time against its circle of confusion, 2 to 200 px, and against its "
-        "size, 960x540 to 3840x2160; minutes on a software rasteriser",
+        help="also measure the time of a frame against its circle of confusion, 2 to 200 px, and "
+        "against its size, 960x540 to 3840x2160; takes minutes on a software rasteriser",
     )
     group.add_argument(
         "--bare",
         action="store_true",
-        help="also one layer of heat beside the two bare line sweeps that it cannot do without",
+        help="also measure one layer of heat, and the two bare line sweeps that it needs at least",
     )
     add_drag_options(parser, group)
     _add_method_options(group)
@@ -118,20 +118,19 @@ def _add_method_options(group: "argparse._ArgumentGroup") -> None:
     group.add_argument(
         "--methods",
         action="store_true",
-        help="also every method of --method, against its circle of confusion, 2 to 200 px: a "
-        "frame's time at --size, of a plate, and for accumulation, at 23, 66 and --views views, "
-        "and raytraced of a wall of the same blur; then its error to the truth. A method is "
-        "skipped from where it takes too long. Times are those of this machine, and of what else "
-        "runs on it",
+        help="also measure every method of --method against its circle of confusion, 2 to 200 px: "
+        "the time of a frame of a plate at --size (for accumulation, at 23, 66 and --views views, "
+        "and for raytraced, of a wall with the same blur), then its error to the truth. A method "
+        "is skipped once it takes too long. Times depend on this machine and its other load",
     )
     group.add_argument(
         "--truth-views",
         type=whole,
         default=_TRUTH_VIEWS,
         metavar="N",
-        help="with --methods: each method's FLIP, PSNR and SSIM to the mean of so many views of "
-        "a scene with silhouettes, lamps and many depths, which the plates are pinhole pictures "
-        f"of (default {_TRUTH_VIEWS}; 0: times alone); needs pip install 'heatlens[compare]'",
+        help="with --methods: FLIP, PSNR and SSIM of each method against the mean of this many "
+        "views of a scene with silhouettes, lamps and many depths, of which the plates are pinhole "
+        f"pictures (default {_TRUTH_VIEWS}; 0: only times); needs pip install 'heatlens[compare]'",
     )
     group.add_argument(
         "--truth-size",
@@ -145,15 +144,15 @@ def _add_method_options(group: "argparse._ArgumentGroup") -> None:
         type=Path,
         metavar="FILE",
         help="with --methods: draw time and error against the blur, and error against time, to a "
-        ".png or .svg: a level line is a constant cost, one beside the dotted line grows as the "
-        "disc's area; needs pip install 'heatlens[plot]'",
+        ".png or .svg: a level line means a constant cost, one along the dotted line grows with "
+        "the area of the disc; needs pip install 'heatlens[plot]'",
     )
 
 
 def run(args: argparse.Namespace) -> int:
-    """Measure what was asked for; progress to stderr, results to stdout."""
+    """Run the requested measurements; progress goes to stderr, results to stdout."""
     settings = settings_of(args)
-    if not args.methods:  # else every method is measured, each with its own
+    if not args.methods:  # else every method is measured with its own options
         refuse_unused(args, method=settings.method)
     if args.runs < 1:
         raise InputError(f"--runs must be at least 1, got {args.runs}.")
@@ -173,10 +172,10 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _check_methods(args: argparse.Namespace, settings: DefocusSettings) -> None:
-    """Check what --methods needs before minutes are spent."""
+    """Check the requirements of --methods before measuring for minutes."""
     if args.plot is not None:
         if not args.methods:
-            raise InputError("--plot draws what --methods measures; give both.")
+            raise InputError("--plot draws the results of --methods: give both.")
         check_plot(args.plot)
     if args.methods and args.truth_views != 0:
         check_errors(args.truth_size, settings, args.truth_views)
@@ -185,7 +184,7 @@ def _check_methods(args: argparse.Namespace, settings: DefocusSettings) -> None:
 def _measured(
     args: argparse.Namespace, frames: BenchFrames, settings: DefocusSettings
 ) -> BenchReport:
-    """Measure all that was asked for; report how long it will take, before and meanwhile."""
+    """Run the requested measurements, and show the estimated time before and meanwhile."""
     frames.check_fits(args.size or _SIZE, settings)
     say("finding out how long this takes")
     drag = dragged(args, settings, _SIZE)
@@ -238,13 +237,13 @@ def _report(
 def _errors(
     args: argparse.Namespace, frames: BenchFrames, settings: DefocusSettings, tell: BenchProgress
 ) -> ErrorReport | None:
-    """Measure the errors, or return None where they were not asked for."""
+    """Measure the errors, or return None if they were not requested."""
     if not args.methods or args.truth_views == 0:
         return None
     return measure_errors(frames, args.truth_size, settings, args.truth_views, args.runs, tell)
 
 
 def _peak_memory_mb() -> float:
-    """Return the most memory of this process so far; a software rasteriser's textures count too."""
+    """Return the peak memory of this process, with the textures of a software rasteriser."""
     kilobytes = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss  # kibibytes, on Linux
     return kilobytes * 1024 / 1e6

@@ -22,39 +22,39 @@ Dragged = tuple[Plate, Lens, DefocusSettings]
 
 
 def add_drag_options(parser: argparse.ArgumentParser, group: "argparse._ArgumentGroup") -> None:
-    """Add --drag and --plate to `group`, and to `parser` how the plate and its lens are read."""
+    """Add --drag and --plate to `group`, and the options of the plate and its lens to `parser`."""
     group.add_argument(
         "--drag",
         action="store_true",
-        help="what the hand sees instead of the passes: for each preview level that the window "
-        "may show while something is dragged, pictures a second and FLIP to the picture at rest, "
-        "as they look on the screen at 1:1; FLIP needs pip install 'heatlens[compare]'",
+        help="instead of passes, measure what you see while dragging a control: for each preview "
+        "level of the window, pictures per second and FLIP to the picture at rest, as they look "
+        "on the screen at 1:1; FLIP needs pip install 'heatlens[compare]'",
     )
     group.add_argument(
         "--plate",
         type=Path,
         metavar="FILE",
-        help="with --drag: an EXR with colour and depth instead of the scene made in memory; "
-        "--size then makes it smaller (default: as large as it is)",
+        help="with --drag: an EXR with colour and depth instead of the generated scene; "
+        "--size then scales it down (default: its own size)",
     )
     add_lens_options(parser)
     add_plate_options(parser)
 
 
 def check_drag(args: argparse.Namespace) -> None:
-    """Raise InputError for options that would change nothing."""
+    """Raise InputError for options that would have no effect."""
     if args.plate is None:
         names = given(args, add_lens_options, add_plate_options)
         if names:
-            raise InputError(f"{', '.join(names)} says how to read --plate; give both.")
+            raise InputError(f"{', '.join(names)} needs --plate: give both.")
     elif not args.drag:
-        raise InputError("--plate is what --drag measures; give both.")
+        raise InputError("--plate is used only by --drag: give both.")
 
 
 def dragged(args: argparse.Namespace, settings: DefocusSettings, default: Size) -> Dragged | None:
-    """Return what is dragged: plate, lens, and settings at the size that was asked for.
+    """Return the plate, the lens and the settings at the requested size for --drag, else None.
 
-    None where nothing is. Raises HeatlensError for a plate that cannot be read or is too small.
+    Raises HeatlensError if the plate cannot be read or is too small.
     """
     if not args.drag:
         return None
@@ -68,7 +68,7 @@ def dragged(args: argparse.Namespace, settings: DefocusSettings, default: Size) 
 
 
 def _at_size(plate: Plate, settings: DefocusSettings, size: Size | None) -> DefocusSettings:
-    """Return the settings with the proxy that comes nearest to the width."""
+    """Return the settings with the proxy scale that gives the width of `size`."""
     if size is None:
         return settings
     full = plate.data_window.width, plate.data_window.height
@@ -81,7 +81,7 @@ def _at_size(plate: Plate, settings: DefocusSettings, size: Size | None) -> Defo
 
 
 def level_sentences(what: Dragged) -> tuple[str, ...]:
-    """Return what is said when each level begins."""
+    """Return the progress messages at the beginning of each level."""
     plate, _, settings = what
     size = plate.data_window.width, plate.data_window.height
     return tuple(level_words(level, size) for level in cheaper(settings))

@@ -1,4 +1,4 @@
-"""How far `heatlens bench` is: a line that is rewritten on a terminal, else a line for a part."""
+"""Show the progress of `heatlens bench`: a rewritten line, or a line each without a terminal."""
 
 import os
 import sys
@@ -15,9 +15,9 @@ _WIPE = "\r\x1b[K"
 
 
 class BenchProgress:
-    """Called with each sentence of the bench; a context that leaves a clean line behind.
+    """Is called with each sentence of the bench; as a context it clears its line at the end.
 
-    Sentences that are no part of the plan, such as what was left out, stay as lines of their own.
+    Sentences that are not in the plan, such as notes on skipped parts, stay on their own lines.
     """
 
     def __init__(

@@ -1,4 +1,4 @@
-"""The options that say how the blur is computed, the same for every command that blurs."""
+"""The options for computing the blur, which all commands that blur share."""
 
 import argparse
 from dataclasses import replace
@@ -11,15 +11,15 @@ _USUAL = DefocusSettings()
 
 def add_blur_options(parser: argparse.ArgumentParser) -> None:
     """Add the group `blur` to `parser`: an option for each field of DefocusSettings."""
-    group = parser.add_argument_group("blur", "How it is computed, never how much of it there is.")
+    group = parser.add_argument_group("blur", "How the blur is computed, not how large it is.")
     add_fields(group, DefocusSettings)
 
 
 def settings_of(
     args: argparse.Namespace, unless_given: DefocusSettings = _USUAL
 ) -> DefocusSettings:
-    """Return the blur options as a value; what is not given is as in `unless_given`.
+    """Return the blur settings of the options; missing ones are taken from `unless_given`.
 
-    Raises InputError for numbers that no blur has.
+    Raises InputError for impossible numbers.
     """
     return replace(unless_given, **typed_fields(args, DefocusSettings))

@@ -1,4 +1,4 @@
-"""`heatlens camera`: the lens of a shot handed on to the programs that render it for real."""
+"""`heatlens camera`: export the lens of a shot to the programs that make the final render."""
 
 import argparse
 import os
@@ -29,14 +29,14 @@ from heatlens.source.kind import SourceKind, kind_of
 from heatlens.source.shot_camera import camera_of_shot
 
 _DESCRIPTION = """\
-Writes the lens of a shot at each frame: focal length, f-stop, focus and sensor, and where the
-plate's headers tell it (worldToCamera) or the shot is of a 3D scene, the place of the camera. The
-name of the output says how:
+Writes the lens of a shot at each frame: focal length, f-stop, focus and sensor. If the plate's
+headers have it (worldToCamera) or the source is a 3D scene, also the position of the camera. The
+extension of the output decides the format:
 
-  .usda .usd .usdc   UsdGeomCamera, time samples for what moves
+  .usda .usd .usdc   UsdGeomCamera, with time samples for values that change
   .nk                a Camera2 node for Nuke
-  .py                a script that gives the lens to Blender's active camera, or makes one
-  .json .csv         for other programs, units in the names
+  .py                a script that sets the lens of Blender's active camera, or makes a camera
+  .json .csv         for other programs, with units in the names
 
 A camera in USD, in such JSON or CSV, or in the headers of EXR files can stand in the place of the
 shot; so can a glTF, OBJ, PLY or STL scene, or demo, whose first camera it is then. Focus at
@@ -78,19 +78,19 @@ def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
         "--meters-per-unit",
         metavar="UNIT",
         help="unit of the scene that the camera is for: m, cm, mm, ft, in, or a number of metres "
-        "(default: cm for USD, as it takes for granted, and m for Nuke)",
+        "(default: cm for USD, which is its own default, and m for Nuke)",
     )
     parser.add_argument(
         "--f-stop",
         choices=(_SAME_DISCS, _NOMINAL),
-        help="of a photographic lens: what makes the same discs in a CG renderer, with the nominal "
-        f"one kept beside it (default), or the {_NOMINAL} one alone (always sent by --send)",
+        help="f-stop of a photographic lens: the one that makes the same discs in a CG renderer, "
+        f"and the nominal one beside it (default), or only the {_NOMINAL} one (always with --send)",
     )
     parser.set_defaults(run=run)
 
 
 def _add_send_options(parser: argparse.ArgumentParser) -> None:
-    group = parser.add_argument_group("sent live, in the place of a file or beside it")
+    group = parser.add_argument_group("sending live, instead of a file or in addition to it")
     group.add_argument(
         "--send",
         metavar="PROTOCOL[://HOST:PORT]",
@@ -112,8 +112,8 @@ def _add_shot_options(parser: argparse.ArgumentParser) -> None:
         "--sensor-height",
         type=number,
         metavar="MM",
-        help="default: as the plate's picture is shaped; without a plate as the film back of that "
-        "width, or 16:9",
+        help="default: from the aspect ratio of the plate; without a plate, that of the film back "
+        "of that width, or 16:9",
     )
     group.add_argument(
         "--scene-unit",
@@ -126,7 +126,7 @@ def _add_shot_options(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Write the camera, send it; say where it is from and what was assumed."""
+    """Write the camera and send it; print its origin and any assumptions."""
     _check_given(args)
     address = None if args.send is None else _address_of(args.send)
     camera = _camera_of(args)
@@ -142,18 +142,18 @@ def run(args: argparse.Namespace) -> int:
 def _address_of(text: str) -> RingAddress:
     address = parse_ring_address(text)
     if address.protocol is not Protocol.OPENTRACKIO:
-        raise InputError(f"{text}: a camera is sent as OpenTrackIO alone: give opentrackio.")
+        raise InputError(f"{text}: a camera can only be sent as OpenTrackIO: give opentrackio.")
     return address
 
 
 def _check_given(args: argparse.Namespace) -> None:
-    """Refuse a command that would do nothing, and options without any effect."""
+    """Refuse a command that would do nothing, and options without effect."""
     if args.output is None and args.send is None:
         raise InputError("Give a file to write with -o, or an address to send to with --send.")
     if args.send is None and (args.repeat or args.encoding):
-        raise InputError("--repeat and --encoding are for what is sent with --send.")
+        raise InputError("--repeat and --encoding need --send.")
     if args.output is None and (args.f_stop or args.meters_per_unit):
-        raise InputError("--f-stop and --meters-per-unit are for a file that is written with -o.")
+        raise InputError("--f-stop and --meters-per-unit need a file to write, given with -o.")
 
 
 def _send(args: argparse.Namespace, camera: CameraSamples, address: RingAddress) -> None:
@@ -185,7 +185,7 @@ def _camera_of(args: argparse.Namespace) -> CameraSamples:
         say(*_said_of(first))
         shot = first.shot
     elif is_shot_file(args.source):
-        refuse_given(args, _TIMING, f"{args.source} says how its scene is played")
+        refuse_given(args, _TIMING, f"{args.source} sets how its scene is played")
         shot = read_shot(args.source)
     else:
         refuse_given(args, _TIMING, f"{args.source} is no 3D scene")
@@ -207,16 +207,16 @@ def _camera_of(args: argparse.Namespace) -> CameraSamples:
 
 
 def _is_scene(source: str) -> bool:
-    """Return True for a scene.
+    """Return True for a scene, but not for USD, which is read as a camera file.
 
-    A USD file, which may hold nothing but a camera, is read as a camera.
+    A USD file may hold nothing but a camera.
     """
     path, _ = split_prim(source)
     return kind_of(source) is SourceKind.SCENE and path.suffix.lower() not in USD_SUFFIXES
 
 
 def _said_of(first: FirstShot) -> tuple[str, ...]:
-    """Return the notes of the scene, and the lens, which a scene's file states only in part."""
+    """Return the notes of the scene, and a sentence on the lens, which is partly assumed."""
     words = lens_words(first.shot.lens_at(first.frame), first.sources)
     return (*first.scene.notes, f"lens at frame {first.frame}: {words}")
 
@@ -230,4 +230,4 @@ def _refuse_shot_options(args: argparse.Namespace) -> None:
             )
     if args.output is not None and args.output.exists() and os.path.exists(args.source):
         if os.path.samefile(args.output, args.source):
-            raise InputError(f"{args.output} is the camera that is read: give another name.")
+            raise InputError(f"{args.output} is the input camera: give another name.")

@@ -1,4 +1,4 @@
-"""`heatlens compare`: how far a result is from its truth, and whether that is near enough."""
+"""`heatlens compare`: measure how far a result is from its truth, and check it against limits."""
 
 import argparse
 import dataclasses
@@ -25,25 +25,25 @@ EXIT_TOO_FAR = 1
 _DESCRIPTION = """\
 Measures how far RESULT is from TRUTH, two pictures of one frame, and prints:
 
-  PSNR       dB, higher is nearer: 30 good, 40 hard to see, 99 the same
-  SSIM       structure, 1 is the same
-  FLIP       what an eye sees flipping between the two, 0 the same to 1 worst
+  PSNR       in dB, higher is closer: 30 good, 40 hard to see, 99 identical
+  SSIM       similarity of structure, 1 is identical
+  FLIP       the difference that is visible when flipping between the two, 0 identical to 1 worst
   HDR-FLIP   the same over all exposures
-  relMSE     relative squared error of the light, 0 is the same
+  relMSE     relative squared error of the light, 0 is identical
   nonfinite  pixels of the result that hold NaN or infinity, counted as black
 
-PSNR, SSIM and FLIP look at the sRGB picture at exposure 0, HDR-FLIP and relMSE at the light.
-EXR is light; PNG, JPEG and TIFF are taken as sRGB, floating point as light.
-Where the data windows differ, what both files hold of the display window is compared.
+PSNR, SSIM and FLIP compare the sRGB pictures at exposure 0, HDR-FLIP and relMSE the linear light.
+EXR is linear light; PNG, JPEG and TIFF are taken as sRGB, or as light if they are floating point.
+If the data windows differ, the part of the display window that both files hold is compared.
 
-Exit code: 0 within every limit given, 1 when one is missed, 2 for what you can mend.
+Exit code: 0 within all given limits, 1 if a limit is missed, 2 for errors that you can fix.
 Needs: pip install 'heatlens[compare]'
 """
 
 
 @dataclasses.dataclass(frozen=True)
 class _Score:
-    """How one score is shown, and in which form."""
+    """How a score is shown: its field, label and number format."""
 
     field: str
     label: str
@@ -77,7 +77,7 @@ def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
 
 
 def run(args: argparse.Namespace) -> int:
-    """Compare two files; the exit code says whether every limit is kept."""
+    """Compare two files; the exit code says whether all limits are met."""
     if args.difference is not None:
         check_is_png(args.difference)
     with file_of_input(args.result) as path:
@@ -94,7 +94,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _add_limits(parser: argparse.ArgumentParser) -> None:
-    group = parser.add_argument_group("limits", "Exit code 1 where one is missed.")
+    group = parser.add_argument_group("limits", "The exit code is 1 if one is missed.")
     group.add_argument(
         "--min-psnr", type=_within(0, PSNR_MOST_DB), metavar="DB", help="PSNR at least this, in dB"
     )
@@ -112,25 +112,25 @@ def _add_difference(parser: argparse.ArgumentParser) -> None:
         "--difference",
         type=Path,
         metavar="FILE.png",
-        help="write result, truth and the error between them side by side",
+        help="write the result, the truth and their difference side by side",
     )
     group.add_argument(
         "--show",
         choices=("absolute", "flip"),
         default="absolute",
-        help="the error as brightness, or as FLIP sees it from black to yellow (default absolute)",
+        help="the difference as brightness, or as FLIP from black to yellow (default absolute)",
     )
     group.add_argument(
         "--gain",
         type=positive,
         default=4.0,
         metavar="G",
-        help="how many times brighter than it is the absolute error is drawn (default 4)",
+        help="factor by which the absolute difference is brightened (default 4)",
     )
 
 
 def _within(low: float, high: float) -> Callable[[str], float]:
-    """Return an argument type for limits inside the range that the score can have."""
+    """Return an argument type for limits within the range of a score."""
 
     def limit(text: str) -> float:
         value = finite(text)
@@ -142,12 +142,12 @@ def _within(low: float, high: float) -> Callable[[str], float]:
 
 
 def _shared_pixels(result: Picture, truth: Picture) -> tuple[FloatImage, FloatImage]:
-    """Return what both files hold, (H, W, 3) each; report what is left out or doubtful."""
+    """Return the pixels that both files hold, (H, W, 3) each; print what is left out."""
     region = shared_region(result, truth)
     if region != result.data_window or region != truth.data_window:
         say(
-            f"the data windows differ: compared are the {region.width} x {region.height} pixels "
-            f"at ({region.x0}, {region.y0}) that both files hold"
+            f"the data windows differ: only the {region.width} x {region.height} pixels at "
+            f"({region.x0}, {region.y0}) that both files hold are compared"
         )
     pixels = result.over(region), truth.over(region)
     bad = nonfinite_count(pixels[1])
@@ -163,7 +163,7 @@ def _error_panel(args: argparse.Namespace, result: FloatImage, truth: FloatImage
 
 
 def _as_lines(scores: Scores) -> str:
-    """Format one score a line, names and numbers aligned."""
+    """Format the scores, one on each line, with aligned names and numbers."""
     width = max(len(shown.label) for shown in _SHOWN)
     return "\n".join(
         f"{shown.label:<{width}}  {shown.form.format(getattr(scores, shown.field))}"

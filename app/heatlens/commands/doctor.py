@@ -1,4 +1,4 @@
-"""`heatlens doctor`: whether everything works on this machine, for people and for bug reports."""
+"""`heatlens doctor`: check whether everything works on this machine, also for bug reports."""
 
 import argparse
 import json
@@ -12,9 +12,9 @@ from heatlens.doctor.gpu_check import Gpu
 from heatlens.gpu.context import headless_context
 
 _DESCRIPTION = """\
-Tries what heatlens stands on: packages, OpenGL and its limits, every shader, the solvers against
-float64, the still life against a stored picture, colours, fonts and display. Takes some seconds.
-Exit code 1 where something is at fault. Paste what it says into a bug report.
+Checks everything that heatlens depends on: packages, OpenGL and its limits, every shader, the
+solvers against float64, the still life against a stored picture, colours, fonts and display. Takes
+a few seconds. The exit code is 1 if something fails. Paste the output into bug reports.
 """
 _EPILOG = """\
 examples:
@@ -27,7 +27,7 @@ def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
     """Add `doctor` to the command line."""
     parser = commands.add_parser(
         "doctor",
-        help="try whether everything works on this machine",
+        help="check whether everything works on this machine",
         description=_DESCRIPTION,
         epilog=_EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,
@@ -37,7 +37,7 @@ def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
 
 
 def run(args: argparse.Namespace) -> int:
-    """Make every check, say each finding at once; 1 where something is at fault."""
+    """Run all checks and print each finding at once; return 1 if something fails."""
     start, found = time.perf_counter(), []
     for finding in _findings():
         found.append(finding)
@@ -60,7 +60,7 @@ def _findings() -> Iterator[Finding]:
 
 
 def _checks() -> dict[str, Check]:
-    """Return the checks in the order of need; the display is last, because drivers crash there."""
+    """Return the checks, basic ones first; the display is last, because drivers may crash there."""
     gpu = Gpu(headless_context)
     return {
         "machine": machine_check.system,

@@ -1,4 +1,4 @@
-"""`heatlens export`: a shot to EXR frames, pictures or a movie; a second run finishes the first."""
+"""`heatlens export`: render a shot to EXR frames, pictures or a movie; runs can be resumed."""
 
 import argparse
 from contextlib import closing
@@ -19,8 +19,8 @@ from heatlens.render import FrameRenderer
 
 _DESCRIPTION = """\
 Renders the frames of a shot: EXR scene-linear with the lens of each frame in its header, PNG,
-JPEG or TIFF through a view transform, or a movie. Run again after a stop or a change, it renders
-only the frames that are not there yet as they should be.
+JPEG or TIFF through a view transform, or a movie. If you run it again after a stop or a change, it
+renders only the frames that are missing or out of date.
 """
 _EPILOG = """\
 examples:
@@ -47,7 +47,7 @@ def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
     parser.add_argument(
         "shot",
         metavar="SHOT",
-        help="shot file, plate.####.exr with a lens that stands still, a 3D scene, or demo",
+        help="shot file, plate.####.exr with a constant lens, a 3D scene, or demo",
     )
     parser.add_argument(
         "-o",
@@ -62,9 +62,9 @@ def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
 
 
 def run(args: argparse.Namespace) -> int:
-    """Export; say how far it is, and in the end what there is."""
+    """Export the frames; print progress, and a summary at the end."""
     if args.chunk is not None and args.submit is None:
-        raise InputError("--chunk is for --submit, which writes a job for a farm.")
+        raise InputError("--chunk needs --submit, which writes a job for a farm.")
     plan = planned(job_of(args))
     if args.submit is None and is_shot_file(args.shot):
         _say_of_shot(plan)
@@ -83,7 +83,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _say_of_shot(plan: ExportPlan) -> None:
-    """Print what is implausible, and where the plates end too close to the frame."""
+    """Print doubts about the lens, and warn if the plates have too little overscan."""
     shot = plan.job.shot
     plate = first_plate(shot)
     say_doubts_of_shot(shot, plate)

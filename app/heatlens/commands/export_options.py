@@ -1,4 +1,4 @@
-"""The options of `heatlens export`, and the job that they make."""
+"""The options of `heatlens export`, and the export job for them."""
 
 import argparse
 import os
@@ -64,14 +64,14 @@ def _add_frame_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--frames", metavar="RANGE", help="1001-1100, 1001-1100x2, 1001,1005; default: in to out"
     )
-    group.add_argument("--plate", metavar="FILES", help="instead of the plate that the shot names")
+    group.add_argument("--plate", metavar="FILES", help="use instead of the plate in the shot")
     group.add_argument(
         "--missing",
         choices=("hold", "black", "stop"),
-        help="for a frame without a plate: hold the one before, black, or stop before anything is "
-        "rendered (default)",
+        help="for a frame without a plate: hold the previous one, black, or stop before anything "
+        "is rendered (default)",
     )
-    group.add_argument("--force", action="store_true", help="render what is finished once more")
+    group.add_argument("--force", action="store_true", help="render finished frames again")
     group.add_argument(
         "--fps", type=number, metavar="N", help="of a movie, and of a glTF; default: the shot's"
     )
@@ -132,9 +132,9 @@ def _add_look_options(parser: argparse.ArgumentParser) -> None:
 
 
 def job_of(args: argparse.Namespace) -> ExportJob:
-    """Return the job of the options.
+    """Return the export job of the options.
 
-    Raises InputError where they contradict the shot or each other.
+    Raises InputError if they contradict the shot or each other.
     """
     output = parse_output(args.output)
     _check_kind(args, output)
@@ -165,26 +165,26 @@ def job_of(args: argparse.Namespace) -> ExportJob:
 
 
 def _kept_names(args: argparse.Namespace, shot: Shot) -> tuple[str, ...]:
-    """Look for the channels in the first plate that exists; the others are assumed to be alike."""
+    """Return the channels to keep, checked in the first plate; the others are assumed equal."""
     if not args.keep_channels:
         return ()
     return kept_names(args, source_of(shot), shot.plate_options, shot.defocus.proxy)
 
 
 def _check_kind(args: argparse.Namespace, output: Output) -> None:
-    """Refuse what the kind of file cannot have, rather than leave it out."""
+    """Refuse options that the kind of output file does not support, instead of ignoring them."""
     wrong = given(args, _add_look_options if output.is_exr else _add_exr_options)
     if wrong and output.is_exr:
         raise InputError(
-            f"{', '.join(wrong)}: EXR frames stay scene-linear and clean for the work that "
-            "follows. Export PNG, JPEG or a movie beside them."
+            f"{', '.join(wrong)}: EXR frames stay scene-linear and clean for further work. Export "
+            "PNG, JPEG or a movie in addition."
         )
     if wrong:
         raise InputError(
             f"{', '.join(wrong)}: these options are for EXR; {output.suffix} has none of them."
         )
     if args.matte_opacity is not None and args.matte is None:
-        raise InputError("--matte-opacity is how dark --matte is. Give both.")
+        raise InputError("--matte-opacity needs --matte: give both.")
     has_place = output.is_exr or output.is_movie or args.burn_in
     if args.start_timecode is not None and not has_place:
         raise InputError(
@@ -192,13 +192,13 @@ def _check_kind(args: argparse.Namespace, output: Output) -> None:
             "--burn-in beside it."
         )
     if args.unit is not None and not args.burn_in:
-        raise InputError("--unit is the unit of the distance that --burn-in writes. Give both.")
+        raise InputError("--unit is the unit of the distance that --burn-in writes: give both.")
 
 
 def _shot_of_options(args: argparse.Namespace) -> Shot:
     if args.plate is not None:
         raise InputError(
-            "--plate replaces the plate of a shot file. Here the plate is already named."
+            "--plate replaces the plate of a shot file, but a plate is already given here."
         )
     return _scene_shot(args) if kind_of(args.shot) is SourceKind.SCENE else _still_shot(args)
 
@@ -207,23 +207,23 @@ def _shot_in_file(args: argparse.Namespace) -> Shot:
     own = given(args, add_lens_options, add_plate_options)
     if own:
         raise InputError(
-            f"{args.shot} says lens and plate, so {', '.join(own)} cannot be given beside it."
+            f"{args.shot} defines the lens and the plate, so {', '.join(own)} cannot be given."
         )
-    refuse_given(args, ("clip", "first_frame"), f"{args.shot} says how its scene is played")
+    refuse_given(args, ("clip", "first_frame"), f"{args.shot} sets how its scene is played")
     return read_shot(args.shot)
 
 
 def _scene_shot(args: argparse.Namespace) -> Shot:
-    """Return a shot with the lens of the options and of the scene's camera, as it moves."""
+    """Return a shot with the lens of the options and of the scene's moving camera."""
     first = shot_of_scene(args, args.shot)
     say(*first.scene.notes, said_of_lens(args, first, first.frame))
     return first.shot
 
 
 def _still_shot(args: argparse.Namespace) -> Shot:
-    """Return a shot with the lens of the options and of the first plate's header, at every frame.
+    """Return a shot with a constant lens of the options and of the first plate's header.
 
-    It does not depend on the frames that are asked for, because one shot may be exported in parts.
+    It does not depend on the requested frames, because a shot may be exported in parts.
     """
     sequence, options = find_sequence(args.shot), plate_options(args)
     plate = read_plate(sequence.path_at(sequence.present[0]), options)
@@ -234,7 +234,7 @@ def _still_shot(args: argparse.Namespace) -> Shot:
 
 
 def _with_overrides(args: argparse.Namespace, shot: Shot) -> Shot:
-    """Return the shot with the blur, the plate and the rate that were given."""
+    """Return the shot with the given blur settings, plate and frame rate."""
     defocus = settings_of(args, shot.defocus)
     if args.pinhole and args.proxy is None:
         defocus = replace(defocus, proxy=1.0)
@@ -247,17 +247,17 @@ def _with_overrides(args: argparse.Namespace, shot: Shot) -> Shot:
 
 
 def _refuse_unused(args: argparse.Namespace, read: Shot | None) -> None:
-    """Refuse useless options before anything is printed; `read` is the shot file, if it is one."""
+    """Refuse options without effect before printing anything; `read` is the shot of a shot file."""
     source = args.plate or (args.shot if read is None else read.source)
     method = settings_of(args, read.defocus if read else DefocusSettings()).method
     refuse_unused(args, source or "", None if source is None else kind_of(source), method)
 
 
 def _started(args: argparse.Namespace, shot: Shot) -> Shot:
-    """Return the shot with the timecode that was given for its first frame.
+    """Return the shot with the given timecode for its first frame.
 
-    Plates without a shot begin with their first file, whichever frames are asked for: the parts of
-    an export then count on from one another.
+    Plates without a shot file begin with their first file, whichever frames are exported, so that
+    the timecode continues across the parts of an export.
     """
     if args.start_timecode is None:
         return shot
@@ -265,14 +265,14 @@ def _started(args: argparse.Namespace, shot: Shot) -> Shot:
         shot = replace(shot, frames=source_of(shot).frames)
     if shot.span is None and args.submit is not None:
         raise InputError(
-            "--start-timecode: a still has no first frame, and each task of a farm would count "
-            "from its own. Make a shot with its frames: heatlens shot new --frames 1-48."
+            "--start-timecode: a still has no first frame, and each task of a farm would start "
+            "counting anew. Make a shot with frames: heatlens shot new --frames 1-48."
         )
     return shot.started_at(args.start_timecode)
 
 
 def _frames(args: argparse.Namespace, shot: Shot) -> tuple[int, ...]:
-    """Return the frames asked for, all of which must lie where the source has frames."""
+    """Return the requested frames, all of which must be within the range of the source."""
     frames = frames_of(shot, args.frames)
     if args.frames is not None:
         source = source_of(shot)
@@ -281,7 +281,7 @@ def _frames(args: argparse.Namespace, shot: Shot) -> tuple[int, ...]:
 
 
 def _transform(args: argparse.Namespace, shot: Shot) -> ViewTransform:
-    """Return the view transform; EXR has none, and needs no config."""
+    """Return the view transform; EXR output needs none, and no config is loaded."""
     if parse_output(args.output).is_exr:
         return srgb_transform()
     return transform_of(look_of(args), _color_header(shot))
@@ -295,6 +295,6 @@ def _look(args: argparse.Namespace, shot: Shot) -> Look:
 
 
 def _color_header(shot: Shot) -> Header:
-    """Return the header of the first plate that is there, whichever frames are exported."""
+    """Return the header of the first existing plate, whichever frames are exported."""
     options = shot.plate_options
     return color_header(source_of(shot).first_file, options.color_layer, options.eye)

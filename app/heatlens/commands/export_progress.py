@@ -1,4 +1,4 @@
-"""How far an export is: a line that is rewritten for people, a line a frame for programs."""
+"""Show the progress of an export: one rewritten line for people, a line per frame for programs."""
 
 import io
 import json
@@ -19,7 +19,7 @@ _WIPE = "\r\x1b[K"
 
 
 class Tally:
-    """The progress through `count` frames, and the time left at this pace."""
+    """The progress through `count` frames, and the estimated time left."""
 
     def __init__(self, count: int, clock: Callable[[], float] = time.monotonic) -> None:
         self.count = count
@@ -29,7 +29,7 @@ class Tally:
         self._start_s = clock()
 
     def add(self, done: FrameDone) -> None:
-        """Count one more frame. Time counts from the first that had to be rendered."""
+        """Count a frame. Time is measured from the first frame that had to be rendered."""
         if done.was_there:
             self.kept += 1
             if not self.written:
@@ -39,12 +39,12 @@ class Tally:
 
     @property
     def done(self) -> int:
-        """Frames that are in their files."""
+        """Number of frames whose files are complete."""
         return len(self.written) + self.kept
 
     @property
     def left_s(self) -> float | None:
-        """Seconds to the end; None before there is a pace."""
+        """Estimated seconds left; None before the first rendered frame."""
         if not self.written:
             return None
         pace_s = (self._clock() - self._start_s) / len(self.written)
@@ -52,7 +52,7 @@ class Tally:
 
 
 def progress_of(kind: str, plan: ExportPlan) -> AbstractContextManager[Tell]:
-    """Return what to call for each frame; after a good end it prints what was exported.
+    """Return a context with a function to call for each frame; it prints a summary on success.
 
     `kind` is terminal, json or openjd.
     """
@@ -81,7 +81,7 @@ def _for_people(plan: ExportPlan, tally: Tally) -> Iterator[Tell]:
 
 @contextmanager
 def _for_programs(plan: ExportPlan, tally: Tally) -> Iterator[Tell]:
-    """Print JSON, a line for the beginning, each frame and the end."""
+    """Print a line of JSON at the beginning, for each frame and at the end."""
     output = str(plan.job.output.pattern)
     _say(event="begin", output=output, frames=tally.count)
 
@@ -98,7 +98,7 @@ def _for_programs(plan: ExportPlan, tally: Tally) -> Iterator[Tell]:
 
 @contextmanager
 def _for_farm(plan: ExportPlan, tally: Tally) -> Iterator[Tell]:
-    """Open Job Description: progress in per cent, and the reason of a failure."""
+    """Print messages of Open Job Description: progress in percent, and the reason of a failure."""
 
     def tell(done: FrameDone) -> None:
         tally.add(done)
@@ -120,7 +120,7 @@ def progress_text(tally: Tally) -> str:
 
 
 def time_text(seconds: float) -> str:
-    """Return seconds in words, with as much precision as an estimate has."""
+    """Return a duration as text, with the precision of an estimate."""
     if seconds < 100:
         return f"{seconds:.0f} s"
     minutes = round(seconds / 60)
@@ -133,10 +133,10 @@ def _frames(count: int) -> str:
 
 @contextmanager
 def _terminal() -> Iterator[TextIO]:
-    """Yield stderr, and clear the line at the end; yield nothing visible where it is no terminal.
+    """Yield stderr and clear its line at the end, or yield a dummy if it is no terminal.
 
-    It has a descriptor of its own: while files are read on other threads, Python's stderr is
-    replaced at times, to keep the EXR library's messages off it.
+    It has its own descriptor, because Python's stderr is replaced at times while other threads read
+    files, to hide messages of the EXR library.
     """
     if not shows_progress(sys.stderr):
         yield io.StringIO()

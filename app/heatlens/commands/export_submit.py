@@ -1,4 +1,4 @@
-"""`heatlens export --submit`: the export is not done, but written down as a job for a farm."""
+"""`heatlens export --submit`: write the export as a job for a render farm instead of doing it."""
 
 import argparse
 from pathlib import Path
@@ -11,13 +11,13 @@ from heatlens.errors import InputError
 from heatlens.export.openjd import PathParameter, chunks_of, job_template
 from heatlens.export.plan import ExportPlan
 
-_CHUNK = 10  # frames: long enough that to start the program does not count
-# Said anew for each task, or of no use there.
+_CHUNK = 10  # frames per task: enough that the start-up time does not matter
+# Options that are set for each task, or are useless there.
 _REPLACED = ("--frames", "--plate", "--ocio", "--progress", "--submit", "--chunk")
 
 
 def submit(args: argparse.Namespace, plan: ExportPlan) -> None:
-    """Print the template, and say what is to be known of it."""
+    """Print the template, and notes on how to use it."""
     if plan.job.output.is_movie:
         raise InputError(
             "A movie is one file, and cannot be made in chunks: submit EXR or PNG frames."
@@ -31,7 +31,7 @@ def submit(args: argparse.Namespace, plan: ExportPlan) -> None:
     say(f"{len(plan.job.frames)} frames in {len(chunks)} tasks. Keep the template in {Path.cwd()}")
     for path in paths:
         if path.relative_to(Path.cwd()) is None:
-            say(f"it holds no place for what lies elsewhere: -p {path.name}={path.path}")
+            say(f"it cannot hold this path, so give it on submission: -p {path.name}={path.path}")
 
 
 def _paths(args: argparse.Namespace, plan: ExportPlan) -> list[PathParameter]:
@@ -53,7 +53,7 @@ def _words(args: argparse.Namespace, plan: ExportPlan) -> list[str]:
     if any("{{" in text for text in (source.name if source else "", files, *options)):
         raise InputError("A template cannot hold a name or an option with {{ in it.")
     output = f"{{{{Param.Out}}}}/{files}"
-    # Without files it is the scene that comes with the program, on every machine.
+    # A source without files is the built-in scene, which exists on every machine.
     plates = f"{{{{Param.Plates}}}}/{source.name}" if source else str(plan.job.shot.source)
     shot = ["{{Param.Shot}}", f"--plate={plates}"] if is_shot_file(args.shot) else [plates]
     ocio = "{{Param.Config}}" if _is_config_file(args) else args.ocio
@@ -66,7 +66,7 @@ def _words(args: argparse.Namespace, plan: ExportPlan) -> list[str]:
 
 
 def _given_words(args: argparse.Namespace) -> list[str]:
-    """Return the options that were given, as they are typed."""
+    """Return the given options as they would be typed."""
     return [
         option if value is True else f"{option}={_typed(value)}"
         for option, values in given(args, add_export_options).items()

@@ -1,6 +1,6 @@
-"""Options of the command line made from the fields of settings, and the values typed for them.
+"""Make command-line options from the fields of settings, and read the values typed for them.
 
-Range, unit and words of an option stand on its field, see `heatlens.model.option`.
+The range, unit and help of an option are defined on its field, see `heatlens.model.option`.
 """
 
 import argparse
@@ -26,21 +26,21 @@ Group = argparse.ArgumentParser | argparse._ArgumentGroup
 
 
 def add_fields(group: Group, kind: type, names: Iterable[str] = ()) -> None:
-    """Add the options of these fields of a dataclass to a parser or group; all unless named."""
+    """Add the options of the fields `names` of a dataclass to a parser or group; default all."""
     told = options_of(kind)
     for name in names or told:
         group.add_argument(flag_of(kind, name), **_keywords(_type_of(kind, name), told[name]))
 
 
 def flag_of(kind: type, name: str) -> str:
-    """Return how the option of a field is typed: "--focal-length"."""
+    """Return the option of a field as it is typed: "--focal-length"."""
     return f"--{options_of(kind)[name].flag}"
 
 
 def typed_fields(args: argparse.Namespace, kind: type, names: Iterable[str] = ()) -> dict[str, Any]:
-    """Return the values that were given for fields of a dataclass, those not given left out.
+    """Return the given values for fields of a dataclass, without those that were not given.
 
-    Raises InputError for what cannot be read, and for numbers outside their range.
+    Raises InputError for values that cannot be read, and for numbers outside their range.
     """
     told, found = options_of(kind), {}
     for name in names or told:
@@ -51,13 +51,13 @@ def typed_fields(args: argparse.Namespace, kind: type, names: Iterable[str] = ()
 
 
 def attributes_of(kind: type, names: Iterable[str] = ()) -> tuple[str, ...]:
-    """Return the attributes of parsed arguments in which the options of fields lie."""
+    """Return the attributes of parsed arguments that hold the options of fields."""
     told = options_of(kind)
     return tuple(_attribute(told[name]) for name in names or told)
 
 
 def unasked(method: Method) -> dict[str, list[str]]:
-    """Return attributes of the options of the blur that a method ignores, by the reason."""
+    """Return the attributes of blur options that a method ignores, grouped by the reason."""
     found: dict[str, list[str]] = {}
     for told in options_of(DefocusSettings).values():
         if told.asked_by is not None and not told.asked_by(method):
@@ -78,7 +78,7 @@ def _type_of(kind: type, name: str) -> Any:
 
 
 def _keywords(kind: Any, told: Option) -> dict[str, Any]:
-    """Return what argparse is told of an option."""
+    """Return the keyword arguments of `add_argument` for an option."""
     if kind is bool:
         return {"action": "store_true", "help": told.help}
     if get_origin(kind) is tuple:

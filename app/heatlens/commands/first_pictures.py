@@ -1,4 +1,4 @@
-"""What `heatlens` alone does where no window can be opened: pictures, and how to go on."""
+"""Render example pictures when `heatlens` is started without arguments and without a display."""
 
 import os
 import shlex
@@ -22,17 +22,17 @@ from heatlens.scene.demo.demo import demo_shot
 from heatlens.scene.scene_name import DEMO
 
 _STILL, _PULL = "heatlens_still_life.png", "heatlens_pull.webp"
-_FRUIT = (290, 190)  # a pixel of the still life that is to be sharp
-_FRAMES, _SIZE = 8, (320, 180)  # of the pull: some seconds on a processor
-_F_STOP = 1.2  # wider than the demo is shot: the picture is small, and the pull is to be seen
-_MILLISECONDS = 240  # that each of them is seen
+_FRUIT = (290, 190)  # the pixel of the still life to focus on
+_FRAMES, _SIZE = 8, (320, 180)  # of the focus pull, which takes a few seconds on a processor
+_F_STOP = 1.2  # wider than in the demo, so that the pull is visible in a small picture
+_MILLISECONDS = 240  # duration of each frame
 _WIPE = "\r\x1b[K"
 
 
 def make_first_pictures(why: NoWindowError) -> int:
-    """Render what comes with heatlens into this folder and name the commands to go on with.
+    """Render example pictures into the current folder, and print commands to continue with.
 
-    Raises GpuError where there is no OpenGL at all.
+    Raises GpuError if there is no OpenGL at all.
     """
     say(str(why).partition(". ")[0] + ", so here are pictures instead.")
     folder, plate = _folder(), data_dir("assets") / "still_life.exr"
@@ -54,7 +54,7 @@ def make_first_pictures(why: NoWindowError) -> int:
 
 
 def _folder() -> Path:
-    """Return the current folder, or a temporary one where nothing can be written there."""
+    """Return the current folder, or a temporary one if it is not writable."""
     here = Path.cwd()
     return here if os.access(here, os.W_OK) else Path(tempfile.mkdtemp(prefix="heatlens-"))
 

@@ -1,4 +1,4 @@
-"""A command on one frame of a plate or a 3D scene: its parser, but for what is its own."""
+"""The parser that all commands on one frame of a plate or a 3D scene share."""
 
 import argparse
 from collections.abc import Callable
@@ -21,10 +21,10 @@ def add_frame_command(
     blur: AddOptions,
     run: Callable[[argparse.Namespace], int],
 ) -> None:
-    """Add the command `name`; `words`: in a line, at length, and examples.
+    """Add the command `name`; `words` are its one-line help, its description and its examples.
 
-    `own` adds what no other command has, `blur` the group of the blur; lens, plate and scene are
-    the same for all.
+    `own` adds the options of this command alone, `blur` those of the blur; the options of the lens,
+    the plate and the scene are the same for all commands.
     """
     brief, description, epilog = words
     parser = commands.add_parser(

@@ -1,4 +1,4 @@
-"""Which options somebody gave, and which of these have no effect: those are refused."""
+"""Find the options that were given, and refuse those that would have no effect."""
 
 import argparse
 from collections.abc import Callable, Iterable
@@ -26,7 +26,7 @@ _OF_OTHERS = {  # by kind of source: the options that are for other kinds
 
 
 def given(args: argparse.Namespace, *groups: AddOptions) -> Given:
-    """Return those options of `groups` that are not at their default, as typed, and the values."""
+    """Return the options of `groups` that are not at their default, with their values."""
     plain = argparse.ArgumentParser()
     for add in groups:
         add(plain)
@@ -41,10 +41,10 @@ def refuse_unused(
     kind: SourceKind | None = None,
     method: Method | None = None,
 ) -> None:
-    """Raise InputError that names the options that were given and would change nothing.
+    """Raise InputError that names the given options without effect.
 
-    `kind` is that of `source`; None where it does not matter. `method` None: any may be asked for,
-    later or one after the other.
+    `kind` is the kind of `source`, None if it does not matter. If `method` is None, any method may
+    be used, later or one after the other.
     """
     if getattr(args, "pinhole", False):
         blur = attributes_of(DefocusSettings)

@@ -1,4 +1,4 @@
-"""`heatlens info`: what is in a file and how heatlens would read it."""
+"""`heatlens info`: print what is in a file and how heatlens would read it."""
 
 import argparse
 import json
@@ -23,15 +23,15 @@ from heatlens.sequence.sequence import Sequence
 from heatlens.source.kind import SourceKind, kind_of
 
 _DESCRIPTION = """\
-Says what a render holds and how heatlens would read it: size and windows (pixels), channels, the
+Prints what a render holds and how heatlens would read it: size and windows (pixels), channels, the
 lens in the header (focal length and sensor in mm, focus in metres), the primaries of the colours,
-the range of the depth (metres) and which convention it was taken for, and why. Try the depth
-options here before a render.
+the range of the depth (metres), and how the depth is interpreted and why. Try the depth options
+here before a render.
 
-Of several frames (shot.####.exr, a folder, or files that are listed): which are there and which are
+For several frames (shot.####.exr, a folder, or a list of files): which frames exist and which are
 missing, their sizes, how their depth is read, and its range over the shot.
 
-Of a 3D scene: its cameras, frames, objects, triangles, lights and size.
+For a 3D scene: its cameras, frames, objects, triangles, lights and size.
 """
 
 _CAMERA_LINES = (
@@ -44,8 +44,8 @@ _CAMERA_LINES = (
     ("lens model", "model", ""),
 )
 _FOR_THE_EYE = (
-    f"{PLAIN_OCIO_VIEW}, where the config has it, unless --view says otherwise: it was made for "
-    "the eye, and its tones are mapped already"
+    f"{PLAIN_OCIO_VIEW}, if the config has it, unless --view is given: the picture is "
+    "display-referred, and its tones are mapped already"
 )
 _LABEL_WIDTH = 16
 
@@ -74,7 +74,7 @@ def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
 
 
 def run(args: argparse.Namespace) -> int:
-    """Print the facts; 0 also where no depth was found."""
+    """Print the facts; the exit code is 0 even if no depth was found."""
     found = [_facts_of(args, item) for item in found_among(args.plates)]
     if args.json:
         facts = [item[0] for item in found]
@@ -103,7 +103,7 @@ def _of_scene(args: argparse.Namespace, text: str) -> tuple[dict[str, Any], list
 
 
 def _text(lines: list[Line]) -> str:
-    """Align the lines for reading; no name makes a line of its own."""
+    """Return the lines as text with aligned labels."""
     return "\n".join(f"{label:<{_LABEL_WIDTH}}{printable(str(value))}" for label, value in lines)
 
 
@@ -127,7 +127,7 @@ def _plate_lines(facts: dict[str, Any]) -> list[Line]:
 
 
 def _window(corners: list[int]) -> str:
-    """Format the first and the last pixel, as other EXR tools do."""
+    """Format the first and the last pixel of a window, as other EXR tools do."""
     x0, y0, x1, y1 = corners
     return f"({x0}, {y0}) to ({x1 - 1}, {y1 - 1})"
 
@@ -165,11 +165,11 @@ def _told_by(source: str) -> str:
 def _primaries_lines(told: dict[str, Any] | None) -> list[Line]:
     """Return the primaries of the colours, and the attribute that states them."""
     if told is None:
-        return [("primaries", "linear Rec.709 (the header tells no other)")]
+        return [("primaries", "linear Rec.709 (the header names no other)")]
     if told["space"] is None:
-        said = "of no space that heatlens knows; taken as the input space in use"
+        said = "unknown to heatlens; taken as the current input space"
         if told["by_matrix"]:
-            said = "turned into linear Rec.709 by a matrix for the eye"
+            said = "converted to linear Rec.709 by a matrix for display"
         return [("primaries", f"{told['value']} (header: {told['attribute']}), {said}")]
     return [("primaries", f"{told['space']} (header: {told['attribute']})")]
 
@@ -208,7 +208,7 @@ def _depth_lines(depth: dict[str, Any]) -> list[Line]:
 
 
 def _behind_lines(behind: list[dict[str, Any]]) -> list[Line]:
-    """Return what each picture of what lies behind adds, or why it cannot."""
+    """Return what each picture behind adds, or why it cannot be added."""
     return [
         ("behind", f"{one['name']} {one['words']}" + (f": {one['problem']}" * bool(one["problem"])))
         for one in behind
@@ -216,5 +216,5 @@ def _behind_lines(behind: list[dict[str, Any]]) -> list[Line]:
 
 
 def _number(value: float | str) -> str:
-    """Format a number with five digits; infinity is a word already."""
+    """Format a number with five digits; infinity is already a word."""
     return value if isinstance(value, str) else f"{value:.5g}"

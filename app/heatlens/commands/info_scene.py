@@ -1,4 +1,4 @@
-"""What `heatlens info` says of a 3D scene."""
+"""The output of `heatlens info` for a 3D scene."""
 
 from typing import Any
 
@@ -7,7 +7,7 @@ _NAMES_MOST = 8  # of objects, in a line
 
 
 def scene_lines(facts: dict[str, Any]) -> list[Line]:
-    """Return the facts of `scene_facts` for reading, each with a label."""
+    """Return the facts of `scene_facts` as text, each with a label."""
     return [
         ("scene", facts["path"]),
         ("frames", _frames(facts)),
@@ -30,7 +30,7 @@ def _frames(facts: dict[str, Any]) -> str:
 
 
 def _camera_lines(cameras: list[dict[str, Any]]) -> list[Line]:
-    """Return one camera a line; the first is used unless another is named."""
+    """Return a line for each camera; the first is used unless another is named."""
     lines = [
         (
             "camera",
@@ -43,7 +43,7 @@ def _camera_lines(cameras: list[dict[str, Any]]) -> list[Line]:
 
 
 def _how(camera: dict[str, Any]) -> str:
-    assumed = " (assumed: the file tells its angle of view alone)"
+    assumed = " (assumed: the file has only its angle of view)"
     moves = ", moves" if camera["moves"] else ""
     return (assumed if camera["sensor_width_assumed"] else "") + moves
 

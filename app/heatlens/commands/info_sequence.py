@@ -1,4 +1,4 @@
-"""`heatlens info` of several frames: a sequence, a folder of one, or files that were listed."""
+"""The output of `heatlens info` for several frames: a sequence, a folder, or a list of files."""
 
 import os
 import sys
@@ -15,10 +15,10 @@ from heatlens.sequence.sequence import Sequence, find_sequence
 
 
 def found_among(texts: Items[str]) -> list[str | Sequence]:
-    """Return what the names mean: each a file, or several that are frames of one shot.
+    """Return a file or a sequence for the names; listed frames of one shot become one sequence.
 
-    Patterns and folders are shots; of files that are listed, those of one form belong together.
-    Raises InputError for a pattern without files.
+    Patterns and folders are sequences. Listed files belong together if their names have the same
+    form. Raises InputError for a pattern without files.
     """
     groups: dict[tuple[Path, NameForm], list[int]] = {}
     found: list[str | Sequence | tuple[Path, NameForm]] = []
@@ -39,7 +39,7 @@ def found_among(texts: Items[str]) -> list[str | Sequence]:
 
 
 def _settled(key: tuple[Path, NameForm], groups: dict[tuple[Path, NameForm], list[int]]) -> Any:
-    """Return one file by its name, or the frames that were listed."""
+    """Return the name of a single file, or the sequence of the listed frames."""
     folder, form = key
     frames = tuple(sorted(groups[key]))
     if len(frames) == 1:
@@ -49,7 +49,7 @@ def _settled(key: tuple[Path, NameForm], groups: dict[tuple[Path, NameForm], lis
 
 
 def sequence_info(sequence: Sequence, options: PlateOptions) -> tuple[dict[str, Any], list[Line]]:
-    """Return the facts of a shot, and as lines; show the progress on a terminal."""
+    """Return the facts of a sequence, and lines of text; show the progress on a terminal."""
     count, done = len(sequence.present), 0
 
     def tell(frame: int) -> None:
@@ -83,7 +83,7 @@ def _lines(facts: dict[str, Any]) -> list[Line]:
 
 
 def _with_frames(label: str, found: dict[str, str]) -> list[Line]:
-    """Return one line where all frames agree; else a line for each value with its frames."""
+    """Return one line if all frames agree, else a line for each value with its frames."""
     if len(found) == 1 and label != "note":
         return [(label, name) for name in found]
     return [(label, f"{name} (frames {frames})") for name, frames in found.items()]

@@ -1,4 +1,4 @@
-"""The option `--keep-channels`: what of a plate an EXR keeps beside the picture."""
+"""The option `--keep-channels`: channels of the plate that are copied to an EXR."""
 
 import argparse
 
@@ -13,17 +13,17 @@ def add_keep_option(parser: "argparse.ArgumentParser | argparse._ArgumentGroup")
     parser.add_argument(
         "--keep-channels",
         metavar="NAMES",
-        help="other layers and channels of the plate that an EXR keeps as they are: names with "
-        "commas, or all",
+        help="other layers and channels of the plate that are copied unchanged to an EXR: names "
+        "separated by commas, or all",
     )
 
 
 def kept_names(
     args: argparse.Namespace, source: Source, options: PlateOptions, proxy: float
 ) -> tuple[str, ...]:
-    """Return the names that were given, looked for in the first plate that is there.
+    """Return the given names, checked in the first existing plate.
 
-    Raises InputError for a scene, for a smaller picture and for names that the file does not have.
+    Raises InputError for a scene, for a proxy and for names that the file does not have.
     """
     if not args.keep_channels:
         return ()

@@ -1,4 +1,4 @@
-"""A lens kit on the command line: what its lenses are like, and what they cannot do is refused."""
+"""The options of lens kits: apply the properties and the limits of a kit's lenses."""
 
 import argparse
 from dataclasses import replace
@@ -12,7 +12,7 @@ from heatlens.model.lens import Lens
 from heatlens.model.lens_kit import LensKit
 from heatlens.model.shot import Shot
 
-# The fields of Lens that a kit bounds, and the options that give them.
+# The fields of Lens that a kit limits, and the options that set them.
 _BOUNDED = {
     "focal_length_mm": ("focal_length",),
     "f_stop": ("f_stop",),
@@ -25,26 +25,26 @@ def add_kit_option(group: "argparse._ArgumentGroup") -> None:
     group.add_argument(
         "--lens-kit",
         metavar="NAME[:LENGTH]",
-        help="a lens of a kit, such as vintage-primes:50: its length, its character, how far it "
-        "opens and how near it focuses; `heatlens kits` lists them",
+        help="use a lens of a kit, such as vintage-primes:50: its focal length, character, widest "
+        "stop and close focus; `heatlens kits` lists them",
     )
     group.add_argument(
         "--breathe",
         action="store_true",
-        help="let the view change with the focus as the lens of the kit does (default: it stays); "
-        "--breathing tells it of a lens without a kit",
+        help="let the view breathe with the focus as the lens of the kit does (default: it stays); "
+        "--breathing sets it for a lens without a kit",
     )
 
 
 def kit_of(args: argparse.Namespace) -> LensKit | None:
-    """Return the kit of the options. Raises InputError for one that there is not."""
+    """Return the kit of the options. Raises InputError if there is no such kit."""
     return None if args.lens_kit is None else kit_shelf().chosen(args.lens_kit)[0]
 
 
 def kit_values(args: argparse.Namespace) -> dict[str, Any]:
-    """Return the fields of Lens that --lens-kit gives: the character, and the length if told.
+    """Return the fields of Lens from --lens-kit: the character, and the focal length if given.
 
-    Raises InputError for a length given twice.
+    Raises InputError if two focal lengths are given.
     """
     if args.lens_kit is None:
         if args.breathe:
@@ -60,20 +60,20 @@ def kit_values(args: argparse.Namespace) -> dict[str, Any]:
     if args.focal_length not in (None, length_mm):
         raise InputError(
             f"--lens-kit {args.lens_kit} and {flag_of(Lens, 'focal_length_mm')} "
-            f"{args.focal_length:g} are two lengths: give one."
+            f"{args.focal_length:g} give two focal lengths: give one."
         )
     return {**values, "focal_length_mm": length_mm}
 
 
 def _any_breathing(kit: LensKit) -> float:
-    """Return the breathing of some lens; the kit puts that of the mounted one in its place."""
+    """Return the breathing of any lens; the kit replaces it by that of the lens in use."""
     return next((lens.breathing for lens in kit.lenses if lens.breathing != 1.0), 1.0)
 
 
 def lens_of_kit(args: argparse.Namespace, lens: Lens) -> Lens:
-    """Return the lens as a lens of the kit of the options, which says what else it would be.
+    """Return the lens limited to what the kit of the options allows, and print any change.
 
-    Raises InputError where an option asks for what the kit has not.
+    Raises InputError if an option requests something that the kit does not have.
     """
     kit = kit_of(args)
     if kit is None:

@@ -1,4 +1,4 @@
-"""`heatlens kits`: the lens kits that there are, and what each of their lenses can do."""
+"""`heatlens kits`: list the lens kits, and the limits of their lenses."""
 
 import argparse
 from pathlib import Path
@@ -8,9 +8,9 @@ from heatlens.documents.lens_kits import KitShelf, kit_shelf, kit_text, read_kit
 from heatlens.model.lens_kit import LensCharacter, LensKit
 
 _DESCRIPTION = """\
-Lists the lens kits for --lens-kit and for the Lens panel of the window: how far each lens opens,
-how near it focuses, what it does out of focus. Own kits are JSON files in the folder that is named
-at the end; copy one that comes with heatlens (--json) and change it.
+Lists the lens kits for --lens-kit and for the Lens panel of the window: the widest stop and the
+close focus of each lens, and its look out of focus. Your own kits are JSON files in the folder that
+is named at the end; to make one, copy a kit of heatlens (--json) and change it.
 """
 _EPILOG = """\
 examples:
@@ -31,13 +31,13 @@ def register(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("name", nargs="?", help="only this kit (default: all)")
-    parser.add_argument("--json", action="store_true", help="one kit as a file holds it")
-    parser.add_argument("--check", type=Path, metavar="FILE", help="read one file as a kit")
+    parser.add_argument("--json", action="store_true", help="print one kit as in a kit file")
+    parser.add_argument("--check", type=Path, metavar="FILE", help="check a kit file")
     parser.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:
-    """Print the kits; say which own files hold none."""
+    """Print the kits, and the problems of files that hold no valid kit."""
     if args.check is not None:
         tell(_words(read_kit(args.check)), keep="\n")
         return 0
@@ -47,7 +47,7 @@ def run(args: argparse.Namespace) -> int:
         tell("\n".join(kit_text(kit) for kit in kits), keep="\n")
         return 0
     tell("\n\n".join(_words(kit, shelf) for kit in kits), keep="\n")
-    say(*shelf.problems, f"own kits lie in {shelf.folder}")
+    say(*shelf.problems, f"your own kits belong in {shelf.folder}")
     return 0
 
 

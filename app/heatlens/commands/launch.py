@@ -1,13 +1,13 @@
-"""The process that people start: it has a second one do the work, and waits.
+"""The process that the user starts: it starts a worker process for the command, and waits.
 
-Ctrl-C must be answered at once, whatever the work is in the middle of. Drivers and libraries do not
-allow that from inside: an interrupt that falls into a call of theirs is answered when the call
-returns, which may be many seconds later, turns up as a wrong reason ("cannot be loaded"), or ends
-in a crash. So the work does not hear Ctrl-C at all. This process does: it ends the work, removes
-what that left unfinished, and says so. The window, which has things to save, asks to be told
-instead (`stopping.hearing`).
+Ctrl-C must take effect at once, whatever the command is doing. Drivers and libraries do not allow
+that: an interrupt during one of their calls is handled only when the call returns, many seconds
+later, appears as a wrong error ("cannot be loaded"), or causes a crash. So the worker ignores
+Ctrl-C. This process handles it: it kills the worker, removes its unfinished files, and prints a
+message. The window, which has to save state, asks to receive the signal instead
+(`stopping.hearing`).
 
-It is also told here when a fault in a driver or a library ended the work.
+This process also reports when a fault in a driver or a library ended the worker.
 
 Exit codes: those of `commands.main`, and 128 + N after signal N: 130 Ctrl-C, 143 SIGTERM.
 """
@@ -22,13 +22,13 @@ from pathlib import Path
 
 from heatlens import stopping
 
-_PATIENCE_S = 3.0  # for a process that hears: it may be in the middle of a step of its work
+_PATIENCE_S = 3.0  # time for a worker that handles signals itself to finish its current step
 _FAULT = 70  # EX_SOFTWARE of sysexits.h
 
 
 def main() -> int:
     """Run the command line of this process; returns the exit code."""
-    if sys.platform != "linux":  # what is used here exists there alone
+    if sys.platform != "linux":  # the system calls used here exist only on Linux
         signal.signal(signal.SIGINT, signal.default_int_handler)
         return _work()
     stops = _stop_signals()
@@ -49,20 +49,20 @@ def _work() -> int:
     from heatlens.faults import report_from_threads
 
     report_from_threads()
-    if not sys.warnoptions:  # lines of source, and of libraries, are not for people
+    if not sys.warnoptions:  # warnings show lines of source code, which do not help users
         warnings.simplefilter("ignore")
 
     return run()
 
 
 def _stop_signals() -> set[signal.Signals]:
-    """Return the signals that end this process; a background process may have to ignore some."""
+    """Return the signals that end this process; a background process may ignore some of them."""
     stops = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
     return {stop for stop in stops if signal.getsignal(stop) is not signal.SIG_IGN}
 
 
 def _wait_for(worker: int, stops: set[signal.Signals], record: int) -> int:
-    """Wait until the work has ended or is to end; returns the exit code."""
+    """Wait until the worker has ended or must be ended; return the exit code."""
     while True:
         heard = signal.sigwait({*stops, signal.SIGCHLD})
         ended, status = os.waitpid(worker, os.WNOHANG)
@@ -73,12 +73,12 @@ def _wait_for(worker: int, stops: set[signal.Signals], record: int) -> int:
 
 
 def _stop(worker: int, how: signal.Signals, record: int) -> int:
-    """End the work, remove what it left unfinished, and say so unless it did itself."""
+    """End the worker, remove its unfinished files, and say so unless it did itself."""
     code = _asked(worker, how) if stopping.read_record(record).hears else None
     if code is not None and code >= 0:
         return code
     if code is None:
-        os.kill(worker, signal.SIGSTOP)  # so that it starts nothing while its children are found
+        os.kill(worker, signal.SIGSTOP)  # so that it starts no more children while they are listed
         for process in (worker, *_descendants(worker)):
             _kill(process)
         os.waitpid(worker, 0)
@@ -90,9 +90,9 @@ def _stop(worker: int, how: signal.Signals, record: int) -> int:
 
 
 def _asked(worker: int, how: signal.Signals) -> int | None:
-    """Pass the signal on; the exit code of the work, None where it does not come to its end.
+    """Pass the signal on; return the worker's exit code, or None if it does not end in time.
 
-    A second signal, from somebody without patience, is not waited for.
+    A second signal from the user ends the waiting.
     """
     os.kill(worker, how)
     end = time.monotonic() + _PATIENCE_S
@@ -107,7 +107,7 @@ def _asked(worker: int, how: signal.Signals) -> int | None:
 
 
 def _ended(code: int, record: int) -> int:
-    """Return the exit code for that of the work, which is negative where a signal ended it."""
+    """Return the exit code for that of the worker, which is negative if a signal ended it."""
     if code >= 0:
         return code
     stopping.remove_left(stopping.read_record(record))
@@ -115,11 +115,11 @@ def _ended(code: int, record: int) -> int:
     if -code in (signal.SIGSEGV, signal.SIGBUS, signal.SIGABRT, signal.SIGFPE, signal.SIGILL):
         _say(
             f"a fault in the graphics driver or in a library ended the work ({name}). "
-            "`heatlens doctor` tries what there is."
+            "`heatlens doctor` checks this machine."
         )
         return _FAULT
     if -code == signal.SIGKILL:
-        _say("the work was killed from outside, as systems do where memory runs out")
+        _say("the work was killed from outside, as systems do when memory runs out")
     return 128 - code
 
 
@@ -143,7 +143,7 @@ def _kill(process: int) -> None:
 
 
 def _say(sentence: str) -> None:
-    """Print a sentence, also over a line of progress that the work left on the terminal."""
+    """Print a sentence, over any line of progress that the worker left on the terminal."""
     wipe = "\r\x1b[K" if sys.stderr.isatty() else ""
     sys.stderr.write(f"{wipe}heatlens: {sentence}\n")
     sys.stderr.flush()

@@ -1,4 +1,4 @@
-"""The lens on the command line: what is given wins, then the plate's header; each is said aloud."""
+"""The options of the lens: given values come first, then the plate's header; all are printed."""
 
 import argparse
 from collections.abc import Mapping
@@ -29,7 +29,7 @@ _GIVEN_WITH = {**_FLAGS, "focus_distance_m": f"{_FLAGS['focus_distance_m']} or -
 def add_lens_options(parser: argparse.ArgumentParser, can_pick: bool = True) -> None:
     """Add the group `lens` to `parser`: the values of a lens, --filmback and --focus-at.
 
-    `can_pick` False: without --focus-at, for what has no picture yet to pick from.
+    If `can_pick` is False, --focus-at is left out, because there is no picture to pick from yet.
     """
     group = parser.add_argument_group(
         "lens",
@@ -45,14 +45,14 @@ def add_lens_options(parser: argparse.ArgumentParser, can_pick: bool = True) -> 
     add_fields(focus, Lens, ["focus_distance_m"])
     if can_pick:
         focus.add_argument(
-            "--focus-at", metavar="X,Y", help="focus on what is seen at this pixel of the picture"
+            "--focus-at", metavar="X,Y", help="focus on the surface at this pixel of the picture"
         )
     add_fields(group, Lens, _OTHERS)
     add_kit_option(group)
 
 
 def sensor_width_of(args: argparse.Namespace) -> float | None:
-    """Return the millimetres of --sensor-width or --filmback; None where neither is given.
+    """Return the width in mm of --sensor-width or --filmback; None if neither is given.
 
     Raises InputError for an unknown film back.
     """
@@ -86,10 +86,10 @@ def _read_image(args: argparse.Namespace) -> None:
 
 
 def _measure_from_pupil(values: dict[str, Any]) -> None:
-    """Turn the focus that was given into one from the entrance pupil. Raises InputError."""
+    """Convert the given focus to a distance from the entrance pupil. Raises InputError."""
     start = values.get("measured_from", MeasuredFrom.PUPIL)
     if "pupil_offset_mm" in values and start is MeasuredFrom.PUPIL:
-        raise InputError("--pupil-offset counts where --distances-from film-plane is given.")
+        raise InputError("--pupil-offset needs --distances-from film-plane.")
     if "focus_distance_m" in values:
         offset_m = start.offset_m(values.get("pupil_offset_mm", 0.0))
         values["focus_distance_m"] -= offset_m
@@ -145,7 +145,7 @@ def lens_words(lens: Lens, sources: Mapping[str, str]) -> str:
 
 
 def _focus_words(lens: Lens) -> str:
-    """Return the focus as it is measured, and from where if that is not the pupil."""
+    """Return the focus as text, and from where it is measured if that is not the pupil."""
     told = format_distance(lens.focus_distance_m + lens.told_from_m)
     is_usual = lens.measured_from is MeasuredFrom.PUPIL
     return f"focus {told}" if is_usual else f"focus {told} from the {lens.measured_from.words}"
@@ -154,10 +154,10 @@ def _focus_words(lens: Lens) -> str:
 def _lens_of_coc(
     args: argparse.Namespace, plate: Plate, values: Mapping[str, Any]
 ) -> tuple[Lens, str]:
-    """Return a lens of which only the opening counts: the plate brings its circle of confusion."""
+    """Return a lens for a plate with circles of confusion, of which only the aperture is used."""
     if args.focus_at is not None:
         raise no_distances(plate)
-    said = ["lens: none needed, the plate brings its circle of confusion"]
+    said = ["lens: none needed, the plate holds circles of confusion"]
     ignored = (*attributes_of(Lens, (*_NEEDED, "model")), "filmback")
     given = [name for name in ignored if getattr(args, name) is not None]
     said += [f"--{name.replace('_', '-')} is not used" for name in given]

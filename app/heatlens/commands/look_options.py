@@ -1,6 +1,6 @@
-"""The options that say how light becomes a picture for the eye, the same for all that write one.
+"""The options of the view transform, which all commands that write display pictures share.
 
-What nobody says is as the window shows it: the first view of the OpenColorIO config in use.
+The default is what the window shows: the first view of the current OpenColorIO config.
 """
 
 import argparse
@@ -21,7 +21,7 @@ def add_look_options(parser: argparse.ArgumentParser) -> "argparse._ArgumentGrou
     """Add --ocio, --display, --view, --input-space, --gamma and --exposure; return their group."""
     group = parser.add_argument_group(
         "look",
-        "Of pictures and movies; EXR stays scene-linear. Not given, they look as in the window.",
+        "For pictures and movies; EXR stays scene-linear. The default looks as in the window.",
     )
     add_fields(group, LookOptions)
     return group
@@ -33,9 +33,9 @@ def look_of(args: argparse.Namespace) -> LookOptions:
 
 
 def color_header(path: Path | None, color_layer: str | None, eye: str | None = None) -> Header:
-    """Return the header of a plate's colours; it is empty where there is no plate.
+    """Return the header of a plate's colours; it is empty if there is no plate.
 
-    Also where the plate cannot be read, which is told when the plate itself is needed.
+    It is also empty if the plate cannot be read, which is reported when the plate is needed.
     """
     if path is None:
         return {}
@@ -46,10 +46,10 @@ def color_header(path: Path | None, color_layer: str | None, eye: str | None = N
 
 
 def transform_of(look: LookOptions, attributes: Header) -> ViewTransform:
-    """Return the view transform of the options for light whose header has `attributes`.
+    """Return the view transform of the options for a plate whose header has `attributes`.
 
-    Doubtful choices are reported. Raises InputError for a config that cannot be used, and for names
-    that it does not have.
+    Doubtful choices are printed. Raises InputError if the config cannot be used, or does not have
+    the given names.
     """
     config = _config(look)
     light = input_space_of(config, attributes, look.input_space or "")
@@ -68,7 +68,7 @@ def say_seen_through(transform: ViewTransform) -> None:
 
 
 def _config(look: LookOptions) -> ColorConfig | None:
-    """Load the config; return None for the plain curve, where it was asked for."""
+    """Load the config; return None if the plain sRGB curve was requested."""
     if look.view == PLAIN_VIEW and look.ocio is None and look.display is None:
         return None
     return load_color_config(look.ocio)

@@ -1,11 +1,11 @@
-"""The command `heatlens`: chooses the subcommand and turns errors into exit codes.
+"""The command `heatlens`: run the subcommand and turn errors into exit codes.
 
-Exit codes: 0 done, 1 `compare` found the pictures further apart than allowed, 2 something the
-user can mend, 70 a fault of heatlens, whose report is in a file, 130 stopped with Ctrl-C, 141
-nobody reads the output any more (`| head`).
+Exit codes: 0 success, 1 `compare` found a larger difference than allowed, 2 an error that the user
+can fix, 70 a fault of heatlens, whose report is in a file, 130 stopped with Ctrl-C, 141 the reader
+of the output has gone (`| head`).
 
-Only the module of the command that was asked for is imported. `commands.launch` calls this in a
-process of its own, which it ends when Ctrl-C is pressed.
+Only the module of the requested command is imported. `commands.launch` calls this in a separate
+process, which it ends when Ctrl-C is pressed.
 """
 
 import argparse
@@ -49,7 +49,7 @@ _COMMANDS = (
 
 
 class _Parser(argparse.ArgumentParser):
-    """Answers a wrong option in two lines; argparse would put the whole usage before them."""
+    """Reports a wrong option in two lines; argparse would print the whole usage before them."""
 
     def __init__(self, *args: Any, **options: Any) -> None:
         """Make a parser with the options that all commands have."""
@@ -59,11 +59,11 @@ class _Parser(argparse.ArgumentParser):
             "--quiet",
             action="store_true",
             default=argparse.SUPPRESS,
-            help="say nothing but results and errors",
+            help="print only results and errors",
         )
 
     def error(self, message: str) -> NoReturn:
-        """Exit code 2. Commands are parsed by this class too: argparse takes the parent's."""
+        """Exit with code 2. Subcommands use this class too, because argparse inherits it."""
         self.exit(2, f"heatlens: {message}\n`{self.prog} --help` explains.\n")
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> tuple[Any, list[str]]:
@@ -116,7 +116,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         args = build_parser(_needed(words)).parse_args(words)
         say_nothing(getattr(args, "quiet", False))
         code = int(args.run(args))
-        sys.stdout.flush()  # a reader that has gone is noticed here, not when Python ends
+        sys.stdout.flush()  # a closed pipe is noticed here, not when Python ends
         return code
     except HeatlensError as error:
         return _failed(error)
@@ -127,7 +127,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     except BrokenPipeError:
         _drop_output()
         return 128 + 13  # as the shell counts a program ended by SIGPIPE
-    except OSError as error:  # files are answered for where they are opened: this is a full disk
+    except OSError as error:  # errors of files are handled elsewhere: this is e.g. a full disk
         _drop_output()
         where = error.filename or "standard output"
         return _failed(InputError(f"{where}: {error.strerror or error}"))
@@ -144,18 +144,18 @@ def _with_command(argv: Sequence[str]) -> list[str]:
 
 
 def _needed(words: Sequence[str]) -> tuple[str, ...]:
-    """Return the command that is asked for; all of them for the help, none for the version."""
+    """Return the requested command; all commands for the help, none for the version."""
     if words[0] in _COMMANDS:
         return (words[0],)
     return () if words[0] in ("-V", "--version") else _COMMANDS
 
 
 def _drop_output() -> None:
-    """Send what is still buffered nowhere: it would raise once more when Python ends."""
+    """Discard buffered output, which would raise an error again when Python ends."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _failed(error: HeatlensError) -> int:
-    """Say it in one line, and return the exit code."""
+    """Print an error in one line, and return the exit code."""
     print(f"heatlens: {printable(str(error))}", file=sys.stderr)
     return _FAULT if isinstance(error, FaultError) else 2

@@ -1,4 +1,4 @@
-"""Commands that take one frame, told of many."""
+"""Check that a command for one frame was not given a sequence or a folder."""
 
 import os
 from pathlib import Path
@@ -8,11 +8,11 @@ from heatlens.sequence.names import parse_pattern
 
 
 def check_one_frame(path: Path) -> None:
-    """Raise InputError for a pattern or a folder, and name the command that takes these."""
+    """Raise InputError for a pattern or a folder; it names the command for these."""
     is_pattern = not os.path.exists(path) and parse_pattern(path.name) is not None
     if is_pattern or os.path.isdir(path):
         what = "a sequence" if is_pattern else "a folder"
         raise InputError(
-            f"{path} is {what}: `heatlens export` renders the frames of a sequence; here, name one "
-            "of them."
+            f"{path} is {what}: use `heatlens export` to render the frames of a sequence, or name "
+            "one frame here."
         )

@@ -1,4 +1,4 @@
-"""How far a picture has come, on a terminal: one line that is rewritten and then wiped."""
+"""Show the progress of a picture on a terminal, in one line that is rewritten and then cleared."""
 
 import sys
 import time
@@ -13,10 +13,10 @@ from heatlens.model.framing import Framing
 from heatlens.model.shot import Shot
 from heatlens.render import FrameRenderer
 
-_SILENT_S = 1.0  # a picture that is done sooner needs no news
-_PAUSE_S = 0.25  # between two lines; each one waits for the GPU
+_SILENT_S = 1.0  # no progress is shown for faster pictures
+_PAUSE_S = 0.25  # interval between updates, because each one waits for the GPU
 _WIPE = "\r\x1b[K"
-_VIEWS = ("view", "rays")  # steps that are each a whole picture from one point of the lens
+_VIEWS = ("view", "rays")  # steps that draw a whole picture from one point of the lens
 
 # The work before the first layer and behind the last one, in layers, and how much of a layer is
 # done when a pass of it begins. Means of `heatlens render --stats` on plates of 320 to 2048 pixels;
@@ -24,15 +24,15 @@ _VIEWS = ("view", "rays")  # steps that are each a whole picture from one point 
 _BEFORE, _BEHIND = 1.5, 0.3
 _DONE_AT = {"layer split": 0.0, "hidden fill": 0.15, "coc fill": 0.35, "blur": 0.5}
 _DONE_AT |= {"composite": 1.0, "highlights drawn": 1.0}
-_DRAWING = ("pinhole", "behind")  # steps of drawing a scene, which come before all others
+_DRAWING = ("pinhole", "behind")  # steps that draw a scene, which come before all others
 _FINDING = ("coc", "highlights found", "highlights listed", "fragments")
 
 
 @dataclass
 class LayerCount:
-    """How much of a picture in layers is done.
+    """The progress through the layers of a picture.
 
-    rounds  how often all layers are gone through: twice where alpha is blurred as well
+    rounds  how often all layers are processed: twice if alpha is blurred as well
     """
 
     rounds: int = 1
@@ -41,12 +41,12 @@ class LayerCount:
     _round: int = 0
 
     def begin_layer(self, done: int, layers: int) -> None:
-        """Take in that `done` layers of this round are finished."""
+        """Record that `done` layers of this round are finished."""
         self._round += done == 0
         self.done, self.layers = done, layers
 
     def share(self, name: str) -> float | None:
-        """Return the share, 0 to 1, that is done at the pass `name`; None before the layers."""
+        """Return the finished share, 0 to 1, at the pass `name`; None before the first layer."""
         if not self.layers:
             return None
         whole = _BEFORE + self.layers + _BEHIND
@@ -55,16 +55,16 @@ class LayerCount:
 
     @property
     def text(self) -> str:
-        """Return which layer is worked on: layer 2 of 6."""
+        """Return the current layer as text: layer 2 of 6."""
         of = f"layer {self.done + 1} of {self.layers}"
         return of if self.rounds == 1 else f"{of}, {'alpha' if self._round == 1 else 'colour'}"
 
 
 @dataclass
 class PictureCount:
-    """How much of a picture is done: of the scene's drawing, then of the layers.
+    """The progress of a picture: first through drawing the scene, then through the layers.
 
-    drawings   steps that the drawing of the scene takes; 0 for a plate, which is there
+    drawings   number of steps for drawing the scene; 0 for a plate
     """
 
     drawings: int
@@ -73,12 +73,12 @@ class PictureCount:
     drawn_s: float = 0.0  # when the last of those steps was done, in seconds from the start
 
     def take(self, name: str, seconds: float) -> None:
-        """Count the step `name`, which is done now, `seconds` after the start."""
+        """Count the step `name`, which was finished `seconds` after the start."""
         if name in _DRAWING:
             self.drawn, self.drawn_s = self.drawn + 1, seconds
 
     def text(self, name: str, seconds: float) -> str:
-        """Return what is worked on after the step `name`, and the time left where it is known."""
+        """Return the current work after the step `name` as text, with the time left if known."""
         if name in _DRAWING and self.drawn <= self.drawings:
             left_s = seconds / self.drawn * (self.drawings - self.drawn)
             return f"drawing the scene, about {time_text(left_s)} left"
@@ -96,13 +96,13 @@ def picture_progress(
 ) -> Iterator[Callable[[str], None]]:
     """Yield a function for the name of each step of a picture; it prints progress and time left.
 
-    Nothing is printed where `stream` (stderr) is no terminal.
+    Nothing is printed if `stream` (default stderr) is no terminal.
     """
     if shot.defocus.method.needs_scene:
         with view_progress(shot, stream) as tell_view:
             yield tell_view
         return
-    if not shows_progress(stream or sys.stderr):  # who listens waits for the GPU at each layer
+    if not shows_progress(stream or sys.stderr):  # showing progress waits for the GPU at each layer
         yield lambda _: None
         return
     count, start = PictureCount(_drawings(renderer, shot)), time.perf_counter()
@@ -125,7 +125,7 @@ def picture_progress(
 
 
 def _drawings(renderer: FrameRenderer, shot: Shot) -> int:
-    """Return the steps of drawing the scene; 0 for a plate."""
+    """Return the number of steps for drawing the scene; 0 for a plate."""
     if renderer.scene is None:
         return 0
     from heatlens.scene_gpu.scene_renderer import drawing_steps  # plates do without
@@ -161,10 +161,10 @@ Write = Callable[..., None]
 
 @contextmanager
 def _line(stream: TextIO | None) -> Iterator[Write]:
-    """Yield a function that writes one line over the other, and clear the line at the end.
+    """Yield a function that overwrites one line, and clear the line at the end.
 
-    It is given a function that makes the text from the seconds so far, and a function to wait for
-    before that. It writes neither too soon nor too often.
+    Its arguments are a function that makes the text from the elapsed seconds, and one to wait for
+    before that. It writes nothing at first, and then not too often.
     """
     out = stream or sys.stderr
     if not shows_progress(out):

@@ -1,4 +1,4 @@
-"""The options that say how a scene leaves as a plate, and that plate."""
+"""The options for writing a scene as a plate, and the plate itself."""
 
 import argparse
 
@@ -13,7 +13,9 @@ from heatlens.render import FrameRenderer
 def add_pinhole_options(parser: argparse.ArgumentParser) -> None:
     """Add --pinhole, --overscan and --deep."""
     parser.add_argument(
-        "--pinhole", action="store_true", help="of a scene: colour and Z without a lens, as a plate"
+        "--pinhole",
+        action="store_true",
+        help="write a scene's colour and Z without a lens, as a plate",
     )
     parser.add_argument(
         "--overscan",
@@ -25,7 +27,7 @@ def add_pinhole_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--deep",
         action="store_true",
-        help="with --pinhole: a deep EXR, with what lies behind the picture",
+        help="with --pinhole: a deep EXR, with the surfaces behind the picture",
     )
 
 
@@ -33,28 +35,28 @@ def _overscan(text: str) -> int | str:
     if text == AUTO:
         return text
     if not text.isdecimal():
-        raise argparse.ArgumentTypeError(f"{text!r} is not a number of pixels, and not auto.")
+        raise argparse.ArgumentTypeError(f"{text!r} is neither a number of pixels nor auto.")
     return int(text)
 
 
 def pinhole_options(args: argparse.Namespace) -> PinholeOptions:
-    """Return what the options say."""
+    """Return the pinhole options as a value."""
     return PinholeOptions(args.overscan, args.deep)
 
 
 def check_pinhole_options(
     args: argparse.Namespace, is_exr: bool, has_lens: bool = False, usual: str | None = None
 ) -> None:
-    """Raise InputError for --overscan and --deep where they mean nothing.
+    """Raise InputError for --overscan and --deep where they have no effect.
 
-    `has_lens`: a shot file tells the lens. `usual` is the compression that nobody asked for.
+    `has_lens` is True if a shot file defines the lens; `usual` is the default compression.
     """
     names = {"--overscan": args.overscan is not None, "--deep": args.deep}
     wrong = [name for name, is_given in names.items() if is_given]
     if wrong and not args.pinhole:
         raise InputError(
-            f"{' and '.join(wrong)}: what a scene has around and behind its picture is used by "
-            "itself; these options write it to a plate. Give --pinhole too."
+            f"{' and '.join(wrong)}: the surroundings of a scene's picture are always used; these "
+            "options write them to a plate. Give --pinhole too."
         )
     if wrong and not is_exr:
         raise InputError(f"{' and '.join(wrong)}: {args.output} is not an EXR file.")
@@ -63,15 +65,15 @@ def check_pinhole_options(
     is_told = has_lens or None not in (args.f_stop, args.focus_distance)
     if args.overscan == AUTO and not is_told:
         raise InputError(
-            "--overscan auto: how much blurs in depends on the lens. Give --f-stop and "
-            "--focus-distance, or --overscan with a number of pixels."
+            "--overscan auto depends on the lens. Give --f-stop and --focus-distance, or "
+            "--overscan with a number of pixels."
         )
 
 
 def rendered_plate(
     args: argparse.Namespace, renderer: FrameRenderer, shot: Shot, frame: int
 ) -> Plate:
-    """Return the scene's picture as the options wish it; say what it has around and behind it."""
+    """Return the scene's picture according to the options; print its overscan and surfaces."""
     plate = pinhole_plate(renderer, shot, frame, pinhole_options(args), args.output)
     if args.overscan == AUTO:
         margin_px = -plate.data_window.x0

@@ -1,4 +1,4 @@
-"""`-` for a file: standard input as a plate, standard output as a picture."""
+"""Accept `-` for a file: standard input as a plate, standard output for a picture."""
 
 import shutil
 import sys
@@ -11,7 +11,7 @@ from heatlens.errors import InputError
 from heatlens.stopping import unfinished
 
 DASH = "-"
-# How files begin, and the ends of the names by which they are read.
+# The first bytes of files -> the extension with which they are read.
 _MAGIC = {
     b"\x76\x2f\x31\x01": ".exr",
     b"\x89PNG": ".png",
@@ -26,8 +26,7 @@ _MAGIC = {
 def file_of_input(path: Path) -> Iterator[Path]:
     """Yield `path`; for `-` a temporary file with the content of standard input.
 
-    Raises InputError for what is no picture, and for a terminal, where somebody would have to type
-    it.
+    Raises InputError if it is no picture, or if standard input is a terminal.
     """
     if str(path) != DASH:
         yield path
@@ -49,7 +48,7 @@ def file_of_input(path: Path) -> Iterator[Path]:
 def file_for_output(path: Path) -> Iterator[Path]:
     """Yield `path`; for `-` an EXR to write, which then goes to standard output.
 
-    Raises InputError where that is a terminal.
+    Raises InputError if that is a terminal.
     """
     if str(path) != DASH:
         yield path
@@ -65,7 +64,7 @@ def file_for_output(path: Path) -> Iterator[Path]:
 
 @contextmanager
 def _folder() -> Iterator[Path]:
-    """Yield a temporary folder, and remove it whatever happens."""
+    """Yield a temporary folder, and remove it in any case."""
     folder = Path(tempfile.mkdtemp(prefix="heatlens-"))
     with unfinished(folder):
         try:

@@ -1,4 +1,4 @@
-"""The options that say how to read a plate, the same for every command that reads one."""
+"""The options for reading a plate, which all commands that read one share."""
 
 import argparse
 
@@ -13,9 +13,9 @@ def add_plate_options(parser: argparse.ArgumentParser) -> None:
 
 
 def plate_options(args: argparse.Namespace) -> PlateOptions:
-    """Return what `args` say; lens and film back count where the command has options for them.
+    """Return the plate options, with lens and film back if the command has options for them.
 
-    Raises HeatlensError for a unit or a film back that is none.
+    Raises HeatlensError for an unknown unit or film back.
     """
     return PlateOptions(
         focal_length_mm=getattr(args, "focal_length", None),

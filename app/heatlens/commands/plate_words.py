@@ -1,4 +1,4 @@
-"""What a command says of a plate and of the lens in front of it, before it starts to work."""
+"""Print how a plate was read, and doubts about the lens, before a command starts to work."""
 
 from collections.abc import Iterable
 
@@ -17,9 +17,9 @@ from heatlens.source.named import source_of
 
 
 def say_plate(plate: Plate, lens: Lens, said_of_lens: str, options: PlateOptions) -> None:
-    """Print how the depth was read and why, every repair, the lens, and what is implausible.
+    """Print how the depth was read and why, all repairs, the lens, and doubts.
 
-    Raises InputError for the first doubt where `options` are strict.
+    Raises InputError for the first doubt if `options` are strict.
     """
     say_reading(plate, said_of_lens)
     say_breathing(lens, plate)
@@ -27,44 +27,44 @@ def say_plate(plate: Plate, lens: Lens, said_of_lens: str, options: PlateOptions
 
 
 def say_breathing(lens: Lens, plate: Plate | None) -> None:
-    """Print what breathing does to the picture of a plate, or of a scene; nothing without any."""
+    """Print the effect of breathing on the picture of a plate or a scene, if there is any."""
     note = breathing_note(lens, None if plate is None else room_of(plate))
     if note:
         say(note)
 
 
 def say_reading(plate: Plate, said_of_lens: str) -> None:
-    """Print how the depth was read and why, every repair, and the lens."""
+    """Print how the depth was read and why, all repairs, and the lens."""
     depth = plate.depth
     say(f"depth: {depth.channel} taken as {depth.convention}, {depth.kind}. {depth.why}")
     say(*plate.notes, said_of_lens)
 
 
 def say_doubts_of_shot(shot: Shot, plate: Plate | None) -> None:
-    """Print what is implausible about a shot's lens at any key, in front of its `first_plate`.
+    """Print doubts about a shot's lens at its keys, for the depths of its `first_plate`.
 
-    What breathing does is said too.
+    The effect of breathing is printed too.
     """
     say_breathing(shot.lens, plate)
     if plate is None:
         return
     lenses = [shot.lens_at(frame) for frame in shot.key_frames] or [shot.lens]
     span = depth_span(plate, shot.plate_options.scene_unit_m)
-    if all(doubts(lens, span) for lens in lenses):  # a pull may well begin in front of everything
+    if all(doubts(lens, span) for lens in lenses):  # a pull may begin in front of all surfaces
         say_doubts(plate, lenses[0], shot.plate_options)
 
 
 def overscan_of_shot(shot: Shot, plate: Plate | None, frames: Iterable[int]) -> OverscanNeed | None:
-    """Return the overscan of some frames, as far as the depths of the `first_plate` tell."""
+    """Return the overscan that some frames need, for the depths of the `first_plate`."""
     if plate is None:
         return None
     return overscan_need(plate, {frame: shot.lens_at(frame) for frame in frames})
 
 
 def first_plate(shot: Shot) -> Plate | None:
-    """Return the first plate of a shot; None for a scene, and where it cannot be read.
+    """Return the first plate of a shot; None for a scene, and if it cannot be read.
 
-    What is wrong with it is told when the frame's turn comes; perhaps the plates come later.
+    An error is reported when the frame is rendered; the plates may appear later.
     """
     try:
         first = None if shot.source is None else source_of(shot).first_file
@@ -74,9 +74,9 @@ def first_plate(shot: Shot) -> Plate | None:
 
 
 def say_doubts(plate: Plate, lens: Lens, options: PlateOptions) -> None:
-    """Print what is implausible about this lens in front of these depths.
+    """Print doubts about this lens for the depths of the plate.
 
-    Refuse it where strict.
+    Raises InputError for the first one if `options` are strict.
     """
     if not plate.has_distances:
         return

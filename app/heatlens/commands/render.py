@@ -1,4 +1,4 @@
-"""`heatlens render`: one plate through a lens, to an EXR or a PNG."""
+"""`heatlens render`: render one plate or scene through a lens, to an EXR or a PNG."""
 
 import argparse
 import time
@@ -47,11 +47,11 @@ from heatlens.scene.scene_read import files_of_scene
 from heatlens.source.kind import kind_of
 from heatlens.source.named import single_source
 
-_PACKED = 0.1  # what is left of a picture that packs well
+_PACKED = 0.1  # size of a well compressed picture, as a part of its uncompressed size
 _DESCRIPTION = """\
 Puts a lens in front of a pinhole plate (EXR with colour and depth) or a 3D scene (glTF, OBJ, PLY,
 USD) and writes the picture: EXR scene-linear with the lens in its header, or PNG, JPEG or TIFF for
-a look.
+viewing.
 """
 _EPILOG = """\
 examples:
@@ -88,7 +88,7 @@ def _add_output_options(parser: argparse.ArgumentParser) -> None:
         "--output",
         type=Path,
         required=True,
-        help=".exr; .png, .jpg or .tif for the eye, 8 bits; or - for an EXR on standard output",
+        help=".exr; .png, .jpg or .tif for viewing, 8 bits; or - for an EXR on standard output",
     )
     add_pinhole_options(parser)
     parser.add_argument("--float", action="store_true", help="32-bit float EXR (default: half)")
@@ -101,7 +101,7 @@ def _add_output_options(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Read, render, write; say what was decided on the way."""
+    """Read, render and write a picture; print all decisions."""
     is_piped = str(args.output) == DASH
     with file_of_input(args.plate) as plate, file_for_output(args.output) as output:
         args.plate, args.output = plate, output
@@ -157,7 +157,7 @@ def _render(args: argparse.Namespace) -> None:
 
 
 def _check_room(args: argparse.Namespace, shot: Shot, renderer: FrameRenderer) -> None:
-    """Raise InputError where the disk has less room than the compressed picture takes."""
+    """Raise InputError if the disk has less space than the compressed picture needs."""
     width, height = renderer.size(shot)
     values = 4 * width * height * shot.defocus.proxy**2
     need = values * (4 if args.float else 2) * _PACKED if _is_exr(args) else 0.0
@@ -171,7 +171,7 @@ def _picture(
     frame: int,
     tell: Callable[[str], None],
 ) -> tuple[Plate, FloatArray]:
-    """Return the plate and the pixels that are written."""
+    """Return the plate and the pixels to write."""
     if args.pinhole:
         plate = rendered_plate(args, renderer, shot, frame)
         return plate, plate.color
@@ -187,13 +187,13 @@ def _check_look(args: argparse.Namespace) -> None:
     wrong = given(args, add_look_options)
     if wrong and _is_exr(args):
         raise InputError(
-            f"{', '.join(wrong)}: an EXR stays scene-linear for the work that follows. Write a PNG "
-            "beside it."
+            f"{', '.join(wrong)}: an EXR stays scene-linear for further work. Write a PNG in "
+            "addition."
         )
 
 
 def _kept_names(args: argparse.Namespace, settings: DefocusSettings) -> tuple[str, ...]:
-    """Return the channels to keep; refuse what only an EXR of a plate at its own size can have."""
+    """Return the channels to keep; refuse options that need an EXR of a plate at full size."""
     for_exr = {"--compression": args.compression, "--keep-channels": args.keep_channels}
     wrong = [option for option, value in for_exr.items() if value]
     if wrong and not _is_exr(args):
@@ -207,7 +207,7 @@ def _kept_names(args: argparse.Namespace, settings: DefocusSettings) -> tuple[st
 
 
 def _encode(args: argparse.Namespace) -> Encode:
-    """Return the encoding: the view transform, but scene-linear light for EXR."""
+    """Return the encoding for the output: the view transform, which an EXR does not use."""
     if _is_exr(args):
         return srgb_encoded
     first = single_source(args.plate, plate_options(args)).first_file

@@ -1,4 +1,4 @@
-"""What a command says: its result, and sentences beside it."""
+"""Print the result of a command to stdout, and messages to stderr."""
 
 import sys
 from typing import TextIO
@@ -15,19 +15,16 @@ def say_nothing(is_quiet: bool) -> None:
 
 
 def shows_progress(stream: TextIO) -> bool:
-    """Return whether somebody who wants to see progress looks at `stream`."""
+    """Return whether progress should be shown on `stream`: a terminal, without `--quiet`."""
     return stream.isatty() and not _is_quiet
 
 
 def tell(text: str, keep: str = "") -> None:
-    """Print a result on stdout, at once; what would steer a terminal is written out, but `keep`."""
+    """Print a result on stdout and flush; control characters except `keep` are escaped."""
     print(printable(text, keep), flush=True)
 
 
 def say(*sentences: str) -> None:
-    """Print each sentence on a line of its own on stderr, at once.
-
-    What follows may take minutes.
-    """
+    """Print each sentence on its own line on stderr, and flush, unless `--quiet` is set."""
     for sentence in () if _is_quiet else sentences:
         print(f"heatlens: {printable(sentence)}", file=sys.stderr, flush=True)

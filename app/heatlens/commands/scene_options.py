@@ -1,4 +1,4 @@
-"""The options that say how a 3D scene is looked at, and the first shot that they make of it."""
+"""The options for viewing a 3D scene, and the first shot of a scene with these options."""
 
 import argparse
 import re
@@ -32,14 +32,14 @@ def add_framing_options(
 
     `has_rate` says that the command has an option --fps already.
     """
-    group = parser.add_argument_group("3D scene", "How it is looked at; plates do not ask.")
+    group = parser.add_argument_group("3D scene", "How it is viewed; not for plates.")
     group.add_argument(
         "--size", type=size_of, metavar="WxH", help="of the picture (default 1280x720)"
     )
     group.add_argument(
         "--scene-camera",
         metavar="NAME",
-        help="camera of the scene to look through (default: its first; without one, all is seen)",
+        help="camera of the scene to use (default: its first; without one, the view shows it all)",
     )
     add_timing_options(group, has_rate)
     add_placing_options(group)
@@ -52,7 +52,7 @@ def add_placing_options(group: "argparse._ArgumentGroup") -> None:
         "--up-axis",
         type=axis_of,
         metavar="x|y|z",
-        help="axis that is up in a PLY, STL or OBJ, which do not say it (default: a guess)",
+        help="up axis of a PLY, STL or OBJ, which do not define it (default: a guess)",
     )
     group.add_argument(
         "--meters-per-unit",
@@ -64,7 +64,7 @@ def add_placing_options(group: "argparse._ArgumentGroup") -> None:
 
 
 def placing_of(args: argparse.Namespace) -> Placing:
-    """Return what the options say of a scene whose file does not say it."""
+    """Return the given up axis and unit for a scene whose file does not define them."""
     return Placing(args.up_axis, args.meters_per_unit)
 
 
@@ -94,14 +94,14 @@ def size_of(text: str) -> tuple[int, int]:
 
 
 def shot_of_scene(args: argparse.Namespace, text: str) -> FirstShot:
-    """Return the shot that options for lens and framing make of the scene called `text`.
+    """Return the first shot of the scene `text` with the lens and the framing of the options.
 
-    Raises InputError where the scene cannot be read, has no such camera, or the lens lacks a value.
+    Raises InputError if the scene cannot be read or has no such camera, or the lens lacks a value.
     """
     if args.focus_at is not None:
         raise InputError(
-            "--focus-at needs a picture to look at, and a scene has none before it is rendered: "
-            "give --focus-distance."
+            "--focus-at needs a picture, and a scene has none before it is rendered: give "
+            "--focus-distance."
         )
     return _checked(args, text, _first_shot(args, text))
 
@@ -109,11 +109,10 @@ def shot_of_scene(args: argparse.Namespace, text: str) -> FirstShot:
 def load_scene(
     args: argparse.Namespace, renderer: "FrameRenderer", defocus: DefocusSettings
 ) -> tuple[Shot, int, tuple[str, ...]]:
-    """Take the scene that `args.plate` names to the GPU.
+    """Load the scene that `args.plate` names to the GPU.
 
     Return the shot, the frame, and sentences on the scene and on each value of the lens. Raises
-    InputError where the scene cannot be read or has no such frame, or no lens can be made of the
-    options.
+    InputError if the scene cannot be read or has no such frame, or the lens is not complete.
     """
     text = str(args.plate)
     first = _first_shot(args, text)
@@ -130,7 +129,7 @@ def load_scene(
 
 
 def with_framing(args: argparse.Namespace, shot: Shot) -> Shot:
-    """Return the shot with the size and the camera that were given."""
+    """Return the shot with the given size and camera."""
     framing = shot.framing or Framing()
     if args.size is not None:
         framing = replace(framing, width_px=args.size[0], height_px=args.size[1])
@@ -144,16 +143,13 @@ def with_framing(args: argparse.Namespace, shot: Shot) -> Shot:
 
 
 def said_of_lens(args: argparse.Namespace, first: FirstShot, frame: int) -> str:
-    """Return the lens at a frame in words, and the origin of each value."""
+    """Return a sentence on the lens at a frame, with the origin of each value."""
     words = lens_words(first.shot.lens_at(frame), {**first.sources, **sources_of(args)})
     return f"lens at frame {frame}: {words}"
 
 
 def check_frames(what: str, span: FrameRange | None, frames: Iterable[int]) -> None:
-    """Raise InputError that names those of `frames` outside `span`.
-
-    None means that nothing moves.
-    """
+    """Raise InputError that names those of `frames` outside `span`; None allows all frames."""
     wrong = [frame for frame in frames if span is not None and frame not in span]
     if wrong and span is not None:
         more = f" and {len(wrong) - 1} more" if len(wrong) > 1 else ""
@@ -170,7 +166,7 @@ def _first_shot(
 
 
 def _checked(args: argparse.Namespace, text: str, first: FirstShot) -> FirstShot:
-    """Raise InputError where the f-stop or the focus is missing: blur is not made up.
+    """Raise InputError if the f-stop or the focus is missing, because blur must not be assumed.
 
     A picture without a lens needs neither.
     """
@@ -178,5 +174,5 @@ def _checked(args: argparse.Namespace, text: str, first: FirstShot) -> FirstShot
     missing = [option for name, option in needed.items() if name in first.assumed]
     if missing and not getattr(args, "pinhole", False):
         options = " and ".join(missing)
-        raise InputError(f"{text}: a scene does not describe the whole lens. Give {options}.")
+        raise InputError(f"{text}: the scene does not define the whole lens. Give {options}.")
     return first

@@ -1,4 +1,4 @@
-"""`heatlens shot`: a shot as a file, made and looked at without a window."""
+"""`heatlens shot`: make and show shot files without a window."""
 
 import argparse
 

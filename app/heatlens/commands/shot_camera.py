@@ -1,4 +1,4 @@
-"""A camera file on the command line: it stands in for options of the lens that are not given."""
+"""The option --camera: a camera file supplies the lens options that are not given."""
 
 import argparse
 from collections.abc import Collection
@@ -10,7 +10,7 @@ from heatlens.commands.say import say
 from heatlens.model.shot import LensParameter, Shot
 from heatlens.model.units import format_distance
 
-# Field of Lens -> the options that decide it. The camera's value goes in the place of the first.
+# Field of Lens -> the options that set it. The camera's value is used for the first one.
 _OPTIONS = {
     "focal_length_mm": ("focal_length",),
     "f_stop": ("f_stop",),
@@ -22,7 +22,7 @@ _OPTIONS = {
 
 
 def add_camera_option(parser: argparse.ArgumentParser, wins: str = "options and --key") -> None:
-    """Add --camera; `wins` names what overrules its values."""
+    """Add --camera; `wins` names what overrides its values."""
     parser.add_argument(
         "--camera",
         "--lens-from",
@@ -40,9 +40,9 @@ def camera_of(args: argparse.Namespace) -> CameraSamples | None:
 
 
 def checked_camera_of(args: argparse.Namespace, kept: Collection[str]) -> CameraSamples | None:
-    """Return the camera of the options, after a check that a shot can have its lens.
+    """Return the camera of the options, after checking that its lens is possible for a shot.
 
-    Fields in `kept` are not taken from the camera, and not checked.
+    The fields in `kept` are not taken from the camera, and not checked.
     """
     camera = camera_of(args)
     if camera is not None:
@@ -52,7 +52,7 @@ def checked_camera_of(args: argparse.Namespace, kept: Collection[str]) -> Camera
 
 
 def decided_otherwise(args: argparse.Namespace, keyed: Collection[LensParameter]) -> frozenset[str]:
-    """Return the fields of the lens that options or keys give."""
+    """Return the fields of the lens that are set by options or keys."""
     given = {
         field
         for field, options in _OPTIONS.items()
@@ -64,17 +64,17 @@ def decided_otherwise(args: argparse.Namespace, keyed: Collection[LensParameter]
 def with_camera_values(
     args: argparse.Namespace, camera: CameraSamples, kept: Collection[str]
 ) -> argparse.Namespace:
-    """Return the options, with the camera's first values where none are given."""
+    """Return the options, with the camera's first values for missing ones."""
     filled = argparse.Namespace(**vars(args))
     for field, first in first_values(camera, kept).items():
-        # The focus is text on the command line, for it can carry a unit.
+        # The focus is text on the command line, because it can have a unit.
         value = repr(first) if field == "focus_distance_m" else first
         setattr(filled, _OPTIONS[field][0], value)
     return filled
 
 
 def said_of(camera: CameraSamples, shot: Shot, text: str, kept: Collection[str]) -> str:
-    """Return which camera was taken, from where, and which of its values."""
+    """Return a sentence on the camera that was used, its file, and the values taken from it."""
     frames = f", frames {camera.frame_range}" if camera.frame_range else ""
     tracks = lens_tracks(camera, kept)
     taken = [

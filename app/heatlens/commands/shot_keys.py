@@ -1,4 +1,4 @@
-"""Keys and focus marks as they are typed: `focus@1001=0.94:linear`, `A=6'3"`, `B@960,540`."""
+"""Parse keys and focus marks as typed: `focus@1001=0.94:linear`, `A=6'3"`, `B@960,540`."""
 
 import re
 
@@ -9,7 +9,7 @@ from heatlens.model.marks import DistanceMark, Mark, PointMark
 from heatlens.model.shot import LensParameter
 from heatlens.model.units import parse_distance_m
 
-# Parameter as it is typed -> what it is, and the lens option that its first key stands for.
+# Typed name -> the parameter, and the lens option that its first key replaces.
 KEYED = {
     "focus": (LensParameter.FOCUS_DISTANCE, "focus_distance"),
     "f-stop": (LensParameter.F_STOP, "f_stop"),
@@ -23,7 +23,7 @@ Keys = dict[LensParameter, list[Key]]
 
 
 def keys_of(texts: list[str]) -> Keys:
-    """Parse the keys of each parameter by their frames. Raises InputError for an invalid key."""
+    """Parse keys into a list for each parameter. Raises InputError for an invalid key."""
     keys: Keys = {}
     for text in texts:
         match = _KEY.fullmatch(text)

@@ -1,4 +1,4 @@
-"""`heatlens shot new`: a shot file from options, before there is a single frame if need be."""
+"""`heatlens shot new`: write a shot file from options, even before the first frame exists."""
 
 import argparse
 import os
@@ -45,7 +45,7 @@ from heatlens.source.kind import SourceKind, kind_of
 
 _DESCRIPTION = """\
 Writes a shot file: the plate or 3D scene, the lens with its keys, focus marks, frames and blur. The
-plate's frames may come later, unless the lens is to be taken from their header.
+plate's frames may be rendered later, unless the lens is to be taken from their header.
 """
 _EPILOG = """\
 examples:
@@ -103,7 +103,7 @@ def _add_time_options(parser: argparse.ArgumentParser) -> None:
         "--focus-interpolation",
         choices=FOCUS_SCALES,
         default="dioptres",
-        help="focus goes from key to key in dioptres, as a focus ring (default), or in metres",
+        help="interpolate focus between keys in dioptres, like a focus ring (default), or metres",
     )
     group.add_argument(
         "--frames", metavar="FIRST-LAST", help="default: those of the plate, else of the keys"
@@ -118,12 +118,12 @@ def _add_time_options(parser: argparse.ArgumentParser) -> None:
         help="timecode of the first frame (default: what the headers of the plates tell)",
     )
     group.add_argument(
-        "--close-focus", metavar="DISTANCE", help="nearest focus of the lens, to be warned of"
+        "--close-focus", metavar="DISTANCE", help="nearest focus of the lens, for warnings"
     )
 
 
 def run(args: argparse.Namespace) -> int:
-    """Write the shot; say what was found, and where focus is nearer than the lens goes."""
+    """Write the shot; print what was found, and frames nearer than the close focus."""
     _check_output(args.output, args.overwrite)
     shot = _piped_shot(args) if args.plate == DASH else _shot_of(args)
     write_shot(args.output, shot)
@@ -136,18 +136,18 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _piped_shot(args: argparse.Namespace) -> Shot:
-    """Return the shot of a plate on standard input, which cannot be found again by any name."""
+    """Return the shot of a plate on standard input, which has no name to find it again."""
     with file_of_input(Path(DASH)) as plate:
         shot = _shot_of(argparse.Namespace(**{**vars(args), "plate": str(plate)}))
     say(
-        "standard input has no file name, so the shot names no plate: "
-        "`heatlens export --plate` names one."
+        "standard input has no file name, so the shot names no plate: give one with "
+        "`heatlens export --plate`."
     )
     return replace(shot, source=None)
 
 
 def _shot_of(args: argparse.Namespace) -> Shot:
-    """Return the shot of the options, each key checked on the lens."""
+    """Return the shot of the options, after checking each key."""
     keys = keys_of(args.key)
     camera = camera_of(args)
     kept = decided_otherwise(args, keys)
@@ -167,7 +167,7 @@ def _shot_of(args: argparse.Namespace) -> Shot:
 
 
 def _say_outside(shot: Shot) -> None:
-    """Warn of keys outside the shot: they may lead into it, but are mostly typing mistakes."""
+    """Warn of keys outside the shot, which are allowed but mostly typing mistakes."""
     span = shot.frames
     outside = [f"{frame:g}" for frame in shot.key_frames if span is not None and frame not in span]
     if outside:
@@ -176,7 +176,7 @@ def _say_outside(shot: Shot) -> None:
 
 
 def _begun_with_plates(args: argparse.Namespace, camera: CameraSamples | None) -> Shot:
-    """Return a shot with the plate's files, lens, frames and rate."""
+    """Return a shot with the files, lens, frames and frame rate of a plate."""
     lens, sequence = _lens_and_sequence(args)
     return Shot(
         lens,
@@ -187,7 +187,7 @@ def _begun_with_plates(args: argparse.Namespace, camera: CameraSamples | None) -
 
 
 def _begun_in_scene(args: argparse.Namespace, camera: CameraSamples | None) -> Shot:
-    """Return a shot with the scene, the lens of its camera, frames, rate and framing."""
+    """Return a shot with a scene, and the lens, frames, rate and framing of its camera."""
     first = shot_of_scene(args, args.plate)
     shot = first.shot
     say(*first.scene.notes)
@@ -198,7 +198,7 @@ def _begun_in_scene(args: argparse.Namespace, camera: CameraSamples | None) -> S
 
 
 def _with_options(args: argparse.Namespace, shot: Shot) -> Shot:
-    """Return the shot with what neither plate nor scene states."""
+    """Return the shot with the values that come only from options."""
     if args.close_focus is not None:
         shot = replace(
             shot,
@@ -228,7 +228,7 @@ def _with_keys(shot: Shot, keys: Keys) -> Shot:
 
 
 def _from_pupil(camera: CameraSamples, lens: Lens) -> CameraSamples:
-    """Return the camera with distances from the entrance pupil, where they were from elsewhere."""
+    """Return the camera with its focus distances converted to distances from the entrance pupil."""
     if camera.focus_distance_m is None or not lens.told_from_m:
         return camera
     focus_m = tuple(distance_m - lens.told_from_m for distance_m in camera.focus_distance_m)
@@ -256,13 +256,13 @@ def _with_first_keys(args: argparse.Namespace, keys: Keys) -> argparse.Namespace
 
 def _say_unused(args: argparse.Namespace, option: str) -> None:
     if getattr(args, option) is not None:
-        say(f"--{option.replace('_', '-')} is not used: keys say it at every frame.")
+        say(f"--{option.replace('_', '-')} is not used: keys set it at every frame.")
 
 
 def _lens_and_sequence(args: argparse.Namespace) -> tuple[Lens, Sequence | None]:
-    """Return the lens and the plate's files, which may be missing where no header is needed.
+    """Return the lens and the plate's files, which may be missing if no header is needed.
 
-    Whose discs the lens makes is told by the header of the first file, unless an option tells it.
+    The header of the first file decides the lens model, unless an option does.
     """
     lens = _lens_of_options(args)
     try:
@@ -291,7 +291,7 @@ def _camera_header(sequence: Sequence) -> CameraHeader:
 
 
 def _source_of(plate: str, sequence: Sequence | None) -> str:
-    """Return the pattern of the files; as typed where there are none, or it names frames itself."""
+    """Return the pattern of the files, or the typed text if there are none or it names frames."""
     if sequence is None or sequence.frame_range is not None:
         return os.path.expanduser(plate)
     return sequence.pattern
@@ -300,7 +300,7 @@ def _source_of(plate: str, sequence: Sequence | None) -> str:
 def _frames_of(
     args: argparse.Namespace, sequence: Sequence | None, camera: CameraSamples | None
 ) -> FrameRange | None:
-    """Return the given frames, else the plate's, else the camera's; None for a still."""
+    """Return the given frames, else those of the plate or the camera; None for a still."""
     if args.frames:
         return parse_frame_range(args.frames)
     if sequence is None or sequence.is_single:
@@ -315,14 +315,14 @@ def _rate_of(args: argparse.Namespace, camera: CameraSamples | None) -> float:
 
 
 def _lens_of_options(args: argparse.Namespace) -> Lens | None:
-    """Return the lens, where the options give all of it."""
+    """Return the lens if the options define it completely, else None."""
     given = given_lens(args)
     needed = {"focal_length_mm", "f_stop", "focus_distance_m", "sensor_width_mm"}
     return Lens(**given) if needed <= set(given) else None
 
 
 def _lens_of_header(args: argparse.Namespace, sequence: Sequence) -> Lens:
-    """Return the lens of the options and the header of the first frame together."""
+    """Return the lens of the options, completed by the header of the first frame."""
     options = plate_options(args)
     plate = read_plate(sequence.path_at(sequence.present[0]), options)
     lens, said = lens_of(args, plate)

@@ -1,4 +1,4 @@
-"""`heatlens shot sheet`: the pull of a shot on one page, for the first assistant on the set."""
+"""`heatlens shot sheet`: write the focus pull of a shot on one page, for the first assistant."""
 
 import argparse
 import json
@@ -24,9 +24,9 @@ from heatlens.source.named import source_of
 
 _SUFFIXES = (".html", ".htm")
 _DESCRIPTION = """\
-Writes one page (HTML, pictures in it, to be printed or read on a phone) with a row for each key of
-the focus: its picture through the lens, frame, timecode, the mark in focus, the distance in metres
-and feet, the limits of what is sharp, and the stop. The same rows are written beside it as CSV.
+Writes one page (HTML with its pictures, for print or a phone) with a row for each focus key: its
+picture through the lens, frame, timecode, the mark in focus, the distance in metres and feet, the
+depth of field, and the stop. The same rows are written beside it as CSV.
 """
 _EPILOG = """\
 examples:
@@ -98,7 +98,7 @@ def _shot_of(args: argparse.Namespace) -> Shot:
 
 
 def _frames_of(args: argparse.Namespace, shot: Shot) -> FrameRange:
-    """Return the frames to list: those asked for, else from in to out, else all that there are."""
+    """Return the frames to list: the given ones, else those from in to out, else all."""
     if args.frames:
         return parse_frame_range(args.frames)
     frames = source_of(shot).frames_of(shot)
@@ -112,7 +112,7 @@ def _look_of(args: argparse.Namespace, shot: Shot) -> Look:
 
 
 def _progress(kind: str, count: int) -> Callable[[int], None]:
-    """Return what to call after each picture."""
+    """Return a function to call after each picture, which prints the progress."""
 
     def for_programs(done: int) -> None:
         tell(json.dumps({"event": "frame", "done": done, "frames": count}))

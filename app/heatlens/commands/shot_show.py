@@ -1,4 +1,4 @@
-"""`heatlens shot show`: what is in a shot file, down to the lens at every frame."""
+"""`heatlens shot show`: print a shot file, including the lens at every frame."""
 
 import argparse
 import json
@@ -22,8 +22,8 @@ from heatlens.printable import printable
 from heatlens.sequence.names import frames_text
 
 _DESCRIPTION = """\
-Says what a shot file holds: the plate, keys, marks and the lens at every frame, with the nearest
-and the farthest depth that look sharp. Its plate need not be there.
+Prints a shot file: the plate, keys, marks and the lens at every frame, with the nearest and the
+farthest depth that look sharp. The plate itself need not exist.
 """
 _LABEL_WIDTH = 16
 
@@ -34,7 +34,7 @@ def register(actions: "argparse._SubParsersAction[argparse.ArgumentParser]") -> 
     """Add `show` to `heatlens shot`."""
     parser = actions.add_parser(
         "show",
-        help="say what is in a shot file",
+        help="print a shot file",
         description=_DESCRIPTION,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
@@ -57,7 +57,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _facts(path: Path, shot: Shot) -> dict[str, Any]:
-    """Return the entries of the file, and what follows from them at each frame."""
+    """Return the entries of the file, and the computed lens at each frame."""
     return {
         "path": str(path),
         **shot_to_json(shot, path.parent),
@@ -70,14 +70,14 @@ def _facts(path: Path, shot: Shot) -> dict[str, Any]:
 
 
 def _lenses(shot: Shot) -> list[tuple[int | None, Lens]]:
-    """Frame and lens all through the shot; one lens, at no frame, where it has none."""
+    """Return frame and lens for each frame of the shot; without frames, one lens with None."""
     if shot.span is None:
         return [(None, shot.lens)]
     return [(frame, shot.lens_at(frame)) for frame in shot.span]
 
 
 def _values(lens: Lens) -> dict[str, float]:
-    """Return what moves, and what follows from it."""
+    """Return the animated values, and values computed from them."""
     return {
         **{str(parameter): getattr(lens, parameter) for parameter in LensParameter},
         "near_limit_m": near_limit_m(lens),
@@ -98,7 +98,7 @@ def _sections(shot: Shot, unit: str) -> list[str]:
 
 
 def _blur_words(blur: DefocusSettings) -> str:
-    """Describe the settings that count: only diffusion uses all of them."""
+    """Describe the settings that have an effect: only diffusion uses all of them."""
     if blur.method is Method.DIFFUSION:
         return f"{blur.bokeh}, {blur.quality}"
     return f"method {blur.method}"
@@ -113,7 +113,7 @@ def _framing_words(framing: Framing) -> str:
 
 
 def _about(shot: Shot, unit: str) -> str:
-    """Return aligned lines on everything that does not move."""
+    """Return aligned lines on all values that are not animated."""
     lens, blur = shot.lens, shot.defocus
     lines = [
         ("plate", printable(shot.source or "none")),

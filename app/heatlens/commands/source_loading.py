@@ -1,4 +1,4 @@
-"""The source of a command that takes one frame: loaded, with its shot, and what is said of it."""
+"""Load the source of a command for one frame, make its shot, and print how it was read."""
 
 import argparse
 from collections.abc import Callable
@@ -21,10 +21,10 @@ from heatlens.source.kind import NO_FILES, SourceKind, kind_of
 def load_source(
     args: argparse.Namespace, renderer: FrameRenderer, settings: DefocusSettings
 ) -> tuple[Shot, int]:
-    """Take what `args.plate` names to the GPU. Return the shot of the options, and the frame.
+    """Load the source that `args.plate` names to the GPU. Return the shot and the frame.
 
-    Says how the source was read and where each value of the lens is from. Raises InputError where
-    the source cannot be read, or no lens can be made of the options.
+    Prints how the source was read, and the origin of each value of the lens. Raises InputError if
+    the source cannot be read, or the lens is not complete.
     """
     return _LOADERS[kind_of(str(args.plate))](args, renderer, settings)
 
