@@ -185,7 +185,7 @@ def test_a_left_handed_world_is_said_aloud(tmp_path):
     found = read_plate_camera(str(path))
     expected = np.array([world_to_camera(EYE, TARGET)])
     assert np.array(found.world_to_camera) == pytest.approx(expected, abs=1e-6)
-    assert "left-handed: its z is turned round" in found.notes[-1]
+    assert "left-handed: its z is reversed" in found.notes[-1]
 
 
 def test_wide_pixels_make_a_flat_sensor(tmp_path):

@@ -150,7 +150,10 @@ def test_headers_can_stand_in_the_place_of_a_shot(capsys):
         (("s.heatlens.json",), "Give a file to write with -o, or an address to send to"),
         (("s.heatlens.json", "--send", "udp://x"), "'udp://x' is not where a lens can be"),
         (("s.heatlens.json", "-o", "c.nk", "--repeat"), "--encoding need --send"),
-        (("s.heatlens.json", "--send", "opentrackio", "--f-stop", "nominal"), "written with -o"),
+        (
+            ("s.heatlens.json", "--send", "opentrackio", "--f-stop", "nominal"),
+            "need a file to write, given with -o",
+        ),
         (("s.heatlens.json", "-o", "c.fbx"), "the name of a camera must end in .usda"),
         (("s.heatlens.json", "-o", "t.heatlens.json"), "the name of a camera must end in"),
         (("s.heatlens.json", "-o", "none/c.nk"), "the folder"),

@@ -1,9 +1,8 @@
-"""A camera as a Python script for Blender.
+"""Write a camera as a Python script for Blender.
 
-The camera of the scene takes the lens, or the one that is named in the script; where there is
-neither, the script makes a camera. It sets the rate and the range of frames, and draws straight
-lines from frame to frame, so that a value between two frames lies between theirs. Blender has no
-infinity: that focus is INFINITE_M away.
+The script sets the lens of the scene's camera, or of the camera that is named in the script; if
+there is none, it makes one. It sets the frame rate and the range of frames, and interpolates
+linearly between frames. Blender has no infinity: a focus at infinity becomes INFINITE_M.
 """
 
 import math
@@ -20,7 +19,7 @@ _PROPERTIES = {
     "f_stop": "dof.aperture_fstop",
     "nominal_f_stop": '["nominal_f_stop"]',  # a property of our own, beside Blender's
     "squeeze": "dof.aperture_ratio",  # Cycles divides the width of the lens by it
-    # Blender has no such things; they are kept beside it.
+    # Blender has no such properties; they are kept as custom properties.
     **{name: f'["{name}"]' for name in OPENING_TRACKS if not name.startswith("blade")},
     "blade_curvature": '["blade_curvature"]',
 }
@@ -140,7 +139,7 @@ if LOCATION_M is not None:
 
 
 def blender_text(camera: CameraSamples) -> str:
-    """Return the Python script, which needs nothing but Blender."""
+    """Return the Python script, which needs only Blender."""
     tracks = camera.lens_tracks
     lens = {path: _values(tracks[name]) for name, path in _PROPERTIES.items() if name in tracks}
     lens |= _diaphragm(camera)
@@ -179,7 +178,7 @@ def _diaphragm(camera: CameraSamples) -> dict[str, Any]:
 
 
 def _rate(frames_per_second: float) -> tuple[int, float]:
-    """Return Blender's whole rate and what divides it: 24 and 1.001 for 23.976."""
+    """Return Blender's integer rate and its divisor: 24 and 1.001 for 23.976."""
     whole = round(frames_per_second) or 1
     base = whole / frames_per_second
     return whole, 1.001 if abs(base - 1.001) < 1e-5 else base
@@ -188,8 +187,8 @@ def _rate(frames_per_second: float) -> tuple[int, float]:
 def _placement(camera: CameraSamples) -> tuple[Any, Any]:
     """Return location and rotation in Blender's world, where z is up; both may be None.
 
-    A value is a list of one vector for each frame where it moves, else one vector. Blender's
-    cameras look along -z, as ours do.
+    A moving value is a list of one vector for each frame, else it is one vector. Blender's cameras
+    look along -z, as ours do.
     """
     if camera.world_to_camera is None:
         return None, None
@@ -201,7 +200,7 @@ def _placement(camera: CameraSamples) -> tuple[Any, Any]:
 
 
 def _values(values: Any) -> Any:
-    """Return a list where the value changes, else the one value."""
+    """Return a list if the value changes, else a single value."""
     return values[0] if all(value == values[0] for value in values) else list(values)
 
 

@@ -1,4 +1,4 @@
-"""Cameras in files, the format told by the end of the name."""
+"""Read and write camera files; the extension decides the format."""
 
 import os
 import re
@@ -33,7 +33,7 @@ _UNIT_LEAST, _UNIT_MOST = 1e-6, 1e6  # metres; beyond them float32 cannot hold a
 def write_camera(
     path: str | os.PathLike[str], camera: CameraSamples, meters_per_unit: float | None = None
 ) -> None:
-    """Write a camera in the format that the end of the file's name tells.
+    """Write a camera in the format of the file's extension.
 
     The file is written beside and renamed into place, so that an earlier one stays until the new
     one is complete. `meters_per_unit` is the unit of the scene that the camera is for: USD's is
@@ -55,7 +55,7 @@ def write_camera(
 
 
 def left_out_of(path: str | os.PathLike[str], camera: CameraSamples) -> tuple[str, ...]:
-    """Return sentences on what a program cannot do of the camera in its file."""
+    """Return sentences on features of the camera that the target program does not support."""
     told = left_out(camera) if Path(path).suffix.lower() == ".nk" else ""
     return (told,) if told else ()
 

@@ -1,4 +1,4 @@
-"""A camera as a table: a row for each frame, the units in the names of the columns."""
+"""Read and write a camera as a table: a row for each frame, with units in the column names."""
 
 import csv
 import io
@@ -39,7 +39,7 @@ def csv_text(camera: CameraSamples) -> str:
 def read_csv_camera(path: Path) -> CameraSamples:
     """Read a camera from a CSV file whose columns may stand in any order.
 
-    Raises InputError naming the line that is damaged.
+    Raises InputError that names the damaged line.
     """
     try:
         text = file_bytes(path).decode("utf-8-sig")

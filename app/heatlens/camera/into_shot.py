@@ -1,4 +1,4 @@
-"""A shot that starts from a camera: its lens, with keys for what moves."""
+"""Apply a camera to a shot: its lens, with keys for values that change."""
 
 from collections.abc import Collection
 from dataclasses import fields, replace
@@ -35,7 +35,7 @@ def with_camera(shot: Shot, camera: CameraSamples, kept: Collection[str] = ()) -
 
 
 def first_values(camera: CameraSamples, kept: Collection[str] = ()) -> dict[str, Any]:
-    """Return the fields of Lens that the camera tells, at its first frame, but those in `kept`.
+    """Return the fields of Lens of the camera at its first frame, except those in `kept`.
 
     Raises InputError for a sensor width that changes.
     """

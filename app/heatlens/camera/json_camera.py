@@ -1,4 +1,4 @@
-"""A camera as JSON, an object for each frame: for scripts, and to be read again."""
+"""Read and write a camera as JSON, with an object for each frame, for scripts."""
 
 import json
 from pathlib import Path
@@ -43,7 +43,7 @@ def json_text(camera: CameraSamples) -> str:
 
 
 def read_json_camera(path: Path) -> CameraSamples:
-    """Read a camera; raise InputError naming the entry that is damaged."""
+    """Read a camera; raise InputError that names the damaged entry."""
     top = read_json(path)
     top.check_version(_VERSION, CAMERA_VERSION, "camera")
     entries = top.members(_TOP)

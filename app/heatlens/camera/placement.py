@@ -1,4 +1,4 @@
-"""Where a camera stands: matrices of one convention, to and from those of files and programs.
+"""Convert camera matrices between our convention and those of files and programs.
 
 Here p_camera = M p_world acts on columns, lengths are metres, and the camera has x to the right,
 y up and looks along -z, as in USD, Nuke and Blender.
@@ -18,7 +18,7 @@ _RIGID = 1e-3  # tolerance of lengths and right angles for matrices in float32 o
 _Z_BACKWARD = np.diag([1.0, 1.0, -1.0, 1.0])
 # Columns of a world in which y is up to one in which z is: a quarter turn about x.
 _Y_TO_Z = np.array([[1.0, 0, 0, 0], [0, 0, -1.0, 0], [0, 1.0, 0, 0], [0, 0, 0, 1.0]])
-_GIMBAL = 1e-7  # cosine below which two of the three angles turn about the same axis
+_GIMBAL = 1e-7  # cosine below which two of the three angles rotate about the same axis
 
 
 def matrix_of(rows: Iterable[Iterable[float]]) -> Matrix:
@@ -30,7 +30,7 @@ def matrix_of(rows: Iterable[Iterable[float]]) -> Matrix:
 
 
 def check_rigid(matrices: Sequence[Matrix], frames: Sequence[int]) -> None:
-    """Raise InputError naming the first frame whose matrix is more than a turn and a move."""
+    """Raise InputError that names the first frame whose matrix is no rotation and translation."""
     for frame, is_one in zip(frames, are_rigid(np.array(matrices)), strict=True):
         if not is_one:
             raise InputError(
@@ -45,7 +45,7 @@ def is_rigid(matrix: Array) -> bool:
 
 
 def are_rigid(matrices: Array) -> NDArray[np.bool_]:
-    """Return (F,) of (F, 4, 4): which keep lengths, angles and right-handedness."""
+    """Return a mask (F,) of the matrices (F, 4, 4) that keep lengths, angles and handedness."""
     matrices = matrices.reshape(-1, 4, 4)
     turns = matrices[:, :3, :3]
     is_usable = np.asarray(np.isfinite(matrices).all((1, 2)) & (np.abs(turns).max((1, 2)) <= 2))

@@ -1,4 +1,4 @@
-"""The camera that a plate's headers tell of; no pixels are read."""
+"""Read the camera in a plate's headers, without its pixels."""
 
 import re
 from collections.abc import Sequence
@@ -29,8 +29,8 @@ def read_plate_camera(text: str, scene_unit_m: float = 1.0, up_axis: UpAxis = "y
     """Read the camera from the headers of a picture, or of a sequence's frames.
 
     Frames without a file are left out. `scene_unit_m` is the length in metres of one unit of the
-    world that the headers place the camera in. Raises InputError where a file cannot be read, or
-    only some frames tell a value.
+    world that the headers place the camera in. Raises InputError if a file cannot be read, or only
+    some frames have a value.
     """
     sequence = find_sequence(text)
     headers = {
@@ -73,10 +73,10 @@ def picture_aspect(path: Path, headers: Sequence[Header]) -> float:
 def placement_of(
     headers: Sequence[Sequence[Header]], frames: Sequence[int], scene_unit_m: float
 ) -> tuple[tuple[Matrix, ...] | None, tuple[str, ...]]:
-    """Return where the camera stands at each of `frames`, and notes for the user.
+    """Return the matrix of the camera at each of `frames`, and notes for the user.
 
-    `headers` holds the headers of one file for each frame. The placement is None if a file lacks
-    it: a camera that stands still at those frames would be wrong.
+    `headers` holds the headers of one file for each frame. The placement is None if any file lacks
+    it, because holding the camera still at those frames would be wrong.
     """
     told = [_attribute(found) for found in headers]
     missing = [frame for frame, value in zip(frames, told, strict=True) if value is None]
@@ -90,7 +90,7 @@ def placement_of(
         return None, (f"{_PLACEMENT} scales or shears: the camera has no placement.",)
     notes = [f"placement from {_PLACEMENT} in the plate's headers."]
     if any(is_left_handed for _, is_left_handed in placed):
-        notes.append("the plate's world is left-handed: its z is turned round.")
+        notes.append("the plate's world is left-handed: its z is reversed.")
     return tuple(matrix_of(matrix) for matrix, _ in placed), tuple(notes)
 
 

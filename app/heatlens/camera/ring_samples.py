@@ -1,4 +1,4 @@
-"""A camera's lens as the samples that it would send while it plays."""
+"""Convert a camera's lens to the samples that are sent during playback."""
 
 from typing import Any
 
@@ -7,7 +7,7 @@ from heatlens.ring.lens_sample import LensSample
 
 
 def ring_samples(camera: CameraSamples) -> tuple[LensSample, ...]:
-    """Return a sample for each frame, with the nominal f-stop, which is the one on the ring."""
+    """Return a sample for each frame, with the nominal f-stop, as marked on the lens ring."""
     return tuple(_sample(camera, at) for at in range(len(camera.frames)))
 
 

@@ -1,4 +1,4 @@
-"""A camera as a row for each frame, which is how files for scripts and tables hold it."""
+"""Convert a camera to rows for each frame, which JSON and CSV files hold, and back."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -21,7 +21,7 @@ def rows_of(camera: CameraSamples) -> list[Row]:
 
 
 def camera_of_rows(rows: Sequence[Row], **others: Any) -> CameraSamples:
-    """Return the camera of such rows; raise InputError where only some have a value."""
+    """Return the camera of rows; raise InputError if only some rows have a value."""
     for row in rows:
         if FRAME not in row:
             raise InputError(f"Row {rows.index(row) + 1} has no frame number.")

@@ -1,7 +1,7 @@
-"""The f-stop with which a renderer makes the discs that heatlens showed.
+"""Compute the f-stop with which a renderer makes the discs that heatlens showed.
 
-A real lens makes larger discs than a renderer of the same f-stop (see `LensModel`), so what a
-renderer is told is a wider opening; the f-stop on the lens is kept beside it.
+A real lens makes larger discs than a renderer with the same f-stop (see `LensModel`), so the
+renderer gets a wider f-stop; the nominal f-stop is kept beside it.
 """
 
 from dataclasses import replace
@@ -11,10 +11,10 @@ from heatlens.model.lens_model import LensModel
 
 
 def with_renderer_f_stop(camera: CameraSamples) -> CameraSamples:
-    """Return the camera with the f-stop of the same discs in a renderer, and the nominal one kept.
+    """Return the camera with the f-stop that makes the same discs in a renderer, and the nominal.
 
-    It is N (1 - f/S) at each frame, and a note says so. A camera whose discs are a renderer's
-    already, or that does not tell f-stop, focus and focal length, is returned as it is.
+    It is N (1 - f/S) at each frame, and a note says so. A camera that has the discs of a renderer
+    already, or lacks the f-stop, the focus or the focal length, is returned unchanged.
     """
     f_stops, focals, focus = camera.f_stop, camera.focal_length_mm, camera.focus_distance_m
     model = camera.lens_model
@@ -35,7 +35,7 @@ def with_renderer_f_stop(camera: CameraSamples) -> CameraSamples:
 
 
 def with_nominal_f_stop(camera: CameraSamples) -> CameraSamples:
-    """Return the camera with the f-stop that is on the lens, and no other."""
+    """Return the camera with only the nominal f-stop, which is marked on the lens."""
     if camera.nominal_f_stop is None:
         return camera
     return replace(camera, f_stop=camera.nominal_f_stop, nominal_f_stop=None)

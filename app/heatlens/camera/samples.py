@@ -1,4 +1,4 @@
-"""A camera as plain numbers: its lens at each frame, and where it stands."""
+"""A camera as plain numbers: its lens and its position at each frame."""
 
 import math
 import re
@@ -21,8 +21,8 @@ from heatlens.model.opening_image import OpeningImage
 Track = tuple[float, ...]  # a value at each frame
 UpAxis = Literal["y", "z"]
 
-# Stands for infinity in formats that cannot express it. No picture shows the difference, and it is
-# exact enough in float32 even in millimetres.
+# Replaces infinity in formats that cannot express it. The difference is invisible, and float32 is
+# precise enough for it even in millimetres.
 INFINITE_M = 1e9
 
 # What of the opening is beside the squeeze, by its field of `Lens`, and its names for people.
@@ -54,9 +54,9 @@ class CameraSamples:
 
     name               name of the camera for people
     frames             ascending frame numbers, at least one; a camera with a single frame is still
-    f_stop             what the program that takes the camera is told; see `same_discs`
-    nominal_f_stop     the f-stop on the lens, where `f_stop` is another
-    lens_model         whose discs the lens makes at its nominal f-stop; None where that is not told
+    f_stop             the f-stop for the program that uses the camera; see `same_discs`
+    nominal_f_stop     the f-stop on the lens, if `f_stop` differs from it
+    lens_model         the model of the discs at the nominal f-stop; None if unknown
     focus_distance_m   may be infinite
     squeeze            as in `Lens`
     world_to_camera    p_camera = M p_world for columns in metres; the camera has x to the right, y
@@ -66,7 +66,7 @@ class CameraSamples:
     blades and others  as in `Lens`; None where they are as without being told
     aperture_image     as in `Lens`; one that a file names is read by `camera_file.read_camera`
 
-    Raises InputError naming the frame where a value is impossible for a camera.
+    Raises InputError that names the frame if a value is impossible for a camera.
     """
 
     name: str
@@ -105,19 +105,19 @@ class CameraSamples:
 
     @property
     def lens_tracks(self) -> Mapping[str, Track]:
-        """The tracks that were told, by the names of their fields."""
+        """The known tracks, by the names of their fields."""
         named = {name: getattr(self, name) for name in LENS_TRACKS}
         return {name: track for name, track in named.items() if track is not None}
 
     @property
     def identifier(self) -> str:
-        """The name as every program takes one: letters, digits and _, no digit first."""
+        """The name as a valid identifier: letters, digits and _, not beginning with a digit."""
         name = re.sub(r"\W", "_", self.name, flags=re.ASCII)
         return f"_{name}" if not name or name[0].isdigit() else name
 
     @property
     def frame_range(self) -> FrameRange | None:
-        """First to last frame; None for a camera that stands still."""
+        """The first and last frame; None for a camera with a single frame."""
         return None if len(self.frames) == 1 else FrameRange(self.frames[0], self.frames[-1])
 
 
@@ -127,7 +127,7 @@ def is_constant(track: Track) -> bool:
 
 
 def finite_m(distance_m: float) -> float:
-    """Return the distance, or INFINITE_M where a format cannot express infinity."""
+    """Return the distance, limited to INFINITE_M, for formats without infinity."""
     return min(distance_m, INFINITE_M)
 
 

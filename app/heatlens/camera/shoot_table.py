@@ -1,7 +1,7 @@
-"""The table of a shoot: focus, iris and length of a real lens, a row for each frame.
+"""Read the lens metadata table of a shoot: focus, iris and focal length of a lens at each frame.
 
-Read are the tables of ARRI Meta Extract, RED and Sony, and any other whose columns have such names;
-see `heatlens.plate.shoot_names`.
+The tables of ARRI Meta Extract, RED and Sony are supported, and any others with similar column
+names; see `heatlens.plate.shoot_names`.
 """
 
 import csv
@@ -32,7 +32,7 @@ _METRES = "The focus stands without a unit and is taken for metres."
 
 
 def is_shoot_table(names: Sequence[str]) -> bool:
-    """Return whether the columns are those of a shoot: at least two values of a lens are there."""
+    """Return whether the columns are those of a shoot: at least two of them are lens values."""
     example = shoot_lens({name: "1" for name in names if name})
     return len(_OF_A_LENS & set(example.sources)) > 1
 
@@ -44,10 +44,10 @@ def table_columns(path: Path) -> list[str]:
 
 
 def read_shoot_table(path: Path, first_frame: int | None = None) -> CameraSamples:
-    """Read the lens at each row; the first row is at `first_frame`, else as the table counts.
+    """Read the lens at each row; the first row is at `first_frame`, or as numbered in the table.
 
-    Rows that tell nothing of a value have that of the row before. Raises InputError where the file
-    cannot be read, has no rows, or the frames are not in order.
+    A missing value is taken from the row before. Raises InputError if the file cannot be read, has
+    no rows, or the frames are not in order.
     """
     _, rows = _read(path)
     if not rows:
@@ -60,7 +60,7 @@ def read_shoot_table(path: Path, first_frame: int | None = None) -> CameraSample
         tracks["f_stop"] = t_stops
         notes.append(_T_AS_F)
     if all(track is None for track in tracks.values()):
-        raise InputError(f"{path}: no row tells a value of the lens.")
+        raise InputError(f"{path}: no row has a value of the lens.")
     try:
         return CameraSamples(
             name=path.name.split(".")[0],
@@ -74,7 +74,7 @@ def read_shoot_table(path: Path, first_frame: int | None = None) -> CameraSample
 
 
 def _read(path: Path) -> tuple[list[str], list[Row]]:
-    """Return the columns, between commas, semicolons or tabs, and the rows by their names."""
+    """Return the columns, separated by commas, semicolons or tabs, and the rows by column name."""
     try:
         text = file_bytes(path).decode("utf-8-sig")
         head = text.split("\n", 1)[0]
@@ -89,7 +89,7 @@ def _read(path: Path) -> tuple[list[str], list[Row]]:
 
 
 def _track(path: Path, name: str, lenses: Sequence[ShootLens]) -> tuple[float, ...] | None:
-    """Return a value for each row; None where no row tells one."""
+    """Return a value for each row; None if no row has one."""
     told = [getattr(lens, name) for lens in lenses]
     first = next((value for value in told if value is not None), None)
     if first is None:

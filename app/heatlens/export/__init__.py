@@ -1,1 +1,1 @@
-"""A shot to files: frame by frame, begun again where it stopped, never half written."""
+"""Export a shot to files, frame by frame; exports can be resumed, and files are never partial."""

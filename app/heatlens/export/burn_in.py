@@ -1,4 +1,4 @@
-"""Frame, focus and f-stop written into a picture, on a darkened strip at its lower edge."""
+"""Write frame, focus and f-stop into a picture, on a darkened strip at its lower edge."""
 
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
@@ -8,17 +8,17 @@ from heatlens.model.timecode import Timecode
 from heatlens.model.units import format_distance
 from heatlens.plate.plate import FloatImage, Plate
 
-_TEXT_SHARE = 1 / 24  # of the picture's height: read on a phone, and not in the way on a wall
+_TEXT_SHARE = 1 / 24  # text height, as a part of the picture's: legible on a phone
 _LEAST_SIZE = 1.0  # FreeType has no smaller one
-_STRIP_LIGHT = 0.35  # of what is behind the text
+_STRIP_LIGHT = 0.35  # brightness of the picture behind the text, relative to its own
 
 
 def burn_in_text(
     frame: int, lens: Lens, plate: Plate, unit: str, timecode: Timecode | None = None
 ) -> str:
-    """Return `1001   10:00:00:00   focus 2.24 m   f/2.8`, without a timecode where there is none.
+    """Return `1001   10:00:00:00   focus 2.24 m   f/2.8`, without the timecode if there is none.
 
-    Where the plate brings its own blur it tells of no lens.
+    The lens is left out if the plate holds circles of confusion.
     """
     counted = str(frame) if timecode is None else f"{frame}   {timecode}"
     if plate.coc_px is not None:
@@ -28,7 +28,7 @@ def burn_in_text(
 
 
 def burned_in(display: FloatImage, text: str) -> FloatImage:
-    """Return `display`, (H, W, 3) in 0..1, with `text`, which shrinks in a narrow picture."""
+    """Return `display`, (H, W, 3) in 0..1, with `text`, which is smaller in a narrow picture."""
     height, width = display.shape[:2]
     mask = _mask(text, width, height * _TEXT_SHARE)[-height:]
     picture = display.copy()
@@ -52,7 +52,7 @@ def _mask(text: str, width: int, size: float) -> FloatImage:
 
 
 def _font(size: float) -> ImageFont.FreeTypeFont:
-    """Return the font that comes with Pillow, so that every machine writes the same letters."""
+    """Return the font that comes with Pillow, so that the text is the same on every machine."""
     font = ImageFont.load_default(max(_LEAST_SIZE, size))
-    assert isinstance(font, ImageFont.FreeTypeFont)  # which it is where a size is given
+    assert isinstance(font, ImageFont.FreeTypeFont)  # always so if a size is given
     return font

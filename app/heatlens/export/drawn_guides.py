@@ -1,4 +1,4 @@
-"""Guides written into the pixels of an exported picture, as the window draws them over its own."""
+"""Draw guides into the pixels of an exported picture, as the window draws them over its own."""
 
 import numpy as np
 from PIL import Image
@@ -12,7 +12,7 @@ _LINE_SHARE = 1 / 720  # thickness of a line as a part of the picture's height
 def with_guides(display: FloatImage, guides: Guides, pixel_aspect: float) -> FloatImage:
     """Return `display`, (H, W, 3) in 0..1, with the guides drawn into it.
 
-    `pixel_aspect` is that of the file. A desqueeze makes the picture so many times as wide.
+    `pixel_aspect` is that of the file. A desqueeze widens the picture by its factor.
     """
     if guides == NO_GUIDES:
         return display
@@ -30,7 +30,7 @@ def with_guides(display: FloatImage, guides: Guides, pixel_aspect: float) -> Flo
 
 
 def _stretched(display: FloatImage, across: float) -> FloatImage:
-    """Return the picture so many times as wide; what overshoots at edges is cut off."""
+    """Return the picture widened by the factor `across`; overshoot at edges is clipped."""
     height, width = display.shape[:2]
     size = max(1, round(width * across)), height
     planes = [

@@ -21,7 +21,7 @@ from heatlens.source.origin import Origin
 
 
 def fingerprint_of(job: ExportJob, frame: int, lens: Lens, origin: Origin) -> str:
-    """Return 32 hexadecimal digits: equal for frames that differ in nothing that matters."""
+    """Return 32 hexadecimal digits that are equal if nothing that decides the pixels differs."""
     stamps = [file.stamp for file in origin.files]
     return digest(
         {
@@ -42,18 +42,18 @@ def fingerprint_of(job: ExportJob, frame: int, lens: Lens, origin: Origin) -> st
 
 
 def _start_of(job: ExportJob) -> str:
-    """Return from where timecode is counted; frames of a still are counted from the first asked."""
+    """Return the start of the timecode; frames of a still count from the first exported one."""
     start = str(job.shot.start_timecode)
     return start if job.shot.span is not None else f"{start} at {min(job.frames)}"
 
 
 def fingerprint_of_movie(frames: Iterable[str], frames_per_second: float) -> str:
-    """Return the fingerprint of a movie whose frames have these."""
+    """Return the fingerprint of a movie from those of its frames."""
     return digest({"frames": list(frames), "frames_per_second": frames_per_second})
 
 
 def _output_facts(job: ExportJob) -> dict[str, Any]:
-    """Return the options that count for this kind of file."""
+    """Return the options that have an effect on this kind of file."""
     if job.output.is_exr:
         told = plain(job.exr)
         kept = {} if job.exr.keep else {"keep"}  # files of earlier versions have no such entry

@@ -1,4 +1,4 @@
-"""The fingerprint in a file that was exported: found again without reading its pixels."""
+"""Find the fingerprint in an exported file without reading its pixels."""
 
 from pathlib import Path
 
@@ -14,7 +14,7 @@ from heatlens.plate.exr_write import JOB_ATTRIBUTE
 
 
 def is_finished(frame: PlannedFrame) -> bool:
-    """Return True where the frame's file exists, was made of the same, and is whole."""
+    """Return True if the frame's file exists, has the same fingerprint and is complete."""
     if not frame.path.is_file():
         return False
     read = _exr_fingerprint if frame.path.suffix.lower() == ".exr" else _picture_fingerprint
@@ -22,7 +22,7 @@ def is_finished(frame: PlannedFrame) -> bool:
 
 
 def is_movie_finished(path: Path, fingerprint: str) -> bool:
-    """Return True where the movie exists, was made of the same, and is whole.
+    """Return True if the movie exists, has the same fingerprint and is complete.
 
     Raises InputError without PyAV.
     """

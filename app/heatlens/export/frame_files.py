@@ -1,4 +1,4 @@
-"""A rendered frame to its file: EXR with all that was asked for, or a picture for the eye."""
+"""Write a rendered frame to its file: an EXR with all requested channels, or a display picture."""
 
 from dataclasses import dataclass
 from typing import Any, TypeVar
@@ -22,7 +22,7 @@ from heatlens.plate.plate import FloatImage, Plate
 from heatlens.plate.png_write import encoded_picture, picture_format
 from heatlens.plate.timecode import exr_timecode, timecode_of
 
-IMAGE_DESCRIPTION = 270  # the tag of TIFF for a text
+IMAGE_DESCRIPTION = 270  # the TIFF tag for a text
 
 Whole = TypeVar("Whole", np.uint8, np.uint16)
 
@@ -40,7 +40,7 @@ class RenderedFrame:
 
 
 def write_frame(job: ExportJob, frame: RenderedFrame) -> None:
-    """Write one numbered file. Raises InputError where that fails; what stood there stays."""
+    """Write a numbered file. Raises InputError if that fails; an existing file then stays."""
     if job.pinhole and job.beside.deep:
         _write_deep(job, frame)
     elif job.output.is_exr:
@@ -81,7 +81,7 @@ def _write_deep(job: ExportJob, frame: RenderedFrame) -> None:
 
 
 def _kept(job: ExportJob, frame: RenderedFrame) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
-    """Return what `kept_channels` returns; a black frame keeps nothing of the plate."""
+    """Return the result of `kept_channels`; a black frame keeps no channels of the plate."""
     wanted = () if frame.planned.origin.is_black else job.exr.keep
     return kept_channels(frame.plate, job.shot.plate_options, wanted)
 
@@ -89,8 +89,8 @@ def _kept(job: ExportJob, frame: RenderedFrame) -> tuple[dict[str, NDArray[Any]]
 def frame_timecode(job: ExportJob, planned: PlannedFrame, plate: Plate) -> Timecode | None:
     """Return the timecode of the shot, else of the plate.
 
-    That is counted on for a frame that another plate stands in for. Returns None where there is
-    none, or one that does not fit the rate.
+    If another plate replaces that of the frame, its timecode is advanced to the frame. Returns None
+    if there is no timecode, or it does not fit the rate.
     """
     shot, frame = job.shot, planned.frame
     told = shot.timecode_at(frame, timecode_of(plate.attributes), min(job.frames))
@@ -106,12 +106,12 @@ def _timecode(job: ExportJob, frame: RenderedFrame) -> dict[str, Any]:
 
 
 def measures_of(frame: RenderedFrame, proxy: float, wanted: ExrOptions) -> dict[str, FloatImage]:
-    """Return Z in metres and coc in pixels, as they were for each pixel before the blur."""
+    """Return Z in metres and coc in pixels of each pixel before the blur, as requested."""
     plate, channels = frame.plate, {}
     if wanted.with_depth:
         if plate.depth_m is None:
             raise InputError(
-                f"{plate.path} brings its circle of confusion and no depth: leave --with-depth out."
+                f"{plate.path} holds circles of confusion and no depth: leave --with-depth out."
             )
         channels["Z"] = _sampled(plate.depth_m, frame.pixels.shape)
     if wanted.with_coc:
@@ -130,7 +130,7 @@ def _coc_px(frame: RenderedFrame) -> FloatImage:
 
 
 def _sampled(values: FloatImage, shape: tuple[int, ...]) -> FloatImage:
-    """Return (H, W) at another size by the middle pixel of each footprint, as the renderer does."""
+    """Resize (H, W) values to the middle pixel of each footprint, as the renderer does."""
     rows, columns = (
         ((np.arange(small) + 0.5) * (full / small)).astype(int)
         for small, full in zip(shape[:2], values.shape, strict=True)
@@ -147,7 +147,7 @@ def _write_shown(frame: RenderedFrame) -> None:
 
 
 def _marked(kind: str, mark: str) -> dict[str, Any]:
-    """Return Pillow's options that put the fingerprint into the text that each format has."""
+    """Return Pillow's options that store the fingerprint in the text entry of each format."""
     if kind == "PNG":
         text = PngInfo()
         text.add_text(JOB_ATTRIBUTE, mark)
@@ -157,7 +157,7 @@ def _marked(kind: str, mark: str) -> dict[str, Any]:
 
 
 def quantised(display: FloatImage, kind: type[Whole]) -> NDArray[Whole]:
-    """Convert 0..1 to the whole numbers of `kind`, rounded; a view may leave values outside."""
+    """Convert 0..1 to rounded integers of `kind`; values outside, which a view may give, clip."""
     most = np.iinfo(kind).max
     scaled = np.clip(np.nan_to_num(display, nan=0.0), 0.0, 1.0) * np.float32(most)
     return (scaled + np.float32(0.5)).astype(kind)

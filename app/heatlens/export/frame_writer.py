@@ -1,4 +1,4 @@
-"""Writing beside rendering: one thread, and a short queue before it."""
+"""Write frames on a thread with a short queue while the next ones are rendered."""
 
 from collections import deque
 from collections.abc import Callable, Iterator
@@ -9,13 +9,14 @@ from heatlens.closing import Closing
 
 Written = TypeVar("Written")
 
-_WAITING = 2  # frames in memory that are rendered and not yet written, beside the one in hand
+_WAITING = 2  # rendered frames that may wait in memory, besides the one being written
 
 
 class FrameWriter(Closing, Generic[Written]):
-    """Does what it is given in order, one at a time; what is finished comes back in that order.
+    """Runs functions on a thread in order, one at a time, and returns their results in order.
 
-    Left by an exception, it drops what has not begun and waits for what has.
+    If its context is left by an exception, pending functions are dropped and a running one is
+    awaited.
     """
 
     def __init__(self) -> None:
@@ -23,16 +24,19 @@ class FrameWriter(Closing, Generic[Written]):
         self._pending: deque[Future[Written]] = deque()
 
     def put(self, write: Callable[[], Written]) -> Iterator[Written]:
-        """Have `write` called; waits while too much is pending. Raises what writing raised."""
+        """Queue `write`; yield finished results, and wait if too many are pending.
+
+        Raises the errors of writing.
+        """
         self._pending.append(self._thread.submit(write))
         while self._pending and (len(self._pending) > _WAITING or self._pending[0].done()):
             yield self._pending.popleft().result()
 
     def drain(self) -> Iterator[Written]:
-        """Wait for all that is pending."""
+        """Wait for all pending functions, and yield their results."""
         while self._pending:
             yield self._pending.popleft().result()
 
     def close(self) -> None:
-        """Drop what has not begun, and wait for what has."""
+        """Drop pending functions, and wait for a running one."""
         self._thread.shutdown(wait=True, cancel_futures=True)

@@ -1,4 +1,4 @@
-"""What is exported, as a value: the same job gives the same files."""
+"""The description of an export as a value: the same job gives the same files."""
 
 from dataclasses import dataclass, field
 
@@ -11,33 +11,33 @@ from heatlens.model.shot import Shot
 from heatlens.sequence.sequence import MissingPolicy
 from heatlens.source.named import checked_source
 
-_STOPS_MOST = 30.0  # from there on all is white or black
+_STOPS_MOST = 30.0  # beyond this, everything is white or black
 _GAMMA_MOST = 10.0
 
 
 @dataclass(frozen=True)
 class ExrOptions:
-    """How scene-linear frames are kept, and what else beside the colour."""
+    """The format of scene-linear frames, and the channels beside the colour."""
 
     half: bool = True
     compression: str = "zip"
     with_depth: bool = False  # Z, metres
     with_coc: bool = False  # coc, signed diameter in pixels of this picture
-    keep: tuple[str, ...] = ()  # layers and channels of the plate, as in `kept_channels`
+    keep: tuple[str, ...] = ()  # layers and channels of the plate to copy, see `kept_channels`
 
 
 @dataclass(frozen=True)
 class Look:
-    """How pictures for the eye are made of light.
+    """How display pictures are made of light.
 
-    Raises InputError for an exposure or gamma that no picture has.
+    Raises InputError if the exposure or the gamma is out of range.
     """
 
     transform: ViewTransform = field(default_factory=srgb_transform)
     exposure_stops: float = 0.0
     gamma: float = 1.0  # display values to the power of one over it
     burn_in: bool = False  # frame, focus and f-stop written into the picture
-    unit: str = "m"  # of the distance in that
+    unit: str = "m"  # unit of the distance in the burn-in
     guides: Guides = NO_GUIDES  # drawn into the picture
 
     def __post_init__(self) -> None:
@@ -54,12 +54,12 @@ class Look:
 
 @dataclass(frozen=True)
 class ExportJob:
-    """`frames` of a shot to `output`. The look counts for pictures and movies, `exr` for EXR.
+    """Export `frames` of a shot to `output`; `look` is for pictures and movies, `exr` for EXR.
 
-    missing  what stands in for a frame without a plate
-    force    render also what is there already
-    pinhole  the frames themselves, without a lens: a scene's, to be plates elsewhere
-    beside   what those have beside the picture
+    missing  what to use for a frame without a plate
+    force    render finished frames again
+    pinhole  write the frames without a lens, as plates for other programs
+    beside   overscan and depth format of these plates
 
     Raises InputError for no frame, and a shot of no plate.
     """

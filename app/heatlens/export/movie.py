@@ -1,7 +1,7 @@
-"""A movie of the pictures: ProRes for the editing room, H.264 to be sent around.
+"""Write the pictures as a movie: ProRes for editing, H.264 for sharing.
 
-Tagged as Rec.709 and coded with its matrix in the range of video, which is what players take for
-granted. That is true only of displays with the primaries of Rec.709; others are refused.
+Movies are tagged as Rec.709 and encoded with its matrix in video range, which players assume. This
+is correct only for displays with the primaries of Rec.709; others are refused.
 """
 
 import re
@@ -24,20 +24,20 @@ from heatlens.files.output_check import check_space
 from heatlens.plate.exr_write import JOB_ATTRIBUTE
 from heatlens.plate.plate import FloatImage
 
-_REC709 = 1  # of primaries, curve and matrix alike: ITU-T H.273, tables 2 to 4
+_REC709 = 1  # code of the primaries, curve and matrix: ITU-T H.273, tables 2 to 4
 _VIDEO_RANGE = 1  # FFmpeg's number for 16..235
 _OTHER_PRIMARIES = re.compile(r"P3|2020|2100|\bPQ\b|HLG|2084|XYZ|DCI|HDR|Adobe", re.IGNORECASE)
 
 
-_JUDGED_FRAMES = 24  # from so many on the rate so far tells what the others will take
+_JUDGED_FRAMES = 24  # after this many frames, their size predicts that of the others
 
 
 @dataclass(frozen=True)
 class Codec:
-    """An encoder of FFmpeg and how it is used.
+    """An encoder of FFmpeg with its settings.
 
-    least_bits_px  what a pixel of a frame takes at the least where a picture has any detail;
-                   measured: ProRes 5.7 to 6.3 and 0.1 for grey, H.264 0.17 to 6.0 and 0.02
+    least_bits_px  least bits per pixel of a frame for pictures with any detail; measured:
+                   ProRes 5.7 to 6.3 and 0.1 for grey, H.264 0.17 to 6.0 and 0.02
     """
 
     name: str
@@ -64,27 +64,27 @@ def exact_rate(frames_per_second: float) -> Fraction:
 
 @contextmanager
 def movie_file(job: ExportJob, path: Path, fingerprint: str) -> Iterator["Movie"]:
-    """Yield a movie to write frames to, in order; it is at `path` after a good end of the block.
+    """Yield a movie to write frames to, in order; `path` is replaced when the block succeeds.
 
-    Raises InputError where PyAV is missing, the display is no Rec.709 or writing fails.
+    Raises InputError if PyAV is missing, the display is not Rec.709 or writing fails.
     """
     library = av()
     _check_display(job)
     rate, codec = exact_rate(job.shot.frames_per_second), _CODECS[job.output.suffix]
     with replacing(path) as beside, _failures_told(path, library):
         options = {"movie_timescale": str(rate.numerator), "movflags": "+faststart"}
-        options["write_tmcd"] = "1"  # MPEG-4 files have a timecode track only on wish
+        options["write_tmcd"] = "1"  # MPEG-4 files have no timecode track by default
         with library.open(str(beside), "w", format=codec.container, options=options) as container:
             container.metadata["comment"] = f"{JOB_ATTRIBUTE}={fingerprint}"
             movie = Movie(job, container, codec, rate, path.parent)
             yield movie
             movie.finish()
         if not is_whole(beside, path.suffix):
-            raise OSError("what is on the disk is cut short; it may be full")
+            raise OSError("the file is incomplete; the disk may be full")
 
 
 class Movie:
-    """Frames of one size into a container that is open."""
+    """Writes frames of one size to an open container."""
 
     def __init__(
         self, job: ExportJob, container: Any, codec: Codec, rate: Fraction, folder: Path
@@ -102,8 +102,8 @@ class Movie:
     def write(self, frame: RenderedFrame) -> None:
         """Write the next frame.
 
-        Raises InputError for one that is of another size than the first, and where the disk has no
-        room for those that follow.
+        Raises InputError if it has another size than the first one, or the disk has no space for
+        the remaining frames.
         """
         height, width = frame.pixels.shape[:2]
         if self._stream is None:
@@ -121,7 +121,7 @@ class Movie:
         self._encode(self._coded(frame.pixels))
 
     def _check_room(self) -> None:
-        """Check the disk's room: at first by the codec's least, then by what it has used so far."""
+        """Check the disk space, first by the least size of the codec, later by the actual size."""
         left = len(self._job.frames) - self._coded_frames
         if not self._coded_frames:
             width, height = self._size
@@ -132,7 +132,7 @@ class Movie:
             check_space(self._folder, need, f"{left} more frames as those before")
 
     def finish(self) -> None:
-        """Write what the encoder still holds."""
+        """Write the frames that the encoder still holds."""
         if self._stream is not None:
             self._encode(None)
 
@@ -149,7 +149,7 @@ class Movie:
         return stream
 
     def _begin_timecode(self, frame: RenderedFrame) -> None:
-        """Write the timecode of the first frame: the container counts on in a track of its own."""
+        """Set the timecode of the first frame, from which the container's track counts on."""
         timecode = frame_timecode(self._job, frame.planned, frame.plate)
         if timecode is not None:
             self._container.metadata["timecode"] = str(timecode)
@@ -169,7 +169,7 @@ class Movie:
         return coded
 
     def _encode(self, frame: Any) -> None:
-        """Encode a frame; never after a write that failed, because FFmpeg would end the process."""
+        """Encode a frame, but never after a failed write, because FFmpeg would end the process."""
         if self._has_failed:
             raise OSError("an earlier frame could not be written")
         self._has_failed = True
@@ -184,8 +184,8 @@ def _check_display(job: ExportJob) -> None:
     display = job.look.transform.display
     if _OTHER_PRIMARIES.search(display):
         raise InputError(
-            f"{display} is not a Rec.709 display, as which the movie is tagged: its colours would "
-            "be wrong in every player. Choose another --display, or export PNG."
+            f"{display} is not a Rec.709 display, but the movie is tagged as Rec.709: its colours "
+            "would be wrong in every player. Choose another --display, or export PNG."
         )
 
 

@@ -1,4 +1,4 @@
-"""PyAV, imported when a movie is written: frames are exported without it."""
+"""Import PyAV, which is needed only for movies."""
 
 import importlib
 from types import ModuleType
@@ -7,7 +7,7 @@ from heatlens.errors import InputError
 
 
 def av() -> ModuleType:
-    """Return the module av. Raises InputError with what to install."""
+    """Return the module av. Raises InputError that says what to install."""
     try:
         return importlib.import_module("av")
     except ImportError as error:

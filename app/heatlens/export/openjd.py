@@ -1,4 +1,4 @@
-"""An export as a job for a render farm: a template of Open Job Description, 2023-09.
+"""Describe an export as a job for a render farm, in a template of Open Job Description 2023-09.
 
 https://github.com/OpenJobDescription/openjd-specifications/wiki/2023-09-Template-Schemas
 """
@@ -19,7 +19,7 @@ _TASKS_MOST, _TEXT_MOST, _NAME_MOST = 1024, 1024, 128
 
 @dataclass(frozen=True)
 class PathParameter:
-    """A path that differs from one machine of the farm to the next."""
+    """A path that may differ between the machines of a farm."""
 
     name: str
     path: Path
@@ -27,15 +27,15 @@ class PathParameter:
     flow: Literal["IN", "OUT"]
 
     def relative_to(self, folder: Path) -> str | None:
-        """Return the path from `folder` where it is below, as a template requires; else None."""
+        """Return the path relative to `folder` if it is below; else None."""
         relative = os.path.relpath(self.path, folder)
         return None if relative.startswith(os.pardir) else Path(relative).as_posix()
 
 
 def chunks_of(frames: Sequence[int], chunk: int) -> tuple[str, ...]:
-    """Return `frames` in groups of `chunk`, each as `parse_frames` reads it: 1001-1019x2.
+    """Return `frames` in groups of `chunk`, in the form of `parse_frames`: 1001-1019x2.
 
-    Raises InputError for empty groups, and for more or longer ones than a template takes.
+    Raises InputError for empty groups, and for more or longer groups than a template allows.
     """
     if chunk < 1:
         raise InputError(f"--chunk must be 1 frame or more, got {chunk}.")
@@ -58,7 +58,7 @@ def job_template(
     chunks: Sequence[str],
     folder: Path,
 ) -> str:
-    """Return the template as YAML, to be kept in `folder`: `heatlens WORDS`, for each of `chunks`.
+    """Return the template as YAML for `folder`, which runs `heatlens WORDS` for each chunk.
 
     In `words`, {{Param.NAME}} stands for a path and {{Task.Param.Frames}} for the chunk.
     """
@@ -89,7 +89,7 @@ def _definition(path: PathParameter, folder: Path) -> dict[str, str]:
 
 
 def _yaml(value: Any) -> list[str]:
-    """Return lines of YAML in block style; texts are quoted as in JSON, which is YAML as well."""
+    """Return lines of YAML in block style; texts are quoted as in JSON, a subset of YAML."""
     if isinstance(value, dict):
         return [line for name, entry in value.items() for line in _yaml_entry(name, entry)]
     if isinstance(value, list):

@@ -1,4 +1,4 @@
-"""Where an export goes: numbered pictures, or one movie."""
+"""The output files of an export: numbered pictures, or one movie."""
 
 import os
 from dataclasses import dataclass
@@ -16,29 +16,29 @@ _SUFFIXES = (".exr", *EYE_SUFFIXES, *MOVIE_SUFFIXES)
 
 @dataclass(frozen=True)
 class Output:
-    """The files of an export; without a number in its name it is one file."""
+    """The files of an export; a name without a number is a single file."""
 
     folder: Path
     form: NameForm
 
     @property
     def suffix(self) -> str:
-        """The kind of file: .exr, one of EYE_SUFFIXES or of MOVIE_SUFFIXES."""
+        """The file extension: .exr, one of EYE_SUFFIXES or of MOVIE_SUFFIXES."""
         return Path(self.form.name_at(0)).suffix.lower()
 
     @property
     def is_exr(self) -> bool:
-        """Scene-linear; all others are pictures for the eye."""
+        """True for EXR, which is scene-linear; all others are display pictures."""
         return self.suffix == ".exr"
 
     @property
     def is_movie(self) -> bool:
-        """All frames in one file."""
+        """True if all frames are in one file."""
         return self.suffix in MOVIE_SUFFIXES
 
     @property
     def pattern(self) -> Path:
-        """The name for people: out/name.####.exr."""
+        """The name with #### for the frame number: out/name.####.exr."""
         return self.folder / self.form.text
 
     def path_at(self, frame: int) -> Path:
@@ -47,9 +47,9 @@ class Output:
 
 
 def parse_output(text: str | os.PathLike[str]) -> Output:
-    """Return the files that out/name.####.exr means, in any notation for the frame number.
+    """Parse an output such as out/name.####.exr, in any notation for the frame number.
 
-    Raises InputError for a kind of file that is not written, and for a movie with a number.
+    Raises InputError for an unsupported kind of file, and for a movie with a number.
     """
     path = Path(text).expanduser()
     parsed = parse_pattern(path.name)
@@ -65,7 +65,7 @@ def parse_output(text: str | os.PathLike[str]) -> Output:
 
 
 def check_names(output: Output, frames: tuple[int, ...]) -> None:
-    """Raise InputError where several frames have one name, or their folder cannot be made."""
+    """Raise InputError if several frames have the same name, or their folder cannot be made."""
     if len(frames) > 1 and not (output.is_movie or output.form.padding):
         name = Path(output.form.text)
         raise InputError(
@@ -77,7 +77,7 @@ def check_names(output: Output, frames: tuple[int, ...]) -> None:
 
 
 def make_folder(output: Output) -> None:
-    """Make the folder of the files, inside one that exists. Raises InputError."""
+    """Create the folder of the files, inside an existing one. Raises InputError."""
     try:
         if not output.folder.is_dir():
             folder_made(output.folder)

@@ -1,4 +1,4 @@
-"""A scene's picture without a lens as a plate, with what lies around and behind it."""
+"""Make a plate of a scene's picture without a lens, with overscan and the surfaces behind it."""
 
 import os
 from dataclasses import dataclass
@@ -15,10 +15,10 @@ AUTO = "auto"
 
 @dataclass(frozen=True)
 class PinholeOptions:
-    """What a plate of a scene has beside the picture.
+    """The options of a plate of a scene.
 
-    overscan  pixels on every side; `AUTO`: as many as the lens needs; None: no overscan
-    deep      with the surfaces behind the picture
+    overscan  pixels on every side; `AUTO` for as many as the lens needs; None for no overscan
+    deep      True to include the surfaces behind the picture
     """
 
     overscan: int | str | None = None
@@ -34,8 +34,8 @@ def pinhole_plate(
 ) -> Plate:
     """Return the scene's picture at a frame, which will be written to `path`.
 
-    Raises InputError for more overscan than is drawn, and for a deep picture that takes too much
-    memory to write.
+    Raises InputError for more overscan than is drawn, and for a deep picture that needs too much
+    memory.
     """
     loaded = renderer.look(shot, frame, PINHOLE_VIEWS, is_for_file=options.deep)
     if options == PinholeOptions():

@@ -1,4 +1,4 @@
-"""The plan of an export: what each frame is made of, its file, and its fingerprint."""
+"""Plan an export: the inputs, the file and the fingerprint of each frame."""
 
 import os
 from dataclasses import dataclass
@@ -32,7 +32,7 @@ class PlannedFrame:
 
 @dataclass(frozen=True)
 class ExportPlan:
-    """All frames of a job, and what they are made of."""
+    """All frames of a job with their inputs."""
 
     job: ExportJob
     source: Source
@@ -40,25 +40,24 @@ class ExportPlan:
 
     @property
     def movie_fingerprint(self) -> str:
-        """Return the fingerprint of all frames in one file."""
+        """Return the fingerprint of a movie of all frames."""
         rate = self.job.shot.frames_per_second
         return fingerprint_of_movie([frame.fingerprint for frame in self.frames], rate)
 
 
 def frames_of(shot: Shot, text: str | None) -> tuple[int, ...]:
-    """Return the frames in `text`, such as 1001-1100x2; None: from in to out, else all there are.
+    """Return the frames in `text`, such as 1001-1100x2, or if None those from in to out, else all.
 
-    Raises InputError for a text that is not a frame range, and where the source is not found.
+    Raises InputError if the text is no frame range or the source is not found.
     """
     return source_of(shot).frames_of(shot) if text is None else parse_frames(text)
 
 
 def planned(job: ExportJob) -> ExportPlan:
-    """Return what will be done. Files are looked up, and none is written.
+    """Return the plan of a job. Input files are looked up, but nothing is written.
 
-    Raises InputError where a plate is missing and the job does not say what stands in for it, where
-    a scene is missing, where a frame would replace a file that it is made of, and where the values
-    make no lens.
+    Raises InputError if a scene is missing, if a plate is missing and the job does not allow to
+    replace it, if an output would overwrite an input, or if the lens is impossible.
     """
     source = source_of(job.shot)
     source.check(job.shot, job.frames, job.missing)
@@ -81,6 +80,5 @@ def _check_sources_stay(plan: ExportPlan) -> None:
     for frame in plan.frames:
         if os.path.realpath(frame.path) in read:
             raise InputError(
-                f"{frame.path} is a file that the export is made of. "
-                "Give another name for the output."
+                f"{frame.path} is an input of the export: give another name for the output."
             )

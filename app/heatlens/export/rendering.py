@@ -1,4 +1,4 @@
-"""The frames of an export one after the other."""
+"""Render the frames of an export one after the other."""
 
 import moderngl
 
@@ -14,7 +14,7 @@ from heatlens.render import FrameRenderer
 
 
 class FrameRendering:
-    """Renders `frames` of the plan. Not for several threads: OpenGL is where it was made."""
+    """Renders `frames` of the plan, only on the thread that made it, because of OpenGL."""
 
     def __init__(
         self, plan: ExportPlan, frames: tuple[PlannedFrame, ...], renderer: FrameRenderer
@@ -27,7 +27,7 @@ class FrameRendering:
         self._shown = None if is_exr else ShownPictures(renderer.ctx, plan.job.look)
 
     def rendered(self, frame: PlannedFrame) -> RenderedFrame:
-        """Render `frame`. Raises InputError where its plate is damaged or gone."""
+        """Render `frame`. Raises InputError if its plate is damaged or missing."""
         self._loader.load(frame.origin)
         if self._job.pinhole and self._job.output.is_exr and self._renderer.scene is not None:
             plate = self._pinhole(frame)
@@ -35,21 +35,18 @@ class FrameRendering:
         return RenderedFrame(frame, self._plate(), self._pixels(frame))
 
     def _pinhole(self, frame: PlannedFrame) -> Plate:
-        """Return a scene's picture without a lens, in memory: it is written on another thread."""
+        """Return a scene's picture without a lens, in memory for the thread that writes it."""
         shot, beside = self._job.shot, self._job.beside
         return pinhole_plate(self._renderer, shot, frame.frame, beside, frame.path).in_memory()
 
     def close(self) -> None:
-        """Stop reading; give what was used of OpenGL back."""
+        """Stop reading, and delete the objects of OpenGL."""
         self._loader.close()
         if self._shown is not None:
             self._shown.release()
 
     def _plate(self) -> Plate:
-        """Return the plate, in memory where depth is written too.
-
-        That happens on another thread.
-        """
+        """Return the plate, in memory if another thread will write its depth."""
         plate, exr = self._renderer.loaded.plate, self._job.exr
         return plate.in_memory() if exr.with_depth or exr.with_coc else plate
 
@@ -66,7 +63,7 @@ class FrameRendering:
         return burned_in(display, burn_in_text(frame.frame, frame.lens, plate, look.unit, told))
 
     def _picture(self, frame: int) -> moderngl.Texture:
-        """Return the picture with the lens, or the pinhole picture where that is asked for."""
+        """Return the picture with the lens, or the pinhole picture if that is requested."""
         if self._job.pinhole:
             return self._renderer.loaded.color
         return self._renderer.render(self._job.shot, frame)

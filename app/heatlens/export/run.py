@@ -1,4 +1,4 @@
-"""The export itself: what is finished is left, the rest is read, rendered and written at a time."""
+"""Run an export: skip finished frames, and read, render and write the others concurrently."""
 
 from collections.abc import Callable, Generator, Iterator
 from contextlib import closing, contextmanager
@@ -24,22 +24,22 @@ Write = Callable[[RenderedFrame], None]
 
 @dataclass(frozen=True)
 class FrameDone:
-    """A frame that is in its file now."""
+    """A frame whose file is complete."""
 
     frame: int
     path: Path
-    was_there: bool  # finished before, and left as it was
+    was_there: bool  # finished by an earlier run
 
 
 def export_frames(
     plan: ExportPlan, make_renderer: Callable[[], FrameRenderer]
 ) -> Generator[FrameDone]:
-    """Export, one step a frame: first those that were finished, then the others in order.
+    """Export one frame per step: first report those already finished, then do the others in order.
 
-    `make_renderer` is called, and OpenGL used, only where something is left to render, in the
-    thread that takes the steps. Closing the generator stops the export; a frame is in its file
-    whole or not at all. At a frame that fails, those before it are finished, then the error is
-    raised: InputError for a plate that is damaged or a file that cannot be written.
+    `make_renderer` is called, and OpenGL used, only if something is left to render, on the thread
+    that takes the steps. Closing the generator stops the export; files are never partial. If a
+    frame fails, the frames before it are finished, then the error is raised: InputError for a
+    damaged plate or a file that cannot be written.
     """
     make_folder(plan.job.output)
     remove_leftovers(plan.job.output.folder)
@@ -55,7 +55,7 @@ def export_frames(
 
 
 def _with_room(plan: ExportPlan, steps: Generator[FrameDone], count: int) -> Generator[FrameDone]:
-    """Yield `steps`; raise InputError after the first where the disk is too full for the others."""
+    """Yield `steps`; after the first, raise InputError if the disk is too full for the others."""
     for number, done in enumerate(steps):
         yield done
         if number == 0 and not plan.job.output.is_movie and done.path.is_file():
@@ -65,7 +65,7 @@ def _with_room(plan: ExportPlan, steps: Generator[FrameDone], count: int) -> Gen
 
 
 def _are_there(plan: ExportPlan) -> Iterator[bool]:
-    """Return for each frame whether it is finished; those of a movie are all or none."""
+    """Return for each frame whether it is finished; all frames of a movie share one answer."""
     if plan.job.force:
         return repeat(False, len(plan.frames))
     if plan.job.output.is_movie:
@@ -84,7 +84,7 @@ def _exported(
         FrameWriter[FrameDone]() as writer,
     ):
         for frame in frames:
-            if may_be_there and is_finished(frame):  # by another export meanwhile
+            if may_be_there and is_finished(frame):  # finished by another export
                 yield FrameDone(frame.frame, frame.path, was_there=True)
                 continue
             try:
@@ -98,7 +98,7 @@ def _exported(
 
 @contextmanager
 def _files(plan: ExportPlan) -> Iterator[Write]:
-    """Yield what writes a frame, open as long as it is needed."""
+    """Yield the function that writes a frame; a movie stays open for the block."""
     if not plan.job.output.is_movie:
         yield partial(write_frame, plan.job)
         return

@@ -1,4 +1,4 @@
-"""What a rendered frame looks like through the view transform, over the display window."""
+"""Convert a rendered frame by the view transform, and crop it to the display window."""
 
 from collections.abc import Callable
 
@@ -16,10 +16,10 @@ BurnIn = Callable[[FloatImage], FloatImage]
 
 
 class ShownPictures:
-    """Pictures for the eye, of frames whatever their size, over black.
+    """Display pictures over black, all in the size of the display window.
 
-    Players show the display window, so that is what is seen: overscan is cut off, and frames whose
-    renderer wrote only a part of them come out in one size.
+    Players show the display window: overscan is cut off, and frames of which the renderer wrote
+    only a part are completed.
     """
 
     def __init__(self, ctx: moderngl.Context, look: Look) -> None:
@@ -52,7 +52,7 @@ class ShownPictures:
         return self._out
 
     def release(self) -> None:
-        """Give everything back to OpenGL."""
+        """Delete all objects of OpenGL."""
         self._pass.release()
         if self._out is not None:
             self._out.release()

@@ -1,7 +1,7 @@
-"""Whether a file that an export wrote is all there: by its structure, without its pixels.
+"""Check that an exported file is complete, by its structure and without reading its pixels.
 
-A file that a full disk, a broken copy or a power cut shortened still begins as a whole one does, so
-that its header alone proves nothing. Every format here says within the file how long it has to be.
+A file that was cut short by a full disk, a broken copy or a power cut still has a valid header.
+Each of these formats contains the length that the file must have.
 
 Sources: OpenEXR, "File Layout"; W3C, PNG specification, section 5; ISO/IEC 10918-1, annex B;
 Adobe, TIFF revision 6.0, section 2; ISO/IEC 14496-12, section 4.2.
@@ -15,16 +15,16 @@ from typing import BinaryIO
 
 from heatlens.plate.exr_scan import scanned_headers
 
-_LINES_OF_CHUNK = {0: 1, 1: 1, 2: 1, 3: 16, 4: 32, 8: 32, 9: 256}  # by the number of a compression
+_LINES_OF_CHUNK = {0: 1, 1: 1, 2: 1, 3: 16, 4: 32, 8: 32, 9: 256}  # by compression number
 _JPEG_END = b"\xff\xd9"
-_BYTES_OF_TIFF = (0, 1, 1, 2, 4, 8, 1, 1, 2, 4, 8, 4, 8)  # by the number of a type
+_BYTES_OF_TIFF = (0, 1, 1, 2, 4, 8, 1, 1, 2, 4, 8, 4, 8)  # by type number
 _STRIP_OFFSETS, _STRIP_LENGTHS = 273, 279
 
 
 def is_whole(path: Path, suffix: str = "") -> bool:
     """Return whether a file ends where its own structure says that it ends.
 
-    `suffix` tells its kind, as .exr, where its name does not.
+    `suffix`, such as .exr, gives its kind if its name does not.
     """
     check = _CHECKS[(suffix or path.suffix).lower()]
     try:
@@ -36,7 +36,7 @@ def is_whole(path: Path, suffix: str = "") -> bool:
 
 
 def _is_whole_exr(file: BinaryIO, size: int) -> bool:
-    """Return True where the chunks of one part in scanlines, flat or deep, follow each other."""
+    """Return True if all chunks of a single scanline part, flat or deep, are present."""
     (header,) = scanned_headers(file)
     _, first_row, _, last_row = struct.unpack("<4i", header["dataWindow"])
     lines = _LINES_OF_CHUNK[header["compression"][0]]
@@ -52,7 +52,7 @@ def _is_whole_exr(file: BinaryIO, size: int) -> bool:
 
 
 def _bytes_of_chunk(file: BinaryIO, is_deep: bool) -> int:
-    """Return the length of a chunk behind its row: its own sizes, and what they announce."""
+    """Return the length of a chunk after its row number: its size fields and its data."""
     if not is_deep:
         return 4 + int(struct.unpack("<I", file.read(4))[0])
     table, samples, _ = struct.unpack("<3Q", file.read(24))  # packed, and unpacked
@@ -60,7 +60,7 @@ def _bytes_of_chunk(file: BinaryIO, is_deep: bool) -> int:
 
 
 def _is_whole_png(file: BinaryIO, size: int) -> bool:
-    """Return True where the chunk IEND is the last in the file, and the others lead to it."""
+    """Return True if the chunks lead to IEND as the last one."""
     end, kind = 8, b""
     while end < size and kind != b"IEND":
         file.seek(end)
@@ -75,7 +75,7 @@ def _is_whole_jpeg(file: BinaryIO, size: int) -> bool:
 
 
 def _is_whole_tiff(file: BinaryIO, size: int) -> bool:
-    """Return True where the file ends behind its directory, its values and its strips of pixels."""
+    """Return True if the file contains all of its directory, its values and its pixel strips."""
     order = {b"II*\0": "<", b"MM\0*": ">"}[file.read(4)]
     (start,) = struct.unpack(f"{order}I", file.read(4))
     file.seek(start)
@@ -97,13 +97,13 @@ def _is_whole_tiff(file: BinaryIO, size: int) -> bool:
 
 
 def _is_whole_movie(file: BinaryIO, size: int) -> bool:
-    """Return True where the boxes of QuickTime or MP4 reach to the end; one holds the pictures."""
+    """Return True if the boxes of QuickTime or MP4 reach to the end, and one holds the pictures."""
     end, kinds = 0, set()
     while end < size:
         file.seek(end)
         length, kind = struct.unpack(">I4s", file.read(8))
         head = 8
-        if length == 1:  # the length has 64 bits, and stands behind the kind
+        if length == 1:  # the length has 64 bits, after the kind
             (length,), head = struct.unpack(">Q", file.read(8)), 16
         if length < head:
             return False

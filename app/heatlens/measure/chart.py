@@ -1,4 +1,4 @@
-"""Charts of the methods, drawn by matplotlib: axes, colours, legends and files in one style."""
+"""Draw charts of the methods with matplotlib, with axes, colours and legends in one style."""
 
 import math
 from collections.abc import Sequence
@@ -27,9 +27,9 @@ _FIXED_TEXT = {"svg.fonttype": "none", "svg.hashsalt": "heatlens"}  # the same f
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """One line of a legend: the artist that it explains, its words and its place among the others.
+    """One line of a legend: the artist that it explains, its text and its position.
 
-    height  the entries with greater heights stand above
+    height  entries are sorted by decreasing height
     """
 
     artist: Any
@@ -38,18 +38,18 @@ class Entry:
 
 
 def new_figure(width_in: float, height_in: float, extra: str = "plot") -> Any:
-    """Return an empty figure that makes room for titles and legends.
+    """Return an empty figure with automatic layout of titles and legends.
 
-    Raises InputError where matplotlib is not installed, with the `extra` that brings it.
+    Raises InputError that names the `extra` to install if matplotlib is missing.
     """
     figure = import_extra("matplotlib.figure", "A chart", extra).Figure
     return figure(figsize=(width_in, height_in), layout="constrained")
 
 
 def write_figure(path: Path, figure: Any, dpi: int = 150) -> None:
-    """Write a figure as PNG or SVG, as the suffix says; the file appears whole or not at all.
+    """Write a figure as PNG or SVG, by its suffix, completely or not at all.
 
-    Raises InputError where nothing can be written.
+    Raises InputError if the file cannot be written.
     """
     matplotlib = import_extra("matplotlib", "A chart", "plot")
     kind = path.suffix.lower()[1:]
@@ -59,13 +59,13 @@ def write_figure(path: Path, figure: Any, dpi: int = 150) -> None:
 
 
 def style_of(method: str) -> dict[str, str]:
-    """Return colour and marker of a method; words after its name, as "heat 23", change nothing."""
+    """Return colour and marker of a method; text after its name, as in "heat 23", is ignored."""
     color, marker = _STYLES.get(method.partition(" ")[0], _OTHER_STYLE)
     return {"color": color, "marker": marker}
 
 
 def plain_axes(axes: Any, title: str = "") -> None:
-    """Draw a faint grid, no frame at the top and the right, and a title at the left."""
+    """Set a faint grid, no frame at the top and the right, and a title at the left."""
     axes.grid(alpha=0.3)
     axes.spines[["top", "right"]].set_visible(False)
     axes.set_title(title, loc="left", fontsize="medium")
@@ -83,7 +83,7 @@ def plain_ticks(axis: Any) -> None:
 
 
 def legend_beside(axes: Any, entries: Sequence[Entry]) -> None:
-    """Explain lines or points at the right of the axes, in the order in which they lie there."""
+    """Place a legend right of the axes, with the entries in the vertical order of their lines."""
     ordered = sorted(entries, key=lambda entry: -entry.height)
     axes.legend(
         [entry.artist for entry in ordered],

@@ -1,4 +1,4 @@
-"""Packages that come with an extra of heatlens, imported when they are first needed."""
+"""Import packages that come with an extra of heatlens on first use."""
 
 import importlib
 from types import ModuleType

@@ -1,4 +1,4 @@
-"""Pages in HTML 5 from templates that lie beside the code; every name in them is escaped."""
+"""Render HTML 5 pages from templates beside the code; all values are escaped."""
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -7,7 +7,7 @@ from heatlens.measure.extras import import_extra
 
 
 def check_pages(purpose: str) -> None:
-    """Raise InputError, which `purpose` begins, where the package that makes pages is missing."""
+    """Raise InputError that begins with `purpose` if the package for pages is missing."""
     import_extra("jinja2", purpose, "study")
 
 
@@ -17,9 +17,9 @@ def page_of(
     values: Mapping[str, object],
     filters: Mapping[str, Callable[..., object]] | None = None,
 ) -> str:
-    """Return the page of a template with these values; a value that is missing is an error.
+    """Return the page of a template with these values; a missing value is an error.
 
-    Raises InputError where the package that makes pages is not installed.
+    Raises InputError if the package for pages is not installed.
     """
     jinja2 = import_extra("jinja2", purpose, "study")
     environment = jinja2.Environment(

@@ -1,4 +1,4 @@
-"""What this machine's memory gives at best: a shader that copies a picture."""
+"""Measure the memory bandwidth of this machine with a shader that copies a picture."""
 
 import moderngl
 
@@ -8,20 +8,22 @@ from heatlens.gpu.stopwatch import Stopwatch
 from heatlens.gpu.textures import new_texture
 
 _BYTES_PER_PIXEL = 32  # rgba32f read and written
-_LARGE = (4096, 4096)  # 256 MiB: more than the caches of any GPU hold
+_LARGE = (4096, 4096)  # 256 MiB, more than the caches of any GPU
 _TRIES = 7
 
 
 def copy_bytes_per_second(ctx: moderngl.Context, size: tuple[int, int]) -> float:
     """Return the bytes per second of the fastest of several copies; the first copy is not counted.
 
-    A software rasteriser copies a picture of `size`, so that it meets the processor's caches in the
-    state in which the passes meet them; a GPU copies a large picture.
+    A software rasteriser copies a picture of `size`, so that the processor's caches have the same
+    effect as on the passes; a GPU copies a large picture.
     """
     size = size if is_software(ctx) else _LARGE
     program = ComputeProgram(ctx, "bandwidth_copy.comp.glsl")
     source, target = (new_texture(ctx, size, 4) for _ in range(2))
-    source.write(bytes(16 * size[0] * size[1]))  # memory that was never written costs nothing
+    source.write(
+        bytes(16 * size[0] * size[1])
+    )  # reading memory that was never written would be too fast
     seconds = [_copy_seconds(program, source, target) for _ in range(_TRIES + 1)]
     for thing in (program, source, target):
         thing.release()

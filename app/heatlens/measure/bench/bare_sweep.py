@@ -1,4 +1,4 @@
-"""Two bare Thomas sweeps over a picture: the yardstick of a whole frame of one layer of heat."""
+"""Two bare Thomas sweeps over a picture, the reference for a frame with one layer of heat."""
 
 import moderngl
 import numpy as np
@@ -11,10 +11,10 @@ from heatlens.gpu.textures import FloatArray, new_texture, upload
 
 
 class BareSweeps:
-    """Rows, then columns, with conductances made beforehand; owns all that it needs."""
+    """Sweeps rows, then columns, with precomputed conductances; owns all its GPU objects."""
 
     def __init__(self, ctx: moderngl.Context, color: FloatArray, coc_px: FloatArray) -> None:
-        """Take `color` (H, W, 4) and `coc_px` (H, W), diameters of either sign, to the GPU."""
+        """Upload `color` (H, W, 4) and `coc_px` (H, W), diameters of either sign, to the GPU."""
         size = (coc_px.shape[1], coc_px.shape[0])
         _check_scratch_fits(ctx, size)
         self._size = size
@@ -30,7 +30,7 @@ class BareSweeps:
             upload(texture, conductances(coc_px, along=1 - axis))
 
     def run(self) -> None:
-        """Leave the diffused picture in `out`."""
+        """Write the diffused picture to `out`."""
         self._sweep((1, 0), self._conductances[0], self._color, self._rows)
         self._sweep((0, 1), self._conductances[1], self._rows, self.out)
 
@@ -54,7 +54,7 @@ class BareSweeps:
         )
 
     def release(self) -> None:
-        """Give everything back to OpenGL."""
+        """Delete all GPU objects."""
         for texture in (self._color, self._rows, self.out, *self._conductances):
             texture.release()
         for buffer in self._scratch.values():

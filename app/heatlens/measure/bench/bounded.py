@@ -1,4 +1,4 @@
-"""A frame's time where it must not take too long."""
+"""Measure the time of a frame within a time limit."""
 
 import time
 from collections.abc import Callable
@@ -10,21 +10,21 @@ from heatlens.measure.bench.frames import Frame, run_seconds
 from heatlens.render import drained
 
 Say = Callable[[str], None]
-LIMIT_S = 20.0  # what one cell of a table may take, all its frames together
+LIMIT_S = 20.0  # time limit for one cell of a table, with all its frames
 
 
 @dataclass(frozen=True, eq=False)
 class Timed:
-    """Median milliseconds of a frame, and its picture, which the next frame overwrites."""
+    """The median milliseconds of a frame, and its picture, which the next frame overwrites."""
 
     ms: float
     picture: moderngl.Texture
 
 
 def bounded(frame: Frame, runs: int, limit_s: float) -> Timed | None:
-    """Return the median of `runs` frames, or None where even the warm-up exceeds `limit_s`.
+    """Return the median of `runs` frames, or None if even the warm-up exceeds `limit_s`.
 
-    Where time is short, the median is of fewer frames or of the warm-up alone.
+    If time is short, the median is of fewer frames or of the warm-up alone.
     """
     end = time.monotonic() + limit_s
     first = _first(frame, end)
@@ -39,7 +39,7 @@ def bounded(frame: Frame, runs: int, limit_s: float) -> Timed | None:
 
 
 class Patience:
-    """Gives up on whoever was too slow once, and says so once."""
+    """Skips methods that have been too slow once, and reports this once."""
 
     def __init__(self, runs: int, say: Say) -> None:
         self._runs, self._say = runs, say
@@ -61,7 +61,7 @@ class Patience:
 
 
 def _first(frame: Frame, end: float) -> Timed | None:
-    """Render a frame step by step; give up after the step that ends later than `end`."""
+    """Render a frame step by step; stop after the first step that ends later than `end`."""
     frame.renderer.ctx.finish()
     start = time.monotonic()
 
@@ -80,4 +80,4 @@ def _first(frame: Frame, end: float) -> Timed | None:
 
 
 class _TooSlowError(Exception):
-    """A frame has taken more time than it may."""
+    """A frame has exceeded its time limit."""

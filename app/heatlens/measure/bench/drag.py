@@ -1,4 +1,4 @@
-"""What the hand sees: each preview level's pictures a second, and how far it is from the rest."""
+"""Measure preview levels as seen while dragging: pictures per second, and error to rest."""
 
 import math
 from dataclasses import dataclass, replace
@@ -42,7 +42,7 @@ class DragRow:
 
 @dataclass(frozen=True, slots=True)
 class DragReport:
-    """All levels; `flip_missing` says why there is no FLIP, "" where there is."""
+    """All levels; `flip_missing` says why there is no FLIP, else it is ""."""
 
     source: str
     width: int
@@ -53,7 +53,7 @@ class DragReport:
 
 
 def level_words(settings: DefocusSettings, size: tuple[int, int]) -> str:
-    """Return what is said when a level begins; `size` of the plate."""
+    """Return the progress message of a level; `size` is that of the plate."""
     width, height = proxy_size(size, settings.proxy)
     return f"level {width}x{height}, {settings.quality}"
 
@@ -81,7 +81,7 @@ def measure_drag(
 
 
 def flip_missing() -> str:
-    """Return why FLIP cannot be measured here; "" where it can."""
+    """Return why FLIP cannot be measured here; "" if it can."""
     try:
         flip_evaluation(_BLACK, _BLACK, "LDR")
     except InputError as error:
@@ -92,7 +92,7 @@ def flip_missing() -> str:
 def _row(
     frame: Frame, level: DefocusSettings, view: DragView, runs: int, rest: Shown | None
 ) -> tuple[DragRow, Shown | None]:
-    """Measure one preview level and its picture; the picture is None where it took too long."""
+    """Measure one preview level and its picture; the picture is None if it took too long."""
     here = replace(frame, shot=replace(frame.shot, defocus=level))
     timed = bounded.bounded(here, runs, bounded.LIMIT_S)
     shown = flip = None
@@ -108,7 +108,7 @@ def _row(
 
 
 def drag_table(report: DragReport) -> str:
-    """Return the levels for reading."""
+    """Return the levels as a text table."""
     lines = [
         f"drag: {report.source}, {report.width}x{report.height} at rest; {report.renderer}",
         "level        pixels  quality   poles  layers        ms  pictures/s  FLIP to rest",

@@ -1,4 +1,4 @@
-"""Preview levels as the window shows them at 1:1: enlarged, with the plate's detail in focus."""
+"""Draw preview levels as the window does at 1:1: enlarged, with the plate's focused detail."""
 
 from dataclasses import dataclass
 
@@ -37,11 +37,11 @@ class DragView:
         self._held: list[moderngl.Texture] = []
 
     def at_rest(self, picture: moderngl.Texture) -> Shown:
-        """Return the whole picture, (H, W, 3), 0 to 1, as the screen has it."""
+        """Return the whole picture as on the screen, (H, W, 3), 0 to 1."""
         return self._on_screen(self._shown(picture), None)
 
     def moving(self, picture: moderngl.Texture, shot: Shot, rest_proxy: float) -> Shown:
-        """Return a level's `picture` of `shot` as it is seen while something is dragged."""
+        """Return a level's `picture` of `shot` as it is shown while dragging."""
         proxy = shot.defocus.proxy
         if proxy >= rest_proxy:
             return self.at_rest(picture)
@@ -95,7 +95,7 @@ class DragView:
         return (pixels.reshape(height, width, 3)[::-1] / np.float32(255)).astype(np.float32)
 
     def release(self) -> None:
-        """Give everything back to OpenGL but the framebuffer that stays bound."""
+        """Delete all GPU objects except the framebuffer that stays bound."""
         self._rest.use()
         self._screen.release()
         self._out.release()

@@ -1,17 +1,17 @@
-"""Who takes part where methods are measured against each other, and under which name."""
+"""List the methods that are compared with each other, and their names."""
 
 from dataclasses import replace
 
 from heatlens.model.settings import DefocusSettings, Method
 
-# Numbers of views that pictures in the literature have: Haeberli and Akeley 1990 and after.
+# Numbers of views in the literature, from Haeberli and Akeley 1990 on.
 KNOWN_VIEWS = (23, 66)
 
 
 def entrants(settings: DefocusSettings) -> dict[str, DefocusSettings]:
     """Return the settings of every method by its name, in the order of `Method`.
 
-    The name of a method that averages views through the lens has their number: "accumulation 23".
+    The name of a method that averages views contains their number: "accumulation 23".
     """
     found: dict[str, DefocusSettings] = {}
     for method in Method:

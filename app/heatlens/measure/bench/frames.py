@@ -1,4 +1,4 @@
-"""A plate on the GPU rendered again and again: whole frames, and the time of each pass."""
+"""Render a plate on the GPU repeatedly, and time whole frames and each pass."""
 
 import time
 from collections.abc import Callable
@@ -23,13 +23,13 @@ from heatlens.plate.plate import Plate
 from heatlens.render import FrameRenderer
 from heatlens.scene.scene import Scene
 
-_HAIR = 1e-9  # of the f-stop
-_HAIRS = count(1)  # one for all: two frames of one lens must not meet either
+_HAIR = 1e-9  # relative change of the f-stop from frame to frame
+_HAIRS = count(1)  # shared, so that no two frames have exactly the same lens
 
 
 @dataclass(frozen=True, slots=True)
 class PassSeconds:
-    """One pass over a frame: seconds of all its runs, and how many."""
+    """The seconds of all runs of a pass in a frame, and the number of runs."""
 
     seconds: float
     runs: int
@@ -37,7 +37,7 @@ class PassSeconds:
 
 @dataclass(frozen=True, slots=True)
 class FrameSeconds:
-    """Medians: whole frames with the stopwatch off and on, and each pass by name, in order."""
+    """Medians of whole frames with the stopwatch off and on, and of each pass by name, in order."""
 
     whole: float
     timed: float
@@ -45,7 +45,7 @@ class FrameSeconds:
 
 
 class BenchFrames:
-    """Plates through a `FrameRenderer` with a solver of choice."""
+    """Renders plates with a `FrameRenderer` and a chosen solver."""
 
     def __init__(self, ctx: moderngl.Context, solver: str) -> None:
         """Make a renderer; `solver` is a name of SOLVERS, or "auto" for that of `render`."""
@@ -65,27 +65,27 @@ class BenchFrames:
         check_work_fits(self.ctx, *proxy_size(size, settings.proxy))
 
     def frame(self, plate: Plate, lens: Lens, settings: DefocusSettings) -> "Frame":
-        """Load `plate` to the GPU, in place of the source before it."""
+        """Load `plate` to the GPU; it replaces the previous source."""
         self._renderer.load(plate)
         return Frame(self._renderer, Shot(lens, settings))
 
     def scene_frame(
         self, scene: Scene, framing: Framing, lens: Lens, settings: DefocusSettings
     ) -> "SceneFrame":
-        """Load `scene` to the GPU, in place of the source before it."""
+        """Load `scene` to the GPU; it replaces the previous source."""
         self._renderer.load_scene(scene)
         return SceneFrame(self._renderer, Shot(lens, settings, framing=framing))
 
 
 @dataclass(frozen=True, eq=False)
 class Frame:
-    """One frame, ready to render; another plate in its place ends it."""
+    """One frame, ready to render; it is valid until another source is loaded."""
 
     renderer: FrameRenderer
     shot: Shot
 
     def render(self) -> moderngl.Texture:
-        """Issue the frame; the GPU may still be at it."""
+        """Issue the frame; the GPU may still be working on it afterwards."""
         return self.renderer.render(self._next_shot())
 
     def steps(self) -> Steps[moderngl.Texture]:
@@ -97,7 +97,7 @@ class Frame:
 
     @property
     def layer_count(self) -> int:
-        """How many layers the picture comes in, its proxy size considered."""
+        """Number of layers of the picture at its proxy size."""
         settings = self.shot.defocus
         optics = self.renderer.optics(self.shot)
         layers = layers_for(settings)
@@ -105,7 +105,7 @@ class Frame:
 
 
 class SceneFrame(Frame):
-    """A frame of a scene, from all points of the lens each time."""
+    """A frame of a scene, rendered anew from all points of the lens each time."""
 
     def _next_shot(self) -> Shot:
         """Return the shot with a slightly different lens, so that no accumulated view is reused."""
@@ -123,9 +123,9 @@ def run_seconds(ctx: moderngl.Context, work: Callable[[], object]) -> float:
 
 
 def median_seconds(ctx: moderngl.Context, runs: int, *works: Callable[[], object]) -> list[float]:
-    """Return the median seconds of each work, after one warm-up each that builds programs.
+    """Return the median seconds of each function, after one warm-up each that builds programs.
 
-    The works take turns, so that all of them meet the same state of the machine.
+    The functions take turns, so that the state of the machine is the same for all.
     """
     for work in works:
         work()

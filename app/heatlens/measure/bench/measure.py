@@ -1,4 +1,4 @@
-"""The measurements of `heatlens bench`: a frame and its passes, sweeps, the bare yardstick."""
+"""The measurements of `heatlens bench`: a frame and its passes, series, and the bare sweeps."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -30,23 +30,23 @@ BARE_WORDS = "one layer of heat beside two bare sweeps"
 
 
 def copy_words(size: Size, settings: DefocusSettings) -> str:
-    """Return what is said when the copy begins."""
+    """Return the progress message of the copy."""
     width, height = proxy_size(size, settings.proxy)
     return f"copying {width}x{height}"
 
 
 def frame_words(size: Size, runs: int) -> str:
-    """Return what is said when the frame begins."""
+    """Return the progress message of the frame."""
     return f"frame of {size[0]}x{size[1]}, {runs} runs, twice"
 
 
 def coc_words(coc_px: float) -> str:
-    """Return what is said when an amount of blur begins."""
+    """Return the progress message of an amount of blur."""
     return f"circle of confusion {coc_px:g} px"
 
 
 def size_words(size: Size) -> str:
-    """Return what is said when a size begins."""
+    """Return the progress message of a size."""
     return f"size {size[0]}x{size[1]}"
 
 
@@ -141,7 +141,7 @@ def measure_size_sweep(
 ) -> tuple[SizeRow, ...]:
     """Measure the time of a frame against its number of pixels.
 
-    A size that this machine has no room for is left out, and `say` is told so.
+    A size that needs more memory than this machine has is left out, and reported with `say`.
     """
     measured: list[tuple[Size, float, float, int]] = []
     for size in SWEEP_SIZES:

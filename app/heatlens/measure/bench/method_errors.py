@@ -1,4 +1,4 @@
-"""How far each method is from the truth, and its time there, against the amount of blur."""
+"""Measure the error of each method to the truth, and its time, against the amount of blur."""
 
 from dataclasses import dataclass, replace
 from itertools import count
@@ -26,9 +26,10 @@ _SIDE_MIN_PX = 16
 
 @dataclass(frozen=True, slots=True)
 class ErrorCell:
-    """One method at one blur: milliseconds of a frame, and its distance to the truth.
+    """One method at one amount of blur: milliseconds of a frame, and its error to the truth.
 
-    The three are those of compare.metrics.Scores: FLIP 0 and SSIM 1 where equal, PSNR in dB.
+    The scores are those of `measure.compare.metrics.Scores`: FLIP 0 and SSIM 1 if equal, PSNR in
+    dB.
     """
 
     ms: float
@@ -39,10 +40,10 @@ class ErrorCell:
 
 @dataclass(frozen=True, slots=True)
 class ErrorRow:
-    """By each method's name; None where a frame took longer than the limit.
+    """The cells by each method's name; None if a frame took longer than the limit.
 
     coc_px      the largest circle of confusion in the picture
-    truth_flip  FLIP between the truth and that of half its views: how sure it is of itself
+    truth_flip  FLIP between the truth and that of half its views, a measure of its noise
     """
 
     coc_px: float
@@ -54,7 +55,7 @@ class ErrorRow:
 class ErrorReport:
     """All methods on one scene through lenses of growing blur.
 
-    truth_views  points of the lens that the truth is the mean of
+    truth_views  number of points of the lens over which the truth is averaged
     """
 
     width: int
@@ -65,12 +66,12 @@ class ErrorReport:
 
 
 def check_errors(size: tuple[int, int], settings: DefocusSettings, truth_views: int) -> None:
-    """Refuse, in an InputError, what would only fail after minutes, or would be no truth."""
+    """Raise InputError for options that would fail only after minutes, or give no valid truth."""
     most = most_views(settings)
     if not most < truth_views <= VIEWS_MAX:
         raise InputError(
             f"--truth-views must be more than the {most} views that are held against it and at "
-            f"most {VIEWS_MAX}, or 0 for times alone; got {truth_views}."
+            f"most {VIEWS_MAX}, or 0 for only times; got {truth_views}."
         )
     if min(proxy_size(size, settings.proxy)) < _SIDE_MIN_PX:
         raise InputError(
@@ -99,7 +100,9 @@ def measure_errors(
     A method that was too slow once is left out from there on.
     """
     frame = frames.scene_frame(truth_scene(), wall_framing(size), LENS, settings)
-    frame.renderer.look(frame.shot)  # or the first method of plates would pay for it
+    frame.renderer.look(
+        frame.shot
+    )  # now, so that it is not included in the time of the first method
     patience = Patience(runs, say)
     rows = []
     for coc in methods.METHOD_COC_PX:
@@ -122,19 +125,19 @@ def _row(
 
 
 def truth_where(coc_px: float) -> str:
-    """Return what is said beside a truth, or a method's name."""
+    """Return the words after a truth or a method's name in progress messages."""
     return f"largest circle of confusion {coc_px:g} px"
 
 
 def truth_words(views: int) -> str:
-    """Return what is said when a truth begins."""
+    """Return the progress message of a truth."""
     return f"truth from {views} views"
 
 
 def truth_of(frame: SceneFrame, views: int, say: Say) -> tuple[FloatImage, float]:
     """Return the mean of `views` views, (H, W, 3) scene-linear, and the FLIP of half of them."""
     pictures = []
-    for number in (max(views // 2, 1), views):  # the second goes on where the first stopped
+    for number in (max(views // 2, 1), views):  # the second continues the first
         settings = replace(frame.shot.defocus, method=Method.ACCUMULATION, views=number)
         pictures.append(_drawn(_with(frame, settings), number, say))
     half, whole = pictures
@@ -142,7 +145,7 @@ def truth_of(frame: SceneFrame, views: int, say: Say) -> tuple[FloatImage, float
 
 
 def _drawn(frame: SceneFrame, views: int, say: Say) -> FloatImage:
-    """Render the picture with the lens of the shot; tell `say` after every _SAY_EVERY views."""
+    """Render the picture with the lens of the shot; report progress every _SAY_EVERY views."""
     say(truth_words(views))
     views_done = count(1)
 

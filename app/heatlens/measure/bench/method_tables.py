@@ -1,4 +1,4 @@
-"""The methods' times and errors as tables to read."""
+"""Format the times and errors of the methods as text tables."""
 
 from collections.abc import Iterable
 
@@ -19,7 +19,7 @@ def time_table(report: MethodReport) -> str:
 
 
 def error_tables(report: ErrorReport) -> str:
-    """FLIP, PSNR, SSIM and milliseconds, a table each; FLIP with the truth's own."""
+    """Return tables of FLIP (with that of the truth itself), PSNR, SSIM and milliseconds."""
     head = (
         f"errors at {report.width}x{report.height}, to the truth of {report.truth_views} views of "
         "a scene, by its largest circle of confusion;\ntruth: how far that of half its views is"
@@ -45,7 +45,7 @@ def _of(report: ErrorReport, title: str, field: str, digits: int, with_truth: bo
 def _table(
     names: list[str], rows: Iterable[tuple[float, dict[str, float | None]]], digits: int
 ) -> list[str]:
-    """Return aligned lines; the number of views stands under the name of its method."""
+    """Return aligned lines; the number of views is below the name of its method."""
     words = [name.partition(" ") for name in names]
     lines = [
         "    px" + "".join(f"{word:>{_WIDTH}}" for word, _, _ in words),

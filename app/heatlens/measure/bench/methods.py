@@ -1,4 +1,4 @@
-"""Every method against the amount of blur: which stay the same, which grow with the disc."""
+"""Measure the time of every method against the amount of blur."""
 
 from dataclasses import dataclass
 from functools import partial
@@ -16,9 +16,9 @@ METHOD_COC_PX = (2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0)
 
 @dataclass(frozen=True, slots=True)
 class MethodRow:
-    """Milliseconds of a frame by each method's name, the same coc everywhere.
+    """Milliseconds of a frame by each method's name, with the same coc everywhere.
 
-    Median of as many frames as the limit left time for; None where not one was done within it.
+    They are the median of as many frames as the time limit allowed; None if not even one fitted.
     """
 
     coc_px: float
@@ -27,7 +27,7 @@ class MethodRow:
 
 @dataclass(frozen=True, slots=True)
 class MethodReport:
-    """All methods over all circles of confusion; `limit_s` is what each cell was given."""
+    """All methods over all circles of confusion; `limit_s` is the time limit of each cell."""
 
     width: int
     height: int
@@ -38,7 +38,7 @@ class MethodReport:
 def measure_methods(
     frames: BenchFrames, size: tuple[int, int], settings: DefocusSettings, runs: int, say: Say
 ) -> MethodReport:
-    """Measure each method on a plate of uniform coc, or on a scene of it where it needs a scene.
+    """Measure each method on a plate of uniform coc, or on such a scene if it needs one.
 
     A method that was too slow once is left out from there on.
     """
@@ -54,7 +54,7 @@ def measure_methods(
 
 
 def method_where(coc_px: float) -> str:
-    """Return what is said beside a method's name."""
+    """Return the words after a method's name in progress messages."""
     return f"circle of confusion {coc_px:g} px"
 
 

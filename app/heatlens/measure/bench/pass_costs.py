@@ -1,14 +1,14 @@
-"""How many bytes each pass of the pipeline moves, and the least it could.
+"""Compute how many bytes each pass of the pipeline moves, and the least possible.
 
-moved   what the pass asks of memory as its shaders are written: every texel that a sweep over the
+moved   memory traffic of the shaders as they are written: every texel that a sweep over the
         picture reads counts once in that sweep (its neighbours find it in a cache), scratch counts
         each time it is written or read
 least   inputs read once, outputs written once, at their storage sizes
 
-Bytes a pixel. What only runs on listed pixels (rims, hidden pixels, lamps) depends on the plate and
-is left out: such a pass is marked `at_least`. What is done a layer is counted as if each were
-worked on everywhere and at the picture's size: a pass that masks of tiles and smaller layers spare
-some of this is marked `at_most`. What draws a scene is not here: its triangles decide.
+All numbers are bytes per pixel. Work on listed pixels only (rims, hidden pixels, lamps) depends on
+the plate and is left out: such a pass is marked `at_least`. Work on layers is counted as if each
+layer covered the whole picture at full size: a pass that tile masks and smaller layers make cheaper
+is marked `at_most`. Drawing a scene is not included, because it depends on the triangles.
 Storage: picture rgba32f 16, coc r32f 4, kind r16f 2, fragments rgba16f 8 each, layer rgba32f 16,
 its state rg32f 8, poles rgba32ui 16 each.
 """
@@ -29,7 +29,7 @@ _TALLY, _OFFSET = 32, 4  # a block of 8 x 8 pixels
 
 @dataclass(frozen=True, slots=True)
 class Work:
-    """The facts, besides the pixels of the plate, that the cost of a frame depends on."""
+    """Everything besides the pixels of the plate on which the cost of a frame depends."""
 
     size: tuple[int, int]  # of the picture that is worked on
     kernel: Kernel
@@ -39,7 +39,7 @@ class Work:
 
 @dataclass(frozen=True, slots=True)
 class Traffic:
-    """Bytes a pixel of all runs in a frame; None where only the plate decides."""
+    """Bytes per pixel of all runs in a frame; None if only the plate decides."""
 
     moved: float | None
     least: float | None
@@ -49,12 +49,12 @@ class Traffic:
 
 @dataclass(frozen=True, slots=True)
 class AxisReads:
-    """Bytes a pixel that a line system asks for along one axis.
+    """Bytes per pixel that a line system reads and writes along one axis.
 
-    node     for its place in the network
-    source   for its right-hand side
-    finish   when the answer is stored
-    written  the answer
+    node     read for its place in the network
+    source   read for its right-hand side
+    finish   read when the answer is stored
+    written  size of the answer
     """
 
     node: int
@@ -64,7 +64,7 @@ class AxisReads:
 
 
 def frame_traffic(name: str, work: Work, runs: int) -> Traffic:
-    """Return what the pass `name` moves in a frame that runs it `runs` times.
+    """Return the traffic of the pass `name` in a frame that runs it `runs` times.
 
     Raises KeyError for an unknown pass.
     """

@@ -1,4 +1,4 @@
-"""The plot of `heatlens bench --methods`: what each method costs, and what that buys."""
+"""Draw the plot of `heatlens bench --methods`: the time and the error of each method."""
 
 from pathlib import Path
 from typing import Any
@@ -14,7 +14,7 @@ PLOT_SUFFIXES = (".png", ".svg")
 
 
 def check_plot(path: Path) -> None:
-    """Raise InputError for a plot that could not be written after minutes of measuring."""
+    """Raise InputError for a plot that cannot be written, before minutes of measuring."""
     if path.suffix.lower() not in PLOT_SUFFIXES:
         raise InputError(f"{path}: a plot must end in {' or '.join(PLOT_SUFFIXES)}.")
     if not path.parent.is_dir():
@@ -26,8 +26,8 @@ def check_plot(path: Path) -> None:
 def write_plot(path: Path, times: MethodReport, errors: ErrorReport | None, renderer: str) -> None:
     """Plot time against blur, error against blur, and error against time, a line for each method.
 
-    All axes are logarithmic. Without errors the first panel is the whole plot. `renderer` names
-    the machine. Raises InputError where nothing can be written.
+    All axes are logarithmic. Without errors, the plot has only the first panel. `renderer` names
+    the machine. Raises InputError if the file cannot be written.
     """
     figure = _time_figure(times) if errors is None else _whole_figure(times, errors)
     words = f"{renderer}; a number after a method's name is its number of views"

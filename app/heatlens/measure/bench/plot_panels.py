@@ -9,15 +9,15 @@ from heatlens.measure.bench.method_errors import ErrorReport, ErrorRow
 from heatlens.measure.bench.methods import MethodReport
 from heatlens.measure.chart import GREY, Entry, legend_beside, plain_axes, plain_ticks, style_of
 
-_TRADE_COC_PX = 50.0  # the blur of the third panel: large enough to tell the methods apart
-_FLIP_LEAST = 1e-4  # drawn for equal pictures, whose 0 has no place on a logarithmic axis
-Points = list[tuple[float, float]]  # of one method, by increasing blur
+_TRADE_COC_PX = 50.0  # the blur of the third panel: large enough to distinguish the methods
+_FLIP_LEAST = 1e-4  # drawn for equal pictures, because a logarithmic axis has no 0
+Points = list[tuple[float, float]]  # points of one method, by increasing blur
 
 
 def time_panel(axes: Any, report: MethodReport) -> None:
-    """Draw milliseconds a frame against the circle of confusion in pixels.
+    """Draw milliseconds per frame against the circle of confusion in pixels.
 
-    A level line is a constant cost. The dotted line grows as the area of the blur disc does.
+    A level line means a constant cost. The dotted line grows with the area of the blur disc.
     """
     lines = _lines([(row.coc_px, row.ms) for row in report.rows])
     cocs_px = [row.coc_px for row in report.rows]
@@ -45,10 +45,10 @@ def error_panel(axes: Any, report: ErrorReport) -> None:
 
 
 def trade_panel(axes: Any, report: ErrorReport) -> None:
-    """Draw FLIP against milliseconds: a large point a method at one blur, faint lines at all.
+    """Draw FLIP against milliseconds: a large point per method at one blur, faint lines at all.
 
     Low is accurate, left is fast. A method that was too slow for that blur has its point at the
-    largest blur that it was measured at, and the legend says which.
+    largest blur at which it was measured, which the legend gives.
     """
     row = trade_row(report)
     axes.set(xscale="log", yscale="log")
@@ -69,12 +69,12 @@ def trade_panel(axes: Any, report: ErrorReport) -> None:
 
 
 def trade_row(report: ErrorReport) -> ErrorRow:
-    """Return the row that the third panel shows: the one whose blur is nearest to 50 px."""
+    """Return the row of the third panel: the one whose blur is closest to _TRADE_COC_PX."""
     return min(report.rows, key=lambda row: abs(math.log(row.coc_px / _TRADE_COC_PX)))
 
 
 def _traded(report: ErrorReport, name: str, coc_px: float) -> tuple[str, tuple[float, float]]:
-    """Return one method's words and its (ms, FLIP) at `coc_px`, or at the largest blur below."""
+    """Return a method's legend and its (ms, FLIP) at `coc_px`, or at the largest blur below."""
     done = [(row.coc_px, cell) for row in report.rows if (cell := row.cells[name]) is not None]
     at_px, cell = [pair for pair in done if pair[0] <= coc_px][-1]
     words = name if at_px == coc_px else f"{name}, at {at_px:g} px"
@@ -101,7 +101,7 @@ def _lines(rows: list[tuple[float, dict[str, float | None]]]) -> dict[str, Point
 def _draw_lines(
     axes: Any, lines: dict[str, Points], cocs_px: Sequence[float], limit_s: float
 ) -> list[Entry]:
-    """Draw a line for each method and return its legend, which says why a line ends early."""
+    """Draw a line for each method, and return its legend, which explains lines that end early."""
     axes.set(xscale="log", yscale="log")
     entries = []
     for name, points in lines.items():
@@ -135,5 +135,5 @@ def _flips(row: ErrorRow) -> dict[str, float | None]:
 
 
 def _flip(flip: float) -> float:
-    """Return the FLIP that is drawn, above zero."""
+    """Return the FLIP to draw, which is above zero."""
     return max(flip, _FLIP_LEAST)

@@ -1,4 +1,4 @@
-"""What was measured, as values; JSON is made of them field by field."""
+"""The results of the bench as values, which become JSON field by field, and as text."""
 
 from dataclasses import dataclass
 
@@ -10,11 +10,11 @@ from heatlens.measure.bench.methods import MethodReport
 
 @dataclass(frozen=True, slots=True)
 class PassRow:
-    """One pass of a frame. None where the bytes depend on the plate alone.
+    """One pass of a frame; values are None if the bytes depend only on the plate.
 
-    at_least        the bytes, and with them the rate, leave out what is done on listed pixels only
-    at_most         they count each layer whole, also where it is not solved, or is smaller
-    moved_gb_per_s  bytes moved over time; copy_share is its share of what a copy reaches
+    at_least        the bytes, and so the rate, leave out work on listed pixels only
+    at_most         the bytes count each layer fully, even where it is not solved or is smaller
+    moved_gb_per_s  bytes moved per time; copy_share is the ratio to that of a copy
     """
 
     name: str
@@ -30,7 +30,7 @@ class PassRow:
 
 @dataclass(frozen=True, slots=True)
 class FrameReport:
-    """A frame of the scene; milliseconds are medians over `runs`, wall clock until the GPU is done.
+    """A frame of the scene; milliseconds are medians over `runs`, until the GPU has finished.
 
     stopwatch_frame_ms  the same with every pass timed, which keeps the GPU from running ahead
     """
@@ -54,10 +54,10 @@ class FrameReport:
 
 @dataclass(frozen=True, slots=True)
 class CocRow:
-    """Frames by circle of confusion; each ratio is to the first row.
+    """Frames by circle of confusion; each ratio is relative to the first row.
 
-    one_layer, layered  the same coc everywhere, without layers and with those it falls in
-    scene               the lens opened until this is the largest coc, so that layers come and go
+    one_layer, layered  the same coc everywhere, without and with layers
+    scene               the lens opened until this is the largest coc, which changes the layers
     """
 
     coc_px: float
@@ -73,7 +73,7 @@ class CocRow:
 
 @dataclass(frozen=True, slots=True)
 class SizeRow:
-    """Frames of the scene by size; each ratio is of the time a pixel takes, to the first row."""
+    """Frames of the scene by size; ratios are of the time per pixel, relative to the first row."""
 
     width: int
     height: int
@@ -86,7 +86,7 @@ class SizeRow:
 
 @dataclass(frozen=True, slots=True)
 class BareReport:
-    """One layer of heat as a frame, and nothing but its two line sweeps."""
+    """A frame with one layer of heat, and only its two line sweeps."""
 
     heat_frame_ms: float
     bare_sweeps_ms: float
@@ -95,7 +95,7 @@ class BareReport:
 
 @dataclass(frozen=True, slots=True)
 class BenchReport:
-    """All of it; None is what was not asked for."""
+    """All results; None for measurements that were not requested."""
 
     frame: FrameReport | None
     coc_sweep: tuple[CocRow, ...] | None

@@ -1,4 +1,4 @@
-"""How long a bench will take: what it has before it, and how fast it has been so far."""
+"""Estimate how long a bench will take from its plan, and from its pace so far."""
 
 import time
 from collections.abc import Callable, Sequence
@@ -22,15 +22,15 @@ from heatlens.measure.bench.synthetic_plate import LENS, scene_plate
 from heatlens.model.settings import DefocusSettings
 
 _PROBE = (320, 180)
-_PRIOR = 0.15  # of the whole plan: so much of it the first guess weighs against what was measured
-# In frames of the film picture. Guesses that the first measurements correct.
+_PRIOR = 0.15  # weight of the first estimate against measurements, as a part of the whole plan
+# Relative costs in frames of the film picture, which the first measurements correct.
 _ONE_LAYER, _BARE, _OTHER_METHOD, _VIEW, _LEVEL = 0.3, 0.5, 0.4, 0.1, 0.4
 _COPY_S = 0.3
 
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """A part of the bench: the sentence that is said when it begins, and seconds it should take."""
+    """A part of the bench: its progress message, and the expected seconds."""
 
     sentence: str
     seconds: float
@@ -38,9 +38,9 @@ class Step:
 
 @dataclass(frozen=True, slots=True)
 class Asked:
-    """The measurements that were asked for.
+    """The requested measurements.
 
-    levels  sentences of the preview levels to measure; empty where they were not asked for
+    levels  progress messages of the preview levels to measure; empty if not requested
     """
 
     size: tuple[int, int]
@@ -56,14 +56,14 @@ class Asked:
 
 
 def probe_seconds_per_px(frames: BenchFrames, settings: DefocusSettings) -> float:
-    """Return what a pixel of a small frame takes, its programs built before."""
+    """Return the seconds per pixel of a small frame, without the time for building programs."""
     frame = frames.frame(scene_plate(_PROBE), LENS, settings)
     frame.render()
     return run_seconds(frames.ctx, frame.render) / (_PROBE[0] * _PROBE[1])
 
 
 def planned(asked: Asked, seconds_per_px: float) -> tuple[Step, ...]:
-    """Return all parts in their order; `seconds_per_px` of a frame as it is asked for."""
+    """Return all parts in order; `seconds_per_px` is that of a frame with these settings."""
     frame_s, runs = _pixels(asked.size) * seconds_per_px, asked.runs + 1
     steps = [Step(BARE_WORDS, runs * _BARE * frame_s)] if asked.bare else []
     if asked.frame:
@@ -129,9 +129,9 @@ class Pace:
         return self._at + 1
 
     def begin(self, sentence: str) -> bool:
-        """Begin the step of a sentence; return False for a sentence that is no step.
+        """Begin the step with this message; return False if the message belongs to no step.
 
-        Steps in between count as left out.
+        Steps in between count as skipped.
         """
         later = range(self._at + 1, len(self.steps))
         found = next((at for at in later if self.steps[at].sentence == sentence), None)
@@ -146,7 +146,7 @@ class Pace:
 
     @property
     def left_s(self) -> float:
-        """Seconds to the end."""
+        """Estimated seconds to the end."""
         pace = self._pace
         after = pace * sum(step.seconds for step in self.steps[self._at + 1 :])
         if self._at < 0:
@@ -156,7 +156,7 @@ class Pace:
 
     @property
     def _pace(self) -> float:
-        """Seconds for a second that was planned."""
+        """Actual seconds per planned second."""
         prior = _PRIOR * sum(step.seconds for step in self.steps)
         whole = self._planned + prior
         return (self._taken + prior) / whole if whole > 0.0 else 1.0

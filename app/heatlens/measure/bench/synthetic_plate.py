@@ -1,4 +1,4 @@
-"""Plates made in memory, the same every time, with all that costs time: no file is needed."""
+"""Generate plates in memory, always the same, with everything that costs render time."""
 
 import math
 from dataclasses import replace
@@ -20,7 +20,7 @@ _HORIZON = 1 / 3  # from the top, of the height
 _CAMERA_HEIGHT_M = 0.5
 _LAMP_LIGHT = (60.0, 40.0, 15.0)  # scene-linear, hundreds of times the ground
 
-# Upright things: left, right (of the width), top, bottom (of the height), metres away, colour.
+# Upright objects: left, right (of the width), top, bottom (of the height), metres away, colour.
 _POSTS = (
     (0.10, 0.30, 0.20, 0.55, 30.0, (0.45, 0.35, 0.30)),  # a house
     (0.70, 0.78, 0.15, 0.60, 12.0, (0.10, 0.22, 0.08)),  # a tree
@@ -53,7 +53,7 @@ def lens_reaching(largest_coc_px: float, size: tuple[int, int]) -> Lens:
 
 
 def uniform_coc_plate(size: tuple[int, int], diameter_px: float) -> Plate:
-    """Return the same colours, behind the focus by `diameter_px` of coc everywhere."""
+    """Return a plate with the same colours and a coc of `diameter_px` behind focus everywhere."""
     width, height = size
     everywhere = np.full((height, width), diameter_px, np.float32)
     return _plate(_scene(size)[0], coc=everywhere)

@@ -1,4 +1,4 @@
-"""A scene made in memory for the methods that look at one: the same blur everywhere, as a wall."""
+"""Generate a scene for methods that need one: a wall, with the same blur everywhere."""
 
 from pathlib import Path
 

@@ -1,8 +1,8 @@
-"""A scene made in memory whose blur is hard to guess: what the methods' errors are measured on.
+"""Generate a scene whose blur is difficult to compute, for measuring the errors of the methods.
 
-Boards that shine by themselves stand one behind the other, from a post by the camera to the sky,
-over a ground that runs through all depths. Lamps stand where bright discs cross silhouettes; one
-is behind the post, where only a lens sees it.
+Glowing boards stand one behind the other, from a post by the camera to the sky, over a ground that
+extends through all depths. Lamps are placed where bright discs cross silhouettes; one is behind the
+post, where only a lens sees it.
 """
 
 import math
@@ -17,7 +17,7 @@ from heatlens.model.coc import coc_line, coc_px
 from heatlens.model.lens import Lens
 from heatlens.scene.scene import Color, Daylight, Instance, Material, Mesh, Scene
 
-NEAREST_M = 1.0  # of the boards: theirs is the largest circle of confusion
+NEAREST_M = 1.0  # distance of the nearest board, which has the largest circle of confusion
 
 _ASPECT = 9 / 16  # the boards are placed in a frame of this shape, and shares of it
 _BLACK = (0.0, 0.0, 0.0)

@@ -1,4 +1,4 @@
-"""A picture of the difference: result, truth and the error between them, side by side."""
+"""Write a picture of the difference: result, truth and error side by side."""
 
 import os
 from pathlib import Path

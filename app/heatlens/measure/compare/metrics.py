@@ -1,4 +1,4 @@
-"""How far a picture is from the truth, in numbers that others measure with as well."""
+"""Measure how far a picture is from the truth, with established metrics."""
 
 import contextlib
 import io
@@ -13,9 +13,9 @@ from heatlens.measure.extras import import_extra
 from heatlens.plate.display import srgb_encoded
 from heatlens.plate.plate import FloatImage
 
-# What two identical pictures get: their error is zero, and its logarithm no number.
+# Given for identical pictures, because the logarithm of a zero error is infinite.
 PSNR_MOST_DB = 99.0
-# Keeps black pixels of the truth from deciding the relative error.
+# Prevents black pixels of the truth from dominating the relative error.
 _RELATIVE_FLOOR = 0.01
 # Side of the window that SSIM slides over the picture.
 _SSIM_SIDE_PX = 7
@@ -94,7 +94,7 @@ def _check_shapes(result: FloatImage, truth: FloatImage) -> None:
 
 
 def _finite(rgb: FloatImage) -> FloatImage:
-    """float32 with NaN and infinity as black."""
+    """Return float32 values with NaN and infinity replaced by black."""
     return np.where(np.isfinite(rgb), rgb, 0).astype(np.float32)
 
 
@@ -106,7 +106,7 @@ def _psnr_db(shown: FloatImage, shown_truth: FloatImage) -> float:
 
 
 def _ssim(shown: FloatImage, shown_truth: FloatImage) -> float:
-    """Mean over channels and all whole windows of 7 x 7 pixels, with their sample covariances."""
+    """Return the mean over channels and all windows of 7 x 7 pixels, with sample covariances."""
     a, b = shown.astype(np.float64), shown_truth.astype(np.float64)
     mean_a, mean_b = _window_means(a), _window_means(b)
     sample = _SSIM_SIDE_PX**2 / (_SSIM_SIDE_PX**2 - 1)
@@ -126,7 +126,7 @@ def _window_means(values: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _flip_hdr(result: FloatImage, truth: FloatImage) -> float:
-    """Mean HDR-FLIP; at exposure 0 where the truth is too dark to choose one by."""
+    """Return the mean HDR-FLIP; at exposure 0 if the truth is too dark to choose exposures."""
     result, truth = np.maximum(result, 0), np.maximum(truth, 0)
     parameters: dict[str, float] = {}
     if float((truth @ _LUMINANCE).max()) < _DARKEST_TRUTH:

@@ -1,4 +1,4 @@
-"""Two files on one pixel grid: what both of them show of the same frame."""
+"""Read two pictures, and find the region that both of them hold."""
 
 import os
 from dataclasses import dataclass
@@ -18,7 +18,7 @@ from heatlens.plate.windows import box_at_header
 
 @dataclass(frozen=True, eq=False)
 class Picture:
-    """The colour of a file as it is, NaN and all: `rgb` (H, W, 3) float32 over `data_window`."""
+    """The unrepaired colour of a file: `rgb` (H, W, 3) float32, with NaN, over `data_window`."""
 
     path: Path
     rgb: FloatImage
@@ -51,10 +51,10 @@ def read_picture(path: str | os.PathLike[str]) -> Picture:
 
 
 def shared_region(result: Picture, truth: Picture) -> Box:
-    """Return the region that both files hold: the data window where theirs are equal.
+    """Return the region that both files hold: the data window if it is the same in both.
 
-    Where the data windows differ it is what both hold of the display window. Raises InputError
-    where the display windows differ, for then it is unknown which pixels correspond.
+    If the data windows differ, it is the part of the display window that both hold. Raises
+    InputError if the display windows differ, because it is then unknown which pixels correspond.
     """
     if result.display_window != truth.display_window:
         raise InputError(

@@ -1,4 +1,4 @@
-"""The frames of a pull sheet: each one rendered small, and measured where the marks are."""
+"""Render the frames of a pull sheet at a small size, and measure the distances of the marks."""
 
 from collections.abc import Callable, Iterator
 from contextlib import closing
@@ -21,7 +21,7 @@ from heatlens.plate.plate import Plate
 from heatlens.render import FrameRenderer
 from heatlens.scene.scene_bounds import object_depth_m
 
-_PROXY = 0.5  # of the size: enough for a small picture
+_PROXY = 0.5  # scale of the pictures
 
 
 def sheet_entries(
@@ -54,7 +54,7 @@ def sheet_entries(
 def _distances(
     shot: Shot, renderer: FrameRenderer, plate: Plate, frame: int
 ) -> list[tuple[str, float]]:
-    """Return how far marks are at a frame, in metres, without those that are not to be seen."""
+    """Return the distances in metres of the marks that are visible at a frame."""
     found = []
     for mark in shot.marks:
         try:

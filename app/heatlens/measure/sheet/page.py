@@ -1,6 +1,6 @@
-"""The pull sheet: the focus pull of a shot on one page, for the first assistant on the set.
+"""Write the pull sheet: the focus pull of a shot on one page, for the first assistant on set.
 
-HTML that needs nothing beside it, pictures included, and the same rows as CSV.
+It is a single HTML file that includes its pictures, and the same rows as CSV.
 """
 
 import base64
@@ -20,7 +20,7 @@ from heatlens.plate.plate import FloatImage
 
 PURPOSE = "The pull sheet"
 _TEMPLATE = Path(__file__).with_name("pull_sheet.html.jinja")
-_WIDTH_PX = 480  # twice what it takes on the page: paper and large screens show more
+_WIDTH_PX = 480  # twice the width on the page, for print and high-resolution screens
 _JPEG_QUALITY = 85
 
 

@@ -1,4 +1,4 @@
-"""The rows of a pull sheet: what the focus is at each key, in words, for a page and a table."""
+"""Make the rows of a pull sheet: the focus at each key as text, for the page and the table."""
 
 import csv
 import io
@@ -11,8 +11,8 @@ from heatlens.model.shot import Shot
 from heatlens.model.timecode import Timecode
 from heatlens.model.units import format_distance
 
-_NEAR_SHARE = 0.01  # of a distance, within which a mark is meant by a key
-Distances = Sequence[tuple[str, float]]  # names of marks, and how far they are
+_NEAR_SHARE = 0.01  # a key within this part of a mark's distance belongs to the mark
+Distances = Sequence[tuple[str, float]]  # names and distances of marks
 
 
 @dataclass(frozen=True)
@@ -68,7 +68,7 @@ def sheet_row(
 
 
 def _mark_at(distance_m: float, marks: Distances) -> str:
-    """Return the mark that lies at a distance, the nearest one; "" for none."""
+    """Return the name of the closest mark at a distance; "" if there is none."""
     near = [
         (abs(1.0 / far_m - 1.0 / distance_m), name)
         for name, far_m in marks

@@ -1,4 +1,4 @@
-"""Where to look: the places of a picture at which the methods differ the most."""
+"""Find the places of a picture at which the methods differ most."""
 
 import numpy as np
 import numpy.typing as npt

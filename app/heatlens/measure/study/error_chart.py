@@ -1,4 +1,4 @@
-"""The chart of a report: the error of each method against its time."""
+"""Draw the chart of a report: the error of each method against its time."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -13,7 +13,7 @@ from heatlens.measure.chart import (
 )
 from heatlens.measure.study.measured import Row
 
-_SECONDS_LEAST = 1e-6  # a clock may say 0, which has no place on a logarithmic axis
+_SECONDS_LEAST = 1e-6  # a clock may return 0, which a logarithmic axis does not have
 _FLIP_LEAST = 0.01  # the shortest axis, for methods that all equal the reference
 
 

@@ -1,4 +1,4 @@
-"""The folder of a report appears whole or not at all, and never in the place of another's work."""
+"""Write the folder of a report completely or not at all, and never replace other files."""
 
 import json
 import os
@@ -13,7 +13,7 @@ from typing import Any
 from heatlens.errors import InputError
 from heatlens.stopping import unfinished
 
-NUMBERS = "study.json"  # names every file of the report: by it a folder is known as one of ours
+NUMBERS = "study.json"  # lists every file of the report, which identifies the folder
 _MARK = "heatlens_study"
 VERSION = 1
 _OF_REPORT = re.compile(r"[a-z0-9-]+\.(html|png|svg|json)")  # what a report calls its files
@@ -46,7 +46,7 @@ def checked_target(path: str | os.PathLike[str]) -> Path:
     if not target.parent.is_dir():
         raise InputError(f"{path}: there is no folder {target.parent} to make the report in.")
     if not os.access(target.parent, os.W_OK):
-        raise InputError(f"{path}: nothing may be written in {target.parent}.")
+        raise InputError(f"{path}: {target.parent} is not writable.")
     if target.exists() and not target.is_dir():
         raise InputError(f"{path} is a file: give the name of a folder for the report.")
     if target.is_dir():
@@ -62,7 +62,7 @@ def write_numbers(folder: Path, numbers: dict[str, Any], files: list[str]) -> No
 
 
 def _check_is_ours(folder: Path) -> None:
-    """Raise InputError unless the folder holds nothing but the files that its record names."""
+    """Raise InputError unless the folder holds only the files that its record lists."""
     try:
         found = set(os.listdir(folder))
     except OSError as error:
@@ -71,7 +71,7 @@ def _check_is_ours(folder: Path) -> None:
     strange = sorted(found - ours)
     if strange:
         raise InputError(
-            f"{folder} holds what no report of heatlens wrote ({', '.join(strange[:3])}"
+            f"{folder} holds files that are no report of heatlens ({', '.join(strange[:3])}"
             f"{', ...' if len(strange) > 3 else ''}); give another folder or empty this one."
         )
 
