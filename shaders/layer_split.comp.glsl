@@ -110,27 +110,46 @@ float beyond_seam(ivec2 at, float coc) {
     return smoothstep(SEAM_FROM * reach, SEAM_TO * reach, to_seam);
 }
 
+// Adds `known` of a pixel, of which nothing nearer covers `seen`. What is known without being seen counts as
+// listed: a lens uncovers it only near a silhouette, the deeper the more the two blurs differ.
+void add_known(inout Sum sum, Content content, float cover, float known, float seen, float behind_coc) {
+    float solid = known * content.solid, listed = known - min(seen, known);
+    sum.layer += known * cover * vec4(content.color, 1.0);
+    sum.diameter += (solid + 1e-6 * known) * content.diameter;
+    sum.solid += solid;
+    sum.known += known;
+    sum.listed += listed;
+    sum.depth_px += listed * max(behind_coc, 0.0) / 2.0;
+}
+
+#define OPAQUE 0.9995  // a coverage from this on hides what is behind it
+
+// What is left for this layer of a fragment that the nearer layer has taken in part: both together cover what
+// the fragment does. One that is opaque is in both, and goes on underneath itself.
+float part_left(float cover, float in_view) {
+    if (cover >= OPAQUE) return knowledge(in_view);
+    float taken = coverage(1.0 - in_view);
+    return cover * (1.0 - taken) / (1.0 - cover * taken);
+}
+
 // Adds what a list has of this layer. Nothing nearer covers `seen` of the pixel, and nothing nearer that
-// is in this layer or farther covers `unknown` of it. What is known without being seen counts as listed:
-// a lens uncovers it only near a silhouette, the deeper the more the two blurs differ.
+// is in this layer or farther covers `unknown` of it. In a plate with alpha there is nothing behind the end of a
+// list: that is farthest, has no light, and is blurred as the surface beside it.
 void add_list(inout Sum sum, List list, float front_coc, float seen, float unknown) {
+    Fragment fragment;
     for (uint i = list.first; i < list.end && unknown > 0.0; ++i) {
-        Fragment fragment = fragment_of(i);
+        fragment = fragment_of(i);
         float in_view = visibility(fragment.coc);
         Content content = whole_of(fragment.color, fragment.coc, max(in_view, THIN));
         float cover = is_farthest ? 1.0 : clamp(content.cover, 0.0, 1.0);
-        float part = fragment.cover * knowledge(in_view);
-        float known = unknown * part, solid = known * content.solid;
-        float listed = known - min(seen * part, known);
-        sum.layer += known * cover * vec4(content.color, 1.0);
-        sum.diameter += (solid + 1e-6 * known) * content.diameter;
-        sum.solid += solid;
-        sum.known += known;
-        sum.listed += listed;
-        sum.depth_px += listed * max(fragment.coc - front_coc, 0.0) / 2.0;
+        float part = part_left(fragment.cover, in_view), known = unknown * part;
+        add_known(sum, content, cover, known, seen * part, fragment.coc - front_coc);
         unknown -= known;
         seen *= 1.0 - fragment.cover;
     }
+    if (!is_open || list.first == list.end || unknown <= 0.0) return;
+    Content nothing = whole_of(vec3(0.0), fragment.coc, max(visibility(fragment.coc), THIN));
+    add_known(sum, nothing, is_farthest ? 1.0 : 0.0, unknown, seen, fragment.coc - front_coc);
 }
 #endif
 

@@ -13,6 +13,8 @@ uniform ivec2 lists_origin;   // the plate's first pixel, and how many there are
 uniform int lists_stride;     // are of more than the plate
 uniform vec2 fragment_line;   // signed coc at infinity, and per dioptre, pixels
 uniform bool has_fronts;      // lists that begin with what is seen stand for it
+uniform bool is_open;         // behind the last fragment of a list there is nothing: the plate has alpha
+uniform bool is_alpha;        // the picture is the plate's alpha, of which each fragment is full
 
 #define WORDS 3u
 
@@ -39,5 +41,5 @@ Fragment fragment_of(uint number) {
     uint at = WORDS * number;
     vec2 red_green = unpackHalf2x16(fragment_buf[at]), blue_cover = unpackHalf2x16(fragment_buf[at + 1u]);
     float coc = fragment_line.x + fragment_line.y * uintBitsToFloat(fragment_buf[at + 2u]);
-    return Fragment(vec3(red_green, blue_cover.x), blue_cover.y, coc);
+    return Fragment(is_alpha ? vec3(1.0) : vec3(red_green, blue_cover.x), blue_cover.y, coc);
 }

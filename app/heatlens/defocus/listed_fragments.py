@@ -50,11 +50,20 @@ class ListedFragments:
 
     has_fronts  lists that begin with what the pixel shows stand for it; not in a smaller picture,
                 whose pixels show more than the one pixel whose list they take
+    is_open     behind the last fragment of a list there is nothing: the plate has alpha
+    is_alpha    the picture is the plate's alpha, of which each fragment is full
     """
 
     held: FragmentBuffers
     line: CocLine
     has_fronts: bool
+    is_open: bool = False
+    is_alpha: bool = False
+
+    @property
+    def is_exact(self) -> bool:
+        """Return True if what the lists tell need not be matched to what is seen."""
+        return self.held.is_exact or self.is_alpha
 
     @property
     def is_measured(self) -> bool:
@@ -75,20 +84,26 @@ class ListedFragments:
             "lists_stride": self.held.stride or self.held.size[0],
             "fragment_line": (self.line.at_infinity_px, self.line.per_dioptre_px),
             "has_fronts": self.has_fronts,
+            "is_open": self.is_open,
+            "is_alpha": self.is_alpha,
         }
 
     def with_words(self, words: moderngl.Buffer) -> "ListedFragments":
         """Return the same lists with other colours."""
         return replace(self, held=replace(self.held, words=words))
 
+    def of_alpha(self) -> "ListedFragments":
+        """Return the same lists for the plate's alpha, where light does not count but coverage."""
+        return replace(self, is_alpha=True)
+
 
 def listed_through(
-    held: FragmentBuffers | None, optics: Optics, is_whole_size: bool
+    held: FragmentBuffers | None, optics: Optics, is_whole_size: bool, has_alpha: bool
 ) -> ListedFragments | None:
     """Return the lists as a lens sees them; None without lists, or where no lens is known."""
     if held is None or optics.line is None:
         return None
-    return ListedFragments(held, optics.line, has_fronts=is_whole_size)
+    return ListedFragments(held, optics.line, has_fronts=is_whole_size, is_open=has_alpha)
 
 
 class ListProgram:

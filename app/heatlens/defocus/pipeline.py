@@ -130,14 +130,17 @@ class DefocusPipeline:
             yield self._passed("limits")
             return blurred
         has_highlights = settings.bokeh is Bokeh.DISC
-        lists = listed_through(fragments, optics, settings.proxy == 1.0)
+        lists = listed_through(fragments, optics, settings.proxy == 1.0, has_alpha)
         layered = self._layered(color, coc, optics, settings, "out", has_highlights, lists)
         if not has_alpha:
             return (yield from layered)
         alpha_color = self.scratch.texture("alpha plate", color.size, 4)
         self._passes.alpha.as_color(color, alpha_color)
         yield self._passed("alpha")
-        alpha = yield from self._layered(alpha_color, coc, optics, settings, "alpha out", False)
+        covers = None if lists is None else lists.of_alpha()
+        alpha = yield from self._layered(
+            alpha_color, coc, optics, settings, "alpha out", False, covers
+        )
         out = yield from layered
         self._passes.alpha.join(alpha, out)
         yield self._passed("alpha")
@@ -318,7 +321,7 @@ class DefocusPipeline:
         told = None
         if picture.lists is not None:
             told = scratch.texture("told", size, 2, "f2", reduction)
-        is_exact = picture.lists is not None and picture.lists.held.is_exact
+        is_exact = picture.lists is not None and picture.lists.is_exact
         layer = Layer(color, state, *where, told, is_exact)
         split = self._passes.split.steps(picture, plan, hidden, layer)
         yield from self._named("layer split", split)

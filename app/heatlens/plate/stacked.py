@@ -92,6 +92,7 @@ class ListBuilder:
         self._has_front = np.zeros(height * width, bool)
         self._words: list[NDArray[np.uint32]] = []
         self._count = self._most = self._shortened = 0
+        self._has_many = False  # some pixel has several
 
     def add(self, first: int, last: int, fragments: Fragments) -> None:
         """Add the sorted fragments of the rows from `first` up to, not including, `last`.
@@ -124,13 +125,14 @@ class ListBuilder:
         starts: NDArray[np.int64],
     ) -> None:
         """Keep the fragments behind an opaque one, or all of them if the nearest is not opaque."""
-        is_many = counts > 1
-        has_front = is_many.copy()
-        has_front[is_many] = fragments.alpha[starts[is_many]] < OPAQUE
-        is_listed = is_many[fragments.pixel]
-        is_listed[starts[is_many & ~has_front]] = False
+        has_any = counts > 0
+        has_front = has_any.copy()
+        has_front[has_any] = fragments.alpha[starts[has_any]] < OPAQUE
+        is_listed = np.ones(len(fragments), bool)
+        is_listed[starts[has_any & ~has_front]] = False
         pixels = slice(begin, begin + counts.size)
-        self._counts[pixels] = np.where(is_many, counts - ~has_front, 0)
+        self._has_many |= bool((counts > 1).any())
+        self._counts[pixels] = np.where(has_any, counts - ~has_front, 0)
         self._has_front[pixels] = has_front
         listed = fragments.where(is_listed)
         cover = listed.alpha[:, None]
@@ -140,7 +142,7 @@ class ListBuilder:
     def stacked(self, is_measured: bool) -> Stacked:
         """Return the finished picture; `is_measured` as in `FragmentLists`."""
         lists = None
-        if self._counts.any():
+        if self._has_many:
             starts = packed_starts(self._counts, self._has_front)
             lists = FragmentLists(starts, np.concatenate(self._words), is_measured)
         return Stacked(self._color, self._depth_m, lists, self._count, self._most, self._shortened)
