@@ -164,7 +164,10 @@ void make_guess(ivec2 at, ivec2 size, out Guess guess) {
         add(sum, weights, weight * to_back, end_back);
     }
     guess = Guess(nearest_of(ends), vec4(0.0), 0.0);
-    if (weights == 0.0) return;  // nothing of this layer is seen along any direction, or near enough
+    if (weights == 0.0) {  // nothing of this layer is seen along any direction, or near enough:
+        guess.away_px = 0.0;  // what lists tell is all that there is
+        return;
+    }
     float cover = sum.layer.a / weights;
     float per_cover = 1.0 / max(sum.layer.a, 1e-4 * weights);
     guess = Guess(guess.away_px, vec4(undimmed(sum.layer.rgb * per_cover) * cover, cover), sum.diameter * per_cover);

@@ -149,7 +149,7 @@ void add_list(inout Sum sum, List list, float front_coc, float seen, float unkno
     }
     if (!is_open || list.first == list.end || unknown <= 0.0) return;
     Content nothing = whole_of(vec3(0.0), fragment.coc, max(visibility(fragment.coc), THIN));
-    add_known(sum, nothing, is_farthest ? 1.0 : 0.0, unknown, seen, fragment.coc - front_coc);
+    add_known(sum, nothing, is_farthest ? 1.0 : 0.0, unknown, seen, at_infinity_px - front_coc);
 }
 #endif
 
