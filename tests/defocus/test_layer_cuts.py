@@ -41,9 +41,17 @@ def test_one_depth_is_one_layer_however_blurred() -> None:
         assert len(layer_cuts(np.array([coc, coc]), 7)) == 1
 
 
-def test_few_layers_drop_the_nearest_cuts() -> None:
-    coc = np.linspace(-100, 50, 400)
-    limits = [layer.near.at_px for layer in layer_cuts(coc, 3)]
+@pytest.mark.parametrize("layers_max", range(2, 7))
+def test_few_layers_still_part_the_foreground(layers_max: int) -> None:
+    """What is sharp is never in the layer of what is in front of it, and all layers are used."""
+    layers = layer_cuts(np.linspace(-100, 1, 400), layers_max)
+    limits = [layer.near.at_px for layer in layers[:-1]]
+    assert len(layers) == layers_max and limits[0] == NEAR_CUTS_PX[0]
+    assert limits == sorted(limits, reverse=True)
+
+
+def test_the_far_cut_is_there_with_few_layers() -> None:
+    limits = [layer.near.at_px for layer in layer_cuts(np.linspace(-100, 50, 400), 3)]
     assert limits[:2] == pytest.approx([50 / 3, NEAR_CUTS_PX[0]])
 
 

@@ -1,4 +1,4 @@
-"""Alpha of plates with fragment lists: the coverage of everything, near to far, each with its blur."""
+"""Alpha of plates with fragment lists: the coverage of all surfaces, each with its own blur."""
 
 from dataclasses import replace
 
@@ -31,14 +31,11 @@ def ramp() -> Image:
 
 def plate_with(layers: list[Layer], has_alpha: bool = True) -> Plate:
     """Return the plate that elements of one render make, each premultiplied."""
-    surfaces = [
-        Surface(
-            np.concatenate([np.full((HEIGHT, WIDTH, 3), light) * cover[..., None], cover[..., None]], 2)
-            .astype(np.float32),
-            np.where(cover > 0, np.float32(depth_m), np.float32(np.inf)),
-        )
-        for light, cover, depth_m in layers
-    ]
+    surfaces = []
+    for light, cover, depth_m in layers:
+        rgba = np.stack([light * cover] * 3 + [cover], axis=2).astype(np.float32)
+        there_m = np.where(cover > 0, np.float32(depth_m), np.float32(np.inf))
+        surfaces.append(Surface(rgba, there_m))
     made = stacked(surfaces, is_measured=True)
     plate = plate_of(made.color, made.depth_m, has_alpha=has_alpha)
     return replace(plate, fragments=made.lists)

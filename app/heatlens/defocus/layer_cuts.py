@@ -14,6 +14,15 @@ import numpy.typing as npt
 # Diameters in px, nearest the focus first. -1 parts what is sharp from what is in front of it; then
 # each layer holds a factor of 2.5 of blur, within which one object may insulate another.
 NEAR_CUTS_PX = (-1.0, -4.0, -10.0, -25.0, -62.5)
+# Where there are layers for some cuts only, these are wider apart. Were the cuts nearest to the
+# camera left out instead, a wire would share its layer with much that it hides.
+FEWER_NEAR_CUTS_PX: dict[int, tuple[float, ...]] = {
+    0: (),
+    1: NEAR_CUTS_PX[:1],
+    2: (-1.0, -12.0),
+    3: (-1.0, -5.0, -25.0),
+    4: NEAR_CUTS_PX[:4],
+}
 FAR_CUT_PART = 1 / 3  # of the farthest circle of confusion,
 FAR_CUT_LEAST_PX = 2.0  # but not nearer to the focus than this
 
@@ -62,8 +71,7 @@ def layer_cuts(
     """Return the layers for a picture with these signed coc (ascending), far to near.
 
     Empty layers are left out. A picture at `proxy` times the size is cut where the whole picture
-    is, so that its layers are the same. With fewer layers than the picture asks for, the cuts
-    nearest to the camera are dropped first.
+    is, so that its layers are the same. With few layers the near cuts are fewer and wider apart.
     """
     whole = _cuts_of_whole(occupied_px / proxy, layers_max)
     return whole if proxy == 1.0 else [_scaled(layer, proxy) for layer in whole]
@@ -81,10 +89,12 @@ def _cuts_of_whole(occupied_px: npt.NDArray[np.float64], layers_max: int) -> lis
     nearest_px, farthest_px = float(occupied_px[0]), float(occupied_px[-1])
     far_px = max(farthest_px * FAR_CUT_PART, FAR_CUT_LEAST_PX)
     far = Cut(far_px, far_px * FAR_SOFTNESS)
-    near = [Cut(at_px, -at_px * NEAR_SOFTNESS) for at_px in NEAR_CUTS_PX]
     cuts = [far] if far.at_px - far.half_width_px < farthest_px else []
+    cuts = cuts[: layers_max - 1]
+    near_px = FEWER_NEAR_CUTS_PX.get(layers_max - 1 - len(cuts), NEAR_CUTS_PX)
+    near = [Cut(at_px, -at_px * NEAR_SOFTNESS) for at_px in near_px]
     cuts += [cut for cut in near if cut.at_px + cut.half_width_px > nearest_px]
-    limits = [FARTHER_THAN_ALL, *cuts[: layers_max - 1], NEARER_THAN_ALL]
+    limits = [FARTHER_THAN_ALL, *cuts, NEARER_THAN_ALL]
     layers = [
         LayerCut(near=closer, far=farther, is_before_focus=farther.at_px <= NEAR_CUTS_PX[0])
         for farther, closer in pairwise(limits)
