@@ -187,7 +187,10 @@ void add_pixel(inout Sum sum, ivec2 at) {
 
 void store(ivec2 at, Sum sum) {
 #ifdef LISTS
-    if (is_nearest) sum.known = sum.count;  // where its fragments end it is empty
+    if (is_nearest) {  // nothing is guessed: where its fragments end it is empty
+        sum.known = sum.count;
+        sum.listed = 0.0;
+    }
 #endif
     float known = sum.known / sum.count, of_known = 1.0 / max(sum.known, 1e-12);
 #ifdef LISTS

@@ -1,10 +1,15 @@
 // The picture at a smaller size to work on: colour is averaged over each pixel's footprint, depth is
-// the one sample at its centre (a mean of two depths would be a surface that is not there).
+// the one sample at its centre (a mean of two depths would be a surface that is not there). Where a highlight
+// stands in the footprint it is the highlight's: light that is much brighter than all around decides what the
+// pixel shows, and would else become a disc of the wrong size.
 //
 // Inputs
 //   color_tx, depth_tx            full size
 // Outputs
 //   out_color_img, out_depth_img  proxy size
+
+#include "lib/footprint.lib.glsl"
+#include "lib/highlight_limit.lib.glsl"
 
 layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
 
@@ -14,26 +19,48 @@ uniform float depth_scale;  // 1 for metres, the proxy's scale where depth_tx ho
 layout(rgba32f) uniform writeonly image2D out_color_img;
 layout(r32f) uniform writeonly image2D out_depth_img;
 
-vec4 footprint_mean(vec2 low, vec2 high) {
-    ivec2 first = ivec2(floor(low)), last = ivec2(ceil(high)) - 1;
+#define AROUND_TAPS 3  // the surroundings of a highlight: samples to each side, each
+#define AROUND_STEP 2  // so many pixels of the smaller picture after the one before
+
+vec4 footprint_mean(Footprint footprint, out ivec2 brightest) {
     vec4 sum = vec4(0.0);
-    for (int y = first.y; y <= last.y; ++y) {
-        float h = min(high.y, float(y + 1)) - max(low.y, float(y));
-        for (int x = first.x; x <= last.x; ++x) {
-            float w = min(high.x, float(x + 1)) - max(low.x, float(x));
-            sum += w * h * texelFetch(color_tx, ivec2(x, y), 0);
+    float most = -1.0;
+    for (int y = footprint.first.y; y <= footprint.last.y; ++y) {
+        float h = min(footprint.high.y, float(y + 1)) - max(footprint.low.y, float(y));
+        for (int x = footprint.first.x; x <= footprint.last.x; ++x) {
+            float w = min(footprint.high.x, float(x + 1)) - max(footprint.low.x, float(x));
+            vec4 color = texelFetch(color_tx, ivec2(x, y), 0);
+            sum += w * h * color;
+            float light = w * h * mean_of(color.rgb);
+            if (light > most) brightest = ivec2(x, y);
+            most = max(most, light);
         }
     }
-    vec2 extent = high - low;
+    vec2 extent = footprint.high - footprint.low;
     return sum / (extent.x * extent.y);
+}
+
+// Luminance around a pixel of the smaller picture, clipped so that highlights do not raise it.
+float luminance_around(ivec2 at, ivec2 size) {
+    ivec2 whole_size = textureSize(color_tx, 0);
+    float sum = 0.0;
+    for (int y = -AROUND_TAPS; y <= AROUND_TAPS; ++y)
+        for (int x = -AROUND_TAPS; x <= AROUND_TAPS; ++x) {
+            ivec2 tap = clamp(at + AROUND_STEP * ivec2(x, y), ivec2(0), size - 1);
+            vec3 color = texelFetch(color_tx, centre_of(tap, size, whole_size), 0).rgb;
+            sum += clamp(mean_of(color), 0.0, 1.0);
+        }
+    return sum / float((2 * AROUND_TAPS + 1) * (2 * AROUND_TAPS + 1));
 }
 
 void main() {
     ivec2 at = ivec2(gl_GlobalInvocationID.xy), size = imageSize(out_color_img);
     if (any(greaterThanEqual(at, size))) return;
-    vec2 full = vec2(textureSize(color_tx, 0)), step = full / vec2(size);
-    vec2 low = vec2(at) * step, high = min(low + step, full);
-    imageStore(out_color_img, at, footprint_mean(low, high));
-    float depth = texelFetch(depth_tx, ivec2(low + 0.5 * step), 0).r;
-    imageStore(out_depth_img, at, vec4(depth * depth_scale));
+    ivec2 whole_size = textureSize(color_tx, 0), place = centre_of(at, size, whole_size), brightest = place;
+    vec4 mean = footprint_mean(footprint_of(at, size, whole_size), brightest);
+    imageStore(out_color_img, at, mean);
+    float light = mean_of(texelFetch(color_tx, brightest, 0).rgb);
+    float around = light > LEAST_LUMINANCE ? luminance_around(at, size) : 0.0;
+    if (light > limit_of(around) && mean_of(mean.rgb) > limit_of(around)) place = brightest;
+    imageStore(out_depth_img, at, vec4(texelFetch(depth_tx, place, 0).r * depth_scale));
 }

@@ -12,7 +12,6 @@ uniform ivec2 lists_size;     // pixels of the plate; its picture may be smaller
 uniform ivec2 lists_origin;   // the plate's first pixel, and how many there are in a row, where the lists
 uniform int lists_stride;     // are of more than the plate
 uniform vec2 fragment_line;   // signed coc at infinity, and per dioptre, pixels
-uniform bool has_fronts;      // lists that begin with what is seen stand for it
 uniform bool is_open;         // behind the last fragment of a list there is nothing: the plate has alpha
 uniform bool is_alpha;        // the picture is the plate's alpha, of which each fragment is full
 
@@ -32,9 +31,7 @@ struct List {
 List list_at(ivec2 at, ivec2 picture_size) {
     ivec2 of_plate = lists_origin + (2 * at + 1) * lists_size / (2 * picture_size);
     uint pixel = uint(of_plate.y * lists_stride + of_plate.x), start = start_buf[pixel];
-    bool begins_with_front = (start & 1u) == 1u;
-    uint skipped = begins_with_front && !has_fronts ? 1u : 0u;
-    return List((start >> 1) + skipped, start_buf[pixel + 1u] >> 1, begins_with_front && has_fronts);
+    return List(start >> 1, start_buf[pixel + 1u] >> 1, (start & 1u) == 1u);
 }
 
 Fragment fragment_of(uint number) {

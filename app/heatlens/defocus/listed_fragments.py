@@ -48,15 +48,12 @@ class FragmentBuffers:
 class ListedFragments:
     """The lists of a plate seen through a lens.
 
-    has_fronts  lists that begin with what the pixel shows stand for it; not in a smaller picture,
-                whose pixels show more than the one pixel whose list they take
-    is_open     behind the last fragment of a list there is nothing: the plate has alpha
-    is_alpha    the picture is the plate's alpha, of which each fragment is full
+    is_open   behind the last fragment of a list there is nothing: the plate has alpha
+    is_alpha  the picture is the plate's alpha, of which each fragment is full
     """
 
     held: FragmentBuffers
     line: CocLine
-    has_fronts: bool
     is_open: bool = False
     is_alpha: bool = False
 
@@ -68,7 +65,7 @@ class ListedFragments:
     @property
     def is_measured(self) -> bool:
         """Return True if silhouettes in the picture are not to be guessed."""
-        return self.held.is_measured and self.has_fronts
+        return self.held.is_measured
 
     @property
     def buffers(self) -> dict[str, moderngl.Buffer]:
@@ -83,7 +80,6 @@ class ListedFragments:
             "lists_origin": self.held.origin,
             "lists_stride": self.held.stride or self.held.size[0],
             "fragment_line": (self.line.at_infinity_px, self.line.per_dioptre_px),
-            "has_fronts": self.has_fronts,
             "is_open": self.is_open,
             "is_alpha": self.is_alpha,
         }
@@ -98,12 +94,12 @@ class ListedFragments:
 
 
 def listed_through(
-    held: FragmentBuffers | None, optics: Optics, is_whole_size: bool, has_alpha: bool
+    held: FragmentBuffers | None, optics: Optics, has_alpha: bool
 ) -> ListedFragments | None:
     """Return the lists as a lens sees them; None without lists, or where no lens is known."""
     if held is None or optics.line is None:
         return None
-    return ListedFragments(held, optics.line, has_fronts=is_whole_size, is_open=has_alpha)
+    return ListedFragments(held, optics.line, is_open=has_alpha)
 
 
 class ListProgram:

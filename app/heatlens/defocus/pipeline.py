@@ -8,6 +8,7 @@ the size that its blur allows: split, fill what is hidden, extend its coc, blur,
 
 import math
 from collections.abc import Callable, Generator, Iterator
+from dataclasses import replace
 from typing import TypeVar, assert_never
 
 import moderngl
@@ -49,6 +50,12 @@ from heatlens.defocus.plate_passes import (
     RescalePass,
     proxy_size,
 )
+from heatlens.defocus.proxy_lists import (
+    FRAGMENT_BYTES,
+    ProxyListRoom,
+    ProxyListsPass,
+    proxy_list_capacity,
+)
 from heatlens.defocus.quality import kernel_for, layers_for
 from heatlens.defocus.scratch import Scratch
 from heatlens.defocus.tile_mask import TileList, TileMask
@@ -57,6 +64,7 @@ from heatlens.model.settings import Bokeh, DefocusSettings, Method
 
 _NOTHING = (0.0, 0.0, 0.0, 0.0)
 _NO_COST = (-1.0, -1.0, -1.0, -1.0)  # as hidden_fill.comp.glsl takes it, for what is seen
+_Plate = tuple[moderngl.Texture, moderngl.Texture, FragmentBuffers | None]  # colour, depth, lists
 Result = TypeVar("Result")
 Steps = Generator[str, None, Result]  # names of passes as their work is issued, then the result
 
@@ -68,6 +76,7 @@ class DefocusPasses:
         self.crop = CropPass(ctx)
         self.rescale = RescalePass(ctx)
         self.proxy = ProxyPass(ctx)
+        self.proxy_lists = ProxyListsPass(ctx)
         self.coc = CocPass(ctx)
         self.alpha = AlphaPass(ctx)
         self.fragments = FragmentPass(ctx)
@@ -117,7 +126,8 @@ class DefocusPipeline:
         self._places = places if settings.proxy == 1.0 else None
         self.scratch.begin_picture()
         if settings.proxy < 1.0:
-            color, depth = yield from self._at_proxy_size(color, depth, optics, settings.proxy)
+            whole = color, depth, fragments
+            color, depth, fragments = yield from self._at_proxy_size(whole, optics, settings.proxy)
             optics = optics.scaled(settings.proxy)
         coc = depth
         if optics.line is not None:
@@ -130,7 +140,7 @@ class DefocusPipeline:
             yield self._passed("limits")
             return blurred
         has_highlights = settings.bokeh is Bokeh.DISC
-        lists = listed_through(fragments, optics, settings.proxy == 1.0, has_alpha)
+        lists = listed_through(fragments, optics, has_alpha)
         layered = self._layered(color, coc, optics, settings, "out", has_highlights, lists)
         if not has_alpha:
             return (yield from layered)
@@ -233,19 +243,30 @@ class DefocusPipeline:
             self._ctx.finish()
             self.on_layer(done, layers)
 
-    def _at_proxy_size(
-        self, color: moderngl.Texture, depth: moderngl.Texture, optics: Optics, proxy: float
-    ) -> Steps[tuple[moderngl.Texture, moderngl.Texture]]:
+    def _at_proxy_size(self, whole: _Plate, optics: Optics, proxy: float) -> Steps[_Plate]:
         """Return the plate at proxy size; it is made again for another size or plate only."""
+        color, depth, fragments = whole
         size = proxy_size(color.size, proxy)
         out_color = self.scratch.texture("proxy colour", size, 4)
         out_depth = self.scratch.texture("proxy depth", size, 1)
+        room = None if fragments is None else self._room_for_proxy_lists(fragments, size)
         if self._proxy_held != proxy:
             scale = proxy if optics.line is None else 1.0
             self._passes.proxy.run(color, depth, scale, out_color, out_depth)
+            if fragments is not None and room is not None:
+                self._passes.proxy_lists.run(color, depth, fragments, room, out_depth)
             self._proxy_held = proxy
             yield self._passed("proxy")
-        return out_color, out_depth
+        return out_color, out_depth, None if room is None else room.held
+
+    def _room_for_proxy_lists(
+        self, fragments: FragmentBuffers, size: tuple[int, int]
+    ) -> ProxyListRoom:
+        capacity = proxy_list_capacity(self._ctx, fragments, size)
+        starts = self.scratch.buffer("proxy starts", 4 * (size[0] * size[1] + 1))
+        words = self.scratch.buffer("proxy fragments", FRAGMENT_BYTES * capacity)
+        held = replace(fragments, starts=starts, words=words, size=size, origin=(0, 0), stride=0)
+        return ProxyListRoom(held, capacity, self.scratch.buffer("proxy fragment count", 4))
 
     def forget_plate(self) -> None:
         """Forget the reduced plate, because the plate's textures hold another one."""

@@ -57,6 +57,9 @@ LIFETIMES: dict[str, Lifetime] = {
     # The plate as it is worked on, and the results.
     "proxy colour": Lifetime("proxy colour", "proxy", _KEPT),
     "proxy depth": Lifetime("proxy depth", "proxy", _KEPT),
+    "proxy starts": Lifetime("proxy starts", "proxy", _KEPT),
+    "proxy fragments": Lifetime("proxy fragments", "proxy", _KEPT),
+    "proxy fragment count": Lifetime("proxy fragment count", "proxy", _KEPT),
     "wide colour": Lifetime("wide colour", "proxy", _KEPT),
     "wide depth": Lifetime("wide depth", "proxy", _KEPT),
     "wide places": Lifetime("wide places", "proxy", _KEPT),

@@ -23,7 +23,10 @@ _LENGTHS_PX = (720, 1920)  # of lines; longer ones are cut into longer runs of t
 _SWEEP, _PARTITION, _CYCLIC = (f"solve_{n}.comp.glsl" for n in ("sweep", "partition", "cyclic"))
 _STRATEGIES = (_SWEEP, _PARTITION, _CYCLIC)
 _STAGES = ("LOAD", "REDUCE", "SUBSTITUTE", "STORE")
-_COUNTED = ("highlight_sprites.comp.glsl", "peel_lists.comp.glsl", "scatter_sort.comp.glsl")
+_COUNTED = (
+    *("highlight_sprites.comp.glsl", "peel_lists.comp.glsl", "proxy_lists.comp.glsl"),
+    "scatter_sort.comp.glsl",
+)
 _SHAPES = (  # of openings that are no ellipses
     {"SHAPED": 1},
     {"SHAPED": 1, "COLORED": 1},

@@ -1,0 +1,107 @@
+"""Fragment lists of a smaller picture, made of those of the whole one."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import moderngl
+import numpy as np
+
+from heatlens.defocus.listed_fragments import FragmentBuffers
+from heatlens.gpu.program import ComputeProgram, pixel_groups
+
+FRAGMENT_BYTES = 12
+_MORE_A_PIXEL = 2  # fragments: what had no list of its own where others have one
+_SHADER = "proxy_lists.comp.glsl"
+
+
+@dataclass(frozen=True)
+class ProxyListRoom:
+    """Memory for the lists of a smaller picture.
+
+    held      the lists, once `ProxyListsPass` has run
+    capacity  fragments that there is room for; lists that find none are empty
+    total     scratch of four bytes
+    """
+
+    held: FragmentBuffers
+    capacity: int
+    total: moderngl.Buffer
+
+
+def proxy_list_capacity(
+    ctx: moderngl.Context, whole: FragmentBuffers, size: tuple[int, int]
+) -> int:
+    """Return for how many fragments a smaller picture of `size` should have room."""
+    most = int(ctx.info["GL_MAX_SHADER_STORAGE_BLOCK_SIZE"]) // FRAGMENT_BYTES
+    return min(whole.words.size // FRAGMENT_BYTES + _MORE_A_PIXEL * size[0] * size[1], most)
+
+
+class ProxyListsPass:
+    """Merges the lists of the pixels that each pixel of a smaller picture stands for."""
+
+    def __init__(self, ctx: moderngl.Context) -> None:
+        self._ctx = ctx
+
+    @cached_property
+    def _count(self) -> ComputeProgram:
+        return ComputeProgram(self._ctx, _SHADER, {"COUNT": 1})
+
+    @cached_property
+    def _starts(self) -> ComputeProgram:
+        return ComputeProgram(self._ctx, "peel_starts.comp.glsl")
+
+    @cached_property
+    def _write(self) -> ComputeProgram:
+        return ComputeProgram(self._ctx, _SHADER)
+
+    def run(
+        self,
+        color: moderngl.Texture,
+        depth: moderngl.Texture,
+        whole: FragmentBuffers,
+        room: ProxyListRoom,
+        out_depth: moderngl.Texture,
+    ) -> None:
+        """Fill `room` with the lists of a picture of `out_depth`'s size.
+
+        `out_depth` has its depth in metres, and gets that of the nearest fragment where a list
+        begins with what is seen.
+        """
+        groups, size, out = pixel_groups(out_depth.size), out_depth.size, room.held
+        textures = {"color_tx": color, "depth_tx": depth}
+        read = {"start_block": whole.starts, "fragment_block": whole.words}
+        uniforms = _whole_uniforms(whole) | {"size": size, "is_measured": whole.is_measured}
+        room.total.write(np.zeros(1, np.uint32))
+        counted = read | {"proxy_start_block": out.starts}
+        image = {"depth_img": out_depth}
+        self._count.dispatch(
+            groups, textures=textures, images=image, buffers=counted, uniforms=uniforms
+        )
+        self._starts.dispatch(
+            (1, 1),
+            buffers={"start_block": out.starts, "total_block": room.total},
+            uniforms={
+                "first_pixel": 0,
+                "pixel_count": size[0] * size[1],
+                "capacity": room.capacity,
+            },
+        )
+        self._write.dispatch(
+            groups,
+            textures=textures,
+            images=image,
+            buffers=counted | {"proxy_fragment_block": out.words},
+            uniforms=uniforms,
+        )
+
+
+def _whole_uniforms(whole: FragmentBuffers) -> dict[str, object]:
+    """Return the uniforms of the lists with dioptres in the place of the coc."""
+    return {
+        "lists_size": whole.size,
+        "lists_origin": whole.origin,
+        "lists_stride": whole.stride or whole.size[0],
+        "fragment_line": (0.0, 1.0),
+        "is_open": False,
+        "is_alpha": False,
+    }

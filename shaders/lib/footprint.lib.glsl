@@ -1,0 +1,24 @@
+// Which pixels of a picture one pixel of a smaller one stands for.
+
+struct Footprint {
+    vec2 low, high;     // its corners, pixels of the whole picture
+    ivec2 first, last;  // the pixels that it touches
+};
+
+Footprint footprint_of(ivec2 at, ivec2 size, ivec2 whole_size) {
+    vec2 whole = vec2(whole_size), step = whole / vec2(size);
+    vec2 low = vec2(at) * step, high = min(low + step, whole);
+    return Footprint(low, high, ivec2(floor(low)), ivec2(ceil(high)) - 1);
+}
+
+ivec2 centre_of(ivec2 at, ivec2 size, ivec2 whole_size) {
+    vec2 step = vec2(whole_size) / vec2(size);
+    return ivec2(vec2(at) * step + 0.5 * step);
+}
+
+// How much of the footprint lies in a pixel; all of them sum to 1.
+float part_in(Footprint footprint, ivec2 pixel) {
+    vec2 shared_px = min(footprint.high, vec2(pixel + 1)) - max(footprint.low, vec2(pixel));
+    vec2 extent = footprint.high - footprint.low;
+    return shared_px.x * shared_px.y / (extent.x * extent.y);
+}

@@ -1,0 +1,209 @@
+// Fragment lists of a smaller picture: each of its pixels has one list of what the lists of the pixels have that
+// it stands for, with their coverage averaged. What lies at nearly the same distance becomes one fragment; where
+// that leaves too many, the dioptres are cut evenly, for a blur is a straight line over them.
+// Built twice: COUNT writes how long each list is, and WRITE, after peel_starts, the lists themselves.
+//
+// Where nothing says how much of a pixel its surfaces cover, the smaller picture shows it by colour and depth as
+// a flat one does, and its list has what is behind that.
+//
+// Inputs
+//   color_tx, depth_tx   of the whole picture, premultiplied
+//   depth_img            of the smaller one, metres
+//   lib/fragment_list.lib.glsl with a fragment_line of (0, 1), so that its coc is dioptres
+// Output of COUNT
+//   proxy_start_buf      twice the length of each list, plus 1 where it begins with what is seen
+// Input of WRITE   proxy_start_buf    Outputs
+//   proxy_fragment_buf   as fragment_buf
+//   depth_img            metres of the nearest fragment, where the list begins with what is seen
+
+#include "lib/footprint.lib.glsl"
+#include "lib/fragment_list.lib.glsl"
+
+layout(local_size_x = PIXEL_GROUP, local_size_y = PIXEL_GROUP) in;
+
+uniform sampler2D color_tx;
+uniform sampler2D depth_tx;
+uniform ivec2 size;         // of the smaller picture
+layout(r32f) uniform image2D depth_img;
+uniform bool is_measured;   // the lists tell the coverage of everything that is seen
+
+#ifdef COUNT
+layout(std430) writeonly buffer proxy_start_block { uint proxy_start_buf[]; };
+#else
+layout(std430) readonly buffer proxy_start_block { uint proxy_start_buf[]; };
+layout(std430) writeonly buffer proxy_fragment_block { uint proxy_fragment_buf[]; };
+#endif
+
+#define SAME_GROUP 1.03    // of the distance: what lies within it becomes one fragment
+#define GROUPS_MOST 8
+#define LEAST_COVER 1e-4   // less than this is none
+#define WHOLE_COVER 0.9995
+#define SAME_DEPTH 1.001   // of the distance: what is no farther than this behind a surface belongs to it
+#define SIDE_MOST 5        // pixels along a side of a footprint that are looked at; of more, evenly many
+
+ivec2 whole_size;
+Footprint footprint;
+bool has_fronts_seen;  // the list is of all that is seen, not just of what is behind that
+ivec2 stride;          // from each pixel that is looked at to the next
+float sampled_part;    // of the footprint: pixels that are looked at, if what is seen is listed; else
+                       // those that have lists
+float farthest_group;  // dioptres: ends of a list that would be too long, the same without cuts
+float nearest_group;
+
+struct Group {
+    vec4 seen;    // rgb and dioptres, times how much of the pixel shows them
+    float cover;  // how much that is
+    vec4 behind;  // the same of what nearer fragments of the same pixels hide
+    float behind_cover;
+};
+
+void add(inout Group group, Fragment fragment, float part, inout float left, float low, float high) {
+    if (fragment.coc > low && fragment.coc <= high) {
+        float seen = part * left * fragment.cover, hidden = part * (1.0 - left) * fragment.cover;
+        group.seen += seen * vec4(fragment.color, fragment.coc);
+        group.cover += seen;
+        group.behind += hidden * vec4(fragment.color, fragment.coc);
+        group.behind_cover += hidden;
+    }
+    left *= 1.0 - fragment.cover;
+}
+
+// What a pixel without a list of its own shows.
+Fragment front_of(ivec2 pixel) {
+    vec4 x = texelFetch(color_tx, pixel, 0);
+    float cover = clamp(x.a, 0.0, 1.0);
+    if (cover >= WHOLE_COVER) cover = 1.0;
+    return Fragment(x.rgb / max(cover, LEAST_COVER), cover, 1.0 / texelFetch(depth_tx, pixel, 0).r);
+}
+
+// Everything in the footprint from `high` dioptres down to, without, `low`.
+Group group_within(float low, float high) {
+    Group group = Group(vec4(0.0), 0.0, vec4(0.0), 0.0);
+    for (int y = footprint.first.y; y <= footprint.last.y; y += stride.y)
+        for (int x = footprint.first.x; x <= footprint.last.x; x += stride.x) {
+            ivec2 pixel = ivec2(x, y);
+            List list = list_at(pixel, whole_size);
+            bool counts = has_fronts_seen || list.end > list.first;
+            float part = counts ? part_in(footprint, pixel) / sampled_part : 0.0, left = 1.0;
+            if (has_fronts_seen && !list.has_front) add(group, front_of(pixel), part, left, low, high);
+            for (uint i = list.first; i < list.end; ++i) add(group, fragment_of(i), part, left, low, high);
+        }
+    return group;
+}
+
+// Dioptres of the nearest fragment that is not nearer than `high`; -1 for none.
+float nearest_from(float high) {
+    float nearest = -1.0;
+    for (int y = footprint.first.y; y <= footprint.last.y; y += stride.y)
+        for (int x = footprint.first.x; x <= footprint.last.x; x += stride.x) {
+            ivec2 pixel = ivec2(x, y);
+            List list = list_at(pixel, whole_size);
+            Fragment front = front_of(pixel);
+            bool is_front = has_fronts_seen && !list.has_front && front.cover > LEAST_COVER;
+            if (is_front && front.coc <= high) nearest = max(nearest, front.coc);
+            for (uint i = list.first; i < list.end; ++i) {
+                float dioptres = fragment_of(i).coc;
+                if (dioptres <= high) nearest = max(nearest, dioptres);
+            }
+        }
+    return nearest;
+}
+
+// Where the group ends whose nearest fragment is this one, dioptres.
+float end_of_group(float nearest) {
+    if (nearest <= 0.0) return -0.5;
+    if (farthest_group == nearest_group) return nearest / SAME_GROUP;
+    float cut = (nearest_group - farthest_group) / float(GROUPS_MOST);
+    float number = min(floor((nearest_group - nearest) / cut), float(GROUPS_MOST - 1));
+    return number == float(GROUPS_MOST - 1) ? -0.5 : min(nearest_group - (number + 1.0) * cut, nearest);
+}
+
+void begin(ivec2 at) {
+    whole_size = textureSize(color_tx, 0);
+    footprint = footprint_of(at, size, whole_size);
+    stride = (footprint.last - footprint.first + SIDE_MOST) / SIDE_MOST;
+    has_fronts_seen = is_measured;
+    nearest_group = farthest_group = 0.0;
+    float listed_part = 0.0, whole_part = 0.0;
+    for (int y = footprint.first.y; y <= footprint.last.y; y += stride.y)
+        for (int x = footprint.first.x; x <= footprint.last.x; x += stride.x) {
+            List list = list_at(ivec2(x, y), whole_size);
+            float part = part_in(footprint, ivec2(x, y));
+            has_fronts_seen = has_fronts_seen || list.has_front;
+            whole_part += part;
+            if (list.end > list.first) listed_part += part;
+        }
+    sampled_part = has_fronts_seen ? whole_part : listed_part;
+}
+
+// Where the search begins: behind what a flat picture shows, unless that is in the list itself.
+float first_limit(ivec2 at) {
+    if (has_fronts_seen) return 1e30;
+    return 1.0 / (imageLoad(depth_img, at).r * SAME_DEPTH);
+}
+
+// Cuts the dioptres evenly if there would be too many groups.
+void limit_groups(float first) {
+    float high = first, least = -1.0, most = -1.0;
+    int count = 0;
+    for (; count < 4 * GROUPS_MOST; ++count) {
+        float nearest = nearest_from(high);
+        if (nearest < 0.0) break;
+        if (count == 0) most = nearest;
+        least = nearest;
+        high = end_of_group(nearest);
+    }
+    if (count <= GROUPS_MOST) return;
+    nearest_group = most;
+    farthest_group = least;
+}
+
+#ifndef COUNT
+void write_fragment(uint number, vec3 color, float cover, float dioptres) {
+    uint at = WORDS * number;
+    vec3 light = min(color, 65504.0);
+    proxy_fragment_buf[at] = packHalf2x16(light.rg);
+    proxy_fragment_buf[at + 1u] = packHalf2x16(vec2(light.b, cover));
+    proxy_fragment_buf[at + 2u] = floatBitsToUint(dioptres);
+}
+#endif
+
+void main() {
+    ivec2 at = ivec2(gl_GlobalInvocationID.xy);
+    if (any(greaterThanEqual(at, size))) return;
+    begin(at);
+    uint index = uint(at.y * size.x + at.x), count = 0u;
+    float high = first_limit(at), left = 1.0;
+    bool has_front = false, is_first = has_fronts_seen;
+    limit_groups(high);
+#ifndef COUNT
+    uint start = proxy_start_buf[index] >> 1, room = (proxy_start_buf[index + 1u] >> 1) - start;
+    if (room == 0u) return;
+#endif
+    for (int k = 0; k < 2 * GROUPS_MOST; ++k) {
+        float nearest = nearest_from(high);
+        if (nearest < 0.0) break;
+        float low = end_of_group(nearest);
+        Group group = group_within(low, high);
+        high = low;
+        bool is_seen = group.cover > LEAST_COVER;
+        float cover = is_seen ? min(group.cover / max(left, LEAST_COVER), 1.0) : group.behind_cover;
+        if (cover >= WHOLE_COVER) cover = 1.0;
+        // What nearer surfaces hide must not show where the pixel has room left: that is for what is seen.
+        if (cover <= LEAST_COVER || !is_seen && left > 0.0) continue;
+        if (is_seen) left = max(left - group.cover, 0.0);
+        if (left < LEAST_COVER) left = 0.0;
+        bool is_shown = is_first && cover == 1.0;  // by the picture itself
+        has_front = has_front || is_first && !is_shown;
+#ifndef COUNT
+        vec4 mean = is_seen ? group.seen / group.cover : group.behind / group.behind_cover;
+        if (!is_shown && count < room) write_fragment(start + count, mean.rgb, cover, mean.a);
+        if (is_first && !is_shown) imageStore(depth_img, at, vec4(1.0 / mean.a));
+#endif
+        is_first = false;
+        if (!is_shown) ++count;
+    }
+#ifdef COUNT
+    proxy_start_buf[index] = 2u * count + (has_front ? 1u : 0u);
+#endif
+}
