@@ -1,14 +1,16 @@
 """How an export tells how far it is: a line on a terminal, nothing where nobody looks."""
 
+import json
 import os
 import pty
 import re
 import select
 import subprocess
+from types import SimpleNamespace
 
 import pytest
 
-from heatlens.commands.export_progress import Tally, progress_text
+from heatlens.commands.export_progress import Tally, progress_of, progress_text
 from heatlens.export.run import FrameDone
 from support.command_line import started
 from support.exports import write_shot_file
@@ -60,6 +62,22 @@ def test_long_times_are_told_roughly(frames, pace_s, expected):
     clock.now_s = pace_s
     tally.add(done(1))
     assert progress_text(tally).endswith(f"{expected} left")
+
+
+@pytest.mark.parametrize("kind", ["terminal", "json", "openjd"])
+def test_lost_surfaces_are_told_once(capsys, kind):
+    """Of the first frame that has some, at the end, where nothing writes over it."""
+    output = SimpleNamespace(pattern="out.####.exr")
+    frames = [SimpleNamespace(frame=frame) for frame in (1, 2, 3)]
+    plan = SimpleNamespace(frames=frames, job=SimpleNamespace(output=output))
+    with progress_of(kind, plan) as tell:
+        for frame, lost in ((1, ""), (2, "Some were merged."), (3, "Others were merged.")):
+            tell(FrameDone(frame, None, False, lost))
+    told = capsys.readouterr()
+    sentence = "Frame 2: Some were merged."
+    assert (told.out + told.err).count("merged") == 1 and sentence in told.out + told.err
+    if kind == "json":
+        assert json.loads(told.out.splitlines()[-1])["told"] == sentence
 
 
 def test_a_terminal_is_told_and_left_clean(tmp_path):

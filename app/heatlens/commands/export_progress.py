@@ -25,11 +25,13 @@ class Tally:
         self.count = count
         self.written: list[int] = []
         self.kept = 0
+        self.surfaces_lost = ""  # a sentence, of the first frame that has one
         self._clock = clock
         self._start_s = clock()
 
     def add(self, done: FrameDone) -> None:
         """Count a frame. Time is measured from the first frame that had to be rendered."""
+        self.surfaces_lost = self.surfaces_lost or _lost_words(done)
         if done.was_there:
             self.kept += 1
             if not self.written:
@@ -74,6 +76,7 @@ def _for_people(plan: ExportPlan, tally: Tally) -> Iterator[Tell]:
 
         show(plan.frames[0].frame)  # the first one may take long
         yield tell
+    _say_lost(tally)
     kept = f", {tally.kept} were finished before" if tally.kept else ""
     say(f"{_frames(len(tally.written))} written{kept}.")
     _print(str(plan.job.output.pattern))
@@ -93,7 +96,9 @@ def _for_programs(plan: ExportPlan, tally: Tally) -> Iterator[Tell]:
         _say(event="frame", frame=done.frame, path=str(done.path), state=state, **of)
 
     yield tell
-    _say(event="end", output=output, written=len(tally.written), finished_before=tally.kept)
+    told = {"told": tally.surfaces_lost} if tally.surfaces_lost else {}
+    counts = {"written": len(tally.written), "finished_before": tally.kept}
+    _say(event="end", output=output, **counts, **told)
 
 
 @contextmanager
@@ -110,7 +115,18 @@ def _for_farm(plan: ExportPlan, tally: Tally) -> Iterator[Tell]:
     except HeatlensError as error:
         _print(f"openjd_fail: {error}")
         raise
+    _say_lost(tally)
     _print(str(plan.job.output.pattern))
+
+
+def _lost_words(done: FrameDone) -> str:
+    return f"Frame {done.frame}: {done.surfaces_lost}" if done.surfaces_lost else ""
+
+
+def _say_lost(tally: Tally) -> None:
+    """Say once what is not known behind the pictures; nothing where all is."""
+    if tally.surfaces_lost:
+        say(tally.surfaces_lost)
 
 
 def progress_text(tally: Tally) -> str:

@@ -29,6 +29,7 @@ class FrameDone:
     frame: int
     path: Path
     was_there: bool  # finished by an earlier run
+    surfaces_lost: str = ""  # a sentence, if surfaces behind its picture were merged or left out
 
 
 def export_frames(
@@ -108,4 +109,5 @@ def _files(plan: ExportPlan) -> Iterator[Write]:
 
 def _written(write: Write, frame: RenderedFrame) -> FrameDone:
     write(frame)
-    return FrameDone(frame.planned.frame, frame.planned.path, was_there=False)
+    lost = frame.plate.surfaces_lost
+    return FrameDone(frame.planned.frame, frame.planned.path, False, lost)

@@ -155,8 +155,12 @@ def _restacked(plate: Plate, made: Stacked, reports: tuple[BehindReport, ...]) -
     infinite_count = int(np.isinf(made.depth_m).sum())
     near_m, far_m = finite_range(made.depth_m, infinite_count)
     seen = replace(plate.depth, near_m=near_m, far_m=far_m, infinite_count=infinite_count)
-    merged = f"{plate.path}: surfaces of the most similar blur were merged in {made.shortened} "
-    merged += f"pixels, which have up to {made.most} of them."
+    merged = ""
+    if made.shortened:
+        merged = (
+            f"{plate.path}: surfaces of the most similar blur were merged in {made.shortened} "
+            f"pixels, which have up to {made.most} of them."
+        )
     return replace(
         plate,
         pixels=ReadPixels(made.color, made.depth_m),
@@ -166,8 +170,9 @@ def _restacked(plate: Plate, made: Stacked, reports: tuple[BehindReport, ...]) -
         notes=(
             *plate.notes,
             *(report.sentence for report in reports),
-            *([merged] if made.shortened else []),
+            *filter(None, (merged,)),
         ),
+        surfaces_lost=plate.surfaces_lost or merged,
         behind=(*plate.behind, *reports),
     )
 

@@ -60,11 +60,12 @@ def read_deep_plate(path: Path, options: PlateOptions) -> Plate:
             _surfaces_sentence(path, made),
             *channels.color.notes,
             *faults.sentences(path),
-            *_merge_sentences(path, made),
+            *filter(None, (_merge_sentence(path, made),)),
             *aspect_notes,
         ),
         views=views_of(headers),
         fragments=made.lists,
+        surfaces_lost=_merge_sentence(path, made),
         behind=() if made.lists is None else (_report(made),),
     )
 
@@ -114,12 +115,13 @@ def _surfaces_sentence(path: Path, made: Stacked) -> str:
     return f"{path}: {made.count / made.depth_m.size:.2f} surfaces a pixel, at most {made.most}."
 
 
-def _merge_sentences(path: Path, made: Stacked) -> tuple[str, ...]:
+def _merge_sentence(path: Path, made: Stacked) -> str:
+    """Return what was merged for want of room; "" where nothing was."""
     if not made.shortened:
-        return ()
+        return ""
     return (
         f"{path}: {made.shortened} pixels have more than {FRAGMENTS_MOST} surfaces, up to "
-        f"{made.most}: those of the most similar blur were merged.",
+        f"{made.most}: those of the most similar blur were merged."
     )
 
 

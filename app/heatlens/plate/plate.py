@@ -151,6 +151,7 @@ class Plate:
     views: tuple[str, ...] = ()  # views of a stereo file, the default view first
     fragments: FragmentLists | None = None  # the surfaces behind the picture, if known
     behind: tuple[BehindReport, ...] = ()  # the sources of `fragments`, in any order
+    surfaces_lost: str = ""  # a sentence, where surfaces behind were merged or left out
 
     @property
     def color(self) -> FloatImage:

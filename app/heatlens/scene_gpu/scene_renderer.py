@@ -174,7 +174,8 @@ class SceneRenderer:
         surveyed, pixels = self._survey.of(depth), DrawnPixels(color, depth, self._raster.read)
         seen = self.pose_at(wish.shot, wish.frame), wish.shot.lens_at(wish.frame), wish.size
         plate = plate_of_scene(self.scene.path, pixels, surveyed, seen)
-        plate = replace(plate, notes=() if peeled is None else peeled.notes)
+        notes = () if peeled is None else peeled.notes
+        plate = replace(plate, notes=notes, surfaces_lost=" ".join(notes))
         return Look(plate, pixels, color, depth, surveyed.dioptres, overscan, peeled)
 
     def _colored(

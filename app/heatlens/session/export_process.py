@@ -35,6 +35,7 @@ class ExportState:
     said: str = ""  # the last sentence of the process
     code: int | None = None  # None: it goes on
     output: str = ""  # the pattern of the frames, or the file
+    told: str = ""  # a sentence that the process has about what it wrote
 
     @property
     def is_stopped(self) -> bool:
@@ -116,7 +117,7 @@ class ExportRun:
             errors.join()
         code = process.returncode
         if code == 0:
-            state.said = f"Done: {state.title}."
+            state.said = f"Done: {state.title}. {state.told}".strip()
         elif code in _STOPPED:
             state.said = f"Stopped: {state.title}. Finished frames stay; export again to go on."
         state.code = code
@@ -164,3 +165,4 @@ def _take(line: str, state: ExportState) -> None:
     state.frames = event.get("frames", state.frames)
     state.done = event.get("done", state.done)
     state.left_s = event.get("seconds_left", state.left_s)
+    state.told = event.get("told", state.told)

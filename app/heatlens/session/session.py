@@ -31,6 +31,7 @@ from heatlens.session.key_rows import RowChoice
 from heatlens.session.lens_commands import LensCommands
 from heatlens.session.live_picture import LivePicture
 from heatlens.session.look_commands import LookCommands
+from heatlens.session.lost_surfaces import LostSurfaces
 from heatlens.session.mark_commands import MarkCommands
 from heatlens.session.messages import Messages, Problem
 from heatlens.session.open_source import OpenSource
@@ -80,6 +81,7 @@ class Session:
         """
         self.messages = Messages()
         say = self.messages.say
+        self._lost_surfaces = LostSurfaces(say)
         self.preferences = preferences or Preferences()
         self.given = GivenOptions(start)
         self.speed = Speed(is_software=is_software)
@@ -276,6 +278,7 @@ class Session:
         except HeatlensError as error:
             self.say_error(error)
             self.start_choices.refused()
+        self._lost_surfaces.look(self.source.plate)
         if self.source.plate is None:
             self.sides.restart()  # what was under way read from the plate that left the GPU
         # Why a file was refused is all that the start screen has to tell: it stays until the user
@@ -335,6 +338,7 @@ class Session:
         else:
             self.clips.arrived()
         self._say_all(*opened.notes, self._color_note(opened))
+        self._lost_surfaces.begin(opened.notes)
         self.files.arrived(opened)
 
     def _begin_shot(self, opened: Opened, lens: Lens) -> None:
