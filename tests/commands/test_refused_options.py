@@ -1,6 +1,8 @@
 """What would change nothing is refused in a sentence, rather than left out in silence."""
 
+import numpy as np
 import pytest
+from PIL import Image
 
 from heatlens.commands.main import main
 from support.command_line import CAMERA, channels, refused, render
@@ -39,6 +41,14 @@ def said_of(capsys, *words: object) -> str:
 def test_a_choice_that_a_method_does_not_have(capsys, plate, tmp_path, command, words, option):
     said = said_of(capsys, command, plate, "-o", tmp_path / "o.exr", *words)
     assert f"leave {option} out" in said
+
+
+def test_an_image_that_cannot_be_an_opening(capsys, plate, tmp_path):
+    given = (plate, "-o", tmp_path / "o.exr", *LENS, "--aperture-image")
+    assert "no.png is not there" in said_of(capsys, "render", *given, tmp_path / "no.png")
+    Image.fromarray(np.zeros((8, 8), np.uint8)).save(tmp_path / "black.png")
+    assert "black" in said_of(capsys, "render", *given, tmp_path / "black.png")
+    assert not (tmp_path / "o.exr").exists()
 
 
 @pytest.mark.parametrize(

@@ -84,8 +84,15 @@ def test_of_colours_the_luminance_passes_and_that_is_said(tmp_path: Path) -> Non
     read = read_opening_image(saved(tmp_path / "a.png", pixels))
     assert read.light is not None
     assert read.light[200, 128] / read.light[60, 128] == pytest.approx(0.0722 / 0.7152, rel=1e-3)
-    (note,) = read.notes
+    note, _ = read.notes
     assert "a.png" in note and "coloured" in note and "luminance" in note
+
+
+def test_light_beside_the_axis_is_told(tmp_path: Path) -> None:
+    light = np.zeros((64, 64), np.uint8)
+    light[24:40, 40:56] = 255
+    (note,) = read_opening_image(saved(tmp_path / "a.png", light)).notes
+    assert "50 % of the radius beside the middle" in note
 
 
 @pytest.mark.parametrize("bad", ["missing", "folder", "text", "black", "corners", "nan", "cut"])

@@ -68,7 +68,8 @@ def test_views_show_an_image_as_its_discs_are_drawn(
     session_context: moderngl.Context, depth_m: float
 ) -> None:
     """Upright behind the focus, on its head in front of it, and never mirrored."""
-    lens, size = replace(LENS, f_stop=0.2, aperture_image=letter()), (48, 32)
+    size, rim = (48, 32), 0.6
+    lens = replace(LENS, f_stop=0.2, aperture_image=letter())
     held = SceneRaster(session_context)
     lamps = [sphere(0.012 * depth_m, 3)], [(0, moved(0, 0, -depth_m))], [lamp((8.0, 8.0, 8.0))]
     held.load(scene_of(*lamps, daylight=NIGHT))
@@ -76,8 +77,11 @@ def test_views_show_an_image_as_its_discs_are_drawn(
     view = view_of(Pose(), lens, size, np.array([(-9, -9, -9.0), (9, 9, -0.1)]))
     out = new_texture(session_context, size, 4)
     views = Accumulation(session_context, held)
-    list(views.steps(view, pupil_of(lens), 128, out, "key"))
+    list(views.steps(view, pupil_of(replace(lens, rim=rim)), 128, out, "rim"))
+    light = float(download(out)[..., 1].sum())
+    list(views.steps(view, pupil_of(lens), 128, out, "flat"))
     shown = download(out)[..., 1]
+    assert light == pytest.approx(float(shown.sum()), rel=0.03)  # of a rim too
     for owned in (views, held):
         owned.release()
     line = coc_line(lens, size[0])

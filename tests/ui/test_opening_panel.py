@@ -8,13 +8,16 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from imgui_bundle import imgui
 
 from heatlens.model.aperture import Aperture
 from heatlens.model.disc_shape import DiscShape
 from heatlens.model.picture_field import PictureField
-from heatlens.ui.panels.opening_panel import disc_outline
+from heatlens.session.file_commands import PURPOSES
+from heatlens.ui.panels.opening_panel import disc_outline, image_cells
 from support.apertures import apertures
 from support.gui import Gui, gui_of
+from support.opening_images import heart_path, letter
 from support.window_plates import QUICK, room_file
 
 PLACES = st.sampled_from([(800.0, 450.0), (1600.0, 0.0)])
@@ -49,3 +52,46 @@ def test_a_control_of_the_opening_is_one_step_of_undo(gui: Gui) -> None:
     assert gui.session.lens.rim > 0.5
     gui.session.editing.undo()
     assert gui.session.lens.rim == 0.0 and gui.session.lens.blades == 5
+
+
+def test_an_image_is_chosen_turned_and_taken_off_again(gui: Gui, tmp_path: Path) -> None:
+    """Each is one step of undo; the blades are back as they were."""
+    gui.settled()
+    gui.click(gui.middle("aperture image"))
+    assert gui.ui.dialogs.browser.walk.purpose is PURPOSES["opening"]
+    gui.key(imgui.Key.escape)
+    files = gui.session.files
+    files.openings.begin(tmp_path / "none.png")
+    gui.until(lambda: "none.png is not there" in gui.session.messages.text, "what is wrong")
+    assert gui.session.lens.aperture_image is None
+    files.openings.begin(heart_path())
+    gui.until(lambda: gui.session.lens.aperture_image is not None, "the heart")
+    assert "aperture_heart.png" in gui.session.messages.text
+    gui.frame(3)
+    left, top, right, bottom = gui.rect("rotation")
+    gui.drag(((left + right) / 2, (top + bottom) / 2), (right - 2, (top + bottom) / 2))
+    gui.rest()
+    assert gui.session.lens.blade_rotation_deg > 0
+    gui.click(gui.middle("no aperture image"))
+    gui.rest()
+    assert gui.session.lens.aperture_image is None and gui.session.lens.blades == 5
+    for rotation in (None, 0.0):
+        gui.session.editing.undo()
+        assert gui.session.lens.aperture_image is not None
+        assert rotation is None or gui.session.lens.blade_rotation_deg == rotation
+    gui.session.editing.undo()
+    assert gui.session.lens.aperture_image is None
+
+
+def test_an_image_is_drawn_as_a_lamp_shows_it() -> None:
+    aperture = Aperture(aperture_image=letter(), cat_eye=0.6)
+    for place in ((800.0, 450.0), (1600.0, 0.0)):
+        rows = image_cells(aperture, place)
+        drawn = np.zeros((len(rows), len(rows)))
+        for row, runs in enumerate(rows):
+            for first, last, grey in runs:
+                drawn[row, first:last] = grey
+        y, x = np.mgrid[0 : len(rows), 0 : len(rows)] + 0.5 - len(rows) / 2
+        disc = DiscShape(aperture, 1.0, PictureField.of((1600, 900)))
+        shown = disc.coverage(x, y, len(rows) / 2, 0.5, place)
+        np.testing.assert_allclose(drawn**2.2, shown / shown.max(), atol=0.04)

@@ -1,6 +1,7 @@
 """A picture from a file as the opening of a lens."""
 
 import hashlib
+import math
 import os
 from functools import lru_cache
 from pathlib import Path
@@ -19,6 +20,7 @@ from heatlens.plate.file_parts import color_file_parts
 
 _RED, _GREEN, _BLUE = 0.2126, 0.7152, 0.0722  # of the luminance of Rec. 709
 _COLORED = 0.02  # of the brightest: JPEG leaves grey a little coloured
+_NEAR_AXIS = 0.03  # radii from the axis that nobody sees
 _DIGEST_BYTES = 16
 
 
@@ -56,8 +58,24 @@ def _read(path: Path, stamp: tuple[int, int]) -> OpeningImage:
             "that no light passes; bright parts of the picture are the opening."
         )
     light /= light.max()
+    notes = (*notes, *_off_axis(path, light))
     digest = hashlib.blake2b(light.tobytes(), digest_size=_DIGEST_BYTES).hexdigest()
     return OpeningImage(str(path), digest, light, notes)
+
+
+def _off_axis(path: Path, light: NDArray[np.float32]) -> tuple[str, ...]:
+    """Return what is to be said where the light is not in balance about the axis of the lens."""
+    seen = seen_light(light)
+    at = (np.arange(IMAGE_SIDE) + 0.5) * 2 / IMAGE_SIDE - 1
+    x, y = (float((seen.sum(axis=axis) * at).sum() / seen.sum()) for axis in (0, 1))
+    off = math.hypot(x, y)
+    if off < _NEAR_AXIS:
+        return ()
+    return (
+        f"{path}: the middle of its light lies {100 * off:.0f} % of the radius beside the middle "
+        "of the picture: lamps and the other methods show it there, but what is diffused is "
+        "blurred about the middle of the picture.",
+    )
 
 
 def _luminance(path: Path) -> tuple[NDArray[np.float32], tuple[str, ...]]:
