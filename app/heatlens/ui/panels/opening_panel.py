@@ -198,8 +198,10 @@ def _image_disc(
     for row, line in enumerate(image_cells(aperture, place)):
         for first, last, grey in line:
             color = imgui.get_color_u32(ImVec4(grey, grey, grey, 1.0))
-            corner = ImVec2(left + first * step, top + row * step)
-            draw.add_rect_filled(corner, ImVec2(left + last * step, top + (row + 1) * step), color)
+            # On whole pixels of the screen, for between them there would be lines.
+            corner = ImVec2(round(left + first * step), round(top + row * step))
+            end = ImVec2(round(left + last * step), round(top + (row + 1) * step))
+            draw.add_rect_filled(corner, end, color)
 
 
 @lru_cache(maxsize=8)
