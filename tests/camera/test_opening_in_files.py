@@ -14,7 +14,7 @@ from heatlens.errors import InputError
 from heatlens.model.frames import FrameRange
 from heatlens.model.lens import Lens
 from heatlens.model.opening_image import OpeningImage
-from heatlens.model.shot import Shot
+from heatlens.model.shot import LensParameter, Shot
 from heatlens.plate.opening_picture import read_opening_image
 from support.opening_images import heart_path
 
@@ -96,3 +96,17 @@ def test_usd_has_what_the_draft_of_physical_cameras_names(tmp_path: Path) -> Non
     write_camera(tmp_path / "plain.usda", camera_before_plates(plain, "cam"))
     stage = Usd.Stage.Open(str(tmp_path / "plain.usda"))
     assert not stage.GetDefaultPrim().HasAuthoredCustomData()
+
+
+def test_breathing_is_the_length_of_each_frame() -> None:
+    lens = Lens(50.0, 2.0, 2.0, 36.0, breathing=0.8, close_focus_m=1.0)
+    shot = Shot(lens, frames=FrameRange(1, 3))
+    for frame, distance_m in ((1, 1.0), (3, 4.0)):
+        shot = shot.with_key(frame, LensParameter.FOCUS_DISTANCE, distance_m)
+    camera = camera_before_plates(shot, "cam")
+    for index, frame in enumerate(camera.frames):
+        view = 1.0 - 0.2 / shot.lens_at(frame).focus_distance_m
+        assert camera.focal_length_mm[index] == pytest.approx(50.0 / view)
+        assert camera.f_stop[index] == pytest.approx(2.0 / view)  # the opening stays as wide
+    node = nuke_text(camera)
+    assert node.count("focal {{curve x1 ") == 1 and "62.5" in node

@@ -3,10 +3,14 @@
 import pytest
 
 from heatlens.commands.main import main
-from heatlens.documents.shot_file import read_shot
+from heatlens.documents.shot_file import read_shot, write_shot
+from heatlens.measure.sheet.rows import sheet_row
+from heatlens.model.coc import far_limit_m, near_limit_m
+from heatlens.model.frames import FrameRange
 from heatlens.model.lens import Lens
 from heatlens.model.measured_from import MeasuredFrom
 from heatlens.model.shot import Shot
+from heatlens.model.units import format_distance
 from heatlens.ring.lens_sample import LensSample
 from heatlens.ring.sources import Heard, RingSources
 from heatlens.session.editing import Editing
@@ -81,3 +85,17 @@ def test_a_ring_is_read_as_the_lens_is_measured(start, told_mm, focus_m):
     ring.sources.keep(LensSample("A", focus_distance_m=2.12, pupil_offset_mm=told_mm))
     RingHand(ring, editing, print).poll()
     assert editing.lens.focus_distance_m == pytest.approx(focus_m)
+
+
+def test_the_sheet_and_the_list_of_a_shot_tell_what_the_panel_tells(tmp_path, capsys):
+    film = Lens(50.0, 2.8, 2.0, 36.0, measured_from=MeasuredFrom.FILM, pupil_offset_mm=120.0)
+    shot = Shot(film, frames=FrameRange(1, 2))
+    row = sheet_row(shot, 1.0, 1, ())
+    assert row.focus == "2.12 m"
+    assert row.near == format_distance(near_limit_m(film) + 0.12)
+    assert row.far == format_distance(far_limit_m(film) + 0.12)
+    path = tmp_path / "s.heatlens.json"
+    write_shot(path, shot)
+    assert main(["shot", "show", str(path)]) == 0
+    text = capsys.readouterr().out
+    assert "2.120 m" in text and "from the film plane" in text

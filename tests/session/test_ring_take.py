@@ -135,3 +135,20 @@ def test_a_ring_that_was_let_go_is_not_recorded(session):
     before = session.shot
     perform(session, 0)
     assert session.shot == before
+
+
+def test_a_take_is_one_step_of_undo_whatever_was_turned(session):
+    before = session.shot
+    perform(
+        session,
+        0,
+        f_stop=lambda frame: 2.8 + 0.1 * (frame - FIRST),
+        focal_length_mm=lambda frame: 50.0 + frame - FIRST,
+    )
+    after = session.shot
+    assert after.curves.f_stop.keys and after.curves.focal_length_mm.keys
+    session.recording.tolerate(2 * session.recording.tolerance_dioptres)  # still the same step
+    session.editing.undo()
+    assert session.shot == before
+    session.editing.redo()
+    assert session.shot.curves.f_stop.keys == after.curves.f_stop.keys

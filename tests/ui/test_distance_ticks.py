@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from heatlens.model.depth_histogram import BINS, DepthHistogram, depth_histogram
 from heatlens.model.units import FOOT_M, INCH_M, parse_distance_m
 from heatlens.model.value_bins import bins_of
-from heatlens.ui.panels.distance_ticks import Tick, distance_ticks
+from heatlens.ui.panels.distance_ticks import Tick, distance_ticks, scale_ticks
 from heatlens.ui.panels.focus_bar import visible_heights
 
 WIDTH = 310.0  # of the bar at the narrowest
@@ -84,3 +84,15 @@ def test_a_sky_does_not_make_the_rest_a_line():
 def test_where_all_is_sky_there_is_the_sky():
     histogram = depth_histogram(bins_of(np.zeros(9, np.float32)))
     assert visible_heights(histogram).tolist() == histogram.heights.tolist()
+
+
+@given(st.floats(0.05, 20.0), st.floats(-0.04, 0.4), st.sampled_from(["m", "ft"]))
+def test_a_scale_from_the_film_plane_has_its_ticks_where_the_pupil_sees_them(
+    near_m, offset_m, unit
+):
+    histogram = DepthHistogram(np.zeros(BINS), 1.0 / near_m)
+    for distance_m, text, text_x in scale_ticks(histogram, offset_m, unit, (0.0, WIDTH), width_of):
+        if math.isfinite(distance_m):
+            middle = text_x + width_of(text) / 2
+            place = near_m / (distance_m - offset_m)
+            assert middle == pytest.approx((1 - min(place, 1.0)) * WIDTH, abs=1e-6)

@@ -12,7 +12,7 @@ from heatlens.gpu.textures import download
 from heatlens.model.boxes import Box
 from heatlens.model.coc import coc_line, coc_px, sharp_px
 from heatlens.model.units import format_distance
-from heatlens.model.view import Overlay
+from heatlens.model.view import Against, Compare, Overlay
 from heatlens.ui.picture.pixel_values import value_words
 from support.window_plates import BALL, BALL_M, SKY, WIDTH
 
@@ -91,7 +91,7 @@ def test_the_limits_under_the_pointer_are_where_the_blur_is_just_acceptable(gui,
     caught = []
     monkeypatch.setattr(
         "heatlens.ui.status_bar.probe_text",
-        lambda read, unit: caught.append(read) or probe_text(read, unit),
+        lambda read, *told: caught.append(read) or probe_text(read, *told),
     )
     gui.screen.status.words(BALL)
     lens = gui.session.lens
@@ -135,3 +135,25 @@ def test_before_a_plate_a_lens_that_breathes_is_read_where_it_shows_the_frame(gu
     ruler.leave()
     edge = place.geometry.window_at_picture((WIDTH, 0))[0]
     assert overlay.clip.x1 <= round(edge) + 1 < overlay.last[0]
+
+
+def test_a_plate_beside_a_lens_that_breathes_shows_the_same_part_of_the_frame(gui):
+    """Both sides of the wipe agree, and so do the pictures with and without depth of field."""
+    session = gui.session
+    breathing = replace(session.lens, breathing=0.6, close_focus_m=1.0, focus_distance_m=1.0)
+    session.editing.edit_lens(breathing)
+    session.view = replace(session.view, compare=Compare.WIPE, against=Against.PINHOLE)
+    gui.rest()
+    gui.settled()
+    lens_side, plate_side = gui.screen.picture.viewport._placed
+    assert lens_side.last[0] - lens_side.first[0] < plate_side.last[0] - plate_side.first[0]
+    session.view = replace(session.view, depth_of_field=False)
+    gui.frame(2)
+    for plate in (plate_side, gui.screen.picture.viewport._placed[0]):
+        across = plate.last[0] - plate.first[0]
+        for pixel in (BALL, (10, 20)):
+            frame_px = session.source.frame_px(session.lens, pixel)
+            seen_x = plate.first[0] + (frame_px[0] + 0.5) / WIDTH * across
+            place = session.picture_view
+            expected = place.geometry.window_at_picture((pixel[0] + 0.5, pixel[1] + 0.5))[0]
+            assert seen_x == pytest.approx(expected, abs=place.zoom)

@@ -17,6 +17,7 @@ from heatlens.model.frames import (
 )
 from heatlens.model.lens_model import LensModel
 from heatlens.model.opening_image import OpeningImage
+from heatlens.model.timecode import Timecode
 
 Track = tuple[float, ...]  # a value at each frame
 UpAxis = Literal["y", "z"]
@@ -65,6 +66,7 @@ class CameraSamples:
     notes              sentences for the user
     blades and others  as in `Lens`; None where they are as without being told
     aperture_image     as in `Lens`; one that a file names is read by `camera_file.read_camera`
+    timecodes          of each frame, where the table of a shoot tells them
 
     Raises InputError that names the frame if a value is impossible for a camera.
     """
@@ -91,6 +93,7 @@ class CameraSamples:
     axial_colour_mm: Track | None = None
     widest_f_stop: Track | None = None
     aperture_image: OpeningImage | None = None
+    timecodes: tuple[Timecode, ...] | None = field(default=None, compare=False)
 
     def __post_init__(self) -> None:
         _check_frames(self.frames)

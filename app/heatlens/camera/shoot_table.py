@@ -13,12 +13,14 @@ from typing import Any
 from heatlens.camera.samples import CameraSamples
 from heatlens.errors import InputError
 from heatlens.model.frames import FRAMES_PER_SECOND
+from heatlens.model.timecode import Timecode, timecode_in
 from heatlens.paths import file_bytes, unreadable
 from heatlens.plate.shoot_names import ShootLens, shoot_lens
 
 Row = Mapping[str, str]
 
 _FRAMES = ("frame", "frameno", "frame number", "index")
+_TIMECODES = ("master tc", "timecode", "time code", "tc", "lens tc", "timecode in")
 _RATES = ("project fps", "fps", "sensor fps", "frames_per_second")
 _OF_RED = {"FrameNo", "Acceleration X"}  # RED tells distances in mm, and says it nowhere
 _OWN = {"focus_distance_m", "focal_length_mm", "nominal_f_stop", "f_stop", "up_axis"}
@@ -46,8 +48,9 @@ def table_columns(path: Path) -> list[str]:
 def read_shoot_table(path: Path, first_frame: int | None = None) -> CameraSamples:
     """Read the lens at each row; the first row is at `first_frame`, or as numbered in the table.
 
-    A missing value is taken from the row before. Raises InputError if the file cannot be read, has
-    no rows, or the frames are not in order.
+    Without `first_frame` the timecodes of the rows are kept, to be matched with those of a shot. A
+    missing value is taken from the row before. Raises InputError if the file cannot be read, has no
+    rows, or the frames are not in order.
     """
     _, rows = _read(path)
     if not rows:
@@ -67,6 +70,7 @@ def read_shoot_table(path: Path, first_frame: int | None = None) -> CameraSample
             frames=_frames(path, rows, first_frame),
             **tracks,
             frames_per_second=_rate(rows[0]),
+            timecodes=_timecodes(rows) if first_frame is None else None,
             notes=tuple(notes),
         )
     except InputError as error:
@@ -112,6 +116,16 @@ def _frames(path: Path, rows: Sequence[Row], first_frame: int | None) -> tuple[i
         raise InputError(f"{path}: the column {column!r} should hold whole numbers.") from None
     moved = 0 if first_frame is None else first_frame - frames[0]
     return tuple(frame + moved for frame in frames)
+
+
+def _timecodes(rows: Sequence[Row]) -> tuple[Timecode, ...] | None:
+    """Return the timecode of each row; None where some row tells none."""
+    column = _named(rows[0], _TIMECODES)
+    if column is None:
+        return None
+    told = [timecode_in(row[column]) for row in rows]
+    known = tuple(timecode for timecode in told if timecode is not None)
+    return known if len(known) == len(rows) else None
 
 
 def _rate(row: Row) -> float:

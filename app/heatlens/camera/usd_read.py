@@ -148,7 +148,7 @@ def _frames(opened: _Stage) -> tuple[int, ...]:
     return tuple(FrameRange(math.floor(min(times)), math.ceil(max(times))))
 
 
-def _lens(opened: _Stage, frames: tuple[int, ...]) -> dict[str, Track | None]:
+def _lens(opened: _Stage, frames: tuple[int, ...]) -> dict[str, Any]:
     mm = units_per_mm(opened.meters_per_unit)
     lengths: dict[str, Track | None] = {
         name: _track(opened, attribute, frames, mm) for name, attribute in MM_ATTRIBUTES.items()

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from heatlens.camera.into_shot import with_camera
 from heatlens.camera.samples import CameraSamples
+from heatlens.camera.shoot_timecode import at_timecode
 from heatlens.commands.blur_options import add_blur_options, settings_of
 from heatlens.commands.given_options import refuse_unused
 from heatlens.commands.kit_options import shot_with_kit
@@ -34,11 +35,14 @@ from heatlens.model.lens import Lens
 from heatlens.model.marks import DistanceMark, Mark
 from heatlens.model.pull import frames_too_close
 from heatlens.model.shot import FOCUS_SCALES, LensParameter, Shot
-from heatlens.model.units import format_distance, parse_distance_m
+from heatlens.model.timecode import Timecode, parse_timecode
+from heatlens.model.told_distance import from_pupil_m, parse_told_m
+from heatlens.model.units import format_distance
 from heatlens.plate.camera_header import camera_at_header, lens_model_of
 from heatlens.plate.header_read import read_headers
 from heatlens.plate.plate import CameraHeader
 from heatlens.plate.read import read_plate
+from heatlens.plate.timecode import timecode_of
 from heatlens.sequence.names import frames_text
 from heatlens.sequence.sequence import Sequence, find_sequence
 from heatlens.source.kind import SourceKind, kind_of
@@ -149,7 +153,7 @@ def _piped_shot(args: argparse.Namespace) -> Shot:
 def _shot_of(args: argparse.Namespace) -> Shot:
     """Return the shot of the options, after checking each key."""
     keys = keys_of(args.key)
-    camera = camera_of(args)
+    camera = _on_frames_of_plate(args, camera_of(args))
     kept = decided_otherwise(args, keys)
     given = args if camera is None else with_camera_values(args, camera, kept)
     given = _with_first_keys(given, keys)
@@ -164,6 +168,34 @@ def _shot_of(args: argparse.Namespace) -> Shot:
     _say_outside(shot)
     say_doubts_of_shot(shot, first_plate(shot))
     return shot
+
+
+def _on_frames_of_plate(
+    args: argparse.Namespace, camera: CameraSamples | None
+) -> CameraSamples | None:
+    """Return the camera with the rows of a table on the frames that have their timecode."""
+    if camera is None or camera.timecodes is None:
+        return camera
+    try:
+        sequence = find_sequence(args.plate)
+    except InputError:  # a scene, or a plate without files yet: said where the shot begins
+        sequence = None
+    frames = _frames_of(args, sequence, None)
+    return at_timecode(camera, _timecode_of_plate(args, sequence), _rate_of(args, camera), frames)
+
+
+def _timecode_of_plate(
+    args: argparse.Namespace, sequence: Sequence | None
+) -> tuple[int, Timecode] | None:
+    """Return a frame and its timecode: of the option, else of the header of the first file."""
+    frames = _frames_of(args, sequence, None)
+    if args.start_timecode is not None:
+        return None if frames is None else (frames.first, parse_timecode(args.start_timecode))
+    if sequence is None or is_picture(path := sequence.path_at(sequence.present[0])):
+        return None
+    found = (timecode_of(attributes) for attributes in read_headers(path))
+    timecode = next((one for one in found if one is not None), None)
+    return None if timecode is None else (sequence.present[0], timecode)
 
 
 def _say_outside(shot: Shot) -> None:
@@ -202,9 +234,7 @@ def _with_options(args: argparse.Namespace, shot: Shot) -> Shot:
     if args.close_focus is not None:
         shot = replace(
             shot,
-            lens=replace(
-                shot.lens, close_focus_m=parse_distance_m(args.close_focus) - shot.lens.told_from_m
-            ),
+            lens=replace(shot.lens, close_focus_m=parse_told_m(shot.lens, args.close_focus)),
         )
     made = replace(
         shot_with_kit(args, shot),
@@ -220,7 +250,7 @@ def _with_keys(shot: Shot, keys: Keys) -> Shot:
     """Return the shot with its keys; each must make a possible lens."""
     for parameter, found in keys.items():
         if parameter is LensParameter.FOCUS_DISTANCE:
-            found = [replace(key, value=key.value - shot.lens.told_from_m) for key in found]
+            found = [replace(key, value=from_pupil_m(shot.lens, key.value)) for key in found]
         shot = shot.with_curve(parameter, replace(shot.curves.of(parameter), keys=tuple(found)))
     for frame in shot.key_frames:
         shot.lens_at(frame)
@@ -231,14 +261,14 @@ def _from_pupil(camera: CameraSamples, lens: Lens) -> CameraSamples:
     """Return the camera with its focus distances converted to distances from the entrance pupil."""
     if camera.focus_distance_m is None or not lens.told_from_m:
         return camera
-    focus_m = tuple(distance_m - lens.told_from_m for distance_m in camera.focus_distance_m)
+    focus_m = tuple(from_pupil_m(lens, distance_m) for distance_m in camera.focus_distance_m)
     return replace(camera, focus_distance_m=focus_m)
 
 
 def _mark_from_pupil(mark: Mark, lens: Lens) -> Mark:
     if not isinstance(mark, DistanceMark) or not lens.told_from_m:
         return mark
-    return replace(mark, distance_m=mark.distance_m - lens.told_from_m)
+    return replace(mark, distance_m=from_pupil_m(lens, mark.distance_m))
 
 
 def _with_first_keys(args: argparse.Namespace, keys: Keys) -> argparse.Namespace:

@@ -17,6 +17,7 @@ from heatlens.model.marks import DistanceMark, Mark, ObjectMark
 from heatlens.model.pull import frames_too_close
 from heatlens.model.settings import DefocusSettings, Method
 from heatlens.model.shot import LensParameter, Shot
+from heatlens.model.told_distance import told_m, told_text
 from heatlens.model.units import format_distance
 from heatlens.printable import printable
 from heatlens.sequence.names import frames_text
@@ -92,7 +93,9 @@ def _sections(shot: Shot, unit: str) -> list[str]:
     if keys:
         sections.append(_table(("keys", "frame", "value", "path"), keys))
     if shot.marks:
-        sections.append(_table(("marks", "where"), [_mark_row(m, unit) for m in shot.marks]))
+        sections.append(
+            _table(("marks", "where"), [_mark_row(m, shot.lens, unit) for m in shot.marks])
+        )
     sections.append(_table(_LENS_HEAD, [_lens_row(f, lens, unit) for f, lens in _lenses(shot)]))
     return sections
 
@@ -128,24 +131,31 @@ def _about(shot: Shot, unit: str) -> str:
         lines.insert(2, ("in to out", str(shot.in_out)))
     if shot.start_timecode is not None:
         lines.append(("timecode", f"{shot.start_timecode} at the first frame"))
+    if lens.told_from_m:
+        lines.append(("distances", f"from the {lens.measured_from.words}"))
     if lens.close_focus_m is not None:
         close = frames_too_close(shot)
         nearer = f"; nearer at frames {frames_text(close)}" if close else ""
-        lines.append(("close focus", format_distance(lens.close_focus_m, unit) + nearer))
+        lines.append(("close focus", told_text(lens, lens.close_focus_m, unit) + nearer))
     return "\n".join(f"{label:<{_LABEL_WIDTH}}{value}" for label, value in lines)
 
 
 def _key_rows(shot: Shot, unit: str) -> list[Row]:
     return [
-        (parameter.words, f"{key.frame:g}", _shown(parameter, key.value, unit), key.interpolation)
+        (
+            parameter.words,
+            f"{key.frame:g}",
+            _shown(shot.lens, parameter, key.value, unit),
+            key.interpolation,
+        )
         for parameter in LensParameter
         for key in shot.curves.of(parameter).keys
     ]
 
 
-def _mark_row(mark: Mark, unit: str) -> Row:
+def _mark_row(mark: Mark, lens: Lens, unit: str) -> Row:
     if isinstance(mark, DistanceMark):
-        return mark.name, format_distance(mark.distance_m, unit)
+        return mark.name, told_text(lens, mark.distance_m, unit)
     if isinstance(mark, ObjectMark):
         return mark.name, f"object {mark.object_name}"
     mean = f", mean of {mark.smooth_frames} frames" if mark.smooth_frames > 1 else ""
@@ -158,12 +168,12 @@ _LENS_HEAD = ("frame", "focus", "f-stop", "focal length", "squeeze", "sharp from
 def _lens_row(frame: int | None, lens: Lens, unit: str) -> Row:
     return (
         "any" if frame is None else str(frame),
-        _distance(lens.focus_distance_m, unit),
+        _distance(told_m(lens, lens.focus_distance_m), unit),
         f"f/{lens.f_stop:.4g}",
         f"{lens.focal_length_mm:.4g} mm",
         f"{lens.squeeze:.4g}",
-        _distance(near_limit_m(lens), unit),
-        _distance(far_limit_m(lens), unit),
+        _distance(told_m(lens, near_limit_m(lens)), unit),
+        _distance(told_m(lens, far_limit_m(lens)), unit),
     )
 
 
@@ -174,10 +184,10 @@ def _distance(distance_m: float, unit: str) -> str:
     return format_distance(distance_m, unit)
 
 
-def _shown(parameter: LensParameter, value: float, unit: str) -> str:
+def _shown(lens: Lens, parameter: LensParameter, value: float, unit: str) -> str:
     """Format the value of a key with its unit."""
     if parameter is LensParameter.FOCUS_DISTANCE:
-        return format_distance(value, unit)
+        return told_text(lens, value, unit)
     signs = {LensParameter.F_STOP: "f/{:.4g}", LensParameter.FOCAL_LENGTH: "{:.4g} mm"}
     return signs.get(parameter, "{:.4g}").format(value)
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from heatlens.model.boxes import Box
 from heatlens.model.coc import coc_line, coc_px, far_limit_m, near_limit_m
 from heatlens.model.lens import Lens
-from heatlens.model.units import format_distance
+from heatlens.model.told_distance import told_text
 from heatlens.plate.plate import Plate
 from heatlens.preview.shown import Shown
 
@@ -135,25 +135,25 @@ def _coc_at(plate: Plate, lens: Lens, row: int, column: int, depth_m: float | No
     return float(coc_px(depth_m, coc_line(lens, plate.display_window.width)))
 
 
-def probe_text(probe: Probe, unit: str) -> str:
-    """Return one line for the status bar."""
+def probe_text(probe: Probe, unit: str, lens: Lens) -> str:
+    """Return one line for the status bar, with distances as they are read beside `lens`."""
     x, y = probe.display_px
     where = f"x {x}  y {y}"
     if probe.data_px != probe.display_px:
         where += f"  (data window {probe.data_px[0]}, {probe.data_px[1]})"
-    depth = "" if probe.depth_m is None else f"   depth {_depth(probe.depth_m, unit)}"
+    depth = "" if probe.depth_m is None else f"   depth {_depth(lens, probe.depth_m, unit)}"
     sharp = ""
     if probe.sharp_m is not None:
         near_m, far_m = probe.sharp_m
-        sharp = f"   focus here: {_depth(near_m, unit)} to {_depth(far_m, unit)}"
+        sharp = f"   focus here: {_depth(lens, near_m, unit)} to {_depth(lens, far_m, unit)}"
     return (
         f"{where}   picture {_rgb(probe.picture)}   plate {_rgb(probe.plate)}"
         f"{depth}   coc {probe.coc_px:+.2f} px{sharp}"
     )
 
 
-def _depth(depth_m: float, unit: str) -> str:
-    return "infinite" if math.isinf(depth_m) else format_distance(depth_m, unit)
+def _depth(lens: Lens, depth_m: float, unit: str) -> str:
+    return "infinite" if math.isinf(depth_m) else told_text(lens, depth_m, unit)
 
 
 def _rgb(value: Rgba) -> str:

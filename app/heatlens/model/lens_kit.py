@@ -11,10 +11,12 @@ from typing import Any
 from heatlens.errors import InputError, LensError
 from heatlens.model.lens import Lens
 from heatlens.model.opening_image import OpeningImage
+from heatlens.model.told_distance import from_pupil_m, told_m
 
 _LENGTHS_MM = (1.0, 5000.0)
 _STOPS = (0.5, 64.0)
 _CLOSE_M = (0.01, 100.0)
+_NEAREST_FOCUS = 1.1  # in lengths of the lens; at one length the image is infinitely far
 _BREATHING = (0.5, 1.5)
 _LENS_FIELDS = frozenset(one.name for one in fields(Lens))
 
@@ -25,7 +27,7 @@ class KitLens:
 
     focal_length_mm   of a prime; the shortest of a zoom
     f_stop            the widest
-    close_focus_m     the nearest focus
+    close_focus_m     the nearest focus, from where the lens of the shot is measured
     longest_mm        of a zoom; None for a prime
     t_stop            the widest T-stop; None where it is not told
     breathing         width of the view at close focus over that at infinity, at the same length
@@ -181,25 +183,36 @@ class LensKit:
         of = f"The {kit_lens.name} of the kit {self.name}"
         if asked.f_stop < kit_lens.f_stop:
             return f"{of} opens to f/{kit_lens.f_stop:g}, not to f/{asked.f_stop:.3g}."
-        if asked.focus_distance_m < kit_lens.close_focus_m:
-            near = f"{kit_lens.close_focus_m:g} m, not from {asked.focus_distance_m:.3g} m"
+        if asked.focus_distance_m < _close_focus_m(asked, kit_lens):
+            asked_m = told_m(asked, asked.focus_distance_m)
+            near = f"{kit_lens.close_focus_m:g} m, not from {asked_m:.3g} m"
             return f"{of} focuses from {near}."
         return ""
 
 
 def _bounded(lens: Lens, kit_lens: KitLens) -> Lens:
     """Return `lens` within what one lens of a kit can do; its character stays."""
+    close_focus_m = _close_focus_m(lens, kit_lens)
     changed: dict[str, Any] = {
         "focal_length_mm": kit_lens.length_near(lens.focal_length_mm),
         "f_stop": max(lens.f_stop, kit_lens.f_stop),
-        "focus_distance_m": max(lens.focus_distance_m, kit_lens.close_focus_m),
-        "close_focus_m": kit_lens.close_focus_m,
+        "focus_distance_m": max(lens.focus_distance_m, close_focus_m),
+        "close_focus_m": close_focus_m,
     }
     if lens.breathing != 1.0:
         changed["breathing"] = kit_lens.breathing
     if "widest_f_stop" in _LENS_FIELDS:
         changed["widest_f_stop"] = kit_lens.f_stop
     return replace(lens, **changed)
+
+
+def _close_focus_m(lens: Lens, kit_lens: KitLens) -> float:
+    """Return how near a lens of a kit focuses, from the entrance pupil.
+
+    A kit tells it from where `lens` is measured. No lens focuses within its own length.
+    """
+    least_m = _NEAREST_FOCUS * 1e-3 * kit_lens.length_near(lens.focal_length_mm)
+    return max(from_pupil_m(lens, kit_lens.close_focus_m), least_m)
 
 
 def _check(words: str, value: float, least: float, most: float, unit: str = "") -> None:

@@ -8,17 +8,24 @@ from heatlens.background import Background
 from heatlens.camera.camera_file import read_camera
 from heatlens.camera.into_shot import with_camera
 from heatlens.camera.samples import CameraSamples
+from heatlens.camera.shoot_timecode import at_timecode
 from heatlens.errors import HeatlensError
 from heatlens.session.editing import Editing
 from heatlens.session.messages import Problem
+from heatlens.session.open_source import OpenSource
 
 
 class CameraImport:
     """Reads one camera at a time; the result, or what is wrong with the file, is said."""
 
     def __init__(
-        self, editing: Editing, say: Callable[[str], None], wake: Callable[[], None]
+        self,
+        source: OpenSource,
+        editing: Editing,
+        say: Callable[[str], None],
+        wake: Callable[[], None],
     ) -> None:
+        self._source = source
         self._editing = editing
         self._say = say
         self._reader: Background[CameraSamples] = Background(wake)
@@ -35,7 +42,10 @@ class CameraImport:
             camera = self._reader.poll()
             if camera is None:
                 return
-            self._editing.do(with_camera(self._editing.shot, camera))
+            shot = self._editing.shot
+            here = self._source.timecode_at(shot, self._editing.frame)
+            camera = at_timecode(camera, here, shot.frames_per_second, shot.span)
+            self._editing.do(with_camera(shot, camera))
         except HeatlensError as error:
             self._say(Problem(error))
             return

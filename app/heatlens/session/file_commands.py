@@ -110,8 +110,8 @@ class FileCommands:
         self._given = given
         self._say = say
         self.reading = PlateReading(source, editing, preferences)
-        self.cameras = CameraImport(editing, say, wake)
         self.openings = OpeningImageImport(editing, say, wake)
+        self.cameras = CameraImport(source, editing, say, wake)
         # set by the session: takes the path and the title
         self.write_sheet: Callable[[Path, str], None] = lambda _path, _title: None
 

@@ -8,9 +8,11 @@ from heatlens.model.framing import SceneTiming
 from heatlens.model.lens import Lens
 from heatlens.model.plate_options import PlateOptions
 from heatlens.model.shot import Shot
+from heatlens.model.timecode import Timecode
 from heatlens.model.view_geometry import PictureShape
 from heatlens.plate.breathing_window import picture_point, plate_pixel
 from heatlens.plate.plate import Plate
+from heatlens.plate.timecode import timecode_of
 from heatlens.render import FrameRenderer
 from heatlens.scene.scene import Scene
 from heatlens.session.gpu_picture import GpuPicture
@@ -207,6 +209,12 @@ class OpenSource:
         """Return where a point of the frame is seen in the picture; see `frame_px`."""
         is_cut = self.plate is not None and not self.has_scene
         return picture_point(self.plate, lens, point) if is_cut and self.plate else point
+
+    def timecode_at(self, shot: Shot, frame: int) -> tuple[int, Timecode] | None:
+        """Return the frame of the plate that is shown and its timecode, where one is told."""
+        told = None if self.plate is None else timecode_of(self.plate.attributes)
+        timecode = shot.timecode_at(frame, told)
+        return None if timecode is None else (frame, timecode)
 
     def seconds_until_needed(self) -> float | None:
         """Return how long until `refine` has something to do; None where it has nothing."""

@@ -42,10 +42,11 @@ class RecordingState(Enum):
 
 @dataclass(frozen=True)
 class Take:
-    """What was recorded, and the shot before and after."""
+    """What was recorded, the shot whose keys it replaces, and the shot before and after."""
 
     samples: Samples
     others: Mapping[LensParameter, Track]  # what else the ring did: iris and length
+    base: Shot
     before: History
     after: Shot
     key_count: int
@@ -70,6 +71,7 @@ class PullRecording:
         self._is_armed = False
         self._samples: dict[float, float] = {}  # distance in metres by frame
         self._direction = 1
+        self._begun = editing.history  # where undo goes back to
         self._take: Take | None = None
         self._chosen_tolerance: float | None = None
 
@@ -145,7 +147,8 @@ class PullRecording:
         """Make the keys anew, off by no more than so many dioptres."""
         self._chosen_tolerance = min(max(tolerance_dioptres, TOLERANCE_LEAST), TOLERANCE_MOST)
         if self._take is not None:
-            self._set_keys(self._take.before, self._take.samples, self._take.others)
+            take = self._take
+            self._set_keys(take.before, take.base, take.samples, take.others)
 
     # What happens by itself
 
@@ -164,6 +167,7 @@ class PullRecording:
         self._ring.begin()
         self._direction = self._timeline.playback.direction
         self._editing.settle()
+        self._begun = self._editing.history
         self._editing.performance = Performance()
 
     def _record(self, is_playing: bool) -> None:
@@ -193,14 +197,22 @@ class PullRecording:
             self._say("The focus was not moved, so nothing was recorded.")
             return
         samples = self._samples if focus is None else focus
-        self._set_keys(self._editing.history.at_rest(), sorted(samples.items()), tracks)
+        self._set_keys(self._begun, self._editing.shot, sorted(samples.items()), tracks)
 
     def _set_keys(
-        self, before: History, samples: Samples, others: Mapping[LensParameter, Track]
+        self,
+        before: History,
+        base: Shot,
+        samples: Samples,
+        others: Mapping[LensParameter, Track],
     ) -> None:
-        """Set the keys of a take as one step behind `before`."""
+        """Set the keys of a take in `base` as one step behind `before`.
+
+        What the ring turned while it was recorded is of that step: iris and length follow a hand
+        live, as the focus does.
+        """
         try:
-            after = performed(before.now, samples, self.tolerance_dioptres)
+            after = performed(base, samples, self.tolerance_dioptres)
             for parameter, track in others.items():
                 after = recorded(after, parameter, track)
         except HeatlensError as error:
@@ -209,5 +221,5 @@ class PullRecording:
         first, last = samples[0][0], samples[-1][0]
         keys = after.curves.focus_distance_m.keys
         count = sum(1 for key in keys if first <= key.frame <= last)
-        self._take = Take(samples, others, before, after, count)
+        self._take = Take(samples, others, base, before, after, count)
         self._editing.history = before.changed(after).at_rest()

@@ -11,6 +11,7 @@ from typing import Any
 from heatlens.errors import LensError
 from heatlens.model.lens import Lens
 from heatlens.model.measured_from import MeasuredFrom
+from heatlens.model.told_distance import from_pupil_m
 from heatlens.ring.channel_map import ChannelMap, Learning, Ring, channels_of, mapped
 from heatlens.ring.lens_sample import LensSample
 from heatlens.ring.ring_input import RingInput
@@ -97,8 +98,17 @@ class RingHand:
         if focus_m is None or lens.measured_from is MeasuredFrom.PUPIL:
             return sample
         offset_mm = sample.pupil_offset_mm
-        offset_m = lens.told_from_m if offset_mm is None else 1e-3 * offset_mm
-        return replace(sample, focus_distance_m=focus_m - offset_m)
+        if offset_mm is None:
+            return replace(sample, focus_distance_m=from_pupil_m(lens, focus_m))
+        return replace(sample, focus_distance_m=focus_m - 1e-3 * offset_mm)
+
+    def _mapped(self, sample: LensSample) -> dict[str, float]:
+        """Return what mapped channels turn; the ends of a focus are told as the lens is read."""
+        found = mapped(sample, self.maps)
+        if "focus_distance_m" in found:
+            focus_m = found["focus_distance_m"]
+            found["focus_distance_m"] = from_pupil_m(self._editing.lens, focus_m)
+        return found
 
     def listen_to(self, source: str | None) -> None:
         """Follow another source; all of its values count as new."""
@@ -142,7 +152,7 @@ class RingHand:
         if self.learning is not None:
             self.learning.hear(channels_of(heard.sample))
             return
-        told = _values(self._from_pupil(heard.sample)) | mapped(heard.sample, self.maps)
+        told = _values(self._from_pupil(heard.sample)) | self._mapped(heard.sample)
         changed: dict[str, Any] = {k: v for k, v in told.items() if self._known.get(k) != v}
         self._known |= told
         if changed and self.is_followed and not heard.is_silent:

@@ -9,7 +9,6 @@ from collections.abc import Mapping, Sequence
 from heatlens.model.frames import FrameRange
 from heatlens.model.shot import LensParameter
 from heatlens.model.timecode import Timecode
-from heatlens.plate.timecode import timecode_of
 from heatlens.ring.lens_sample import LensSample
 from heatlens.session.editing import Editing
 from heatlens.session.open_source import OpenSource
@@ -56,10 +55,7 @@ class RingTake:
     @property
     def _timecode(self) -> tuple[int, Timecode] | None:
         """The frame at the playhead and its timecode, where the shot or its plate tells one."""
-        plate, frame = self._source.plate, self._editing.frame
-        told = None if plate is None else timecode_of(plate.attributes)
-        timecode = self._editing.shot.timecode_at(frame, told)
-        return None if timecode is None else (frame, timecode)
+        return self._source.timecode_at(self._editing.shot, self._editing.frame)
 
 
 def by_timecode(

@@ -16,6 +16,7 @@ from heatlens.model.lens import Lens
 from heatlens.model.shot import Shot
 from heatlens.model.view import ViewState
 from heatlens.model.view_geometry import PictureShape
+from heatlens.plate.timecode import timecode_of
 from heatlens.preview.shown import Shown
 from heatlens.render import FrameRenderer
 from heatlens.session.clip_choice import ClipChoice
@@ -343,8 +344,10 @@ class Session:
 
     def _begin_shot(self, opened: Opened, lens: Lens) -> None:
         shot = opened.shot(lens, self.shot.defocus)
-        filmed, problem = with_given_camera(shot, self.given)
-        self._say_all(problem)
+        timecode = shot.timecode_at(opened.frame, timecode_of(opened.attributes))
+        first = None if timecode is None else (opened.frame, timecode)
+        filmed, said = with_given_camera(shot, self.given, first)
+        self._say_all(said)
         if filmed is not shot and shot.frames is None and self.given.start.camera is not None:
             self.editing.frame = self.given.start.camera.frames[0]
         self.editing.begin(filmed)

@@ -5,6 +5,8 @@ from concurrent.futures import Future, wait
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from heatlens.camera.samples import CameraSamples
+from heatlens.camera.shoot_timecode import at_timecode
 from heatlens.documents.shot_file import is_shot_file
 from heatlens.errors import HeatlensError
 from heatlens.model.shot import Shot
@@ -206,7 +208,7 @@ class ShotDocuments:
         if document.path is not None and self._given.are_for(str(document.path)):
             given = self._given.start
             shot = replace(shot, lens=replace(shot.lens, **given.lens))
-            shot = shot_with_camera(shot, given.camera, given.lens)
+            shot = shot_with_camera(shot, _on_its_frames(given.camera, shot), given.lens)
         self._coming = replace(document, shot=shot)
         frame = None if shot.played is None else shot.played.first
         timing = None if shot.framing is None else shot.framing.timing
@@ -246,3 +248,13 @@ class ShotDocuments:
         self.keep_now()
         self._drop_unnamed()
         self.store.close()
+
+
+def _on_its_frames(camera: CameraSamples | None, shot: Shot) -> CameraSamples | None:
+    """Return the camera with the rows of a table on the frames that have their timecode."""
+    if camera is None or shot.span is None:
+        return camera
+    first = shot.span.first
+    timecode = shot.timecode_at(first)
+    placed = None if timecode is None else (first, timecode)
+    return at_timecode(camera, placed, shot.frames_per_second, shot.span)

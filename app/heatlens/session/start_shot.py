@@ -5,8 +5,10 @@ from dataclasses import replace
 
 from heatlens.camera.into_shot import with_camera
 from heatlens.camera.samples import CameraSamples
+from heatlens.camera.shoot_timecode import at_timecode
 from heatlens.errors import HeatlensError, LensError
 from heatlens.model.shot import Shot
+from heatlens.model.timecode import Timecode
 from heatlens.plate.start_lens import StartLens
 from heatlens.session.start import GivenOptions
 from heatlens.source.opened import Opened
@@ -24,10 +26,13 @@ def first_lens(opened: Opened, given: GivenOptions) -> tuple[StartLens, str]:
         return opened.lens({}), str(error)
 
 
-def with_given_camera(shot: Shot, given: GivenOptions) -> tuple[Shot, str]:
-    """Return the shot with the command line's camera, where that is for it; and what is wrong.
+def with_given_camera(
+    shot: Shot, given: GivenOptions, first: tuple[int, Timecode] | None = None
+) -> tuple[Shot, str]:
+    """Return the shot with the command line's camera, where that is for it; and what is to be said.
 
-    A lens kit of the command line bounds the lens first.
+    A lens kit of the command line bounds the lens first. `first` is a frame with its timecode, on
+    which the rows of a table are placed.
     """
     camera, source = given.start.camera, shot.source or ""
     kit = given.start.kit
@@ -37,10 +42,12 @@ def with_given_camera(shot: Shot, given: GivenOptions) -> tuple[Shot, str]:
         return shot, ""
     if any(getattr(shot.lens, name) != value for name, value in given.lens_of(source).items()):
         return shot, ""  # they make no lens, which was said
+    placed = at_timecode(camera, first, camera.frames_per_second, shot.frames)
     try:
-        return shot_with_camera(shot, camera, given.start.lens), ""
+        filmed = shot_with_camera(shot, placed, given.start.lens)
     except HeatlensError as error:
         return shot, str(error)
+    return filmed, " ".join(placed.notes[len(camera.notes) :])
 
 
 def shot_with_camera(shot: Shot, camera: CameraSamples | None, kept: Collection[str]) -> Shot:

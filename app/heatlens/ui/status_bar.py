@@ -101,7 +101,7 @@ class StatusBar:
             _, whole = session.source.windows(session.shot)
             coc_px = read.coc_px * whole.width / plate.display_window.width
             read = replace(read, display_px=hovered, data_px=hovered, coc_px=coc_px)
-        return probe_text(read, session.view.unit)
+        return probe_text(read, session.view.unit, session.lens)
 
 
 def zoom_words(zoom: float) -> str:

@@ -4,6 +4,7 @@ import math
 from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
+from heatlens.model.depth_histogram import DepthHistogram
 from heatlens.model.units import FOOT_M, INCH_M, format_distance
 
 # Times a power of ten. The second ones are written where the first leave room between them.
@@ -11,6 +12,7 @@ _ROUNDS = (1.0, 2.0, 5.0), (1.5, 3.0, 7.0)
 _DECADES = 4  # from the near end on: what lies farther is infinity to the eye
 _INCHES_UNDER = 9.5  # ten of them would stand in the way of the foot
 INFINITY = "inf"
+_LEAST_TOLD_M = 0.01  # at the near end of a scale, where the pupil lies behind the film plane
 
 
 class Tick(NamedTuple):
@@ -73,3 +75,24 @@ def distance_ticks(
             if x >= left and all(apart):
                 ticks.append(Tick(distance_m, text, x))
     return ticks
+
+
+def scale_ticks(
+    histogram: DepthHistogram,
+    told_from_m: float,
+    unit: str,
+    ends_x: tuple[float, float],
+    width_of: Callable[[str], float],
+) -> list[Tick]:
+    """Return the ticks under a histogram between `ends_x`, infinity at the right.
+
+    They are of distances that people read, which are longer by `told_from_m` than those of the
+    histogram.
+    """
+    left, right = ends_x
+    near_m = max(1.0 / histogram.most_dioptres + told_from_m, _LEAST_TOLD_M)
+
+    def x_at(told_m: float) -> float:
+        return right - histogram.part_at(told_m - told_from_m) * (right - left)
+
+    return distance_ticks(near_m, unit, x_at, ends_x, width_of)

@@ -14,7 +14,7 @@ from heatlens.model.depth_histogram import DepthHistogram
 from heatlens.model.lens import Lens
 from heatlens.session.lens_commands import focused_at
 from heatlens.ui import theme
-from heatlens.ui.panels.distance_ticks import distance_ticks
+from heatlens.ui.panels.distance_ticks import scale_ticks
 
 _HEIGHT_EM = 4.2
 _TICK = 4.0  # screen units
@@ -62,7 +62,8 @@ def _draw(lens: Lens, histogram: DepthHistogram, corner: ImVec2, size: ImVec2, u
         ImVec2(hyper_x, corner.y + 7),
         theme.HYPERFOCAL,
     )
-    draw_scale(draw, histogram, corner, ImVec2(size.x, text_y - corner.y), unit)
+    below = ImVec2(size.x, text_y - corner.y)
+    draw_scale(draw, histogram, corner, below, unit, lens.told_from_m)
 
 
 def visible_heights(histogram: DepthHistogram) -> NDArray[np.float64]:
@@ -90,20 +91,24 @@ def draw_histogram(
 
 
 def draw_scale(
-    draw: imgui.ImDrawList, histogram: DepthHistogram, corner: ImVec2, size: ImVec2, unit: str
+    draw: imgui.ImDrawList,
+    histogram: DepthHistogram,
+    corner: ImVec2,
+    size: ImVec2,
+    unit: str,
+    told_from_m: float = 0.0,
 ) -> None:
-    """Draw distances under a bar of this size, as many as fit."""
-    right, y = corner.x + size.x, corner.y + size.y
+    """Draw distances under a bar of this size, as many as fit.
 
-    def x_at(distance_m: float) -> float:
-        return float(right - histogram.part_at(distance_m) * size.x)
+    They are those that people read, which are longer by `told_from_m` than those of the histogram.
+    """
+    y, ends_x = corner.y + size.y, (corner.x, corner.x + size.x)
 
     def width_of(text: str) -> float:
         return float(imgui.calc_text_size(text).x)
 
-    near_m = 1.0 / histogram.most_dioptres
-    for tick in distance_ticks(near_m, unit, x_at, (corner.x, right), width_of):
+    for tick in scale_ticks(histogram, told_from_m, unit, ends_x, width_of):
         draw.add_text(ImVec2(tick.text_x, y), theme.TEXT_DIM, tick.text)
         if math.isfinite(tick.distance_m):
-            x = x_at(tick.distance_m)
+            x = tick.text_x + width_of(tick.text) / 2
             draw.add_line(ImVec2(x, y - _TICK), ImVec2(x, y), theme.TEXT_DIM)

@@ -24,7 +24,8 @@ from heatlens.model.settings import (
     Quality,
 )
 from heatlens.model.shot import LensParameter
-from heatlens.model.units import format_distance, parse_distance_m
+from heatlens.model.told_distance import parse_told_m, told_text
+from heatlens.model.units import format_distance
 from heatlens.session.lens_commands import nudged
 from heatlens.session.messages import Problem, window_words
 from heatlens.ui import probe, theme, widgets
@@ -82,9 +83,9 @@ def _focus(lens: Lens, facts: LensFacts, say: Say) -> Lens:
     with widgets.colored(theme.TRIED if LensParameter.FOCUS_DISTANCE in facts.tried else None):
         distance_m = widgets.text_field(
             "distance",
-            format_distance(lens.focus_distance_m + lens.told_from_m, facts.unit),
+            told_text(lens, lens.focus_distance_m, facts.unit),
             lens.focus_distance_m,
-            lambda text: parse_distance_m(text) - lens.told_from_m,
+            lambda text: parse_told_m(lens, text),
             say,
         )
     notches += widgets.wheel_over_last()
@@ -111,15 +112,15 @@ def _doubts(facts: LensFacts, about: About) -> None:
 def _limits(lens: Lens, unit: str) -> None:
     """Draw near, far, depth of field and hyperfocal, as the marks of the bar show them."""
     if imgui.begin_table("limits", 4):
-        for head, value in (
-            ("near", near_limit_m(lens)),
-            ("far", far_limit_m(lens)),
-            ("in focus", depth_of_field_m(lens)),
-            ("hyperfocal", hyperfocal_m(lens)),
+        for head, words in (
+            ("near", told_text(lens, near_limit_m(lens), unit)),
+            ("far", told_text(lens, far_limit_m(lens), unit)),
+            ("in focus", format_distance(depth_of_field_m(lens), unit)),
+            ("hyperfocal", told_text(lens, hyperfocal_m(lens), unit)),
         ):
             imgui.table_next_column()
             imgui.text_disabled(head)
-            imgui.text(format_distance(value, unit))
+            imgui.text(words)
         imgui.end_table()
     limit_um = 1e3 * lens.coc_limit_mm
     if imgui.is_item_hovered():

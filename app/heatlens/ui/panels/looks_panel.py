@@ -8,7 +8,7 @@ from imgui_bundle import ImVec2, imgui
 from numpy.typing import NDArray
 
 from heatlens.model.look import Look
-from heatlens.model.units import format_distance
+from heatlens.model.told_distance import told_text
 from heatlens.model.view import GRID_MOST, Compare
 from heatlens.printable import printable
 from heatlens.session.compare_sides import grid_names, is_look_b
@@ -131,7 +131,7 @@ def _row(session: Session, stills: LookStills, index: int, look: Look) -> None:
     imgui.same_line()
     lens = look.lens
     imgui.text_disabled(printable(f"{lens.focal_length_mm:.4g} mm  f/{lens.f_stop:.3g}"))
-    imgui.text_disabled(f"at {format_distance(lens.focus_distance_m, session.view.unit)}")
+    imgui.text_disabled(f"at {told_text(lens, lens.focus_distance_m, session.view.unit)}")
     _buttons(session, look)
     imgui.end_group()
     imgui.pop_id()

@@ -1,14 +1,16 @@
 """The marks: where they are, the way to them, and the pull from one to another."""
 
 from dataclasses import replace
+from functools import partial
 
 from imgui_bundle import ImVec2, imgui
 
 from heatlens.errors import HeatlensError
+from heatlens.model.lens import Lens
 from heatlens.model.marks import Mark, ObjectMark, PointMark
 from heatlens.model.pull import PullShape
 from heatlens.model.shot import LensParameter
-from heatlens.model.units import format_distance, parse_distance_m
+from heatlens.model.told_distance import parse_told_m, told_text
 from heatlens.printable import printable
 from heatlens.session.messages import Problem
 from heatlens.session.session import Session
@@ -58,7 +60,8 @@ def _row(session: Session, mark: Mark) -> None:
     imgui.table_next_column()
     imgui.align_text_to_frame_padding()
     distance_m = commands.distance_m(mark)
-    imgui.text("outside" if distance_m is None else format_distance(distance_m, session.view.unit))
+    unit = session.view.unit
+    imgui.text("outside" if distance_m is None else told_text(session.lens, distance_m, unit))
     _tip(_whose(mark))
     imgui.table_next_column()
     _row_buttons(session, mark)
@@ -94,9 +97,10 @@ def _close_focus(session: Session) -> None:
     imgui.separator_text("Barrel")
     widgets.label("close focus", "The nearest distance of the lens; frames focused nearer are red.")
     limit_m = session.lens.close_focus_m
-    shown = "" if limit_m is None else format_distance(limit_m, session.view.unit)
+    lens = session.lens
+    shown = "" if limit_m is None else told_text(lens, limit_m, session.view.unit)
     typed_m = widgets.text_field(
-        "close focus", shown, limit_m, _parse_limit_m, session.say, "unknown"
+        "close focus", shown, limit_m, partial(_parse_limit_m, lens), session.say, "unknown"
     )
     if typed_m != limit_m:
         try:
@@ -105,8 +109,8 @@ def _close_focus(session: Session) -> None:
             session.say(Problem(error))
 
 
-def _parse_limit_m(text: str) -> float | None:
-    return parse_distance_m(text) if text.strip() else None
+def _parse_limit_m(lens: Lens, text: str) -> float | None:
+    return parse_told_m(lens, text) if text.strip() else None
 
 
 def pull_popup(session: Session, ui: UiState) -> None:

@@ -26,6 +26,8 @@ class Pictures:
     has_camera: bool = False  # the right button takes hold of a scene's camera
     has_mipmaps: bool = True  # the textures were made ready to be drawn small
     frame_ratio: float = 1.0  # width of the plate's frame that a lens that breathes shows
+    is_a_frame: bool = False  # A is the plate as it lies, of which the lens shows `frame_ratio`
+    is_b_frame: bool = False
     light_a: moderngl.Texture | None = None  # scene-linear, pixel for pixel; None: there is none
     light_b: moderngl.Texture | None = None
     light_version: object = None  # equal while the light is the same

@@ -8,7 +8,7 @@ from heatlens.display.screen_pictures import MIPMAPS_UNDER, ScreenPictures, pict
 from heatlens.model.breathing import plate_ratio
 from heatlens.model.lens import Lens
 from heatlens.model.look import Look
-from heatlens.model.units import format_distance
+from heatlens.model.told_distance import told_text
 from heatlens.model.view import Compare, ViewState
 from heatlens.plate.breathing_window import room_of
 from heatlens.plate.plate import Plate
@@ -70,6 +70,8 @@ class SeenPictures:
             is_b_proxy=of_method is not None and b.size != loaded.color.size,
             has_camera=session.scenes.scene is not None,
             frame_ratio=self._frame_ratio(plate),
+            is_a_frame=not view.depth_of_field and not is_kept,
+            is_b_frame=linear_b is loaded.color,
             light_a=light if light.size == whole and not is_kept else None,
             light_b=linear_b if linear_b.size == whole else None,
             light_version=(sides.pictures, session.source.version),
@@ -131,7 +133,7 @@ class SeenPictures:
         return Tile(look.name, printable(words), texture, texture.width != width, is_taken)
 
     def _words(self, lens: Lens) -> str:
-        distance = format_distance(lens.focus_distance_m, self._session.view.unit)
+        distance = told_text(lens, lens.focus_distance_m, self._session.view.unit)
         return f"{lens.focal_length_mm:.4g} mm  f/{lens.f_stop:.3g}  at {distance}"
 
 

@@ -198,7 +198,10 @@ class ViewportPanel:
             x = self._wipe_x(view, pictures.shape, self.place.geometry)
             line = round(x * self.place.viewport.framebuffer_scale)
             self._place_a(pictures, near, replace(clip, x1=min(line, clip.x1)))
-            self._place(pictures.b, pictures, near_b, replace(clip, x0=max(line, clip.x0)))
+            right = replace(clip, x0=max(line, clip.x0))
+            self._place(pictures.b, pictures, near_b, right)
+            if pictures.is_b_frame:
+                self._show_as_the_lens(pictures, right)
         else:
             self._place_a(pictures, near, clip)
         is_covered = view.compare in (Compare.FLIP, Compare.GRID)
@@ -226,6 +229,8 @@ class ViewportPanel:
     def _place_a(self, pictures: Pictures, near: bool, clip: Box) -> None:
         detail = pictures.detail
         self._place(pictures.a, pictures, near and not pictures.is_proxy, clip, detail=detail)
+        if pictures.is_a_frame:
+            self._show_as_the_lens(pictures, clip)
         if detail is not None:
             self._set_filter(detail.plate, pictures, near)
             self._set_filter(detail.coarse, pictures, False)
@@ -251,6 +256,10 @@ class ViewportPanel:
     def _place_overlay(self, overlay: moderngl.Texture, pictures: Pictures, clip: Box) -> None:
         """Place an overlay, which is one of the plate's frame, where the lens shows that."""
         self._place(overlay, pictures, True, clip, is_opaque=False)
+        self._show_as_the_lens(pictures, clip)
+
+    def _show_as_the_lens(self, pictures: Pictures, clip: Box) -> None:
+        """Place what was placed last, which is of the plate's frame, where the lens shows it."""
         if pictures.frame_ratio == 1.0:
             return
         whole, ratio = self._placed.pop(), pictures.frame_ratio

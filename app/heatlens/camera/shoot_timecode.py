@@ -1,0 +1,100 @@
+"""The rows of a shoot's table on the frames of a shot that have the same timecode."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+from heatlens.camera.samples import LENS_TRACKS, CameraSamples
+from heatlens.model.frames import FrameRange
+from heatlens.model.timecode import Timecode
+
+Placed = tuple[int, Timecode]  # a frame of a shot and its timecode
+
+
+def at_timecode(
+    camera: CameraSamples, of_shot: Placed | None, rate: float, frames: FrameRange | None
+) -> CameraSamples:
+    """Return the camera of a table with each row at the frame that has its timecode.
+
+    `of_shot` is some frame of the shot with its timecode, `rate` the frames a second that both
+    count. Rows outside `frames`, the frames of the shot, are left out; None leaves out none. One
+    note says what was matched. A camera without timecodes, or a shot without one, is returned as
+    it is; where nothing matches, the rows stay where the table has them, and that is noted.
+    """
+    if camera.timecodes is None or of_shot is None:
+        return camera
+    placed = _frames_of(camera.timecodes, of_shot, rate)
+    if placed is None:
+        return _noted(
+            camera, "The table's timecodes do not fit the rate of the shot, so they place no row."
+        )
+    kept = _kept(placed, frames)
+    if not kept:
+        return _noted(camera, _nothing_matched(camera.timecodes, of_shot))
+    return _noted(_rows(camera, kept, placed), _matched(camera.timecodes, kept, placed, frames))
+
+
+def _frames_of(
+    timecodes: Sequence[Timecode], of_shot: Placed, rate: float
+) -> tuple[int, ...] | None:
+    """Return the frame of each row; None where a timecode is none of this rate."""
+    frame, start = of_shot
+    alike = [replace(timecode, drop=start.drop) for timecode in timecodes]  # tables rarely tell it
+    if not all(timecode.fits(rate) for timecode in (*alike, start)):
+        return None
+    begin = start.count(rate)
+    return tuple(frame + timecode.count(rate) - begin for timecode in alike)
+
+
+def _kept(placed: Sequence[int], frames: FrameRange | None) -> tuple[int, ...]:
+    """Return the indices of the rows that count: in order, one for a frame, and inside."""
+    kept: list[int] = []
+    for index, frame in enumerate(placed):
+        is_inside = frames is None or frame in frames
+        if is_inside and (not kept or frame > placed[kept[-1]]):
+            kept.append(index)
+    return tuple(kept)
+
+
+def _rows(camera: CameraSamples, kept: Sequence[int], placed: Sequence[int]) -> CameraSamples:
+    tracks: dict[str, Any] = {
+        name: tuple(track[index] for index in kept)
+        for name in LENS_TRACKS
+        if (track := getattr(camera, name)) is not None
+    }
+    assert camera.timecodes is not None
+    timecodes = tuple(camera.timecodes[index] for index in kept)
+    frames = tuple(placed[index] for index in kept)
+    return replace(camera, frames=frames, timecodes=timecodes, **tracks)
+
+
+def _matched(
+    timecodes: Sequence[Timecode],
+    kept: Sequence[int],
+    placed: Sequence[int],
+    frames: FrameRange | None,
+) -> str:
+    """Return which rows lie on which frames, and what is outside."""
+    first, last = kept[0], kept[-1]
+    where = f"{timecodes[first]} is frame {placed[first]}, {timecodes[last]} frame {placed[last]}"
+    words = f"{len(kept)} of {len(timecodes)} rows matched by timecode: {where}"
+    outside = len(timecodes) - len(kept)
+    missing = 0 if frames is None else frames.count - len(kept)
+    if outside:
+        words += f"; {outside} rows lie outside the shot and are left out"
+    if missing:
+        words += f"; {missing} frames of the shot have no row, and their lens lies between others'"
+    return f"{words}."
+
+
+def _nothing_matched(timecodes: Sequence[Timecode], of_shot: Placed) -> str:
+    frame, start = of_shot
+    return (
+        f"No row of the table has a timecode of the shot: the rows go from {timecodes[0]} to "
+        f"{timecodes[-1]}, and frame {frame} is {start}. They stay on the frames that the table "
+        "counts."
+    )
+
+
+def _noted(camera: CameraSamples, note: str) -> CameraSamples:
+    return replace(camera, notes=(*camera.notes, note))

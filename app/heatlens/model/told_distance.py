@@ -1,0 +1,28 @@
+"""Distances as people read and type them beside a lens: from the pupil or the film plane.
+
+A shot keeps every distance from the entrance pupil. Whatever is shown beside a lens, or typed for
+it, goes through here, so that a focus, its limits and a mark on the same thing agree.
+"""
+
+from heatlens.model.lens import Lens
+from heatlens.model.units import format_distance, parse_distance_m
+
+
+def told_m(lens: Lens, distance_m: float) -> float:
+    """Return a distance from the entrance pupil as it is read beside this lens; infinity stays."""
+    return distance_m + lens.told_from_m
+
+
+def from_pupil_m(lens: Lens, told_distance_m: float) -> float:
+    """Return the distance from the entrance pupil of one that was read beside this lens."""
+    return told_distance_m - lens.told_from_m
+
+
+def told_text(lens: Lens, distance_m: float, unit: str = "m") -> str:
+    """Return a distance from the entrance pupil in words, as it is read beside this lens."""
+    return format_distance(told_m(lens, distance_m), unit)
+
+
+def parse_told_m(lens: Lens, text: str) -> float:
+    """Return the distance from the entrance pupil that a text tells; raise InputError for none."""
+    return from_pupil_m(lens, parse_distance_m(text))
