@@ -76,7 +76,7 @@ def test_a_shot_begins_with_the_lens_of_a_table(table, tmp_path, capsys):
     ("text", "told"),
     [
         ("focus,iris\n", "no rows"),
-        ("focus,iris\n--,--\n", "no row tells"),
+        ("focus,iris\n--,--\n", "no row has a value"),
         ("frame,focus,iris\nx,1,2\n", "whole numbers"),
         ("frame,focus,iris\n2,1,2\n1,1,2\n", "in order"),
         ("name,word\na,b\n", "unknown column"),
