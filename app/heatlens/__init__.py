@@ -5,10 +5,10 @@
     plate = heatlens.open("plate.exr")
     picture = plate.render(f_stop=1.4, focus_distance_m=2.24)   # NumPy, (H, W, 4) float32
 
-`heatlens.api` has the functions and says what they take. Nothing is loaded before it is used.
+`heatlens.api` documents the functions. Modules are loaded only on first use.
 """
 
-TYPE_CHECKING = False  # as checkers of types know it; `typing` itself would cost milliseconds
+TYPE_CHECKING = False  # type checkers know this name; importing `typing` would take milliseconds
 if TYPE_CHECKING:
     from heatlens.api import Source, open
     from heatlens.errors import HeatlensError
@@ -30,7 +30,7 @@ _HOMES = {
 
 
 def __getattr__(name: str) -> object:
-    """Load what is asked for; `import heatlens` alone costs nothing."""
+    """Import the home module of `name` on first use, so that `import heatlens` is cheap."""
     import importlib
 
     if name not in _HOMES:

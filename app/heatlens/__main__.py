@@ -1,12 +1,12 @@
-"""`python -m heatlens` is the command `heatlens`, which also begins here."""
+"""The entry point of `python -m heatlens` and of the command `heatlens`."""
 
-# A part of the interpreter, there before `signal` has read its files.
+# A built-in module, which is available before `signal` has been loaded from disk.
 import _signal  # type: ignore[import-not-found]
 import os
 import sys
 
 if _signal.getsignal(_signal.SIGINT) is _signal.default_int_handler:
-    # Ctrl-C in the first milliseconds ends this in silence; from then on `launch` answers it.
+    # Ctrl-C in the first milliseconds ends the process silently; later `launch` handles it.
     _signal.signal(_signal.SIGINT, lambda *_: os._exit(128 + _signal.SIGINT))
 
 from heatlens.commands.launch import main

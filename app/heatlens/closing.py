@@ -1,4 +1,4 @@
-"""Objects that a `with` block closes at its end."""
+"""The base class of objects that a `with` block closes at its end."""
 
 from abc import ABC, abstractmethod
 from types import TracebackType
@@ -6,11 +6,11 @@ from typing import Self
 
 
 class Closing(ABC):
-    """The base of what has to be closed: `with` does it, also after an exception."""
+    """An object that must be closed, which `with` does, even after an exception."""
 
     @abstractmethod
     def close(self) -> None:
-        """Give back threads, files and memory; a second call does nothing."""
+        """Release threads, files and memory; a second call does nothing."""
 
     def __enter__(self) -> Self:
         return self

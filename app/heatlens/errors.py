@@ -1,19 +1,19 @@
-"""Everything that is told in a sentence is one of these; `heatlens.faults` makes them of the rest.
+"""The errors that are shown to the user; `heatlens.faults` converts all others to these.
 
-What the user can mend ends a command with exit code 2.
+Errors that the user can fix end a command with exit code 2.
 
 HeatlensError
 ├── InputError    a file, a channel or an option: what was found and what would help
-├── LensError     a lens that cannot be
-├── GpuError      no usable OpenGL, or a picture larger than it takes
+├── LensError     an impossible lens
+├── GpuError      no usable OpenGL, or a picture too large for it
 │   └── NoWindowError   no window can be opened here
-├── ShaderError   a shader that does not compile: the file, the line and the driver's words
-└── FaultError    a mistake of heatlens itself, which only a new version mends: exit code 70
+├── ShaderError   a shader that does not compile: the file, the line and the driver's message
+└── FaultError    a bug of heatlens itself, which only a new version fixes: exit code 70
 """
 
 
 class HeatlensError(Exception):
-    """One or two plain sentences for the person at the keyboard."""
+    """An error whose message is one or two plain sentences for the user."""
 
 
 class InputError(HeatlensError):
@@ -21,11 +21,11 @@ class InputError(HeatlensError):
 
 
 class LensError(HeatlensError):
-    """A lens that cannot be built: its values contradict physics or each other."""
+    """An impossible lens: its values contradict physics or each other."""
 
 
 class GpuError(HeatlensError):
-    """No OpenGL 4.3, or a limit of it that the picture exceeds."""
+    """OpenGL 4.3 is missing, or the picture exceeds one of its limits."""
 
 
 class NoWindowError(GpuError):
@@ -37,4 +37,4 @@ class ShaderError(HeatlensError):
 
 
 class FaultError(HeatlensError):
-    """heatlens made a mistake; the sentence names the file that holds the full report."""
+    """A bug of heatlens; the message names the file with the full report."""

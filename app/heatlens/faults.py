@@ -1,7 +1,7 @@
-"""The last net: what heatlens did not foresee becomes a sentence, and a full report in a file.
+"""Convert unexpected exceptions to a sentence for the user, and a full report in a file.
 
-HEATLENS_LOG_DIR names the folder of the reports, and HEATLENS_DEBUG=1 shows each of them on stderr
-as well. A report holds no pixels and nothing of the files in hand but their names.
+HEATLENS_LOG_DIR names the folder of the reports, and HEATLENS_DEBUG=1 also prints them on stderr. A
+report contains no pixels, and nothing of the user's files except their names.
 """
 
 import importlib.metadata
@@ -21,20 +21,22 @@ from heatlens.errors import FaultError, HeatlensError, InputError
 from heatlens.folders import reports_dir
 from heatlens.printable import printable
 
-_KEPT = 20  # reports in the folder; older ones go
+_KEPT = 20  # reports kept in the folder; older ones are deleted
 _LIBRARIES = ("numpy", "moderngl", "OpenEXR", "pillow", "imgui-bundle", "usd-core", "av", "trimesh")
-_WORDS_MOST = 200  # letters of an error that the sentence repeats
+_WORDS_MOST = 200  # letters of an exception's message that the sentence repeats
 
 _lock = threading.Lock()
-_written: dict[str, Path | None] = {}  # by the place of the fault: one that repeats is written once
+_written: dict[
+    str, Path | None
+] = {}  # by the place of the fault, so that a repeated one is written once
 
 
 @contextmanager
 def faults_told(what: str = "This could not be done") -> Iterator[None]:
-    """Raise nothing but HeatlensError from the block; `what` begins the sentence of a fault.
+    """Raise only HeatlensErrors from the block; `what` begins the sentence of a fault.
 
-    Also a decorator. What is out of memory or refused by the system is an InputError; what nobody
-    foresaw is written to a report and becomes a FaultError.
+    This is also a decorator. Errors of memory and of the system become InputErrors; any other
+    exception is written to a report and becomes a FaultError.
     """
     try:
         yield
@@ -46,7 +48,7 @@ def faults_told(what: str = "This could not be done") -> Iterator[None]:
 
 
 def told_error(error: Exception, what: str = "This could not be done") -> HeatlensError:
-    """Return what is to be said of `error`; a report is written where it is a fault of heatlens."""
+    """Return the HeatlensError for `error`; write a report if it is a fault of heatlens."""
     if isinstance(error, HeatlensError):
         return error
     if isinstance(error, MemoryError):
@@ -63,7 +65,7 @@ def told_error(error: Exception, what: str = "This could not be done") -> Heatle
 
 
 def write_report(error: BaseException) -> Path | None:
-    """Write the full report of `error` and return its file; None where no folder takes it."""
+    """Write the full report of `error` and return its file; None if no folder is writable."""
     text = _report(error)
     if os.environ.get("HEATLENS_DEBUG", "0") not in ("", "0") and sys.stderr is not None:
         sys.stderr.write(text)
@@ -75,7 +77,7 @@ def write_report(error: BaseException) -> Path | None:
 
 
 def report_from_threads() -> None:
-    """Have a thread that fails write a report, where Python would print its traceback."""
+    """Write a report when a thread fails, where Python would print a traceback."""
     threading.excepthook = _of_thread
 
 
@@ -85,7 +87,7 @@ def _of_thread(args: threading.ExceptHookArgs) -> None:
 
 
 def _in_a_file(text: str) -> Path | None:
-    """Write a new file in the folder of reports, or else among temporary files."""
+    """Write a new file in the folder of reports, or else in that for temporary files."""
     for folder in (reports_dir(), Path(tempfile.gettempdir())):
         with suppress(OSError):
             folder.mkdir(parents=True, exist_ok=True)

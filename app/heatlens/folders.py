@@ -1,6 +1,6 @@
 """The folders of the user where heatlens keeps its own files: preferences, cache and reports.
 
-`platformdirs` knows the places of each system. An environment variable overrules each of them:
+`platformdirs` knows the folders of each system. Environment variables override them:
 HEATLENS_CONFIG_DIR, HEATLENS_CACHE_DIR, HEATLENS_RUNTIME_DIR and HEATLENS_LOG_DIR.
 """
 
@@ -46,14 +46,16 @@ def rendered_frames_dir(system: type[PlatformDirsABC] = PlatformDirs) -> Path:
 
 
 def runtime_dir(system: type[PlatformDirsABC] = PlatformDirs) -> Path:
-    """Return the folder for what counts while a window runs; on Linux `/run/user/UID/heatlens`.
+    """Return the folder for files of a running window; on Linux `/run/user/UID/heatlens`.
 
     `system` is the class that knows the folders of a system, for tests of the other ones.
     """
     dirs = system(_NAME, appauthor=False)
 
     def usual() -> str:
-        with warnings.catch_warnings():  # a login without such a folder has one of its own in /tmp
+        with (
+            warnings.catch_warnings()
+        ):  # a login without such a folder gets one in /tmp, with a warning
             warnings.simplefilter("ignore")
             return dirs.user_runtime_dir
 
@@ -65,14 +67,14 @@ def reports_dir(system: type[PlatformDirsABC] = PlatformDirs) -> Path:
 
     `system` is the class that knows the folders of a system, for tests of the other ones.
     """
-    # On Linux platformdirs would add "log", but reports of earlier versions lie one level higher.
+    # On Linux platformdirs would add "log", but earlier versions wrote reports one level higher.
     is_plain = system is PlatformDirs and _IS_LINUX
     dirs = system(_NAME, appauthor=False, opinion=not is_plain)
     return _chosen("HEATLENS_LOG_DIR", lambda: dirs.user_log_dir)
 
 
 def _chosen(variable: str, usual: Callable[[], str]) -> Path:
-    """Return the folder that an environment variable names, or else the usual one of the system."""
+    """Return the folder in an environment variable, or else the usual one of the system."""
     chosen = os.environ.get(variable)
     if chosen:
         return Path(chosen)

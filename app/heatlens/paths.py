@@ -1,6 +1,6 @@
-"""Where shaders and assets lie: beside the package (wheel) or at the top of a checkout.
+"""Find shaders and assets, beside the package (wheel) or at the top of a checkout.
 
-And what is said, everywhere, of a file that cannot be opened.
+This module also makes the error for a file that cannot be opened.
 """
 
 import errno
@@ -37,7 +37,7 @@ def unreadable(path: Path, error: OSError | None = None) -> InputError:
 
 
 def file_bytes(path: Path) -> bytes:
-    """Return what a file holds; an OSError for a pipe or a device, which may never end."""
+    """Return the content of a file; raise OSError for a pipe or a device, which may never end."""
     if os.path.exists(path) and not os.path.isfile(path):
         raise OSError(errno.EINVAL, "it is no file", str(path))
     return path.read_bytes()
@@ -52,6 +52,6 @@ def data_dir(name: str) -> Path:
         if (parent / name).is_dir():
             return parent / name
     raise InputError(
-        f"heatlens is not installed whole: no folder {name!r} beside {_PACKAGE} or two folders up. "
-        "Install it again with pip."
+        f"heatlens is not installed completely: there is no folder {name!r} beside {_PACKAGE} or "
+        "two folders up. Install it again with pip."
     )

@@ -1,16 +1,16 @@
-"""Text from files, made safe to show: no name in a file may steer a terminal or forge a line."""
+"""Make text from files safe to show, so that names cannot control a terminal or fake a line."""
 
 import unicodedata
 
-# Cc: control characters, among them the escape that begins every command of a terminal. Cf holds
-# the marks that turn the direction of text, Zl and Zp end a line, Cs is half of a character.
+# Cc: control characters, including the escape that begins terminal commands. Cf contains the marks
+# that change the direction of text, Zl and Zp end a line, Cs is half of a character.
 _HIDDEN = frozenset(("Cc", "Cf", "Zl", "Zp", "Cs"))
 # Letters of scripts and signs are joined by these two, which do nothing else.
 _JOINERS = "\u200c\u200d"
 
 
 def printable(text: str, keep: str = "") -> str:
-    """Return `text` with everything that is not seen written out, as in `\\x1b`; `keep` stays."""
+    """Return `text` with invisible characters escaped, as in `\\x1b`, except those in `keep`."""
     if text.isascii() and text.isprintable():
         return text
     return "".join(letter if _is_plain(letter, keep) else _escape(letter) for letter in text)
@@ -22,10 +22,10 @@ def _is_plain(letter: str, keep: str) -> bool:
 
 
 def _escape(letter: str) -> str:
-    """Return the letter as Python writes it in a string."""
+    """Return the escape sequence of a character, as in a Python string."""
     return letter.encode("unicode_escape", "backslashreplace").decode("ascii")
 
 
 def one_line(said: object, most: int = 160) -> str:
-    """Return the first letters of what a library says, without its line breaks."""
+    """Return the first `most` characters of a library's message, without line breaks."""
     return " ".join(str(said).split())[:most]

@@ -1,4 +1,4 @@
-"""The only renderer: a shot and a frame in, a picture out. Window, commands and export call it."""
+"""The only renderer: it makes the picture of a shot at a frame, for window, commands and export."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -43,7 +43,7 @@ class FrameRenderer:
     """
 
     def __init__(self, ctx: moderngl.Context, solver: LineSolver | None = None) -> None:
-        """Make a renderer; `solver` None takes the one that is fastest here, by measurement."""
+        """Make a renderer; if `solver` is None, the fastest one on this machine is measured."""
         self.ctx = ctx
         self.stopwatch = Stopwatch(ctx)
         self.solver = solver or fastest_solver(ctx)
@@ -82,20 +82,20 @@ class FrameRenderer:
         return tuple(it for it in Method if self.has_many_views or not it.needs_scene)
 
     def beside(self) -> "FrameRenderer":
-        """Return another renderer with the same solver, which rounds alike, and nothing loaded.
+        """Return another renderer with the same solver and rounding, and nothing loaded.
 
-        What the one renders does not disturb what the other has half done.
+        The two do not disturb each other's unfinished pictures.
         """
         return FrameRenderer(self.ctx, type(self.solver)(self.ctx))
 
     def load(self, plate: Plate) -> None:
-        """Take a plate to the GPU; once a file, not once a frame."""
+        """Upload a plate to the GPU; this is needed once for each file, not for each picture."""
         drained(self.loading(plate, bins_of_plate(plate)))
 
     def loading(self, plate: Plate, bins: ValueBins) -> Steps[None]:
-        """Take a plate to the GPU in short steps, with its `bins_of_plate`.
+        """Upload a plate to the GPU in short steps, with its `bins_of_plate`.
 
-        Steps that are not taken to their end leave nothing loaded.
+        If the steps are not completed, nothing is loaded.
         """
         check_plate_fits(self.ctx, plate.data_window.width, plate.data_window.height)
         if self._source is not self._plates:
@@ -104,21 +104,21 @@ class FrameRenderer:
         self._take((yield from self._plates.loading(plate, bins)))
 
     def load_scene(self, scene: Scene) -> None:
-        """Take a scene to the GPU; its pictures are drawn as they are asked for."""
+        """Upload a scene to the GPU; its pictures are drawn on request."""
         from heatlens.source.scene_on_gpu import scene_on_gpu  # plates do without
 
         self._place(scene_on_gpu(self.ctx, scene))
 
     def load_scene_of(self, other: "FrameRenderer") -> None:
-        """Look at the scene that another renderer of this context holds, without a second copy.
+        """Share the scene of another renderer of this context, without a second copy.
 
-        Once the other has let go of the scene, this one can only let go of it too. Raises
-        InputError where the other holds no scene.
+        After the other has released the scene, this one can only release it too. Raises InputError
+        if the other has no scene.
         """
         self._place(other._source.beside())
 
     def let_go(self) -> None:
-        """Give back the source and all the memory for work on it; programs stay."""
+        """Release the source and all memory for rendering it, but keep the programs."""
         self._source.release()
         self._source, self._loaded = self._plates, None
         for pipeline in self._pipelines.values():
@@ -140,25 +140,25 @@ class FrameRenderer:
     def looking(
         self, shot: Shot, frame: int, views: int | None = None, is_for_file: bool = False
     ) -> Steps[None]:
-        """Do what `look` does in short steps; before the last of them everything is as it was."""
+        """Do what `look` does in short steps; only the last one changes the state."""
         seen = self._seen(shot, frame)
         pinhole = yield from self._source.look(seen, frame, views, is_for_file)
         if pinhole is not self._loaded:
             self._take(pinhole)
 
     def pose_at(self, shot: Shot, frame: float) -> Pose | None:
-        """Return where the camera stands in the scene; None for a plate."""
+        """Return the pose of the camera in the scene; None for a plate."""
         return self._source.pose_at(shot, frame)
 
     def scene_depth_m(self, shot: Shot, frame: float, x: int, y: int) -> float:
-        """Return how far the scene is at a pixel of its picture, at any frame, as a click finds it.
+        """Return the distance in metres at a pixel of any frame of a scene, for clicks to focus.
 
-        Raises InputError outside the picture, and where no scene is loaded.
+        Raises InputError outside the picture, and if no scene is loaded.
         """
         return self._source.depth_m_at(self._seen(shot, frame), frame, x, y)
 
     def _place(self, source: SourceOnGpu) -> None:
-        """Put a source that is ready in the place of the one before."""
+        """Replace the previous source by one that is ready."""
         self.let_go()
         self._source = source
 
@@ -177,20 +177,20 @@ class FrameRenderer:
         return drained(self.steps(shot, frame))
 
     def steps(self, shot: Shot, frame: int = 0, slot: int = 0) -> Steps[moderngl.Texture]:
-        """Render in short steps, each the name of a pass; the last one returns the picture.
+        """Render in short steps that yield the name of a pass, and return the picture.
 
-        Pictures in different slots do not disturb each other, and steps that are not taken to their
-        end cost nothing more. Nothing else may be loaded in between.
+        Pictures in different slots do not disturb each other, and steps may be abandoned. Nothing
+        else may be loaded in between.
         """
         self._check(shot)
-        if self.stopwatch.on:  # its times are those of one picture, the latest
+        if self.stopwatch.on:  # it holds the times of the latest picture only
             self.stopwatch.times.clear()
         return self.stopwatch.timed(self._breathing(shot, frame, self._pipeline(slot)))
 
     def _breathing(
         self, shot: Shot, frame: int, pipeline: DefocusPipeline
     ) -> Steps[moderngl.Texture]:
-        """Render; a plate shows as much of its frame as the lens at its focus."""
+        """Render, and crop or extend a plate to the view of a breathing lens."""
         picture = yield from self._steps(self._seen(shot, frame), frame, pipeline)
         if self.scene is not None:
             return picture
@@ -205,7 +205,7 @@ class FrameRenderer:
         return out
 
     def _seen(self, shot: Shot, frame: float) -> Shot:
-        """Return the shot as a scene is seen: with the lens at the frame, as it breathes."""
+        """Return the shot for drawing a scene, with the breathing of the lens at the frame."""
         if self.scene is None or shot.lens.breathing == 1.0:
             return shot
         return replace(shot, lens=as_seen(shot.lens_at(frame)), curves=LensCurves())
@@ -263,7 +263,7 @@ class FrameRenderer:
         return out
 
     def copy(self, picture: moderngl.Texture, out: moderngl.Texture) -> None:
-        """Copy a picture to a texture of its size, which later pictures leave alone."""
+        """Copy a picture to a texture of the same size, which later renders do not overwrite."""
         self._passes.crop.run(picture, (0, 0), out)
 
     def _pipeline(self, slot: int) -> DefocusPipeline:
@@ -273,12 +273,12 @@ class FrameRenderer:
         return self._pipelines[slot]
 
     def optics(self, shot: Shot, frame: int = 0) -> Optics:
-        """Return the shot's lens at `frame` in front of what is loaded, in its full-size pixels."""
+        """Return the optics of the shot's lens at `frame` for the source, in full-size pixels."""
         lens = self._seen(shot, frame).lens_at(frame)
         return optics_of(self.loaded.plate, self.loaded.occupied, lens)
 
     def _check(self, shot: Shot) -> None:
-        """Refuse what is too large for this machine, and a method that this source cannot have."""
+        """Refuse pictures too large for this machine, and methods that the source forbids."""
         size = proxy_size(self._source.size(shot), shot.defocus.proxy)
         self._source.check_method(shot.defocus.method)
         self._check_fits(size)
@@ -299,7 +299,7 @@ class FrameRenderer:
 
 
 def drained(steps: Steps[Result], tell: Callable[[str], None] = lambda _: None) -> Result:
-    """Return what `steps` return at their end; `tell` is called with the name of each."""
+    """Run all steps and return their result; `tell` is called with the name of each step."""
     while True:
         try:
             tell(next(steps))
@@ -308,7 +308,7 @@ def drained(steps: Steps[Result], tell: Callable[[str], None] = lambda _: None) 
 
 
 def optics_of(plate: Plate, occupied: npt.NDArray[np.float64], lens: Lens) -> Optics:
-    """Return the lens in front of this plate, in pixels of its display window."""
+    """Return the optics of a lens in front of a plate, in pixels of its display window."""
     shown, aspect = plate.display_window, plate.pixel_aspect_ratio
     aside = (shown.x0 - plate.data_window.x0, shown.y0 - plate.data_window.y0)
     field = PictureField.of((shown.width, shown.height), aspect).moved(aside)

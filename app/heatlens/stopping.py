@@ -1,11 +1,11 @@
-"""What a command tells the process that waits for it, in case it is stopped.
+"""Record unfinished files, so that the parent process can remove them after Ctrl-C.
 
-`commands.launch` does the work in a second process and ends that one when Ctrl-C is pressed. It
-then removes what is written down here. In a program that imports heatlens nobody waits, and these
-functions do nothing.
+`commands.launch` runs the command in a second process and kills that one when Ctrl-C is pressed. It
+then removes the files recorded here. In a program that imports heatlens there is no such parent,
+and these functions do nothing.
 
-The record is a file in memory which both processes hold: entries that begin with a sign and end
-with a zero byte. A process that is killed cannot leave a half-written entry of this size.
+The record is a file in memory which both processes share. Its entries begin with a sign and end
+with a zero byte, and are so short that a killed process cannot leave a partial one.
 """
 
 import os
@@ -24,7 +24,7 @@ _record: int | None = None  # file descriptor, where a process waits for this on
 
 
 class Stopped(KeyboardInterrupt):
-    """A stop signal was answered in order; nothing is to be done any more."""
+    """A stop signal was handled completely, and nothing is left to do."""
 
     def __init__(self, number: int) -> None:
         """Keep the `number` of the signal."""
@@ -34,16 +34,16 @@ class Stopped(KeyboardInterrupt):
 
 @dataclass(frozen=True)
 class Left:
-    """The files that a process that has ended left behind."""
+    """The files that an ended process left behind."""
 
-    unfinished: tuple[Path, ...]  # files and folders that nobody will finish
-    folders_made: tuple[Path, ...]  # to be removed where they are empty
-    hears: bool  # the process answered Ctrl-C itself
-    has_said: bool = False  # that it was stopped; it may have been killed while it ended
+    unfinished: tuple[Path, ...]  # unfinished files and folders
+    folders_made: tuple[Path, ...]  # new folders, to be removed if they are empty
+    hears: bool  # the process handled Ctrl-C itself
+    has_said: bool = False  # the process has printed that it was stopped
 
 
 def begin_record() -> int:
-    """Begin the record that this process and its children share; returns its descriptor."""
+    """Create the record that this process and its children share; return its descriptor."""
     global _record
     _record = os.memfd_create("heatlens")
     return _record
@@ -51,7 +51,7 @@ def begin_record() -> int:
 
 @contextmanager
 def unfinished(path: str | os.PathLike[str]) -> Iterator[None]:
-    """Have the file or folder at `path` removed if the process is ended inside the block."""
+    """Mark the file or folder at `path` for removal if the process is killed inside the block."""
     _write(_UNFINISHED, path)
     try:
         yield
@@ -75,24 +75,24 @@ def temporary_folder() -> Iterator[Path]:
 
 
 def end_with(parent: int) -> None:
-    """Have the system end this process when `parent`, which waits for it, ends. Linux alone can."""
+    """Let the system kill this process when its `parent` ends; this works only on Linux."""
     if sys.platform != "linux":
         return
     import ctypes
 
     ctypes.CDLL(None).prctl(_DIE_WITH_PARENT, signal.SIGKILL)
-    if os.getppid() != parent:  # it ended before that was asked for
+    if os.getppid() != parent:  # the parent had already ended
         os._exit(128 + signal.SIGKILL)
 
 
 def folder_made(path: str | os.PathLike[str]) -> None:
-    """Have the folder `path` removed at the end of a stopped process, if it is empty."""
+    """Mark the folder `path` for removal after a stopped process, if it is empty."""
     _write(_MADE, path)
 
 
 @contextmanager
 def hearing() -> Iterator[None]:
-    """Have stop signals passed on to this process, which ends itself in order."""
+    """Ask to receive stop signals inside the block, because this process ends itself cleanly."""
     _write(_HEARS)
     try:
         yield
@@ -101,12 +101,12 @@ def hearing() -> Iterator[None]:
 
 
 def stop_was_said() -> None:
-    """Have the process that waits not say once more that this one was stopped."""
+    """Record that this process has printed that it was stopped, so that its parent does not."""
     _write(_SAID)
 
 
 def read_record(record: int) -> Left:
-    """Read what was written down by a process that may have been killed."""
+    """Read the record of a process that may have been killed."""
     unfinished_now: dict[str, None] = {}
     made: dict[str, None] = {}
     hears = has_said = False
@@ -126,17 +126,17 @@ def read_record(record: int) -> Left:
 
 
 def remove_left(left: Left) -> None:
-    """Remove what is unfinished, and the folders made for it that stayed empty."""
-    import shutil  # here: the process that waits is to be there at once
+    """Remove unfinished files, and new folders that are still empty."""
+    import shutil  # imported here, so that the waiting process starts quickly
 
     for path in left.unfinished:
         if path.is_dir() and not path.is_symlink():
             shutil.rmtree(path, ignore_errors=True)
         else:
-            with suppress(OSError):  # gone already, or renamed to its last name
+            with suppress(OSError):  # already gone, or renamed to its final name
                 path.unlink()
     for folder in reversed(left.folders_made):
-        with suppress(OSError):  # something is in it, which stays
+        with suppress(OSError):  # the folder is not empty, and stays
             folder.rmdir()
 
 

@@ -11,9 +11,9 @@
     heatlens.open("scene.glb", size=(960, 540)).render(f_stop=2, focus_distance_m=3, views=256,
                                                        method="accumulation")
 
-The commands stand on the same functions: `FrameRenderer` draws, `plate_lens` and `first_shot` say
-which lens it is. OpenGL is started by the first picture and kept, for one thread; `render` leaves
-its context current, so who draws with OpenGL in that thread as well makes theirs current again.
+The commands use the same functions: `FrameRenderer` draws, `plate_lens` and `first_shot` find the
+lens. OpenGL is started with the first picture and kept, for one thread. `render` leaves its context
+current; code that draws with OpenGL in the same thread must make its own context current again.
 """
 
 from heatlens.api.opening import open

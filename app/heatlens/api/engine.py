@@ -1,4 +1,4 @@
-"""OpenGL for callers from Python: started by the first picture, and kept."""
+"""OpenGL for the Python interface, which is started with the first picture and kept."""
 
 import threading
 from collections.abc import Callable
@@ -13,7 +13,7 @@ Content = TypeVar("Content")
 
 
 class Engine:
-    """OpenGL of this process: started once, and told what is loaded already."""
+    """OpenGL of this process, started once, with a note of what is loaded."""
 
     def __init__(self) -> None:
         self._renderer: FrameRenderer | None = None
@@ -37,7 +37,7 @@ class Engine:
         return self._renderer
 
     def load(self, owner: object, content: Content, take: Callable[[Content], None]) -> None:
-        """Have the renderer `take` a plate or a scene for `owner`, unless it holds it already."""
+        """Call `take` to load `content` into the renderer for `owner`, unless it is loaded."""
         if self._loaded is not None and self._loaded[1] is content:
             return
         self._loaded = None
@@ -45,7 +45,7 @@ class Engine:
         self._loaded = (owner, content)
 
     def forget(self, owner: object) -> None:
-        """Let go of what `owner` has loaded."""
+        """Forget the content that `owner` has loaded."""
         if self._loaded is not None and self._loaded[0] is owner:
             self._loaded = None
 

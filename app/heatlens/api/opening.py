@@ -1,4 +1,4 @@
-"""From the name of a file, or from arrays, to what can be rendered."""
+"""Open a file or arrays for rendering."""
 
 import os
 from collections.abc import Mapping
@@ -70,7 +70,7 @@ def _plate_options(reading: Mapping[str, Any]) -> PlateOptions:
 
 
 def _refuse(what: str, **given: Any) -> None:
-    """Raise InputError for values that would change nothing."""
+    """Raise InputError for values that would have no effect."""
     names = [name for name, value in given.items() if value is not None]
     if names:
         raise InputError(f"The source is {what}: leave {', '.join(names)} out.")

@@ -1,4 +1,4 @@
-"""Plates and scenes in front of a lens, rendered to arrays."""
+"""Plates and scenes that can be rendered through a lens to arrays."""
 
 import os
 from abc import abstractmethod
@@ -32,7 +32,7 @@ _BLUR: dict[str, type[StrEnum]] = {"bokeh": Bokeh, "quality": Quality, "method":
 
 
 class Source(Closing):
-    """The source before the lens: a plate, a sequence of plates, or a 3D scene."""
+    """The source in front of the lens: a plate, a sequence of plates, or a 3D scene."""
 
     def render(
         self,
@@ -77,26 +77,26 @@ class Source(Closing):
             given["model"] = _known(LensModel, "lens_model", lens_model)
         if focus_at is not None and focus_distance_m is not None:
             raise InputError("Give focus_distance_m or focus_at, not both.")
-        shot, at = self._shot_on(ENGINE.renderer(), _Wish(frame, given, focus_at))
+        shot, at = self._shot_on(ENGINE.renderer(), _Request(frame, given, focus_at))
         defocus = _settings(shot.defocus, more)
         return ENGINE.renderer().pixels(replace(shot, defocus=defocus), at)
 
     @abstractmethod
-    def _shot_on(self, renderer: FrameRenderer, wish: "_Wish") -> tuple[Shot, int]:
-        """Load what the wish is for. Return the shot with its lens, and the frame."""
+    def _shot_on(self, renderer: FrameRenderer, request: "_Request") -> tuple[Shot, int]:
+        """Load the source for a request. Return the shot with its lens, and the frame."""
 
     def close(self) -> None:
-        """Let go of its pixels; the next `render` reads and loads them again."""
+        """Release the pixels; the next `render` reads and loads them again."""
         ENGINE.forget(self)
 
 
 @dataclass(frozen=True)
-class _Wish:
-    """What a caller asks of the lens.
+class _Request:
+    """The arguments of a `render` call.
 
-    frame     None: the first one
+    frame     None for the first frame
     given     fields of Lens
-    focus_at  a pixel (x, y) to focus on; None: the focus is given, or told by the source
+    focus_at  a pixel (x, y) to focus on; None if the focus is given, or comes from the source
     """
 
     frame: int | None
@@ -104,7 +104,7 @@ class _Wish:
     focus_at: tuple[int, int] | None
 
     def lens(self, plate: Plate, told: Mapping[str, Any] = MappingProxyType({})) -> Lens:
-        """Return the lens before a plate; `told` are the values of its shot file."""
+        """Return the lens in front of a plate; `told` are the values of its shot file."""
         values = {**told, **self.given}
         if self.focus_at is not None:
             values["focus_distance_m"] = depth_at_m(plate, *self.focus_at)
@@ -112,20 +112,20 @@ class _Wish:
 
 
 class OnePlate(Source):
-    """A plate in memory; there are no frames."""
+    """A plate in memory, without frames."""
 
     def __init__(self, plate: Plate) -> None:
         self._plate = plate
 
-    def _shot_on(self, renderer: FrameRenderer, wish: _Wish) -> tuple[Shot, int]:
-        if wish.frame is not None:
+    def _shot_on(self, renderer: FrameRenderer, request: _Request) -> tuple[Shot, int]:
+        if request.frame is not None:
             raise InputError("An array is one picture: leave frame out.")
         ENGINE.load(self, self._plate, renderer.load)
-        return Shot(wish.lens(self._plate)), 0
+        return Shot(request.lens(self._plate)), 0
 
 
 class Plates(Source):
-    """Files, one a frame; `shot` has the lens where a shot file was opened."""
+    """A sequence of files; `shot` has the lens if a shot file was opened."""
 
     def __init__(self, source: PlateSource, shot: Shot | None) -> None:
         self._sequence = source.sequence
@@ -133,13 +133,13 @@ class Plates(Source):
         self._shot = shot
         self._read: tuple[Path, Plate] | None = None
 
-    def _shot_on(self, renderer: FrameRenderer, wish: _Wish) -> tuple[Shot, int]:
-        at = self._sequence.present[0] if wish.frame is None else wish.frame
+    def _shot_on(self, renderer: FrameRenderer, request: _Request) -> tuple[Shot, int]:
+        at = self._sequence.present[0] if request.frame is None else request.frame
         plate = self._plate(self._sequence.path_at(at))
         ENGINE.load(self, plate, renderer.load)
         if self._shot is None:
-            return Shot(wish.lens(plate)), at
-        return _with_lens(self._shot, wish.lens(plate, _values_of(self._shot.lens_at(at)))), at
+            return Shot(request.lens(plate)), at
+        return _with_lens(self._shot, request.lens(plate, _values_of(self._shot.lens_at(at)))), at
 
     def close(self) -> None:
         """See `Source.close`."""
@@ -160,18 +160,20 @@ class Scene(Source):
         self._first = first
         self._text = text
 
-    def _shot_on(self, renderer: FrameRenderer, wish: _Wish) -> tuple[Shot, int]:
+    def _shot_on(self, renderer: FrameRenderer, request: _Request) -> tuple[Shot, int]:
         first = self._first
-        at = first.frame if wish.frame is None else wish.frame
+        at = first.frame if request.frame is None else request.frame
         ENGINE.load(self, first.scene, renderer.load_scene)
-        shot = _with_values(first.shot, at, wish.given)
-        if wish.focus_at is not None:
-            found_m = depth_at_m(renderer.look(shot, at).plate, *wish.focus_at)
+        shot = _with_values(first.shot, at, request.given)
+        if request.focus_at is not None:
+            found_m = depth_at_m(renderer.look(shot, at).plate, *request.focus_at)
             return _with_values(shot, at, {"focus_distance_m": found_m}), at
-        needed = {"f_stop", "focus_distance_m"} & first.assumed - set(wish.given)
+        needed = {"f_stop", "focus_distance_m"} & first.assumed - set(request.given)
         if needed:
             missing = " and ".join(sorted(needed))
-            raise InputError(f"{self._text}: a scene does not tell all of a lens; give {missing}.")
+            raise InputError(
+                f"{self._text}: the scene does not define the whole lens: give {missing}."
+            )
         return shot, at
 
 
@@ -203,7 +205,7 @@ def _settings(before: DefocusSettings, blur: Mapping[str, Any]) -> DefocusSettin
 
 
 def _known(kind: type[Choice], name: str, value: Any) -> Choice:
-    """Return the choice of that name. Raises InputError for one that there is not."""
+    """Return the choice called `value`. Raises InputError if there is none."""
     try:
         return kind(value)
     except ValueError:

@@ -1,4 +1,4 @@
-"""What a check found, and what all of them share."""
+"""The result of a check, and the error handling that all checks share."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
@@ -13,7 +13,7 @@ State = Literal["ok", "note", "fault"]
 class Finding:
     """One line of the report.
 
-    state    ok; note: something is absent that not everybody needs; fault: something is wrong
+    state    ok; note: something optional is missing; fault: something is wrong
     said     one sentence or a list, for people
     details  the same and more, as numbers and texts for programs
     """
@@ -28,10 +28,10 @@ Check = Callable[[], Iterator[Finding]]
 
 
 def made_sure(name: str, check: Check) -> Iterator[Finding]:
-    """Yield the findings of `check`, and an error that it raises as a finding too."""
+    """Yield the findings of `check`; an error that it raises becomes a finding too."""
     try:
         yield from check()
     except HeatlensError as error:
         yield Finding(name, "fault", str(error))
-    except Exception as error:  # a driver or a library in a state that nobody foresaw
+    except Exception as error:  # drivers and libraries may fail in any way
         yield Finding(name, "fault", f"{type(error).__name__}: {error}")

@@ -1,4 +1,4 @@
-"""OpenGL: which, what it can hold, whether it builds every shader and solves lines as it should."""
+"""Check OpenGL: its version and limits, the build of every shader, and the line solvers."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
@@ -26,14 +26,14 @@ _VERTEX = {f"scene_{name}": "scene_mesh" for name in ("cover", "depth", "surface
 
 @dataclass
 class Gpu:
-    """The context that the checks share, made when the first of them asks for it."""
+    """The context that the checks share, made on first use."""
 
     make_context: Callable[[], moderngl.Context]
     _made: list[moderngl.Context] = field(default_factory=list)
 
     @property
     def ctx(self) -> moderngl.Context:
-        """Raises GpuError where there is no OpenGL 4.3."""
+        """The context. Raises GpuError if there is no OpenGL 4.3."""
         if not self._made:
             self._made.append(self.make_context())
         return self._made[0]
@@ -55,7 +55,7 @@ class Gpu:
         yield Finding("OpenGL", "ok", said, details)
 
     def shaders(self) -> Iterator[Finding]:
-        """Build every one, in every form."""
+        """Build every shader in every variant."""
         builds = solver_builds() + pass_builds()
         refused = []
         for build in builds:
@@ -83,10 +83,10 @@ class Gpu:
             yield Finding("solvers", "ok" if good else "fault", said, details)
 
     def errors(self) -> Iterator[Finding]:
-        """Report whether OpenGL has an error from the checks before."""
+        """Report whether the previous checks left an error in OpenGL."""
         error = self.ctx.error
         if error != "GL_NO_ERROR":
-            raise GpuError(f"OpenGL complains: {error}.")
+            raise GpuError(f"OpenGL reports an error: {error}.")
         yield Finding("OpenGL errors", "ok", "none")
 
 

@@ -1,4 +1,4 @@
-"""The machine and what is installed on it."""
+"""Check the machine and the installed packages."""
 
 import importlib
 import importlib.metadata
@@ -15,7 +15,7 @@ from heatlens.plate.exr_read import read_parts
 from heatlens.plate.exr_write import write_exr
 from heatlens.stopping import temporary_folder
 
-# By distribution: the module to import, and what is missing without it.
+# Distribution -> the module to import; for optional ones also what is missing without it.
 _REQUIRED = {
     "fileseq": "fileseq",
     "moderngl": "moderngl",

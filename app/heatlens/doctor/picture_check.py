@@ -1,4 +1,4 @@
-"""The still life that comes with heatlens through a lens, against the picture that it once gave."""
+"""Render the still life that comes with heatlens, and compare it with the stored picture."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -21,9 +21,9 @@ from heatlens.plate.read import read_plate
 from heatlens.render import FrameRenderer
 
 SHOT = Shot(Lens(50.0, 1.4, 1.243, 36.0), DefocusSettings(proxy=0.25))
-MOST_OFF = 1 / 255  # a step of an 8-bit screen, of the light itself or of 1 where that is less
-MOST_PIXELS = 0.005  # part of them that may be off by more: rims of discs, cuts between layers
-COLOR_TOLERANCE = 1e-3  # of display values, between GPU and processor
+MOST_OFF = 1 / 255  # a step of an 8-bit screen, relative to the light, or absolute if that is < 1
+MOST_PIXELS = 0.005  # share of pixels that may be off by more: rims of discs, cuts between layers
+COLOR_TOLERANCE = 1e-3  # in display values, between GPU and processor
 
 
 def stored_path() -> Path:
@@ -39,7 +39,7 @@ def rendered(ctx: moderngl.Context) -> FloatArray:
 
 
 def still_life(ctx: moderngl.Context) -> Iterator[Finding]:
-    """Render it and compare."""
+    """Render the still life and compare it with the stored picture."""
     ((_, channels),) = read_parts(stored_path())
     expected = np.stack([channels[name] for name in "RGB"], axis=-1).astype(np.float32)
     picture = rendered(ctx)

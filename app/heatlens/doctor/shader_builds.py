@@ -1,4 +1,4 @@
-"""Every build that the program makes of its shaders, read from the files themselves."""
+"""List every build that the program makes of its shaders."""
 
 import itertools
 import re

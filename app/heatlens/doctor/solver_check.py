@@ -1,4 +1,4 @@
-"""The blur of a small random picture on the GPU, and the same in float64."""
+"""Compare the blur of a small random picture on the GPU with the same blur in float64."""
 
 import moderngl
 import numpy as np
@@ -47,7 +47,7 @@ def _blurred(
 
 
 def blurred_float64(color: Array, coc: Array, kernel: Kernel) -> Array:
-    """Compute as dense matrices what `BlurPass` does to `color` (H, W, C) by `coc` (H, W)."""
+    """Compute the result of `BlurPass` for `color` (H, W, C) and `coc` (H, W) by dense matrices."""
     across, compact_across = _laplacians(coc, kernel)
     down, compact_down = _laplacians(coc.T, kernel)
     source = color - np.einsum("yxw,ywc->yxc", compact_across, color)
@@ -69,7 +69,7 @@ def _laplacians(coc: Array, kernel: Kernel) -> tuple[Array, Array]:
 
 
 def _laplacian(conductance: Array) -> Array:
-    """Return what flows out of each pixel; (lines, n - 1) to (lines, n, n)."""
+    """Return the Laplacian matrices (lines, n, n) of conductances (lines, n - 1)."""
     lines, links = conductance.shape
     matrix = np.zeros((lines, links + 1, links + 1))
     at = np.arange(links)

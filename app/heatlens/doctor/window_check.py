@@ -1,4 +1,4 @@
-"""What the window needs beside OpenGL: its libraries, fonts and a display."""
+"""Check what the window needs besides OpenGL: its libraries, fonts and a display."""
 
 import subprocess
 import sys
@@ -22,7 +22,7 @@ def fonts() -> Iterator[Finding]:
 
 
 def display() -> Iterator[Finding]:
-    """Open a window that nobody sees, and close it again."""
+    """Open an invisible window, and close it again."""
     try:
         from heatlens.ui import window_try
     except ImportError as error:
@@ -37,12 +37,12 @@ def display() -> Iterator[Finding]:
 
 
 def _renderer_of_a_window(module: str) -> str:
-    """Return the OpenGL of a window that a process of its own opens. Raises GpuError without one.
+    """Return the OpenGL renderer of a window in a separate process. Raises GpuError if that fails.
 
-    X ends a process that it finds at fault, and Mesa lets no window draw where the same thread
-    still has a context without a window.
+    X kills a process on errors, and with Mesa no window can draw on a thread that also has a
+    context without a window.
     """
-    # -P: a file in the current folder that is called like one of Python's must not be run.
+    # -P: a file in the current folder that has the name of a Python module must not be run.
     command = [sys.executable, "-P", "-m", module]
     try:
         run = subprocess.run(command, capture_output=True, text=True, timeout=_PATIENCE_S)
