@@ -1,4 +1,4 @@
-"""Import the lens of a camera file into the shot: read on a thread, one step of undo."""
+"""Import the lens of a camera file, read on a thread, as one undo step of the shot."""
 
 from collections.abc import Callable
 from functools import partial
@@ -16,7 +16,7 @@ from heatlens.session.open_source import OpenSource
 
 
 class CameraImport:
-    """Reads one camera at a time; the result, or what is wrong with the file, is said."""
+    """Reads one camera at a time and reports the result, or what is wrong with the file."""
 
     def __init__(
         self,

@@ -1,4 +1,4 @@
-"""A picture on the clipboard, by the tool that the system has for it."""
+"""Copy a picture to the clipboard with a program of the operating system."""
 
 import subprocess
 import tempfile
@@ -20,7 +20,7 @@ class Tool:
 
 
 def tools(path: Path, platform: str, environ: Mapping[str, str]) -> tuple[Tool, ...]:
-    """Return what may work on `platform` (as sys.platform has it), the likeliest first."""
+    """Return the tools that may work on `platform` (a value of sys.platform), likeliest first."""
     if platform == "darwin":
         quoted = str(path).replace("\\", "\\\\").replace('"', '\\"')
         script = f'set the clipboard to (read (POSIX file "{quoted}") as «class PNGf»)'
@@ -59,7 +59,7 @@ def copy_png(
 
 
 def _run(tool: Tool, path: Path) -> str:
-    """Run a tool; return "" where it worked, else what went wrong.
+    """Run a tool. Return "" if it worked, otherwise what went wrong.
 
     The tools stay behind to serve the clipboard and keep what they inherit open, so that their
     words go to a file: a pipe would never end.

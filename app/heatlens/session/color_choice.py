@@ -1,4 +1,4 @@
-"""The view transform in use: chosen by name, built when it changes, never a reason to stop."""
+"""The view transform in use: chosen by name, rebuilt on change; its faults are only reported."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
@@ -43,14 +43,14 @@ class ColorChoice:
         return self.config.views(display) if self.config else ("sRGB curve",)
 
     def input_spaces(self) -> tuple[str, ...]:
-        """Return the spaces to choose from for the pictures' light, the usual one first.
+        """Return the input color spaces to choose from, the default one first.
 
         The plain sRGB curve has none: it takes what the header tells.
         """
         return self._inputs
 
     def usual_view(self, display: str) -> str:
-        """Return the view that a display begins with for the open plate, as in `render`."""
+        """Return the default view of a display for the open plate, the same as in `render`."""
         if self.config is None:
             return self.views(display)[0]
         return default_view(self.config, display, self.attributes)
@@ -62,7 +62,7 @@ class ColorChoice:
         return replace(view, view=self.usual_view(view.display)) if view.view == was else view
 
     def chosen_view(self, view: ViewState) -> str:
-        """Return the view that somebody chose; "" where it is the usual one."""
+        """Return the view that the user chose; "" if it is the default one."""
         return "" if view.view == self.usual_view(view.display) else view.view
 
     def with_names(self, view: ViewState) -> ViewState:
@@ -76,15 +76,15 @@ class ColorChoice:
         return view if view.input_space in self._inputs else replace(view, input_space="")
 
     def input_of(self, chosen: str) -> InputSpace:
-        """Return the space of the plate's light: `chosen`, else as its header tells."""
+        """Return the input space of the plate: `chosen`, otherwise the one its header names."""
         return input_space_of(self.config, self.attributes, chosen)
 
     def draw_again(self) -> None:
-        """Have the screen drawn anew at the next `apply`."""
+        """Have the next `apply` build the transform again."""
         self._current = _NOT_YET
 
     def apply(self, view: ViewState, screen: ScreenPictures) -> None:
-        """Have `screen` draw through the names in `view`; a transform that fails is said."""
+        """Set the transform that `view` names on `screen`; report one that cannot be built."""
         light = self.input_of(view.input_space)
         wished = (view.display, view.view, light)
         if wished == self._current:

@@ -1,4 +1,4 @@
-"""What is rendered to be compared: A, and beside it B or several looks, while they are seen."""
+"""The pictures that are rendered for a comparison: A, and B or several looks while visible."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -14,34 +14,34 @@ from heatlens.render import FrameRenderer
 from heatlens.session.live_picture import FIRST_PLATE, LivePicture, PlateVersion
 from heatlens.session.look_pictures import LookPictures
 
-_LEAST = 0.25  # of the time for a picture, for B, however much A took
-_LEAST_SCALE = 0.25  # at which pictures of the grid are rendered
-NOW = ""  # in the place of a look's name: the lens as it is
+_LEAST = 0.25  # share of the time budget that B gets, however long A took
+_LEAST_SCALE = 0.25  # the smallest scale at which pictures of the grid are rendered
+NOW = ""  # in place of a look's name: the current lens
 
 
 class Side(Protocol):
-    """Pictures that are rendered a moment at a time, see `LivePicture`."""
+    """Pictures that are rendered in short time slices, see `LivePicture`."""
 
     @property
     def shown(self) -> object:
-        """The finished picture, or pictures: another object for each."""
+        """The finished picture or pictures; each finished picture is a new object."""
 
     @property
     def is_working(self) -> bool:
-        """Return True while a whole picture is not there yet."""
+        """Return True while the whole picture is not finished."""
 
     def wants_work(self, is_plate_whole: bool = True) -> bool:
-        """Return True where there is a picture to go on with."""
+        """Return True if there is a picture to continue rendering."""
 
     def seconds_to_rest(self) -> float:
-        """Return how long until a whole picture may be begun; 0 where it may."""
+        """Return the seconds until a whole picture may be started; 0 if it may start now."""
 
     def work(self, slice_s: float, is_plate_whole: bool = True) -> None:
-        """Go on with a better picture for about `slice_s`."""
+        """Continue to render a better picture for about `slice_s` seconds."""
 
 
 class CompareSides:
-    """Renders A, the picture through the lens, and what stands beside it.
+    """Renders A, the picture through the lens, and the pictures that it is compared with.
 
     That is B, the same shot by another method or through a look, or several looks. Passes share
     scratch memory, so that one picture is finished before the other goes on; what was half done
@@ -60,17 +60,17 @@ class CompareSides:
 
     @property
     def pictures(self) -> tuple[object, ...]:
-        """The finished pictures of both sides; each finished picture is another object."""
+        """The finished pictures of both sides; each finished picture is a new object."""
         return self.a.shown, self.b.shown, self.looks.shown
 
     @property
     def plate(self) -> int | None:
-        """The number of the plate that A was last asked for; None: nothing was asked for."""
+        """The number of the plate that A was last requested for; None before the first request."""
         return self.a.wished_plate
 
     @property
     def rendered(self) -> tuple[Side, ...]:
-        """The sides that are rendered: A, and beside it B or looks while they are seen."""
+        """The sides that are rendered: A, and B or the looks while they are visible."""
         if self._has_looks:
             return self.a, self.looks
         return (self.a,) if self._b_wish is None else (self.a, self.b)
@@ -81,7 +81,7 @@ class CompareSides:
         return 1 if self._is_turn_of_b and len(self.rendered) > 1 else 0
 
     def restart(self) -> None:
-        """Begin anew: another plate lies on the GPU."""
+        """Start again, because another plate is on the GPU."""
         self.a.restart()
         self.looks.restart()
 
@@ -120,21 +120,21 @@ class CompareSides:
     def _wish_beside(
         self, looks: Mapping[str, Shot], frame: int, budget_s: float, plate: PlateVersion
     ) -> bool:
-        """Show what stands beside A; return whether it rendered."""
+        """Request what A is compared with. Return True if anything was rendered."""
         has_rendered = self.looks.wish(looks, frame, budget_s, plate)
         if self._b_wish is not None:
             has_rendered = self.b.wish(self._b_wish, frame, budget_s, plate)
         return has_rendered
 
     def _b_of(self, view: ViewState, shot: Shot) -> Shot | None:
-        """Return the shot that B shows by a method; None where B is something else."""
+        """Return the shot of B if B is another method; None otherwise."""
         method = method_of_b(view, self._renderer.has_many_views)
         return (
             None if method is None else replace(shot, defocus=replace(shot.defocus, method=method))
         )
 
     def work(self, side: int, slice_s: float, is_plate_whole: bool = True) -> None:
-        """Go on with the picture of a side; once it is finished, it is the other's turn."""
+        """Continue the picture of a side; once it is finished, it is the other side's turn."""
         working = self.rendered[side]
         before = working.shown
         working.work(slice_s, is_plate_whole)
@@ -142,7 +142,7 @@ class CompareSides:
             self._is_turn_of_b = working is self.a
 
     def of_method(self, view: ViewState) -> Shown | None:
-        """Return B's picture where B is a method or a look, once it is there; else None."""
+        """Return the picture of B if B is a method or a look and it is rendered; None otherwise."""
         if is_look_b(view):
             return self.of_look(view.b_look)
         method = method_of_b(view, self._renderer.has_many_views)
@@ -152,26 +152,26 @@ class CompareSides:
         return None
 
     def of_a(self, view: ViewState) -> Shown | None:
-        """Return A's picture where A is a look, once it is there; else None."""
+        """Return the picture of A if A is a look and it is rendered; None otherwise."""
         return self.of_look(view.a_look) if is_look_b(view) and view.a_look else None
 
     def of_look(self, name: str) -> Shown | None:
-        """Return the latest picture through a look that is seen; None before there is one."""
+        """Return the latest picture of a visible look; None before there is one."""
         return self.a.shown if name in self._alike else self.looks.of(name)
 
     def is_coming(self, name: str) -> bool:
-        """Return True while the whole picture through a look is not there yet."""
+        """Return True while the whole picture of a look is not finished."""
         return name not in self._alike and self.looks.is_coming(name)
 
 
 def is_look_b(view: ViewState) -> bool:
-    """Return True where B is seen, and is the frame through a look."""
+    """Return True if B is visible and shows a look."""
     is_seen = view.compare not in (Compare.OFF, Compare.GRID)
     return is_seen and view.against is Against.LOOK
 
 
 def method_of_b(view: ViewState, has_many_views: bool) -> Method | None:
-    """Return how B is rendered; None where it is not seen, or needs a scene that is not open."""
+    """Return the method of B; None if B is not visible or needs a scene and none is open."""
     is_seen = view.compare not in (Compare.OFF, Compare.GRID)
     if not is_seen or view.against is not Against.METHOD:
         return None
@@ -179,12 +179,12 @@ def method_of_b(view: ViewState, has_many_views: bool) -> Method | None:
 
 
 def look_called(shot: Shot, name: str) -> Look | None:
-    """Return the look of this name; None where the shot has none."""
+    """Return the look of this name; None if the shot has no such look."""
     return next((look for look in shot.looks if look.name == name), None)
 
 
 def grid_names(view: ViewState, shot: Shot) -> tuple[str, ...]:
-    """Return what the grid shows: up to four looks, and the lens as it is where there is room."""
+    """Return the names in the grid: up to four looks, and the current lens if there is room."""
     names = [look.name for look in shot.looks]
     chosen = tuple(name for name in names if name in view.grid) or tuple(names)
     chosen = chosen[:GRID_MOST]
@@ -192,7 +192,7 @@ def grid_names(view: ViewState, shot: Shot) -> tuple[str, ...]:
 
 
 def looks_beside(view: ViewState, shot: Shot) -> tuple[Look, ...]:
-    """Return the looks that are seen: those of the grid, or those that are compared."""
+    """Return the visible looks: those of the grid, or the compared ones."""
     names: tuple[str, ...] = ()
     if view.compare is Compare.GRID:
         names = grid_names(view, shot)
@@ -203,7 +203,7 @@ def looks_beside(view: ViewState, shot: Shot) -> tuple[Look, ...]:
 
 
 def _through(shot: Shot, look: Look, view: ViewState, zoom: float) -> Shot:
-    """Return the shot through a look; in the grid no larger than it is seen."""
+    """Return the shot with a look applied; in the grid, scaled to the size on the screen."""
     through = without_notes(shot.through(look))
     if view.compare is not Compare.GRID or shot.defocus.method.needs_scene:
         return through

@@ -1,4 +1,4 @@
-"""The shot in hand: every change of it goes through here, so that every change can be undone."""
+"""Edits of the open shot: all go through `Editing`, so that all can be undone."""
 
 import time
 from collections.abc import Callable
@@ -18,7 +18,7 @@ _GESTURE_REST_S = 0.4  # notches of the wheel and repeated keys closer than this
 
 @dataclass
 class Performance:
-    """The focus in the hand while a pull is recorded: no key is set of it before the end.
+    """The focus while a pull is recorded by hand; its keys are set at the end of the recording.
 
     focus_distance_m  None until the hand has moved it; the focus is that of the keys so long
     is_over           it is recorded, but the hand has not come to rest: what it does is not taken
@@ -31,7 +31,7 @@ class Performance:
 
 
 class Editing:
-    """The history of the shot, and the frame that is edited."""
+    """The undo history of the shot, and the frame that is edited."""
 
     def __init__(
         self, shot: Shot, say: Callable[[str], None], clock: Callable[[], float] = time.perf_counter
@@ -49,7 +49,7 @@ class Editing:
 
     @property
     def frame(self) -> int:
-        """The frame that is edited; another one drops what was only tried."""
+        """The edited frame. Setting another one drops lens values that were only tried."""
         return self._frame
 
     @frame.setter
@@ -60,19 +60,19 @@ class Editing:
 
     @property
     def shot(self) -> Shot:
-        """The shot as it is now."""
+        """The current shot."""
         return self.history.now
 
     @property
     def seen_shot(self) -> Shot:
-        """The shot as it is drawn at the frame: with the lens that is only tried there."""
+        """The shot as it is drawn at the frame, with lens values that are only tried there."""
         if self._tried is None and self.performance is None:
             return self.shot
         return replace(self.shot, lens=self.lens, curves=LensCurves())
 
     @property
     def tried(self) -> frozenset[LensParameter]:
-        """What of the lens is only tried: it has keys, none here, and auto key is off."""
+        """The lens values that are only tried: keyed, but not at this frame, without auto key."""
         if self._tried is None:
             return frozenset()
         keyed = self._keyed_lens
@@ -80,7 +80,7 @@ class Editing:
 
     @property
     def lens(self) -> Lens:
-        """The lens at the frame, with what is only tried there, or performed.
+        """The lens at the frame, with values that are only tried or performed there.
 
         Where the keys ask for a lens that cannot be, that is said, and it is the lens without keys.
         """
@@ -103,7 +103,7 @@ class Editing:
 
     @property
     def has_lens(self) -> bool:
-        """Return True where the keys leave a lens at the frame."""
+        """Return True if the keys give a valid lens at the frame."""
         try:
             self.shot.lens_at(self.frame)
         except LensError:
@@ -111,17 +111,17 @@ class Editing:
         return True
 
     def begin(self, shot: Shot) -> None:
-        """Begin another shot, with nothing to undo."""
+        """Open another shot with an empty undo history."""
         self.history, self._tried, self._has_told = History.of(shot), None, False
 
     def edit(self, shot: Shot) -> None:
-        """Change the shot; the step is made when the gesture ends."""
+        """Change the shot; the undo step is recorded when the gesture ends."""
         if shot != self.history.now:
             self.history = self.history.changed(shot)
             self._changed_at = self._clock()
 
     def edit_lens(self, lens: Lens) -> None:
-        """Change the lens at the frame; what has keys gets one there. Refusals are said.
+        """Change the lens at the frame and key the keyed parameters there. Report refused changes.
 
         Without auto key, what has keys and none there is only tried, until the frame changes.
         """
@@ -141,7 +141,7 @@ class Editing:
             self._say(Problem(error))
 
     def _within_kit(self, before: Lens, asked: Lens) -> Lens:
-        """Return the lens as far as the kit of the shot allows it, and say where it does not."""
+        """Return the lens within the limits of the shot's kit, and report where they apply."""
         kit = self.shot.kit
         got = asked if kit is None else kit.followed(before, asked)
         names = ("focal_length_mm", "f_stop", "focus_distance_m")
@@ -150,7 +150,7 @@ class Editing:
         return got
 
     def _performed(self, lens: Lens, before: Lens) -> Lens:
-        """Take the focus into the performance; return the lens with the focus as it is without."""
+        """Record the focus in the performance. Return the lens with the focus unchanged."""
         assert self.performance is not None
         if lens.focus_distance_m != before.focus_distance_m:
             self.performance.moved_at = self._clock()
@@ -160,7 +160,7 @@ class Editing:
         return replace(lens, focus_distance_m=unmoved.focus_distance_m)
 
     def _without_tried(self, lens: Lens) -> Lens:
-        """Return the lens with what can only be tried at the frame as its keys have it."""
+        """Return the lens with the keyed values in place of those that are only tried here."""
         if self.auto_key:
             return lens
         keyed, curves = self._keyed_lens, self.shot.curves
@@ -172,7 +172,7 @@ class Editing:
         return replace(lens, **{str(p): getattr(keyed, p) for p in only_tried})
 
     def _tell(self, before: Lens, after: Lens) -> None:
-        """Say once in a shot of several frames what a change of the focus does."""
+        """Explain, once per shot of several frames, what a change of the focus does."""
         if self._tried is not None:
             self._say(_ONLY_TRIED)
         elif not self._has_told and self.has_time() and self.performance is None:
@@ -182,7 +182,7 @@ class Editing:
                 self._say(_KEYS_HERE.format(self.frame) if has_keys else _ALL_FRAMES)
 
     def keep_tried(self) -> None:
-        """Set keys at the frame for what is only tried there."""
+        """Set keys for the values that are only tried at the frame."""
         tried, lens = self.tried, self._tried
         self._tried = None
         shot = self.shot
@@ -205,16 +205,16 @@ class Editing:
         return shot
 
     def do(self, shot: Shot) -> None:
-        """Change the shot by a command: one step, whatever was done just before."""
+        """Change the shot as an undo step of its own."""
         self._tried = None
         self.history = self.history.at_rest().changed(shot).at_rest()
 
     def settle(self) -> None:
-        """Make a step of what was done so far; what comes now is another step."""
+        """Record the changes so far as an undo step."""
         self.history = self.history.at_rest()
 
     def rest(self, is_held: bool) -> None:
-        """Make a step of a gesture that is over; call this once a frame."""
+        """Record a finished gesture as an undo step; call this once a frame."""
         now, performance = self._clock(), self.performance
         if not is_held and now - self._changed_at > _GESTURE_REST_S:
             self.history = self.history.at_rest()
@@ -224,20 +224,20 @@ class Editing:
 
     @property
     def is_unsettled(self) -> bool:
-        """Return True while a gesture waits to become a step, or a performance for its end."""
+        """Return True while a gesture or a performance has not become an undo step."""
         is_ending = self.performance is not None and self.performance.is_over
         return is_ending or self.history.now != self.history.settled
 
     def toggle_auto_key(self) -> None:
-        """Key what has keys wherever it is changed, or no more."""
+        """Turn auto key on or off: whether a change of a keyed parameter sets a key."""
         self.auto_key = not self.auto_key
 
     def undo(self) -> None:
-        """Take one step back."""
+        """Undo one step."""
         self._tried = None
         self.history = self.history.undone()
 
     def redo(self) -> None:
-        """Take one step forward again."""
+        """Redo one step."""
         self._tried = None
         self.history = self.history.redone()

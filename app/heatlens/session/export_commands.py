@@ -1,4 +1,4 @@
-"""Export frames, a movie or the lens as a camera, in a process beside the program."""
+"""Export frames, a movie or the lens as a camera in another process."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -18,7 +18,7 @@ from heatlens.source.kind import NO_FILES
 
 
 class ExportCommands:
-    """Exports the shot in hand, as it is when that is asked for; how it ended is said."""
+    """Exports the open shot as it is at the start of the export, and reports how it ended."""
 
     def __init__(
         self,
@@ -41,27 +41,27 @@ class ExportCommands:
 
     @property
     def why_not(self) -> str:
-        """A sentence that says why nothing can be exported now; "" where it can."""
+        """The reason why nothing can be exported now; "" if exporting is possible."""
         return NO_FILES if not (self._source.is_repeatable or self.run.is_busy) else ""
 
     def propose(self) -> None:
-        """Propose folder and name where another plate was opened since."""
+        """Propose folder and name if another plate has been opened since the last proposal."""
         plate, shot = self._source.plate, self._editing.shot
         if plate is not None and shot.source != self._of:
             is_single = shot.played is None or shot.played.count == 1
             self.wish, self._of = wish_for(plate.path, is_single), shot.source
 
     def export(self) -> None:
-        """Begin to export the frames or the movie that is wished for."""
+        """Start to export the frames or the movie that is set in the panel."""
         words = self.wish.words(self._look(), self._view.state.guides)
         self._begin(lambda: self.run.export(self._editing.shot, self.wish.output, words))
 
     def write_camera(self) -> None:
-        """Begin to write the lens as a camera file."""
+        """Start to write the lens as a camera file."""
         self._begin(lambda: self.run.camera(self._editing.shot, self.wish.camera_output))
 
     def write_sheet(self, path: Path, title: str) -> None:
-        """Begin to write the pull as a page for the set, with a table beside it."""
+        """Start to write the focus pull as a page to print for the set, with a table beside it."""
         if self.run.is_busy:
             self._say(Problem("An export is under way: the pull sheet has to wait for its end."))
             return
@@ -96,12 +96,12 @@ class ExportCommands:
         )
 
     def poll(self) -> None:
-        """Say how an export has ended; call this once a frame."""
+        """Report how an export has ended; call this once a frame."""
         state = self.run.state
         if state is not None and state.code is not None and state is not self._told:
             self._told = state
             self._say(state.said if state.code == 0 or state.is_stopped else Problem(state.said))
 
     def close(self) -> None:
-        """Stop an export; its finished frames stay."""
+        """Stop an export and keep its finished frames."""
         self.run.close()

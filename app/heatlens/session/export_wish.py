@@ -51,23 +51,23 @@ class ExportWish:
 
     @property
     def output(self) -> str:
-        """The pattern of the frames, or the movie."""
+        """The path pattern of the frames, or the path of the movie."""
         suffix = FRAME_KINDS[self.kind]
         number = "" if self.is_single or suffix in _MOVIES else ".####"
         return str(Path(self.folder) / f"{self.name}{number}{suffix}")
 
     @property
     def camera_output(self) -> str:
-        """The file of the camera."""
+        """The path of the camera file."""
         return str(Path(self.folder) / f"{self.name}{CAMERA_KINDS[self.camera_kind]}")
 
     @property
     def is_linear(self) -> bool:
-        """Return True for scene-linear light, which is meant for no screen."""
+        """Return True if the output is scene-linear and not made for a display."""
         return FRAME_KINDS[self.kind] == ".exr"
 
     def words(self, look: LookOptions, guides: Guides = NO_GUIDES) -> list[str]:
-        """Return options of `heatlens export`; the look and the guides count for all but EXR."""
+        """Return the options of `heatlens export`. EXR output ignores the look and the guides."""
         words = ["--frames", self.frames] if self.frames else []
         words += ["--quality", self.quality] if self.quality else []
         if self.is_linear:
@@ -78,12 +78,12 @@ class ExportWish:
 
 
 def _opacity(guides: Guides) -> float:
-    """Return how dark the matte is; as usual where there is none, which has no option for it."""
+    """Return the opacity of the matte; the default if there is none."""
     return NO_GUIDES.opacity if guides.aspect is None else guides.opacity
 
 
 def wish_for(plate: Path, is_single: bool = False) -> ExportWish:
-    """Propose an export of a plate: beside it, under its name.
+    """Propose an export of a plate next to its file, under the same name.
 
     What comes with the program, or lies where nothing may be written, goes to the user's pictures.
     """

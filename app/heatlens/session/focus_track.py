@@ -1,4 +1,4 @@
-"""Focus and what is sharp around it, frame by frame, and how far marked points are: in dioptres."""
+"""The focus and its range of sharpness per frame, and the distances of marks, in dioptres."""
 
 from dataclasses import dataclass
 from weakref import WeakKeyDictionary
@@ -14,12 +14,12 @@ from heatlens.plate.focus_pick import depth_at_m
 from heatlens.plate.plate import Plate
 from heatlens.session.frame_states import Run
 
-_WARNED_MOST = 2000  # frames that are asked whether they are too close
+_WARNED_MOST = 2000  # frames that are checked for a focus that is too close
 
 
 @dataclass(frozen=True, slots=True)
 class Sample:
-    """One time, and 1/m of the focus and of the limits of what is sharp."""
+    """One time, with the focus and the limits of the sharp range in 1/m."""
 
     frame: float
     focus: float
@@ -28,7 +28,7 @@ class Sample:
 
 
 class FocusTrack:
-    """The samples over the frames that are seen, made again when the shot or these change."""
+    """The samples over the visible frames, recomputed when these or the shot change."""
 
     def __init__(self) -> None:
         self._made_of: object = None
@@ -37,7 +37,7 @@ class FocusTrack:
         self._too_close: tuple[int, ...] = ()
 
     def samples(self, shot: Shot, first: float, last: float, count: int) -> tuple[Sample, ...]:
-        """Return `count` samples evenly from first to last, and one at every key among them."""
+        """Return `count` evenly spaced samples from first to last, and one at every key between."""
         made_of = (shot.lens, shot.curves, first, last, count)
         if made_of != self._made_of:
             times = {first + (last - first) * i / (count - 1) for i in range(count)}
@@ -47,7 +47,7 @@ class FocusTrack:
         return self._samples
 
     def too_close(self, shot: Shot, seen: FrameRange) -> tuple[int, ...]:
-        """Return the frames that are seen at which the lens cannot be focused so near."""
+        """Return the visible frames at which the lens cannot focus as near as it should."""
         made_of = (shot.lens, shot.curves, seen)
         if made_of != self._warned_of:
             self._too_close, self._warned_of = _too_close(shot, seen), made_of
@@ -75,14 +75,14 @@ def _sample(shot: Shot, time: float) -> Sample:
 
 @dataclass(frozen=True)
 class MarkTrack:
-    """How far a mark is, in 1/m, at the frames that are in memory: lines without a gap."""
+    """The distance of a mark in 1/m at the frames in memory, as lines without gaps."""
 
     name: str
     lines: tuple[tuple[tuple[int, float], ...], ...]
 
 
 class MarkTracks:
-    """The tracks of point marks; each plate is measured once."""
+    """The distance tracks of point marks; each plate is measured once."""
 
     def __init__(self) -> None:
         self._measured: WeakKeyDictionary[Plate, dict[tuple[float, float], float]] = (
@@ -94,7 +94,7 @@ class MarkTracks:
     def tracks(
         self, cache: FrameCache | None, runs: tuple[Run, ...], marks: tuple[Mark, ...]
     ) -> tuple[MarkTrack, ...]:
-        """Return the track of every point mark, over the frames that lie in memory."""
+        """Return the track of every point mark over the frames in memory."""
         made_of = (id(cache), runs, marks)
         if cache is not None and made_of != self._made_of:
             ready = [run for run in runs if run.state == "ready"]
@@ -124,7 +124,7 @@ class MarkTracks:
 
 
 def seen_m(plate: Plate, mark: PointMark) -> float | None:
-    """Return how far what lies under a point mark is; None beside the picture."""
+    """Return the distance in m under a point mark; None outside the picture."""
     try:
         return depth_at_m(plate, int(mark.x_px), int(mark.y_px))
     except HeatlensError:
@@ -132,7 +132,7 @@ def seen_m(plate: Plate, mark: PointMark) -> float | None:
 
 
 def mark_m(plate: Plate | None, mark: Mark) -> float | None:
-    """Return how far a mark is on this plate; None where that is not known."""
+    """Return the distance of a mark on this plate in m; None if it is unknown."""
     if isinstance(mark, DistanceMark):
         return mark.distance_m
     return None if plate is None or isinstance(mark, ObjectMark) else seen_m(plate, mark)

@@ -1,4 +1,4 @@
-"""Plays: moves the playhead on when a frame is due, and asks for the plates around it."""
+"""Playback: advances the playhead when a frame is due, and requests the plates around it."""
 
 from collections.abc import Callable
 
@@ -33,7 +33,7 @@ class FramePlayer:
         self._said = ""
 
     def poll(self) -> None:
-        """Ask for the plate at the playhead and move on where that is due; once a frame."""
+        """Request the plate at the playhead and advance if a frame is due. Call once a frame."""
         self._show()
         if self._playback.direction:
             now = self._editing.frame
@@ -69,7 +69,7 @@ class FramePlayer:
 
     @property
     def is_due(self) -> bool:
-        """Return True where the window should be drawn, for the next frame of the film is due."""
+        """Return True if the next frame of the film is due, so that the window must be drawn."""
         return self._waits_for_nothing and self._playback.is_due(self._rate)
 
     @property
@@ -77,11 +77,11 @@ class FramePlayer:
         return self._is_there(self._editing.frame) or not self._playback.is_every_frame
 
     def _is_there(self, frame: int) -> bool:
-        """Return True where the frame can be seen: rendered before, else by its plate."""
+        """Return True if the frame can be shown: rendered before, otherwise by its plate."""
         if self._pull.is_alone:
             return self._pull.is_at_hand(frame)
         return self._source.is_settled_at(frame)
 
     def seconds_until_needed(self) -> float | None:
-        """Return how long the loop may sleep; None: until a plate has been read, or for ever."""
+        """Return the seconds that the loop may sleep; None: until a plate is read, or for ever."""
         return self._playback.seconds_until_due(self._rate) if self._waits_for_nothing else None

@@ -1,4 +1,4 @@
-"""How the frames stand, as runs of equal ones: what the timeline draws under its ruler."""
+"""Frame states as runs of equal ones, which the timeline draws under its ruler."""
 
 import time
 from collections.abc import Callable, Mapping
@@ -7,7 +7,7 @@ from itertools import groupby
 
 from heatlens.frame_cache.cache import FrameCache, FrameState
 
-_PART = 0.05  # of the time may be spent on it at most
+_PART = 0.05  # the largest share of the time that may be spent on this
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,7 +20,7 @@ class Run:
 
 
 class FrameStates:
-    """The runs of a cache, found again where it has news, and less often for a long film."""
+    """The runs of a cache, updated when it changes, and less often for a long film."""
 
     def __init__(self, clock: Callable[[], float] = time.perf_counter) -> None:
         self._clock = clock
@@ -29,7 +29,7 @@ class FrameStates:
         self._runs: tuple[Run, ...] = ()
 
     def runs(self, cache: FrameCache, news: object) -> tuple[Run, ...]:
-        """Return the runs as they are now; `news` differs whenever they may have changed."""
+        """Return the current runs; `news` differs whenever they may have changed."""
         now = self._clock()
         if (cache, news) != self._made_of and now >= self._not_before:
             self._runs, self._made_of = runs_of(cache.states()), (cache, news)
@@ -37,12 +37,12 @@ class FrameStates:
         return self._runs
 
     def is_behind(self, cache: FrameCache, news: object) -> bool:
-        """Return True while there is news that `runs` has not told yet."""
+        """Return True while there are changes that `runs` has not returned yet."""
         return (cache, news) != self._made_of
 
 
 def runs_of(states: Mapping[int, FrameState]) -> tuple[Run, ...]:
-    """Join neighbours in the same state; frames that only lie on disk are in no run."""
+    """Join neighbours in the same state; frames that are only on disk are in no run."""
     runs = []
     for state, frames in groupby(states, key=states.__getitem__):
         if state != "absent":

@@ -1,4 +1,4 @@
-"""The picture of the open source on the GPU, and how it stands with the frame asked for."""
+"""The picture of the open source on the GPU, and how it relates to the requested frame."""
 
 import time
 from collections.abc import Iterator
@@ -11,7 +11,7 @@ from heatlens.render import FrameRenderer
 
 
 class GpuPicture:
-    """What is shown of the source now.
+    """The picture of the source that is shown now.
 
     Feeds put pictures here; panels and the scheduler read them.
 
@@ -34,18 +34,18 @@ class GpuPicture:
         self.is_black = False
         self.is_settled = False
         self.problem = ""
-        self.frame = 0  # that was asked for
+        self.frame = 0  # the requested one
 
     def ask(self, frame: int) -> None:
         """Begin to show `frame`."""
         self.problem, self.is_black, self.frame = "", False, frame
 
     def begin_axis(self) -> None:
-        """Forget how near the pictures came so far: what comes is of another place."""
+        """Reset the range of the distance axis, because another source follows."""
         self._most_dioptres = 0.0
 
     def load(self, plate: Plate) -> None:
-        """Take a plate to the GPU in the place of the one before.
+        """Upload a plate to the GPU in place of the previous one.
 
         Raises HeatlensError where there is no room for it; then there is no picture.
         """
@@ -57,7 +57,7 @@ class GpuPicture:
         self._take_loaded()
 
     def count_again(self) -> None:
-        """Have everything made again that was made of the picture, as if it had been loaded."""
+        """Have everything derived from the picture made again, as if it had been loaded."""
         if self.plate is not None:
             self.version += 1
 

@@ -1,4 +1,4 @@
-"""Rendered frames on the screen: taken to the GPU when they are seen, and not rendered again."""
+"""Rendered frames on the screen: uploaded to the GPU when shown, and not rendered again."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -24,14 +24,14 @@ Look = tuple[float, float, int, bool]  # exposure in stops, gamma, view transfor
 
 @dataclass(frozen=True, eq=False)
 class KeptFrame(Shown):
-    """A frame that was rendered before. Its texture holds it once it was `uploaded`."""
+    """A frame that was rendered before. Its texture is filled by `KeptScreen.uploaded`."""
 
     key: str = ""
     picture: KeptPicture | None = None
 
     @property
     def is_whole(self) -> bool:
-        """Return True: it is as the shot is rendered, at the size of the window."""
+        """Return True: it was rendered at full quality and the size of the window."""
         return True
 
 
@@ -58,15 +58,15 @@ class KeptScreen:
         self._texture: moderngl.Texture | None = None
         self._on_gpu = ""  # key of what the texture holds
         self._seen: KeptFrame | None = None
-        self._prepared: object = None  # for what all frames were prepared
+        self._prepared: object = None  # the value of `_of` for which all frames were prepared
 
     def begin(self) -> None:
-        """Forget all frames: something else was opened, or they were cleared."""
+        """Forget all frames, because something else was opened or they were cleared."""
         self._seen, self._on_gpu, self._prepared = None, "", None
         self._frames.clear()
 
     def shown(self) -> KeptFrame | None:
-        """Return the picture at the playhead; while it is read from the disk, the one before."""
+        """Return the picture at the playhead; while it is read from disk, the previous one."""
         pull = self._pull
         is_kept = pull.is_on and pull.fits_view and not self._editing.tried
         job = pull.jobs.of(self._editing.frame) if is_kept else None
@@ -94,19 +94,19 @@ class KeptScreen:
         )
 
     def uploaded(self, shown: Shown) -> Shown:
-        """Return the same picture with its light in its texture."""
+        """Return the same picture with its texture filled."""
         if isinstance(shown, KeptFrame) and shown.picture is not None and self._on_gpu != shown.key:
             shown.texture.write(shown.picture.pixels.data.cast("B"))
             self._on_gpu = shown.key
         return shown
 
     def windows(self, shown: Shown) -> tuple[Box, Box] | None:
-        """Return data and display window of a kept frame; None where they are those of now."""
+        """Return data and display window of a kept frame; None if they are the current ones."""
         picture = shown.picture if isinstance(shown, KeptFrame) else None
         return None if picture is None else self._source.feed.kept_windows(picture)
 
     def texture(self, shown: KeptFrame, view: ViewState) -> moderngl.Texture:
-        """Return the frame in the colours of the screen.
+        """Return the frame in the colors of the screen.
 
         The exposure of `view` contains that of its lens.
         """
@@ -141,7 +141,7 @@ class KeptScreen:
 
     @property
     def has_work(self) -> bool:
-        """Return True while a frame at hand is not ready for the screen, which takes long here."""
+        """Return True while a frame in memory still needs its slow conversion for the screen."""
         if not self._is_slow or self._prepared == self._of:
             return False
         if next(self._unprepared(), None) is None:
@@ -155,7 +155,7 @@ class KeptScreen:
         return self._pull.counted, self._view.state, self._screen.transform_version, self._view.zoom
 
     def prepare(self) -> None:
-        """Bring one frame more to the colours of the screen."""
+        """Convert one more frame to the colors of the screen."""
         shown = next(self._unprepared(), None) if self.has_work else None
         if shown is not None:
             self.texture(shown, self._exposed(shown))

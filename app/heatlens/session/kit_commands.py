@@ -1,4 +1,4 @@
-"""Commands for the lens kit of the shot: which one, and which of its lenses."""
+"""Commands that choose the lens kit of the shot and the mounted lens of it."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -11,7 +11,7 @@ from heatlens.session.messages import Problem
 
 
 class KitCommands:
-    """Chooses kits and their lenses; each choice is one step of undo."""
+    """Chooses kits and their lenses; each choice is one undo step."""
 
     def __init__(self, editing: Editing, say: Callable[[str], None]) -> None:
         self._editing = editing

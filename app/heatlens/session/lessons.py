@@ -1,4 +1,4 @@
-"""The three gestures, taught on what comes with heatlens: each line goes once it was done."""
+"""Lessons for three gestures, shown on the demos; each disappears once it is done."""
 
 from enum import StrEnum
 
@@ -9,7 +9,7 @@ from heatlens.session.mark_commands import MarkCommands
 
 
 class Lesson(StrEnum):
-    """A gesture, as it is told to somebody who has never done it."""
+    """A gesture, explained to a new user."""
 
     CLICK = "Click on something: it becomes sharp."
     DRAG = "Drag over the picture, or the focus bar: the focus follows."
@@ -17,7 +17,7 @@ class Lesson(StrEnum):
 
 
 class Lessons:
-    """Which gestures are still to be learned, and whether somebody wants to."""
+    """The gestures that are still to be learned, if lessons are shown at all."""
 
     def __init__(self, editing: Editing, marks: MarkCommands) -> None:
         self._editing = editing
@@ -29,14 +29,14 @@ class Lessons:
 
     @property
     def left(self) -> tuple[Lesson, ...]:
-        """The lessons for what is open; none where it is a file of the user's own."""
+        """The lessons for the open source; none for a file of the user."""
         own = str(data_dir("assets") / "still_life.exr")
         if self.is_dismissed or self._editing.shot.source not in (DEMO, own):
             return ()
         return tuple(lesson for lesson in Lesson if lesson not in self._learned)
 
     def watch(self, is_dragging: bool, is_pressed: bool) -> None:
-        """See what the hand has done since the last frame of the window."""
+        """Check which gestures were done since the last frame of the window."""
         now = self._editing.frame, self._editing.lens.focus_distance_m
         if self._before is not None and now[0] == self._before[0] and now[1] != self._before[1]:
             if is_dragging:

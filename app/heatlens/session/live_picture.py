@@ -1,4 +1,4 @@
-"""The picture that follows the hand: quick while something is dragged, whole when it rests.
+"""The interactive picture: quick while something is dragged, complete when the input rests.
 
 A picture that fits the time of a frame is made whole at once. Where it does not, a quicker one of
 the same lens is shown (smaller, its discs of fewer poles), and the whole one comes about in slices,
@@ -23,14 +23,14 @@ from heatlens.preview.level_choice import level_at_rest, level_while_moving, rec
 from heatlens.preview.shown import PictureKey, Shown, whole_picture, without_notes
 from heatlens.render import FrameRenderer
 
-_REST_S = 0.08  # so long without a change is rest: a hand that drags sends several in this time
+_REST_S = 0.08  # without a change for this long, the input rests; a drag sends several changes
 
 
 class PlateVersion(NamedTuple):
-    """Which plate lies on the GPU."""
+    """Identifies the plate that is on the GPU."""
 
-    number: int  # another whenever another lies there
-    is_finer: bool = False  # it is the one before with less noise
+    number: int  # differs for each plate
+    is_finer: bool = False  # it is the previous plate with less noise
 
 
 FIRST_PLATE = PlateVersion(0)
@@ -38,17 +38,17 @@ FIRST_PLATE = PlateVersion(0)
 
 @dataclass
 class _Work:
-    """A picture that is being rendered."""
+    """A picture that is in progress."""
 
     steps: Steps[moderngl.Texture]
     settings: DefocusSettings
     slot: int
-    views_before: int  # points of the lens that the picture goes on from
+    views_before: int  # points of the lens that an earlier picture already has
     seconds: float = 0.0
 
 
 class LivePicture:
-    """Renders whatever shot is wished for, as well as the time allows."""
+    """Renders the requested shot as well as the time allows."""
 
     def __init__(
         self,
@@ -57,7 +57,7 @@ class LivePicture:
         first_slot: int = 0,
         cost: CostModel | None = None,
     ) -> None:
-        """Pictures lie in `first_slot` of the renderer and the one after it.
+        """Use slot `first_slot` of the renderer and the next one for the pictures.
 
         `cost`: what others have learnt and learn of the same machine.
         """
@@ -69,15 +69,15 @@ class LivePicture:
         self._changed_at = 0.0
         self._level: DefocusSettings | None = None
         self._work: _Work | None = None
-        self._slots = first_slot, first_slot + 1  # of what is seen, of what comes about
-        self._is_refused = False  # the wish cannot be rendered, as was said
+        self._slots = first_slot, first_slot + 1  # of the shown picture, of the one in progress
+        self._is_refused = False  # the request cannot be rendered, and that was reported
 
     def restart(self) -> None:
-        """Begin anew: another plate lies on the GPU, and what was made is of the past."""
+        """Start again, because another plate is on the GPU."""
         self._wish = self._work = self.shown = None
 
     def pause(self) -> None:
-        """Give up what is half done: others use the renderer now."""
+        """Give up the picture in progress, because others use the renderer now."""
         self._work = None
 
     def wish(
@@ -114,13 +114,13 @@ class LivePicture:
         return True
 
     def _note(self, wish: PictureKey) -> None:
-        """Take a wish for the same picture of a shot with other marks or looks."""
+        """Take a request for the same picture of a shot with other marks or looks."""
         if self.shown is not None and self._is_of_wish(self.shown):
             self.shown = replace(self.shown, shot=wish.shot)
         self._wish = wish
 
     def _begun_picture(self, shot: Shot, frame: int) -> Shown | None:
-        """Return the picture that is seen, where it only lacks further points of the lens.
+        """Return the shown picture if it only lacks further points of the lens.
 
         More of them refine it: nothing quicker and coarser has to come first.
         """
@@ -133,7 +133,7 @@ class LivePicture:
 
     @contextmanager
     def _refusing(self) -> Iterator[None]:
-        """Raise what cannot be rendered once, and do not try it again."""
+        """Raise the error of a shot that cannot be rendered once, and do not try it again."""
         try:
             yield
         except HeatlensError:
@@ -142,22 +142,22 @@ class LivePicture:
 
     @property
     def is_working(self) -> bool:
-        """Return True while the whole picture is not there yet."""
+        """Return True while the whole picture is not finished."""
         if self._wish is None or self._is_refused:
             return False
         return self.shown is None or self.shown.picture_key != self._wish
 
     @property
     def wished_plate(self) -> int | None:
-        """The number of the plate that the wished picture is made of; None without a wish."""
+        """The number of the plate of the requested picture; None without a request."""
         return None if self._wish is None else self._wish.plate
 
     def seconds_to_rest(self) -> float:
-        """Return how long until the whole picture may be begun; 0 where it may."""
+        """Return the seconds until the whole picture may be started; 0 if it may start now."""
         return max(0.0, self._changed_at + _REST_S - self._clock())
 
     def wants_work(self, is_plate_whole: bool = True) -> bool:
-        """Return True where there is a picture to go on with.
+        """Return True if there is a picture to continue.
 
         The whole one is only begun where the plate is as it stays.
         """
@@ -166,7 +166,7 @@ class LivePicture:
         return is_plate_whole or self._work is not None or self._next_level(False) is not None
 
     def work(self, slice_s: float, is_plate_whole: bool = True) -> None:
-        """Go on with a better picture for about `slice_s`, if the hand rests."""
+        """Continue with a better picture for about `slice_s` seconds if the input rests."""
         if not self.wants_work(is_plate_whole) or self.seconds_to_rest() > 0:
             return
         with self._refusing():
@@ -177,15 +177,15 @@ class LivePicture:
             self._advance(slice_s)
 
     def _is_of_wish(self, shown: Shown) -> bool:
-        """Return True for a picture of the wished shot and plate, however quick it was made."""
+        """Return True for a picture of the requested shot and plate at any quality."""
         key, wish = shown.picture_key, self._wish
         return wish is not None and replace(key, settings=wish.settings) == wish
 
     def _best_level(self, wished: DefocusSettings, budget_s: float) -> DefocusSettings:
-        """Return the best preview level that fits the time, see `level_while_moving`."""
+        """Return the best preview level that fits the time budget, see `level_while_moving`."""
         levels = recognisable(wished, self._renderer.loaded.color.size)
         if not self.cost.seconds_per_px:
-            return levels[-1]  # nothing is known of this machine yet
+            return levels[-1]  # nothing has been measured on this machine yet
         return level_while_moving(levels, self._level, budget_s, self._predicted)
 
     def _next_level(self, is_plate_whole: bool) -> DefocusSettings | None:
@@ -208,7 +208,7 @@ class LivePicture:
         self._work = _Work(steps, settings, slot, self._views_before(settings))
 
     def _views_before(self, settings: DefocusSettings) -> int:
-        """Return how many points of the lens the renderer goes on from; 0: it begins anew."""
+        """Return how many points of the lens the renderer continues from; 0: it starts again."""
         shown = self.shown
         if shown is None or not self._is_of_wish(shown) or not settings.method.needs_scene:
             return 0
@@ -216,7 +216,7 @@ class LivePicture:
         return shown.settings.views if is_more and shown.settings.views < settings.views else 0
 
     def _advance(self, slice_s: float) -> None:
-        """Take steps until the time is over or the picture is there."""
+        """Render in steps until the time is over or the picture is finished."""
         assert self._work is not None and self._wish is not None
         work, start = self._work, self._clock()
         try:

@@ -1,4 +1,4 @@
-"""What to render next: one function of the state, which knows no renderer and keeps nothing.
+"""Decide what to render next, as a pure function of the state.
 
 The order is always the same. First the plate, until it is good enough to be worth a blur: of a
 scene that means large and antialiased. Then the pictures of the comparison's sides, in turns. Then
@@ -43,7 +43,7 @@ class SideState:
 
 @dataclass(frozen=True)
 class WorkState:
-    """All that decides what to render next.
+    """The state that decides what to render next.
 
     plays_rendered  frames are played that were rendered before: nothing else is needed
     sides           A, and B while it is rendered
@@ -81,7 +81,7 @@ class NextWork:
 
 
 def is_rendering(plate: PlateState, sides: tuple[SideState, ...]) -> bool:
-    """Return True while a whole picture that is seen is not there yet."""
+    """Return True while a visible picture is not complete."""
     is_plate_done = plate.is_whole and plate.is_asked
     return not (is_plate_done and all(side.is_done for side in sides))
 

@@ -1,4 +1,4 @@
-"""Save the picture to a file or copy it, as soon as the whole of it is there."""
+"""Save the picture to a file or copy it as soon as it is complete."""
 
 from collections.abc import Callable
 from functools import partial
@@ -14,7 +14,7 @@ from heatlens.session.picture_view import PictureView
 
 
 class PictureCommands:
-    """What can be done with the picture that is seen, as the screen shows it."""
+    """Saves and copies the visible picture with the look that the screen gives it."""
 
     def __init__(
         self,
@@ -35,23 +35,23 @@ class PictureCommands:
         self.saver = PictureSaver(say, wake)
 
     def save(self, path: Path) -> None:
-        """Write the picture of the frame to `path` once it is whole."""
+        """Write the picture of the frame to `path` once it is complete."""
         self.saver.ask(self._editing.shot.source, self._editing.frame, path)
 
     def copy(self) -> None:
-        """Put the picture on the clipboard once it is whole."""
+        """Put the picture on the clipboard once it is complete."""
         if self._source.plate is None:
             self._say("Nothing is open that could be copied.")
         else:
             self.saver.ask(self._editing.shot.source, self._editing.frame, None)
 
     def poll(self) -> None:
-        """Go on with what was asked for; call this once a frame."""
+        """Continue a requested save or copy; call this once a frame."""
         whole, shot, frame = self._whole(), self._editing.seen_shot, self._editing.frame
         self.saver.poll(whole, shot.source, frame, partial(self._snap, whole))
 
     def _whole(self) -> Shown | None:
-        """Return the picture of the shot as it is now, once it is whole."""
+        """Return the picture of the current shot once it is complete."""
         shown, source, frame = self._live.shown, self._source, self._editing.frame
         if source.plate is None or not (source.is_whole and source.is_settled_at(frame)):
             return None

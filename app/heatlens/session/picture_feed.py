@@ -1,4 +1,4 @@
-"""How the pictures of each kind of source come to the GPU while the window shows it."""
+"""Feeds: they bring the pictures of each kind of source to the GPU while the window shows it."""
 
 from dataclasses import dataclass, replace
 
@@ -19,11 +19,11 @@ from heatlens.source.opened import Opened, OpenedPlates, OpenedScene, OpenedStre
 
 @dataclass(frozen=True)
 class Playhead:
-    """Where the playhead is, and what will be asked for next.
+    """The position of the playhead, and what will be requested next.
 
-    direction   in which it moves, or moved last
+    direction   the direction in which it moves or last moved
     ahead       how many frames to read ahead in that direction
-    missing     what stands in for a frame without a file
+    missing     the substitute for a frame without a file
     """
 
     frame: int
@@ -38,41 +38,41 @@ class PictureFeed:
 
     def __init__(self, picture: GpuPicture) -> None:
         self.picture = picture
-        self.wanted: tuple[int, Direction, int] | None = None  # of a frame cache, as last told
+        self.wanted: tuple[int, Direction, int] | None = None  # the last request to a frame cache
 
     @property
     def scene(self) -> Scene | None:
-        """The 3D scene, placed as the shot says; None where there is none."""
+        """The 3D scene with the shot's placement; None if the source is no scene."""
         return None
 
     @property
     def is_good(self) -> bool:
-        """True where the picture on the GPU is worth a blur."""
+        """True if the picture on the GPU is good enough to be blurred."""
         return True
 
     @property
     def is_whole(self) -> bool:
-        """True where the picture on the GPU is as good as it gets."""
+        """True if the picture on the GPU has its final quality."""
         return True
 
     def begin(self) -> None:
-        """Show the first picture. Raises HeatlensError; then the source before stays open."""
+        """Show the first picture. If this raises HeatlensError, the previous source stays open."""
 
     def show(self, shot: Shot, playhead: Playhead) -> None:
         """Have the picture at the playhead on the GPU, now or as soon as it is read."""
         self.picture.ask(playhead.frame)
 
     def follow(self, shot: Shot, frame: int) -> None:
-        """Answer a change of the shot since `show`: a blur would wait for its whole picture."""
+        """Answer a change of the shot since `show` at once, as the blur needs the new picture."""
 
     def refine(self, slice_s: float) -> None:
-        """Go on for a moment with a better picture of what rests."""
+        """Improve the picture for about `slice_s` seconds while nothing moves."""
 
     def refresh(self) -> None:
-        """Take over what has arrived by itself. Raises HeatlensError without room on the GPU."""
+        """Take over unrequested frames that arrived. Raises HeatlensError if GPU memory is full."""
 
     def seen(self, shot: Shot) -> Shot:
-        """Return the shot as it is drawn now: a scene is drawn smaller while something moves."""
+        """Return the shot that is drawn now: a scene is drawn smaller while something moves."""
         return shot
 
     def windows(self, shot: Shot) -> tuple[Box, Box]:
@@ -81,7 +81,7 @@ class PictureFeed:
         return self.picture.plate.data_window, self.picture.plate.display_window
 
     def kept_windows(self, picture: KeptPicture) -> tuple[Box, Box] | None:
-        """Return the windows of a frame that was kept; None where `windows` has them."""
+        """Return the windows of a kept frame; None if they are those of `windows`."""
         return picture.data_window, picture.display_window
 
     def plate_px(self, shot: Shot, pixel: tuple[int, int]) -> tuple[int, int]:
@@ -89,17 +89,17 @@ class PictureFeed:
         return pixel
 
     def sized(self, shot: Shot, scale: float) -> Shot:
-        """Return the shot with smaller pictures, by its proxy."""
+        """Return the shot with pictures scaled by `scale`, through its proxy."""
         proxy = max(PROXY_MIN, shot.defocus.proxy * scale)
         return replace(shot, defocus=replace(shot.defocus, proxy=proxy))
 
     def seconds_until_needed(self) -> float | None:
-        """Return how long until `refine` has something to do; None where it has nothing."""
+        """Return the seconds until `refine` has something to do; None if it has nothing."""
         return None
 
 
 class PlateFeed(PictureFeed):
-    """Reads plates ahead of the playhead and loads the one that is under it."""
+    """Reads plates ahead of the playhead and uploads the plate at the playhead."""
 
     def __init__(self, picture: GpuPicture, opened: OpenedPlates) -> None:
         super().__init__(picture)
@@ -111,7 +111,7 @@ class PlateFeed(PictureFeed):
         self.picture.frame, self.picture.is_settled = self._opened.frame, True
 
     def show(self, shot: Shot, playhead: Playhead) -> None:
-        """See `PictureFeed`; what cannot be read becomes the picture's `problem`."""
+        """See `PictureFeed`. The error of an unreadable plate becomes the picture's `problem`."""
         self.picture.ask(playhead.frame)
         cache = self._opened.cache
         try:
@@ -145,7 +145,7 @@ class SceneFeed(PictureFeed):
         self._opened = opened
         self._scene = opened.scene
         self._preview = ScenePreview(picture.renderer)
-        self._framing: Framing | None = None  # the one that the nearest distance is known for
+        self._framing: Framing | None = None  # the framing for which the nearest distance is known
         self._is_playing = False
 
     @property
@@ -165,14 +165,14 @@ class SceneFeed(PictureFeed):
         self._preview = ScenePreview(self.picture.renderer)
 
     def show(self, shot: Shot, playhead: Playhead) -> None:
-        """See `PictureFeed`; it is drawn again only where something moved."""
+        """See `PictureFeed`. The scene is drawn again only if something moved."""
         if shot.framing != self._framing:
             self._framing = shot.framing
             self.picture.begin_axis()
         self.picture.ask(playhead.frame)
         self._is_playing = playhead.is_playing
         scene = placed(self._scene, shot.framing)
-        if scene is not self._scene:  # the shot says otherwise of its unit and which way is up
+        if scene is not self._scene:  # the shot changed its unit or up axis
             self._load(scene)
         with self.picture.drawing():
             self._preview.look(shot, playhead.frame, playhead.is_playing)
@@ -199,7 +199,7 @@ class SceneFeed(PictureFeed):
 
     @property
     def is_whole(self) -> bool:
-        """See `PictureFeed`: as it is drawn for a file."""
+        """See `PictureFeed`: at the quality of a file."""
         return bool(self.picture.problem) or self._preview.is_whole
 
     def seen(self, shot: Shot) -> Shot:
@@ -207,12 +207,12 @@ class SceneFeed(PictureFeed):
         return self._preview.seen(shot)
 
     def windows(self, shot: Shot) -> tuple[Box, Box]:
-        """See `PictureFeed`; however small the picture is drawn now."""
+        """See `PictureFeed`. The windows do not depend on the size at which it is drawn now."""
         box = Box(0, 0, *(shot.framing or Framing()).size)
         return box, box
 
     def kept_windows(self, picture: KeptPicture) -> None:
-        """Return None: frames of a scene are kept smaller, and all show the same window."""
+        """Return None: kept frames of a scene are smaller, and all have the same window."""
 
     def plate_px(self, shot: Shot, pixel: tuple[int, int]) -> tuple[int, int]:
         """See `PictureFeed`; the picture may be drawn smaller now."""
@@ -222,7 +222,7 @@ class SceneFeed(PictureFeed):
         return pixel[0] * window.width // whole.width, pixel[1] * window.height // whole.height
 
     def sized(self, shot: Shot, scale: float) -> Shot:
-        """Return the shot with smaller pictures: the scene is drawn smaller."""
+        """Return the shot with pictures scaled by `scale`: the scene is drawn at that size."""
         framing = shot.framing or Framing()
         width, height = (max(1, round(side * scale)) for side in framing.size)
         return replace(shot, framing=replace(framing, width_px=width, height_px=height))
@@ -233,7 +233,7 @@ class SceneFeed(PictureFeed):
 
 
 class StreamFeed(PictureFeed):
-    """Shows the newest frame that a renderer has sent, wherever the playhead is."""
+    """Shows the newest frame that a renderer has sent, at any position of the playhead."""
 
     def __init__(self, picture: GpuPicture, opened: OpenedStream) -> None:
         super().__init__(picture)
@@ -252,7 +252,7 @@ class StreamFeed(PictureFeed):
 
 
 def feed_of(opened: Opened, picture: GpuPicture) -> PictureFeed:
-    """Return what brings the pictures of `opened` to the GPU."""
+    """Return the feed that brings the pictures of `opened` to the GPU."""
     if isinstance(opened, OpenedScene):
         return SceneFeed(picture, opened)
     if isinstance(opened, OpenedStream):

@@ -1,4 +1,4 @@
-"""Saves and copies the picture: it is read back when it is whole, and written on a thread."""
+"""Save and copy the picture: it is read back when complete, and written on a thread."""
 
 import os
 import shutil
@@ -22,7 +22,7 @@ from heatlens.session.clipboard import copy_png
 
 @dataclass(frozen=True, eq=False)
 class Snapshot:
-    """A whole picture as `heatlens render` would have made it, and how it is looked at."""
+    """A complete picture, the same as from `heatlens render`, and the look of the view."""
 
     pixels: FloatImage
     plate: Plate
@@ -33,7 +33,7 @@ class Snapshot:
 
 @dataclass(frozen=True)
 class _Wish:
-    """Which picture is wished for, and where to: a file, or None for the clipboard."""
+    """The requested picture and its destination: a file, or None for the clipboard."""
 
     source: str | None
     frame: int
@@ -45,7 +45,7 @@ class _Wish:
 
 
 class PictureSaver:
-    """Saves or copies one picture at a time; how it ended is said."""
+    """Saves or copies one picture at a time, and reports how it ended."""
 
     def __init__(self, say: Callable[[str], None], wake: Callable[[], None]) -> None:
         self._say = say
@@ -54,11 +54,11 @@ class PictureSaver:
 
     @property
     def is_busy(self) -> bool:
-        """Return True while a picture is waited for or written."""
+        """Return True while a picture is awaited or written."""
         return self._wish is not None or self._writer.is_busy
 
     def ask(self, source: str | None, frame: int, path: Path | None) -> None:
-        """Save the picture of `frame` to `path`, or copy it, as soon as it is whole."""
+        """Save the picture of `frame` to `path`, or copy it, as soon as it is complete."""
         if self._writer.is_busy:
             self._say("The picture before is still being written: try again in a moment.")
             return
@@ -88,19 +88,19 @@ class PictureSaver:
             self._say(said)
 
     def close(self) -> None:
-        """Let a file that has been begun be finished."""
+        """Wait until a file that is being written is finished."""
         self._writer.wait()
 
 
 def snapshot(shown: Shown, plate: Plate, encode: Encode) -> Snapshot:
-    """Read the picture back; to be called where the GPU's context is."""
+    """Read the picture back; call this on the thread of the GL context."""
     shot = shown.shot
     pixels = download(shown.texture)
     return Snapshot(pixels, plate, shot.lens_at(shown.frame), shot.defocus.proxy, encode)
 
 
 def _done(picture: Snapshot, path: Path | None) -> str:
-    """Write or copy the picture, on a thread; return the sentence that says so."""
+    """Write or copy the picture; runs on a thread. Return the message that says so."""
     if path is None:
         _copy(picture)
         return "The picture is on the clipboard."
@@ -110,10 +110,10 @@ def _done(picture: Snapshot, path: Path | None) -> str:
 
 
 def _sources(path: Path) -> tuple[Path, ...]:
-    """Return the files of a plate or a scene, and those that it names."""
+    """Return the files of a plate or a scene, with the files that it refers to."""
     try:
         return files_of_scene(path)
-    except InputError:  # gone or written again since it was read: nothing names the others now
+    except InputError:  # deleted or rewritten since it was read: its other files are unknown now
         return (path,)
 
 

@@ -1,4 +1,4 @@
-"""How the plate is read: what was chosen for it by hand, tried, kept and remembered."""
+"""The plate options that the user chooses: tried, kept if they work, and remembered."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -12,36 +12,36 @@ from heatlens.source.opened import Opened
 
 
 class PlateReading:
-    """Tries a way to read the plate; one that fails leaves the plate as it is."""
+    """Tries options to read the plate with; options that fail leave the plate unchanged."""
 
     def __init__(self, source: OpenSource, editing: Editing, preferences: Preferences) -> None:
         self._source = source
         self._editing = editing
         self._preferences = preferences
         self.wished = PlateOptions()
-        self._chosen: PlateOptions | None = None  # by hand, and not arrived yet
-        self._seen: PlateOptions | None = None  # those of the shot when it was looked at last
+        self._chosen: PlateOptions | None = None  # chosen by the user and not loaded yet
+        self._seen: PlateOptions | None = None  # those of the shot at the last `follow`
 
     @property
     def _plates(self) -> Opened | None:
-        """What is open, where it is read from files that can be read in another way."""
+        """The open source if its files can be read with other options; None otherwise."""
         opened = self._source.opened
         return None if opened is None or opened.cache is None else opened
 
     @property
     def is_possible(self) -> bool:
-        """True where what is open can be read in another way."""
+        """True if the open source can be read with other options."""
         return self._plates is not None
 
     @property
     def read(self) -> PlateOptions:
-        """How the plate in the window was read; it may be wished otherwise."""
+        """The options of the plate in the window; other options may have been requested since."""
         opened = self._plates
         return self.wished if opened is None else opened.options
 
     @property
     def problem(self) -> str:
-        """Why the plate is not read as wished; "" where it is, or is being tried."""
+        """The reason why the requested options failed; "" if they work or are being tried."""
         opened = self._plates
         if opened is None or opened.options == self.wished:
             return ""
@@ -55,7 +55,7 @@ class PlateReading:
         return refused.sentence if refused is not None and is_it else ""
 
     def change(self, options: PlateOptions) -> None:
-        """Read the plate so, keeping the shot."""
+        """Read the plate with these options and keep the shot."""
         if options != self.wished:
             self.wished = options
             if not _lacks_ends(options):
@@ -80,14 +80,14 @@ class PlateReading:
             self._source.open(opened.text, options, self._editing.frame)
 
     def arrived(self, opened: Opened) -> None:
-        """Remember for the folder of the plates what was chosen by hand."""
+        """Remember the options that the user chose for the folder of the plates."""
         if opened.cache is not None and opened.options == self._chosen:
             self._preferences.read_so(opened.cache.sequence.folder.absolute(), opened.options)
         self._chosen = None
         self.wished = self._seen = opened.options
 
     def follow(self) -> None:
-        """Read the plate as the shot wants it after a step of undo."""
+        """Read the plate with the options of the shot after an undo or redo."""
         opened, options = self._plates, self._editing.shot.plate_options
         if opened is None or options == self._seen or self._editing.shot.source != opened.text:
             return
@@ -97,6 +97,6 @@ class PlateReading:
 
 
 def _lacks_ends(options: PlateOptions) -> bool:
-    """Return True where the distances of the ends of a normalised depth are not given."""
+    """Return True if a normalized depth lacks its near or far distance."""
     needs_ends = options.depth_convention.facts.needs_ends
     return needs_ends and (options.near_m is None or options.far_m is None)

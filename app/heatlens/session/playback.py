@@ -1,4 +1,4 @@
-"""Playing: which frame is due now. It reads no file and draws nothing, and its clock is given."""
+"""Playback timing: decide which frame is due. It reads no file, and its clock is a parameter."""
 
 import time
 from collections.abc import Callable
@@ -6,22 +6,22 @@ from enum import StrEnum
 
 from heatlens.model.frames import FrameRange
 
-_LEAST_WAIT_S = 0.001  # a loop that is told 0 would not sleep, nor draw
+_LEAST_WAIT_S = 0.001  # with 0, the loop would neither sleep nor draw
 _ROUNDING = 1e-6  # of a frame
 
 
 class Ending(StrEnum):
     """What happens after the last frame."""
 
-    LOOP = "loop"  # the first comes again
-    BOUNCE = "bounce"  # back the way it came
-    ONCE = "once"  # it stops there
+    LOOP = "loop"  # start again at the first
+    BOUNCE = "bounce"  # reverse the direction
+    ONCE = "once"  # stop
 
 
 class Playback:
     """Moves a playhead over frames at a rate.
 
-    is_every_frame  True waits for each frame to be there; False keeps time, and leaves frames out
+    is_every_frame  True waits for each frame to be ready; False keeps time and drops frames
     ending          what happens after the last frame
     direction       1 forward, -1 backward, 0 while nothing plays
     """
@@ -44,18 +44,18 @@ class Playback:
         return frame if frame in frames and not is_over else start
 
     def stop(self) -> None:
-        """Stay on this frame."""
+        """Stop on the current frame."""
         self.direction = 0
 
     def moved(self, frame: int, frames: FrameRange, rate: float, is_ready: bool) -> int:
-        """Return the frame that is to be seen now; `is_ready`: the one before it has been seen."""
+        """Return the frame to show now; `is_ready`: the previous one has been shown."""
         steps = self._steps_due(rate)
         if not self.direction or steps < 1:
             return frame
         if self.is_every_frame:
             if not is_ready:
                 return frame
-            # One frame late at most: a film that was held up goes on, and does not rush.
+            # At most one frame late: playback that was delayed continues and does not rush.
             self._shown_at = max(self._shown_at + 1 / rate, self._clock() - 1 / rate)
             steps = 1
         else:
@@ -63,11 +63,11 @@ class Playback:
         return self._stepped(frame, steps, frames)
 
     def is_due(self, rate: float) -> bool:
-        """Return True where the time of the next frame has come."""
+        """Return True if the next frame is due."""
         return bool(self.direction) and self._steps_due(rate) >= 1
 
     def seconds_until_due(self, rate: float) -> float | None:
-        """Return how long until the next frame; None where nothing plays."""
+        """Return the seconds until the next frame; None if nothing plays."""
         if not self.direction:
             return None
         return max(_LEAST_WAIT_S, self._shown_at + 1 / rate - self._clock())
@@ -76,7 +76,7 @@ class Playback:
         return int((self._clock() - self._shown_at) * rate + _ROUNDING)
 
     def _ends(self, frames: FrameRange) -> tuple[int, int]:
-        """Return the frame at which playing begins and the one at which it ends."""
+        """Return the frames at which playback starts and ends."""
         first, last = frames.first, frames.last
         return (first, last) if self.direction > 0 else (last, first)
 

@@ -1,4 +1,4 @@
-"""A point of a scene's picture is followed: how far it is at each frame, drawn a few at a time."""
+"""Follow a point of a scene: measure its distance at each frame, a few frames at a time."""
 
 import time
 from dataclasses import dataclass, field
@@ -18,27 +18,27 @@ _SLICE_S = 0.02
 
 @dataclass(frozen=True)
 class Following:
-    """A measurement that goes on: the mark in the shot as it was when it began."""
+    """A measurement in progress, of a mark in the shot as it was at the start."""
 
     renderer: "FrameRenderer"
     scene: Scene
     shot: Shot
     mark: PointMark
     frames: FrameRange
-    distances_m: dict[int, float] = field(default_factory=dict)  # by frame, those known
+    distances_m: dict[int, float] = field(default_factory=dict)  # the measured ones by frame
 
     @property
     def words(self) -> str:
-        """How many frames have been measured, in a sentence."""
+        """A sentence that says how many frames have been measured."""
         return f"Following {self.mark.name}: {len(self.distances_m)} of {self.frames.count} frames."
 
     @property
     def is_done(self) -> bool:
-        """Return True once all frames are known."""
+        """Return True once all frames are measured."""
         return len(self.distances_m) == self.frames.count
 
     def go_on(self) -> None:
-        """Measure for a moment, one frame at least.
+        """Measure for a short time, at least one frame.
 
         Raises HeatlensError where a frame has no distance.
         """

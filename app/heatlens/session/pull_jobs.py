@@ -1,4 +1,4 @@
-"""What has to be rendered for each frame of the shot in hand, and by which key it is kept."""
+"""The render job of each frame of the open shot, with the key under which it is kept."""
 
 import math
 import os
@@ -20,12 +20,12 @@ from heatlens.session.picture_view import PictureView
 from heatlens.session.timeline import Timeline
 from heatlens.source.origin import StampedFile
 
-_SIZES = 16  # a picture has so many sixteenths of its size: a window a little larger changes none
-_EVERY_S = 2.0  # between two looks at the files
+_SIZES = 16  # scales are multiples of 1/16, so that a slightly larger window changes nothing
+_EVERY_S = 2.0  # between two checks of the files
 
 
 class PullJobs:
-    """The job of each frame, made when it is asked for, until shot or files or size change."""
+    """The job of each frame, made on request and valid until shot, files or size change."""
 
     def __init__(
         self,
@@ -48,10 +48,10 @@ class PullJobs:
         self._shot, self._shot_key = editing.shot, ""
         self._maker: tuple[str, ...] = ()
         self._look_at = -math.inf
-        self.version = 0  # counts whenever jobs came or went
+        self.version = 0  # counts changes of the set of jobs
 
     def update(self, frames: Iterable[int]) -> None:
-        """Forget the jobs of what has changed since; `frames` are those that will be asked for."""
+        """Forget jobs that are out of date; `frames` are those that will be requested."""
         if self._clock() >= self._look_at:
             self._look_at = self._clock() + _EVERY_S
             self._stamps.look({path for frame in frames for path in self._files(frame)})
@@ -66,7 +66,7 @@ class PullJobs:
             self.version += 1
 
     def _begin(self, shot: Shot) -> None:
-        """Take down what all frames have in common."""
+        """Record what all frames have in common."""
         self._maker = self._maker or maker_of(self._renderer)
         opened = self._source.opened
         self._shot = self._source.feed.sized(shot, self._scale)
@@ -76,7 +76,7 @@ class PullJobs:
 
     @property
     def _scale(self) -> float:
-        """How large pictures are kept: about as large as the whole of one is seen."""
+        """The scale of kept pictures: about the size of a whole picture on the screen."""
         zoom = fit_zoom(self._view.viewport, self._source.picture_shape(self._editing.shot))
         return min(max(math.ceil(zoom * _SIZES - 0.25), 1), _SIZES) / _SIZES
 
@@ -90,7 +90,7 @@ class PullJobs:
         return proxy_size((window.width, window.height), self._shot.defocus.proxy)
 
     def make(self, frames: Iterable[int], seconds: float) -> None:
-        """Make the jobs of these frames, as many as there is time for."""
+        """Make the jobs of these frames, as many as fit into `seconds`."""
         end = self._clock() + seconds
         for frame in frames:
             if frame not in self._jobs:
@@ -103,7 +103,7 @@ class PullJobs:
                     return
 
     def of(self, frame: int) -> FrameJob | None:
-        """Return the job of a frame; None where there is none, or nothing is known yet."""
+        """Return the job of a frame; None if there is none or it is not made yet."""
         if frame not in self._jobs:
             self.make((frame,), 1.0)
         return self._jobs.get(frame)
@@ -114,10 +114,10 @@ class PullJobs:
             lens = self._shot.lens_at(frame)
             view = self._scene_view(frame)
         except HeatlensError:
-            return None  # no lens: what is said of it is said where it is seen
+            return None  # no valid lens, which is reported where the frame is shown
         files = self._files(frame)
         if opened is None or not (files or opened.stamps or view):
-            return None  # no file, which is told where the frame is shown
+            return None  # no file, which is reported where the frame is shown
         if not all(self._stamps.knows(path) for path in files):
             raise _NotYetError
         known = tuple(StampedFile(path, self._stamps.stamp(path)) for path in files)
@@ -127,7 +127,7 @@ class PullJobs:
         return FrameJob(frame_key(self._shot_key, source, lens, view), self._shot, frame, plate)
 
     def _files(self, frame: int) -> tuple[Path, ...]:
-        """Return the files that this frame alone is made of."""
+        """Return the files that only this frame is made of."""
         opened, missing = self._source.opened, self._timeline.missing
         return () if opened is None else opened.files_at(frame, missing)
 

@@ -1,4 +1,4 @@
-"""Sizes of the interface: how large it is drawn on a screen, and layouts that follow that.
+"""Interface scale per screen, and panel layouts that follow it.
 
 Panels keep their size in letters and not in pixels: ImGui writes pixels, and `scaled_layout` turns
 them into those of another screen.
@@ -13,7 +13,7 @@ _SCREENS_MOST = 20
 
 
 def scaled_layout(layout: str, factor: float) -> str:
-    """Return a layout as ImGui writes it with all its pixels multiplied by `factor`."""
+    """Return an ImGui layout (ini text) with all pixel values multiplied by `factor`."""
     if factor == 1.0:
         return layout
 
@@ -24,18 +24,18 @@ def scaled_layout(layout: str, factor: float) -> str:
 
 
 def next_scale(scale: float, steps: int) -> float:
-    """Return the scale so many steps larger, or smaller where `steps` is negative."""
+    """Return the scale that is `steps` larger, or smaller if `steps` is negative."""
     nearest = min(range(len(SCALES)), key=lambda index: abs(SCALES[index] - scale))
     return SCALES[min(max(nearest + steps, 0), len(SCALES) - 1)]
 
 
 def with_scale(scales: Mapping[str, float], screen: str, scale: float) -> dict[str, float]:
-    """Return the scales by the names of screens with that of one changed; 1 is not kept."""
+    """Return the scales by screen name with that of one screen changed; a scale of 1 is dropped."""
     others = {name: value for name, value in scales.items() if name != screen}
     kept = {**others, screen: scale} if scale != 1.0 else others
     return dict(list(kept.items())[-_SCREENS_MOST:])
 
 
 def fitted_size(size: tuple[int, int], room: tuple[int, int]) -> tuple[int, int]:
-    """Return the size of a window that fits into the room of a screen."""
+    """Return the window size limited to the usable area of a screen."""
     return min(size[0], room[0]), min(size[1], room[1])

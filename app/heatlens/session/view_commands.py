@@ -1,4 +1,4 @@
-"""Commands for how the picture is looked at: zoom, exposure, overlays, comparison."""
+"""Commands that change how the picture is viewed: zoom, exposure, overlays, comparison."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -17,7 +17,7 @@ _EXPOSURE_STEP = 0.25  # stops
 
 
 class ViewCommands:
-    """What can be done with the state of looking; the shot stays as it is."""
+    """Changes of the view state; the shot stays unchanged."""
 
     def __init__(
         self,
@@ -39,21 +39,21 @@ class ViewCommands:
         self._view.state = replace(self._view.state, **changes)
 
     def toggle(self, name: str) -> None:
-        """Switch a field of the ViewState that is on or off."""
+        """Toggle a boolean field of the ViewState."""
         self.change(**{name: not getattr(self._view.state, name)})
 
     def toggle_overlay(self, overlay: Overlay) -> None:
-        """Show an overlay, or none where it is shown."""
+        """Show an overlay, or hide it if it is shown."""
         is_on = self._view.state.overlay is overlay
         self.change(overlay=Overlay.NONE if is_on else overlay)
 
     def toggle_compare(self, compare: Compare) -> None:
-        """Compare in this way, or not at all where that is done."""
+        """Compare in this way, or stop if that is the current way."""
         is_on = self._view.state.compare is compare
         self.change(compare=Compare.OFF if is_on else compare)
 
     def leave(self) -> bool:
-        """Put the ruler away or leave the grid; return whether there was anything to leave."""
+        """Put the ruler away or leave the grid. Return True if either was in use."""
         if self.ruler.leave():
             return True
         is_grid = self._view.state.compare is Compare.GRID
@@ -62,13 +62,13 @@ class ViewCommands:
         return is_grid
 
     def toggle_ruler(self) -> None:
-        """Take the ruler, or put it away; it measures in the picture alone, not in a grid."""
+        """Take the ruler or put it away. It measures in a single picture, not in a grid."""
         if self._view.state.compare is Compare.GRID:
             self.change(compare=Compare.OFF)
         self.ruler.toggle()
 
     def toggle_matte(self, aspect: float) -> None:
-        """Darken what a picture of this aspect would cut off, or no more."""
+        """Toggle the matte that darkens what a picture of this aspect ratio would crop."""
         guides = self._view.state.guides
         self.change(guides=replace(guides, aspect=None if guides.aspect == aspect else aspect))
 
@@ -92,20 +92,20 @@ class ViewCommands:
         view.state = zoomed_to(view.state, view.viewport, shape, 1.0, view.viewport.middle)
 
     def expose(self, steps: int) -> None:
-        """Show the picture brighter by so many quarters of a stop."""
+        """Change the exposure of the view by a number of quarter stops."""
         stops = self._view.state.exposure_stops + steps * _EXPOSURE_STEP
         self.change(exposure_stops=stops)
 
     def reset_exposure_and_gamma(self) -> None:
-        """Show the picture as its view transform means it."""
+        """Reset exposure and gamma of the view."""
         self.change(exposure_stops=0.0, gamma=1.0)
 
     def toggle_unit(self) -> None:
-        """Show distances in feet instead of metres, or in metres again."""
+        """Switch the unit of distances between metres and feet."""
         self.change(unit="ft" if self._view.state.unit == "m" else "m")
 
     def step_gain(self, steps: int) -> None:
-        """Amplify the difference more, or less where `steps` is negative."""
+        """Amplify the difference picture more, or less if `steps` is negative."""
         now = self._view.state.difference_gain
         nearest = min(DIFFERENCE_GAINS, key=lambda gain: abs(gain - now))
         index = DIFFERENCE_GAINS.index(nearest) + steps
@@ -113,7 +113,7 @@ class ViewCommands:
         self.change(difference_gain=DIFFERENCE_GAINS[index])
 
     def swap_b(self) -> None:
-        """Have B be the reference, or the pinhole picture where it is the reference."""
+        """Switch B between the reference and the pinhole picture."""
         is_reference = self._view.state.against is Against.REFERENCE
         other = Against.PINHOLE if is_reference else Against.REFERENCE
         if other is Against.REFERENCE and self._references.current is None:
@@ -122,7 +122,7 @@ class ViewCommands:
         self.change(against=other)
 
     def compare_with(self, method: Method | None) -> None:
-        """Have B be the pinhole picture (None) or the same shot by `method`, and show it."""
+        """Compare with the pinhole picture (None) or with the same shot rendered by `method`."""
         now = self._view.state.compare
         compare = Compare.WIPE if now is Compare.OFF else now
         if method is None:

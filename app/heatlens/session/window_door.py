@@ -26,21 +26,21 @@ from heatlens.files.atomic_file import FOR_THE_USER, write_whole
 from heatlens.folders import preferences_dir, runtime_dir
 
 _HOST = "127.0.0.1"
-_PATIENCE_S = 2.0  # for an answer; a window answers on a thread, also while it draws
+_PATIENCE_S = 2.0  # time limit for an answer, which a thread gives even while the window draws
 _REQUEST_MOST = 1 << 20  # bytes: a thousand long names
 _NAMES_MOST = 1000
 _ANSWER = b"opened\n"
 
 
 def door_path() -> Path:
-    """Return the file in which a window on this display tells where it listens."""
+    """Return the file in which a window on this display publishes its port."""
     display = [os.environ.get(name, "") for name in ("WAYLAND_DISPLAY", "DISPLAY")]
     told = json.dumps([*display, str(preferences_dir().absolute()), socket.gethostname()])
     return runtime_dir() / f"window-{hashlib.sha256(told.encode()).hexdigest()[:16]}.json"
 
 
 def hand_over(names: Sequence[str]) -> bool:
-    """Have the running window open `names`, absolute; False where there is none that answers."""
+    """Have the running window open the absolute paths `names`; return False if none answers."""
     found = _read_door(door_path())
     if found is None:
         return False
@@ -55,7 +55,7 @@ def hand_over(names: Sequence[str]) -> bool:
 
 
 def _read_door(path: Path) -> tuple[int, str] | None:
-    """Return port and secret; None where no window has written them, or another user has."""
+    """Return port and secret; None if no window of this user has written them."""
     try:
         with open(path, "rb") as file:
             if not _is_of_user_alone(os.fstat(file.fileno())):
@@ -67,7 +67,7 @@ def _read_door(path: Path) -> tuple[int, str] | None:
 
 
 def _is_of_user_alone(status: os.stat_result) -> bool:
-    """Return True where nobody else wrote a file, or may read it; Windows has no such bits."""
+    """Return True if only this user owns and can access a file; always True on Windows."""
     if not hasattr(os, "getuid"):
         return True
     others = status.st_mode & (stat.S_IRWXG | stat.S_IRWXO)
@@ -75,7 +75,7 @@ def _is_of_user_alone(status: os.stat_result) -> bool:
 
 
 class WindowDoor:
-    """Listens for names while it is open; `take` returns those that came since."""
+    """Listens for names while it is open; `take` returns those that have arrived."""
 
     def __init__(self, wake: Callable[[], None], path: Path | None = None) -> None:
         """Listen at once. `wake` is called on a thread when names have come.
@@ -98,11 +98,11 @@ class WindowDoor:
         threading.Thread(target=self._listen, args=(listening,), daemon=True).start()
 
     def take(self) -> list[str]:
-        """Return the names that came last, once; an empty list where none came."""
+        """Return the names of the oldest waiting request and remove it; [] if there is none."""
         return self._names.popleft() if self._names else []
 
     def close(self) -> None:
-        """Listen no more; the file goes, unless it is that of a later window."""
+        """Stop listening and delete the file, unless it belongs to a later window."""
         found = _read_door(self._path)
         if found is not None and hmac.compare_digest(found[1], self._secret):
             with suppress(OSError):
@@ -123,7 +123,7 @@ class WindowDoor:
                 self._answer(line)
 
     def _answer(self, line: socket.socket) -> None:
-        """Take one request; a wrong one is not answered. Raises ValueError for what is none."""
+        """Take one request; do not answer a wrong one. Raises ValueError for invalid JSON."""
         names = _names_in(json.loads(line.makefile("rb").readline(_REQUEST_MOST)), self._secret)
         if names:
             self._names.append(names)
@@ -132,7 +132,7 @@ class WindowDoor:
 
 
 def _names_in(request: Any, secret: str) -> list[str]:
-    """Return the names of a request that knows the secret, else none."""
+    """Return the names of a request with the right secret; an empty list otherwise."""
     told = request.get("secret") if isinstance(request, dict) else None
     if not (isinstance(told, str) and hmac.compare_digest(told.encode(), secret.encode())):
         return []
