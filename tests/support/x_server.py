@@ -124,6 +124,11 @@ class Window:
         self.screen.hand("mousemove", round(x), round(y))
         time.sleep(STEP_S)
 
+    def click(self, x: float, y: float) -> None:
+        """Click at a point of the window, wherever its frame has put it."""
+        at = round(x), round(y)
+        self.screen.hand("mousemove", "--window", self.id, *at, "sleep", 0.1, "click", 1)
+
     def drag(self, start: tuple[float, float], end: tuple[float, float]) -> None:
         self.move(*start)
         self.screen.hand("mousedown", 1)

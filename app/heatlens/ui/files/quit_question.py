@@ -20,9 +20,11 @@ def quit_question(ui: UiState, words: str) -> None:
 
 
 def _answer(ui: UiState, words: str) -> None:
+    topmost.answers_keys_itself()
     imgui.text_wrapped(f"{words}. Finished frames stay; exporting again goes on with the rest.")
     widgets.spacer()
-    is_closing = _button("Stop it and close")
+    entered = imgui.is_key_pressed(imgui.Key.enter, False)
+    is_closing = _button("Stop it and close") or entered
     imgui.same_line()
     if is_closing or _button("Keep exporting") or topmost.is_escaped() or not words:
         ui.asks_to_quit, ui.is_over = False, is_closing or not words
