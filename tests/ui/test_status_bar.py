@@ -74,6 +74,15 @@ def test_closing_during_an_export_asks(exporting):
     gui.frame(3)
     gui.click(gui.middle("quit Stop it and close"))
     assert gui.ui.is_over
+    gui.ui.is_over = False
+    gui.key(K.q, ctrl=True)
+    gui.frame(3)
+    gui.key(K.escape)
+    assert not gui.ui.asks_to_quit and not gui.ui.is_over
+    gui.key(K.q, ctrl=True)
+    gui.frame(3)
+    gui.key(K.enter)
+    assert gui.ui.is_over
 
 
 def test_the_end_of_an_export_stays_until_it_was_read(exporting):
