@@ -26,7 +26,7 @@ GROUPS = frozenset(  # the actions with which a group begins in its menu: a line
         *("Next key", "Set in point", "Clear rendered frames"),
         *("Set mark here", "Auto key", "Interpolate hold after key", "Show curve"),
         *("Fit", "Pixel grid", "Brighter", "Metres or feet", "Near, in focus, far"),
-        *("Matte 2.39", "Safe areas"),
+        *("Matte 2.39", "Safe areas", "Frame selected"),
         *("More gain", "B is the reference", "Compare with pinhole"),
         *("Lens", "Reset layout"),
     }

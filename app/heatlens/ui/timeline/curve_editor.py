@@ -178,10 +178,9 @@ def _draw_marks(session: Session, scale: TimeScale, heights: Heights) -> None:
 
 
 def _draw_name(name: str, x: float, y: float, top: float, color: int) -> None:
-    """Draw the name of a line above it, or under it where that would be cut off at the top."""
+    """Draw the name of a line above it, but not so high that it would be cut off at the top."""
     em = imgui.get_font_size()
-    above = y - em
-    at = ImVec2(x, above if above >= top else y + 0.1 * em)
+    at = ImVec2(x, max(y - em, top))
     imgui.get_window_draw_list().add_text(at, color, printable(name))
     width = imgui.calc_text_size(printable(name)).x
     probe.note_at(f"name {name} on the curve", (at.x, at.y, at.x + width, at.y + em))
